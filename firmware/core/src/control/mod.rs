@@ -1,0 +1,1 @@
+//! Trackline following: guidance, PD and LQR, fin allocation, speed, mission sequencing.

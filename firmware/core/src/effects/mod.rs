@@ -1,0 +1,1 @@
+//! The catalogue of physical effects a declared model may lack, one file an entry.

@@ -1,0 +1,109 @@
+//! What the filter is told before it starts.
+
+/// How the vehicle's velocity evolves between measurements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ProcessModel {
+    /// Constant body velocity, driven by white acceleration (2.25)-(2.33).
+    Kinematic,
+    /// The vehicle's 6-DOF dynamics driven by fins and propeller (3.2)-(3.24).
+    Dynamic,
+}
+
+/// Square roots of the acceleration power spectral densities of the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProcessNoise {
+    /// u, v, w: m/s²/√Hz.
+    pub linear_mps2_per_sqrt_hz: [f64; 3],
+    /// p, q, r: rad/s²/√Hz.
+    pub angular_radps2_per_sqrt_hz: [f64; 3],
+}
+
+impl ProcessNoise {
+    /// Dynamic model: what the model leaves unexplained of the reference vehicle.
+    pub const DYNAMIC: Self =
+        Self { linear_mps2_per_sqrt_hz: [3.0e-3, 2.0e-3, 2.0e-3], angular_radps2_per_sqrt_hz: [3.0e-3, 1.0e-3, 1.0e-3] };
+    /// Kinematic model with a DVL ("loose"): covers the vehicle's manoeuvres.
+    pub const KINEMATIC: Self =
+        Self { linear_mps2_per_sqrt_hz: [1.0e-2, 2.0e-2, 1.0e-2], angular_radps2_per_sqrt_hz: [2.0e-2, 2.0e-2, 5.0e-2] };
+}
+
+/// The ship moves at constant velocity and turn rate, driven by white acceleration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShipNoise {
+    /// √PSD of the horizontal acceleration (x and y alike), m/s²/√Hz.
+    pub linear_mps2_per_sqrt_hz: f64,
+    /// √PSD of the heading acceleration, rad/s²/√Hz.
+    pub angular_radps2_per_sqrt_hz: f64,
+}
+
+/// One-sigma white noise of each sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorNoise {
+    /// Depth, m.
+    pub depth_m: f64,
+    /// Roll, pitch, heading, rad.
+    pub attitude_rad: f64,
+    /// p, q, r, rad/s.
+    pub rates_radps: f64,
+    /// DVL velocity per axis, m/s.
+    pub dvl_mps: f64,
+    /// Acoustic range, m.
+    pub range_m: f64,
+    /// Acoustic range rate, m/s.
+    pub range_rate_mps: f64,
+    /// GNSS of the surfaced vehicle per axis, m.
+    pub gnss_m: f64,
+    /// GNSS of the ship per axis, m.
+    pub ship_gnss_m: f64,
+}
+
+/// `water_current` as filter states: north and east, each a random walk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WaterCurrentConfig {
+    /// One sigma of the unknown current at initialisation, m/s per axis.
+    pub initial_sigma_mps: f64,
+    /// √PSD of the random walk, m/s/√s per axis.
+    pub random_walk_mps_per_sqrt_s: f64,
+}
+
+/// Everything the filter is told before it starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NavigationConfig {
+    /// Kinematic or dynamic.
+    pub process_model: ProcessModel,
+    /// Process noise that belongs to `process_model`.
+    pub process_noise: ProcessNoise,
+    /// Process noise of the ship.
+    pub ship_noise: ShipNoise,
+    /// Sensor noise.
+    pub sensors: SensorNoise,
+    /// Current states, if wanted.
+    pub water_current: Option<WaterCurrentConfig>,
+    /// Depth of the ship's transducer, m.
+    pub ship_transducer_depth_m: f64,
+    /// A scalar innovation beyond this many of its own sigmas is rejected.
+    pub gate_sigma: f64,
+}
+
+impl NavigationConfig {
+    /// The reference vehicle without a DVL on its dynamic model.
+    pub const REFERENCE: Self = Self {
+        process_model: ProcessModel::Dynamic,
+        process_noise: ProcessNoise::DYNAMIC,
+        ship_noise: ShipNoise { linear_mps2_per_sqrt_hz: 2.0e-2, angular_radps2_per_sqrt_hz: 1.0e-3 },
+        sensors: SensorNoise {
+            depth_m: 0.06,
+            attitude_rad: 0.017_453_292_519_943_295,
+            rates_radps: 0.008_726_646_259_971_648,
+            dvl_mps: 0.01,
+            range_m: 1.0,
+            range_rate_mps: 0.1,
+            gnss_m: 1.5,
+            ship_gnss_m: 0.5,
+        },
+        water_current: None,
+        ship_transducer_depth_m: 0.0,
+        gate_sigma: 5.0,
+    };
+}

@@ -1,0 +1,283 @@
+//! The messages of the host link.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Most chunks one [`Step`] may announce.
+pub const MAX_CHUNKS: usize = 32;
+/// Most pulse-per-second edges one [`Step`] may carry.
+pub const MAX_PPS: usize = 2;
+
+/// A serial port of the backseat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Port {
+    /// Iver3 frontseat computer.
+    Frontseat,
+    /// Doppler velocity log.
+    Dvl,
+    /// Attitude and heading reference.
+    Ahrs,
+    /// WHOI Micro-Modem.
+    Modem,
+    /// PC: telemetry, parameters, mission, lock-step clock.
+    Host,
+}
+
+impl Port {
+    /// The four device ports, in the order of their discriminants.
+    pub const DEVICES: [Self; 4] = [Self::Frontseat, Self::Dvl, Self::Ahrs, Self::Modem];
+    /// All five ports.
+    pub const ALL: [Self; 5] = [Self::Frontseat, Self::Dvl, Self::Ahrs, Self::Modem, Self::Host];
+}
+
+/// Bytes that reach a device port in this step: the port's next `length` bytes arrived at `time_us`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Chunk {
+    /// Which port.
+    pub port: Port,
+    /// Arrival of its last byte, board time, µs.
+    pub time_us: u64,
+    /// How many bytes.
+    pub length: u16,
+}
+
+/// Lock-step clock: advance to `time_us` with these inputs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// Board time of the step, µs; steps are 100 ms apart.
+    pub time_us: u64,
+    /// Pulse-per-second edges since the last step, board time, µs.
+    pub pps_us: Vec<u64, MAX_PPS>,
+    /// What arrived since the last step, in order of arrival.
+    pub chunks: Vec<Chunk, MAX_CHUNKS>,
+}
+
+/// Answer to a [`Step`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StepDone {
+    /// The step's time, µs.
+    pub time_us: u64,
+    /// Bytes sent to each device port during the step ([`Port::DEVICES`] order).
+    pub sent: [u16; 4],
+    /// Running digest of filter state and covariance.
+    pub digest: u64,
+}
+
+/// A corner of the mission in the local NED frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Waypoint {
+    /// North, m.
+    pub x_m: f64,
+    /// East, m.
+    pub y_m: f64,
+    /// Depth of the leg that ends here, m; 0 is surfaced.
+    pub depth_m: f64,
+    /// Speed of the leg that ends here, m/s.
+    pub speed_mps: f64,
+}
+
+/// Where the backseat stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mode {
+    /// Waiting for a first fix and sensors.
+    Initialising,
+    /// Navigation is valid.
+    Navigating,
+    /// Navigation runs on less than it needs.
+    Degraded,
+    /// Position is no longer known to its own bound.
+    Lost,
+    /// Neutral fins, stopped, frontseat in charge.
+    Safe,
+}
+
+/// Why the mode is what it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ModeReason {
+    /// Nothing to complain about.
+    Nominal,
+    /// No position fix yet.
+    NoFix,
+    /// Attitude is missing or stale.
+    AttitudeStale,
+    /// Depth is missing or stale.
+    DepthStale,
+    /// The frontseat is silent.
+    FrontseatSilent,
+    /// The frontseat refuses commands.
+    FrontseatRefuses,
+    /// A source was rejected too often in a row.
+    Rejections,
+    /// The position's own sigma exceeds its limit.
+    PositionUncertain,
+    /// The filter failed numerically.
+    FilterFailed,
+    /// Stopped by the operator.
+    Stopped,
+}
+
+/// The app's record of one step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Telemetry {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// Seconds since 1970 UTC, µs; 0 while unknown.
+    pub utc_us: u64,
+    /// Mode and its reason.
+    pub mode: Mode,
+    /// Why.
+    pub reason: ModeReason,
+    /// Vehicle state x_v (12), SI.
+    pub state: [f64; 12],
+    /// One sigma of each vehicle state.
+    pub sigma: [f64; 12],
+    /// Covariance of x and y, m².
+    pub cov_xy_m2: f64,
+    /// Current north, east, m/s (0 where not estimated).
+    pub current_mps: [f64; 2],
+    /// Commanded propeller, rad/s, and fins [top, bottom, port, starboard], rad.
+    pub propeller_radps: f64,
+    /// Commanded fins, rad.
+    pub fins_rad: [f64; 4],
+    /// Leg of the mission being followed; `None` when no mission runs.
+    pub leg: Option<u16>,
+    /// Frames rejected per device port since start.
+    pub rejected_frames: [u32; 4],
+}
+
+/// One scalar fusion, as `backseat_core::navigation::FusionRecord`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FusionTelemetry {
+    /// Sensor, by its index in the filter's list.
+    pub sensor: u8,
+    /// Component.
+    pub axis: u8,
+    /// Outcome: 0 fused, 1 gated, 2 invalid, 3 stale clone.
+    pub outcome: u8,
+    /// Time, µs.
+    pub time_us: u64,
+    /// Innovation, sensor's unit.
+    pub innovation: f64,
+    /// Innovation variance.
+    pub variance: f64,
+}
+
+/// A declared parameter of the board.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterInfo<'a> {
+    /// Position in the list.
+    pub index: u16,
+    /// How many there are.
+    pub count: u16,
+    /// Name, as the key of the vehicle file where there is one.
+    pub name: &'a str,
+    /// Unit, "1" for none.
+    pub unit: &'a str,
+    /// Present value.
+    pub value: f64,
+    /// Smallest value allowed.
+    pub min: f64,
+    /// Largest value allowed.
+    pub max: f64,
+    /// Default.
+    pub default: f64,
+}
+
+/// Why a request was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// No parameter of that name.
+    UnknownParameter,
+    /// Value not finite or outside [min, max].
+    OutOfRange,
+    /// Item out of order, too many items, or commit before all have come.
+    Sequence,
+    /// Not while a mission runs.
+    UnderWay,
+    /// The set as a whole is not valid; the old one stays active.
+    InvalidSet,
+}
+
+/// PC to board.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ToBoard<'a> {
+    /// Who are you?
+    Hello,
+    /// Lock-step clock.
+    Step(Step),
+    /// Start a parameter transaction; a broken one leaves the old set active.
+    ParameterBegin,
+    /// Stage one value.
+    ParameterSet {
+        /// Name.
+        name: &'a str,
+        /// Value.
+        value: f64,
+    },
+    /// Validate and activate the staged set.
+    ParameterCommit,
+    /// Ask for one parameter by its index.
+    ParameterGet {
+        /// Index.
+        index: u16,
+    },
+    /// Start a mission transfer of `count` waypoints.
+    MissionBegin {
+        /// How many will follow.
+        count: u16,
+    },
+    /// The next waypoint.
+    MissionItem {
+        /// Its position, from 0.
+        index: u16,
+        /// The waypoint.
+        waypoint: Waypoint,
+    },
+    /// All have come: replace the mission.
+    MissionCommit,
+    /// Ask for one waypoint of the stored mission.
+    MissionGet {
+        /// Its position, from 0.
+        index: u16,
+    },
+    /// Fly the stored mission.
+    MissionStart,
+    /// Stop: neutral fins, propeller off, frontseat in charge.
+    MissionStop,
+}
+
+/// Board to PC.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum FromBoard<'a> {
+    /// Answer to `Hello`.
+    Hello {
+        /// Firmware version.
+        firmware: &'a str,
+        /// Version of the parameter list.
+        parameter_schema: u16,
+    },
+    /// Answer to `Step`, after all bytes of the step were handed to the ports.
+    StepDone(StepDone),
+    /// Once a step.
+    Telemetry(Telemetry),
+    /// Each fusion.
+    Fusion(FusionTelemetry),
+    /// Answer to `ParameterGet`.
+    Parameter(ParameterInfo<'a>),
+    /// Answer to `MissionGet`.
+    Mission {
+        /// Its position.
+        index: u16,
+        /// How many there are.
+        count: u16,
+        /// The waypoint, `None` when there is no such.
+        waypoint: Option<Waypoint>,
+    },
+    /// The request was carried out.
+    Done,
+    /// The request was refused.
+    Refused(Refusal),
+}

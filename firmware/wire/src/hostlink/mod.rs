@@ -1,0 +1,11 @@
+//! Host link: postcard messages in COBS frames with a CRC, between the board and a PC.
+//!
+//! One message carries clock, pulse-per-second edges and the chunks sent per port
+//! ([`Step`]); its answer carries what the board sent and its digest ([`StepDone`]).
+
+mod messages;
+
+pub use messages::{
+    Chunk, FromBoard, FusionTelemetry, Mode, ModeReason, ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard,
+    Waypoint, MAX_CHUNKS, MAX_PPS,
+};
