@@ -1,5 +1,6 @@
 //! The vehicle's twelve states and where each stands in the vector.
 
+use core::f64::consts::PI;
 use nalgebra::{SVector, Vector3, Vector6};
 
 /// x_v = [x y z | φ θ ψ | u v w | p q r]: NED position (m), Euler angles (rad), body velocity
@@ -49,5 +50,7 @@ pub fn velocity(x: &VehicleState) -> Vector6<f64> {
 /// Wraps an angle to (−π, π], rad.
 #[must_use]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
-    libm::remainder(angle_rad, 2.0 * core::f64::consts::PI)
+    let wrapped = libm::remainder(angle_rad, 2.0 * PI);
+    // The remainder of an odd multiple of π may have either sign.
+    if wrapped <= -PI { PI } else { wrapped }
 }

@@ -1,14 +1,40 @@
 //! The vehicle's 6-DOF equations of motion (3.2)-(3.24), corrected.
+//!
+//! M v̇ = −ad(v) M v − D(v) v + [w s; B x s] + Σ fin wrenches + [T 0 0 0 0 0]ᵀ
+//!
+//! Every velocity here is relative to the water. A steady current c moves the vehicle over ground by
+//! ṗ = R ν + c and changes no force: the model is Galilean-invariant, so attitude and body velocity are
+//! the same in still and in steadily moving water. A current that changes in time or space accelerates the
+//! water itself, which this model leaves out.
+//!
+//! Zero speed, a fin without inflow and a vertical vehicle give finite values; a NaN in gives NaN out.
 
+mod coriolis;
+mod drag;
+mod fins;
+mod kinematics;
+mod linearisation;
 mod parameters;
+mod propeller;
+mod restoring;
 
+pub use coriolis::{coriolis, coriolis_by_velocity};
+pub use drag::{cross_drag_limit, drag};
+pub use kinematics::{Attitude, MIN_COS_PITCH, kinematic_linearise};
+pub use linearisation::Linearisation;
 pub use parameters::{FinGeometry, ParameterError, VehicleParameters};
+pub use propeller::Propeller;
+pub use restoring::Restoring;
 
-use crate::state::VehicleState;
-use nalgebra::{SMatrix, Vector3, Vector6};
+use crate::state::{self, U, VehicleState};
+use fins::{Fin, FinSection};
+use nalgebra::{Matrix6x2, SMatrix, Vector3, Vector6};
 
 /// Number of fins; their order everywhere is top, bottom, port, starboard.
 pub const FINS: usize = 4;
+
+/// Number of inputs: propeller, top, bottom, port, starboard.
+pub const INPUTS: usize = 1 + FINS;
 
 /// ξ: what the actuators do at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,20 +46,15 @@ pub struct ActuatorInput {
     pub fins_rad: [f64; FINS],
 }
 
-/// f and F = ∂f/∂x of the process model at one state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(non_snake_case)]
-pub struct Linearisation {
-    /// ẋ = f(x, ξ).
-    pub f: VehicleState,
-    /// ∂f/∂x, 12 x 12.
-    pub F: SMatrix<f64, 12, 12>,
-}
-
 /// The dynamics of one vehicle, built from validated parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VehicleModel {
     parameters: VehicleParameters,
+    inverse_mass: Vector6<f64>,
+    restoring: Restoring,
+    propeller: Propeller,
+    section: FinSection,
+    fins: [Fin; FINS],
 }
 
 impl VehicleModel {
@@ -43,7 +64,14 @@ impl VehicleModel {
     /// The first parameter that is not finite or outside its range.
     pub fn new(parameters: &VehicleParameters) -> Result<Self, ParameterError> {
         parameters.validate()?;
-        Ok(Self { parameters: *parameters })
+        Ok(Self {
+            parameters: *parameters,
+            inverse_mass: Vector6::from(parameters.m_diag.map(|m| 1.0 / m)),
+            restoring: Restoring::new(parameters),
+            propeller: Propeller { beta5: parameters.beta5_n_s2_per_rad2, advance: parameters.advance_n_s2_per_rad_m },
+            section: FinSection::new(parameters),
+            fins: parameters.fins.each_ref().map(Fin::new),
+        })
     }
 
     /// The parameters this model was built from.
@@ -52,21 +80,127 @@ impl VehicleModel {
         &self.parameters
     }
 
+    /// Weight and buoyancy.
+    #[must_use]
+    pub fn restoring(&self) -> &Restoring {
+        &self.restoring
+    }
+
+    /// Thrust along body x.
+    #[must_use]
+    pub fn propeller(&self) -> &Propeller {
+        &self.propeller
+    }
+
+    /// ad(v) M v (3.8), on the left of the equation of motion: N and N m.
+    #[must_use]
+    pub fn coriolis(&self, v: &Vector6<f64>) -> Vector6<f64> {
+        coriolis(&self.parameters.m_diag, v)
+    }
+
+    /// D(v) v, on the left of the equation of motion (opposes motion): N and N m.
+    #[must_use]
+    pub fn drag(&self, v: &Vector6<f64>) -> Vector6<f64> {
+        drag(&self.parameters, v)
+    }
+
+    /// Wrench of each fin at the centre of gravity, order of [`ActuatorInput::fins_rad`]: N and N m.
+    #[must_use]
+    pub fn fin_wrenches(&self, v: &Vector6<f64>, fins_rad: &[f64; FINS]) -> [Vector6<f64>; FINS] {
+        let mut wrenches = [Vector6::zeros(); FINS];
+        for ((wrench, fin), &delta) in wrenches.iter_mut().zip(&self.fins).zip(fins_rad) {
+            *wrench = fin.wrench(&self.section, v, delta);
+        }
+        wrenches
+    }
+
+    /// G_a(v, ξ) of (4.37): the actuators' wrench per unit of β1…β5, so that G_a β is the sum of all
+    /// fin wrenches and the thrust without advance.
+    #[must_use]
+    pub fn actuator_regressor(&self, v: &Vector6<f64>, input: &ActuatorInput) -> SMatrix<f64, 6, 5> {
+        let mut columns = SMatrix::zeros();
+        for (fin, &delta) in self.fins.iter().zip(&input.fins_rad) {
+            fin.add_regressor(&self.section, v, delta, &mut columns);
+        }
+        columns[(0, 4)] = input.propeller_radps * input.propeller_radps.abs();
+        columns
+    }
+
+    /// ∂(actuator wrench)/∂ξ, ξ = [propeller, top, bottom, port, starboard]: N and N m per rad/s or rad.
+    #[must_use]
+    pub fn wrench_by_input(&self, v: &Vector6<f64>, input: &ActuatorInput) -> SMatrix<f64, 6, INPUTS> {
+        let mut jacobian = SMatrix::<f64, 6, INPUTS>::zeros();
+        jacobian[(0, 0)] = self.propeller.thrust_by_speed(input.propeller_radps, v[0]);
+        for (i, (fin, &delta)) in self.fins.iter().zip(&input.fins_rad).enumerate() {
+            jacobian.set_column(1 + i, &fin.wrench_by_delta(&self.section, v, delta));
+        }
+        jacobian
+    }
+
+    /// ∂f/∂ξ, 12 x 5, ξ = [propeller, top, bottom, port, starboard]; only the acceleration rows are not zero.
+    #[must_use]
+    pub fn input_jacobian(&self, x: &VehicleState, input: &ActuatorInput) -> SMatrix<f64, 12, INPUTS> {
+        let wrench = self.wrench_by_input(&state::velocity(x), input);
+        let mut jacobian = SMatrix::<f64, 12, INPUTS>::zeros();
+        for column in 0..INPUTS {
+            for row in 0..6 {
+                jacobian[(U + row, column)] = self.inverse_mass[row] * wrench[(row, column)];
+            }
+        }
+        jacobian
+    }
+
     /// Body acceleration v̇ = M⁻¹(…), m/s² and rad/s², of (3.2) corrected.
     #[must_use]
-    pub fn acceleration(&self, _attitude: &Vector3<f64>, _v: &Vector6<f64>, _input: &ActuatorInput) -> Vector6<f64> {
-        todo!()
+    pub fn acceleration(&self, attitude: &Vector3<f64>, v: &Vector6<f64>, input: &ActuatorInput) -> Vector6<f64> {
+        self.acceleration_at(&Attitude::new(attitude), v, input)
+    }
+
+    fn acceleration_at(&self, attitude: &Attitude, v: &Vector6<f64>, input: &ActuatorInput) -> Vector6<f64> {
+        let mut wrench = self.restoring.wrench(&attitude.down()) - self.coriolis(v) - self.drag(v);
+        wrench[0] += self.propeller.thrust(input.propeller_radps, v[0]);
+        for (fin, &delta) in self.fins.iter().zip(&input.fins_rad) {
+            wrench += fin.wrench(&self.section, v, delta);
+        }
+        wrench.component_mul(&self.inverse_mass)
     }
 
     /// ẋ = f(x, ξ) in still water.
     #[must_use]
-    pub fn derivative(&self, _x: &VehicleState, _input: &ActuatorInput) -> VehicleState {
-        todo!()
+    pub fn derivative(&self, x: &VehicleState, input: &ActuatorInput) -> VehicleState {
+        let attitude = Attitude::new(&state::attitude(x));
+        let v = state::velocity(x);
+        kinematics::state_derivative(
+            &(attitude.rotation() * Vector3::new(v[0], v[1], v[2])),
+            &(attitude.euler_rate_matrix() * Vector3::new(v[3], v[4], v[5])),
+            &self.acceleration_at(&attitude, &v, input),
+        )
     }
 
     /// f and its analytic Jacobian F = ∂f/∂x in still water.
     #[must_use]
-    pub fn linearise(&self, _x: &VehicleState, _input: &ActuatorInput) -> Linearisation {
-        todo!()
+    pub fn linearise(&self, x: &VehicleState, input: &ActuatorInput) -> Linearisation {
+        let attitude = Attitude::new(&state::attitude(x));
+        let v = state::velocity(x);
+
+        let mut wrench = self.restoring.wrench(&attitude.down()) - self.coriolis(&v) - self.drag(&v);
+        let mut by_velocity = -coriolis_by_velocity(&self.parameters.m_diag, &v);
+        drag::subtract_drag_by_velocity(&self.parameters, &v, &mut by_velocity);
+        wrench[0] += self.propeller.thrust(input.propeller_radps, v[0]);
+        by_velocity[(0, 0)] += self.propeller.thrust_by_surge(input.propeller_radps);
+        for (fin, &delta) in self.fins.iter().zip(&input.fins_rad) {
+            fin.add_linearised(&self.section, &v, delta, &mut wrench, &mut by_velocity);
+        }
+        for mut column in by_velocity.column_iter_mut() {
+            column.component_mul_assign(&self.inverse_mass);
+        }
+
+        let down = attitude.down_by_roll_pitch();
+        let by_roll_pitch = Matrix6x2::from_columns(&[
+            self.restoring.wrench(&down.column(0).into_owned()).component_mul(&self.inverse_mass),
+            self.restoring.wrench(&down.column(1).into_owned()).component_mul(&self.inverse_mass),
+        ]);
+        let acceleration = wrench.component_mul(&self.inverse_mass);
+        kinematics::linearise_with(&attitude, &v, &acceleration, by_roll_pitch, by_velocity)
     }
 }

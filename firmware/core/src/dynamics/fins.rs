@@ -1,0 +1,186 @@
+//! Fins (3.10)-(3.23), corrected: each with the inflow at its own centre of pressure, in its own frame.
+//!
+//! In the fin frame F = Rx(φ_i) Ry(δ) of EQUATIONS (3.10)-(3.14) the inflow is (u_F, w_F), the incidence
+//! α = atan2(w_F, u_F) and the force −D x_W − L z_W with x_W along the inflow. Turning the frame by δ turns
+//! α by δ and leaves x_W and z_W where they are, so everything is evaluated in the fixed frame
+//! F0 = Rx(φ_i): α = δ + atan2(w, u) and no sine or cosine is needed at run time.
+
+use super::FinGeometry;
+use crate::state::wrap_angle;
+use core::f64::consts::PI;
+use nalgebra::{Matrix6, SMatrix, Vector6};
+
+/// Lift and drag coefficients with ½ρA, the same for all fins.
+///
+/// C_D = β1 + β2 α² and C_L = β3 α + β4 α³ hold for the incidence of attached flow; beyond stall, and in
+/// reverse flow (|α| near π), they are the same polynomials, as in the source. Drag opposes the
+/// inflow and lift is normal to it for any α, so a fin never creates energy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FinSection {
+    /// ½ρA, kg/m.
+    half_rho_area: f64,
+    cd: [f64; 2],
+    cl: [f64; 2],
+}
+
+/// One fin: the rows that map v to its inflow, whose transposes map its force to a wrench.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fin {
+    /// u = x_row · v, the inflow along body x.
+    x_row: [f64; 6],
+    /// w = z_row · v, the inflow along z of F0.
+    z_row: [f64; 6],
+}
+
+/// Inflow of one fin and what follows from it.
+struct Inflow {
+    u: f64,
+    w: f64,
+    speed: f64,
+    alpha: f64,
+}
+
+/// Force (x, z) in F0 and its derivatives.
+struct ForceGradient {
+    force: [f64; 2],
+    /// ∂force/∂(u, w), row-major.
+    by_inflow: [[f64; 2]; 2],
+}
+
+impl FinSection {
+    pub(super) fn new(parameters: &super::VehicleParameters) -> Self {
+        Self {
+            half_rho_area: 0.5 * parameters.rho_kg_per_m3 * parameters.fin_area_m2,
+            cd: parameters.cd,
+            cl: parameters.cl,
+        }
+    }
+
+    /// [C_D, C_L].
+    fn coefficients(&self, alpha: f64) -> [f64; 2] {
+        let square = alpha * alpha;
+        [self.cd[0] + self.cd[1] * square, (self.cl[0] + self.cl[1] * square) * alpha]
+    }
+
+    /// d[C_D, C_L]/dα.
+    fn slopes(&self, alpha: f64) -> [f64; 2] {
+        [2.0 * self.cd[1] * alpha, self.cl[0] + 3.0 * self.cl[1] * alpha * alpha]
+    }
+
+    /// ½ρA V (−C_D (u, w) + C_L (w, −u)), N: linear in the coefficients, so it maps their slopes too.
+    fn force(&self, inflow: &Inflow, [cd, cl]: [f64; 2]) -> [f64; 2] {
+        let scale = self.half_rho_area * inflow.speed;
+        [scale * (cl * inflow.w - cd * inflow.u), -scale * (cd * inflow.w + cl * inflow.u)]
+    }
+
+    fn gradient(&self, inflow: &Inflow) -> ForceGradient {
+        let coefficients = self.coefficients(inflow.alpha);
+        let force = self.force(inflow, coefficients);
+        if inflow.speed == 0.0 {
+            // The force is quadratic in the inflow: its derivative vanishes although α has none.
+            return ForceGradient { force, by_inflow: [[0.0; 2]; 2] };
+        }
+        let [cd, cl] = coefficients;
+        let by_alpha = self.force(inflow, self.slopes(inflow.alpha));
+        let scale = self.half_rho_area * inflow.speed;
+        let inverse_square = 1.0 / (inflow.speed * inflow.speed);
+        // d ln V = (u du + w dw)/V² and dα = (u dw − w du)/V².
+        let (u, w) = (inflow.u * inverse_square, inflow.w * inverse_square);
+        ForceGradient {
+            force,
+            by_inflow: [
+                [force[0] * u - scale * cd - by_alpha[0] * w, force[0] * w + scale * cl + by_alpha[0] * u],
+                [force[1] * u - scale * cl - by_alpha[1] * w, force[1] * w - scale * cd + by_alpha[1] * u],
+            ],
+        }
+    }
+}
+
+impl Fin {
+    pub(super) fn new(geometry: &FinGeometry) -> Self {
+        let (sin_phi, cos_phi) = libm::sincos(geometry.phi_rad);
+        let [x, y, z] = geometry.cp_m;
+        // Inflow ν + ω x p; z of F0 is (0, −sin φ, cos φ) in body axes.
+        Self {
+            x_row: [1.0, 0.0, 0.0, 0.0, z, -y],
+            z_row: [0.0, -sin_phi, cos_phi, cos_phi * y + sin_phi * z, -cos_phi * x, -sin_phi * x],
+        }
+    }
+
+    fn inflow(&self, v: &Vector6<f64>, delta: f64) -> Inflow {
+        let (x, z) = (&self.x_row, &self.z_row);
+        let u = v[0] + x[4] * v[4] + x[5] * v[5];
+        let w = z[1] * v[1] + z[2] * v[2] + z[3] * v[3] + z[4] * v[4] + z[5] * v[5];
+        let speed = libm::sqrt(u * u + w * w);
+        let alpha = delta + libm::atan2(w, u);
+        Inflow { u, w, speed, alpha: if alpha.abs() > PI { wrap_angle(alpha) } else { alpha } }
+    }
+
+    /// Adds the wrench of a force (x, z) in F0 at the centre of pressure.
+    fn add_wrench(&self, force: [f64; 2], wrench: &mut Vector6<f64>) {
+        for i in 0..6 {
+            wrench[i] += self.x_row[i] * force[0] + self.z_row[i] * force[1];
+        }
+    }
+
+    /// Wrench at the centre of gravity, N and N m.
+    pub(super) fn wrench(&self, section: &FinSection, v: &Vector6<f64>, delta: f64) -> Vector6<f64> {
+        let inflow = self.inflow(v, delta);
+        let mut wrench = Vector6::zeros();
+        self.add_wrench(section.force(&inflow, section.coefficients(inflow.alpha)), &mut wrench);
+        wrench
+    }
+
+    /// ∂wrench/∂δ, N and N m per rad.
+    pub(super) fn wrench_by_delta(&self, section: &FinSection, v: &Vector6<f64>, delta: f64) -> Vector6<f64> {
+        let inflow = self.inflow(v, delta);
+        let mut wrench = Vector6::zeros();
+        self.add_wrench(section.force(&inflow, section.slopes(inflow.alpha)), &mut wrench);
+        wrench
+    }
+
+    /// Adds this fin's columns of G_a: the wrench per unit of β1, β2, β3, β4.
+    pub(super) fn add_regressor(
+        &self,
+        section: &FinSection,
+        v: &Vector6<f64>,
+        delta: f64,
+        columns: &mut SMatrix<f64, 6, 5>,
+    ) {
+        let inflow = self.inflow(v, delta);
+        let square = inflow.alpha * inflow.alpha;
+        let units = [[1.0, 0.0], [square, 0.0], [0.0, inflow.alpha], [0.0, square * inflow.alpha]];
+        for (column, unit) in units.into_iter().enumerate() {
+            let mut wrench = Vector6::zeros();
+            self.add_wrench(section.force(&inflow, unit), &mut wrench);
+            for i in 0..6 {
+                columns[(i, column)] += wrench[i];
+            }
+        }
+    }
+
+    /// Adds the wrench and its derivative with v.
+    pub(super) fn add_linearised(
+        &self,
+        section: &FinSection,
+        v: &Vector6<f64>,
+        delta: f64,
+        wrench: &mut Vector6<f64>,
+        jacobian: &mut Matrix6<f64>,
+    ) {
+        let ForceGradient { force, by_inflow: [x_by, z_by] } = section.gradient(&self.inflow(v, delta));
+        self.add_wrench(force, wrench);
+        for column in 0..6 {
+            let (x, z) = (self.x_row[column], self.z_row[column]);
+            let force_x = x_by[0] * x + x_by[1] * z;
+            let force_z = z_by[0] * x + z_by[1] * z;
+            // Rows of the transposed inflow map; its zeros are left out.
+            jacobian[(0, column)] += force_x;
+            jacobian[(1, column)] += self.z_row[1] * force_z;
+            jacobian[(2, column)] += self.z_row[2] * force_z;
+            jacobian[(3, column)] += self.z_row[3] * force_z;
+            jacobian[(4, column)] += self.x_row[4] * force_x + self.z_row[4] * force_z;
+            jacobian[(5, column)] += self.x_row[5] * force_x + self.z_row[5] * force_z;
+        }
+    }
+}
