@@ -1,1 +1,18 @@
+//! What a lab's computer does with a vehicle's data: vehicle files, vehicle logs, importers for
+//! other people's logs, the flight filter over a log, and the report.
+//!
+//! Errors of the readers name the file, the line, the column and what was expected there.
+
+pub mod dead_reckoning;
+pub mod error;
+pub mod filter;
+pub mod importers;
+pub mod log;
+pub mod output;
 pub mod report;
+pub mod stats;
+pub mod vehicle_file;
+
+pub use error::DataError;
+pub use log::{Column, Log, LogRow, LogWriter, Truth, TruthRow, TruthWriter};
+pub use vehicle_file::VehicleFile;

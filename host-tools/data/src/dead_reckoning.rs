@@ -1,0 +1,1 @@
+//! Dead reckoning, to compare the filter with.

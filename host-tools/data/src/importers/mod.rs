@@ -1,0 +1,1 @@
+//! Logs of other makers, read into a vehicle log.

@@ -1,0 +1,171 @@
+//! The columns of the vehicle log: names, order in a row, decimals written.
+
+/// A column of the vehicle log. Members of a group (attitude, rates, DVL…) are consecutive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(usize)]
+pub enum Column {
+    /// Propeller speed commanded, rpm.
+    PropRpm,
+    /// Top fin commanded, rad.
+    FinTop,
+    /// Bottom fin commanded, rad.
+    FinBottom,
+    /// Port fin commanded, rad.
+    FinPort,
+    /// Starboard fin commanded, rad.
+    FinStarboard,
+    /// Depth, m.
+    Depth,
+    /// Roll φ, rad.
+    Roll,
+    /// Pitch θ, rad.
+    Pitch,
+    /// True heading ψ, rad.
+    Heading,
+    /// Roll rate, rad/s.
+    P,
+    /// Pitch rate, rad/s.
+    Q,
+    /// Yaw rate, rad/s.
+    R,
+    /// DVL surge over ground, m/s.
+    DvlU,
+    /// DVL sway over ground, m/s.
+    DvlV,
+    /// DVL heave over ground, m/s.
+    DvlW,
+    /// One-way range, m.
+    Range,
+    /// Range rate, positive opening, m/s.
+    RangeRate,
+    /// Time of launch of the packet, s.
+    Tol,
+    /// Time of arrival of the packet, s.
+    Toa,
+    /// North of the ship at time of launch, m.
+    ShipX,
+    /// East of the ship at time of launch, m.
+    ShipY,
+    /// Vehicle GNSS north, m.
+    GpsX,
+    /// Vehicle GNSS east, m.
+    GpsY,
+    /// Ship GNSS north, m.
+    ShipGpsX,
+    /// Ship GNSS east, m.
+    ShipGpsY,
+    /// Speed of a log that has no DVL in body axes (importers), along the heading, m/s.
+    SpeedLog,
+    /// Water density, kg/m³.
+    WaterDensity,
+    /// Sound speed, m/s.
+    SoundSpeed,
+}
+
+impl Column {
+    /// Number of columns beside the time.
+    pub const COUNT: usize = Self::SoundSpeed as usize + 1;
+
+    /// All columns in the order of a written log.
+    pub const ALL: [Self; Self::COUNT] = [
+        Self::PropRpm,
+        Self::FinTop,
+        Self::FinBottom,
+        Self::FinPort,
+        Self::FinStarboard,
+        Self::Depth,
+        Self::Roll,
+        Self::Pitch,
+        Self::Heading,
+        Self::P,
+        Self::Q,
+        Self::R,
+        Self::DvlU,
+        Self::DvlV,
+        Self::DvlW,
+        Self::Range,
+        Self::RangeRate,
+        Self::Tol,
+        Self::Toa,
+        Self::ShipX,
+        Self::ShipY,
+        Self::GpsX,
+        Self::GpsY,
+        Self::ShipGpsX,
+        Self::ShipGpsY,
+        Self::SpeedLog,
+        Self::WaterDensity,
+        Self::SoundSpeed,
+    ];
+
+    /// Columns written by [`LogWriter`](super::LogWriter) when nothing else is asked for: all
+    /// but the optional ones.
+    pub const STANDARD: &'static [Self] = Self::ALL.split_at(Self::SpeedLog as usize).0;
+
+    /// Name in the header.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::PropRpm => "prop_rpm",
+            Self::FinTop => "fin_top_rad",
+            Self::FinBottom => "fin_bottom_rad",
+            Self::FinPort => "fin_port_rad",
+            Self::FinStarboard => "fin_starboard_rad",
+            Self::Depth => "depth_m",
+            Self::Roll => "roll_rad",
+            Self::Pitch => "pitch_rad",
+            Self::Heading => "heading_rad",
+            Self::P => "p_radps",
+            Self::Q => "q_radps",
+            Self::R => "r_radps",
+            Self::DvlU => "dvl_u_mps",
+            Self::DvlV => "dvl_v_mps",
+            Self::DvlW => "dvl_w_mps",
+            Self::Range => "range_m",
+            Self::RangeRate => "range_rate_mps",
+            Self::Tol => "tol_s",
+            Self::Toa => "toa_s",
+            Self::ShipX => "ship_x_m",
+            Self::ShipY => "ship_y_m",
+            Self::GpsX => "gps_x_m",
+            Self::GpsY => "gps_y_m",
+            Self::ShipGpsX => "ship_gps_x_m",
+            Self::ShipGpsY => "ship_gps_y_m",
+            Self::SpeedLog => "speed_log_mps",
+            Self::WaterDensity => "water_density_kg_per_m3",
+            Self::SoundSpeed => "sound_speed_mps",
+        }
+    }
+
+    /// The column of a header name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|column| column.name() == name)
+    }
+
+    /// Decimals written: well below the resolution of any sensor of the kind.
+    #[must_use]
+    pub const fn decimals(self) -> usize {
+        match self {
+            Self::PropRpm | Self::WaterDensity | Self::SoundSpeed => 3,
+            Self::Depth | Self::Range | Self::ShipX | Self::ShipY => 4,
+            Self::GpsX | Self::GpsY | Self::ShipGpsX | Self::ShipGpsY => 4,
+            Self::DvlU | Self::DvlV | Self::DvlW | Self::RangeRate | Self::SpeedLog => 5,
+            _ => 6,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indices_and_names_agree() {
+        for (index, column) in Column::ALL.into_iter().enumerate() {
+            assert_eq!(column as usize, index);
+            assert_eq!(Column::from_name(column.name()), Some(column));
+        }
+        assert_eq!(Column::STANDARD.last(), Some(&Column::ShipGpsY));
+    }
+}

@@ -1,0 +1,167 @@
+//! A CSV of a time and numbers, columns bound by name.
+
+use super::decimal::{MAX_SECONDS, seconds_to_us};
+use crate::DataError;
+use csv::{ByteRecord, ErrorKind, ReaderBuilder};
+use flate2::read::MultiGzDecoder;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// What a table may and must hold beside `t_s`.
+pub(crate) struct Table<'a> {
+    /// Names that are known.
+    pub names: &'a [&'a str],
+    /// Names that must be there; empty: any one of the known.
+    pub required: &'a [&'a str],
+    /// Said when they are not.
+    pub hint: &'a str,
+}
+
+/// Opens a file, decompressing it if it is gzip (by its first bytes, not its name).
+pub(crate) fn open(path: &Path) -> Result<Box<dyn Read>, DataError> {
+    let fail = |e: io::Error| DataError::io(path, &e);
+    let mut file = File::open(path).map_err(fail)?;
+    let mut magic = Vec::with_capacity(2);
+    file.by_ref().take(2).read_to_end(&mut magic).map_err(fail)?;
+    let is_gzip = magic == [0x1f, 0x8b];
+    let whole = io::Cursor::new(magic).chain(file);
+    Ok(if is_gzip { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) })
+}
+
+/// One line for an error of the CSV reader: broken compression, not a file, no text.
+pub(crate) fn csv_error(path: &Path, line: u64, error: &csv::Error) -> DataError {
+    match error.kind() {
+        ErrorKind::Io(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
+            DataError::at(path, line, 0, "the compressed file ends here before its end: it was cut off")
+        }
+        ErrorKind::Io(e) => DataError::at(path, line, 0, e.to_string()),
+        _ => DataError::at(path, line, 0, error.to_string()),
+    }
+}
+
+/// Reads a number from a cell; `Ok(NaN)` where the cell is empty.
+pub(crate) fn number(cell: &[u8]) -> Result<f64, String> {
+    if cell.is_empty() {
+        return Ok(f64::NAN);
+    }
+    let text = std::str::from_utf8(cell).map_err(|_| "not text (UTF-8)".to_owned())?;
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => return Ok(value),
+        Ok(_) => return Err(format!("\"{text}\" is not a finite number; leave the cell empty for no sample")),
+        Err(_) => {}
+    }
+    let trimmed = text.trim();
+    if trimmed.is_empty() {
+        return Ok(f64::NAN);
+    }
+    if trimmed.len() < text.len() {
+        return number(trimmed.as_bytes());
+    }
+    let shown: String = text.chars().take(24).collect();
+    Err(format!("\"{shown}\" is not a number"))
+}
+
+/// Where the cells of a line go.
+struct Bindings {
+    time: usize,
+    /// (cell, slot)
+    cells: Vec<(usize, usize)>,
+    ignored: Vec<String>,
+}
+
+fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings, DataError> {
+    let fail = |cell: usize, message: String| DataError::at(path, 1, cell as u64 + 1, message);
+    let names: Vec<String> = header.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect();
+    let mut bindings = Bindings { time: usize::MAX, cells: Vec::new(), ignored: Vec::new() };
+    for (cell, name) in names.iter().enumerate() {
+        if !name.is_empty() && names[..cell].contains(name) {
+            return Err(fail(cell, format!("column {name} appears twice")));
+        }
+        if name == "t_s" {
+            bindings.time = cell;
+        } else if let Some(slot) = table.names.iter().position(|known| known == name) {
+            bindings.cells.push((cell, slot));
+        } else if !name.is_empty() {
+            bindings.ignored.push(name.clone());
+        }
+    }
+    if bindings.time == usize::MAX {
+        let found: String = names.join(", ").chars().take(120).collect();
+        let separated =
+            if names.len() == 1 && found.contains(';') { " (separated by ; instead of a comma?)" } else { "" };
+        return Err(fail(0, format!("no column t_s (time in seconds); found: {found}{separated}")));
+    }
+    let missing = table.required.iter().find(|name| !names.iter().any(|found| found == *name));
+    if let Some(name) = missing {
+        return Err(fail(0, format!("no column {name}; {}", table.hint)));
+    }
+    if bindings.cells.is_empty() {
+        return Err(fail(0, format!("no known column beside t_s; {}", table.hint)));
+    }
+    Ok(bindings)
+}
+
+/// Reads a table row by row into `row(time_us, values)`, NaN for an empty cell; returns notes.
+pub(crate) fn read<const N: usize>(
+    path: &Path,
+    table: &Table<'_>,
+    mut row: impl FnMut(u64, &[f64; N]),
+) -> Result<Vec<String>, DataError> {
+    let mut reader =
+        ReaderBuilder::new().has_headers(false).flexible(true).buffer_capacity(1 << 16).from_reader(open(path)?);
+    let mut record = ByteRecord::new();
+    if !reader.read_byte_record(&mut record).map_err(|e| csv_error(path, 1, &e))? {
+        return Err(DataError::file(path, "the file is empty; expected a header line with t_s"));
+    }
+    let bindings = bind(path, &record, table)?;
+    let cells = record.len();
+    let mut notes = Vec::new();
+    if !bindings.ignored.is_empty() {
+        notes.push(format!("columns not used: {}", bindings.ignored.join(", ")));
+    }
+    let mut previous_us = None;
+    let mut values = [f64::NAN; N];
+    loop {
+        // The reader's position is one of the line it would read next.
+        let line = reader.position().line();
+        if !reader.read_byte_record(&mut record).map_err(|e| csv_error(path, line, &e))? {
+            break;
+        }
+        let line = record.position().map_or(line, csv::Position::line);
+        if record.len() != cells {
+            let count = record.len();
+            let is_last = !reader.read_byte_record(&mut record).map_err(|e| csv_error(path, line, &e))?;
+            if is_last && count < cells && previous_us.is_some() {
+                notes.push(format!("line {line}, the last, was cut off ({count} of {cells} cells) and is left out"));
+                break;
+            }
+            return Err(DataError::at(path, line, 0, format!("{count} cells where the header has {cells}")));
+        }
+        let at = |cell: usize, name: &str, message: String| {
+            DataError::at(path, line, cell as u64 + 1, format!("{name}: {message}"))
+        };
+        let time_s = number(&record[bindings.time]).map_err(|message| at(bindings.time, "t_s", message))?;
+        if time_s.is_nan() {
+            return Err(at(bindings.time, "t_s", "is empty; every row needs its time".to_owned()));
+        }
+        if !(0.0..MAX_SECONDS).contains(&time_s) {
+            return Err(at(bindings.time, "t_s", format!("{time_s} is outside 0 to {MAX_SECONDS} s")));
+        }
+        let time_us = seconds_to_us(time_s);
+        if let Some(previous_us) = previous_us.filter(|&previous_us| time_us < previous_us) {
+            let before_s = previous_us as f64 * 1e-6;
+            let message = format!("{time_s} is before the {before_s} of the row above; times must not go back");
+            return Err(at(bindings.time, "t_s", message));
+        }
+        previous_us = Some(time_us);
+        for &(cell, slot) in &bindings.cells {
+            values[slot] = number(&record[cell]).map_err(|message| at(cell, table.names[slot], message))?;
+        }
+        row(time_us, &values);
+    }
+    if previous_us.is_none() {
+        return Err(DataError::file(path, "no rows after the header"));
+    }
+    Ok(notes)
+}

@@ -1,0 +1,177 @@
+//! Plain statistics of errors and innovations.
+
+/// Value below which a share `q` (0 to 1) of the samples lies, interpolated linearly between order
+/// statistics (type 7 of Hyndman and Fan 1996, the default of NumPy and R); `None` without samples.
+#[must_use]
+pub fn percentile(samples: &[f64], q: f64) -> Option<f64> {
+    let mut sorted = samples.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    percentile_sorted(&sorted, q)
+}
+
+/// [`percentile`] of samples that are in ascending order already.
+#[must_use]
+pub fn percentile_sorted(sorted: &[f64], q: f64) -> Option<f64> {
+    let last = sorted.len().checked_sub(1)?;
+    let position = q.clamp(0.0, 1.0) * last as f64;
+    let below = position as usize;
+    let above = (below + 1).min(last);
+    Some(sorted[below] + (position - below as f64) * (sorted[above] - sorted[below]))
+}
+
+/// Median; `None` without samples.
+#[must_use]
+pub fn median(samples: &[f64]) -> Option<f64> {
+    percentile(samples, 0.5)
+}
+
+/// Arithmetic mean; `None` without samples.
+#[must_use]
+pub fn mean(samples: &[f64]) -> Option<f64> {
+    (!samples.is_empty()).then(|| samples.iter().sum::<f64>() / samples.len() as f64)
+}
+
+/// Root of the mean square; `None` without samples.
+#[must_use]
+pub fn rms(samples: &[f64]) -> Option<f64> {
+    (!samples.is_empty()).then(|| (samples.iter().map(|x| x * x).sum::<f64>() / samples.len() as f64).sqrt())
+}
+
+/// Standard deviation with n − 1; `None` below two samples.
+#[must_use]
+pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
+    if samples.len() < 2 {
+        return None;
+    }
+    let mean = mean(samples)?;
+    let sum: f64 = samples.iter().map(|x| (x - mean) * (x - mean)).sum();
+    Some((sum / (samples.len() - 1) as f64).sqrt())
+}
+
+/// Two-sided 95 % quantile of the standard normal distribution.
+pub const Z_95: f64 = 1.959_963_984_540_054;
+
+/// 95 % interval of a mean by the normal approximation, mean ± 1.96 s/√n; `None` below two samples.
+#[must_use]
+pub fn mean_ci95(samples: &[f64]) -> Option<(f64, f64)> {
+    let half = Z_95 * standard_deviation(samples)? / (samples.len() as f64).sqrt();
+    let mean = mean(samples)?;
+    Some((mean - half, mean + half))
+}
+
+/// 95 % score interval (Wilson 1927) of a share of `hits` in `trials`; `None` without trials.
+#[must_use]
+pub fn wilson_ci95(hits: u64, trials: u64) -> Option<(f64, f64)> {
+    if trials == 0 {
+        return None;
+    }
+    let (n, p, z2) = (trials as f64, hits as f64 / trials as f64, Z_95 * Z_95);
+    let centre = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    let half = Z_95 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+    Some(((centre - half).max(0.0), (centre + half).min(1.0)))
+}
+
+/// 95 % interval of the mean of `n` normalised squared innovations of a consistent filter (χ² with
+/// n degrees of freedom over n, by the cube-root transformation of Wilson and Hilferty 1931, exact
+/// to 1 % from n = 10); `None` for n = 0.
+#[must_use]
+pub fn nis_bounds95(n: u64) -> Option<(f64, f64)> {
+    if n == 0 {
+        return None;
+    }
+    let c = 2.0 / (9.0 * n as f64);
+    let cube = |z: f64| (1.0 - c + z * c.sqrt()).max(0.0).powi(3);
+    Some((cube(-Z_95), cube(Z_95)))
+}
+
+/// How large an error was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorSummary {
+    /// How many samples.
+    pub count: usize,
+    /// Median, m.
+    pub median_m: f64,
+    /// 95th percentile, m.
+    pub p95_m: f64,
+    /// Maximum, m.
+    pub max_m: f64,
+    /// Root mean square, m.
+    pub rms_m: f64,
+}
+
+impl ErrorSummary {
+    /// Summary of error magnitudes, m; `None` without samples.
+    #[must_use]
+    pub fn of(errors_m: &[f64]) -> Option<Self> {
+        let mut sorted = errors_m.to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        Some(Self {
+            count: sorted.len(),
+            median_m: percentile_sorted(&sorted, 0.5)?,
+            p95_m: percentile_sorted(&sorted, 0.95)?,
+            max_m: *sorted.last()?,
+            rms_m: rms(&sorted)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_percentiles_as_numpy() {
+        // numpy.percentile([1, 2, 3, 4], [0, 25, 50, 95, 100])
+        let samples = [4.0, 1.0, 3.0, 2.0];
+        for (q, expected) in [(0.0, 1.0), (0.25, 1.75), (0.5, 2.5), (0.95, 3.85), (1.0, 4.0)] {
+            let value = percentile(&samples, q).unwrap();
+            assert!((value - expected).abs() < 1e-12, "{q}: {value}"); // rounding of one product
+        }
+    }
+
+    #[test]
+    fn nothing_in_nothing_out() {
+        assert_eq!(percentile(&[], 0.5), None);
+        assert_eq!(mean(&[]), None);
+        assert_eq!(rms(&[]), None);
+        assert_eq!(standard_deviation(&[1.0]), None);
+        assert_eq!(ErrorSummary::of(&[]), None);
+        assert_eq!(wilson_ci95(0, 0), None);
+        assert_eq!(nis_bounds95(0), None);
+    }
+
+    #[test]
+    fn val_spread() {
+        let samples = [1.0, 2.0, 3.0, 4.0, 5.0];
+        assert_eq!(standard_deviation(&samples), Some(2.5_f64.sqrt()));
+        let (lo, hi) = mean_ci95(&samples).unwrap();
+        assert!((hi - lo - 2.0 * Z_95 * 0.5_f64.sqrt()).abs() < 1e-12); // rounding
+        assert_eq!(rms(&[3.0, -3.0]), Some(3.0));
+    }
+
+    #[test]
+    fn val_wilson() {
+        // Textbook: 8 of 10 gives 0.4902 to 0.9433 (R: prop.test(8, 10, correct = FALSE)).
+        let (lo, hi) = wilson_ci95(8, 10).unwrap();
+        assert!((lo - 0.490_16).abs() < 1e-4 && (hi - 0.943_32).abs() < 1e-4, "{lo} {hi}"); // digits of the print
+        assert_eq!(wilson_ci95(0, 5).unwrap().0, 0.0);
+        assert_eq!(wilson_ci95(5, 5).unwrap().1, 1.0);
+    }
+
+    #[test]
+    fn val_nis_bounds() {
+        // χ² table: 95 % of a χ²(100) lies in 74.222..129.561, of a χ²(10) in 3.247..20.483.
+        for (n, lo, hi, tolerance) in [(100, 0.742_22, 1.295_61, 2e-3), (10, 0.3247, 2.0483, 1e-2)] {
+            let bounds = nis_bounds95(n).unwrap();
+            // Tolerance: error of the cube-root transformation.
+            assert!((bounds.0 - lo).abs() < tolerance && (bounds.1 - hi).abs() < tolerance, "{n}: {bounds:?}");
+        }
+    }
+
+    #[test]
+    fn summary() {
+        let s = ErrorSummary::of(&[3.0, 1.0, 2.0]).unwrap();
+        assert_eq!((s.count, s.median_m, s.max_m), (3, 2.0, 3.0));
+        assert!((s.p95_m - 2.9).abs() < 1e-12); // rounding
+    }
+}
