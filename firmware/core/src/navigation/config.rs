@@ -21,11 +21,15 @@ pub struct ProcessNoise {
 
 impl ProcessNoise {
     /// Dynamic model: what the model leaves unexplained of the reference vehicle.
-    pub const DYNAMIC: Self =
-        Self { linear_mps2_per_sqrt_hz: [3.0e-3, 2.0e-3, 2.0e-3], angular_radps2_per_sqrt_hz: [3.0e-3, 1.0e-3, 1.0e-3] };
+    pub const DYNAMIC: Self = Self {
+        linear_mps2_per_sqrt_hz: [3.0e-3, 2.0e-3, 2.0e-3],
+        angular_radps2_per_sqrt_hz: [3.0e-3, 1.0e-3, 1.0e-3],
+    };
     /// Kinematic model with a DVL ("loose"): covers the vehicle's manoeuvres.
-    pub const KINEMATIC: Self =
-        Self { linear_mps2_per_sqrt_hz: [1.0e-2, 2.0e-2, 1.0e-2], angular_radps2_per_sqrt_hz: [2.0e-2, 2.0e-2, 5.0e-2] };
+    pub const KINEMATIC: Self = Self {
+        linear_mps2_per_sqrt_hz: [1.0e-2, 2.0e-2, 1.0e-2],
+        angular_radps2_per_sqrt_hz: [2.0e-2, 2.0e-2, 5.0e-2],
+    };
 }
 
 /// The ship moves at constant velocity and turn rate, driven by white acceleration.

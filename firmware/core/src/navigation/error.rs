@@ -1,0 +1,44 @@
+//! Why the filter refuses something.
+
+/// Why a configuration was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ConfigError {
+    /// The named value is not finite or outside its range.
+    OutOfRange {
+        /// Field of [`super::NavigationConfig`], e.g. `sensors.depth_m`.
+        key: &'static str,
+    },
+    /// Effect states cannot come or go while the filter runs: configure and initialise again.
+    LayoutChange,
+}
+
+/// Why a prediction was refused, or how the filter failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum NavigationError {
+    /// Not configured or not initialised.
+    NotInitialised,
+    /// The time lies before the filter's.
+    TimeBackwards,
+    /// More than [`super::MAX_GAP_US`] since the last prediction: initialise again.
+    GapTooLong,
+    /// The actuator input is not finite.
+    InvalidInput,
+    /// A state or variance is no longer finite; initialise again.
+    NotFinite,
+    /// A variance is no longer positive; initialise again.
+    NotPositive,
+}
+
+/// Why a delayed state was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum CloneError {
+    /// The filter is not initialised.
+    NotInitialised,
+    /// The ship is not known yet.
+    NoShip,
+    /// Both slots are in use: drop one first.
+    Full,
+}
