@@ -1,0 +1,127 @@
+//! What the world shows: the seam between the physics and the emulated devices.
+//!
+//! An observation is a measurement in SI units before any device has encoded it. Device emulators
+//! turn it into bytes, with their own delays, resolutions and sign conventions.
+
+/// One measurement and the instant it was taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// When it was taken, µs since the start of the scenario. For acoustic arrivals this is the
+    /// true time of arrival, rounded to the µs.
+    pub time_us: u64,
+    /// What was measured.
+    pub kind: ObservationKind,
+}
+
+/// What was measured, with its noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ObservationKind {
+    /// Depth of the centre of gravity.
+    Depth {
+        /// Down, m.
+        depth_m: f64,
+    },
+    /// Attitude and rates, taken together.
+    Ahrs {
+        /// Roll, pitch, heading, rad; heading is true (a compass that sends magnetic heading
+        /// subtracts the declination when it encodes).
+        euler_rad: [f64; 3],
+        /// p, q, r, rad/s.
+        rates_radps: [f64; 3],
+    },
+    /// DVL ensemble in body axes.
+    Dvl {
+        /// Velocity over ground u, v, w, m/s; `None` without bottom lock.
+        velocity_mps: Option<[f64; 3]>,
+        /// Height over the bottom, m; `None` without bottom lock.
+        altitude_m: Option<f64>,
+    },
+    /// GNSS receiver of the vehicle; `None` while the antenna is under water.
+    VehicleGnss {
+        /// The fix, if there is one.
+        fix: Option<GnssFix>,
+    },
+    /// GNSS receiver of the ship (the backseat never sees it; the centralized filter does).
+    ShipGnss {
+        /// North, east, m.
+        position_m: [f64; 2],
+    },
+    /// A ship's packet begins to arrive at the vehicle.
+    Downlink(Downlink),
+    /// A vehicle's packet begins to arrive at the ship.
+    Uplink(Uplink),
+    /// The ship's answer to the vehicle's ping begins to arrive at the vehicle.
+    TwoWay(TwoWay),
+}
+
+/// A position fix of the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GnssFix {
+    /// North, east, m.
+    pub position_m: [f64; 2],
+    /// Speed over ground, m/s.
+    pub speed_mps: f64,
+    /// Course over ground, rad, 0 to 2π.
+    pub course_rad: f64,
+}
+
+/// What the ship says about itself in a packet: its own estimate, not the truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShipReport {
+    /// North, east at the time of launch, m.
+    pub position_m: [f64; 2],
+    /// North, east velocity over ground, m/s.
+    pub velocity_mps: [f64; 2],
+    /// One sigma of the position per axis, m.
+    pub position_sigma_m: f64,
+    /// One sigma of the velocity per axis, m/s.
+    pub velocity_sigma_mps: f64,
+}
+
+/// Ship to vehicle, one way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Downlink {
+    /// Time of launch, µs since the start of the scenario; a whole second.
+    pub tol_us: u64,
+    /// Time of arrival as the receiver's clock and detector tell it (with noise and clock error),
+    /// µs; `range_m` is (`toa_us` − `tol_us`) times the declared sound speed, to rounding.
+    pub toa_us: u64,
+    /// True time at which the packet's last byte has arrived, µs; sentences follow it.
+    pub end_us: u64,
+    /// Measured range, m.
+    pub range_m: f64,
+    /// Measured range rate, m/s, positive opening.
+    pub range_rate_mps: f64,
+    /// The payload.
+    pub ship: ShipReport,
+}
+
+/// Vehicle to ship, one way; known on the ship.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uplink {
+    /// Time of launch, µs.
+    pub tol_us: u64,
+    /// Measured time of arrival, µs.
+    pub toa_us: u64,
+    /// True time at which the packet's last byte has arrived, µs.
+    pub end_us: u64,
+    /// Measured range, m.
+    pub range_m: f64,
+    /// Measured range rate, m/s, positive opening.
+    pub range_rate_mps: f64,
+    /// The ship's estimate of itself at the arrival.
+    pub ship: ShipReport,
+}
+
+/// Vehicle to ship and back; needs no common clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoWay {
+    /// The vehicle's ping left, µs.
+    pub tol_us: u64,
+    /// The ship's answer left, true time, µs.
+    pub reply_us: u64,
+    /// Half of (round trip minus turnaround), s: what the modem reports.
+    pub one_way_time_s: f64,
+    /// The same times the declared sound speed, m.
+    pub range_m: f64,
+}

@@ -1,0 +1,70 @@
+//! A scenario: everything a simulated mission depends on, in one TOML file.
+//!
+//! Unknown keys, missing files and values out of range are errors that name file, line, column
+//! and key.
+
+mod backseat;
+mod effects;
+mod load;
+mod mission;
+mod quantity;
+mod sections;
+mod sensors;
+
+pub use backseat::{Backseat, ControlLaw, ControlMode};
+pub use effects::{ClockDrift, ClockOffset, DvlMisalignment, Effects, HeadingBias, Ratio};
+pub use mission::{Lawnmower, Line, Mission, MissionWaypoint};
+pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, Slot, Start};
+pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
+
+use backseat_data::VehicleFile;
+use serde::Deserialize;
+
+/// A scenario, read and checked.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// The file's own tables.
+    pub settings: Settings,
+    /// The declared vehicle.
+    pub vehicle: VehicleFile,
+}
+
+/// What stands in the scenario file itself.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Name, for reports and folders.
+    pub name: String,
+    /// The simulation ends here at the latest, s.
+    #[serde(deserialize_with = "quantity::duration")]
+    pub duration_s: f64,
+    /// Seed of all randomness.
+    pub seed: u64,
+    /// Vehicle file, relative to the scenario file.
+    pub vehicle: String,
+    /// The vehicle at time zero.
+    pub start: Start,
+    /// What to fly.
+    pub mission: Mission,
+    /// The backseat under test.
+    #[serde(default)]
+    pub backseat: Backseat,
+    /// Water, place and date.
+    #[serde(default)]
+    pub environment: Environment,
+    /// The ship.
+    #[serde(default)]
+    pub ship: Ship,
+    /// TDMA cycle and acoustic channel.
+    #[serde(default)]
+    pub acoustics: Acoustics,
+    /// Sensors.
+    #[serde(default)]
+    pub sensors: Sensors,
+    /// Physics that the declared vehicle leaves out.
+    #[serde(default)]
+    pub plant: Plant,
+    /// Undeclared effects.
+    #[serde(default)]
+    pub effects: Effects,
+}
