@@ -3,9 +3,11 @@
 //! One message carries clock, pulse-per-second edges and the chunks sent per port
 //! ([`Step`]); its answer carries what the board sent and its digest ([`StepDone`]).
 
+mod codec;
 mod messages;
 
+pub use codec::{Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use messages::{
-    Chunk, FromBoard, FusionTelemetry, Mode, ModeReason, ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard,
-    Waypoint, MAX_CHUNKS, MAX_PPS,
+    Chunk, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port, Refusal, Step,
+    StepDone, Telemetry, ToBoard, Waypoint,
 };

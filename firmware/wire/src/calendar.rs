@@ -1,0 +1,247 @@
+//! Dates and times of day as the sentences write them, and seconds since 1970.
+
+use crate::write::Writer;
+use crate::{Decimal, Error};
+
+/// Microseconds of a day.
+pub const DAY_US: u64 = 86_400_000_000;
+
+/// A time of day, UTC, µs since midnight.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct TimeOfDay {
+    us: u64,
+}
+
+impl TimeOfDay {
+    /// `us` after midnight, of any day.
+    pub const fn from_us(us: u64) -> Self {
+        Self { us: us % DAY_US }
+    }
+
+    /// µs since midnight, below [`DAY_US`].
+    pub const fn us(self) -> u64 {
+        self.us
+    }
+
+    /// Reads `hhmmss[.ffffff]`; digits beyond the microsecond are dropped.
+    ///
+    /// # Errors
+    /// [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] (a leap second is one).
+    pub fn parse(text: &[u8]) -> Result<Self, Error> {
+        if text.is_empty() {
+            return Err(Error::Missing);
+        }
+        let (whole, fraction) = text.split_at_checked(6).ok_or(Error::Malformed)?;
+        let us = match fraction {
+            [] => 0,
+            [b'.', digit, ..] if digit.is_ascii_digit() => {
+                Decimal::parse(fraction)?.rescaled(6).ok_or(Error::OutOfRange)?
+            }
+            _ => return Err(Error::Malformed),
+        };
+        let [h1, h2, m1, m2, s1, s2] = whole else { return Err(Error::Malformed) };
+        let (hour, minute, second) = (two(*h1, *h2)?, two(*m1, *m2)?, two(*s1, *s2)?);
+        Self::from_parts(hour, minute, second, us as u64)
+    }
+
+    fn from_parts(hour: u64, minute: u64, second: u64, us: u64) -> Result<Self, Error> {
+        if hour > 23 || minute > 59 || second > 59 || us >= 1_000_000 {
+            return Err(Error::OutOfRange);
+        }
+        Ok(Self { us: (hour * 3_600 + minute * 60 + second) * 1_000_000 + us })
+    }
+
+    /// Hour, minute, second, µs.
+    pub const fn parts(self) -> (u8, u8, u8, u32) {
+        let s = self.us / 1_000_000;
+        ((s / 3_600) as u8, (s / 60 % 60) as u8, (s % 60) as u8, (self.us % 1_000_000) as u32)
+    }
+
+    /// Writes `hhmmss`, then `decimals` (up to 6) digits of the second, truncated.
+    pub(crate) fn write(self, writer: &mut Writer<'_>, decimals: u8) -> Result<(), Error> {
+        let (hour, minute, second, _) = self.parts();
+        for part in [hour, minute, second] {
+            writer.unsigned(u64::from(part), 2)?;
+        }
+        self.write_fraction(writer, decimals)
+    }
+
+    fn write_fraction(self, writer: &mut Writer<'_>, decimals: u8) -> Result<(), Error> {
+        if decimals == 0 {
+            return Ok(());
+        }
+        let decimals = decimals.min(6);
+        let fraction = Decimal::new((self.us % 1_000_000) as i64, 6).rescaled(decimals).unwrap_or(0);
+        writer.byte(b'.')?;
+        writer.unsigned(fraction.unsigned_abs(), usize::from(decimals))
+    }
+
+    /// The instant nearest to `reference_us` (since 1970) that has this time of day.
+    pub fn nearest(self, reference_us: u64) -> u64 {
+        let midnight = reference_us - reference_us % DAY_US;
+        let today = midnight.saturating_add(self.us);
+        if today.saturating_add(DAY_US / 2) < reference_us {
+            today.saturating_add(DAY_US)
+        } else if today > reference_us.saturating_add(DAY_US / 2) {
+            today.saturating_sub(DAY_US)
+        } else {
+            today
+        }
+    }
+}
+
+/// A date of the years 1970 to 2399.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Date {
+    year: u16,
+    month: u8,
+    day: u8,
+}
+
+impl Date {
+    /// A day that exists.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] when it does not.
+    pub const fn new(year: u16, month: u8, day: u8) -> Result<Self, Error> {
+        let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+        let days = match month {
+            2 if leap => 29,
+            2 => 28,
+            4 | 6 | 9 | 11 => 30,
+            1..=12 => 31,
+            _ => 0,
+        };
+        if year < 1970 || year > 2399 || day == 0 || day > days {
+            return Err(Error::OutOfRange);
+        }
+        Ok(Self { year, month, day })
+    }
+
+    /// Year, month, day.
+    pub const fn parts(self) -> (u16, u8, u8) {
+        (self.year, self.month, self.day)
+    }
+
+    /// Days since 1970-01-01 (H. Hinnant's `days_from_civil`).
+    pub const fn days(self) -> u64 {
+        let (year, month) = (self.year as u64, self.month as u64);
+        let y = if month <= 2 { year - 1 } else { year };
+        let (era, shifted) = (y / 400, if month > 2 { month - 3 } else { month + 9 });
+        let year_of_era = y % 400;
+        let day_of_year = (153 * shifted + 2) / 5 + self.day as u64 - 1;
+        era * 146_097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year - 719_468
+    }
+
+    /// The day that is `days` after 1970-01-01.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] after 2399.
+    pub const fn from_days(days: u64) -> Result<Self, Error> {
+        if days > 157_000 {
+            return Err(Error::OutOfRange);
+        }
+        let z = days + 719_468;
+        let (era, day_of_era) = (z / 146_097, z % 146_097);
+        let year_of_era = (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+        let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+        let shifted = (5 * day_of_year + 2) / 153;
+        let month = if shifted < 10 { shifted + 3 } else { shifted - 9 };
+        let year = year_of_era + era * 400 + if month <= 2 { 1 } else { 0 };
+        Self::new(year as u16, month as u8, (day_of_year - (153 * shifted + 2) / 5 + 1) as u8)
+    }
+}
+
+/// Date and time of day, UTC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DateTime {
+    /// The day.
+    pub date: Date,
+    /// The time in it.
+    pub time: TimeOfDay,
+}
+
+impl DateTime {
+    /// µs since 1970, UTC without leap seconds.
+    pub const fn unix_us(self) -> u64 {
+        self.date.days() * DAY_US + self.time.us()
+    }
+
+    /// From µs since 1970.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] after 2399.
+    pub const fn from_unix_us(us: u64) -> Result<Self, Error> {
+        match Date::from_days(us / DAY_US) {
+            Ok(date) => Ok(Self { date, time: TimeOfDay::from_us(us) }),
+            Err(cause) => Err(cause),
+        }
+    }
+
+    /// Reads `yyyymmddhhmmss[.ffffff]`.
+    pub(crate) fn parse_compact(text: &[u8]) -> Result<Self, Error> {
+        let (date, time) = text.split_at_checked(8).ok_or(Error::Malformed)?;
+        Ok(Self { date: parse_date(date)?, time: TimeOfDay::parse(time)? })
+    }
+
+    pub(crate) fn write_compact(self, writer: &mut Writer<'_>, decimals: u8) -> Result<(), Error> {
+        write_date(self.date, writer)?;
+        self.time.write(writer, decimals)
+    }
+
+    /// Reads `yyyy-mm-ddThh:mm:ss[.ffffff][Z]`.
+    pub(crate) fn parse_iso(text: &[u8]) -> Result<Self, Error> {
+        let text = text.strip_suffix(b"Z").unwrap_or(text);
+        let (whole, fraction) = text.split_at_checked(19).ok_or(Error::Malformed)?;
+        let [y1, y2, y3, y4, b'-', m1, m2, b'-', d1, d2, b'T', h1, h2, b':', n1, n2, b':', s1, s2] = whole else {
+            return Err(Error::Malformed);
+        };
+        let date = parse_date(&[*y1, *y2, *y3, *y4, *m1, *m2, *d1, *d2])?;
+        let TimeOfDay { us: whole_us } = TimeOfDay::parse(&[*h1, *h2, *n1, *n2, *s1, *s2])?;
+        let us = match fraction {
+            [] => 0,
+            [b'.', digit, ..] if digit.is_ascii_digit() => {
+                Decimal::parse(fraction)?.rescaled(6).ok_or(Error::OutOfRange)?
+            }
+            _ => return Err(Error::Malformed),
+        };
+        Ok(Self { date, time: TimeOfDay { us: whole_us + us as u64 } })
+    }
+
+    pub(crate) fn write_iso(self, writer: &mut Writer<'_>, decimals: u8) -> Result<(), Error> {
+        let (year, month, day) = self.date.parts();
+        let (hour, minute, second, _) = self.time.parts();
+        writer.unsigned(u64::from(year), 4)?;
+        for (separator, part) in [(b'-', month), (b'-', day), (b'T', hour), (b':', minute), (b':', second)] {
+            writer.byte(separator)?;
+            writer.unsigned(u64::from(part), 2)?;
+        }
+        self.time.write_fraction(writer, decimals)
+    }
+}
+
+/// Reads `yyyymmdd`.
+pub(crate) fn parse_date(text: &[u8]) -> Result<Date, Error> {
+    let [y1, y2, y3, y4, m1, m2, d1, d2] = text else { return Err(Error::Malformed) };
+    let year = two(*y1, *y2)? * 100 + two(*y3, *y4)?;
+    Date::new(year as u16, two(*m1, *m2)? as u8, two(*d1, *d2)? as u8)
+}
+
+pub(crate) fn write_date(date: Date, writer: &mut Writer<'_>) -> Result<(), Error> {
+    let (year, month, day) = date.parts();
+    writer.unsigned(u64::from(year), 4)?;
+    writer.unsigned(u64::from(month), 2)?;
+    writer.unsigned(u64::from(day), 2)
+}
+
+/// The number of two digits.
+pub(crate) fn two(tens: u8, ones: u8) -> Result<u64, Error> {
+    if tens.is_ascii_digit() && ones.is_ascii_digit() {
+        Ok(u64::from(tens - b'0') * 10 + u64::from(ones - b'0'))
+    } else {
+        Err(Error::Malformed)
+    }
+}
