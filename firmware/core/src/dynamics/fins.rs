@@ -1,6 +1,6 @@
 //! Fins (3.10)-(3.23), corrected: each with the inflow at its own centre of pressure, in its own frame.
 //!
-//! In the fin frame F = Rx(φ_i) Ry(δ) of EQUATIONS (3.10)-(3.14) the inflow is (u_F, w_F), the incidence
+//! In the fin frame F = Rx(φ_i) Ry(δ) the inflow is (u_F, w_F), the incidence
 //! α = atan2(w_F, u_F) and the force −D x_W − L z_W with x_W along the inflow. Turning the frame by δ turns
 //! α by δ and leaves x_W and z_W where they are, so everything is evaluated in the fixed frame
 //! F0 = Rx(φ_i): α = δ + atan2(w, u) and no sine or cosine is needed at run time.
@@ -83,14 +83,16 @@ impl FinSection {
         let [cd, cl] = coefficients;
         let by_alpha = self.force(inflow, self.slopes(inflow.alpha));
         let scale = self.half_rho_area * inflow.speed;
-        let inverse_square = 1.0 / (inflow.speed * inflow.speed);
-        // d ln V = (u du + w dw)/V² and dα = (u dw − w du)/V².
-        let (u, w) = (inflow.u * inverse_square, inflow.w * inverse_square);
+        // d ln V = (u du + w dw)/V² and dα = (u dw − w du)/V². One V at a time: V² may underflow.
+        let inverse = 1.0 / inflow.speed;
+        let (u, w) = (inflow.u * inverse, inflow.w * inverse);
+        let [x, z] = force.map(|component| component * inverse);
+        let [x_alpha, z_alpha] = by_alpha.map(|component| component * inverse);
         ForceGradient {
             force,
             by_inflow: [
-                [force[0] * u - scale * cd - by_alpha[0] * w, force[0] * w + scale * cl + by_alpha[0] * u],
-                [force[1] * u - scale * cl - by_alpha[1] * w, force[1] * w - scale * cd + by_alpha[1] * u],
+                [x * u - scale * cd - x_alpha * w, x * w + scale * cl + x_alpha * u],
+                [z * u - scale * cl - z_alpha * w, z * w - scale * cd + z_alpha * u],
             ],
         }
     }
@@ -170,17 +172,20 @@ impl Fin {
     ) {
         let ForceGradient { force, by_inflow: [x_by, z_by] } = section.gradient(&self.inflow(v, delta));
         self.add_wrench(force, wrench);
+        // ∂force/∂v = by_inflow · (rows of the inflow map), whose zeros are left out; then the map's transpose.
+        let (x, z) = (&self.x_row, &self.z_row);
+        let by_velocity = |[by_u, by_w]: [f64; 2]| {
+            [by_u, by_w * z[1], by_w * z[2], by_w * z[3], by_u * x[4] + by_w * z[4], by_u * x[5] + by_w * z[5]]
+        };
+        let (x_by, z_by) = (by_velocity(x_by), by_velocity(z_by));
         for column in 0..6 {
-            let (x, z) = (self.x_row[column], self.z_row[column]);
-            let force_x = x_by[0] * x + x_by[1] * z;
-            let force_z = z_by[0] * x + z_by[1] * z;
-            // Rows of the transposed inflow map; its zeros are left out.
+            let (force_x, force_z) = (x_by[column], z_by[column]);
             jacobian[(0, column)] += force_x;
-            jacobian[(1, column)] += self.z_row[1] * force_z;
-            jacobian[(2, column)] += self.z_row[2] * force_z;
-            jacobian[(3, column)] += self.z_row[3] * force_z;
-            jacobian[(4, column)] += self.x_row[4] * force_x + self.z_row[4] * force_z;
-            jacobian[(5, column)] += self.x_row[5] * force_x + self.z_row[5] * force_z;
+            jacobian[(1, column)] += z[1] * force_z;
+            jacobian[(2, column)] += z[2] * force_z;
+            jacobian[(3, column)] += z[3] * force_z;
+            jacobian[(4, column)] += x[4] * force_x + z[4] * force_z;
+            jacobian[(5, column)] += x[5] * force_x + z[5] * force_z;
         }
     }
 }

@@ -80,7 +80,7 @@ pub struct ParameterError {
 impl fmt::Display for ParameterError {
     /// Key and index only: formatting of floats is left to the host.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} (value {}) is outside its range", self.key, self.index)
+        write!(f, "{}[{}] is outside its range", self.key, self.index)
     }
 }
 
@@ -89,6 +89,7 @@ impl core::error::Error for ParameterError {}
 impl VehicleParameters {
     /// The reference vehicle: Iver3-like, 0.147 m x 2.0 m, 38 kg. Engineering estimates with the
     /// REMUS-100 values of Prestero (2001) as guide; no maker publishes them.
+    #[allow(clippy::approx_constant)] // the vehicle file rounds 30°, and so does this
     pub const IVER3: Self = Self {
         length_m: 2.0,
         diameter_m: 0.147,
@@ -103,9 +104,9 @@ impl VehicleParameters {
         d35: 0.0,
         linear_surge_ns_per_m: 0.0,
         fins: [
-            FinGeometry { phi_rad: -core::f64::consts::FRAC_PI_2, cp_m: [-0.85, 0.0, -0.13] },
-            FinGeometry { phi_rad: core::f64::consts::FRAC_PI_2, cp_m: [-0.85, 0.0, 0.13] },
-            FinGeometry { phi_rad: core::f64::consts::PI, cp_m: [-0.85, -0.13, 0.0] },
+            FinGeometry { phi_rad: -FRAC_PI_2, cp_m: [-0.85, 0.0, -0.13] },
+            FinGeometry { phi_rad: FRAC_PI_2, cp_m: [-0.85, 0.0, 0.13] },
+            FinGeometry { phi_rad: PI, cp_m: [-0.85, -0.13, 0.0] },
             FinGeometry { phi_rad: 0.0, cp_m: [-0.85, 0.13, 0.0] },
         ],
         fin_area_m2: 0.009,

@@ -18,7 +18,7 @@ pub struct EffectInfo {
     pub equations: &'static str,
     /// What it leaves in the residual of a model that lacks it.
     pub signature: &'static str,
-    /// Names of effects, of this catalogue, that can leave the same residual, with the condition.
+    /// Effects that can leave the same residual.
     pub confused_with: &'static [Confusion],
 }
 

@@ -1,0 +1,81 @@
+//! Random states, comparison and reading of the reference file's arrays.
+
+use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
+use backseat_core::state::VehicleState;
+use serde_json::Value;
+
+/// The reference vehicle with everything that is zero on it switched on.
+pub fn full_parameters() -> VehicleParameters {
+    VehicleParameters {
+        b_cb_to_cg_m: [0.003, -0.002, 0.015],
+        m_diag: [39.3, 75.0, 73.5, 0.20, 20.0, 21.0],
+        quadratic_diag: [3.0, 170.0, 165.0, 0.30, 55.0, 60.0],
+        d26: 12.0,
+        d35: -9.0,
+        linear_surge_ns_per_m: 0.7,
+        advance_n_s2_per_rad_m: 0.004,
+        ..VehicleParameters::IVER3
+    }
+}
+
+pub fn model(parameters: &VehicleParameters) -> VehicleModel {
+    VehicleModel::new(parameters).expect("valid parameters")
+}
+
+/// SplitMix64: enough to scatter test points, the same on every machine.
+pub struct Random(pub u64);
+
+impl Random {
+    /// Uniform in [-scale, scale).
+    pub fn within(&mut self, scale: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^= z >> 31;
+        scale * ((z >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
+    }
+
+    /// Any attitude short of the vertical; slow and fast, ahead and astern.
+    pub fn state(&mut self) -> VehicleState {
+        let scales = [100.0, 100.0, 50.0, 3.0, 1.4, 3.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+        VehicleState::from(scales.map(|scale| self.within(scale)))
+    }
+
+    /// Fins far beyond their stall and mechanical limits.
+    pub fn input(&mut self) -> ActuatorInput {
+        ActuatorInput { propeller_radps: self.within(150.0), fins_rad: [(); 4].map(|()| self.within(1.5)) }
+    }
+}
+
+/// The numbers of a JSON array.
+pub fn numbers(value: &Value) -> Vec<f64> {
+    let array = value.as_array().unwrap_or_else(|| panic!("not an array: {value}"));
+    array.iter().map(|number| number.as_f64().expect("a number")).collect()
+}
+
+/// The numbers of a JSON matrix, row-major.
+pub fn matrix(value: &Value) -> Vec<f64> {
+    value.as_array().expect("a matrix").iter().flat_map(numbers).collect()
+}
+
+/// ξ of nav_vectors.json.
+pub fn input(value: &Value) -> ActuatorInput {
+    let xi = numbers(value);
+    ActuatorInput { propeller_radps: xi[0], fins_rad: [xi[1], xi[2], xi[3], xi[4]] }
+}
+
+/// Compares number by number: |ours − theirs| ≤ tolerance (1 + |theirs|).
+pub fn assert_close<'a>(
+    ours: impl IntoIterator<Item = &'a f64>,
+    theirs: impl IntoIterator<Item = &'a f64>,
+    tolerance: f64,
+    what: &str,
+) {
+    let (ours, theirs): (Vec<_>, Vec<_>) = (ours.into_iter().collect(), theirs.into_iter().collect());
+    assert_eq!(ours.len(), theirs.len(), "{what}");
+    for (i, (a, b)) in ours.iter().zip(&theirs).enumerate() {
+        let error = (*a - *b).abs() / (1.0 + b.abs());
+        assert!(error <= tolerance, "{what}[{i}]: {a} instead of {b}, error {error:e}");
+    }
+}
