@@ -9,10 +9,9 @@ pub struct ActuatorLimits {
     pub fin_rad: f64,
     /// Largest fin rate, rad/s.
     pub fin_rate_radps: f64,
-    /// Largest propeller speed, rad/s; also bounded by the vehicle's `omega_max_radps`.
+    /// Largest propeller speed, rad/s; also bounded by the vehicle's `omega_max_radps`. The smallest is 0: no law
+    /// brakes with the propeller.
     pub propeller_radps: f64,
-    /// Smallest propeller speed, rad/s: 0, because braking with the propeller is not modelled well.
-    pub propeller_min_radps: f64,
     /// Largest propeller acceleration, rad/s².
     pub propeller_radps2: f64,
 }
@@ -24,7 +23,6 @@ impl ActuatorLimits {
         fin_rad: 0.349_065_850_398_865_9,
         fin_rate_radps: 0.523_598_775_598_298_8,
         propeller_radps: 200.0,
-        propeller_min_radps: 0.0,
         propeller_radps2: 100.0,
     };
 
@@ -36,8 +34,6 @@ impl ActuatorLimits {
             && positive(self.fin_rate_radps)
             && positive(self.propeller_radps)
             && positive(self.propeller_radps2)
-            && self.propeller_min_radps.is_finite()
-            && self.propeller_min_radps <= 0.0
     }
 
     /// These limits inside those of the vehicle.
@@ -46,7 +42,6 @@ impl ActuatorLimits {
         Self {
             fin_rad: self.fin_rad.min(vehicle.delta_max_rad),
             propeller_radps: self.propeller_radps.min(vehicle.omega_max_radps),
-            propeller_min_radps: self.propeller_min_radps.max(-vehicle.omega_max_radps),
             ..*self
         }
     }
@@ -88,7 +83,7 @@ impl Limiter {
     pub fn apply(&mut self, wanted: &ActuatorInput, dt_s: f64) -> ActuatorInput {
         let l = self.limits;
         let dt_s = if dt_s.is_finite() { dt_s.max(0.0) } else { 0.0 };
-        let propeller = finite_or_zero(wanted.propeller_radps).max(l.propeller_min_radps).min(l.propeller_radps);
+        let propeller = finite_or_zero(wanted.propeller_radps).max(0.0).min(l.propeller_radps);
         self.last.propeller_radps = towards(self.last.propeller_radps, propeller, l.propeller_radps2 * dt_s);
         for (last, &fin) in self.last.fins_rad.iter_mut().zip(&wanted.fins_rad) {
             let fin = finite_or_zero(fin).max(-l.fin_rad).min(l.fin_rad);

@@ -1,14 +1,38 @@
 //! Trackline following: guidance, PD and LQR, fin allocation, speed, mission sequencing.
+//!
+//! [`Controller`] is the one thing a board calls; the modules are its parts, each usable and tested by itself.
+//! A mission's waypoints become legs ([`mission`]), a leg and an estimate become an error ([`trackline`]), the error
+//! becomes thrust and moments ([`pd`] with [`guidance`] and [`speed`], or [`lqr`] on a gain from [`riccati`] at a
+//! [`trim`]), those become fin angles and propeller speed ([`allocation`]), and [`limits`] has the last word.
 
+pub mod allocation;
+mod controller;
+pub mod guidance;
 pub mod limits;
+mod linear;
+pub mod lqr;
 pub mod mission;
+pub mod pd;
+pub mod reference;
+pub mod riccati;
+pub mod speed;
 pub mod trackline;
+pub mod trim;
+
+pub use allocation::AllocationMethod;
+pub use controller::{Command, Controller, HelmCommand};
 
 use crate::dynamics::{ActuatorInput, VehicleModel};
-use crate::state::VehicleState;
-use limits::{ActuatorLimits, Limiter};
-use mission::{Mission, MissionError, MissionStatus, Progress};
-use trackline::TrackError;
+use crate::state::{self, VehicleState};
+use allocation::{Datum, allocate};
+use guidance::{GuidanceGains, crab_angle_rad};
+use limits::ActuatorLimits;
+use lqr::LqrWeights;
+use mission::Mission;
+use pd::PdGains;
+use speed::{SpeedGains, propeller_radps};
+use trackline::Segment;
+use trim::Trim;
 
 /// Which law steers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,18 +40,10 @@ use trackline::TrackError;
 pub enum ControlLaw {
     /// Kappa guidance and PD (3.31)-(3.34) corrected.
     Pd,
-    /// LQR about the line (or about the reference trajectory of 5.1).
+    /// LQR about the line.
     Lqr,
-}
-
-/// How moments become fin angles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum AllocationMethod {
-    /// (3.1.4): yaw to top and bottom, pitch to port and starboard.
-    Decoupled,
-    /// All four fins for the whole wrench on the nonlinear fin model.
-    SixDof,
+    /// LQR about the reference trajectory of 5.1.
+    LqrOnReference,
 }
 
 /// Everything the controller is told before it runs.
@@ -43,6 +59,14 @@ pub struct ControlConfig {
     pub turn_radius_m: f64,
     /// Speed through the water the first gain is made for, m/s.
     pub cruise_speed_mps: f64,
+    /// Approach to line and depth; its largest angles hold for every law.
+    pub guidance: GuidanceGains,
+    /// Gains of the PD law.
+    pub pd: PdGains,
+    /// Gains of the speed law; its largest thrust holds for every law.
+    pub speed: SpeedGains,
+    /// Weights of the LQR.
+    pub lqr: LqrWeights,
 }
 
 impl ControlConfig {
@@ -53,7 +77,45 @@ impl ControlConfig {
         limits: ActuatorLimits::DEFAULT,
         turn_radius_m: 5.0,
         cruise_speed_mps: 1.0,
+        guidance: GuidanceGains::DEFAULT,
+        pd: PdGains::DEFAULT,
+        speed: SpeedGains::DEFAULT,
+        lqr: LqrWeights::DEFAULT,
     };
+
+    /// Checks what does not depend on the vehicle.
+    ///
+    /// # Errors
+    /// The first group with a value that is not finite or has the wrong sign.
+    pub fn validate(&self) -> Result<(), ControlError> {
+        let not_negative = |values: &[f64]| values.iter().all(|x| x.is_finite() && *x >= 0.0);
+        let (g, pd, s) = (&self.guidance, &self.pd, &self.speed);
+        if !self.limits.is_valid() {
+            return Err(ControlError::Limits);
+        }
+        let angles = |x: f64| (0.0..core::f64::consts::FRAC_PI_2).contains(&x);
+        if !not_negative(&[
+            g.kappa_psi,
+            g.kappa_theta,
+            pd.kp_psi,
+            pd.kd_r,
+            pd.kp_theta,
+            pd.kd_q,
+            s.kp_u,
+            s.thrust_max_n,
+        ]) || !angles(g.approach_max_rad)
+            || !angles(g.pitch_max_rad)
+            || !self.lqr.is_valid()
+        {
+            return Err(ControlError::Gains);
+        }
+        if !not_negative(&[self.turn_radius_m])
+            || !(Mission::MIN_SPEED_MPS..=Mission::MAX_SPEED_MPS).contains(&self.cruise_speed_mps)
+        {
+            return Err(ControlError::Cruise);
+        }
+        Ok(())
+    }
 }
 
 /// Why a configuration was refused.
@@ -62,118 +124,32 @@ impl ControlConfig {
 pub enum ControlError {
     /// A limit is not finite or not positive.
     Limits,
-    /// A gain is not finite or has the wrong sign.
+    /// A gain or weight is not finite or has the wrong sign.
     Gains,
+    /// Turn radius or cruise speed is out of range.
+    Cruise,
     /// The vehicle has no straight level flight at the cruise speed.
     NoTrim,
     /// The Riccati equation has no stabilising solution for these weights.
     NoGain,
 }
 
-/// Heading, depth and speed for a vehicle that steers itself (`$OMS`).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct HelmCommand {
-    /// True heading, rad.
-    pub heading_rad: f64,
-    /// Depth, m.
-    pub depth_m: f64,
-    /// Speed through the water, m/s.
-    pub speed_mps: f64,
-}
-
-/// What the controller wants now.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Command {
-    /// Fins and propeller, always finite and within the limits; neutral unless a mission is under way.
-    pub input: ActuatorInput,
-    /// The same wish as heading, depth and speed; `None` unless a mission is under way.
-    pub helm: Option<HelmCommand>,
-    /// Error about the active leg.
-    pub error: TrackError,
-    /// Progress of the mission.
-    pub status: MissionStatus,
-}
-
-/// Steers the vehicle along a mission.
-#[derive(Clone, Debug)]
-pub struct Controller {
-    config: ControlConfig,
-    model: Option<VehicleModel>,
-    mission: Mission,
-    progress: Progress,
-    limiter: Limiter,
-    last_us: Option<u64>,
-}
-
-impl Default for Controller {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl Controller {
-    /// Not configured: commands neutral.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            config: ControlConfig::REFERENCE,
-            model: None,
-            mission: Mission::new(),
-            progress: Progress::new(),
-            limiter: Limiter::new(ActuatorLimits::DEFAULT),
-            last_us: None,
-        }
-    }
-
-    /// Takes over a configuration and the vehicle it is for; solves the trim and the first gain.
-    ///
-    /// # Errors
-    /// What is wrong; the old configuration stays active then.
-    pub fn configure(&mut self, config: &ControlConfig, model: &VehicleModel) -> Result<(), ControlError> {
-        if !config.limits.is_valid() {
-            return Err(ControlError::Limits);
-        }
-        self.limiter.set_limits(config.limits.within(model.parameters()));
-        self.config = *config;
-        self.model = Some(model.clone());
-        Ok(())
-    }
-
-    /// The stored mission.
-    #[must_use]
-    pub fn mission(&self) -> &Mission {
-        &self.mission
-    }
-
-    /// Replaces the stored mission; one that is under way stops.
-    pub fn set_mission(&mut self, mission: &Mission) {
-        self.mission.clone_from(mission);
-        self.progress.stop();
-    }
-
-    /// Starts the stored mission from where the vehicle is.
-    ///
-    /// # Errors
-    /// The mission is empty, or the vehicle's position is not finite.
-    pub fn start(&mut self, x: &VehicleState) -> Result<(), MissionError> {
-        self.progress.start(&self.mission, [x[crate::state::X], x[crate::state::Y]])
-    }
-
-    /// Stops: from now on commands are neutral.
-    pub fn stop(&mut self) {
-        self.progress.stop();
-    }
-
-    /// Progress of the mission.
-    #[must_use]
-    pub fn status(&self) -> MissionStatus {
-        self.progress.status()
-    }
-
-    /// The command at `time_us` for the estimate `x` in a current of `current_ne_mps` (north, east; zero where
-    /// it is not estimated). Call it at a steady rate, 10 Hz by design; a state that is not finite gives neutral.
-    pub fn command(&mut self, time_us: u64, x: &VehicleState, current_ne_mps: [f64; 2]) -> Command {
-        let _ = (time_us, x, current_ne_mps, self.last_us);
-        Command::default()
-    }
+/// Kappa guidance, PD and speed law: the actuators wanted for a segment, before rate limits.
+#[must_use]
+pub fn attitude_law(
+    config: &ControlConfig,
+    model: &VehicleModel,
+    trim: &Trim,
+    x: &VehicleState,
+    segment: &Segment,
+    current_ne_mps: [f64; 2],
+) -> ActuatorInput {
+    let error = segment.error(x);
+    let heading = config.guidance.heading_rad(&error, crab_angle_rad(segment, x, current_ne_mps));
+    let pitch = config.guidance.pitch_rad(&error, trim.pitch_rad);
+    let moments = config.pd.moments(x, heading, pitch, trim.fin_pitch_moment_nm);
+    let limit_rad = config.limits.within(model.parameters()).fin_rad;
+    let fins_rad = allocate(config.allocation, model, &state::velocity(x), &moments, &Datum::Total, limit_rad);
+    let thrust = config.speed.thrust_n(model, x, &fins_rad, segment.speed_mps);
+    ActuatorInput { propeller_radps: propeller_radps(model.propeller(), thrust, x[state::U]), fins_rad }
 }

@@ -1,0 +1,228 @@
+//! The controller: a mission, an estimate and a current in, actuators out.
+
+use super::allocation::{Datum, allocate};
+use super::guidance::crab_angle_rad;
+use super::limits::{ActuatorLimits, Limiter};
+use super::lqr::Lqr;
+use super::mission::{Mission, MissionError, MissionStatus, Progress};
+use super::reference::ReferenceTrajectory;
+use super::speed::propeller_radps;
+use super::trackline::{Segment, TrackError};
+use super::{ControlConfig, ControlError, ControlLaw, attitude_law};
+use crate::dynamics::{ActuatorInput, VehicleModel};
+use crate::state::{self, VehicleState};
+
+/// Time that the first command is taken to last, s: the board's step.
+const FIRST_STEP_S: f64 = 0.1;
+/// A longer gap between commands counts as this, s: actuators do not jump after a pause.
+const LONGEST_STEP_S: f64 = 0.2;
+
+/// Heading, depth and speed for a vehicle that steers itself (`$OMS`).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HelmCommand {
+    /// True heading, rad.
+    pub heading_rad: f64,
+    /// Depth, m.
+    pub depth_m: f64,
+    /// Speed through the water, m/s.
+    pub speed_mps: f64,
+}
+
+/// What the controller wants now.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Command {
+    /// Fins and propeller, always finite and within the limits; neutral unless a mission is under way.
+    pub input: ActuatorInput,
+    /// The same wish as heading, depth and speed; `None` unless a mission is under way.
+    pub helm: Option<HelmCommand>,
+    /// Error about the active leg; zero unless a mission is under way.
+    pub error: TrackError,
+    /// Progress of the mission.
+    pub status: MissionStatus,
+}
+
+/// Steers the vehicle along a mission. About 17 kB: keep it in a static.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    config: ControlConfig,
+    model: Option<VehicleModel>,
+    lqr: Lqr,
+    reference: ReferenceTrajectory,
+    mission: Mission,
+    progress: Progress,
+    limiter: Limiter,
+    last_us: Option<u64>,
+}
+
+impl Default for Controller {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Controller {
+    /// Not configured: commands neutral.
+    #[must_use]
+    pub const fn new() -> Self {
+        let limiter = Limiter::new(ActuatorLimits::DEFAULT);
+        Self {
+            config: ControlConfig::REFERENCE,
+            model: None,
+            lqr: Lqr::new(),
+            reference: ReferenceTrajectory::new(limiter),
+            mission: Mission::new(),
+            progress: Progress::new(),
+            limiter,
+            last_us: None,
+        }
+    }
+
+    /// Takes over a configuration and the vehicle it is for; solves the trim and the first gain.
+    ///
+    /// # Errors
+    /// What is wrong; the old configuration stays active then.
+    pub fn configure(&mut self, config: &ControlConfig, model: &VehicleModel) -> Result<(), ControlError> {
+        config.validate()?;
+        self.lqr.configure(model, &config.lqr, config.cruise_speed_mps)?;
+        self.limiter.set_limits(config.limits.within(model.parameters()));
+        self.config = *config;
+        self.model = Some(model.clone());
+        Ok(())
+    }
+
+    /// The regulator: trim and gain in force.
+    #[must_use]
+    pub fn lqr(&self) -> &Lqr {
+        &self.lqr
+    }
+
+    /// The stored mission.
+    #[must_use]
+    pub fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
+    /// Replaces the stored mission; one that is under way stops.
+    pub fn set_mission(&mut self, mission: &Mission) {
+        self.mission.clone_from(mission);
+        self.progress.stop();
+    }
+
+    /// Starts the stored mission from where the vehicle is.
+    ///
+    /// # Errors
+    /// The mission is empty, or the vehicle's position is not finite.
+    pub fn start(&mut self, x: &VehicleState) -> Result<(), MissionError> {
+        self.reference.start(&self.mission, x, &self.limiter)?;
+        self.progress.start(&self.mission, [x[state::X], x[state::Y]])
+    }
+
+    /// Stops: from now on commands are neutral.
+    pub fn stop(&mut self) {
+        self.progress.stop();
+    }
+
+    /// Progress of the mission.
+    #[must_use]
+    pub fn status(&self) -> MissionStatus {
+        self.progress.status()
+    }
+
+    /// The command at `time_us` for the estimate `x` in a current of `current_ne_mps` (north, east; zero where
+    /// it is not estimated). Call it at a steady rate, 10 Hz by design; a state that is not finite gives neutral.
+    pub fn command(&mut self, time_us: u64, x: &VehicleState, current_ne_mps: [f64; 2]) -> Command {
+        #[allow(clippy::cast_precision_loss)] // exact below 285 years
+        let dt_s = self.last_us.map_or(FIRST_STEP_S, |last| time_us.saturating_sub(last) as f64 * 1e-6);
+        let dt_s = dt_s.min(LONGEST_STEP_S);
+        self.last_us = Some(time_us);
+
+        let mut command = Command { status: self.progress.status(), ..Command::default() };
+        let current = if current_ne_mps.iter().all(|c| c.is_finite()) { current_ne_mps } else { [0.0; 2] };
+        let mut wanted = ActuatorInput::default();
+        if let Some(model) = &self.model
+            && x.iter().all(|value| value.is_finite())
+        {
+            command.status = self.progress.update(&self.mission, x, self.config.turn_radius_m);
+            if let Some(segment) = self.progress.segment() {
+                let crab = crab_angle_rad(segment, x, current);
+                command.error = segment.error(x);
+                command.helm = Some(HelmCommand {
+                    heading_rad: self.config.guidance.heading_rad(&command.error, crab),
+                    depth_m: segment.depth_m,
+                    speed_mps: segment.speed_mps,
+                });
+                self.lqr.advance(model, segment.speed_mps);
+                let reference = match self.config.law {
+                    ControlLaw::LqrOnReference => {
+                        self.reference.step(&self.config, model, &self.mission, self.lqr.trim(), current, x, dt_s)
+                    }
+                    ControlLaw::Pd | ControlLaw::Lqr => None,
+                };
+                wanted = match (self.config.law, &reference) {
+                    (ControlLaw::Pd, _) => attitude_law(&self.config, model, self.lqr.trim(), x, segment, current),
+                    (_, Some((x_ref, input_ref))) => self.regulate_about(model, x, x_ref, input_ref),
+                    (_, None) => self.regulate_line(model, x, segment, crab),
+                };
+            }
+        }
+        command.input = self.limiter.apply(&wanted, dt_s);
+        command
+    }
+
+    /// LQR about the line, held at trim with the crab angle.
+    fn regulate_line(&self, model: &VehicleModel, x: &VehicleState, segment: &Segment, crab: f64) -> ActuatorInput {
+        let trim = self.lqr.trim();
+        let track = segment.error(x);
+        let mut error = x - trim.state();
+        error[state::X] = 0.0;
+        error[state::Y] = track.cross_m;
+        error[state::Z] = track.depth_m;
+        error[state::PSI] = state::wrap_angle(x[state::PSI] - track.course_rad - crab);
+        error[state::U] = x[state::U] - segment.speed_mps;
+        let ratio = segment.speed_mps / trim.surge_mps;
+        self.regulate(model, x, &error, trim.thrust_n * ratio * ratio, trim.fins_rad)
+    }
+
+    /// LQR about a state of the reference trajectory, in the frame of its heading.
+    fn regulate_about(
+        &self,
+        model: &VehicleModel,
+        x: &VehicleState,
+        x_ref: &VehicleState,
+        input_ref: &ActuatorInput,
+    ) -> ActuatorInput {
+        let mut error = x - x_ref;
+        let (sin, cos) = libm::sincos(x_ref[state::PSI]);
+        let (north, east) = (error[state::X], error[state::Y]);
+        error[state::X] = cos * north + sin * east;
+        error[state::Y] = cos * east - sin * north;
+        error[state::PHI] = state::wrap_angle(error[state::PHI]);
+        error[state::PSI] = state::wrap_angle(error[state::PSI]);
+        let thrust = model.propeller().thrust(input_ref.propeller_radps, x_ref[state::U]);
+        self.regulate(model, x, &error, thrust, input_ref.fins_rad)
+    }
+
+    fn regulate(
+        &self,
+        model: &VehicleModel,
+        x: &VehicleState,
+        error: &VehicleState,
+        thrust_n: f64,
+        fins_rad: [f64; 4],
+    ) -> ActuatorInput {
+        let demand = self.lqr.demand(error, &self.config.guidance);
+        let limits = self.limiter.limits();
+        let thrust = (thrust_n + demand.thrust_n).max(0.0).min(self.config.speed.thrust_max_n);
+        ActuatorInput {
+            propeller_radps: propeller_radps(model.propeller(), thrust, x[state::U]),
+            fins_rad: allocate(
+                self.config.allocation,
+                model,
+                &state::velocity(x),
+                &demand.moments,
+                &Datum::Above(fins_rad),
+                limits.fin_rad,
+            ),
+        }
+    }
+}

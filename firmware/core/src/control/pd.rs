@@ -1,0 +1,37 @@
+//! PD attitude control (3.32)-(3.33) corrected: damping acts on the rates, not on their derivatives.
+
+use super::allocation::Moments;
+use crate::state::{self, VehicleState};
+
+/// Gains of the PD law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PdGains {
+    /// Kp on the heading error, N m/rad.
+    pub kp_psi: f64,
+    /// Kd on the yaw rate, N m s/rad.
+    ///
+    /// The PD's moments are totals, so allocation cancels the fins' own damping; a Kd well below 20 N m s/rad
+    /// then leaves so little that fin rate and saturation turn the loop into a limit cycle.
+    pub kd_r: f64,
+    /// Kp on the pitch error, N m/rad.
+    pub kp_theta: f64,
+    /// Kd on the pitch rate, N m s/rad.
+    pub kd_q: f64,
+}
+
+impl PdGains {
+    /// Heading settles within some 5 s without overshoot, pitch within 2 s.
+    pub const DEFAULT: Self = Self { kp_psi: 20.0, kd_r: 60.0, kp_theta: 25.0, kd_q: 30.0 };
+
+    /// Moments that the fins shall give in total for a heading and a pitch; `pitch_feed_nm` is what the fins give
+    /// in trim.
+    #[must_use]
+    pub fn moments(&self, x: &VehicleState, heading_rad: f64, pitch_rad: f64, pitch_feed_nm: f64) -> Moments {
+        let heading_error = state::wrap_angle(heading_rad - x[state::PSI]);
+        Moments {
+            roll_nm: 0.0,
+            pitch_nm: pitch_feed_nm + self.kp_theta * (pitch_rad - x[state::THETA]) - self.kd_q * x[state::Q],
+            yaw_nm: self.kp_psi * heading_error - self.kd_r * x[state::R],
+        }
+    }
+}

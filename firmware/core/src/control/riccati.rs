@@ -1,0 +1,323 @@
+//! Riccati equation of the linear quadratic regulator, solved by structure-preserving doubling.
+//!
+//! Minimises ∫ (xᵀQx + uᵀRu + 2xᵀNu) dt of ẋ = Ax + Bu, over all time or up to a horizon. With the time to go
+//! τ and P(0) = 0, −dP/dt = AᵀP + PA − (PB + N) R⁻¹ (BᵀP + Nᵀ) + Q, and u = −Kx with K = R⁻¹(BᵀP + Nᵀ).
+//!
+//! The solution over a time h for any start P₀ is H + Eᵀ P₀ (I + G P₀)⁻¹ E with three matrices that depend on h
+//! only; H is the solution from P₀ = 0, E the transition of the closed loop. Two steps of h compose to one of 2h:
+//!
+//! ```text
+//! E ← E (I + GH)⁻¹ E      G ← G + E (I + GH)⁻¹ G Eᵀ      H ← H + Eᵀ H (I + GH)⁻¹ E
+//! ```
+//!
+//! (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, *A structure-preserving doubling algorithm for continuous-time algebraic
+//! Riccati equations*, Linear Algebra Appl. 396, 2005, started from the exact flow over a short h instead of its
+//! Cayley transform, so that every H on the way is the finite-horizon solution as well.) The short flow is the
+//! Taylor series of exp([−A S; Q Aᵀ] h), S = B R⁻¹ Bᵀ. All matrices stay bounded: G and H are positive
+//! semi-definite, so I + GH never is singular, and the error halves its exponent each step.
+//!
+//! The work is cut in slices of a few matrix products, so that a board can spread a solution over its steps.
+
+use super::linear::solve_in_place;
+use nalgebra::{Cholesky, SMatrix};
+
+/// h ‖Hamiltonian‖ of the Taylor series: with [`ORDER`] terms the first one left out is below 1e-16 (0.05⁹/9! = 5e-18).
+const SHORT_FLOW: f64 = 0.05;
+/// Terms of the Taylor series.
+const ORDER: u8 = 8;
+/// Doublings after which a system is taken as not stabilisable: h grows by 1e15, far beyond any time constant
+/// that a double can tell from infinity.
+const MAX_DOUBLINGS: u8 = 50;
+
+/// ẋ = Ax + Bu with the cost ∫ (xᵀQx + uᵀRu + 2xᵀNu) dt.
+#[derive(Clone, Copy, Debug)]
+pub struct LinearQuadratic<'a, const N: usize, const M: usize> {
+    /// A.
+    pub a: &'a SMatrix<f64, N, N>,
+    /// B.
+    pub b: &'a SMatrix<f64, N, M>,
+    /// Q, positive semi-definite.
+    pub q: &'a SMatrix<f64, N, N>,
+    /// R, positive definite.
+    pub r: &'a SMatrix<f64, M, M>,
+    /// N, the cross term.
+    pub n: Option<&'a SMatrix<f64, N, M>>,
+}
+
+/// How far ahead the cost is counted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Horizon {
+    /// For all time: the algebraic equation.
+    Infinite,
+    /// For a time to go, s, with no cost at its end.
+    Finite(f64),
+}
+
+/// Why there is no solution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RiccatiError {
+    /// R is not positive definite.
+    InputWeight,
+    /// A matrix or the horizon is not finite, or the horizon is negative.
+    NotFinite,
+    /// No solution that stabilises the system was approached.
+    NotStabilisable,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// Term of the Taylor series to be added next, of the first or second block column.
+    Flow {
+        second: bool,
+        term: u8,
+    },
+    /// From the flow's blocks to E, G, H.
+    Join,
+    /// Doublings done.
+    Double(u8),
+    Done,
+}
+
+/// A solution in progress. 10 N² + 3 NM doubles, 12 kB for the vehicle: keep it in a static.
+#[derive(Clone, Debug)]
+pub struct RiccatiSolver<const N: usize, const M: usize> {
+    a: SMatrix<f64, N, N>,
+    s: SMatrix<f64, N, N>,
+    q: SMatrix<f64, N, N>,
+    e: SMatrix<f64, N, N>,
+    g: SMatrix<f64, N, N>,
+    h: SMatrix<f64, N, N>,
+    work: [SMatrix<f64, N, N>; 4],
+    /// R⁻¹ Bᵀ.
+    rb: SMatrix<f64, M, N>,
+    /// R⁻¹ Nᵀ.
+    rn: SMatrix<f64, M, N>,
+    step_s: f64,
+    /// Doublings wanted; `None` until converged.
+    doublings: Option<u8>,
+    phase: Phase,
+}
+
+const fn zeros<const R: usize, const C: usize>() -> SMatrix<f64, R, C> {
+    SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; R]; C]))
+}
+
+impl<const N: usize, const M: usize> Default for RiccatiSolver<N, M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
+    /// Most calls of [`Self::step`] that one solution can take.
+    pub const MAX_STEPS: usize = 2 * ORDER as usize + 1 + MAX_DOUBLINGS as usize + 1;
+
+    /// Nothing to solve yet: P = 0, K = 0.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            a: zeros(),
+            s: zeros(),
+            q: zeros(),
+            e: zeros(),
+            g: zeros(),
+            h: zeros(),
+            work: [zeros(); 4],
+            rb: zeros(),
+            rn: zeros(),
+            step_s: 0.0,
+            doublings: None,
+            phase: Phase::Done,
+        }
+    }
+
+    /// Sets up a problem; nothing but products with B, R and N is computed yet.
+    ///
+    /// # Errors
+    /// R is not positive definite, or something is not finite.
+    pub fn start(&mut self, problem: &LinearQuadratic<'_, N, M>, horizon: Horizon) -> Result<(), RiccatiError> {
+        let r = Cholesky::new(*problem.r).ok_or(RiccatiError::InputWeight)?;
+        problem.b.transpose_to(&mut self.rb);
+        r.solve_mut(&mut self.rb);
+        self.s.gemm(1.0, problem.b, &self.rb, 0.0);
+        self.a.copy_from(problem.a);
+        self.q.copy_from(problem.q);
+        match problem.n {
+            // A − B R⁻¹ Nᵀ and Q − N R⁻¹ Nᵀ: the same problem without a cross term.
+            Some(n) => {
+                n.transpose_to(&mut self.rn);
+                r.solve_mut(&mut self.rn);
+                self.a.gemm(-1.0, problem.b, &self.rn, 1.0);
+                self.q.gemm(-1.0, n, &self.rn, 1.0);
+            }
+            None => self.rn.fill(0.0),
+        }
+        // Q and S have different units; the geometric mean is what counts, whatever the scale of the cost.
+        let norm = self.a.norm() + libm::sqrt(self.q.norm() * self.s.norm());
+        let longest_s = SHORT_FLOW / norm.max(f64::MIN_POSITIVE);
+        if !norm.is_finite() {
+            return Err(RiccatiError::NotFinite);
+        }
+        match horizon {
+            Horizon::Infinite => {
+                self.doublings = None;
+                self.step_s = longest_s.min(1.0);
+            }
+            Horizon::Finite(time_s) => {
+                if !(0.0..f64::INFINITY).contains(&time_s) {
+                    return Err(RiccatiError::NotFinite);
+                }
+                let mut doublings = 0;
+                let mut step_s = time_s;
+                while step_s > longest_s && doublings < MAX_DOUBLINGS {
+                    step_s *= 0.5;
+                    doublings += 1;
+                }
+                self.doublings = Some(doublings);
+                self.step_s = step_s;
+            }
+        }
+        self.e.fill_with_identity();
+        self.h.fill(0.0);
+        self.g.fill(0.0);
+        let [x, y, ..] = &mut self.work;
+        x.fill_with_identity();
+        y.fill(0.0);
+        self.phase = Phase::Flow { second: false, term: 1 };
+        Ok(())
+    }
+
+    /// Does one slice of work, at most nine N x N products; true when the solution is complete.
+    ///
+    /// # Errors
+    /// The system cannot be stabilised; the solver is at rest then.
+    pub fn step(&mut self) -> Result<bool, RiccatiError> {
+        let next = match self.phase {
+            Phase::Flow { second, term } => Ok(self.flow(second, term)),
+            Phase::Join => self.join(),
+            Phase::Double(done) if Some(done) == self.doublings => Ok(Phase::Done),
+            Phase::Double(done) => self.double(done),
+            Phase::Done => Ok(Phase::Done),
+        };
+        self.phase = match next {
+            Ok(phase) => phase,
+            Err(error) => {
+                self.phase = Phase::Done;
+                return Err(error);
+            }
+        };
+        Ok(self.phase == Phase::Done)
+    }
+
+    /// All slices at once.
+    ///
+    /// # Errors
+    /// As [`Self::start`] and [`Self::step`].
+    pub fn solve(&mut self, problem: &LinearQuadratic<'_, N, M>, horizon: Horizon) -> Result<(), RiccatiError> {
+        self.start(problem, horizon)?;
+        for _ in 0..Self::MAX_STEPS {
+            if self.step()? {
+                return Ok(());
+            }
+        }
+        Err(RiccatiError::NotStabilisable)
+    }
+
+    /// P of the last complete solution.
+    #[must_use]
+    pub fn cost(&self) -> &SMatrix<f64, N, N> {
+        &self.h
+    }
+
+    /// K = R⁻¹(BᵀP + Nᵀ) of the last complete solution.
+    pub fn gain_to(&self, k: &mut SMatrix<f64, M, N>) {
+        k.copy_from(&self.rn);
+        k.gemm(1.0, &self.rb, &self.h, 1.0);
+    }
+
+    /// term ← [−A S; Q Aᵀ] h/k · term, added to the sums.
+    fn flow(&mut self, second: bool, term: u8) -> Phase {
+        let [x, y, next_x, next_y] = &mut self.work;
+        let scale = self.step_s / f64::from(term);
+        next_x.gemm(-scale, &self.a, x, 0.0);
+        next_x.gemm(scale, &self.s, y, 1.0);
+        next_y.gemm(scale, &self.q, x, 0.0);
+        next_y.gemm_tr(scale, &self.a, y, 1.0);
+        x.copy_from(next_x);
+        y.copy_from(next_y);
+        if second {
+            self.g += &*x;
+        } else {
+            self.e += &*x;
+            self.h += &*y;
+        }
+        match (second, term < ORDER) {
+            (_, true) => Phase::Flow { second, term: term + 1 },
+            (false, false) => {
+                x.fill(0.0);
+                y.fill_with_identity();
+                Phase::Flow { second: true, term: 1 }
+            }
+            (true, false) => Phase::Join,
+        }
+    }
+
+    /// E = Φ₁₁⁻¹, G = Φ₁₁⁻¹ Φ₁₂, H = Φ₂₁ Φ₁₁⁻¹.
+    fn join(&mut self) -> Result<Phase, RiccatiError> {
+        let [flow, from, ..] = &mut self.work;
+        flow.copy_from(&self.e);
+        self.e.fill_with_identity();
+        if !solve_in_place(flow, [&mut self.e, &mut self.g]) {
+            return Err(RiccatiError::NotStabilisable);
+        }
+        from.copy_from(&self.h);
+        self.h.gemm(1.0, from, &self.e, 0.0);
+        symmetrise(&mut self.g);
+        symmetrise(&mut self.h);
+        Ok(Phase::Double(0))
+    }
+
+    fn double(&mut self, done: u8) -> Result<Phase, RiccatiError> {
+        let [w, we, wg, product] = &mut self.work;
+        w.fill_with_identity();
+        w.gemm(1.0, &self.g, &self.h, 1.0);
+        we.copy_from(&self.e);
+        self.e.transpose_to(product);
+        wg.gemm(1.0, &self.g, product, 0.0);
+        if !solve_in_place(w, [we, wg]) {
+            return Err(RiccatiError::NotStabilisable);
+        }
+        product.gemm(1.0, &self.h, we, 0.0);
+        // w is free now: the increment of H.
+        w.gemm_tr(1.0, &self.e, product, 0.0);
+        self.h += &*w;
+        symmetrise(&mut self.h);
+        self.g.gemm(1.0, &self.e, wg, 1.0);
+        symmetrise(&mut self.g);
+        product.gemm(1.0, &self.e, we, 0.0);
+        self.e.copy_from(product);
+
+        let size = self.h.amax();
+        if !size.is_finite() || !self.e.amax().is_finite() {
+            return Err(RiccatiError::NotStabilisable);
+        }
+        // Convergence is quadratic: an increment of 1e-14 leaves an error far below rounding. E vanishes only
+        // if the closed loop is stable; H alone would also settle where an unstable mode costs nothing.
+        let settled = w.amax() <= 1e-14 * size && self.e.amax() <= 1e-6;
+        if self.doublings.is_none() && settled {
+            return Ok(Phase::Done);
+        }
+        if done >= MAX_DOUBLINGS { Err(RiccatiError::NotStabilisable) } else { Ok(Phase::Double(done + 1)) }
+    }
+}
+
+fn symmetrise<const N: usize>(a: &mut SMatrix<f64, N, N>) {
+    for i in 0..N {
+        for j in 0..i {
+            let mean = 0.5 * (a[(i, j)] + a[(j, i)]);
+            a[(i, j)] = mean;
+            a[(j, i)] = mean;
+        }
+    }
+}
