@@ -52,6 +52,9 @@ impl LineSink {
     /// Hands everything over to the operating system.
     pub(super) fn flush(&mut self) -> Result<(), DataError> {
         let Self { path, output, block, last } = self;
+        if block.is_empty() {
+            return Ok(());
+        }
         let result = match output {
             Output::Plain(file) => file.write_all(block),
             Output::Gzip(encoder) => encoder.write_all(block).and_then(|()| encoder.flush()),

@@ -1,9 +1,22 @@
 //! The vehicle file: everything declared about a vehicle, in TOML with units and ranges.
+//!
+//! Sections and keys are those of `vehicles/iver3.toml`. `[noise]` and `[sensors]`, and any key in
+//! them, may be left out; the values of that file then hold. Every other key must be there, and no
+//! other may.
+
+mod read;
+mod schema;
 
 use crate::DataError;
+use crate::output::{self, Existing};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::{ProcessNoise, SensorNoise};
+use schema::{FIELDS, Field, SECTIONS, Shape};
+use std::fmt::Write as _;
 use std::path::Path;
+
+/// The reference vehicle as shipped.
+const REFERENCE: &str = include_str!("../../vehicles/iver3.toml");
 
 /// What a vehicle file declares.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,46 +33,176 @@ pub struct VehicleFile {
 
 impl VehicleFile {
     /// The built-in reference vehicle, `vehicles/iver3.toml`.
+    ///
+    /// # Panics
+    /// Never: a test parses the file that is built in.
     #[must_use]
     pub fn reference() -> Self {
-        todo!()
+        Self::parse(REFERENCE, Path::new("vehicles/iver3.toml")).expect("the built-in vehicle file is valid")
     }
 
     /// Reads a vehicle file.
     ///
     /// # Errors
     /// The first key that is unknown, missing, of the wrong type or out of its range: line, column.
-    pub fn read(_path: &Path) -> Result<Self, DataError> {
-        todo!()
+    pub fn read(path: &Path) -> Result<Self, DataError> {
+        let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, &e))?;
+        Self::parse(&text, path)
     }
 
     /// Parses the text of a vehicle file; `path` is for the messages.
     ///
     /// # Errors
     /// As [`VehicleFile::read`].
-    pub fn parse(_text: &str, _path: &Path) -> Result<Self, DataError> {
-        todo!()
+    pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
+        read::parse(text, path)
     }
 
-    /// The text of a vehicle file, with unit and range beside every number.
+    /// The text of a vehicle file, with unit and range beside every number; `source` says in its
+    /// first lines where the numbers come from.
     #[must_use]
-    pub fn to_toml(&self) -> String {
-        todo!()
+    pub fn to_toml(&self, source: &str) -> String {
+        let mut text = String::new();
+        for line in source.lines() {
+            let _ = writeln!(text, "# {line}");
+        }
+        for (section, about, _) in SECTIONS {
+            let _ = writeln!(text, "\n[{section}]  # {about}");
+            if section == "vehicle" {
+                let _ = writeln!(text, "name = {}", toml::Value::from(self.name.as_str()));
+            }
+            if section == "fins" {
+                text.push_str("names = [\"top\", \"bottom\", \"port\", \"starboard\"]\n");
+            }
+            for field in FIELDS.iter().filter(|field| field.section == section) {
+                let _ = writeln!(text, "{} = {}  # {}", field.key, self.value_text(field), self.comment(field));
+            }
+        }
+        text
+    }
+
+    /// Writes the vehicle file, whole or not at all.
+    ///
+    /// # Errors
+    /// If the file exists and is to be kept, or cannot be written.
+    pub fn write(&self, path: &Path, source: &str, existing: Existing) -> Result<(), DataError> {
+        output::write(path, existing, |file| file.write_all(self.to_toml(source).as_bytes()))
     }
 
     /// Every number under its dotted key: `vehicle.mass_kg`, `inertia.m_diag[0]`, `fins.cp_m[1][2]` …
     /// (also the names of the board's parameters).
     #[must_use]
     pub fn flatten(&self) -> Vec<(String, f64)> {
-        todo!()
+        let mut file = self.clone();
+        let mut pairs = Vec::new();
+        for field in &FIELDS {
+            pairs.extend((0..field.shape.len()).map(|index| (field.dotted(index), *(field.slot)(&mut file, index))));
+        }
+        pairs
     }
 
-    /// Sets one number by its dotted key; the set as a whole is checked by
-    /// [`VehicleParameters::validate`].
+    /// Sets numbers by their dotted keys (see [`VehicleFile::flatten`]), all or none.
     ///
     /// # Errors
-    /// If the key is unknown or the value is outside its range, in one line.
-    pub fn set(&mut self, _key: &str, _value: f64) -> Result<(), String> {
-        todo!()
+    /// In one line, if a key is unknown or a value is outside its range.
+    pub fn apply<K: AsRef<str>>(&mut self, pairs: impl IntoIterator<Item = (K, f64)>) -> Result<(), String> {
+        let mut file = self.clone();
+        for (key, value) in pairs {
+            let key = key.as_ref();
+            let (field, index) = find(key).ok_or_else(|| format!("unknown parameter {key}"))?;
+            *(field.slot)(&mut file, index) = value;
+        }
+        if let Some((field, index, value, [min, max])) = schema::first_outside(&file) {
+            return Err(format!("{}: {value} is outside {min} to {max} ({})", field.dotted(index), field.unit));
+        }
+        *self = file;
+        Ok(())
+    }
+
+    fn value_text(&self, field: &Field) -> String {
+        let mut file = self.clone();
+        let values: Vec<f64> = (0..field.shape.len()).map(|index| *(field.slot)(&mut file, index)).collect();
+        match field.shape {
+            Shape::Scalar => format!("{:?}", values[0]),
+            Shape::Vector(_) => format!("{values:?}"),
+            Shape::Matrix(_, columns) => format!("{:?}", values.chunks(columns).collect::<Vec<_>>()),
+        }
+    }
+
+    /// Unit, meaning and range; members of an array may have different ranges.
+    fn comment(&self, field: &Field) -> String {
+        let mut ranges: Vec<String> = Vec::new();
+        for index in 0..field.shape.len() {
+            let [min, max] = schema::range(self, field, index);
+            let range = format!("{min} to {max}");
+            if !ranges.contains(&range) {
+                ranges.push(range);
+            }
+        }
+        format!("{}; {}; {}", field.unit, field.meaning, ranges.join(", "))
+    }
+}
+
+/// Field and index of a dotted key.
+fn find(key: &str) -> Option<(&'static Field, usize)> {
+    FIELDS.iter().find_map(|field| (0..field.shape.len()).find(|&i| field.dotted(i) == key).map(|i| (field, i)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn built_in_file_is_the_reference_of_the_core() {
+        let file = VehicleFile::reference();
+        assert_eq!(file.parameters, VehicleParameters::IVER3);
+        assert_eq!(file.noise, ProcessNoise::DYNAMIC);
+        assert_eq!(file.sensors, backseat_core::navigation::NavigationConfig::REFERENCE.sensors);
+        assert_eq!(file.name, "iver3-ref");
+    }
+
+    #[test]
+    fn written_file_reads_back_the_same() {
+        let mut file = VehicleFile::reference();
+        file.name = "a \"quoted\" name".to_owned();
+        let third = 1.0 / 3.0;
+        file.apply([("drag.quadratic_diag[3]", third), ("fins.cp_m[3][1]", 0.131)]).unwrap();
+        let text = file.to_toml("identified\nfrom a log");
+        assert!(text.starts_with("# identified\n# from a log\n"));
+        assert_eq!(VehicleFile::parse(&text, Path::new("v.toml")).unwrap(), file);
+    }
+
+    #[test]
+    fn flat_names_go_both_ways() {
+        let file = VehicleFile::reference();
+        let pairs = file.flatten();
+        let value = |key: &str| pairs.iter().find(|(name, _)| name == key).map(|(_, value)| *value);
+        assert_eq!(value("vehicle.mass_kg"), Some(38.0));
+        assert_eq!(value("inertia.m_diag[3]"), Some(0.20));
+        assert_eq!(value("fins.cp_m[2][1]"), Some(-0.13));
+        assert_eq!(value("noise.linear_mps2_per_sqrt_hz[0]"), Some(3.0e-3));
+        assert_eq!(value("sensors.depth_m"), Some(0.06));
+        let mut other = VehicleFile::reference();
+        other.apply([("vehicle.mass_kg", 50.0), ("sensors.depth_m", 1.0)]).unwrap();
+        other.apply(pairs).unwrap();
+        assert_eq!(other, file);
+    }
+
+    #[test]
+    fn apply_is_all_or_nothing() {
+        let mut file = VehicleFile::reference();
+        let before = file.clone();
+        assert!(file.apply([("vehicle.mass_kg", 40.0), ("vehicle.mas_kg", 1.0)]).unwrap_err().contains("mas_kg"));
+        assert!(file.apply([("vehicle.mass_kg", 40.0), ("sensors.depth_m", -1.0)]).unwrap_err().contains("outside"));
+        assert!(file.apply([("vehicle.mass_kg", f64::NAN)]).is_err());
+        assert_eq!(file, before);
+    }
+
+    #[test]
+    fn noise_and_sensors_may_be_left_out() {
+        let text = REFERENCE.split("[noise]").next().unwrap();
+        assert_eq!(VehicleFile::parse(text, Path::new("v.toml")).unwrap(), VehicleFile::reference());
+        let text = format!("{text}\n[sensors]\nrange_m = 3.0\n");
+        assert_eq!(VehicleFile::parse(&text, Path::new("v.toml")).unwrap().sensors.range_m, 3.0);
     }
 }

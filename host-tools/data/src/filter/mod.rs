@@ -1,0 +1,346 @@
+//! The flight filter over a vehicle log.
+//!
+//! Within a row the order is depth, attitude, rates, DVL, ship GNSS, vehicle GNSS; then arrivals
+//! (range, range rate) and launches (the ship is cloned) of that time. Actuators hold from their
+//! row on. The filter moves exactly to the times of rows, launches and arrivals.
+
+mod acoustics;
+mod options;
+mod start;
+
+pub use options::{FilterOptions, ShipSource, Start};
+
+use crate::log::{Column, Log, LogRow, RADPS_PER_RPM};
+use crate::{DataError, VehicleFile};
+use acoustics::{Event, Flights, ShipTrack};
+use backseat_core::dynamics::{ActuatorInput, VehicleModel};
+use backseat_core::navigation::{
+    AcousticPath, ConfigError, Consistency, FusionRecord, InitialShip, Measurement, NavigationError, Navigator,
+    ProcessModel, Sensor, ShipEnd, VehicleEnd,
+};
+use backseat_core::state::{VehicleState, X, Y};
+use std::time::{Duration, Instant};
+
+/// The estimate at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackSample {
+    /// Time, µs.
+    pub time_us: u64,
+    /// Vehicle state.
+    pub state: VehicleState,
+    /// One sigma of each vehicle state.
+    pub sigma: VehicleState,
+    /// Covariance of x and y, m².
+    pub cov_xy_m2: f64,
+    /// Current north, east, m/s (zero where it is not a state).
+    pub current_mps: [f64; 2],
+}
+
+/// How one sensor agreed with the filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorSummary {
+    /// Which.
+    pub sensor: Sensor,
+    /// Scalars fused.
+    pub fused: u64,
+    /// Scalars rejected: outside the gate, invalid, or their delayed state gone.
+    pub rejected: u64,
+    /// Mean normalised innovation squared of the fused scalars, 1 if consistent; `None` without any.
+    pub nis: Option<f64>,
+}
+
+/// What the filter made of a log.
+#[derive(Clone, Debug)]
+pub struct FilterRun {
+    /// The estimate, at the interval asked for and at the end.
+    pub track: Vec<TrackSample>,
+    /// Every fusion, in order.
+    pub fusions: Vec<FusionRecord>,
+    /// Per sensor that had a measurement.
+    pub sensors: Vec<SensorSummary>,
+    /// Digest of state and covariance at every sample of the track.
+    pub digest: u64,
+    /// What could not be used, one line each.
+    pub notes: Vec<String>,
+    /// Time taken.
+    pub wall: Duration,
+}
+
+/// Runs the filter over a log from its start to its end.
+///
+/// # Errors
+/// If the log has nothing to start from, lacks the actuators that the dynamic model needs, or the
+/// filter refuses or fails (a gap of more than ten minutes, numbers that are none).
+pub fn run(log: &Log, vehicle: &VehicleFile, options: &FilterOptions) -> Result<FilterRun, DataError> {
+    let began = Instant::now();
+    let mut pass = Pass::new(log, vehicle, options)?;
+    let first_row = pass.start(vehicle)?;
+    let rows = &log.rows;
+    for (index, row) in rows.iter().enumerate().skip(first_row) {
+        pass.acoustics_before(row.time_us)?;
+        pass.move_to(row.time_us)?;
+        pass.fuse_row(row);
+        pass.hold_actuators(row);
+        // Rows of one time are one instant: packets and track come after the last of them.
+        let last_of_its_time = rows.get(index + 1).is_none_or(|next| next.time_us > row.time_us);
+        if last_of_its_time {
+            pass.acoustics_until(row.time_us)?;
+            pass.sample(index + 1 == rows.len());
+        }
+    }
+    let mut run = pass.finish();
+    run.wall = began.elapsed();
+    Ok(run)
+}
+
+/// One pass of the filter over a log.
+struct Pass<'a> {
+    log: &'a Log,
+    options: &'a FilterOptions,
+    navigator: Box<Navigator>,
+    input: ActuatorInput,
+    flights: Flights,
+    ship_track: Option<ShipTrack>,
+    /// Packets whose ship could not be told.
+    unusable: usize,
+    /// Range rates whose ship velocity could not be told.
+    unusable_rates: usize,
+    consistency: Consistency,
+    next_sample_us: u64,
+    run: FilterRun,
+}
+
+impl<'a> Pass<'a> {
+    fn new(log: &'a Log, vehicle: &VehicleFile, options: &'a FilterOptions) -> Result<Self, DataError> {
+        let fail = |message: String| DataError::file(&log.path, message);
+        if options.navigation.process_model == ProcessModel::Dynamic {
+            let missing = Column::ALL[..5].iter().find(|column| !log.has(**column));
+            if let Some(column) = missing {
+                let name = column.name();
+                return Err(fail(format!(
+                    "the dynamic model needs {name}, which has no samples; use --model kinematic"
+                )));
+            }
+        }
+        let model = VehicleModel::new(&vehicle.parameters).map_err(|e| fail(e.to_string()))?;
+        let mut navigator = Box::new(Navigator::new());
+        navigator.configure(&options.navigation, &model).map_err(|e| match e {
+            ConfigError::OutOfRange { key } => fail(format!("the filter refuses {key}: outside its range")),
+            ConfigError::LayoutChange => fail("the filter refuses other effect states while it runs".to_owned()),
+        })?;
+        let ship_track =
+            (options.ship == ShipSource::Packet).then(|| ShipTrack::of(log, options.navigation.sensors.ship_gnss_m));
+        let run = FilterRun {
+            track: Vec::new(),
+            fusions: Vec::with_capacity(2 * log.rows.len()),
+            sensors: Vec::new(),
+            digest: 0,
+            notes: Vec::new(),
+            wall: Duration::ZERO,
+        };
+        Ok(Self {
+            log,
+            options,
+            navigator,
+            input: ActuatorInput::default(),
+            flights: Flights::of(log),
+            ship_track,
+            unusable: 0,
+            unusable_rates: 0,
+            consistency: Consistency::new(),
+            next_sample_us: 0,
+            run,
+        })
+    }
+
+    /// Initialises the filter; returns the row to go on with.
+    fn start(&mut self, vehicle: &VehicleFile) -> Result<usize, DataError> {
+        let (time_us, initial, ship, next_row) = match self.options.start {
+            Start::Given { vehicle, ship } => (self.log.rows.first().map_or(0, |row| row.time_us), vehicle, ship, 0),
+            Start::FirstFix => {
+                let start = start::first_fix(self.log, vehicle, self.options)?;
+                (start.time_us, start.initial, None, start.next_row)
+            }
+        };
+        for row in &self.log.rows[..next_row] {
+            self.hold_actuators(row);
+        }
+        self.navigator.initialise(time_us, &initial).map_err(|e| self.failed(e))?;
+        if let Some(ship) = ship {
+            self.navigator.initialise_ship(&ship).map_err(|e| self.failed(e))?;
+        }
+        // What was launched or arrived before the start is lost.
+        while time_us > 0 && self.flights.next_until(time_us - 1).is_some() {}
+        Ok(next_row)
+    }
+
+    fn failed(&self, error: NavigationError) -> DataError {
+        let t_s = self.navigator.time_us() as f64 * 1e-6;
+        let what = match error {
+            NavigationError::GapTooLong => "the log has a gap of more than ten minutes after",
+            NavigationError::NotFinite => "the filter's state is no longer finite at",
+            NavigationError::NotPositive => "the filter's covariance is no longer positive at",
+            NavigationError::NotInitialised => "the filter is not initialised at",
+            NavigationError::TimeBackwards => "time goes back after",
+            NavigationError::InvalidInput => "the actuators are no numbers at",
+        };
+        DataError::file(&self.log.path, format!("{what} t_s {t_s}"))
+    }
+
+    fn move_to(&mut self, time_us: u64) -> Result<(), DataError> {
+        self.navigator.predict(time_us, &self.input).map_err(|e| self.failed(e))
+    }
+
+    fn hold_actuators(&mut self, row: &LogRow) {
+        if let Some(rpm) = row.get(Column::PropRpm) {
+            self.input.propeller_radps = rpm * RADPS_PER_RPM;
+        }
+        for (fin, column) in self.input.fins_rad.iter_mut().zip(&Column::ALL[Column::FinTop as usize..]) {
+            *fin = row.get(*column).unwrap_or(*fin);
+        }
+    }
+
+    fn fuse(&mut self, measurement: &Measurement) {
+        for record in self.navigator.fuse(measurement).iter() {
+            self.consistency.add(record);
+            self.run.fusions.push(*record);
+        }
+    }
+
+    fn fuse_row(&mut self, row: &LogRow) {
+        if let Some(z_m) = row.get(Column::Depth) {
+            self.fuse(&Measurement::Depth { z_m });
+        }
+        if let Some(euler_rad) = row.attitude_rad() {
+            self.fuse(&Measurement::Attitude { euler_rad });
+        }
+        if let Some(rates_radps) = row.rates_radps().filter(|_| self.options.use_rates) {
+            self.fuse(&Measurement::Rates { rates_radps });
+        }
+        if let Some(velocity_mps) = row.dvl_mps().filter(|_| self.options.use_dvl) {
+            self.fuse(&Measurement::BottomTrack { velocity_mps });
+        }
+        if let Some(position_m) = row.ship_gnss_m().filter(|_| self.options.ship == ShipSource::Centralized) {
+            self.fuse_ship(position_m);
+        }
+        if let Some(position_m) = row.gnss_m() {
+            self.fuse(&Measurement::VehicleGnss { position_m });
+        }
+    }
+
+    fn fuse_ship(&mut self, position_m: [f64; 2]) {
+        if self.navigator.ship_state().is_some() {
+            self.fuse(&Measurement::ShipGnss { position_m });
+        } else {
+            // Refused only by a fix that is no number; the next one will do.
+            let _ = self.navigator.initialise_ship(&InitialShip::from_fix(position_m, &self.options.navigation));
+        }
+    }
+
+    /// Launches and arrivals between rows.
+    fn acoustics_before(&mut self, time_us: u64) -> Result<(), DataError> {
+        match time_us.checked_sub(1) {
+            Some(until_us) => self.acoustics_until(until_us),
+            None => Ok(()),
+        }
+    }
+
+    fn acoustics_until(&mut self, until_us: u64) -> Result<(), DataError> {
+        while let Some((time_us, event, index)) = self.flights.next_until(until_us) {
+            self.move_to(time_us)?;
+            match event {
+                Event::Launch if self.ship_track.is_none() => {
+                    self.flights.packets[index].clone = self.navigator.clone_ship().ok();
+                }
+                Event::Launch => {}
+                Event::Arrival => self.arrive(index),
+            }
+        }
+        Ok(())
+    }
+
+    fn arrive(&mut self, index: usize) {
+        let packet = self.flights.packets[index];
+        let (ship, velocity_known) = match (&self.ship_track, packet.clone, packet.ship_m) {
+            (Some(track), _, Some(ship_m)) => {
+                let (report, velocity_known) = track.report(packet.launch_us, ship_m);
+                (ShipEnd::Reported(report), velocity_known)
+            }
+            (None, Some(clone), _) => (ShipEnd::Delayed(clone), true),
+            _ => {
+                self.unusable += 1;
+                return;
+            }
+        };
+        let path = AcousticPath { vehicle: VehicleEnd::Now, ship };
+        if let Some(range_m) = packet.range_m.filter(|_| self.options.use_range) {
+            self.fuse(&Measurement::Range { path, range_m });
+        }
+        if let Some(range_rate_mps) = packet.range_rate_mps.filter(|_| self.options.use_range_rate) {
+            if velocity_known {
+                self.fuse(&Measurement::RangeRate { path, range_rate_mps });
+            } else {
+                self.unusable_rates += 1;
+            }
+        }
+        if let Some(clone) = packet.clone {
+            self.navigator.drop_clone(clone);
+        }
+    }
+
+    fn sample(&mut self, is_last: bool) {
+        let navigator = &self.navigator;
+        let time_us = navigator.time_us();
+        if time_us < self.next_sample_us && !is_last {
+            return;
+        }
+        self.next_sample_us = time_us + self.options.track_interval_us;
+        self.run.digest = navigator.digest_from(self.run.digest);
+        self.run.track.push(TrackSample {
+            time_us,
+            state: *navigator.state(),
+            sigma: VehicleState::from_fn(|i, _| navigator.variance(i).sqrt()),
+            cov_xy_m2: navigator.covariance(X, Y),
+            current_mps: navigator.current(),
+        });
+    }
+
+    fn finish(mut self) -> FilterRun {
+        if self.unusable > 0 {
+            let count = self.unusable;
+            self.run.notes.push(format!("{count} packets not used: the ship at their launch is not known"));
+        }
+        if self.unusable_rates > 0 {
+            let count = self.unusable_rates;
+            self.run
+                .notes
+                .push(format!("{count} range rates not used: the ship's velocity at their launch is not known"));
+        }
+        for sensor in Sensor::ALL {
+            let tally = self.consistency.tally(sensor);
+            let rejected = u64::from(tally.rejected) + u64::from(tally.invalid);
+            let fused = u64::from(tally.count);
+            if fused + rejected > 0 {
+                self.run.sensors.push(SensorSummary { sensor, fused, rejected, nis: tally.mean() });
+            }
+        }
+        self.run
+    }
+}
+
+impl TrackSample {
+    /// Length of the semi-axes (m, larger first) of the one-sigma ellipse of the position and the
+    /// bearing of the larger, rad from north.
+    #[must_use]
+    pub fn ellipse(&self) -> ([f64; 2], f64) {
+        let (a, b, c) = (self.sigma[X].powi(2), self.cov_xy_m2, self.sigma[Y].powi(2));
+        let (mean, half) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
+        ([(mean + half).sqrt(), (mean - half).max(0.0).sqrt()], 0.5 * (2.0 * b).atan2(a - c))
+    }
+
+    /// √(σx² + σy²), the filter's own bound of the horizontal error (DRMS), m.
+    #[must_use]
+    pub fn drms_m(&self) -> f64 {
+        self.sigma[X].hypot(self.sigma[Y])
+    }
+}

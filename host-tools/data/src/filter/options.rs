@@ -1,0 +1,82 @@
+//! What of a log the filter uses, and how.
+
+use crate::VehicleFile;
+use backseat_core::navigation::{
+    InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, WaterCurrentConfig,
+};
+
+/// Where the ship's state at time of launch comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShipSource {
+    /// Ship GNSS at full rate; the ship is a state of the filter, cloned at time of launch.
+    Centralized,
+    /// `ship_x_m`, `ship_y_m` as a packet would bring them; their error is taken as independent.
+    /// The packet's velocity is the slope of the ship's fixes about the launch.
+    Packet,
+}
+
+/// Where the filter starts from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// The log's first fix of the vehicle and what its sensors say then (2.3.1.2).
+    FirstFix,
+    /// This state at the first row; the ship (centralized) at its first fix.
+    Given {
+        /// Vehicle.
+        vehicle: InitialState,
+        /// Ship; `None`: from its first fix.
+        ship: Option<InitialShip>,
+    },
+}
+
+/// What of a log the filter uses, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterOptions {
+    /// Models and noise.
+    pub navigation: NavigationConfig,
+    /// Fuse DVL bottom track.
+    pub use_dvl: bool,
+    /// Fuse body rates.
+    pub use_rates: bool,
+    /// Fuse acoustic ranges.
+    pub use_range: bool,
+    /// Fuse acoustic range rates.
+    pub use_range_rate: bool,
+    /// The ship's end of the acoustic paths.
+    pub ship: ShipSource,
+    /// Where it starts from.
+    pub start: Start,
+    /// Least time between samples of the track, µs; 0: at every row.
+    pub track_interval_us: u64,
+}
+
+impl FilterOptions {
+    /// Current states when they are asked for: up to tides of 0.5 m/s, which turn in hours.
+    pub const WATER_CURRENT: WaterCurrentConfig =
+        WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1.0e-4 };
+
+    /// Every sensor, centralized, with the noise of the vehicle file (the kinematic model has its
+    /// own process noise: it must cover the manoeuvres).
+    #[must_use]
+    pub fn new(vehicle: &VehicleFile, model: ProcessModel) -> Self {
+        let process_noise = match model {
+            ProcessModel::Dynamic => vehicle.noise,
+            ProcessModel::Kinematic => ProcessNoise::KINEMATIC,
+        };
+        Self {
+            navigation: NavigationConfig {
+                process_model: model,
+                process_noise,
+                sensors: vehicle.sensors,
+                ..NavigationConfig::REFERENCE
+            },
+            use_dvl: true,
+            use_rates: true,
+            use_range: true,
+            use_range_rate: true,
+            ship: ShipSource::Centralized,
+            start: Start::FirstFix,
+            track_interval_us: 1_000_000,
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Dates and times of day as text.
+
+/// Days since 1970-01-01 of a date of the Gregorian calendar (H. Hinnant, "chrono-compatible
+/// low-level date algorithms", `days_from_civil`).
+fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
+    let year = if month <= 2 { year - 1 } else { year };
+    let era = year.div_euclid(400);
+    let year_of_era = year - era * 400;
+    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    let day_of_era = year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year;
+    era * 146_097 + day_of_era - 719_468
+}
+
+/// `M/D/YYYY` as days since 1970-01-01.
+pub(super) fn date_days(text: &str) -> Option<i64> {
+    let mut parts = text.trim().split('/').map(|part| part.parse::<i64>().ok());
+    let (month, day, year) = (parts.next()??, parts.next()??, parts.next()??);
+    let is_date = (1..=12).contains(&month) && (1..=31).contains(&day) && (1970..=9999).contains(&year);
+    (is_date && parts.next().is_none()).then(|| days_from_civil(year, month, day))
+}
+
+/// `HH:MM:SS[.ss]`, 24 h or with AM or PM, as µs since midnight.
+pub(super) fn time_us(text: &str) -> Option<i64> {
+    let text = text.trim();
+    let (clock, noon_hours) = match text.len().checked_sub(2).and_then(|at| Some((text.get(..at)?, text.get(at..)?))) {
+        Some((clock, half)) if half.eq_ignore_ascii_case("am") => (clock.trim_end(), Some(0)),
+        Some((clock, half)) if half.eq_ignore_ascii_case("pm") => (clock.trim_end(), Some(12)),
+        _ => (text, None),
+    };
+    let mut parts = clock.split(':');
+    let (hours, minutes) = (parts.next()?.parse::<i64>().ok()?, parts.next()?.parse::<i64>().ok()?);
+    let seconds = parts.next()?.parse::<f64>().ok()?;
+    let hours = match noon_hours {
+        Some(offset) if (1..=12).contains(&hours) => hours % 12 + offset,
+        Some(_) => return None,
+        None => hours,
+    };
+    let is_time = (0..24).contains(&hours) && (0..60).contains(&minutes) && (0.0..61.0).contains(&seconds);
+    (is_time && parts.next().is_none()).then(|| (hours * 60 + minutes) * 60_000_000 + (seconds * 1e6).round() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_dates() {
+        assert_eq!(date_days("1/1/1970"), Some(0));
+        assert_eq!(date_days("10/7/2022"), Some(19_272)); // date -d 2022-10-07 +%s / 86400
+        assert_eq!(date_days("2/29/2024"), Some(19_782));
+        assert_eq!(date_days("13/1/2022"), None);
+        assert_eq!(date_days("2022-10-07"), None);
+        assert_eq!(date_days(""), None);
+    }
+
+    #[test]
+    fn times_of_day() {
+        assert_eq!(time_us("00:00:01.25"), Some(1_250_000));
+        assert_eq!(time_us("23:59:59"), Some(86_399_000_000));
+        assert_eq!(time_us("12:00:00 AM"), Some(0));
+        assert_eq!(time_us("12:30:00 PM"), Some(45_000_000_000));
+        assert_eq!(time_us("1:00:00 pm"), Some(46_800_000_000));
+        for wrong in ["24:00:00", "12:60:00", "13:00:00 PM", "12:00", "x", "", "é"] {
+            assert_eq!(time_us(wrong), None, "{wrong}");
+        }
+    }
+}
