@@ -1,6 +1,16 @@
 //! Host-in-the-loop simulator: a simulated Iver3, ship, sensors and modem on virtual serial ports.
 
+pub mod backseat;
+pub mod devices;
+pub mod flight;
+pub mod acoustics;
+pub mod environment;
 pub mod observation;
+pub mod pty;
 pub mod rng;
 pub mod scenario;
+pub mod score;
+pub mod sensors;
+pub mod ship;
+pub mod truth;
 pub mod world;

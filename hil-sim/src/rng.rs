@@ -3,7 +3,7 @@
 //! Each source draws from its own ChaCha stream of the scenario's seed, so that switching one
 //! sensor off, or changing its rate, leaves every other source's numbers as they were.
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -54,10 +54,9 @@ impl Stream {
         core::array::from_fn(|_| sigma * self.normal())
     }
 
-    /// True with the given probability; always draws, so that streams of equal seed stay in step.
-    pub fn chance(&mut self, probability: f64) -> bool {
-        use rand::RngExt;
-        self.0.random::<f64>() < probability
+    /// A number within [0, 1).
+    pub fn uniform(&mut self) -> f64 {
+        self.0.random()
     }
 }
 

@@ -1,16 +1,16 @@
 //! The simulated world: vehicle, ship, water, sensors and sound on one clock.
 
-use crate::observation::Observation;
-use crate::scenario::Scenario;
+use crate::acoustics::{Acoustics, Passage, Sender};
+use crate::environment::water_at;
+use crate::observation::{Observation, ObservationKind};
+use crate::scenario::{Current, Scenario};
+use crate::sensors::Sensors;
+use crate::ship::{ShipEstimator, ShipMotion, ShipTruth};
+use crate::truth::{Actuators, Vehicle, Water};
+use std::collections::VecDeque;
 
-/// What the actuators are asked to do; servo and propeller follow at their own pace.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ActuatorTargets {
-    /// Propeller speed, rad/s.
-    pub propeller_radps: f64,
-    /// Fin angles [top, bottom, port, starboard], rad, signs as in `backseat_core::dynamics`.
-    pub fins_rad: [f64; 4],
-}
+/// What the actuators are asked to do; servos and propeller follow at their own pace.
+pub type ActuatorTargets = Actuators;
 
 /// The true state of the vehicle at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,32 +21,59 @@ pub struct VehicleTruth {
     pub state: [f64; 12],
     /// Velocity over ground in NED, m/s.
     pub velocity_ned_mps: [f64; 3],
+    /// Velocity over ground in body axes, m/s.
+    pub velocity_over_ground_mps: [f64; 3],
     /// Current at the vehicle, north and east, m/s.
     pub current_mps: [f64; 2],
     /// What the actuators really do.
-    pub actuators: ActuatorTargets,
-}
-
-/// The true state of the ship at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShipTruth {
-    /// North, east, m.
-    pub position_m: [f64; 2],
-    /// North, east, m/s.
-    pub velocity_mps: [f64; 2],
+    pub actuators: Actuators,
 }
 
 /// The simulated world.
 #[derive(Clone, Debug)]
 pub struct World {
+    step_us: u64,
     time_us: u64,
+    /// What is to be observed at `time_us` has been handed out.
+    observed: bool,
+    current: Current,
+    water: Water,
+    vehicle: Vehicle,
+    targets: Actuators,
+    pending: VecDeque<(u64, Actuators)>,
+    ship: ShipMotion,
+    estimator: ShipEstimator,
+    sensors: Sensors,
+    acoustics: Acoustics,
 }
 
 impl World {
-    /// The world of a scenario at time zero. `seed` replaces the scenario's own where given.
+    /// The world of a scenario at time zero.
     #[must_use]
-    pub fn new(_scenario: &Scenario) -> Self {
-        todo!()
+    pub fn new(scenario: &Scenario) -> Self {
+        let settings = &scenario.settings;
+        let ship_sigma = settings.sensors.ship_gnss.sigma_m.unwrap_or(scenario.vehicle.sensors.ship_gnss_m);
+        let step_us = settings.plant.step_us;
+        let current = settings.environment.current;
+        Self {
+            step_us,
+            time_us: 0,
+            observed: false,
+            current,
+            water: water_at(&current, 0.0),
+            vehicle: Vehicle::new(
+                &scenario.truth_parameters(),
+                scenario.initial_state(),
+                seconds(step_us),
+                settings.seed,
+            ),
+            targets: Actuators::default(),
+            pending: VecDeque::new(),
+            ship: ShipMotion::new(&settings.ship, settings.seed),
+            estimator: ShipEstimator::new(&settings.ship, ship_sigma),
+            sensors: Sensors::new(scenario),
+            acoustics: Acoustics::new(scenario),
+        }
     }
 
     /// µs since the start of the scenario.
@@ -57,25 +84,92 @@ impl World {
 
     /// New targets for servos and propeller, from `time_us` on (at once where that is past).
     /// Times must not decrease from call to call.
-    pub fn set_actuator_targets(&mut self, _time_us: u64, _targets: ActuatorTargets) {
-        todo!()
+    pub fn set_actuator_targets(&mut self, time_us: u64, targets: Actuators) {
+        self.pending.push_back((time_us, targets));
     }
 
     /// Moves the world to the last integration step not after `to_us` and hands out everything
     /// observed on the way, in order of time (an observation at `to_us` itself included).
-    pub fn advance(&mut self, _to_us: u64, _sink: &mut impl FnMut(&Observation)) {
-        todo!()
+    pub fn advance(&mut self, to_us: u64, sink: &mut impl FnMut(&Observation)) {
+        loop {
+            if !self.observed {
+                self.observe(sink);
+                self.observed = true;
+            }
+            if self.time_us + self.step_us > to_us {
+                return;
+            }
+            self.step(sink);
+            self.observed = false;
+        }
+    }
+
+    fn step(&mut self, sink: &mut impl FnMut(&Observation)) {
+        while let Some(&(_, targets)) = self.pending.front().filter(|(from_us, _)| *from_us <= self.time_us) {
+            self.targets = targets;
+            self.pending.pop_front();
+        }
+        let (from_s, from_m) = (seconds(self.time_us), self.vehicle.state().position_m());
+        self.vehicle.step(&self.targets, &self.water);
+        self.time_us += self.step_us;
+        let to_s = seconds(self.time_us);
+        self.water = water_at(&self.current, to_s);
+        if self.acoustics.busy() {
+            let state = self.vehicle.state();
+            let passage = Passage {
+                from_s,
+                from_m,
+                to_s,
+                to_m: state.position_m(),
+                velocity_mps: state.velocity_ned_mps(&self.water),
+            };
+            self.acoustics.arrivals(&passage, &self.estimator, sink);
+        }
+    }
+
+    fn observe(&mut self, sink: &mut impl FnMut(&Observation)) {
+        if self.sensors.any_due(self.time_us) {
+            let (vehicle, ship) = (self.truth(), self.ship());
+            let estimator = &mut self.estimator;
+            self.sensors.observe(&vehicle, &ship, &mut |observation| {
+                if let ObservationKind::ShipGnss { position_m } = observation.kind {
+                    estimator.fix(seconds(observation.time_us), position_m);
+                }
+                sink(observation);
+            });
+        }
+        if self.acoustics.may_launch(self.time_us) {
+            let state = self.vehicle.state();
+            let sender = Sender { position_m: state.position_m(), velocity_mps: state.velocity_ned_mps(&self.water) };
+            self.acoustics.launch(self.time_us, &sender, &self.ship, &self.estimator);
+        }
     }
 
     /// The true state of the vehicle now.
     #[must_use]
     pub fn truth(&self) -> VehicleTruth {
-        todo!()
+        let state = self.vehicle.state();
+        let ([x, y, z], [phi, theta, psi]) = (state.position_m(), state.euler_rad());
+        let ([u, v, w], [p, q, r]) = (state.velocity_mps(), state.rates_radps());
+        let ned = state.velocity_ned_mps(&self.water);
+        let m = state.body_to_ned();
+        VehicleTruth {
+            time_us: self.time_us,
+            state: [x, y, z, phi, theta, psi, u, v, w, p, q, r],
+            velocity_ned_mps: ned,
+            velocity_over_ground_mps: core::array::from_fn(|i| m[0][i] * ned[0] + m[1][i] * ned[1] + m[2][i] * ned[2]),
+            current_mps: self.water.at_depth(z),
+            actuators: *self.vehicle.actuators(),
+        }
     }
 
     /// The true state of the ship now.
     #[must_use]
     pub fn ship(&self) -> ShipTruth {
-        todo!()
+        self.ship.at(seconds(self.time_us))
     }
+}
+
+fn seconds(time_us: u64) -> f64 {
+    time_us as f64 * 1.0e-6
 }

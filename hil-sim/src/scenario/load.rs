@@ -1,37 +1,74 @@
 //! Reading scenarios from files and from the built-in ones.
 
-use super::{Line, Mission, Scenario, Settings};
+use super::{Line, Scenario, Settings};
 use backseat_data::{DataError, VehicleFile};
 use backseat_wire::hostlink::Waypoint;
 use std::path::Path;
 
-/// The built-in scenarios and vehicle files, by file name.
-const BUILT_IN: [(&str, &str); 4] = [
-    ("survey.toml", include_str!("../../scenarios/survey.toml")),
-    ("survey_current.toml", include_str!("../../scenarios/survey_current.toml")),
-    ("survey_pd.toml", include_str!("../../scenarios/survey_pd.toml")),
-    ("iver3.toml", include_str!("../../scenarios/iver3.toml")),
+/// The built-in scenarios by name; they fly the built-in reference vehicle.
+const BUILT_IN: [(&str, &str); 3] = [
+    ("survey", include_str!("../../scenarios/survey.toml")),
+    ("survey_current", include_str!("../../scenarios/survey_current.toml")),
+    ("survey_pd", include_str!("../../scenarios/survey_pd.toml")),
 ];
+
+/// The vehicle of the built-in scenarios.
+const BUILT_IN_VEHICLE: &str = include_str!("../../scenarios/iver3.toml");
 
 impl Scenario {
     /// Reads a scenario file and the vehicle file it names.
     ///
     /// # Errors
-    /// Whatever is wrong with either, with file, line, column and key.
-    pub fn load(_path: &Path) -> Result<Self, DataError> {
-        todo!()
+    /// Whatever is wrong with either, in one line with file, line, column and key.
+    pub fn load(path: &Path) -> Result<Self, DataError> {
+        let text = std::fs::read_to_string(path).map_err(|error| DataError::io(path, &error))?;
+        let settings = Settings::parse(&text, path)?;
+        let vehicle_path = path.parent().unwrap_or(Path::new("")).join(&settings.vehicle);
+        if !vehicle_path.is_file() {
+            let (line, column) = place(&text, text.find("\nvehicle").map_or(0, |newline| newline + 1));
+            let message = format!("vehicle: no such file: {}", vehicle_path.display());
+            return Err(DataError::at(path, line, column, message));
+        }
+        Ok(Self { settings, vehicle: VehicleFile::read(&vehicle_path)? })
     }
 
-    /// A built-in scenario: `survey`, `survey_current` or `survey_pd`.
+    /// A built-in scenario: `survey` (the default mission), `survey_current` or `survey_pd`.
     ///
     /// # Errors
-    /// No built-in scenario of that name.
-    pub fn built_in(_name: &str) -> Result<Self, DataError> {
-        todo!()
+    /// If there is no built-in scenario of that name.
+    pub fn built_in(name: &str) -> Result<Self, DataError> {
+        let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) else {
+            let names: Vec<_> = BUILT_IN.iter().map(|(known, _)| *known).collect();
+            let message = format!("no such built-in scenario; there are {}", names.join(", "));
+            return Err(DataError::file(Path::new(name), message));
+        };
+        let path = format!("{name}.toml");
+        Ok(Self {
+            settings: Settings::parse(text, Path::new(&path))?,
+            vehicle: VehicleFile::parse(BUILT_IN_VEHICLE, Path::new("iver3.toml"))?,
+        })
     }
 }
 
 impl Settings {
+    /// Parses the text of a scenario file; `path` is for the messages.
+    ///
+    /// # Errors
+    /// The first key that is unknown, missing, of the wrong type or out of its range.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
+        toml::from_str(text).map_err(|mut error: toml::de::Error| {
+            let (line, column) = error.span().map_or((0, 0), |span| place(text, span.start));
+            // Without the text at hand, the error names the key instead of drawing the line.
+            error.set_input(None);
+            let rendered = error.to_string();
+            let mut parts = rendered.trim_end().splitn(2, "\nin `");
+            let what = parts.next().unwrap_or_default();
+            let key = parts.next().map(|key| key.trim_end_matches('`'));
+            let message = key.map_or_else(|| what.to_owned(), |key| format!("{key}: {what}"));
+            DataError::at(path, line, column, message.replace('\n', " "))
+        })
+    }
+
     /// The waypoints for the backseat, in order.
     #[must_use]
     pub fn waypoints(&self) -> Vec<Waypoint> {
@@ -41,6 +78,14 @@ impl Settings {
     /// The lines on which the true track is judged.
     #[must_use]
     pub fn lines(&self) -> Vec<Line> {
-        self.mission.lines(self.start)
+        self.mission.lines([self.start.x_m, self.start.y_m])
     }
+}
+
+/// Line and column, from 1, of a byte of the text.
+fn place(text: &str, byte: usize) -> (u64, u64) {
+    let before = &text[..byte];
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let line = before.bytes().filter(|&b| b == b'\n').count() as u64 + 1;
+    (line, before[line_start..].chars().count() as u64 + 1)
 }

@@ -14,7 +14,7 @@ pub enum Mission {
     Waypoints(Vec<MissionWaypoint>),
 }
 
-/// Parallel lines, flown to and fro, with a surfaced run at either end.
+/// Parallel lines, flown to and fro, between two surfaced runs with GNSS.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lawnmower {
@@ -38,13 +38,11 @@ pub struct Lawnmower {
     /// Depth on the lines, m.
     #[serde(deserialize_with = "quantity::depth")]
     pub depth_m: f64,
-    /// The surfaced run ends this far before the first line, m; the dive happens in between.
+    /// The surfaced run from the start ends this far before the first line, on its extension, m;
+    /// the dive takes place in between.
     #[serde(deserialize_with = "quantity::length")]
     pub dive_m: f64,
-    /// The surfaced run after the last line begins this far behind its end, m.
-    #[serde(deserialize_with = "quantity::length")]
-    pub climb_m: f64,
-    /// Length of the surfaced run after the climb, m.
+    /// Length of the run behind the last line, on its extension, m: climb, then surfaced.
     #[serde(deserialize_with = "quantity::length")]
     pub run_out_m: f64,
 }
@@ -85,12 +83,104 @@ impl Mission {
     /// The waypoints for the backseat, in order.
     #[must_use]
     pub fn waypoints(&self) -> Vec<Waypoint> {
-        todo!()
+        match self {
+            Self::Waypoints(waypoints) => waypoints
+                .iter()
+                .map(|w| Waypoint { x_m: w.x_m, y_m: w.y_m, depth_m: w.depth_m, speed_mps: w.speed_mps })
+                .collect(),
+            Self::Lawnmower(lawnmower) => lawnmower.waypoints(),
+        }
     }
 
-    /// The lines on which the true track is judged.
+    /// The lines on which the true track is judged; `start_m` is where the first leg begins.
     #[must_use]
-    pub fn lines(&self, _start: super::Start) -> Vec<Line> {
-        todo!()
+    pub fn lines(&self, start_m: [f64; 2]) -> Vec<Line> {
+        match self {
+            Self::Waypoints(waypoints) => {
+                let ends = waypoints.iter().map(|w| [w.x_m, w.y_m]);
+                let starts = std::iter::once(start_m).chain(ends.clone());
+                starts
+                    .zip(ends)
+                    .zip(waypoints)
+                    .filter(|(_, waypoint)| waypoint.scored)
+                    .map(|((from_m, to_m), waypoint)| Line { from_m, to_m, depth_m: waypoint.depth_m })
+                    .collect()
+            }
+            Self::Lawnmower(lawnmower) => lawnmower.survey_lines().collect(),
+        }
+    }
+}
+
+impl Lawnmower {
+    fn survey_lines(&self) -> impl Iterator<Item = Line> {
+        (0..self.lines.get()).map(|index| {
+            let across = f64::from(index) * self.spacing_m;
+            let (near, far) = (self.place(0.0, across), self.place(self.length_m, across));
+            let (from_m, to_m) = if index % 2 == 0 { (near, far) } else { (far, near) };
+            Line { from_m, to_m, depth_m: self.depth_m }
+        })
+    }
+
+    /// A place so far along and to starboard of the first line.
+    fn place(&self, along: f64, across: f64) -> [f64; 2] {
+        let (sin, cos) = libm::sincos(self.heading_rad);
+        [self.first_line_m[0] + along * cos - across * sin, self.first_line_m[1] + along * sin + across * cos]
+    }
+
+    fn waypoints(&self) -> Vec<Waypoint> {
+        let to = |[x_m, y_m]: [f64; 2], depth_m| Waypoint { x_m, y_m, depth_m, speed_mps: self.speed_mps };
+        let last = self.lines.get() - 1;
+        let end = if last % 2 == 0 { self.length_m + self.run_out_m } else { -self.run_out_m };
+        std::iter::once(to(self.place(-self.dive_m, 0.0), 0.0))
+            .chain(self.survey_lines().flat_map(|line| [to(line.from_m, line.depth_m), to(line.to_m, line.depth_m)]))
+            .chain([to(self.place(end, f64::from(last) * self.spacing_m), 0.0)])
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_lines_to_the_east() {
+        let mission = Mission::Lawnmower(Lawnmower {
+            lines: 3.try_into().unwrap(),
+            length_m: 100.0,
+            spacing_m: 10.0,
+            first_line_m: [5.0, 0.0],
+            heading_rad: std::f64::consts::FRAC_PI_2,
+            speed_mps: 1.5,
+            depth_m: 4.0,
+            dive_m: 30.0,
+            run_out_m: 50.0,
+        });
+        let expected = [
+            [5.0, -30.0, 0.0],
+            [5.0, 0.0, 4.0],
+            [5.0, 100.0, 4.0],
+            [-5.0, 100.0, 4.0],
+            [-5.0, 0.0, 4.0],
+            [-15.0, 0.0, 4.0],
+            [-15.0, 100.0, 4.0],
+            [-15.0, 150.0, 0.0],
+        ];
+        let waypoints = mission.waypoints();
+        assert_eq!(waypoints.len(), expected.len());
+        for (waypoint, [x, y, depth]) in waypoints.iter().zip(expected) {
+            // cos(π/2) is 6e-17 and multiplies lengths of 100 m.
+            assert!((waypoint.x_m - x).abs() < 1e-13 && (waypoint.y_m - y).abs() < 1e-13);
+            assert_eq!((waypoint.depth_m, waypoint.speed_mps), (depth, 1.5));
+        }
+        assert_eq!(mission.lines([0.0, 0.0]).len(), 3);
+    }
+
+    #[test]
+    fn explicit_legs_are_judged_where_asked() {
+        let leg = |x_m, scored| MissionWaypoint { x_m, y_m: 0.0, depth_m: 3.0, speed_mps: 1.0, scored };
+        let mission = Mission::Waypoints(vec![leg(10.0, true), leg(20.0, false), leg(30.0, true)]);
+        let lines = mission.lines([-5.0, 0.0]);
+        assert_eq!(lines[0], Line { from_m: [-5.0, 0.0], to_m: [10.0, 0.0], depth_m: 3.0 });
+        assert_eq!(lines[1], Line { from_m: [20.0, 0.0], to_m: [30.0, 0.0], depth_m: 3.0 });
     }
 }

@@ -10,6 +10,7 @@ mod mission;
 mod quantity;
 mod sections;
 mod sensors;
+mod vehicle;
 
 pub use backseat::{Backseat, ControlLaw, ControlMode};
 pub use effects::{ClockDrift, ClockOffset, DvlMisalignment, Effects, HeadingBias, Ratio};

@@ -38,9 +38,7 @@ where
     let value = T::deserialize(deserializer)?;
     match value.numbers().iter().find(|number| !range.contains(number)) {
         None => Ok(value),
-        Some(number) => {
-            Err(D::Error::custom(format_args!("{number} is outside {} to {}", range.start(), range.end())))
-        }
+        Some(number) => Err(D::Error::custom(format_args!("{number} is outside {} to {}", range.start(), range.end()))),
     }
 }
 
@@ -66,8 +64,6 @@ quantities! {
     positive: 1.0e-9..=1.0e6;
     /// A standard deviation, drag, time constant or other number that cannot be negative.
     non_negative: 0.0..=1.0e6;
-    /// A coefficient of either sign.
-    coefficient: -1.0e4..=1.0e4;
     /// A depth a small vehicle can reach.
     depth: 0.0..=1000.0;
     /// An angle.
@@ -96,8 +92,10 @@ quantities! {
     latitude: -85.0..=85.0;
     /// Longitude in degrees.
     longitude: -180.0..=180.0;
-    /// A density of water.
-    density: 950.0..=1100.0;
+    /// A small displacement inside the vehicle.
+    lever: -0.5..=0.5;
+    /// A change of velocity with depth, 1/s.
+    shear: -0.5..=0.5;
     /// A factor on a declared number.
     factor: 0.0..=10.0;
 }

@@ -77,10 +77,10 @@ pub struct Current {
     #[serde(deserialize_with = "quantity::velocity")]
     pub east_mps: f64,
     /// Change of the north current with depth, m/s per m.
-    #[serde(deserialize_with = "quantity::ratio")]
+    #[serde(deserialize_with = "quantity::shear")]
     pub shear_north_mps_per_m: f64,
     /// Change of the east current with depth, m/s per m.
-    #[serde(deserialize_with = "quantity::ratio")]
+    #[serde(deserialize_with = "quantity::shear")]
     pub shear_east_mps_per_m: f64,
     /// Amplitude of the rotary tide, m/s.
     #[serde(deserialize_with = "quantity::speed")]
@@ -240,7 +240,7 @@ pub struct Plant {
     #[serde(deserialize_with = "quantity::factor")]
     pub fin_area_factor: [f64; 4],
     /// Added to the declared vector from centre of buoyancy to centre of gravity, m.
-    #[serde(deserialize_with = "quantity::ratio")]
+    #[serde(deserialize_with = "quantity::lever")]
     pub cg_offset_m: [f64; 3],
 }
 

@@ -96,7 +96,15 @@ pub struct Dvl {
 
 impl Default for Dvl {
     fn default() -> Self {
-        Self { fitted: true, rate_hz: 5.0, offset_s: 0.2, sigma_mps: None, altitude_sigma_m: 0.05, min_altitude_m: 0.5, max_altitude_m: 80.0 }
+        Self {
+            fitted: true,
+            rate_hz: 5.0,
+            offset_s: 0.2,
+            sigma_mps: None,
+            altitude_sigma_m: 0.05,
+            min_altitude_m: 0.5,
+            max_altitude_m: 80.0,
+        }
     }
 }
 

@@ -1,0 +1,300 @@
+//! Sound between ship and vehicle: who pings when, how long it travels, what the receiver measures.
+//!
+//! Travel times are solved with both ends moving: a packet sent at t₀ from a place s arrives at the
+//! t₁ at which c (t₁ − t₀) = |p(t₁) − s|, p(t) the receiver's own motion.
+
+use crate::observation::{Downlink, Observation, ObservationKind, ShipReport, TwoWay, Uplink};
+use crate::rng::{Source, Stream};
+use crate::scenario::{self, Exchange, Scenario};
+use crate::ship::{ShipEstimator, ShipMotion};
+
+/// Fixed-point iterations for a time of arrival. Each gains a factor of c over the receiver's
+/// speed, more than 100: six reach the last bit of a double.
+const ITERATIONS: usize = 6;
+
+/// The vehicle's motion over one integration step, close to a straight line (within |a| dt² / 8,
+/// some micrometres).
+#[derive(Clone, Copy, Debug)]
+pub struct Passage {
+    /// Start, s.
+    pub from_s: f64,
+    /// Position at the start, m.
+    pub from_m: [f64; 3],
+    /// End, s.
+    pub to_s: f64,
+    /// Position at the end, m.
+    pub to_m: [f64; 3],
+    /// Velocity over ground at the end, north, east, down, m/s.
+    pub velocity_mps: [f64; 3],
+}
+
+impl Passage {
+    fn position(&self, time_s: f64) -> [f64; 3] {
+        let share = (time_s - self.from_s) / (self.to_s - self.from_s);
+        core::array::from_fn(|i| self.from_m[i] + share * (self.to_m[i] - self.from_m[i]))
+    }
+}
+
+/// The vehicle as it sends.
+#[derive(Clone, Copy, Debug)]
+pub struct Sender {
+    /// North, east, down, m.
+    pub position_m: [f64; 3],
+    /// Velocity over ground, north, east, down, m/s.
+    pub velocity_mps: [f64; 3],
+}
+
+/// A packet on its way.
+#[derive(Clone, Copy, Debug)]
+struct Flight {
+    /// When it left, s.
+    left_s: f64,
+    /// From where, m.
+    from_m: [f64; 3],
+    /// Standard normal errors of range and range rate.
+    errors: [f64; 2],
+    kind: FlightKind,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum FlightKind {
+    /// To the vehicle, with the ship's true velocity and its report at launch.
+    Downlink { tol_us: u64, ship_velocity_mps: [f64; 2], report: ShipReport },
+    /// Back to the vehicle; the way out took so many metres.
+    Return { tol_us: u64, outward_m: f64 },
+    /// To the ship, whose motion is known ahead; so are arrival and true range rate.
+    Uplink { tol_us: u64, arrival_s: f64, range_rate_mps: f64 },
+}
+
+/// The acoustic channel and its schedule.
+#[derive(Clone, Debug)]
+pub struct Acoustics {
+    settings: scenario::Acoustics,
+    transducer_depth_m: f64,
+    /// What everybody declares, m/s.
+    declared_speed_mps: f64,
+    /// What it is, m/s.
+    true_speed_mps: f64,
+    clock_offset_s: f64,
+    clock_drift: f64,
+    range_sigma_m: f64,
+    range_rate_sigma_mps: f64,
+    noise: Stream,
+    loss: Stream,
+    flights: Vec<Flight>,
+}
+
+impl Acoustics {
+    /// The channel of a scenario.
+    #[must_use]
+    pub fn new(scenario: &Scenario) -> Self {
+        let (settings, declared) = (&scenario.settings, &scenario.vehicle.sensors);
+        let speed = settings.environment.sound_speed_mps;
+        Self {
+            transducer_depth_m: settings.ship.transducer_depth_m,
+            declared_speed_mps: speed,
+            true_speed_mps: speed / (1.0 + settings.effects.sound_speed.ratio),
+            clock_offset_s: settings.effects.clock_offset.s,
+            clock_drift: 1.0e-6 * settings.effects.clock_drift.ppm,
+            range_sigma_m: settings.acoustics.range_sigma_m.unwrap_or(declared.range_m),
+            range_rate_sigma_mps: settings.acoustics.range_rate_sigma_mps.unwrap_or(declared.range_rate_mps),
+            noise: Stream::new(settings.seed, Source::Acoustics),
+            loss: Stream::new(settings.seed, Source::PacketLoss),
+            flights: Vec::new(),
+            settings: settings.acoustics.clone(),
+        }
+    }
+
+    /// Whether anything is on its way.
+    #[must_use]
+    pub fn busy(&self) -> bool {
+        !self.flights.is_empty()
+    }
+
+    /// Whether packets leave at this instant at all: they leave on whole seconds.
+    #[must_use]
+    pub fn may_launch(&self, time_us: u64) -> bool {
+        time_us.is_multiple_of(1_000_000)
+    }
+
+    /// Sends what the schedule has for this whole second.
+    pub fn launch(&mut self, time_us: u64, vehicle: &Sender, ship: &ShipMotion, estimator: &ShipEstimator) {
+        let second = time_us / 1_000_000;
+        for index in 0..self.settings.slots.len() {
+            let slot = self.settings.slots[index];
+            let first = u64::from(self.settings.first_s) + u64::from(slot.offset_s);
+            if second < first || !(second - first).is_multiple_of(u64::from(self.settings.period_s.get())) {
+                continue;
+            }
+            // Drawn for every packet, lost or not, so that one loss does not change the next error.
+            let errors = self.noise.normals::<2>(1.0);
+            let lost = self.loss.uniform() < self.settings.loss_share;
+            let flight = self.flight(slot.exchange, time_us, errors, vehicle, ship, estimator);
+            if let Some(flight) = flight.filter(|_| !lost) {
+                self.flights.push(flight);
+            }
+        }
+    }
+
+    fn flight(
+        &self,
+        exchange: Exchange,
+        tol_us: u64,
+        errors: [f64; 2],
+        vehicle: &Sender,
+        ship: &ShipMotion,
+        estimator: &ShipEstimator,
+    ) -> Option<Flight> {
+        let left_s = seconds(tol_us);
+        Some(match exchange {
+            Exchange::Downlink => {
+                let report = estimator.report(left_s)?;
+                let kind = FlightKind::Downlink { tol_us, ship_velocity_mps: ship.at(left_s).velocity_mps, report };
+                Flight { left_s, from_m: self.transducer(ship, left_s), errors, kind }
+            }
+            Exchange::Uplink => {
+                let (arrival_s, _) = self.arrival_at_ship(left_s, vehicle.position_m, ship);
+                let [north, east] = ship.at(arrival_s).velocity_mps;
+                let range_rate_mps = opening(
+                    difference(self.transducer(ship, arrival_s), vehicle.position_m),
+                    difference([north, east, 0.0], vehicle.velocity_mps),
+                );
+                let kind = FlightKind::Uplink { tol_us, arrival_s, range_rate_mps };
+                Flight { left_s, from_m: vehicle.position_m, errors, kind }
+            }
+            Exchange::TwoWay => {
+                let (arrival_s, outward_m) = self.arrival_at_ship(left_s, vehicle.position_m, ship);
+                if outward_m > self.settings.max_range_m {
+                    return None;
+                }
+                let left_s = arrival_s + self.settings.turnaround_s;
+                let kind = FlightKind::Return { tol_us, outward_m };
+                Flight { left_s, from_m: self.transducer(ship, left_s), errors, kind }
+            }
+        })
+    }
+
+    fn transducer(&self, ship: &ShipMotion, time_s: f64) -> [f64; 3] {
+        let [x, y] = ship.at(time_s).position_m;
+        [x, y, self.transducer_depth_m]
+    }
+
+    fn arrival_at_ship(&self, left_s: f64, vehicle_m: [f64; 3], ship: &ShipMotion) -> (f64, f64) {
+        let mut arrival_s = left_s;
+        let mut range_m = 0.0;
+        for _ in 0..ITERATIONS {
+            range_m = distance(vehicle_m, self.transducer(ship, arrival_s));
+            arrival_s = left_s + range_m / self.true_speed_mps;
+        }
+        (arrival_s, range_m)
+    }
+
+    /// Hands out what arrives during one step of the vehicle, in order of arrival.
+    pub fn arrivals(&mut self, passage: &Passage, estimator: &ShipEstimator, sink: &mut impl FnMut(&Observation)) {
+        // Nearly always empty or one: a packet flies for a second in thirty.
+        while let Some((index, arrival_s)) = self.earliest(passage) {
+            let flight = self.flights.swap_remove(index);
+            if let Some(kind) = self.received(&flight, arrival_s, passage, estimator) {
+                sink(&Observation { time_us: micros(arrival_s), kind });
+            }
+        }
+    }
+
+    /// The flight that arrives first within the step.
+    fn earliest(&self, passage: &Passage) -> Option<(usize, f64)> {
+        self.flights
+            .iter()
+            .enumerate()
+            .filter_map(|(index, flight)| self.arrival(flight, passage).map(|arrival_s| (index, arrival_s)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    fn arrival(&self, flight: &Flight, passage: &Passage) -> Option<f64> {
+        if let FlightKind::Uplink { arrival_s, .. } = flight.kind {
+            return (arrival_s <= passage.to_s).then_some(arrival_s);
+        }
+        let travelled = self.true_speed_mps * (passage.to_s - flight.left_s);
+        if travelled < distance(passage.to_m, flight.from_m) {
+            return None;
+        }
+        let mut arrival_s = passage.to_s;
+        for _ in 0..ITERATIONS {
+            arrival_s = flight.left_s + distance(passage.position(arrival_s), flight.from_m) / self.true_speed_mps;
+        }
+        Some(arrival_s)
+    }
+
+    fn received(
+        &self,
+        flight: &Flight,
+        arrival_s: f64,
+        passage: &Passage,
+        estimator: &ShipEstimator,
+    ) -> Option<ObservationKind> {
+        let true_range_m = self.true_speed_mps * (arrival_s - flight.left_s);
+        if true_range_m > self.settings.max_range_m {
+            return None;
+        }
+        let end_us = micros(arrival_s + self.settings.packet_duration_s);
+        let range_error_m = self.range_sigma_m * flight.errors[0];
+        let range_rate_error_mps = self.range_rate_sigma_mps * flight.errors[1];
+        // A one-way time is read off the receiver's clock, in units of the declared sound speed.
+        let one_way = |tol_us: u64| {
+            let clock_s = self.clock_offset_s + self.clock_drift * arrival_s;
+            let range_m = self.declared_speed_mps * (arrival_s - seconds(tol_us) + clock_s) + range_error_m;
+            let toa_us = tol_us.saturating_add_signed((range_m / self.declared_speed_mps * 1.0e6).round() as i64);
+            (range_m, toa_us)
+        };
+        Some(match flight.kind {
+            FlightKind::Downlink { tol_us, ship_velocity_mps: [north, east], report } => {
+                let (range_m, toa_us) = one_way(tol_us);
+                let offset = difference(passage.position(arrival_s), flight.from_m);
+                let range_rate_mps =
+                    opening(offset, difference(passage.velocity_mps, [north, east, 0.0])) + range_rate_error_mps;
+                ObservationKind::Downlink(Downlink { tol_us, toa_us, end_us, range_m, range_rate_mps, ship: report })
+            }
+            FlightKind::Uplink { tol_us, range_rate_mps, .. } => {
+                let (range_m, toa_us) = one_way(tol_us);
+                let range_rate_mps = range_rate_mps + range_rate_error_mps;
+                let ship = estimator.report(arrival_s)?;
+                ObservationKind::Uplink(Uplink { tol_us, toa_us, end_us, range_m, range_rate_mps, ship })
+            }
+            FlightKind::Return { tol_us, outward_m } => {
+                let true_s = 0.5 * (outward_m + true_range_m) / self.true_speed_mps;
+                let one_way_time_s = true_s + range_error_m / self.declared_speed_mps;
+                ObservationKind::TwoWay(TwoWay {
+                    tol_us,
+                    reply_us: micros(flight.left_s),
+                    one_way_time_s,
+                    range_m: self.declared_speed_mps * one_way_time_s,
+                })
+            }
+        })
+    }
+}
+
+fn seconds(time_us: u64) -> f64 {
+    time_us as f64 * 1.0e-6
+}
+
+fn micros(time_s: f64) -> u64 {
+    (time_s * 1.0e6).round() as u64
+}
+
+fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    core::array::from_fn(|i| a[i] - b[i])
+}
+
+fn norm(a: [f64; 3]) -> f64 {
+    (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    norm(difference(a, b))
+}
+
+/// Rate of the distance between two points, positive opening; zero where they coincide.
+fn opening(offset: [f64; 3], velocity: [f64; 3]) -> f64 {
+    let range = norm(offset);
+    if range > 0.0 { (0..3).map(|i| offset[i] * velocity[i]).sum::<f64>() / range } else { 0.0 }
+}

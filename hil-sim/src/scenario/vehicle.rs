@@ -1,0 +1,54 @@
+//! From the declared vehicle and the scenario to the parameters of the simulated one.
+
+use super::Scenario;
+use crate::truth::{Fin, Parameters, State};
+
+impl Scenario {
+    /// The simulated vehicle: what is declared, and `[plant]` on top.
+    #[must_use]
+    pub fn truth_parameters(&self) -> Parameters {
+        let (declared, plant) = (&self.vehicle.parameters, &self.settings.plant);
+        let noise = &self.vehicle.noise;
+        let [n1, n2, n3] = noise.linear_mps2_per_sqrt_hz;
+        let [n4, n5, n6] = noise.angular_radps2_per_sqrt_hz;
+        Parameters {
+            mass_kg: declared.mass_kg,
+            displaced_mass_kg: declared.displaced_mass_kg,
+            rho_kg_per_m3: declared.rho_kg_per_m3,
+            g_mps2: declared.g_mps2,
+            hull_radius_m: 0.5 * declared.diameter_m,
+            cb_to_cg_m: core::array::from_fn(|i| declared.b_cb_to_cg_m[i] + plant.cg_offset_m[i]),
+            inertia: declared.m_diag,
+            quadratic_drag: declared.quadratic_diag,
+            d26: declared.d26,
+            d35: declared.d35,
+            linear_surge_ns_per_m: declared.linear_surge_ns_per_m,
+            fins: core::array::from_fn(|i| Fin {
+                phi_rad: declared.fins[i].phi_rad,
+                cp_m: declared.fins[i].cp_m,
+                area_m2: declared.fin_area_m2 * plant.fin_area_factor[i],
+                cd: declared.cd,
+                cl: declared.cl,
+            }),
+            fin_max_rad: declared.delta_max_rad,
+            servo_rate_radps: plant.servo_rate_radps,
+            thrust_n_s2_per_rad2: declared.beta5_n_s2_per_rad2,
+            advance_n_s2_per_rad_m: declared.advance_n_s2_per_rad_m,
+            propeller_max_radps: declared.omega_max_radps,
+            propeller_lag_s: plant.propeller_lag_s,
+            disturbance_per_sqrt_hz: [n1, n2, n3, n4, n5, n6].map(|density| density * plant.process_noise_factor),
+        }
+    }
+
+    /// The simulated vehicle at time zero: level, on its heading.
+    #[must_use]
+    pub fn initial_state(&self) -> State {
+        let start = &self.settings.start;
+        State::new(
+            [start.x_m, start.y_m, start.depth_m],
+            [0.0, 0.0, start.heading_rad],
+            [start.speed_mps, 0.0, 0.0],
+            [0.0; 3],
+        )
+    }
+}

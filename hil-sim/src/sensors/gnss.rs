@@ -1,0 +1,67 @@
+//! GNSS receivers: the vehicle's, which is deaf under water, and the ship's.
+
+use super::Sampler;
+use crate::observation::{GnssFix, ObservationKind};
+use crate::rng::{Source, Stream};
+use crate::scenario;
+use crate::ship::ShipTruth;
+use crate::world::VehicleTruth;
+
+/// Position of the surfaced vehicle.
+#[derive(Clone, Debug)]
+pub(super) struct VehicleGnss {
+    pub(super) sampler: Sampler,
+    random: Stream,
+    sigma_m: f64,
+    max_depth_m: f64,
+}
+
+impl VehicleGnss {
+    pub(super) fn new(settings: &scenario::Gnss, declared_sigma_m: f64, seed: u64) -> Self {
+        Self {
+            sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
+            random: Stream::new(seed, Source::VehicleGnss),
+            sigma_m: settings.sigma_m.unwrap_or(declared_sigma_m),
+            max_depth_m: settings.max_depth_m,
+        }
+    }
+
+    pub(super) fn sample(&mut self, vehicle: &VehicleTruth) -> Option<ObservationKind> {
+        self.sampler.due(vehicle.time_us).then(|| {
+            let noise = self.random.normals::<2>(self.sigma_m);
+            let [x, y, z, ..] = vehicle.state;
+            let [north, east, _] = vehicle.velocity_ned_mps;
+            let fix = (z < self.max_depth_m).then(|| GnssFix {
+                position_m: [x + noise[0], y + noise[1]],
+                speed_mps: libm::hypot(north, east),
+                course_rad: libm::atan2(east, north).rem_euclid(std::f64::consts::TAU),
+            });
+            ObservationKind::VehicleGnss { fix }
+        })
+    }
+}
+
+/// Position of the ship.
+#[derive(Clone, Debug)]
+pub(super) struct ShipGnss {
+    pub(super) sampler: Sampler,
+    random: Stream,
+    sigma_m: f64,
+}
+
+impl ShipGnss {
+    pub(super) fn new(settings: &scenario::ShipGnss, declared_sigma_m: f64, seed: u64) -> Self {
+        Self {
+            sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
+            random: Stream::new(seed, Source::ShipGnss),
+            sigma_m: settings.sigma_m.unwrap_or(declared_sigma_m),
+        }
+    }
+
+    pub(super) fn sample(&mut self, time_us: u64, ship: &ShipTruth) -> Option<ObservationKind> {
+        self.sampler.due(time_us).then(|| {
+            let noise = self.random.normals::<2>(self.sigma_m);
+            ObservationKind::ShipGnss { position_m: core::array::from_fn(|i| ship.position_m[i] + noise[i]) }
+        })
+    }
+}

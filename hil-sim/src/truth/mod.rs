@@ -1,0 +1,20 @@
+//! The simulated vehicle: its own equations, its own integrator, its own parameter set.
+//!
+//! Nothing here comes from the backseat's dynamics: a filter that were tested on its own model
+//! could not show that the model is wrong. The two are compared, where they should agree, in
+//! `tests/truth.rs`.
+//!
+//! What this vehicle has and the backseat's model has not: servos of finite speed, a propeller that
+//! takes time to spin up, white acceleration disturbance, current that varies with depth and time,
+//! a surface at which buoyancy is lost, fins that differ from one another.
+
+mod actuators;
+mod integrator;
+mod parameters;
+mod plant;
+mod vehicle;
+
+pub use actuators::Actuators;
+pub use parameters::{Fin, Parameters};
+pub use plant::{Plant, State, Water};
+pub use vehicle::{Vehicle, benchmark};

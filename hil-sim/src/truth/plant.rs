@@ -1,0 +1,294 @@
+//! Forces on the submerged vehicle and the derivative of its state.
+//!
+//! Written component by component from Newton-Euler in the body frame. The state's velocity is
+//! relative to the water around the vehicle, so that every hydrodynamic force sees the inflow and a
+//! uniform steady current changes nothing but the track. Signs of restoring moment and fins are the
+//! physical ones (the thesis' (3.9) and (3.10)-(3.23), corrected).
+
+use super::{Actuators, Parameters};
+
+/// Position, attitude quaternion, velocity through the water, rates:
+/// [x y z | q0 q1 q2 q3 | u v w | p q r].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State(pub [f64; 13]);
+
+/// The moving water around the vehicle during one step, north and east.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Water {
+    /// Current at the surface, m/s.
+    pub surface_mps: [f64; 2],
+    /// Change of the current with depth, m/s per m.
+    pub shear_mps_per_m: [f64; 2],
+}
+
+impl Water {
+    /// The current at a depth, m/s.
+    #[must_use]
+    pub fn at_depth(&self, depth_m: f64) -> [f64; 2] {
+        // The water above the surface is the water at the surface.
+        let depth = depth_m.max(0.0);
+        core::array::from_fn(|i| self.surface_mps[i] + self.shear_mps_per_m[i] * depth)
+    }
+}
+
+impl State {
+    /// At a position, with Euler angles roll, pitch, heading, a velocity through the water and rates.
+    #[must_use]
+    pub fn new(position_m: [f64; 3], euler_rad: [f64; 3], velocity_mps: [f64; 3], rates_radps: [f64; 3]) -> Self {
+        let [(sr, cr), (sp, cp), (sy, cy)] = euler_rad.map(|angle| libm::sincos(0.5 * angle));
+        let [x, y, z] = position_m;
+        let [u, v, w] = velocity_mps;
+        let [p, q, r] = rates_radps;
+        Self([
+            x,
+            y,
+            z,
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            u,
+            v,
+            w,
+            p,
+            q,
+            r,
+        ])
+    }
+
+    /// North, east, down, m.
+    #[must_use]
+    pub fn position_m(&self) -> [f64; 3] {
+        [self.0[0], self.0[1], self.0[2]]
+    }
+
+    /// Velocity through the water in body axes, m/s.
+    #[must_use]
+    pub fn velocity_mps(&self) -> [f64; 3] {
+        [self.0[7], self.0[8], self.0[9]]
+    }
+
+    /// Body rates, rad/s.
+    #[must_use]
+    pub fn rates_radps(&self) -> [f64; 3] {
+        [self.0[10], self.0[11], self.0[12]]
+    }
+
+    /// Roll, pitch, heading, rad; heading within (−π, π].
+    #[must_use]
+    pub fn euler_rad(&self) -> [f64; 3] {
+        let m = self.body_to_ned();
+        [libm::atan2(m[2][1], m[2][2]), -libm::asin(m[2][0].clamp(-1.0, 1.0)), libm::atan2(m[1][0], m[0][0])]
+    }
+
+    /// Rotation from body axes to north-east-down.
+    #[must_use]
+    pub fn body_to_ned(&self) -> [[f64; 3]; 3] {
+        let [a, b, c, d] = [self.0[3], self.0[4], self.0[5], self.0[6]];
+        [
+            [1.0 - 2.0 * (c * c + d * d), 2.0 * (b * c - a * d), 2.0 * (b * d + a * c)],
+            [2.0 * (b * c + a * d), 1.0 - 2.0 * (b * b + d * d), 2.0 * (c * d - a * b)],
+            [2.0 * (b * d - a * c), 2.0 * (c * d + a * b), 1.0 - 2.0 * (b * b + c * c)],
+        ]
+    }
+
+    /// Velocity over ground, north, east, down, m/s.
+    #[must_use]
+    pub fn velocity_ned_mps(&self, water: &Water) -> [f64; 3] {
+        let m = self.body_to_ned();
+        let [u, v, w] = self.velocity_mps();
+        let [north, east] = water.at_depth(self.0[2]);
+        let through: [f64; 3] = core::array::from_fn(|i| m[i][0] * u + m[i][1] * v + m[i][2] * w);
+        [through[0] + north, through[1] + east, through[2]]
+    }
+}
+
+/// One fin, prepared: its frame turned with the fin differs from the hull's by φ only, because the
+/// fin's own rotation δ adds to the angle of attack and turns neither lift nor drag, which follow
+/// the flow.
+#[derive(Clone, Copy, Debug)]
+struct Blade {
+    /// Normal of the undeflected fin (its z axis), y and z component in body axes.
+    normal: [f64; 2],
+    cp: [f64; 3],
+    half_rho_area: f64,
+    cd: [f64; 2],
+    cl: [f64; 2],
+}
+
+impl Blade {
+    /// Force at the centre of pressure, body axes, N.
+    #[inline]
+    fn force(&self, velocity: [f64; 3], rates: [f64; 3], delta: f64) -> [f64; 3] {
+        let [u, v, w] = velocity;
+        let [p, q, r] = rates;
+        let [x, y, z] = self.cp;
+        let ahead = u + q * z - r * y;
+        let sway = v + r * x - p * z;
+        let heave = w + p * y - q * x;
+        let across = self.normal[0] * sway + self.normal[1] * heave;
+        let speed = (ahead * ahead + across * across).sqrt();
+        let mut alpha = libm::atan2(across, ahead) + delta;
+        if alpha > core::f64::consts::PI {
+            alpha -= core::f64::consts::TAU;
+        } else if alpha < -core::f64::consts::PI {
+            alpha += core::f64::consts::TAU;
+        }
+        let squared = alpha * alpha;
+        // ½ρAV times (velocity in the plane of the section): drag against it, lift across it.
+        let scale = self.half_rho_area * speed;
+        let drag = scale * (self.cd[0] + self.cd[1] * squared);
+        let lift = scale * alpha * (self.cl[0] + self.cl[1] * squared);
+        let along = lift * across - drag * ahead;
+        let normal = -lift * ahead - drag * across;
+        [along, normal * self.normal[0], normal * self.normal[1]]
+    }
+}
+
+/// The vehicle's forces, prepared from its parameters.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    inertia: [f64; 6],
+    inverse_inertia: [f64; 6],
+    drag: [f64; 6],
+    d26: f64,
+    d35: f64,
+    linear_surge: f64,
+    weight_n: f64,
+    buoyancy_n: f64,
+    cb_to_cg: [f64; 3],
+    /// 1 / (2 · hull radius): share of the buoyancy gained per metre of depth at the surface.
+    emersion_per_m: f64,
+    blades: [Blade; 4],
+    thrust: f64,
+    advance: f64,
+}
+
+impl Plant {
+    /// Prepares the forces of a vehicle.
+    #[must_use]
+    pub fn new(parameters: &Parameters) -> Self {
+        let p = parameters;
+        Self {
+            inertia: p.inertia,
+            inverse_inertia: p.inertia.map(f64::recip),
+            drag: p.quadratic_drag,
+            d26: p.d26,
+            d35: p.d35,
+            linear_surge: p.linear_surge_ns_per_m,
+            weight_n: p.mass_kg * p.g_mps2,
+            buoyancy_n: p.displaced_mass_kg * p.g_mps2,
+            cb_to_cg: p.cb_to_cg_m,
+            emersion_per_m: 0.5 / p.hull_radius_m,
+            blades: p.fins.map(|fin| {
+                let (sin, cos) = libm::sincos(fin.phi_rad);
+                Blade {
+                    normal: [-sin, cos],
+                    cp: fin.cp_m,
+                    half_rho_area: 0.5 * p.rho_kg_per_m3 * fin.area_m2,
+                    cd: fin.cd,
+                    cl: fin.cl,
+                }
+            }),
+            thrust: p.thrust_n_s2_per_rad2,
+            advance: p.advance_n_s2_per_rad_m,
+        }
+    }
+
+    /// Acceleration of velocity through the water and rates in a uniform current, m/s² and rad/s².
+    #[must_use]
+    pub fn acceleration(&self, state: &State, actuators: &Actuators) -> [f64; 6] {
+        let m = state.body_to_ned();
+        self.body_acceleration(state, &m[2], actuators)
+    }
+
+    /// `down` is the NED down axis in body axes.
+    #[inline]
+    fn body_acceleration(&self, state: &State, down: &[f64; 3], actuators: &Actuators) -> [f64; 6] {
+        let [_, _, depth, _, _, _, _, u, v, w, p, q, r] = state.0;
+        let [m1, m2, m3, i1, i2, i3] = self.inertia;
+        let d = &self.drag;
+
+        // Newton-Euler with added mass: momentum turned by the rates, and the Munk moment.
+        let mut x = m2 * v * r - m3 * w * q;
+        let mut y = m3 * w * p - m1 * u * r;
+        let mut z = m1 * u * q - m2 * v * p;
+        let mut k = (m2 - m3) * v * w + (i2 - i3) * q * r;
+        let mut m = (m3 - m1) * u * w + (i3 - i1) * p * r;
+        let mut n = (m1 - m2) * u * v + (i1 - i2) * p * q;
+
+        x -= (d[0] * u.abs() + self.linear_surge) * u;
+        y -= d[1] * v.abs() * v + self.d26 * r.abs() * r;
+        z -= d[2] * w.abs() * w + self.d35 * q.abs() * q;
+        k -= d[3] * p.abs() * p;
+        m -= d[4] * q.abs() * q + self.d35 * w.abs() * w;
+        n -= d[5] * r.abs() * r + self.d26 * v.abs() * v;
+
+        // Weight at the centre of gravity, buoyancy at the centre of buoyancy (lever −b, force
+        // −B down), which fades as the hull leaves the water.
+        let buoyancy = self.buoyancy_n * (0.5 + self.emersion_per_m * depth).clamp(0.0, 1.0);
+        let net = self.weight_n - buoyancy;
+        let [bx, by, bz] = self.cb_to_cg;
+        x += net * down[0];
+        y += net * down[1];
+        z += net * down[2];
+        k += buoyancy * (by * down[2] - bz * down[1]);
+        m += buoyancy * (bz * down[0] - bx * down[2]);
+        n += buoyancy * (bx * down[1] - by * down[0]);
+
+        for (blade, delta) in self.blades.iter().zip(actuators.fins_rad) {
+            let [fx, fy, fz] = blade.force([u, v, w], [p, q, r], delta);
+            let [cx, cy, cz] = blade.cp;
+            x += fx;
+            y += fy;
+            z += fz;
+            k += cy * fz - cz * fy;
+            m += cz * fx - cx * fz;
+            n += cx * fy - cy * fx;
+        }
+
+        let omega = actuators.propeller_radps;
+        x += self.thrust * omega * omega.abs() - self.advance * omega * u;
+
+        let wrench = [x, y, z, k, m, n];
+        core::array::from_fn(|i| wrench[i] * self.inverse_inertia[i])
+    }
+
+    /// Time derivative of the state.
+    ///
+    /// In sheared water the vehicle keeps its velocity over ground as it changes depth, so that its
+    /// velocity through the water takes up the difference. The inertia of water that accelerates in
+    /// time acts on the net weight only and is left out: below 1e-7 m/s² for a tide.
+    #[must_use]
+    pub fn derivative(&self, state: &State, actuators: &Actuators, water: &Water, disturbance: &[f64; 6]) -> State {
+        let [_, _, depth, a, b, c, d, u, v, w, p, q, r] = state.0;
+        let m = state.body_to_ned();
+        let through: [f64; 3] = core::array::from_fn(|i| m[i][0] * u + m[i][1] * v + m[i][2] * w);
+        let [north, east] = water.at_depth(depth);
+        let mut acc = self.body_acceleration(state, &m[2], actuators);
+        for (acc, disturbance) in acc.iter_mut().zip(disturbance) {
+            *acc += disturbance;
+        }
+        if depth > 0.0 {
+            let entrained = water.shear_mps_per_m.map(|shear| shear * through[2]);
+            for i in 0..3 {
+                acc[i] -= m[0][i] * entrained[0] + m[1][i] * entrained[1];
+            }
+        }
+        State([
+            through[0] + north,
+            through[1] + east,
+            through[2],
+            -0.5 * (b * p + c * q + d * r),
+            0.5 * (a * p + c * r - d * q),
+            0.5 * (a * q + d * p - b * r),
+            0.5 * (a * r + b * q - c * p),
+            acc[0],
+            acc[1],
+            acc[2],
+            acc[3],
+            acc[4],
+            acc[5],
+        ])
+    }
+}
