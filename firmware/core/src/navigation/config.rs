@@ -1,5 +1,7 @@
 //! What the filter is told before it starts.
 
+use super::ConfigError;
+
 /// How the vehicle's velocity evolves between measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -110,4 +112,63 @@ impl NavigationConfig {
         ship_transducer_depth_m: 0.0,
         gate_sigma: 5.0,
     };
+}
+
+/// Largest value any sigma, root PSD or depth may have: far beyond use, far from overflow.
+const LARGEST: f64 = 1.0e6;
+
+impl NavigationConfig {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first value that is not finite or outside its range. Noise must be positive, process
+    /// noise of the ship and the current's walk may be zero.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        let (sensors, ship) = (&self.sensors, &self.ship_noise);
+        let positive = [
+            ("sensors.depth_m", sensors.depth_m),
+            ("sensors.attitude_rad", sensors.attitude_rad),
+            ("sensors.rates_radps", sensors.rates_radps),
+            ("sensors.dvl_mps", sensors.dvl_mps),
+            ("sensors.range_m", sensors.range_m),
+            ("sensors.range_rate_mps", sensors.range_rate_mps),
+            ("sensors.gnss_m", sensors.gnss_m),
+            ("sensors.ship_gnss_m", sensors.ship_gnss_m),
+            ("gate_sigma", self.gate_sigma),
+        ];
+        for (key, value) in positive {
+            in_range(key, value, f64::MIN_POSITIVE)?;
+        }
+        self.process_noise.validate()?;
+        in_range("ship_noise.linear_mps2_per_sqrt_hz", ship.linear_mps2_per_sqrt_hz, 0.0)?;
+        in_range("ship_noise.angular_radps2_per_sqrt_hz", ship.angular_radps2_per_sqrt_hz, 0.0)?;
+        in_range("ship_transducer_depth_m", self.ship_transducer_depth_m, -LARGEST)?;
+        if let Some(current) = &self.water_current {
+            in_range("water_current.initial_sigma_mps", current.initial_sigma_mps, f64::MIN_POSITIVE)?;
+            in_range("water_current.random_walk_mps_per_sqrt_s", current.random_walk_mps_per_sqrt_s, 0.0)?;
+        }
+        Ok(())
+    }
+}
+
+impl ProcessNoise {
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        for value in self.linear_mps2_per_sqrt_hz {
+            in_range("process_noise.linear_mps2_per_sqrt_hz", value, 0.0)?;
+        }
+        for value in self.angular_radps2_per_sqrt_hz {
+            in_range("process_noise.angular_radps2_per_sqrt_hz", value, 0.0)?;
+        }
+        Ok(())
+    }
+
+    /// Power spectral densities of the accelerations along u, v, w, p, q, r.
+    pub(super) fn psd(&self) -> [f64; 6] {
+        let ([u, v, w], [p, q, r]) = (self.linear_mps2_per_sqrt_hz, self.angular_radps2_per_sqrt_hz);
+        [u, v, w, p, q, r].map(|root| root * root)
+    }
+}
+
+fn in_range(key: &'static str, value: f64, min: f64) -> Result<(), ConfigError> {
+    if (min..=LARGEST).contains(&value) { Ok(()) } else { Err(ConfigError::OutOfRange { key }) }
 }

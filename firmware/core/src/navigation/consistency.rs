@@ -1,6 +1,8 @@
 //! Is the filter as good as it says? Normalised innovations and errors squared.
 
-use super::{FusionRecord, Sensor};
+use super::{FusionOutcome, FusionRecord, Sensor};
+use crate::state::VehicleState;
+use nalgebra::SMatrix;
 
 /// Sum of ν²/S of the fused scalars of one sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,8 +39,16 @@ impl Consistency {
     }
 
     /// Adds one record.
-    pub fn add(&mut self, _record: &FusionRecord) {
-        todo!()
+    pub fn add(&mut self, record: &FusionRecord) {
+        let tally = &mut self.tallies[record.sensor as usize];
+        match record.outcome {
+            FusionOutcome::Fused => {
+                tally.sum += record.nis();
+                tally.count = tally.count.saturating_add(1);
+            }
+            FusionOutcome::Gated => tally.rejected = tally.rejected.saturating_add(1),
+            FusionOutcome::Invalid | FusionOutcome::StaleClone => tally.invalid = tally.invalid.saturating_add(1),
+        }
     }
 
     /// The tally of one sensor.
@@ -46,4 +56,21 @@ impl Consistency {
     pub fn tally(&self, sensor: Sensor) -> &NisTally {
         &self.tallies[sensor as usize]
     }
+}
+
+/// eᵀ P⁻¹ e of the vehicle's twelve states, expected 12; `None` when P is not positive definite.
+/// The heading's error must be the shorter way round.
+#[must_use]
+#[allow(non_snake_case)]
+pub fn nees_vehicle(error: &VehicleState, P: &SMatrix<f64, 12, 12>) -> Option<f64> {
+    P.cholesky().map(|factor| error.dot(&factor.solve(error)))
+}
+
+/// eᵀ P⁻¹ e of north and east, expected 2; `None` when P is not positive definite.
+#[must_use]
+pub fn nees_position(error_m: [f64; 2], var_x: f64, cov_xy: f64, var_y: f64) -> Option<f64> {
+    let determinant = var_x * var_y - cov_xy * cov_xy;
+    let [x, y] = error_m;
+    (var_x > 0.0 && determinant > 0.0)
+        .then(|| (var_y * x * x - 2.0 * cov_xy * x * y + var_x * y * y) / determinant)
 }

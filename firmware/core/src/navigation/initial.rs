@@ -21,19 +21,54 @@ pub struct InitialState {
     pub sigma: VehicleState,
 }
 
+/// One sigma of a commanded speed as part of it: what an Iver's speed loop and an unknown trim leave.
+const COMMANDED_SPEED_PART: f64 = 0.1;
+/// Least one sigma of a commanded speed, and that of the sway and heave nobody commands, m/s.
+const COMMANDED_SIGMA_MPS: f64 = 0.1;
+
 impl InitialState {
-    /// From the last fix (north, east, one sigma per axis), present depth, Euler angles, rates and speed.
+    /// From the last fix (north, east, one sigma per axis), present depth, Euler angles, rates and
+    /// speed; depth, attitude, rates and a DVL have their sensors' sigma.
+    ///
+    /// A DVL is taken as bottom track: with current states its velocity through the water is as
+    /// uncertain as the current.
     #[must_use]
     pub fn from_fix(
-        _fix_m: [f64; 2],
-        _fix_sigma_m: f64,
-        _depth_m: f64,
-        _euler_rad: [f64; 3],
-        _rates_radps: [f64; 3],
-        _speed: InitialSpeed,
-        _config: &NavigationConfig,
+        fix_m: [f64; 2],
+        fix_sigma_m: f64,
+        depth_m: f64,
+        euler_rad: [f64; 3],
+        rates_radps: [f64; 3],
+        speed: InitialSpeed,
+        config: &NavigationConfig,
     ) -> Self {
-        todo!()
+        let sensors = &config.sensors;
+        let current = config.water_current.map_or(0.0, |current| current.initial_sigma_mps);
+        let (velocity, velocity_sigma) = match speed {
+            InitialSpeed::Dvl(velocity) => {
+                (velocity, [libm::sqrt(sensors.dvl_mps * sensors.dvl_mps + current * current); 3])
+            }
+            InitialSpeed::Commanded(surge) => {
+                let sigma = (COMMANDED_SPEED_PART * surge.abs()).max(COMMANDED_SIGMA_MPS);
+                ([surge, 0.0, 0.0], [sigma, COMMANDED_SIGMA_MPS, COMMANDED_SIGMA_MPS])
+            }
+        };
+        let assemble = |position: [f64; 3], euler: [f64; 3], nu: [f64; 3], omega: [f64; 3]| {
+            let mut x = VehicleState::zeros();
+            for (i, part) in [position, euler, nu, omega].into_iter().enumerate() {
+                x.fixed_rows_mut::<3>(3 * i).copy_from_slice(&part);
+            }
+            x
+        };
+        Self {
+            state: assemble([fix_m[0], fix_m[1], depth_m], euler_rad, velocity, rates_radps),
+            sigma: assemble(
+                [fix_sigma_m, fix_sigma_m, sensors.depth_m],
+                [sensors.attitude_rad; 3],
+                velocity_sigma,
+                [sensors.rates_radps; 3],
+            ),
+        }
     }
 }
 
@@ -46,16 +81,30 @@ pub struct InitialShip {
     pub sigma: [f64; 6],
 }
 
+/// One sigma of a ship's velocity of which nothing is known, per axis, m/s.
+const SHIP_SPEED_SIGMA_MPS: f64 = 3.0;
+/// One sigma of a ship's heading of which nothing is known, rad: uniform over the circle.
+const SHIP_HEADING_SIGMA_RAD: f64 = 1.8;
+/// One sigma of a ship's turn rate, rad/s.
+const SHIP_TURN_RATE_SIGMA_RADPS: f64 = 0.05;
+
 impl InitialShip {
     /// From its first GNSS fix; speed unknown.
     #[must_use]
-    pub fn from_fix(_position_m: [f64; 2], _config: &NavigationConfig) -> Self {
-        todo!()
+    pub fn from_fix(position_m: [f64; 2], config: &NavigationConfig) -> Self {
+        Self::new(position_m, config.sensors.ship_gnss_m, [0.0; 2], SHIP_SPEED_SIGMA_MPS)
     }
 
     /// From a report in an acoustic packet (valid at the present time).
     #[must_use]
-    pub fn from_report(_report: &ShipReport) -> Self {
-        todo!()
+    pub fn from_report(report: &ShipReport) -> Self {
+        Self::new(report.position_m, report.position_sigma_m, report.velocity_mps, report.velocity_sigma_mps)
+    }
+
+    fn new(p: [f64; 2], p_sigma: f64, v: [f64; 2], v_sigma: f64) -> Self {
+        Self {
+            state: [p[0], p[1], libm::atan2(v[1], v[0]), v[0], v[1], 0.0],
+            sigma: [p_sigma, p_sigma, SHIP_HEADING_SIGMA_RAD, v_sigma, v_sigma, SHIP_TURN_RATE_SIGMA_RADPS],
+        }
     }
 }

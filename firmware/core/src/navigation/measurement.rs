@@ -174,6 +174,34 @@ pub enum Measurement {
     },
 }
 
+impl Measurement {
+    /// Which sensor it comes from; a two-way ping is a range.
+    #[must_use]
+    pub const fn sensor(&self) -> Sensor {
+        match self {
+            Self::Depth { .. } => Sensor::Depth,
+            Self::Attitude { .. } => Sensor::Attitude,
+            Self::Rates { .. } => Sensor::Rates,
+            Self::BottomTrack { .. } => Sensor::BottomTrack,
+            Self::WaterTrack { .. } => Sensor::WaterTrack,
+            Self::VehicleGnss { .. } => Sensor::VehicleGnss,
+            Self::ShipGnss { .. } => Sensor::ShipGnss,
+            Self::Range { .. } | Self::TwoWayRange { .. } => Sensor::Range,
+            Self::RangeRate { .. } => Sensor::RangeRate,
+        }
+    }
+
+    /// How many scalars it has.
+    #[must_use]
+    pub const fn scalars(&self) -> usize {
+        match self {
+            Self::Depth { .. } | Self::Range { .. } | Self::RangeRate { .. } | Self::TwoWayRange { .. } => 1,
+            Self::VehicleGnss { .. } | Self::ShipGnss { .. } => 2,
+            Self::Attitude { .. } | Self::Rates { .. } | Self::BottomTrack { .. } | Self::WaterTrack { .. } => 3,
+        }
+    }
+}
+
 /// What became of a scalar innovation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -182,7 +210,8 @@ pub enum FusionOutcome {
     Fused,
     /// It lay outside the gate and was not used.
     Gated,
-    /// It was not a finite number, or its geometry was degenerate.
+    /// It was not a finite number, its geometry was degenerate, or the filter (or its ship) is not initialised. Such a
+    /// record has NaN as innovation and variance.
     Invalid,
     /// Its clone had been dropped.
     StaleClone,
@@ -201,7 +230,8 @@ pub struct FusionRecord {
     pub innovation: f64,
     /// S = H P Hᵀ + R, unit squared.
     pub variance: f64,
-    /// innovation² / (gate² S): above 1 is rejected.
+    /// innovation² / (gate² S); a measurement is rejected as a whole when one of its scalars has
+    /// more than 1 before any is used.
     pub test_ratio: f64,
     /// Used or why not.
     pub outcome: FusionOutcome,

@@ -1,17 +1,57 @@
 //! The centralized extended Kalman filter (CEKF) of chapter 2.
+//!
+//! One [`Navigator`] holds vehicle, ship, effect states and up to two delayed states. It is moved
+//! through time by [`Navigator::predict`] and corrected by [`Navigator::fuse`]; it reads no clock,
+//! no bytes and never panics.
+//!
+//! ```text
+//! layout          which state stands where          discretisation  f, F -> Φ, Q_d, step of x
+//! estimate        x̂                                 propagation     P -> Φ P Φᵀ + Q_d
+//! covariance      P, lower triangle                 prediction      time update
+//! row             sparse row of H                   cloning         delayed states
+//! observation     ν, h, R of a measurement          meas_*          one aiding source each
+//! acoustic        the ends of an acoustic path      fusion, gate    measurement update
+//! config, initial, measurement, consistency, error  what the outside sees
+//! ```
 
+mod acoustic;
+mod cloning;
 mod config;
 mod consistency;
+mod covariance;
+mod digest;
+mod discretisation;
 mod error;
+mod estimate;
+mod fusion;
+mod gate;
 mod initial;
+mod layout;
+mod meas_attitude;
+mod meas_depth;
+mod meas_dvl;
+mod meas_range;
+mod meas_range_rate;
+mod meas_rates;
+mod meas_ship_gnss;
+mod meas_two_way;
+mod meas_vehicle_gnss;
 mod measurement;
 mod navigator;
+mod observation;
+mod prediction;
+mod propagation;
+mod row;
+#[cfg(test)]
+mod val_vectors;
 
 pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, WaterCurrentConfig};
-pub use consistency::{Consistency, NisTally};
+pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
 pub use error::{CloneError, ConfigError, NavigationError};
+use fusion::wrap_innovation;
 pub use initial::{InitialShip, InitialSpeed, InitialState};
 pub use measurement::{
     AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,
 };
-pub use navigator::{MAX_GAP_US, Navigator};
+pub use navigator::Navigator;
+pub use prediction::MAX_GAP_US;

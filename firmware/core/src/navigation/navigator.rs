@@ -1,29 +1,53 @@
-//! The filter itself.
+//! The filter itself: state, covariance, and what may be asked of them.
 
+use super::covariance::Covariance;
+use super::digest::Digest;
+use super::discretisation::Discretisation;
+use super::estimate::Estimate;
+use super::gate::Gate;
+use super::layout::{N_MAX, SHIP_STATES};
 use super::{
-    CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Measurement, NavigationConfig,
-    NavigationError, ProcessModel, ProcessNoise, Sensor,
+    ConfigError, InitialShip, InitialState, NavigationConfig, NavigationError, ProcessModel, ProcessNoise, Sensor,
 };
-use crate::dynamics::{ActuatorInput, VehicleModel};
-use crate::state::VehicleState;
+use crate::dynamics::VehicleModel;
+use crate::state::{VEHICLE_STATES, VehicleState, X, Y};
 use nalgebra::SMatrix;
 
-/// Longest gap that one call of [`Navigator::predict`] crosses, µs.
-pub const MAX_GAP_US: u64 = 600_000_000;
-
-/// The centralized extended Kalman filter. Lives in a static; never passed by value.
+/// The centralized extended Kalman filter. Some 15 kB: lives in a static, never passed by value.
 pub struct Navigator {
-    config: NavigationConfig,
-    model: Option<VehicleModel>,
-    time_us: u64,
-    vehicle: VehicleState,
+    pub(super) config: NavigationConfig,
+    pub(super) model: Option<VehicleModel>,
+    pub(super) time_us: u64,
+    initialised: bool,
+    pub(super) failure: Option<NavigationError>,
+    pub(super) x: Estimate,
+    pub(super) p: Covariance,
+    pub(super) gate: Gate,
+    /// Scratch of the prediction.
+    pub(super) step: Discretisation,
+    /// K of the last update.
+    pub(super) gain: [f64; N_MAX],
+    /// P hᵀ, then w, of the update under way.
+    pub(super) w: [f64; N_MAX],
 }
 
 impl Navigator {
     /// Empty: configure and initialise it.
     #[must_use]
     pub const fn new() -> Self {
-        todo!()
+        Self {
+            config: NavigationConfig::REFERENCE,
+            model: None,
+            time_us: 0,
+            initialised: false,
+            failure: None,
+            x: Estimate::new(),
+            p: Covariance::new(),
+            gate: Gate::new(),
+            step: Discretisation::new(),
+            gain: [0.0; N_MAX],
+            w: [0.0; N_MAX],
+        }
     }
 
     /// Adopts a configuration and a vehicle and forgets everything else.
@@ -31,30 +55,40 @@ impl Navigator {
     /// # Errors
     /// The first value out of range; the filter is then as it was.
     pub fn configure(&mut self, config: &NavigationConfig, model: &VehicleModel) -> Result<(), ConfigError> {
+        config.validate()?;
         self.config = *config;
-        self.model = Some(model.clone());
+        self.set_model(model);
+        self.initialised = false;
         Ok(())
     }
 
     /// Adopts new numbers while running; state and covariance stay.
     ///
     /// # Errors
-    /// A value out of range, or a change of the effect states.
-    pub fn reconfigure(&mut self, _config: &NavigationConfig) -> Result<(), ConfigError> {
-        todo!()
+    /// A value out of range, or effect states that come or go.
+    pub fn reconfigure(&mut self, config: &NavigationConfig) -> Result<(), ConfigError> {
+        config.validate()?;
+        if config.water_current.is_some() != self.config.water_current.is_some() {
+            return Err(ConfigError::LayoutChange);
+        }
+        self.config = *config;
+        Ok(())
     }
 
     /// Adopts another vehicle model while running.
-    pub fn set_model(&mut self, _model: &VehicleModel) {
-        todo!()
+    pub fn set_model(&mut self, model: &VehicleModel) {
+        self.model = Some(model.clone());
     }
 
     /// Changes the process model and its noise while running.
     ///
     /// # Errors
     /// A value out of range.
-    pub fn set_process_model(&mut self, _model: ProcessModel, _noise: &ProcessNoise) -> Result<(), ConfigError> {
-        todo!()
+    pub fn set_process_model(&mut self, model: ProcessModel, noise: &ProcessNoise) -> Result<(), ConfigError> {
+        noise.validate()?;
+        self.config.process_model = model;
+        self.config.process_noise = *noise;
+        Ok(())
     }
 
     /// The configuration in use.
@@ -63,32 +97,60 @@ impl Navigator {
         &self.config
     }
 
-    /// Starts (or starts again) at `time_us`; ship and clones are forgotten.
+    /// Starts (or starts again) at `time_us` (2.3.1.2); ship, clones and a failure are forgotten.
     ///
     /// # Errors
     /// Not configured, or a value that is not finite (sigma: not positive).
-    pub fn initialise(&mut self, _time_us: u64, _initial: &InitialState) -> Result<(), NavigationError> {
-        todo!()
+    pub fn initialise(&mut self, time_us: u64, initial: &InitialState) -> Result<(), NavigationError> {
+        if self.model.is_none() {
+            return Err(NavigationError::NotInitialised);
+        }
+        check(initial.state.as_slice(), initial.sigma.as_slice())?;
+        let current = self.config.water_current;
+        self.x.layout.reset(if current.is_some() { 2 } else { 0 });
+        self.x.vehicle = initial.state;
+        self.x.wrap_heading();
+        self.p.set_vehicle(initial.sigma.as_slice());
+        if let (Some(current), Some(at)) = (current, self.x.layout.current()) {
+            self.x.set_tail(at, &[0.0; 2]);
+            self.p.set_diagonal(at, &[current.initial_sigma_mps; 2]);
+        }
+        self.gate = Gate::new();
+        self.time_us = time_us;
+        self.failure = None;
+        self.initialised = true;
+        Ok(())
     }
 
     /// Makes the ship known (again) at the filter's present time; ship clones are forgotten.
     ///
     /// # Errors
     /// Not initialised, or a value that is not finite (sigma: not positive).
-    pub fn initialise_ship(&mut self, _ship: &InitialShip) -> Result<(), NavigationError> {
-        todo!()
+    pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
+        if !self.is_initialised() {
+            return Err(NavigationError::NotInitialised);
+        }
+        check(&ship.state, &ship.sigma)?;
+        self.forget_ship();
+        let (n, at) = (self.dimension(), self.x.layout.ship_place());
+        self.p.insert(n, at, SHIP_STATES);
+        self.x.insert(n, at, SHIP_STATES);
+        self.x.layout.set_ship(true);
+        self.x.set_tail(at, &ship.state);
+        self.p.set_diagonal(at, &ship.sigma);
+        Ok(())
     }
 
     /// Whether state and covariance mean anything.
     #[must_use]
     pub fn is_initialised(&self) -> bool {
-        todo!()
+        self.initialised && self.failure.is_none()
     }
 
     /// How the filter failed, if it did; it then refuses everything until initialised again.
     #[must_use]
     pub fn failure(&self) -> Option<NavigationError> {
-        todo!()
+        self.failure
     }
 
     /// Filter time, µs.
@@ -100,113 +162,105 @@ impl Navigator {
     /// x_v.
     #[must_use]
     pub fn state(&self) -> &VehicleState {
-        &self.vehicle
+        &self.x.vehicle
     }
 
     /// The ship [x y ψ ẋ ẏ ψ̇], if it is known.
     #[must_use]
-    pub fn ship_state(&self) -> Option<[f64; 6]> {
-        todo!()
+    pub fn ship_state(&self) -> Option<[f64; SHIP_STATES]> {
+        self.x.layout.ship().map(|at| self.x.block(at))
+    }
+
+    /// Covariance of the ship's north and east, m²: [var x, cov xy, var y], if it is known.
+    #[must_use]
+    pub fn ship_position_covariance(&self) -> Option<[f64; 3]> {
+        let at = self.x.layout.ship()?;
+        Some([self.p.get(at, at), self.p.get(at, at + 1), self.p.get(at + 1, at + 1)])
     }
 
     /// Current [north, east], m/s; zero where it is not estimated.
     #[must_use]
     pub fn current(&self) -> [f64; 2] {
-        todo!()
+        self.x.current().into()
     }
 
     /// One sigma of the current [north, east], m/s, if it is estimated.
     #[must_use]
     pub fn current_sigma(&self) -> Option<[f64; 2]> {
-        todo!()
+        let at = self.x.layout.current()?;
+        Some([at, at + 1].map(|i| libm::sqrt(self.p.get(i, i))))
     }
 
-    /// Number of states at present.
+    /// Number of states at present: vehicle 12, current 2, ship 6, clones 6 each, in this order.
     #[must_use]
     pub fn dimension(&self) -> usize {
-        todo!()
+        self.x.layout.len()
+    }
+
+    /// State `i`; 0 beyond the last.
+    #[must_use]
+    pub fn state_at(&self, i: usize) -> f64 {
+        if i < self.dimension() { self.x.get(i) } else { 0.0 }
     }
 
     /// Variance of state `i` (vehicle states come first); 0 beyond the last.
     #[must_use]
-    pub fn variance(&self, _i: usize) -> f64 {
-        todo!()
+    pub fn variance(&self, i: usize) -> f64 {
+        self.covariance(i, i)
     }
 
     /// Covariance of states `i` and `j`; 0 beyond the last.
     #[must_use]
-    pub fn covariance(&self, _i: usize, _j: usize) -> f64 {
-        todo!()
+    pub fn covariance(&self, i: usize, j: usize) -> f64 {
+        if i.max(j) < self.dimension() { self.p.get(i, j) } else { 0.0 }
     }
 
     /// Copies the vehicle's covariance.
-    pub fn vehicle_covariance(&self, _out: &mut SMatrix<f64, 12, 12>) {
-        todo!()
+    pub fn vehicle_covariance(&self, out: &mut SMatrix<f64, 12, 12>) {
+        for j in 0..VEHICLE_STATES {
+            for i in 0..VEHICLE_STATES {
+                out[(i, j)] = self.p.get(i, j);
+            }
+        }
     }
 
     /// √(σx² + σy²) of the vehicle (DRMS), m.
     #[must_use]
     pub fn horizontal_sigma_m(&self) -> f64 {
-        todo!()
+        libm::sqrt(self.p.get(X, X) + self.p.get(Y, Y))
     }
 
-    /// Moves the filter to `to_us` under an input that is constant since the last call.
-    ///
-    /// # Errors
-    /// See [`NavigationError`]; refused calls leave the filter as it was.
-    pub fn predict(&mut self, _to_us: u64, _input: &ActuatorInput) -> Result<(), NavigationError> {
-        todo!()
-    }
-
-    /// Takes a delayed state of the vehicle at the filter's present time.
-    ///
-    /// # Errors
-    /// See [`CloneError`].
-    pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
-        todo!()
-    }
-
-    /// Takes a delayed state of the ship at the filter's present time.
-    ///
-    /// # Errors
-    /// See [`CloneError`].
-    pub fn clone_ship(&mut self) -> Result<CloneId, CloneError> {
-        todo!()
-    }
-
-    /// Forgets a delayed state; a stale id does nothing.
-    pub fn drop_clone(&mut self, _id: CloneId) {
-        todo!()
-    }
-
-    /// Fuses one measurement and says what became of each of its scalars.
-    pub fn fuse(&mut self, _measurement: &Measurement) -> Fusions {
-        todo!()
-    }
-
-    /// Rejections in a row of one sensor.
+    /// Rejections in a row of one sensor, in measurements.
     #[must_use]
-    pub fn consecutive_rejections(&self, _sensor: Sensor) -> u32 {
-        todo!()
+    pub fn consecutive_rejections(&self, sensor: Sensor) -> u32 {
+        self.gate.consecutive(sensor)
     }
 
     /// How often one sensor was taken back after an outage.
     #[must_use]
-    pub fn recoveries(&self, _sensor: Sensor) -> u32 {
-        todo!()
+    pub fn recoveries(&self, sensor: Sensor) -> u32 {
+        self.gate.recoveries(sensor)
     }
 
     /// 64-bit digest of time, state and covariance, bit for bit (NaN canonicalised).
     #[must_use]
     pub fn digest(&self) -> u64 {
-        todo!()
+        self.digest_from(Digest::START)
     }
 
     /// The digest continued from an earlier one: `running = navigator.digest_from(running)` at
     /// every step covers every step.
     #[must_use]
-    pub fn digest_from(&self, _running: u64) -> u64 {
-        todo!()
+    pub fn digest_from(&self, running: u64) -> u64 {
+        let mut digest = Digest::from(running);
+        let n = self.dimension();
+        digest.word(self.time_us);
+        digest.word(n as u64);
+        self.x.iter().for_each(|x| digest.number(x));
+        for (j, column) in self.p.columns.iter().enumerate().take(n) {
+            column.iter().take(n).skip(j).for_each(|p| digest.number(*p));
+        }
+        digest.finish()
     }
 }
 
@@ -214,4 +268,12 @@ impl Default for Navigator {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Every state finite, every sigma positive.
+fn check(state: &[f64], sigma: &[f64]) -> Result<(), NavigationError> {
+    if !state.iter().chain(sigma).all(|value| value.is_finite()) {
+        return Err(NavigationError::NotFinite);
+    }
+    if sigma.iter().any(|sigma| *sigma <= 0.0) { Err(NavigationError::NotPositive) } else { Ok(()) }
 }

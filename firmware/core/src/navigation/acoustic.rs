@@ -1,0 +1,178 @@
+//! The two ends of an acoustic path: where they were, how fast, and how a scalar of them depends
+//! on the state.
+
+use super::estimate::Estimate;
+use super::layout::{CLONE_VELOCITY, CloneKind, SHIP_VELOCITY};
+use super::observation::Refused;
+use super::row::Row;
+use super::{AcousticPath, FusionOutcome, NavigationConfig, ShipEnd, ShipReport, VehicleEnd};
+use crate::dynamics::Attitude;
+use crate::effects::water_current;
+use crate::state::{self, PHI, U, X};
+use nalgebra::{Vector2, Vector3};
+
+/// Below this distance the direction of the path means nothing, m.
+const MIN_DISTANCE_M: f64 = 1.0e-3;
+
+/// Both ends, resolved against the state.
+pub(super) struct Path {
+    vehicle: Vehicle,
+    ship: Ship,
+    /// p_vehicle − p_ship, m.
+    pub(super) dp: Vector3<f64>,
+    /// |dp|, m.
+    pub(super) distance_m: f64,
+}
+
+enum Vehicle {
+    Now,
+    Delayed { at: usize, bridge_s: f64, acceleration_psd: f64 },
+}
+
+enum Ship {
+    State { at: usize },
+    Reported(ShipReport),
+}
+
+/// A scalar's gradient by an end's position and velocity.
+#[derive(Clone, Copy)]
+pub(super) struct Gradient {
+    /// By dp, in the scalar's unit per m.
+    pub(super) position: Vector3<f64>,
+    /// By dv, in the scalar's unit per m/s.
+    pub(super) velocity: Vector3<f64>,
+}
+
+impl Path {
+    pub(super) fn new(x: &Estimate, path: &AcousticPath, config: &NavigationConfig) -> Result<Self, Refused> {
+        let (vehicle, p_vehicle) = match path.vehicle {
+            VehicleEnd::Now => (Vehicle::Now, Vector3::from(x.block::<3>(X))),
+            VehicleEnd::Delayed { clone, bridge_s } => {
+                let at = x.clone_at(clone, CloneKind::Vehicle).ok_or(FusionOutcome::StaleClone)?;
+                let p = Vector3::from(x.block::<3>(at));
+                let v = Vector3::from(x.block::<3>(at + CLONE_VELOCITY));
+                (Vehicle::Delayed { at, bridge_s, acceleration_psd: acceleration_psd(config) }, p + v * bridge_s)
+            }
+        };
+        let ship_state = |at: usize| (Ship::State { at }, x.block::<2>(at));
+        let (ship, [north, east]) = match path.ship {
+            ShipEnd::Now => ship_state(x.layout.ship().ok_or(FusionOutcome::Invalid)?),
+            ShipEnd::Delayed(id) => ship_state(x.clone_at(id, CloneKind::Ship).ok_or(FusionOutcome::StaleClone)?),
+            ShipEnd::Reported(report) => (Ship::Reported(report), report.position_m),
+        };
+        let dp = p_vehicle - Vector3::new(north, east, config.ship_transducer_depth_m);
+        let distance_m = libm::sqrt(dp.dot(&dp));
+        if distance_m.is_finite() && distance_m >= MIN_DISTANCE_M {
+            Ok(Self { vehicle, ship, dp, distance_m })
+        } else {
+            Err(FusionOutcome::Invalid)
+        }
+    }
+
+    /// Unit vector from the ship to the vehicle: ∂|dp|/∂dp.
+    pub(super) fn direction(&self) -> Vector3<f64> {
+        self.dp / self.distance_m
+    }
+
+    /// dv = v_vehicle − v_ship over ground, NED, m/s.
+    pub(super) fn relative_velocity(&self, x: &Estimate) -> Vector3<f64> {
+        let vehicle = match self.vehicle {
+            Vehicle::Now => {
+                let nu = Vector3::from(x.block::<3>(U));
+                let rotation = Attitude::new(&state::attitude(&x.vehicle)).rotation();
+                water_current::ground_velocity(&rotation, &nu, &x.current())
+            }
+            Vehicle::Delayed { at, .. } => Vector3::from(x.block::<3>(at + CLONE_VELOCITY)),
+        };
+        let [north, east] = match self.ship {
+            Ship::State { at } => x.block::<2>(at + SHIP_VELOCITY),
+            Ship::Reported(report) => report.velocity_mps,
+        };
+        vehicle - Vector3::new(north, east, 0.0)
+    }
+
+    /// Adds what the vehicle contributes to h and, by its bridge, to R.
+    pub(super) fn add_vehicle(&self, x: &Estimate, by: &Gradient, row: &mut Row, variance: &mut f64) {
+        match self.vehicle {
+            Vehicle::Now => {
+                for i in 0..3 {
+                    row.push(X + i, by.position[i]);
+                }
+                if by.velocity != Vector3::zeros() {
+                    push_ground_velocity(x, &by.velocity, row);
+                }
+            }
+            Vehicle::Delayed { at, bridge_s: b, acceleration_psd: q } => {
+                let velocity = by.position * b + by.velocity;
+                for i in 0..3 {
+                    row.push(at + i, by.position[i]);
+                    row.push(at + CLONE_VELOCITY + i, velocity[i]);
+                }
+                // White acceleration over the bridge, either way in time.
+                let (gap, pp) = (b.abs(), by.position.dot(&by.position));
+                let (pv, vv) = (by.position.dot(&by.velocity), by.velocity.dot(&by.velocity));
+                *variance += q * (pp * gap * gap * gap / 3.0 + pv * b * gap + vv * gap);
+            }
+        }
+    }
+
+    /// Adds what the ship contributes to h or, when it was reported, returns its gradient: the
+    /// ship subtracts.
+    pub(super) fn add_ship(&self, by: &Gradient, row: &mut Row) -> Option<(ShipReport, Gradient)> {
+        match self.ship {
+            Ship::State { at } => {
+                for i in 0..2 {
+                    row.push(at + i, -by.position[i]);
+                    if by.velocity[i] != 0.0 {
+                        row.push(at + SHIP_VELOCITY + i, -by.velocity[i]);
+                    }
+                }
+                None
+            }
+            Ship::Reported(report) => Some((report, *by)),
+        }
+    }
+}
+
+/// h_s P_s h_sᵀ of a ship that was reported.
+pub(super) fn report_variance(report: &ShipReport, by: &Gradient) -> f64 {
+    let horizontal = |a: &Vector3<f64>| a.x * a.x + a.y * a.y;
+    horizontal(&by.position) * report.position_sigma_m * report.position_sigma_m
+        + horizontal(&by.velocity) * report.velocity_sigma_mps * report.velocity_sigma_mps
+}
+
+/// Row of a scalar that depends on the vehicle's velocity over ground R ν + c by `by`.
+pub(super) fn push_ground_velocity(x: &Estimate, by: &Vector3<f64>, row: &mut Row) {
+    let nu = Vector3::from(x.block::<3>(U));
+    let attitude = Attitude::new(&state::attitude(&x.vehicle));
+    let by_attitude = attitude.rotated_by_attitude(&nu).tr_mul(by);
+    let by_nu = attitude.rotation().tr_mul(by);
+    for i in 0..3 {
+        row.push(PHI + i, by_attitude[i]);
+        row.push(U + i, by_nu[i]);
+    }
+    if let Some(at) = x.layout.current() {
+        row.push(at, by.x);
+        row.push(at + 1, by.y);
+    }
+}
+
+/// PSD of the acceleration over ground in any direction, (m/s²)²/Hz: the largest of the body axes,
+/// because the attitude at the clone is not kept, and the current's walk.
+fn acceleration_psd(config: &NavigationConfig) -> f64 {
+    let largest = config.process_noise.linear_mps2_per_sqrt_hz.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let walk = config.water_current.map_or(0.0, |current| current.random_walk_mps_per_sqrt_s);
+    largest * largest + walk * walk
+}
+
+/// A gradient by position only.
+pub(super) fn by_position(position: Vector3<f64>) -> Gradient {
+    Gradient { position, velocity: Vector3::zeros() }
+}
+
+/// Velocity over ground of the vehicle, for its clone.
+pub(super) fn ground_velocity(x: &Estimate) -> Vector3<f64> {
+    let nu = Vector3::from(x.block::<3>(U));
+    let current: Vector2<f64> = x.current();
+    water_current::ground_velocity(&Attitude::new(&state::attitude(&x.vehicle)).rotation(), &nu, &current)
+}

@@ -1,0 +1,156 @@
+//! P as its lower triangle, and the operations on it that cost.
+//!
+//! Only entries (i, j) with i ≥ j are stored and touched: symmetric by construction, at half the
+//! work. Columns are contiguous, so that the long loops run along memory.
+
+use super::layout::N_MAX;
+use super::row::Row;
+use crate::state::VEHICLE_STATES;
+
+pub(super) struct Covariance {
+    /// `columns[j][i]` is P_ij for i ≥ j; what stands above the diagonal means nothing.
+    pub(super) columns: [[f64; N_MAX]; N_MAX],
+}
+
+impl Covariance {
+    pub(super) const fn new() -> Self {
+        Self { columns: [[0.0; N_MAX]; N_MAX] }
+    }
+
+    /// Diagonal of the given sigmas.
+    pub(super) fn set_vehicle(&mut self, sigma: &[f64]) {
+        self.columns = [[0.0; N_MAX]; N_MAX];
+        self.set_diagonal(0, sigma);
+    }
+
+    /// Variances of states `at`…
+    pub(super) fn set_diagonal(&mut self, at: usize, sigma: &[f64]) {
+        for (i, sigma) in sigma.iter().enumerate() {
+            *self.at_mut(at + i, at + i) = sigma * sigma;
+        }
+    }
+
+    /// P_ij; 0 outside.
+    pub(super) fn get(&self, i: usize, j: usize) -> f64 {
+        let (row, column) = if i >= j { (i, j) } else { (j, i) };
+        self.columns.get(column).and_then(|c| c.get(row)).copied().unwrap_or(0.0)
+    }
+
+    /// P_ij of i ≥ j for writing; indices come from the layout and are below `N_MAX`.
+    fn at_mut(&mut self, i: usize, j: usize) -> &mut f64 {
+        let (row, column) = if i >= j { (i, j) } else { (j, i) };
+        &mut self.columns[column.min(N_MAX - 1)][row.min(N_MAX - 1)]
+    }
+
+    /// P_ij += a.
+    pub(super) fn add(&mut self, i: usize, j: usize, a: f64) {
+        *self.at_mut(i, j) += a;
+    }
+
+    /// g = P hᵀ of the first `n` states.
+    pub(super) fn times_row(&self, n: usize, h: &Row, g: &mut [f64; N_MAX]) {
+        let n = n.min(N_MAX);
+        *g = [0.0; N_MAX];
+        for (k, value) in h.iter() {
+            let k = k.min(N_MAX - 1);
+            for (g, column) in g.iter_mut().zip(&self.columns).take(k.min(n)) {
+                *g += value * column[k];
+            }
+            for (g, p) in g.iter_mut().zip(&self.columns[k]).take(n).skip(k) {
+                *g += value * p;
+            }
+        }
+    }
+
+    /// a P bᵀ.
+    pub(super) fn bilinear(&self, a: &Row, b: &Row) -> f64 {
+        let mut sum = 0.0;
+        for (i, value) in a.iter() {
+            sum += value * b.iter().map(|(j, other)| other * self.get(i, j)).sum::<f64>();
+        }
+        sum
+    }
+
+    /// Joseph update for any gain K: with g = P h, s = h g + R and w = g − K s / 2,
+    /// (I − K h) P (I − K h)ᵀ + K R Kᵀ = P − K wᵀ − w Kᵀ.
+    pub(super) fn joseph(&mut self, n: usize, gain: &[f64; N_MAX], w: &[f64; N_MAX]) {
+        for (j, column) in self.columns.iter_mut().enumerate().take(n.min(N_MAX)) {
+            let (gain_j, w_j) = (gain[j], w[j]);
+            let rows = column.iter_mut().zip(gain.iter().zip(w)).take(n.min(N_MAX)).skip(j);
+            for (p, (gain_i, w_i)) in rows {
+                *p -= gain_i * w_j + w_i * gain_j;
+            }
+        }
+    }
+
+    /// Appends a state that is `h` times the present ones; `g` is scratch.
+    pub(super) fn append(&mut self, n: usize, h: &Row, g: &mut [f64; N_MAX]) {
+        let n = n.min(N_MAX - 1);
+        self.times_row(n, h, g);
+        for (column, g) in self.columns.iter_mut().zip(g.iter()).take(n) {
+            column[n] = *g;
+        }
+        self.columns[n][n] = h.dot(g);
+    }
+
+    /// Makes room for `count` independent states at `at`.
+    pub(super) fn insert(&mut self, n: usize, at: usize, count: usize) {
+        let n = n.min(N_MAX - count.min(N_MAX));
+        for column in self.columns.iter_mut().take(at) {
+            column.copy_within(at.min(n)..n, at.min(n) + count);
+            column.iter_mut().skip(at).take(count).for_each(|p| *p = 0.0);
+        }
+        for j in (at..n).rev() {
+            for i in (j..n).rev() {
+                self.columns[j + count][i + count] = self.columns[j][i];
+            }
+        }
+        for column in self.columns.iter_mut().skip(at).take(count) {
+            *column = [0.0; N_MAX];
+        }
+    }
+
+    /// Removes the `count` states at `at`.
+    pub(super) fn remove(&mut self, n: usize, at: usize, count: usize) {
+        let n = n.min(N_MAX);
+        let behind = (at + count).min(n);
+        for column in self.columns.iter_mut().take(at) {
+            column.copy_within(behind..n, at.min(behind));
+        }
+        for j in behind..n {
+            for i in j..n {
+                self.columns[j - count.min(j)][i - count.min(i)] = self.columns[j][i];
+            }
+        }
+    }
+
+    /// T P Tᵀ with T = I + a e_target e_sourceᵀ.
+    pub(super) fn shear(&mut self, n: usize, target: usize, source: usize, a: f64) {
+        let cross = self.get(target, source);
+        let variance = self.get(source, source);
+        for j in (0..n.min(N_MAX)).filter(|&j| j != target) {
+            let p = a * self.get(source, j);
+            self.add(target, j, p);
+        }
+        self.add(target, target, a * (2.0 * cross + a * variance));
+    }
+
+    /// D P D with D = diag(`factor` at `index`, 1 elsewhere).
+    pub(super) fn scale(&mut self, n: usize, index: usize, factor: f64) {
+        for j in 0..n.min(N_MAX) {
+            *self.at_mut(index, j) *= factor;
+        }
+        *self.at_mut(index, index) *= factor;
+    }
+
+    /// The vehicle block as a full matrix.
+    pub(super) fn vehicle_block(&self, full: &mut [[f64; VEHICLE_STATES]; VEHICLE_STATES]) {
+        for j in 0..VEHICLE_STATES {
+            for i in j..VEHICLE_STATES {
+                let p = self.columns[j][i];
+                full[j][i] = p;
+                full[i][j] = p;
+            }
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! The state vector x̂ beside its layout.
+
+use super::layout::{CloneKind, EFFECTS, Layout, N_MAX, TAIL};
+use super::{CloneId, row::Row};
+use crate::state::{PSI, VEHICLE_STATES, VehicleState, wrap_angle};
+use core::f64::consts::PI;
+use nalgebra::{ArrayStorage, Vector2};
+
+/// x̂: the vehicle, and behind it whatever the layout says.
+pub(super) struct Estimate {
+    pub(super) vehicle: VehicleState,
+    pub(super) tail: [f64; TAIL],
+    pub(super) layout: Layout,
+}
+
+impl Estimate {
+    pub(super) const fn new() -> Self {
+        Self {
+            vehicle: VehicleState::from_array_storage(ArrayStorage([[0.0; VEHICLE_STATES]; 1])),
+            tail: [0.0; TAIL],
+            layout: Layout::new(),
+        }
+    }
+
+    /// x̂_i; 0 outside.
+    pub(super) fn get(&self, i: usize) -> f64 {
+        let value = match i.checked_sub(VEHICLE_STATES) {
+            None => self.vehicle.as_slice().get(i),
+            Some(i) => self.tail.get(i),
+        };
+        value.copied().unwrap_or(0.0)
+    }
+
+    /// Three or two states in a row.
+    pub(super) fn block<const K: usize>(&self, at: usize) -> [f64; K] {
+        core::array::from_fn(|i| self.get(at + i))
+    }
+
+    /// Writes states behind the vehicle's.
+    pub(super) fn set_tail(&mut self, at: usize, values: &[f64]) {
+        for (x, value) in self.tail.iter_mut().skip(at.saturating_sub(VEHICLE_STATES)).zip(values) {
+            *x = *value;
+        }
+    }
+
+    /// Adds to a state behind the vehicle's.
+    pub(super) fn add_tail(&mut self, at: usize, value: f64) {
+        if let Some(x) = at.checked_sub(VEHICLE_STATES).and_then(|i| self.tail.get_mut(i)) {
+            *x += value;
+        }
+    }
+
+    /// All states in order.
+    pub(super) fn iter(&self) -> impl Iterator<Item = f64> + '_ {
+        self.vehicle.iter().chain(&self.tail).copied().take(self.layout.len())
+    }
+
+    /// x̂ += K ν.
+    pub(super) fn correct(&mut self, gain: &[f64; N_MAX], innovation: f64) {
+        for (x, k) in self.vehicle.iter_mut().chain(&mut self.tail).zip(gain) {
+            *x += k * innovation;
+        }
+        self.wrap_heading();
+    }
+
+    pub(super) fn wrap_heading(&mut self) {
+        if self.vehicle[PSI].abs() > PI {
+            self.vehicle[PSI] = wrap_angle(self.vehicle[PSI]);
+        }
+    }
+
+    /// Current [north, east], m/s.
+    pub(super) fn current(&self) -> Vector2<f64> {
+        self.layout.current().map_or_else(Vector2::zeros, |at| Vector2::from(self.block::<2>(at)))
+    }
+
+    /// Makes room for states behind the vehicle's.
+    pub(super) fn insert(&mut self, n: usize, at: usize, count: usize) {
+        let (at, n) = (at.saturating_sub(EFFECTS), n.saturating_sub(EFFECTS).min(TAIL.saturating_sub(count)));
+        if at <= n {
+            self.tail.copy_within(at..n, at + count);
+        }
+    }
+
+    /// Removes states behind the vehicle's.
+    pub(super) fn remove(&mut self, n: usize, at: usize, count: usize) {
+        let (at, n) = (at.saturating_sub(EFFECTS), n.saturating_sub(EFFECTS).min(TAIL));
+        if at + count <= n {
+            self.tail.copy_within(at + count..n, at);
+        }
+    }
+
+    /// Where a clone of that kind stands.
+    pub(super) fn clone_at(&self, id: CloneId, kind: CloneKind) -> Option<usize> {
+        self.layout.clone_at(id, kind)
+    }
+
+    /// Row that picks state i, and its present value.
+    pub(super) fn direct(&self, i: usize) -> (f64, Row) {
+        (self.get(i), Row::unit(i))
+    }
+}

@@ -1,0 +1,223 @@
+//! Measurement update: sequential scalars, each in Joseph form.
+//!
+//! All scalars of one measurement are linearised at the state before it, and later innovations are
+//! corrected by what earlier ones moved. That equals the batch update of the whole vector whatever
+//! the order, and ν²/S of the scalars are independent.
+
+use super::gate::LARGEST_FACTOR;
+use super::layout::{CLONE_VELOCITY, CloneKind};
+use super::observation::{Observation, Observations, Refused};
+use super::{
+    FusionOutcome, FusionRecord, Fusions, Measurement, NavigationError, Navigator, Sensor, meas_attitude, meas_depth,
+    meas_dvl, meas_range, meas_range_rate, meas_rates, meas_ship_gnss, meas_two_way, meas_vehicle_gnss,
+};
+use crate::state::{P, PHI, PSI, Q, R, THETA, U, V, W, X, Y, Z, wrap_angle};
+
+/// The shorter way round, for sensors of angles.
+pub(super) fn wrap_innovation(sensor: Sensor, innovation: f64) -> f64 {
+    if sensor == Sensor::Attitude { wrap_angle(innovation) } else { innovation }
+}
+
+impl Navigator {
+    /// Fuses one measurement and says what became of each of its scalars.
+    pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
+        let (sensor, scalars) = (measurement.sensor(), measurement.scalars());
+        if !self.is_initialised() {
+            return self.refuse(sensor, scalars, FusionOutcome::Invalid);
+        }
+        match self.observe(measurement) {
+            Ok(observations) => self.update(sensor, &observations),
+            Err(outcome) => self.refuse(sensor, scalars, outcome),
+        }
+    }
+
+    fn observe(&self, measurement: &Measurement) -> Result<Observations, Refused> {
+        let (x, config) = (&self.x, &self.config);
+        let sigma = &config.sensors;
+        let observations = match measurement {
+            Measurement::Depth { z_m } => meas_depth::observe(x, *z_m, sigma.depth_m),
+            Measurement::Attitude { euler_rad } => meas_attitude::observe(x, euler_rad, sigma.attitude_rad),
+            Measurement::Rates { rates_radps } => meas_rates::observe(x, rates_radps, sigma.rates_radps),
+            Measurement::BottomTrack { velocity_mps } => meas_dvl::observe_bottom(x, velocity_mps, sigma.dvl_mps),
+            Measurement::WaterTrack { velocity_mps } => meas_dvl::observe_water(x, velocity_mps, sigma.dvl_mps),
+            Measurement::VehicleGnss { position_m } => meas_vehicle_gnss::observe(x, position_m, sigma.gnss_m),
+            Measurement::ShipGnss { position_m } => meas_ship_gnss::observe(x, position_m, sigma.ship_gnss_m)?,
+            Measurement::Range { path, range_m } => meas_range::observe(x, path, *range_m, config)?,
+            Measurement::RangeRate { path, range_rate_mps } => {
+                meas_range_rate::observe(x, path, *range_rate_mps, config)?
+            }
+            Measurement::TwoWayRange { outward, back, range_m } => {
+                meas_two_way::observe(x, outward, back, *range_m, config)?
+            }
+        };
+        if observations.as_slice().iter().all(Observation::is_valid) {
+            Ok(observations)
+        } else {
+            Err(FusionOutcome::Invalid)
+        }
+    }
+
+    fn update(&mut self, sensor: Sensor, observations: &Observations) -> Fusions {
+        let mut items = observations.items;
+        let items = items.get_mut(..observations.len).unwrap_or_default();
+        if self.worst_test_ratio(items) > 1.0 {
+            let gate_sigma = self.config.gate_sigma;
+            let due = self.gate.rejected(sensor, self.time_us, items, gate_sigma);
+            if !(due && self.inflate(sensor, items)) {
+                return self.gated(sensor, items);
+            }
+            self.gate.recovered(sensor);
+        }
+        self.gate.accepted(sensor);
+
+        let mut fusions = Fusions::none();
+        for axis in 0..items.len() {
+            let Some((now, later)) = items.get_mut(axis..).and_then(<[_]>::split_first_mut) else { break };
+            let innovation = wrap_innovation(sensor, now.innovation);
+            let variance = self.fuse_scalar(now, innovation);
+            let outcome = if variance.is_some() { FusionOutcome::Fused } else { FusionOutcome::Invalid };
+            fusions.push(self.record(sensor, axis, innovation, variance.unwrap_or(f64::NAN), outcome));
+            if variance.is_none() {
+                break;
+            }
+            for observation in later {
+                observation.innovation -= observation.row.dot(&self.gain) * innovation;
+            }
+        }
+        fusions
+    }
+
+    /// One scalar; its S, or `None` when the filter has failed.
+    fn fuse_scalar(&mut self, observation: &Observation, innovation: f64) -> Option<f64> {
+        let n = self.dimension();
+        self.p.times_row(n, &observation.row, &mut self.w);
+        let variance = observation.row.dot(&self.w) + observation.variance;
+        if !(variance.is_finite() && variance > 0.0) {
+            self.failure = Some(NavigationError::NotPositive);
+            return None;
+        }
+        for (k, g) in self.gain.iter_mut().zip(&self.w) {
+            *k = g / variance;
+        }
+        for (w, k) in self.w.iter_mut().zip(&self.gain) {
+            *w -= 0.5 * k * variance;
+        }
+        self.p.joseph(n, &self.gain, &self.w);
+        self.x.correct(&self.gain, innovation);
+        Some(variance)
+    }
+
+    fn worst_test_ratio(&self, items: &[Observation]) -> f64 {
+        let ratio = |item: &Observation| self.test_ratio(item.innovation, self.innovation_variance(item));
+        items.iter().map(ratio).fold(0.0, f64::max)
+    }
+
+    fn innovation_variance(&self, item: &Observation) -> f64 {
+        self.p.bilinear(&item.row, &item.row) + item.variance
+    }
+
+    fn test_ratio(&self, innovation: f64, variance: f64) -> f64 {
+        innovation * innovation / (self.config.gate_sigma * self.config.gate_sigma * variance)
+    }
+
+    fn gated(&self, sensor: Sensor, items: &[Observation]) -> Fusions {
+        let mut fusions = Fusions::none();
+        for (axis, item) in items.iter().enumerate() {
+            let variance = self.innovation_variance(item);
+            fusions.push(self.record(sensor, axis, item.innovation, variance, FusionOutcome::Gated));
+        }
+        fusions
+    }
+
+    fn refuse(&self, sensor: Sensor, scalars: usize, outcome: FusionOutcome) -> Fusions {
+        let mut fusions = Fusions::none();
+        for axis in 0..scalars {
+            fusions.push(self.record(sensor, axis, f64::NAN, f64::NAN, outcome));
+        }
+        fusions
+    }
+
+    fn record(
+        &self,
+        sensor: Sensor,
+        axis: usize,
+        innovation: f64,
+        variance: f64,
+        outcome: FusionOutcome,
+    ) -> FusionRecord {
+        let test_ratio = self.test_ratio(innovation, variance);
+        FusionRecord { sensor, axis: axis as u8, time_us: self.time_us, innovation, variance, test_ratio, outcome }
+    }
+
+    /// Scales the sigmas of what the sensor positions until the innovations are one-sigma events;
+    /// `false`, and nothing is changed, when no believable factor does.
+    fn inflate(&mut self, sensor: Sensor, items: &[Observation]) -> bool {
+        let (scaled, count) = self.positioned_by(sensor);
+        let scaled = scaled.get(..count).unwrap_or_default();
+        let mut factor: f64 = 1.0;
+        for item in items {
+            let inside = item.row.filtered(|i| scaled.contains(&i));
+            let outside = item.row.filtered(|i| !scaled.contains(&i));
+            // λ² a + 2 λ b + c + R = ν².
+            let a = self.p.bilinear(&inside, &inside);
+            let b = self.p.bilinear(&inside, &outside);
+            let c = self.p.bilinear(&outside, &outside) + item.variance;
+            let target = item.innovation * item.innovation;
+            if a + 2.0 * b + c < target {
+                let root = libm::sqrt(b * b + a * (target - c));
+                // A NaN must not hide behind `max`.
+                let needed = (root - b) / a;
+                if !(needed <= LARGEST_FACTOR) {
+                    return false;
+                }
+                factor = factor.max(needed);
+            }
+        }
+        let n = self.dimension();
+        for &i in scaled {
+            self.p.scale(n, i, factor);
+        }
+        true
+    }
+
+    /// The states whose error makes this sensor's innovation grow.
+    fn positioned_by(&self, sensor: Sensor) -> ([usize; 8], usize) {
+        let mut states = States::default();
+        match sensor {
+            Sensor::Depth => states.push(&[Z]),
+            Sensor::Attitude => states.push(&[PHI, THETA, PSI]),
+            Sensor::Rates => states.push(&[P, Q, R]),
+            Sensor::BottomTrack | Sensor::WaterTrack => states.push(&[U, V, W]),
+            Sensor::VehicleGnss | Sensor::Range => {
+                states.push(&[X, Y]);
+                self.x.layout.clones(CloneKind::Vehicle).for_each(|at| states.push(&[at, at + 1]));
+            }
+            Sensor::RangeRate => {
+                states.push(&[U, V]);
+                let clones = self.x.layout.clones(CloneKind::Vehicle).map(|at| at + CLONE_VELOCITY);
+                clones.for_each(|at| states.push(&[at, at + 1]));
+            }
+            Sensor::ShipGnss => {
+                let ships = self.x.layout.ship().into_iter().chain(self.x.layout.clones(CloneKind::Ship));
+                ships.for_each(|at| states.push(&[at, at + 1]));
+            }
+        }
+        (states.places, states.count)
+    }
+}
+
+/// A short list of state indices.
+#[derive(Default)]
+struct States {
+    places: [usize; 8],
+    count: usize,
+}
+
+impl States {
+    fn push(&mut self, states: &[usize]) {
+        for (place, state) in self.places.iter_mut().skip(self.count).zip(states) {
+            *place = *state;
+            self.count += 1;
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Which state stands where: vehicle 12 | effects | ship 6 | delayed states 6 each.
+
+use super::CloneId;
+use crate::state::VEHICLE_STATES;
+
+/// Most effect states.
+pub(super) const MAX_EFFECTS: usize = 4;
+/// Ship states [x y ψ ẋ ẏ ψ̇].
+pub(super) const SHIP_STATES: usize = 6;
+/// States of one clone: the ship's six, or the vehicle's position and velocity over ground.
+pub(super) const CLONE_STATES: usize = 6;
+/// Clones held at most.
+pub(super) const CLONES: usize = 2;
+/// Most states at one time: 34.
+pub(super) const N_MAX: usize = VEHICLE_STATES + MAX_EFFECTS + SHIP_STATES + CLONES * CLONE_STATES;
+/// States behind the vehicle's.
+pub(super) const TAIL: usize = N_MAX - VEHICLE_STATES;
+/// First effect state.
+pub(super) const EFFECTS: usize = VEHICLE_STATES;
+
+/// Places inside the ship block and the ship clone.
+pub(super) const SHIP_VELOCITY: usize = 3;
+/// Velocity inside the vehicle clone, behind the position.
+pub(super) const CLONE_VELOCITY: usize = 3;
+
+/// Whose delayed state a clone is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum CloneKind {
+    Vehicle,
+    Ship,
+}
+
+#[derive(Clone, Copy)]
+struct Slot {
+    kind: CloneKind,
+    generation: u32,
+    at: usize,
+}
+
+/// The blocks in use.
+pub(super) struct Layout {
+    effects: usize,
+    ship: bool,
+    slots: [Option<Slot>; CLONES],
+    /// Number of clones ever taken; it outlives every reset, so that no old id comes true again.
+    generation: u32,
+}
+
+impl Layout {
+    pub(super) const fn new() -> Self {
+        Self { effects: 0, ship: false, slots: [None; CLONES], generation: 0 }
+    }
+
+    /// Vehicle and effects only.
+    pub(super) fn reset(&mut self, effects: usize) {
+        self.effects = effects.min(MAX_EFFECTS);
+        self.ship = false;
+        self.slots = [None; CLONES];
+    }
+
+    /// Number of states.
+    pub(super) fn len(&self) -> usize {
+        let clones = self.slots.iter().flatten().count();
+        (EFFECTS + self.effects + usize::from(self.ship) * SHIP_STATES + clones * CLONE_STATES).min(N_MAX)
+    }
+
+    /// Where the current's two states stand, if they are estimated.
+    pub(super) fn current(&self) -> Option<usize> {
+        (self.effects > 0).then_some(EFFECTS)
+    }
+
+    /// Where the ship stands, if it is known.
+    pub(super) fn ship(&self) -> Option<usize> {
+        self.ship.then_some(EFFECTS + self.effects)
+    }
+
+    /// Where the ship stands or would stand.
+    pub(super) fn ship_place(&self) -> usize {
+        EFFECTS + self.effects
+    }
+
+    pub(super) fn set_ship(&mut self, known: bool) {
+        if known && !self.ship {
+            self.shift_clones(|at| at + SHIP_STATES);
+        } else if self.ship && !known {
+            self.shift_clones(|at| at - SHIP_STATES);
+        }
+        self.ship = known;
+    }
+
+    fn shift_clones(&mut self, to: impl Fn(usize) -> usize) {
+        for slot in self.slots.iter_mut().flatten() {
+            slot.at = to(slot.at);
+        }
+    }
+
+    /// Whether another clone fits.
+    pub(super) fn has_free_slot(&self) -> bool {
+        self.slots.iter().any(Option::is_none)
+    }
+
+    /// Registers a clone whose states were appended at `at`.
+    pub(super) fn add_clone(&mut self, kind: CloneKind, at: usize) -> Option<CloneId> {
+        let (index, slot) = self.slots.iter_mut().enumerate().find(|(_, slot)| slot.is_none())?;
+        self.generation = self.generation.wrapping_add(1);
+        *slot = Some(Slot { kind, generation: self.generation, at });
+        Some(CloneId { slot: index as u8, generation: self.generation })
+    }
+
+    fn slot(&self, id: CloneId) -> Option<Slot> {
+        self.slots.get(usize::from(id.slot)).copied().flatten().filter(|slot| slot.generation == id.generation)
+    }
+
+    /// Where a clone stands; `None` when it was dropped or is of the other kind.
+    pub(super) fn clone_at(&self, id: CloneId, kind: CloneKind) -> Option<usize> {
+        self.slot(id).filter(|slot| slot.kind == kind).map(|slot| slot.at)
+    }
+
+    /// Where the clones of one kind stand.
+    pub(super) fn clones(&self, kind: CloneKind) -> impl Iterator<Item = usize> + '_ {
+        self.slots.iter().flatten().filter(move |slot| slot.kind == kind).map(|slot| slot.at)
+    }
+
+    /// The first clone of one kind.
+    pub(super) fn any_clone(&self, kind: CloneKind) -> Option<CloneId> {
+        let mut slots = self.slots.iter().enumerate();
+        slots.find_map(|(index, slot)| {
+            slot.filter(|slot| slot.kind == kind)
+                .map(|slot| CloneId { slot: index as u8, generation: slot.generation })
+        })
+    }
+
+    /// Forgets a clone and says where its states stood; those behind it move up.
+    pub(super) fn remove_clone(&mut self, id: CloneId) -> Option<usize> {
+        let at = self.slot(id)?.at;
+        *self.slots.get_mut(usize::from(id.slot))? = None;
+        self.shift_clones(|other| if other > at { other - CLONE_STATES } else { other });
+        Some(at)
+    }
+}

@@ -1,0 +1,13 @@
+//! Depth (Table 2.1): h(x) = z.
+//!
+//! z is the depth of the centre of gravity below the surface, NED down, m. Always valid; a
+//! surfaced vehicle measures its draught.
+
+use super::estimate::Estimate;
+use super::observation::{Observation, Observations};
+use crate::state::Z;
+
+pub(super) fn observe(x: &Estimate, z_m: f64, sigma_m: f64) -> Observations {
+    let (predicted, row) = x.direct(Z);
+    Observations::new([Observation { innovation: z_m - predicted, row, variance: sigma_m * sigma_m }])
+}

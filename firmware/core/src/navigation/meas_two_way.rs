@@ -1,0 +1,39 @@
+//! Two-way ping: h(x) = (|p_v(launch) − p_s| + |p_v(arrival) − p_s|) / 2.
+//!
+//! The vehicle interrogates, the ship replies after a known turnaround; half the remaining round
+//! trip multiplied by sound speed, m, and `sensors.range_m` is the noise of that half. No clock is shared. The ship
+//! is at the time of its reply on both ways, so that a reported ship's error is one error.
+//! Invalid when the ends coincide or the ship is not known.
+
+use super::acoustic::{Gradient, Path, by_position, report_variance};
+use super::estimate::Estimate;
+use super::observation::{Observation, Observations, Refused};
+use super::row::Row;
+use super::{AcousticPath, NavigationConfig, ShipReport};
+
+pub(super) fn observe(
+    x: &Estimate,
+    outward: &AcousticPath,
+    back: &AcousticPath,
+    range_m: f64,
+    config: &NavigationConfig,
+) -> Result<Observations, Refused> {
+    let mut row = Row::EMPTY;
+    let mut variance = config.sensors.range_m * config.sensors.range_m;
+    let mut predicted = 0.0;
+    let mut reported: Option<(ShipReport, Gradient)> = None;
+    for path in [outward, back] {
+        let path = Path::new(x, path, config)?;
+        let gradient = by_position(path.direction() * 0.5);
+        predicted += 0.5 * path.distance_m;
+        path.add_vehicle(x, &gradient, &mut row, &mut variance);
+        if let Some((report, by)) = path.add_ship(&gradient, &mut row) {
+            let sum = reported.map_or(by.position, |(_, other)| other.position + by.position);
+            reported = Some((report, by_position(sum)));
+        }
+    }
+    if let Some((report, by)) = reported {
+        variance += report_variance(&report, &by);
+    }
+    Ok(Observations::new([Observation { innovation: range_m - predicted, row, variance }]))
+}

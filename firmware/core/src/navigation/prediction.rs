@@ -1,0 +1,102 @@
+//! Time update: the model's step for x̂, Φ P Φᵀ + Q_d for P.
+
+use super::layout::SHIP_VELOCITY;
+use super::propagation::{propagate_double_integrator, propagate_vehicle};
+use super::{NavigationError, Navigator, ProcessModel};
+use crate::dynamics::{ActuatorInput, kinematic_linearise};
+use crate::state::{VEHICLE_STATES, X, Y};
+
+/// Longest step while the gap is at most [`MOST_STEPS`] of them, µs.
+const STEP_US: u64 = 100_000;
+/// Most steps of one call.
+const MOST_STEPS: u64 = 600;
+/// Longest gap that one call of [`Navigator::predict`] crosses, µs: the steps are then 1 s long. Over
+/// longer gaps a linearised model and its covariance mean nothing.
+pub const MAX_GAP_US: u64 = 600_000_000;
+
+impl Navigator {
+    /// Moves the filter to `to_us` under an input that is constant since the last call.
+    ///
+    /// The gap is split into equal steps of at most 0.1 s; from one minute on there are 600 steps,
+    /// which grow up to 1 s. Each step is the zero-order hold of the model linearised at its start.
+    ///
+    /// # Errors
+    /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
+    pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> Result<(), NavigationError> {
+        if let Some(failure) = self.failure {
+            return Err(failure);
+        }
+        if !self.is_initialised() {
+            return Err(NavigationError::NotInitialised);
+        }
+        let gap_us = to_us.checked_sub(self.time_us).ok_or(NavigationError::TimeBackwards)?;
+        if gap_us > MAX_GAP_US {
+            return Err(NavigationError::GapTooLong);
+        }
+        let dynamic = self.config.process_model == ProcessModel::Dynamic;
+        if dynamic && !(input.propeller_radps.is_finite() && input.fins_rad.iter().all(|fin| fin.is_finite())) {
+            return Err(NavigationError::InvalidInput);
+        }
+        let steps = gap_us.div_ceil(STEP_US).min(MOST_STEPS);
+        if steps > 0 {
+            let step_s = gap_us as f64 * 1.0e-6 / steps as f64;
+            for _ in 0..steps {
+                self.predict_step(step_s, input);
+            }
+        }
+        self.time_us = to_us;
+        self.failure = self.health().err();
+        self.health()
+    }
+
+    fn predict_step(&mut self, step_s: f64, input: &ActuatorInput) {
+        let linearisation = match (self.config.process_model, &self.model) {
+            (ProcessModel::Dynamic, Some(model)) => model.linearise(&self.x.vehicle, input),
+            _ => kinematic_linearise(&self.x.vehicle),
+        };
+        self.step.compute(&linearisation, &self.config.process_noise.psd(), step_s);
+        let n = self.dimension();
+
+        for (x, increment) in self.x.vehicle.iter_mut().zip(&self.step.increment) {
+            *x += increment;
+        }
+        self.x.wrap_heading();
+        propagate_vehicle(&mut self.p, n, &self.step);
+
+        if let (Some(at), Some(current)) = (self.x.layout.current(), self.config.water_current) {
+            let q = current.random_walk_mps_per_sqrt_s * current.random_walk_mps_per_sqrt_s;
+            for (position, velocity) in [(X, at), (Y, at + 1)] {
+                self.x.vehicle[position] += self.x.get(velocity) * step_s;
+                propagate_double_integrator(&mut self.p, n, position, velocity, q, step_s);
+            }
+        }
+        if let Some(at) = self.x.layout.ship() {
+            let linear = self.config.ship_noise.linear_mps2_per_sqrt_hz;
+            let angular = self.config.ship_noise.angular_radps2_per_sqrt_hz;
+            for (i, root) in [linear, linear, angular].into_iter().enumerate() {
+                let (position, velocity) = (at + i, at + SHIP_VELOCITY + i);
+                self.x.add_tail(position, self.x.get(velocity) * step_s);
+                propagate_double_integrator(&mut self.p, n, position, velocity, root * root, step_s);
+            }
+        }
+    }
+
+    /// Every state finite and every variance positive.
+    fn health(&self) -> Result<(), NavigationError> {
+        let n = self.dimension();
+        if !self.x.iter().all(f64::is_finite) {
+            return Err(NavigationError::NotFinite);
+        }
+        for (i, column) in self.p.columns.iter().enumerate().take(n) {
+            let variance = column[i];
+            if !variance.is_finite() {
+                return Err(NavigationError::NotFinite);
+            }
+            // A position and its clone may be one and the same; nothing else may be certain.
+            if variance < 0.0 || (variance == 0.0 && i < VEHICLE_STATES) {
+                return Err(NavigationError::NotPositive);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,49 @@
+//! One row of H as a short list: a measurement sees few of the states.
+
+/// Most entries of one row: two bridged vehicle clones and a ship at both ends of a two-way path.
+const CAPACITY: usize = 16;
+
+/// Sparse row h. An index may come twice; its values then add.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    indices: [u8; CAPACITY],
+    values: [f64; CAPACITY],
+    len: usize,
+}
+
+impl Row {
+    pub(super) const EMPTY: Self = Self { indices: [0; CAPACITY], values: [0.0; CAPACITY], len: 0 };
+
+    /// e_iᵀ.
+    pub(super) fn unit(index: usize) -> Self {
+        let mut row = Self::EMPTY;
+        row.push(index, 1.0);
+        row
+    }
+
+    pub(super) fn push(&mut self, index: usize, value: f64) {
+        if let (Some(i), Some(v)) = (self.indices.get_mut(self.len), self.values.get_mut(self.len)) {
+            *i = index as u8;
+            *v = value;
+            self.len += 1;
+        }
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.indices.iter().zip(&self.values).take(self.len).map(|(&index, &value)| (usize::from(index), value))
+    }
+
+    /// h a.
+    pub(super) fn dot(&self, a: &[f64]) -> f64 {
+        self.iter().map(|(index, value)| value * a.get(index).copied().unwrap_or(0.0)).sum()
+    }
+
+    /// The entries whose index satisfies `keep`.
+    pub(super) fn filtered(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let mut row = Self::EMPTY;
+        for (index, value) in self.iter().filter(|&(index, _)| keep(index)) {
+            row.push(index, value);
+        }
+        row
+    }
+}
