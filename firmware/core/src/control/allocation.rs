@@ -119,26 +119,22 @@ fn decoupled(
     // Y falls with +top (nose to starboard: the stern goes to port), Z grows with +port (nose up: the stern goes down).
     let across = libm::atan2(v[1] + yaw_lever_m(model) * v[5], v[0]);
     let upward = libm::atan2(v[2] - pitch_lever_m(model) * v[4], v[0]);
-    solve_pair(model, v, &mut fins, &Pair { first: 0, row: 1, sign: -1.0, inflow: across }, target[1], limit_rad);
-    solve_pair(model, v, &mut fins, &Pair { first: 2, row: 2, sign: 1.0, inflow: -upward }, target[2], limit_rad);
+    solve_pair::<0, 1>(model, v, &mut fins, &Pair { sign: -1.0, inflow: across }, target[1], limit_rad);
+    solve_pair::<2, 2>(model, v, &mut fins, &Pair { sign: 1.0, inflow: -upward }, target[2], limit_rad);
     fins
 }
 
 /// Two opposite fins, turned against each other.
 struct Pair {
-    /// The fin that turns by +δ; the next one turns by −δ.
-    first: usize,
-    /// Row of the wrench that the pair is for.
-    row: usize,
     /// Sign of ∂force/∂δ.
     sign: f64,
     /// Incidence of the first fin at δ = 0, rad.
     inflow: f64,
 }
 
-/// Turns a pair by ±δ about where it stands until its force is `target`: Newton within a bracket that excludes
-/// stall, where more angle gives less force.
-fn solve_pair(
+/// Turns fins FIRST and FIRST + 1 by ±δ about where they stand until row ROW of the wrench is `target`: Newton within
+/// a bracket that excludes stall, where more angle gives less force.
+fn solve_pair<const FIRST: usize, const ROW: usize>(
     model: &VehicleModel,
     v: &Vector6<f64>,
     fins: &mut [f64; FINS],
@@ -147,33 +143,27 @@ fn solve_pair(
     limit_rad: f64,
 ) {
     // What the two fins have in common makes roll and stays.
-    let [a, b] = if pair.first == 0 { [fins[0], fins[1]] } else { [fins[2], fins[3]] };
-    let common = 0.5 * (a + b);
-    let mut set = |delta: f64| -> [f64; FINS] {
-        let (a, b) = ((common + delta).max(-limit_rad).min(limit_rad), (common - delta).max(-limit_rad).min(limit_rad));
-        if pair.first == 0 {
-            (fins[0], fins[1]) = (a, b);
-        } else {
-            (fins[2], fins[3]) = (a, b);
-        }
+    let common = 0.5 * (fins[FIRST] + fins[FIRST + 1]);
+    let start = 0.5 * (fins[FIRST] - fins[FIRST + 1]);
+    let mut turn = |delta: f64| {
+        fins[FIRST] = (common + delta).max(-limit_rad).min(limit_rad);
+        fins[FIRST + 1] = (common - delta).max(-limit_rad).min(limit_rad);
         *fins
     };
     let excess = |fins: &[f64; FINS]| {
-        let force: f64 = model.fin_wrenches(v, fins).iter().map(|wrench| wrench[pair.row]).sum();
+        let force: f64 = model.fin_wrenches(v, fins).iter().map(|wrench| wrench[ROW]).sum();
         pair.sign * (force - target)
     };
     let stall = stall_rad(model);
     let mut low = (-limit_rad).max((-stall - pair.inflow).min(limit_rad));
     let mut high = limit_rad.min((stall - pair.inflow).max(-limit_rad));
-    let mut delta = (0.5 * (a - b)).max(low).min(high);
-    if excess(&set(low)) >= 0.0 {
+    if excess(&turn(low)) >= 0.0 || excess(&turn(high)) <= 0.0 {
+        // Out of reach: the end of the bracket that was tried last is the nearest.
         return;
     }
-    if excess(&set(high)) <= 0.0 {
-        return;
-    }
+    let mut delta = start.max(low).min(high);
     for _ in 0..PAIR_STEPS {
-        let now = set(delta);
+        let now = turn(delta);
         let error = excess(&now);
         if error > 0.0 {
             high = delta
@@ -181,7 +171,7 @@ fn solve_pair(
             low = delta
         }
         let by_input = model.wrench_by_input(v, &ActuatorInput { propeller_radps: 0.0, fins_rad: now });
-        let slope = pair.sign * (by_input[(pair.row, 1 + pair.first)] - by_input[(pair.row, 2 + pair.first)]);
+        let slope = pair.sign * (by_input[(ROW, 1 + FIRST)] - by_input[(ROW, 2 + FIRST)]);
         let newton = delta - error / slope;
         // NaN fails the comparison and is replaced too.
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
@@ -215,6 +205,7 @@ fn least_squares(
     let roll_lever = libm::hypot(top.cp_m[1], top.cp_m[2]).max(libm::hypot(starboard.cp_m[1], starboard.cp_m[2]));
     let scale = [FORCE_WEIGHT, FORCE_WEIGHT, 1.0 / roll_lever, 1.0 / pitch_lever_m(model), 1.0 / yaw_lever_m(model)];
 
+    let target = within_reach(model, v, target, limit_rad);
     let mut fins = datum_fins.map(|fin| fin.max(-limit_rad).min(limit_rad));
     for _ in 0..WRENCH_STEPS {
         let wrench: Vector6<f64> = model.fin_wrenches(v, &fins).iter().sum();
@@ -236,6 +227,29 @@ fn least_squares(
         }
     }
     fins
+}
+
+/// Cuts pitch and yaw, with the forces that come with them, to what fins at their limits give: the least squares would
+/// otherwise turn every fin for the sake of its drag and roll the vehicle.
+fn within_reach(model: &VehicleModel, v: &Vector6<f64>, target: &Vector6<f64>, limit_rad: f64) -> Vector6<f64> {
+    let by_input = model.wrench_by_input(v, &ActuatorInput::default());
+    let extreme = |row: usize, sign: f64| {
+        let slopes = [1, 2, 3, 4].map(|column| by_input[(row, column)]);
+        let largest = slopes.iter().fold(0.0_f64, |largest, slope| largest.max(slope.abs()));
+        let fins = slopes.map(|slope| {
+            // Fins that act by their drag only are not meant.
+            if slope.abs() > 0.1 * largest { limit_rad.copysign(sign * slope) } else { 0.0 }
+        });
+        model.fin_wrenches(v, &fins).iter().map(|wrench| wrench[row]).sum::<f64>()
+    };
+    let change = |row: usize| target[row].min(extreme(row, 1.0)).max(extreme(row, -1.0)) - target[row];
+    let (pitch, yaw) = (change(4), change(5));
+    let mut target = *target;
+    target[1] += yaw / yaw_lever_m(model);
+    target[2] -= pitch / pitch_lever_m(model);
+    target[4] += pitch;
+    target[5] += yaw;
+    target
 }
 
 /// Step of the normal equations; fins that would leave the box stay on its edge and the others make up for it.

@@ -4,6 +4,9 @@ use super::trackline::{Segment, TrackError};
 use crate::state::{self, VehicleState};
 
 /// Gains of the guidance.
+///
+/// κ is an angle per distance, so the errors decay over the same distance at every speed, as the vehicle's own motion
+/// does (its forces grow with the square of speed).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuidanceGains {
     /// κ of heading, rad per metre of cross-track error.
@@ -17,8 +20,8 @@ pub struct GuidanceGains {
 }
 
 impl GuidanceGains {
-    /// At 1 m/s the cross-track error decays with 1/κ = 20 s and the depth error with 4 s, both slower than
-    /// the loop that holds the angle.
+    /// The cross-track error decays within 20 m and the depth error within 4 m, both slower than the loop that holds
+    /// the angle.
     pub const DEFAULT: Self = Self {
         kappa_psi: 0.05,
         approach_max_rad: core::f64::consts::FRAC_PI_4,

@@ -85,8 +85,8 @@ impl Mission {
     pub const MAX_COORDINATE_M: f64 = 1.0e5;
     /// Deepest waypoint, m.
     pub const MAX_DEPTH_M: f64 = 300.0;
-    /// Slowest leg, m/s: below it the fins hold neither depth nor course.
-    pub const MIN_SPEED_MPS: f64 = 0.4;
+    /// Slowest leg, m/s: below it the fins of a vehicle of this kind do not hold the depth against its buoyancy.
+    pub const MIN_SPEED_MPS: f64 = 0.5;
     /// Fastest leg, m/s.
     pub const MAX_SPEED_MPS: f64 = 3.0;
 

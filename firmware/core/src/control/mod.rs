@@ -147,7 +147,7 @@ pub fn attitude_law(
     let error = segment.error(x);
     let heading = config.guidance.heading_rad(&error, crab_angle_rad(segment, x, current_ne_mps));
     let pitch = config.guidance.pitch_rad(&error, trim.pitch_rad);
-    let moments = config.pd.moments(x, heading, pitch, trim.fin_pitch_moment_nm);
+    let moments = config.pd.at_speed(segment.speed_mps).moments(x, heading, pitch, trim.fin_pitch_moment_nm);
     let limit_rad = config.limits.within(model.parameters()).fin_rad;
     let fins_rad = allocate(config.allocation, model, &state::velocity(x), &moments, &Datum::Total, limit_rad);
     let thrust = config.speed.thrust_n(model, x, &fins_rad, segment.speed_mps);

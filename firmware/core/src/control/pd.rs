@@ -3,7 +3,7 @@
 use super::allocation::Moments;
 use crate::state::{self, VehicleState};
 
-/// Gains of the PD law.
+/// Gains of the PD law up to 1 m/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PdGains {
     /// Kp on the heading error, N m/rad.
@@ -22,6 +22,22 @@ pub struct PdGains {
 impl PdGains {
     /// Heading settles within some 5 s without overshoot, pitch within 2 s.
     pub const DEFAULT: Self = Self { kp_psi: 20.0, kd_r: 60.0, kp_theta: 25.0, kd_q: 30.0 };
+
+    /// The gains for a leg at `speed_mps`: above 1 m/s Kp grows with u² and Kd with u, as the moments on hull and fins
+    /// do, so that the loop keeps its shape over distance. With fixed gains the hull's own destabilising moment wins and
+    /// the reference vehicle oscillates in pitch from 1.5 m/s. Below 1 m/s the keel's stiffness, which does not depend
+    /// on speed, would win over smaller gains.
+    #[must_use]
+    pub fn at_speed(&self, speed_mps: f64) -> Self {
+        let scale = speed_mps.max(1.0);
+        let square = scale * scale;
+        Self {
+            kp_psi: self.kp_psi * square,
+            kd_r: self.kd_r * scale,
+            kp_theta: self.kp_theta * square,
+            kd_q: self.kd_q * scale,
+        }
+    }
 
     /// Moments that the fins shall give in total for a heading and a pitch; `pitch_feed_nm` is what the fins give
     /// in trim.

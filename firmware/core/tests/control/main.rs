@@ -1,0 +1,6 @@
+//! Trackline following: against the reference numbers, in closed loop on the model, and against absurd input.
+
+mod closed_loop;
+mod properties;
+mod simulation;
+mod vectors;

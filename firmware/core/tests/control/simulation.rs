@@ -1,0 +1,89 @@
+//! The model in closed loop with the controller: RK4, no noise, no estimation error.
+
+use backseat_core::control::limits::ActuatorLimits;
+use backseat_core::control::mission::{Mission, MissionStatus};
+use backseat_core::control::{Command, ControlConfig, Controller};
+use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel, VehicleParameters};
+use backseat_core::state::{self, VehicleState};
+
+/// The board's step, s.
+pub const STEP_S: f64 = 0.1;
+
+/// What the water and the actuators do that the controller is not told.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Disturbance {
+    /// Water current, north and east, m/s.
+    pub current_ne_mps: [f64; 2],
+    /// Whether the controller is told the current.
+    pub current_known: bool,
+    /// Actual minus commanded angle of each fin, rad.
+    pub fin_bias_rad: [f64; FINS],
+}
+
+/// One step's worth of history.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    pub time_s: f64,
+    pub x: VehicleState,
+    pub command: Command,
+}
+
+/// Flies the mission from `x` for at most `longest_s`; checks the limits of every command on the way.
+pub fn fly(
+    config: &ControlConfig,
+    mission: &Mission,
+    mut x: VehicleState,
+    disturbance: &Disturbance,
+    longest_s: f64,
+) -> Vec<Sample> {
+    let model = VehicleModel::new(&VehicleParameters::IVER3).unwrap();
+    let mut controller = Box::new(Controller::new());
+    controller.configure(config, &model).unwrap();
+    controller.set_mission(mission);
+    controller.start(&x).unwrap();
+    let told = if disturbance.current_known { disturbance.current_ne_mps } else { [0.0; 2] };
+    let mut last = ActuatorInput::default();
+    let mut samples = Vec::new();
+    for step in 0..(longest_s / STEP_S) as u64 {
+        let command = controller.command(step * 100_000, &x, told);
+        check_limits(&config.limits, &last, &command.input);
+        last = command.input;
+        samples.push(Sample { time_s: step as f64 * STEP_S, x, command });
+        if command.status == MissionStatus::Finished {
+            break;
+        }
+        let mut actual = command.input;
+        for (fin, bias) in actual.fins_rad.iter_mut().zip(&disturbance.fin_bias_rad) {
+            *fin += bias;
+        }
+        for _ in 0..4 {
+            x = rk4(&model, &x, &actual, disturbance.current_ne_mps, STEP_S / 4.0);
+        }
+    }
+    samples
+}
+
+pub fn check_limits(limits: &ActuatorLimits, last: &ActuatorInput, now: &ActuatorInput) {
+    // A rounding of the sum of last and step.
+    const SLACK: f64 = 1e-12;
+    assert!((0.0..=limits.propeller_radps).contains(&now.propeller_radps), "{now:?}");
+    assert!((now.propeller_radps - last.propeller_radps).abs() <= limits.propeller_radps2 * STEP_S + SLACK, "{now:?}");
+    for (last, now) in last.fins_rad.iter().zip(&now.fins_rad) {
+        assert!(now.abs() <= limits.fin_rad, "{now}");
+        assert!((now - last).abs() <= limits.fin_rate_radps * STEP_S + SLACK, "{last} {now}");
+    }
+}
+
+fn rk4(model: &VehicleModel, x: &VehicleState, input: &ActuatorInput, current: [f64; 2], h: f64) -> VehicleState {
+    let f = |x: VehicleState| {
+        let mut rate = model.derivative(&x, input);
+        rate[state::X] += current[0];
+        rate[state::Y] += current[1];
+        rate
+    };
+    let k1 = f(*x);
+    let k2 = f(x + k1 * (0.5 * h));
+    let k3 = f(x + k2 * (0.5 * h));
+    let k4 = f(x + k3 * h);
+    x + (k1 + (k2 + k3) * 2.0 + k4) * (h / 6.0)
+}
