@@ -1,1 +1,57 @@
-fn main(){}
+//! `backseat`: the lab's one command-line tool, one module per subcommand.
+
+mod console;
+mod navigate;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Tools for the backseat of an Iver3-class AUV: navigate and compare recorded missions.
+#[derive(Parser)]
+#[command(name = "backseat", version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Navigate(navigate::Args),
+    /// Print the completion script of a shell
+    #[command(
+        after_help = "Example:\n  backseat completions bash > ~/.local/share/bash-completion/completions/backseat"
+    )]
+    Completions {
+        /// Which shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// 0: done; 1: failed, with one line on stderr; 2: bad usage (clap).
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Navigate(args) => navigate::run(&args),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "backseat", &mut script);
+            console::print(&script)
+        }
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

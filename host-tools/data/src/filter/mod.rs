@@ -72,11 +72,27 @@ pub struct FilterRun {
 /// If the log has nothing to start from, lacks the actuators that the dynamic model needs, or the
 /// filter refuses or fails (a gap of more than ten minutes, numbers that are none).
 pub fn run(log: &Log, vehicle: &VehicleFile, options: &FilterOptions) -> Result<FilterRun, DataError> {
+    run_with_progress(log, vehicle, options, |_| {})
+}
+
+/// [`run`], calling `progress` with the number of rows done now and then.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with_progress(
+    log: &Log,
+    vehicle: &VehicleFile,
+    options: &FilterOptions,
+    mut progress: impl FnMut(usize),
+) -> Result<FilterRun, DataError> {
     let began = Instant::now();
     let mut pass = Pass::new(log, vehicle, options)?;
     let first_row = pass.start(vehicle)?;
     let rows = &log.rows;
     for (index, row) in rows.iter().enumerate().skip(first_row) {
+        if index % 4096 == 0 {
+            progress(index);
+        }
         pass.acoustics_before(row.time_us)?;
         pass.move_to(row.time_us)?;
         pass.fuse_row(row);

@@ -1,0 +1,223 @@
+//! `backseat navigate`: the flight filter over a recorded mission.
+
+mod outcome;
+mod page;
+mod text;
+
+use crate::console::{self, Progress};
+use anyhow::Context;
+use backseat_core::navigation::ProcessModel;
+use backseat_data::dead_reckoning::{self, Method};
+use backseat_data::filter::{self, FilterOptions, ShipSource};
+use backseat_data::importers;
+use backseat_data::log::Column;
+use backseat_data::output::{self, Existing};
+use backseat_data::{DataError, Log, Truth, VehicleFile};
+use clap::ValueEnum;
+use outcome::{Against, Estimate, Outcome};
+use std::path::PathBuf;
+use std::time::Instant;
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat navigate log.csv.gz --no-dvl                     dynamic model, ranges only
+  backseat navigate log.csv --model kinematic               constant velocity, DVL
+  backseat navigate log.csv --truth truth.csv --report out  error against the truth, out/report.html
+  backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
+
+The log is a CSV with t_s and any of prop_rpm, fin_{top,bottom,port,starboard}_rad, depth_m, roll_rad, pitch_rad,
+heading_rad, p_radps, q_radps, r_radps, dvl_u_mps, dvl_v_mps, dvl_w_mps, range_m, range_rate_mps, tol_s, toa_s,
+ship_x_m, ship_y_m, ship_gps_x_m, ship_gps_y_m, gps_x_m, gps_y_m; or the mission log of an Iver.";
+
+/// Run the navigation filter over a recorded mission
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log
+    log: PathBuf,
+    /// Vehicle file, TOML [default: the built-in reference vehicle]
+    #[arg(long, value_name = "V.toml")]
+    vehicle: Option<PathBuf>,
+    /// Process model [default: the best that the log supports]
+    #[arg(long)]
+    model: Option<Model>,
+    /// Leave the DVL out
+    #[arg(long)]
+    no_dvl: bool,
+    /// Leave acoustic range rates out
+    #[arg(long)]
+    no_range_rate: bool,
+    /// Estimate a steady water current as well
+    #[arg(long)]
+    current: bool,
+    /// Take the ship from the packets alone instead of its GNSS at full rate
+    #[arg(long)]
+    packet: bool,
+    /// Truth CSV to compare with
+    #[arg(long, value_name = "T.csv")]
+    truth: Option<PathBuf>,
+    /// Write an HTML report into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Write the estimated track, CSV
+    #[arg(long, value_name = "TRACK.csv")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Replace results that exist
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Model {
+    /// Constant velocity
+    Kinematic,
+    /// The vehicle's own dynamics, driven by fins and propeller
+    Dynamic,
+}
+
+/// What runs over the log.
+enum Plan {
+    Filter(FilterOptions),
+    DeadReckoning(Method),
+}
+
+/// Reads, runs, compares, writes.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let existing = if args.force { Existing::Replace } else { Existing::Keep };
+    let page = args.report.as_ref().map(|folder| folder.join("report.html"));
+    for path in [&page, &args.out].into_iter().flatten() {
+        output::check(path, existing)?;
+    }
+    let vehicle = match &args.vehicle {
+        Some(path) => VehicleFile::read(path)?,
+        None => VehicleFile::reference(),
+    };
+    let began = Instant::now();
+    let imported = importers::read(&args.log)?;
+    let read_s = began.elapsed().as_secs_f64();
+    let log = &imported.log;
+    let mut notes = log.notes.clone();
+    let plan = plan(args, log, &vehicle, &mut notes);
+    let estimate = estimate(&plan, log, &vehicle)?;
+    let wall_s = began.elapsed().as_secs_f64();
+
+    let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
+    let errors = compare(&estimate, log, truth.as_ref())?;
+    if let (Some(path), true) = (&args.truth, errors.is_none()) {
+        return Err(DataError::file(path, "the truth has no time in common with the estimate").into());
+    }
+    if let Estimate::Filter(run) = &estimate {
+        notes.extend(run.notes.iter().cloned());
+    }
+    let outcome = Outcome {
+        description: describe(args, &plan, &vehicle),
+        format: imported.format,
+        log,
+        estimate: &estimate,
+        truth: truth.as_ref(),
+        errors,
+        notes,
+        read_s,
+        wall_s,
+    };
+    if let Some(path) = &args.out {
+        output::write(path, existing, |file| outcome.write_track(file))?;
+    }
+    if let Some(path) = &page {
+        let folder = args.report.as_ref().map_or_else(PathBuf::new, Clone::clone);
+        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        let html = page::html(&outcome);
+        output::write(path, existing, |file| file.write_all(html.as_bytes()))?;
+    }
+    let text = if args.json {
+        outcome.json(page.as_deref(), args.out.as_deref())
+    } else {
+        outcome.text(page.as_deref(), args.out.as_deref())
+    };
+    console::print(text.as_bytes())
+}
+
+/// The model asked for, or the best that the log supports; says which and why.
+fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) -> Plan {
+    let has_actuators = Column::ALL[..=Column::FinStarboard as usize].iter().all(|column| log.has(*column));
+    let has_attitude = log.rows.iter().any(|row| row.attitude_rad().is_some());
+    let has_aiding = log.has(Column::DvlU) || log.has(Column::Range);
+    let model = match args.model {
+        Some(Model::Kinematic) => ProcessModel::Kinematic,
+        Some(Model::Dynamic) => ProcessModel::Dynamic,
+        None if has_actuators => ProcessModel::Dynamic,
+        None if has_attitude && has_aiding => {
+            notes.push("the log has no fins and propeller: kinematic model".to_owned());
+            ProcessModel::Kinematic
+        }
+        None if log.has(Column::Heading) && log.has(Column::SpeedLog) => {
+            notes.push(
+                "the log has no fins and propeller, no DVL velocity and no ranges: dead reckoning on its heading and \
+                 speed, GNSS withheld after the first fix"
+                    .to_owned(),
+            );
+            return Plan::DeadReckoning(Method::HeadingSpeed);
+        }
+        None => ProcessModel::Kinematic,
+    };
+    let mut options = FilterOptions::new(vehicle, model);
+    options.use_dvl = !args.no_dvl;
+    options.use_range_rate = !args.no_range_rate;
+    if args.current {
+        options.navigation.water_current = Some(FilterOptions::WATER_CURRENT);
+    }
+    if args.packet {
+        options.ship = ShipSource::Packet;
+    }
+    Plan::Filter(options)
+}
+
+fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Estimate> {
+    Ok(match plan {
+        Plan::DeadReckoning(method) => Estimate::DeadReckoning(dead_reckoning::run(log, *method)?),
+        Plan::Filter(options) => {
+            let mut progress = Progress::new("filter", log.rows.len());
+            let run = filter::run_with_progress(log, vehicle, options, |row| progress.set(row))?;
+            Estimate::Filter(run)
+        }
+    })
+}
+
+/// Horizontal errors against the truth, or (dead reckoning) against the fixes that were withheld.
+fn compare(
+    estimate: &Estimate,
+    log: &Log,
+    truth: Option<&Truth>,
+) -> anyhow::Result<Option<(Against, Vec<(u64, f64)>)>> {
+    let positions = estimate.positions();
+    let (against, errors) = match (truth, estimate) {
+        (Some(truth), _) => (Against::Truth, dead_reckoning::errors_against_truth(&positions, truth)),
+        (None, Estimate::DeadReckoning(_)) => (Against::Gnss, dead_reckoning::errors_against_fixes(&positions, log)),
+        (None, Estimate::Filter(_)) => return Ok(None),
+    };
+    Ok((!errors.is_empty()).then_some((against, errors)))
+}
+
+fn describe(args: &Args, plan: &Plan, vehicle: &VehicleFile) -> String {
+    match plan {
+        Plan::DeadReckoning(_) => "dead reckoning on logged heading and speed".to_owned(),
+        Plan::Filter(options) => {
+            let model = match options.navigation.process_model {
+                ProcessModel::Dynamic => "dynamic model",
+                ProcessModel::Kinematic => "kinematic model",
+            };
+            let dvl = if options.use_dvl { "" } else { ", no DVL" };
+            let range_rate = if options.use_range_rate { "" } else { ", no range rate" };
+            let current = if options.navigation.water_current.is_some() { ", current states" } else { "" };
+            let ship = match options.ship {
+                ShipSource::Centralized => "",
+                ShipSource::Packet => ", ship from packets",
+            };
+            let origin = if args.vehicle.is_some() { "" } else { ", built in" };
+            format!("{model}{dvl}{range_rate}{current}{ship}; vehicle {}{origin}", vehicle.name)
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What a run gave, as JSON and as a track.
+
+use backseat_core::state::{X, Y};
+use backseat_data::dead_reckoning::Position;
+use backseat_data::filter::FilterRun;
+use backseat_data::stats::ErrorSummary;
+use backseat_data::{Log, Truth};
+use serde_json::{Map, Value, json};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// The estimate, by whichever way.
+pub enum Estimate {
+    Filter(FilterRun),
+    DeadReckoning(Vec<Position>),
+}
+
+/// What errors are measured against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Against {
+    Truth,
+    /// Fixes of the vehicle that were withheld.
+    Gnss,
+}
+
+impl Against {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Truth => "truth",
+            Self::Gnss => "gnss",
+        }
+    }
+}
+
+/// Everything there is to say about a run.
+pub struct Outcome<'a> {
+    pub description: String,
+    pub format: &'static str,
+    pub log: &'a Log,
+    pub estimate: &'a Estimate,
+    pub truth: Option<&'a Truth>,
+    /// (time µs, horizontal error m)
+    pub errors: Option<(Against, Vec<(u64, f64)>)>,
+    pub notes: Vec<String>,
+    pub read_s: f64,
+    /// Reading the log and running the filter.
+    pub wall_s: f64,
+}
+
+impl Estimate {
+    pub fn positions(&self) -> Vec<Position> {
+        match self {
+            Self::Filter(run) => run
+                .track
+                .iter()
+                .map(|s| Position { time_us: s.time_us, position_m: [s.state[X], s.state[Y]] })
+                .collect(),
+            Self::DeadReckoning(positions) => positions.clone(),
+        }
+    }
+
+    pub fn last_m(&self) -> Option<[f64; 2]> {
+        match self {
+            Self::Filter(run) => run.track.last().map(|sample| [sample.state[X], sample.state[Y]]),
+            Self::DeadReckoning(positions) => positions.last().map(|position| position.position_m),
+        }
+    }
+}
+
+impl Outcome<'_> {
+    pub fn error_summary(&self) -> Option<(Against, ErrorSummary)> {
+        let (against, errors) = self.errors.as_ref()?;
+        let errors: Vec<f64> = errors.iter().map(|(_, error)| *error).collect();
+        Some((*against, ErrorSummary::of(&errors)?))
+    }
+
+    /// Times faster than the mission.
+    pub fn rate(&self) -> f64 {
+        self.log.duration_s() / self.wall_s
+    }
+
+    pub fn json(&self, report: Option<&Path>, track: Option<&Path>) -> String {
+        let error = self.error_summary().map(|(_, error)| {
+            json!({"median_m": error.median_m, "p95_m": error.p95_m, "max_m": error.max_m, "rms_m": error.rms_m,
+                "samples": error.count})
+        });
+        let (mut nis, mut rejected) = (Map::new(), Map::new());
+        let mut digest = Value::Null;
+        if let Estimate::Filter(run) = self.estimate {
+            for sensor in &run.sensors {
+                nis.insert(sensor.sensor.name().to_owned(), json!(sensor.nis));
+                rejected.insert(sensor.sensor.name().to_owned(), json!(sensor.rejected));
+            }
+            // As text: JSON's numbers are doubles and lose the last bits.
+            digest = json!(format!("{:016x}", run.digest));
+        }
+        let [x_m, y_m] = self.estimate.last_m().unwrap_or([f64::NAN; 2]);
+        let object = json!({
+            "configuration": self.description,
+            "error": error,
+            "error_against": self.errors.as_ref().map(|(against, _)| against.name()),
+            "final": {"x_m": x_m, "y_m": y_m},
+            "nis": nis,
+            "rejected": rejected,
+            "simulated_s": self.log.duration_s(),
+            "wall_s": self.wall_s,
+            "digest": digest,
+            "notes": self.notes,
+            "report": report.map(|path| path.display().to_string()),
+            "track": track.map(|path| path.display().to_string()),
+        });
+        format!("{object}\n")
+    }
+
+    /// The estimate as CSV; the state has the names of a truth CSV.
+    pub fn write_track(&self, out: &mut dyn Write) -> io::Result<()> {
+        match self.estimate {
+            Estimate::DeadReckoning(positions) => {
+                writeln!(out, "t_s,x_m,y_m")?;
+                for p in positions {
+                    writeln!(out, "{},{:.4},{:.4}", seconds(p.time_us), p.position_m[0], p.position_m[1])?;
+                }
+            }
+            Estimate::Filter(run) => {
+                writeln!(
+                    out,
+                    "t_s,x_m,y_m,z_m,roll_rad,pitch_rad,heading_rad,u_mps,v_mps,w_mps,p_radps,q_radps,r_radps,\
+                     current_n_mps,current_e_mps,sigma_x_m,sigma_y_m,cov_xy_m2"
+                )?;
+                for sample in &run.track {
+                    write!(out, "{}", seconds(sample.time_us))?;
+                    for value in sample.state.iter().chain(&sample.current_mps) {
+                        write!(out, ",{value:.6}")?;
+                    }
+                    writeln!(out, ",{:.4},{:.4},{:.6}", sample.sigma[X], sample.sigma[Y], sample.cov_xy_m2)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whole microseconds as seconds.
+fn seconds(time_us: u64) -> String {
+    format!("{}.{:06}", time_us / 1_000_000, time_us % 1_000_000)
+}

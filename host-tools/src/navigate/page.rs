@@ -1,0 +1,160 @@
+//! What a run gave, as a page.
+
+use super::outcome::{Against, Estimate, Outcome};
+use super::text::gnss_distances;
+use backseat_core::navigation::{FusionOutcome, Sensor};
+use backseat_core::state::{X, Y};
+use backseat_data::filter::FilterRun;
+use backseat_data::report::plots::{self, Ellipse, ErrorPlot, Innovation, InnovationPlot, Point, Scale, TrackPlot};
+use backseat_data::report::{Provenance, Report, Table};
+use backseat_data::stats::nis_bounds95;
+
+/// Ellipses offered to the map, which thins them out itself.
+const ELLIPSES: usize = 200;
+
+/// Innovations shown, with their names and units.
+const SHOWN: [(Sensor, &[&str]); 9] = [
+    (Sensor::Range, &["range innovation [m]"]),
+    (Sensor::RangeRate, &["range rate innovation [m/s]"]),
+    (Sensor::BottomTrack, &["DVL u innovation [m/s]", "DVL v innovation [m/s]", "DVL w innovation [m/s]"]),
+    (Sensor::Attitude, &["roll innovation [rad]", "pitch innovation [rad]", "heading innovation [rad]"]),
+    (Sensor::Rates, &["p innovation [rad/s]", "q innovation [rad/s]", "r innovation [rad/s]"]),
+    (Sensor::Depth, &["depth innovation [m]"]),
+    (Sensor::VehicleGnss, &["GNSS north innovation [m]", "GNSS east innovation [m]"]),
+    (Sensor::ShipGnss, &["ship GNSS north innovation [m]", "ship GNSS east innovation [m]"]),
+    (Sensor::WaterTrack, &["water track u innovation [m/s]", "water track v innovation [m/s]"]),
+];
+
+pub fn html(outcome: &Outcome<'_>) -> String {
+    let verdict = match outcome.error_summary() {
+        Some((against, error)) => format!(
+            "Median horizontal error {:.2} m, 95 % {:.2} m against {}; {}.",
+            error.median_m,
+            error.p95_m,
+            if against == Against::Truth { "the truth" } else { "withheld GNSS fixes" },
+            outcome.description
+        ),
+        None => format!("No truth to compare with; {}.", outcome.description),
+    };
+    let title = outcome.log.path.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
+    let mut report = Report::new(format!("Navigation of {title}"), verdict);
+    for note in &outcome.notes {
+        report = report.text(note);
+    }
+    if let Some((_, error)) = outcome.error_summary() {
+        let header = ["median [m]", "95 % [m]", "max [m]", "rms [m]", "samples"];
+        let cells = [error.median_m, error.p95_m, error.max_m, error.rms_m].map(|value| format!("{value:.2}"));
+        let cells = cells.into_iter().chain([error.count.to_string()]);
+        report = report.table(Table::new("Horizontal error", &header).row(cells));
+    }
+    report = match outcome.estimate {
+        Estimate::Filter(run) => innovations(errors(track(report.table(sensors(run)), outcome), outcome), run),
+        Estimate::DeadReckoning(_) => errors(track(report, outcome), outcome),
+    };
+    let command: Vec<String> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
+    let command = match command.split_first() {
+        Some((_, rest)) => format!("backseat {}", rest.join(" ")),
+        None => "backseat navigate".to_owned(),
+    };
+    report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
+}
+
+fn sensors(run: &FilterRun) -> Table {
+    let header = ["sensor", "fused", "rejected", "mean NIS", "95 % if consistent"];
+    let mut table = Table::new("Normalised innovations squared (1 if the filter is consistent)", &header);
+    for sensor in &run.sensors {
+        let nis = sensor.nis.map_or_else(|| "–".to_owned(), |nis| format!("{nis:.3}"));
+        let bounds = nis_bounds95(sensor.fused).map_or_else(String::new, |(lo, hi)| format!("{lo:.3} to {hi:.3}"));
+        let name = sensor.sensor.name().to_owned();
+        table = table.row([name, sensor.fused.to_string(), sensor.rejected.to_string(), nis, bounds]);
+    }
+    table
+}
+
+fn track(report: Report, outcome: &Outcome<'_>) -> Report {
+    let estimate: Vec<Point> =
+        outcome.estimate.positions().iter().map(|p| (p.position_m[0], p.position_m[1])).collect();
+    let truth: Option<Vec<Point>> =
+        outcome.truth.map(|truth| truth.rows.iter().map(|row| (row.state[X], row.state[Y])).collect());
+    let fixes: Vec<Point> = outcome.log.rows.iter().filter_map(|row| row.gnss_m()).map(|[x, y]| (x, y)).collect();
+    let ship: Vec<Point> = outcome.log.rows.iter().filter_map(|row| row.ship_gnss_m()).map(|[x, y]| (x, y)).collect();
+    let ellipses: Vec<Ellipse> = match outcome.estimate {
+        Estimate::Filter(run) => run
+            .track
+            .iter()
+            .step_by((run.track.len() / ELLIPSES).max(1))
+            .map(|s| Ellipse {
+                x_m: s.state[X],
+                y_m: s.state[Y],
+                xx_m2: s.sigma[X] * s.sigma[X],
+                xy_m2: s.cov_xy_m2,
+                yy_m2: s.sigma[Y] * s.sigma[Y],
+            })
+            .collect(),
+        Estimate::DeadReckoning(_) => Vec::new(),
+    };
+    let mut lines: Vec<plots::Series<'_>> = vec![("estimate", &estimate)];
+    if matches!(outcome.estimate, Estimate::DeadReckoning(_)) {
+        lines.push(("GNSS", &fixes));
+    }
+    let svg = plots::track(&TrackPlot {
+        truth: truth.as_deref(),
+        estimates: &lines,
+        ellipses: &ellipses,
+        ship: (!ship.is_empty()).then_some(&ship),
+        ..TrackPlot::default()
+    });
+    report.figure("Track.", svg)
+}
+
+fn errors(report: Report, outcome: &Outcome<'_>) -> Report {
+    let points = |errors: &[(u64, f64)]| -> Vec<Point> { errors.iter().map(|&(t, e)| (hours(t), e)).collect() };
+    let (name, error) = match (&outcome.errors, outcome.estimate) {
+        (Some((Against::Truth, errors)), _) => ("against the truth", points(errors)),
+        (Some((Against::Gnss, errors)), _) => ("against withheld GNSS fixes", points(errors)),
+        (None, Estimate::Filter(run)) => ("to each GNSS fix before its use", points(&gnss_distances(run))),
+        (None, Estimate::DeadReckoning(_)) => return report,
+    };
+    let bound: Vec<Point> = match outcome.estimate {
+        Estimate::Filter(run) => run.track.iter().map(|s| (hours(s.time_us), 2.0 * s.drms_m())).collect(),
+        Estimate::DeadReckoning(_) => Vec::new(),
+    };
+    let plot = ErrorPlot {
+        y_label: "horizontal error [m]",
+        series: &[(name, &error)],
+        bound: (!bound.is_empty()).then_some(("the filter's own 2 DRMS", &bound)),
+        scale: Scale::Linear,
+    };
+    report.figure(
+        "Error against time; 2 DRMS holds 95 to 98 % of the errors of a consistent filter.",
+        plots::error_vs_time(&plot),
+    )
+}
+
+fn innovations(report: Report, run: &FilterRun) -> Report {
+    let mut report = report.section("Innovations");
+    for (sensor, labels) in SHOWN {
+        for (axis, y_label) in labels.iter().enumerate() {
+            let innovations: Vec<Innovation> = run
+                .fusions
+                .iter()
+                .filter(|record| record.sensor == sensor && usize::from(record.axis) == axis)
+                .map(|record| Innovation {
+                    t_h: hours(record.time_us),
+                    value: record.innovation,
+                    sigma: record.variance.sqrt(),
+                    fused: record.outcome == FusionOutcome::Fused,
+                })
+                .collect();
+            if !innovations.is_empty() {
+                let svg = plots::innovations(&InnovationPlot { y_label, innovations: &innovations });
+                report = report.figure("With the band of two of its own sigmas.", svg);
+            }
+        }
+    }
+    report
+}
+
+fn hours(time_us: u64) -> f64 {
+    time_us as f64 / 3.6e9
+}
