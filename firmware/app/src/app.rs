@@ -1,13 +1,58 @@
-//! The state machine.
+//! The state machine: ports in, steps, ports out.
 
-use backseat_wire::hostlink::{Port, Step};
+use crate::command::{Commander, input_of};
+use crate::decode::{AhrsLink, DvlLink, FrontseatLink, ModemLink, micros};
+use crate::estimator::Estimator;
+use crate::health::Health;
+use crate::host::{HOST_RING, send};
+use crate::mission::MissionTransfer;
+use crate::modes::{Facts, Modes};
+use crate::parameters::{ControlMode, ParameterStore, Settings};
+use crate::ring::Ring;
+use crate::telemetry;
+use crate::time::UtcClock;
+use backseat_core::control::Controller;
+use backseat_core::control::mission::MissionStatus;
+use backseat_core::dynamics::VehicleModel;
+use backseat_wire::Counts;
+use backseat_wire::hostlink::{self, FromBoard, Port, Step, StepDone, ToBoard};
 
 /// Time between two steps, µs.
 pub const STEP_US: u64 = 100_000;
+/// Bytes that may wait for one device port: ten steps of commands and requests.
+const DEVICE_RING: usize = 1024;
+/// A buffer of this size holds any sentence to frontseat or modem.
+const SENTENCE: usize = 96;
 
 /// The backseat: lives in a static, never moves, never blocks, never reads a clock.
-#[derive(Debug)]
 pub struct App {
+    decoder: hostlink::Decoder,
+    host_counts: Counts,
+    host_out: Ring<HOST_RING>,
+    announced: Option<Step>,
+    backseat: Backseat,
+}
+
+/// Everything but the host link.
+pub(crate) struct Backseat {
+    pub(crate) parameters: ParameterStore,
+    pub(crate) transfer: MissionTransfer,
+    pub(crate) controller: Controller,
+    pub(crate) estimator: Estimator,
+    pub(crate) frontseat: FrontseatLink,
+    pub(crate) modes: Modes,
+    clock: UtcClock,
+    dvl: DvlLink,
+    ahrs: AhrsLink,
+    modem: ModemLink,
+    commander: Commander,
+    /// Device ports, in the order of [`Port::DEVICES`].
+    out: [Ring<DEVICE_RING>; 4],
+    configured: bool,
+    stopping: bool,
+    /// Time of the last echo that was taken as input.
+    echo_us: Option<u64>,
+    last_step_us: Option<u64>,
     digest: u64,
 }
 
@@ -21,38 +66,356 @@ impl App {
     /// Default parameters, no mission, nothing received.
     #[must_use]
     pub const fn new() -> Self {
-        Self { digest: 0 }
+        Self {
+            decoder: hostlink::Decoder::new(),
+            host_counts: Counts::new(),
+            host_out: Ring::new(),
+            announced: None,
+            backseat: Backseat {
+                parameters: ParameterStore::new(),
+                transfer: MissionTransfer::new(),
+                controller: Controller::new(),
+                estimator: Estimator::new(),
+                frontseat: FrontseatLink::new(),
+                modes: Modes::new(),
+                clock: UtcClock::new(),
+                dvl: DvlLink::new(),
+                ahrs: AhrsLink::new(),
+                modem: ModemLink::new(),
+                commander: Commander::new(),
+                out: [const { Ring::new() }; 4],
+                configured: false,
+                stopping: false,
+                echo_us: None,
+                last_step_us: None,
+                digest: 0,
+            },
+        }
     }
 
     /// Forgets everything but parameters and mission, as a power-up would.
-    pub fn restart(&mut self) {}
+    pub fn restart(&mut self) {
+        self.backseat.restart();
+    }
 
-    /// Bytes that came in on `port`; `time_us` is the arrival of the last of them.
-    pub fn receive(&mut self, _port: Port, _time_us: u64, _bytes: &[u8]) {}
+    /// Bytes that came in on `port`; `time_us` is the arrival of the last of them. How a stream is
+    /// cut into pieces makes no difference.
+    pub fn receive(&mut self, port: Port, time_us: u64, bytes: &[u8]) {
+        let backseat = &mut self.backseat;
+        let Backseat { parameters, estimator, clock, frontseat, dvl, ahrs, modem, .. } = backseat;
+        let settings = &parameters.active().app;
+        match port {
+            Port::Frontseat => frontseat.receive(time_us, bytes, settings, clock, estimator),
+            Port::Dvl => dvl.receive(time_us, bytes, settings, estimator),
+            Port::Ahrs => ahrs.receive(time_us, bytes, settings, estimator),
+            Port::Modem => modem.receive(time_us, bytes, settings, clock, estimator),
+            Port::Host => {
+                let mut rest = bytes;
+                while let Some(outcome) = self.decoder.feed(&mut rest) {
+                    let Ok(frame) = outcome else { continue };
+                    match self.host_counts.note(frame.message::<ToBoard<'_>>()) {
+                        Ok(ToBoard::Step(step)) => self.announced = Some(step),
+                        Ok(request) => backseat.request(&request, &mut self.host_out),
+                        Err(_) => {}
+                    }
+                }
+            }
+        }
+    }
 
     /// An edge of the pulse-per-second input.
-    pub fn pps(&mut self, _time_us: u64) {}
+    pub fn pps(&mut self, time_us: u64) {
+        self.backseat.clock.edge(time_us);
+    }
 
-    /// Navigates, steers and reports; every 0.1 s.
-    pub fn step(&mut self, _time_us: u64) {}
+    /// Navigates, steers and reports; every 0.1 s. A step that is not after the last does nothing.
+    pub fn step(&mut self, time_us: u64) {
+        if self.backseat.step(time_us) {
+            self.backseat.report(time_us, &mut self.host_out);
+        }
+    }
 
     /// Bytes that wait to be sent on `port`, oldest first (a part of them where the ring wraps).
     #[must_use]
-    pub fn transmit(&self, _port: Port) -> &[u8] {
-        &[]
+    pub fn transmit(&self, port: Port) -> &[u8] {
+        self.backseat.ring(port).map_or(self.host_out.front(), Ring::front)
     }
 
     /// The first `count` bytes of [`Self::transmit`] were handed to the port.
-    pub fn transmitted(&mut self, _port: Port, _count: usize) {}
+    pub fn transmitted(&mut self, port: Port, count: usize) {
+        match self.backseat.ring_mut(port) {
+            Some(ring) => ring.consume(count),
+            None => self.host_out.consume(count),
+        }
+    }
+
+    /// How many bytes wait to be sent on `port`.
+    #[must_use]
+    pub fn waiting(&self, port: Port) -> usize {
+        self.backseat.ring(port).map_or(self.host_out.len(), Ring::len)
+    }
 
     /// The lock-step clock message that came in on the host port, once.
     pub fn take_announced(&mut self) -> Option<Step> {
-        None
+        self.announced.take()
+    }
+
+    /// Queues the answer to a lock-step clock message.
+    pub fn answer_step(&mut self, done: StepDone) {
+        send(&mut self.host_out, &FromBoard::StepDone(done));
     }
 
     /// Running digest of filter state and covariance.
     #[must_use]
     pub fn digest(&self) -> u64 {
-        self.digest
+        self.backseat.digest
+    }
+
+    /// Counters of what was received, refused and dropped.
+    #[must_use]
+    pub fn health(&self) -> Health<'_> {
+        Health::new(self)
+    }
+
+    pub(crate) fn estimator(&self) -> &Estimator {
+        &self.backseat.estimator
+    }
+
+    pub(crate) fn clock(&self) -> &UtcClock {
+        &self.backseat.clock
+    }
+
+    pub(crate) fn unsent(&self, port: Port) -> u32 {
+        self.backseat.ring(port).map_or(self.host_out.dropped(), Ring::dropped)
+    }
+
+    pub(crate) fn accepted(&self, port: Port) -> u32 {
+        let Backseat { frontseat, modem, dvl, ahrs, .. } = &self.backseat;
+        match port {
+            Port::Frontseat => frontseat.counts()[1].accepted(),
+            Port::Modem => modem.counts()[1].accepted(),
+            Port::Dvl => dvl.samples(),
+            Port::Ahrs => ahrs.samples(),
+            Port::Host => self.host_counts.accepted(),
+        }
+    }
+
+    /// What a port's decoders counted: frames, and what was wrong inside good frames.
+    pub(crate) fn counts(&self, port: Port) -> [&Counts; 2] {
+        match port {
+            Port::Host => [self.decoder.counts(), &self.host_counts],
+            _ => self.backseat.counts(port),
+        }
+    }
+}
+
+/// Builds filter and controller from settings; false when one of them refuses.
+pub(crate) fn configure(settings: &Settings, estimator: &mut Estimator, controller: &mut Controller) -> bool {
+    let Ok(model) = VehicleModel::new(&settings.vehicle) else { return false };
+    estimator.reset();
+    estimator.navigator_mut().configure(&settings.navigation_config(), &model).is_ok()
+        && controller.configure(&settings.control, &model).is_ok()
+}
+
+impl Backseat {
+    fn ring(&self, port: Port) -> Option<&Ring<DEVICE_RING>> {
+        self.out.get(port as usize)
+    }
+
+    fn ring_mut(&mut self, port: Port) -> Option<&mut Ring<DEVICE_RING>> {
+        self.out.get_mut(port as usize)
+    }
+
+    fn push(&mut self, port: Port, bytes: &[u8]) {
+        if let Some(ring) = self.ring_mut(port) {
+            ring.push(bytes);
+        }
+    }
+
+    fn counts(&self, port: Port) -> [&Counts; 2] {
+        static NONE: Counts = Counts::new();
+        let app = &self.parameters.active().app;
+        match port {
+            Port::Frontseat => self.frontseat.counts(),
+            Port::Dvl => [self.dvl.counts(app.dvl_source), &NONE],
+            Port::Ahrs => self.ahrs.counts(app.ahrs_protocol),
+            Port::Modem => self.modem.counts(),
+            Port::Host => [&NONE, &NONE],
+        }
+    }
+
+    fn restart(&mut self) {
+        self.reset_links();
+        self.frontseat = FrontseatLink::new();
+        self.modes = Modes::new();
+        self.clock = UtcClock::new();
+        self.commander = Commander::new();
+        self.controller.stop();
+        self.estimator.reset();
+        self.out.iter_mut().for_each(Ring::clear);
+        self.configured = false;
+        self.stopping = false;
+        self.echo_us = None;
+        self.last_step_us = None;
+        self.digest = 0;
+    }
+
+    /// Devices whose settings may have changed start afresh.
+    pub(crate) fn reset_links(&mut self) {
+        self.dvl.configure(&self.parameters.active().app);
+        self.ahrs = AhrsLink::new();
+        self.modem = ModemLink::new();
+    }
+
+    /// One step; false when it is not after the last.
+    fn step(&mut self, now_us: u64) -> bool {
+        if self.last_step_us.is_some_and(|last_us| now_us <= last_us) {
+            return false;
+        }
+        self.last_step_us = Some(now_us);
+        if !self.configured {
+            // the active set was checked when it was committed; the defaults are valid
+            self.configured = configure(self.parameters.active(), &mut self.estimator, &mut self.controller);
+        }
+        self.hear_echo();
+        let failed = self.estimator.step(now_us, self.parameters.active(), &self.clock).is_err();
+        self.digest = self.estimator.navigator().digest_from(self.digest);
+        if self.modes.update(&self.facts(now_us, failed), &self.parameters.active().app) {
+            self.hand_back(now_us);
+        }
+        if failed {
+            self.configured = false;
+        }
+        self.steer(now_us);
+        self.ask(now_us);
+        true
+    }
+
+    fn facts(&self, now_us: u64, failed: bool) -> Facts {
+        let navigator = self.estimator.navigator();
+        let samples = self.estimator.samples();
+        let age = |time_us: Option<u64>| time_us.map(|us| now_us.saturating_sub(us));
+        let initialised = !failed && navigator.is_initialised();
+        Facts {
+            now_us,
+            failed,
+            initialised,
+            attitude_age_us: age(samples.euler_rad.map(|(us, _)| us)),
+            depth_age_us: age(samples.depth_m.map(|(us, _)| us)),
+            frontseat_age_us: age(self.frontseat.last_us()),
+            refused_us: age(self.frontseat.refused_since_us()),
+            position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
+            rejections: self.estimator.rejections_in_a_row(),
+            mission: self.under_way(),
+        }
+    }
+
+    /// While the frontseat steers, its echo says what the actuators do.
+    fn hear_echo(&mut self) {
+        let app = &self.parameters.active().app;
+        let own = self.under_way() && app.control_mode == ControlMode::Direct;
+        let Some((time_us, bytes)) = self.frontseat.echo().filter(|(us, _)| self.echo_us != Some(*us)) else { return };
+        self.echo_us = Some(time_us);
+        if !own {
+            self.estimator.command(time_us, &input_of(&bytes, app));
+        }
+    }
+
+    /// Ends a mission: neutral now, `$OMSTOP` until it is acknowledged.
+    fn hand_back(&mut self, now_us: u64) {
+        self.controller.stop();
+        self.send_neutral(now_us);
+        self.frontseat.await_stop();
+        self.commander.stop(now_us);
+    }
+
+    /// The operator's stop; the bytes go out with the next step.
+    pub(crate) fn stop(&mut self) {
+        self.controller.stop();
+        self.modes.stopped();
+        self.stopping = true;
+    }
+
+    fn send_neutral(&mut self, now_us: u64) {
+        let mut buffer = [0; SENTENCE];
+        if let Ok(sentence) = self.commander.neutral(&self.parameters.active().app, &mut buffer) {
+            self.push(Port::Frontseat, sentence);
+        }
+        self.command_sent(now_us);
+    }
+
+    /// Tells the filter what was sent, as the servo bytes have it.
+    fn command_sent(&mut self, now_us: u64) {
+        let app = &self.parameters.active().app;
+        let effective_us = now_us.saturating_add(micros(app.actuator_delay_s));
+        self.estimator.command(effective_us, &input_of(&self.commander.sent(), app));
+    }
+
+    fn steer(&mut self, now_us: u64) {
+        if core::mem::take(&mut self.stopping) {
+            self.hand_back(now_us);
+        }
+        let mut buffer = [0; SENTENCE];
+        if self.under_way() {
+            let navigator = self.estimator.navigator();
+            let command = self.controller.command(now_us, navigator.state(), navigator.current());
+            if !matches!(command.status, MissionStatus::Leg(_)) {
+                // The last waypoint: the frontseat carries on when the command's timeout lapses.
+                self.send_neutral(now_us);
+                return;
+            }
+            let app = &self.parameters.active().app;
+            let direct = app.control_mode == ControlMode::Direct;
+            if let Ok(Some(sentence)) = self.commander.steer(&command, app, &mut buffer) {
+                self.push(Port::Frontseat, sentence);
+            }
+            if direct {
+                self.command_sent(now_us);
+            }
+            return;
+        }
+        let acknowledged = self.frontseat.stop_acknowledged();
+        let app = &self.parameters.active().app;
+        if let Ok(Some(sentence)) = self.commander.stopping(now_us, acknowledged, app, &mut buffer) {
+            self.push(Port::Frontseat, sentence);
+        }
+    }
+
+    /// Requests and configuration that are due.
+    fn ask(&mut self, now_us: u64) {
+        let mut buffer = [0; SENTENCE];
+        let Self { frontseat, modem, ahrs, parameters, out: [to_frontseat, _, to_ahrs, to_modem], .. } = self;
+        let app = &parameters.active().app;
+        if let Ok(Some(sentence)) = frontseat.request(now_us, app, &mut buffer) {
+            to_frontseat.push(sentence);
+        }
+        if let Some(sentence) = modem.configure(now_us, app, &mut buffer) {
+            to_modem.push(sentence);
+        }
+        ahrs.ask(now_us, app.ahrs_protocol, |bytes| to_ahrs.push(bytes));
+    }
+
+    /// Telemetry of the step: each fusion, then the step itself.
+    fn report(&self, now_us: u64, out: &mut Ring<HOST_RING>) {
+        for record in self.estimator.records() {
+            send(out, &FromBoard::Fusion(telemetry::fusion(record)));
+        }
+        let leg = match self.controller.status() {
+            MissionStatus::Leg(leg) => Some(leg),
+            MissionStatus::Idle | MissionStatus::Finished => None,
+        };
+        let rejected = Port::DEVICES
+            .map(|port| self.counts(port).iter().fold(0_u32, |sum, counts| sum.saturating_add(counts.rejected())));
+        let utc_us = self.clock.utc_us(now_us);
+        let record = telemetry::record(
+            now_us,
+            utc_us,
+            self.modes.present(),
+            &self.estimator,
+            self.estimator.input(),
+            leg,
+            rejected,
+        );
+        send(out, &FromBoard::Telemetry(record));
     }
 }

@@ -8,15 +8,20 @@
 //!
 //! For [`START_US`] after power-up the pump leaves device bytes in their ports and takes no step
 //! of its own, so that a simulator's first `Step` finds an untouched app. A `Step` with
-//! `time_us == 0` restarts the app at any time (parameters and mission are kept) and does nothing
-//! else; after its answer the simulator discards what the device ports have carried before.
+//! `time_us == 0` restarts the app (parameters and mission are kept). A simulator that attaches to
+//! a board that already runs on its own clock sends such a `Step` without chunks before it sends
+//! any device bytes, and discards what the device ports have carried before its answer, except the
+//! counts that the answer itself names.
 
-use crate::App;
+use crate::app::{App, STEP_US};
+use crate::lockstep::Lockstep;
 use backseat_wire::hostlink::Port;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 
 /// How long after power-up the pump waits for a lock-step clock, µs.
 pub const START_US: u64 = 2_000_000;
+/// Most bytes read from a port at once.
+const READ_LENGTH: usize = 256;
 
 /// A port that failed, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,13 +37,26 @@ pub struct PortFailure<E> {
 pub enum Progress {
     /// Call again: bytes moved or a step was taken.
     Moved,
-    /// Nothing to do before a port becomes ready or (with the own clock) this board time, µs.
+    /// Nothing to do before a port becomes ready or (own clock) this board time, µs.
     IdleUntil(Option<u64>),
+}
+
+#[derive(Debug)]
+enum Clock {
+    /// Waiting for either clock; until when, once the first poll has told the time.
+    Undecided { until_us: Option<u64> },
+    /// The board's own clock, and its next step.
+    Own { next_step_us: u64 },
+    /// The host's clock, and the last step's time.
+    Lockstep { time_us: u64 },
 }
 
 /// The pump; one per app.
 #[derive(Debug)]
-pub struct Pump {}
+pub struct Pump {
+    clock: Clock,
+    lockstep: Lockstep,
+}
 
 impl Default for Pump {
     fn default() -> Self {
@@ -50,22 +68,147 @@ impl Pump {
     /// Before the first byte.
     #[must_use]
     pub const fn new() -> Self {
-        Self {}
+        Self { clock: Clock::Undecided { until_us: None }, lockstep: Lockstep::new() }
     }
 
     /// Moves what can be moved without blocking. `ports` are in the order of [`Port::ALL`].
     ///
+    /// One call reads at most 256 bytes a port and takes at most one step.
+    ///
     /// # Errors
     /// The first port whose driver reports an error.
-    pub fn poll<P>(
-        &mut self,
-        _app: &mut App,
-        _ports: &mut [P; 5],
-        _now_us: u64,
-    ) -> Result<Progress, PortFailure<P::Error>>
+    pub fn poll<P>(&mut self, app: &mut App, ports: &mut [P; 5], now_us: u64) -> Result<Progress, PortFailure<P::Error>>
     where
         P: Read + ReadReady + Write + WriteReady,
     {
-        Ok(Progress::IdleUntil(None))
+        let mut moved = self.host(app, ports, now_us)?;
+        moved |= match self.clock {
+            Clock::Undecided { .. } => self.wait(now_us),
+            Clock::Own { .. } => self.own(app, ports, now_us)?,
+            Clock::Lockstep { .. } => self.collect(app, ports)?,
+        };
+        moved |= flush(app, ports, &Port::DEVICES)?;
+        self.lockstep.finish(app);
+        moved |= flush(app, ports, &[Port::Host])?;
+        Ok(match (moved, &self.clock) {
+            (true, _) => Progress::Moved,
+            (false, Clock::Undecided { until_us }) => Progress::IdleUntil(*until_us),
+            (false, Clock::Own { next_step_us }) => Progress::IdleUntil(Some(*next_step_us)),
+            (false, Clock::Lockstep { .. }) => Progress::IdleUntil(None),
+        })
     }
+
+    /// Reads the host port, unless a step is under way: one message of the clock at a time.
+    fn host<P>(&mut self, app: &mut App, ports: &mut [P; 5], now_us: u64) -> Result<bool, PortFailure<P::Error>>
+    where
+        P: Read + ReadReady,
+    {
+        if !self.lockstep.is_idle() {
+            return Ok(false);
+        }
+        let time_us = match self.clock {
+            Clock::Lockstep { time_us } => time_us,
+            _ => now_us,
+        };
+        let mut buffer = [0; READ_LENGTH];
+        let bytes = read(ports, Port::Host, &mut buffer)?;
+        app.receive(Port::Host, time_us, bytes);
+        let moved = !bytes.is_empty();
+        if let Some(step) = app.take_announced() {
+            self.clock = Clock::Lockstep { time_us: step.time_us };
+            self.lockstep.begin(app, step);
+        }
+        Ok(moved)
+    }
+
+    /// Takes up the own clock when no other has come in time.
+    fn wait(&mut self, now_us: u64) -> bool {
+        match &mut self.clock {
+            Clock::Undecided { until_us: Some(until_us) } if now_us >= *until_us => {
+                self.clock = Clock::Own { next_step_us: now_us };
+                true
+            }
+            Clock::Undecided { until_us: until_us @ None } => {
+                *until_us = Some(now_us.saturating_add(START_US));
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn own<P>(&mut self, app: &mut App, ports: &mut [P; 5], now_us: u64) -> Result<bool, PortFailure<P::Error>>
+    where
+        P: Read + ReadReady,
+    {
+        let mut moved = false;
+        let mut buffer = [0; READ_LENGTH];
+        for port in Port::DEVICES {
+            let bytes = read(ports, port, &mut buffer)?;
+            if !bytes.is_empty() {
+                app.receive(port, now_us, bytes);
+                moved = true;
+            }
+        }
+        if let Clock::Own { next_step_us } = &mut self.clock
+            && now_us >= *next_step_us
+        {
+            app.step(now_us);
+            // A board that was held up goes on from here instead of catching up.
+            let late_us = now_us - *next_step_us;
+            *next_step_us += STEP_US * (1 + late_us / STEP_US);
+            moved = true;
+        }
+        Ok(moved)
+    }
+
+    /// Reads the announced chunks as far as they have come.
+    fn collect<P>(&mut self, app: &mut App, ports: &mut [P; 5]) -> Result<bool, PortFailure<P::Error>>
+    where
+        P: Read + ReadReady,
+    {
+        let mut moved = false;
+        let mut buffer = [0; READ_LENGTH];
+        while let Some((port, count)) = self.lockstep.wants() {
+            let length = count.min(READ_LENGTH);
+            let bytes = read(ports, port, buffer.get_mut(..length).unwrap_or_default())?;
+            if bytes.is_empty() {
+                break;
+            }
+            self.lockstep.supply(app, bytes);
+            moved = true;
+        }
+        Ok(moved)
+    }
+}
+
+/// Reads what `port` has, at most a buffer full; empty when it has nothing.
+fn read<'b, P>(ports: &mut [P; 5], port: Port, buffer: &'b mut [u8]) -> Result<&'b [u8], PortFailure<P::Error>>
+where
+    P: Read + ReadReady,
+{
+    let driver = &mut ports[port as usize];
+    let failed = |error| PortFailure { port, error };
+    let count = if driver.read_ready().map_err(failed)? { driver.read(buffer).map_err(failed)? } else { 0 };
+    Ok(buffer.get(..count).unwrap_or_default())
+}
+
+/// Hands waiting bytes to the ports that can take them.
+fn flush<P>(app: &mut App, ports: &mut [P; 5], which: &[Port]) -> Result<bool, PortFailure<P::Error>>
+where
+    P: Write + WriteReady,
+{
+    let mut moved = false;
+    for &port in which {
+        let driver = &mut ports[port as usize];
+        let failed = |error| PortFailure { port, error };
+        while !app.transmit(port).is_empty() && driver.write_ready().map_err(failed)? {
+            let count = driver.write(app.transmit(port)).map_err(failed)?;
+            if count == 0 {
+                break;
+            }
+            app.transmitted(port, count);
+            moved = true;
+        }
+    }
+    Ok(moved)
 }

@@ -1,0 +1,111 @@
+//! Commands to the frontseat: `$OMP` or `$OMS` while a mission runs, neutral and `$OMSTOP` at its end.
+
+use crate::parameters::{AppSettings, ControlMode};
+use backseat_core::control::Command;
+use backseat_core::dynamics::ActuatorInput;
+use backseat_wire::Error;
+use backseat_wire::iver::{Servo, ServoBytes, Steer, ToFrontseat};
+
+/// `$OMSTOP` is repeated at this interval until it is acknowledged, µs.
+const STOP_REPEAT_US: u64 = 2_000_000;
+/// How often at most.
+const STOP_REPEATS: u8 = 5;
+/// `$OMS` is sent every so many steps.
+const HELM_STEPS: u8 = 5;
+
+/// What is left to do to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Stopping {
+    next_us: u64,
+    left: u8,
+}
+
+/// Writes commands and remembers what the actuators were told.
+#[derive(Debug)]
+pub struct Commander {
+    stopping: Option<Stopping>,
+    helm_phase: u8,
+    bytes: ServoBytes,
+}
+
+impl Commander {
+    pub const fn new() -> Self {
+        Self { stopping: None, helm_phase: 0, bytes: ServoBytes::NEUTRAL }
+    }
+
+    /// Fins and motor as last sent.
+    pub fn sent(&self) -> ServoBytes {
+        self.bytes
+    }
+
+    /// Writes the command of this step, if one is due.
+    pub fn steer<'b>(
+        &mut self,
+        command: &Command,
+        settings: &AppSettings,
+        buffer: &'b mut [u8],
+    ) -> Result<Option<&'b [u8]>, Error> {
+        self.stopping = None;
+        let timeout_s = settings.command_timeout_s;
+        match (settings.control_mode, command.helm) {
+            (ControlMode::Direct, _) => {
+                self.bytes = settings.servo.bytes(command.input.fins_rad, command.input.propeller_radps);
+                ToFrontseat::Servo(Servo { servo: self.bytes, timeout_s }).emit(&settings.units, buffer).map(Some)
+            }
+            (ControlMode::Helm, Some(helm)) => {
+                let due = self.helm_phase == 0;
+                self.helm_phase = (self.helm_phase + 1) % HELM_STEPS;
+                if !due {
+                    return Ok(None);
+                }
+                let steer = Steer {
+                    heading_rad: helm.heading_rad,
+                    depth_m: helm.depth_m.max(0.0),
+                    max_pitch_rad: settings.helm_pitch_max_rad,
+                    speed_mps: helm.speed_mps.max(0.0),
+                    timeout_s,
+                };
+                ToFrontseat::Steer(steer).emit(&settings.units, buffer).map(Some)
+            }
+            (ControlMode::Helm, None) => Ok(None),
+        }
+    }
+
+    /// Neutral fins and a stopped propeller.
+    pub fn neutral<'b>(&mut self, settings: &AppSettings, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
+        self.bytes = settings.servo.bytes([0.0; 4], 0.0);
+        self.helm_phase = 0;
+        let servo = Servo { servo: self.bytes, timeout_s: settings.command_timeout_s };
+        ToFrontseat::Servo(servo).emit(&settings.units, buffer)
+    }
+
+    /// From now on `$OMSTOP` is sent until it is acknowledged.
+    pub fn stop(&mut self, now_us: u64) {
+        self.stopping = Some(Stopping { next_us: now_us, left: STOP_REPEATS });
+    }
+
+    /// Writes `$OMSTOP` when it is due (again).
+    pub fn stopping<'b>(
+        &mut self,
+        now_us: u64,
+        acknowledged: bool,
+        settings: &AppSettings,
+        buffer: &'b mut [u8],
+    ) -> Result<Option<&'b [u8]>, Error> {
+        let Some(Stopping { next_us, left }) = self.stopping else { return Ok(None) };
+        if acknowledged || left == 0 {
+            self.stopping = None;
+            return Ok(None);
+        }
+        if now_us < next_us {
+            return Ok(None);
+        }
+        self.stopping = Some(Stopping { next_us: now_us.saturating_add(STOP_REPEAT_US), left: left - 1 });
+        ToFrontseat::Stop.emit(&settings.units, buffer).map(Some)
+    }
+}
+
+/// What servo bytes make of the actuators: the quantised command, not the wish.
+pub fn input_of(bytes: &ServoBytes, settings: &AppSettings) -> ActuatorInput {
+    ActuatorInput { propeller_radps: settings.servo.propeller_radps(bytes), fins_rad: settings.servo.fins_rad(bytes) }
+}

@@ -1,0 +1,189 @@
+//! Frontseat port: compass and depth, state, GPS, acknowledgements; and the requests for them.
+
+use super::{micros, validity_us};
+use crate::estimator::Estimator;
+use crate::event::Event;
+use crate::geodesy::LocalFrame;
+use crate::parameters::{AppSettings, AttitudeSource, DvlSource};
+use crate::time::UtcClock;
+use backseat_core::state::wrap_angle;
+use backseat_wire::gps::Rmc;
+use backseat_wire::iver::{Acknowledge, Compass, FromFrontseat, FrontseatMode, Request, ServoBytes, ToFrontseat};
+use backseat_wire::nmea::{Checksum, Framer};
+use backseat_wire::{Counts, Error};
+
+/// A fix labelled by a fine clock is believed when it is this much older than its sentence at most, µs.
+const FIX_AGE_US: u64 = 3_000_000;
+
+/// The frontseat as it is heard.
+pub struct FrontseatLink {
+    framer: Framer,
+    counts: Counts,
+    status: Status,
+    /// When compass, state and GPS are asked for next.
+    due_us: [u64; 3],
+}
+
+/// What the frontseat says about itself.
+struct Status {
+    /// Any good sentence.
+    last_us: Option<u64>,
+    mode: Option<FrontseatMode>,
+    /// Commands are refused since then.
+    refused_since_us: Option<u64>,
+    /// `$OMSTOP` was acknowledged.
+    stop_acknowledged: bool,
+    /// Fins and motor as the frontseat last echoed them, and when.
+    echo: Option<(u64, ServoBytes)>,
+}
+
+impl FrontseatLink {
+    pub const fn new() -> Self {
+        Self {
+            framer: Framer::new(Checksum::Required),
+            counts: Counts::new(),
+            status: Status { last_us: None, mode: None, refused_since_us: None, stop_acknowledged: false, echo: None },
+            due_us: [0; 3],
+        }
+    }
+
+    /// Decodes what came in at `time_us`.
+    pub fn receive(
+        &mut self,
+        time_us: u64,
+        bytes: &[u8],
+        settings: &AppSettings,
+        clock: &mut UtcClock,
+        estimator: &mut Estimator,
+    ) {
+        let mut rest = bytes;
+        while let Some(outcome) = self.framer.feed(&mut rest) {
+            let Ok(sentence) = outcome else { continue };
+            let Ok(message) = self.counts.note(FromFrontseat::parse(&sentence, &settings.units)) else { continue };
+            self.status.last_us = Some(time_us);
+            match message {
+                FromFrontseat::Compass(compass) => push_compass(time_us, &compass, settings, estimator),
+                FromFrontseat::Rmc(rmc) => push_fix(time_us, &rmc, settings, clock, estimator),
+                FromFrontseat::Dvl(dvl) => {
+                    if let (Some(velocity_mps), DvlSource::Frontseat) = (dvl.velocity_mps, settings.dvl_source) {
+                        let valid_us = validity_us(time_us, settings.dvl_delay_s);
+                        estimator.push(valid_us, Event::BottomTrack { velocity_mps });
+                    }
+                }
+                FromFrontseat::State(state) => {
+                    self.status.mode = Some(state.mode);
+                    self.status.echo = Some((time_us, state.servo));
+                    self.status.note_acceptance(time_us, state.mode.accepts_commands());
+                }
+                FromFrontseat::Acknowledge(acknowledge) => self.status.acknowledge(time_us, &acknowledge),
+                FromFrontseat::Power(_) | FromFrontseat::Gga(_) => {}
+            }
+        }
+    }
+
+    /// The request that is due, if any.
+    pub fn request<'b>(
+        &mut self,
+        now_us: u64,
+        settings: &AppSettings,
+        buffer: &'b mut [u8],
+    ) -> Result<Option<&'b [u8]>, Error> {
+        let rates_hz = [settings.compass_rate_hz, settings.status_rate_hz, settings.gps_rate_hz];
+        let mut due = [false; 3];
+        for ((due, next_us), rate_hz) in due.iter_mut().zip(&mut self.due_us).zip(rates_hz) {
+            if rate_hz <= 0.0 || now_us < *next_us {
+                continue;
+            }
+            *due = true;
+            let period_us = micros(1.0 / rate_hz);
+            // Keeps the mean rate; after a pause it starts from here.
+            *next_us = (*next_us + period_us).max(now_us.saturating_sub(period_us));
+        }
+        let [compass, state, gps] = due;
+        if !(compass || state || gps) {
+            return Ok(None);
+        }
+        let dvl = compass && settings.dvl_source == DvlSource::Frontseat;
+        let request = Request { gps, compass, state, dvl, ..Request::default() };
+        ToFrontseat::Request(request).emit(&settings.units, buffer).map(Some)
+    }
+
+    /// Forgets an acknowledgement of `$OMSTOP` that came before.
+    pub fn await_stop(&mut self) {
+        self.status.stop_acknowledged = false;
+    }
+
+    /// `$OMSTOP` was acknowledged since [`Self::await_stop`].
+    pub fn stop_acknowledged(&self) -> bool {
+        self.status.stop_acknowledged
+    }
+
+    /// When the frontseat was last heard.
+    pub fn last_us(&self) -> Option<u64> {
+        self.status.last_us
+    }
+
+    /// Since when commands are refused.
+    pub fn refused_since_us(&self) -> Option<u64> {
+        self.status.refused_since_us
+    }
+
+    /// Starts counting refusals afresh.
+    pub fn forget_refusal(&mut self) {
+        self.status.refused_since_us = None;
+    }
+
+    /// The echo of fins and motor, and when it came.
+    pub fn echo(&self) -> Option<(u64, ServoBytes)> {
+        self.status.echo
+    }
+
+    /// Frames accepted and rejected by cause: the framer's, and beyond it.
+    pub fn counts(&self) -> [&Counts; 2] {
+        [self.framer.counts(), &self.counts]
+    }
+}
+
+impl Status {
+    fn acknowledge(&mut self, time_us: u64, acknowledge: &Acknowledge) {
+        match acknowledge.command {
+            Acknowledge::STOP if acknowledge.accepted => self.stop_acknowledged = true,
+            Acknowledge::SERVO | Acknowledge::STEER => {
+                // A mode that takes no commands refuses whatever the acknowledgement says.
+                let takes = self.mode.is_none_or(FrontseatMode::accepts_commands);
+                self.note_acceptance(time_us, acknowledge.accepted && takes);
+            }
+            _ => {}
+        }
+    }
+
+    fn note_acceptance(&mut self, time_us: u64, accepted: bool) {
+        self.refused_since_us = if accepted { None } else { self.refused_since_us.or(Some(time_us)) };
+    }
+}
+
+fn push_compass(time_us: u64, compass: &Compass, settings: &AppSettings, estimator: &mut Estimator) {
+    if let Some(depth_m) = compass.depth_m {
+        estimator.push(validity_us(time_us, settings.depth_delay_s), Event::Depth { depth_m });
+    }
+    if settings.attitude_source == AttitudeSource::Frontseat {
+        let heading_rad = wrap_angle(compass.heading_rad + settings.declination_rad);
+        let euler_rad = [compass.roll_rad, compass.pitch_rad, heading_rad];
+        estimator.push(validity_us(time_us, settings.ahrs_delay_s), Event::Attitude { euler_rad });
+    }
+}
+
+fn push_fix(time_us: u64, rmc: &Rmc, settings: &AppSettings, clock: &mut UtcClock, estimator: &mut Estimator) {
+    let Some(utc) = rmc.utc else { return };
+    // An invalid fix may carry the receiver's free-running clock.
+    if !rmc.valid {
+        return;
+    }
+    clock.label(time_us, utc.unix_us(), micros(settings.gnss_delay_s));
+    let Some([lat_deg, lon_deg]) = rmc.position_deg else { return };
+    let labelled_us =
+        clock.local_us(utc.unix_us()).filter(|&us| clock.is_fine() && us <= time_us && time_us - us <= FIX_AGE_US);
+    let valid_us = labelled_us.unwrap_or_else(|| validity_us(time_us, settings.gnss_delay_s));
+    let position_m = LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg).to_local(lat_deg, lon_deg);
+    estimator.push(valid_us, Event::Fix { position_m });
+}

@@ -1,0 +1,72 @@
+//! What was received, refused and dropped since start.
+
+use crate::acoustics::Loss;
+use crate::app::App;
+use backseat_wire::Error;
+use backseat_wire::hostlink::Port;
+
+/// Counters of the app; all saturate.
+#[derive(Clone, Copy)]
+pub struct Health<'a> {
+    app: &'a App,
+}
+
+impl<'a> Health<'a> {
+    pub(crate) const fn new(app: &'a App) -> Self {
+        Self { app }
+    }
+
+    /// Good sentences of frontseat and modem, samples of DVL and AHRS, good frames of the host.
+    #[must_use]
+    pub fn accepted(&self, port: Port) -> u32 {
+        self.app.accepted(port)
+    }
+
+    /// Frames that a port's decoders refused.
+    #[must_use]
+    pub fn rejected(&self, port: Port) -> u32 {
+        self.app.counts(port).iter().fold(0, |sum, counts| sum.saturating_add(counts.rejected()))
+    }
+
+    /// Frames that a port's decoders refused for one cause.
+    #[must_use]
+    pub fn rejected_for(&self, port: Port, cause: Error) -> u32 {
+        self.app.counts(port).iter().fold(0, |sum, counts| sum.saturating_add(counts.of(cause)))
+    }
+
+    /// Frames not sent because a port did not take its bytes.
+    #[must_use]
+    pub fn unsent(&self, port: Port) -> u32 {
+        self.app.unsent(port)
+    }
+
+    /// Measurements and acoustic events dropped because too many came in one step.
+    #[must_use]
+    pub fn overflows(&self) -> u32 {
+        self.app.estimator().overflows()
+    }
+
+    /// Measurements fused later than they were valid.
+    #[must_use]
+    pub fn late(&self) -> u32 {
+        self.app.estimator().lateness().late
+    }
+
+    /// Measurements too old to be used.
+    #[must_use]
+    pub fn too_late(&self) -> u32 {
+        self.app.estimator().lateness().too_late
+    }
+
+    /// Acoustic packets that gave no range, by cause.
+    #[must_use]
+    pub fn lost_packets(&self, loss: Loss) -> u32 {
+        self.app.estimator().acoustics().losses(loss)
+    }
+
+    /// Time labels and pulse edges that did not fit.
+    #[must_use]
+    pub fn odd_times(&self) -> u32 {
+        self.app.clock().odd()
+    }
+}

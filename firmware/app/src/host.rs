@@ -1,0 +1,117 @@
+//! Requests of the host link and their answers.
+
+use crate::app::Backseat;
+use crate::mission::to_wire;
+use crate::parameters::PARAMETER_SCHEMA;
+use crate::ring::Ring;
+use backseat_core::control::mission::MissionStatus;
+use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Refusal, ToBoard, encode};
+
+/// Bytes that may wait for the host: some twenty steps of telemetry.
+pub const HOST_RING: usize = 8192;
+
+/// Queues one message to the host.
+pub fn send(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>) {
+    let mut buffer = [0; MAX_FRAME];
+    // every message fits a frame
+    if let Ok(frame) = encode(message, &mut buffer) {
+        out.push(frame);
+    }
+}
+
+impl Backseat {
+    /// Carries out one request; `Step` belongs to the clock and is no request.
+    pub fn request(&mut self, request: &ToBoard<'_>, out: &mut Ring<HOST_RING>) {
+        let answer = match *request {
+            ToBoard::Step(_) => return,
+            ToBoard::Hello => {
+                let firmware = concat!("backseat ", env!("CARGO_PKG_VERSION"));
+                FromBoard::Hello { firmware, parameter_schema: PARAMETER_SCHEMA }
+            }
+            ToBoard::ParameterBegin => {
+                self.parameters.begin();
+                FromBoard::Done
+            }
+            ToBoard::ParameterSet { name, value } => {
+                let under_way = self.under_way();
+                answer(self.parameters.set(name, value, under_way))
+            }
+            ToBoard::ParameterCommit => answer(self.commit()),
+            ToBoard::ParameterGet { index } => match self.parameters.info(index) {
+                Some(info) => FromBoard::Parameter(info),
+                None => FromBoard::Refused(Refusal::UnknownParameter),
+            },
+            ToBoard::MissionBegin { count } => answer(self.transfer.begin(count)),
+            ToBoard::MissionItem { index, ref waypoint } => answer(self.transfer.item(index, waypoint)),
+            ToBoard::MissionCommit => answer(self.commit_mission()),
+            ToBoard::MissionGet { index } => {
+                let waypoints = self.controller.mission().waypoints();
+                FromBoard::Mission {
+                    index,
+                    count: u16::try_from(waypoints.len()).unwrap_or(u16::MAX),
+                    waypoint: waypoints.get(usize::from(index)).map(to_wire),
+                }
+            }
+            ToBoard::MissionStart => answer(self.start()),
+            ToBoard::MissionStop => {
+                self.stop();
+                FromBoard::Done
+            }
+        };
+        send(out, &answer);
+    }
+
+    /// A mission is being flown.
+    pub fn under_way(&self) -> bool {
+        matches!(self.controller.status(), MissionStatus::Leg(_))
+    }
+
+    /// Activates the staged parameters. When more than live ones changed, navigation starts again
+    /// and waits for a fix.
+    fn commit(&mut self) -> Result<(), Refusal> {
+        let Self { parameters, estimator, controller, .. } = self;
+        let old = *parameters.active();
+        let mut rebuilt = false;
+        parameters.commit(|settings, rebuild| {
+            rebuilt = rebuild;
+            let taken = !rebuild || super::app::configure(settings, estimator, controller);
+            if !taken {
+                // the old set was valid
+                super::app::configure(&old, estimator, controller);
+            }
+            taken
+        })?;
+        if rebuilt {
+            self.reset_links();
+        }
+        Ok(())
+    }
+
+    fn commit_mission(&mut self) -> Result<(), Refusal> {
+        if self.under_way() {
+            return Err(Refusal::UnderWay);
+        }
+        self.controller.set_mission(self.transfer.commit()?);
+        Ok(())
+    }
+
+    fn start(&mut self) -> Result<(), Refusal> {
+        if self.under_way() {
+            return Err(Refusal::UnderWay);
+        }
+        if !self.modes.ready() {
+            return Err(Refusal::NotReady);
+        }
+        self.controller.start(self.estimator.navigator().state()).map_err(|_| Refusal::Sequence)?;
+        self.frontseat.forget_refusal();
+        self.modes.started();
+        Ok(())
+    }
+}
+
+fn answer(outcome: Result<(), Refusal>) -> FromBoard<'static> {
+    match outcome {
+        Ok(()) => FromBoard::Done,
+        Err(refusal) => FromBoard::Refused(refusal),
+    }
+}

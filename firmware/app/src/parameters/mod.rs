@@ -1,0 +1,213 @@
+//! The board's declared parameters: one list with name, unit, range, default and meaning.
+//!
+//! What the list reads and writes is [`Settings`], the typed set the app is built from. A set is
+//! changed by a transaction of the host link: begin, stage values, commit. Until the commit
+//! succeeds the old set stays active.
+
+mod settings;
+mod table;
+
+pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Settings};
+pub use table::PARAMETERS;
+
+use backseat_wire::hostlink::{ParameterInfo, Refusal};
+
+/// Version of the parameter list: grows with every change of a name, unit or meaning.
+pub const PARAMETER_SCHEMA: u16 = 1;
+
+/// What a parameter's number means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kind {
+    /// Any number in the range.
+    Real,
+    /// A whole number in the range: a flag, a choice or a count.
+    Whole,
+}
+
+/// A declared parameter.
+#[derive(Debug)]
+pub struct Parameter {
+    /// Name, as the flattened key of the vehicle file where there is one.
+    pub name: &'static str,
+    /// Unit, "1" for none.
+    pub unit: &'static str,
+    /// Real or whole.
+    pub kind: Kind,
+    /// Smallest value allowed.
+    pub min: f64,
+    /// Largest value allowed.
+    pub max: f64,
+    /// Meaning.
+    pub description: &'static str,
+    /// May be changed while a mission runs.
+    pub under_way: bool,
+    /// Reads it from a set.
+    pub get: fn(&Settings) -> f64,
+    /// Writes it to a set; the value was checked before.
+    pub set: fn(&mut Settings, f64),
+}
+
+impl Parameter {
+    /// Its value in a fresh board.
+    #[must_use]
+    pub fn default(&self) -> f64 {
+        (self.get)(&Settings::DEFAULT)
+    }
+
+    fn admits(&self, value: f64) -> bool {
+        value >= self.min && value <= self.max && (self.kind == Kind::Real || libm::trunc(value) == value)
+    }
+}
+
+/// The declared parameter of this name.
+#[must_use]
+pub fn find(name: &str) -> Option<&'static Parameter> {
+    PARAMETERS.iter().find(|parameter| parameter.name == name)
+}
+
+/// The active set and the one a transaction prepares.
+#[derive(Clone, Debug)]
+pub struct ParameterStore {
+    active: Settings,
+    staged: Option<Settings>,
+}
+
+impl Default for ParameterStore {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl ParameterStore {
+    /// The defaults.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { active: Settings::DEFAULT, staged: None }
+    }
+
+    /// The active set.
+    #[must_use]
+    pub fn active(&self) -> &Settings {
+        &self.active
+    }
+
+    /// Starts a transaction from the active set; one that was open is forgotten.
+    pub fn begin(&mut self) {
+        self.staged = Some(self.active);
+    }
+
+    /// Stages one value.
+    ///
+    /// # Errors
+    /// Why not; what was staged before stays staged.
+    pub fn set(&mut self, name: &str, value: f64, mission_runs: bool) -> Result<(), Refusal> {
+        let staged = self.staged.as_mut().ok_or(Refusal::Sequence)?;
+        let parameter = find(name).ok_or(Refusal::UnknownParameter)?;
+        if mission_runs && !parameter.under_way {
+            return Err(Refusal::UnderWay);
+        }
+        if !parameter.admits(value) {
+            return Err(Refusal::OutOfRange);
+        }
+        (parameter.set)(staged, value);
+        Ok(())
+    }
+
+    /// Activates the staged set if its ranges fit together and `apply` takes it. `apply` is told
+    /// whether anything but live parameters changed; when it refuses, the old set stays.
+    ///
+    /// # Errors
+    /// [`Refusal::Sequence`] without a transaction, [`Refusal::InvalidSet`].
+    pub fn commit(&mut self, apply: impl FnOnce(&Settings, bool) -> bool) -> Result<(), Refusal> {
+        let staged = self.staged.take().ok_or(Refusal::Sequence)?;
+        let rebuild = PARAMETERS.iter().any(|p| !p.under_way && (p.get)(&staged) != (p.get)(&self.active));
+        if !apply(&staged, rebuild) {
+            return Err(Refusal::InvalidSet);
+        }
+        self.active = staged;
+        Ok(())
+    }
+
+    /// One parameter as the host link shows it.
+    #[must_use]
+    pub fn info(&self, index: u16) -> Option<ParameterInfo<'static>> {
+        let parameter = PARAMETERS.get(usize::from(index))?;
+        Some(ParameterInfo {
+            index,
+            count: u16::try_from(PARAMETERS.len()).unwrap_or(u16::MAX),
+            name: parameter.name,
+            unit: parameter.unit,
+            value: (parameter.get)(&self.active),
+            min: parameter.min,
+            max: parameter.max,
+            default: parameter.default(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_parameter_round_trips_and_stays_itself() {
+        for (i, parameter) in PARAMETERS.iter().enumerate() {
+            assert!(parameter.min <= parameter.max, "{}", parameter.name);
+            assert!(parameter.admits(parameter.default()), "{}: {}", parameter.name, parameter.default());
+            assert!(!parameter.description.is_empty() && !parameter.unit.is_empty());
+            assert!(PARAMETERS.iter().skip(i + 1).all(|other| other.name != parameter.name), "{}", parameter.name);
+            for value in [parameter.min, parameter.max] {
+                let mut settings = Settings::DEFAULT;
+                (parameter.set)(&mut settings, value);
+                assert_eq!((parameter.get)(&settings), value, "{}", parameter.name);
+                for other in PARAMETERS.iter().filter(|other| other.name != parameter.name) {
+                    assert_eq!((other.get)(&settings), other.default(), "{} moves {}", parameter.name, other.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_transaction_is_all_or_nothing() {
+        let mut store = ParameterStore::new();
+        assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Err(Refusal::Sequence));
+        assert_eq!(store.commit(|_, _| true), Err(Refusal::Sequence));
+        store.begin();
+        assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Ok(()));
+        assert_eq!(store.set("vehicle.mass", 40.0, false), Err(Refusal::UnknownParameter));
+        for absurd in [-1.0, 1e9, f64::NAN, f64::INFINITY] {
+            assert_eq!(store.set("vehicle.mass_kg", absurd, false), Err(Refusal::OutOfRange));
+        }
+        assert_eq!(store.set("app.use_range", 0.5, false), Err(Refusal::OutOfRange));
+        // a broken transfer: the next one begins without a commit
+        assert_eq!(store.active().vehicle.mass_kg, 38.0);
+        store.begin();
+        assert_eq!(store.set("vehicle.displaced_mass_kg", 38.2, false), Ok(()));
+        assert_eq!(store.commit(|_, rebuild| rebuild), Ok(()));
+        assert_eq!((store.active().vehicle.mass_kg, store.active().vehicle.displaced_mass_kg), (38.0, 38.2));
+        store.begin();
+        assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Ok(()));
+        assert_eq!(store.commit(|_, _| false), Err(Refusal::InvalidSet));
+        assert_eq!(store.active().vehicle.mass_kg, 38.0);
+    }
+
+    #[test]
+    fn under_way_only_what_is_safe() {
+        let mut store = ParameterStore::new();
+        store.begin();
+        assert_eq!(store.set("vehicle.mass_kg", 39.0, true), Err(Refusal::UnderWay));
+        assert_eq!(store.set("app.sound_speed_mps", 1480.0, true), Ok(()));
+        assert_eq!(store.commit(|_, rebuild| !rebuild), Ok(()));
+        assert_eq!(store.active().app.sound_speed_mps, 1480.0);
+    }
+
+    #[test]
+    fn info_lists_all() {
+        let store = ParameterStore::new();
+        let count = u16::try_from(PARAMETERS.len()).unwrap();
+        assert_eq!(store.info(count), None);
+        let last = store.info(count - 1).unwrap();
+        assert_eq!((last.count, last.value), (count, last.default));
+    }
+}

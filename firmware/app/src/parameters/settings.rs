@@ -1,0 +1,250 @@
+//! The typed set behind the parameter list.
+
+use backseat_core::control::ControlConfig;
+use backseat_core::dynamics::VehicleParameters;
+use backseat_core::navigation::{NavigationConfig, WaterCurrentConfig};
+use backseat_wire::iver::Units;
+use backseat_wire::iver::servo::ServoCalibration;
+use backseat_wire::modem::{ClockEncoding, DopplerSign};
+
+/// What the AHRS port speaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AhrsProtocol {
+    /// MicroStrain 3DM-GX3-25, single-byte protocol.
+    Gx3,
+    /// MicroStrain MIP.
+    Mip,
+    /// OceanServer OS5000 sentences.
+    Os5000,
+}
+
+/// Where the DVL's velocity comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DvlSource {
+    /// PD0 on the DVL port.
+    Pd0,
+    /// PD4 or PD5 on the DVL port.
+    Pd4,
+    /// PD6 on the DVL port.
+    Pd6,
+    /// The frontseat's `$DVL`.
+    Frontseat,
+}
+
+/// Where attitude comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AttitudeSource {
+    /// The AHRS port.
+    Ahrs,
+    /// The frontseat's `$C`.
+    Frontseat,
+}
+
+/// How the frontseat is commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControlMode {
+    /// `$OMP`: fins and motor.
+    Direct,
+    /// `$OMS`: heading, depth and speed.
+    Helm,
+}
+
+/// What belongs to the app itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AppSettings {
+    /// Origin of the local frame, degrees north.
+    pub origin_lat_deg: f64,
+    /// Origin of the local frame, degrees east.
+    pub origin_lon_deg: f64,
+
+    /// Sound speed, m/s.
+    pub sound_speed_mps: f64,
+    /// Fuse acoustic ranges.
+    pub use_range: bool,
+    /// Fuse acoustic range rates.
+    pub use_range_rate: bool,
+    /// Sign of the modem's Doppler.
+    pub doppler_sign: DopplerSign,
+    /// How the modem's firmware encodes its clock mode.
+    pub clock_encoding: ClockEncoding,
+    /// Subtracted from every time of flight (calibrated), s.
+    pub toa_bias_s: f64,
+    /// Ranges beyond this are absurd, m.
+    pub range_max_m: f64,
+    /// Only packets of this modem address count.
+    pub ship_address: u8,
+    /// The board's own modem address.
+    pub modem_address: u8,
+    /// Data and statistics of a packet come within this time of its start, s.
+    pub packet_timeout_s: f64,
+    /// Transducer from the centre of gravity, body frame, m.
+    pub modem_arm_m: [f64; 3],
+
+    /// Fuse depth.
+    pub use_depth: bool,
+    /// Fuse attitude.
+    pub use_attitude: bool,
+    /// Fuse body rates.
+    pub use_rates: bool,
+    /// Fuse DVL bottom track.
+    pub use_dvl: bool,
+    /// Fuse DVL water track.
+    pub use_water_track: bool,
+    /// Fuse fixes at the surface.
+    pub use_gnss: bool,
+    /// Deepest estimate at which a fix is believed, m.
+    pub gnss_max_depth_m: f64,
+    /// AHRS protocol.
+    pub ahrs_protocol: AhrsProtocol,
+    /// DVL source.
+    pub dvl_source: DvlSource,
+    /// Attitude source.
+    pub attitude_source: AttitudeSource,
+    /// Added to a magnetic heading, rad.
+    pub declination_rad: f64,
+    /// Direction of the DVL's beam 3 in the vehicle, forward to starboard, rad.
+    pub dvl_mounting_rad: f64,
+    /// From a depth's validity to the arrival of its last byte, s.
+    pub depth_delay_s: f64,
+    /// The same of the AHRS, s.
+    pub ahrs_delay_s: f64,
+    /// The same of the DVL, s.
+    pub dvl_delay_s: f64,
+    /// The same of `$GPRMC`, s.
+    pub gnss_delay_s: f64,
+    /// Measurements that are older than the filter by more than this are dropped, s.
+    pub late_tolerance_s: f64,
+    /// Pressure sensor from the centre of gravity, body frame, m.
+    pub depth_arm_m: [f64; 3],
+    /// DVL from the centre of gravity, body frame, m.
+    pub dvl_arm_m: [f64; 3],
+    /// Antenna from the centre of gravity, body frame, m.
+    pub gnss_arm_m: [f64; 3],
+
+    /// Estimate the water current.
+    pub current_state: bool,
+    /// The current's states.
+    pub current: WaterCurrentConfig,
+
+    /// `$C` per second.
+    pub compass_rate_hz: f64,
+    /// `$OSI` per second.
+    pub status_rate_hz: f64,
+    /// `$GPRMC` per second.
+    pub gps_rate_hz: f64,
+    /// Units of the frontseat's lengths.
+    pub units: Units,
+    /// `$OMP` or `$OMS`.
+    pub control_mode: ControlMode,
+    /// Largest pitch in `$OMS`, rad.
+    pub helm_pitch_max_rad: f64,
+    /// Timeout sent with every command, s.
+    pub command_timeout_s: u8,
+    /// From sending a command to the fins' movement, s.
+    pub actuator_delay_s: f64,
+    /// What the bytes of `$OMP` mean.
+    pub servo: ServoCalibration,
+
+    /// Attitude older than this is stale, s.
+    pub attitude_timeout_s: f64,
+    /// Depth older than this is stale, s.
+    pub depth_timeout_s: f64,
+    /// A frontseat silent for longer is lost, s.
+    pub frontseat_timeout_s: f64,
+    /// A frontseat that refuses commands for longer is not in backseat control, s.
+    pub refusal_timeout_s: f64,
+    /// Position sigma from which navigation counts as degraded, m.
+    pub degraded_sigma_m: f64,
+    /// Position sigma from which the position counts as lost, m.
+    pub lost_sigma_m: f64,
+    /// Rejections in a row of one sensor from which navigation counts as degraded.
+    pub rejections_in_a_row: u16,
+}
+
+impl AppSettings {
+    /// A fresh board: reference vehicle, no DVL, `$OMP`.
+    pub const DEFAULT: Self = Self {
+        origin_lat_deg: 41.5,
+        origin_lon_deg: -70.7,
+        sound_speed_mps: 1500.0,
+        use_range: true,
+        use_range_rate: false,
+        doppler_sign: DopplerSign::OpeningPositive,
+        clock_encoding: ClockEncoding::Legacy,
+        toa_bias_s: 0.0,
+        range_max_m: 5000.0,
+        ship_address: 1,
+        modem_address: 2,
+        packet_timeout_s: 10.0,
+        modem_arm_m: [0.0; 3],
+        use_depth: true,
+        use_attitude: true,
+        use_rates: true,
+        use_dvl: false,
+        use_water_track: false,
+        use_gnss: true,
+        gnss_max_depth_m: 1.0,
+        ahrs_protocol: AhrsProtocol::Gx3,
+        dvl_source: DvlSource::Pd0,
+        attitude_source: AttitudeSource::Ahrs,
+        declination_rad: 0.0,
+        dvl_mounting_rad: 0.0,
+        depth_delay_s: 0.0,
+        ahrs_delay_s: 0.0,
+        dvl_delay_s: 0.0,
+        gnss_delay_s: 0.3,
+        late_tolerance_s: 0.5,
+        depth_arm_m: [0.0; 3],
+        dvl_arm_m: [0.0; 3],
+        gnss_arm_m: [0.0; 3],
+        current_state: false,
+        current: WaterCurrentConfig { initial_sigma_mps: 0.2, random_walk_mps_per_sqrt_s: 1.0e-4 },
+        compass_rate_hz: 7.0,
+        status_rate_hz: 1.0,
+        gps_rate_hz: 1.0,
+        units: Units::remote_helm(5),
+        control_mode: ControlMode::Direct,
+        helm_pitch_max_rad: 0.523_598_775_598_298_8,
+        command_timeout_s: 2,
+        actuator_delay_s: 0.0,
+        servo: ServoCalibration::NOMINAL,
+        attitude_timeout_s: 2.0,
+        depth_timeout_s: 2.0,
+        frontseat_timeout_s: 10.0,
+        refusal_timeout_s: 3.0,
+        degraded_sigma_m: 30.0,
+        lost_sigma_m: 300.0,
+        rejections_in_a_row: 10,
+    };
+}
+
+/// Everything the app is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Plant and actuators.
+    pub vehicle: VehicleParameters,
+    /// Filter; its `water_current` comes from the app's settings.
+    pub navigation: NavigationConfig,
+    /// Controller.
+    pub control: ControlConfig,
+    /// The rest.
+    pub app: AppSettings,
+}
+
+impl Settings {
+    /// A fresh board.
+    pub const DEFAULT: Self = Self {
+        vehicle: VehicleParameters::IVER3,
+        navigation: NavigationConfig::REFERENCE,
+        control: ControlConfig::REFERENCE,
+        app: AppSettings::DEFAULT,
+    };
+
+    /// What the filter is built from.
+    #[must_use]
+    pub fn navigation_config(&self) -> NavigationConfig {
+        let mut config = self.navigation;
+        config.water_current = self.app.current_state.then_some(self.app.current);
+        config
+    }
+}

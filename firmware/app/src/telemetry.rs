@@ -1,0 +1,59 @@
+//! What the board tells the PC about each step.
+
+use crate::estimator::Estimator;
+use backseat_core::dynamics::ActuatorInput;
+use backseat_core::navigation::{FusionOutcome, FusionRecord};
+use backseat_core::state::{VEHICLE_STATES, X, Y};
+use backseat_wire::hostlink::{FusionTelemetry, Mode, ModeReason, Telemetry};
+
+/// The record of a step.
+pub fn record(
+    time_us: u64,
+    utc_us: Option<u64>,
+    (mode, reason): (Mode, ModeReason),
+    estimator: &Estimator,
+    input: &ActuatorInput,
+    leg: Option<u16>,
+    rejected_frames: [u32; 4],
+) -> Telemetry {
+    let navigator = estimator.navigator();
+    let mut state = [0.0; VEHICLE_STATES];
+    let mut sigma = [0.0; VEHICLE_STATES];
+    if navigator.is_initialised() {
+        for (i, (state, sigma)) in state.iter_mut().zip(&mut sigma).enumerate() {
+            *state = navigator.state()[i];
+            *sigma = libm::sqrt(navigator.variance(i));
+        }
+    }
+    Telemetry {
+        time_us,
+        utc_us: utc_us.unwrap_or(0),
+        mode,
+        reason,
+        state,
+        sigma,
+        cov_xy_m2: if navigator.is_initialised() { navigator.covariance(X, Y) } else { 0.0 },
+        current_mps: if navigator.is_initialised() { navigator.current() } else { [0.0; 2] },
+        propeller_radps: input.propeller_radps,
+        fins_rad: input.fins_rad,
+        leg,
+        rejected_frames,
+    }
+}
+
+/// The record of one scalar fusion.
+pub fn fusion(record: &FusionRecord) -> FusionTelemetry {
+    FusionTelemetry {
+        sensor: record.sensor as u8,
+        axis: record.axis,
+        outcome: match record.outcome {
+            FusionOutcome::Fused => 0,
+            FusionOutcome::Gated => 1,
+            FusionOutcome::Invalid => 2,
+            FusionOutcome::StaleClone => 3,
+        },
+        time_us: record.time_us,
+        innovation: record.innovation,
+        variance: record.variance,
+    }
+}

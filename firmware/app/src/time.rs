@@ -1,0 +1,227 @@
+//! Local monotonic time to UTC.
+//!
+//! The board's clock counts microseconds since power-up. A pulse-per-second (PPS) edge says when a
+//! UTC second begins but not which; a labelled sentence ($GPRMC, $CATMQ, $CACLK) says which, but
+//! comes late. Together they give UTC to the microsecond; a label alone gives it coarsely.
+//!
+//! One odd label is ignored; [`CONSISTENT_LABELS`] in a row that agree with each other replace the
+//! present time, forwards or backwards: so a leap second, a receiver that corrects its date (GPS
+//! week roll-over) or a wrong first fix heal, and a single corrupt sentence does no harm. Differences of times of day
+//! ([`day_difference_us`]) do not depend on the date at all.
+
+use backseat_wire::calendar::DAY_US;
+
+/// Labels in a row, agreeing with each other, that replace the present time.
+const CONSISTENT_LABELS: u8 = 3;
+/// How far an edge may lie from the second it is expected at, µs: twice what a 50 ppm crystal
+/// drifts in 1000 s.
+const EDGE_TOLERANCE_US: i64 = 100_000;
+/// How old an edge may be to be used with a label, µs.
+const EDGE_AGE_US: i64 = 10_000_000;
+/// A coarse label is uncertain by its latency; it may differ this much before it counts as odd, µs.
+const COARSE_TOLERANCE_US: i64 = 600_000;
+const SECOND_US: i64 = 1_000_000;
+
+/// UTC against local time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UtcClock {
+    /// UTC minus local time, µs.
+    offset_us: Option<i64>,
+    /// The offset rests on an edge.
+    fine: bool,
+    last_edge_us: Option<u64>,
+    /// Offset proposed by labels that disagree with the present one, and how many in a row.
+    proposal: Option<(i64, u8)>,
+    /// Labels and edges that did not fit.
+    odd: u32,
+}
+
+impl UtcClock {
+    pub const fn new() -> Self {
+        Self { offset_us: None, fine: false, last_edge_us: None, proposal: None, odd: 0 }
+    }
+
+    /// UTC at a local time, µs since 1970; `None` while unknown.
+    pub fn utc_us(&self, local_us: u64) -> Option<u64> {
+        local_us.checked_add_signed(self.offset_us?)
+    }
+
+    /// Local time of a UTC time, µs; `None` while unknown or before power-up.
+    pub fn local_us(&self, utc_us: u64) -> Option<u64> {
+        utc_us.checked_add_signed(self.offset_us?.checked_neg()?)
+    }
+
+    /// Whether UTC rests on PPS edges.
+    pub fn is_fine(&self) -> bool {
+        self.fine
+    }
+
+    /// Labels and edges that did not fit and were not used.
+    pub fn odd(&self) -> u32 {
+        self.odd
+    }
+
+    /// A PPS edge. It refines a fine clock; a coarse one becomes fine with the next label.
+    pub fn edge(&mut self, local_us: u64) {
+        self.last_edge_us = Some(local_us);
+        let (true, Some(offset_us), Some(utc_us)) = (self.fine, self.offset_us, self.utc_us(local_us)) else { return };
+        let past_us = (utc_us % 1_000_000) as i64;
+        let error_us = if past_us > SECOND_US / 2 { past_us - SECOND_US } else { past_us };
+        if error_us.abs() <= EDGE_TOLERANCE_US {
+            self.offset_us = Some(offset_us.saturating_sub(error_us));
+        } else {
+            self.odd = self.odd.saturating_add(1);
+        }
+    }
+
+    /// A sentence that says `utc_us` was received at `local_us`, about `latency_us` after that time.
+    pub fn label(&mut self, local_us: u64, utc_us: u64, latency_us: u64) {
+        let Ok(utc_us) = i64::try_from(utc_us) else { return };
+        let Ok(valid_us) = i64::try_from(local_us.saturating_sub(latency_us)) else { return };
+        // The second of the label began at the edge nearest to where its latency puts it.
+        let edge_us = self.last_edge_us.and_then(|edge_us| i64::try_from(edge_us).ok()).and_then(|edge_us| {
+            let seconds = (valid_us - edge_us + SECOND_US / 2).div_euclid(SECOND_US);
+            ((valid_us - edge_us).abs() < EDGE_AGE_US).then_some(edge_us + seconds * SECOND_US)
+        });
+        let (reference_us, second_us, fine) = match edge_us {
+            Some(edge_us) => (edge_us, utc_us.div_euclid(SECOND_US).saturating_mul(SECOND_US), true),
+            None => (valid_us, utc_us, false),
+        };
+        let Some(offset_us) = second_us.checked_sub(reference_us) else { return };
+        let tolerance_us = if fine && self.fine { EDGE_TOLERANCE_US } else { COARSE_TOLERANCE_US };
+        match self.offset_us {
+            Some(present_us) if (offset_us.saturating_sub(present_us)).saturating_abs() <= tolerance_us => {
+                self.proposal = None;
+                if fine || !self.fine {
+                    self.offset_us = Some(offset_us);
+                    self.fine = fine;
+                }
+            }
+            None => {
+                self.offset_us = Some(offset_us);
+                self.fine = fine;
+            }
+            Some(_) => {
+                self.odd = self.odd.saturating_add(1);
+                let count = match self.proposal {
+                    Some((proposed_us, count))
+                        if offset_us.saturating_sub(proposed_us).saturating_abs() <= COARSE_TOLERANCE_US =>
+                    {
+                        count + 1
+                    }
+                    _ => 1,
+                };
+                self.proposal = Some((offset_us, count));
+                if count >= CONSISTENT_LABELS {
+                    self.offset_us = Some(offset_us);
+                    self.fine = fine;
+                    self.proposal = None;
+                }
+            }
+        }
+    }
+}
+
+/// a − b as times of day, in (−12 h, 12 h], µs: right whatever the dates say.
+pub fn day_difference_us(a_us: u64, b_us: u64) -> i64 {
+    // both remainders are below a day, so nothing overflows
+    let difference_us = (a_us % DAY_US) as i64 - (b_us % DAY_US) as i64;
+    let day_us = DAY_US as i64;
+    if difference_us > day_us / 2 {
+        difference_us - day_us
+    } else if difference_us <= -day_us / 2 {
+        difference_us + day_us
+    } else {
+        difference_us
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND_US: u64 = 1_000_000;
+    const NOON_US: u64 = 1_795_176_000 * SECOND_US; // 2026-11-20 12:00:00 UTC
+
+    fn run(clock: &mut UtcClock, from_s: u64, seconds: u64, utc_us: u64) {
+        for s in 0..seconds {
+            let edge_us = (from_s + s) * 1_000_000 + 250_000;
+            clock.edge(edge_us);
+            clock.label(edge_us + 400_000, utc_us + s * SECOND_US, 400_000);
+        }
+    }
+
+    #[test]
+    fn edges_and_labels_give_utc_to_the_microsecond() {
+        let mut clock = UtcClock::new();
+        assert_eq!(clock.utc_us(0), None);
+        run(&mut clock, 10, 3, NOON_US);
+        assert!(clock.is_fine());
+        assert_eq!(clock.utc_us(12_250_000), Some(NOON_US + 2 * SECOND_US));
+        assert_eq!(clock.local_us(NOON_US + 5 * SECOND_US), Some(15_250_000));
+    }
+
+    #[test]
+    fn without_edges_the_label_and_its_latency_count() {
+        let mut clock = UtcClock::new();
+        clock.label(5_300_000, NOON_US, 300_000);
+        assert!(!clock.is_fine());
+        assert_eq!(clock.utc_us(5_000_000), Some(NOON_US));
+    }
+
+    #[test]
+    fn edges_alone_carry_on_through_a_dive_and_follow_the_crystal() {
+        let mut clock = UtcClock::new();
+        run(&mut clock, 10, 3, NOON_US);
+        // a crystal 20 ppm slow: edges come 999 980 µs apart for an hour
+        let mut edge_us = 12_250_000;
+        for _ in 0..3600 {
+            edge_us += 999_980;
+            clock.edge(edge_us);
+        }
+        assert_eq!(clock.utc_us(edge_us), Some(NOON_US + 3602 * SECOND_US));
+    }
+
+    #[test]
+    fn one_odd_label_is_ignored_and_three_heal() {
+        let mut clock = UtcClock::new();
+        run(&mut clock, 10, 3, NOON_US);
+        clock.label(12_600_000, NOON_US + 77 * SECOND_US, 400_000);
+        assert_eq!(clock.utc_us(12_250_000), Some(NOON_US + 2 * SECOND_US));
+        // leap second: labels repeat a second, so UTC falls back by one
+        run(&mut clock, 13, 3, NOON_US + 2 * SECOND_US);
+        assert_eq!(clock.utc_us(15_250_000), Some(NOON_US + 4 * SECOND_US));
+        // receiver notices its week roll-over: 1024 weeks back
+        let weeks_us = 1024 * 7 * DAY_US;
+        run(&mut clock, 16, 3, NOON_US + 5 * SECOND_US - weeks_us);
+        assert_eq!(clock.utc_us(18_250_000), Some(NOON_US + 7 * SECOND_US - weeks_us));
+        assert!(clock.odd() > 0);
+    }
+
+    #[test]
+    fn spurious_edges_do_not_move_a_fine_clock() {
+        let mut clock = UtcClock::new();
+        run(&mut clock, 10, 3, NOON_US);
+        clock.edge(12_700_000);
+        assert_eq!(clock.utc_us(12_250_000), Some(NOON_US + 2 * SECOND_US));
+    }
+
+    #[test]
+    fn day_differences_cross_midnight_and_ignore_the_date() {
+        let midnight_us = 1_795_219_200 * SECOND_US;
+        assert_eq!(day_difference_us(midnight_us + 5, midnight_us - 7), 12);
+        assert_eq!(day_difference_us(midnight_us - 7, midnight_us + 5), -12);
+        assert_eq!(day_difference_us(midnight_us + 400 * DAY_US + 5, midnight_us), 5);
+    }
+
+    #[test]
+    fn absurd_times_are_survived() {
+        let mut clock = UtcClock::new();
+        for (local_us, utc_us) in [(0, 0), (u64::MAX, u64::MAX), (1, u64::MAX / 2), (u64::MAX / 2, 1), (5, 0)] {
+            clock.edge(local_us);
+            clock.label(local_us, utc_us, u64::MAX);
+            clock.label(local_us, utc_us, 0);
+            let _ = (clock.utc_us(local_us), clock.local_us(utc_us), day_difference_us(utc_us, local_us));
+        }
+    }
+}
