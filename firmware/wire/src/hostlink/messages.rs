@@ -199,6 +199,8 @@ pub enum Refusal {
     UnderWay,
     /// The set as a whole is not valid; the old one stays active.
     InvalidSet,
+    /// Not in this mode: navigation has to be valid first.
+    NotReady,
 }
 
 /// PC to board.
