@@ -190,9 +190,10 @@ fn val_mini_run_in_four_configurations() {
     ];
     for case in runs {
         let worst = run(&log, &vectors, case);
-        println!("{} {worst:.1e?}", case.name);
-        // Metres, radians, m/s; correlations; the reference discretises with matrix exponentials, ours with a series
-        // whose error is below 1e-8 of Q_d, over 4000 steps.
-        assert!(worst.iter().all(|deviation| *deviation < 1e-7), "{}: {worst:?}", case.name);
+        // Carrying our series to rounding moves these deviations by less than 1e-12: they are the reference's own
+        // differentiation and quadrature, largest where no DVL forgets them (4e-7 m; 2e-6 as a correlation).
+        assert!(worst.iter().all(|deviation| *deviation < 3e-6), "{}: {worst:?}", case.name);
+        // The kinematic model is exact on both sides: only the ten digits of the log remain.
+        assert!(case.model == ProcessModel::Dynamic || worst.iter().all(|deviation| *deviation < 3e-8), "{worst:?}");
     }
 }
