@@ -1,0 +1,58 @@
+//! `backseat-host`: the backseat on serial ports of this computer.
+
+use anyhow::Result;
+use backseat_host::{DEFAULT_BAUD, HostPorts, PortSettings, run};
+use clap::Parser;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The backseat on serial ports of this computer.
+#[derive(Parser)]
+#[command(
+    version,
+    after_help = "Example:\n  backseat-host --frontseat /dev/ttyUSB0 --dvl /dev/ttyUSB1 --ahrs /dev/ttyUSB2 \\\n      \
+                  --modem /dev/ttyUSB3 --host /dev/ttyUSB4 --baud 19200,115200,115200,19200,115200"
+)]
+struct Arguments {
+    /// Iver frontseat computer
+    #[arg(long, value_name = "DEVICE")]
+    frontseat: PathBuf,
+    /// Doppler velocity log
+    #[arg(long, value_name = "DEVICE")]
+    dvl: PathBuf,
+    /// Attitude and heading reference
+    #[arg(long, value_name = "DEVICE")]
+    ahrs: PathBuf,
+    /// WHOI Micro-Modem
+    #[arg(long, value_name = "DEVICE")]
+    modem: PathBuf,
+    /// PC: telemetry, parameters, mission
+    #[arg(long, value_name = "DEVICE")]
+    host: PathBuf,
+    /// Baud rates of the five ports, in the order above
+    #[arg(long, value_name = "RATE", value_delimiter = ',', num_args = 5, default_values_t = DEFAULT_BAUD)]
+    baud: Vec<u32>,
+}
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+fn main() -> ExitCode {
+    match start(Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("backseat-host: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn start(arguments: Arguments) -> Result<()> {
+    ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))?;
+    let Arguments { frontseat, dvl, ahrs, modem, host, baud } = arguments;
+    let mut ports = HostPorts::new([frontseat, dvl, ahrs, modem, host]);
+    for (PortSettings { baud, .. }, wanted) in ports.ports.iter_mut().zip(baud) {
+        *baud = wanted;
+    }
+    run(&ports, &STOP)
+}
