@@ -1,12 +1,15 @@
 //! Host-in-the-loop simulator: a simulated Iver3, ship, sensors and modem on virtual serial ports.
 
+pub mod analysis;
 pub mod backseat;
+pub mod commands;
 pub mod devices;
 pub mod flight;
 pub mod acoustics;
 pub mod environment;
 pub mod observation;
 pub mod pty;
+pub mod report;
 pub mod rng;
 pub mod scenario;
 pub mod score;

@@ -1,0 +1,225 @@
+//! The host link from the simulator's side: parameters, mission, and one lock-step after the other.
+
+use super::{BackseatError, Ports};
+use crate::devices::Arrival;
+use backseat_core::navigation::Sensor;
+use backseat_wire::hostlink::{
+    Chunk, Decoder, FromBoard, FusionTelemetry, MAX_FRAME, Port, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+};
+
+/// One scalar fusion of the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FusionRecord {
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// Board time, µs.
+    pub time_us: u64,
+    /// Component.
+    pub axis: u8,
+    /// It was used.
+    pub fused: bool,
+    /// Innovation, sensor's unit.
+    pub innovation: f64,
+    /// Its variance.
+    pub variance: f64,
+}
+
+impl FusionRecord {
+    fn of(telemetry: &FusionTelemetry) -> Option<Self> {
+        let FusionTelemetry { sensor, axis, outcome, time_us, innovation, variance } = *telemetry;
+        let sensor = *Sensor::ALL.get(usize::from(sensor))?;
+        Some(Self { sensor, time_us, axis, fused: outcome == 0, innovation, variance })
+    }
+}
+
+/// What the board did in one step.
+#[derive(Clone, Debug)]
+pub struct StepOutput {
+    /// Bytes it sent to each device port ([`Port::DEVICES`] order).
+    pub sent: [Vec<u8>; 4],
+    /// Its record of the step.
+    pub telemetry: Option<Telemetry>,
+    /// What it fused.
+    pub fusions: Vec<FusionRecord>,
+    /// Running digest of filter state and covariance.
+    pub digest: u64,
+}
+
+/// Talks to a backseat over its ports.
+pub struct Client<P> {
+    ports: P,
+    decoder: Decoder,
+    unread: Vec<u8>,
+    /// Bytes of device ports that were read ahead.
+    ahead: [Vec<u8>; 4],
+}
+
+impl<P: Ports> Client<P> {
+    /// Over these ports.
+    pub fn new(ports: P) -> Self {
+        Self { ports, decoder: Decoder::new(), unread: Vec::new(), ahead: Default::default() }
+    }
+
+    /// The ports.
+    pub fn ports(&mut self) -> &mut P {
+        &mut self.ports
+    }
+
+    /// Sends one message.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), BackseatError> {
+        let mut buffer = [0; MAX_FRAME];
+        let frame = encode(message, &mut buffer).map_err(|e| BackseatError::Protocol(format!("nothing: {e:?}")))?;
+        self.ports.write(Port::Host, frame)
+    }
+
+    /// Reads messages until `take` finds the one it waits for.
+    fn receive<T>(&mut self, mut take: impl FnMut(FromBoard<'_>) -> Option<T>) -> Result<T, BackseatError> {
+        loop {
+            let mut bytes = self.unread.as_slice();
+            let mut found = None;
+            while found.is_none()
+                && let Some(frame) = self.decoder.feed(&mut bytes)
+            {
+                // A broken frame is what was on the line before we listened.
+                if let Ok(message) = frame.and_then(|frame| frame.message()) {
+                    found = take(message);
+                }
+            }
+            let consumed = self.unread.len() - bytes.len();
+            self.unread.drain(..consumed);
+            match found {
+                Some(answer) => return Ok(answer),
+                None => self.ports.read(Port::Host, &mut self.unread)?,
+            }
+        }
+    }
+
+    /// Messages that have come by now, without waiting.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    pub fn drain(&mut self, mut take: impl FnMut(FromBoard<'_>)) -> Result<(), BackseatError> {
+        self.ports.poll(Port::Host, &mut self.unread)?;
+        let mut bytes = self.unread.as_slice();
+        while let Some(frame) = self.decoder.feed(&mut bytes) {
+            if let Ok(message) = frame.and_then(|frame| frame.message()) {
+                take(message);
+            }
+        }
+        self.unread.clear();
+        Ok(())
+    }
+
+    /// Sends a request that is answered by "done" or a refusal.
+    ///
+    /// # Errors
+    /// [`BackseatError::Refused`] with what `describe` says of the request.
+    fn request(&mut self, message: &ToBoard<'_>, describe: impl FnOnce() -> String) -> Result<(), BackseatError> {
+        self.send(message)?;
+        let answer = self.receive(|message| match message {
+            FromBoard::Done => Some(Ok(())),
+            FromBoard::Refused(refusal) => Some(Err(refusal)),
+            _ => None,
+        })?;
+        answer.map_err(|refusal| BackseatError::Refused { request: describe(), refusal })
+    }
+
+    /// Waits until the board is there; its firmware version.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub fn hello(&mut self) -> Result<String, BackseatError> {
+        self.send(&ToBoard::Hello)?;
+        self.receive(|message| match message {
+            FromBoard::Hello { firmware, .. } => Some(firmware.to_owned()),
+            _ => None,
+        })
+    }
+
+    /// Sets parameters as one transaction.
+    ///
+    /// # Errors
+    /// The first that is refused, by name.
+    pub fn set_parameters(&mut self, values: &[(String, f64)]) -> Result<(), BackseatError> {
+        self.request(&ToBoard::ParameterBegin, || "to take parameters".into())?;
+        for (name, value) in values {
+            self.request(&ToBoard::ParameterSet { name, value: *value }, || format!("parameter {name} = {value}"))?;
+        }
+        self.request(&ToBoard::ParameterCommit, || "the parameter set".into())
+    }
+
+    /// Stores a mission.
+    ///
+    /// # Errors
+    /// When it is refused.
+    pub fn set_mission(&mut self, waypoints: &[Waypoint]) -> Result<(), BackseatError> {
+        let count = u16::try_from(waypoints.len()).unwrap_or(u16::MAX);
+        self.request(&ToBoard::MissionBegin { count }, || format!("a mission of {count} waypoints"))?;
+        for (index, waypoint) in (0..).zip(waypoints) {
+            self.request(&ToBoard::MissionItem { index, waypoint: *waypoint }, || {
+                format!("waypoint {index}: {waypoint:?}")
+            })?;
+        }
+        self.request(&ToBoard::MissionCommit, || "the mission".into())
+    }
+
+    /// Starts the stored mission.
+    ///
+    /// # Errors
+    /// When it is refused.
+    pub fn start_mission(&mut self) -> Result<(), BackseatError> {
+        self.request(&ToBoard::MissionStart, || "to start the mission".into())
+    }
+
+    /// One lock-step: time, PPS edges and what arrived, for what the board sent and found.
+    ///
+    /// # Errors
+    /// When the backseat is gone, silent or answers for another time.
+    pub fn step(
+        &mut self,
+        time_us: u64,
+        pps_us: &[u64],
+        arrivals: &[(Port, Arrival)],
+    ) -> Result<StepOutput, BackseatError> {
+        let mut step = Step { time_us, pps_us: Default::default(), chunks: Default::default() };
+        for edge_us in pps_us {
+            step.pps_us.push(*edge_us).map_err(|_| BackseatError::Protocol("nothing: too many PPS edges".into()))?;
+        }
+        for (port, Arrival { time_us, bytes }) in arrivals {
+            let chunk = Chunk { port: *port, time_us: *time_us, length: bytes.len() as u16 };
+            step.chunks.push(chunk).map_err(|_| BackseatError::Protocol("nothing: too many chunks".into()))?;
+            self.ports.write(*port, bytes)?;
+        }
+        self.send(&ToBoard::Step(step))?;
+
+        let mut telemetry = None;
+        let mut fusions = Vec::new();
+        let StepDone { time_us: answered_us, sent: counts, digest } = self.receive(|message| match message {
+            FromBoard::StepDone(done) => Some(done),
+            FromBoard::Telemetry(record) => {
+                telemetry = Some(record);
+                None
+            }
+            FromBoard::Fusion(record) => {
+                fusions.extend(FusionRecord::of(&record));
+                None
+            }
+            _ => None,
+        })?;
+        if answered_us != time_us {
+            return Err(BackseatError::Protocol(format!("for {answered_us} µs when asked for {time_us} µs")));
+        }
+        let mut sent: [Vec<u8>; 4] = Default::default();
+        for (port, count) in Port::DEVICES.into_iter().zip(counts) {
+            let ahead = &mut self.ahead[port as usize];
+            while ahead.len() < usize::from(count) {
+                self.ports.read(port, ahead)?;
+            }
+            sent[port as usize] = ahead.drain(..usize::from(count)).collect();
+        }
+        Ok(StepOutput { sent, telemetry, fusions, digest })
+    }
+}

@@ -1,0 +1,69 @@
+//! The backseat at the other end of five serial lines: how it is reached, and its host link.
+
+mod client;
+mod in_process;
+mod process;
+
+pub use client::{Client, FusionRecord, StepOutput};
+pub use in_process::InProcess;
+pub use process::Process;
+
+use backseat_wire::hostlink::{Port, Refusal};
+use std::io;
+use std::process::ExitStatus;
+
+/// Why a backseat cannot be flown any further.
+#[derive(Debug, thiserror::Error)]
+pub enum BackseatError {
+    /// Its process ended.
+    #[error("the backseat process ended ({0})")]
+    Died(ExitStatus),
+    /// It stopped answering.
+    #[error("the backseat sent nothing on its {port:?} port for {seconds} s")]
+    Silent {
+        /// The port that was read.
+        port: Port,
+        /// For how long.
+        seconds: u32,
+    },
+    /// It sent what it should not have.
+    #[error("the backseat answered {0}")]
+    Protocol(String),
+    /// It refused a request.
+    #[error("the backseat refused {request}: {refusal:?}")]
+    Refused {
+        /// What was asked.
+        request: String,
+        /// Why not.
+        refusal: Refusal,
+    },
+    /// A port failed.
+    #[error("{port:?} port: {error}")]
+    Port {
+        /// Which.
+        port: Port,
+        /// How.
+        error: io::Error,
+    },
+}
+
+/// The five byte streams of a backseat.
+pub trait Ports {
+    /// Hands all of `bytes` to a port.
+    ///
+    /// # Errors
+    /// When the backseat is gone or takes no more.
+    fn write(&mut self, port: Port, bytes: &[u8]) -> Result<(), BackseatError>;
+
+    /// Appends what a port has sent to `received`, waiting for at least one byte.
+    ///
+    /// # Errors
+    /// When the backseat is gone or silent.
+    fn read(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError>;
+
+    /// Appends what a port has sent to `received`, without waiting.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError>;
+}

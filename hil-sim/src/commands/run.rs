@@ -1,0 +1,225 @@
+//! `hil-sim run`: fly a scenario against a backseat and judge its navigation.
+
+use crate::analysis::{self, Analysis, Configuration};
+use crate::backseat::{Client, Process};
+use crate::flight::{self, FlightLog};
+use crate::scenario::Scenario;
+use crate::score;
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What the command line says.
+#[derive(clap::Args, Clone, Debug, Default)]
+#[command(after_help = "Examples:
+  hil-sim run
+  hil-sim run survey_current --seed 3
+  hil-sim run my_scenario.toml --minutes 30 --out flight --json")]
+pub struct Arguments {
+    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd.
+    scenario: Option<PathBuf>,
+    /// Which backseat: `host`, the app as a process on virtual serial ports.
+    #[arg(long, value_name = "host", default_value = "host")]
+    backseat: String,
+    /// At the speed of the clock instead of in lock-step.
+    #[arg(long)]
+    realtime: bool,
+    /// Seed of all randomness instead of the scenario's.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// End after this simulated time.
+    #[arg(long, value_name = "MINUTES")]
+    minutes: Option<f64>,
+    /// Folder for log.csv, truth.csv and report.html [default: a new one in out/].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Flies and judges.
+///
+/// # Errors
+/// A scenario that is wrong, a backseat that dies, a file that cannot be written.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let scenario = load(arguments)?;
+    if arguments.backseat != "host" && !arguments.backseat.is_empty() {
+        bail!("--backseat {}: only `host` is known", arguments.backseat);
+    }
+    let folder = folder(arguments, &scenario)?;
+    let stop = stop_on_interrupt()?;
+    let program = std::env::current_exe().context("this program's own path")?;
+    let backseat = Process::spawn(&program).context("starting the backseat")?;
+    let mut client = Client::new(backseat);
+
+    eprintln!("{}: {}", scenario.settings.name, ports_line(client.ports()));
+    let bar = progress_bar(scenario.settings.duration_s);
+    let flight = flight::fly(&scenario, &mut client, Some(&folder), &stop, |t_s| bar.set_position(t_s as u64));
+    bar.finish_and_clear();
+    let flight = flight.with_context(|| format!("flight (what was flown is in {})", folder.display()))?;
+    drop(client);
+
+    if flight.samples.is_empty() {
+        bail!("interrupted before the first second");
+    }
+    let analysis = analysis::analyse(&scenario, &flight)?;
+    let report = folder.join("report.html");
+    crate::report::write(&report, &scenario, &flight, &analysis)?;
+    if arguments.json {
+        println!("{}", summary_json(&flight, &analysis));
+    } else {
+        print!("{}", summary_text(&flight, &analysis));
+        println!("\nlog     {}", folder.join("log.csv").display());
+        println!("report  {}", report.display());
+    }
+    if stop.load(Ordering::Relaxed) {
+        bail!("interrupted after {:.0} s of the mission; the files are complete up to there", flight.simulated_s);
+    }
+    Ok(())
+}
+
+fn load(arguments: &Arguments) -> anyhow::Result<Scenario> {
+    let mut scenario = match &arguments.scenario {
+        None => Scenario::built_in("survey")?,
+        Some(path) => match path.to_str() {
+            // A file of that name goes first.
+            Some(name) if !path.exists() && path.extension().is_none() => Scenario::built_in(name)?,
+            _ => Scenario::load(path)?,
+        },
+    };
+    if let Some(seed) = arguments.seed {
+        scenario.settings.seed = seed;
+    }
+    if let Some(minutes) = arguments.minutes {
+        if !(minutes > 0.0 && minutes.is_finite()) {
+            bail!("--minutes {minutes}: a positive number is needed");
+        }
+        scenario.settings.duration_s = scenario.settings.duration_s.min(minutes * 60.0);
+    }
+    Ok(scenario)
+}
+
+/// The folder asked for, which must not hold a flight yet, or the first free one in `out/`.
+fn folder(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<PathBuf> {
+    let folder = match &arguments.out {
+        Some(folder) => folder.clone(),
+        None => {
+            let name = format!("{}-seed{}", scenario.settings.name, scenario.settings.seed);
+            (1..).map(|n| Path::new("out").join(format!("{name}-{n}"))).find(|path| !path.exists()).unwrap_or_default()
+        }
+    };
+    if folder.join("log.csv").exists() {
+        bail!("{}: holds a flight already; choose another --out", folder.display());
+    }
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    Ok(folder)
+}
+
+fn stop_on_interrupt() -> anyhow::Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130); // asked twice
+        }
+    })
+    .context("Ctrl-C handler")?;
+    Ok(stop)
+}
+
+fn ports_line(backseat: &Process) -> String {
+    let names = ["frontseat", "dvl", "ahrs", "modem", "host"];
+    let ports: Vec<String> = names.iter().zip(backseat.paths()).map(|(name, path)| format!("{name} {path}")).collect();
+    ports.join(", ")
+}
+
+fn progress_bar(duration_s: f64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} s simulated, {per_sec} of them a second, {eta} to go");
+    ProgressBar::new(duration_s as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
+    let mut text = format!("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "horizontal error [m]", "median", "95 %", "max", "RMS/DRMS");
+    for configuration in &analysis.configurations {
+        let error = &configuration.error;
+        let ratio = rms_over_drms(configuration).map_or("-".into(), |ratio| format!("{ratio:.2}"));
+        text += &format!(
+            "{:<36} {:>8.2} {:>8.2} {:>8.2} {ratio:>8}\n",
+            configuration.name, error.median_m, error.p95_m, error.max_m
+        );
+    }
+    if let Some(track) = &analysis.track {
+        for (name, error) in [("true cross-track error on the lines", &track.cross_track), ("true depth error on the lines", &track.depth)] {
+            text += &format!("{name:<36} {:>8.2} {:>8.2} {:>8.2}\n", error.median_m, error.p95_m, error.max_m);
+        }
+    }
+    let sensors = analysis::sensor_names(&analysis.configurations);
+    text += &format!("\n{:<36}", "mean NIS (rejected)");
+    for sensor in &sensors {
+        text += &format!(" {sensor:>12}");
+    }
+    text.push('\n');
+    for configuration in analysis.configurations.iter().filter(|c| !c.nis.is_empty()) {
+        text += &format!("{:<36}", configuration.name);
+        for sensor in &sensors {
+            let cell = configuration.nis.get(sensor).map_or("-".into(), |nis| format!("{:.2} ({})", nis.mean(), nis.rejected));
+            text += &format!(" {cell:>12}");
+        }
+        text.push('\n');
+    }
+    let ended = if flight.finished { "mission flown to its end" } else { "mission not finished" };
+    text += &format!(
+        "\n{ended}: {:.0} s in {:.1} s, {:.0} times real time, digest {:016x}\n",
+        flight.simulated_s,
+        flight.wall_s,
+        flight.simulated_s / flight.wall_s,
+        flight.digest
+    );
+    text
+}
+
+/// RMS error over the filter's own DRMS: above 1 it believes too much.
+pub(crate) fn rms_over_drms(configuration: &Configuration) -> Option<f64> {
+    configuration.drms_m.map(|drms_m| configuration.error.rms_m / drms_m)
+}
+
+fn summary_json(flight: &FlightLog, analysis: &Analysis) -> Value {
+    let configurations: Vec<Value> = analysis
+        .configurations
+        .iter()
+        .map(|configuration| {
+            let error = &configuration.error;
+            json!({
+                "name": configuration.name,
+                "median_m": error.median_m,
+                "p95_m": error.p95_m,
+                "max_m": error.max_m,
+                "rms_m": error.rms_m,
+                "drms_m": configuration.drms_m,
+                "nis": nis_json(configuration),
+            })
+        })
+        .collect();
+    let track = |pick: fn(&score::TrackScore) -> &score::ErrorStatistics| {
+        analysis.track.as_ref().map(|track| json!({"median": pick(track).median_m, "p95": pick(track).p95_m}))
+    };
+    json!({
+        "configurations": configurations,
+        "cross_track_m": track(|track| &track.cross_track),
+        "depth_m": track(|track| &track.depth),
+        "nis": analysis.configurations.first().map(nis_json),
+        "finished": flight.finished,
+        "simulated_s": flight.simulated_s,
+        "wall_s": flight.wall_s,
+        "digest": format!("{:016x}", flight.digest),
+    })
+}
+
+fn nis_json(configuration: &Configuration) -> Value {
+    let means = configuration.nis.iter().map(|(sensor, nis)| ((*sensor).to_owned(), json!(nis.mean())));
+    Value::Object(means.collect::<Map<String, Value>>())
+}

@@ -1,0 +1,100 @@
+//! A flight in lock-step: as fast as the machine allows, and the same bytes each time.
+
+use super::record::{Recorder, Sample};
+use super::setup::board_parameters;
+use super::{FlightError, FlightLog, STEP_US};
+use crate::backseat::{Client, Ports};
+use crate::devices::Devices;
+use crate::scenario::Scenario;
+use crate::world::World;
+use backseat_wire::hostlink::Port;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// A board at time zero must not look like "no time yet".
+const SECOND_US: u64 = 1_000_000;
+/// Flown on after the mission's end, so that the last fixes are seen.
+const EPILOGUE_US: u64 = 10 * SECOND_US;
+
+/// Flies a scenario to the end of its mission, of its time, or until `stop`.
+///
+/// `folder` receives `log.csv` and `truth.csv` as the flight goes; `progress` is called once a
+/// simulated second with the time, s.
+///
+/// # Errors
+/// A backseat that dies, falls silent or refuses; a file that cannot be written.
+pub fn fly<P: Ports>(
+    scenario: &Scenario,
+    client: &mut Client<P>,
+    folder: Option<&Path>,
+    stop: &AtomicBool,
+    mut progress: impl FnMut(f64),
+) -> Result<FlightLog, FlightError> {
+    let begun = Instant::now();
+    let mut recorder = Recorder::new(folder)?;
+    client.hello()?;
+    client.set_parameters(&board_parameters(scenario))?;
+    client.set_mission(&scenario.settings.waypoints())?;
+    client.step(0, &[], &[])?;
+    client.start_mission()?;
+
+    let mut world = World::new(scenario);
+    let mut devices = Devices::new(scenario);
+    let mut end_us = (scenario.settings.duration_s * 1e6) as u64;
+    let mut under_way = false;
+    let mut now_us = 0;
+    while now_us < end_us && !stop.load(Ordering::Relaxed) {
+        now_us += STEP_US;
+        advance(&mut world, &mut devices, &mut recorder, now_us)?;
+        let edge = now_us % SECOND_US == 0;
+        let pps_us: &[u64] = if edge { &[now_us] } else { &[] };
+        let output = client.step(now_us, pps_us, &devices.arrivals(now_us))?;
+        for (port, bytes) in Port::DEVICES.into_iter().zip(&output.sent) {
+            if !bytes.is_empty() {
+                devices.sent_by_backseat(port, now_us, bytes);
+            }
+        }
+        recorder.flight.digest = output.digest;
+        recorder.flight.fusions.extend(output.fusions);
+        let Some(telemetry) = output.telemetry else { continue };
+        if under_way && telemetry.leg.is_none() && !recorder.flight.finished {
+            recorder.flight.finished = true;
+            end_us = end_us.min(now_us + EPILOGUE_US);
+        }
+        under_way |= telemetry.leg.is_some();
+        if edge {
+            recorder.sample(Sample { truth: world.truth(), ship: world.ship(), telemetry })?;
+            progress(now_us as f64 * 1e-6);
+        }
+    }
+    let mut flight = recorder.finish()?;
+    flight.simulated_s = now_us as f64 * 1e-6;
+    flight.wall_s = begun.elapsed().as_secs_f64();
+    Ok(flight)
+}
+
+/// Moves world and devices to `to_us`, stopping wherever a device acts.
+pub(super) fn advance(
+    world: &mut World,
+    devices: &mut Devices,
+    recorder: &mut Recorder,
+    to_us: u64,
+) -> Result<(), FlightError> {
+    loop {
+        let until_us = devices.next_us().unwrap_or(to_us).min(to_us);
+        let mut observed = Vec::new();
+        world.advance(until_us, &mut |observation| observed.push(*observation));
+        for observation in &observed {
+            devices.observe(observation);
+            recorder.observe(observation, &world.truth())?;
+        }
+        let targets = devices.run(until_us);
+        if recorder.actuators(until_us, targets)? {
+            world.set_actuator_targets(until_us, targets);
+        }
+        if until_us >= to_us {
+            return Ok(());
+        }
+    }
+}

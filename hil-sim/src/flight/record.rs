@@ -1,0 +1,163 @@
+//! What a flight leaves behind: in memory for scoring, and on disk as it happens.
+
+use crate::backseat::FusionRecord;
+use crate::observation::{Observation, ObservationKind};
+use crate::ship::ShipTruth;
+use crate::world::{ActuatorTargets, VehicleTruth};
+use backseat_core::dynamics::ActuatorInput;
+use backseat_core::state::VehicleState;
+use backseat_data::{Column, DataError, Log, LogRow, LogWriter, TruthRow, TruthWriter};
+use backseat_wire::hostlink::{Mode, ModeReason, Telemetry};
+use std::path::Path;
+
+/// Truth and estimate at one time.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// The true vehicle.
+    pub truth: VehicleTruth,
+    /// The true ship.
+    pub ship: ShipTruth,
+    /// What the backseat reported.
+    pub telemetry: Telemetry,
+}
+
+/// The backseat changed its mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ModeChange {
+    /// When, µs.
+    pub time_us: u64,
+    /// To this mode.
+    pub mode: Mode,
+    /// Why.
+    pub reason: ModeReason,
+}
+
+/// A flight, in memory.
+#[derive(Clone, Debug, Default)]
+pub struct FlightLog {
+    /// The measurements as a vehicle log, before any device rounded them.
+    pub log: Log,
+    /// Once a second.
+    pub samples: Vec<Sample>,
+    /// What the backseat fused.
+    pub fusions: Vec<FusionRecord>,
+    /// Vehicle and ship (north, east) at each packet's arrival and launch, m.
+    pub packets: Vec<([f64; 2], [f64; 2])>,
+    /// Mode changes.
+    pub modes: Vec<ModeChange>,
+    /// The backseat's running digest after the last step.
+    pub digest: u64,
+    /// Simulated time, s.
+    pub simulated_s: f64,
+    /// Time taken, s.
+    pub wall_s: f64,
+    /// The mission was flown to its end.
+    pub finished: bool,
+}
+
+/// Streams log and truth to disk, so that what an interrupted flight leaves is readable.
+struct Files {
+    log: LogWriter,
+    truth: TruthWriter,
+}
+
+/// Takes down a flight.
+pub(super) struct Recorder {
+    pub(super) flight: FlightLog,
+    files: Option<Files>,
+    targets: Option<ActuatorTargets>,
+}
+
+impl Recorder {
+    /// Writes `log.csv` and `truth.csv` into `folder`, if given.
+    pub(super) fn new(folder: Option<&Path>) -> Result<Self, DataError> {
+        let files = folder
+            .map(|folder| {
+                Ok::<_, DataError>(Files {
+                    log: LogWriter::create(&folder.join("log.csv"))?,
+                    truth: TruthWriter::create(&folder.join("truth.csv"))?,
+                })
+            })
+            .transpose()?;
+        Ok(Self { flight: FlightLog::default(), files, targets: None })
+    }
+
+    fn row(&mut self, row: LogRow) -> Result<(), DataError> {
+        if let Some(files) = &mut self.files {
+            files.log.write(&row)?;
+        }
+        self.flight.log.rows.push(row);
+        Ok(())
+    }
+
+    pub(super) fn observe(&mut self, observation: &Observation, vehicle: &VehicleTruth) -> Result<(), DataError> {
+        let mut row = LogRow::new(observation.time_us);
+        match &observation.kind {
+            ObservationKind::Depth { depth_m } => {
+                row.set(Column::Depth, *depth_m);
+            }
+            ObservationKind::Ahrs { euler_rad, rates_radps } => {
+                row.set_all(Column::Roll, euler_rad).set_all(Column::P, rates_radps);
+            }
+            ObservationKind::Dvl { velocity_mps: Some(velocity_mps), .. } => {
+                row.set_all(Column::DvlU, velocity_mps);
+            }
+            ObservationKind::VehicleGnss { fix: Some(fix) } => {
+                row.set_all(Column::GpsX, &fix.position_m);
+            }
+            ObservationKind::ShipGnss { position_m } => {
+                row.set_all(Column::ShipGpsX, position_m);
+            }
+            ObservationKind::Downlink(packet) => {
+                row.set(Column::Range, packet.range_m)
+                    .set(Column::RangeRate, packet.range_rate_mps)
+                    .set(Column::Tol, packet.tol_us as f64 * 1e-6)
+                    .set(Column::Toa, packet.toa_us as f64 * 1e-6)
+                    .set_all(Column::ShipX, &packet.ship.position_m);
+                let [x, y, ..] = vehicle.state;
+                self.flight.packets.push(([x, y], packet.ship.position_m));
+            }
+            _ => return Ok(()),
+        }
+        self.row(row)
+    }
+
+    /// Fins and propeller as told from `time_us` on; whether that is new.
+    pub(super) fn actuators(&mut self, time_us: u64, targets: ActuatorTargets) -> Result<bool, DataError> {
+        if self.targets == Some(targets) {
+            return Ok(false);
+        }
+        self.targets = Some(targets);
+        let input = ActuatorInput { propeller_radps: targets.propeller_radps, fins_rad: targets.fins_rad };
+        let mut row = LogRow::new(time_us);
+        row.set_actuators(&input);
+        self.row(row)?;
+        Ok(true)
+    }
+
+    /// Once a second.
+    pub(super) fn sample(&mut self, sample: Sample) -> Result<(), DataError> {
+        let truth = &sample.truth;
+        if let Some(files) = &mut self.files {
+            files.truth.write(&TruthRow {
+                time_us: truth.time_us,
+                state: VehicleState::from_column_slice(&truth.state),
+                current_mps: truth.current_mps,
+            })?;
+        }
+        let Telemetry { mode, reason, .. } = sample.telemetry;
+        if self.flight.modes.last().is_none_or(|last| (last.mode, last.reason) != (mode, reason)) {
+            self.flight.modes.push(ModeChange { time_us: truth.time_us, mode, reason });
+        }
+        self.flight.samples.push(sample);
+        Ok(())
+    }
+
+    pub(super) fn finish(self) -> Result<FlightLog, DataError> {
+        if let Some(files) = self.files {
+            files.log.finish()?;
+            files.truth.finish()?;
+        }
+        Ok(self.flight)
+    }
+}

@@ -1,0 +1,37 @@
+//! What the board is told before it flies: its vehicle and its site, as parameters.
+
+use crate::scenario::{ControlLaw, ControlMode, Scenario};
+
+/// Resolution of depth in the frontseat's `$C`: a tenth of a foot.
+const DEPTH_STEP_M: f64 = 0.030_48;
+
+/// The board's parameters for a scenario: the declared vehicle, and what a technician would set for
+/// these devices.
+#[must_use]
+pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
+    let settings = &scenario.settings;
+    let environment = &settings.environment;
+    let backseat = &settings.backseat;
+    let mut values = scenario.vehicle.flatten();
+    for (name, value) in &mut values {
+        if name == "sensors.depth_m" {
+            // Rounding adds the variance of a uniform error.
+            *value = (value.powi(2) + DEPTH_STEP_M.powi(2) / 12.0).sqrt();
+        }
+    }
+    let app: [(&str, f64); 11] = [
+        ("app.origin_lat_deg", environment.origin_latitude_deg),
+        ("app.origin_lon_deg", environment.origin_longitude_deg),
+        ("app.sound_speed_mps", environment.sound_speed_mps),
+        ("app.declination_rad", environment.magnetic_declination_rad),
+        ("app.dvl_mounting_rad", crate::devices::DVL_MOUNTING_RAD),
+        ("app.clock_encoding", 1.0), // bit field
+        ("app.doppler_sign", 1.0),   // positive closing
+        ("app.use_dvl", f64::from(u8::from(backseat.dvl))),
+        ("app.current_state", f64::from(u8::from(backseat.current_state))),
+        ("app.control_law", if backseat.control_law == ControlLaw::Lqr { 1.0 } else { 0.0 }),
+        ("app.control_mode", if backseat.control_mode == ControlMode::Omp { 0.0 } else { 1.0 }),
+    ];
+    values.extend(app.map(|(name, value)| (name.to_owned(), value)));
+    values
+}
