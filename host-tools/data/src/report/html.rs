@@ -1,7 +1,11 @@
 //! The page: title, verdict, tables, figures, and what made it.
 
-use std::io;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Write as _};
 use std::path::Path;
+
+use super::{palette, plots};
 
 /// What made a report: enough to make it again. No date, so that the same input gives the same bytes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,56 +37,92 @@ impl Table {
         self.rows.push(cells.into_iter().map(Into::into).collect());
         self
     }
+
+    fn html(&self) -> String {
+        let columns = self.rows.iter().map(Vec::len).chain([self.header.len()]).max().unwrap_or(0);
+        let cell = |row: &[String], column: usize| row.get(column).cloned().unwrap_or_default();
+        let class: Vec<&str> = (0..columns)
+            .map(|column| {
+                let mut filled =
+                    self.rows.iter().map(|row| cell(row, column)).filter(|text| !text.is_empty()).peekable();
+                if filled.peek().is_some() && filled.all(|text| is_numeric(&text)) { " class=\"n\"" } else { "" }
+            })
+            .collect();
+        let line = |tag: &str, row: &[String]| {
+            let cells = (0..columns).map(|c| format!("<{tag}{}>{}</{tag}>", class[c], escape(&cell(row, c))));
+            format!("<tr>{}</tr>\n", cells.collect::<String>())
+        };
+        let head = line("th", &self.header);
+        let body: String = self.rows.iter().map(|row| line("td", row)).collect();
+        format!(
+            "<div class=\"scroll\"><table>\n<caption>{}</caption>\n<thead>{head}</thead>\n<tbody>\n{body}</tbody>\n</table></div>\n",
+            escape(&self.caption)
+        )
+    }
 }
 
 /// A report in the making. Parts appear in the order in which they are added: the summary table first.
 #[derive(Clone, Debug)]
 pub struct Report {
     title: String,
-    verdict: String,
     body: String,
-    provenance: String,
+    footer: String,
 }
 
 impl Report {
     /// A report with its title and the result in one sentence.
     pub fn new(title: impl Into<String>, verdict: impl Into<String>) -> Self {
-        Self { title: title.into(), verdict: verdict.into(), body: String::new(), provenance: String::new() }
+        let title = escape(&title.into());
+        let body = format!("<h1>{title}</h1>\n<p class=\"verdict\">{}</p>\n", escape(&verdict.into()));
+        Self { title, body, footer: String::new() }
     }
 
     /// Adds a section heading.
-    pub fn section(self, title: &str) -> Self {
-        let _ = title;
+    pub fn section(mut self, title: &str) -> Self {
+        let _ = writeln!(self.body, "<h2>{}</h2>", escape(title));
         self
     }
 
     /// Adds a table.
-    pub fn table(self, table: Table) -> Self {
-        let _ = (&table.caption, &table.header, &table.rows);
+    pub fn table(mut self, table: Table) -> Self {
+        self.body.push_str(&table.html());
         self
     }
 
-    /// Adds a figure made by one of the functions in [`plots`](super::plots).
-    pub fn figure(self, caption: &str, svg: String) -> Self {
-        let _ = (caption, svg);
+    /// Adds a figure made by one of the functions in [`plots`].
+    pub fn figure(mut self, caption: &str, svg: String) -> Self {
+        let _ = writeln!(self.body, "<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", escape(caption));
         self
     }
 
     /// Adds a paragraph of plain text.
-    pub fn text(self, paragraph: &str) -> Self {
-        let _ = paragraph;
+    pub fn text(mut self, paragraph: &str) -> Self {
+        let _ = writeln!(self.body, "<p>{}</p>", escape(paragraph));
         self
     }
 
     /// States at the bottom of the page what made it.
-    pub fn provenance(self, provenance: Provenance<'_>) -> Self {
-        let _ = provenance;
+    pub fn provenance(mut self, provenance: Provenance<'_>) -> Self {
+        let seed = provenance.seed.map_or(String::new(), |seed| format!("<dt>Seed</dt><dd>{seed}</dd>\n"));
+        self.footer = format!(
+            "<footer><dl>\n<dt>Command</dt><dd><code>{}</code></dd>\n{seed}<dt>Version</dt><dd>{}</dd>\n</dl></footer>\n",
+            escape(provenance.command),
+            escape(provenance.version)
+        );
         self
     }
 
     /// The whole page.
     pub fn html(&self) -> String {
-        format!("{}{}{}{}", self.title, self.verdict, self.body, self.provenance)
+        let style = include_str!("style.css")
+            .replace("@DARK@", &palette::dark_rules())
+            .replace("@PHONE_FONT@", &plots::phone_font().to_string());
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n<style>\n{style}</style>\n</head>\n\
+             <body>\n<main>\n{}{}</main>\n</body>\n</html>\n",
+            self.title, self.body, self.footer
+        )
     }
 
     /// Writes the page to a new file.
@@ -90,7 +130,37 @@ impl Report {
     /// # Errors
     /// [`io::ErrorKind::AlreadyExists`] rather than overwrite an earlier result, and whatever the file system reports.
     pub fn write(&self, path: &Path) -> io::Result<()> {
-        use std::io::Write;
-        std::fs::File::create_new(path)?.write_all(self.html().as_bytes())
+        File::create_new(path)?.write_all(self.html().as_bytes())
+    }
+}
+
+/// Whether a cell is to be set flush right: a number, perhaps with a sign, a unit or a deviation, or a dash for none.
+fn is_numeric(text: &str) -> bool {
+    let digits = text.trim_start_matches(['+', '-', '−', '±', '<', '>', '≤', '≥', '~', ' ', '(', '[']);
+    digits.starts_with(|c: char| c.is_ascii_digit() || c == '.') || ["–", "—", "-", "NaN", "inf"].contains(&text)
+}
+
+/// Text as it may stand in the page; control characters, which neither HTML nor XML can hold, become U+FFFD.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '&' => out.push_str("&amp;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            _ => out.push(printable(c)),
+        }
+    }
+    out
+}
+
+pub(super) fn printable(c: char) -> char {
+    match c {
+        '\n' | '\t' => c,
+        '\u{fffe}' | '\u{ffff}' => char::REPLACEMENT_CHARACTER,
+        c if c.is_control() => char::REPLACEMENT_CHARACTER,
+        c => c,
     }
 }

@@ -20,6 +20,7 @@
 //! ```
 
 mod html;
+mod palette;
 pub mod plots;
 
 pub use html::{Provenance, Report, Table};

@@ -2,6 +2,19 @@
 //!
 //! Time is in hours everywhere; the axis chooses seconds, minutes or hours by the span.
 
+mod axis;
+mod decimate;
+mod frame;
+mod statistics;
+mod svg;
+mod time;
+mod track;
+
+pub(super) use frame::phone_font;
+pub use statistics::{bars, before_after, histogram};
+pub use time::{error_vs_time, innovations, time_series};
+pub use track::track;
+
 /// An abscissa and an ordinate; on a map north and east, in metres.
 pub type Point = (f64, f64);
 
@@ -141,44 +154,7 @@ pub struct BarPlot<'a> {
     pub reference: Option<(&'a str, f64)>,
 }
 
-/// Draws a map.
-pub fn track(plot: &TrackPlot<'_>) -> String {
-    let _ = plot;
-    String::new()
-}
-
-/// Draws errors against time.
-pub fn error_vs_time(plot: &ErrorPlot<'_>) -> String {
-    let _ = plot;
-    String::new()
-}
-
-/// Draws lines against time.
-pub fn time_series(plot: &TimePlot<'_>) -> String {
-    let _ = plot;
-    String::new()
-}
-
-/// Draws a distribution.
-pub fn histogram(plot: &Histogram<'_>) -> String {
-    let _ = plot;
-    String::new()
-}
-
-/// Draws innovations against time.
-pub fn innovations(plot: &InnovationPlot<'_>) -> String {
-    let _ = plot;
-    String::new()
-}
-
-/// Draws pairs of values.
-pub fn before_after(plot: &BeforeAfter<'_>) -> String {
-    let _ = plot;
-    String::new()
-}
-
-/// Draws bars with confidence intervals.
-pub fn bars(plot: &BarPlot<'_>) -> String {
-    let _ = plot;
-    String::new()
+/// Values that neither are NaN nor overflow when their range is taken.
+fn is_drawable(value: f64) -> bool {
+    value.abs() < 1e100
 }
