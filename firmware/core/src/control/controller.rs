@@ -8,7 +8,7 @@ use super::mission::{Mission, MissionError, MissionStatus, Progress};
 use super::reference::ReferenceTrajectory;
 use super::speed::propeller_radps;
 use super::trackline::{Segment, TrackError};
-use super::{ControlConfig, ControlError, ControlLaw, attitude_law};
+use super::{ControlConfig, ControlError, ControlLaw, LawContext, attitude_law};
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{self, VehicleState};
 
@@ -41,7 +41,7 @@ pub struct Command {
     pub status: MissionStatus,
 }
 
-/// Steers the vehicle along a mission. About 17 kB: keep it in a static.
+/// Steers the vehicle along a mission. About 18 kB: keep it in a static.
 #[derive(Clone, Debug)]
 pub struct Controller {
     config: ControlConfig,
@@ -152,14 +152,14 @@ impl Controller {
                     speed_mps: segment.speed_mps,
                 });
                 self.lqr.advance(model, segment.speed_mps);
+                let trim = self.lqr.trim();
+                let context = LawContext { config: &self.config, model, trim, current_ne_mps: current };
                 let reference = match self.config.law {
-                    ControlLaw::LqrOnReference => {
-                        self.reference.step(&self.config, model, &self.mission, self.lqr.trim(), current, x, dt_s)
-                    }
+                    ControlLaw::LqrOnReference => self.reference.step(&context, &self.mission, x, dt_s),
                     ControlLaw::Pd | ControlLaw::Lqr => None,
                 };
                 wanted = match (self.config.law, &reference) {
-                    (ControlLaw::Pd, _) => attitude_law(&self.config, model, self.lqr.trim(), x, segment, current),
+                    (ControlLaw::Pd, _) => attitude_law(&context, x, segment),
                     (_, Some((x_ref, input_ref))) => self.regulate_about(model, x, x_ref, input_ref),
                     (_, None) => self.regulate_line(model, x, segment, crab),
                 };

@@ -55,7 +55,6 @@ const CRAB_MAX_SINE: f64 = 0.866_025_403_784_438_6;
 pub fn crab_angle_rad(segment: &Segment, x: &VehicleState, current_ne_mps: [f64; 2]) -> f64 {
     let (sin, cos) = libm::sincos(segment.course_rad());
     let across = cos * current_ne_mps[1] - sin * current_ne_mps[0];
-    let speed = x[state::U].max(CRAB_MIN_SPEED_MPS);
-    let sine = -across / speed;
-    if sine.is_finite() { libm::asin(sine.max(-CRAB_MAX_SINE).min(CRAB_MAX_SINE)) } else { 0.0 }
+    let sine = -across / x[state::U].max(CRAB_MIN_SPEED_MPS);
+    if sine.is_finite() { libm::asin(sine.clamp(-CRAB_MAX_SINE, CRAB_MAX_SINE)) } else { 0.0 }
 }

@@ -134,16 +134,23 @@ pub enum ControlError {
     NoGain,
 }
 
+/// What a law is told besides the state.
+#[derive(Clone, Copy, Debug)]
+pub struct LawContext<'a> {
+    /// Gains and limits.
+    pub config: &'a ControlConfig,
+    /// The vehicle.
+    pub model: &'a VehicleModel,
+    /// Straight level flight of the vehicle.
+    pub trim: &'a Trim,
+    /// Water current, north and east, m/s; zero where it is not known.
+    pub current_ne_mps: [f64; 2],
+}
+
 /// Kappa guidance, PD and speed law: the actuators wanted for a segment, before rate limits.
 #[must_use]
-pub fn attitude_law(
-    config: &ControlConfig,
-    model: &VehicleModel,
-    trim: &Trim,
-    x: &VehicleState,
-    segment: &Segment,
-    current_ne_mps: [f64; 2],
-) -> ActuatorInput {
+pub fn attitude_law(context: &LawContext<'_>, x: &VehicleState, segment: &Segment) -> ActuatorInput {
+    let LawContext { config, model, trim, current_ne_mps } = *context;
     let error = segment.error(x);
     let heading = config.guidance.heading_rad(&error, crab_angle_rad(segment, x, current_ne_mps));
     let pitch = config.guidance.pitch_rad(&error, trim.pitch_rad);

@@ -10,8 +10,8 @@ pub struct PdGains {
     pub kp_psi: f64,
     /// Kd on the yaw rate, N m s/rad.
     ///
-    /// The PD's moments are totals, so allocation cancels the fins' own damping; a Kd well below 20 N m s/rad
-    /// then leaves so little that fin rate and saturation turn the loop into a limit cycle.
+    /// The PD's moments are totals, so the allocation cancels the fins' own damping: below some 20 N m s/rad what is
+    /// left does not outweigh fin rate and saturation, and the reference vehicle yaws in a limit cycle.
     pub kd_r: f64,
     /// Kp on the pitch error, N m/rad.
     pub kp_theta: f64,

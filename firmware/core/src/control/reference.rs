@@ -5,9 +5,8 @@
 
 use super::limits::Limiter;
 use super::mission::{Mission, MissionError, MissionStatus, Progress};
-use super::trim::Trim;
-use super::{ControlConfig, attitude_law};
-use crate::dynamics::{ActuatorInput, VehicleModel};
+use super::{LawContext, attitude_law};
+use crate::dynamics::ActuatorInput;
 use crate::state::{self, VehicleState};
 
 /// Integration step, s: a seventh of the shortest time constant (roll, 5.3 rad/s and well damped) and far inside
@@ -52,11 +51,8 @@ impl ReferenceTrajectory {
     /// Costs at most four steps of RK4. Starts again from `vehicle` when it got more than 10 m away.
     pub fn step(
         &mut self,
-        config: &ControlConfig,
-        model: &VehicleModel,
+        context: &LawContext<'_>,
         mission: &Mission,
-        trim: &Trim,
-        current_ne_mps: [f64; 2],
         vehicle: &VehicleState,
         dt_s: f64,
     ) -> Option<(VehicleState, ActuatorInput)> {
@@ -68,32 +64,26 @@ impl ReferenceTrajectory {
         let mut left_s = dt_s;
         for _ in 0..MAX_STEPS {
             let h = left_s.min(STEP_S);
-            if !(h > 0.0) {
+            if h <= 0.0 {
                 break;
             }
             left_s -= h;
-            self.progress.update(mission, &self.x, config.turn_radius_m);
+            self.progress.update(mission, &self.x, context.config.turn_radius_m);
             let Some(segment) = self.progress.segment() else { break };
-            let wanted = attitude_law(config, model, trim, &self.x, segment, current_ne_mps);
+            let wanted = attitude_law(context, &self.x, segment);
             let input = self.limiter.apply(&wanted, h);
-            self.x = advance(model, &self.x, &input, current_ne_mps, h);
+            self.x = advance(context, &self.x, &input, h);
         }
         matches!(self.progress.status(), MissionStatus::Leg(_)).then_some((self.x, *self.limiter.last()))
     }
 }
 
 /// One step of RK4 over ground.
-fn advance(
-    model: &VehicleModel,
-    x: &VehicleState,
-    input: &ActuatorInput,
-    current_ne_mps: [f64; 2],
-    h: f64,
-) -> VehicleState {
+fn advance(context: &LawContext<'_>, x: &VehicleState, input: &ActuatorInput, h: f64) -> VehicleState {
     let f = |x: &VehicleState| {
-        let mut rate = model.derivative(x, input);
-        rate[state::X] += current_ne_mps[0];
-        rate[state::Y] += current_ne_mps[1];
+        let mut rate = context.model.derivative(x, input);
+        rate[state::X] += context.current_ne_mps[0];
+        rate[state::Y] += context.current_ne_mps[1];
         rate
     };
     let k1 = f(x);

@@ -10,14 +10,43 @@ use backseat_core::state::{self, VehicleState};
 pub const STEP_S: f64 = 0.1;
 
 /// What the water and the actuators do that the controller is not told.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Disturbance {
+    /// The vehicle that is flown; the controller is told the reference vehicle.
+    pub vehicle: VehicleParameters,
+    /// Standard deviation of the white, uniform error of each estimated state.
+    pub noise: [f64; 12],
     /// Water current, north and east, m/s.
     pub current_ne_mps: [f64; 2],
     /// Whether the controller is told the current.
     pub current_known: bool,
     /// Actual minus commanded angle of each fin, rad.
     pub fin_bias_rad: [f64; FINS],
+}
+
+impl Default for Disturbance {
+    fn default() -> Self {
+        Self {
+            vehicle: VehicleParameters::IVER3,
+            noise: [0.0; 12],
+            current_ne_mps: [0.0; 2],
+            current_known: false,
+            fin_bias_rad: [0.0; FINS],
+        }
+    }
+}
+
+/// xorshift64*: enough to scatter states, the same on every machine.
+pub struct Scatter(pub u64);
+
+impl Scatter {
+    /// Uniform in [-1, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
 }
 
 /// One step's worth of history.
@@ -42,10 +71,13 @@ pub fn fly(
     controller.set_mission(mission);
     controller.start(&x).unwrap();
     let told = if disturbance.current_known { disturbance.current_ne_mps } else { [0.0; 2] };
+    let mut scatter = Scatter(5);
+    let actual_vehicle = VehicleModel::new(&disturbance.vehicle).unwrap();
     let mut last = ActuatorInput::default();
     let mut samples = Vec::new();
     for step in 0..(longest_s / STEP_S) as u64 {
-        let command = controller.command(step * 100_000, &x, told);
+        let estimate = VehicleState::from_fn(|i, _| x[i] + 3.0_f64.sqrt() * disturbance.noise[i] * scatter.unit());
+        let command = controller.command(step * 100_000, &estimate, told);
         check_limits(&config.limits, &last, &command.input);
         last = command.input;
         samples.push(Sample { time_s: step as f64 * STEP_S, x, command });
@@ -57,7 +89,7 @@ pub fn fly(
             *fin += bias;
         }
         for _ in 0..4 {
-            x = rk4(&model, &x, &actual, disturbance.current_ne_mps, STEP_S / 4.0);
+            x = rk4(&actual_vehicle, &x, &actual, disturbance.current_ne_mps, STEP_S / 4.0);
         }
     }
     samples
