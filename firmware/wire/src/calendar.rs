@@ -45,7 +45,7 @@ impl TimeOfDay {
         Self::from_parts(hour, minute, second, us as u64)
     }
 
-    fn from_parts(hour: u64, minute: u64, second: u64, us: u64) -> Result<Self, Error> {
+    pub(crate) fn from_parts(hour: u64, minute: u64, second: u64, us: u64) -> Result<Self, Error> {
         if hour > 23 || minute > 59 || second > 59 || us >= 1_000_000 {
             return Err(Error::OutOfRange);
         }
@@ -58,6 +58,11 @@ impl TimeOfDay {
         ((s / 3_600) as u8, (s / 60 % 60) as u8, (s % 60) as u8, (self.us % 1_000_000) as u32)
     }
 
+    /// To the nearest 100 µs, the resolution of the older sentences.
+    pub(crate) const fn to_tenth_ms(self) -> Self {
+        Self::from_us((self.us + 50) / 100 * 100)
+    }
+
     /// Writes `hhmmss`, then `decimals` (up to 6) digits of the second, truncated.
     pub(crate) fn write(self, writer: &mut Writer<'_>, decimals: u8) -> Result<(), Error> {
         let (hour, minute, second, _) = self.parts();
@@ -67,7 +72,7 @@ impl TimeOfDay {
         self.write_fraction(writer, decimals)
     }
 
-    fn write_fraction(self, writer: &mut Writer<'_>, decimals: u8) -> Result<(), Error> {
+    pub(crate) fn write_fraction(self, writer: &mut Writer<'_>, decimals: u8) -> Result<(), Error> {
         if decimals == 0 {
             return Ok(());
         }

@@ -70,11 +70,11 @@ impl<const N: usize> Line<N> {
 }
 
 /// What the first bytes of a stream are.
-pub(crate) enum Verdict {
+pub(crate) enum Verdict<T> {
     /// The beginning of a frame, as far as it goes.
     Incomplete,
-    /// A frame of this many bytes.
-    Frame(usize),
+    /// A frame of this many bytes, and what it says.
+    Frame(usize, T),
     /// No frame begins here.
     Noise,
     /// It looked like a frame and is none.
@@ -97,20 +97,20 @@ impl<const N: usize> Window<N> {
     }
 
     /// Consumes bytes up to the next frame or rejection. `examine` must decide before `N` bytes.
-    pub(crate) fn feed(
+    pub(crate) fn feed<T>(
         &mut self,
         bytes: &mut &[u8],
-        examine: impl Fn(&[u8]) -> Verdict,
-    ) -> Option<Result<&[u8], Error>> {
+        examine: impl Fn(&[u8]) -> Verdict<T>,
+    ) -> Option<Result<T, Error>> {
         self.start = (self.start + core::mem::take(&mut self.handed_out)).min(self.end);
         loop {
             let pending = self.buffer.get(self.start..self.end).unwrap_or(&[]);
             let verdict = if pending.is_empty() { Verdict::Incomplete } else { examine(pending) };
             match verdict {
-                Verdict::Frame(length) => {
+                Verdict::Frame(length, content) => {
                     self.counts.note_accepted();
                     self.handed_out = length;
-                    return Some(self.buffer.get(self.start..self.start + length).ok_or(Error::Length));
+                    return Some(Ok(content));
                 }
                 Verdict::Noise => {
                     self.counts.note_skipped(1);
@@ -128,6 +128,11 @@ impl<const N: usize> Window<N> {
                 }
             }
         }
+    }
+
+    /// The frame that [`Self::feed`] found last.
+    pub(crate) fn frame(&self) -> &[u8] {
+        self.buffer.get(self.start..self.end).and_then(|pending| pending.get(..self.handed_out)).unwrap_or(&[])
     }
 
     fn append(&mut self, byte: u8) {
@@ -153,6 +158,14 @@ impl<const N: usize> Window<N> {
 /// Sum of bytes modulo 65536: the checksum of PD0, PD4/PD5 and of the 3DM-GX3.
 pub(crate) fn sum16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0, |sum: u16, byte| sum.wrapping_add(u16::from(*byte)))
+}
+
+/// The verdict on a whole frame.
+pub(crate) fn judged<T>(length: usize, content: Result<T, Error>) -> Verdict<T> {
+    match content {
+        Ok(content) => Verdict::Frame(length, content),
+        Err(cause) => Verdict::Reject(cause),
+    }
 }
 
 /// `N` bytes at `offset`.

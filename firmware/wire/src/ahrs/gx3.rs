@@ -1,11 +1,18 @@
 //! MicroStrain 3DM-GX3-25, single-byte protocol: big-endian replies that begin with the echo of their command.
 
 use super::AhrsSample;
-use crate::framer::{Verdict, Window};
+use crate::framer::{Verdict, Window, at, judged, sum16};
+use crate::write::Writer;
 use crate::{Counts, Error};
 
 /// Ticks of the device's timer in a second.
 pub const TICKS_PER_S: u32 = 62_500;
+/// Longest reply.
+pub const MAX_REPLY: usize = 79;
+
+const TICK_US: u64 = 1_000_000 / TICKS_PER_S as u64;
+/// A timer that seems to have gone further than 10 s between replies was reset.
+const MAX_GAP_TICKS: u32 = 10 * TICKS_PER_S;
 
 /// Which reply a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +35,51 @@ pub enum Command {
     EulerRate = 0xCF,
     /// Gyro-stabilised acceleration, rate, magnetic field.
     Stabilised = 0xD2,
+}
+
+/// A group of values in a reply.
+#[derive(Clone, Copy)]
+enum Group {
+    Accel,
+    Rate,
+    Mag,
+    Matrix,
+    Euler,
+}
+
+impl Command {
+    const ALL: [Self; 8] = [
+        Self::AccelRate,
+        Self::Matrix,
+        Self::AccelRateMatrix,
+        Self::AccelRateMag,
+        Self::AccelRateMagMatrix,
+        Self::Euler,
+        Self::EulerRate,
+        Self::Stabilised,
+    ];
+
+    fn from_byte(byte: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|command| *command as u8 == byte)
+    }
+
+    const fn groups(self) -> &'static [Group] {
+        match self {
+            Self::AccelRate => &[Group::Accel, Group::Rate],
+            Self::Matrix => &[Group::Matrix],
+            Self::AccelRateMatrix => &[Group::Accel, Group::Rate, Group::Matrix],
+            Self::AccelRateMag | Self::Stabilised => &[Group::Accel, Group::Rate, Group::Mag],
+            Self::AccelRateMagMatrix => &[Group::Accel, Group::Rate, Group::Mag, Group::Matrix],
+            Self::Euler => &[Group::Euler],
+            Self::EulerRate => &[Group::Euler, Group::Rate],
+        }
+    }
+
+    /// Bytes of the reply: echo, values, timer, checksum.
+    fn reply_length(self) -> usize {
+        let values = |group: &Group| if matches!(group, Group::Matrix) { 9 } else { 3 };
+        1 + 4 * self.groups().iter().map(values).sum::<usize>() + 4 + 2
+    }
 }
 
 /// One data reply, in units of the wire.
@@ -72,14 +124,28 @@ pub enum ToGx3 {
     Stop,
 }
 
+const CONTINUOUS: u8 = 0xC4;
+const CONTINUOUS_REPLY: usize = 8;
+const CONFIRM: [u8; 2] = [0xC1, 0x29];
+const STOP: u8 = 0xFA;
+
 impl ToGx3 {
     /// The command's bytes.
     ///
     /// # Errors
     /// [`Error::BufferFull`].
     pub fn emit<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
-        let _ = buffer;
-        Err(Error::BufferFull)
+        let mut writer = Writer::new(buffer);
+        match self {
+            Self::Poll(command) => writer.byte(*command as u8)?,
+            Self::Continuous(command) => {
+                writer.byte(CONTINUOUS)?;
+                writer.bytes(&CONFIRM)?;
+                writer.byte(*command as u8)?;
+            }
+            Self::Stop => writer.byte(STOP)?,
+        }
+        Ok(writer.finish())
     }
 
     /// The command at the front of `bytes` and its length; `None` while it is incomplete.
@@ -87,32 +153,72 @@ impl ToGx3 {
     /// # Errors
     /// [`Error::Unknown`] when no command begins here: go on one byte further.
     pub fn parse(bytes: &[u8]) -> Result<Option<(Self, usize)>, Error> {
-        let _ = bytes;
-        Err(Error::Unknown)
+        match bytes {
+            [] | [CONTINUOUS] | [CONTINUOUS, 0xC1] | [CONTINUOUS, 0xC1, 0x29] => Ok(None),
+            [CONTINUOUS, 0xC1, 0x29, command, ..] => {
+                let command = Command::from_byte(*command).ok_or(Error::Unknown)?;
+                Ok(Some((Self::Continuous(command), 4)))
+            }
+            [STOP, ..] => Ok(Some((Self::Stop, 1))),
+            [command, ..] => Ok(Some((Self::Poll(Command::from_byte(*command).ok_or(Error::Unknown)?), 1))),
+        }
     }
 }
 
 impl Reply {
+    const fn empty(command: Command, ticks: u32) -> Self {
+        Self { command, accel_g: None, rate_radps: None, mag_gauss: None, matrix: None, euler_rad: None, ticks }
+    }
+
     /// Reads a whole reply with its checksum.
     ///
     /// # Errors
     /// [`Error::Unknown`], [`Error::Length`], [`Error::Checksum`], [`Error::OutOfRange`] for values no sensor gives.
     pub fn parse(frame: &[u8]) -> Result<Self, Error> {
-        let _ = frame;
-        Err(Error::Unknown)
+        let command = frame.first().copied().and_then(Command::from_byte).ok_or(Error::Unknown)?;
+        if frame.len() != command.reply_length() {
+            return Err(Error::Length);
+        }
+        verify(frame)?;
+        let mut offset = 1;
+        let mut reply = Self::empty(command, 0);
+        for group in command.groups() {
+            match group {
+                Group::Accel => reply.accel_g = Some(floats(frame, &mut offset)?),
+                Group::Rate => reply.rate_radps = Some(floats(frame, &mut offset)?),
+                Group::Mag => reply.mag_gauss = Some(floats(frame, &mut offset)?),
+                Group::Matrix => reply.matrix = Some(floats(frame, &mut offset)?),
+                Group::Euler => reply.euler_rad = Some(floats(frame, &mut offset)?),
+            }
+        }
+        reply.ticks = u32::from_be_bytes(at(frame, offset)?);
+        Ok(reply)
     }
 
     /// Reply `EulerRate` of a device that measured `euler_rad` and `rate_radps`.
     pub const fn euler_rate(euler_rad: [f32; 3], rate_radps: [f32; 3], ticks: u32) -> Self {
-        Self {
-            command: Command::EulerRate,
-            accel_g: None,
-            rate_radps: Some(rate_radps),
-            mag_gauss: None,
-            matrix: None,
-            euler_rad: Some(euler_rad),
-            ticks,
+        Self { rate_radps: Some(rate_radps), euler_rad: Some(euler_rad), ..Self::empty(Command::EulerRate, ticks) }
+    }
+
+    /// What it means, without the timer; attitude from the matrix where there are no angles.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for values no sensor gives.
+    pub fn sample(&self) -> Result<AhrsSample, Error> {
+        let angles = match (self.euler_rad, self.matrix) {
+            (Some(euler), _) => Some(euler.map(f64::from)),
+            (None, Some(matrix)) => Some(matrix_to_euler(matrix)?),
+            (None, None) => None,
+        };
+        if self.mag_gauss.is_some_and(|mag| super::finite_within(mag.map(f64::from), 100.0).is_err()) {
+            return Err(Error::OutOfRange);
         }
+        Ok(AhrsSample {
+            euler_rad: angles.map(super::euler).transpose()?,
+            rates_radps: self.rate_radps.map(|rate| super::rates(rate.map(f64::from))).transpose()?,
+            specific_force_mps2: self.accel_g.map(|accel| super::specific_force(accel.map(f64::from))).transpose()?,
+            timer_us: None,
+        })
     }
 
     /// Writes the reply; values its command needs and that are absent are 0.
@@ -120,8 +226,23 @@ impl Reply {
     /// # Errors
     /// [`Error::BufferFull`].
     pub fn emit<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
-        let _ = buffer;
-        Err(Error::BufferFull)
+        let mut writer = Writer::new(buffer);
+        writer.byte(self.command as u8)?;
+        for group in self.command.groups() {
+            let three = match group {
+                Group::Accel => self.accel_g,
+                Group::Rate => self.rate_radps,
+                Group::Mag => self.mag_gauss,
+                Group::Euler => self.euler_rad,
+                Group::Matrix => {
+                    let matrix = self.matrix.unwrap_or_default();
+                    matrix.iter().try_for_each(|value| writer.bytes(&value.to_be_bytes()))?;
+                    continue;
+                }
+            };
+            three.unwrap_or_default().iter().try_for_each(|value| writer.bytes(&value.to_be_bytes()))?;
+        }
+        finish(writer, self.ticks)
     }
 }
 
@@ -129,31 +250,108 @@ impl Reply {
 ///
 /// # Errors
 /// [`Error::BufferFull`].
-pub fn emit_continuous(command: u8, buffer: &mut [u8]) -> Result<&[u8], Error> {
-    let _ = (command, buffer);
-    Err(Error::BufferFull)
+pub fn emit_continuous(command: u8, ticks: u32, buffer: &mut [u8]) -> Result<&[u8], Error> {
+    let mut writer = Writer::new(buffer);
+    writer.bytes(&[CONTINUOUS, command])?;
+    finish(writer, ticks)
 }
 
-/// Finds replies in a byte stream.
+fn finish(mut writer: Writer<'_>, ticks: u32) -> Result<&[u8], Error> {
+    writer.bytes(&ticks.to_be_bytes())?;
+    let sum = sum16(writer.written());
+    writer.bytes(&sum.to_be_bytes())?;
+    Ok(writer.finish())
+}
+
+fn verify(frame: &[u8]) -> Result<(), Error> {
+    let (covered, printed) = frame.split_last_chunk().ok_or(Error::Length)?;
+    if sum16(covered) == u16::from_be_bytes(*printed) { Ok(()) } else { Err(Error::Checksum) }
+}
+
+fn floats<const N: usize>(frame: &[u8], offset: &mut usize) -> Result<[f32; N], Error> {
+    let mut values = [0.0; N];
+    for value in &mut values {
+        *value = f32::from_be_bytes(at(frame, *offset)?);
+        *offset += 4;
+    }
+    Ok(values)
+}
+
+/// Roll, pitch, yaw of M, which takes earth axes to sensor axes (the transpose of body to NED).
+fn matrix_to_euler(matrix: [f32; 9]) -> Result<[f64; 3], Error> {
+    let matrix = matrix.map(f64::from);
+    // A rotation, to the rounding of single precision.
+    if !matrix.iter().all(|entry| libm::fabs(*entry) <= 1.0 + 1.0e-5) {
+        return Err(Error::OutOfRange);
+    }
+    let [m11, m12, m13, _, _, m23, _, _, m33] = matrix;
+    Ok([libm::atan2(m23, m33), libm::asin(-m13.max(-1.0).min(1.0)), libm::atan2(m12, m11)])
+}
+
+/// Finds replies in a byte stream and unrolls the timer.
 pub struct Decoder {
-    window: Window<160>,
+    window: Window<{ 2 * MAX_REPLY }>,
+    ticks: Option<u32>,
+    elapsed_us: u64,
+    timer_resets: u32,
 }
 
 impl Decoder {
     /// An empty decoder.
     pub const fn new() -> Self {
-        Self { window: Window::new() }
+        Self { window: Window::new(), ticks: None, elapsed_us: 0, timer_resets: 0 }
     }
 
     /// Consumes bytes up to the next reply or rejection; `None` when all were consumed.
     pub fn feed(&mut self, bytes: &mut &[u8]) -> Option<Result<FromGx3, Error>> {
-        Some(self.window.feed(bytes, |_| Verdict::Noise)?.and(Err(Error::Unknown)))
+        let mut outcome = self.window.feed(bytes, examine)?;
+        if let Ok(FromGx3::Data(sample, reply)) = &mut outcome {
+            sample.timer_us = Some(self.unroll(reply.ticks));
+        }
+        Some(outcome)
+    }
+
+    /// µs since the first reply. The timer rolls over each 19.1 h; after a reset time stands still for one reply.
+    fn unroll(&mut self, ticks: u32) -> u64 {
+        let gap = ticks.wrapping_sub(self.ticks.unwrap_or(ticks));
+        if gap <= MAX_GAP_TICKS {
+            self.elapsed_us = self.elapsed_us.saturating_add(u64::from(gap) * TICK_US);
+        } else {
+            self.timer_resets = self.timer_resets.saturating_add(1);
+        }
+        self.ticks = Some(ticks);
+        self.elapsed_us
+    }
+
+    /// How often the timer was reset, or ran on for more than 10 s unseen.
+    pub const fn timer_resets(&self) -> u32 {
+        self.timer_resets
     }
 
     /// Replies accepted, and the rejections by cause.
     pub const fn counts(&self) -> &Counts {
         &self.window.counts
     }
+}
+
+/// The echo byte occurs in data as well: only length and checksum confirm it.
+fn examine(bytes: &[u8]) -> Verdict<FromGx3> {
+    let Some(first) = bytes.first() else { return Verdict::Incomplete };
+    let command = Command::from_byte(*first);
+    let length = match command {
+        Some(command) => command.reply_length(),
+        None if *first == CONTINUOUS => CONTINUOUS_REPLY,
+        None => return Verdict::Noise,
+    };
+    let Some(frame) = bytes.get(..length) else { return Verdict::Incomplete };
+    let content = match command {
+        Some(_) => Reply::parse(frame).and_then(|reply| Ok(FromGx3::Data(reply.sample()?, reply))),
+        None => verify(frame).and_then(|()| {
+            let [command] = at(frame, 1)?;
+            Ok(FromGx3::Continuous(command))
+        }),
+    };
+    judged(length, content)
 }
 
 impl Default for Decoder {

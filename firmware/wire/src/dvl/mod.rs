@@ -127,3 +127,25 @@ pub(crate) fn altitude_m(range_cm: [u32; 4]) -> Option<f64> {
     let sum: u64 = range_cm.iter().map(|range| u64::from(*range)).sum();
     (sum > 0).then(|| sum as f64 / seen / 100.0)
 }
+
+/// Seconds of the day of hour, minute, second, hundredth.
+pub(crate) fn time_of_day_s(clock: [u8; 4]) -> f64 {
+    let [hour, minute, second, hundredth] = clock.map(u32::from);
+    f64::from(((hour * 60 + minute) * 60 + second) * 100 + hundredth) / 100.0
+}
+
+/// Hour, minute, second, hundredth; the inverse within a day.
+pub(crate) fn clock(time_of_day_s: f64) -> [u8; 4] {
+    let hundredths = libm::round(time_of_day_s * 100.0) as u32 % 8_640_000;
+    [
+        (hundredths / 360_000) as u8,
+        (hundredths / 6_000 % 60) as u8,
+        (hundredths / 100 % 60) as u8,
+        (hundredths % 100) as u8,
+    ]
+}
+
+/// Hundredths of a degree in [0, 36000).
+pub(crate) fn heading_cdeg(cdeg: f64) -> u16 {
+    (cdeg as i64).rem_euclid(36_000) as u16
+}

@@ -5,7 +5,6 @@
 
 mod emit;
 mod parse;
-mod parse_cst;
 mod payload;
 mod statistics;
 

@@ -1,14 +1,18 @@
 //! `$CACST`, reception statistics: the sentence that carries the time of arrival.
 
 use super::ClockMode;
-use crate::Decimal;
 use crate::calendar::{DateTime, TimeOfDay};
+use crate::nmea::{Emitter, Fields, parse_integer};
+use crate::{Decimal, Error};
+
+/// From this number on the first field is a version, below it is the mode.
+const FIRST_VERSION: u8 = 6;
 
 /// A time of arrival: older firmware gives no date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModemTime {
-    /// `hhmmss.ssss`.
+    /// `hhmmss.ssss`, to 100 µs.
     OfDay(TimeOfDay),
     /// `yyyymmddhhmmss.ffffff`.
     Full(DateTime),
@@ -133,5 +137,87 @@ impl ReceptionStatistics {
             bandwidth_hz: Some(2_000),
             ..Self::new(version, mode, arrival, clock)
         }
+    }
+}
+
+impl ReceptionStatistics {
+    pub(super) fn parse(f: &mut Fields<'_>) -> Result<Self, Error> {
+        let first = f.integer()?;
+        let (version, mode) = if first >= FIRST_VERSION { (Some(first), f.integer()?) } else { (None, first) };
+        if mode > 2 {
+            return Err(Error::OutOfRange);
+        }
+        let arrival = match version {
+            Some(_) => ModemTime::Full(DateTime::parse_compact(f.some()?)?),
+            None => ModemTime::OfDay(f.time()?),
+        };
+        let mut s = Self::new(version, mode, arrival, ClockMode(f.integer()?));
+        for integer in s.detector.iter_mut().chain([&mut s.spl_db, &mut s.gain]).chain(&mut s.shifts).chain([
+            &mut s.rate,
+            &mut s.source,
+            &mut s.destination,
+            &mut s.psk_error,
+            &mut s.packet_type,
+            &mut s.frames,
+            &mut s.bad_frames,
+        ]) {
+            *integer = f.optional(parse_integer)?;
+        }
+        for decimal in [&mut s.rss_db].into_iter().chain(&mut s.snr_db).chain([&mut s.mse_db]) {
+            *decimal = f.optional(Decimal::parse)?;
+        }
+        s.quality = f.optional(parse_integer)?;
+        s.doppler_mps = f.optional(Decimal::parse)?;
+        for integer in [&mut s.noise_db, &mut s.carrier_hz, &mut s.bandwidth_hz] {
+            *integer = f.optional(parse_integer)?;
+        }
+        Ok(s)
+    }
+
+    pub(super) fn write(&self, e: &mut Emitter<'_>) -> Result<(), Error> {
+        if let Some(version) = self.version {
+            e.unsigned(version)?;
+        }
+        e.unsigned(self.mode)?.field(|writer| match self.arrival {
+            ModemTime::OfDay(time) => time.to_tenth_ms().write(writer, 4),
+            ModemTime::Full(full) => full.write_compact(writer, 6),
+        })?;
+        e.padded(self.clock.0, if self.version.is_some() { 2 } else { 1 })?;
+        let integer = |value: Option<i32>| value.map(|value| Decimal::new(i64::from(value), 0));
+        let [peak, power, ratio] = self.detector.map(integer);
+        let [ainp, ain, mfd, p2b] = self.shifts.map(integer);
+        let [snr_in, snr_out, snr_symbol] = self.snr_db;
+        let fields = [
+            (peak, 1),
+            (power, 2),
+            (ratio, 4),
+            (integer(self.spl_db), 4),
+            (integer(self.gain), 2),
+            (ainp, 2),
+            (ain, 2),
+            (mfd, 2),
+            (p2b, 2),
+            (integer(self.rate), 1),
+            (integer(self.source), 3),
+            (integer(self.destination), 3),
+            (integer(self.psk_error), 1),
+            (integer(self.packet_type), 1),
+            (integer(self.frames), 1),
+            (integer(self.bad_frames), 1),
+            (self.rss_db, 1),
+            (snr_in, 1),
+            (snr_out, 1),
+            (snr_symbol, 1),
+            (self.mse_db, 1),
+            (integer(self.quality), 3),
+            (self.doppler_mps, 1),
+            (integer(self.noise_db), 2),
+            (integer(self.carrier_hz), 1),
+            (integer(self.bandwidth_hz), 1),
+        ];
+        for (value, width) in fields.into_iter().map_while(|(value, width)| Some((value?, width))) {
+            e.field(|writer| writer.decimal_padded(value, width))?;
+        }
+        Ok(())
     }
 }
