@@ -14,7 +14,7 @@
 //! Riccati equations*, Linear Algebra Appl. 396, 2005, started from the exact flow over a short h instead of its
 //! Cayley transform, so that every H on the way is the finite-horizon solution as well.) The short flow is the
 //! Taylor series of exp([−A S; Q Aᵀ] h), S = B R⁻¹ Bᵀ. All matrices stay bounded: G and H are positive
-//! semi-definite, so I + GH never is singular, and the error halves its exponent each step.
+//! semi-definite, so I + GH never is singular, and convergence is quadratic.
 //!
 //! The work is cut in slices of a few matrix products, so that a board can spread a solution over its steps.
 

@@ -97,6 +97,15 @@ fn known_cross_current_leaves_no_offset() {
 }
 
 #[test]
+fn unknown_cross_current_leaves_the_stated_offset() {
+    // lqr.rs states 0.8 m for 0.1 m/s: heading gain over cross-track gain, 8.2 m/rad, times the crab angle.
+    let disturbance = Disturbance { current_ne_mps: [0.0, 0.1], ..Disturbance::default() };
+    let samples = fly(&config(ControlLaw::Lqr), &line(500.0, 0.0), at_rest(0.0, 0.0, 0.0), &disturbance, 800.0);
+    let cross = samples.last().unwrap().command.error.cross_m;
+    assert!((0.75..0.9).contains(&cross), "{cross}");
+}
+
+#[test]
 fn bent_fin_leaves_a_bounded_offset() {
     // lqr.rs states 9 cm for 2 degrees.
     let disturbance = Disturbance { fin_bias_rad: [0.035, 0.0, 0.0, 0.0], ..Disturbance::default() };
