@@ -49,6 +49,8 @@ pub(crate) struct Backseat {
     /// Device ports, in the order of [`Port::DEVICES`].
     out: [Ring<DEVICE_RING>; 4],
     configured: bool,
+    /// A mission begins as soon as navigation is valid.
+    pub(crate) armed: bool,
     stopping: bool,
     /// Time of the last echo that was taken as input.
     echo_us: Option<u64>,
@@ -85,6 +87,7 @@ impl App {
                 commander: Commander::new(),
                 out: [const { Ring::new() }; 4],
                 configured: false,
+                armed: false,
                 stopping: false,
                 echo_us: None,
                 last_step_us: None,
@@ -254,6 +257,7 @@ impl Backseat {
         self.estimator.reset();
         self.out.iter_mut().for_each(Ring::clear);
         self.configured = false;
+        self.armed = false;
         self.stopping = false;
         self.echo_us = None;
         self.last_step_us = None;
@@ -282,6 +286,10 @@ impl Backseat {
         self.digest = self.estimator.navigator().digest_from(self.digest);
         if self.modes.update(&self.facts(now_us, failed), &self.parameters.active().app) {
             self.hand_back(now_us);
+        }
+        if self.armed && self.modes.ready() {
+            // an empty mission was refused when it was armed
+            self.armed = self.controller.start(self.estimator.navigator().state()).is_err();
         }
         if failed {
             self.configured = false;
@@ -333,6 +341,7 @@ impl Backseat {
     pub(crate) fn stop(&mut self) {
         self.controller.stop();
         self.modes.stopped();
+        self.armed = false;
         self.stopping = true;
     }
 

@@ -95,16 +95,20 @@ impl Backseat {
         Ok(())
     }
 
+    /// Arms the stored mission: it begins with the first step at which navigation is valid.
     fn start(&mut self) -> Result<(), Refusal> {
         if self.under_way() {
             return Err(Refusal::UnderWay);
         }
-        if !self.modes.ready() {
+        if self.controller.mission().waypoints().is_empty() {
+            return Err(Refusal::Sequence);
+        }
+        if self.modes.is_lost() {
             return Err(Refusal::NotReady);
         }
-        self.controller.start(self.estimator.navigator().state()).map_err(|_| Refusal::Sequence)?;
         self.frontseat.forget_refusal();
         self.modes.started();
+        self.armed = true;
         Ok(())
     }
 }

@@ -96,6 +96,11 @@ impl Modes {
         matches!(self.present.0, Mode::Navigating | Mode::Degraded)
     }
 
+    /// Whether navigation is lost, so that it will not become valid by waiting.
+    pub fn is_lost(&self) -> bool {
+        self.present.0 == Mode::Lost
+    }
+
     /// Judges the facts; true when a mission under way has to end.
     pub fn update(&mut self, facts: &Facts, settings: &AppSettings) -> bool {
         self.present = judge(facts, settings);

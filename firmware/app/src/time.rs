@@ -79,9 +79,10 @@ impl UtcClock {
         let Ok(utc_us) = i64::try_from(utc_us) else { return };
         let Ok(valid_us) = i64::try_from(local_us.saturating_sub(latency_us)) else { return };
         // The second of the label began at the edge nearest to where its latency puts it.
-        let edge_us = self.last_edge_us.and_then(|edge_us| i64::try_from(edge_us).ok()).and_then(|edge_us| {
+        let edge_us = self.last_edge_us.and_then(|edge_us| i64::try_from(edge_us).ok());
+        let edge_us = edge_us.filter(|edge_us| (valid_us - edge_us).abs() < EDGE_AGE_US).map(|edge_us| {
             let seconds = (valid_us - edge_us + SECOND_US / 2).div_euclid(SECOND_US);
-            ((valid_us - edge_us).abs() < EDGE_AGE_US).then_some(edge_us + seconds * SECOND_US)
+            edge_us.saturating_add(seconds * SECOND_US)
         });
         let (reference_us, second_us, fine) = match edge_us {
             Some(edge_us) => (edge_us, utc_us.div_euclid(SECOND_US).saturating_mul(SECOND_US), true),
