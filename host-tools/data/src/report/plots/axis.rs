@@ -77,7 +77,7 @@ impl Axis {
         let count = names.len();
         let ticks = names
             .enumerate()
-            .map(|(row, name)| (row_position(row, count), shortened(&clean(name), f64::from(WIDTH) * 0.36)))
+            .map(|(row, name)| (row_position(row, count), shortened(&clean(name), f64::from(WIDTH) * 0.43)))
             .collect();
         Self { title: String::new(), low: -0.5, high: count.max(1) as f64 - 0.5, ticks }
     }
@@ -156,5 +156,49 @@ fn widened(low: f64, high: f64) -> (f64, f64) {
     } else {
         let half = if low == 0.0 { 0.5 } else { low.abs() * 0.1 };
         (low - half, high + half)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis) -> Vec<&str> {
+        axis.ticks.iter().map(|t| t.1.as_str()).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_numbers_inside_the_range() {
+        assert_eq!(labels(&Axis::linear("", -0.13, 0.42, 5)), ["0.0", "0.2", "0.4"]);
+        assert_eq!(labels(&Axis::linear("", 0.0, 1000.0, 5)), ["0", "200", "400", "600", "800", "1000"]);
+        assert_eq!(labels(&Axis::linear("", -3.7, 3.7, 8)), ["-3", "-2", "-1", "0", "1", "2", "3"]);
+    }
+
+    #[test]
+    fn time_is_in_the_unit_of_its_span() {
+        let (hours, per_hour) = Axis::time(0.0, 3.2);
+        assert_eq!((hours.title.as_str(), per_hour), ("time [h]", 1.0));
+        let (minutes, _) = Axis::time(0.0, 1.6);
+        assert_eq!(minutes.title, "time [min]");
+        assert_eq!(labels(&minutes), ["0", "20", "40", "60", "80"]);
+        let (seconds, _) = Axis::time(0.0, 0.01);
+        assert_eq!(
+            (seconds.title.as_str(), labels(&seconds)),
+            ("time [s]", vec!["0", "5", "10", "15", "20", "25", "30", "35"])
+        );
+    }
+
+    #[test]
+    fn logarithmic_ticks_read_as_values() {
+        assert_eq!(labels(&Axis::log("", 0.5, 900.0)), ["1", "10", "100"]);
+        assert_eq!(labels(&Axis::log("", 0.09, 1.1)), ["0.1", "0.2", "0.5", "1"]);
+    }
+
+    #[test]
+    fn values_keep_three_digits() {
+        assert_eq!(
+            [0.0, 1.0, 0.99, 12.345, 1234.5, 0.00123, -0.5].map(plain),
+            ["0", "1", "0.99", "12.3", "1234", "0.00123", "-0.5"]
+        );
     }
 }

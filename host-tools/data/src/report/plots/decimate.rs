@@ -95,3 +95,36 @@ pub(super) fn every(stride: usize) -> String {
         _ => format!(", every {stride}th"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_survive_and_straight_lines_shrink() {
+        let corner: Vec<Point> =
+            (0..=1000).map(|i| f64::from(i)).map(|s| (s.min(500.0), (s - 500.0).max(0.0))).collect();
+        assert_eq!(simplify(&corner, 0.1, 100), [(0.0, 0.0), (500.0, 0.0), (500.0, 500.0)]);
+    }
+
+    #[test]
+    fn no_point_is_lost_by_more_than_the_tolerance() {
+        let circle: Vec<Point> =
+            (0..5000).map(|i| f64::from(i) * 1e-3).map(|a| (100.0 * a.cos(), 100.0 * a.sin())).collect();
+        let simple = simplify(&circle, 0.5, 1000);
+        assert!(simple.len() < 60);
+        for p in circle {
+            let distance = simple.windows(2).map(|s| distance_to_segment(p, s[0], s[1])).fold(f64::INFINITY, f64::min);
+            // Half a tolerance more for the neighbours that are dropped first.
+            assert!(distance <= 0.75, "{distance}");
+        }
+    }
+
+    #[test]
+    fn thinned_series_are_named_in_english() {
+        assert_eq!(
+            [1, 2, 3, 4, 11, 12, 21, 112].map(every).map(|s| s.trim_start_matches(", every ").to_string()),
+            ["", "2nd", "3rd", "4th", "11th", "12th", "21st", "112th"]
+        );
+    }
+}

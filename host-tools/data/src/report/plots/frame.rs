@@ -16,13 +16,13 @@ pub(super) const SUB: i32 = 4;
 pub(super) const WIDTH: i32 = 640;
 const FONT: f64 = 15.0;
 /// On a phone the page enlarges the writing. The layout leaves room for this size.
-const PHONE_FONT: f64 = 19.0;
+const PHONE_FONT: f64 = 18.5;
 const LEGEND_ROW: i32 = 26;
 const LEGEND_SWATCH: i32 = 30;
 const MARGIN_RIGHT: i32 = 22;
 const MARGIN_TOP: i32 = 10;
 const AXIS_TITLE: i32 = 26;
-const X_LABELS: i32 = 58;
+const X_LABELS: i32 = 55;
 /// Drawing into a string cannot fail: plotters' errors are those of files and fonts.
 const IN_MEMORY: &str = "an SVG in memory has no file and no font to fail on";
 
@@ -114,8 +114,8 @@ impl Frame {
                 .label_style(font(TEXT))
                 .axis_desc_style(font(TEXT))
                 .set_all_tick_mark_size(4 * SUB)
-                .x_desc(clean(&self.x.title))
-                .y_desc(clean(&self.y.title))
+                .x_desc(shortened(&clean(&self.x.title), self.canvas_size().0))
+                .y_desc(shortened(&clean(&self.y.title), self.canvas_size().1))
                 .draw()
                 .expect(IN_MEMORY);
             let canvas = Canvas { area: chart.plotting_area(), pixel: self.pixel() };
@@ -148,7 +148,7 @@ impl Canvas<'_, '_> {
     pub fn line(&self, points: Vec<(f64, f64)>, ink: Ink, width: f64, opacity: f64) {
         match points[..] {
             [] => {}
-            [point] => self.dot(point, ink, width, opacity),
+            [point] => self.dot(point, ink, width.max(3.0), opacity),
             _ => self.area.draw(&PathElement::new(points, stroke(ink, width, opacity))).expect(IN_MEMORY),
         }
     }
@@ -193,7 +193,7 @@ fn legend_rows(legend: &[Key]) -> Vec<Vec<(i32, Key)>> {
     let mut x = WIDTH;
     for key in legend {
         let name = shortened(&clean(&key.name), f64::from(WIDTH - LEGEND_SWATCH - 20));
-        let width = LEGEND_SWATCH + text_width(&name).ceil() as i32 + 18;
+        let width = LEGEND_SWATCH + text_width(&name).ceil() as i32 + 16;
         if x + width > WIDTH {
             rows.push(Vec::new());
             x = 8;
@@ -256,9 +256,16 @@ fn font(ink: Ink) -> TextStyle<'static> {
     ("sans-serif", FONT * 1.24 * f64::from(SUB)).into_font().color(&rgb(ink))
 }
 
-/// Width that some writing may take on a phone: generous, because every system has its own font.
+/// Width that some writing takes on a phone, for a wide font: every system has its own.
 fn text_width(text: &str) -> f64 {
-    text.chars().count() as f64 * 0.56 * PHONE_FONT
+    let share = |c: char| match c {
+        'i' | 'j' | 'l' | 't' | 'f' | 'r' | ' ' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' | '(' | ')' | '[' | ']'
+        | '-' => 0.38,
+        'm' | 'w' | '%' | '@' | '×' | '±' => 0.93,
+        c if c.is_uppercase() => 0.7,
+        _ => 0.61,
+    };
+    text.chars().map(share).sum::<f64>() * PHONE_FONT
 }
 
 /// Cuts writing that does not fit.
@@ -266,8 +273,16 @@ pub(super) fn shortened(text: &str, room: f64) -> String {
     if text_width(text) <= room {
         return text.into();
     }
-    let fits = (room / text_width("x")).floor().max(2.0) as usize;
-    text.chars().take(fits - 1).chain(['…']).collect()
+    let mut kept = String::new();
+    for c in text.chars() {
+        kept.push(c);
+        if text_width(&kept) + text_width("…") > room {
+            kept.pop();
+            break;
+        }
+    }
+    kept.push('…');
+    kept
 }
 
 /// One line without characters that XML cannot hold; plotters itself escapes the rest.

@@ -39,7 +39,7 @@ pub fn histogram(plot: &Histogram<'_>) -> String {
     if let (Some((mean, sigma)), false) = (plot.normal, curve.is_empty()) {
         legend.push(Key::new(format!("normal, mean {}, sigma {}", plain(mean), plain(sigma)), VERMILION, CURVE));
     }
-    let y = Axis::linear("count", 0.0, tallest * 1.06, 5);
+    let y = Axis::linear("count", 0.0, tallest * 1.06, 8);
     let frame = Frame {
         x: Axis::linear(plot.x_label, low, high, 7),
         left: left_margin(&y),
@@ -87,7 +87,9 @@ pub fn before_after(plot: &BeforeAfter<'_>) -> String {
         for (i, (_, before, after)) in plot.rows.iter().enumerate() {
             let y = row_position(i, plot.rows.len());
             if drawn(*before) && drawn(*after) {
-                canvas.line(vec![(place(*before), y), (place(*after), y)], FAINT, 2.5, 0.8);
+                // The line ends at the edge of the ring.
+                let edge = (6.0 * canvas.pixel.0).copysign(before - after);
+                canvas.line(vec![(place(*before) - edge, y), (place(*after), y)], FAINT, 2.5, 0.8);
             }
             if drawn(*after) {
                 canvas.dot((place(*after), y), BLUE, 6.0, 1.0);

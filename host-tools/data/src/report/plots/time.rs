@@ -23,7 +23,7 @@ pub fn error_vs_time(plot: &ErrorPlot<'_>) -> String {
         Scale::Linear => {
             let (low, high) = extent(values()).unwrap_or((0.0, 1.0));
             let (below, above) = padded((low.min(0.0), high.max(0.0)), 0.05);
-            Axis::linear(plot.y_label, if low < 0.0 { below } else { 0.0 }, above, 5)
+            Axis::linear(plot.y_label, if low < 0.0 { below } else { 0.0 }, above, 8)
         }
         Scale::Log => log_axis(plot.y_label, values()),
     };
@@ -46,7 +46,7 @@ pub fn time_series(plot: &TimePlot<'_>) -> String {
     let values =
         lines.iter().flat_map(|(_, line)| line.iter().map(|p| p.1)).chain(band.iter().flat_map(|b| [b.1, b.2]));
     let (low, high) = padded(extent(values).unwrap_or((0.0, 1.0)), 0.06);
-    lines_over_band(&Axis::linear(plot.y_label, low, high, 5), &lines, plot.band.map(|(name, _)| name), band)
+    lines_over_band(&Axis::linear(plot.y_label, low, high, 8), &lines, plot.band.map(|(name, _)| name), band)
 }
 
 /// Draws innovations against time.
@@ -59,7 +59,7 @@ pub fn innovations(plot: &InnovationPlot<'_>) -> String {
     let limit = limit.max(1.3 * quantile(all.iter().map(|i| 2.0 * i.sigma).collect(), 0.95));
     let limit = if limit > 0.0 { limit } else { 1.0 };
     let (x, per_hour) = time_axis(all.iter().map(|i| i.t_h));
-    let y = Axis::linear(plot.y_label, -limit, limit, 6);
+    let y = Axis::linear(plot.y_label, -limit, limit, 8);
     let place = |value: f64| value.clamp(-limit, limit);
 
     let (fused, rejected): (Vec<&Innovation>, Vec<&Innovation>) = all.iter().partition(|i| i.fused);
@@ -117,26 +117,27 @@ fn lines_over_band(y: &Axis, lines: &[(&str, Vec<Point>)], band_name: Option<&st
         for (i, (_, line)) in lines.iter().enumerate().rev() {
             for run in runs(line) {
                 let run: Vec<Point> = run.iter().map(|(t, v)| (t * per_hour, *v)).collect();
-                canvas.line(min_max(&run, canvas.pixel.0 * COLUMN), SERIES[i % SERIES.len()], 2.0, 1.0);
+                canvas.line(min_max(&run, canvas.pixel.0 * COLUMN), SERIES[i % SERIES.len()], 1.7, 1.0);
             }
         }
     })
 }
 
-/// Fills between low and high, and draws both edges.
+/// Fills between low and high, and draws the upper edge.
 fn draw_band(canvas: &Canvas<'_, '_>, band: &[Slice], ink: Ink) {
     for run in band.split(|(t, low, high)| ![t, low, high].iter().all(|v| is_drawable(**v))) {
         let column = |slice: &Slice| (slice.0 / (canvas.pixel.0 * COLUMN)).floor();
-        let envelope: Vec<Slice> = run
+        // Mean of a column: of a bound that rises and falls between two fixes, an envelope would flatter the filter.
+        let means: Vec<Slice> = run
             .chunk_by(|a, b| column(a) == column(b))
             .map(|chunk| {
-                chunk.iter().fold((chunk[0].0, f64::INFINITY, f64::NEG_INFINITY), |all, s| {
-                    (all.0, all.1.min(s.1), all.2.max(s.2))
-                })
+                let sum = chunk.iter().fold((0.0, 0.0, 0.0), |sum, s| (sum.0 + s.0, sum.1 + s.1, sum.2 + s.2));
+                let count = chunk.len() as f64;
+                (sum.0 / count, sum.1 / count, sum.2 / count)
             })
             .collect();
-        let low = envelope.iter().map(|s| (s.0, s.1));
-        let high = envelope.iter().map(|s| (s.0, s.2));
+        let low = means.iter().map(|s| (s.0, s.1));
+        let high = means.iter().map(|s| (s.0, s.2));
         canvas.area(low.chain(high.clone().rev()).collect(), ink, BAND);
         canvas.line(high.collect(), ink, 1.0, 0.5);
     }

@@ -9,7 +9,7 @@ use crate::report::palette::{FAINT, GREEN, ORANGE, SERIES, SKY, TEXT, TRUTH};
 /// Square root of the 95 % quantile of chi-square with two degrees of freedom: standard deviations to the edge of the ellipse.
 const ELLIPSE_95: f64 = 2.447_746_8;
 const MOST_ELLIPSES: usize = 60;
-const MOST_PATHS: usize = 180;
+const MOST_PATHS: usize = 130;
 const MOST_WAYPOINTS: usize = 500;
 const MOST_POINTS: usize = 4000;
 /// Half axis in pixels below which a typical ellipse is enlarged.
@@ -17,7 +17,7 @@ const SMALLEST_ELLIPSE: f64 = 9.0;
 const TRUTH_LOOK: Mark = Mark::Line { width: 5.0, opacity: 0.35 };
 const ESTIMATE_LOOK: Mark = Mark::Line { width: 2.0, opacity: 1.0 };
 const SHIP_LOOK: Mark = Mark::Line { width: 2.0, opacity: 0.9 };
-const PATH_LOOK: Mark = Mark::Line { width: 1.0, opacity: 0.45 };
+const PATH_LOOK: Mark = Mark::Line { width: 1.0, opacity: 0.4 };
 
 /// East, north: from the order of the frame to that of the page.
 fn on_page((north, east): Point) -> Point {
