@@ -94,8 +94,7 @@ fn val_open_loop_trajectory_of_the_reference_vectors() {
 #[test]
 fn val_agrees_with_the_backseats_model_where_it_should() {
     let declared = VehicleParameters { d26: 5.0, d35: -4.0, advance_n_s2_per_rad_m: 0.003, ..VehicleParameters::IVER3 };
-    let parameters =
-        Parameters { d26: 5.0, d35: -4.0, advance_n_s2_per_rad_m: 0.003, ..reference() };
+    let parameters = Parameters { d26: 5.0, d35: -4.0, advance_n_s2_per_rad_m: 0.003, ..reference() };
     let (model, plant) = (VehicleModel::new(&declared).unwrap(), Plant::new(&parameters));
     let mut random = Stream::new(5, Source::Disturbance);
     for _ in 0..500 {
@@ -218,6 +217,19 @@ fn floats_at_the_surface_and_rises_when_unpowered() {
     // Afloat where the hull displaces its own mass: r (2 m/ρV − 1).
     let afloat = p.hull_radius_m * (2.0 * p.mass_kg / p.displaced_mass_kg - 1.0);
     assert!((vehicle.state().0[2] - afloat).abs() < 0.01, "{}", vehicle.state().0[2]);
+}
+
+#[test]
+fn surfaced_hull_lies_level_and_a_hard_nose_down_dives_it() {
+    let p = reference();
+    let start = State::new([0.0, 0.0, 0.07], [0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]);
+    let mut vehicle = Vehicle::new(&p, start, 0.01, 0);
+    (0..6000).for_each(|_| vehicle.step(&actuators([106.8, 0.0, 0.0, 0.0, 0.0]), &Water::default()));
+    let s = *vehicle.state();
+    // A hull that noses up by half a degree would lift its bow by a centimetre.
+    assert!((0.05..0.1).contains(&s.0[2]) && s.euler_rad()[1].abs() < 0.01, "{s:?}");
+    (0..1500).for_each(|_| vehicle.step(&actuators([106.8, 0.0, 0.0, -0.25, 0.25]), &Water::default()));
+    assert!(vehicle.state().0[2] > 2.0);
 }
 
 #[test]

@@ -116,7 +116,7 @@ impl Lawnmower {
         (0..self.lines.get()).map(|index| {
             let across = f64::from(index) * self.spacing_m;
             let (near, far) = (self.place(0.0, across), self.place(self.length_m, across));
-            let (from_m, to_m) = if index % 2 == 0 { (near, far) } else { (far, near) };
+            let (from_m, to_m) = if index.is_multiple_of(2) { (near, far) } else { (far, near) };
             Line { from_m, to_m, depth_m: self.depth_m }
         })
     }
@@ -130,7 +130,7 @@ impl Lawnmower {
     fn waypoints(&self) -> Vec<Waypoint> {
         let to = |[x_m, y_m]: [f64; 2], depth_m| Waypoint { x_m, y_m, depth_m, speed_mps: self.speed_mps };
         let last = self.lines.get() - 1;
-        let end = if last % 2 == 0 { self.length_m + self.run_out_m } else { -self.run_out_m };
+        let end = if last.is_multiple_of(2) { self.length_m + self.run_out_m } else { -self.run_out_m };
         std::iter::once(to(self.place(-self.dive_m, 0.0), 0.0))
             .chain(self.survey_lines().flat_map(|line| [to(line.from_m, line.depth_m), to(line.to_m, line.depth_m)]))
             .chain([to(self.place(end, f64::from(last) * self.spacing_m), 0.0)])

@@ -16,6 +16,7 @@ impl Scenario {
             displaced_mass_kg: declared.displaced_mass_kg,
             rho_kg_per_m3: declared.rho_kg_per_m3,
             g_mps2: declared.g_mps2,
+            length_m: declared.length_m,
             hull_radius_m: 0.5 * declared.diameter_m,
             cb_to_cg_m: core::array::from_fn(|i| declared.b_cb_to_cg_m[i] + plant.cg_offset_m[i]),
             inertia: declared.m_diag,

@@ -26,6 +26,8 @@ pub struct Parameters {
     pub rho_kg_per_m3: f64,
     /// Gravity, m/s².
     pub g_mps2: f64,
+    /// Length of the hull, m.
+    pub length_m: f64,
     /// Radius of the hull, m: over this much above and below z = 0 the hull leaves the water.
     pub hull_radius_m: f64,
     /// From the centre of buoyancy to the centre of gravity, m.

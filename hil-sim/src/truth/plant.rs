@@ -159,6 +159,10 @@ pub struct Plant {
     cb_to_cg: [f64; 3],
     /// 1 / (2 · hull radius): share of the buoyancy gained per metre of depth at the surface.
     emersion_per_m: f64,
+    /// Deeper than this the surface is not felt at any attitude.
+    submerged_m: f64,
+    /// Distance of the fore and aft section from the centre of buoyancy.
+    section_m: f64,
     blades: [Blade; 4],
     thrust: f64,
     advance: f64,
@@ -180,6 +184,8 @@ impl Plant {
             buoyancy_n: p.displaced_mass_kg * p.g_mps2,
             cb_to_cg: p.cb_to_cg_m,
             emersion_per_m: 0.5 / p.hull_radius_m,
+            submerged_m: 0.5 * p.length_m + p.hull_radius_m,
+            section_m: 0.5 * p.length_m * libm::sqrt(0.6),
             blades: p.fins.map(|fin| {
                 let (sin, cos) = libm::sincos(fin.phi_rad);
                 Blade {
@@ -193,6 +199,25 @@ impl Plant {
             thrust: p.thrust_n_s2_per_rad2,
             advance: p.advance_n_s2_per_rad_m,
         }
+    }
+
+    /// Buoyancy, N, and its first moment ahead of the centre of buoyancy, N m.
+    ///
+    /// Near the surface the hull is taken in three sections, at the Gauss points of its length; each
+    /// loses its buoyancy in proportion to how far its diameter is out of the water.
+    #[inline]
+    fn buoyancy(&self, depth: f64, down_ahead: f64) -> [f64; 2] {
+        if depth > self.submerged_m {
+            return [self.buoyancy_n, 0.0];
+        }
+        let mut sum = [0.0; 2];
+        for (share, place) in [(5.0 / 18.0, -self.section_m), (8.0 / 18.0, 0.0), (5.0 / 18.0, self.section_m)] {
+            let wetted = (0.5 + self.emersion_per_m * (depth + down_ahead * place)).clamp(0.0, 1.0);
+            let buoyancy = share * wetted * self.buoyancy_n;
+            sum[0] += buoyancy;
+            sum[1] += buoyancy * place;
+        }
+        sum
     }
 
     /// Acceleration of velocity through the water and rates in a uniform current, m/s² and rad/s².
@@ -224,17 +249,17 @@ impl Plant {
         m -= d[4] * q.abs() * q + self.d35 * w.abs() * w;
         n -= d[5] * r.abs() * r + self.d26 * v.abs() * v;
 
-        // Weight at the centre of gravity, buoyancy at the centre of buoyancy (lever −b, force
-        // −B down), which fades as the hull leaves the water.
-        let buoyancy = self.buoyancy_n * (0.5 + self.emersion_per_m * depth).clamp(0.0, 1.0);
+        // Weight at the centre of gravity; buoyancy at the centre of buoyancy (lever −b), less and
+        // further aft or forward as the hull leaves the water.
+        let [buoyancy, pitching] = self.buoyancy(depth, down[0]);
         let net = self.weight_n - buoyancy;
         let [bx, by, bz] = self.cb_to_cg;
         x += net * down[0];
         y += net * down[1];
         z += net * down[2];
         k += buoyancy * (by * down[2] - bz * down[1]);
-        m += buoyancy * (bz * down[0] - bx * down[2]);
-        n += buoyancy * (bx * down[1] - by * down[0]);
+        m += buoyancy * (bz * down[0] - bx * down[2]) + pitching * down[2];
+        n += buoyancy * (bx * down[1] - by * down[0]) - pitching * down[1];
 
         for (blade, delta) in self.blades.iter().zip(actuators.fins_rad) {
             let [fx, fy, fz] = blade.force([u, v, w], [p, q, r], delta);
