@@ -113,6 +113,9 @@ impl Controller {
     /// # Errors
     /// The mission is empty, or the vehicle's position is not finite.
     pub fn start(&mut self, x: &VehicleState) -> Result<(), MissionError> {
+        // Whatever was commanded before, the vehicle is neutral now.
+        self.limiter.reset();
+        self.last_us = None;
         self.reference.start(&self.mission, x, &self.limiter)?;
         self.progress.start(&self.mission, [x[state::X], x[state::Y]])
     }

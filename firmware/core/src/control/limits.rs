@@ -78,6 +78,11 @@ impl Limiter {
         self.limits = limits;
     }
 
+    /// Starts again from neutral fins and a stopped propeller.
+    pub fn reset(&mut self) {
+        self.last = ActuatorInput::default();
+    }
+
     /// The admissible command nearest to `wanted`, `dt_s` after the last one. A component that is not finite
     /// is taken as neutral.
     pub fn apply(&mut self, wanted: &ActuatorInput, dt_s: f64) -> ActuatorInput {
