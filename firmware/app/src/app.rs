@@ -283,7 +283,10 @@ impl Backseat {
         }
         self.hear_echo();
         let failed = self.estimator.step(now_us, self.parameters.active(), &self.clock).is_err();
-        self.digest = self.estimator.navigator().digest_from(self.digest);
+        // Before it is initialised the filter holds what was before, or nothing.
+        if self.estimator.navigator().is_initialised() {
+            self.digest = self.estimator.navigator().digest_from(self.digest);
+        }
         if self.modes.update(&self.facts(now_us, failed), &self.parameters.active().app) {
             self.hand_back(now_us);
         }

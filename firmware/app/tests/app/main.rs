@@ -1,0 +1,9 @@
+//! The app from outside: bytes in, bytes out.
+
+mod board;
+mod faults;
+mod flight;
+mod host_link;
+mod lockstep;
+mod streams;
+mod world;
