@@ -102,8 +102,7 @@ mod tests {
 
     #[test]
     fn corners_survive_and_straight_lines_shrink() {
-        let corner: Vec<Point> =
-            (0..=1000).map(|i| f64::from(i)).map(|s| (s.min(500.0), (s - 500.0).max(0.0))).collect();
+        let corner: Vec<Point> = (0..=1000).map(f64::from).map(|s| (s.min(500.0), (s - 500.0).max(0.0))).collect();
         assert_eq!(simplify(&corner, 0.1, 100), [(0.0, 0.0), (500.0, 0.0), (500.0, 500.0)]);
     }
 

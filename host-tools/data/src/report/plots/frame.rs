@@ -232,7 +232,7 @@ fn draw_legend_row(root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>, k
 }
 
 /// Opacity of bands.
-pub(super) const BAND: f64 = 0.22;
+pub(super) const BAND: f64 = 0.25;
 
 fn sub(size: f64) -> i32 {
     (size * f64::from(SUB)).round() as i32

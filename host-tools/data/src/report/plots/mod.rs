@@ -21,6 +21,9 @@ pub type Point = (f64, f64);
 /// A named line.
 pub type Series<'a> = (&'a str, &'a [Point]);
 
+/// A named band of `(t_h, low, high)`.
+pub type Band<'a> = (&'a str, &'a [(f64, f64, f64)]);
+
 /// Spacing of the value axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
@@ -85,7 +88,7 @@ pub struct TimePlot<'a> {
     /// Lines of `(t_h, value)`.
     pub series: &'a [Series<'a>],
     /// Name and `(t_h, low, high)` of a band behind the lines.
-    pub band: Option<(&'a str, &'a [(f64, f64, f64)])>,
+    pub band: Option<Band<'a>>,
 }
 
 /// Distribution of a sample.
