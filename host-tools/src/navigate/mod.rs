@@ -14,7 +14,7 @@ use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
 use clap::ValueEnum;
-use outcome::{Against, Estimate, Outcome};
+use outcome::{Against, Errors, Estimate, Outcome};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -80,7 +80,7 @@ enum Model {
 
 /// What runs over the log.
 enum Plan {
-    Filter(FilterOptions),
+    Filter(Box<FilterOptions>),
     DeadReckoning(Method),
 }
 
@@ -172,7 +172,7 @@ fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) 
     if args.packet {
         options.ship = ShipSource::Packet;
     }
-    Plan::Filter(options)
+    Plan::Filter(Box::new(options))
 }
 
 fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Estimate> {
@@ -187,11 +187,7 @@ fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Est
 }
 
 /// Horizontal errors against the truth, or (dead reckoning) against the fixes that were withheld.
-fn compare(
-    estimate: &Estimate,
-    log: &Log,
-    truth: Option<&Truth>,
-) -> anyhow::Result<Option<(Against, Vec<(u64, f64)>)>> {
+fn compare(estimate: &Estimate, log: &Log, truth: Option<&Truth>) -> anyhow::Result<Option<Errors>> {
     let positions = estimate.positions();
     let (against, errors) = match (truth, estimate) {
         (Some(truth), _) => (Against::Truth, dead_reckoning::errors_against_truth(&positions, truth)),

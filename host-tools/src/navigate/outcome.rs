@@ -23,6 +23,9 @@ pub enum Against {
     Gnss,
 }
 
+/// What they are measured against, and (time µs, horizontal error m).
+pub type Errors = (Against, Vec<(u64, f64)>);
+
 impl Against {
     pub const fn name(self) -> &'static str {
         match self {
@@ -39,8 +42,7 @@ pub struct Outcome<'a> {
     pub log: &'a Log,
     pub estimate: &'a Estimate,
     pub truth: Option<&'a Truth>,
-    /// (time µs, horizontal error m)
-    pub errors: Option<(Against, Vec<(u64, f64)>)>,
+    pub errors: Option<Errors>,
     pub notes: Vec<String>,
     pub read_s: f64,
     /// Reading the log and running the filter.

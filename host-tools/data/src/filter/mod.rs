@@ -172,8 +172,8 @@ impl<'a> Pass<'a> {
     /// Initialises the filter; returns the row to go on with.
     fn start(&mut self, vehicle: &VehicleFile) -> Result<usize, DataError> {
         let (time_us, initial, ship, next_row) = match self.options.start {
-            Start::Given { vehicle, ship } => (self.log.rows.first().map_or(0, |row| row.time_us), vehicle, ship, 0),
-            Start::FirstFix => {
+            Some(Start { vehicle, ship }) => (self.log.rows.first().map_or(0, |row| row.time_us), vehicle, ship, 0),
+            None => {
                 let start = start::first_fix(self.log, vehicle, self.options)?;
                 (start.time_us, start.initial, None, start.next_row)
             }

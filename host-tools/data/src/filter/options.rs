@@ -15,18 +15,13 @@ pub enum ShipSource {
     Packet,
 }
 
-/// Where the filter starts from.
+/// A state to start from at the first row of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Start {
-    /// The log's first fix of the vehicle and what its sensors say then (2.3.1.2).
-    FirstFix,
-    /// This state at the first row; the ship (centralized) at its first fix.
-    Given {
-        /// Vehicle.
-        vehicle: InitialState,
-        /// Ship; `None`: from its first fix.
-        ship: Option<InitialShip>,
-    },
+pub struct Start {
+    /// Vehicle.
+    pub vehicle: InitialState,
+    /// Ship; `None`: from its first fix.
+    pub ship: Option<InitialShip>,
 }
 
 /// What of a log the filter uses, and how.
@@ -44,8 +39,9 @@ pub struct FilterOptions {
     pub use_range_rate: bool,
     /// The ship's end of the acoustic paths.
     pub ship: ShipSource,
-    /// Where it starts from.
-    pub start: Start,
+    /// Where it starts from; `None`: from the log's first fix of the vehicle and what its sensors
+    /// say then (2.3.1.2).
+    pub start: Option<Start>,
     /// Least time between samples of the track, µs; 0: at every row.
     pub track_interval_us: u64,
 }
@@ -75,7 +71,7 @@ impl FilterOptions {
             use_range: true,
             use_range_rate: true,
             ship: ShipSource::Centralized,
-            start: Start::FirstFix,
+            start: None,
             track_interval_us: 1_000_000,
         }
     }

@@ -117,12 +117,7 @@ impl Dialect {
 
 /// Reads a UVC mission log.
 pub(super) fn read(path: &Path, dialect: Dialect) -> Result<Log, DataError> {
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .delimiter(dialect.separator())
-        .quoting(false)
-        .trim(Trim::All)
+    let mut reader = table::lines(ReaderBuilder::new().delimiter(dialect.separator()).quoting(false).trim(Trim::All))
         .from_reader(table::open(path)?);
     let mut record = ByteRecord::new();
     reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, 1, &e))?;
@@ -131,6 +126,9 @@ pub(super) fn read(path: &Path, dialect: Dialect) -> Result<Log, DataError> {
         let line = reader.position().line();
         if !reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, line, &e))? {
             break;
+        }
+        if table::is_blank(&record) {
+            continue;
         }
         let line = record.position().map_or(line, csv::Position::line);
         importer.row(line, &record)?;

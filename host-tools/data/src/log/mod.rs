@@ -20,7 +20,7 @@ use std::path::PathBuf;
 pub const RADPS_PER_RPM: f64 = PI / 30.0;
 
 /// One row of a vehicle log: a time and the samples taken then.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct LogRow {
     /// Time, µs.
     pub time_us: u64,
@@ -125,6 +125,20 @@ impl LogRow {
     #[must_use]
     pub fn arrival_us(&self) -> Option<u64> {
         self.get(Column::Toa).map(decimal::seconds_to_us)
+    }
+}
+
+impl std::fmt::Debug for LogRow {
+    /// The time and the samples that are there.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut debug = f.debug_struct("LogRow");
+        debug.field("time_us", &self.time_us);
+        for column in Column::ALL {
+            if let Some(value) = self.get(column) {
+                debug.field(column.name(), &value);
+            }
+        }
+        debug.finish()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::decimal::{MAX_SECONDS, seconds_to_us};
 use crate::DataError;
-use csv::{ByteRecord, ErrorKind, ReaderBuilder};
+use csv::{ByteRecord, ErrorKind, ReaderBuilder, Terminator};
 use flate2::read::MultiGzDecoder;
 use std::fs::File;
 use std::io::{self, Read};
@@ -18,15 +18,34 @@ pub(crate) struct Table<'a> {
     pub hint: &'a str,
 }
 
-/// Opens a file, decompressing it if it is gzip (by its first bytes, not its name).
+/// Opens a file, decompressing it if it is gzip (by its first bytes, not its name) and without a
+/// byte-order mark.
 pub(crate) fn open(path: &Path) -> Result<Box<dyn Read>, DataError> {
-    let fail = |e: io::Error| DataError::io(path, &e);
-    let mut file = File::open(path).map_err(fail)?;
-    let mut magic = Vec::with_capacity(2);
-    file.by_ref().take(2).read_to_end(&mut magic).map_err(fail)?;
+    let mut file = File::open(path).map_err(|e| DataError::io(path, &e))?;
+    let magic = first(&mut file, 2).map_err(|e| DataError::io(path, &e))?;
     let is_gzip = magic == [0x1f, 0x8b];
     let whole = io::Cursor::new(magic).chain(file);
-    Ok(if is_gzip { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) })
+    let mut text: Box<dyn Read> = if is_gzip { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) };
+    let mark = first(&mut text, 3).map_err(|e| csv_error(path, 1, &e.into()))?;
+    Ok(if mark == [0xef, 0xbb, 0xbf] { text } else { Box::new(io::Cursor::new(mark).chain(text)) })
+}
+
+/// Takes the first `count` bytes, fewer at the end.
+fn first(reader: &mut impl Read, count: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    reader.take(count).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Set-up of a CSV reader whose line numbers hold: with the default terminator the reader counts a
+/// line that ends in CR LF before it has seen the LF.
+pub(crate) fn lines(builder: &mut ReaderBuilder) -> &mut ReaderBuilder {
+    builder.has_headers(false).flexible(true).terminator(Terminator::Any(b'\n'))
+}
+
+/// Whether a line holds nothing but its end.
+pub(crate) fn is_blank(record: &ByteRecord) -> bool {
+    record.len() == 1 && record[0].trim_ascii().is_empty()
 }
 
 /// One line for an error of the CSV reader: broken compression, not a file, no text.
@@ -59,7 +78,8 @@ pub(crate) fn number(cell: &[u8]) -> Result<f64, String> {
         return number(trimmed.as_bytes());
     }
     let shown: String = text.chars().take(24).collect();
-    Err(format!("\"{shown}\" is not a number"))
+    // Quoted with escapes: a cell may hold line ends.
+    Err(format!("{shown:?} is not a number"))
 }
 
 /// Where the cells of a line go.
@@ -108,8 +128,7 @@ pub(crate) fn read<const N: usize>(
     table: &Table<'_>,
     mut row: impl FnMut(u64, &[f64; N]),
 ) -> Result<Vec<String>, DataError> {
-    let mut reader =
-        ReaderBuilder::new().has_headers(false).flexible(true).buffer_capacity(1 << 16).from_reader(open(path)?);
+    let mut reader = lines(ReaderBuilder::new().buffer_capacity(1 << 16)).from_reader(open(path)?);
     let mut record = ByteRecord::new();
     if !reader.read_byte_record(&mut record).map_err(|e| csv_error(path, 1, &e))? {
         return Err(DataError::file(path, "the file is empty; expected a header line with t_s"));
@@ -129,6 +148,9 @@ pub(crate) fn read<const N: usize>(
             break;
         }
         let line = record.position().map_or(line, csv::Position::line);
+        if is_blank(&record) {
+            continue;
+        }
         if record.len() != cells {
             let count = record.len();
             let is_last = !reader.read_byte_record(&mut record).map_err(|e| csv_error(path, line, &e))?;
