@@ -61,6 +61,12 @@ pub struct Configuration {
 }
 
 impl Configuration {
+    /// An error without a track of its own.
+    #[must_use]
+    pub fn of_error(name: &'static str, error: ErrorSummary) -> Self {
+        Self { name, track: Vec::new(), error, drms_m: None, nis: NisBySensor::new() }
+    }
+
     fn new(name: &'static str, track: Vec<Estimate>, nis: NisBySensor) -> Option<Self> {
         let errors: Vec<f64> = track.iter().map(|estimate| estimate.error_m).collect();
         let variances: Option<Vec<f64>> =
@@ -87,9 +93,9 @@ pub struct Analysis {
 /// If a comparison cannot run on its measurements at all.
 pub fn analyse(scenario: &Scenario, flight: &FlightLog) -> Result<Analysis, DataError> {
     let truth = truth_of(flight);
-    let places = flight.samples.iter().map(|sample| [sample.truth.state[0], sample.truth.state[1], sample.truth.state[2]]);
-    let track = TrackScore::of(places, &scenario.settings.lines());
-    let mut configurations: Vec<Configuration> = backseat(flight).into_iter().collect();
+    let track = track_of(scenario, flight);
+    let mut configurations: Vec<Configuration> =
+        backseat("backseat: dynamic, no DVL, packets", flight).into_iter().collect();
     let comparisons: [(&'static str, ProcessModel, bool); 3] = [
         ("dynamic, no DVL, centralized", ProcessModel::Dynamic, false),
         ("kinematic, no DVL", ProcessModel::Kinematic, false),
@@ -108,6 +114,16 @@ pub fn analyse(scenario: &Scenario, flight: &FlightLog) -> Result<Analysis, Data
     Ok(Analysis { configurations, track, truth })
 }
 
+/// The true track against the mission's lines.
+#[must_use]
+pub fn track_of(scenario: &Scenario, flight: &FlightLog) -> Option<TrackScore> {
+    let places = flight.samples.iter().map(|sample| {
+        let [x, y, z, ..] = sample.truth.state;
+        [x, y, z]
+    });
+    TrackScore::of(places, &scenario.settings.lines())
+}
+
 /// The truth of a flight as a table.
 #[must_use]
 pub fn truth_of(flight: &FlightLog) -> Truth {
@@ -120,7 +136,8 @@ pub fn truth_of(flight: &FlightLog) -> Truth {
 }
 
 /// What the backseat itself reported, from its first fix on.
-fn backseat(flight: &FlightLog) -> Option<Configuration> {
+#[must_use]
+pub fn backseat(name: &'static str, flight: &FlightLog) -> Option<Configuration> {
     let known = flight.samples.iter().filter(|sample| sample.telemetry.sigma[0] > 0.0);
     let track = known.map(|sample| {
         let telemetry = &sample.telemetry;
@@ -133,7 +150,7 @@ fn backseat(flight: &FlightLog) -> Option<Configuration> {
             error_m: (x - true_x).hypot(y - true_y),
         }
     });
-    Configuration::new("backseat: dynamic, no DVL, packets", track.collect(), nis_of(&flight.fusions))
+    Configuration::new(name, track.collect(), nis_of(&flight.fusions))
 }
 
 fn nis_of(fusions: &[FusionRecord]) -> NisBySensor {

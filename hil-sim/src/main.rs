@@ -26,6 +26,8 @@ const EXAMPLES: &str = "Examples:
 enum Command {
     /// Fly a scenario against a backseat and judge its navigation.
     Run(commands::run::Arguments),
+    /// The navigation table over an ensemble of seeded missions.
+    Study(commands::study::Arguments),
     /// Measure how many RK4 steps of the true vehicle this machine takes in a second.
     BenchTruth,
     /// The backseat app on five serial ports (what `run` starts as its other end).
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.command {
         None => commands::run::run(&commands::run::Arguments::default()),
         Some(Command::Run(arguments)) => commands::run::run(&arguments),
+        Some(Command::Study(arguments)) => commands::study::run(&arguments),
         Some(Command::BenchTruth) => commands::bench_truth(),
         Some(Command::Backseat { ports }) => commands::backseat(&ports),
     };

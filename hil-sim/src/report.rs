@@ -11,6 +11,7 @@ use backseat_data::report::plots::{
     time_series, track,
 };
 use backseat_data::report::{Provenance, Report, Table};
+use backseat_data::stats::ErrorSummary;
 use std::path::Path;
 
 /// From a 1-sigma radius of two axes to the radius that holds 95 % of a circular normal error.
@@ -93,7 +94,7 @@ fn errors_table(analysis: &Analysis) -> Table {
 fn track_table(analysis: &Analysis) -> Option<Table> {
     let track = analysis.track.as_ref()?;
     let header = ["true track on the lines", "median [m]", "95 % [m]", "max [m]"];
-    let row = |name: &str, error: &crate::score::ErrorStatistics| {
+    let row = |name: &str, error: &ErrorSummary| {
         let cells = [error.median_m, error.p95_m, error.max_m].map(|m| format!("{m:.2}"));
         std::iter::once(name.to_owned()).chain(cells).collect::<Vec<_>>()
     };

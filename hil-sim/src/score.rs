@@ -1,81 +1,19 @@
-//! How well a mission went: estimate against truth, and truth against the lines.
+//! How well a mission was steered: the true track against the lines.
 
 use crate::scenario::Line;
-use backseat_data::stats::{percentile, rms};
+use backseat_data::stats::ErrorSummary;
 
 /// A line is judged from this far behind its start to this far before its end, m: what lies
 /// outside belongs to the turns.
 pub const TURN_MARGIN_M: f64 = 50.0;
 
-/// Estimate, truth and the filter's own variance at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PositionSample {
-    /// Estimated north, east, m.
-    pub estimate_m: [f64; 2],
-    /// True north, east, m.
-    pub truth_m: [f64; 2],
-    /// The filter's variance of north and east, m².
-    pub variance_m2: [f64; 2],
-}
-
-/// Statistics of the magnitude of an error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorStatistics {
-    /// Median, m.
-    pub median_m: f64,
-    /// 95th percentile, m.
-    pub p95_m: f64,
-    /// Maximum, m.
-    pub max_m: f64,
-    /// Root of the mean square, m.
-    pub rms_m: f64,
-}
-
-impl ErrorStatistics {
-    /// Of signed or unsigned errors; `None` without any.
-    #[must_use]
-    pub fn of(errors_m: &[f64]) -> Option<Self> {
-        let magnitudes: Vec<f64> = errors_m.iter().map(|error| error.abs()).collect();
-        Some(Self {
-            median_m: percentile(&magnitudes, 0.5)?,
-            p95_m: percentile(&magnitudes, 0.95)?,
-            max_m: percentile(&magnitudes, 1.0)?,
-            rms_m: rms(&magnitudes)?,
-        })
-    }
-}
-
-/// How well the vehicle knew where it was.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NavigationScore {
-    /// Of the horizontal distance between estimate and truth.
-    pub horizontal: ErrorStatistics,
-    /// Root of the mean of the filter's own x and y variances, summed, m.
-    pub drms_m: f64,
-    /// RMS error over the filter's own DRMS: above 1 the filter is overconfident.
-    pub rms_over_drms: f64,
-}
-
-impl NavigationScore {
-    /// Of all samples alike; `None` without any.
-    #[must_use]
-    pub fn of(samples: &[PositionSample]) -> Option<Self> {
-        let errors: Vec<f64> =
-            samples.iter().map(|s| (s.estimate_m[0] - s.truth_m[0]).hypot(s.estimate_m[1] - s.truth_m[1])).collect();
-        let horizontal = ErrorStatistics::of(&errors)?;
-        let sigmas: Vec<f64> = samples.iter().map(|s| (s.variance_m2[0] + s.variance_m2[1]).sqrt()).collect();
-        let drms_m = rms(&sigmas)?;
-        Some(Self { horizontal, drms_m, rms_over_drms: horizontal.rms_m / drms_m })
-    }
-}
-
 /// How well the true track kept to the lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackScore {
     /// Of the horizontal distance from the line.
-    pub cross_track: ErrorStatistics,
+    pub cross_track: ErrorSummary,
     /// Of the difference to the line's depth.
-    pub depth: ErrorStatistics,
+    pub depth: ErrorSummary,
     /// Samples that were judged.
     pub samples: usize,
 }
@@ -98,11 +36,16 @@ impl TrackScore {
             })
             .unzip();
         Some(Self {
-            cross_track: ErrorStatistics::of(&cross_m)?,
-            depth: ErrorStatistics::of(&depth_m)?,
+            cross_track: magnitudes(&cross_m)?,
+            depth: magnitudes(&depth_m)?,
             samples: cross_m.len(),
         })
     }
+}
+
+fn magnitudes(errors_m: &[f64]) -> Option<ErrorSummary> {
+    let magnitudes: Vec<f64> = errors_m.iter().map(|error| error.abs()).collect();
+    ErrorSummary::of(&magnitudes)
 }
 
 /// Distance to starboard of a line, m; `None` outside the part of it that is judged.
@@ -122,18 +65,11 @@ mod tests {
     fn val_statistics_of_an_even_ramp() {
         // |−100|, …, |100|: order statistics are known; RMS² = n(n+1)/3 / (2n+1) · … = 100·101/3.
         let ramp: Vec<f64> = (-100..=100).map(f64::from).collect();
-        let s = ErrorStatistics::of(&ramp).unwrap();
+        let s = magnitudes(&ramp).unwrap();
         assert_eq!((s.median_m, s.p95_m, s.max_m), (50.0, 95.0, 100.0));
         // Sum of squares is exact; one division and one root.
         assert!((s.rms_m - (100.0_f64 * 101.0 / 3.0).sqrt()).abs() < 1e-12);
-        assert_eq!(ErrorStatistics::of(&[]), None);
-    }
-
-    #[test]
-    fn val_rms_over_drms_of_a_constant_error() {
-        let sample = PositionSample { estimate_m: [3.0, 4.0], truth_m: [0.0, 0.0], variance_m2: [4.0, 2.25] };
-        let score = NavigationScore::of(&[sample; 7]).unwrap();
-        assert_eq!((score.horizontal.rms_m, score.drms_m, score.rms_over_drms), (5.0, 2.5, 2.0));
+        assert_eq!(magnitudes(&[]), None);
     }
 
     #[test]

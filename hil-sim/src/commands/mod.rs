@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 pub mod run;
+pub mod study;
 
 use crate::scenario::Scenario;
 use anyhow::{Context, anyhow};

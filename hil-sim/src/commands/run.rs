@@ -4,8 +4,9 @@ use crate::analysis::{self, Analysis, Configuration};
 use crate::backseat::{Client, Process};
 use crate::flight::{self, FlightLog};
 use crate::scenario::Scenario;
-use crate::score;
+use crate::score::TrackScore;
 use anyhow::{Context, bail};
+use backseat_data::stats::ErrorSummary;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
@@ -204,7 +205,7 @@ fn summary_json(flight: &FlightLog, analysis: &Analysis) -> Value {
             })
         })
         .collect();
-    let track = |pick: fn(&score::TrackScore) -> &score::ErrorStatistics| {
+    let track = |pick: fn(&TrackScore) -> &ErrorSummary| {
         analysis.track.as_ref().map(|track| json!({"median": pick(track).median_m, "p95": pick(track).p95_m}))
     };
     json!({

@@ -8,6 +8,11 @@ use std::f64::consts::PI;
 /// Ticks per second of the device's timer.
 const TICKS_PER_S: u64 = 62_500;
 
+/// The device's timer, which rolls over.
+fn ticks(time_us: u64) -> u32 {
+    (time_us * TICKS_PER_S / 1_000_000) as u32
+}
+
 /// The emulated AHRS.
 pub struct Ahrs {
     /// Towards the backseat.
@@ -46,7 +51,7 @@ impl Ahrs {
             ToGx3::Continuous(Command::EulerRate) => {
                 self.streaming = true;
                 let mut buffer = [0; 16];
-                if let Ok(bytes) = emit_continuous(Command::EulerRate as u8, &mut buffer) {
+                if let Ok(bytes) = emit_continuous(Command::EulerRate as u8, ticks(time_us), &mut buffer) {
                     self.transmitter.send(time_us, bytes);
                 }
             }
@@ -62,8 +67,7 @@ impl Ahrs {
             return;
         }
         let magnetic = (heading - self.declination_rad + PI).rem_euclid(2.0 * PI) - PI;
-        let ticks = (observation.time_us * TICKS_PER_S / 1_000_000) as u32;
-        let reply = Reply::euler_rate([roll, pitch, magnetic].map(|x| x as f32), rates_radps.map(|x| x as f32), ticks);
+        let reply = Reply::euler_rate([roll, pitch, magnetic].map(|x| x as f32), rates_radps.map(|x| x as f32), ticks(observation.time_us));
         let mut buffer = [0; 128];
         if let Ok(bytes) = reply.emit(&mut buffer) {
             self.transmitter.send(observation.time_us, bytes);

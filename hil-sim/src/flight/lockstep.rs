@@ -8,6 +8,7 @@ use crate::devices::Devices;
 use crate::scenario::Scenario;
 use crate::world::World;
 use backseat_wire::hostlink::Port;
+use backseat_data::DataError;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -80,21 +81,21 @@ pub(super) fn advance(
     devices: &mut Devices,
     recorder: &mut Recorder,
     to_us: u64,
-) -> Result<(), FlightError> {
+) -> Result<(), DataError> {
     loop {
         let until_us = devices.next_us().unwrap_or(to_us).min(to_us);
         let mut observed = Vec::new();
         world.advance(until_us, &mut |observation| observed.push(*observation));
         for observation in &observed {
             devices.observe(observation);
-            recorder.observe(observation, &world.truth())?;
+            recorder.observe(observation, &world.truth());
         }
         let targets = devices.run(until_us);
-        if recorder.actuators(until_us, targets)? {
+        if recorder.actuators(until_us, targets) {
             world.set_actuator_targets(until_us, targets);
         }
         if until_us >= to_us {
-            return Ok(());
+            return recorder.step_done();
         }
     }
 }

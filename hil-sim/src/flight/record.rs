@@ -66,6 +66,8 @@ pub(super) struct Recorder {
     pub(super) flight: FlightLog,
     files: Option<Files>,
     targets: Option<ActuatorTargets>,
+    /// Rows of the present step, in order of time.
+    rows: Vec<LogRow>,
 }
 
 impl Recorder {
@@ -79,18 +81,25 @@ impl Recorder {
                 })
             })
             .transpose()?;
-        Ok(Self { flight: FlightLog::default(), files, targets: None })
+        Ok(Self { flight: FlightLog::default(), files, targets: None, rows: Vec::new() })
     }
 
-    fn row(&mut self, row: LogRow) -> Result<(), DataError> {
+    /// Devices act between two observations: rows come a little out of order.
+    fn row(&mut self, row: LogRow) {
+        let place = self.rows.partition_point(|earlier| earlier.time_us <= row.time_us);
+        self.rows.insert(place, row);
+    }
+
+    /// The step is over: its rows are complete.
+    pub(super) fn step_done(&mut self) -> Result<(), DataError> {
         if let Some(files) = &mut self.files {
-            files.log.write(&row)?;
+            self.rows.iter().try_for_each(|row| files.log.write(row))?;
         }
-        self.flight.log.rows.push(row);
+        self.flight.log.rows.append(&mut self.rows);
         Ok(())
     }
 
-    pub(super) fn observe(&mut self, observation: &Observation, vehicle: &VehicleTruth) -> Result<(), DataError> {
+    pub(super) fn observe(&mut self, observation: &Observation, vehicle: &VehicleTruth) {
         let mut row = LogRow::new(observation.time_us);
         match &observation.kind {
             ObservationKind::Depth { depth_m } => {
@@ -117,22 +126,22 @@ impl Recorder {
                 let [x, y, ..] = vehicle.state;
                 self.flight.packets.push(([x, y], packet.ship.position_m));
             }
-            _ => return Ok(()),
+            _ => return,
         }
-        self.row(row)
+        self.row(row);
     }
 
     /// Fins and propeller as told from `time_us` on; whether that is new.
-    pub(super) fn actuators(&mut self, time_us: u64, targets: ActuatorTargets) -> Result<bool, DataError> {
+    pub(super) fn actuators(&mut self, time_us: u64, targets: ActuatorTargets) -> bool {
         if self.targets == Some(targets) {
-            return Ok(false);
+            return false;
         }
         self.targets = Some(targets);
         let input = ActuatorInput { propeller_radps: targets.propeller_radps, fins_rad: targets.fins_rad };
         let mut row = LogRow::new(time_us);
         row.set_actuators(&input);
-        self.row(row)?;
-        Ok(true)
+        self.row(row);
+        true
     }
 
     /// Once a second.
