@@ -52,12 +52,14 @@ impl Covariance {
         let n = n.min(N_MAX);
         *g = [0.0; N_MAX];
         for (k, value) in h.iter() {
-            let k = k.min(N_MAX - 1);
-            for (g, column) in g.iter_mut().zip(&self.columns).take(k.min(n)) {
-                *g += value * column[k];
+            let k = k.min(n);
+            for (g, column) in g[..k].iter_mut().zip(&self.columns) {
+                *g += value * column.get(k).copied().unwrap_or(0.0);
             }
-            for (g, p) in g.iter_mut().zip(&self.columns[k]).take(n).skip(k) {
-                *g += value * p;
+            if let Some(column) = self.columns.get(k) {
+                for (g, p) in g[k..n].iter_mut().zip(&column[k..n]) {
+                    *g += value * p;
+                }
             }
         }
     }
@@ -74,11 +76,15 @@ impl Covariance {
     /// Joseph update for any gain K: with g = P h, s = h g + R and w = g − K s / 2,
     /// (I − K h) P (I − K h)ᵀ + K R Kᵀ = P − K wᵀ − w Kᵀ.
     pub(super) fn joseph(&mut self, n: usize, gain: &[f64; N_MAX], w: &[f64; N_MAX]) {
-        for (j, column) in self.columns.iter_mut().enumerate().take(n.min(N_MAX)) {
+        // By pairs, from the pair that holds the diagonal on: one entry above it is computed in vain.
+        let (gains, ws) = (gain.as_chunks::<2>().0, w.as_chunks::<2>().0);
+        let pairs = n.div_ceil(2).min(gains.len());
+        for (j, column) in self.columns.iter_mut().enumerate().take(n) {
             let (gain_j, w_j) = (gain[j], w[j]);
-            let rows = column.iter_mut().zip(gain.iter().zip(w)).take(n.min(N_MAX)).skip(j);
-            for (p, (gain_i, w_i)) in rows {
-                *p -= gain_i * w_j + w_i * gain_j;
+            let column = column.as_chunks_mut::<2>().0;
+            for ((p, gain), w) in column[j / 2..pairs].iter_mut().zip(&gains[j / 2..pairs]).zip(&ws[j / 2..pairs]) {
+                p[0] -= gain[0] * w_j + w[0] * gain_j;
+                p[1] -= gain[1] * w_j + w[1] * gain_j;
             }
         }
     }
@@ -124,15 +130,24 @@ impl Covariance {
         }
     }
 
-    /// T P Tᵀ with T = I + a e_target e_sourceᵀ.
+    /// T P Tᵀ with T = I + a e_target e_sourceᵀ, source behind target.
     pub(super) fn shear(&mut self, n: usize, target: usize, source: usize, a: f64) {
-        let cross = self.get(target, source);
-        let variance = self.get(source, source);
-        for j in (0..n.min(N_MAX)).filter(|&j| j != target) {
-            let p = a * self.get(source, j);
-            self.add(target, j, p);
+        let (n, target) = (n.min(N_MAX), target.min(source));
+        let source = source.min(N_MAX - 1);
+        let (cross, variance) = (self.columns[target][source], self.columns[source][source]);
+        for column in &mut self.columns[..target] {
+            column[target] += a * column[source];
         }
-        self.add(target, target, a * (2.0 * cross + a * variance));
+        for j in target + 1..=source {
+            self.columns[target][j] += a * self.columns[j][source];
+        }
+        let (before, behind) = self.columns.split_at_mut(source);
+        if let (Some(target), Some(source_column)) = (before.get_mut(target), behind.first()) {
+            for (p, q) in target.iter_mut().zip(source_column).take(n).skip(source + 1) {
+                *p += a * q;
+            }
+        }
+        self.columns[target][target] += a * (2.0 * cross + a * variance);
     }
 
     /// D P D with D = diag(`factor` at `index`, 1 elsewhere).

@@ -57,7 +57,11 @@ impl Estimate {
 
     /// x̂ += K ν.
     pub(super) fn correct(&mut self, gain: &[f64; N_MAX], innovation: f64) {
-        for (x, k) in self.vehicle.iter_mut().chain(&mut self.tail).zip(gain) {
+        let (vehicle, tail) = gain.split_at(VEHICLE_STATES);
+        for (x, k) in self.vehicle.as_mut_slice().iter_mut().zip(vehicle) {
+            *x += k * innovation;
+        }
+        for (x, k) in self.tail.iter_mut().zip(tail) {
             *x += k * innovation;
         }
         self.wrap_heading();

@@ -43,6 +43,8 @@ mod prediction;
 mod propagation;
 mod row;
 #[cfg(test)]
+mod val_delayed;
+#[cfg(test)]
 mod val_vectors;
 
 pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, WaterCurrentConfig};

@@ -84,7 +84,7 @@ impl Navigator {
     /// Every state finite and every variance positive.
     fn health(&self) -> Result<(), NavigationError> {
         let n = self.dimension();
-        if !self.x.iter().all(f64::is_finite) {
+        if !self.x.vehicle.as_slice().iter().chain(&self.x.tail[..n - VEHICLE_STATES]).all(|x| x.is_finite()) {
             return Err(NavigationError::NotFinite);
         }
         for (i, column) in self.p.columns.iter().enumerate().take(n) {

@@ -9,43 +9,54 @@ use crate::state::{PHI, PSI, VEHICLE_STATES, X, Y};
 const LANES: usize = 2;
 const _: () = assert!(N_MAX.is_multiple_of(LANES) && VEHICLE_STATES.is_multiple_of(LANES));
 
+type Pair = [f64; LANES];
+type Column = [f64; VEHICLE_STATES];
+
 /// The vehicle's part of the step: its own block and its cross covariances with all `n` states.
 pub(super) fn propagate_vehicle(p: &mut Covariance, n: usize, step: &Discretisation) {
-    let mut row = VEHICLE_STATES;
     // An odd last row takes its unused neighbour along.
-    while row < n.min(N_MAX) {
-        propagate_rows(p, row, step);
-        row += LANES;
+    for pair in VEHICLE_STATES / LANES..n.min(N_MAX).div_ceil(LANES) {
+        propagate_rows(p, pair, step);
     }
     propagate_block(p, step);
 }
 
-/// Rows `row` and `row + 1` of the cross covariance: c → c Φᵀ.
-fn propagate_rows(p: &mut Covariance, row: usize, step: &Discretisation) {
-    let load = |p: &Covariance, state: usize| -> [f64; LANES] {
-        core::array::from_fn(|lane| p.columns[state].get(row + lane).copied().unwrap_or(0.0))
+/// Two rows of the cross covariance: c → c Φᵀ.
+fn propagate_rows(p: &mut Covariance, pair: usize, step: &Discretisation) {
+    let load = |p: &Covariance, state: usize| -> Pair {
+        p.columns[state].as_chunks::<LANES>().0.get(pair).copied().unwrap_or_default()
     };
-    let driving: [[f64; LANES]; DRIVING.len()] = core::array::from_fn(|k| load(p, DRIVING[k]));
+    let driving = DRIVING.map(|state| load(p, state));
     let heading = load(p, PSI);
     for i in 0..VEHICLE_STATES {
         let mut sum = if i < PHI || i == PSI { load(p, i) } else { [0.0; LANES] };
         if i == X || i == Y {
-            for lane in 0..LANES {
-                sum[lane] += step.phi_heading[i] * heading[lane];
-            }
+            add_pair(&mut sum, step.phi_heading[i], &heading);
         }
-        for (column, driving) in step.phi.iter().zip(&driving) {
-            for lane in 0..LANES {
-                sum[lane] += column[i] * driving[lane];
-            }
+        for k in 0..DRIVING.len() {
+            add_pair(&mut sum, step.phi[k][i], &driving[k]);
         }
-        for (p, sum) in p.columns[i].iter_mut().skip(row).zip(sum) {
-            *p = sum;
+        if let Some(rows) = p.columns[i].as_chunks_mut::<LANES>().0.get_mut(pair) {
+            *rows = sum;
         }
     }
 }
 
-/// The vehicle's own block.
+#[inline(always)]
+fn add_pair(sum: &mut Pair, a: f64, b: &Pair) {
+    for lane in 0..LANES {
+        sum[lane] += a * b[lane];
+    }
+}
+
+#[inline(always)]
+fn add_column(sum: &mut Column, a: f64, b: &Column) {
+    for i in 0..VEHICLE_STATES {
+        sum[i] += a * b[i];
+    }
+}
+
+/// The vehicle's own block. Whole columns are cheaper than their lower halves.
 fn propagate_block(p: &mut Covariance, step: &Discretisation) {
     let mut full = [[0.0; VEHICLE_STATES]; VEHICLE_STATES];
     p.vehicle_block(&mut full);
@@ -57,32 +68,24 @@ fn propagate_block(p: &mut Covariance, step: &Discretisation) {
         new[PSI] = old[PSI];
         new[X] += step.phi_heading[0] * old[PSI];
         new[Y] += step.phi_heading[1] * old[PSI];
-        for (column, &state) in step.phi.iter().zip(&DRIVING) {
-            let a = old[state];
-            for (new, phi) in new.iter_mut().zip(column) {
-                *new += a * phi;
-            }
+        for k in 0..DRIVING.len() {
+            add_column(&mut new, old[DRIVING[k]], &step.phi[k]);
         }
         *row = new;
     }
-    // Lower triangle of Φ (P Φᵀ) + Q.
+    // Φ (P Φᵀ) + Q, of which the lower triangle means something.
     for j in 0..VEHICLE_STATES {
         let mut sum = step.q[j];
-        let mut accumulate = |a: f64, row: &[f64; VEHICLE_STATES]| {
-            for (sum, b) in sum[j..].iter_mut().zip(&row[j..]) {
-                *sum += a * b;
-            }
-        };
         if j < PHI || j == PSI {
-            accumulate(1.0, &full[j]);
+            add_column(&mut sum, 1.0, &full[j]);
         }
         if j == X || j == Y {
-            accumulate(step.phi_heading[j], &full[PSI]);
+            add_column(&mut sum, step.phi_heading[j], &full[PSI]);
         }
-        for (column, &state) in step.phi.iter().zip(&DRIVING) {
-            accumulate(column[j], &full[state]);
+        for k in 0..DRIVING.len() {
+            add_column(&mut sum, step.phi[k][j], &full[DRIVING[k]]);
         }
-        p.columns[j][j..VEHICLE_STATES].copy_from_slice(&sum[j..]);
+        p.columns[j][..VEHICLE_STATES].copy_from_slice(&sum);
     }
 }
 
