@@ -184,6 +184,14 @@ impl App {
         &self.backseat.estimator
     }
 
+    pub(crate) fn dvl(&self) -> &DvlLink {
+        &self.backseat.dvl
+    }
+
+    pub(crate) fn ahrs(&self) -> &AhrsLink {
+        &self.backseat.ahrs
+    }
+
     pub(crate) fn clock(&self) -> &UtcClock {
         &self.backseat.clock
     }
@@ -215,9 +223,7 @@ impl App {
 /// Builds filter and controller from settings; false when one of them refuses.
 pub(crate) fn configure(settings: &Settings, estimator: &mut Estimator, controller: &mut Controller) -> bool {
     let Ok(model) = VehicleModel::new(&settings.vehicle) else { return false };
-    estimator.reset();
-    estimator.navigator_mut().configure(&settings.navigation_config(), &model).is_ok()
-        && controller.configure(&settings.control, &model).is_ok()
+    estimator.configure(settings, &model).is_ok() && controller.configure(&settings.control, &model).is_ok()
 }
 
 impl Backseat {

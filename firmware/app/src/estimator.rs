@@ -5,9 +5,9 @@ use crate::event::Event;
 use crate::parameters::Settings;
 use crate::queue::Queue;
 use crate::time::UtcClock;
-use backseat_core::dynamics::{ActuatorInput, FINS};
+use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel};
 use backseat_core::navigation::{
-    FusionRecord, Fusions, InitialSpeed, InitialState, Measurement, NavigationError, Navigator, Sensor,
+    ConfigError, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement, NavigationError, Navigator, Sensor,
 };
 use backseat_core::state::{P, Q, R, Z};
 use heapless::{Deque, Vec};
@@ -75,10 +75,6 @@ impl Estimator {
         &self.navigator
     }
 
-    pub fn navigator_mut(&mut self) -> &mut Navigator {
-        &mut self.navigator
-    }
-
     pub fn acoustics(&self) -> &Acoustics {
         &self.acoustics
     }
@@ -106,16 +102,21 @@ impl Estimator {
         &self.input
     }
 
-    /// Forgets samples, events and inputs; the navigator is configured elsewhere.
+    /// Builds the filter anew; what was under way in it is forgotten.
+    pub fn configure(&mut self, settings: &Settings, model: &VehicleModel) -> Result<(), ConfigError> {
+        self.acoustics.reset();
+        self.transducer_depth_m = None;
+        self.navigator.configure(&settings.navigation_config(), model)
+    }
+
+    /// Forgets samples, events and inputs.
     pub fn reset(&mut self) {
-        let Self { acoustics, queue, samples, input, commands, records, transducer_depth_m, .. } = self;
-        acoustics.reset();
+        let Self { queue, samples, input, commands, records, .. } = self;
         queue.clear();
         *samples = Samples { depth_m: None, euler_rad: None, rates_radps: None, bottom_mps: None, fix_m: None };
         *input = ActuatorInput::default();
         commands.clear();
         records.clear();
-        *transducer_depth_m = None;
     }
 
     /// An event that is valid at `time_us`.

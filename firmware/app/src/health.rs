@@ -1,8 +1,10 @@
-//! What was received, refused and dropped since start.
+//! What was received, refused and dropped since start, and the last samples.
 
 use crate::acoustics::Loss;
 use crate::app::App;
 use backseat_wire::Error;
+use backseat_wire::ahrs::AhrsSample;
+use backseat_wire::dvl::DvlSample;
 use backseat_wire::hostlink::Port;
 
 /// Counters of the app; all saturate.
@@ -38,6 +40,30 @@ impl<'a> Health<'a> {
     #[must_use]
     pub fn unsent(&self, port: Port) -> u32 {
         self.app.unsent(port)
+    }
+
+    /// The last sample of the DVL.
+    #[must_use]
+    pub fn dvl(&self) -> Option<&'a DvlSample> {
+        self.app.dvl().last()
+    }
+
+    /// The last sample of the AHRS.
+    #[must_use]
+    pub fn ahrs(&self) -> Option<&'a AhrsSample> {
+        self.app.ahrs().last()
+    }
+
+    /// The last depth of the pressure sensor, m.
+    #[must_use]
+    pub fn depth_m(&self) -> Option<f64> {
+        self.app.estimator().samples().depth_m.map(|(_, depth_m)| depth_m)
+    }
+
+    /// The last fix, north and east, m.
+    #[must_use]
+    pub fn fix_m(&self) -> Option<[f64; 2]> {
+        self.app.estimator().samples().fix_m.map(|(_, fix_m)| fix_m)
     }
 
     /// Measurements and acoustic events dropped because too many came in one step.

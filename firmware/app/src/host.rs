@@ -82,6 +82,8 @@ impl Backseat {
             taken
         })?;
         if rebuilt {
+            // what came before may be in other units
+            self.estimator.reset();
             self.reset_links();
         }
         Ok(())

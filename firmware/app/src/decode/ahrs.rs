@@ -23,7 +23,9 @@ pub struct AhrsLink {
     counts: Counts,
     last_us: Option<u64>,
     asked_us: Option<u64>,
+    /// Samples handed on, and the last of them.
     samples: u32,
+    last: Option<AhrsSample>,
 }
 
 impl AhrsLink {
@@ -36,6 +38,7 @@ impl AhrsLink {
             last_us: None,
             asked_us: None,
             samples: 0,
+            last: None,
         }
     }
 
@@ -45,6 +48,7 @@ impl AhrsLink {
         while let Some(outcome) = self.next(&mut rest, settings.ahrs_protocol) {
             if let Ok(Some(sample)) = outcome {
                 self.samples = self.samples.saturating_add(1);
+                self.last = Some(sample);
                 self.last_us = Some(time_us);
                 push(time_us, &sample, settings, estimator);
             }
@@ -108,6 +112,11 @@ impl AhrsLink {
     /// Samples handed to the estimator.
     pub fn samples(&self) -> u32 {
         self.samples
+    }
+
+    /// The last of them.
+    pub fn last(&self) -> Option<&AhrsSample> {
+        self.last.as_ref()
     }
 }
 

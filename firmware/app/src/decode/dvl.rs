@@ -12,13 +12,14 @@ pub struct DvlLink {
     pd0: pd0::Decoder,
     pd4: pd4::Decoder,
     pd6: pd6::Decoder,
-    /// Samples handed on.
+    /// Samples handed on, and the last of them.
     samples: u32,
+    last: Option<DvlSample>,
 }
 
 impl DvlLink {
     pub const fn new() -> Self {
-        Self { pd0: pd0::Decoder::new(), pd4: pd4::Decoder::new(), pd6: pd6::Decoder::new(0.0), samples: 0 }
+        Self { pd0: pd0::Decoder::new(), pd4: pd4::Decoder::new(), pd6: pd6::Decoder::new(0.0), samples: 0, last: None }
     }
 
     /// Starts afresh with the mounting angle of these settings.
@@ -34,6 +35,7 @@ impl DvlLink {
         while let Some(outcome) = self.next(&mut rest, settings.dvl_source, mounting_rad) {
             if let Ok(sample) = outcome {
                 self.samples = self.samples.saturating_add(1);
+                self.last = Some(sample);
                 push(time_us, &sample, settings, estimator);
             }
         }
@@ -61,6 +63,11 @@ impl DvlLink {
     /// Samples handed to the estimator.
     pub fn samples(&self) -> u32 {
         self.samples
+    }
+
+    /// The last of them.
+    pub fn last(&self) -> Option<&DvlSample> {
+        self.last.as_ref()
     }
 }
 
