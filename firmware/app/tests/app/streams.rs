@@ -195,7 +195,7 @@ fn val_pd6_lines() {
     let mut seen = Vec::new();
     for set in text.split("\r\n## ").skip(1) {
         let lines = set.split_once("\r\n").expect("a heading").1;
-        bench.feed(Port::Dvl, lines.as_bytes());
+        bench.feed(Port::Dvl, format!("{lines}\r\n").as_bytes());
         let health = bench.app().health();
         seen.push((health.accepted(Port::Dvl), health.dvl().copied()));
     }
