@@ -8,7 +8,7 @@ use crate::{Counts, Error};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::{Deserialize, Serialize};
 
-/// Longest message, in postcard bytes: a `Step` with all its chunks has at most 482.
+/// Longest message, in postcard bytes: a `Step` with all its chunks has at most 481.
 pub const MAX_MESSAGE: usize = 768;
 /// A buffer of this size holds any frame.
 pub const MAX_FRAME: usize = MAX_MESSAGE + 16;
