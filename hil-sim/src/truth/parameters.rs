@@ -9,9 +9,9 @@ pub struct Fin {
     pub cp_m: [f64; 3],
     /// Planform area, m².
     pub area_m2: f64,
-    /// Drag coefficient cd[0] + cd[1] α².
+    /// β1, β2 of the drag coefficient β1 + β2 α².
     pub cd: [f64; 2],
-    /// Lift coefficient cl[0] α + cl[1] α³.
+    /// β3, β4 of the lift coefficient β3 α + β4 α³.
     pub cl: [f64; 2],
 }
 
