@@ -106,8 +106,8 @@ pub struct Reply {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FromGx3 {
-    /// Data: the sample, with the timer unrolled, and the reply itself.
-    Data(AhrsSample, Reply),
+    /// Data: the sample, with the timer unrolled, and which reply it was.
+    Data(AhrsSample, Command),
     /// Continuous mode is on with this command byte (0: off).
     Continuous(u8),
 }
@@ -285,7 +285,7 @@ fn matrix_to_euler(matrix: [f32; 9]) -> Result<[f64; 3], Error> {
         return Err(Error::OutOfRange);
     }
     let [m11, m12, m13, _, _, m23, _, _, m33] = matrix;
-    Ok([libm::atan2(m23, m33), libm::asin(-m13.max(-1.0).min(1.0)), libm::atan2(m12, m11)])
+    Ok([libm::atan2(m23, m33), libm::asin((-m13).clamp(-1.0, 1.0)), libm::atan2(m12, m11)])
 }
 
 /// Finds replies in a byte stream and unrolls the timer.
@@ -304,11 +304,12 @@ impl Decoder {
 
     /// Consumes bytes up to the next reply or rejection; `None` when all were consumed.
     pub fn feed(&mut self, bytes: &mut &[u8]) -> Option<Result<FromGx3, Error>> {
-        let mut outcome = self.window.feed(bytes, examine)?;
-        if let Ok(FromGx3::Data(sample, reply)) = &mut outcome {
-            sample.timer_us = Some(self.unroll(reply.ticks));
-        }
-        Some(outcome)
+        Some(self.window.feed(bytes, examine)?.map(|(mut answer, ticks)| {
+            if let FromGx3::Data(sample, _) = &mut answer {
+                sample.timer_us = Some(self.unroll(ticks));
+            }
+            answer
+        }))
     }
 
     /// µs since the first reply. The timer rolls over each 19.1 h; after a reset time stands still for one reply.
@@ -334,8 +335,8 @@ impl Decoder {
     }
 }
 
-/// The echo byte occurs in data as well: only length and checksum confirm it.
-fn examine(bytes: &[u8]) -> Verdict<FromGx3> {
+/// Answer and timer. The echo byte occurs in data as well: only length and checksum confirm it.
+fn examine(bytes: &[u8]) -> Verdict<(FromGx3, u32)> {
     let Some(first) = bytes.first() else { return Verdict::Incomplete };
     let command = Command::from_byte(*first);
     let length = match command {
@@ -345,13 +346,18 @@ fn examine(bytes: &[u8]) -> Verdict<FromGx3> {
     };
     let Some(frame) = bytes.get(..length) else { return Verdict::Incomplete };
     let content = match command {
-        Some(_) => Reply::parse(frame).and_then(|reply| Ok(FromGx3::Data(reply.sample()?, reply))),
-        None => verify(frame).and_then(|()| {
-            let [command] = at(frame, 1)?;
-            Ok(FromGx3::Continuous(command))
-        }),
+        Some(command) => {
+            Reply::parse(frame).and_then(|reply| Ok((FromGx3::Data(reply.sample()?, command), reply.ticks)))
+        }
+        None => acknowledgement(frame),
     };
     judged(length, content)
+}
+
+fn acknowledgement(frame: &[u8]) -> Result<(FromGx3, u32), Error> {
+    verify(frame)?;
+    let [command] = at(frame, 1)?;
+    Ok((FromGx3::Continuous(command), u32::from_be_bytes(at(frame, 2)?)))
 }
 
 impl Default for Decoder {

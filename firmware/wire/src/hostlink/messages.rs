@@ -204,6 +204,7 @@ pub enum Refusal {
 }
 
 /// PC to board.
+#[expect(clippy::large_enum_variant, reason = "there is no allocator to box the large ones")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ToBoard<'a> {
     /// Who are you?
@@ -252,6 +253,7 @@ pub enum ToBoard<'a> {
 }
 
 /// Board to PC.
+#[expect(clippy::large_enum_variant, reason = "there is no allocator to box the large ones")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum FromBoard<'a> {
     /// Answer to `Hello`.

@@ -123,7 +123,7 @@ fn outcomes(checksum: Checksum, mut bytes: &[u8]) -> Vec<Result<Vec<u8>, Error>>
 fn line_ends_and_checksums() {
     let good = Ok(b"ACK,8,0,0".to_vec());
     for line in ["$ACK,8,0,0*5D\r\n", "$ACK,8,0,0*5d\r", "$ACK,8,0,0*5D\n", "\r\n\n$ACK,8,0,0*5D\r\n\r\n"] {
-        assert_eq!(outcomes(Checksum::Required, line.as_bytes()), [good.clone()], "{line:?}");
+        assert_eq!(outcomes(Checksum::Required, line.as_bytes()), vec![good.clone()], "{line:?}");
     }
     // One digit for a value below 16.
     assert_eq!(outcomes(Checksum::Required, b"$OMSTOP,0*6\r\n"), [Ok(b"OMSTOP,0".to_vec())]);

@@ -151,16 +151,14 @@ fn pd0_blocks_in_any_order_too_short_or_unknown() {
 #[test]
 fn val_pd0_stream_finds_the_next_ensemble_after_corrupt_ones() {
     let mut stream = Vec::new();
-    let mut whole = 0;
-    for columns in lines(PD0) {
+    for (index, columns) in lines(PD0).enumerate() {
         stream.extend(b"\x7F\x7Fnoise\x7F");
         let frame = bytes(columns[3]);
         // Every second ensemble is preceded by its own first half.
-        if whole % 2 == 1 {
+        if index % 2 == 1 {
             stream.extend(&frame[..frame.len() / 2]);
         }
         stream.extend(&frame);
-        whole += 1;
     }
     // A false start may make the decoder wait for more than is left.
     stream.extend([0; pd0::MAX_ENSEMBLE]);

@@ -28,8 +28,8 @@ fn val_every_vector() {
             continue;
         }
         let reply = Reply::parse(&frame).unwrap_or_else(|cause| panic!("{text}: {cause:?}"));
-        let Ok(FromGx3::Data(sample, same)) = first else { panic!("{text}: {first:?}") };
-        assert_eq!((reply, sample.timer_us), (same, Some(0)));
+        let Ok(FromGx3::Data(sample, command)) = first else { panic!("{text}: {first:?}") };
+        assert_eq!((reply.command, sample.timer_us), (command, Some(0)));
         assert_eq!(decoded(text, "timer").unwrap(), [f64::from(reply.ticks)]);
         for (key, ours) in [
             ("acc[g]", reply.accel_g),
@@ -56,7 +56,7 @@ fn val_specific_force_agrees_with_attitude() {
     let reply = |at: usize| Reply::parse(&bytes(lines(FILE).nth(at).unwrap()[2])).unwrap().sample().unwrap();
     let force = reply(4).specific_force_mps2.unwrap();
     let [roll, pitch, _] = reply(5).euler_rad.unwrap();
-    let gravity = [-pitch.sin(), roll.sin() * pitch.cos(), roll.cos() * pitch.cos()];
+    let gravity = [-libm::sin(pitch), libm::sin(roll) * libm::cos(pitch), libm::cos(roll) * libm::cos(pitch)];
     for (force, gravity) in force.iter().zip(gravity) {
         // Seconds apart on a buoy: to a hundredth of g.
         assert!((force / 9.80665 + gravity).abs() < 0.01, "{force} {gravity}");
@@ -71,7 +71,7 @@ fn val_attitude_of_the_matrix() {
         assert_eq!(sample.euler_rad, Some([0.0; 3]), "{name}");
     }
     let (roll, pitch, yaw) = (0.3_f64, -0.4_f64, 2.5_f64);
-    let ((sr, cr), (sp, cp), (sy, cy)) = (roll.sin_cos(), pitch.sin_cos(), yaw.sin_cos());
+    let ((sr, cr), (sp, cp), (sy, cy)) = (libm::sincos(roll), libm::sincos(pitch), libm::sincos(yaw));
     // Rows of (Rz Ry Rx)^T.
     let matrix = [
         [cp * cy, cp * sy, -sp],
