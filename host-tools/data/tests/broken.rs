@@ -30,15 +30,15 @@ fn vehicle_files() {
     let line_of = |part: &str| REFERENCE.lines().position(|line| line.contains(part)).unwrap() + 1;
     let at = |part: &str, column: usize| format!("v.toml:{}:{column}: ", line_of(part));
     let cases = [
-        ("mass_kg = 38.00", "mas_kg = 38.00", at("\nmass_kg".trim(), 1), "unknown key mas_kg in [vehicle]"),
-        ("mass_kg = 38.00", "mass_kg = \"38\"", at("mass_kg = 38.00", 11), "expected a number, found a text"),
-        ("mass_kg = 38.00", "mass_kg = -38.00", at("mass_kg = 38.00", 11), "vehicle.mass_kg: -38 is outside"),
-        ("mass_kg = 38.00", "mass_kg = nan", at("mass_kg = 38.00", 11), "vehicle.mass_kg: NaN is outside"),
-        ("mass_kg = 38.00", "mass_kg = ", at("mass_kg = 38.00", 0), ""),
-        ("mass_kg = 38.00\n", "", at("[vehicle]", 2), "[vehicle] lacks mass_kg (kg)"),
+        ("mass_kg = 38.0", "mas_kg = 38.0", at("\nmass_kg".trim(), 1), "unknown key mas_kg in [vehicle]"),
+        ("mass_kg = 38.0", "mass_kg = \"38\"", at("mass_kg = 38.0", 11), "expected a number, found a text"),
+        ("mass_kg = 38.0", "mass_kg = -38.0", at("mass_kg = 38.0", 11), "vehicle.mass_kg: -38 is outside"),
+        ("mass_kg = 38.0", "mass_kg = nan", at("mass_kg = 38.0", 11), "vehicle.mass_kg: NaN is outside"),
+        ("mass_kg = 38.0", "mass_kg = ", at("mass_kg = 38.0", 0), ""),
+        ("mass_kg = 38.0 ", "#", at("[vehicle]", 2), "[vehicle] lacks mass_kg (kg)"),
         ("[drag]", "[drags]", at("[drag]", 2), "unknown key drags; expected [vehicle], [inertia]"),
-        ("0.20, 20.0, 20.0]", "0.20, 20.0]", at("m_diag", 10), "inertia.m_diag: expected an array of 6, found 5"),
-        ("0.20, 20.0, 20.0]", "-0.20, 20.0, 20.0]", at("m_diag", 29), "inertia.m_diag[3]: -0.2 is outside"),
+        ("0.2, 20.0, 20.0]", "0.2, 20.0]", at("m_diag =", 10), "inertia.m_diag: expected an array of 6, found 5"),
+        ("0.2, 20.0, 20.0]", "-0.2, 20.0, 20.0]", at("m_diag =", 29), "inertia.m_diag[3]: -0.2 is outside"),
         ("-0.85, 0.0, -0.13]", "-0.85, 0.0]", at("cp_m", 9), "fins.cp_m: expected an array of 3, found 2"),
         ("\"top\", \"bottom\"", "\"bottom\", \"top\"", at("names", 10), "in this order"),
         ("depth_m = 0.06", "depth_m = 0.0", at("depth_m = 0.06", 11), "sensors.depth_m: 0 is outside"),

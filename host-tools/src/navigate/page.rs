@@ -12,6 +12,9 @@ use backseat_data::stats::nis_bounds95;
 /// Ellipses offered to the map, which thins them out itself.
 const ELLIPSES: usize = 200;
 
+/// Time without samples across which no line is drawn, µs.
+const MISSING_US: u64 = 60_000_000;
+
 /// Innovations shown, with their names and units.
 const SHOWN: [(Sensor, &[&str]); 9] = [
     (Sensor::Range, &["range innovation [m]"]),
@@ -108,27 +111,45 @@ fn track(report: Report, outcome: &Outcome<'_>) -> Report {
 }
 
 fn errors(report: Report, outcome: &Outcome<'_>) -> Report {
-    let points = |errors: &[(u64, f64)]| -> Vec<Point> { errors.iter().map(|&(t, e)| (hours(t), e)).collect() };
-    let (name, error) = match (&outcome.errors, outcome.estimate) {
-        (Some((Against::Truth, errors)), _) => ("against the truth", points(errors)),
-        (Some((Against::Gnss, errors)), _) => ("against withheld GNSS fixes", points(errors)),
-        (None, Estimate::Filter(run)) => ("to each GNSS fix before its use", points(&gnss_distances(run))),
+    let (name, caption, errors) = match (&outcome.errors, outcome.estimate) {
+        (Some((Against::Truth, errors)), _) => ("against the truth", "Error against time.", errors.clone()),
+        (Some((Against::Gnss, errors)), _) => {
+            ("against withheld GNSS fixes", "Distance to the GNSS fixes against time.", errors.clone())
+        }
+        (None, Estimate::Filter(run)) => (
+            "to each GNSS fix before its use",
+            "Distance to the GNSS fixes against time; it has their noise in it, the band has not.",
+            gnss_distances(run),
+        ),
         (None, Estimate::DeadReckoning(_)) => return report,
     };
     let bound: Vec<Point> = match outcome.estimate {
         Estimate::Filter(run) => run.track.iter().map(|s| (hours(s.time_us), 2.0 * s.drms_m())).collect(),
         Estimate::DeadReckoning(_) => Vec::new(),
     };
+    let has_bound = !bound.is_empty();
     let plot = ErrorPlot {
         y_label: "horizontal error [m]",
-        series: &[(name, &error)],
-        bound: (!bound.is_empty()).then_some(("the filter's own 2 DRMS", &bound)),
+        series: &[(name, &broken_line(&errors))],
+        bound: has_bound.then_some(("the filter's own 2 DRMS", &bound)),
         scale: Scale::Linear,
     };
-    report.figure(
-        "Error against time; 2 DRMS holds 95 to 98 % of the errors of a consistent filter.",
-        plots::error_vs_time(&plot),
-    )
+    let about = if has_bound { " 2 DRMS holds 95 to 98 % of the errors of a consistent filter." } else { "" };
+    report.figure(&format!("{caption}{about}"), plots::error_vs_time(&plot))
+}
+
+/// Points in hours; the line breaks where samples are missing.
+fn broken_line(errors: &[(u64, f64)]) -> Vec<Point> {
+    let mut points = Vec::with_capacity(errors.len());
+    let mut previous_us = None;
+    for &(time_us, error) in errors {
+        if previous_us.is_some_and(|previous_us| time_us - previous_us > MISSING_US) {
+            points.push((hours(time_us), f64::NAN));
+        }
+        points.push((hours(time_us), error));
+        previous_us = Some(time_us);
+    }
+    points
 }
 
 fn innovations(report: Report, run: &FilterRun) -> Report {

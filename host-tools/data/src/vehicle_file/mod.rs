@@ -134,12 +134,22 @@ impl VehicleFile {
         let mut ranges: Vec<String> = Vec::new();
         for index in 0..field.shape.len() {
             let [min, max] = schema::range(self, field, index);
-            let range = format!("{min} to {max}");
+            let range = format!("{} to {}", short(min), short(max));
             if !ranges.contains(&range) {
                 ranges.push(range);
             }
         }
         format!("{}; {}; {}", field.unit, field.meaning, ranges.join(", "))
+    }
+}
+
+/// A limit as short as it can be told.
+fn short(limit: f64) -> String {
+    if limit == 0.0 || (1e-3..1e5).contains(&limit.abs()) {
+        let text = format!("{limit:.3}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        format!("{limit:e}")
     }
 }
 
@@ -159,6 +169,13 @@ mod tests {
         assert_eq!(file.noise, ProcessNoise::DYNAMIC);
         assert_eq!(file.sensors, backseat_core::navigation::NavigationConfig::REFERENCE.sensors);
         assert_eq!(file.name, "iver3-ref");
+    }
+
+    #[test]
+    fn built_in_file_is_as_written() {
+        let source: Vec<&str> =
+            REFERENCE.lines().take_while(|line| line.starts_with('#')).map(|line| &line[2..]).collect();
+        assert_eq!(VehicleFile::reference().to_toml(&source.join("\n")), REFERENCE);
     }
 
     #[test]

@@ -141,3 +141,22 @@ pub(super) fn first_outside(file: &VehicleFile) -> Option<(&'static Field, usize
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The core names a refused parameter by its key; were one of its keys unknown here, the value
+    /// would pass unseen.
+    #[test]
+    fn every_number_is_checked_and_found_under_its_own_key() {
+        for field in &FIELDS {
+            for index in 0..field.shape.len() {
+                let mut file = VehicleFile::reference();
+                *(field.slot)(&mut file, index) = f64::NAN;
+                let (found, at, ..) = first_outside(&file).expect("NaN is in no range");
+                assert_eq!(found.dotted(at), field.dotted(index));
+            }
+        }
+    }
+}
