@@ -5,7 +5,7 @@ extern crate std;
 
 use super::*;
 use crate::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
-use crate::state::{self, PHI, U, VEHICLE_STATES, VehicleState, X};
+use crate::state::{PHI, PSI, U, VEHICLE_STATES, VehicleState, X, wrap_angle};
 use nalgebra::{SMatrix, SVector, Vector3};
 use std::boxed::Box;
 
@@ -156,7 +156,8 @@ impl Plain {
     fn deviation(&self, navigator: &Navigator) -> f64 {
         let mut worst: f64 = 0.0;
         for j in 0..LIVE {
-            worst = worst.max((self.x[j] - navigator.state_at(j)).abs());
+            let difference = self.x[j] - navigator.state_at(j);
+            worst = worst.max(if j == PSI { wrap_angle(difference).abs() } else { difference.abs() });
             for i in 0..LIVE {
                 let scale = (self.p[(i, i)] * self.p[(j, j)]).sqrt();
                 worst = worst.max((self.p[(i, j)] - navigator.covariance(i, j)).abs() / scale);
@@ -195,7 +196,7 @@ fn run(case: Case, linearise_again: bool) -> f64 {
     for k in 1..=300_u64 {
         navigator.predict(k * 100_000, &input).expect("healthy");
         plain.predict(&navigator.step, &config, 0.1);
-        let wobble = |i: usize| 0.01 * state::wrap_angle((k as f64 + 1.3) * (1.7 + i as f64));
+        let wobble = |i: usize| 0.01 * wrap_angle((k as f64 + 1.3) * (1.7 + i as f64));
         if k % 3 == 0 {
             let z = plain.x[2] + wobble(0);
             navigator.fuse(&Measurement::Depth { z_m: z });
