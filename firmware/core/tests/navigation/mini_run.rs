@@ -5,7 +5,7 @@ use backseat_core::navigation::*;
 use backseat_core::state::VehicleState;
 use serde_json::Value;
 
-const CSV: &str = include_str!("data/nav_mini_run.csv");
+const CSV: &str = include_str!("../data/nav_mini_run.csv");
 
 /// Decimal seconds to microseconds, exactly.
 fn microseconds(t: &str) -> u64 {
@@ -171,7 +171,7 @@ fn run(log: &Log, vectors: &Value, run: Run) -> [f64; 4] {
 
 #[test]
 fn val_mini_run_in_four_configurations() {
-    let vectors: Value = serde_json::from_str(include_str!("data/nav_vectors.json")).unwrap();
+    let vectors: Value = serde_json::from_str(include_str!("../data/nav_vectors.json")).unwrap();
     let log = Log::new();
     let base = Run {
         name: "dyn_range",
