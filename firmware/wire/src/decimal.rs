@@ -1,15 +1,17 @@
 //! Fixed-point decimal numbers: the text fields of every protocol, without float parsing or formatting.
 
 use crate::Error;
+use core::num::NonZeroU64;
 
 /// Most digits after the point.
 pub const MAX_SCALE: u8 = 18;
 
-const POWERS: [u64; MAX_SCALE as usize + 1] = {
-    let mut powers = [1; MAX_SCALE as usize + 1];
+/// Not zero by type, so that dividing by them needs no check.
+const POWERS: [NonZeroU64; MAX_SCALE as usize + 1] = {
+    let mut powers = [NonZeroU64::MIN; MAX_SCALE as usize + 1];
     let mut index = 1;
     while index < powers.len() {
-        powers[index] = powers[index - 1] * 10;
+        powers[index] = powers[index - 1].saturating_mul(NonZeroU64::MIN.saturating_add(9));
         index += 1;
     }
     powers
@@ -67,13 +69,13 @@ impl Decimal {
     /// # Errors
     /// [`Error::OutOfRange`] when not finite or beyond 18 digits.
     pub fn from_f64(value: f64, scale: u8) -> Result<Self, Error> {
-        let scaled = libm::round(value * Self::new(0, scale).unit() as f64);
+        let scaled = libm::round(value * Self::new(0, scale).unit().get() as f64);
         if scaled > -1.0e18 && scaled < 1.0e18 { Ok(Self::new(scaled as i64, scale)) } else { Err(Error::OutOfRange) }
     }
 
     /// The value as floating point.
     pub fn to_f64(self) -> f64 {
-        self.mantissa as f64 / self.unit() as f64
+        self.mantissa as f64 / self.unit().get() as f64
     }
 
     /// All digits, signed.
@@ -87,17 +89,17 @@ impl Decimal {
     }
 
     /// `10^scale`.
-    pub fn unit(self) -> u64 {
-        POWERS.get(usize::from(self.scale)).copied().unwrap_or(1)
+    pub fn unit(self) -> NonZeroU64 {
+        POWERS.get(usize::from(self.scale)).copied().unwrap_or(NonZeroU64::MIN)
     }
 
     /// The mantissa at another scale, truncated toward zero.
     pub fn rescaled(self, scale: u8) -> Option<i64> {
-        let target = Self::new(0, scale).unit();
-        if target >= self.unit() {
-            self.mantissa.checked_mul(i64::try_from(target / self.unit()).ok()?)
+        let (from, to) = (self.unit(), Self::new(0, scale).unit());
+        if to >= from {
+            self.mantissa.checked_mul(i64::try_from(to.get() / from).ok()?)
         } else {
-            Some(self.mantissa / i64::try_from(self.unit() / target).ok()?)
+            self.mantissa.checked_div(i64::try_from(from.get() / to).ok()?)
         }
     }
 }

@@ -137,9 +137,14 @@ impl<const N: usize> Window<N> {
 
     fn append(&mut self, byte: u8) {
         if self.end == N {
-            self.buffer.copy_within(self.start..self.end, 0);
-            self.end -= self.start;
-            self.start = 0;
+            // Not `copy_within`, which checks its bounds with a panic.
+            for to in 0..self.end.saturating_sub(self.start) {
+                let moved = self.buffer.get(self.start + to).copied().unwrap_or(0);
+                if let Some(slot) = self.buffer.get_mut(to) {
+                    *slot = moved;
+                }
+            }
+            (self.start, self.end) = (0, self.end.saturating_sub(self.start));
         }
         match self.buffer.get_mut(self.end) {
             Some(slot) => {

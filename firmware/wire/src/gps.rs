@@ -4,6 +4,7 @@ use crate::calendar::{Date, DateTime, TimeOfDay, two};
 use crate::nmea::{Emitter, Fields, Sentence, within};
 use crate::units::{KNOT_MPS, degrees, radians};
 use crate::{Decimal, Error};
+use core::num::NonZeroU64;
 
 /// Recommended minimum: position, velocity and the only sentence with a date.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,6 +162,7 @@ impl Gga {
 /// Digits after the point of a minute: 2 mm.
 const MINUTE_SCALE: u8 = 6;
 const MINUTE_UNIT: u64 = 1_000_000;
+const HUNDRED: NonZeroU64 = NonZeroU64::MIN.saturating_add(99);
 
 fn is_talker(sentence: &Sentence<'_>, kind: &[u8; 3]) -> bool {
     matches!(sentence.id(), [b'A'..=b'Z', b'A'..=b'Z', rest @ ..] if rest == kind)
@@ -168,7 +170,7 @@ fn is_talker(sentence: &Sentence<'_>, kind: &[u8; 3]) -> bool {
 
 /// `ddmm.mmmm,N,dddmm.mmmm,E`, or four blanks.
 fn position(fields: &mut Fields<'_>) -> Result<Option<[f64; 2]>, Error> {
-    let mut coordinate = |digits: usize, limit: i64, positive: &[u8], negative: &[u8]| {
+    let mut coordinate = |digits: usize, limit: u64, positive: &[u8], negative: &[u8]| {
         let (value, side) = (fields.raw(), fields.raw());
         match (value, side) {
             ([], []) => Ok(None),
@@ -187,7 +189,7 @@ fn position(fields: &mut Fields<'_>) -> Result<Option<[f64; 2]>, Error> {
 }
 
 /// Degrees of `[d]ddmm[.mmmm]` with `digits` before the point: one rounding.
-fn degrees_minutes(text: &[u8], digits: usize, limit: i64) -> Result<f64, Error> {
+fn degrees_minutes(text: &[u8], digits: usize, limit: u64) -> Result<f64, Error> {
     let whole = text.iter().position(|byte| *byte == b'.').unwrap_or(text.len());
     if whole != digits || !text.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.') {
         return Err(Error::Malformed);
@@ -197,12 +199,14 @@ fn degrees_minutes(text: &[u8], digits: usize, limit: i64) -> Result<f64, Error>
     if value.scale() > 10 {
         return Err(Error::OutOfRange);
     }
-    let unit = value.unit() as i64;
-    let (whole_degrees, minutes) = (value.mantissa() / (100 * unit), value.mantissa() % (100 * unit));
-    if minutes >= 60 * unit || whole_degrees > limit || (whole_degrees == limit && minutes > 0) {
+    let (unit, mantissa) = (value.unit(), value.mantissa().unsigned_abs());
+    let hundred = unit.saturating_mul(HUNDRED);
+    let (whole_degrees, minutes) = (mantissa / hundred, mantissa % hundred);
+    let degree = 60 * unit.get();
+    if minutes >= degree || whole_degrees > limit || (whole_degrees == limit && minutes > 0) {
         return Err(Error::OutOfRange);
     }
-    Ok((whole_degrees * 60 * unit + minutes) as f64 / (60 * unit) as f64)
+    Ok((whole_degrees * degree + minutes) as f64 / degree as f64)
 }
 
 fn parse_date(text: &[u8]) -> Result<Date, Error> {

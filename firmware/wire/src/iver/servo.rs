@@ -49,7 +49,8 @@ impl LinearServo {
         // Whole counts within the limit; casts saturate and take NaN to 0, so that no calibration leaves the range.
         let most = libm::floor(libm::fabs(self.counts_per_unit * self.limit)) as i32;
         let counts = libm::round(self.counts_per_unit * value) as i32;
-        i32::from(self.null).saturating_add(counts.clamp(-most, most)).clamp(1, 254) as u8
+        let counts = counts.max(-most).min(most); // `clamp` checks its bounds with a panic
+        i32::from(self.null).saturating_add(counts).clamp(1, 254) as u8
     }
 
     /// The value that a count commands.
