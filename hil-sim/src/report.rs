@@ -47,6 +47,9 @@ pub fn write(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &An
         (Sensor::RangeRate, "range rate innovation [m/s]"),
         (Sensor::VehicleGnss, "GNSS innovation [m]"),
     ] {
+        if !flight.fusions.iter().any(|record| record.sensor == sensor) {
+            continue;
+        }
         report = report.figure(&format!("Innovations of the backseat: {}.", sensor.name()), innovation_figure(flight, sensor, label));
     }
     let command: Vec<String> = std::env::args().skip(1).collect();

@@ -25,7 +25,9 @@ pub struct FusionRecord {
 }
 
 impl FusionRecord {
-    fn of(telemetry: &FusionTelemetry) -> Option<Self> {
+    /// As the host link carries it; `None` for a sensor that is not known here.
+    #[must_use]
+    pub fn of(telemetry: &FusionTelemetry) -> Option<Self> {
         let FusionTelemetry { sensor, axis, outcome, time_us, innovation, variance } = *telemetry;
         let sensor = *Sensor::ALL.get(usize::from(sensor))?;
         Some(Self { sensor, time_us, axis, fused: outcome == 0, innovation, variance })
@@ -75,25 +77,30 @@ impl<P: Ports> Client<P> {
         self.ports.write(Port::Host, frame)
     }
 
-    /// Reads messages until `take` finds the one it waits for.
+    /// Hands over the messages that have been read, up to the first that `take` makes something of.
+    fn unread<T>(&mut self, mut take: impl FnMut(FromBoard<'_>) -> Option<T>) -> Option<T> {
+        let mut bytes = self.unread.as_slice();
+        let mut found = None;
+        while found.is_none()
+            && let Some(frame) = self.decoder.feed(&mut bytes)
+        {
+            // A broken frame is what was on the line before we listened.
+            if let Ok(message) = frame.and_then(|frame| frame.message()) {
+                found = take(message);
+            }
+        }
+        let consumed = self.unread.len() - bytes.len();
+        self.unread.drain(..consumed);
+        found
+    }
+
+    /// Waits for the message that `take` makes something of.
     fn receive<T>(&mut self, mut take: impl FnMut(FromBoard<'_>) -> Option<T>) -> Result<T, BackseatError> {
         loop {
-            let mut bytes = self.unread.as_slice();
-            let mut found = None;
-            while found.is_none()
-                && let Some(frame) = self.decoder.feed(&mut bytes)
-            {
-                // A broken frame is what was on the line before we listened.
-                if let Ok(message) = frame.and_then(|frame| frame.message()) {
-                    found = take(message);
-                }
+            if let Some(answer) = self.unread(&mut take) {
+                return Ok(answer);
             }
-            let consumed = self.unread.len() - bytes.len();
-            self.unread.drain(..consumed);
-            match found {
-                Some(answer) => return Ok(answer),
-                None => self.ports.read(Port::Host, &mut self.unread)?,
-            }
+            self.ports.read(Port::Host, &mut self.unread)?;
         }
     }
 
@@ -103,13 +110,10 @@ impl<P: Ports> Client<P> {
     /// When the backseat is gone.
     pub fn drain(&mut self, mut take: impl FnMut(FromBoard<'_>)) -> Result<(), BackseatError> {
         self.ports.poll(Port::Host, &mut self.unread)?;
-        let mut bytes = self.unread.as_slice();
-        while let Some(frame) = self.decoder.feed(&mut bytes) {
-            if let Ok(message) = frame.and_then(|frame| frame.message()) {
-                take(message);
-            }
-        }
-        self.unread.clear();
+        self.unread(|message| {
+            take(message);
+            None::<()>
+        });
         Ok(())
     }
 

@@ -59,7 +59,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     eprintln!("{}: {}", scenario.settings.name, ports_line(client.ports()));
     let bar = progress_bar(scenario.settings.duration_s);
-    let flight = flight::fly(&scenario, &mut client, Some(&folder), &stop, |t_s| bar.set_position(t_s as u64));
+    let progress = |t_s| bar.set_position(t_s as u64);
+    let flight = if arguments.realtime {
+        flight::fly_realtime(&scenario, &mut client, Some(&folder), &stop, progress)
+    } else {
+        flight::fly(&scenario, &mut client, Some(&folder), &stop, progress)
+    };
     bar.finish_and_clear();
     let flight = flight.with_context(|| format!("flight (what was flown is in {})", folder.display()))?;
     drop(client);

@@ -1,14 +1,12 @@
 //! A flight in lock-step: as fast as the machine allows, and the same bytes each time.
 
 use super::record::{Recorder, Sample};
-use super::setup::board_parameters;
-use super::{FlightError, FlightLog, STEP_US};
+use super::{FlightError, FlightLog, STEP_US, advance, prepare};
 use crate::backseat::{Client, Ports};
 use crate::devices::Devices;
 use crate::scenario::Scenario;
 use crate::world::World;
 use backseat_wire::hostlink::Port;
-use backseat_data::DataError;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -34,9 +32,7 @@ pub fn fly<P: Ports>(
 ) -> Result<FlightLog, FlightError> {
     let begun = Instant::now();
     let mut recorder = Recorder::new(folder)?;
-    client.hello()?;
-    client.set_parameters(&board_parameters(scenario))?;
-    client.set_mission(&scenario.settings.waypoints())?;
+    prepare(scenario, client)?;
     client.step(0, &[], &[])?;
     client.start_mission()?;
 
@@ -73,29 +69,4 @@ pub fn fly<P: Ports>(
     flight.simulated_s = now_us as f64 * 1e-6;
     flight.wall_s = begun.elapsed().as_secs_f64();
     Ok(flight)
-}
-
-/// Moves world and devices to `to_us`, stopping wherever a device acts.
-pub(super) fn advance(
-    world: &mut World,
-    devices: &mut Devices,
-    recorder: &mut Recorder,
-    to_us: u64,
-) -> Result<(), DataError> {
-    loop {
-        let until_us = devices.next_us().unwrap_or(to_us).min(to_us);
-        let mut observed = Vec::new();
-        world.advance(until_us, &mut |observation| observed.push(*observation));
-        for observation in &observed {
-            devices.observe(observation);
-            recorder.observe(observation, &world.truth());
-        }
-        let targets = devices.run(until_us);
-        if recorder.actuators(until_us, targets) {
-            world.set_actuator_targets(until_us, targets);
-        }
-        if until_us >= to_us {
-            return recorder.step_done();
-        }
-    }
 }

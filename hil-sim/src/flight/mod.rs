@@ -1,15 +1,21 @@
 //! One flight: world, devices and backseat on one clock.
 
 mod lockstep;
+mod realtime;
 mod record;
 mod setup;
 
 pub use lockstep::fly;
+pub use realtime::fly_realtime;
 pub use record::{FlightLog, ModeChange, Sample};
 pub use setup::board_parameters;
 
-use crate::backseat::BackseatError;
+use crate::backseat::{BackseatError, Client, Ports};
+use crate::devices::Devices;
+use crate::scenario::Scenario;
+use crate::world::World;
 use backseat_data::DataError;
+use record::Recorder;
 
 /// Length of a lock-step, µs.
 pub const STEP_US: u64 = 100_000;
@@ -23,4 +29,36 @@ pub enum FlightError {
     /// A file.
     #[error(transparent)]
     Data(#[from] DataError),
+}
+
+/// Tells a board its parameters and its mission.
+fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), BackseatError> {
+    client.hello()?;
+    client.set_parameters(&board_parameters(scenario))?;
+    client.set_mission(&scenario.settings.waypoints())
+}
+
+/// Moves world and devices to `to_us`, stopping wherever a device acts.
+fn advance(
+    world: &mut World,
+    devices: &mut Devices,
+    recorder: &mut Recorder,
+    to_us: u64,
+) -> Result<(), DataError> {
+    loop {
+        let until_us = devices.next_us().unwrap_or(to_us).min(to_us);
+        let mut observed = Vec::new();
+        world.advance(until_us, &mut |observation| observed.push(*observation));
+        for observation in &observed {
+            devices.observe(observation);
+            recorder.observe(observation, &world.truth());
+        }
+        let targets = devices.run(until_us);
+        if recorder.actuators(until_us, targets) {
+            world.set_actuator_targets(until_us, targets);
+        }
+        if until_us >= to_us {
+            return recorder.step_done();
+        }
+    }
 }

@@ -19,7 +19,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
             *value = (value.powi(2) + DEPTH_STEP_M.powi(2) / 12.0).sqrt();
         }
     }
-    let app: [(&str, f64); 11] = [
+    let app: [(&str, f64); 12] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
         ("app.origin_lon_deg", environment.origin_longitude_deg),
         ("app.sound_speed_mps", environment.sound_speed_mps),
@@ -27,6 +27,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.dvl_mounting_rad", crate::devices::DVL_MOUNTING_RAD),
         ("app.clock_encoding", 1.0), // bit field
         ("app.doppler_sign", 1.0),   // positive closing
+        ("app.use_range_rate", 1.0),
         ("app.use_dvl", f64::from(u8::from(backseat.dvl))),
         ("app.current_state", f64::from(u8::from(backseat.current_state))),
         ("app.control_law", if backseat.control_law == ControlLaw::Lqr { 1.0 } else { 0.0 }),

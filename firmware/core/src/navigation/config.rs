@@ -34,6 +34,27 @@ impl ProcessNoise {
     };
 }
 
+/// Process noise of the dynamic model near the surface, where its hydrodynamics do not hold: parts of the
+/// hull leave the water and lose their buoyancy, and waves push.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceNoise {
+    /// It holds above this depth, m: half a length, from where on no end of a diving hull is out of the water.
+    pub depth_m: f64,
+    /// The noise there.
+    pub noise: ProcessNoise,
+}
+
+impl SurfaceNoise {
+    /// The reference vehicle: a tenth of its buoyancy coming and going at either end within a second.
+    pub const REFERENCE: Self = Self {
+        depth_m: 1.0,
+        noise: ProcessNoise {
+            linear_mps2_per_sqrt_hz: [2.0e-2, 2.0e-2, 5.0e-2],
+            angular_radps2_per_sqrt_hz: [5.0e-2, 1.0e-1, 3.0e-2],
+        },
+    };
+}
+
 /// The ship moves at constant velocity and turn rate, driven by white acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShipNoise {
@@ -80,6 +101,8 @@ pub struct NavigationConfig {
     pub process_model: ProcessModel,
     /// Process noise that belongs to `process_model`.
     pub process_noise: ProcessNoise,
+    /// The dynamic model's noise near the surface, if it differs there.
+    pub surface: Option<SurfaceNoise>,
     /// Process noise of the ship.
     pub ship_noise: ShipNoise,
     /// Sensor noise.
@@ -97,6 +120,7 @@ impl NavigationConfig {
     pub const REFERENCE: Self = Self {
         process_model: ProcessModel::Dynamic,
         process_noise: ProcessNoise::DYNAMIC,
+        surface: Some(SurfaceNoise::REFERENCE),
         ship_noise: ShipNoise { linear_mps2_per_sqrt_hz: 2.0e-2, angular_radps2_per_sqrt_hz: 1.0e-3 },
         sensors: SensorNoise {
             depth_m: 0.06,
@@ -140,6 +164,10 @@ impl NavigationConfig {
             in_range(key, value, f64::MIN_POSITIVE)?;
         }
         self.process_noise.validate()?;
+        if let Some(surface) = &self.surface {
+            in_range("surface.depth_m", surface.depth_m, 0.0)?;
+            surface.noise.validate()?;
+        }
         in_range("ship_noise.linear_mps2_per_sqrt_hz", ship.linear_mps2_per_sqrt_hz, 0.0)?;
         in_range("ship_noise.angular_radps2_per_sqrt_hz", ship.angular_radps2_per_sqrt_hz, 0.0)?;
         in_range("ship_transducer_depth_m", self.ship_transducer_depth_m, -LARGEST)?;
@@ -148,6 +176,16 @@ impl NavigationConfig {
             in_range("water_current.random_walk_mps_per_sqrt_s", current.random_walk_mps_per_sqrt_s, 0.0)?;
         }
         Ok(())
+    }
+}
+
+impl NavigationConfig {
+    /// Process noise of the vehicle at a depth, m.
+    pub(super) fn noise_at(&self, depth_m: f64) -> &ProcessNoise {
+        match &self.surface {
+            Some(surface) if self.process_model == ProcessModel::Dynamic && depth_m < surface.depth_m => &surface.noise,
+            _ => &self.process_noise,
+        }
     }
 }
 

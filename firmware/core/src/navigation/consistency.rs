@@ -71,6 +71,5 @@ pub fn nees_vehicle(error: &VehicleState, P: &SMatrix<f64, 12, 12>) -> Option<f6
 pub fn nees_position(error_m: [f64; 2], var_x: f64, cov_xy: f64, var_y: f64) -> Option<f64> {
     let determinant = var_x * var_y - cov_xy * cov_xy;
     let [x, y] = error_m;
-    (var_x > 0.0 && determinant > 0.0)
-        .then(|| (var_y * x * x - 2.0 * cov_xy * x * y + var_x * y * y) / determinant)
+    (var_x > 0.0 && determinant > 0.0).then(|| (var_y * x * x - 2.0 * cov_xy * x * y + var_x * y * y) / determinant)
 }

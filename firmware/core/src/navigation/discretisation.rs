@@ -10,7 +10,7 @@
 //! A step too long for the series is halved until it is not, and the halves are composed.
 
 use crate::dynamics::Linearisation;
-use crate::state::{P, PHI, PSI, THETA, U, VEHICLE_STATES, V, VehicleState, W, X, Y};
+use crate::state::{P, PHI, PSI, THETA, U, V, VEHICLE_STATES, VehicleState, W, X, Y};
 
 /// The states that drive others: e^{F s} has the identity's columns for position, and the
 /// heading's differs only in two entries.
@@ -23,7 +23,7 @@ const COLUMNS: usize = DRIVING.len() + 1;
 type Column = [f64; VEHICLE_STATES];
 
 /// Times of the Lobatto rule inside the step: (1 ∓ √(1/5))/2, as parts of it.
-const NODES: [f64; 2] = [0.276_393_202_250_021_03, 0.723_606_797_749_979];
+const NODES: [f64; 2] = [0.276_393_202_250_021, 0.723_606_797_749_979];
 /// Their weight.
 const NODE_WEIGHT: f64 = 5.0 / 12.0;
 /// Weight of the two ends.

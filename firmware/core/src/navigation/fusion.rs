@@ -4,7 +4,7 @@
 //! corrected by what earlier ones moved. That equals the batch update of the whole vector whatever
 //! the order, and ν²/S of the scalars are independent.
 
-use super::gate::LARGEST_FACTOR;
+use super::gate::largest_sigma;
 use super::layout::{CLONE_VELOCITY, CloneKind};
 use super::observation::{Observation, Observations, Refused};
 use super::{
@@ -167,11 +167,15 @@ impl Navigator {
                 let root = libm::sqrt(b * b + a * (target - c));
                 // A NaN must not hide behind `max`.
                 let needed = (root - b) / a;
-                if !(needed <= LARGEST_FACTOR) {
+                if !needed.is_finite() {
                     return false;
                 }
                 factor = factor.max(needed);
             }
+        }
+        let sigma = scaled.iter().map(|&i| libm::sqrt(self.variance(i))).fold(0.0, f64::max);
+        if factor * sigma > largest_sigma(sensor) {
+            return false;
         }
         let n = self.dimension();
         for &i in scaled {

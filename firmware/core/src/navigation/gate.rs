@@ -14,7 +14,7 @@
 //! Coming back, the sigmas of the states that the source positions (and of their clones) are scaled by the
 //! smallest common factor that makes the innovation a one-sigma event. Correlation coefficients stay, so the
 //! covariance stays positive definite, states correlated with the error are corrected with it, and
-//! directions the source did not see are doubted as much. A factor above [`LARGEST_FACTOR`] is not
+//! directions the source did not see are doubted as much. A sigma above [`largest_sigma`] is not
 //! believed and the source stays out.
 
 use super::observation::Observation;
@@ -24,8 +24,19 @@ use super::{Sensor, wrap_innovation};
 const AGREEING: u32 = 5;
 /// Time they span at least, µs: a DVL on a fish, or a depth cell in a wave, is over by then.
 const AGREEING_US: u64 = 10_000_000;
-/// Largest factor on the sigmas.
-pub(super) const LARGEST_FACTOR: f64 = 1.0e3;
+
+/// Largest sigma that a returning source may give to a state that it positions, in the state's unit.
+/// A torpedo's speed is known better than 0.3 m/s without any sensor, and an estimate thrown into reverse flow would
+/// not come back.
+pub(super) fn largest_sigma(sensor: Sensor) -> f64 {
+    match sensor {
+        Sensor::Depth => 20.0,
+        Sensor::Attitude => 0.5,
+        Sensor::Rates => 0.2,
+        Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate => 0.3,
+        Sensor::VehicleGnss | Sensor::ShipGnss | Sensor::Range => 5.0e3,
+    }
+}
 
 #[derive(Clone, Copy)]
 struct Source {

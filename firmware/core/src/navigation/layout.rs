@@ -125,8 +125,7 @@ impl Layout {
     pub(super) fn any_clone(&self, kind: CloneKind) -> Option<CloneId> {
         let mut slots = self.slots.iter().enumerate();
         slots.find_map(|(index, slot)| {
-            slot.filter(|slot| slot.kind == kind)
-                .map(|slot| CloneId { slot: index as u8, generation: slot.generation })
+            slot.filter(|slot| slot.kind == kind).map(|slot| CloneId { slot: index as u8, generation: slot.generation })
         })
     }
 

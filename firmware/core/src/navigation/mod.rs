@@ -47,7 +47,9 @@ mod val_delayed;
 #[cfg(test)]
 mod val_vectors;
 
-pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, WaterCurrentConfig};
+pub use config::{
+    NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, SurfaceNoise, WaterCurrentConfig,
+};
 pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
 pub use error::{CloneError, ConfigError, NavigationError};
 use fusion::wrap_innovation;

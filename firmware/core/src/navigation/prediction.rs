@@ -4,7 +4,7 @@ use super::layout::SHIP_VELOCITY;
 use super::propagation::{propagate_double_integrator, propagate_vehicle};
 use super::{NavigationError, Navigator, ProcessModel};
 use crate::dynamics::{ActuatorInput, kinematic_linearise};
-use crate::state::{VEHICLE_STATES, X, Y};
+use crate::state::{VEHICLE_STATES, X, Y, Z};
 
 /// Longest step while the gap is at most [`MOST_STEPS`] of them, µs.
 const STEP_US: u64 = 100_000;
@@ -54,7 +54,7 @@ impl Navigator {
             (ProcessModel::Dynamic, Some(model)) => model.linearise(&self.x.vehicle, input),
             _ => kinematic_linearise(&self.x.vehicle),
         };
-        self.step.compute(&linearisation, &self.config.process_noise.psd(), step_s);
+        self.step.compute(&linearisation, &self.config.noise_at(self.x.vehicle[Z]).psd(), step_s);
         let n = self.dimension();
 
         for (x, increment) in self.x.vehicle.iter_mut().zip(&self.step.increment) {

@@ -1,6 +1,8 @@
 //! Discretisation, prediction and updates against `tests/data/nav_vectors.json`, an independent implementation
 //! with dense matrices (Van Loan by matrix exponential). Its layout is vehicle 12, ship 6, ship clone 6, current 2.
 
+#![allow(clippy::disallowed_methods)] // the tests' own arithmetic need not have the same bits on every machine
+
 extern crate std;
 
 use super::discretisation::{DRIVING, Discretisation};
@@ -233,7 +235,10 @@ fn layout_moves_blocks_without_mixing_them() {
     // A dropped id, an id of the other kind, and ids after a new start.
     let stale = |navigator: &mut Navigator, id: CloneId| {
         let path = AcousticPath { vehicle: VehicleEnd::Delayed { clone: id, bridge_s: 0.0 }, ship: ShipEnd::Now };
-        navigator.fuse(&Measurement::Range { path, range_m: 10.0 }).iter().all(|r| r.outcome == FusionOutcome::StaleClone)
+        navigator
+            .fuse(&Measurement::Range { path, range_m: 10.0 })
+            .iter()
+            .all(|r| r.outcome == FusionOutcome::StaleClone)
     };
     let digest = navigator.digest();
     assert!(stale(&mut navigator, ship_clone));

@@ -1,0 +1,91 @@
+//! A flight at the speed of the clock: frames at their true times, the board on its own timer.
+
+use super::record::{Recorder, Sample};
+use super::{FlightError, FlightLog, advance, prepare};
+use crate::backseat::{BackseatError, Client, FusionRecord, Ports};
+use crate::devices::Devices;
+use crate::scenario::Scenario;
+use crate::world::World;
+use backseat_wire::hostlink::{FromBoard, Port, Telemetry};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Frames leave at most this late.
+const TICK_US: u64 = 2_000;
+/// A board takes up its own clock two seconds after power-up, when no other has come.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Flies a scenario at the speed of the clock; arguments and result as [`super::fly`].
+///
+/// # Errors
+/// As [`super::fly`].
+pub fn fly_realtime<P: Ports>(
+    scenario: &Scenario,
+    client: &mut Client<P>,
+    folder: Option<&Path>,
+    stop: &AtomicBool,
+    mut progress: impl FnMut(f64),
+) -> Result<FlightLog, FlightError> {
+    let mut recorder = Recorder::new(folder)?;
+    prepare(scenario, client)?;
+    client.start_mission()?;
+    wait_for_clock(client)?;
+
+    let begun = Instant::now();
+    let mut world = World::new(scenario);
+    let mut devices = Devices::new(scenario);
+    let end_us = (scenario.settings.duration_s * 1e6) as u64;
+    let mut now_us = 0;
+    let mut sampled_s = 0;
+    let mut under_way = false;
+    while now_us < end_us && !stop.load(Ordering::Relaxed) && !recorder.flight.finished {
+        let due = Duration::from_micros(now_us + TICK_US);
+        sleep(due.saturating_sub(begun.elapsed()));
+        now_us = begun.elapsed().as_micros() as u64;
+        advance(&mut world, &mut devices, &mut recorder, now_us)?;
+        for (port, arrival) in devices.arrivals(now_us) {
+            client.ports().write(port, &arrival.bytes)?;
+        }
+        for port in Port::DEVICES {
+            let mut bytes = Vec::new();
+            client.ports().poll(port, &mut bytes)?;
+            devices.sent_by_backseat(port, now_us, &bytes);
+        }
+        let mut latest: Option<Telemetry> = None;
+        let fusions = &mut recorder.flight.fusions;
+        client.drain(|message| match message {
+            FromBoard::Telemetry(telemetry) => latest = Some(telemetry),
+            FromBoard::Fusion(fusion) => fusions.extend(FusionRecord::of(&fusion)),
+            _ => {}
+        })?;
+        let Some(telemetry) = latest else { continue };
+        recorder.flight.finished = under_way && telemetry.leg.is_none();
+        under_way |= telemetry.leg.is_some();
+        let second = now_us / 1_000_000;
+        if second > sampled_s {
+            sampled_s = second;
+            recorder.sample(Sample { truth: world.truth(), ship: world.ship(), telemetry })?;
+            progress(now_us as f64 * 1e-6);
+        }
+    }
+    let mut flight = recorder.finish()?;
+    flight.simulated_s = now_us as f64 * 1e-6;
+    flight.wall_s = begun.elapsed().as_secs_f64();
+    Ok(flight)
+}
+
+/// Until the board steps by itself: what is sent before that would only wait in its ports.
+fn wait_for_clock<P: Ports>(client: &mut Client<P>) -> Result<(), BackseatError> {
+    let begun = Instant::now();
+    let mut running = false;
+    while !running {
+        if begun.elapsed() > PATIENCE {
+            return Err(BackseatError::Silent { port: Port::Host, seconds: PATIENCE.as_secs() as u32 });
+        }
+        sleep(Duration::from_micros(TICK_US));
+        client.drain(|message| running |= matches!(message, FromBoard::Telemetry(_)))?;
+    }
+    Ok(())
+}
