@@ -7,6 +7,7 @@ use backseat_core::state::wrap_angle;
 fn config() -> NavigationConfig {
     NavigationConfig {
         water_current: Some(WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1e-4 }),
+        surface: None, // nobody holds the depth here, and the truth is as smooth at any
         ..NavigationConfig::REFERENCE
     }
 }
@@ -21,10 +22,8 @@ fn fly(seed: u64, tally: &mut Consistency) -> (f64, Box<Navigator>) {
     for i in 0..12 {
         x[i] += initial.sigma[i] * noise.normal();
     }
-    let ship_initial = InitialShip {
-        state: [200.0, 250.0, 0.0, 1.0, -1.0, 0.0],
-        sigma: [0.5, 0.5, 0.1, 0.2, 0.2, 0.01],
-    };
+    let ship_initial =
+        InitialShip { state: [200.0, 250.0, 0.0, 1.0, -1.0, 0.0], sigma: [0.5, 0.5, 0.1, 0.2, 0.2, 0.01] };
     let mean = [0, 1, 3, 4].map(|i| ship_initial.state[i]);
     let sigma = [0, 1, 3, 4].map(|i| ship_initial.sigma[i]);
     let ship = core::array::from_fn(|i| mean[i] + sigma[i] * noise.normal());
@@ -87,7 +86,8 @@ fn fly(seed: u64, tally: &mut Consistency) -> (f64, Box<Navigator>) {
             (2, 560) => {
                 let ship = ShipEnd::Delayed(clones[1].unwrap());
                 let vehicle = VehicleEnd::Delayed { clone: clones[0].unwrap(), bridge_s: 0.0 };
-                let half = 0.5 * (range_and_rate(launch.0, launch.1, reply).0 + range_and_rate(here.0, here.1, reply).0);
+                let half =
+                    0.5 * (range_and_rate(launch.0, launch.1, reply).0 + range_and_rate(here.0, here.1, reply).0);
                 measurements.push(Measurement::TwoWayRange {
                     outward: AcousticPath { vehicle, ship },
                     back: AcousticPath { vehicle: VehicleEnd::Now, ship },
@@ -142,9 +142,7 @@ fn val_innovations_and_errors_are_as_large_as_the_filter_says() {
     for seed in 0..RUNS {
         nees += fly(1000 + seed, &mut tally).0;
     }
-    for sensor in
-        [Sensor::Depth, Sensor::Attitude, Sensor::Rates, Sensor::ShipGnss, Sensor::Range, Sensor::RangeRate]
-    {
+    for sensor in [Sensor::Depth, Sensor::Attitude, Sensor::Rates, Sensor::ShipGnss, Sensor::Range, Sensor::RangeRate] {
         let tally = tally.tally(sensor);
         // Chi-square of n degrees of freedom over n: 1 ± 4 √(2/n). Gating at 5 sigma cuts nothing noticeable.
         let bound = 4.0 * (2.0 / f64::from(tally.count)).sqrt();
@@ -164,8 +162,7 @@ fn val_innovations_and_errors_are_as_large_as_the_filter_says() {
 fn val_bridge_over_seconds_is_as_uncertain_as_it_says() {
     // White acceleration alike on all axes, a range far better than the bridge, attitude known.
     let mut config = NavigationConfig { process_model: ProcessModel::Kinematic, ..NavigationConfig::REFERENCE };
-    config.process_noise =
-        ProcessNoise { linear_mps2_per_sqrt_hz: [0.05; 3], angular_radps2_per_sqrt_hz: [1e-9; 3] };
+    config.process_noise = ProcessNoise { linear_mps2_per_sqrt_hz: [0.05; 3], angular_radps2_per_sqrt_hz: [1e-9; 3] };
     config.sensors.range_m = 0.01;
     config.gate_sigma = 100.0;
     let mut initial = initial();
@@ -197,8 +194,7 @@ fn val_bridge_over_seconds_is_as_uncertain_as_it_says() {
         navigator.predict(5_000_000, &CRUISE).unwrap();
         let report =
             ShipReport { position_m: ship, velocity_mps: [0.0; 2], position_sigma_m: 0.0, velocity_sigma_mps: 0.0 };
-        let path =
-            AcousticPath { vehicle: VehicleEnd::Delayed { clone, bridge_s }, ship: ShipEnd::Reported(report) };
+        let path = AcousticPath { vehicle: VehicleEnd::Delayed { clone, bridge_s }, ship: ShipEnd::Reported(report) };
         let range_m = at_event + config.sensors.range_m * noise.normal();
         let fusions = navigator.fuse(&Measurement::Range { path, range_m });
         // Backwards, the clone's own velocity already holds the noise of the bridge.
@@ -222,8 +218,12 @@ fn bridge_adds_the_variance_of_white_acceleration() {
         initial.sigma *= 1e-6;
         navigator.initialise(0, &initial).unwrap();
         let clone = navigator.clone_vehicle().unwrap();
-        let report =
-            ShipReport { position_m: [500.0, 0.0], velocity_mps: [0.0; 2], position_sigma_m: 0.0, velocity_sigma_mps: 0.0 };
+        let report = ShipReport {
+            position_m: [500.0, 0.0],
+            velocity_mps: [0.0; 2],
+            position_sigma_m: 0.0,
+            velocity_sigma_mps: 0.0,
+        };
         let path = AcousticPath { vehicle: VehicleEnd::Delayed { clone, bridge_s }, ship: ShipEnd::Reported(report) };
         let range = navigator.fuse(&Measurement::Range { path, range_m: 499.0 });
         range.iter().next().unwrap().variance

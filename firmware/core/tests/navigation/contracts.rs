@@ -55,10 +55,8 @@ fn random_walk(steps: usize, seed: u64, mut check: impl FnMut(&Navigator, usize)
         let choice = noise.word() % 14;
         match choice {
             0..=3 => {
-                let input = ActuatorInput {
-                    propeller_radps: 106.8,
-                    fins_rad: noise.normals([0.0, 0.0, 0.008, -0.008], 0.02),
-                };
+                let input =
+                    ActuatorInput { propeller_radps: 106.8, fins_rad: noise.normals([0.0, 0.0, 0.008, -0.008], 0.02) };
                 let to_us = navigator.time_us() + noise.word() % 300_000;
                 navigator.predict(to_us, &input).unwrap();
             }
@@ -93,10 +91,9 @@ fn random_walk(steps: usize, seed: u64, mut check: impl FnMut(&Navigator, usize)
                 }
             }
             _ => {
-                let vehicle = clones.first().map_or(VehicleEnd::Now, |clone| VehicleEnd::Delayed {
-                    clone: *clone,
-                    bridge_s: noise.normal(),
-                });
+                let vehicle = clones
+                    .first()
+                    .map_or(VehicleEnd::Now, |clone| VehicleEnd::Delayed { clone: *clone, bridge_s: noise.normal() });
                 let back = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Now };
                 let path = AcousticPath { vehicle, ship: ShipEnd::Now };
                 let range_m = (x[0] - ship[0]).hypot(x[1] - ship[1]) + spread * noise.normal();
@@ -256,7 +253,7 @@ fn heading_goes_the_shorter_way_round() {
         assert!(fusions.iter().all(|record| record.outcome == FusionOutcome::Fused));
     }
     let heading = navigator.state()[5];
-    assert!(heading < -3.12 && heading > -3.1416, "{heading}");
+    assert!(heading < -3.12 && heading > -std::f64::consts::PI, "{heading}");
 }
 
 #[test]

@@ -135,7 +135,7 @@ fn run(log: &Log, vectors: &Value, run: Run) -> [f64; 4] {
                 }
             }
         }
-        if time_us >= 60_000_000 && time_us % 30_000_000 == 0 {
+        if time_us >= 60_000_000 && time_us.is_multiple_of(30_000_000) {
             if let Some(old) = clone.take() {
                 navigator.drop_clone(old);
             }

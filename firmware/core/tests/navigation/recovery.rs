@@ -52,7 +52,7 @@ fn surfaced_fixes_pull_a_lost_filter_in() {
 fn ranges_pull_a_lost_filter_in() {
     let mut navigator = started([120.0, 90.0]);
     let mut noise = Noise(4);
-    for k in 1..=60_u64 {
+    for k in 1..=20_u64 {
         for part in 1..=30 {
             navigator.predict((k - 1) * 30_000_000 + part * 1_000_000, &CRUISE).unwrap();
             keep_attitude(&mut navigator);
@@ -66,9 +66,9 @@ fn ranges_pull_a_lost_filter_in() {
         navigator.fuse(&Measurement::Range { path, range_m: range + noise.normal() });
     }
     assert!(navigator.recoveries(Sensor::Range) >= 1);
-    let error = (navigator.state()[0] - 1800.0).hypot(navigator.state()[1]);
-    // Within four of its own DRMS, which is metres again.
-    assert!(error < 4.0 * navigator.horizontal_sigma_m() && error < 10.0, "{error}");
+    let error = (navigator.state()[0] - 600.0).hypot(navigator.state()[1]);
+    // Within four of its own DRMS, which is a metre again fifteen packets later.
+    assert!(error < 4.0 * navigator.horizontal_sigma_m() && error < 4.0, "{error}");
 }
 
 #[test]
@@ -95,7 +95,12 @@ fn what_is_absurd_is_not_believed_however_steady() {
         navigator.predict(second * 1_000_000, &CRUISE).unwrap();
         for position_m in [[1e300, 0.0], [1e9, 1e9]] {
             let before = navigator.digest();
-            assert!(navigator.fuse(&Measurement::VehicleGnss { position_m }).iter().all(|r| r.outcome == FusionOutcome::Gated));
+            assert!(
+                navigator
+                    .fuse(&Measurement::VehicleGnss { position_m })
+                    .iter()
+                    .all(|r| r.outcome == FusionOutcome::Gated)
+            );
             assert_eq!(navigator.digest(), before);
         }
         navigator.fuse(&Measurement::Depth { z_m: 1e12 });
