@@ -1,7 +1,7 @@
 //! Initialisation from a log (2.3.1.2): a fix, the sensors of that time, DVL or commanded speed.
 
 use super::FilterOptions;
-use crate::log::{Column, Log};
+use crate::log::{Column, Log, RADPS_PER_RPM};
 use crate::{DataError, VehicleFile};
 use backseat_core::navigation::{InitialSpeed, InitialState};
 use backseat_core::state::{U, V, X, Y};
@@ -20,22 +20,24 @@ pub(super) struct LogStart {
 pub(super) fn first_fix(log: &Log, vehicle: &VehicleFile, options: &FilterOptions) -> Result<LogStart, DataError> {
     let wants_depth = log.has(Column::Depth);
     let wants_dvl = options.use_dvl && log.rows.iter().any(|row| row.dvl_mps().is_some());
-    let (mut fix, mut depth_m, mut euler, mut rates, mut dvl, mut propeller) = (None, None, None, None, None, 0.0);
+    let wants_propeller = log.has(Column::PropRpm);
+    let (mut fix, mut depth_m, mut euler, mut rates, mut dvl, mut propeller) = (None, None, None, None, None, None);
     for (index, row) in log.rows.iter().enumerate() {
         fix = row.gnss_m().map(|fix_m| (row.time_us, fix_m)).or(fix);
         depth_m = row.get(Column::Depth).or(depth_m);
         euler = row.attitude_rad().or(euler);
         rates = row.rates_radps().or(rates);
         dvl = row.dvl_mps().or(dvl);
-        propeller = row.get(Column::PropRpm).map_or(propeller, |rpm| rpm * crate::log::RADPS_PER_RPM);
+        propeller = row.get(Column::PropRpm).map(|rpm| rpm * RADPS_PER_RPM).or(propeller);
         let (Some((fix_us, fix_m)), Some(euler)) = (fix, euler) else { continue };
         let age_us = row.time_us - fix_us;
-        if (wants_depth && depth_m.is_none()) || (wants_dvl && dvl.is_none()) || age_us > MAX_FIX_AGE_US {
+        let lacks_speed = if wants_dvl { dvl.is_none() } else { wants_propeller && propeller.is_none() };
+        if (wants_depth && depth_m.is_none()) || lacks_speed || age_us > MAX_FIX_AGE_US {
             continue;
         }
         let speed = match dvl.filter(|_| wants_dvl) {
             Some(velocity) => InitialSpeed::Dvl(velocity),
-            None => InitialSpeed::Commanded(steady_speed_mps(vehicle, propeller)),
+            None => InitialSpeed::Commanded(steady_speed_mps(vehicle, propeller.unwrap_or(0.0))),
         };
         let config = &options.navigation;
         let mut initial = InitialState::from_fix(
@@ -53,7 +55,7 @@ pub(super) fn first_fix(log: &Log, vehicle: &VehicleFile, options: &FilterOption
     let lacks = match (fix, euler) {
         (None, _) => "no fix of the vehicle (gps_x_m, gps_y_m)",
         (_, None) => "no attitude (roll_rad, pitch_rad, heading_rad)",
-        _ => "no depth or DVL within 10 s of a fix",
+        _ => "no depth, DVL or propeller within 10 s of a fix",
     };
     Err(DataError::file(&log.path, format!("the filter cannot start: {lacks}")))
 }
@@ -92,7 +94,7 @@ mod tests {
         assert_eq!(steady_speed_mps(&vehicle, 0.0), 0.0);
         // 1011.96 rpm drives the reference vehicle at 1 m/s (nav_mini_run.csv, first row): trim drag of the
         // fins, which is left out here, takes the last percent.
-        let speed = steady_speed_mps(&vehicle, 1_011.955_139 * crate::log::RADPS_PER_RPM);
+        let speed = steady_speed_mps(&vehicle, 1_011.955_139 * RADPS_PER_RPM);
         assert!((speed - 1.0).abs() < 0.02, "{speed}");
     }
 }
