@@ -44,12 +44,14 @@ impl LinearServo {
     /// The count that is sent for `value`; not finite is `null`.
     pub fn to_byte(&self, value: f64) -> u8 {
         if !value.is_finite() {
-            return self.null;
+            return self.null.clamp(1, 254);
         }
-        // Whole counts within the limit; casts saturate and take NaN to 0, so that no calibration leaves the range.
-        let most = libm::floor(libm::fabs(self.counts_per_unit * self.limit)) as i32;
+        // Whole counts within the limit (the margin is for rounding); casts saturate and take NaN to 0, so that no
+        // calibration leaves the range.
+        let most = libm::floor(libm::fabs(self.counts_per_unit * self.limit) + 1.0e-9) as i32;
         let counts = libm::round(self.counts_per_unit * value) as i32;
-        let counts = counts.max(-most).min(most); // `clamp` checks its bounds with a panic
+        // Not `clamp`, which checks its bounds with a panic.
+        let counts = counts.max(-most).min(most);
         i32::from(self.null).saturating_add(counts).clamp(1, 254) as u8
     }
 
