@@ -82,7 +82,13 @@ impl Covariance {
         for (j, column) in self.columns.iter_mut().enumerate().take(n) {
             let (gain_j, w_j) = (gain[j], w[j]);
             let column = column.as_chunks_mut::<2>().0;
-            for ((p, gain), w) in column[j / 2..pairs].iter_mut().zip(&gains[j / 2..pairs]).zip(&ws[j / 2..pairs]) {
+            let rows = j / 2..pairs;
+            let (Some(column), Some(gains), Some(ws)) =
+                (column.get_mut(rows.clone()), gains.get(rows.clone()), ws.get(rows))
+            else {
+                break;
+            };
+            for ((p, gain), w) in column.iter_mut().zip(gains).zip(ws) {
                 p[0] -= gain[0] * w_j + w[0] * gain_j;
                 p[1] -= gain[1] * w_j + w[1] * gain_j;
             }
@@ -108,7 +114,7 @@ impl Covariance {
         }
         for j in (at..n).rev() {
             for i in (j..n).rev() {
-                self.columns[j + count][i + count] = self.columns[j][i];
+                *self.at_mut(i + count, j + count) = self.get(i, j);
             }
         }
         for column in self.columns.iter_mut().skip(at).take(count) {
@@ -125,15 +131,15 @@ impl Covariance {
         }
         for j in behind..n {
             for i in j..n {
-                self.columns[j - count.min(j)][i - count.min(i)] = self.columns[j][i];
+                *self.at_mut(i.saturating_sub(count), j.saturating_sub(count)) = self.get(i, j);
             }
         }
     }
 
     /// T P Tᵀ with T = I + a e_target e_sourceᵀ, source behind target.
     pub(super) fn shear(&mut self, n: usize, target: usize, source: usize, a: f64) {
-        let (n, target) = (n.min(N_MAX), target.min(source));
         let source = source.min(N_MAX - 1);
+        let (n, target) = (n.min(N_MAX), target.min(source));
         let (cross, variance) = (self.columns[target][source], self.columns[source][source]);
         for column in &mut self.columns[..target] {
             column[target] += a * column[source];

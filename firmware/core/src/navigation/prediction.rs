@@ -84,7 +84,8 @@ impl Navigator {
     /// Every state finite and every variance positive.
     fn health(&self) -> Result<(), NavigationError> {
         let n = self.dimension();
-        if !self.x.vehicle.as_slice().iter().chain(&self.x.tail[..n - VEHICLE_STATES]).all(|x| x.is_finite()) {
+        let tail = self.x.tail.iter().take(n.saturating_sub(VEHICLE_STATES));
+        if !self.x.vehicle.as_slice().iter().chain(tail).all(|x| x.is_finite()) {
             return Err(NavigationError::NotFinite);
         }
         for (i, column) in self.p.columns.iter().enumerate().take(n) {
