@@ -1,0 +1,48 @@
+//! The backseat app on QEMU's `mps2-an500`: a Cortex-M7 with five UARTs.
+//!
+//! | module | concept |
+//! |---|---|
+//! | `uart` | the five ports, as `embedded-io` |
+//! | `clock` | board time and the alarm for the next step |
+//! | `interrupts` | vector table and what wakes the loop |
+//! | `failure` | what a panic or a fault leaves behind |
+#![no_std]
+#![no_main]
+
+#[cfg(not(all(target_arch = "arm", target_os = "none")))]
+compile_error!("an ARM image: cargo build -p backseat-mps2 --profile firmware --target thumbv7em-none-eabihf");
+
+mod clock;
+mod failure;
+mod interrupts;
+mod uart;
+
+use backseat_app::{App, Progress, Pump};
+use clock::Clock;
+use cortex_m_rt::entry;
+use defmt_semihosting as _;
+use static_cell::ConstStaticCell;
+use uart::Uarts;
+
+/// Built at compile time: by value it would pass over the stack.
+static APP: ConstStaticCell<App> = ConstStaticCell::new(App::new());
+static PUMP: ConstStaticCell<Pump> = ConstStaticCell::new(Pump::new());
+
+#[entry]
+fn main() -> ! {
+    defmt::info!("backseat-mps2 {=str}", env!("CARGO_PKG_VERSION"));
+    failure::report_last();
+    let (app, pump) = (APP.take(), PUMP.take());
+    let mut clock = Clock::start();
+    let Uarts { mut ports, mut overruns } = uart::start();
+    interrupts::enable();
+    loop {
+        interrupts::begin();
+        let Ok(progress) = pump.poll(app, &mut ports, clock.now_us());
+        if let Progress::IdleUntil(until_us) = progress {
+            clock.wake_at(until_us);
+            interrupts::wait();
+        }
+        overruns.report();
+    }
+}
