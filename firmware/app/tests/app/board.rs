@@ -106,11 +106,17 @@ pub struct Direct {
     listener: Listener,
     cuts: Option<Random>,
     time_us: u64,
+    /// Bytes sent to the host so far.
+    pub host_bytes: usize,
 }
 
 impl Direct {
     pub fn new(seed: Option<u64>) -> Self {
-        Self { app: Box::new(App::new()), listener: Listener::new(), cuts: seed.map(Random), time_us: 0 }
+        Self { app: Box::new(App::new()), listener: Listener::new(), cuts: seed.map(Random), time_us: 0, host_bytes: 0 }
+    }
+
+    pub fn app_mut(&mut self) -> &mut App {
+        &mut self.app
     }
 
     fn receive(&mut self, port: Port, time_us: u64, bytes: &[u8]) {
@@ -154,6 +160,7 @@ impl Board for Direct {
         self.app.step(time_us);
         let sent = Port::DEVICES.map(|port| self.drain(port));
         let bytes = self.drain(Port::Host);
+        self.host_bytes += bytes.len();
         self.listener.listen(&bytes);
         sent
     }

@@ -1,1 +1,236 @@
+//! Silence, refusals, absurd packets, babbling ports: survived, counted, and never steered by.
 
+use crate::board::{Arrival, Board, Direct, Random};
+use crate::flight::start;
+use crate::world::{START_S, World, date_time, modem, received, ship_frame, statistics};
+use backseat_app::Loss;
+use backseat_core::state::{X, Y};
+use backseat_wire::hostlink::{Mode, ModeReason, Port, Telemetry, ToBoard};
+use backseat_wire::iver::{FrontseatMode, ServoBytes};
+use backseat_wire::modem::{ClockMode, FromModem, ModemTime, ReceptionStatistics};
+
+fn last(board: &mut Direct) -> Telemetry {
+    board.heard().telemetry.last().cloned().expect("telemetry")
+}
+
+/// A vehicle some seconds into its mission.
+fn under_way() -> (World, Direct) {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 8);
+    start(&mut board);
+    world.run(&mut board, 20);
+    assert_eq!(last(&mut board).mode, Mode::Navigating);
+    assert_ne!(world.last_servo, ServoBytes::NEUTRAL);
+    (world, board)
+}
+
+#[test]
+fn a_silent_source_ends_the_mission_until_it_is_started_again() {
+    for (port, reason) in [(Port::Ahrs, ModeReason::AttitudeStale), (Port::Frontseat, ModeReason::DepthStale)] {
+        let (mut world, mut board) = under_way();
+        world.silent[port as usize] = true;
+        world.run(&mut board, 1);
+        assert_eq!(last(&mut board).mode, Mode::Navigating, "within the timeout");
+        world.run(&mut board, 2);
+        let record = last(&mut board);
+        assert_eq!((record.mode, record.reason, record.leg), (Mode::Safe, reason, None));
+        assert_eq!((world.last_servo, world.stops > 0), (ServoBytes::NEUTRAL, true));
+        let servos = world.servos;
+        world.silent[port as usize] = false;
+        world.run(&mut board, 10);
+        let record = last(&mut board);
+        assert_eq!((record.mode, record.reason), (Mode::Safe, reason), "it does not go on by itself");
+        assert_eq!(world.servos, servos, "the frontseat is in charge");
+        board.request(&ToBoard::MissionStart);
+        world.run(&mut board, 1);
+        assert_eq!((last(&mut board).mode, last(&mut board).leg), (Mode::Navigating, Some(0)));
+        assert!(world.servos > servos);
+    }
+}
+
+#[test]
+fn a_stop_that_is_not_acknowledged_is_repeated() {
+    let (mut world, mut board) = under_way();
+    world.silent[Port::Frontseat as usize] = true;
+    world.run(&mut board, 30);
+    assert_eq!(world.stops, 5);
+}
+
+#[test]
+fn a_frontseat_that_refuses_gets_its_control_back() {
+    let (mut world, mut board) = under_way();
+    world.mode = FrontseatMode::Stopped;
+    world.run(&mut board, 5);
+    let record = last(&mut board);
+    assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::FrontseatRefuses));
+    let servos = world.servos;
+    world.run(&mut board, 5);
+    assert_eq!(world.servos, servos);
+}
+
+#[test]
+fn the_operators_stop_is_neutral_at_once() {
+    let (mut world, mut board) = under_way();
+    board.request(&ToBoard::MissionStop);
+    world.advance(&mut board);
+    let record = last(&mut board);
+    assert_eq!((record.mode, record.reason, record.leg), (Mode::Safe, ModeReason::Stopped, None));
+    assert_eq!((world.last_servo, world.stops), (ServoBytes::NEUTRAL, 1));
+    world.run(&mut board, 5);
+    assert_eq!(world.stops, 1, "it was acknowledged");
+}
+
+#[test]
+fn without_a_fix_nothing_is_initialised_and_an_armed_mission_waits() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.silent[Port::Frontseat as usize] = true;
+    world.run(&mut board, 3);
+    start(&mut board);
+    world.run(&mut board, 3);
+    let record = last(&mut board);
+    assert_eq!((record.mode, record.reason, record.leg), (Mode::Initialising, ModeReason::DepthStale, None));
+    assert_eq!(world.servos, 0);
+    world.silent[Port::Frontseat as usize] = false;
+    world.run(&mut board, 3);
+    assert_eq!(last(&mut board).leg, Some(0));
+}
+
+const SYNCHRONOUS: ClockMode = ClockMode(3);
+
+/// Sends sentences to the modem port, 0.2 s apart, in a world whose own ship is silent.
+fn hear(world: &mut World, board: &mut Direct, sentences: &[Vec<u8>]) {
+    world.silent[Port::Modem as usize] = true;
+    for bytes in sentences {
+        world.advance(board);
+        let time_us = last(board).time_us + 10_000;
+        let arrival = Arrival { port: Port::Modem, time_us, bytes: bytes.clone() };
+        board.step(time_us + 1, &[], &[arrival]);
+        world.advance(board);
+    }
+}
+
+/// Sentences of a packet that arrives about now, 100 ms after the UTC second it was sent at.
+type Packet = fn(&World, toa_us: u64, transmit_s: u64) -> Vec<Vec<u8>>;
+
+fn begins() -> Vec<u8> {
+    modem(&FromModem::ReceiveBegins { psk: false })
+}
+
+const ABSURD: [(Loss, Packet); 10] = [
+    (Loss::Unannounced, |w, _, s| vec![received(&ship_frame(w.ship_m, s))]),
+    (Loss::Unannounced, |_, toa_us, _| vec![statistics(toa_us, SYNCHRONOUS)]),
+    (Loss::Replaced, |_, _, _| vec![begins(), begins()]),
+    (Loss::Bad, |w, _, s| {
+        let mut frame = ship_frame(w.ship_m, s);
+        frame[9] ^= 1;
+        vec![begins(), received(&frame)]
+    }),
+    (Loss::Bad, |w, toa_us, s| {
+        let time = ModemTime::Full(date_time(toa_us));
+        let timeout = modem(&FromModem::Statistics(ReceptionStatistics::new(Some(6), 2, time, SYNCHRONOUS)));
+        vec![begins(), received(&ship_frame(w.ship_m, s)), timeout]
+    }),
+    (Loss::NotSynchronous, |w, toa_us, s| {
+        vec![begins(), received(&ship_frame(w.ship_m, s)), statistics(toa_us, ClockMode(1))]
+    }),
+    (Loss::Arrival, |w, toa_us, s| {
+        vec![begins(), received(&ship_frame(w.ship_m, s)), statistics(toa_us + 3_600_000_000, SYNCHRONOUS)]
+    }),
+    // a ship beyond the local plane
+    (Loss::Absurd, |_, toa_us, s| {
+        vec![begins(), received(&ship_frame([2.0e6, 0.0], s)), statistics(toa_us, SYNCHRONOUS)]
+    }),
+    // sent after it arrived, and sent half an hour before
+    (Loss::Absurd, |w, toa_us, s| {
+        vec![begins(), received(&ship_frame(w.ship_m, s + 30)), statistics(toa_us, SYNCHRONOUS)]
+    }),
+    (Loss::Absurd, |w, toa_us, s| {
+        vec![begins(), received(&ship_frame(w.ship_m, s - 1800)), statistics(toa_us, SYNCHRONOUS)]
+    }),
+];
+
+#[test]
+fn absurd_packets_leave_nothing_but_a_count() {
+    let (mut world, mut board) = under_way();
+    // to a time when no packet is under way
+    world.run(&mut board, 20);
+    let losses = |board: &Direct, loss| board.app().health().lost_packets(loss);
+    for (case, (loss, packet)) in ABSURD.into_iter().enumerate() {
+        let before = losses(&board, loss);
+        let second = last(&mut board).time_us / 1_000_000;
+        let sentences = packet(&world, second * 1_000_000 + 350_000, START_S + second);
+        hear(&mut world, &mut board, &sentences);
+        assert!(losses(&board, loss) > before, "case {case}: {loss:?}");
+    }
+    let before = losses(&board, Loss::TimedOut);
+    let frame = ship_frame(world.ship_m, START_S + last(&mut board).time_us / 1_000_000);
+    hear(&mut world, &mut board, &[begins(), received(&frame)]);
+    world.run(&mut board, 11);
+    assert_eq!(losses(&board, Loss::TimedOut), before + 1);
+    // No clone is left behind: the real ship is still heard.
+    let ranges = |board: &mut Direct| board.heard().fusions.iter().filter(|f| f.sensor == 7 && f.outcome == 0).count();
+    let heard = ranges(&mut board);
+    world.silent[Port::Modem as usize] = false;
+    world.run(&mut board, 45);
+    assert!(ranges(&mut board) >= heard + 2);
+    let record = last(&mut board);
+    let error_m = (record.state[0] - world.x[X]).hypot(record.state[1] - world.x[Y]);
+    // as in the undisturbed flight
+    assert!(error_m < 3.0 && record.mode == Mode::Navigating, "{error_m} m, {:?}", record.reason);
+}
+
+#[test]
+fn a_repeated_packet_counts_once() {
+    let (mut world, mut board) = under_way();
+    let now_us = last(&mut board).time_us;
+    let second = now_us / 1_000_000;
+    let packet = |toa_us| {
+        vec![
+            modem(&FromModem::ReceiveBegins { psk: false }),
+            received(&ship_frame([30.0, 0.0], START_S + second)),
+            statistics(toa_us, SYNCHRONOUS),
+        ]
+    };
+    let toa_us = now_us + 250_000;
+    hear(&mut world, &mut board, &packet(toa_us));
+    hear(&mut world, &mut board, &packet(toa_us));
+    assert_eq!(board.app().health().lost_packets(Loss::Repeated), 1);
+}
+
+#[test]
+fn babbling_ports_are_bounded_and_survived() {
+    let (mut world, mut board) = under_way();
+    let mut random = Random(5);
+    let depth = b"$C82.8P-3.89R-2.63T20.3D3.2*78\r\n".repeat(500);
+    for _ in 0..5 {
+        world.advance(&mut board);
+        let time_us = last(&mut board).time_us + 1000;
+        let noise: Vec<u8> = (0..20_000).map(|_| random.next() as u8).collect();
+        let mut arrivals: Vec<Arrival> =
+            Port::DEVICES.map(|port| Arrival { port, time_us, bytes: noise.clone() }).to_vec();
+        arrivals.push(Arrival { port: Port::Frontseat, time_us, bytes: depth.clone() });
+        let sent = board.step(time_us + 1, &[], &arrivals);
+        assert!(sent.iter().all(|bytes| bytes.len() <= 1024));
+    }
+    // 64 events wait at most, the others were dropped and counted
+    assert!(board.app().health().overflows() >= 5 * (500 - 64));
+    let rejected = last(&mut board).rejected_frames;
+    assert!(rejected[0] > 0, "{rejected:?}");
+    world.run(&mut board, 60);
+    let record = last(&mut board);
+    let error_m = (record.state[0] - world.x[X]).hypot(record.state[1] - world.x[Y]);
+    assert!(error_m < 5.0 && record.mode == Mode::Navigating, "{error_m} m, {:?} {:?}", record.mode, record.reason);
+}
+
+#[test]
+fn nobody_reads_the_ports() {
+    // A board whose ports take nothing keeps its rings bounded and says how much it dropped.
+    let (mut world, mut board) = under_way();
+    let app = board.app_mut();
+    for step in 0..2000_u64 {
+        app.step(28_100_000 + step * 100_000);
+    }
+    assert!(app.waiting(Port::Host) <= 8192 && app.waiting(Port::Frontseat) <= 1024);
+    assert!(app.health().unsent(Port::Host) > 0 && app.health().unsent(Port::Frontseat) > 0);
+    world.run(&mut board, 1);
+}

@@ -1,1 +1,97 @@
+//! Parameters, mission and telemetry over the host link.
 
+use crate::board::{Board, Direct, request_all};
+use crate::flight::{WAYPOINTS, start};
+use crate::world::World;
+use backseat_app::parameters::PARAMETERS;
+use backseat_wire::hostlink::{Refusal, ToBoard, Waypoint};
+
+fn ask(board: &mut Direct, message: &ToBoard<'_>) -> Result<(), Refusal> {
+    board.request(message);
+    board.heard().answers.pop().expect("an answer")
+}
+
+fn value_of(board: &mut Direct, name: &str) -> f64 {
+    let index = PARAMETERS.iter().position(|parameter| parameter.name == name).expect("declared");
+    board.request(&ToBoard::ParameterGet { index: index as u16 });
+    let (found, value) = board.heard().parameters.pop().expect("a parameter");
+    assert_eq!(found, name);
+    value
+}
+
+#[test]
+fn a_parameter_transaction_is_all_or_nothing() {
+    let mut board = Direct::new(None);
+    let set = |name, value| ToBoard::ParameterSet { name, value };
+    assert_eq!(ask(&mut board, &ToBoard::Hello), Ok(()));
+    assert_eq!(ask(&mut board, &set("vehicle.mass_kg", 39.0)), Err(Refusal::Sequence));
+    request_all(&mut board, &[ToBoard::ParameterBegin, set("vehicle.mass_kg", 39.0)]);
+    assert_eq!(ask(&mut board, &set("vehicle.weight_kg", 39.0)), Err(Refusal::UnknownParameter));
+    assert_eq!(ask(&mut board, &set("fins.cd[0]", -0.1)), Err(Refusal::OutOfRange));
+    assert_eq!(ask(&mut board, &set("sensors.range_m", f64::NAN)), Err(Refusal::OutOfRange));
+    assert_eq!(value_of(&mut board, "vehicle.mass_kg"), 38.0);
+    // the transfer breaks here; the next one starts from what is active
+    request_all(&mut board, &[ToBoard::ParameterBegin, set("fins.cp_m[0][2]", -0.14), ToBoard::ParameterCommit]);
+    assert_eq!(value_of(&mut board, "vehicle.mass_kg"), 38.0);
+    assert_eq!(value_of(&mut board, "fins.cp_m[0][2]"), -0.14);
+    assert_eq!(ask(&mut board, &ToBoard::ParameterCommit), Err(Refusal::Sequence));
+    // in range one by one, but no gain exists for a cruise speed that no propeller reaches
+    request_all(&mut board, &[
+        ToBoard::ParameterBegin,
+        set("propeller.omega_max_radps", 1.0),
+        set("app.cruise_speed_mps", 5.0),
+    ]);
+    assert_eq!(ask(&mut board, &ToBoard::ParameterCommit), Err(Refusal::InvalidSet));
+    assert_eq!(value_of(&mut board, "propeller.omega_max_radps"), 200.0);
+    board.request(&ToBoard::ParameterGet { index: PARAMETERS.len() as u16 });
+    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::UnknownParameter)));
+}
+
+#[test]
+fn under_way_only_live_parameters_change_and_the_mission_stays() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 8);
+    start(&mut board);
+    world.run(&mut board, 5);
+    request_all(&mut board, &[ToBoard::ParameterBegin]);
+    let set = |name, value| ToBoard::ParameterSet { name, value };
+    assert_eq!(ask(&mut board, &set("vehicle.mass_kg", 39.0)), Err(Refusal::UnderWay));
+    request_all(&mut board, &[set("app.sound_speed_mps", 1501.0), ToBoard::ParameterCommit]);
+    request_all(&mut board, &[ToBoard::MissionBegin { count: 1 }]);
+    request_all(&mut board, &[ToBoard::MissionItem { index: 0, waypoint: WAYPOINTS[2] }]);
+    assert_eq!(ask(&mut board, &ToBoard::MissionCommit), Err(Refusal::UnderWay));
+    assert_eq!(ask(&mut board, &ToBoard::MissionStart), Err(Refusal::UnderWay));
+    world.run(&mut board, 5);
+    assert_eq!(board.heard().telemetry.last().unwrap().leg, Some(0));
+}
+
+#[test]
+fn the_mission_is_read_back() {
+    let mut board = Direct::new(None);
+    assert_eq!(ask(&mut board, &ToBoard::MissionStart), Err(Refusal::Sequence));
+    board.request(&ToBoard::MissionGet { index: 0 });
+    assert_eq!(board.heard().waypoints.pop(), Some(None));
+    start(&mut board);
+    for (index, waypoint) in (0..).zip(WAYPOINTS) {
+        board.request(&ToBoard::MissionGet { index });
+        assert_eq!(board.heard().waypoints.pop(), Some(Some(waypoint)));
+    }
+    request_all(&mut board, &[ToBoard::MissionBegin { count: 2 }]);
+    let bad = Waypoint { speed_mps: -1.0, ..WAYPOINTS[0] };
+    assert_eq!(ask(&mut board, &ToBoard::MissionItem { index: 0, waypoint: bad }), Err(Refusal::OutOfRange));
+    assert_eq!(ask(&mut board, &ToBoard::MissionCommit), Err(Refusal::Sequence));
+    board.request(&ToBoard::MissionGet { index: 3 });
+    assert_eq!(board.heard().waypoints.pop(), Some(Some(WAYPOINTS[3])));
+}
+
+#[test]
+fn telemetry_fits_the_line() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 8);
+    start(&mut board);
+    let before = board.host_bytes;
+    world.run(&mut board, 30);
+    let per_step = (board.host_bytes - before) / 300;
+    // 115200 baud carries 1152 bytes in a step
+    assert!(per_step < 800, "{per_step} bytes a step");
+}

@@ -10,6 +10,7 @@ use backseat_app::{App, PortFailure, Progress, Pump};
 use backseat_wire::hostlink::Port;
 use mio::{Events, Poll, Token};
 use port::Serial;
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -60,7 +61,9 @@ pub fn run(ports: &HostPorts, stop: &AtomicBool) -> Result<()> {
     let start = Instant::now();
     while !stop.load(Ordering::Relaxed) {
         let now_us = micros(start);
-        let progress = pump.poll(&mut app, &mut serial, now_us).map_err(|failure| vanished(ports, &failure))?;
+        let progress = pump
+            .poll(&mut app, &mut serial, now_us)
+            .map_err(|PortFailure { port, error }| vanished(ports, port as usize, error))?;
         let Progress::IdleUntil(until_us) = progress else { continue };
         let wait = until_us.map_or(STOP_INTERVAL, |us| Duration::from_micros(us.saturating_sub(micros(start))));
         // The kernel's timeout has milliseconds; rounded up by mio, so that a step is never polled for.
@@ -69,9 +72,13 @@ pub fn run(ports: &HostPorts, stop: &AtomicBool) -> Result<()> {
             _ => {}
         }
         for event in &events {
-            if let Some(serial) = serial.get_mut(event.token().0) {
-                // A hang-up shows as the error of the next read.
-                serial.set_ready(event.is_readable() || event.is_read_closed(), event.is_writable());
+            let Token(i) = event.token();
+            // The pump would only notice at its next read or write.
+            if event.is_read_closed() || event.is_error() {
+                return Err(vanished(ports, i, "hung up"));
+            }
+            if let Some(serial) = serial.get_mut(i) {
+                serial.set_ready(event.is_readable(), event.is_writable());
             }
         }
     }
@@ -92,9 +99,8 @@ fn open(ports: &HostPorts, poll: &Poll) -> Result<[Serial; 5]> {
     serial.try_into().map_err(|_| anyhow!("five ports are needed"))
 }
 
-fn vanished(ports: &HostPorts, failure: &PortFailure<std::io::Error>) -> anyhow::Error {
-    let i = failure.port as usize;
-    anyhow!("{}: {} vanished ({})", PORT_NAMES[i], ports.ports[i].path.display(), failure.error)
+fn vanished(ports: &HostPorts, i: usize, how: impl Display) -> anyhow::Error {
+    anyhow!("{}: {} vanished ({how})", PORT_NAMES[i], ports.ports[i].path.display())
 }
 
 // `Port` as an index is the order of `Port::ALL`.
