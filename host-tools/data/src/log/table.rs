@@ -85,15 +85,15 @@ pub(crate) fn number(cell: &[u8]) -> Result<f64, String> {
 /// Where the cells of a line go.
 struct Bindings {
     time: usize,
-    /// (cell, slot)
-    cells: Vec<(usize, usize)>,
+    /// Slot of each cell.
+    slots: Vec<Option<usize>>,
     ignored: Vec<String>,
 }
 
 fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings, DataError> {
     let fail = |cell: usize, message: String| DataError::at(path, 1, cell as u64 + 1, message);
     let names: Vec<String> = header.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect();
-    let mut bindings = Bindings { time: usize::MAX, cells: Vec::new(), ignored: Vec::new() };
+    let mut bindings = Bindings { time: usize::MAX, slots: vec![None; names.len()], ignored: Vec::new() };
     for (cell, name) in names.iter().enumerate() {
         if !name.is_empty() && names[..cell].contains(name) {
             return Err(fail(cell, format!("column {name} appears twice")));
@@ -101,7 +101,7 @@ fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings,
         if name == "t_s" {
             bindings.time = cell;
         } else if let Some(slot) = table.names.iter().position(|known| known == name) {
-            bindings.cells.push((cell, slot));
+            bindings.slots[cell] = Some(slot);
         } else if !name.is_empty() {
             bindings.ignored.push(name.clone());
         }
@@ -116,7 +116,7 @@ fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings,
     if let Some(name) = missing {
         return Err(fail(0, format!("no column {name}; {}", table.hint)));
     }
-    if bindings.cells.is_empty() {
+    if bindings.slots.iter().all(Option::is_none) {
         return Err(fail(0, format!("no known column beside t_s; {}", table.hint)));
     }
     Ok(bindings)
@@ -177,8 +177,13 @@ pub(crate) fn read<const N: usize>(
             return Err(at(bindings.time, "t_s", message));
         }
         previous_us = Some(time_us);
-        for &(cell, slot) in &bindings.cells {
-            values[slot] = number(&record[cell]).map_err(|message| at(cell, table.names[slot], message))?;
+        for (cell, (text, slot)) in record.iter().zip(&bindings.slots).enumerate() {
+            let Some(slot) = *slot else { continue };
+            // Most cells are empty: one row holds one sensor.
+            values[slot] = match text {
+                [] => f64::NAN,
+                text => number(text).map_err(|message| at(cell, table.names[slot], message))?,
+            };
         }
         row(time_us, &values);
     }
