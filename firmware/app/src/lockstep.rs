@@ -7,31 +7,28 @@
 use crate::App;
 use backseat_wire::hostlink::{Port, Step, StepDone};
 
-/// Where a step stands.
-#[derive(Debug)]
-enum State {
-    /// No step announced.
-    Idle,
-    /// Waiting for chunk `chunk`, of which `taken` bytes have come; `edges` were delivered.
-    Collecting { step: Step, chunk: usize, taken: u16, edges: usize },
-    /// The app has stepped; its bytes are on their way to the ports.
-    Flushing(StepDone),
-}
-
 /// The lock-step clock.
 #[derive(Debug)]
 pub(crate) struct Lockstep {
-    state: State,
+    /// The step whose bytes are awaited.
+    step: Option<Step>,
+    /// Its chunk that is next, and how many bytes of it have come.
+    chunk: usize,
+    taken: u16,
+    /// Its edges that were delivered.
+    edges: usize,
+    /// The answer to the last step, while the app's bytes are on their way to the ports.
+    done: Option<StepDone>,
 }
 
 impl Lockstep {
     pub(crate) const fn new() -> Self {
-        Self { state: State::Idle }
+        Self { step: None, chunk: 0, taken: 0, edges: 0, done: None }
     }
 
     /// No step is under way.
     pub(crate) fn is_idle(&self) -> bool {
-        matches!(self.state, State::Idle)
+        self.step.is_none() && self.done.is_none()
     }
 
     /// Begins a step, and takes it if it brings no bytes.
@@ -39,55 +36,50 @@ impl Lockstep {
         if step.time_us == 0 {
             app.restart();
         }
-        self.state = State::Collecting { step, chunk: 0, taken: 0, edges: 0 };
+        *self = Self { step: Some(step), ..Self::new() };
         self.advance(app);
     }
 
     /// Which port's bytes are next, and how many of them at most.
     pub(crate) fn wants(&self) -> Option<(Port, usize)> {
-        let State::Collecting { step, chunk, taken, .. } = &self.state else { return None };
-        let next = step.chunks.get(*chunk)?;
-        Some((next.port, usize::from(next.length.saturating_sub(*taken))))
+        let next = self.step.as_ref()?.chunks.get(self.chunk)?;
+        Some((next.port, usize::from(next.length.saturating_sub(self.taken))))
     }
 
     /// The next bytes of the port that [`Self::wants`] named, no more than it asked for.
     pub(crate) fn supply(&mut self, app: &mut App, bytes: &[u8]) {
-        if let State::Collecting { step, chunk, taken, edges } = &mut self.state {
-            let Some(next) = step.chunks.get(*chunk) else { return };
-            deliver_edges(app, &step.pps_us, edges, next.time_us);
-            app.receive(next.port, next.time_us, bytes);
-            *taken = taken.saturating_add(u16::try_from(bytes.len()).unwrap_or(u16::MAX));
-        }
+        let Some(step) = &self.step else { return };
+        let Some(next) = step.chunks.get(self.chunk) else { return };
+        deliver_edges(app, &step.pps_us, &mut self.edges, next.time_us);
+        app.receive(next.port, next.time_us, bytes);
+        self.taken = self.taken.saturating_add(u16::try_from(bytes.len()).unwrap_or(u16::MAX));
         self.advance(app);
     }
 
     /// Passes over chunks that are complete, and steps the app after the last.
     fn advance(&mut self, app: &mut App) {
-        let State::Collecting { step, chunk, taken, edges } = &mut self.state else { return };
-        while let Some(next) = step.chunks.get(*chunk) {
+        let Some(step) = &self.step else { return };
+        while let Some(next) = step.chunks.get(self.chunk) {
             // The host port carries the clock itself; its bytes cannot be announced.
-            if *taken < next.length && next.port != Port::Host {
+            if self.taken < next.length && next.port != Port::Host {
                 return;
             }
-            *chunk += 1;
-            *taken = 0;
+            self.chunk += 1;
+            self.taken = 0;
         }
-        deliver_edges(app, &step.pps_us, edges, step.time_us);
+        deliver_edges(app, &step.pps_us, &mut self.edges, step.time_us);
         app.step(step.time_us);
-        let mut sent = [0; 4];
-        for (count, port) in sent.iter_mut().zip(Port::DEVICES) {
-            *count = u16::try_from(app.waiting(port)).unwrap_or(u16::MAX);
-        }
-        self.state = State::Flushing(StepDone { time_us: step.time_us, sent, digest: app.digest() });
+        let sent = Port::DEVICES.map(|port| u16::try_from(app.waiting(port)).unwrap_or(u16::MAX));
+        self.done = Some(StepDone { time_us: step.time_us, sent, digest: app.digest() });
+        self.step = None;
     }
 
     /// The step's answer, once no byte waits for a device port any more.
     pub(crate) fn finish(&mut self, app: &mut App) {
-        if let State::Flushing(done) = self.state
-            && Port::DEVICES.iter().all(|&port| app.waiting(port) == 0)
+        if Port::DEVICES.iter().all(|&port| app.waiting(port) == 0)
+            && let Some(done) = self.done.take()
         {
             app.answer_step(done);
-            self.state = State::Idle;
         }
     }
 }

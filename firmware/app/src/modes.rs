@@ -60,8 +60,7 @@ fn judge(facts: &Facts, settings: &AppSettings) -> (Mode, ModeReason) {
     if facts.mission && facts.refused_us.is_some_and(|us| us > timeout_us(settings.refusal_timeout_s)) {
         return (Mode::Safe, ModeReason::FrontseatRefuses);
     }
-    // NaN counts as lost.
-    if !(facts.position_sigma_m <= settings.lost_sigma_m) {
+    if facts.position_sigma_m.is_nan() || facts.position_sigma_m > settings.lost_sigma_m {
         return (Mode::Lost, ModeReason::PositionUncertain);
     }
     if facts.position_sigma_m > settings.degraded_sigma_m {

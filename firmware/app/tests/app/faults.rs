@@ -4,7 +4,6 @@ use crate::board::{Arrival, Board, Direct, Random};
 use crate::flight::start;
 use crate::world::{START_S, World, date_time, modem, received, ship_frame, statistics};
 use backseat_app::Loss;
-use backseat_core::state::{X, Y};
 use backseat_wire::hostlink::{Mode, ModeReason, Port, Telemetry, ToBoard};
 use backseat_wire::iver::{FrontseatMode, ServoBytes};
 use backseat_wire::modem::{ClockMode, FromModem, ModemTime, ReceptionStatistics};
@@ -174,7 +173,7 @@ fn absurd_packets_leave_nothing_but_a_count() {
     world.run(&mut board, 45);
     assert!(ranges(&mut board) >= heard + 2);
     let record = last(&mut board);
-    let error_m = (record.state[0] - world.x[X]).hypot(record.state[1] - world.x[Y]);
+    let error_m = world.error_m(&record);
     // as in the undisturbed flight
     assert!(error_m < 3.0 && record.mode == Mode::Navigating, "{error_m} m, {:?}", record.reason);
 }
@@ -218,7 +217,7 @@ fn babbling_ports_are_bounded_and_survived() {
     assert!(rejected[0] > 0, "{rejected:?}");
     world.run(&mut board, 60);
     let record = last(&mut board);
-    let error_m = (record.state[0] - world.x[X]).hypot(record.state[1] - world.x[Y]);
+    let error_m = world.error_m(&record);
     assert!(error_m < 5.0 && record.mode == Mode::Navigating, "{error_m} m, {:?} {:?}", record.mode, record.reason);
 }
 

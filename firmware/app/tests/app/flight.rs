@@ -42,7 +42,7 @@ fn initialises_navigates_and_steers() {
         world.advance(&mut board);
         let record = board.heard().telemetry.last().unwrap();
         assert_eq!(record.mode, Mode::Navigating, "at {} µs: {:?}", record.time_us, record.reason);
-        worst_m = worst_m.max((record.state[0] - world.x[X]).hypot(record.state[1] - world.x[Y]));
+        worst_m = worst_m.max(world.error_m(record));
         if record.leg != legs.last().copied().flatten() || legs.is_empty() {
             legs.push(record.leg);
         }

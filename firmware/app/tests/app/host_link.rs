@@ -36,11 +36,10 @@ fn a_parameter_transaction_is_all_or_nothing() {
     assert_eq!(value_of(&mut board, "fins.cp_m[0][2]"), -0.14);
     assert_eq!(ask(&mut board, &ToBoard::ParameterCommit), Err(Refusal::Sequence));
     // in range one by one, but no gain exists for a cruise speed that no propeller reaches
-    request_all(&mut board, &[
-        ToBoard::ParameterBegin,
-        set("propeller.omega_max_radps", 1.0),
-        set("app.cruise_speed_mps", 5.0),
-    ]);
+    request_all(
+        &mut board,
+        &[ToBoard::ParameterBegin, set("propeller.omega_max_radps", 1.0), set("app.cruise_speed_mps", 5.0)],
+    );
     assert_eq!(ask(&mut board, &ToBoard::ParameterCommit), Err(Refusal::InvalidSet));
     assert_eq!(value_of(&mut board, "propeller.omega_max_radps"), 200.0);
     board.request(&ToBoard::ParameterGet { index: PARAMETERS.len() as u16 });

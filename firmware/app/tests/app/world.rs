@@ -4,11 +4,11 @@
 use crate::board::{Arrival, Board, Random};
 use backseat_app::LocalFrame;
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, VehicleState, W, X, Y, Z};
+use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, VehicleState, W, X, Y, Z, wrap_angle};
 use backseat_wire::ahrs::gx3;
 use backseat_wire::calendar::DateTime;
 use backseat_wire::gps::Rmc;
-use backseat_wire::hostlink::Port;
+use backseat_wire::hostlink::{Port, Telemetry};
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::iver::{
     Acknowledge, Compass, FromFrontseat, FrontseatError, FrontseatMode, ServoBytes, State, Steer, ToFrontseat, Units,
@@ -181,7 +181,7 @@ impl World {
             self.say(Port::Modem, self.now_us + 900_000, modem(&FromModem::Cycle(cycle)));
             self.say(Port::Modem, self.now_us + 910_000, statistics(self.now_us, ClockMode(3)));
         }
-        if begins && second % 20 == 0 {
+        if begins && second.is_multiple_of(20) {
             self.flying_s = Some(second);
         }
         let Some(launch_s) = self.flying_s else { return };
@@ -199,7 +199,18 @@ impl World {
 
     pub fn range_m(&self) -> f64 {
         let d = [self.x[X] - self.ship_m[0], self.x[Y] - self.ship_m[1], self.x[Z] - TRANSDUCER_DEPTH_M];
-        d.iter().map(|d| d * d).sum::<f64>().sqrt()
+        libm::sqrt(d.iter().map(|d| d * d).sum())
+    }
+
+    /// Horizontal distance of an estimate from the truth, m.
+    pub fn error_m(&self, record: &Telemetry) -> f64 {
+        libm::hypot(record.state[X] - self.x[X], record.state[Y] - self.x[Y])
+    }
+
+    /// In [0, 2π).
+    fn heading_rad(&self) -> f64 {
+        let heading_rad = wrap_angle(self.x[PSI]);
+        if heading_rad < 0.0 { heading_rad + std::f64::consts::TAU } else { heading_rad }
     }
 
     /// The frontseat answers.
@@ -278,7 +289,7 @@ impl World {
 
     fn compass(&mut self) -> Vec<u8> {
         frontseat(&FromFrontseat::Compass(Compass {
-            heading_rad: self.x[PSI].rem_euclid(std::f64::consts::TAU),
+            heading_rad: self.heading_rad(),
             pitch_rad: self.x[THETA],
             roll_rad: self.x[PHI],
             temperature_degc: None,
@@ -300,7 +311,7 @@ impl World {
             declination_rad: None,
             mission: "TEST",
             remaining_time: "0",
-            heading_rad: self.x[PSI].rem_euclid(std::f64::consts::TAU),
+            heading_rad: self.heading_rad(),
             depth_m: self.x[Z].max(0.0),
         }))
     }
