@@ -1,7 +1,7 @@
 //! `hil-sim run`: fly a scenario against a backseat and judge its navigation.
 
 use crate::analysis::{self, Analysis, Configuration};
-use crate::backseat::{Client, Process};
+use crate::backseat::{Client, Ports, Process, Qemu, build_image};
 use crate::flight::{self, FlightLog};
 use crate::scenario::Scenario;
 use crate::score::TrackScore;
@@ -22,9 +22,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Arguments {
     /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd.
     scenario: Option<PathBuf>,
-    /// Which backseat: `host`, the app as a process on virtual serial ports.
-    #[arg(long, value_name = "host", default_value = "host")]
+    /// Which backseat: `host`, the app as a process on virtual serial ports; `qemu`, the ARM image.
+    #[arg(long, value_name = "host|qemu", default_value = "host")]
     backseat: String,
+    /// ARM image for `--backseat qemu` [default: built from the sources].
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
     /// At the speed of the clock instead of in lock-step.
     #[arg(long)]
     realtime: bool,
@@ -48,16 +51,12 @@ pub struct Arguments {
 /// A scenario that is wrong, a backseat that dies, a file that cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scenario = load(arguments)?;
-    if arguments.backseat != "host" && !arguments.backseat.is_empty() {
-        bail!("--backseat {}: only `host` is known", arguments.backseat);
-    }
-    let folder = folder(arguments, &scenario)?;
     let stop = stop_on_interrupt()?;
-    let program = std::env::current_exe().context("this program's own path")?;
-    let backseat = Process::spawn(&program).context("starting the backseat")?;
+    let (backseat, ports) = start(arguments)?;
+    let folder = folder(arguments, &scenario)?;
     let mut client = Client::new(backseat);
 
-    eprintln!("{}: {}", scenario.settings.name, ports_line(client.ports()));
+    eprintln!("{}: {ports}", scenario.settings.name);
     let bar = progress_bar(scenario.settings.duration_s);
     let progress = |t_s| bar.set_position(t_s as u64);
     let flight = if arguments.realtime {
@@ -86,6 +85,24 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bail!("interrupted after {:.0} s of the mission; the files are complete up to there", flight.simulated_s);
     }
     Ok(())
+}
+
+/// Starts the backseat asked for; where its ports are.
+fn start(arguments: &Arguments) -> anyhow::Result<(Box<dyn Ports>, String)> {
+    match arguments.backseat.as_str() {
+        "host" | "" => {
+            let program = std::env::current_exe().context("this program's own path")?;
+            let backseat = Process::spawn(&program).context("starting the backseat")?;
+            let line = ports_line(&backseat);
+            Ok((Box::new(backseat), line))
+        }
+        "qemu" => {
+            let image = arguments.image.clone().map_or_else(build_image, Ok)?;
+            let backseat = Qemu::start(&image)?;
+            Ok((Box::new(backseat), format!("{} in QEMU", image.display())))
+        }
+        other => bail!("--backseat {other}: `host` and `qemu` are known"),
+    }
 }
 
 fn load(arguments: &Arguments) -> anyhow::Result<Scenario> {

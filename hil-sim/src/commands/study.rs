@@ -12,11 +12,13 @@ use crate::flight::{self, FlightLog};
 use crate::scenario::Scenario;
 use anyhow::Context;
 use backseat_core::dynamics::VehicleParameters;
-use backseat_core::navigation::{ProcessModel, ProcessNoise};
+use backseat_core::navigation::ProcessModel;
 use backseat_data::filter::{self, FilterOptions};
 use backseat_data::stats::{mean, mean_ci95, nis_bounds95};
 use backseat_data::{Truth, VehicleFile};
 use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -150,7 +152,7 @@ fn one_flight(
     };
     let backseat = |name, flight: &FlightLog| analysis::backseat(name, flight);
     outcomes.extend(backseat(name, &flight).map(|configuration| (name, configuration, backseat(name, &quiet))));
-    for filter in filters(&scenario.vehicle).iter().filter(|filter| filter.current == current) {
+    for filter in filters(&scenario.vehicle, seed).iter().filter(|filter| filter.current == current) {
         let judged = |flight: &FlightLog, truth: &Truth| -> anyhow::Result<Option<Configuration>> {
             let run = filter::run(&flight.log, &filter.vehicle, &filter.options).with_context(|| format!("{}, seed {seed}", filter.name))?;
             Ok(analysis::of_run(filter.name, &run, truth))
@@ -186,7 +188,7 @@ fn without_sensor_noise(scenario: &Scenario) -> Scenario {
 }
 
 /// The filters of the table.
-fn filters(vehicle: &VehicleFile) -> Vec<Filter> {
+fn filters(vehicle: &VehicleFile, seed: u64) -> Vec<Filter> {
     let base = |model, use_dvl| {
         let mut options = FilterOptions::new(vehicle, model);
         options.use_dvl = use_dvl;
@@ -201,9 +203,8 @@ fn filters(vehicle: &VehicleFile) -> Vec<Filter> {
     with_current.navigation.water_current = Some(FilterOptions::WATER_CURRENT);
     let mut packets = dynamic;
     packets.ship = filter::ShipSource::Packet;
-    let wrong = |share: f64| VehicleFile { parameters: perturbed(&vehicle.parameters, share), ..vehicle.clone() };
+    let wrong = |share: f64| VehicleFile { parameters: perturbed(&vehicle.parameters, share, seed), ..vehicle.clone() };
     let filter = |name, current, options, vehicle: &VehicleFile| Filter { name, current, options, vehicle: vehicle.clone() };
-    debug_assert_eq!(base(ProcessModel::Kinematic, true).navigation.process_noise, ProcessNoise::KINEMATIC);
     vec![
         filter("dynamic, no DVL", false, dynamic, vehicle),
         filter("dynamic, no DVL, ship from packets", false, packets, vehicle),
@@ -217,14 +218,15 @@ fn filters(vehicle: &VehicleFile) -> Vec<Filter> {
     ]
 }
 
-/// Drag, thrust and lift of a vehicle declared wrong: drag too low, thrust and lift too high.
-fn perturbed(parameters: &VehicleParameters, share: f64) -> VehicleParameters {
+/// A vehicle declared wrong: inertia, drag, fins and thrust each too high or too low by `share`, as the seed has it.
+fn perturbed(parameters: &VehicleParameters, share: f64, seed: u64) -> VehicleParameters {
     let mut wrong = *parameters;
-    for drag in &mut wrong.quadratic_diag {
-        *drag *= 1.0 - share;
+    let mut coin = ChaCha8Rng::seed_from_u64(seed);
+    let plant = wrong.m_diag.iter_mut().chain(&mut wrong.quadratic_diag);
+    let actuators = wrong.cd.iter_mut().chain(&mut wrong.cl).chain(std::iter::once(&mut wrong.beta5_n_s2_per_rad2));
+    for value in plant.chain(actuators) {
+        *value *= if coin.random_bool(0.5) { 1.0 + share } else { 1.0 - share };
     }
-    wrong.beta5_n_s2_per_rad2 *= 1.0 + share;
-    wrong.cl[0] *= 1.0 + share;
     wrong
 }
 

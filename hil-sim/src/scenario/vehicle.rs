@@ -30,6 +30,7 @@ impl Scenario {
                 area_m2: declared.fin_area_m2 * plant.fin_area_factor[i],
                 cd: declared.cd,
                 cl: declared.cl,
+                stall_rad: declared.stall_rad,
             }),
             fin_max_rad: declared.delta_max_rad,
             servo_rate_radps: plant.servo_rate_radps,

@@ -13,6 +13,8 @@ pub struct Fin {
     pub cd: [f64; 2],
     /// β3, β4 of the lift coefficient β3 α + β4 α³.
     pub cl: [f64; 2],
+    /// Incidence beyond which both keep their values, rad.
+    pub stall_rad: f64,
 }
 
 /// The whole vehicle.

@@ -114,6 +114,7 @@ struct Blade {
     half_rho_area: f64,
     cd: [f64; 2],
     cl: [f64; 2],
+    stall: f64,
 }
 
 impl Blade {
@@ -134,6 +135,8 @@ impl Blade {
         } else if alpha < -core::f64::consts::PI {
             alpha += core::f64::consts::TAU;
         }
+        // Separated flow: coefficients rise no further.
+        let alpha = alpha.clamp(-self.stall, self.stall);
         let squared = alpha * alpha;
         // ½ρAV times (velocity in the plane of the section): drag against it, lift across it.
         let scale = self.half_rho_area * speed;
@@ -194,6 +197,7 @@ impl Plant {
                     half_rho_area: 0.5 * p.rho_kg_per_m3 * fin.area_m2,
                     cd: fin.cd,
                     cl: fin.cl,
+                    stall: fin.stall_rad,
                 }
             }),
             thrust: p.thrust_n_s2_per_rad2,

@@ -278,7 +278,14 @@ pub const PARAMETERS: &[Parameter] = &[
     real!("fins.cd[1]", "1", 0.0, 10.0, "drag coefficient beta1 + beta2 alpha^2", vehicle.cd[1]),
     real!("fins.cl[0]", "1", -100.0, 10.0, "lift coefficient beta3 alpha + beta4 alpha^3", vehicle.cl[0]),
     real!("fins.cl[1]", "1", -100.0, 10.0, "lift coefficient beta3 alpha + beta4 alpha^3", vehicle.cl[1]),
-    real!("fins.stall_rad", "rad", 0.01, 3.14159, "incidence beyond which the coefficients keep their values", vehicle.stall_rad),
+    real!(
+        "fins.stall_rad",
+        "rad",
+        0.01,
+        core::f64::consts::PI,
+        "incidence beyond which the coefficients keep their values",
+        vehicle.stall_rad
+    ),
     real!("fins.delta_max_rad", "rad", 0.05, 1.0, "mechanical limit", vehicle.delta_max_rad),
     // [propeller]
     real!(

@@ -12,15 +12,18 @@ use nalgebra::{Matrix6, SMatrix, Vector6};
 
 /// Lift and drag coefficients with ½ρA, the same for all fins.
 ///
-/// C_D = β1 + β2 α² and C_L = β3 α + β4 α³ hold for the incidence of attached flow; beyond stall, and in
-/// reverse flow (|α| near π), they are the same polynomials, as in the source. Drag opposes the
-/// inflow and lift is normal to it for any α, so a fin never creates energy.
+/// C_D = β1 + β2 α² and C_L = β3 α + β4 α³ hold for the incidence of attached flow. Beyond `stall` they keep
+/// their values: left alone, β4 α³ reaches a hundred in reverse flow, and a vehicle at rest, whose incidence is
+/// anything, would be shaken by it. Drag opposes the inflow and lift is normal to it for any α, so a fin never
+/// creates energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FinSection {
     /// ½ρA, kg/m.
     half_rho_area: f64,
     cd: [f64; 2],
     cl: [f64; 2],
+    /// rad.
+    stall: f64,
 }
 
 /// One fin: the rows that map v to its inflow, whose transposes map its force to a wrench.
@@ -53,17 +56,34 @@ impl FinSection {
             half_rho_area: 0.5 * parameters.rho_kg_per_m3 * parameters.fin_area_m2,
             cd: parameters.cd,
             cl: parameters.cl,
+            stall: parameters.stall_rad,
+        }
+    }
+
+    /// What the polynomials are evaluated at.
+    fn attached(&self, alpha: f64) -> f64 {
+        // No `clamp`: it panics on limits that are none, and NaN is to stay NaN.
+        if alpha > self.stall {
+            self.stall
+        } else if alpha < -self.stall {
+            -self.stall
+        } else {
+            alpha
         }
     }
 
     /// [C_D, C_L].
     fn coefficients(&self, alpha: f64) -> [f64; 2] {
+        let alpha = self.attached(alpha);
         let square = alpha * alpha;
         [self.cd[0] + self.cd[1] * square, (self.cl[0] + self.cl[1] * square) * alpha]
     }
 
     /// d[C_D, C_L]/dα.
     fn slopes(&self, alpha: f64) -> [f64; 2] {
+        if alpha.abs() > self.stall {
+            return [0.0; 2];
+        }
         [2.0 * self.cd[1] * alpha, self.cl[0] + 3.0 * self.cl[1] * alpha * alpha]
     }
 
@@ -150,8 +170,9 @@ impl Fin {
         columns: &mut SMatrix<f64, 6, 5>,
     ) {
         let inflow = self.inflow(v, delta);
-        let square = inflow.alpha * inflow.alpha;
-        let units = [[1.0, 0.0], [square, 0.0], [0.0, inflow.alpha], [0.0, square * inflow.alpha]];
+        let alpha = section.attached(inflow.alpha);
+        let square = alpha * alpha;
+        let units = [[1.0, 0.0], [square, 0.0], [0.0, alpha], [0.0, square * alpha]];
         for (column, unit) in units.into_iter().enumerate() {
             let mut wrench = Vector6::zeros();
             self.add_wrench(section.force(&inflow, unit), &mut wrench);

@@ -51,6 +51,8 @@ pub struct VehicleParameters {
     pub cd: [f64; 2],
     /// [β3, β4] of C_L = β3 α + β4 α³ (1/rad, 1/rad³).
     pub cl: [f64; 2],
+    /// Incidence beyond which C_L and C_D keep their values, rad; π leaves the polynomials alone everywhere.
+    pub stall_rad: f64,
     /// Mechanical limit of the fins, rad.
     pub delta_max_rad: f64,
     /// β5 of thrust = β5 ω|ω| (3.24), N s²/rad².
@@ -112,6 +114,8 @@ impl VehicleParameters {
         fin_area_m2: 0.009,
         cd: [0.02, 1.2],
         cl: [3.1, -4.0],
+        // Past the peak of C_L at 0.51 rad; the polynomials are fitted to attached flow only.
+        stall_rad: 0.7,
         delta_max_rad: 0.5236,
         beta5_n_s2_per_rad2: 3.0e-4,
         advance_n_s2_per_rad_m: 0.0,
@@ -163,6 +167,7 @@ impl VehicleParameters {
         // A flat plate of infinite span has 2π per radian; CL must rise with incidence.
         check("fins.cl", 0, self.cl[0], [1.0e-3, 20.0])?;
         check("fins.cl", 1, self.cl[1], [-1.0e3, 1.0e3])?;
+        scalar("fins.stall_rad", self.stall_rad, [1.0e-2, PI])?;
         scalar("fins.delta_max_rad", self.delta_max_rad, [1.0e-3, FRAC_PI_2])?;
 
         scalar("propeller.beta5_n_s2_per_rad2", self.beta5_n_s2_per_rad2, [1.0e-9, 10.0])?;

@@ -3,13 +3,13 @@
 
 use super::estimate::Estimate;
 use super::layout::{CLONE_VELOCITY, CloneKind, SHIP_VELOCITY};
-use super::observation::Refused;
+use super::observation::{Observation, Refused};
 use super::row::Row;
 use super::{AcousticPath, FusionOutcome, NavigationConfig, ShipEnd, ShipReport, VehicleEnd};
 use crate::dynamics::Attitude;
 use crate::effects::water_current;
-use crate::state::{self, PHI, U, X};
-use nalgebra::{Vector2, Vector3};
+use crate::state::{PHI, U, X};
+use nalgebra::Vector3;
 
 /// Below this distance the direction of the path means nothing, m.
 const MIN_DISTANCE_M: f64 = 1.0e-3;
@@ -74,14 +74,10 @@ impl Path {
         self.dp / self.distance_m
     }
 
-    /// dv = v_vehicle − v_ship over ground, NED, m/s.
-    pub(super) fn relative_velocity(&self, x: &Estimate) -> Vector3<f64> {
+    /// dv = v_vehicle − v_ship over ground, NED, m/s; `attitude` is the present one.
+    pub(super) fn relative_velocity(&self, x: &Estimate, attitude: &Attitude) -> Vector3<f64> {
         let vehicle = match self.vehicle {
-            Vehicle::Now => {
-                let nu = Vector3::from(x.block::<3>(U));
-                let rotation = Attitude::new(&state::attitude(&x.vehicle)).rotation();
-                water_current::ground_velocity(&rotation, &nu, &x.current())
-            }
+            Vehicle::Now => ground_velocity(x, attitude),
             Vehicle::Delayed { at, .. } => Vector3::from(x.block::<3>(at + CLONE_VELOCITY)),
         };
         let [north, east] = match self.ship {
@@ -91,15 +87,17 @@ impl Path {
         vehicle - Vector3::new(north, east, 0.0)
     }
 
-    /// Adds what the vehicle contributes to h and, by its bridge, to R.
-    pub(super) fn add_vehicle(&self, x: &Estimate, by: &Gradient, row: &mut Row, variance: &mut f64) {
+    /// Adds what the vehicle contributes to h and, by its bridge, to R; `attitude` is the present one where the
+    /// velocity matters.
+    pub(super) fn add_vehicle(&self, x: &Estimate, attitude: Option<&Attitude>, by: &Gradient, out: &mut Observation) {
+        let row = &mut out.row;
         match self.vehicle {
             Vehicle::Now => {
                 for i in 0..3 {
                     row.push(X + i, by.position[i]);
                 }
-                if by.velocity != Vector3::zeros() {
-                    push_ground_velocity(x, &by.velocity, row);
+                if let Some(attitude) = attitude {
+                    push_ground_velocity(x, attitude, &by.velocity, row);
                 }
             }
             Vehicle::Delayed { at, bridge_s: b, acceleration_psd: q } => {
@@ -111,14 +109,15 @@ impl Path {
                 // White acceleration over the bridge, either way in time.
                 let (gap, pp) = (b.abs(), by.position.dot(&by.position));
                 let (pv, vv) = (by.position.dot(&by.velocity), by.velocity.dot(&by.velocity));
-                *variance += q * (pp * gap * gap * gap / 3.0 + pv * b * gap + vv * gap);
+                out.variance += q * (pp * gap * gap * gap / 3.0 + pv * b * gap + vv * gap);
             }
         }
     }
 
     /// Adds what the ship contributes to h or, when it was reported, returns its gradient: the
     /// ship subtracts.
-    pub(super) fn add_ship(&self, by: &Gradient, row: &mut Row) -> Option<(ShipReport, Gradient)> {
+    pub(super) fn add_ship(&self, by: &Gradient, out: &mut Observation) -> Option<(ShipReport, Gradient)> {
+        let row = &mut out.row;
         match self.ship {
             Ship::State { at } => {
                 for i in 0..2 {
@@ -142,9 +141,8 @@ pub(super) fn report_variance(report: &ShipReport, by: &Gradient) -> f64 {
 }
 
 /// Row of a scalar that depends on the vehicle's velocity over ground R ν + c by `by`.
-pub(super) fn push_ground_velocity(x: &Estimate, by: &Vector3<f64>, row: &mut Row) {
+pub(super) fn push_ground_velocity(x: &Estimate, attitude: &Attitude, by: &Vector3<f64>, row: &mut Row) {
     let nu = Vector3::from(x.block::<3>(U));
-    let attitude = Attitude::new(&state::attitude(&x.vehicle));
     let by_attitude = attitude.rotated_by_attitude(&nu).tr_mul(by);
     let by_nu = attitude.rotation().tr_mul(by);
     for i in 0..3 {
@@ -170,9 +168,7 @@ pub(super) fn by_position(position: Vector3<f64>) -> Gradient {
     Gradient { position, velocity: Vector3::zeros() }
 }
 
-/// Velocity over ground of the vehicle, for its clone.
-pub(super) fn ground_velocity(x: &Estimate) -> Vector3<f64> {
-    let nu = Vector3::from(x.block::<3>(U));
-    let current: Vector2<f64> = x.current();
-    water_current::ground_velocity(&Attitude::new(&state::attitude(&x.vehicle)).rotation(), &nu, &current)
+/// Velocity over ground of the vehicle, R ν + c.
+pub(super) fn ground_velocity(x: &Estimate, attitude: &Attitude) -> Vector3<f64> {
+    water_current::ground_velocity(&attitude.rotation(), &Vector3::from(x.block::<3>(U)), &x.current())
 }

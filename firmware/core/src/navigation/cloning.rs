@@ -9,7 +9,8 @@ use super::acoustic::{ground_velocity, push_ground_velocity};
 use super::layout::{CLONE_STATES, CLONE_VELOCITY, CloneKind, SHIP_STATES};
 use super::row::Row;
 use super::{CloneError, CloneId, Navigator};
-use crate::state::X;
+use crate::dynamics::Attitude;
+use crate::state::{self, X};
 use nalgebra::Vector3;
 
 impl Navigator {
@@ -19,13 +20,15 @@ impl Navigator {
     /// See [`CloneError`].
     pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
         self.check_clone()?;
-        let velocity = ground_velocity(&self.x);
+        let attitude = Attitude::new(&state::attitude(&self.x.vehicle));
+        let velocity = ground_velocity(&self.x, &attitude);
         let mut values = [0.0; CLONE_STATES];
         let mut rows = [Row::EMPTY; CLONE_STATES];
         for i in 0..CLONE_VELOCITY {
-            (values[i], rows[i]) = self.x.direct(X + i);
+            values[i] = self.x.get(X + i);
+            rows[i] = Row::unit(X + i);
             values[CLONE_VELOCITY + i] = velocity[i];
-            push_ground_velocity(&self.x, &Vector3::ith(i, 1.0), &mut rows[CLONE_VELOCITY + i]);
+            push_ground_velocity(&self.x, &attitude, &Vector3::ith(i, 1.0), &mut rows[CLONE_VELOCITY + i]);
         }
         self.append(CloneKind::Vehicle, &values, &rows)
     }

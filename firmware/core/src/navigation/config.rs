@@ -34,8 +34,8 @@ impl ProcessNoise {
     };
 }
 
-/// Process noise of the dynamic model near the surface, where its hydrodynamics do not hold: parts of the
-/// hull leave the water and lose their buoyancy, and waves push.
+/// Process noise near the surface, where the hydrodynamics of the model do not hold: parts of the hull leave
+/// the water and lose their buoyancy, and waves push.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceNoise {
     /// It holds above this depth, m: half a length, from where on no end of a diving hull is out of the water.
@@ -45,12 +45,20 @@ pub struct SurfaceNoise {
 }
 
 impl SurfaceNoise {
-    /// The reference vehicle: a tenth of its buoyancy coming and going at either end within a second.
-    pub const REFERENCE: Self = Self {
+    /// Dynamic model of the reference vehicle: a tenth of its buoyancy comes and goes at either end within a second.
+    pub const DYNAMIC: Self = Self {
         depth_m: 1.0,
         noise: ProcessNoise {
             linear_mps2_per_sqrt_hz: [2.0e-2, 2.0e-2, 5.0e-2],
             angular_radps2_per_sqrt_hz: [5.0e-2, 1.0e-1, 3.0e-2],
+        },
+    };
+    /// Kinematic model: the vehicle also starts from rest here, at 0.3 m/s² for some seconds, and dives.
+    pub const KINEMATIC: Self = Self {
+        depth_m: 1.0,
+        noise: ProcessNoise {
+            linear_mps2_per_sqrt_hz: [2.0e-1, 1.0e-1, 1.0e-1],
+            angular_radps2_per_sqrt_hz: [1.0e-1, 2.0e-1, 2.0e-1],
         },
     };
 }
@@ -101,7 +109,7 @@ pub struct NavigationConfig {
     pub process_model: ProcessModel,
     /// Process noise that belongs to `process_model`.
     pub process_noise: ProcessNoise,
-    /// The dynamic model's noise near the surface, if it differs there.
+    /// Process noise near the surface, if it differs there.
     pub surface: Option<SurfaceNoise>,
     /// Process noise of the ship.
     pub ship_noise: ShipNoise,
@@ -120,7 +128,7 @@ impl NavigationConfig {
     pub const REFERENCE: Self = Self {
         process_model: ProcessModel::Dynamic,
         process_noise: ProcessNoise::DYNAMIC,
-        surface: Some(SurfaceNoise::REFERENCE),
+        surface: Some(SurfaceNoise::DYNAMIC),
         ship_noise: ShipNoise { linear_mps2_per_sqrt_hz: 2.0e-2, angular_radps2_per_sqrt_hz: 1.0e-3 },
         sensors: SensorNoise {
             depth_m: 0.06,
@@ -183,7 +191,7 @@ impl NavigationConfig {
     /// Process noise of the vehicle at a depth, m.
     pub(super) fn noise_at(&self, depth_m: f64) -> &ProcessNoise {
         match &self.surface {
-            Some(surface) if self.process_model == ProcessModel::Dynamic && depth_m < surface.depth_m => &surface.noise,
+            Some(surface) if depth_m < surface.depth_m => &surface.noise,
             _ => &self.process_noise,
         }
     }

@@ -7,6 +7,8 @@ use super::layout::N_MAX;
 use super::row::Row;
 use crate::state::VEHICLE_STATES;
 
+type Pair = [f64; 2];
+
 pub(super) struct Covariance {
     /// `columns[j][i]` is P_ij for i ≥ j; what stands above the diagonal means nothing.
     pub(super) columns: [[f64; N_MAX]; N_MAX],
@@ -52,12 +54,13 @@ impl Covariance {
         let n = n.min(N_MAX);
         *g = [0.0; N_MAX];
         for (k, value) in h.iter() {
-            let k = k.min(n);
-            for (g, column) in g[..k].iter_mut().zip(&self.columns) {
-                *g += value * column.get(k).copied().unwrap_or(0.0);
+            let k = k.min(n).min(N_MAX - 1);
+            let (before, behind) = g.split_at_mut(k);
+            for (g, column) in before.iter_mut().zip(&self.columns) {
+                *g += value * column[k];
             }
-            if let Some(column) = self.columns.get(k) {
-                for (g, p) in g[k..n].iter_mut().zip(&column[k..n]) {
+            if let (Some(behind), Some(column)) = (behind.get_mut(..n - k), self.columns[k].get(k..n)) {
+                for (g, p) in behind.iter_mut().zip(column) {
                     *g += value * p;
                 }
             }
@@ -76,22 +79,20 @@ impl Covariance {
     /// Joseph update for any gain K: with g = P h, s = h g + R and w = g − K s / 2,
     /// (I − K h) P (I − K h)ᵀ + K R Kᵀ = P − K wᵀ − w Kᵀ.
     pub(super) fn joseph(&mut self, n: usize, gain: &[f64; N_MAX], w: &[f64; N_MAX]) {
-        // By pairs, from the pair that holds the diagonal on: one entry above it is computed in vain.
+        // By blocks of two by two from the diagonal on: one entry above it is computed in vain.
+        let pairs = n.min(N_MAX).div_ceil(2);
         let (gains, ws) = (gain.as_chunks::<2>().0, w.as_chunks::<2>().0);
-        let pairs = n.div_ceil(2).min(gains.len());
-        for (j, column) in self.columns.iter_mut().enumerate().take(n) {
-            let (gain_j, w_j) = (gain[j], w[j]);
-            let column = column.as_chunks_mut::<2>().0;
-            let rows = j / 2..pairs;
-            let (Some(column), Some(gains), Some(ws)) =
-                (column.get_mut(rows.clone()), gains.get(rows.clone()), ws.get(rows))
+        for (block, columns) in self.columns.as_chunks_mut::<2>().0.iter_mut().enumerate().take(pairs) {
+            let [left, right] = columns;
+            let (left, right) = (left.as_chunks_mut::<2>().0, right.as_chunks_mut::<2>().0);
+            let rows = block..pairs;
+            let (Some(left), Some(right), Some(gains), Some(ws)) =
+                (left.get_mut(rows.clone()), right.get_mut(rows.clone()), gains.get(rows.clone()), ws.get(rows))
             else {
                 break;
             };
-            for ((p, gain), w) in column.iter_mut().zip(gains).zip(ws) {
-                p[0] -= gain[0] * w_j + w[0] * gain_j;
-                p[1] -= gain[1] * w_j + w[1] * gain_j;
-            }
+            let (Some(&[gain_0, gain_1]), Some(&[w_0, w_1])) = (gains.first(), ws.first()) else { break };
+            subtract(left, right, gains, ws, [gain_0, gain_1, w_0, w_1]);
         }
     }
 
@@ -172,6 +173,19 @@ impl Covariance {
                 full[j][i] = p;
                 full[i][j] = p;
             }
+        }
+    }
+}
+
+/// Two columns of P − K wᵀ − w Kᵀ from the diagonal down; `[gain_0, gain_1, w_0, w_1]` are K and w of the columns.
+/// Not inlined: with a known bound it would be unrolled to 20 kB of code, and slower.
+#[inline(never)]
+fn subtract(left: &mut [Pair], right: &mut [Pair], gains: &[Pair], ws: &[Pair], at_columns: [f64; 4]) {
+    let [gain_0, gain_1, w_0, w_1] = at_columns;
+    for (((a, b), gain), w) in left.iter_mut().zip(right).zip(gains).zip(ws) {
+        for lane in 0..2 {
+            a[lane] = a[lane] - gain[lane] * w_0 - w[lane] * gain_0;
+            b[lane] = b[lane] - gain[lane] * w_1 - w[lane] * gain_1;
         }
     }
 }

@@ -112,16 +112,23 @@ impl Discretisation {
         for k in 1..=HIGHEST_ORDER {
             let order = f64::from(k);
             bound *= x / order;
+            let scale = h / order;
             for term in &mut terms {
-                *term = jacobian.times(term, h / order);
+                jacobian.advance(term, scale);
             }
-            for (sum, term) in self.phi.iter_mut().zip(&terms) {
+            for (power, part) in powers.iter_mut().zip(&NODES) {
+                *power *= part;
+            }
+            let [early, late] = &mut self.nodes;
+            for (sum, term) in self.phi[..VELOCITIES].iter_mut().zip(&terms) {
                 add(sum, 1.0, term);
             }
-            for ((node, power), part) in self.nodes.iter_mut().zip(&mut powers).zip(&NODES) {
-                *power *= part;
-                for (sum, term) in node.iter_mut().zip(&terms[VELOCITIES..]) {
-                    add(sum, *power, term);
+            let sums = self.phi[VELOCITIES..].iter_mut().zip(early).zip(late);
+            for (((sum, early), late), term) in sums.zip(&terms[VELOCITIES..]) {
+                for i in 0..VEHICLE_STATES {
+                    sum[i] += term[i];
+                    early[i] += powers[0] * term[i];
+                    late[i] += powers[1] * term[i];
                 }
             }
             add(&mut self.increment, h / (order + 1.0), &terms[COLUMNS - 1]);
@@ -209,26 +216,34 @@ impl Jacobian {
         }
     }
 
-    /// scale F a.
-    #[inline(always)]
-    fn times(&self, a: &Column, scale: f64) -> Column {
-        let mut out = [0.0; VEHICLE_STATES];
-        out[X] = scale * a[PSI] * self.heading[0];
-        out[Y] = scale * a[PSI] * self.heading[1];
+    /// a ← scale F a. Not inlined: unrolled nine times it would be 50 kB of code.
+    #[inline(never)]
+    fn advance(&self, a: &mut Column, scale: f64) {
         let factors = DRIVING.map(|state| scale * a[state]);
+        let heading = scale * a[PSI];
+        let mut position = [heading * self.heading[0], heading * self.heading[1], 0.0];
+        let (mut euler, mut velocity) = ([0.0; 3], [0.0; 6]);
         // Structural zeros: body velocity does not turn Euler angles, rates do not move the position.
         for k in 0..5 {
-            add_part::<X, PHI>(&mut out, factors[k], &self.columns[k]);
+            for i in 0..3 {
+                position[i] += factors[k] * self.columns[k][X + i];
+            }
         }
         for k in [0, 1, 5, 6, 7] {
-            add_part::<PHI, U>(&mut out, factors[k], &self.columns[k]);
+            for i in 0..3 {
+                euler[i] += factors[k] * self.columns[k][PHI + i];
+            }
         }
         if self.accelerates {
             for k in 0..DRIVING.len() {
-                add_part::<U, VEHICLE_STATES>(&mut out, factors[k], &self.columns[k]);
+                for i in 0..6 {
+                    velocity[i] += factors[k] * self.columns[k][U + i];
+                }
             }
         }
-        out
+        a[..PHI].copy_from_slice(&position);
+        a[PHI..U].copy_from_slice(&euler);
+        a[U..].copy_from_slice(&velocity);
     }
 
     /// Largest column sum of |D F D⁻¹| without the position rows, 1/s.

@@ -1,7 +1,7 @@
 //! The state vector x̂ beside its layout.
 
 use super::layout::{CloneKind, EFFECTS, Layout, N_MAX, TAIL};
-use super::{CloneId, row::Row};
+use super::CloneId;
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, wrap_angle};
 use core::f64::consts::PI;
 use nalgebra::{ArrayStorage, Vector2};
@@ -57,11 +57,12 @@ impl Estimate {
 
     /// x̂ += K ν.
     pub(super) fn correct(&mut self, gain: &[f64; N_MAX], innovation: f64) {
-        let (vehicle, tail) = gain.split_at(VEHICLE_STATES);
-        for (x, k) in self.vehicle.as_mut_slice().iter_mut().zip(vehicle) {
+        let tail = self.layout.len().saturating_sub(VEHICLE_STATES);
+        let (vehicle_gain, tail_gain) = gain.split_at(VEHICLE_STATES);
+        for (x, k) in self.vehicle.as_mut_slice().iter_mut().zip(vehicle_gain) {
             *x += k * innovation;
         }
-        for (x, k) in self.tail.iter_mut().zip(tail) {
+        for (x, k) in self.tail.get_mut(..tail).unwrap_or_default().iter_mut().zip(tail_gain) {
             *x += k * innovation;
         }
         self.wrap_heading();
@@ -97,10 +98,5 @@ impl Estimate {
     /// Where a clone of that kind stands.
     pub(super) fn clone_at(&self, id: CloneId, kind: CloneKind) -> Option<usize> {
         self.layout.clone_at(id, kind)
-    }
-
-    /// Row that picks state i, and its present value.
-    pub(super) fn direct(&self, i: usize) -> (f64, Row) {
-        (self.get(i), Row::unit(i))
     }
 }

@@ -60,26 +60,32 @@ impl Navigator {
     fn update(&mut self, sensor: Sensor, observations: &Observations) -> Fusions {
         let mut items = observations.items;
         let items = items.get_mut(..observations.len).unwrap_or_default();
-        if self.worst_test_ratio(items) > 1.0 {
+        let Some((first, others)) = items.split_first() else { return Fusions::none() };
+        let mut variance = self.project(first);
+        let worst = others.iter().map(|item| self.test_ratio(item.innovation, self.innovation_variance(item)));
+        if worst.fold(self.test_ratio(first.innovation, variance), f64::max) > 1.0 {
             let gate_sigma = self.config.gate_sigma;
             let due = self.gate.rejected(sensor, self.time_us, items, gate_sigma);
             if !(due && self.inflate(sensor, items)) {
                 return self.gated(sensor, items);
             }
             self.gate.recovered(sensor);
+            variance = self.project(first);
         }
         self.gate.accepted(sensor);
 
         let mut fusions = Fusions::none();
         for axis in 0..items.len() {
             let Some((now, later)) = items.get_mut(axis..).and_then(<[_]>::split_first_mut) else { break };
+            if axis > 0 {
+                variance = self.project(now);
+            }
             let innovation = wrap_innovation(sensor, now.innovation);
-            let variance = self.fuse_scalar(now, innovation);
-            let outcome = if variance.is_some() { FusionOutcome::Fused } else { FusionOutcome::Invalid };
-            fusions.push(self.record(sensor, axis, innovation, variance.unwrap_or(f64::NAN), outcome));
-            if variance.is_none() {
+            if !self.fuse_scalar(innovation, variance) {
+                fusions.push(self.record(sensor, axis, f64::NAN, f64::NAN, FusionOutcome::Invalid));
                 break;
             }
+            fusions.push(self.record(sensor, axis, innovation, variance, FusionOutcome::Fused));
             for observation in later {
                 observation.innovation -= observation.row.dot(&self.gain) * innovation;
             }
@@ -87,29 +93,30 @@ impl Navigator {
         fusions
     }
 
-    /// One scalar; its S, or `None` when the filter has failed.
-    fn fuse_scalar(&mut self, observation: &Observation, innovation: f64) -> Option<f64> {
+    /// P hᵀ into `w`; returns S = h P hᵀ + R.
+    fn project(&mut self, observation: &Observation) -> f64 {
         let n = self.dimension();
         self.p.times_row(n, &observation.row, &mut self.w);
-        let variance = observation.row.dot(&self.w) + observation.variance;
+        observation.row.dot(&self.w) + observation.variance
+    }
+
+    /// Updates by the scalar whose P hᵀ is in `w`; `false` when the filter has failed.
+    fn fuse_scalar(&mut self, innovation: f64, variance: f64) -> bool {
         if !(variance.is_finite() && variance > 0.0) {
             self.failure = Some(NavigationError::NotPositive);
-            return None;
+            return false;
         }
-        for (k, g) in self.gain.iter_mut().zip(&self.w) {
-            *k = g / variance;
-        }
-        for (w, k) in self.w.iter_mut().zip(&self.gain) {
-            *w -= 0.5 * k * variance;
+        let n = self.dimension();
+        let (inverse, half) = (1.0 / variance, 0.5 * variance);
+        // An odd last state has a partner in the pairwise update: its entries are zero in w, and so in K.
+        let (gain, w) = (self.gain.get_mut(..n + n % 2), self.w.get_mut(..n + n % 2));
+        for (k, w) in gain.unwrap_or_default().iter_mut().zip(w.unwrap_or_default()) {
+            *k = *w * inverse;
+            *w -= *k * half;
         }
         self.p.joseph(n, &self.gain, &self.w);
         self.x.correct(&self.gain, innovation);
-        Some(variance)
-    }
-
-    fn worst_test_ratio(&self, items: &[Observation]) -> f64 {
-        let ratio = |item: &Observation| self.test_ratio(item.innovation, self.innovation_variance(item));
-        items.iter().map(ratio).fold(0.0, f64::max)
+        true
     }
 
     fn innovation_variance(&self, item: &Observation) -> f64 {

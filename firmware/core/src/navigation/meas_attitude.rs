@@ -4,12 +4,11 @@
 //! Invalid near θ = ±90°, where roll and heading are one angle.
 
 use super::estimate::Estimate;
-use super::observation::{Observation, Observations};
+use super::observation::Observations;
 use crate::state::{PHI, wrap_angle};
 
-pub(super) fn observe(x: &Estimate, euler_rad: &[f64; 3], sigma_rad: f64) -> Observations {
-    Observations::new(core::array::from_fn::<_, 3, _>(|i| {
-        let (predicted, row) = x.direct(PHI + i);
-        Observation { innovation: wrap_angle(euler_rad[i] - predicted), row, variance: sigma_rad * sigma_rad }
-    }))
+pub(super) fn observe(x: &Estimate, euler_rad: &[f64; 3], sigma_rad: f64, out: &mut Observations) {
+    for (i, angle) in euler_rad.iter().enumerate() {
+        out.add_direct(PHI + i, wrap_angle(angle - x.get(PHI + i)), sigma_rad * sigma_rad);
+    }
 }

@@ -4,10 +4,9 @@
 //! surfaced vehicle measures its draught.
 
 use super::estimate::Estimate;
-use super::observation::{Observation, Observations};
+use super::observation::Observations;
 use crate::state::Z;
 
-pub(super) fn observe(x: &Estimate, z_m: f64, sigma_m: f64) -> Observations {
-    let (predicted, row) = x.direct(Z);
-    Observations::new([Observation { innovation: z_m - predicted, row, variance: sigma_m * sigma_m }])
+pub(super) fn observe(x: &Estimate, z_m: f64, sigma_m: f64, out: &mut Observations) {
+    out.add_direct(Z, z_m - x.get(Z), sigma_m * sigma_m);
 }

@@ -6,35 +6,32 @@
 //! the DVL judges that.
 
 use super::estimate::Estimate;
-use super::observation::{Observation, Observations};
+use super::observation::Observations;
 use crate::dynamics::Attitude;
 use crate::effects::water_current;
-use crate::state::{self, PHI, PSI, THETA, U};
+use crate::state::{self, PHI, U};
 use nalgebra::Vector3;
 
-pub(super) fn observe_bottom(x: &Estimate, velocity_mps: &[f64; 3], sigma_mps: f64) -> Observations {
-    let mut observations = observe_water(x, velocity_mps, sigma_mps);
-    let Some(at) = x.layout.current() else { return observations };
-    let current = x.current();
+pub(super) fn observe_bottom(x: &Estimate, velocity_mps: &[f64; 3], sigma_mps: f64, out: &mut Observations) {
+    observe_water(x, velocity_mps, sigma_mps, out);
+    let Some(at) = x.layout.current() else { return };
     let attitude = Attitude::new(&state::attitude(&x.vehicle));
     let rotation = attitude.rotation();
-    let over_ground = water_current::bottom_track(&rotation, &Vector3::zeros(), &current);
+    let over_ground = water_current::bottom_track(&rotation, &Vector3::zeros(), &x.current());
     // R (Rᵀc) = c stays, hence ∂(Rᵀc) = −Rᵀ ∂R (Rᵀc).
     let by_attitude = -rotation.tr_mul(&attitude.rotated_by_attitude(&over_ground));
-    for (i, observation) in observations.items.iter_mut().enumerate() {
+    for (i, observation) in out.as_mut_slice().iter_mut().enumerate().take(3) {
         observation.innovation -= over_ground[i];
-        for (k, state) in [PHI, THETA, PSI].into_iter().enumerate() {
-            observation.row.push(state, by_attitude[(i, k)]);
+        for k in 0..3 {
+            observation.row.push(PHI + k, by_attitude[(i, k)]);
         }
         observation.row.push(at, rotation[(0, i)]);
         observation.row.push(at + 1, rotation[(1, i)]);
     }
-    observations
 }
 
-pub(super) fn observe_water(x: &Estimate, velocity_mps: &[f64; 3], sigma_mps: f64) -> Observations {
-    Observations::new(core::array::from_fn::<_, 3, _>(|i| {
-        let (predicted, row) = x.direct(U + i);
-        Observation { innovation: velocity_mps[i] - predicted, row, variance: sigma_mps * sigma_mps }
-    }))
+pub(super) fn observe_water(x: &Estimate, velocity_mps: &[f64; 3], sigma_mps: f64, out: &mut Observations) {
+    for (i, velocity) in velocity_mps.iter().enumerate() {
+        out.add_direct(U + i, velocity - x.get(U + i), sigma_mps * sigma_mps);
+    }
 }

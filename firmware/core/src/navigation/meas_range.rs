@@ -7,8 +7,7 @@
 
 use super::acoustic::{Path, by_position, report_variance};
 use super::estimate::Estimate;
-use super::observation::{Observation, Observations, Refused};
-use super::row::Row;
+use super::observation::{Observations, Refused};
 use super::{AcousticPath, NavigationConfig};
 
 pub(super) fn observe(
@@ -16,14 +15,15 @@ pub(super) fn observe(
     path: &AcousticPath,
     range_m: f64,
     config: &NavigationConfig,
-) -> Result<Observations, Refused> {
+    out: &mut Observations,
+) -> Result<(), Refused> {
     let path = Path::new(x, path, config)?;
     let gradient = by_position(path.direction());
-    let mut row = Row::EMPTY;
-    let mut variance = config.sensors.range_m * config.sensors.range_m;
-    path.add_vehicle(x, &gradient, &mut row, &mut variance);
-    if let Some((report, by)) = path.add_ship(&gradient, &mut row) {
-        variance += report_variance(&report, &by);
+    let noise = config.sensors.range_m * config.sensors.range_m;
+    let observation = out.add(range_m - path.distance_m, noise);
+    path.add_vehicle(x, None, &gradient, observation);
+    if let Some((report, by)) = path.add_ship(&gradient, observation) {
+        observation.variance += report_variance(&report, &by);
     }
-    Ok(Observations::new([Observation { innovation: range_m - path.distance_m, row, variance }]))
+    Ok(())
 }

@@ -8,27 +8,30 @@
 
 use super::acoustic::{Gradient, Path, report_variance};
 use super::estimate::Estimate;
-use super::observation::{Observation, Observations, Refused};
-use super::row::Row;
+use super::observation::{Observations, Refused};
 use super::{AcousticPath, NavigationConfig};
+use crate::dynamics::Attitude;
+use crate::state;
 
 pub(super) fn observe(
     x: &Estimate,
     path: &AcousticPath,
     range_rate_mps: f64,
     config: &NavigationConfig,
-) -> Result<Observations, Refused> {
+    out: &mut Observations,
+) -> Result<(), Refused> {
     let path = Path::new(x, path, config)?;
+    let attitude = Attitude::new(&state::attitude(&x.vehicle));
     let direction = path.direction();
-    let dv = path.relative_velocity(x);
+    let dv = path.relative_velocity(x, &attitude);
     let range_rate = direction.dot(&dv);
     let across = dv - direction * range_rate;
     let gradient = Gradient { position: across / path.distance_m, velocity: direction };
-    let mut row = Row::EMPTY;
-    let mut variance = config.sensors.range_rate_mps * config.sensors.range_rate_mps;
-    path.add_vehicle(x, &gradient, &mut row, &mut variance);
-    if let Some((report, by)) = path.add_ship(&gradient, &mut row) {
-        variance += report_variance(&report, &by);
+    let noise = config.sensors.range_rate_mps * config.sensors.range_rate_mps;
+    let observation = out.add(range_rate_mps - range_rate, noise);
+    path.add_vehicle(x, Some(&attitude), &gradient, observation);
+    if let Some((report, by)) = path.add_ship(&gradient, observation) {
+        observation.variance += report_variance(&report, &by);
     }
-    Ok(Observations::new([Observation { innovation: range_rate_mps - range_rate, row, variance }]))
+    Ok(())
 }

@@ -4,12 +4,11 @@
 //! far below the sensor's noise. Always valid.
 
 use super::estimate::Estimate;
-use super::observation::{Observation, Observations};
+use super::observation::Observations;
 use crate::state::P;
 
-pub(super) fn observe(x: &Estimate, rates_radps: &[f64; 3], sigma_radps: f64) -> Observations {
-    Observations::new(core::array::from_fn::<_, 3, _>(|i| {
-        let (predicted, row) = x.direct(P + i);
-        Observation { innovation: rates_radps[i] - predicted, row, variance: sigma_radps * sigma_radps }
-    }))
+pub(super) fn observe(x: &Estimate, rates_radps: &[f64; 3], sigma_radps: f64, out: &mut Observations) {
+    for (i, rate) in rates_radps.iter().enumerate() {
+        out.add_direct(P + i, rate - x.get(P + i), sigma_radps * sigma_radps);
+    }
 }

@@ -4,12 +4,17 @@
 
 use super::FusionOutcome;
 use super::estimate::Estimate;
-use super::observation::{Observation, Observations, Refused};
+use super::observation::{Observations, Refused};
 
-pub(super) fn observe(x: &Estimate, position_m: &[f64; 2], sigma_m: f64) -> Result<Observations, Refused> {
+pub(super) fn observe(
+    x: &Estimate,
+    position_m: &[f64; 2],
+    sigma_m: f64,
+    out: &mut Observations,
+) -> Result<(), Refused> {
     let at = x.layout.ship().ok_or(FusionOutcome::Invalid)?;
-    Ok(Observations::new(core::array::from_fn::<_, 2, _>(|i| {
-        let (predicted, row) = x.direct(at + i);
-        Observation { innovation: position_m[i] - predicted, row, variance: sigma_m * sigma_m }
-    })))
+    for (i, position) in position_m.iter().enumerate() {
+        out.add_direct(at + i, position - x.get(at + i), sigma_m * sigma_m);
+    }
+    Ok(())
 }

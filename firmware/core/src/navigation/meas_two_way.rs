@@ -7,8 +7,7 @@
 
 use super::acoustic::{Gradient, Path, by_position, report_variance};
 use super::estimate::Estimate;
-use super::observation::{Observation, Observations, Refused};
-use super::row::Row;
+use super::observation::{Observations, Refused};
 use super::{AcousticPath, NavigationConfig, ShipReport};
 
 pub(super) fn observe(
@@ -17,23 +16,22 @@ pub(super) fn observe(
     back: &AcousticPath,
     range_m: f64,
     config: &NavigationConfig,
-) -> Result<Observations, Refused> {
-    let mut row = Row::EMPTY;
-    let mut variance = config.sensors.range_m * config.sensors.range_m;
-    let mut predicted = 0.0;
+    out: &mut Observations,
+) -> Result<(), Refused> {
+    let observation = out.add(range_m, config.sensors.range_m * config.sensors.range_m);
     let mut reported: Option<(ShipReport, Gradient)> = None;
     for path in [outward, back] {
         let path = Path::new(x, path, config)?;
         let gradient = by_position(path.direction() * 0.5);
-        predicted += 0.5 * path.distance_m;
-        path.add_vehicle(x, &gradient, &mut row, &mut variance);
-        if let Some((report, by)) = path.add_ship(&gradient, &mut row) {
+        observation.innovation -= 0.5 * path.distance_m;
+        path.add_vehicle(x, None, &gradient, observation);
+        if let Some((report, by)) = path.add_ship(&gradient, observation) {
             let sum = reported.map_or(by.position, |(_, other)| other.position + by.position);
             reported = Some((report, by_position(sum)));
         }
     }
     if let Some((report, by)) = reported {
-        variance += report_variance(&report, &by);
+        observation.variance += report_variance(&report, &by);
     }
-    Ok(Observations::new([Observation { innovation: range_m - predicted, row, variance }]))
+    Ok(())
 }

@@ -4,12 +4,11 @@
 //! surfaced torpedo stands less than a metre from it. Invalid below the surface.
 
 use super::estimate::Estimate;
-use super::observation::{Observation, Observations};
+use super::observation::Observations;
 use crate::state::X;
 
-pub(super) fn observe(x: &Estimate, position_m: &[f64; 2], sigma_m: f64) -> Observations {
-    Observations::new(core::array::from_fn::<_, 2, _>(|i| {
-        let (predicted, row) = x.direct(X + i);
-        Observation { innovation: position_m[i] - predicted, row, variance: sigma_m * sigma_m }
-    }))
+pub(super) fn observe(x: &Estimate, position_m: &[f64; 2], sigma_m: f64, out: &mut Observations) {
+    for (i, position) in position_m.iter().enumerate() {
+        out.add_direct(X + i, position - x.get(X + i), sigma_m * sigma_m);
+    }
 }

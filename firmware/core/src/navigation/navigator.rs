@@ -6,6 +6,7 @@ use super::discretisation::Discretisation;
 use super::estimate::Estimate;
 use super::gate::Gate;
 use super::layout::{N_MAX, SHIP_STATES};
+use super::observation::Observations;
 use super::{
     ConfigError, InitialShip, InitialState, NavigationConfig, NavigationError, ProcessModel, ProcessNoise, Sensor,
 };
@@ -25,6 +26,8 @@ pub struct Navigator {
     pub(super) gate: Gate,
     /// Scratch of the prediction.
     pub(super) step: Discretisation,
+    /// Scratch of the update: what the measurement under way observes.
+    pub(super) observations: Observations,
     /// K of the last update.
     pub(super) gain: [f64; N_MAX],
     /// P hᵀ, then w, of the update under way.
@@ -45,6 +48,7 @@ impl Navigator {
             p: Covariance::new(),
             gate: Gate::new(),
             step: Discretisation::new(),
+            observations: Observations::new(),
             gain: [0.0; N_MAX],
             w: [0.0; N_MAX],
         }

@@ -4,7 +4,6 @@ use super::FusionOutcome;
 use super::row::Row;
 
 /// One scalar z = h(x) + v.
-#[derive(Clone, Copy)]
 pub(super) struct Observation {
     /// ν = z − h(x̂).
     pub(super) innovation: f64,
@@ -15,7 +14,7 @@ pub(super) struct Observation {
 }
 
 impl Observation {
-    pub(super) const NONE: Self = Self { innovation: 0.0, row: Row::EMPTY, variance: 0.0 };
+    const NONE: Self = Self { innovation: 0.0, row: Row::EMPTY, variance: 0.0 };
 
     /// Innovation and noise are numbers that an update can bear.
     pub(super) fn is_valid(&self) -> bool {
@@ -23,25 +22,45 @@ impl Observation {
     }
 }
 
-/// The independent scalars of one measurement.
+/// The independent scalars of one measurement, filled in place: half a kilobyte is not worth moving.
 pub(super) struct Observations {
-    pub(super) items: [Observation; 3],
-    pub(super) len: usize,
+    items: [Observation; 3],
+    len: usize,
 }
 
 impl Observations {
-    pub(super) fn new<const K: usize>(items: [Observation; K]) -> Self {
-        let mut all = Self { items: [Observation::NONE; 3], len: K.min(3) };
-        for (place, item) in all.items.iter_mut().zip(items) {
-            *place = item;
-        }
-        all
+    pub(super) const fn new() -> Self {
+        Self { items: [const { Observation::NONE }; 3], len: 0 }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Appends a scalar with an empty row.
+    pub(super) fn add(&mut self, innovation: f64, variance: f64) -> &mut Observation {
+        let place = self.len.min(2);
+        self.len = place + 1;
+        let item = &mut self.items[place];
+        item.innovation = innovation;
+        item.variance = variance;
+        item.row.clear();
+        item
+    }
+
+    /// Appends a scalar that measures state `index` itself.
+    pub(super) fn add_direct(&mut self, index: usize, innovation: f64, variance: f64) {
+        self.add(innovation, variance).row.push(index, 1.0);
     }
 
     pub(super) fn as_slice(&self) -> &[Observation] {
-        self.items.get(..self.len).unwrap_or(&self.items)
+        self.items.get(..self.len).unwrap_or_default()
+    }
+
+    pub(super) fn as_mut_slice(&mut self) -> &mut [Observation] {
+        self.items.get_mut(..self.len).unwrap_or_default()
     }
 }
 
-/// A measurement that has no innovation, and why.
+/// Why a measurement has no innovation.
 pub(super) type Refused = FusionOutcome;

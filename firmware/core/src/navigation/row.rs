@@ -21,6 +21,10 @@ impl Row {
         row
     }
 
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+
     pub(super) fn push(&mut self, index: usize, value: f64) {
         if let (Some(i), Some(v)) = (self.indices.get_mut(self.len), self.values.get_mut(self.len)) {
             *i = index as u8;

@@ -14,7 +14,7 @@ fn reference_vehicle_is_valid() {
 
 #[test]
 fn every_number_is_checked_and_named() {
-    let every: [(&str, usize, Set); 31] = [
+    let every: [(&str, usize, Set); 32] = [
         ("vehicle.length_m", 0, |p, x| p.length_m = x),
         ("vehicle.diameter_m", 0, |p, x| p.diameter_m = x),
         ("vehicle.mass_kg", 0, |p, x| p.mass_kg = x),
@@ -42,6 +42,7 @@ fn every_number_is_checked_and_named() {
         ("fins.cd", 1, |p, x| p.cd[1] = x),
         ("fins.cl", 0, |p, x| p.cl[0] = x),
         ("fins.cl", 1, |p, x| p.cl[1] = x),
+        ("fins.stall_rad", 0, |p, x| p.stall_rad = x),
         ("fins.delta_max_rad", 0, |p, x| p.delta_max_rad = x),
         ("propeller.beta5_n_s2_per_rad2", 0, |p, x| p.beta5_n_s2_per_rad2 = x),
         ("propeller.advance_n_s2_per_rad_m", 0, |p, x| p.advance_n_s2_per_rad_m = x),

@@ -21,7 +21,8 @@ fn ident() -> Value {
 
 /// The reference vehicle with a case's `params_override`.
 fn overridden(overrides: &Value) -> VehicleParameters {
-    let mut parameters = VehicleParameters::IVER3;
+    // The source has no stall.
+    let mut parameters = VehicleParameters { stall_rad: core::f64::consts::PI, ..VehicleParameters::IVER3 };
     for (name, value) in overrides.as_object().expect("an object") {
         let value = value.as_f64().expect("a number");
         match name.as_str() {
@@ -121,6 +122,7 @@ fn ident_parameters(ident: &Value) -> VehicleParameters {
         cl: [theta[18], theta[19]],
         beta5_n_s2_per_rad2: theta[20],
         omega_max_radps: 190.0,
+        stall_rad: core::f64::consts::PI, // the source has none
         ..VehicleParameters::IVER3
     }
 }

@@ -14,6 +14,7 @@ pub fn full_parameters() -> VehicleParameters {
         d35: -9.0,
         linear_surge_ns_per_m: 0.7,
         advance_n_s2_per_rad_m: 0.004,
+        stall_rad: core::f64::consts::PI, // the polynomials alone
         ..VehicleParameters::IVER3
     }
 }

@@ -124,8 +124,11 @@ pub fn derivative<S: Scalar>(parameters: &VehicleParameters, x: &[S; 12], xi: &[
         let alpha = w.atan2(u);
         let speed = (u * u + w * w).sqrt();
         let pressure = number(0.5 * parameters.rho_kg_per_m3 * parameters.fin_area_m2) * speed * speed;
-        let lift = pressure * (number(parameters.cl[0]) * alpha + number(parameters.cl[1]) * alpha * alpha * alpha);
-        let drag = pressure * (number(parameters.cd[0]) + number(parameters.cd[1]) * alpha * alpha);
+        // Held between -stall and stall.
+        let stall = number(parameters.stall_rad);
+        let held = number(0.5) * ((alpha + stall).abs() - (alpha - stall).abs());
+        let lift = pressure * (number(parameters.cl[0]) * held + number(parameters.cl[1]) * held * held * held);
+        let drag = pressure * (number(parameters.cd[0]) + number(parameters.cd[1]) * held * held);
         let wind_x = [alpha.cos(), zero, alpha.sin()];
         let wind_z = [-alpha.sin(), zero, alpha.cos()];
         let force = apply(&frame, [0, 1, 2].map(|i| -drag * wind_x[i] - lift * wind_z[i]));

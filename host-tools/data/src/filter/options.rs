@@ -2,7 +2,7 @@
 
 use crate::VehicleFile;
 use backseat_core::navigation::{
-    InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, WaterCurrentConfig,
+    InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, SurfaceNoise, WaterCurrentConfig,
 };
 
 /// Where the ship's state at time of launch comes from.
@@ -55,14 +55,15 @@ impl FilterOptions {
     /// own process noise: it must cover the manoeuvres).
     #[must_use]
     pub fn new(vehicle: &VehicleFile, model: ProcessModel) -> Self {
-        let process_noise = match model {
-            ProcessModel::Dynamic => vehicle.noise,
-            ProcessModel::Kinematic => ProcessNoise::KINEMATIC,
+        let (process_noise, surface) = match model {
+            ProcessModel::Dynamic => (vehicle.noise, SurfaceNoise::DYNAMIC),
+            ProcessModel::Kinematic => (ProcessNoise::KINEMATIC, SurfaceNoise::KINEMATIC),
         };
         Self {
             navigation: NavigationConfig {
                 process_model: model,
                 process_noise,
+                surface: Some(surface),
                 sensors: vehicle.sensors,
                 ..NavigationConfig::REFERENCE
             },

@@ -1,7 +1,7 @@
 //! The vehicle file: everything declared about a vehicle, in TOML with units and ranges.
 //!
-//! Sections and keys are those of `vehicles/iver3.toml`. `[noise]` and `[sensors]`, and any key in
-//! them, may be left out; the values of that file then hold. Every other key must be there, and no
+//! Sections and keys are those of `vehicles/iver3.toml`. `[noise]` and `[sensors]`, any key in them and
+//! `fins.stall_rad` may be left out; the values of that file then hold. Every other key must be there, and no
 //! other may.
 
 mod read;

@@ -1,7 +1,7 @@
 //! Parsing: every complaint names line, column and what was expected.
 
 use super::VehicleFile;
-use super::schema::{self, FIELDS, Field, SECTIONS, Shape};
+use super::schema::{self, FIELDS, Field, OPTIONAL, SECTIONS, Shape};
 use crate::DataError;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::{NavigationConfig, ProcessNoise};
@@ -153,7 +153,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<VehicleFile, DataError> {
         source.check_keys(section, table)?;
         for field in FIELDS.iter().filter(|field| field.section == section) {
             let Some(value) = table.get(field.key) else {
-                if optional {
+                if optional || OPTIONAL.contains(&(section, field.key)) {
                     continue;
                 }
                 let message = format!("[{section}] lacks {} ({}): {}", field.key, field.unit, field.meaning);

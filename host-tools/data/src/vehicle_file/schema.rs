@@ -58,6 +58,9 @@ pub(super) const SECTIONS: [(&str, &str, bool); 7] = [
     ("sensors", "one sigma, white", true),
 ];
 
+/// Keys of the other sections that may be left out as well (section, key).
+pub(super) const OPTIONAL: [(&str, &str); 1] = [("fins", "stall_rad")];
+
 const fn field(
     section: &'static str,
     key: &'static str,
@@ -73,7 +76,7 @@ use Shape::{Matrix, Scalar, Vector};
 
 /// Every number, in the order of the file.
 #[rustfmt::skip] // a table: one key a line
-pub(super) const FIELDS: [Field; 31] = [
+pub(super) const FIELDS: [Field; 32] = [
     field("vehicle", "length_m", Scalar, "m", "over all", |f, _| &mut f.parameters.length_m),
     field("vehicle", "diameter_m", Scalar, "m", "hull", |f, _| &mut f.parameters.diameter_m),
     field("vehicle", "mass_kg", Scalar, "kg", "dry", |f, _| &mut f.parameters.mass_kg),
@@ -91,6 +94,7 @@ pub(super) const FIELDS: [Field; 31] = [
     field("fins", "area_m2", Scalar, "m^2", "planform of one fin", |f, _| &mut f.parameters.fin_area_m2),
     field("fins", "cd", Vector(2), "1, 1/rad^2", "beta1 + beta2 alpha^2", |f, i| &mut f.parameters.cd[i]),
     field("fins", "cl", Vector(2), "1/rad, 1/rad^3", "beta3 alpha + beta4 alpha^3", |f, i| &mut f.parameters.cl[i]),
+    field("fins", "stall_rad", Scalar, "rad", "incidence beyond which cd and cl keep their values", |f, _| &mut f.parameters.stall_rad),
     field("fins", "delta_max_rad", Scalar, "rad", "mechanical limit", |f, _| &mut f.parameters.delta_max_rad),
     field("propeller", "beta5_n_s2_per_rad2", Scalar, "N s^2/rad^2", "thrust of the propeller", |f, _| &mut f.parameters.beta5_n_s2_per_rad2),
     field("propeller", "advance_n_s2_per_rad_m", Scalar, "N s^2/(rad m)", "thrust loss with speed", |f, _| &mut f.parameters.advance_n_s2_per_rad_m),
