@@ -6,7 +6,7 @@
 
 use super::gate::largest_sigma;
 use super::layout::{CLONE_VELOCITY, CloneKind};
-use super::observation::{Observation, Observations, Refused};
+use super::observation::{Observation, Refused};
 use super::{
     FusionOutcome, FusionRecord, Fusions, Measurement, NavigationError, Navigator, Sensor, meas_attitude, meas_depth,
     meas_dvl, meas_range, meas_range_rate, meas_rates, meas_ship_gnss, meas_two_way, meas_vehicle_gnss,
@@ -26,76 +26,70 @@ impl Navigator {
             return self.refuse(sensor, scalars, FusionOutcome::Invalid);
         }
         match self.observe(measurement) {
-            Ok(observations) => self.update(sensor, &observations),
+            Ok(()) => self.update(sensor),
             Err(outcome) => self.refuse(sensor, scalars, outcome),
         }
     }
 
-    fn observe(&self, measurement: &Measurement) -> Result<Observations, Refused> {
-        let (x, config) = (&self.x, &self.config);
+    /// Fills `observations`.
+    fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
+        let (x, config, out) = (&self.x, &self.config, &mut self.observations);
         let sigma = &config.sensors;
-        let observations = match measurement {
-            Measurement::Depth { z_m } => meas_depth::observe(x, *z_m, sigma.depth_m),
-            Measurement::Attitude { euler_rad } => meas_attitude::observe(x, euler_rad, sigma.attitude_rad),
-            Measurement::Rates { rates_radps } => meas_rates::observe(x, rates_radps, sigma.rates_radps),
-            Measurement::BottomTrack { velocity_mps } => meas_dvl::observe_bottom(x, velocity_mps, sigma.dvl_mps),
-            Measurement::WaterTrack { velocity_mps } => meas_dvl::observe_water(x, velocity_mps, sigma.dvl_mps),
-            Measurement::VehicleGnss { position_m } => meas_vehicle_gnss::observe(x, position_m, sigma.gnss_m),
-            Measurement::ShipGnss { position_m } => meas_ship_gnss::observe(x, position_m, sigma.ship_gnss_m)?,
-            Measurement::Range { path, range_m } => meas_range::observe(x, path, *range_m, config)?,
+        out.clear();
+        match measurement {
+            Measurement::Depth { z_m } => meas_depth::observe(x, *z_m, sigma.depth_m, out),
+            Measurement::Attitude { euler_rad } => meas_attitude::observe(x, euler_rad, sigma.attitude_rad, out),
+            Measurement::Rates { rates_radps } => meas_rates::observe(x, rates_radps, sigma.rates_radps, out),
+            Measurement::BottomTrack { velocity_mps } => meas_dvl::observe_bottom(x, velocity_mps, sigma.dvl_mps, out),
+            Measurement::WaterTrack { velocity_mps } => meas_dvl::observe_water(x, velocity_mps, sigma.dvl_mps, out),
+            Measurement::VehicleGnss { position_m } => meas_vehicle_gnss::observe(x, position_m, sigma.gnss_m, out),
+            Measurement::ShipGnss { position_m } => meas_ship_gnss::observe(x, position_m, sigma.ship_gnss_m, out)?,
+            Measurement::Range { path, range_m } => meas_range::observe(x, path, *range_m, config, out)?,
             Measurement::RangeRate { path, range_rate_mps } => {
-                meas_range_rate::observe(x, path, *range_rate_mps, config)?
+                meas_range_rate::observe(x, path, *range_rate_mps, config, out)?;
             }
             Measurement::TwoWayRange { outward, back, range_m } => {
-                meas_two_way::observe(x, outward, back, *range_m, config)?
+                meas_two_way::observe(x, outward, back, *range_m, config, out)?;
             }
-        };
-        if observations.as_slice().iter().all(Observation::is_valid) {
-            Ok(observations)
-        } else {
-            Err(FusionOutcome::Invalid)
         }
+        if out.as_slice().iter().all(Observation::is_valid) { Ok(()) } else { Err(FusionOutcome::Invalid) }
     }
 
-    fn update(&mut self, sensor: Sensor, observations: &Observations) -> Fusions {
-        let mut items = observations.items;
-        let items = items.get_mut(..observations.len).unwrap_or_default();
-        let Some((first, others)) = items.split_first() else { return Fusions::none() };
-        let mut variance = self.project(first);
-        let worst = others.iter().map(|item| self.test_ratio(item.innovation, self.innovation_variance(item)));
-        if worst.fold(self.test_ratio(first.innovation, variance), f64::max) > 1.0 {
+    fn update(&mut self, sensor: Sensor) -> Fusions {
+        let mut variance = self.project(0);
+        if self.worst_test_ratio(variance) > 1.0 {
             let gate_sigma = self.config.gate_sigma;
-            let due = self.gate.rejected(sensor, self.time_us, items, gate_sigma);
-            if !(due && self.inflate(sensor, items)) {
-                return self.gated(sensor, items);
+            let due = self.gate.rejected(sensor, self.time_us, self.observations.as_slice(), gate_sigma);
+            if !(due && self.inflate(sensor)) {
+                return self.gated(sensor);
             }
             self.gate.recovered(sensor);
-            variance = self.project(first);
+            variance = self.project(0);
         }
         self.gate.accepted(sensor);
 
         let mut fusions = Fusions::none();
-        for axis in 0..items.len() {
-            let Some((now, later)) = items.get_mut(axis..).and_then(<[_]>::split_first_mut) else { break };
+        for axis in 0..self.observations.as_slice().len() {
             if axis > 0 {
-                variance = self.project(now);
+                variance = self.project(axis);
             }
-            let innovation = wrap_innovation(sensor, now.innovation);
+            let innovation = wrap_innovation(sensor, self.observations.innovation(axis));
             if !self.fuse_scalar(innovation, variance) {
                 fusions.push(self.record(sensor, axis, f64::NAN, f64::NAN, FusionOutcome::Invalid));
                 break;
             }
             fusions.push(self.record(sensor, axis, innovation, variance, FusionOutcome::Fused));
-            for observation in later {
+            for observation in self.observations.as_mut_slice().iter_mut().skip(axis + 1) {
                 observation.innovation -= observation.row.dot(&self.gain) * innovation;
             }
         }
         fusions
     }
 
-    /// P hᵀ into `w`; returns S = h P hᵀ + R.
-    fn project(&mut self, observation: &Observation) -> f64 {
+    /// P hᵀ of one scalar into `w`; returns S = h P hᵀ + R.
+    fn project(&mut self, axis: usize) -> f64 {
         let n = self.dimension();
+        let Some(observation) = self.observations.as_slice().get(axis) else { return f64::NAN };
         self.p.times_row(n, &observation.row, &mut self.w);
         observation.row.dot(&self.w) + observation.variance
     }
@@ -119,6 +113,15 @@ impl Navigator {
         true
     }
 
+    /// Worst of all scalars before any is used; S of the first is known.
+    fn worst_test_ratio(&self, first_variance: f64) -> f64 {
+        let ratio = |(axis, item): (usize, &Observation)| {
+            let variance = if axis == 0 { first_variance } else { self.innovation_variance(item) };
+            self.test_ratio(item.innovation, variance)
+        };
+        self.observations.as_slice().iter().enumerate().map(ratio).fold(0.0, f64::max)
+    }
+
     fn innovation_variance(&self, item: &Observation) -> f64 {
         self.p.bilinear(&item.row, &item.row) + item.variance
     }
@@ -127,9 +130,9 @@ impl Navigator {
         innovation * innovation / (self.config.gate_sigma * self.config.gate_sigma * variance)
     }
 
-    fn gated(&self, sensor: Sensor, items: &[Observation]) -> Fusions {
+    fn gated(&self, sensor: Sensor) -> Fusions {
         let mut fusions = Fusions::none();
-        for (axis, item) in items.iter().enumerate() {
+        for (axis, item) in self.observations.as_slice().iter().enumerate() {
             let variance = self.innovation_variance(item);
             fusions.push(self.record(sensor, axis, item.innovation, variance, FusionOutcome::Gated));
         }
@@ -158,11 +161,11 @@ impl Navigator {
 
     /// Scales the sigmas of what the sensor positions until the innovations are one-sigma events;
     /// `false`, and nothing is changed, when no believable factor does.
-    fn inflate(&mut self, sensor: Sensor, items: &[Observation]) -> bool {
+    fn inflate(&mut self, sensor: Sensor) -> bool {
         let (scaled, count) = self.positioned_by(sensor);
         let scaled = scaled.get(..count).unwrap_or_default();
         let mut factor: f64 = 1.0;
-        for item in items {
+        for item in self.observations.as_slice() {
             let inside = item.row.filtered(|i| scaled.contains(&i));
             let outside = item.row.filtered(|i| !scaled.contains(&i));
             // λ² a + 2 λ b + c + R = ν².

@@ -53,6 +53,11 @@ impl Observations {
         self.add(innovation, variance).row.push(index, 1.0);
     }
 
+    /// ν of one scalar.
+    pub(super) fn innovation(&self, axis: usize) -> f64 {
+        self.as_slice().get(axis).map_or(f64::NAN, |item| item.innovation)
+    }
+
     pub(super) fn as_slice(&self) -> &[Observation] {
         self.items.get(..self.len).unwrap_or_default()
     }

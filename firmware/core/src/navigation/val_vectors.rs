@@ -163,7 +163,8 @@ fn val_dvl_model() {
     let vectors = vectors();
     let case = &vectors["dvl_model"];
     let (navigator, _) = navigator(&vectors, "X_pred", "P_pred");
-    let observations = meas_dvl::observe_bottom(&navigator.x, &[0.0; 3], 0.01);
+    let mut observations = super::observation::Observations::new();
+    meas_dvl::observe_bottom(&navigator.x, &[0.0; 3], 0.01, &mut observations);
     for (i, observation) in observations.as_slice().iter().enumerate() {
         // Rounding only.
         assert!((observation.innovation + numbers(&case["z_pred"])[i]).abs() < 1e-15);
