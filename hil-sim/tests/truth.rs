@@ -58,6 +58,7 @@ fn val_accelerations_of_the_reference_vectors() {
         }
         let mut x: [f64; 12] = numbers(&case["x"]);
         x[2] = 5.0; // the vectors know no surface; nothing else depends on depth
+        parameters.fins.iter_mut().for_each(|fin| fin.stall_rad = std::f64::consts::PI); // nor a stall
         let a = Plant::new(&parameters).acceleration(&state(&x), &actuators(numbers(&case["xi"])));
         let f: [f64; 12] = numbers(&case["f_dynamic"]);
         // Moments of 100 N m over 0.2 kg m² in doubles: 1e-12; 1e-9 is what the two models need.
