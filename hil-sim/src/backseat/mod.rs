@@ -3,10 +3,12 @@
 mod client;
 mod in_process;
 mod process;
+mod qemu;
 
 pub use client::{Client, FusionRecord, StepOutput};
 pub use in_process::InProcess;
 pub use process::Process;
+pub use qemu::{Qemu, build_image};
 
 use backseat_wire::hostlink::{Port, Refusal};
 use std::io;
@@ -18,6 +20,14 @@ pub enum BackseatError {
     /// Its process ended.
     #[error("the backseat process ended ({0})")]
     Died(ExitStatus),
+    /// The emulated board ended.
+    #[error("the ARM image ended ({status}): {said}")]
+    Ended {
+        /// Its exit code: 101 panic, 102 fault, 103 unexpected interrupt.
+        status: ExitStatus,
+        /// What it said last.
+        said: String,
+    },
     /// It stopped answering.
     #[error("the backseat sent nothing on its {port:?} port for {seconds} s")]
     Silent {
@@ -66,4 +76,18 @@ pub trait Ports {
     /// # Errors
     /// When the backseat is gone.
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError>;
+}
+
+impl<P: Ports + ?Sized> Ports for Box<P> {
+    fn write(&mut self, port: Port, bytes: &[u8]) -> Result<(), BackseatError> {
+        (**self).write(port, bytes)
+    }
+
+    fn read(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
+        (**self).read(port, received)
+    }
+
+    fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
+        (**self).poll(port, received)
+    }
 }

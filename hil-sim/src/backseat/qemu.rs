@@ -1,0 +1,225 @@
+//! The ARM image in QEMU: a Cortex-M7 whose five UARTs are Unix sockets.
+
+use super::{BackseatError, Ports};
+use anyhow::{Context, bail, ensure};
+use backseat_wire::hostlink::Port;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::ffi::OsString;
+use std::io::{self, ErrorKind, Read, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const EMULATOR: &str = "qemu-system-arm";
+const PACKAGE: &str = "backseat-mps2";
+const TARGET: &str = "thumbv7em-none-eabihf";
+/// A backseat that says nothing for this long is given up.
+const PATIENCE_S: u32 = 10;
+const POLL_MS: u32 = 200;
+
+/// The image on an emulated board; it is ended when this is dropped.
+pub struct Qemu {
+    child: Child,
+    ports: Vec<UnixStream>,
+    // Removed with the sockets in it when the emulator is gone.
+    _sockets: TempDir,
+}
+
+impl Qemu {
+    /// Starts the emulator with an image of `firmware/boards/mps2`; [`build_image`] makes one.
+    ///
+    /// # Errors
+    /// When the emulator is not installed, or ends at once.
+    pub fn start(image: &Path) -> anyhow::Result<Self> {
+        ensure!(image.is_file(), "{}: no such image", image.display());
+        let sockets = tempfile::Builder::new().prefix("hil-sim-").tempdir().context("folder for sockets")?;
+        let mut command = Command::new(EMULATOR);
+        command.args(["-M", "mps2-an500", "-display", "none", "-monitor", "none"]);
+        command.args(["-semihosting-config", "enable=on,target=native"]);
+        if let Ok(extra) = std::env::var("QEMU_EXTRA") {
+            command.args(extra.split_whitespace());
+        }
+        let mut listeners = Vec::new();
+        for port in 0..Port::ALL.len() {
+            let path = sockets.path().join(format!("uart{port}"));
+            listeners.push(UnixListener::bind(&path).with_context(|| path.display().to_string())?);
+            let mut chardev = OsString::from(format!("socket,id=uart{port}{},path=", std::env::var("QEMU_CHAR").unwrap_or_default()));
+            chardev.push(&path);
+            command.arg("-chardev").arg(chardev).arg("-serial").arg(format!("chardev:uart{port}"));
+        }
+        let child = command
+            .arg("-kernel")
+            .arg(image)
+            .stdin(Stdio::null())
+            // The image's log; what it says before it ends is on standard error.
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            // Ctrl-C is for the simulator, which then ends the backseat in order.
+            .process_group(0)
+            .spawn()
+            .map_err(|error| match error.kind() {
+                ErrorKind::NotFound => anyhow::anyhow!(
+                    "{EMULATOR} is not installed (Debian, Ubuntu: apt install qemu-system-arm; macOS: brew install qemu)"
+                ),
+                _ => anyhow::Error::new(error).context(EMULATOR),
+            })?;
+        let mut qemu = Self { child, ports: Vec::new(), _sockets: sockets };
+        for listener in listeners {
+            let port = qemu.accept(&listener)?;
+            qemu.ports.push(port);
+        }
+        Ok(qemu)
+    }
+
+    /// The emulator's connection, which it makes before anything runs.
+    fn accept(&mut self, listener: &UnixListener) -> anyhow::Result<UnixStream> {
+        listener.set_nonblocking(true)?;
+        let begun = Instant::now();
+        loop {
+            match listener.accept() {
+                Ok((port, _)) => {
+                    port.set_nonblocking(true)?;
+                    return Ok(port);
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    self.check_alive()?;
+                    if begun.elapsed() > Duration::from_secs(u64::from(PATIENCE_S)) {
+                        bail!("{EMULATOR} does not open its serial ports");
+                    }
+                    std::thread::sleep(Duration::from_millis(5));
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    fn check_alive(&mut self) -> Result<(), BackseatError> {
+        let Ok(Some(status)) = self.child.try_wait() else { return Ok(()) };
+        let mut said = String::new();
+        if let Some(mut stderr) = self.child.stderr.take() {
+            // What cannot be read is left out.
+            let _ = stderr.read_to_string(&mut said);
+        }
+        Err(BackseatError::Ended { status, said: said.trim().to_owned() })
+    }
+
+    /// Appends what comes within `timeout_ms`; how much that was.
+    fn read_for(&mut self, port: Port, received: &mut Vec<u8>, timeout_ms: u32) -> Result<usize, BackseatError> {
+        let stream = &mut self.ports[port as usize];
+        let mut buffer = [0; 4096];
+        let outcome = wait(stream, PollFlags::IN, timeout_ms).and_then(|ready| {
+            if ready { stream.read(&mut buffer) } else { Ok(0) }
+        });
+        let count = match outcome {
+            Err(error) if error.kind() == ErrorKind::WouldBlock => 0,
+            outcome => outcome.map_err(|error| BackseatError::Port { port, error })?,
+        };
+        received.extend_from_slice(&buffer[..count]);
+        Ok(count)
+    }
+}
+
+fn wait(stream: &UnixStream, flags: PollFlags, timeout_ms: u32) -> io::Result<bool> {
+    let timeout = Timespec { tv_sec: i64::from(timeout_ms / 1000), tv_nsec: i64::from(timeout_ms % 1000) * 1_000_000 };
+    match poll(&mut [PollFd::new(stream, flags)], Some(&timeout)) {
+        Ok(count) => Ok(count > 0),
+        Err(rustix::io::Errno::INTR) => Ok(false),
+        Err(error) => Err(error.into()),
+    }
+}
+
+impl Ports for Qemu {
+    fn write(&mut self, port: Port, mut bytes: &[u8]) -> Result<(), BackseatError> {
+        let begun = Instant::now();
+        while !bytes.is_empty() {
+            let stream = &mut self.ports[port as usize];
+            match stream.write(bytes) {
+                Ok(count) => bytes = &bytes[count..],
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    self.check_alive()?;
+                    if begun.elapsed() > Duration::from_secs(u64::from(PATIENCE_S)) {
+                        return Err(BackseatError::Port { port, error });
+                    }
+                    let stream = &self.ports[port as usize];
+                    wait(stream, PollFlags::OUT, POLL_MS).map_err(|error| BackseatError::Port { port, error })?;
+                }
+                Err(error) => {
+                    self.check_alive()?;
+                    return Err(BackseatError::Port { port, error });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
+        let begun = Instant::now();
+        while begun.elapsed() < Duration::from_secs(u64::from(PATIENCE_S)) {
+            if self.read_for(port, received, POLL_MS)? > 0 {
+                return Ok(());
+            }
+            self.check_alive()?;
+        }
+        Err(BackseatError::Silent { port, seconds: PATIENCE_S })
+    }
+
+    fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
+        if self.read_for(port, received, 0)? == 0 {
+            self.check_alive()?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Qemu {
+    fn drop(&mut self) {
+        // Both fail only when it has ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Builds the image from the checkout that this program was built from; its path.
+///
+/// # Errors
+/// Without the checkout, cargo or the ARM target; when it does not compile.
+pub fn build_image() -> anyhow::Result<PathBuf> {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    ensure!(workspace.join("memory.x").is_file(), "the sources are not at {}: give --image", workspace.display());
+    check_target(&workspace)?;
+    let output = tool("CARGO", "cargo", &workspace)
+        .args(["build", "--package", PACKAGE, "--profile", "firmware", "--target", TARGET])
+        .args(["--quiet", "--message-format", "json-render-diagnostics"])
+        .stderr(Stdio::inherit())
+        .output()
+        .context("cargo cannot be started: give --image")?;
+    ensure!(output.status.success(), "the ARM image does not build ({})", output.status);
+    String::from_utf8_lossy(&output.stdout)
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+        .filter(|message| message["target"]["name"] == PACKAGE)
+        .find_map(|message| message["executable"].as_str().map(PathBuf::from))
+        .context("cargo names no image")
+}
+
+/// The target's standard library is there.
+fn check_target(workspace: &Path) -> anyhow::Result<()> {
+    let output = tool("RUSTC", "rustc", workspace)
+        .args(["--print", "target-libdir", "--target", TARGET])
+        .output()
+        .context("rustc cannot be started: give --image")?;
+    let folder = String::from_utf8_lossy(&output.stdout);
+    ensure!(Path::new(folder.trim()).is_dir(), "the ARM target is not installed: rustup target add {TARGET}");
+    Ok(())
+}
+
+/// One of the toolchain's programs, as the cargo that started this names it.
+fn tool(variable: &str, name: &str, workspace: &Path) -> Command {
+    let mut command = Command::new(std::env::var_os(variable).unwrap_or_else(|| name.into()));
+    // Flags meant for this computer.
+    command.current_dir(workspace).env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS").stdin(Stdio::null());
+    command
+}
