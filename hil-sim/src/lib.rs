@@ -8,6 +8,7 @@ pub mod flight;
 pub mod acoustics;
 pub mod environment;
 pub mod observation;
+pub mod packets;
 pub mod pty;
 pub mod report;
 pub mod rng;

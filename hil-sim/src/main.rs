@@ -28,6 +28,8 @@ enum Command {
     Run(commands::run::Arguments),
     /// The navigation table over an ensemble of seeded missions.
     Study(commands::study::Arguments),
+    /// Packet-fed, centralized and information filter on one flight.
+    Packets(commands::packets::Arguments),
     /// Measure how many RK4 steps of the true vehicle this machine takes in a second.
     BenchTruth,
     /// The backseat app on five serial ports (what `run` starts as its other end).
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
         None => commands::run::run(&commands::run::Arguments::default()),
         Some(Command::Run(arguments)) => commands::run::run(&arguments),
         Some(Command::Study(arguments)) => commands::study::run(&arguments),
+        Some(Command::Packets(arguments)) => commands::packets::run(&arguments),
         Some(Command::BenchTruth) => commands::bench_truth(),
         Some(Command::Backseat { ports }) => commands::backseat(&ports),
     };
