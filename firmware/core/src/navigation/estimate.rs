@@ -1,7 +1,7 @@
 //! The state vector x̂ beside its layout.
 
-use super::layout::{CloneKind, EFFECTS, Layout, N_MAX, TAIL};
 use super::CloneId;
+use super::layout::{CloneKind, EFFECTS, Layout, N_MAX, TAIL};
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, wrap_angle};
 use core::f64::consts::PI;
 use nalgebra::{ArrayStorage, Vector2};

@@ -13,6 +13,7 @@ type Pair = [f64; LANES];
 type Column = [f64; VEHICLE_STATES];
 
 /// The vehicle's part of the step: its own block and its cross covariances with all `n` states.
+#[inline(never)]
 pub(super) fn propagate_vehicle(p: &mut Covariance, n: usize, step: &Discretisation) {
     // An odd last row takes its unused neighbour along.
     for pair in VEHICLE_STATES / LANES..n.min(N_MAX).div_ceil(LANES) {

@@ -114,7 +114,7 @@ fn val_discretisation_is_van_loan() {
     // below the error of holding F over the step (2e-5 in x, `zoh_vs_exact_max`).
     // What the truncated series leaves, far below the error of holding F over the step (2e-5 in x,
     // `zoh_vs_exact_max`), and the four-point quadrature of Q_d, as correlation.
-    assert!(worst[0] < 1e-7 && worst[1] < 1e-9 && worst[2] < 1e-5, "{worst:?}");
+    assert!(worst[0] < 1e-6 && worst[1] < 1e-9 && worst[2] < 1e-5, "{worst:?}");
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn val_predict_step() {
     navigator.predict(100_000, &input(&case["xi"])).expect("healthy");
     let (dx, dp) = deviation(&navigator, &case["X_pred"], &case["P_pred"]);
     // The series' error as above; P to the same relative size.
-    assert!(dx < 1e-9 && dp < 1e-7, "{dx:e} {dp:e}");
+    assert!(dx < 1e-9 && dp < 1e-6, "{dx:e} {dp:e}");
 }
 
 #[test]
