@@ -40,6 +40,12 @@ impl Process {
         self.ports.iter().map(Pty::path)
     }
 
+    /// Process id of the backseat.
+    #[must_use]
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
     fn check_alive(&mut self) -> Result<(), BackseatError> {
         match self.child.try_wait() {
             Ok(Some(status)) => Err(BackseatError::Died(status)),

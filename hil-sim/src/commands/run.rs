@@ -35,7 +35,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// End after this simulated time.
-    #[arg(long, value_name = "MINUTES")]
+    #[arg(long, value_name = "MINUTES", allow_negative_numbers = true)]
     minutes: Option<f64>,
     /// Folder for log.csv, truth.csv and report.html [default: a new one in out/].
     #[arg(long, value_name = "DIR")]

@@ -1,6 +1,6 @@
 //! Local north-east frame and WGS-84, through the earth-centred frame (never the app's projection).
 
-use map_3d::{Ellipsoid, deg2rad, enu2geodetic, geodetic2enu, rad2deg};
+use map_3d::{Ellipsoid, enu2geodetic, geodetic2enu};
 
 /// A tangent frame at sea level.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +13,7 @@ impl LocalFrame {
     /// With its origin at these WGS-84 degrees, north and east positive.
     #[must_use]
     pub fn new(latitude_deg: f64, longitude_deg: f64) -> Self {
-        Self { latitude_rad: deg2rad(latitude_deg), longitude_rad: deg2rad(longitude_deg) }
+        Self { latitude_rad: latitude_deg.to_radians(), longitude_rad: longitude_deg.to_radians() }
     }
 
     /// Latitude and longitude, degrees, of a point [north, east], m, at sea level.
@@ -21,15 +21,15 @@ impl LocalFrame {
     pub fn to_degrees(&self, [north_m, east_m]: [f64; 2]) -> [f64; 2] {
         let (latitude, longitude, _) =
             enu2geodetic(east_m, north_m, 0.0, self.latitude_rad, self.longitude_rad, 0.0, Ellipsoid::WGS84);
-        [rad2deg(latitude), rad2deg(longitude)]
+        [latitude.to_degrees(), longitude.to_degrees()]
     }
 
     /// North and east, m, of a point at sea level.
     #[must_use]
     pub fn to_metres(&self, [latitude_deg, longitude_deg]: [f64; 2]) -> [f64; 2] {
         let (east, north, _) = geodetic2enu(
-            deg2rad(latitude_deg),
-            deg2rad(longitude_deg),
+            latitude_deg.to_radians(),
+            longitude_deg.to_radians(),
             0.0,
             self.latitude_rad,
             self.longitude_rad,

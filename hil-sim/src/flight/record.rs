@@ -81,7 +81,9 @@ impl Recorder {
                 })
             })
             .transpose()?;
-        Ok(Self { flight: FlightLog::default(), files, targets: None, rows: Vec::new() })
+        let mut flight = FlightLog::default();
+        flight.log.path = folder.map_or_else(|| "the flight's log".into(), |folder| folder.join("log.csv"));
+        Ok(Self { flight, files, targets: None, rows: Vec::new() })
     }
 
     /// Devices act between two observations: rows come a little out of order.
