@@ -314,7 +314,6 @@ impl Backseat {
         let age = |time_us: Option<u64>| time_us.map(|us| now_us.saturating_sub(us));
         let initialised = !failed && navigator.is_initialised();
         Facts {
-            now_us,
             failed,
             initialised,
             attitude_age_us: age(samples.euler_rad.map(|(us, _)| us)),

@@ -9,7 +9,7 @@ use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel};
 use backseat_core::navigation::{
     ConfigError, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement, NavigationError, Navigator, Sensor,
 };
-use backseat_core::state::{P, Q, R, Z};
+use backseat_core::state::{P, Q, R, U, V, W, Z};
 use heapless::{Deque, Vec};
 
 /// Scalar fusions kept for telemetry in one step; a step at full rates has about ten.
@@ -140,8 +140,10 @@ impl Estimator {
         self.records.clear();
         while let Some((time_us, event)) = self.queue.pop_until(now_us) {
             self.remember(time_us, &event);
-            if self.navigator.is_initialised() && self.reach(time_us, settings)? {
-                self.fuse(&event, settings, clock);
+            if self.navigator.is_initialised()
+                && let Some(late_s) = self.reach(time_us, settings)?
+            {
+                self.fuse(&event, late_s, settings, clock);
             }
         }
         if self.navigator.is_initialised() {
@@ -168,18 +170,19 @@ impl Estimator {
         }
     }
 
-    /// Moves the filter to an event; false when the event is too old to be used at all.
-    fn reach(&mut self, time_us: u64, settings: &Settings) -> Result<bool, NavigationError> {
-        let behind_us = self.navigator.time_us().saturating_sub(time_us);
-        if behind_us == 0 {
+    /// Moves the filter to an event; by how much the event is older than the filter, s, or `None`
+    /// when it is too old to be used.
+    fn reach(&mut self, time_us: u64, settings: &Settings) -> Result<Option<f64>, NavigationError> {
+        let late_us = self.navigator.time_us().saturating_sub(time_us);
+        if late_us == 0 {
             self.predict(time_us)?;
-            return Ok(true);
+            return Ok(Some(0.0));
         }
-        // A little late: fused as if valid now, which at 1 m/s and 20 ms is far below its noise.
-        let usable = behind_us as f64 * 1e-6 <= settings.app.late_tolerance_s;
+        let late_s = late_us as f64 * 1e-6;
+        let usable = late_s <= settings.app.late_tolerance_s;
         let count = if usable { &mut self.lateness.late } else { &mut self.lateness.too_late };
         *count = count.saturating_add(1);
-        Ok(usable)
+        Ok(usable.then_some(late_s))
     }
 
     /// Predicts to `to_us`, in parts where the actuators change in between.
@@ -206,7 +209,9 @@ impl Estimator {
         }
     }
 
-    fn fuse(&mut self, event: &Event, settings: &Settings, clock: &UtcClock) {
+    /// Fuses an event that was valid `late_s` ago. Fixes come up to a second late and are carried
+    /// along; the others are late by a step at most, which moves them by less than their noise.
+    fn fuse(&mut self, event: &Event, late_s: f64, settings: &Settings, clock: &UtcClock) {
         let app = &settings.app;
         let x = self.navigator.state();
         let measurement = match *event {
@@ -223,7 +228,10 @@ impl Estimator {
             }
             Event::Fix { position_m } if app.use_gnss && x[Z] <= app.gnss_max_depth_m => {
                 let arm_m = body_to_ned(x, &app.gnss_arm_m);
-                Measurement::VehicleGnss { position_m: [position_m[0] - arm_m[0], position_m[1] - arm_m[1]] }
+                let through_water_mps = body_to_ned(x, &[x[U], x[V], x[W]]);
+                let current_mps = self.navigator.current();
+                let along = |i: usize| (through_water_mps[i] + current_mps[i]) * late_s - arm_m[i];
+                Measurement::VehicleGnss { position_m: [position_m[0] + along(0), position_m[1] + along(1)] }
             }
             Event::Acoustic(event) => {
                 let Some(fix) = self.acoustics.take(&event, &mut self.navigator, clock, app) else { return };
@@ -317,4 +325,36 @@ fn steady_speed_mps(input: &ActuatorInput, settings: &Settings) -> f64 {
     let thrust_n = vehicle.beta5_n_s2_per_rad2 * input.propeller_radps * input.propeller_radps.abs();
     let drag = vehicle.quadratic_diag[0];
     if thrust_n > 0.0 && drag > 0.0 { libm::sqrt(thrust_n / drag) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sensor ahead of the centre of gravity of a vehicle that yaws to starboard and pitches up
+    /// moves to starboard and upwards by ω × r.
+    #[test]
+    fn val_velocities_move_to_the_centre_of_gravity() {
+        let (q, r, arm_m) = (0.1, 0.2, 0.5);
+        let measured = [1.0, r * arm_m, -q * arm_m];
+        assert_eq!(at_centre([0.0, q, r], measured, &[arm_m, 0.0, 0.0]), [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn samples_grow_stale() {
+        let latest = Some((1_000, 5));
+        assert_eq!(fresh(latest, 1_500, 500), Some(5));
+        assert_eq!(fresh(latest, 1_501, 500), None);
+        assert_eq!(fresh(latest, 900, 500), Some(5));
+    }
+
+    /// sqrt(3e-4 · 100² / 3) = 1 m/s
+    #[test]
+    fn val_thrust_balances_drag_at_the_steady_speed() {
+        let at = |propeller_radps| {
+            steady_speed_mps(&ActuatorInput { propeller_radps, fins_rad: [0.0; 4] }, &Settings::DEFAULT)
+        };
+        assert!((at(100.0) - 1.0).abs() < 1e-12);
+        assert_eq!(at(-100.0), 0.0);
+    }
 }

@@ -7,7 +7,6 @@ use backseat_wire::hostlink::{Mode, ModeReason};
 /// The facts a mode rests on; ages are `None` while a source was never heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facts {
-    pub now_us: u64,
     /// The filter failed in this step.
     pub failed: bool,
     pub initialised: bool,
@@ -126,7 +125,6 @@ mod tests {
     use super::*;
 
     const GOOD: Facts = Facts {
-        now_us: 100_000_000,
         failed: false,
         initialised: true,
         attitude_age_us: Some(100_000),

@@ -155,7 +155,7 @@ impl Pump {
             app.step(now_us);
             // A board that was held up goes on from here instead of catching up.
             let late_us = now_us - *next_step_us;
-            *next_step_us += STEP_US * (1 + late_us / STEP_US);
+            *next_step_us = next_step_us.saturating_add(STEP_US * (1 + late_us / STEP_US));
             moved = true;
         }
         Ok(moved)

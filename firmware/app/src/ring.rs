@@ -16,7 +16,7 @@ impl<const N: usize> Ring<N> {
 
     /// Queues a frame.
     pub fn push(&mut self, frame: &[u8]) {
-        if self.bytes.storage_len() + frame.len() > N {
+        if self.bytes.len() + frame.len() > N {
             self.dropped = self.dropped.saturating_add(1);
             return;
         }

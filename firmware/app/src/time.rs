@@ -14,8 +14,11 @@ use backseat_wire::calendar::DAY_US;
 /// Labels in a row, agreeing with each other, that replace the present time.
 const CONSISTENT_LABELS: u8 = 3;
 /// How far an edge may lie from the second it is expected at, µs: twice what a 50 ppm crystal
-/// drifts in 1000 s.
+/// drifts in [`EDGE_GAP_US`] ...
 const EDGE_TOLERANCE_US: i64 = 100_000;
+/// ... and after a longer gap without edges, when only half a second would be ambiguous.
+const EDGE_TOLERANCE_GAP_US: i64 = 400_000;
+const EDGE_GAP_US: u64 = 1_000_000_000;
 /// How old an edge may be to be used with a label, µs.
 const EDGE_AGE_US: i64 = 10_000_000;
 /// A coarse label is uncertain by its latency; it may differ this much before it counts as odd, µs.
@@ -30,6 +33,8 @@ pub struct UtcClock {
     /// The offset rests on an edge.
     fine: bool,
     last_edge_us: Option<u64>,
+    /// The last edge or label that the fine offset rests on, local µs.
+    fine_us: u64,
     /// Offset proposed by labels that disagree with the present one, and how many in a row.
     proposal: Option<(i64, u8)>,
     /// Labels and edges that did not fit.
@@ -38,7 +43,7 @@ pub struct UtcClock {
 
 impl UtcClock {
     pub const fn new() -> Self {
-        Self { offset_us: None, fine: false, last_edge_us: None, proposal: None, odd: 0 }
+        Self { offset_us: None, fine: false, last_edge_us: None, fine_us: 0, proposal: None, odd: 0 }
     }
 
     /// UTC at a local time, µs since 1970; `None` while unknown.
@@ -67,8 +72,10 @@ impl UtcClock {
         let (true, Some(offset_us), Some(utc_us)) = (self.fine, self.offset_us, self.utc_us(local_us)) else { return };
         let past_us = (utc_us % 1_000_000) as i64;
         let error_us = if past_us > SECOND_US / 2 { past_us - SECOND_US } else { past_us };
-        if error_us.abs() <= EDGE_TOLERANCE_US {
+        let gap = local_us.saturating_sub(self.fine_us) > EDGE_GAP_US;
+        if error_us.abs() <= if gap { EDGE_TOLERANCE_GAP_US } else { EDGE_TOLERANCE_US } {
             self.offset_us = Some(offset_us.saturating_sub(error_us));
+            self.fine_us = local_us;
         } else {
             self.odd = self.odd.saturating_add(1);
         }
@@ -90,35 +97,31 @@ impl UtcClock {
         };
         let Some(offset_us) = second_us.checked_sub(reference_us) else { return };
         let tolerance_us = if fine && self.fine { EDGE_TOLERANCE_US } else { COARSE_TOLERANCE_US };
-        match self.offset_us {
-            Some(present_us) if (offset_us.saturating_sub(present_us)).saturating_abs() <= tolerance_us => {
-                self.proposal = None;
-                if fine || !self.fine {
-                    self.offset_us = Some(offset_us);
-                    self.fine = fine;
-                }
+        let fits = self.offset_us.is_none_or(|us| offset_us.saturating_sub(us).saturating_abs() <= tolerance_us);
+        if fits {
+            self.proposal = None;
+            if fine || !self.fine {
+                self.adopt(local_us, offset_us, fine);
             }
-            None => {
-                self.offset_us = Some(offset_us);
-                self.fine = fine;
-            }
-            Some(_) => {
-                self.odd = self.odd.saturating_add(1);
-                let count = match self.proposal {
-                    Some((proposed_us, count))
-                        if offset_us.saturating_sub(proposed_us).saturating_abs() <= COARSE_TOLERANCE_US =>
-                    {
-                        count + 1
-                    }
-                    _ => 1,
-                };
-                self.proposal = Some((offset_us, count));
-                if count >= CONSISTENT_LABELS {
-                    self.offset_us = Some(offset_us);
-                    self.fine = fine;
-                    self.proposal = None;
-                }
-            }
+            return;
+        }
+        self.odd = self.odd.saturating_add(1);
+        let count = match self.proposal {
+            Some((us, count)) if offset_us.saturating_sub(us).saturating_abs() <= COARSE_TOLERANCE_US => count + 1,
+            _ => 1,
+        };
+        self.proposal = Some((offset_us, count));
+        if count >= CONSISTENT_LABELS {
+            self.proposal = None;
+            self.adopt(local_us, offset_us, fine);
+        }
+    }
+
+    fn adopt(&mut self, local_us: u64, offset_us: i64, fine: bool) {
+        self.offset_us = Some(offset_us);
+        self.fine = fine;
+        if fine {
+            self.fine_us = local_us;
         }
     }
 }
@@ -180,6 +183,16 @@ mod tests {
             edge_us += 999_980;
             clock.edge(edge_us);
         }
+        assert_eq!(clock.utc_us(edge_us), Some(NOON_US + 3602 * SECOND_US));
+    }
+
+    #[test]
+    fn edges_that_come_back_after_an_hour_are_taken_up() {
+        let mut clock = UtcClock::new();
+        run(&mut clock, 10, 3, NOON_US);
+        // a crystal 50 ppm fast is 180 ms ahead by now
+        let edge_us = 12_250_000 + 3_600_180_000;
+        clock.edge(edge_us);
         assert_eq!(clock.utc_us(edge_us), Some(NOON_US + 3602 * SECOND_US));
     }
 

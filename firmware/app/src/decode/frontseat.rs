@@ -97,7 +97,7 @@ impl FrontseatLink {
             *due = true;
             let period_us = micros(1.0 / rate_hz);
             // Keeps the mean rate; after a pause it starts from here.
-            *next_us = (*next_us + period_us).max(now_us.saturating_sub(period_us));
+            *next_us = next_us.saturating_add(period_us).max(now_us.saturating_sub(period_us));
         }
         let [compass, state, gps] = due;
         if !(compass || state || gps) {

@@ -61,7 +61,8 @@ impl ModemLink {
             let event = match message {
                 FromModem::ReceiveBegins { .. } => Some(AcousticEvent::Begins),
                 FromModem::Cycle(_) => Some(AcousticEvent::Cycle),
-                FromModem::Received(received) => {
+                // The ship's state stands in a packet's first frame.
+                FromModem::Received(received) if received.frame == 1 => {
                     let mut frame = [0; MAX_FRAME];
                     match received.payload.copy_to(&mut frame).and_then(ShipState::parse) {
                         Ok(ship) => Some(AcousticEvent::Ship(ship)),

@@ -193,7 +193,7 @@ impl AppSettings {
         ahrs_delay_s: 0.0,
         dvl_delay_s: 0.0,
         gnss_delay_s: 0.3,
-        late_tolerance_s: 0.5,
+        late_tolerance_s: 1.0,
         depth_arm_m: [0.0; 3],
         dvl_arm_m: [0.0; 3],
         gnss_arm_m: [0.0; 3],

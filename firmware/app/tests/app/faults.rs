@@ -1,6 +1,6 @@
 //! Silence, refusals, absurd packets, babbling ports: survived, counted, and never steered by.
 
-use crate::board::{Arrival, Board, Direct, Random};
+use crate::board::{Arrival, Board, Direct, Random, request_all};
 use crate::flight::start;
 use crate::world::{START_S, World, date_time, modem, received, ship_frame, statistics};
 use backseat_app::Loss;
@@ -232,4 +232,36 @@ fn nobody_reads_the_ports() {
     assert!(app.waiting(Port::Host) <= 8192 && app.waiting(Port::Frontseat) <= 1024);
     assert!(app.health().unsent(Port::Host) > 0 && app.health().unsent(Port::Frontseat) > 0);
     world.run(&mut board, 1);
+}
+
+#[test]
+fn late_measurements_are_fused_late_or_dropped_and_counted() {
+    for (delay_s, late, dropped) in [(0.05, false, false), (0.15, true, false), (1.2, false, true)] {
+        let (mut world, mut board) = (World::new(), Direct::new(None));
+        let set = ToBoard::ParameterSet { name: "app.ahrs_delay_s", value: delay_s };
+        request_all(&mut board, &[ToBoard::ParameterBegin, set, ToBoard::ParameterCommit]);
+        world.run(&mut board, 10);
+        let health = board.app().health();
+        // 10 Hz for some 9 s, attitude and rates; fixes are late in any case
+        assert_eq!((health.late() > 100, health.too_late() > 100), (late, dropped), "{delay_s} s");
+        assert_eq!(last(&mut board).mode, Mode::Navigating);
+    }
+}
+
+#[test]
+fn a_clock_that_leaps_ends_the_mission_and_navigation_starts_again() {
+    let (mut world, mut board) = under_way();
+    // beyond the longest gap the filter crosses
+    let leap_us = 700_000_000;
+    let now_us = last(&mut board).time_us;
+    board.step(now_us + leap_us, &[], &[]);
+    let record = last(&mut board);
+    assert_eq!((record.mode, record.reason, record.leg), (Mode::Lost, ModeReason::FilterFailed, None));
+    // Nothing is before the new time until the world gets there.
+    world.leap(leap_us);
+    world.surface();
+    world.run(&mut board, 5);
+    board.request(&ToBoard::MissionStart);
+    world.run(&mut board, 3);
+    assert_eq!((last(&mut board).mode, last(&mut board).leg), (Mode::Navigating, Some(0)));
 }

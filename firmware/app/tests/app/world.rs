@@ -147,6 +147,19 @@ impl World {
         self.agenda.push(Arrival { port, time_us, bytes });
     }
 
+    /// Time passes without anything happening.
+    pub fn leap(&mut self, us: u64) {
+        self.now_us += us;
+        self.agenda.clear();
+    }
+
+    /// Back at the surface, at rest and level.
+    pub fn surface(&mut self) {
+        let (x, y, heading) = (self.x[X], self.x[Y], self.x[PSI]);
+        self.x = VehicleState::zeros();
+        (self.x[X], self.x[Y], self.x[PSI]) = (x, y, heading);
+    }
+
     /// Two midpoint steps; at the surface the hull leaves the water instead of rising.
     fn move_vehicle(&mut self) {
         for _ in 0..2 {
