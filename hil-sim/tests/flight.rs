@@ -1,7 +1,8 @@
 //! Whole flights, end to end: the backseat as a process on virtual serial ports.
 
-use hil_sim::backseat::{BackseatError, Client, InProcess, Process};
+use hil_sim::backseat::{BackseatError, Client, InProcess, Process, Serial};
 use hil_sim::flight::{FlightError, FlightLog, fly, fly_realtime};
+use hil_sim::pty::Pty;
 use hil_sim::scenario::Scenario;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -80,6 +81,38 @@ fn at_the_speed_of_the_clock() {
     let last = flight.samples.last().unwrap();
     // Under way: it navigates, and the propeller turns.
     assert!(last.telemetry.sigma[0] > 0.0 && last.truth.actuators.propeller_radps > 50.0, "{last:?}");
+}
+
+/// Two pseudo-terminals as one cable: what one end sends comes out of the other.
+fn cable() -> [String; 2] {
+    let ends = [Pty::open().unwrap(), Pty::open().unwrap()];
+    let paths = ends.each_ref().map(|end| end.path().to_owned());
+    std::thread::spawn(move || {
+        // Until the test's process ends.
+        loop {
+            for (from, to) in [(0, 1), (1, 0)] {
+                let mut buffer = [0; 4096];
+                let count = ends[from].read(&mut buffer, 0).unwrap_or(0);
+                let _ = ends[to].write_all(&buffer[..count]);
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+    });
+    paths
+}
+
+#[test]
+fn a_board_on_five_serial_ports_flies_the_same_bytes() {
+    let cables: Vec<[String; 2]> = (0..5).map(|_| cable()).collect();
+    let board: Vec<&str> = cables.iter().map(|ends| ends[0].as_str()).collect();
+    let mut child = Command::new(PROGRAM).arg("__backseat").args(board).spawn().unwrap();
+    let ours: Vec<&str> = cables.iter().map(|ends| ends[1].as_str()).collect();
+    let scenario = survey(7, 0.5);
+    let mut client = Client::new(Serial::open(&ours.join(",")).unwrap());
+    let flight = fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {});
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(flight.unwrap().digest, on_pseudo_terminals(&scenario, None).digest);
 }
 
 #[test]

@@ -4,10 +4,12 @@ mod client;
 mod in_process;
 mod process;
 mod qemu;
+mod serial;
 
 pub use client::{Client, FusionRecord, StepOutput};
 pub use in_process::InProcess;
 pub use process::Process;
+pub use serial::Serial;
 pub use qemu::{Qemu, build_image};
 
 use backseat_wire::hostlink::{Port, Refusal};

@@ -1,7 +1,7 @@
 //! `hil-sim run`: fly a scenario against a backseat and judge its navigation.
 
 use crate::analysis::{self, Analysis, Configuration};
-use crate::backseat::{Client, Ports, Process, Qemu, build_image};
+use crate::backseat::{Client, Ports, Process, Qemu, Serial, build_image};
 use crate::flight::{self, FlightLog};
 use crate::scenario::Scenario;
 use crate::score::TrackScore;
@@ -22,8 +22,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Arguments {
     /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd.
     scenario: Option<PathBuf>,
-    /// Which backseat: `host`, the app as a process on virtual serial ports; `qemu`, the ARM image.
-    #[arg(long, value_name = "host|qemu", default_value = "host")]
+    /// Which backseat: `host`, the app as a process on virtual serial ports; `qemu`, the ARM image; or a board, as
+    /// the five serial ports frontseat,dvl,ahrs,modem,host with commas between them.
+    #[arg(long, value_name = "host|qemu|PORTS", default_value = "host")]
     backseat: String,
     /// ARM image for `--backseat qemu` [default: built from the sources].
     #[arg(long, value_name = "ELF")]
@@ -101,7 +102,8 @@ fn start(arguments: &Arguments) -> anyhow::Result<(Box<dyn Ports>, String)> {
             let backseat = Qemu::start(&image)?;
             Ok((Box::new(backseat), format!("{} in QEMU", image.display())))
         }
-        other => bail!("--backseat {other}: `host` and `qemu` are known"),
+        ports if ports.starts_with('/') => Ok((Box::new(Serial::open(ports)?), ports.to_owned())),
+        other => bail!("--backseat {other}: `host`, `qemu` or five serial ports (frontseat,dvl,ahrs,modem,host)"),
     }
 }
 
