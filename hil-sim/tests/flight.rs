@@ -6,7 +6,8 @@ use hil_sim::pty::Pty;
 use hil_sim::scenario::Scenario;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_hil-sim");
@@ -73,29 +74,29 @@ fn a_mission_is_flown_to_its_end_within_metres() {
 
 #[test]
 fn at_the_speed_of_the_clock() {
-    let scenario = survey(1, 0.25);
+    let scenario = survey(1, 0.4);
     let mut client = Client::new(Process::spawn(Path::new(PROGRAM)).unwrap());
     let begun = Instant::now();
     let flight = fly_realtime(&scenario, &mut client, None, &AtomicBool::new(false), |_| {}).unwrap();
-    assert!((15.0..30.0).contains(&begun.elapsed().as_secs_f64()));
+    // Two seconds until the board takes up its own clock; the rest is a busy machine.
+    assert!((24.0..40.0).contains(&begun.elapsed().as_secs_f64()));
     let last = flight.samples.last().unwrap();
     // Under way: it navigates, and the propeller turns.
     assert!(last.telemetry.sigma[0] > 0.0 && last.truth.actuators.propeller_radps > 50.0, "{last:?}");
 }
 
 /// Two pseudo-terminals as one cable: what one end sends comes out of the other.
-fn cable() -> [String; 2] {
+fn cable(unplugged: &Arc<AtomicBool>) -> [String; 2] {
+    let unplugged = Arc::clone(unplugged);
     let ends = [Pty::open().unwrap(), Pty::open().unwrap()];
     let paths = ends.each_ref().map(|end| end.path().to_owned());
     std::thread::spawn(move || {
-        // Until the test's process ends.
-        loop {
+        while !unplugged.load(Ordering::Relaxed) {
             for (from, to) in [(0, 1), (1, 0)] {
                 let mut buffer = [0; 4096];
-                let count = ends[from].read(&mut buffer, 0).unwrap_or(0);
+                let count = ends[from].read(&mut buffer, 1).unwrap_or(0);
                 let _ = ends[to].write_all(&buffer[..count]);
             }
-            std::thread::sleep(Duration::from_micros(200));
         }
     });
     paths
@@ -103,7 +104,8 @@ fn cable() -> [String; 2] {
 
 #[test]
 fn a_board_on_five_serial_ports_flies_the_same_bytes() {
-    let cables: Vec<[String; 2]> = (0..5).map(|_| cable()).collect();
+    let unplugged = Arc::new(AtomicBool::new(false));
+    let cables: Vec<[String; 2]> = (0..5).map(|_| cable(&unplugged)).collect();
     let board: Vec<&str> = cables.iter().map(|ends| ends[0].as_str()).collect();
     let mut child = Command::new(PROGRAM).arg("__backseat").args(board).spawn().unwrap();
     let ours: Vec<&str> = cables.iter().map(|ends| ends[1].as_str()).collect();
@@ -112,6 +114,7 @@ fn a_board_on_five_serial_ports_flies_the_same_bytes() {
     let flight = fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {});
     child.kill().unwrap();
     child.wait().unwrap();
+    unplugged.store(true, Ordering::Relaxed);
     assert_eq!(flight.unwrap().digest, on_pseudo_terminals(&scenario, None).digest);
 }
 
