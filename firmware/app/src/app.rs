@@ -4,7 +4,7 @@ use crate::command::{Commander, input_of};
 use crate::decode::{AhrsLink, DvlLink, FrontseatLink, ModemLink, micros};
 use crate::estimator::Estimator;
 use crate::health::Health;
-use crate::host::{HOST_RING, send};
+use crate::host::{HOST_RING, Storing, send};
 use crate::mission::MissionTransfer;
 use crate::modes::{Facts, Modes};
 use crate::parameters::{ControlMode, ParameterStore, Settings};
@@ -15,7 +15,7 @@ use backseat_core::control::Controller;
 use backseat_core::control::mission::MissionStatus;
 use backseat_core::dynamics::VehicleModel;
 use backseat_wire::Counts;
-use backseat_wire::hostlink::{self, FromBoard, Port, Step, StepDone, ToBoard};
+use backseat_wire::hostlink::{self, FromBoard, Port, Restart, Step, StepDone, ToBoard};
 
 /// Time between two steps, µs.
 pub const STEP_US: u64 = 100_000;
@@ -28,9 +28,9 @@ const SENTENCE: usize = 96;
 pub struct App {
     decoder: hostlink::Decoder,
     host_counts: Counts,
-    host_out: Ring<HOST_RING>,
+    pub(crate) host_out: Ring<HOST_RING>,
     announced: Option<Step>,
-    backseat: Backseat,
+    pub(crate) backseat: Backseat,
 }
 
 /// Everything but the host link.
@@ -51,10 +51,12 @@ pub(crate) struct Backseat {
     configured: bool,
     /// A mission begins as soon as navigation is valid.
     pub(crate) armed: bool,
-    stopping: bool,
+    pub(crate) storing: Storing,
+    pub(crate) last_restart: Option<Restart>,
+    pub(crate) stopping: bool,
     /// Time of the last echo that was taken as input.
     echo_us: Option<u64>,
-    last_step_us: Option<u64>,
+    pub(crate) last_step_us: Option<u64>,
     digest: u64,
 }
 
@@ -88,6 +90,8 @@ impl App {
                 out: [const { Ring::new() }; 4],
                 configured: false,
                 armed: false,
+                storing: Storing::Never,
+                last_restart: None,
                 stopping: false,
                 echo_us: None,
                 last_step_us: None,
@@ -321,6 +325,7 @@ impl Backseat {
             frontseat_age_us: age(self.frontseat.last_us()),
             refused_us: age(self.frontseat.refused_since_us()),
             position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
+            resumed: self.estimator.is_resumed(),
             rejections: self.estimator.rejections_in_a_row(),
             mission: self.under_way(),
         }

@@ -4,10 +4,11 @@ use crate::acoustics::{Acoustics, body_to_ned};
 use crate::event::Event;
 use crate::parameters::Settings;
 use crate::queue::Queue;
+use crate::store::Navigation;
 use crate::time::UtcClock;
 use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel};
 use backseat_core::navigation::{
-    ConfigError, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement, NavigationError, Navigator, Sensor,
+    ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement, NavigationError, Navigator, Sensor,
 };
 use backseat_core::state::{P, Q, R, U, V, W, Z};
 use heapless::{Deque, Vec};
@@ -54,6 +55,8 @@ pub struct Estimator {
     records: Vec<FusionRecord, MAX_RECORDS>,
     lateness: Lateness,
     transducer_depth_m: Option<f64>,
+    /// From before a reset, until a fix or a range confirms or replaces it.
+    resumed: Option<Navigation>,
 }
 
 impl Estimator {
@@ -68,7 +71,18 @@ impl Estimator {
             records: Vec::new(),
             lateness: Lateness { late: 0, too_late: 0 },
             transducer_depth_m: None,
+            resumed: None,
         }
+    }
+
+    /// Carries on from before a reset once attitude and depth are there, should no fix come first.
+    pub fn resume(&mut self, navigation: Option<Navigation>) {
+        self.resumed = navigation;
+    }
+
+    /// Whether the position still rests on what was before a reset.
+    pub fn is_resumed(&self) -> bool {
+        self.resumed.is_some()
     }
 
     pub fn navigator(&self) -> &Navigator {
@@ -111,7 +125,8 @@ impl Estimator {
 
     /// Forgets samples, events and inputs.
     pub fn reset(&mut self) {
-        let Self { queue, samples, input, commands, records, .. } = self;
+        let Self { queue, samples, input, commands, records, resumed, .. } = self;
+        *resumed = None;
         queue.clear();
         *samples = Samples { depth_m: None, euler_rad: None, rates_radps: None, bottom_mps: None, fix_m: None };
         *input = ActuatorInput::default();
@@ -264,17 +279,23 @@ impl Estimator {
 
     fn record(&mut self, fusions: &Fusions) {
         for record in fusions.iter() {
+            let confirms = matches!(record.sensor, Sensor::VehicleGnss | Sensor::Range);
+            if confirms && record.outcome == FusionOutcome::Fused {
+                self.resumed = None;
+            }
             // beyond the capacity they are fused all the same, only not reported
             let _ = self.records.push(*record);
         }
     }
 
-    /// Starts the filter (2.3.1.2) once fix, attitude and depth are fresh.
+    /// Starts the filter (2.3.1.2) once fix (or the position from before a reset), attitude and depth are fresh.
     fn initialise(&mut self, now_us: u64, settings: &Settings) {
         let app = &settings.app;
         let s = &self.samples;
+        let fix_m = fresh(s.fix_m, now_us, INITIAL_FIX_AGE_US);
+        let resumed = if fix_m.is_some() { None } else { self.resumed };
         let (Some(fix_m), Some(euler_rad), Some(depth_m)) = (
-            fresh(s.fix_m, now_us, INITIAL_FIX_AGE_US),
+            fix_m.or(resumed.map(|navigation| navigation.position_m)),
             fresh(s.euler_rad, now_us, timeout_us(app.attitude_timeout_s)),
             fresh(s.depth_m, now_us, timeout_us(app.depth_timeout_s)),
         ) else {
@@ -288,10 +309,12 @@ impl Estimator {
             _ => InitialSpeed::Commanded(steady_speed_mps(&self.input, settings)),
         };
         let config = *self.navigator.config();
-        let sigma_m = config.sensors.gnss_m;
+        let sigma_m = resumed.map_or(config.sensors.gnss_m, |navigation| navigation.sigma_after(now_us));
         let initial = InitialState::from_fix(fix_m, sigma_m, depth_m, euler_rad, rates_radps, speed, &config);
         // refused only for values that are not finite: the next samples come soon
-        let _ = self.navigator.initialise(now_us, &initial);
+        if self.navigator.initialise(now_us, &initial).is_ok() {
+            self.resumed = resumed;
+        }
     }
 
     /// Longest row of rejections of any sensor in use.

@@ -19,6 +19,17 @@ pub fn send(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>) {
     }
 }
 
+/// Where a request to store the parameters stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storing {
+    /// The board has no memory for them.
+    Never,
+    /// Nothing to do.
+    Idle,
+    /// The board is to write them.
+    Waiting,
+}
+
 impl Backseat {
     /// Carries out one request; `Step` belongs to the clock and is no request.
     pub fn request(&mut self, request: &ToBoard<'_>, out: &mut Ring<HOST_RING>) {
@@ -57,8 +68,28 @@ impl Backseat {
                 self.stop();
                 FromBoard::Done
             }
+            ToBoard::ParameterStore => match self.ask_store() {
+                // answered when the board has written them
+                Ok(()) => return,
+                Err(refusal) => FromBoard::Refused(refusal),
+            },
         };
         send(out, &answer);
+        if let (ToBoard::Hello, Some(restart)) = (request, self.last_restart) {
+            send(out, &FromBoard::Restart(restart));
+        }
+    }
+
+    /// Flash is never erased under way.
+    fn ask_store(&mut self) -> Result<(), Refusal> {
+        if self.under_way() || self.armed {
+            return Err(Refusal::UnderWay);
+        }
+        if self.storing != Storing::Idle {
+            return Err(Refusal::NoStore);
+        }
+        self.storing = Storing::Waiting;
+        Ok(())
     }
 
     /// A mission is being flown.
@@ -105,7 +136,7 @@ impl Backseat {
         if self.controller.mission().waypoints().is_empty() {
             return Err(Refusal::Sequence);
         }
-        if self.modes.is_lost() {
+        if self.modes.is_lost() || self.storing == Storing::Waiting {
             return Err(Refusal::NotReady);
         }
         self.frontseat.forget_refusal();

@@ -17,6 +17,7 @@
 //! | [`parameters`] | the declared list, transactions |
 //! | `mission` | mission transfer |
 //! | `telemetry` | records of each step |
+//! | [`store`] | what survives a reset: parameters in flash, the restart record |
 //! | `lockstep`, `pump` | clocks and ports |
 #![no_std]
 
@@ -39,6 +40,7 @@ pub mod parameters;
 mod pump;
 mod queue;
 mod ring;
+pub mod store;
 mod telemetry;
 mod time;
 

@@ -17,6 +17,8 @@ pub struct Facts {
     pub refused_us: Option<u64>,
     /// √(σx² + σy²), m.
     pub position_sigma_m: f64,
+    /// The position is the one from before a reset, and nothing has confirmed it since.
+    pub resumed: bool,
     /// Longest row of rejections of one sensor.
     pub rejections: u32,
     /// A mission is under way.
@@ -64,6 +66,9 @@ fn judge(facts: &Facts, settings: &AppSettings) -> (Mode, ModeReason) {
     }
     if facts.position_sigma_m > settings.degraded_sigma_m {
         return (Mode::Degraded, ModeReason::PositionUncertain);
+    }
+    if facts.resumed {
+        return (Mode::Degraded, ModeReason::Restarted);
     }
     if facts.rejections >= u32::from(settings.rejections_in_a_row) {
         return (Mode::Degraded, ModeReason::Rejections);
@@ -114,6 +119,11 @@ impl Modes {
         self.ended = Some((Mode::Safe, ModeReason::Stopped));
     }
 
+    /// The board was reset too often.
+    pub fn barred(&mut self) {
+        self.ended = Some((Mode::Safe, ModeReason::Resets));
+    }
+
     /// A mission starts.
     pub fn started(&mut self) {
         self.ended = None;
@@ -132,6 +142,7 @@ mod tests {
         frontseat_age_us: Some(100_000),
         refused_us: None,
         position_sigma_m: 1.0,
+        resumed: false,
         rejections: 0,
         mission: true,
     };
@@ -141,6 +152,7 @@ mod tests {
         let settings = AppSettings::DEFAULT;
         let cases = [
             (GOOD, Mode::Navigating, ModeReason::Nominal),
+            (Facts { resumed: true, ..GOOD }, Mode::Degraded, ModeReason::Restarted),
             (Facts { failed: true, ..GOOD }, Mode::Lost, ModeReason::FilterFailed),
             (Facts { initialised: false, ..GOOD }, Mode::Initialising, ModeReason::NoFix),
             (Facts { initialised: false, depth_age_us: None, ..GOOD }, Mode::Initialising, ModeReason::DepthStale),

@@ -55,7 +55,7 @@ impl Parameter {
         (self.get)(&Settings::DEFAULT)
     }
 
-    fn admits(&self, value: f64) -> bool {
+    pub(crate) fn admits(&self, value: f64) -> bool {
         value >= self.min && value <= self.max && (self.kind == Kind::Real || libm::trunc(value) == value)
     }
 }
@@ -90,6 +90,12 @@ impl ParameterStore {
     #[must_use]
     pub fn active(&self) -> &Settings {
         &self.active
+    }
+
+    /// Makes a set the active one whose values were in range when it was stored.
+    pub(crate) fn restore(&mut self, settings: &Settings) {
+        self.active = *settings;
+        self.staged = None;
     }
 
     /// Starts a transaction from the active set; one that was open is forgotten.

@@ -2,7 +2,7 @@
 
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, MAX_FRAME, Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    Chunk, Decoder, FromBoard, FusionTelemetry, MAX_FRAME, Port, Refusal, Restart, Step, StepDone, Telemetry, ToBoard, Waypoint,
     encode,
 };
 use std::collections::VecDeque;
@@ -49,6 +49,7 @@ pub struct Heard {
     pub answers: Vec<Result<(), Refusal>>,
     pub parameters: Vec<(String, f64)>,
     pub waypoints: Vec<Option<Waypoint>>,
+    pub restarts: Vec<Restart>,
 }
 
 /// The host's end of the host link.
@@ -73,6 +74,7 @@ impl Listener {
                 FromBoard::Parameter(info) => heard.parameters.push((info.name.to_owned(), info.value)),
                 FromBoard::Mission { waypoint, .. } => heard.waypoints.push(waypoint),
                 FromBoard::Done | FromBoard::Hello { .. } => heard.answers.push(Ok(())),
+                FromBoard::Restart(restart) => heard.restarts.push(restart),
             }
         }
     }

@@ -117,6 +117,40 @@ pub enum ModeReason {
     FilterFailed,
     /// Stopped by the operator.
     Stopped,
+    /// The board was reset under way and carries on from its last position.
+    Restarted,
+    /// The board was reset too often in too short a time.
+    Resets,
+}
+
+/// Why the board started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ResetCause {
+    /// Supply switched on.
+    PowerOn,
+    /// Reset button or programmer.
+    Pin,
+    /// Supply fell below the brown-out level.
+    BrownOut,
+    /// The independent watchdog: the navigation step did not run in time.
+    Watchdog,
+    /// The firmware reset itself after a panic or a fault.
+    Software,
+    /// Anything else.
+    Other,
+}
+
+/// The board's last start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Restart {
+    /// Why it started.
+    pub cause: ResetCause,
+    /// Resets by a fault since the supply was switched on.
+    pub resets: u32,
+    /// Too many of them in too short a time: safe mode.
+    pub safe: bool,
 }
 
 /// The app's record of one step.
@@ -201,6 +235,10 @@ pub enum Refusal {
     InvalidSet,
     /// Not in this mode: navigation has to be valid first.
     NotReady,
+    /// The board has no memory for it, or is busy with it.
+    NoStore,
+    /// The memory refused; what was stored before is still there.
+    StoreFailed,
 }
 
 /// PC to board.
@@ -250,6 +288,8 @@ pub enum ToBoard<'a> {
     MissionStart,
     /// Stop: neutral fins, propeller off, frontseat in charge.
     MissionStop,
+    /// Keep the active parameters through power-off; answered when they are written.
+    ParameterStore,
 }
 
 /// Board to PC.
@@ -284,4 +324,6 @@ pub enum FromBoard<'a> {
     Done,
     /// The request was refused.
     Refused(Refusal),
+    /// After the start of a board that knows its reset cause, and after `Hello`.
+    Restart(Restart),
 }

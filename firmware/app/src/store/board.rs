@@ -1,0 +1,80 @@
+//! The app's side of what survives a reset. The order at start: [`App::restore`], [`App::resume`].
+
+use super::restart::{Navigation, Response, RestartRecord};
+use crate::app::{App, configure};
+use crate::host::{Storing, send};
+use crate::parameters::Settings;
+use backseat_core::state::{U, V, W, X, Y};
+use backseat_wire::hostlink::{FromBoard, Refusal, Restart};
+
+impl App {
+    /// The board has a memory for parameters, and this is the set found there, if any; false when
+    /// the set is not valid as a whole and the defaults stay.
+    pub fn restore(&mut self, found: Option<&Settings>) -> bool {
+        let backseat = &mut self.backseat;
+        backseat.storing = Storing::Idle;
+        let Some(settings) = found else { return true };
+        if !configure(settings, &mut backseat.estimator, &mut backseat.controller) {
+            return false;
+        }
+        backseat.parameters.restore(settings);
+        backseat.reset_links();
+        true
+    }
+
+    /// The set that the host wants to be stored, until [`Self::stored`] answers.
+    #[must_use]
+    pub fn to_store(&self) -> Option<&Settings> {
+        (self.backseat.storing == Storing::Waiting).then(|| self.backseat.parameters.active())
+    }
+
+    /// The set of [`Self::to_store`] is kept, or could not be.
+    pub fn stored(&mut self, kept: bool) {
+        if self.backseat.storing == Storing::Waiting {
+            self.backseat.storing = Storing::Idle;
+            let answer = if kept { FromBoard::Done } else { FromBoard::Refused(Refusal::StoreFailed) };
+            send(&mut self.host_out, &answer);
+        }
+    }
+
+    /// After the start of a board that knows why it was reset. Unless it begins as new, the
+    /// frontseat gets neutral fins and stop with the first step.
+    pub fn resume(&mut self, restart: Restart, response: &Response) {
+        let backseat = &mut self.backseat;
+        backseat.last_restart = Some(restart);
+        send(&mut self.host_out, &FromBoard::Restart(restart));
+        match *response {
+            Response::Fresh => return,
+            Response::Resume(navigation) => backseat.estimator.resume(navigation),
+            Response::Safe => backseat.modes.barred(),
+        }
+        backseat.stopping = true;
+    }
+
+    /// The record to keep after a step: the one from before it, carried on. `powered_us` is powered
+    /// time.
+    #[must_use]
+    pub fn restart_record(&self, last: &RestartRecord, powered_us: u64) -> RestartRecord {
+        let navigator = self.estimator().navigator();
+        let known = navigator.is_initialised() && navigator.failure().is_none();
+        let navigation = known.then(|| {
+            let x = navigator.state();
+            let speed_mps = libm::sqrt(x[U] * x[U] + x[V] * x[V] + x[W] * x[W])
+                + libm::hypot(navigator.current()[0], navigator.current()[1]);
+            Navigation { position_m: [x[X], x[Y]], sigma_m: navigator.horizontal_sigma_m(), speed_mps }
+        });
+        RestartRecord { sequence: last.sequence.wrapping_add(1), powered_us, resets: last.resets, navigation }
+    }
+
+    /// Time of the last step; a watchdog is fed by it.
+    #[must_use]
+    pub fn stepped_us(&self) -> Option<u64> {
+        self.backseat.last_step_us
+    }
+
+    /// Whether a mission is being flown.
+    #[must_use]
+    pub fn is_under_way(&self) -> bool {
+        self.backseat.under_way()
+    }
+}

@@ -1,0 +1,211 @@
+//! Two copies of the parameter set in flash.
+//!
+//! A set is saved over the copy that is not the newest usable one: erase, values, read back, and
+//! last the header, which commits it. Until then the other copy is the newest; a power cut at any
+//! moment leaves the old set or the new one.
+
+use super::record::{Header, Refused, VALUES, WORD, WORDS, decode_values, digest, encode_values};
+use crate::parameters::{PARAMETERS, Settings};
+use embedded_storage::nor_flash::NorFlash;
+
+/// The flash cannot hold two copies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Geometry;
+
+/// Why a set was not saved; the old one stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SaveError<E> {
+    /// The flash refused to erase or to write.
+    Flash(E),
+    /// What was written does not read back.
+    Verify,
+}
+
+/// The parameter set in a flash of its own: the first half holds one copy, the second the other.
+#[derive(Debug)]
+pub struct ParameterFlash<F> {
+    flash: F,
+    half: u32,
+}
+
+/// What was found in one half.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Copy {
+    /// Sequence number of an intact copy, be it usable or not.
+    sequence: Option<u32>,
+    usable: Result<(), Refused>,
+}
+
+impl Copy {
+    const fn broken(cause: Refused) -> Self {
+        Self { sequence: None, usable: Err(cause) }
+    }
+}
+
+impl<F: NorFlash> ParameterFlash<F> {
+    const WORDS_FIT: () = assert!(WORD.is_multiple_of(F::WRITE_SIZE) && WORD.is_multiple_of(F::READ_SIZE));
+
+    /// Takes all of `flash`, half of it for each copy.
+    ///
+    /// # Errors
+    /// [`Geometry`] when a half is not a number of whole sectors or too small for a copy.
+    pub fn new(flash: F) -> Result<Self, Geometry> {
+        let () = Self::WORDS_FIT;
+        let half = flash.capacity() / 2;
+        if !half.is_multiple_of(F::ERASE_SIZE) || half < WORDS * WORD {
+            return Err(Geometry);
+        }
+        let half = u32::try_from(half).map_err(|_| Geometry)?;
+        Ok(Self { flash, half })
+    }
+
+    /// Gives the flash back.
+    pub fn release(self) -> F {
+        self.flash
+    }
+
+    /// Reads the newest usable copy into `settings` and returns its sequence number.
+    ///
+    /// # Errors
+    /// Without a usable copy: what is wrong with either. `settings` keeps what it has.
+    pub fn load(&mut self, settings: &mut Settings) -> Result<u32, [Refused; 2]> {
+        let mut scratch = Settings::DEFAULT;
+        let copies = [0, 1].map(|half| self.examine(half, &mut scratch));
+        if let (Err(first), Err(second)) = (copies[0].usable, copies[1].usable) {
+            return Err([first, second]);
+        }
+        let newest = newest_of(&copies);
+        scratch = Settings::DEFAULT;
+        // once more, so that the scratch holds this copy alone
+        let Copy { sequence: Some(sequence), usable: Ok(()) } = self.examine(newest, &mut scratch) else {
+            return Err([Refused::Unreadable; 2]);
+        };
+        *settings = scratch;
+        Ok(sequence)
+    }
+
+    /// Saves a set; returns its sequence number. Takes as long as the flash takes to erase a sector.
+    ///
+    /// # Errors
+    /// [`SaveError`]; the old set stays what [`Self::load`] finds.
+    pub fn save(&mut self, settings: &Settings) -> Result<u32, SaveError<F::Error>> {
+        let mut scratch = Settings::DEFAULT;
+        let copies = [0, 1].map(|half| self.examine(half, &mut scratch));
+        let target = 1 - newest_of(&copies);
+        let last = match copies.map(|copy| copy.sequence) {
+            [Some(a), Some(b)] => Some(if is_newer(b, a) { b } else { a }),
+            [a, b] => a.or(b),
+        };
+        let sequence = last.map_or(0, |last| last.wrapping_add(1));
+
+        let start = self.half * target;
+        self.flash.erase(start, start + self.half).map_err(SaveError::Flash)?;
+        let (mut header, mut crc) = Header::new(sequence).encode();
+        for (word, parameters) in (1_u32..).zip(PARAMETERS.chunks(VALUES)) {
+            let bytes = encode_values(parameters, settings);
+            crc.update(&bytes);
+            self.flash.write(start + word * WORD as u32, &bytes).map_err(SaveError::Flash)?;
+        }
+        for (word, parameters) in (1_u32..).zip(PARAMETERS.chunks(VALUES)) {
+            let mut bytes = [0; WORD];
+            let read = self.flash.read(start + word * WORD as u32, &mut bytes);
+            if read.is_err() || bytes != encode_values(parameters, settings) {
+                return Err(SaveError::Verify);
+            }
+        }
+        header[28..].copy_from_slice(&crc.finalize().to_le_bytes());
+        self.flash.write(start, &header).map_err(SaveError::Flash)?;
+        match self.examine(target, &mut scratch) {
+            Copy { sequence: Some(found), usable: Ok(()) } if found == sequence => Ok(sequence),
+            _ => Err(SaveError::Verify),
+        }
+    }
+
+    /// Reads one copy; `into` is only to be used when the copy is usable.
+    fn examine(&mut self, half: u32, into: &mut Settings) -> Copy {
+        let start = self.half * half;
+        let mut word = [0; WORD];
+        if self.flash.read(start, &mut word).is_err() {
+            return Copy::broken(Refused::Unreadable);
+        }
+        let (header, expected) = match Header::decode(&word) {
+            Ok(found) => found,
+            Err(cause) => return Copy::broken(cause),
+        };
+        // a count that the half cannot hold is not one that was written
+        if header.words() * WORD > self.half as usize {
+            return Copy::broken(Refused::Damaged);
+        }
+        let present = header.is_present();
+        let mut crc = digest();
+        crc.update(&word[..28]);
+        let mut parameters = PARAMETERS.chunks(VALUES);
+        let mut in_range = true;
+        for i in 1..header.words() as u32 {
+            if self.flash.read(start + i * WORD as u32, &mut word).is_err() {
+                return Copy::broken(Refused::Unreadable);
+            }
+            crc.update(&word);
+            if present {
+                in_range &= decode_values(&word, parameters.next().unwrap_or_default(), into);
+            }
+        }
+        if crc.finalize() != expected {
+            return Copy::broken(Refused::Damaged);
+        }
+        let usable = match (present, in_range) {
+            (false, _) => Err(Refused::OtherSchema),
+            (true, false) => Err(Refused::OutOfRange),
+            (true, true) => Ok(()),
+        };
+        Copy { sequence: Some(header.sequence), usable }
+    }
+}
+
+/// The half to keep: the newer usable copy, else the newer intact one, else the second.
+fn newest_of(copies: &[Copy; 2]) -> u32 {
+    let rank = |copy: &Copy| (copy.usable.is_ok(), copy.sequence.is_some());
+    let [a, b] = copies;
+    match (a.sequence, b.sequence) {
+        (Some(first), Some(second)) if rank(a) == rank(b) => u32::from(!is_newer(first, second)),
+        _ => u32::from(rank(a) <= rank(b)),
+    }
+}
+
+/// Whether sequence number `a` came after `b`; right across the wrap.
+fn is_newer(a: u32, b: u32) -> bool {
+    a.wrapping_sub(b).cast_signed() > 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sequence_numbers_wrap() {
+        assert!(is_newer(1, 0) && is_newer(0, u32::MAX) && !is_newer(u32::MAX, 0) && !is_newer(7, 7));
+    }
+
+    #[test]
+    fn the_half_to_keep() {
+        let usable = |sequence| Copy { sequence: Some(sequence), usable: Ok(()) };
+        let foreign = |sequence| Copy { sequence: Some(sequence), usable: Err(Refused::OtherSchema) };
+        let blank = Copy::broken(Refused::Blank);
+        for (copies, half) in [
+            ([blank, blank], 1),
+            ([usable(0), blank], 0),
+            ([blank, usable(0)], 1),
+            ([usable(1), usable(2)], 1),
+            ([usable(0), usable(u32::MAX)], 0),
+            // a set for this list goes before a newer one for another
+            ([usable(1), foreign(2)], 0),
+            ([foreign(2), usable(1)], 1),
+            ([foreign(3), foreign(2)], 0),
+            ([foreign(3), blank], 0),
+        ] {
+            assert_eq!(newest_of(&copies), half, "{copies:?}");
+        }
+    }
+}

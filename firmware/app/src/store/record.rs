@@ -1,0 +1,144 @@
+//! One copy of the parameter set, in words as flash programs them.
+//!
+//! | word | bytes | content |
+//! |---|---|---|
+//! | 0 | 0..4 | magic |
+//! | | 4..6 | [`PARAMETER_SCHEMA`] |
+//! | | 6..8 | number of values |
+//! | | 8..12 | sequence number: the newer copy has the larger one, modulo 2³² |
+//! | | 12..16 | fingerprint of the list: CRC-32 of schema, names and units |
+//! | | 16..28 | reserved, 0 |
+//! | | 28..32 | CRC-32 of bytes 0..28 and of all words that follow |
+//! | 1.. | 8 each | values (f64) in the order of the list, the last word filled up with 0 |
+//!
+//! Numbers are little-endian. Word 0 is written last and commits the copy.
+
+use crate::parameters::{PARAMETER_SCHEMA, PARAMETERS, Parameter, Settings};
+use crc::{CRC_32_ISO_HDLC, Crc, Digest};
+
+/// What is programmed at once: a flash word of the STM32H743 (RM0433 4.3.9), bytes.
+pub const WORD: usize = 32;
+/// Values in a word.
+pub(super) const VALUES: usize = 4;
+/// Words of a copy of the present list, header included.
+pub(super) const WORDS: usize = 1 + PARAMETERS.len().div_ceil(VALUES);
+
+const MAGIC: u32 = u32::from_le_bytes(*b"BSPS");
+static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// Why a copy is not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Refused {
+    /// Flash does not give its bytes (two wrong bits in a word, on the STM32H743).
+    Unreadable,
+    /// Never written, or erased.
+    Blank,
+    /// Cut off, or corrupt.
+    Damaged,
+    /// Intact, but written for another parameter list.
+    OtherSchema,
+    /// Intact, but a value is not within its range.
+    OutOfRange,
+}
+
+/// Word 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Header {
+    pub schema: u16,
+    pub count: u16,
+    pub sequence: u32,
+    pub fingerprint: u32,
+}
+
+impl Header {
+    /// Of a copy of the present list.
+    pub fn new(sequence: u32) -> Self {
+        Self { schema: PARAMETER_SCHEMA, count: PARAMETERS.len() as u16, sequence, fingerprint: fingerprint() }
+    }
+
+    /// The word without its CRC, and the CRC so far.
+    pub fn encode(&self) -> ([u8; WORD], Digest<'static, u32>) {
+        let mut word = [0; WORD];
+        word[0..4].copy_from_slice(&MAGIC.to_le_bytes());
+        word[4..6].copy_from_slice(&self.schema.to_le_bytes());
+        word[6..8].copy_from_slice(&self.count.to_le_bytes());
+        word[8..12].copy_from_slice(&self.sequence.to_le_bytes());
+        word[12..16].copy_from_slice(&self.fingerprint.to_le_bytes());
+        let mut crc = digest();
+        crc.update(&word[..28]);
+        (word, crc)
+    }
+
+    /// The header and the CRC that header and values have to have.
+    pub fn decode(word: &[u8; WORD]) -> Result<(Self, u32), Refused> {
+        if word.iter().all(|byte| *byte == 0xFF) {
+            return Err(Refused::Blank);
+        }
+        let u16_at = |at: [usize; 2]| u16::from_le_bytes(at.map(|i| word[i]));
+        let u32_at = |at: [usize; 4]| u32::from_le_bytes(at.map(|i| word[i]));
+        if u32_at([0, 1, 2, 3]) != MAGIC {
+            return Err(Refused::Damaged);
+        }
+        let header = Self {
+            schema: u16_at([4, 5]),
+            count: u16_at([6, 7]),
+            sequence: u32_at([8, 9, 10, 11]),
+            fingerprint: u32_at([12, 13, 14, 15]),
+        };
+        Ok((header, u32_at([28, 29, 30, 31])))
+    }
+
+    /// Words of the copy, this one included.
+    pub fn words(&self) -> usize {
+        1 + usize::from(self.count).div_ceil(VALUES)
+    }
+
+    /// Whether the values belong to the present list.
+    pub fn is_present(&self) -> bool {
+        *self == Self::new(self.sequence)
+    }
+}
+
+pub(super) fn digest() -> Digest<'static, u32> {
+    CRC.digest()
+}
+
+/// Tells lists apart whose schema number was forgotten.
+fn fingerprint() -> u32 {
+    let mut crc = digest();
+    crc.update(&PARAMETER_SCHEMA.to_le_bytes());
+    for parameter in PARAMETERS {
+        crc.update(parameter.name.as_bytes());
+        crc.update(&[0]);
+        crc.update(parameter.unit.as_bytes());
+        crc.update(&[0]);
+    }
+    crc.finalize()
+}
+
+/// A word of values.
+pub(super) fn encode_values(parameters: &[Parameter], settings: &Settings) -> [u8; WORD] {
+    let mut word = [0; WORD];
+    for (place, parameter) in word.chunks_exact_mut(8).zip(parameters) {
+        place.copy_from_slice(&(parameter.get)(settings).to_le_bytes());
+    }
+    word
+}
+
+/// Takes a word of values over, as far as they are in range; whether all were.
+pub(super) fn decode_values(word: &[u8; WORD], parameters: &[Parameter], settings: &mut Settings) -> bool {
+    let mut admitted = true;
+    for (bytes, parameter) in word.as_chunks::<8>().0.iter().zip(parameters) {
+        let value = f64::from_le_bytes(*bytes);
+        if parameter.admits(value) {
+            (parameter.set)(settings, value);
+        } else {
+            admitted = false;
+        }
+    }
+    admitted
+}
+
+const _: () = assert!(PARAMETERS.len() <= u16::MAX as usize);
+const _: () = assert!(VALUES * size_of::<f64>() == WORD);
