@@ -147,7 +147,7 @@ impl Default for Ship {
             wander_m: 0.5,
             wander_period_s: 120.0,
             transducer_depth_m: 0.0,
-            estimator_mps2_per_sqrt_hz: 0.03,
+            estimator_mps2_per_sqrt_hz: 0.02,
         }
     }
 }
