@@ -1,7 +1,7 @@
 //! The ARM image in QEMU: a Cortex-M7 whose five UARTs are Unix sockets.
 
 use super::{BackseatError, Ports};
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use backseat_wire::hostlink::Port;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::ffi::OsString;
@@ -10,6 +10,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
@@ -17,8 +18,10 @@ const EMULATOR: &str = "qemu-system-arm";
 const PACKAGE: &str = "backseat-mps2";
 const TARGET: &str = "thumbv7em-none-eabihf";
 /// A backseat that says nothing for this long is given up.
-const PATIENCE_S: u32 = 10;
+const PATIENCE: Duration = Duration::from_secs(10);
 const POLL_MS: u32 = 200;
+/// Bytes come one by one; to wait for some more than the first costs less than to wake for each.
+const REST: Duration = Duration::from_micros(100);
 
 /// The image on an emulated board; it is ended when this is dropped.
 pub struct Qemu {
@@ -39,23 +42,25 @@ impl Qemu {
         let mut command = Command::new(EMULATOR);
         command.args(["-M", "mps2-an500", "-display", "none", "-monitor", "none"]);
         command.args(["-semihosting-config", "enable=on,target=native"]);
-        if let Ok(extra) = std::env::var("QEMU_EXTRA") {
-            command.args(extra.split_whitespace());
-        }
+        // No byte is an escape to a multiplexer.
+        command.args(["-echr", "256"]);
         let mut listeners = Vec::new();
         for port in 0..Port::ALL.len() {
             let path = sockets.path().join(format!("uart{port}"));
             listeners.push(UnixListener::bind(&path).with_context(|| path.display().to_string())?);
-            let mut chardev = OsString::from(format!("socket,id=uart{port}{},path=", std::env::var("QEMU_CHAR").unwrap_or_default()));
+            // A multiplexer of one line is a queue of 32 bytes: without it each byte takes a turn of
+            // QEMU's main loop, and a step some 1.6 times as long.
+            let mut chardev = OsString::from(format!("socket,id=uart{port},mux=on,path="));
             chardev.push(&path);
             command.arg("-chardev").arg(chardev).arg("-serial").arg(format!("chardev:uart{port}"));
         }
+        let log = tempfile::NamedTempFile::new_in(&sockets).context("file for the image's log")?;
         let child = command
             .arg("-kernel")
             .arg(image)
             .stdin(Stdio::null())
             // The image's log; what it says before it ends is on standard error.
-            .stdout(Stdio::null())
+            .stdout(log.as_file().try_clone()?)
             .stderr(Stdio::piped())
             // Ctrl-C is for the simulator, which then ends the backseat in order.
             .process_group(0)
@@ -71,28 +76,33 @@ impl Qemu {
             let port = qemu.accept(&listener)?;
             qemu.ports.push(port);
         }
+        // The first it says is that its ports are open.
+        qemu.wait_until("boot", || Ok((log.as_file().metadata()?.len() > 0).then_some(())))?;
         Ok(qemu)
     }
 
     /// The emulator's connection, which it makes before anything runs.
     fn accept(&mut self, listener: &UnixListener) -> anyhow::Result<UnixStream> {
         listener.set_nonblocking(true)?;
+        let port = self.wait_until("open its ports", || match listener.accept() {
+            Ok((port, _)) => Ok(Some(port)),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(None),
+            Err(error) => Err(error),
+        })?;
+        port.set_nonblocking(true)?;
+        Ok(port)
+    }
+
+    /// Asks every few milliseconds.
+    fn wait_until<T>(&mut self, what: &str, mut ask: impl FnMut() -> io::Result<Option<T>>) -> anyhow::Result<T> {
         let begun = Instant::now();
         loop {
-            match listener.accept() {
-                Ok((port, _)) => {
-                    port.set_nonblocking(true)?;
-                    return Ok(port);
-                }
-                Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    self.check_alive()?;
-                    if begun.elapsed() > Duration::from_secs(u64::from(PATIENCE_S)) {
-                        bail!("{EMULATOR} does not open its serial ports");
-                    }
-                    std::thread::sleep(Duration::from_millis(5));
-                }
-                Err(error) => return Err(error.into()),
+            if let Some(answer) = ask()? {
+                return Ok(answer);
             }
+            self.check_alive()?;
+            ensure!(begun.elapsed() < PATIENCE, "{EMULATOR} did not {what} within {} s", PATIENCE.as_secs());
+            sleep(Duration::from_millis(5));
         }
     }
 
@@ -111,7 +121,11 @@ impl Qemu {
         let stream = &mut self.ports[port as usize];
         let mut buffer = [0; 4096];
         let outcome = wait(stream, PollFlags::IN, timeout_ms).and_then(|ready| {
-            if ready { stream.read(&mut buffer) } else { Ok(0) }
+            if !ready {
+                return Ok(0);
+            }
+            sleep(REST);
+            stream.read(&mut buffer)
         });
         let count = match outcome {
             Err(error) if error.kind() == ErrorKind::WouldBlock => 0,
@@ -140,7 +154,7 @@ impl Ports for Qemu {
                 Ok(count) => bytes = &bytes[count..],
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
                     self.check_alive()?;
-                    if begun.elapsed() > Duration::from_secs(u64::from(PATIENCE_S)) {
+                    if begun.elapsed() > PATIENCE {
                         return Err(BackseatError::Port { port, error });
                     }
                     let stream = &self.ports[port as usize];
@@ -157,13 +171,13 @@ impl Ports for Qemu {
 
     fn read(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
         let begun = Instant::now();
-        while begun.elapsed() < Duration::from_secs(u64::from(PATIENCE_S)) {
+        while begun.elapsed() < PATIENCE {
             if self.read_for(port, received, POLL_MS)? > 0 {
                 return Ok(());
             }
             self.check_alive()?;
         }
-        Err(BackseatError::Silent { port, seconds: PATIENCE_S })
+        Err(BackseatError::Silent { port, seconds: PATIENCE.as_secs() as u32 })
     }
 
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {

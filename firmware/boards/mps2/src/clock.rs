@@ -44,7 +44,7 @@ static WRAPS: Mutex<Cell<u32>> = Mutex::new(Cell::new(0));
 
 /// Time since start, and the alarm.
 pub struct Clock {
-    alarm_us: Option<u64>,
+    armed: bool,
 }
 
 impl Clock {
@@ -53,7 +53,7 @@ impl Clock {
         Timer::write(&timer0().value, RELOAD);
         Timer::write(&timer0().reload, RELOAD);
         Timer::write(&timer0().control, ENABLE | INTERRUPT);
-        Self { alarm_us: None }
+        Self { armed: false }
     }
 
     /// Time since start, µs.
@@ -69,14 +69,14 @@ impl Clock {
 
     /// Raises an interrupt at `alarm_us`, or earlier when that is far away; `None`: at no time.
     pub fn wake_at(&mut self, alarm_us: Option<u64>) {
-        if alarm_us == self.alarm_us {
-            return;
+        if self.armed {
+            Timer::write(&timer1().control, 0);
         }
-        self.alarm_us = alarm_us;
-        Timer::write(&timer1().control, 0);
+        self.armed = alarm_us.is_some();
         if let Some(alarm_us) = alarm_us {
             // a tick more, so that the alarm is not early
-            let ticks = alarm_us.saturating_sub(self.now_us()).saturating_mul(TICKS_PER_US).saturating_add(TICKS_PER_US);
+            let ticks =
+                alarm_us.saturating_sub(self.now_us()).saturating_mul(TICKS_PER_US).saturating_add(TICKS_PER_US);
             let ticks = u32::try_from(ticks).unwrap_or(u32::MAX);
             Timer::write(&timer1().reload, ticks);
             Timer::write(&timer1().value, ticks);

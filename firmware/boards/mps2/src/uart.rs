@@ -53,8 +53,7 @@ fn write(register: &RW<u32>, value: u32) {
 }
 
 static QUEUES: [ConstStaticCell<Queue<u8, QUEUE>>; 5] = [const { ConstStaticCell::new(Queue::new()) }; 5];
-static RECEIVERS: [Mutex<RefCell<Option<Producer<'static, u8>>>>; 5] =
-    [const { Mutex::new(RefCell::new(None)) }; 5];
+static RECEIVERS: [Mutex<RefCell<Option<Producer<'static, u8>>>>; 5] = [const { Mutex::new(RefCell::new(None)) }; 5];
 /// Bytes lost because they were not fetched in time.
 static OVERRUNS: [AtomicU32; 5] = [const { AtomicU32::new(0) }; 5];
 
