@@ -11,11 +11,12 @@ use crate::parameters::{ControlMode, ParameterStore, Settings};
 use crate::ring::Ring;
 use crate::telemetry;
 use crate::time::UtcClock;
+use crate::wiggle::Wiggle;
 use backseat_core::control::Controller;
 use backseat_core::control::mission::MissionStatus;
 use backseat_core::dynamics::VehicleModel;
 use backseat_wire::Counts;
-use backseat_wire::hostlink::{self, FromBoard, Port, Restart, Step, StepDone, ToBoard};
+use backseat_wire::hostlink::{self, FromBoard, Health as LinkHealth, Mode, ModeReason, Port, Restart, Step, StepDone, ToBoard};
 
 /// Time between two steps, µs.
 pub const STEP_US: u64 = 100_000;
@@ -51,6 +52,8 @@ pub(crate) struct Backseat {
     configured: bool,
     /// A mission begins as soon as navigation is valid.
     pub(crate) armed: bool,
+    /// The fins are being shown.
+    pub(crate) wiggle: Option<Wiggle>,
     pub(crate) storing: Storing,
     pub(crate) last_restart: Option<Restart>,
     pub(crate) stopping: bool,
@@ -90,6 +93,7 @@ impl App {
                 out: [const { Ring::new() }; 4],
                 configured: false,
                 armed: false,
+                wiggle: None,
                 storing: Storing::Never,
                 last_restart: None,
                 stopping: false,
@@ -178,6 +182,12 @@ impl App {
         self.backseat.digest
     }
 
+    /// Mode and its reason, as the last step's telemetry has them.
+    #[must_use]
+    pub fn mode(&self) -> (Mode, ModeReason) {
+        self.backseat.modes.present()
+    }
+
     /// Counters of what was received, refused and dropped.
     #[must_use]
     pub fn health(&self) -> Health<'_> {
@@ -205,14 +215,7 @@ impl App {
     }
 
     pub(crate) fn accepted(&self, port: Port) -> u32 {
-        let Backseat { frontseat, modem, dvl, ahrs, .. } = &self.backseat;
-        match port {
-            Port::Frontseat => frontseat.counts()[1].accepted(),
-            Port::Modem => modem.counts()[1].accepted(),
-            Port::Dvl => dvl.samples(),
-            Port::Ahrs => ahrs.samples(),
-            Port::Host => self.host_counts.accepted(),
-        }
+        if port == Port::Host { self.host_counts.accepted() } else { self.backseat.accepted(port) }
     }
 
     /// What a port's decoders counted: frames, and what was wrong inside good frames.
@@ -257,6 +260,31 @@ impl Backseat {
         }
     }
 
+    fn accepted(&self, port: Port) -> u32 {
+        match port {
+            Port::Frontseat => self.frontseat.counts()[1].accepted(),
+            Port::Modem => self.modem.counts()[1].accepted(),
+            Port::Dvl => self.dvl.samples(),
+            Port::Ahrs => self.ahrs.samples(),
+            Port::Host => 0,
+        }
+    }
+
+    fn rejected(&self) -> [u32; 4] {
+        Port::DEVICES
+            .map(|port| self.counts(port).iter().fold(0_u32, |sum, counts| sum.saturating_add(counts.rejected())))
+    }
+
+    /// The counters that the host link carries.
+    pub(crate) fn health(&self) -> LinkHealth {
+        LinkHealth {
+            accepted_frames: Port::DEVICES.map(|port| self.accepted(port)),
+            rejected_frames: self.rejected(),
+            pps_edges: self.clock.edges(),
+            synchronised: self.clock.is_fine(),
+        }
+    }
+
     fn restart(&mut self) {
         self.reset_links();
         self.frontseat = FrontseatLink::new();
@@ -268,6 +296,7 @@ impl Backseat {
         self.out.iter_mut().for_each(Ring::clear);
         self.configured = false;
         self.armed = false;
+        self.wiggle = None;
         self.stopping = false;
         self.echo_us = None;
         self.last_step_us = None;
@@ -355,12 +384,18 @@ impl Backseat {
         self.controller.stop();
         self.modes.stopped();
         self.armed = false;
+        self.wiggle = None;
         self.stopping = true;
     }
 
     fn send_neutral(&mut self, now_us: u64) {
+        self.send_fins([0.0; 4], now_us);
+    }
+
+    /// Fins with the propeller stopped.
+    fn send_fins(&mut self, fins_rad: [f64; 4], now_us: u64) {
         let mut buffer = [0; SENTENCE];
-        if let Ok(sentence) = self.commander.neutral(&self.parameters.active().app, &mut buffer) {
+        if let Ok(sentence) = self.commander.fins(fins_rad, &self.parameters.active().app, &mut buffer) {
             self.push(Port::Frontseat, sentence);
         }
         self.command_sent(now_us);
@@ -375,6 +410,14 @@ impl Backseat {
 
     fn steer(&mut self, now_us: u64) {
         if core::mem::take(&mut self.stopping) {
+            self.hand_back(now_us);
+        }
+        if let Some(wiggle) = &mut self.wiggle {
+            if let Some(fins_rad) = wiggle.fins_rad(now_us) {
+                self.send_fins(fins_rad, now_us);
+                return;
+            }
+            self.wiggle = None;
             self.hand_back(now_us);
         }
         let mut buffer = [0; SENTENCE];
@@ -426,8 +469,6 @@ impl Backseat {
             MissionStatus::Leg(leg) => Some(leg),
             MissionStatus::Idle | MissionStatus::Finished => None,
         };
-        let rejected = Port::DEVICES
-            .map(|port| self.counts(port).iter().fold(0_u32, |sum, counts| sum.saturating_add(counts.rejected())));
         let utc_us = self.clock.utc_us(now_us);
         let record = telemetry::record(
             now_us,
@@ -436,7 +477,7 @@ impl Backseat {
             &self.estimator,
             self.estimator.input(),
             leg,
-            rejected,
+            self.rejected(),
         );
         send(out, &FromBoard::Telemetry(record));
     }

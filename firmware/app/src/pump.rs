@@ -71,6 +71,12 @@ impl Pump {
         Self { clock: Clock::Undecided { until_us: None }, lockstep: Lockstep::new() }
     }
 
+    /// Whether time comes from the host.
+    #[must_use]
+    pub fn is_lockstep(&self) -> bool {
+        matches!(self.clock, Clock::Lockstep { .. })
+    }
+
     /// Moves what can be moved without blocking. `ports` are in the order of [`Port::ALL`].
     ///
     /// One call reads at most 256 bytes a port and takes at most one step.

@@ -1,0 +1,228 @@
+//! The backseat app on a NUCLEO-H743ZI2: Cortex-M7 at 480 MHz, five UARTs, pulse per second.
+//!
+//! | module | concept |
+//! |---|---|
+//! | `clocks`, `time` | clock tree; board time and the pulse per second |
+//! | `uart`, `memory` | the five ports, as `embedded-io`; memory that DMA reaches |
+//! | `flash`, `supply` | the parameter store's sectors; reset cause and supply |
+//! | `backup`, `watchdog` | restart record; watchdog fed by navigation |
+//! | `leds` | what the board shows |
+//!
+//! Three levels: interrupts of the HAL above all; the app, its ports and the watchdog in an
+//! executor of their own below them; and in thread mode what may take seconds, the flash.
+#![no_std]
+#![no_main]
+
+#[cfg(not(all(target_arch = "arm", target_os = "none")))]
+compile_error!("an ARM image: cargo build -p backseat-stm32h743 --profile firmware --target thumbv7em-none-eabihf");
+
+mod backup;
+mod clocks;
+mod flash;
+mod leds;
+mod memory;
+mod supply;
+mod time;
+mod uart;
+mod watchdog;
+
+use backseat_app::parameters::Settings;
+use backseat_app::store::{ParameterFlash, RestartRecord};
+use backseat_app::{App, Progress, Pump};
+use backup::BackupMemory;
+use cortex_m_rt::{ExceptionFrame, exception};
+use defmt_rtt as _;
+use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_stm32::interrupt;
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Ticker};
+use flash::StoreFlash;
+use leds::Leds;
+use panic_probe as _;
+use static_cell::ConstStaticCell;
+use time::Clock;
+use uart::{SerialPort, Transmitter};
+use watchdog::Watchdog;
+
+/// How often the ports are looked at; bytes are stamped as exactly as this.
+const TICK: Duration = Duration::from_millis(1);
+/// Most turns of the pump in a tick; each reads up to 256 bytes a port.
+const TURNS: usize = 8;
+
+/// Built at compile time: by value they would pass over the stack.
+static APP: ConstStaticCell<App> = ConstStaticCell::new(App::new());
+static PUMP: ConstStaticCell<Pump> = ConstStaticCell::new(Pump::new());
+static STORED: ConstStaticCell<Settings> = ConstStaticCell::new(Settings::DEFAULT);
+
+/// A set to store, on its way to thread mode; and whether it was kept, on the way back.
+static TO_STORE: Signal<CriticalSectionRawMutex, Settings> = Signal::new();
+static KEPT: Signal<CriticalSectionRawMutex, bool> = Signal::new();
+
+static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+
+#[interrupt]
+unsafe fn CEC() {
+    // SAFETY: called from here alone, and enabled by `start`.
+    unsafe { EXECUTOR.on_interrupt() }
+}
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let mut watchdog = Watchdog::start();
+    let cause = supply::reset_cause();
+    let source = clocks::source();
+    let p = embassy_stm32::init(clocks::config(source));
+    // SAFETY: nothing in this program writes code.
+    let mut core = unsafe { cortex_m::Peripherals::steal() };
+    core.SCB.enable_icache();
+    let mut clock = Clock::start(p.TIM5, p.PA3);
+    defmt::info!("backseat-stm32h743 {=str}, clock {}, reset by {}", env!("CARGO_PKG_VERSION"), source, cause);
+    supply::start();
+
+    let mut backup = BackupMemory::take();
+    let (response, record) = RestartRecord::respond(cause, backup.read().as_ref());
+    backup.write(&record);
+    let restart = record.report(cause);
+    defmt::info!("{=u32} resets by a fault since power-on", restart.resets);
+    watchdog.feed();
+
+    let (app, pump, stored) = (APP.take(), PUMP.take(), STORED.take());
+    let mut store = defmt::unwrap!(ParameterFlash::new(StoreFlash::new(p.FLASH)));
+    let found = store.load(stored);
+    match found {
+        Ok(sequence) => defmt::info!("parameter set {=u32}", sequence),
+        Err(causes) => defmt::warn!("default parameters, copies are {}", causes),
+    }
+    if !app.restore(found.is_ok().then_some(&*stored)) {
+        defmt::error!("the stored parameters do not fit together: defaults");
+    }
+    app.resume(restart, &response);
+
+    let resources = uart::Resources {
+        usart2: p.USART2,
+        uart4: p.UART4,
+        uart7: p.UART7,
+        usart6: p.USART6,
+        usart3: p.USART3,
+        frontseat: (p.PD6, p.PD5),
+        dvl: (p.PD0, p.PD1),
+        ahrs: (p.PE7, p.PE8),
+        modem: (p.PC7, p.PC6),
+        host: (p.PD9, p.PD8),
+        receive: (p.DMA1_CH0, p.DMA1_CH1, p.DMA1_CH2, p.DMA1_CH3, p.DMA1_CH4),
+        transmit: (p.DMA2_CH0, p.DMA2_CH1, p.DMA2_CH2, p.DMA2_CH3, p.DMA2_CH4),
+    };
+    let (ports, transmitters) = uart::start(resources, defmt::unwrap!(memory::take()));
+    let leds = Leds::new(p.PB0, p.PE1, p.PB14);
+    let start_us = clock.now_us();
+    defmt::info!("started in {=u64} us", start_us);
+
+    interrupt::CEC.set_priority(Priority::P6);
+    let spawner = EXECUTOR.start(interrupt::CEC);
+    for transmitter in transmitters {
+        spawner.spawn(defmt::unwrap!(transmit(transmitter)));
+    }
+    let (powered_us, warning) = (record.powered_us, restart.resets > 0);
+    let board =
+        Board { app, pump, ports, clock, watchdog, backup, record, leds, powered_us, storing: false, warning };
+    spawner.spawn(defmt::unwrap!(run(board)));
+
+    loop {
+        let settings = TO_STORE.wait().await;
+        let kept = store.save(&settings);
+        match kept {
+            Ok(sequence) => defmt::info!("parameter set {=u32} kept", sequence),
+            Err(error) => defmt::error!("parameters not kept: {}", error),
+        }
+        KEPT.signal(kept.is_ok());
+    }
+}
+
+#[embassy_executor::task(pool_size = 5)]
+async fn transmit(mut transmitter: Transmitter) {
+    transmitter.run().await;
+}
+
+#[embassy_executor::task]
+async fn run(mut board: Board) {
+    let mut ticker = Ticker::every(TICK);
+    loop {
+        board.tick();
+        ticker.next().await;
+    }
+}
+
+/// What belongs to the app's level.
+struct Board {
+    app: &'static mut App,
+    pump: &'static mut Pump,
+    ports: [SerialPort; 5],
+    clock: Clock,
+    watchdog: Watchdog,
+    backup: BackupMemory,
+    /// As it was last written.
+    record: RestartRecord,
+    leds: Leds,
+    /// Powered time at this start, µs.
+    powered_us: u64,
+    /// Thread mode has a set to store.
+    storing: bool,
+    /// The board was reset by a fault, or could not keep its parameters.
+    warning: bool,
+}
+
+impl Board {
+    fn tick(&mut self) {
+        let stepped_us = self.app.stepped_us();
+        let edge_us = self.clock.take_edge_us();
+        if let Some(edge_us) = edge_us.filter(|_| !self.pump.is_lockstep()) {
+            self.app.pps(edge_us);
+        }
+        for _ in 0..TURNS {
+            let now_us = self.clock.now_us();
+            let Ok(progress) = self.pump.poll(self.app, &mut self.ports, now_us);
+            if progress != Progress::Moved {
+                break;
+            }
+        }
+        if self.app.stepped_us() != stepped_us {
+            self.stepped();
+        }
+        let now_us = self.clock.now_us();
+        self.watchdog.feed_if_in_time(self.app, self.pump, now_us);
+    }
+
+    fn stepped(&mut self) {
+        let now_us = self.clock.now_us();
+        // under the host's clock nothing is at sea
+        if !self.pump.is_lockstep() {
+            self.record = self.app.restart_record(&self.record, self.powered_us + now_us);
+            self.backup.write(&self.record);
+        }
+        if let Some(kept) = KEPT.try_take() {
+            self.storing = false;
+            self.warning |= !kept;
+            self.app.stored(kept);
+        }
+        if let Some(settings) = self.app.to_store()
+            && !self.storing
+        {
+            self.storing = true;
+            TO_STORE.signal(*settings);
+        }
+        self.leds.show(self.app, now_us, self.warning);
+        self.ports.iter_mut().for_each(SerialPort::report);
+    }
+}
+
+/// A fault, or the end of a panic: the watchdog resets the board.
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    leds::show_fault();
+    defmt::error!("hard fault at {=u32:#010x}", frame.pc());
+    loop {
+        cortex_m::asm::nop();
+    }
+}

@@ -1,0 +1,81 @@
+//! Board time and the pulse per second, of one timer: TIM5 counts microseconds, and its fourth
+//! channel keeps the count at the rising edge on PA3.
+
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{AfType, Flex, Pull};
+use embassy_stm32::pac::timer::regs::SrGp16;
+use embassy_stm32::pac::timer::vals::FilterValue;
+use embassy_stm32::peripherals::{PA3, TIM5};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::timer::Channel;
+use embassy_stm32::timer::low_level::{InputCaptureMode, InputTISelection, Timer};
+
+/// TIM5_CH4 on PA3 (DS12110, table of alternate functions).
+const PA3_TIM5: u8 = 2;
+const PPS: Channel = Channel::Ch4;
+
+/// Board time, µs since start.
+pub struct Clock {
+    timer: Timer<'static, TIM5>,
+    _pin: Flex<'static>,
+    /// Time of the last look; looks come at least once in the counter's 71 minutes.
+    last_us: u64,
+    /// Edges that came too fast to be told apart.
+    lost_edges: u32,
+}
+
+impl Clock {
+    /// Starts at 0.
+    pub fn start(timer: Peri<'static, TIM5>, pin: Peri<'static, PA3>) -> Self {
+        let mut pin = Flex::new(pin);
+        // without a cable the input rests
+        pin.set_as_af_unchecked(PA3_TIM5, AfType::input(Pull::Down));
+        let mut timer = Timer::new(timer);
+        timer.regs_gp32().arr().write_value(u32::MAX);
+        timer.set_tick_freq(Hertz(1_000_000));
+        timer.set_input_ti_selection(PPS, InputTISelection::Normal);
+        // 8 samples at 240 MHz / 8: glitches below 0.27 µs do not count
+        timer.set_input_capture_filter(PPS, FilterValue::FDTS_DIV8_N8);
+        timer.set_input_capture_mode(PPS, InputCaptureMode::Rising);
+        timer.enable_channel(PPS, true);
+        timer.reset();
+        timer.start();
+        Self { timer, _pin: pin, last_us: 0, lost_edges: 0 }
+    }
+
+    /// Board time, µs.
+    pub fn now_us(&mut self) -> u64 {
+        let count = self.timer.regs_gp32().cnt().read();
+        self.last_us += u64::from(count.wrapping_sub(self.last_us as u32));
+        self.last_us
+    }
+
+    /// Board time of an edge of the pulse per second since the last call, µs.
+    ///
+    /// The timer latches the time itself, so that nothing depends on how soon it is read. Two edges
+    /// between two calls (1 ms) are noise; none is reported.
+    pub fn take_edge_us(&mut self) -> Option<u64> {
+        let registers = self.timer.regs_gp32();
+        let status = registers.sr().read();
+        if !status.ccif(PPS.index()) {
+            return None;
+        }
+        let captured = self.timer.get_capture_value(PPS);
+        // flags are cleared by writing 0, and left by writing 1 (RM0433 39.4.5)
+        let mut clear = SrGp16(u32::MAX);
+        clear.set_ccif(PPS.index(), false);
+        clear.set_ccof(PPS.index(), false);
+        registers.sr().write_value(clear);
+        if status.ccof(PPS.index()) {
+            self.lost_edges = self.lost_edges.saturating_add(1);
+            return None;
+        }
+        let now_us = self.now_us();
+        now_us.checked_sub(u64::from((now_us as u32).wrapping_sub(captured)))
+    }
+
+    /// Edges that came too fast to be told apart, since start.
+    pub fn lost_edges(&self) -> u32 {
+        self.lost_edges
+    }
+}
