@@ -16,7 +16,9 @@ use backseat_core::control::Controller;
 use backseat_core::control::mission::MissionStatus;
 use backseat_core::dynamics::VehicleModel;
 use backseat_wire::Counts;
-use backseat_wire::hostlink::{self, FromBoard, Health as LinkHealth, Mode, ModeReason, Port, Restart, Step, StepDone, ToBoard};
+use backseat_wire::hostlink::{
+    self, FromBoard, Health as LinkHealth, Mode, ModeReason, Port, Restart, Step, StepDone, ToBoard,
+};
 
 /// Time between two steps, µs.
 pub const STEP_US: u64 = 100_000;

@@ -71,9 +71,14 @@ impl Commander {
         }
     }
 
-    /// Neutral fins and a stopped propeller.
-    pub fn neutral<'b>(&mut self, settings: &AppSettings, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
-        self.bytes = settings.servo.bytes([0.0; 4], 0.0);
+    /// Fins, and a stopped propeller.
+    pub fn fins<'b>(
+        &mut self,
+        fins_rad: [f64; 4],
+        settings: &AppSettings,
+        buffer: &'b mut [u8],
+    ) -> Result<&'b [u8], Error> {
+        self.bytes = settings.servo.bytes(fins_rad, 0.0);
         self.helm_phase = 0;
         let servo = Servo { servo: self.bytes, timeout_s: settings.command_timeout_s };
         ToFrontseat::Servo(servo).emit(&settings.units, buffer)

@@ -4,6 +4,7 @@ use crate::app::Backseat;
 use crate::mission::to_wire;
 use crate::parameters::PARAMETER_SCHEMA;
 use crate::ring::Ring;
+use crate::wiggle::Wiggle;
 use backseat_core::control::mission::MissionStatus;
 use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Refusal, ToBoard, encode};
 
@@ -64,6 +65,8 @@ impl Backseat {
                 }
             }
             ToBoard::MissionStart => answer(self.start()),
+            ToBoard::HealthGet => FromBoard::Health(self.health()),
+            ToBoard::FinWiggle => answer(self.wiggle()),
             ToBoard::MissionStop => {
                 self.stop();
                 FromBoard::Done
@@ -128,6 +131,15 @@ impl Backseat {
         Ok(())
     }
 
+    /// Shows the fins, unless they are needed; they come to rest by themselves.
+    fn wiggle(&mut self) -> Result<(), Refusal> {
+        if self.under_way() || self.armed {
+            return Err(Refusal::UnderWay);
+        }
+        self.wiggle = Some(Wiggle::default());
+        Ok(())
+    }
+
     /// Arms the stored mission: it begins with the first step at which navigation is valid.
     fn start(&mut self) -> Result<(), Refusal> {
         if self.under_way() {
@@ -136,7 +148,7 @@ impl Backseat {
         if self.controller.mission().waypoints().is_empty() {
             return Err(Refusal::Sequence);
         }
-        if self.modes.is_lost() || self.storing == Storing::Waiting {
+        if self.modes.is_lost() || self.storing == Storing::Waiting || self.wiggle.is_some() {
             return Err(Refusal::NotReady);
         }
         self.frontseat.forget_refusal();

@@ -17,6 +17,7 @@
 //! | [`parameters`] | the declared list, transactions |
 //! | `mission` | mission transfer |
 //! | `telemetry` | records of each step |
+//! | `wiggle` | the fins on the bench |
 //! | [`store`] | what survives a reset: parameters in flash, the restart record |
 //! | `lockstep`, `pump` | clocks and ports |
 #![no_std]
@@ -43,6 +44,7 @@ mod ring;
 pub mod store;
 mod telemetry;
 mod time;
+mod wiggle;
 
 pub use acoustics::Loss;
 pub use app::{App, STEP_US};

@@ -33,6 +33,7 @@ pub struct UtcClock {
     /// The offset rests on an edge.
     fine: bool,
     last_edge_us: Option<u64>,
+    edges: u32,
     /// The last edge or label that the fine offset rests on, local µs.
     fine_us: u64,
     /// Offset proposed by labels that disagree with the present one, and how many in a row.
@@ -43,7 +44,7 @@ pub struct UtcClock {
 
 impl UtcClock {
     pub const fn new() -> Self {
-        Self { offset_us: None, fine: false, last_edge_us: None, fine_us: 0, proposal: None, odd: 0 }
+        Self { offset_us: None, fine: false, last_edge_us: None, edges: 0, fine_us: 0, proposal: None, odd: 0 }
     }
 
     /// UTC at a local time, µs since 1970; `None` while unknown.
@@ -61,6 +62,11 @@ impl UtcClock {
         self.fine
     }
 
+    /// PPS edges seen.
+    pub fn edges(&self) -> u32 {
+        self.edges
+    }
+
     /// Labels and edges that did not fit and were not used.
     pub fn odd(&self) -> u32 {
         self.odd
@@ -69,6 +75,7 @@ impl UtcClock {
     /// A PPS edge. It refines a fine clock; a coarse one becomes fine with the next label.
     pub fn edge(&mut self, local_us: u64) {
         self.last_edge_us = Some(local_us);
+        self.edges = self.edges.saturating_add(1);
         let (true, Some(offset_us), Some(utc_us)) = (self.fine, self.offset_us, self.utc_us(local_us)) else { return };
         let past_us = (utc_us % 1_000_000) as i64;
         let error_us = if past_us > SECOND_US / 2 { past_us - SECOND_US } else { past_us };

@@ -2,7 +2,7 @@
 
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, MAX_FRAME, Port, Refusal, Restart, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    Chunk, Decoder, FromBoard, FusionTelemetry, Health, MAX_FRAME, Port, Refusal, Restart, Step, StepDone, Telemetry, ToBoard, Waypoint,
     encode,
 };
 use std::collections::VecDeque;
@@ -50,6 +50,7 @@ pub struct Heard {
     pub parameters: Vec<(String, f64)>,
     pub waypoints: Vec<Option<Waypoint>>,
     pub restarts: Vec<Restart>,
+    pub health: Option<Health>,
 }
 
 /// The host's end of the host link.
@@ -75,6 +76,7 @@ impl Listener {
                 FromBoard::Mission { waypoint, .. } => heard.waypoints.push(waypoint),
                 FromBoard::Done | FromBoard::Hello { .. } => heard.answers.push(Ok(())),
                 FromBoard::Restart(restart) => heard.restarts.push(restart),
+                FromBoard::Health(health) => heard.health = Some(health),
             }
         }
     }

@@ -94,3 +94,60 @@ fn telemetry_fits_the_line() {
     // 115200 baud carries 1152 bytes in a step
     assert!(per_step < 800, "{per_step} bytes a step");
 }
+
+#[test]
+fn the_counters_tell_what_came_in() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 12);
+    board.request(&ToBoard::HealthGet);
+    let health = board.heard().health.take().expect("counters");
+    let [frontseat, dvl, ahrs, modem] = health.accepted_frames;
+    // 7 Hz compass and more; no DVL; 10 Hz AHRS; its four settings at least
+    assert!(frontseat > 70 && dvl == 0 && ahrs > 100 && modem >= 4, "{health:?}");
+    assert_eq!(health.rejected_frames, [0; 4]);
+    assert!((11..=13).contains(&health.pps_edges) && health.synchronised, "{health:?}");
+}
+
+#[test]
+fn the_fins_are_shown_with_the_propeller_stopped_and_come_to_rest() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 8);
+    assert_eq!(ask(&mut board, &ToBoard::FinWiggle), Ok(()));
+    let (servos, stops) = (world.servos, world.stops);
+    let mut moved = [[false; 2]; 4];
+    for _ in 0..60 {
+        world.advance(&mut board);
+        assert_eq!(world.input.propeller_radps, 0.0);
+        for (moved, angle_rad) in moved.iter_mut().zip(world.input.fins_rad) {
+            // half a degree: a step of the servo byte
+            moved[0] |= (angle_rad - 0.15).abs() < 0.01;
+            moved[1] |= (angle_rad + 0.15).abs() < 0.01;
+        }
+    }
+    assert_eq!(moved, [[true; 2]; 4]);
+    // forty steps of it, and neutral once; handed back
+    assert_eq!((world.servos - servos, world.stops - stops), (41, 1));
+    assert_eq!(world.input.fins_rad, [0.0; 4]);
+    start(&mut board);
+    assert_eq!(ask(&mut board, &ToBoard::FinWiggle), Err(Refusal::UnderWay));
+    world.run(&mut board, 2);
+    assert_eq!(ask(&mut board, &ToBoard::FinWiggle), Err(Refusal::UnderWay));
+    assert!(world.input.propeller_radps > 0.0);
+}
+
+#[test]
+fn a_stop_ends_the_wiggle_and_a_mission_waits_for_its_end() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 8);
+    start(&mut board);
+    request_all(&mut board, &[ToBoard::MissionStop]);
+    world.run(&mut board, 1);
+    request_all(&mut board, &[ToBoard::FinWiggle]);
+    world.run(&mut board, 1);
+    assert!(world.input.fins_rad != [0.0; 4]);
+    assert_eq!(ask(&mut board, &ToBoard::MissionStart), Err(Refusal::NotReady));
+    request_all(&mut board, &[ToBoard::MissionStop]);
+    world.run(&mut board, 1);
+    assert_eq!(world.input.fins_rad, [0.0; 4]);
+    request_all(&mut board, &[ToBoard::MissionStart]);
+}

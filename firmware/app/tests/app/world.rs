@@ -41,7 +41,7 @@ pub struct World {
     pub stops: u32,
     pub settings: Vec<String>,
     model: VehicleModel,
-    input: ActuatorInput,
+    pub input: ActuatorInput,
     now_us: u64,
     random: Random,
     from_backseat: Framer,

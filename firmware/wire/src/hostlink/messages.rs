@@ -182,6 +182,19 @@ pub struct Telemetry {
     pub rejected_frames: [u32; 4],
 }
 
+/// What came in since start, port by port ([`Port::DEVICES`] order), and the pulse per second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// Good frames, of those the app makes use of.
+    pub accepted_frames: [u32; 4],
+    /// Frames refused.
+    pub rejected_frames: [u32; 4],
+    /// Edges of the pulse-per-second input.
+    pub pps_edges: u32,
+    /// UTC rests on those edges.
+    pub synchronised: bool,
+}
+
 /// One scalar fusion, as `backseat_core::navigation::FusionRecord`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FusionTelemetry {
@@ -290,6 +303,10 @@ pub enum ToBoard<'a> {
     MissionStop,
     /// Keep the active parameters through power-off; answered when they are written.
     ParameterStore,
+    /// Ask for the counters.
+    HealthGet,
+    /// Move the fins one after the other, a little and for four seconds, with the propeller stopped; not under way.
+    FinWiggle,
 }
 
 /// Board to PC.
@@ -326,4 +343,6 @@ pub enum FromBoard<'a> {
     Refused(Refusal),
     /// After the start of a board that knows its reset cause, and after `Hello`.
     Restart(Restart),
+    /// Answer to `HealthGet`.
+    Health(Health),
 }
