@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
   hil-sim run survey_current --seed 3
   hil-sim run my_scenario.toml --minutes 30 --out flight --json")]
 pub struct Arguments {
-    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd.
+    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms.
     scenario: Option<PathBuf>,
     /// Which backseat: `host`, the app as a process on virtual serial ports; `qemu`, the ARM image; or a board, as
     /// the five serial ports frontseat,dvl,ahrs,modem,host with commas between them.

@@ -19,7 +19,8 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
             *value = (value.powi(2) + DEPTH_STEP_M.powi(2) / 12.0).sqrt();
         }
     }
-    let app: [(&str, f64); 12] = [
+    let helm = backseat.control_mode == ControlMode::Oms;
+    let app: [(&str, f64); 13] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
         ("app.origin_lon_deg", environment.origin_longitude_deg),
         ("app.sound_speed_mps", environment.sound_speed_mps),
@@ -31,7 +32,9 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.use_dvl", f64::from(u8::from(backseat.dvl))),
         ("app.current_state", f64::from(u8::from(backseat.current_state))),
         ("app.control_law", if backseat.control_law == ControlLaw::Lqr { 1.0 } else { 0.0 }),
-        ("app.control_mode", if backseat.control_mode == ControlMode::Omp { 0.0 } else { 1.0 }),
+        ("app.control_mode", f64::from(u8::from(helm))),
+        // A frontseat that steers by itself tells its fins only in its state: the model needs them often.
+        ("app.status_rate_hz", if helm { 10.0 } else { 1.0 }),
     ];
     values.extend(app.map(|(name, value)| (name.to_owned(), value)));
     values

@@ -6,10 +6,11 @@ use backseat_wire::hostlink::Waypoint;
 use std::path::Path;
 
 /// The built-in scenarios by name; they fly the built-in reference vehicle.
-const BUILT_IN: [(&str, &str); 3] = [
+const BUILT_IN: [(&str, &str); 4] = [
     ("survey", include_str!("../../scenarios/survey.toml")),
     ("survey_current", include_str!("../../scenarios/survey_current.toml")),
     ("survey_pd", include_str!("../../scenarios/survey_pd.toml")),
+    ("survey_oms", include_str!("../../scenarios/survey_oms.toml")),
 ];
 
 /// The vehicle of the built-in scenarios.
@@ -32,7 +33,7 @@ impl Scenario {
         Ok(Self { settings, vehicle: VehicleFile::read(&vehicle_path)? })
     }
 
-    /// A built-in scenario: `survey` (the default mission), `survey_current` or `survey_pd`.
+    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd` or `survey_oms`.
     ///
     /// # Errors
     /// If there is no built-in scenario of that name.
