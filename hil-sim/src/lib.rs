@@ -1,12 +1,12 @@
 //! Host-in-the-loop simulator: a simulated Iver3, ship, sensors and modem on virtual serial ports.
 
+pub mod acoustics;
 pub mod analysis;
 pub mod backseat;
 pub mod commands;
 pub mod devices;
-pub mod flight;
-pub mod acoustics;
 pub mod environment;
+pub mod flight;
 pub mod observation;
 pub mod packets;
 pub mod pty;

@@ -66,7 +66,8 @@ impl Pty {
     }
 
     fn wait(&self, flags: PollFlags, timeout_ms: u32) -> io::Result<bool> {
-        let timeout = Timespec { tv_sec: i64::from(timeout_ms / 1000), tv_nsec: i64::from(timeout_ms % 1000) * 1_000_000 };
+        let timeout =
+            Timespec { tv_sec: i64::from(timeout_ms / 1000), tv_nsec: i64::from(timeout_ms % 1000) * 1_000_000 };
         let mut fds = [PollFd::new(&self.ours, flags)];
         match poll(&mut fds, Some(&timeout)) {
             Ok(n) => Ok(n > 0),

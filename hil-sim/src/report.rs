@@ -50,7 +50,10 @@ pub fn write(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &An
         if !flight.fusions.iter().any(|record| record.sensor == sensor) {
             continue;
         }
-        report = report.figure(&format!("Innovations of the backseat: {}.", sensor.name()), innovation_figure(flight, sensor, label));
+        report = report.figure(
+            &format!("Innovations of the backseat: {}.", sensor.name()),
+            innovation_figure(flight, sensor, label),
+        );
     }
     let command: Vec<String> = std::env::args().skip(1).collect();
     report

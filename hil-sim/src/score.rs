@@ -35,11 +35,7 @@ impl TrackScore {
                     .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
             })
             .unzip();
-        Some(Self {
-            cross_track: magnitudes(&cross_m)?,
-            depth: magnitudes(&depth_m)?,
-            samples: cross_m.len(),
-        })
+        Some(Self { cross_track: magnitudes(&cross_m)?, depth: magnitudes(&depth_m)?, samples: cross_m.len() })
     }
 }
 

@@ -178,7 +178,8 @@ fn bad_input_ends_in_one_clear_line() {
     let (line, code) = complaint(&hil_sim(&["run", &vehicle]));
     assert!(line.contains("no_vehicle.toml") && code == Some(1), "{line}");
 
-    let (line, code) = complaint(&hil_sim(&["__backseat", "/dev/null", "/dev/null", "/dev/null", "/dev/null", "/dev/null"]));
+    let (line, code) =
+        complaint(&hil_sim(&["__backseat", "/dev/null", "/dev/null", "/dev/null", "/dev/null", "/dev/null"]));
     assert!(line.contains("/dev/null") && code == Some(1), "{line}");
 
     let (line, code) = complaint(&hil_sim(&["run", "--minutes", "-3"]));

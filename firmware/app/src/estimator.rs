@@ -8,7 +8,8 @@ use crate::store::Navigation;
 use crate::time::UtcClock;
 use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel};
 use backseat_core::navigation::{
-    ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement, NavigationError, Navigator, Sensor,
+    ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement, NavigationError,
+    Navigator, Sensor,
 };
 use backseat_core::state::{P, Q, R, U, V, W, Z};
 use heapless::{Deque, Vec};

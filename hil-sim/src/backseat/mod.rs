@@ -9,8 +9,8 @@ mod serial;
 pub use client::{Client, FusionRecord, StepOutput};
 pub use in_process::InProcess;
 pub use process::Process;
-pub use serial::Serial;
 pub use qemu::{Qemu, build_image};
+pub use serial::Serial;
 
 use backseat_wire::hostlink::{Port, Refusal};
 use std::io;

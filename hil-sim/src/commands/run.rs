@@ -163,12 +163,14 @@ fn ports_line(backseat: &Process) -> String {
 }
 
 fn progress_bar(duration_s: f64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} s simulated, {per_sec} of them a second, {eta} to go");
+    let style =
+        ProgressStyle::with_template("{bar:40} {pos}/{len} s simulated, {per_sec} of them a second, {eta} to go");
     ProgressBar::new(duration_s as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
-    let mut text = format!("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "horizontal error [m]", "median", "95 %", "max", "RMS/DRMS");
+    let mut text =
+        format!("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "horizontal error [m]", "median", "95 %", "max", "RMS/DRMS");
     for configuration in &analysis.configurations {
         let error = &configuration.error;
         let ratio = rms_over_drms(configuration).map_or("-".into(), |ratio| format!("{ratio:.2}"));
@@ -178,7 +180,10 @@ fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
         );
     }
     if let Some(track) = &analysis.track {
-        for (name, error) in [("true cross-track error on the lines", &track.cross_track), ("true depth error on the lines", &track.depth)] {
+        for (name, error) in [
+            ("true cross-track error on the lines", &track.cross_track),
+            ("true depth error on the lines", &track.depth),
+        ] {
             text += &format!("{name:<36} {:>8.2} {:>8.2} {:>8.2}\n", error.median_m, error.p95_m, error.max_m);
         }
     }
@@ -191,7 +196,8 @@ fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
     for configuration in analysis.configurations.iter().filter(|c| !c.nis.is_empty()) {
         text += &format!("{:<36}", configuration.name);
         for sensor in &sensors {
-            let cell = configuration.nis.get(sensor).map_or("-".into(), |nis| format!("{:.2} ({})", nis.mean(), nis.rejected));
+            let cell =
+                configuration.nis.get(sensor).map_or("-".into(), |nis| format!("{:.2} ({})", nis.mean(), nis.rejected));
             text += &format!(" {cell:>12}");
         }
         text.push('\n');

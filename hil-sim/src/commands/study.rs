@@ -154,7 +154,8 @@ fn one_flight(
     outcomes.extend(backseat(name, &flight).map(|configuration| (name, configuration, backseat(name, &quiet))));
     for filter in filters(&scenario.vehicle, seed).iter().filter(|filter| filter.current == current) {
         let judged = |flight: &FlightLog, truth: &Truth| -> anyhow::Result<Option<Configuration>> {
-            let run = filter::run(&flight.log, &filter.vehicle, &filter.options).with_context(|| format!("{}, seed {seed}", filter.name))?;
+            let run = filter::run(&flight.log, &filter.vehicle, &filter.options)
+                .with_context(|| format!("{}, seed {seed}", filter.name))?;
             Ok(analysis::of_run(filter.name, &run, truth))
         };
         if let Some(configuration) = judged(&flight, &truth)? {
@@ -207,7 +208,8 @@ fn filters(vehicle: &VehicleFile, seed: u64) -> Vec<Filter> {
     let mut packets = dynamic;
     packets.ship = filter::ShipSource::Packet;
     let wrong = |share: f64| VehicleFile { parameters: perturbed(&vehicle.parameters, share, seed), ..vehicle.clone() };
-    let filter = |name, current, options, vehicle: &VehicleFile| Filter { name, current, options, vehicle: vehicle.clone() };
+    let filter =
+        |name, current, options, vehicle: &VehicleFile| Filter { name, current, options, vehicle: vehicle.clone() };
     vec![
         filter("dynamic, no DVL", false, dynamic, vehicle),
         filter("dynamic, no DVL, ship from packets", false, packets, vehicle),
@@ -295,8 +297,13 @@ fn markdown(arguments: &Arguments, rows: &[(&str, &Row, &Row)]) -> String {
 
 fn to_json(rows: &[(&str, &Row, &Row)]) -> Value {
     let configurations = rows.iter().map(|(name, row, floor)| {
-        let nis: serde_json::Map<String, Value> =
-            row.nis.iter().map(|(sensor, nis)| ((*sensor).to_owned(), json!({"mean": nis.mean(), "count": nis.count, "rejected": nis.rejected}))).collect();
+        let nis: serde_json::Map<String, Value> = row
+            .nis
+            .iter()
+            .map(|(sensor, nis)| {
+                ((*sensor).to_owned(), json!({"mean": nis.mean(), "count": nis.count, "rejected": nis.rejected}))
+            })
+            .collect();
         json!({
             "name": name,
             "runs": row.median_m.len(),

@@ -67,7 +67,11 @@ impl Ahrs {
             return;
         }
         let magnetic = (heading - self.declination_rad + PI).rem_euclid(2.0 * PI) - PI;
-        let reply = Reply::euler_rate([roll, pitch, magnetic].map(|x| x as f32), rates_radps.map(|x| x as f32), ticks(observation.time_us));
+        let reply = Reply::euler_rate(
+            [roll, pitch, magnetic].map(|x| x as f32),
+            rates_radps.map(|x| x as f32),
+            ticks(observation.time_us),
+        );
         let mut buffer = [0; 128];
         if let Ok(bytes) = reply.emit(&mut buffer) {
             self.transmitter.send(observation.time_us, bytes);

@@ -8,15 +8,15 @@ use super::geodesy::LocalFrame;
 use super::uart::Uart;
 use crate::observation::{GnssFix, Observation, ObservationKind};
 use crate::world::ActuatorTargets;
+use backseat_wire::Error;
 use backseat_wire::calendar::DateTime;
 use backseat_wire::gps::Rmc;
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::iver::{
-    Acknowledge, Battery, Compass, FromFrontseat, FrontseatError, FrontseatMode, Power, Request, ServoBytes, State, Steer,
-    ToFrontseat, Units,
+    Acknowledge, Battery, Compass, FromFrontseat, FrontseatError, FrontseatMode, Power, Request, ServoBytes, State,
+    Steer, ToFrontseat, Units,
 };
 use backseat_wire::nmea::{Checksum, Framer, MAX_SENTENCE};
-use backseat_wire::Error;
 use std::f64::consts::PI;
 
 /// Deeper than this the frontseat engages its safety rule.
@@ -187,8 +187,7 @@ impl Frontseat {
                 (FrontseatError::None, _) => FrontseatMode::Servo,
                 _ => FrontseatMode::Stopped,
             };
-            let [latitude, longitude] =
-                self.frame.to_degrees(self.fix.map_or([0.0; 2], |fix| fix.position_m));
+            let [latitude, longitude] = self.frame.to_degrees(self.fix.map_or([0.0; 2], |fix| fix.position_m));
             self.send(
                 time_us,
                 &FromFrontseat::State(State {

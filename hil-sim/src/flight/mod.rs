@@ -39,12 +39,7 @@ fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), 
 }
 
 /// Moves world and devices to `to_us`, stopping wherever a device acts.
-fn advance(
-    world: &mut World,
-    devices: &mut Devices,
-    recorder: &mut Recorder,
-    to_us: u64,
-) -> Result<(), DataError> {
+fn advance(world: &mut World, devices: &mut Devices, recorder: &mut Recorder, to_us: u64) -> Result<(), DataError> {
     loop {
         let until_us = devices.next_us().unwrap_or(to_us).min(to_us);
         let mut observed = Vec::new();

@@ -2,8 +2,8 @@
 
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, Health, MAX_FRAME, Port, Refusal, Restart, Step, StepDone, Telemetry, ToBoard, Waypoint,
-    encode,
+    Chunk, Decoder, FromBoard, FusionTelemetry, Health, MAX_FRAME, Port, Refusal, Restart, Step, StepDone, Telemetry,
+    ToBoard, Waypoint, encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;

@@ -6,9 +6,9 @@
 
 use crate::supply;
 use cortex_m::peripheral::SCB;
+use embassy_stm32::Peri;
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::FLASH;
-use embassy_stm32::Peri;
 use embassy_time::{Duration, Instant};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,

@@ -125,8 +125,7 @@ async fn main(_spawner: Spawner) {
         spawner.spawn(defmt::unwrap!(transmit(transmitter)));
     }
     let (powered_us, warning) = (record.powered_us, restart.resets > 0);
-    let board =
-        Board { app, pump, ports, clock, watchdog, backup, record, leds, powered_us, storing: false, warning };
+    let board = Board { app, pump, ports, clock, watchdog, backup, record, leds, powered_us, storing: false, warning };
     spawner.spawn(defmt::unwrap!(run(board)));
 
     loop {

@@ -8,6 +8,6 @@ mod messages;
 
 pub use codec::{Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use messages::{
-    Chunk, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port, Refusal, ResetCause,
-    Restart, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    Chunk, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port, Refusal,
+    ResetCause, Restart, Step, StepDone, Telemetry, ToBoard, Waypoint,
 };
