@@ -212,7 +212,7 @@ fn set(seed: u64) -> Settings {
         let share = random.below(1000) as f64 / 1000.0;
         let value = parameter.min + share * (parameter.max - parameter.min);
         let whole = parameter.kind == Kind::Whole;
-        (parameter.set)(&mut settings, if whole { value.floor() } else { value });
+        (parameter.set)(&mut settings, if whole { libm::floor(value) } else { value });
     }
     settings
 }

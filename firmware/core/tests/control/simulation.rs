@@ -76,7 +76,7 @@ pub fn fly(
     let mut last = ActuatorInput::default();
     let mut samples = Vec::new();
     for step in 0..(longest_s / STEP_S) as u64 {
-        let estimate = VehicleState::from_fn(|i, _| x[i] + 3.0_f64.sqrt() * disturbance.noise[i] * scatter.unit());
+        let estimate = VehicleState::from_fn(|i, _| x[i] + libm::sqrt(3.0) * disturbance.noise[i] * scatter.unit());
         let command = controller.command(step * 100_000, &estimate, told);
         check_limits(&config.limits, &last, &command.input);
         last = command.input;

@@ -95,10 +95,10 @@ fn val_riccati_scalar_closed_form() {
     let problem = LinearQuadratic { a: &one, b: &one, q: &one, r: &one, n: None };
     let mut solver = RiccatiSolver::<1, 1>::new();
     solver.solve(&problem, Horizon::Infinite).unwrap();
-    assert!((solver.cost()[(0, 0)] - 1.0 - 2.0_f64.sqrt()).abs() < 1e-13);
+    assert!((solver.cost()[(0, 0)] - 1.0 - libm::sqrt(2.0)).abs() < 1e-13);
     for time in [0.0, 1e-3, 0.1, 1.0, 3.0] {
         solver.solve(&problem, Horizon::Finite(time)).unwrap();
-        let root = 2.0_f64.sqrt();
+        let root = libm::sqrt(2.0);
         let (s, c) = (libm::sinh(root * time), libm::cosh(root * time));
         let expected = s / (root * c - s);
         assert!((solver.cost()[(0, 0)] - expected).abs() <= 1e-13 * expected.max(1e-6), "{time}");

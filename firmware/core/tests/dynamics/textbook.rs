@@ -144,10 +144,8 @@ pub fn derivative<S: Scalar>(parameters: &VehicleParameters, x: &[S; 12], xi: &[
         - number(parameters.advance_n_s2_per_rad_m) * propeller * v[0];
 
     let mut x_dot = [zero; 12];
-    for i in 0..3 {
-        x_dot[i] = position[i];
-        x_dot[3 + i] = euler[i];
-    }
+    x_dot[..3].copy_from_slice(&position);
+    x_dot[3..6].copy_from_slice(&euler);
     for i in 0..6 {
         x_dot[6 + i] = wrench[i] / number(parameters.m_diag[i]);
     }
