@@ -44,7 +44,7 @@ pub(crate) struct Backseat {
     pub(crate) estimator: Estimator,
     pub(crate) frontseat: FrontseatLink,
     pub(crate) modes: Modes,
-    clock: UtcClock,
+    pub(crate) clock: UtcClock,
     dvl: DvlLink,
     ahrs: AhrsLink,
     modem: ModemLink,
@@ -356,7 +356,7 @@ impl Backseat {
             frontseat_age_us: age(self.frontseat.last_us()),
             refused_us: age(self.frontseat.refused_since_us()),
             position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
-            resumed: self.estimator.is_resumed(),
+            resumed: self.estimator.resumed().is_some(),
             rejections: self.estimator.rejections_in_a_row(),
             mission: self.under_way(),
         }

@@ -81,9 +81,9 @@ impl Estimator {
         self.resumed = navigation;
     }
 
-    /// Whether the position still rests on what was before a reset.
-    pub fn is_resumed(&self) -> bool {
-        self.resumed.is_some()
+    /// What was before a reset, as long as the position rests on it.
+    pub fn resumed(&self) -> Option<Navigation> {
+        self.resumed
     }
 
     pub fn navigator(&self) -> &Navigator {

@@ -38,13 +38,16 @@ pub struct UtcClock {
     fine_us: u64,
     /// Offset proposed by labels that disagree with the present one, and how many in a row.
     proposal: Option<(i64, u8)>,
+    /// UTC minus local time from before a reset, to less than half a second, until an edge makes
+    /// it fine or a label replaces it.
+    resumed_us: Option<i64>,
     /// Labels and edges that did not fit.
     odd: u32,
 }
 
 impl UtcClock {
     pub const fn new() -> Self {
-        Self { offset_us: None, fine: false, last_edge_us: None, edges: 0, fine_us: 0, proposal: None, odd: 0 }
+        Self { offset_us: None, fine: false, last_edge_us: None, edges: 0, fine_us: 0, proposal: None, resumed_us: None, odd: 0 }
     }
 
     /// UTC at a local time, µs since 1970; `None` while unknown.
@@ -72,10 +75,24 @@ impl UtcClock {
         self.odd
     }
 
+    /// Local time 0 was about `utc_us`, to less than half a second: the next edge says exactly.
+    pub fn resume(&mut self, utc_us: u64) {
+        self.resumed_us = i64::try_from(utc_us).ok();
+    }
+
     /// A PPS edge. It refines a fine clock; a coarse one becomes fine with the next label.
     pub fn edge(&mut self, local_us: u64) {
         self.last_edge_us = Some(local_us);
         self.edges = self.edges.saturating_add(1);
+        if let (None, Some(resumed_us), Ok(edge_us)) =
+            (self.offset_us, self.resumed_us.take(), i64::try_from(local_us))
+        {
+            let utc_s = edge_us.saturating_add(resumed_us).saturating_add(SECOND_US / 2).div_euclid(SECOND_US);
+            self.offset_us = utc_s.saturating_mul(SECOND_US).checked_sub(edge_us);
+            self.fine = self.offset_us.is_some();
+            self.fine_us = local_us;
+            return;
+        }
         let (true, Some(offset_us), Some(utc_us)) = (self.fine, self.offset_us, self.utc_us(local_us)) else { return };
         let past_us = (utc_us % 1_000_000) as i64;
         let error_us = if past_us > SECOND_US / 2 { past_us - SECOND_US } else { past_us };
@@ -201,6 +218,25 @@ mod tests {
         let edge_us = 12_250_000 + 3_600_180_000;
         clock.edge(edge_us);
         assert_eq!(clock.utc_us(edge_us), Some(NOON_US + 3602 * SECOND_US));
+    }
+
+    #[test]
+    fn after_a_reset_an_edge_brings_utc_back() {
+        // the truth: local time 0 was 0.2 s past noon; resumed 0.4 s early and late
+        for error_us in [-400_000, 0, 400_000_i64] {
+            let mut clock = UtcClock::new();
+            clock.resume((NOON_US + 200_000).saturating_add_signed(error_us));
+            assert_eq!(clock.utc_us(700_000), None);
+            clock.edge(800_000);
+            assert!(clock.is_fine());
+            assert_eq!(clock.utc_us(800_000), Some(NOON_US + SECOND_US), "{error_us}");
+        }
+        // a label that comes first is worth more
+        let mut clock = UtcClock::new();
+        clock.resume(NOON_US + 5 * SECOND_US);
+        clock.label(500_000, NOON_US, 400_000);
+        clock.edge(1_100_000);
+        assert_eq!(clock.utc_us(1_100_000), Some(NOON_US + SECOND_US));
     }
 
     #[test]

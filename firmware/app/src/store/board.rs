@@ -45,7 +45,12 @@ impl App {
         send(&mut self.host_out, &FromBoard::Restart(restart));
         match *response {
             Response::Fresh => return,
-            Response::Resume(navigation) => backseat.estimator.resume(navigation),
+            Response::Resume { navigation, utc_us } => {
+                backseat.estimator.resume(navigation);
+                if let Some(utc_us) = utc_us {
+                    backseat.clock.resume(utc_us);
+                }
+            }
             Response::Safe => backseat.modes.barred(),
         }
         backseat.stopping = true;
@@ -63,7 +68,15 @@ impl App {
                 + libm::hypot(navigator.current()[0], navigator.current()[1]);
             Navigation { position_m: [x[X], x[Y]], sigma_m: navigator.horizontal_sigma_m(), speed_mps }
         });
-        RestartRecord { sequence: last.sequence.wrapping_add(1), powered_us, resets: last.resets, navigation }
+        // a second reset while the filter waits for its sensors loses nothing
+        let now_us = self.stepped_us().unwrap_or(0);
+        let waiting = || {
+            let resumed = self.estimator().resumed()?;
+            Some(Navigation { sigma_m: resumed.sigma_after(now_us), ..resumed })
+        };
+        let navigation = navigation.or_else(waiting);
+        let utc_us = self.clock().utc_us(now_us).filter(|_| self.clock().is_fine());
+        RestartRecord { sequence: last.sequence.wrapping_add(1), powered_us, resets: last.resets, navigation, utc_us }
     }
 
     /// Time of the last step; a watchdog is fed by it.

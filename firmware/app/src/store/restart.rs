@@ -8,7 +8,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::{Deserialize, Serialize};
 
 /// Bytes of a record, a multiple of the word of any backup memory.
-pub const RECORD_BYTES: usize = 96;
+pub const RECORD_BYTES: usize = 112;
 /// So many resets ...
 pub const SAFE_AFTER: usize = 3;
 /// ... within this time, µs, and the board does nothing but keep still.
@@ -49,6 +49,8 @@ pub struct RestartRecord {
     pub resets: ResetHistory,
     /// `None` while the position is not known.
     pub navigation: Option<Navigation>,
+    /// UTC of the record, µs since 1970; `None` unless it rests on pulse edges.
+    pub utc_us: Option<u64>,
 }
 
 /// What to do after a start.
@@ -57,13 +59,21 @@ pub enum Response {
     /// Begin as new.
     Fresh,
     /// Neutral fins and stop; navigation carries on from here as degraded.
-    Resume(Option<Navigation>),
+    Resume {
+        /// Where it stood.
+        navigation: Option<Navigation>,
+        /// UTC of the board's new time 0, to less than half a second, µs since 1970.
+        utc_us: Option<u64>,
+    },
     /// Neutral fins and stop; nothing else until the operator says so.
     Safe,
 }
 
 /// From a record's step to the board's new time 0 at the longest, µs: the watchdog and the start.
 const DOWN_US: u64 = 1_000_000;
+/// The same in the middle for a watchdog of 0.6 s that is fed up to 0.3 s after a step: 0.57 to
+/// 0.93 s, its clock's tolerance included.
+const WATCHDOG_DOWN_US: u64 = 750_000;
 
 impl Navigation {
     /// Sigma of one axis after the board has run for `now_us` since its reset, m: the speed before
@@ -118,14 +128,19 @@ impl RestartRecord {
             let mut new = Self { sequence, ..Self::default() };
             if is_fault(cause) {
                 new.resets.note(0);
-                return (Response::Resume(None), new);
+                return (Response::Resume { navigation: None, utc_us: None }, new);
             }
             return (Response::Fresh, new);
         };
         let mut new = Self { sequence: last.sequence.wrapping_add(1), ..*last };
         new.resets.note(last.powered_us);
-        let response = if new.resets.too_many() { Response::Safe } else { Response::Resume(last.navigation) };
-        (response, new)
+        if new.resets.too_many() {
+            return (Response::Safe, new);
+        }
+        // how long a brown-out lasted nobody knows
+        let utc_us = last.utc_us.filter(|_| cause == ResetCause::Watchdog);
+        let utc_us = utc_us.map(|us| us.saturating_add(WATCHDOG_DOWN_US));
+        (Response::Resume { navigation: last.navigation, utc_us }, new)
     }
 
     /// As the host link reports it.
@@ -182,6 +197,7 @@ mod tests {
             powered_us: u64::MAX,
             resets: ResetHistory { count: u32::MAX, times_us: [Some(u64::MAX); SAFE_AFTER] },
             navigation: record(0, 0).navigation,
+            utc_us: Some(u64::MAX),
         };
         assert_eq!(RestartRecord::decode(&longest.encode()), Some(longest));
         assert_eq!(RestartRecord::decode(&RestartRecord::default().encode()), Some(RestartRecord::default()));
@@ -249,6 +265,15 @@ mod tests {
     }
 
     #[test]
+    fn utc_outlasts_the_watchdog_alone() {
+        let last = RestartRecord { utc_us: Some(5_000_000), ..record(0, 0) };
+        for (cause, expected_us) in [(ResetCause::Watchdog, Some(5_750_000)), (ResetCause::BrownOut, None)] {
+            let (response, _) = RestartRecord::respond(cause, Some(&last));
+            assert_eq!(response, Response::Resume { navigation: last.navigation, utc_us: expected_us });
+        }
+    }
+
+    #[test]
     fn three_resets_in_ten_minutes_are_too_many() {
         let resets_at = |minutes: &[u64]| {
             let mut last = record(0, 0);
@@ -261,7 +286,7 @@ mod tests {
             }
             (responses, last)
         };
-        let resume = Response::Resume(record(0, 0).navigation);
+        let resume = Response::Resume { navigation: record(0, 0).navigation, utc_us: None };
         assert_eq!(resets_at(&[1, 5, 11]).0, [resume, resume, Response::Safe]);
         assert_eq!(resets_at(&[1, 5, 12]).0, [resume; 3]);
         let (responses, last) = resets_at(&[1, 5, 12, 14]);
@@ -275,6 +300,7 @@ mod tests {
         let (first, one) = RestartRecord::respond(ResetCause::Software, None);
         let (second, two) = RestartRecord::respond(ResetCause::Software, Some(&one));
         let (third, _) = RestartRecord::respond(ResetCause::BrownOut, Some(&two));
-        assert_eq!([first, second, third], [Response::Resume(None), Response::Resume(None), Response::Safe]);
+        let resume = Response::Resume { navigation: None, utc_us: None };
+        assert_eq!([first, second, third], [resume, resume, Response::Safe]);
     }
 }

@@ -5,5 +5,6 @@ mod faults;
 mod flight;
 mod host_link;
 mod lockstep;
+mod persistence;
 mod streams;
 mod world;

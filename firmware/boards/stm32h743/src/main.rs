@@ -213,6 +213,7 @@ impl Board {
         }
         self.leds.show(self.app, now_us, self.warning);
         self.ports.iter_mut().for_each(SerialPort::report);
+        self.clock.report();
     }
 }
 

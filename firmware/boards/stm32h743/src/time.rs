@@ -22,6 +22,7 @@ pub struct Clock {
     last_us: u64,
     /// Edges that came too fast to be told apart.
     lost_edges: u32,
+    reported_edges: u32,
 }
 
 impl Clock {
@@ -40,7 +41,7 @@ impl Clock {
         timer.enable_channel(PPS, true);
         timer.reset();
         timer.start();
-        Self { timer, _pin: pin, last_us: 0, lost_edges: 0 }
+        Self { timer, _pin: pin, last_us: 0, lost_edges: 0, reported_edges: 0 }
     }
 
     /// Board time, µs.
@@ -74,8 +75,11 @@ impl Clock {
         now_us.checked_sub(u64::from((now_us as u32).wrapping_sub(captured)))
     }
 
-    /// Edges that came too fast to be told apart, since start.
-    pub fn lost_edges(&self) -> u32 {
-        self.lost_edges
+    /// Logs lost edges since the last call.
+    pub fn report(&mut self) {
+        if self.lost_edges != self.reported_edges {
+            self.reported_edges = self.lost_edges;
+            defmt::warn!("{=u32} pulse edges lost since start", self.lost_edges);
+        }
     }
 }

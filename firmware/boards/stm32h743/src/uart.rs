@@ -133,7 +133,7 @@ pub struct SerialPort {
     outgoing: &'static Outgoing,
     /// A byte that was fetched to see whether there is one.
     next: Option<u8>,
-    /// Framing, noise and overrun errors, after each of which the ring starts afresh.
+    /// Framing, noise and overrun errors.
     errors: u32,
     reported: u32,
 }
@@ -151,7 +151,7 @@ impl SerialPort {
             Poll::Pending => 0,
             Poll::Ready(Err(_)) => {
                 self.errors = self.errors.saturating_add(1);
-                // what was received until then is lost; the decoders resynchronise
+                // The error stopped reception, a millisecond ago at most; the ring keeps what it has.
                 self.ring.start_uart();
                 0
             }
