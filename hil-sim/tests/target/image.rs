@@ -1,0 +1,86 @@
+//! Builds and runs the ARM images.
+
+use anyhow::{Context, bail, ensure};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const EMULATOR: &str = "qemu-system-arm";
+const TARGET: &str = "thumbv7em-none-eabihf";
+/// An image ends within seconds; on a busy machine within some more.
+const PATIENCE_S: &str = "120";
+/// When it is set, what is missing is an error.
+const REQUIRED: &str = "BACKSEAT_REQUIRE_QEMU";
+
+/// What a test cannot do without.
+#[derive(Clone, Copy, Debug)]
+pub enum Need {
+    /// The ARM target's standard library.
+    Target,
+    /// The emulator.
+    Emulator,
+}
+
+/// Whether everything is installed; says so when it is not.
+pub fn ready(needs: &[Need]) -> bool {
+    let Some(missing) = needs.iter().find_map(|need| missing(*need)) else { return true };
+    assert!(std::env::var_os(REQUIRED).is_none(), "{missing}");
+    eprintln!("\nSKIPPED: {missing}\n");
+    false
+}
+
+fn missing(need: Need) -> Option<String> {
+    match need {
+        Need::Emulator => {
+            let output = Command::new(EMULATOR).arg("--version").output();
+            (!output.is_ok_and(|output| output.status.success())).then(|| format!("{EMULATOR} is not installed"))
+        }
+        Need::Target => {
+            let output = tool("RUSTC", "rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
+            let there = output.is_ok_and(|o| Path::new(String::from_utf8_lossy(&o.stdout).trim()).is_dir());
+            (!there).then(|| format!("the ARM target is not installed: rustup target add {TARGET}"))
+        }
+    }
+}
+
+/// One of the toolchain's programs, as the cargo that started this names it, without flags meant for this computer.
+fn tool(variable: &str, name: &str) -> Command {
+    let mut command = Command::new(std::env::var_os(variable).unwrap_or_else(|| name.into()));
+    command.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).stdin(Stdio::null());
+    command.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
+    command
+}
+
+/// Builds one binary of `backseat-mps2` with the firmware profile; its path.
+pub fn build(binary: &str) -> anyhow::Result<PathBuf> {
+    let output = tool("CARGO", "cargo")
+        .args(["build", "--package", "backseat-mps2", "--bin", binary, "--profile", "firmware", "--target", TARGET])
+        .args(["--quiet", "--message-format", "json-render-diagnostics"])
+        .output()
+        .context("cargo")?;
+    ensure!(output.status.success(), "{binary} does not build:\n{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout)
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+        .filter(|message| message["target"]["name"] == binary)
+        .find_map(|message| message["executable"].as_str().map(PathBuf::from))
+        .context("cargo names no image")
+}
+
+/// Runs an image to its end; what it wrote.
+///
+/// An instruction takes 2⁶ ns of the machine's time, whatever this computer is busy with.
+#[allow(dead_code)]
+pub fn run(image: &Path) -> anyhow::Result<String> {
+    let output = Command::new("timeout")
+        .args([PATIENCE_S, EMULATOR, "-M", "mps2-an500", "-display", "none", "-monitor", "none", "-serial", "none"])
+        .args(["-icount", "shift=6,sleep=off", "-semihosting-config", "enable=on,target=native", "-kernel"])
+        .arg(image)
+        .stdin(Stdio::null())
+        .output()
+        .context("timeout")?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    if !output.status.success() {
+        bail!("{}: {}\n{text}\n{}", image.display(), output.status, String::from_utf8_lossy(&output.stderr));
+    }
+    Ok(text)
+}
