@@ -184,6 +184,12 @@ impl App {
         self.backseat.digest
     }
 
+    /// The active parameters.
+    #[must_use]
+    pub fn parameters(&self) -> &Settings {
+        self.backseat.parameters.active()
+    }
+
     /// Mode and its reason, as the last step's telemetry has them.
     #[must_use]
     pub fn mode(&self) -> (Mode, ModeReason) {

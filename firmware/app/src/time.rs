@@ -47,7 +47,16 @@ pub struct UtcClock {
 
 impl UtcClock {
     pub const fn new() -> Self {
-        Self { offset_us: None, fine: false, last_edge_us: None, edges: 0, fine_us: 0, proposal: None, resumed_us: None, odd: 0 }
+        Self {
+            offset_us: None,
+            fine: false,
+            last_edge_us: None,
+            edges: 0,
+            fine_us: 0,
+            proposal: None,
+            resumed_us: None,
+            odd: 0,
+        }
     }
 
     /// UTC at a local time, µs since 1970; `None` while unknown.
@@ -84,8 +93,7 @@ impl UtcClock {
     pub fn edge(&mut self, local_us: u64) {
         self.last_edge_us = Some(local_us);
         self.edges = self.edges.saturating_add(1);
-        if let (None, Some(resumed_us), Ok(edge_us)) =
-            (self.offset_us, self.resumed_us.take(), i64::try_from(local_us))
+        if let (None, Some(resumed_us), Ok(edge_us)) = (self.offset_us, self.resumed_us.take(), i64::try_from(local_us))
         {
             let utc_s = edge_us.saturating_add(resumed_us).saturating_add(SECOND_US / 2).div_euclid(SECOND_US);
             self.offset_us = utc_s.saturating_mul(SECOND_US).checked_sub(edge_us);

@@ -12,12 +12,14 @@
 //! | AHRS | [`ahrs::gx3`], [`ahrs::mip`] | [`ahrs::os5000`] |
 //! | WHOI Micro-Modem | payload [`ship_state`] | [`modem::FromModem`], [`modem::ToModem`] |
 //! | PC | [`hostlink`] | |
+//! | memory card | [`boardlog`] | |
 //!
 //! SI units and radians, except latitude and longitude in degrees. What no public source settles (depth unit, fin byte
 //! calibration, mounting angle, Doppler sign, clock encoding) is an explicit parameter.
 #![no_std]
 
 pub mod ahrs;
+pub mod boardlog;
 pub mod calendar;
 pub mod decimal;
 pub mod dvl;

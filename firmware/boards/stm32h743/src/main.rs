@@ -6,10 +6,11 @@
 //! | `uart`, `memory` | the five ports, as `embedded-io`; memory that DMA reaches |
 //! | `flash`, `supply` | the parameter store's sectors; reset cause and supply |
 //! | `backup`, `watchdog` | restart record; watchdog fed by navigation |
+//! | `log`, `card` | the board log: into a queue, and from there to a memory card |
 //! | `leds` | what the board shows |
 //!
 //! Three levels: interrupts of the HAL above all; the app, its ports and the watchdog in an
-//! executor of their own below them; and in thread mode what may take seconds, the flash.
+//! executor of their own below them; and in thread mode what may take seconds, flash and card.
 #![no_std]
 #![no_main]
 
@@ -17,19 +18,25 @@
 compile_error!("an ARM image: cargo build -p backseat-stm32h743 --profile firmware --target thumbv7em-none-eabihf");
 
 mod backup;
+mod card;
 mod clocks;
 mod flash;
 mod leds;
+mod log;
 mod memory;
 mod supply;
 mod time;
 mod uart;
 mod watchdog;
 
-use backseat_app::parameters::Settings;
+use backseat_app::parameters::{PARAMETER_SCHEMA, Settings};
 use backseat_app::store::{ParameterFlash, RestartRecord};
 use backseat_app::{App, Progress, Pump};
+use backseat_wire::boardlog::LogRecord;
+use backseat_wire::hostlink::Port;
 use backup::BackupMemory;
+use card::Card;
+use core::cell::RefCell;
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
@@ -37,17 +44,22 @@ use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Ticker};
+use embassy_time::{Duration, Ticker, with_timeout};
 use flash::StoreFlash;
 use leds::Leds;
+use log::{Log, Recorded};
 use panic_probe as _;
 use static_cell::ConstStaticCell;
 use time::Clock;
-use uart::{SerialPort, Transmitter};
+use uart::{SerialPort, Transmitter, Wiring};
 use watchdog::Watchdog;
 
 /// How often the ports are looked at; bytes are stamped as exactly as this.
 const TICK: Duration = Duration::from_millis(1);
+/// How often thread mode looks what waits for the card.
+const CARD_TICK: Duration = Duration::from_millis(20);
+/// From so many resets by a fault on the card is left alone: it may be the cause.
+const CARD_RESETS: u32 = 2;
 /// Most turns of the pump in a tick; each reads up to 256 bytes a port.
 const TURNS: usize = 8;
 
@@ -82,7 +94,8 @@ async fn main(_spawner: Spawner) {
     supply::start();
 
     let mut backup = BackupMemory::take();
-    let (response, record) = RestartRecord::respond(cause, backup.read().as_ref());
+    let last = backup.read();
+    let (response, record) = RestartRecord::respond(cause, last.as_ref());
     backup.write(&record);
     let restart = record.report(cause);
     defmt::info!("{=u32} resets by a fault since power-on", restart.resets);
@@ -99,22 +112,24 @@ async fn main(_spawner: Spawner) {
         defmt::error!("the stored parameters do not fit together: defaults");
     }
     app.resume(restart, &response);
+    let (dma, queue) = defmt::unwrap!(memory::take());
+    let (mut log, mut records) = Log::new(queue);
+    log.record(&LogRecord::Start {
+        firmware: env!("CARGO_PKG_VERSION"),
+        parameter_schema: PARAMETER_SCHEMA,
+        restart,
+        record: last.map(|last| last.encode()).as_ref().map_or(&[], |bytes| bytes),
+    });
+    log.parameters(app.parameters());
 
     let resources = uart::Resources {
-        usart2: p.USART2,
-        uart4: p.UART4,
-        uart7: p.UART7,
-        usart6: p.USART6,
-        usart3: p.USART3,
-        frontseat: (p.PD6, p.PD5),
-        dvl: (p.PD0, p.PD1),
-        ahrs: (p.PE7, p.PE8),
-        modem: (p.PC7, p.PC6),
-        host: (p.PD9, p.PD8),
-        receive: (p.DMA1_CH0, p.DMA1_CH1, p.DMA1_CH2, p.DMA1_CH3, p.DMA1_CH4),
-        transmit: (p.DMA2_CH0, p.DMA2_CH1, p.DMA2_CH2, p.DMA2_CH3, p.DMA2_CH4),
+        frontseat: Wiring { uart: p.USART2, rx: p.PD6, tx: p.PD5, receive: p.DMA1_CH0, transmit: p.DMA2_CH0 },
+        dvl: Wiring { uart: p.UART4, rx: p.PD0, tx: p.PD1, receive: p.DMA1_CH1, transmit: p.DMA2_CH1 },
+        ahrs: Wiring { uart: p.UART7, rx: p.PE7, tx: p.PE8, receive: p.DMA1_CH2, transmit: p.DMA2_CH2 },
+        modem: Wiring { uart: p.USART6, rx: p.PC7, tx: p.PC6, receive: p.DMA1_CH3, transmit: p.DMA2_CH3 },
+        host: Wiring { uart: p.USART3, rx: p.PD9, tx: p.PD8, receive: p.DMA1_CH4, transmit: p.DMA2_CH4 },
     };
-    let (ports, transmitters) = uart::start(resources, defmt::unwrap!(memory::take()));
+    let (ports, transmitters) = uart::start(resources, dma);
     let leds = Leds::new(p.PB0, p.PE1, p.PB14);
     let start_us = clock.now_us();
     defmt::info!("started in {=u64} us", start_us);
@@ -124,19 +139,46 @@ async fn main(_spawner: Spawner) {
     for transmitter in transmitters {
         spawner.spawn(defmt::unwrap!(transmit(transmitter)));
     }
-    let (powered_us, warning) = (record.powered_us, restart.resets > 0);
-    let board = Board { app, pump, ports, clock, watchdog, backup, record, leds, powered_us, storing: false, warning };
+    let board = Board {
+        app,
+        pump,
+        ports,
+        log: RefCell::new(log),
+        clock,
+        watchdog,
+        backup,
+        leds,
+        powered_us: record.powered_us,
+        record,
+        storing: false,
+        warning: restart.resets > 0,
+    };
     spawner.spawn(defmt::unwrap!(run(board)));
 
-    loop {
-        let settings = TO_STORE.wait().await;
-        let kept = store.save(&settings);
-        match kept {
-            Ok(sequence) => defmt::info!("parameter set {=u32} kept", sequence),
-            Err(error) => defmt::error!("parameters not kept: {}", error),
-        }
-        KEPT.signal(kept.is_ok());
+    let resources = card::Resources { spi: p.SPI1, clock: p.PA5, miso: p.PA6, mosi: p.PB5, select: p.PD14 };
+    let mut card = if restart.resets < CARD_RESETS { opened(Card::open(resources)) } else { None };
+    if card.is_none() {
+        log::stop();
     }
+    loop {
+        if let Ok(settings) = with_timeout(CARD_TICK, TO_STORE.wait()).await {
+            let kept = store.save(&settings);
+            match kept {
+                Ok(sequence) => defmt::info!("parameter set {=u32} kept", sequence),
+                Err(error) => defmt::error!("parameters not kept: {}", error),
+            }
+            KEPT.signal(kept.is_ok());
+        }
+        if let Some(Err(error)) = card.as_mut().map(|card| card.write(&mut records)) {
+            defmt::error!("card: {}, no log from here on", defmt::Debug2Format(&error));
+            log::stop();
+            card = None;
+        }
+    }
+}
+
+fn opened<E: core::fmt::Debug>(card: Result<Card, E>) -> Option<Card> {
+    card.inspect_err(|error| defmt::warn!("no log: {}", defmt::Debug2Format(error))).ok()
 }
 
 #[embassy_executor::task(pool_size = 5)]
@@ -158,6 +200,7 @@ struct Board {
     app: &'static mut App,
     pump: &'static mut Pump,
     ports: [SerialPort; 5],
+    log: RefCell<Log>,
     clock: Clock,
     watchdog: Watchdog,
     backup: BackupMemory,
@@ -174,20 +217,28 @@ struct Board {
 
 impl Board {
     fn tick(&mut self) {
-        let stepped_us = self.app.stepped_us();
         let edge_us = self.clock.take_edge_us();
-        if let Some(edge_us) = edge_us.filter(|_| !self.pump.is_lockstep()) {
-            self.app.pps(edge_us);
+        if let Some(time_us) = edge_us.filter(|_| !self.pump.is_lockstep()) {
+            self.app.pps(time_us);
+            self.log.borrow_mut().record(&LogRecord::Edge { time_us });
         }
         for _ in 0..TURNS {
-            let now_us = self.clock.now_us();
-            let Ok(progress) = self.pump.poll(self.app, &mut self.ports, now_us);
+            let stepped_us = self.app.stepped_us();
+            let time_us = self.clock.now_us();
+            // under the host's clock the host has it all
+            let log = (!self.pump.is_lockstep()).then_some(&self.log);
+            let mut which = Port::ALL.into_iter();
+            let mut ports = self.ports.each_mut().map(|serial| {
+                let port = which.next().unwrap_or(Port::Host);
+                Recorded { serial, port, log, time_us }
+            });
+            let Ok(progress) = self.pump.poll(self.app, &mut ports, time_us);
+            if self.app.stepped_us() != stepped_us {
+                self.stepped();
+            }
             if progress != Progress::Moved {
                 break;
             }
-        }
-        if self.app.stepped_us() != stepped_us {
-            self.stepped();
         }
         let now_us = self.clock.now_us();
         self.watchdog.feed_if_in_time(self.app, self.pump, now_us);
@@ -199,6 +250,9 @@ impl Board {
         if !self.pump.is_lockstep() {
             self.record = self.app.restart_record(&self.record, self.powered_us + now_us);
             self.backup.write(&self.record);
+            if let Some(time_us) = self.app.stepped_us() {
+                self.log.borrow_mut().record(&LogRecord::Step { time_us, digest: self.app.digest() });
+            }
         }
         if let Some(kept) = KEPT.try_take() {
             self.storing = false;

@@ -1,4 +1,5 @@
-//! Memory that DMA reaches: AXI SRAM. All other RAM is DTCM, which it does not reach.
+//! AXI SRAM: what DMA has to reach, and what is large and in no hurry. All other RAM is DTCM, which
+//! DMA does not reach.
 //!
 //! The data cache stays off, so that what DMA writes is what the core reads. DTCM needs none.
 
@@ -9,6 +10,12 @@ use core::sync::atomic::{AtomicBool, Ordering};
 const RING: usize = 2048;
 /// Bytes of one transfer to a port.
 const STAGE: usize = 128;
+
+/// Bytes that may wait for the card: six seconds of all ports at usual rates.
+const LOG: usize = 65_536;
+
+/// The board log on its way to the card.
+pub type LogQueue = heapless::spsc::Queue<u8, LOG>;
 
 /// Buffers of the five UARTs.
 pub struct DmaMemory {
@@ -21,17 +28,19 @@ pub struct DmaMemory {
 /// Not zeroed by the start-up code (`memory.x`, NOLOAD).
 #[unsafe(link_section = ".axisram.dma")]
 static mut DMA: MaybeUninit<DmaMemory> = MaybeUninit::uninit();
+#[unsafe(link_section = ".axisram.log")]
+static mut QUEUE: MaybeUninit<LogQueue> = MaybeUninit::uninit();
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Hands them out, zeroed, once.
-pub fn take() -> Option<&'static mut DmaMemory> {
+/// Hands out both, empty, once.
+pub fn take() -> Option<(&'static mut DmaMemory, &'static mut LogQueue)> {
     if TAKEN.swap(true, Ordering::AcqRel) {
         return None;
     }
-    // SAFETY: bytes of 0 are a DmaMemory, and nobody else gets here again.
+    // SAFETY: nobody else gets here again, and bytes of 0 are a DmaMemory.
     unsafe {
-        let place = &raw mut DMA;
-        place.write(MaybeUninit::zeroed());
-        Some((*place).assume_init_mut())
+        let (dma, queue) = (&raw mut DMA, &raw mut QUEUE);
+        dma.write(MaybeUninit::zeroed());
+        Some(((*dma).assume_init_mut(), (*queue).write(LogQueue::new())))
     }
 }

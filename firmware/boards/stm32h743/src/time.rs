@@ -13,6 +13,8 @@ use embassy_stm32::timer::low_level::{InputCaptureMode, InputTISelection, Timer}
 /// TIM5_CH4 on PA3 (DS12110, table of alternate functions).
 const PA3_TIM5: u8 = 2;
 const PPS: Channel = Channel::Ch4;
+/// The flags of TIM5_SR: a flag is cleared by writing 0, and left by writing 1 (RM0433, TIMx_SR).
+const ALL_FLAGS: u32 = 0x1E5F;
 
 /// Board time, µs since start.
 pub struct Clock {
@@ -62,8 +64,7 @@ impl Clock {
             return None;
         }
         let captured = self.timer.get_capture_value(PPS);
-        // flags are cleared by writing 0, and left by writing 1 (RM0433 39.4.5)
-        let mut clear = SrGp16(u32::MAX);
+        let mut clear = SrGp16(ALL_FLAGS);
         clear.set_ccif(PPS.index(), false);
         clear.set_ccof(PPS.index(), false);
         registers.sr().write_value(clear);

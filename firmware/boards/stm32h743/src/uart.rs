@@ -9,9 +9,14 @@ use core::convert::Infallible;
 use core::future::Future;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
+use embassy_stm32::gpio::Pull;
 use embassy_stm32::mode::Async;
+use embassy_stm32::peripherals::{
+    DMA1_CH0, DMA1_CH1, DMA1_CH2, DMA1_CH3, DMA1_CH4, DMA2_CH0, DMA2_CH1, DMA2_CH2, DMA2_CH3, DMA2_CH4, PC6, PC7, PD0,
+    PD1, PD5, PD6, PD8, PD9, PE7, PE8, UART4, UART7, USART2, USART3, USART6,
+};
 use embassy_stm32::usart::{self, Config, RingBufferedUartRx, Uart, UartTx};
-use embassy_stm32::{Peri, bind_interrupts, dma, peripherals};
+use embassy_stm32::{Peri, PeripheralType, bind_interrupts, dma};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
@@ -26,68 +31,65 @@ type Outgoing = Pipe<CriticalSectionRawMutex, PIPE>;
 static OUTGOING: [Outgoing; 5] = [const { Pipe::new() }; 5];
 
 bind_interrupts!(struct Interrupts {
-    USART2 => usart::InterruptHandler<peripherals::USART2>;
-    UART4 => usart::InterruptHandler<peripherals::UART4>;
-    UART7 => usart::InterruptHandler<peripherals::UART7>;
-    USART6 => usart::InterruptHandler<peripherals::USART6>;
-    USART3 => usart::InterruptHandler<peripherals::USART3>;
-    DMA1_STREAM0 => dma::InterruptHandler<peripherals::DMA1_CH0>;
-    DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
-    DMA1_STREAM2 => dma::InterruptHandler<peripherals::DMA1_CH2>;
-    DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
-    DMA1_STREAM4 => dma::InterruptHandler<peripherals::DMA1_CH4>;
-    DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
-    DMA2_STREAM1 => dma::InterruptHandler<peripherals::DMA2_CH1>;
-    DMA2_STREAM2 => dma::InterruptHandler<peripherals::DMA2_CH2>;
-    DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
-    DMA2_STREAM4 => dma::InterruptHandler<peripherals::DMA2_CH4>;
+    USART2 => usart::InterruptHandler<USART2>;
+    UART4 => usart::InterruptHandler<UART4>;
+    UART7 => usart::InterruptHandler<UART7>;
+    USART6 => usart::InterruptHandler<USART6>;
+    USART3 => usart::InterruptHandler<USART3>;
+    DMA1_STREAM0 => dma::InterruptHandler<DMA1_CH0>;
+    DMA1_STREAM1 => dma::InterruptHandler<DMA1_CH1>;
+    DMA1_STREAM2 => dma::InterruptHandler<DMA1_CH2>;
+    DMA1_STREAM3 => dma::InterruptHandler<DMA1_CH3>;
+    DMA1_STREAM4 => dma::InterruptHandler<DMA1_CH4>;
+    DMA2_STREAM0 => dma::InterruptHandler<DMA2_CH0>;
+    DMA2_STREAM1 => dma::InterruptHandler<DMA2_CH1>;
+    DMA2_STREAM2 => dma::InterruptHandler<DMA2_CH2>;
+    DMA2_STREAM3 => dma::InterruptHandler<DMA2_CH3>;
+    DMA2_STREAM4 => dma::InterruptHandler<DMA2_CH4>;
 });
 
-/// What the UARTs need of the chip; pins in the README's table.
+/// What one port needs of the chip.
+pub struct Wiring<U, Rx, Tx, ReceiveDma, TransmitDma>
+where
+    U: PeripheralType + 'static,
+    Rx: PeripheralType + 'static,
+    Tx: PeripheralType + 'static,
+    ReceiveDma: PeripheralType + 'static,
+    TransmitDma: PeripheralType + 'static,
+{
+    pub uart: Peri<'static, U>,
+    pub rx: Peri<'static, Rx>,
+    pub tx: Peri<'static, Tx>,
+    pub receive: Peri<'static, ReceiveDma>,
+    pub transmit: Peri<'static, TransmitDma>,
+}
+
+/// The five of them; the README's pin table.
 pub struct Resources {
-    pub usart2: Peri<'static, peripherals::USART2>,
-    pub uart4: Peri<'static, peripherals::UART4>,
-    pub uart7: Peri<'static, peripherals::UART7>,
-    pub usart6: Peri<'static, peripherals::USART6>,
-    pub usart3: Peri<'static, peripherals::USART3>,
-    pub frontseat: (Peri<'static, peripherals::PD6>, Peri<'static, peripherals::PD5>),
-    pub dvl: (Peri<'static, peripherals::PD0>, Peri<'static, peripherals::PD1>),
-    pub ahrs: (Peri<'static, peripherals::PE7>, Peri<'static, peripherals::PE8>),
-    pub modem: (Peri<'static, peripherals::PC7>, Peri<'static, peripherals::PC6>),
-    pub host: (Peri<'static, peripherals::PD9>, Peri<'static, peripherals::PD8>),
-    pub receive: (
-        Peri<'static, peripherals::DMA1_CH0>,
-        Peri<'static, peripherals::DMA1_CH1>,
-        Peri<'static, peripherals::DMA1_CH2>,
-        Peri<'static, peripherals::DMA1_CH3>,
-        Peri<'static, peripherals::DMA1_CH4>,
-    ),
-    pub transmit: (
-        Peri<'static, peripherals::DMA2_CH0>,
-        Peri<'static, peripherals::DMA2_CH1>,
-        Peri<'static, peripherals::DMA2_CH2>,
-        Peri<'static, peripherals::DMA2_CH3>,
-        Peri<'static, peripherals::DMA2_CH4>,
-    ),
+    pub frontseat: Wiring<USART2, PD6, PD5, DMA1_CH0, DMA2_CH0>,
+    pub dvl: Wiring<UART4, PD0, PD1, DMA1_CH1, DMA2_CH1>,
+    pub ahrs: Wiring<UART7, PE7, PE8, DMA1_CH2, DMA2_CH2>,
+    pub modem: Wiring<USART6, PC7, PC6, DMA1_CH3, DMA2_CH3>,
+    /// The ST-LINK's virtual COM port.
+    pub host: Wiring<USART3, PD9, PD8, DMA1_CH4, DMA2_CH4>,
 }
 
 /// Sets up all five; in the order of [`Port::ALL`].
 pub fn start(resources: Resources, memory: &'static mut DmaMemory) -> ([SerialPort; 5], [Transmitter; 5]) {
-    let Resources { usart2, uart4, uart7, usart6, usart3, frontseat, dvl, ahrs, modem, host, receive, transmit } =
-        resources;
+    let Resources { frontseat: f, dvl: d, ahrs: a, modem: m, host: h } = resources;
     let config = |port: Port| {
         let mut config = Config::default();
         config.baudrate = BAUD[port as usize];
         // an open input rests instead of filling the ring with noise
-        config.rx_pull = embassy_stm32::gpio::Pull::Up;
+        config.rx_pull = Pull::Up;
         config
     };
     let uarts = [
-        Uart::new(usart2, frontseat.0, frontseat.1, transmit.0, receive.0, Interrupts, config(Port::Frontseat)),
-        Uart::new(uart4, dvl.0, dvl.1, transmit.1, receive.1, Interrupts, config(Port::Dvl)),
-        Uart::new(uart7, ahrs.0, ahrs.1, transmit.2, receive.2, Interrupts, config(Port::Ahrs)),
-        Uart::new(usart6, modem.0, modem.1, transmit.3, receive.3, Interrupts, config(Port::Modem)),
-        Uart::new(usart3, host.0, host.1, transmit.4, receive.4, Interrupts, config(Port::Host)),
+        Uart::new(f.uart, f.rx, f.tx, f.transmit, f.receive, Interrupts, config(Port::Frontseat)),
+        Uart::new(d.uart, d.rx, d.tx, d.transmit, d.receive, Interrupts, config(Port::Dvl)),
+        Uart::new(a.uart, a.rx, a.tx, a.transmit, a.receive, Interrupts, config(Port::Ahrs)),
+        Uart::new(m.uart, m.rx, m.tx, m.transmit, m.receive, Interrupts, config(Port::Modem)),
+        Uart::new(h.uart, h.rx, h.tx, h.transmit, h.receive, Interrupts, config(Port::Host)),
     ];
     let mut rings = memory.receive.iter_mut();
     let mut stages = memory.transmit.iter_mut();
