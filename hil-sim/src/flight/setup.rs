@@ -19,6 +19,11 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
             *value = (value.powi(2) + DEPTH_STEP_M.powi(2) / 12.0).sqrt();
         }
     }
+    let control_law = match backseat.control_law {
+        ControlLaw::Pd => 0.0,
+        ControlLaw::Lqr => 1.0,
+        ControlLaw::LqrOnReference => 2.0,
+    };
     let helm = backseat.control_mode == ControlMode::Oms;
     let app: [(&str, f64); 13] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
@@ -31,7 +36,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.use_range_rate", 1.0),
         ("app.use_dvl", f64::from(u8::from(backseat.dvl))),
         ("app.current_state", f64::from(u8::from(backseat.current_state))),
-        ("app.control_law", if backseat.control_law == ControlLaw::Lqr { 1.0 } else { 0.0 }),
+        ("app.control_law", control_law),
         ("app.control_mode", f64::from(u8::from(helm))),
         // A frontseat that steers by itself tells its fins only in its state: the model needs them often.
         ("app.status_rate_hz", if helm { 10.0 } else { 1.0 }),

@@ -25,6 +25,8 @@ pub enum ControlLaw {
     Lqr,
     /// Proportional-derivative with kappa guidance.
     Pd,
+    /// Linear-quadratic regulator about the reference trajectory of 5.1, a forward simulation of model and PD.
+    LqrOnReference,
 }
 
 /// What is commanded.

@@ -224,7 +224,7 @@ pub const PARAMETERS: &[Parameter] = &[
     whole!("app.motor_null", "1", 1, 254, "motor byte of the stopped propeller", app.servo.motor.null),
     real!("app.motor_limit_radps", "rad/s", 0.0, 1000.0, "largest propeller speed commanded", app.servo.motor.limit),
     // control
-    choice!("app.control_law", "0 PD, 1 LQR", control.law, [ControlLaw::Pd, ControlLaw::Lqr]),
+    choice!("app.control_law", "0 PD, 1 LQR, 2 LQR about the reference trajectory", control.law, [ControlLaw::Pd, ControlLaw::Lqr, ControlLaw::LqrOnReference]),
     choice!("app.allocation", "0 decoupled, 1 six degrees of freedom", control.allocation, [AllocationMethod::Decoupled, AllocationMethod::SixDof]),
     real!("app.fin_limit_rad", "rad", 0.01, 1.0, "largest fin angle of the controller", control.limits.fin_rad),
     real!("app.fin_rate_radps", "rad/s", 0.01, 50.0, "largest fin rate", control.limits.fin_rate_radps),
