@@ -11,35 +11,12 @@ const PATIENCE_S: &str = "120";
 /// When it is set, what is missing is an error.
 const REQUIRED: &str = "BACKSEAT_REQUIRE_QEMU";
 
-/// What a test cannot do without.
-#[derive(Clone, Copy, Debug)]
-pub enum Need {
-    /// The ARM target's standard library.
-    Target,
-    /// The emulator.
-    Emulator,
-}
-
-/// Whether everything is installed; says so when it is not.
-pub fn ready(needs: &[Need]) -> bool {
-    let Some(missing) = needs.iter().find_map(|need| missing(*need)) else { return true };
+/// Whether emulator and ARM target are installed; says so when they are not.
+pub fn ready() -> bool {
+    let Some(missing) = hil_sim::backseat::missing() else { return true };
     assert!(std::env::var_os(REQUIRED).is_none(), "{missing}");
     eprintln!("\nSKIPPED: {missing}\n");
     false
-}
-
-fn missing(need: Need) -> Option<String> {
-    match need {
-        Need::Emulator => {
-            let output = Command::new(EMULATOR).arg("--version").output();
-            (!output.is_ok_and(|output| output.status.success())).then(|| format!("{EMULATOR} is not installed"))
-        }
-        Need::Target => {
-            let output = tool("RUSTC", "rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
-            let there = output.is_ok_and(|o| Path::new(String::from_utf8_lossy(&o.stdout).trim()).is_dir());
-            (!there).then(|| format!("the ARM target is not installed: rustup target add {TARGET}"))
-        }
-    }
 }
 
 /// One of the toolchain's programs, as the cargo that started this names it, without flags meant for this computer.
@@ -69,7 +46,6 @@ pub fn build(binary: &str) -> anyhow::Result<PathBuf> {
 /// Runs an image to its end; what it wrote.
 ///
 /// An instruction takes 2⁶ ns of the machine's time, whatever this computer is busy with.
-#[allow(dead_code)]
 pub fn run(image: &Path) -> anyhow::Result<String> {
     let output = Command::new("timeout")
         .args([PATIENCE_S, EMULATOR, "-M", "mps2-an500", "-display", "none", "-monitor", "none", "-serial", "none"])

@@ -1,11 +1,32 @@
 //! Gates on the ARM images of `firmware/boards/mps2`: no panic, the same numbers, and what they cost.
+//!
+//! Without QEMU or the ARM target these tests pass over it and say so; with `BACKSEAT_REQUIRE_QEMU` set
+//! in the environment they fail instead.
 
+#[path = "../../../firmware/boards/mps2/src/exercise/mod.rs"]
+mod exercise;
 mod image;
 
 /// core, wire and app link with a panic handler that does not exist.
 #[test]
 fn no_panic_can_be_reached() {
-    if image::ready(&[image::Need::Target]) {
+    if image::ready() {
         image::build("nopanic").unwrap_or_else(|error| panic!("{error:#}"));
     }
+}
+
+/// Every computation gives the same bits on the Cortex-M7 as on this computer.
+#[test]
+fn val_numbers_are_the_same_on_the_target() {
+    if !image::ready() {
+        return;
+    }
+    let on_target = image::build("vectors").and_then(|image| image::run(&image)).unwrap_or_else(|e| panic!("{e:#}"));
+    let mut here = Vec::new();
+    let mut objects = Box::new(exercise::vectors::Objects::new());
+    exercise::vectors::run(&mut objects, &mut |name, digest| here.push(format!("{digest:016x} {name}")));
+    let mut on_target = on_target.lines();
+    let different: Vec<_> = here.iter().filter(|line| on_target.next() != Some(line)).collect();
+    assert!(different.is_empty(), "other bits on the target: {different:#?}");
+    assert_eq!(on_target.next(), None);
 }

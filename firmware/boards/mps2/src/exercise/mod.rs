@@ -1,0 +1,6 @@
+//! What both the ARM images and their host tests run: fixed inputs, no clock, no I/O.
+
+pub mod cases;
+pub mod digest;
+pub mod feed;
+pub mod vectors;
