@@ -9,7 +9,7 @@ mod serial;
 pub use client::{Client, FusionRecord, StepOutput};
 pub use in_process::InProcess;
 pub use process::Process;
-pub use qemu::{Qemu, build_image};
+pub use qemu::{Qemu, build_image, missing};
 pub use serial::Serial;
 
 use backseat_wire::hostlink::{Port, Refusal};
@@ -27,7 +27,7 @@ pub enum BackseatError {
     Ended {
         /// Its exit code: 101 panic, 102 fault, 103 unexpected interrupt.
         status: ExitStatus,
-        /// What it said last.
+        /// Why, by its own account.
         said: String,
     },
     /// It stopped answering.
@@ -36,6 +36,12 @@ pub enum BackseatError {
         /// The port that was read.
         port: Port,
         /// For how long.
+        seconds: u32,
+    },
+    /// It says something, but not what it was asked.
+    #[error("no answer from a backseat within {seconds} s")]
+    Unanswered {
+        /// How long was waited.
         seconds: u32,
     },
     /// It sent what it should not have.

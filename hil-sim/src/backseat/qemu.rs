@@ -1,7 +1,7 @@
 //! The ARM image in QEMU: a Cortex-M7 whose five UARTs are Unix sockets.
 
 use super::{BackseatError, Ports};
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use backseat_wire::hostlink::Port;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::ffi::OsString;
@@ -65,12 +65,7 @@ impl Qemu {
             // Ctrl-C is for the simulator, which then ends the backseat in order.
             .process_group(0)
             .spawn()
-            .map_err(|error| match error.kind() {
-                ErrorKind::NotFound => anyhow::anyhow!(
-                    "{EMULATOR} is not installed (Debian, Ubuntu: apt install qemu-system-arm; macOS: brew install qemu)"
-                ),
-                _ => anyhow::Error::new(error).context(EMULATOR),
-            })?;
+            .with_context(|| without_emulator().unwrap_or_else(|| EMULATOR.into()))?;
         let mut qemu = Self { child, ports: Vec::new(), _sockets: sockets };
         for listener in listeners {
             let port = qemu.accept(&listener)?;
@@ -113,7 +108,8 @@ impl Qemu {
             // What cannot be read is left out.
             let _ = stderr.read_to_string(&mut said);
         }
-        Err(BackseatError::Ended { status, said: said.trim().to_owned() })
+        // After the first line QEMU prints the registers.
+        Err(BackseatError::Ended { status, said: said.lines().next().unwrap_or_default().to_owned() })
     }
 
     /// Appends what comes within `timeout_ms`; how much that was.
@@ -196,16 +192,38 @@ impl Drop for Qemu {
     }
 }
 
-/// Builds the image from the checkout that this program was built from; its path.
+/// What has to be installed before an image can be built and flown, and how; `None` when nothing.
+#[must_use]
+pub fn missing() -> Option<String> {
+    without_emulator().or_else(without_target)
+}
+
+fn without_emulator() -> Option<String> {
+    let outcome = Command::new(EMULATOR).arg("--version").stdin(Stdio::null()).stdout(Stdio::null()).status();
+    let absent = outcome.is_err_and(|error| error.kind() == ErrorKind::NotFound);
+    absent
+        .then(|| format!("{EMULATOR} is not installed (Debian: apt install qemu-system-arm; macOS: brew install qemu)"))
+}
+
+/// The standard library of the target is looked for.
+fn without_target() -> Option<String> {
+    let output = tool("RUSTC", "rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
+    let folder = output.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
+    let present = folder.is_ok_and(|folder| Path::new(&folder).is_dir());
+    (!present).then(|| format!("Rust's {TARGET} target is not installed (rustup target add {TARGET})"))
+}
+
+/// Builds the image from the sources that this program was built from; its path.
 ///
 /// # Errors
-/// Without the checkout, cargo or the ARM target; when it does not compile.
+/// Without the sources, or something that is [`missing`]; when it does not compile.
 pub fn build_image() -> anyhow::Result<PathBuf> {
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    ensure!(workspace.join("memory.x").is_file(), "the sources are not at {}: give --image", workspace.display());
-    check_target(&workspace)?;
-    let output = tool("CARGO", "cargo", &workspace)
-        .args(["build", "--package", PACKAGE, "--profile", "firmware", "--target", TARGET])
+    ensure!(workspace().join("memory.x").is_file(), "the sources are not in {}: give --image", workspace().display());
+    if let Some(missing) = missing() {
+        bail!(missing);
+    }
+    let output = tool("CARGO", "cargo")
+        .args(["build", "--package", PACKAGE, "--bin", PACKAGE, "--profile", "firmware", "--target", TARGET])
         .args(["--quiet", "--message-format", "json-render-diagnostics"])
         .stderr(Stdio::inherit())
         .output()
@@ -219,21 +237,14 @@ pub fn build_image() -> anyhow::Result<PathBuf> {
         .context("cargo names no image")
 }
 
-/// The target's standard library is there.
-fn check_target(workspace: &Path) -> anyhow::Result<()> {
-    let output = tool("RUSTC", "rustc", workspace)
-        .args(["--print", "target-libdir", "--target", TARGET])
-        .output()
-        .context("rustc cannot be started: give --image")?;
-    let folder = String::from_utf8_lossy(&output.stdout);
-    ensure!(Path::new(folder.trim()).is_dir(), "the ARM target is not installed: rustup target add {TARGET}");
-    Ok(())
-}
-
 /// One of the toolchain's programs, as the cargo that started this names it.
-fn tool(variable: &str, name: &str, workspace: &Path) -> Command {
+fn tool(variable: &str, name: &str) -> Command {
     let mut command = Command::new(std::env::var_os(variable).unwrap_or_else(|| name.into()));
     // Flags meant for this computer.
-    command.current_dir(workspace).env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS").stdin(Stdio::null());
+    command.current_dir(workspace()).env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS").stdin(Stdio::null());
     command
+}
+
+fn workspace() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }

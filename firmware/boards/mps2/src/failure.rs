@@ -72,8 +72,11 @@ fn end(cause: Cause, text: &String<TEXT>) -> ! {
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     let mut text = String::new();
+    if let Some(location) = info.location() {
+        let _ = write!(text, "panic at {location}: ");
+    }
     // cut when it is longer
-    let _ = write!(text, "{info}");
+    let _ = write!(text, "{}", info.message());
     end(Cause::Panic, &text)
 }
 

@@ -1,0 +1,141 @@
+//! The ARM image in QEMU: the same bits as on this computer, and on its own clock.
+//!
+//! Without QEMU or the ARM target these tests pass over it and say so; with `BACKSEAT_REQUIRE_QEMU` set
+//! in the environment they fail instead.
+
+use backseat_core::navigation::Sensor;
+use backseat_wire::hostlink::{Decoder, FromBoard, Mode, Port};
+use hil_sim::backseat::{BackseatError, Client, InProcess, Ports, Qemu, build_image, missing};
+use hil_sim::flight::{FlightLog, fly, fly_realtime};
+use hil_sim::scenario::Scenario;
+use std::process::{Command, Stdio};
+use std::sync::atomic::AtomicBool;
+
+fn survey(minutes: f64) -> Scenario {
+    let mut scenario = Scenario::built_in("survey").unwrap();
+    scenario.settings.seed = 1;
+    scenario.settings.duration_s = 60.0 * minutes;
+    scenario
+}
+
+/// `None` when something is not installed.
+fn image() -> Option<Qemu> {
+    if let Some(missing) = missing() {
+        assert!(std::env::var_os("BACKSEAT_REQUIRE_QEMU").is_none(), "{missing}");
+        eprintln!("SKIPPED: {missing}");
+        return None;
+    }
+    Some(Qemu::start(&build_image().unwrap()).unwrap())
+}
+
+/// Notes time and digest of every step that passes by on the host port.
+struct Tap<P> {
+    ports: P,
+    decoder: Decoder,
+    digests: Vec<(u64, u64)>,
+}
+
+impl<P: Ports> Tap<P> {
+    fn new(ports: P) -> Self {
+        Self { ports, decoder: Decoder::new(), digests: Vec::new() }
+    }
+
+    fn note(&mut self, port: Port, mut bytes: &[u8]) {
+        while port == Port::Host
+            && let Some(frame) = self.decoder.feed(&mut bytes)
+        {
+            if let Ok(FromBoard::StepDone(done)) = frame.and_then(|frame| frame.message()) {
+                self.digests.push((done.time_us, done.digest));
+            }
+        }
+    }
+}
+
+impl<P: Ports> Ports for Tap<P> {
+    fn write(&mut self, port: Port, bytes: &[u8]) -> Result<(), BackseatError> {
+        self.ports.write(port, bytes)
+    }
+
+    fn read(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
+        let before = received.len();
+        self.ports.read(port, received)?;
+        self.note(port, &received[before..]);
+        Ok(())
+    }
+
+    fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
+        let before = received.len();
+        self.ports.poll(port, received)?;
+        self.note(port, &received[before..]);
+        Ok(())
+    }
+}
+
+fn flown<P: Ports>(scenario: &Scenario, ports: P) -> (FlightLog, Vec<(u64, u64)>) {
+    let mut client = Client::new(Tap::new(ports));
+    let flight = fly(scenario, &mut client, None, &AtomicBool::new(false), |_| {}).unwrap();
+    (flight, std::mem::take(&mut client.ports().digests))
+}
+
+#[test]
+fn arm_and_host_agree_to_the_bit_at_every_step() {
+    let Some(qemu) = image() else { return };
+    let scenario = survey(10.0);
+    let (host, expected) = flown(&scenario, InProcess::new());
+    let (arm, digests) = flown(&scenario, qemu);
+
+    let differs = digests.iter().zip(&expected).find(|(arm, host)| arm != host);
+    assert_eq!(differs, None, "the first step (time, digest) that differs, ARM and host");
+    // The step at time zero, and ten a second.
+    assert_eq!((digests.len(), expected.len()), (6001, 6001));
+    assert_eq!((arm.digest, &arm.fusions), (host.digest, &host.fusions));
+    // It was navigation with ranges, not silence, that was compared.
+    let seconds = arm.samples.iter().filter(|sample| sample.telemetry.mode == Mode::Navigating).count();
+    assert!(seconds > 500, "{seconds}");
+    for sensor in [Sensor::Range, Sensor::RangeRate, Sensor::Depth, Sensor::Attitude] {
+        let fused = host.fusions.iter().filter(|fusion| fusion.sensor == sensor && fusion.fused).count();
+        assert!(fused >= 10, "{sensor:?}: {fused}");
+    }
+}
+
+#[test]
+#[ignore = "takes two minutes: cargo test -p hil-sim --test qemu -- --ignored"]
+fn arm_navigates_on_its_own_clock() {
+    let Some(qemu) = image() else { return };
+    let mut client = Client::new(Tap::new(qemu));
+    let flight = fly_realtime(&survey(2.0), &mut client, None, &AtomicBool::new(false), |_| {}).unwrap();
+    assert!(client.ports().digests.is_empty(), "a lock-step without its clock");
+    // Once a second, but for what a busy machine misses.
+    assert!(flight.samples.len() > 110, "{}", flight.samples.len());
+    let last = flight.samples.last().unwrap();
+    assert_eq!(last.telemetry.mode, Mode::Navigating);
+    assert_eq!(last.telemetry.rejected_frames, [0; 4], "a byte was lost");
+    assert!(last.telemetry.leg.is_some() && last.truth.actuators.propeller_radps > 50.0, "{last:?}");
+    // Fixes of 1.5 m until it dived; a filter with a wrong clock is off by tens of metres.
+    let error_m = (0..2).map(|axis| last.telemetry.state[axis] - last.truth.state[axis]).fold(0.0, f64::hypot);
+    assert!(error_m < 6.0, "{error_m} m");
+}
+
+/// The one line that an image is answered with.
+fn complaint(image: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+        .args(["run", "--backseat", "qemu", "--image", image, "--out", folder.path().to_str().unwrap()])
+        .stdin(Stdio::null())
+        .env_remove("RUST_BACKTRACE")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(text.lines().count(), 1, "{text}");
+    text
+}
+
+#[test]
+fn an_image_that_is_none_is_told_in_one_line() {
+    assert!(complaint("nowhere.elf").contains("nowhere.elf: no such image"));
+    if image().is_some() {
+        let text = complaint(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"));
+        assert!(text.contains("the ARM image ended"), "{text}");
+    }
+}
