@@ -6,6 +6,10 @@ use backseat_core::navigation::Sensor;
 use backseat_wire::hostlink::{
     Chunk, Decoder, FromBoard, FusionTelemetry, MAX_FRAME, Port, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
+use std::time::{Duration, Instant};
+
+/// An answer comes within this time, however much else is said.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// One scalar fusion of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,10 +99,17 @@ impl<P: Ports> Client<P> {
     }
 
     /// Waits for the message that `take` makes something of.
-    fn receive<T>(&mut self, mut take: impl FnMut(FromBoard<'_>) -> Option<T>) -> Result<T, BackseatError> {
+    ///
+    /// # Errors
+    /// When the backseat is gone, silent, or says other things only.
+    pub fn receive<T>(&mut self, mut take: impl FnMut(FromBoard<'_>) -> Option<T>) -> Result<T, BackseatError> {
+        let begun = Instant::now();
         loop {
             if let Some(answer) = self.unread(&mut take) {
                 return Ok(answer);
+            }
+            if begun.elapsed() > PATIENCE {
+                return Err(BackseatError::Unanswered { seconds: PATIENCE.as_secs() as u32 });
             }
             self.ports.read(Port::Host, &mut self.unread)?;
         }
@@ -121,7 +132,7 @@ impl<P: Ports> Client<P> {
     ///
     /// # Errors
     /// [`BackseatError::Refused`] with what `describe` says of the request.
-    fn request(&mut self, message: &ToBoard<'_>, describe: impl FnOnce() -> String) -> Result<(), BackseatError> {
+    pub fn request(&mut self, message: &ToBoard<'_>, describe: impl FnOnce() -> String) -> Result<(), BackseatError> {
         self.send(message)?;
         let answer = self.receive(|message| match message {
             FromBoard::Done => Some(Ok(())),

@@ -28,11 +28,25 @@ pub fn fly<P: Ports>(
     client: &mut Client<P>,
     folder: Option<&Path>,
     stop: &AtomicBool,
+    progress: impl FnMut(f64),
+) -> Result<FlightLog, FlightError> {
+    prepare(scenario, client)?;
+    fly_prepared(scenario, client, folder, stop, progress)
+}
+
+/// [`fly`] with the parameters and the mission that the board has already.
+///
+/// # Errors
+/// As [`fly`].
+pub fn fly_prepared<P: Ports>(
+    scenario: &Scenario,
+    client: &mut Client<P>,
+    folder: Option<&Path>,
+    stop: &AtomicBool,
     mut progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
     let begun = Instant::now();
     let mut recorder = Recorder::new(folder)?;
-    prepare(scenario, client)?;
     client.step(0, &[], &[])?;
     client.start_mission()?;
 

@@ -5,7 +5,7 @@ mod realtime;
 mod record;
 mod setup;
 
-pub use lockstep::fly;
+pub use lockstep::{fly, fly_prepared};
 pub use realtime::fly_realtime;
 pub use record::{FlightLog, ModeChange, Sample};
 pub use setup::board_parameters;
