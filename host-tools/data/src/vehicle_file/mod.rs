@@ -2,10 +2,13 @@
 //!
 //! Sections and keys are those of `vehicles/iver3.toml`. `[noise]` and `[sensors]`, any key in them and
 //! `fins.stall_rad` may be left out; the values of that file then hold. Every other key must be there, and no
-//! other may.
+//! other may. A section `[app]` is passed over: it is the board's ([`BoardFile`]).
 
+mod board;
 mod read;
 mod schema;
+
+pub use board::{BoardFile, BoardParameter};
 
 use crate::DataError;
 use crate::output::{self, Existing};

@@ -1,7 +1,7 @@
 //! Parsing: every complaint names line, column and what was expected.
 
 use super::VehicleFile;
-use super::schema::{self, FIELDS, Field, OPTIONAL, SECTIONS, Shape};
+use super::schema::{self, BOARD_SECTION, FIELDS, Field, OPTIONAL, SECTIONS, Shape};
 use crate::DataError;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::{NavigationConfig, ProcessNoise};
@@ -27,6 +27,24 @@ impl Source<'_> {
         let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
         let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
         DataError::at(self.path, line as u64, column as u64, message)
+    }
+
+    fn root(&self) -> Result<Spanned<DeTable<'_>>, DataError> {
+        DeTable::parse(self.text).map_err(|e| {
+            let at = e.span().unwrap_or(0..0);
+            // Some of the parser's messages go on in a second line.
+            self.error(at, e.message().lines().collect::<Vec<_>>().join("; "))
+        })
+    }
+
+    /// A number, or arrays of numbers to any depth, as `name`, `name[0]`, `name[0][1]`.
+    fn flatten(&self, name: String, value: &Value<'_>, into: &mut Vec<(String, f64)>) -> Result<(), DataError> {
+        let DeValue::Array(array) = value.get_ref() else {
+            let number = self.number(value, &name)?;
+            into.push((name, number));
+            return Ok(());
+        };
+        array.iter().enumerate().try_for_each(|(index, value)| self.flatten(format!("{name}[{index}]"), value, into))
     }
 
     fn number(&self, value: &Value<'_>, name: &str) -> Result<f64, DataError> {
@@ -116,13 +134,29 @@ fn kind(value: &DeValue<'_>) -> &'static str {
     }
 }
 
+/// The numbers of the board's own section under their dotted keys, and whether the file has sections of a vehicle.
+pub(super) fn board_section(text: &str, path: &Path) -> Result<(Vec<(String, f64)>, bool), DataError> {
+    let source = Source { text, path };
+    let root = source.root()?;
+    let root = root.get_ref();
+    let mut values = Vec::new();
+    if let Some((_, value)) = root.get_key_value(BOARD_SECTION) {
+        let Some(table) = value.get_ref().as_table() else {
+            let message = format!("{BOARD_SECTION}: expected a table, found {}", kind(value.get_ref()));
+            return Err(source.error(value.span(), message));
+        };
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        for (key, value) in entries {
+            source.flatten(format!("{BOARD_SECTION}.{}", key.get_ref()), value, &mut values)?;
+        }
+    }
+    Ok((values, root.keys().any(|key| key.get_ref() != BOARD_SECTION)))
+}
+
 pub(super) fn parse(text: &str, path: &Path) -> Result<VehicleFile, DataError> {
     let source = Source { text, path };
-    let root = DeTable::parse(text).map_err(|e| {
-        let at = e.span().unwrap_or(0..0);
-        // Some of the parser's messages go on in a second line.
-        source.error(at, e.message().lines().collect::<Vec<_>>().join("; "))
-    })?;
+    let root = source.root()?;
     let root = root.get_ref();
     let mut file = VehicleFile {
         name: String::new(),
@@ -133,6 +167,9 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<VehicleFile, DataError> {
     let sections = || SECTIONS.map(|(name, ..)| format!("[{name}]")).join(", ");
     for (key, value) in root {
         let known = SECTIONS.iter().any(|(name, ..)| name == key.get_ref());
+        if key.get_ref() == BOARD_SECTION {
+            continue;
+        }
         if !known {
             return Err(source.error(key.span(), format!("unknown key {}; expected {}", key.get_ref(), sections())));
         }

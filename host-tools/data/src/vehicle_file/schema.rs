@@ -58,6 +58,9 @@ pub(super) const SECTIONS: [(&str, &str, bool); 7] = [
     ("sensors", "one sigma, white", true),
 ];
 
+/// What a board has beyond its vehicle ([`super::BoardFile`]); no concern of a vehicle file.
+pub(super) const BOARD_SECTION: &str = "app";
+
 /// Keys of the other sections that may be left out as well (section, key).
 pub(super) const OPTIONAL: [(&str, &str); 1] = [("fins", "stall_rad")];
 
