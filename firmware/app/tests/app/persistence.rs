@@ -117,7 +117,7 @@ fn after_a_watchdog_reset_it_stops_and_navigates_on_as_degraded() {
     assert_eq!((after.mode, after.reason), (Mode::Degraded, ModeReason::Restarted));
     assert_eq!(after.leg, None);
     let error_m = world.error_m(&after);
-    let sigma_m = after.sigma[X].hypot(after.sigma[Y]);
+    let sigma_m = libm::hypot(after.sigma[X], after.sigma[Y]);
     assert!(sigma_m > before.sigma[X] && error_m < 3.0 * sigma_m, "{error_m} m of {sigma_m} m");
     assert_eq!(board.heard().restarts, [Restart { cause: ResetCause::Watchdog, resets: 1, safe: false }]);
     board.request(&ToBoard::Hello);
