@@ -29,14 +29,12 @@ mod time;
 mod uart;
 mod watchdog;
 
-use backseat_app::parameters::{PARAMETER_SCHEMA, Settings};
-use backseat_app::store::{ParameterFlash, RestartRecord};
+use backseat_app::parameters::Settings;
+use backseat_app::store::{ParameterFlash, Recorder, RestartRecord, poll_recorded, record_start};
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::boardlog::LogRecord;
-use backseat_wire::hostlink::Port;
 use backup::BackupMemory;
 use card::Card;
-use core::cell::RefCell;
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
@@ -47,7 +45,7 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Ticker, with_timeout};
 use flash::StoreFlash;
 use leds::Leds;
-use log::{Log, Recorded};
+use log::Log;
 use panic_probe as _;
 use static_cell::ConstStaticCell;
 use time::Clock;
@@ -114,13 +112,7 @@ async fn main(_spawner: Spawner) {
     app.resume(restart, &response);
     let (dma, queue) = defmt::unwrap!(memory::take());
     let (mut log, mut records) = Log::new(queue);
-    log.record(&LogRecord::Start {
-        firmware: env!("CARGO_PKG_VERSION"),
-        parameter_schema: PARAMETER_SCHEMA,
-        restart,
-        record: last.map(|last| last.encode()).as_ref().map_or(&[], |bytes| bytes),
-    });
-    log.parameters(app.parameters());
+    record_start(&mut log, app, restart, last.map(|last| last.encode()).as_ref().map_or(&[], |bytes| bytes));
 
     let resources = uart::Resources {
         frontseat: Wiring { uart: p.USART2, rx: p.PD6, tx: p.PD5, receive: p.DMA1_CH0, transmit: p.DMA2_CH0 },
@@ -143,7 +135,7 @@ async fn main(_spawner: Spawner) {
         app,
         pump,
         ports,
-        log: RefCell::new(log),
+        log,
         clock,
         watchdog,
         backup,
@@ -200,7 +192,7 @@ struct Board {
     app: &'static mut App,
     pump: &'static mut Pump,
     ports: [SerialPort; 5],
-    log: RefCell<Log>,
+    log: Log,
     clock: Clock,
     watchdog: Watchdog,
     backup: BackupMemory,
@@ -220,19 +212,12 @@ impl Board {
         let edge_us = self.clock.take_edge_us();
         if let Some(time_us) = edge_us.filter(|_| !self.pump.is_lockstep()) {
             self.app.pps(time_us);
-            self.log.borrow_mut().record(&LogRecord::Edge { time_us });
+            self.log.record(&LogRecord::Edge { time_us });
         }
         for _ in 0..TURNS {
             let stepped_us = self.app.stepped_us();
             let time_us = self.clock.now_us();
-            // under the host's clock the host has it all
-            let log = (!self.pump.is_lockstep()).then_some(&self.log);
-            let mut which = Port::ALL.into_iter();
-            let mut ports = self.ports.each_mut().map(|serial| {
-                let port = which.next().unwrap_or(Port::Host);
-                Recorded { serial, port, log, time_us }
-            });
-            let Ok(progress) = self.pump.poll(self.app, &mut ports, time_us);
+            let Ok(progress) = poll_recorded(self.pump, self.app, &mut self.ports, &mut self.log, time_us);
             if self.app.stepped_us() != stepped_us {
                 self.stepped();
             }
@@ -250,9 +235,6 @@ impl Board {
         if !self.pump.is_lockstep() {
             self.record = self.app.restart_record(&self.record, self.powered_us + now_us);
             self.backup.write(&self.record);
-            if let Some(time_us) = self.app.stepped_us() {
-                self.log.borrow_mut().record(&LogRecord::Step { time_us, digest: self.app.digest() });
-            }
         }
         if let Some(kept) = KEPT.try_take() {
             self.storing = false;
