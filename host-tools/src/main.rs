@@ -1,12 +1,16 @@
 //! `backseat`: the lab's one command-line tool, one module per subcommand.
 
+mod board;
+mod check;
 mod console;
+mod mission;
 mod navigate;
+mod params;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
-/// Tools for the backseat of an Iver3-class AUV: navigate and compare recorded missions.
+/// Tools for the backseat of an Iver3-class AUV: recorded missions, and the board on the bench.
 #[derive(Parser)]
 #[command(name = "backseat", version, arg_required_else_help = true)]
 struct Cli {
@@ -17,6 +21,9 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Navigate(navigate::Args),
+    Mission(mission::Args),
+    Params(params::Args),
+    Check(check::Args),
     /// Print the completion script of a shell
     #[command(
         after_help = "Example:\n  backseat completions bash > ~/.local/share/bash-completion/completions/backseat"
@@ -31,6 +38,9 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Navigate(args) => navigate::run(&args),
+        Command::Mission(args) => mission::run(&args),
+        Command::Params(args) => params::run(&args),
+        Command::Check(args) => check::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "backseat", &mut script);

@@ -1,0 +1,240 @@
+//! From what was seen of a board to what is right and wrong with it.
+
+use crate::board::{Declared, Identity};
+use backseat_app::parameters::PARAMETER_SCHEMA;
+use backseat_wire::calendar::DateTime;
+use backseat_wire::hostlink::{Health, Mode, ModeReason, Port, Restart, Telemetry};
+use serde_json::{Value, json};
+use std::fmt;
+use std::time::Duration;
+
+/// Telemetry comes ten times a second; a busy line may hold one up.
+const LEAST_RATE_HZ: f64 = 9.0;
+
+/// Two clocks that are set differ by less; which of them is wrong is for the operator to say.
+const CLOCK_DIFFERENCE_S: f64 = 5.0;
+
+/// How a check came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    Pass,
+    Fail,
+    /// For the operator to judge.
+    Note,
+}
+
+impl Verdict {
+    const fn of(passed: bool) -> Self {
+        if passed { Self::Pass } else { Self::Fail }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "ok",
+            Self::Fail => "FAIL",
+            Self::Note => "note",
+        }
+    }
+}
+
+/// One check.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    pub verdict: Verdict,
+    what: &'static str,
+    found: String,
+}
+
+impl Line {
+    pub fn new(verdict: Verdict, what: &'static str, found: impl Into<String>) -> Self {
+        Self { verdict, what, found: found.into() }
+    }
+
+    pub fn json(&self) -> Value {
+        json!({"check": self.what, "verdict": self.verdict.name().to_lowercase(), "found": self.found})
+    }
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:<4}  {:<15}  {}", self.verdict.name(), self.what, self.found)
+    }
+}
+
+/// What was seen of a board.
+pub struct Look {
+    pub identity: Identity,
+    pub parameters: Vec<Declared>,
+    pub waypoints: usize,
+    /// Before and after the watch.
+    pub counters: Option<(Health, Health)>,
+    /// During the watch.
+    pub telemetry: Vec<Telemetry>,
+    pub watched: Duration,
+    /// This computer's clock at its end, µs since 1970.
+    pub now_us: u64,
+}
+
+/// Every check, in the order of a table.
+pub fn lines(look: &Look) -> Vec<Line> {
+    let mut lines = vec![firmware(&look.identity), restart(look.identity.restart.as_ref()), telemetry(look)];
+    lines.extend(Port::DEVICES.map(|port| device(look, port)));
+    lines.extend([clock(look), pps(look), mode(look), parameters(&look.parameters), mission(look.waypoints)]);
+    lines
+}
+
+fn firmware(identity: &Identity) -> Line {
+    let Identity { firmware, schema, .. } = identity;
+    let same = *schema == PARAMETER_SCHEMA;
+    let other = if same { String::new() } else { format!("; this program knows version {PARAMETER_SCHEMA}") };
+    let verdict = if same { Verdict::Pass } else { Verdict::Note };
+    Line::new(verdict, "firmware", format!("{firmware}, parameter list version {schema}{other}"))
+}
+
+fn restart(restart: Option<&Restart>) -> Line {
+    let Some(Restart { cause, resets, safe }) = restart else {
+        return Line::new(Verdict::Note, "last start", "the board does not know its cause");
+    };
+    let barred = if *safe { "; too many in too short a time: safe mode" } else { "" };
+    let found = format!("{cause:?}, {resets} resets by a fault since power-on{barred}");
+    Line::new(Verdict::of(*resets == 0 && !safe), "last start", found)
+}
+
+fn telemetry(look: &Look) -> Line {
+    let rate_hz = look.telemetry.len() as f64 / look.watched.as_secs_f64();
+    let found = if look.telemetry.is_empty() {
+        "none; a board in lock-step waits for its simulator".to_owned()
+    } else {
+        format!("{rate_hz:.1} records a second")
+    };
+    Line::new(Verdict::of(rate_hz >= LEAST_RATE_HZ), "telemetry", found)
+}
+
+/// Whether a parameter of the board is on.
+fn is_on(look: &Look, name: &str) -> bool {
+    value(look, name).is_some_and(|value| value != 0.0)
+}
+
+fn value(look: &Look, name: &str) -> Option<f64> {
+    look.parameters.iter().find(|parameter| parameter.name == name).map(|parameter| parameter.value)
+}
+
+fn uses_ranges(look: &Look) -> bool {
+    is_on(look, "app.use_range") || is_on(look, "app.use_range_rate")
+}
+
+fn device(look: &Look, port: Port) -> Line {
+    let (what, needed) = match port {
+        Port::Frontseat => ("frontseat port", true),
+        // 3: the velocity comes in the frontseat's sentence
+        Port::Dvl => (
+            "DVL port",
+            (is_on(look, "app.use_dvl") || is_on(look, "app.use_water_track"))
+                && value(look, "app.dvl_source") != Some(3.0),
+        ),
+        Port::Ahrs => ("AHRS port", !is_on(look, "app.attitude_source")),
+        Port::Modem | Port::Host => ("modem port", uses_ranges(look)),
+    };
+    let index = port as usize;
+    let Some((before, after)) = &look.counters else {
+        // Older firmware tells refused frames only.
+        let rejected = look.telemetry.last().map_or(0, |record| record.rejected_frames[index]);
+        return Line::new(
+            Verdict::Note,
+            what,
+            format!("{rejected} frames refused since start; good ones are not told"),
+        );
+    };
+    let during = |counts: fn(&Health) -> [u32; 4]| counts(after)[index].saturating_sub(counts(before)[index]);
+    let (accepted, rejected) = (during(|health| health.accepted_frames), during(|health| health.rejected_frames));
+    let all = (after.accepted_frames[index], after.rejected_frames[index]);
+    // A modem without packets is silent; it answers when it is configured.
+    let heard = if port == Port::Modem { all.0 > 0 } else { accepted > 0 };
+    let verdict = match (needed, heard, rejected > accepted) {
+        (_, true, false) => Verdict::Pass,
+        (false, false, _) => Verdict::Note,
+        _ => Verdict::Fail,
+    };
+    let seconds = look.watched.as_secs();
+    let unused = if needed { "" } else { "; not used by the parameters" };
+    let found = format!(
+        "{accepted} good and {rejected} refused frames in {seconds} s ({} and {} since start){unused}",
+        all.0, all.1
+    );
+    Line::new(verdict, what, found)
+}
+
+fn clock(look: &Look) -> Line {
+    let verdict = |known| if uses_ranges(look) { Verdict::of(known) } else { Verdict::Note };
+    let utc_us = look.telemetry.last().map_or(0, |record| record.utc_us);
+    if utc_us == 0 {
+        let found = "not known: no GPS sentence with a valid time yet";
+        return Line::new(verdict(false), "clock", found);
+    }
+    let seconds = (utc_us as f64 - look.now_us as f64) * 1e-6;
+    let found = format!("{} UTC, {seconds:+.1} s from this computer's clock", date(utc_us));
+    let close = seconds.abs() < CLOCK_DIFFERENCE_S;
+    Line::new(if close { Verdict::Pass } else { Verdict::Note }, "clock", found)
+}
+
+fn date(utc_us: u64) -> String {
+    let Ok(DateTime { date, time }) = DateTime::from_unix_us(utc_us) else { return format!("{utc_us} µs") };
+    let ((year, month, day), (hour, minute, second, _)) = (date.parts(), time.parts());
+    format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+}
+
+fn pps(look: &Look) -> Line {
+    let Some((before, after)) = &look.counters else {
+        return Line::new(Verdict::Note, "PPS", "this firmware does not tell");
+    };
+    let edges = after.pps_edges.saturating_sub(before.pps_edges);
+    let seconds = look.watched.as_secs();
+    let synchronised = if after.synchronised { "UTC rests on them" } else { "UTC does not rest on them" };
+    let found = format!("{edges} edges in {seconds} s, {synchronised}");
+    let steady = u64::from(edges).abs_diff(seconds) <= 1 && after.synchronised;
+    let verdict = match (steady, uses_ranges(look)) {
+        (true, _) => Verdict::Pass,
+        (false, true) => Verdict::Fail,
+        (false, false) => Verdict::Note,
+    };
+    Line::new(verdict, "PPS", found)
+}
+
+fn mode(look: &Look) -> Line {
+    let Some(Telemetry { mode, reason, state, sigma, .. }) = look.telemetry.last() else {
+        return Line::new(Verdict::Fail, "mode", "not told");
+    };
+    let verdict = match (mode, reason) {
+        (Mode::Navigating, _) => Verdict::Pass,
+        // Where a bench has no sky, or after the operator's own stop.
+        (Mode::Initialising, ModeReason::NoFix) | (Mode::Degraded, _) | (Mode::Safe, ModeReason::Stopped) => {
+            Verdict::Note
+        }
+        _ => Verdict::Fail,
+    };
+    let place = if sigma[0] > 0.0 {
+        format!("; x {:.1} m, y {:.1} m, one sigma {:.1} m", state[0], state[1], sigma[0].hypot(sigma[1]))
+    } else {
+        String::new()
+    };
+    Line::new(verdict, "mode", format!("{mode:?}, {reason:?}{place}"))
+}
+
+fn parameters(parameters: &[Declared]) -> Line {
+    let outside: Vec<&str> = parameters
+        .iter()
+        .filter(|p| !(p.min..=p.max).contains(&p.value))
+        .map(|parameter| parameter.name.as_str())
+        .collect();
+    let own = parameters.iter().filter(|parameter| parameter.value != parameter.default).count();
+    let outside_told = if outside.is_empty() { String::new() } else { format!("; outside: {}", outside.join(", ")) };
+    let found = format!("{} read, {own} of them not at their default{outside_told}", parameters.len());
+    Line::new(Verdict::of(outside.is_empty()), "parameters", found)
+}
+
+fn mission(waypoints: usize) -> Line {
+    match waypoints {
+        0 => Line::new(Verdict::Note, "mission", "none stored"),
+        count => Line::new(Verdict::Pass, "mission", format!("{count} waypoints stored")),
+    }
+}

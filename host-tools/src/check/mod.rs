@@ -1,0 +1,100 @@
+//! `backseat check`: the board on the bench, looked at over its host port.
+
+mod judge;
+
+use crate::board::{Board, PortName, reason};
+use crate::console;
+use anyhow::bail;
+use backseat_wire::hostlink::Telemetry;
+use judge::{Line, Look, Verdict};
+use serde_json::json;
+use std::time::{Duration, SystemTime};
+
+const EXAMPLES: &str = "\
+Example:
+  backseat check /dev/ttyACM0 --wiggle
+
+ok: as it should be; FAIL: not so, and the exit code is 1; note: for you to judge. A sensor that the parameters leave
+unused does not have to be there. --wiggle moves each fin to either side, one second a fin, with the propeller
+commanded to stop; it is refused while a mission runs. Have the propeller's supply off or the blades clear all the
+same, and look whether top, bottom, port and starboard fin move in this order, each to its positive side first.";
+
+/// How long the board is watched: slower sources have a second's period.
+const WATCH: Duration = Duration::from_secs(3);
+/// The app's wiggle takes 4 s; a little before and after it.
+const WIGGLE: Duration = Duration::from_millis(5500);
+
+/// Check a board on the bench: link, ports, clock, PPS, mode, parameters, mission
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Serial device of the board's host port, PATH or PATH:BAUD
+    port: PortName,
+    /// Move the fins as well, with the propeller stopped
+    #[arg(long)]
+    wiggle: bool,
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    json: bool,
+}
+
+/// Looks, judges, tells.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let mut board = Board::connect(&args.port)?;
+    let look = look(&mut board)?;
+    let mut lines = judge::lines(&look);
+    if args.wiggle {
+        lines.push(wiggle(&mut board)?);
+    }
+    let failed = lines.iter().filter(|line| line.verdict == Verdict::Fail).count();
+    let text = if args.json {
+        let list: Vec<_> = lines.iter().map(Line::json).collect();
+        format!("{}\n", json!({"passed": failed == 0, "checks": list}))
+    } else {
+        lines.iter().map(|line| format!("{line}\n")).collect()
+    };
+    console::print(text.as_bytes())?;
+    if failed > 0 {
+        bail!("{}: {failed} of {} checks failed", args.port, lines.len());
+    }
+    Ok(())
+}
+
+fn look(board: &mut Board) -> anyhow::Result<Look> {
+    let parameters = board.parameters()?;
+    let waypoints = board.mission()?.len();
+    let before = board.health()?;
+    let telemetry = board.listen(WATCH)?;
+    let now_us = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |elapsed| elapsed.as_micros() as u64);
+    let after = board.health()?;
+    Ok(Look {
+        identity: board.identity.clone(),
+        parameters,
+        waypoints,
+        counters: before.zip(after),
+        telemetry,
+        watched: WATCH,
+        now_us,
+    })
+}
+
+fn wiggle(board: &mut Board) -> anyhow::Result<Line> {
+    if let Err(refusal) = board.wiggle()? {
+        return Ok(Line::new(Verdict::Fail, "fin wiggle", format!("refused: {}", reason(refusal))));
+    }
+    let records = board.listen(WIGGLE)?;
+    let moved = |fin: usize| {
+        let angles = || records.iter().map(move |record: &Telemetry| record.fins_rad[fin]);
+        angles().any(|angle| angle > 0.1) && angles().any(|angle| angle < -0.1)
+    };
+    let still = records.iter().all(|record| record.propeller_radps == 0.0);
+    let rests = records.last().is_some_and(|record| record.fins_rad.iter().all(|angle| angle.abs() < 0.02));
+    let fins = (0..4).filter(|fin| moved(*fin)).count();
+    let about = format!(
+        "{fins} of 4 fins commanded to either side, {}, propeller {}: did they move?",
+        if rests { "at rest again" } else { "not at rest again" },
+        if still { "stopped" } else { "commanded to turn" },
+    );
+    let verdict = if fins == 4 && still && rests { Verdict::Pass } else { Verdict::Fail };
+    Ok(Line::new(verdict, "fin wiggle", about))
+}

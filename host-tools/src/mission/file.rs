@@ -1,0 +1,103 @@
+//! The mission file: the `[mission]` table of a simulator's scenario, or of a file of its own.
+
+use backseat_data::DataError;
+use backseat_wire::hostlink::Waypoint;
+use hil_sim::scenario::Mission;
+use serde::Deserialize;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Whatever else stands in a scenario is for the simulator.
+#[derive(Deserialize)]
+struct MissionFile {
+    mission: Mission,
+}
+
+/// The waypoints of a mission file.
+///
+/// # Errors
+/// What is wrong with it, in one line with file, line, column and key.
+pub fn read(path: &Path) -> Result<Vec<Waypoint>, DataError> {
+    let text = std::fs::read_to_string(path).map_err(|error| DataError::io(path, &error))?;
+    parse(&text, path)
+}
+
+fn parse(text: &str, path: &Path) -> Result<Vec<Waypoint>, DataError> {
+    let file: MissionFile = toml::from_str(text).map_err(|error| complaint(error, text, path))?;
+    let waypoints = file.mission.waypoints();
+    if waypoints.is_empty() {
+        return Err(DataError::file(path, "mission.waypoints: a mission needs at least one"));
+    }
+    Ok(waypoints)
+}
+
+fn complaint(mut error: toml::de::Error, text: &str, path: &Path) -> DataError {
+    let before = error.span().and_then(|span| text.get(..span.start));
+    let (line, column) = before.map_or((0, 0), |before| {
+        let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
+        (line as u64, before.chars().rev().take_while(|&c| c != '\n').count() as u64 + 1)
+    });
+    // Without the text at hand, the error names the key instead of drawing the line.
+    error.set_input(None);
+    let rendered = error.to_string();
+    let (what, key) = rendered.trim_end().split_once("\nin `").unwrap_or((rendered.trim_end(), ""));
+    let what = what.replace('\n', " ");
+    let message = if key.is_empty() { what } else { format!("{}: {what}", key.trim_end_matches('`')) };
+    DataError::at(path, line, column, message)
+}
+
+/// The text of a mission file.
+pub fn text_of(waypoints: &[Waypoint]) -> String {
+    let mut text = String::from(
+        "# Mission: waypoints in the local frame (x north, y east); depth and speed are those of the leg that ends there.\n",
+    );
+    for Waypoint { x_m, y_m, depth_m, speed_mps } in waypoints {
+        let _ = write!(
+            text,
+            "\n[[mission.waypoints]]\nx_m = {x_m:?}\ny_m = {y_m:?}\ndepth_m = {depth_m:?}\nspeed_mps = {speed_mps:?}\n"
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_reads_back_the_same() {
+        let waypoints = [(-1.0 / 3.0, 1e5, 0.0, 1.5), (7.0, -0.0, 3.25, 0.1)]
+            .map(|(x_m, y_m, depth_m, speed_mps)| Waypoint { x_m, y_m, depth_m, speed_mps });
+        assert_eq!(parse(&text_of(&waypoints), Path::new("m.toml")).unwrap(), waypoints);
+    }
+
+    #[test]
+    fn a_scenario_is_a_mission_file() {
+        let text = include_str!("../../../hil-sim/scenarios/survey.toml");
+        // ten lines, and the runs before and behind them
+        assert_eq!(parse(text, Path::new("survey.toml")).unwrap().len(), 22);
+    }
+
+    #[test]
+    fn errors_say_where() {
+        let good = text_of(&[Waypoint { x_m: 1.0, y_m: 2.0, depth_m: 3.0, speed_mps: 1.0 }]);
+        let cases = [
+            (String::new(), "m.toml", "missing field `mission`"),
+            ("[mission]\n".to_owned(), "m.toml:1:1:", "mission"),
+            ("[mission]\nwaypoints = []\n".to_owned(), "m.toml:", "at least one"),
+            (good.replace("depth_m", "depth_ft"), "m.toml:6:1:", "depth_ft"),
+            (good.replace("depth_m = 3.0\n", ""), "m.toml:3:1:", "depth_m"),
+            (good.replace("3.0", "-3.0"), "m.toml:6:11:", "-3 is outside 0 to 1000"),
+            (good.replace("3.0", "nan"), "m.toml:6:11:", "outside"),
+            (good.replace("3.0", "\"deep\""), "m.toml:6:11:", "depth_m"),
+            (good.replace("3.0", "3.0.0"), "m.toml:6:", ""),
+            (good.replace("[[mission.waypoints]]", "[mission.lawnmower]"), "m.toml:", "x_m"),
+            (good.replace("[[mission.waypoints]]", "[[mission.waypoint]]"), "m.toml:", "waypoint"),
+        ];
+        for (text, place, message) in cases {
+            let error = parse(&text, Path::new("m.toml")).unwrap_err().to_string();
+            assert!(error.starts_with(place) && error.contains(message), "{text}\n{error}");
+            assert_eq!(error.lines().count(), 1, "{error}");
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! The commands that talk to a board, as a user runs them, against the app on pseudo-terminals.
+
+mod bench;
+mod check;
+mod learning;
+mod mission;
+mod params;
+mod usage;

@@ -1,0 +1,154 @@
+//! `backseat params`.
+
+use crate::bench::Bench;
+use backseat_app::parameters::PARAMETERS;
+use backseat_data::{BoardFile, VehicleFile};
+
+fn vehicle(changes: &[(&str, f64)]) -> String {
+    let mut file = VehicleFile::reference();
+    file.apply(changes.iter().copied()).unwrap();
+    file.to_toml("a test's")
+}
+
+#[test]
+fn get_tells_all_there_is_to_know() {
+    let bench = Bench::new();
+    let table = bench.good(&["params", "get", "PORT"]);
+    assert_eq!(table.lines().count(), PARAMETERS.len() + 1);
+    let row = table.lines().find(|line| line.starts_with("app.sound_speed_mps ")).unwrap();
+    for part in ["1500", "m/s", "1300 to 1700", "sound speed", "under way too"] {
+        assert!(row.contains(part), "{row}");
+    }
+    let drag = bench.json(&["params", "get", "PORT", "drag"]);
+    assert_eq!(drag["parameters"].as_array().unwrap().len(), 9);
+    let one = bench.json(&["params", "get", "PORT", "fins.cl[1]"]);
+    assert_eq!(one["parameters"][0]["default"], -4.0);
+    assert!(one["parameters"][0]["description"].as_str().unwrap().contains("lift"));
+    assert!(bench.complaint(&["params", "get", "PORT", "fins.c"]).contains("fins.c is no parameter"));
+}
+
+#[test]
+fn set_is_all_or_nothing_and_tells_each_refusal() {
+    let bench = Bench::new();
+    let text = bench.good(&["params", "set", "PORT", "vehicle.mass_kg=38.5", "app.use_dvl=1", "app.use_range=1"]);
+    assert!(
+        text.contains("3 parameters set, 2 of them changed") && text.contains("vehicle.mass_kg: 38 -> 38.5"),
+        "{text}"
+    );
+    let values = ["vehicle.mass_kg=40", "vehicle.weight_kg=40", "app.sound_speed_mps=15", "app.use_dvl=0.5"];
+    let line = bench.complaint(&[&["params", "set", "PORT"], &values[..]].concat());
+    for part in [
+        "keeps the old set",
+        "vehicle.weight_kg is no parameter",
+        "app.sound_speed_mps = 15 is not within 1300 to 1700 m/s",
+        "app.use_dvl = 0.5 is not a whole number within 0 to 1",
+    ] {
+        assert!(line.contains(part), "{line}");
+    }
+    assert_eq!(bench.value("vehicle.mass_kg"), 38.5);
+    // in range one by one, but no gain exists for a cruise speed that no propeller reaches
+    let line = bench.complaint(&["params", "set", "PORT", "propeller.omega_max_radps=1", "app.cruise_speed_mps=5"]);
+    assert!(line.contains("not valid together"), "{line}");
+    assert_eq!(bench.value("propeller.omega_max_radps"), 200.0);
+}
+
+#[test]
+fn import_of_export_is_the_same_set() {
+    let bench = Bench::new();
+    bench.good(&[
+        "params",
+        "set",
+        "PORT",
+        "app.modem_arm_m[1]=-0.3333333333333333",
+        "drag.quadratic_diag[0]=3.4",
+        "app.use_dvl=1",
+    ]);
+    let told = bench.good(&["params", "export", "PORT", "x.toml", "--name", "iver3-218"]);
+    assert!(told.contains(&format!("{} parameters", PARAMETERS.len())), "{told}");
+    let text = bench.read("x.toml");
+    assert!(text.contains("modem_arm_m = [0.0, -0.3333333333333333, 0.0]  # m; transducer"), "{text}");
+    let file = BoardFile::read(&bench.path("x.toml")).unwrap();
+    assert_eq!(file.flatten().len(), PARAMETERS.len());
+    assert_eq!(VehicleFile::read(&bench.path("x.toml")).unwrap().name, "iver3-218");
+    // another set in between, then everything back
+    bench.good(&[
+        "params",
+        "set",
+        "PORT",
+        "app.modem_arm_m[1]=1",
+        "drag.quadratic_diag[0]=9",
+        "noise.linear_mps2_per_sqrt_hz[0]=0.5",
+    ]);
+    let back = bench.json(&["params", "import", "PORT", "x.toml"]);
+    assert_eq!(back["changed"].as_array().unwrap().len(), 3, "{back}");
+    bench.good(&["params", "export", "PORT", "y.toml", "--name", "iver3-218"]);
+    assert_eq!(bench.read("y.toml"), text);
+    assert!(bench.complaint(&["params", "export", "PORT", "y.toml"]).contains("exists already"));
+}
+
+#[test]
+fn a_vehicle_file_or_the_app_alone() {
+    let bench = Bench::new();
+    bench.write("v.toml", &vehicle(&[("vehicle.mass_kg", 39.5), ("fins.cl[0]", 2.9)]));
+    let told = bench.json(&["params", "import", "PORT", "v.toml"]);
+    assert_eq!(told["set"], VehicleFile::reference().flatten().len());
+    assert_eq!((bench.value("vehicle.mass_kg"), bench.value("fins.cl[0]")), (39.5, 2.9));
+    bench.write("site.toml", "[app]\norigin_lat_deg = 47.7\nuse_dvl = 1\n");
+    bench.good(&["params", "import", "PORT", "site.toml"]);
+    assert_eq!((bench.value("app.origin_lat_deg"), bench.value("vehicle.mass_kg")), (47.7, 39.5));
+}
+
+#[test]
+fn a_transfer_that_breaks_off_leaves_the_old_set_active() {
+    let bench = Bench::new();
+    bench.good(&["params", "set", "PORT", "vehicle.mass_kg=38.5"]);
+    bench.write("v.toml", &vehicle(&[("vehicle.mass_kg", 39.5), ("vehicle.length_m", 2.1)]));
+    // A request for each of the parameters takes some ten bytes of the line; then the values follow, mass third.
+    let whole = 11 * PARAMETERS.len();
+    for cut in [20, whole / 2, whole + 200, whole + 1000, whole + 2000] {
+        let line = bench.run_until(&["params", "import", "PORT", "v.toml"], cut).complaint("a broken cable");
+        assert!(line.contains("connection broke") || line.contains("nothing comes"), "{cut}: {line}");
+        assert_eq!(bench.value("vehicle.mass_kg"), 38.5, "{cut}");
+    }
+    // and the next transfer is none the worse for it
+    bench.good(&["params", "import", "PORT", "v.toml"]);
+    assert_eq!((bench.value("vehicle.mass_kg"), bench.value("vehicle.length_m")), (39.5, 2.1));
+}
+
+#[test]
+fn bad_files_are_told_before_the_board_hears_of_them() {
+    let bench = Bench::new();
+    let good = vehicle(&[]);
+    let cases = [
+        ("", "b.toml: no parameters"),
+        ("\u{feff}[app\n", "b.toml:1:"),
+        (&good.replace("mass_kg = 38.0", "mass_kg = heavy"), "b.toml:"),
+        (&good.replace("mass_kg = 38.0", "mass_kg = -38.0"), "vehicle.mass_kg: -38 is outside"),
+        (&good.replace("mass_kg = 38.0", "mass_lb = 38.0"), "unknown key mass_lb in [vehicle]"),
+        (&good.replace("mass_kg = 38.0", "mass_kg = nan"), "vehicle.mass_kg: NaN is outside"),
+        (&good.replace("length_m = 2.0", ""), "[vehicle] lacks length_m"),
+        (&good.replace("[drag]", "[drags]"), "unknown key drags"),
+        (&good[..good.len() / 2], "b.toml:"),
+        ("[app]\nuse_dvl = true\n", "b.toml:2:11: app.use_dvl: expected a number"),
+        ("[app]\nuse_dvl = inf\n", "app.use_dvl: inf is no finite number"),
+        ("[app]\nuse_dvl = 1\nuse_dvl = 0\n", "b.toml:3:1:"),
+    ];
+    for (text, message) in cases {
+        bench.write("b.toml", text);
+        let line = bench.complaint(&["params", "import", "PORT", "b.toml"]);
+        assert!(line.contains(message), "{message}: {line}");
+    }
+    assert!(bench.complaint(&["params", "import", "PORT", "none.toml"]).contains("none.toml: No such file"));
+    // what only the board can tell
+    bench.write("b.toml", "[app]\nuse_dvl = 2\nno_such = 1\n");
+    let line = bench.complaint(&["params", "import", "PORT", "b.toml"]);
+    assert!(line.contains("app.no_such is no parameter") && line.contains("within 0 to 1"), "{line}");
+    assert_eq!(bench.value("app.use_dvl"), 0.0);
+}
+
+#[test]
+fn a_board_without_a_memory_says_so() {
+    let bench = Bench::new();
+    let line = bench.complaint(&["params", "store", "PORT"]);
+    assert!(line.contains("stored nothing: it has no memory"), "{line}");
+}
