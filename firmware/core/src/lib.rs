@@ -13,5 +13,6 @@
 pub mod control;
 pub mod dynamics;
 pub mod effects;
+pub mod identification;
 pub mod navigation;
 pub mod state;

@@ -1,0 +1,128 @@
+//! What the identifier is told before it starts.
+
+use super::theta::{BETA5, M11};
+use crate::dynamics::ParameterError;
+
+/// The parameter that is known, and with it the scale of θ: forces are not measured, so Y θ = 0 determines θ up to a
+/// factor. It is held at its declared value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Scale {
+    /// m11 (dry mass and the small surge added mass). What adds mass, flooding, then appears as a change of all others.
+    M11,
+    /// β5 (bollard thrust). Fouling of the propeller then appears as a change of all others.
+    Beta5,
+}
+
+impl Scale {
+    /// Index of the known parameter in θ.
+    #[must_use]
+    pub const fn parameter(self) -> usize {
+        match self {
+            Self::M11 => M11,
+            Self::Beta5 => BETA5,
+        }
+    }
+}
+
+/// Settings of the identifier.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IdentificationConfig {
+    /// Time between samples, s. Intervals within half of it are taken as they are, others empty the filter.
+    pub period_s: f64,
+    /// α of (4.41), 1/s.
+    pub alpha_per_s: f64,
+    /// γ of Γ_j = γ / mean(Yᵀ M⁻¹ Y)_jj at the start and in the end, 1/s².
+    pub gamma_per_s2: [f64; 2],
+    /// Time constant of γ's fall, s of adaptation.
+    pub gamma_time_s: f64,
+    /// The known parameter.
+    pub scale: Scale,
+    /// The estimates of this time are averaged, s; a snapshot is several times worse.
+    pub average_s: f64,
+    /// The first samples that only set the gains, s.
+    pub warm_up_s: f64,
+    /// Cut-off of the low-pass filter of v, Hz.
+    pub velocity_cutoff_hz: f64,
+    /// Cut-off of the low-pass filter of s, Hz.
+    pub down_cutoff_hz: f64,
+    /// θ̂ stays between these multiples of the prior.
+    pub box_ratio: [f64; 2],
+    /// A parameter is excited when an error of half its box would change the acceleration of some axis by this much,
+    /// root mean square: m/s² and rad/s².
+    pub excitation_floor: [f64; 6],
+}
+
+impl IdentificationConfig {
+    /// 10 Hz, DVL and attitude sensor as in Table 4.13.
+    ///
+    /// The excitation floors are some three times what filtered sensor noise alone makes of v, s and the columns of Y at 1.5 m/s.
+    pub const DEFAULT: Self = Self {
+        period_s: 0.1,
+        alpha_per_s: 0.3,
+        gamma_per_s2: [0.3, 0.03],
+        gamma_time_s: 1000.0,
+        scale: Scale::M11,
+        average_s: 1000.0,
+        warm_up_s: 60.0,
+        velocity_cutoff_hz: 0.5,
+        down_cutoff_hz: 1.0,
+        box_ratio: [0.3, 3.0],
+        excitation_floor: [1.0e-3, 1.0e-3, 1.0e-3, 1.0e-2, 1.0e-3, 1.0e-3],
+    };
+
+    /// # Errors
+    /// The first setting outside its range.
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        let within = |value: f64, min: f64, max: f64| (min..=max).contains(&value);
+        let nyquist = 0.5 / self.period_s;
+        let [start, end] = self.gamma_per_s2;
+        let [low, high] = self.box_ratio;
+        // α dt < 1 is the limit of stability.
+        let checks = [
+            (within(self.period_s, 1.0e-3, 1.0), ConfigError::Period),
+            (within(self.alpha_per_s, 1.0e-3, 0.5 / self.period_s), ConfigError::Alpha),
+            (within(start, 1.0e-6, 10.0) && within(end, 1.0e-6, start), ConfigError::Gamma),
+            (within(self.gamma_time_s, 1.0, 1.0e6), ConfigError::GammaTime),
+            (within(self.average_s, 1.0, 1.0e6), ConfigError::Average),
+            (within(self.warm_up_s, 1.0, 1.0e6), ConfigError::WarmUp),
+            (
+                within(self.velocity_cutoff_hz, 0.01 * nyquist, 0.99 * nyquist)
+                    && within(self.down_cutoff_hz, 0.01 * nyquist, 0.99 * nyquist),
+                ConfigError::CutOff,
+            ),
+            (within(low, 0.01, 0.99) && within(high, 1.01, 100.0), ConfigError::Box),
+            (self.excitation_floor.iter().all(|&floor| within(floor, 1.0e-9, 10.0)), ConfigError::ExcitationFloor),
+        ];
+        checks.iter().try_for_each(|&(valid, error)| if valid { Ok(()) } else { Err(error) })
+    }
+}
+
+/// Why the identifier did not start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// A parameter of the prior is outside its range.
+    Vehicle(ParameterError),
+    /// B3 of the prior is not positive: the vehicle would float upside down.
+    Unstable,
+    /// `period_s` is not between 1 ms and 1 s.
+    Period,
+    /// `alpha_per_s` is not between 0.001 1/s and half the sample rate.
+    Alpha,
+    /// `gamma_per_s2` does not fall, or is not between 1e-6 and 10 1/s².
+    Gamma,
+    /// `gamma_time_s` is not between 1 s and 1e6 s.
+    GammaTime,
+    /// `average_s` is not between 1 s and 1e6 s.
+    Average,
+    /// `warm_up_s` is not between 1 s and 1e6 s.
+    WarmUp,
+    /// A cut-off is not between 1 % and 99 % of half the sample rate.
+    CutOff,
+    /// `box_ratio` does not hold the prior.
+    Box,
+    /// An excitation floor is not between 1e-9 and 10.
+    ExcitationFloor,
+}

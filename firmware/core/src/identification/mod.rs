@@ -1,0 +1,33 @@
+//! Adaptive identification (AID) of the plant and actuator parameters, chapter 4.
+//!
+//! One [`Identifier`] takes attitude, body velocity, fins and propeller at 10 Hz and carries θ̂, 21 parameters, from a prior
+//! to what the motion shows; it reads no clock, never allocates and never panics.
+//!
+//! ```text
+//! theta       the parameters: order, names, and as a vehicle     aid         the laws and Heun's step
+//! regressor   Y with Y θ = h, shared with offline methods        projection  the box around the prior
+//! filter      low-pass of v and s, equal delay of all            excitation  gains; what is seen, collinear, frozen
+//! config      settings                                           drift       estimates against their own noise
+//! identifier  all of it, one call a sample
+//! ```
+//!
+//! What can be expected: the predicted motion converges, single parameters only as far as the motion tells them
+//! apart. m44 and β1 (nearly collinear with d11) hardly ever converge.
+
+pub mod aid;
+mod config;
+mod drift;
+mod excitation;
+mod filter;
+mod identifier;
+mod projection;
+pub mod regressor;
+pub mod theta;
+
+pub use config::{ConfigError, IdentificationConfig, Scale};
+pub use drift::DriftMonitor;
+pub use excitation::{Excitation, ParameterExcitation, Visibility};
+pub use filter::{DELAY, Measured, PreFilter};
+pub use identifier::{Identifier, Outcome, Report};
+pub use projection::ParameterBox;
+pub use theta::{PARAMETERS, Theta};
