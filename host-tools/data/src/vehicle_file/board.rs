@@ -115,8 +115,11 @@ mod tests {
     }
 
     fn full() -> Vec<BoardParameter> {
-        let mut parameters: Vec<_> =
-            VehicleFile::reference().flatten().iter().map(|(name, value)| parameter(name, value * (1.0 - 1.0e-13))).collect();
+        let mut parameters: Vec<_> = VehicleFile::reference()
+            .flatten()
+            .iter()
+            .map(|(name, value)| parameter(name, value * (1.0 - 1.0e-13)))
+            .collect();
         let app = [("app.use_dvl", 1.0), ("app.arm_m[0]", -0.1), ("app.arm_m[1]", 1.0 / 3.0), ("app.arm_mm", 1e-300)];
         parameters.extend(app.map(|(name, value)| parameter(name, value)));
         parameters
