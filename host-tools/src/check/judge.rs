@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 use std::fmt;
 use std::time::Duration;
 
-/// Telemetry comes ten times a second; a busy line may hold one up.
-const LEAST_RATE_HZ: f64 = 9.0;
+/// Telemetry comes ten times a second; a busy computer may hold some up.
+const LEAST_RATE_HZ: f64 = 8.0;
 
 /// Two clocks that are set differ by less; which of them is wrong is for the operator to say.
 const CLOCK_DIFFERENCE_S: f64 = 5.0;
