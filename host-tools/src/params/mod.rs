@@ -81,7 +81,7 @@ enum Action {
     Import {
         #[command(flatten)]
         common: Common,
-        /// Vehicle file, exported set, or [app] alone, TOML
+        /// Vehicle file, exported set, or one with an app section alone, TOML
         #[arg(value_name = "V.toml")]
         file: PathBuf,
     },
