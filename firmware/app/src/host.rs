@@ -88,6 +88,9 @@ impl Backseat {
         if self.under_way() || self.armed {
             return Err(Refusal::UnderWay);
         }
+        if self.wiggle.is_some() {
+            return Err(Refusal::NotReady);
+        }
         if self.storing != Storing::Idle {
             return Err(Refusal::NoStore);
         }
@@ -135,6 +138,9 @@ impl Backseat {
     fn wiggle(&mut self) -> Result<(), Refusal> {
         if self.under_way() || self.armed {
             return Err(Refusal::UnderWay);
+        }
+        if self.storing == Storing::Waiting {
+            return Err(Refusal::NotReady);
         }
         self.wiggle = Some(Wiggle::default());
         Ok(())
