@@ -6,10 +6,13 @@ use backseat_core::navigation::Sensor;
 use backseat_wire::hostlink::{
     Chunk, Decoder, FromBoard, FusionTelemetry, MAX_FRAME, Port, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// An answer comes within this time, however much else is said.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// Nothing is under way on a line that has been silent this long: 190 bytes at 19,200 baud.
+const QUIET: Duration = Duration::from_millis(100);
 
 /// One scalar fusion of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -227,6 +230,9 @@ impl<P: Ports> Client<P> {
         if answered_us != time_us {
             return Err(BackseatError::Protocol(format!("for {answered_us} µs when asked for {time_us} µs")));
         }
+        if time_us == 0 {
+            self.discard(counts)?;
+        }
         let mut sent: [Vec<u8>; 4] = Default::default();
         for (port, count) in Port::DEVICES.into_iter().zip(counts) {
             let ahead = &mut self.ahead[port as usize];
@@ -236,5 +242,25 @@ impl<P: Ports> Client<P> {
             sent[port as usize] = ahead.drain(..usize::from(count)).collect();
         }
         Ok(StepOutput { sent, telemetry, fusions, digest })
+    }
+
+    /// Forgets what the device ports carried before the board restarted, while it ran on its own
+    /// clock: all but the last `counts` bytes.
+    fn discard(&mut self, counts: [u16; 4]) -> Result<(), BackseatError> {
+        let mut heard = Instant::now();
+        while heard.elapsed() < QUIET {
+            for (port, ahead) in Port::DEVICES.into_iter().zip(&mut self.ahead) {
+                let before = ahead.len();
+                self.ports.poll(port, ahead)?;
+                if ahead.len() > before {
+                    heard = Instant::now();
+                }
+            }
+            sleep(QUIET / 20);
+        }
+        for (ahead, count) in self.ahead.iter_mut().zip(counts) {
+            ahead.drain(..ahead.len().saturating_sub(usize::from(count)));
+        }
+        Ok(())
     }
 }
