@@ -93,19 +93,15 @@ impl Path {
         let row = &mut out.row;
         match self.vehicle {
             Vehicle::Now => {
-                for i in 0..3 {
-                    row.push(X + i, by.position[i]);
-                }
+                row.push_vector(X, &by.position);
                 if let Some(attitude) = attitude {
                     push_ground_velocity(x, attitude, &by.velocity, row);
                 }
             }
             Vehicle::Delayed { at, bridge_s: b, acceleration_psd: q } => {
                 let velocity = by.position * b + by.velocity;
-                for i in 0..3 {
-                    row.push(at + i, by.position[i]);
-                    row.push(at + CLONE_VELOCITY + i, velocity[i]);
-                }
+                row.push_vector(at, &by.position);
+                row.push_vector(at + CLONE_VELOCITY, &velocity);
                 // White acceleration over the bridge, either way in time.
                 let (gap, pp) = (b.abs(), by.position.dot(&by.position));
                 let (pv, vv) = (by.position.dot(&by.velocity), by.velocity.dot(&by.velocity));
@@ -120,11 +116,11 @@ impl Path {
         let row = &mut out.row;
         match self.ship {
             Ship::State { at } => {
-                for i in 0..2 {
-                    row.push(at + i, -by.position[i]);
-                    if by.velocity[i] != 0.0 {
-                        row.push(at + SHIP_VELOCITY + i, -by.velocity[i]);
-                    }
+                row.push(at, -by.position.x);
+                row.push(at + 1, -by.position.y);
+                if by.velocity.x != 0.0 || by.velocity.y != 0.0 {
+                    row.push(at + SHIP_VELOCITY, -by.velocity.x);
+                    row.push(at + SHIP_VELOCITY + 1, -by.velocity.y);
                 }
                 None
             }
@@ -145,10 +141,8 @@ pub(super) fn push_ground_velocity(x: &Estimate, attitude: &Attitude, by: &Vecto
     let nu = Vector3::from(x.block::<3>(U));
     let by_attitude = attitude.rotated_by_attitude(&nu).tr_mul(by);
     let by_nu = attitude.rotation().tr_mul(by);
-    for i in 0..3 {
-        row.push(PHI + i, by_attitude[i]);
-        row.push(U + i, by_nu[i]);
-    }
+    row.push_vector(PHI, &by_attitude);
+    row.push_vector(U, &by_nu);
     if let Some(at) = x.layout.current() {
         row.push(at, by.x);
         row.push(at + 1, by.y);

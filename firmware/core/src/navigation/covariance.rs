@@ -53,18 +53,50 @@ impl Covariance {
     pub(super) fn times_row(&self, n: usize, h: &Row, g: &mut [f64; N_MAX]) {
         let n = n.min(N_MAX);
         *g = [0.0; N_MAX];
-        for (k, value) in h.iter() {
-            let k = k.min(n).min(N_MAX - 1);
-            let (before, behind) = g.split_at_mut(k);
-            for (g, column) in before.iter_mut().zip(&self.columns) {
-                *g += value * column[k];
-            }
-            if let (Some(behind), Some(column)) = (behind.get_mut(..n - k), self.columns[k].get(k..n)) {
-                for (g, p) in behind.iter_mut().zip(column) {
-                    *g += value * p;
-                }
+        let (mut indices, mut values) = h.as_slices();
+        // States that follow each other cost less together.
+        loop {
+            let follows = |by: u8| indices.get(usize::from(by)).copied() == indices.first().map(|first| first + by);
+            let done = match (indices, values) {
+                (&[k, ..], &[a, b, c, ..]) if follows(1) && follows(2) => self.add_block(n, k, [a, b, c], g),
+                (&[k, ..], &[a, b, ..]) if follows(1) => self.add_block(n, k, [a, b], g),
+                (&[k, ..], &[a, ..]) => self.add_block(n, k, [a], g),
+                _ => return,
+            };
+            indices = indices.get(done..).unwrap_or_default();
+            values = values.get(done..).unwrap_or_default();
+        }
+    }
+
+    /// g += P a, with a from state `k` on; returns W. Two rows at a time: a third of a single row's work is the loop.
+    #[inline(never)]
+    fn add_block<const W: usize>(&self, n: usize, k: u8, a: [f64; W], g: &mut [f64; N_MAX]) -> usize {
+        let (n, k) = (n.min(N_MAX), usize::from(k).min(N_MAX - W));
+        for i in 0..k {
+            for w in 0..W {
+                g[i] += a[w] * self.columns[i][k + w];
             }
         }
+        for i in k..k + W {
+            for w in 0..W {
+                g[i] += a[w] * self.columns[i.min(k + w)][i.max(k + w)];
+            }
+        }
+        let mut i = k + W;
+        while i + 1 < n {
+            for lane in 0..2 {
+                for w in 0..W {
+                    g[i + lane] += a[w] * self.columns[k + w][i + lane];
+                }
+            }
+            i += 2;
+        }
+        if i < n {
+            for w in 0..W {
+                g[i] += a[w] * self.columns[k + w][i];
+            }
+        }
+        W
     }
 
     /// a P bᵀ.
@@ -76,23 +108,24 @@ impl Covariance {
         sum
     }
 
-    /// Joseph update for any gain K: with g = P h, s = h g + R and w = g − K s / 2,
-    /// (I − K h) P (I − K h)ᵀ + K R Kᵀ = P − K wᵀ − w Kᵀ.
-    pub(super) fn joseph(&mut self, n: usize, gain: &[f64; N_MAX], w: &[f64; N_MAX]) {
+    /// Update by the optimal gain K = g / s, with g = P h and s = h g + R: P − K gᵀ.
+    ///
+    /// Joseph's form completes to squares, (I − K h) P (I − K h)ᵀ + K R Kᵀ = P − g gᵀ/s + s (K − g/s) (K − g/s)ᵀ,
+    /// and its last term vanishes with the square of the rounding of K: this is that form at half its cost.
+    pub(super) fn update(&mut self, n: usize, gain: &[f64; N_MAX], g: &[f64; N_MAX]) {
         // By blocks of two by two from the diagonal on: one entry above it is computed in vain.
         let pairs = n.min(N_MAX).div_ceil(2);
-        let (gains, ws) = (gain.as_chunks::<2>().0, w.as_chunks::<2>().0);
+        let (gains, gs) = (gain.as_chunks::<2>().0, g.as_chunks::<2>().0);
         for (block, columns) in self.columns.as_chunks_mut::<2>().0.iter_mut().enumerate().take(pairs) {
             let [left, right] = columns;
             let (left, right) = (left.as_chunks_mut::<2>().0, right.as_chunks_mut::<2>().0);
             let rows = block..pairs;
-            let (Some(left), Some(right), Some(gains), Some(ws)) =
-                (left.get_mut(rows.clone()), right.get_mut(rows.clone()), gains.get(rows.clone()), ws.get(rows))
+            let (Some(left), Some(right), Some(gains), Some(&[g_0, g_1])) =
+                (left.get_mut(rows.clone()), right.get_mut(rows.clone()), gains.get(rows), gs.get(block))
             else {
                 break;
             };
-            let (Some(&[gain_0, gain_1]), Some(&[w_0, w_1])) = (gains.first(), ws.first()) else { break };
-            subtract(left, right, gains, ws, [gain_0, gain_1, w_0, w_1]);
+            subtract(left, right, gains, g_0, g_1);
         }
     }
 
@@ -177,15 +210,24 @@ impl Covariance {
     }
 }
 
-/// Two columns of P − K wᵀ − w Kᵀ from the diagonal down; `[gain_0, gain_1, w_0, w_1]` are K and w of the columns.
+/// Two columns of P − K gᵀ from the diagonal down; `g_0` and `g_1` are g of the columns.
 /// Not inlined: with a known bound it would be unrolled to 20 kB of code, and slower.
 #[inline(never)]
-fn subtract(left: &mut [Pair], right: &mut [Pair], gains: &[Pair], ws: &[Pair], at_columns: [f64; 4]) {
-    let [gain_0, gain_1, w_0, w_1] = at_columns;
-    for (((a, b), gain), w) in left.iter_mut().zip(right).zip(gains).zip(ws) {
-        for lane in 0..2 {
-            a[lane] = a[lane] - gain[lane] * w_0 - w[lane] * gain_0;
-            b[lane] = b[lane] - gain[lane] * w_1 - w[lane] * gain_1;
-        }
+fn subtract(left: &mut [Pair], right: &mut [Pair], gains: &[Pair], g_0: f64, g_1: f64) {
+    let (left, last_left) = left.as_chunks_mut::<2>();
+    let (right, last_right) = right.as_chunks_mut::<2>();
+    let (gains, last_gain) = gains.as_chunks::<2>();
+    for ((a, b), gain) in left.iter_mut().zip(right).zip(gains) {
+        let ([gain_0, gain_1], [a_0, a_1], [b_0, b_1]) = (*gain, *a, *b);
+        *a = [less(a_0, gain_0, g_0), less(a_1, gain_1, g_0)];
+        *b = [less(b_0, gain_0, g_1), less(b_1, gain_1, g_1)];
     }
+    if let ([a], [b], [gain]) = (last_left, last_right, last_gain) {
+        (*a, *b) = (less(*a, *gain, g_0), less(*b, *gain, g_1));
+    }
+}
+
+#[inline(always)]
+fn less(p: Pair, gain: Pair, g: f64) -> Pair {
+    [p[0] - gain[0] * g, p[1] - gain[1] * g]
 }

@@ -1,4 +1,4 @@
-//! Measurement update: sequential scalars, each in Joseph form.
+//! Measurement update: sequential scalars, each equal to Joseph's form.
 //!
 //! All scalars of one measurement are linearised at the state before it, and later innovations are
 //! corrected by what earlier ones moved. That equals the batch update of the whole vector whatever
@@ -101,14 +101,11 @@ impl Navigator {
             return false;
         }
         let n = self.dimension();
-        let (inverse, half) = (1.0 / variance, 0.5 * variance);
-        // An odd last state has a partner in the pairwise update: its entries are zero in w, and so in K.
-        let (gain, w) = (self.gain.get_mut(..n + n % 2), self.w.get_mut(..n + n % 2));
-        for (k, w) in gain.unwrap_or_default().iter_mut().zip(w.unwrap_or_default()) {
-            *k = *w * inverse;
-            *w -= *k * half;
+        let inverse = 1.0 / variance;
+        for (k, g) in self.gain.iter_mut().zip(&self.w) {
+            *k = *g * inverse;
         }
-        self.p.joseph(n, &self.gain, &self.w);
+        self.p.update(n, &self.gain, &self.w);
         self.x.correct(&self.gain, innovation);
         true
     }

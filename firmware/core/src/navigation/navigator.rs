@@ -30,7 +30,7 @@ pub struct Navigator {
     pub(super) observations: Observations,
     /// K of the last update.
     pub(super) gain: [f64; N_MAX],
-    /// P hᵀ, then w, of the update under way.
+    /// g = P hᵀ of the update under way; zero behind the last state.
     pub(super) w: [f64; N_MAX],
 }
 

@@ -50,13 +50,24 @@ impl Navigator {
     }
 
     fn predict_step(&mut self, step_s: f64, input: &ActuatorInput) {
+        self.discretise(step_s, input);
+        self.propagate(step_s);
+    }
+
+    /// Model, Jacobian and discretisation of one step. Public for the cost table only.
+    #[doc(hidden)]
+    pub fn discretise(&mut self, step_s: f64, input: &ActuatorInput) {
         let linearisation = match (self.config.process_model, &self.model) {
             (ProcessModel::Dynamic, Some(model)) => model.linearise(&self.x.vehicle, input),
             _ => kinematic_linearise(&self.x.vehicle),
         };
         self.step.compute(&linearisation, &self.config.noise_at(self.x.vehicle[Z]).psd(), step_s);
-        let n = self.dimension();
+    }
 
+    /// State and covariance over the step last discretised. Public for the cost table only.
+    #[doc(hidden)]
+    pub fn propagate(&mut self, step_s: f64) {
+        let n = self.dimension();
         for (x, increment) in self.x.vehicle.iter_mut().zip(&self.step.increment) {
             *x += increment;
         }

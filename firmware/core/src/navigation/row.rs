@@ -1,5 +1,7 @@
 //! One row of H as a short list: a measurement sees few of the states.
 
+use nalgebra::Vector3;
+
 /// Most entries of one row: two bridged vehicle clones and a ship at both ends of a two-way path.
 const CAPACITY: usize = 16;
 
@@ -33,8 +35,20 @@ impl Row {
         }
     }
 
+    /// Three states from `index` on.
+    pub(super) fn push_vector(&mut self, index: usize, values: &Vector3<f64>) {
+        for (i, value) in values.iter().enumerate() {
+            self.push(index + i, *value);
+        }
+    }
+
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.indices.iter().zip(&self.values).take(self.len).map(|(&index, &value)| (usize::from(index), value))
+    }
+
+    /// Indices and values.
+    pub(super) fn as_slices(&self) -> (&[u8], &[f64]) {
+        (self.indices.get(..self.len).unwrap_or_default(), self.values.get(..self.len).unwrap_or_default())
     }
 
     /// h a.
