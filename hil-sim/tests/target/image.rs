@@ -1,6 +1,7 @@
 //! Builds and runs the ARM images.
 
 use anyhow::{Context, bail, ensure};
+use object::{Object, ObjectSection};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -59,4 +60,22 @@ pub fn run(image: &Path) -> anyhow::Result<String> {
         bail!("{}: {}\n{text}\n{}", image.display(), output.status, String::from_utf8_lossy(&output.stderr));
     }
     Ok(text)
+}
+
+/// Bytes of an image.
+pub struct Sizes {
+    /// Code, constants and initial values.
+    pub flash: u64,
+    /// Variables, without stack and DMA buffers.
+    pub ram: u64,
+}
+
+/// Sizes by the sections of the ELF file.
+pub fn sizes(image: &Path) -> anyhow::Result<Sizes> {
+    let bytes = std::fs::read(image)?;
+    let file = object::File::parse(&*bytes)?;
+    let sum = |names: &[&str]| {
+        file.sections().filter(|s| s.name().is_ok_and(|name| names.contains(&name))).map(|s| s.size()).sum()
+    };
+    Ok(Sizes { flash: sum(&[".vector_table", ".text", ".rodata", ".data"]), ram: sum(&[".data", ".bss", ".uninit"]) })
 }

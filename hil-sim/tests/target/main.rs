@@ -3,6 +3,7 @@
 //! Without QEMU or the ARM target these tests pass over it and say so; with `BACKSEAT_REQUIRE_QEMU` set
 //! in the environment they fail instead.
 
+mod cost;
 #[path = "../../../firmware/boards/mps2/src/exercise/mod.rs"]
 mod exercise;
 mod image;
@@ -29,4 +30,26 @@ fn val_numbers_are_the_same_on_the_target() {
     let different: Vec<_> = here.iter().filter(|line| on_target.next() != Some(line)).collect();
     assert!(different.is_empty(), "other bits on the target: {different:#?}");
     assert_eq!(on_target.next(), None);
+}
+
+/// Everything costs what docs/cost.md says, and no more than it may.
+#[test]
+fn regress_cost() {
+    if !image::ready() {
+        return;
+    }
+    let measure = || -> anyhow::Result<_> {
+        let text = image::run(&image::build("cost")?)?;
+        Ok((cost::rows(&text), image::sizes(&image::build("backseat-mps2")?)?))
+    };
+    let (rows, sizes) = measure().unwrap_or_else(|error| panic!("{error:#}"));
+    let table = cost::markdown(&rows, &sizes);
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/cost.md");
+    if std::env::var_os("BACKSEAT_WRITE_COST").is_some() {
+        std::fs::write(path, &table).unwrap();
+    }
+    let violations = cost::violations(&rows, &sizes);
+    assert!(violations.is_empty(), "over budget:\n{}", violations.join("\n"));
+    let changed = cost::drift(&std::fs::read_to_string(path).unwrap_or_default(), &table);
+    assert!(changed.is_empty(), "docs/cost.md is out of date; see its second line:\n{}", changed.join("\n"));
 }

@@ -6,11 +6,12 @@
 mod bare;
 #[path = "../exercise/mod.rs"]
 mod exercise;
+#[path = "../slot.rs"]
+mod slot;
 
-use core::cell::UnsafeCell;
-use core::mem::MaybeUninit;
 use cortex_m_rt::entry;
 use exercise::vectors::{self, Objects};
+use slot::Slot;
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
@@ -18,26 +19,16 @@ fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
     semihosting::process::exit(101)
 }
 
-struct Slot(UnsafeCell<MaybeUninit<Objects>>);
-
-// SAFETY: only `main` uses it, and there are no interrupts.
-unsafe impl Sync for Slot {}
-
-/// In the larger RAM, which is not initialised at start: filter and controller stand here twice, once in the app.
-// SAFETY: any bytes are a valid `MaybeUninit`.
-#[unsafe(link_section = ".axisram.objects")]
-static OBJECTS: Slot = Slot(UnsafeCell::new(MaybeUninit::uninit()));
-
 static INITIAL: Objects = Objects::new();
+
+// SAFETY: a slot needs no initial value.
+#[unsafe(link_section = ".axisram.objects")]
+static OBJECTS: Slot<Objects> = Slot::new();
 
 #[entry]
 fn main() -> ! {
-    // SAFETY: `main` is entered once, and this is the only reference. Copied from flash: by value it would pass
-    // over the stack.
-    let objects = unsafe {
-        OBJECTS.0.get().cast::<Objects>().copy_from_nonoverlapping(&raw const INITIAL, 1);
-        &mut *OBJECTS.0.get().cast::<Objects>()
-    };
+    // SAFETY: `main` is entered once, and the objects hold no references.
+    let objects = unsafe { OBJECTS.fill(&INITIAL) };
     vectors::run(objects, &mut |name, digest| semihosting::println!("{digest:016x} {name}"));
     semihosting::process::exit(0)
 }

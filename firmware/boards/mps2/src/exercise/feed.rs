@@ -173,20 +173,8 @@ fn say_modem(out: &mut Buffer, k: u64) {
     out.add(|bytes| FromModem::Statistics(statistics).emit(bytes).map(<[u8]>::len));
 }
 
-/// Hands step `k` to the app and takes what it says; how many bytes that is.
-pub fn deliver(app: &mut App, k: u64, frames: &Frames) -> usize {
-    let time_us = k * STEP_US;
-    if k.is_multiple_of(10) {
-        app.pps(time_us);
-    }
-    for port in Port::DEVICES {
-        app.receive(port, time_us, frames.port(port));
-    }
-    app.step(time_us);
-    Port::ALL.into_iter().map(|port| drain(app, port)).sum()
-}
-
-fn drain(app: &mut App, port: Port) -> usize {
+/// Takes what the app says on a port; how many bytes that is.
+pub fn drain(app: &mut App, port: Port) -> usize {
     let mut sum = 0;
     while !app.transmit(port).is_empty() {
         let count = app.transmit(port).len();

@@ -3,4 +3,5 @@
 pub mod cases;
 pub mod digest;
 pub mod feed;
+pub mod random;
 pub mod vectors;
