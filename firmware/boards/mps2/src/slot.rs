@@ -18,6 +18,7 @@ impl<T> Slot<T> {
     ///
     /// # Safety
     /// Only once, and nobody else holds `initial`'s parts.
+    #[allow(clippy::mut_from_ref)] // what the caller promises
     pub unsafe fn fill(&'static self, initial: &'static T) -> &'static mut T {
         let place = self.0.get().cast::<T>();
         // SAFETY: `place` is valid and not referenced by anything else, as the caller says.

@@ -53,9 +53,11 @@ fn item(report: &mut dyn FnMut(&str, u64), name: &str, fill: impl FnOnce(&mut Di
     report(name, digest.finish());
 }
 
+type Function = fn(f64) -> f64;
+
 /// The functions that core and app call.
 fn transcendental(report: &mut dyn FnMut(&str, u64)) {
-    let functions: [(&str, fn(f64) -> f64); 8] = [
+    let functions: [(&str, Function); 8] = [
         ("sin", libm::sin),
         ("cos", libm::cos),
         ("tan", libm::tan),
