@@ -14,7 +14,7 @@ pub struct ParameterBox {
 }
 
 impl ParameterBox {
-    /// Around a prior: `ratio` times its value, 0 < ratio[0] < 1 < ratio[1].
+    /// Around a prior: `ratio` times its value, `0 < ratio[0] < 1 < ratio[1]`.
     ///
     /// What can be zero has a box that a ratio cannot give: w within 5 % of the displaced weight and within twice its own
     /// magnitude, B1 and B2 within |B3| (a trim of 45°).
