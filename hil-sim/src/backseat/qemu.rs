@@ -22,11 +22,20 @@ const PATIENCE: Duration = Duration::from_secs(10);
 const POLL_MS: u32 = 200;
 /// Bytes come one by one; to wait for some more than the first costs less than to wake for each.
 const REST: Duration = Duration::from_micros(100);
+/// QEMU closes its sockets before it is gone.
+const ENDING: Duration = Duration::from_millis(200);
+
+/// One UART's socket, and what has come from it.
+struct Line {
+    stream: UnixStream,
+    received: Vec<u8>,
+}
 
 /// The image on an emulated board; it is ended when this is dropped.
 pub struct Qemu {
     child: Child,
-    ports: Vec<UnixStream>,
+    /// In the order of [`Port::ALL`].
+    lines: Vec<Line>,
     // Removed with the sockets in it when the emulator is gone.
     _sockets: TempDir,
 }
@@ -66,10 +75,10 @@ impl Qemu {
             .process_group(0)
             .spawn()
             .with_context(|| without_emulator().unwrap_or_else(|| EMULATOR.into()))?;
-        let mut qemu = Self { child, ports: Vec::new(), _sockets: sockets };
+        let mut qemu = Self { child, lines: Vec::new(), _sockets: sockets };
         for listener in listeners {
-            let port = qemu.accept(&listener)?;
-            qemu.ports.push(port);
+            let stream = qemu.accept(&listener)?;
+            qemu.lines.push(Line { stream, received: Vec::new() });
         }
         // The first it says is that its ports are open.
         qemu.wait_until("boot", || Ok((log.as_file().metadata()?.len() > 0).then_some(())))?;
@@ -79,13 +88,13 @@ impl Qemu {
     /// The emulator's connection, which it makes before anything runs.
     fn accept(&mut self, listener: &UnixListener) -> anyhow::Result<UnixStream> {
         listener.set_nonblocking(true)?;
-        let port = self.wait_until("open its ports", || match listener.accept() {
-            Ok((port, _)) => Ok(Some(port)),
+        let stream = self.wait_until("open its ports", || match listener.accept() {
+            Ok((stream, _)) => Ok(Some(stream)),
             Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(None),
             Err(error) => Err(error),
         })?;
-        port.set_nonblocking(true)?;
-        Ok(port)
+        stream.set_nonblocking(true)?;
+        Ok(stream)
     }
 
     /// Asks every few milliseconds.
@@ -112,32 +121,35 @@ impl Qemu {
         Err(BackseatError::Ended { status, said: said.lines().next().unwrap_or_default().to_owned() })
     }
 
-    /// Appends what comes within `timeout_ms`; how much that was.
-    fn read_for(&mut self, port: Port, received: &mut Vec<u8>, timeout_ms: u32) -> Result<usize, BackseatError> {
-        let stream = &mut self.ports[port as usize];
+    /// Waits until something comes on any line, and takes in all that has come; whether there was any.
+    ///
+    /// A socket holds fewer than 300 bytes that were sent one by one. Were only the line read that is
+    /// waited for, the image might wait for room in another.
+    fn take_in(&mut self, timeout_ms: u32) -> Result<bool, BackseatError> {
+        let mut fds: Vec<_> = self.lines.iter().map(|line| PollFd::new(&line.stream, PollFlags::IN)).collect();
+        let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(timeout_ms) * 1_000_000 };
+        match poll(&mut fds, Some(&timeout)) {
+            Ok(0) | Err(rustix::io::Errno::INTR) => return Ok(false),
+            Ok(_) => {}
+            Err(error) => return Err(BackseatError::Port { port: Port::Host, error: error.into() }),
+        }
+        let ready: Vec<bool> = fds.iter().map(|fd| !fd.revents().is_empty()).collect();
+        sleep(REST);
         let mut buffer = [0; 4096];
-        let outcome = wait(stream, PollFlags::IN, timeout_ms).and_then(|ready| {
-            if !ready {
-                return Ok(0);
+        for ((line, port), _) in self.lines.iter_mut().zip(Port::ALL).zip(ready).filter(|(_, ready)| *ready) {
+            match line.stream.read(&mut buffer) {
+                Ok(count) if count > 0 => line.received.extend_from_slice(&buffer[..count]),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                outcome => {
+                    // It is about to end.
+                    sleep(ENDING);
+                    self.check_alive()?;
+                    let error = outcome.err().unwrap_or_else(|| ErrorKind::UnexpectedEof.into());
+                    return Err(BackseatError::Port { port, error });
+                }
             }
-            sleep(REST);
-            stream.read(&mut buffer)
-        });
-        let count = match outcome {
-            Err(error) if error.kind() == ErrorKind::WouldBlock => 0,
-            outcome => outcome.map_err(|error| BackseatError::Port { port, error })?,
-        };
-        received.extend_from_slice(&buffer[..count]);
-        Ok(count)
-    }
-}
-
-fn wait(stream: &UnixStream, flags: PollFlags, timeout_ms: u32) -> io::Result<bool> {
-    let timeout = Timespec { tv_sec: i64::from(timeout_ms / 1000), tv_nsec: i64::from(timeout_ms % 1000) * 1_000_000 };
-    match poll(&mut [PollFd::new(stream, flags)], Some(&timeout)) {
-        Ok(count) => Ok(count > 0),
-        Err(rustix::io::Errno::INTR) => Ok(false),
-        Err(error) => Err(error.into()),
+        }
+        Ok(true)
     }
 }
 
@@ -145,16 +157,11 @@ impl Ports for Qemu {
     fn write(&mut self, port: Port, mut bytes: &[u8]) -> Result<(), BackseatError> {
         let begun = Instant::now();
         while !bytes.is_empty() {
-            let stream = &mut self.ports[port as usize];
-            match stream.write(bytes) {
+            match self.lines[port as usize].stream.write(bytes) {
                 Ok(count) => bytes = &bytes[count..],
-                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                Err(error) if error.kind() == ErrorKind::WouldBlock && begun.elapsed() < PATIENCE => {
                     self.check_alive()?;
-                    if begun.elapsed() > PATIENCE {
-                        return Err(BackseatError::Port { port, error });
-                    }
-                    let stream = &self.ports[port as usize];
-                    wait(stream, PollFlags::OUT, POLL_MS).map_err(|error| BackseatError::Port { port, error })?;
+                    self.take_in(1)?;
                 }
                 Err(error) => {
                     self.check_alive()?;
@@ -167,19 +174,23 @@ impl Ports for Qemu {
 
     fn read(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
         let begun = Instant::now();
-        while begun.elapsed() < PATIENCE {
-            if self.read_for(port, received, POLL_MS)? > 0 {
-                return Ok(());
+        while self.lines[port as usize].received.is_empty() {
+            if !self.take_in(POLL_MS)? {
+                self.check_alive()?;
             }
-            self.check_alive()?;
+            if begun.elapsed() > PATIENCE {
+                return Err(BackseatError::Silent { port, seconds: PATIENCE.as_secs() as u32 });
+            }
         }
-        Err(BackseatError::Silent { port, seconds: PATIENCE.as_secs() as u32 })
+        received.append(&mut self.lines[port as usize].received);
+        Ok(())
     }
 
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
-        if self.read_for(port, received, 0)? == 0 {
+        if !self.take_in(0)? {
             self.check_alive()?;
         }
+        received.append(&mut self.lines[port as usize].received);
         Ok(())
     }
 }
