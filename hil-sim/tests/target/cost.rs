@@ -239,7 +239,7 @@ says that an input can reach a panic. To see where, link it all the same and loo
     cargo rustc -p backseat-mps2 --bin nopanic --profile firmware --target thumbv7em-none-eabihf -- \\
         -C link-arg=--warn-unresolved-symbols
     llvm-objdump -d --mcpu=cortex-m7 target/thumbv7em-none-eabihf/firmware/nopanic |
-        grep -e '>:$' -e 'bl.*panicking' | grep -B1 'bl.*panicking'
+        grep -e '[0-9a-zE]E>:$' -e 'bl.*panicking' | grep -B1 'bl.*panicking'
 ";
 
 /// Lines whose numbers are more than a tenth away from the tracked table's.
