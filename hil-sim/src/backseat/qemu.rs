@@ -118,7 +118,7 @@ impl Qemu {
             let _ = stderr.read_to_string(&mut said);
         }
         // After the first line QEMU prints the registers.
-        Err(BackseatError::Ended { status, said: said.lines().next().unwrap_or_default().to_owned() })
+        Err(BackseatError::Ended { status, said: said.lines().next().unwrap_or("without a word").to_owned() })
     }
 
     /// Waits until something comes on any line, and takes in all that has come; whether there was any.
