@@ -188,13 +188,14 @@ mod tests {
     fn val_estimator_is_consistent_with_a_ship_that_moves_as_it_believes() {
         // Constant velocity driven by white acceleration of the declared density, exact over 1 s:
         // velocity gains a, position a/2 and an independent part of variance 1/12.
+        let density = Ship::default().estimator_mps2_per_sqrt_hz;
         let errors = normalised_errors(|seed| {
             let mut random = Stream::new(seed, Source::Ship);
             let mut ship = ShipTruth { position_m: [0.0; 2], velocity_mps: random.normals(1.5) };
             let step = |_| {
                 let before = ship;
                 for axis in 0..2 {
-                    let [a, b]: [f64; 2] = random.normals(0.03);
+                    let [a, b]: [f64; 2] = random.normals(density);
                     ship.position_m[axis] += ship.velocity_mps[axis] + 0.5 * a + b / 12.0_f64.sqrt();
                     ship.velocity_mps[axis] += a;
                 }
