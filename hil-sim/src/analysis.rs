@@ -81,7 +81,12 @@ impl Configuration {
 pub struct Analysis {
     /// The backseat first, then the comparisons that the measurements allow.
     pub configurations: Vec<Configuration>,
-    /// The true track against the mission's lines.
+    /// The backseat as tables name it.
+fn backseat_name(scenario: &Scenario) -> &'static str {
+    if scenario.settings.backseat.dvl { "backseat: dynamic + DVL, packets" } else { "backseat: dynamic, no DVL, packets" }
+}
+
+/// The true track against the mission's lines.
     pub track: Option<TrackScore>,
     /// Truth at 1 Hz.
     pub truth: Truth,
@@ -95,7 +100,7 @@ pub fn analyse(scenario: &Scenario, flight: &FlightLog) -> Result<Analysis, Data
     let truth = truth_of(flight);
     let track = track_of(scenario, flight);
     let mut configurations: Vec<Configuration> =
-        backseat("backseat: dynamic, no DVL, packets", flight).into_iter().collect();
+        backseat(backseat_name(scenario), flight).into_iter().collect();
     let comparisons: [(&'static str, ProcessModel, bool); 3] = [
         ("dynamic, no DVL, centralized", ProcessModel::Dynamic, false),
         ("kinematic, no DVL", ProcessModel::Kinematic, false),

@@ -23,7 +23,7 @@ const R95_OVER_SIGMA: f64 = 2.447_746_830_680_816;
 /// If the file cannot be written.
 pub fn write(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &Analysis) -> anyhow::Result<()> {
     let title = format!("Mission {}", scenario.settings.name);
-    let mut report = Report::new(title, verdict(flight, analysis)).table(errors_table(analysis));
+    let mut report = Report::new(title, verdict(scenario, flight, analysis)).table(errors_table(analysis));
     if let Some(table) = track_table(analysis) {
         report = report.table(table);
     }
@@ -66,7 +66,7 @@ pub fn write(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &An
         .with_context(|| path.display().to_string())
 }
 
-fn verdict(flight: &FlightLog, analysis: &Analysis) -> String {
+fn verdict(scenario: &Scenario, flight: &FlightLog, analysis: &Analysis) -> String {
     let Some(backseat) = analysis.configurations.first() else {
         return "The backseat never navigated.".to_owned();
     };
@@ -78,7 +78,8 @@ fn verdict(flight: &FlightLog, analysis: &Analysis) -> String {
     });
     let unfinished = if flight.finished { "" } else { " The mission was not flown to its end." };
     format!(
-        "Without a DVL, on its own estimate, the vehicle knew its place to {:.2} m (median; 95 % {:.2} m) over {:.1} h{track}.{unfinished}",
+        "With{} a DVL, on its own estimate, the vehicle knew its place to {:.2} m (median; 95 % {:.2} m) over {:.1} h{track}.{unfinished}",
+        if scenario.settings.backseat.dvl { "" } else { "out" },
         backseat.error.median_m,
         backseat.error.p95_m,
         flight.simulated_s / 3600.0,
