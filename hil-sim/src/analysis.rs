@@ -81,12 +81,7 @@ impl Configuration {
 pub struct Analysis {
     /// The backseat first, then the comparisons that the measurements allow.
     pub configurations: Vec<Configuration>,
-    /// The backseat as tables name it.
-fn backseat_name(scenario: &Scenario) -> &'static str {
-    if scenario.settings.backseat.dvl { "backseat: dynamic + DVL, packets" } else { "backseat: dynamic, no DVL, packets" }
-}
-
-/// The true track against the mission's lines.
+    /// The true track against the mission's lines.
     pub track: Option<TrackScore>,
     /// Truth at 1 Hz.
     pub truth: Truth,
@@ -99,8 +94,7 @@ fn backseat_name(scenario: &Scenario) -> &'static str {
 pub fn analyse(scenario: &Scenario, flight: &FlightLog) -> Result<Analysis, DataError> {
     let truth = truth_of(flight);
     let track = track_of(scenario, flight);
-    let mut configurations: Vec<Configuration> =
-        backseat(backseat_name(scenario), flight).into_iter().collect();
+    let mut configurations: Vec<Configuration> = backseat(backseat_name(scenario), flight).into_iter().collect();
     let comparisons: [(&'static str, ProcessModel, bool); 3] = [
         ("dynamic, no DVL, centralized", ProcessModel::Dynamic, false),
         ("kinematic, no DVL", ProcessModel::Kinematic, false),
@@ -138,6 +132,15 @@ pub fn truth_of(flight: &FlightLog) -> Truth {
         current_mps: sample.truth.current_mps,
     });
     Truth { rows: rows.collect(), notes: Vec::new() }
+}
+
+/// The backseat as tables name it.
+fn backseat_name(scenario: &Scenario) -> &'static str {
+    if scenario.settings.backseat.dvl {
+        "backseat: dynamic + DVL, packets"
+    } else {
+        "backseat: dynamic, no DVL, packets"
+    }
 }
 
 /// What the backseat itself reported, from its first fix on.
