@@ -3,10 +3,13 @@
 //! Without QEMU or the ARM target these tests pass over it and say so; with `BACKSEAT_REQUIRE_QEMU` set
 //! in the environment they fail instead.
 
-use backseat_core::navigation::Sensor;
-use backseat_wire::hostlink::{Decoder, FromBoard, Mode, Port};
+use backseat_core::navigation::{ProcessModel, Sensor};
+use backseat_data::VehicleFile;
+use backseat_data::filter::{self, FilterOptions, ShipSource};
+use backseat_wire::hostlink::{Decoder, FromBoard, Mode, Port, ToBoard};
+use hil_sim::analysis;
 use hil_sim::backseat::{BackseatError, Client, InProcess, Ports, Qemu, build_image, missing};
-use hil_sim::flight::{FlightLog, fly, fly_realtime};
+use hil_sim::flight::{FlightLog, board_parameters, fly, fly_prepared, fly_realtime};
 use hil_sim::scenario::Scenario;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
@@ -102,6 +105,45 @@ fn arm_and_host_agree_to_the_bit_at_every_step() {
         let fused = host.fusions.iter().filter(|fusion| fusion.sensor == sensor && fusion.fused).count();
         assert!(fused >= 10, "{sensor:?}: {fused}");
     }
+}
+
+/// The error of the board itself and, over the same measurements, of the filter on this computer.
+fn errors(flight: &FlightLog, vehicle: &VehicleFile) -> [f64; 2] {
+    let mut options = FilterOptions::new(vehicle, ProcessModel::Dynamic);
+    options.use_dvl = false;
+    options.ship = ShipSource::Packet;
+    let run = filter::run(&flight.log, vehicle, &options).unwrap();
+    let filter = analysis::of_run("filter", &run, &analysis::truth_of(flight)).unwrap();
+    [analysis::backseat("board", flight).unwrap().error.rms_m, filter.error.rms_m]
+}
+
+#[test]
+fn val_a_better_vehicle_over_the_host_link_helps_as_predicted() {
+    let Some(qemu) = image() else { return };
+    let scenario = survey(8.0);
+    let right = &scenario.vehicle;
+    let mut wrong = scenario.clone();
+    for drag in &mut wrong.vehicle.parameters.quadratic_diag {
+        *drag *= 1.1;
+    }
+    wrong.vehicle.parameters.cl[0] *= 0.9;
+
+    let mut client = Client::new(qemu);
+    client.set_parameters(&board_parameters(&wrong)).unwrap();
+    client.set_mission(&scenario.settings.waypoints()).unwrap();
+    let mut fly =
+        |client: &mut Client<Qemu>| fly_prepared(&scenario, client, None, &AtomicBool::new(false), |_| {}).unwrap();
+    let before = fly(&mut client);
+    client.request(&ToBoard::MissionStop, || "to stop".into()).unwrap();
+    client.set_parameters(&board_parameters(&scenario)).unwrap();
+    let after = fly(&mut client);
+
+    let ([board_before, filter_before], [board_after, filter_after]) =
+        (errors(&before, &wrong.vehicle), errors(&after, right));
+    let (ratio, expected) = (board_after / board_before, filter_after / filter_before);
+    println!("board {board_before:.2} to {board_after:.2} m, filter {filter_before:.2} to {filter_after:.2} m");
+    // Devices round what the board hears, the log does not: centimetres of the few decimetres that are left.
+    assert!(ratio < 0.15 && (ratio / expected - 1.0).abs() < 0.3, "{ratio:.4} instead of {expected:.4}");
 }
 
 #[test]
