@@ -131,7 +131,7 @@ fn val_a_better_vehicle_over_the_host_link_helps_as_predicted() {
     let mut client = Client::new(qemu);
     client.set_parameters(&board_parameters(&wrong)).unwrap();
     client.set_mission(&scenario.settings.waypoints()).unwrap();
-    let mut fly =
+    let fly =
         |client: &mut Client<Qemu>| fly_prepared(&scenario, client, None, &AtomicBool::new(false), |_| {}).unwrap();
     let before = fly(&mut client);
     client.request(&ToBoard::MissionStop, || "to stop".into()).unwrap();
