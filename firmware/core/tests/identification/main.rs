@@ -1,0 +1,8 @@
+//! Adaptive identification: against the reference numbers, its own invariants, and on a simulated vehicle.
+
+mod convergence;
+mod laws;
+mod robustness;
+mod simulation;
+mod support;
+mod vectors;
