@@ -42,21 +42,23 @@ pub struct IdentificationConfig {
     pub average_s: f64,
     /// The first samples that only set the gains, s.
     pub warm_up_s: f64,
-    /// Cut-off of the low-pass filter of v, Hz.
-    pub velocity_cutoff_hz: f64,
-    /// Cut-off of the low-pass filter of s, Hz.
-    pub down_cutoff_hz: f64,
+    /// Cut-off of the low-pass filter of v, s, fins and propeller, Hz.
+    pub cutoff_hz: f64,
+    /// Fins and propeller keep each sample's command until the next sample; otherwise they are samples of a smooth signal.
+    pub held_inputs: bool,
     /// θ̂ stays between these multiples of the prior.
     pub box_ratio: [f64; 2],
     /// A parameter is excited when an error of half its box would change the acceleration of some axis by this much,
-    /// root mean square: m/s² and rad/s².
+    /// root mean square: m/s² and rad/s². It also has to do so by more than the sensors' noise does.
     pub excitation_floor: [f64; 6],
+    /// One-sigma noise of the measured v, m/s and rad/s.
+    pub velocity_noise: [f64; 6],
+    /// One-sigma noise of roll and pitch, rad.
+    pub roll_pitch_noise_rad: f64,
 }
 
 impl IdentificationConfig {
     /// 10 Hz, DVL and attitude sensor as in Table 4.13.
-    ///
-    /// The excitation floors are some three times what filtered sensor noise alone makes of v, s and the columns of Y at 1.5 m/s.
     pub const DEFAULT: Self = Self {
         period_s: 0.1,
         alpha_per_s: 0.3,
@@ -65,10 +67,12 @@ impl IdentificationConfig {
         scale: Scale::M11,
         average_s: 1000.0,
         warm_up_s: 60.0,
-        velocity_cutoff_hz: 0.5,
-        down_cutoff_hz: 1.0,
+        cutoff_hz: 0.6,
+        held_inputs: true,
         box_ratio: [0.3, 3.0],
         excitation_floor: [1.0e-3, 1.0e-3, 1.0e-3, 1.0e-2, 1.0e-3, 1.0e-3],
+        velocity_noise: [0.013, 0.013, 0.013, 1.75e-4, 1.75e-4, 1.75e-4],
+        roll_pitch_noise_rad: 4.36e-3,
     };
 
     /// # Errors
@@ -86,12 +90,13 @@ impl IdentificationConfig {
             (within(self.gamma_time_s, 1.0, 1.0e6), ConfigError::GammaTime),
             (within(self.average_s, 1.0, 1.0e6), ConfigError::Average),
             (within(self.warm_up_s, 1.0, 1.0e6), ConfigError::WarmUp),
-            (
-                within(self.velocity_cutoff_hz, 0.01 * nyquist, 0.99 * nyquist)
-                    && within(self.down_cutoff_hz, 0.01 * nyquist, 0.99 * nyquist),
-                ConfigError::CutOff,
-            ),
+            (within(self.cutoff_hz, 0.01 * nyquist, 0.99 * nyquist), ConfigError::CutOff),
             (within(low, 0.01, 0.99) && within(high, 1.01, 100.0), ConfigError::Box),
+            (
+                self.velocity_noise.iter().all(|&noise| within(noise, 0.0, 1.0))
+                    && within(self.roll_pitch_noise_rad, 0.0, 1.0),
+                ConfigError::Noise,
+            ),
             (self.excitation_floor.iter().all(|&floor| within(floor, 1.0e-9, 10.0)), ConfigError::ExcitationFloor),
         ];
         checks.iter().try_for_each(|&(valid, error)| if valid { Ok(()) } else { Err(error) })
@@ -119,10 +124,12 @@ pub enum ConfigError {
     Average,
     /// `warm_up_s` is not between 1 s and 1e6 s.
     WarmUp,
-    /// A cut-off is not between 1 % and 99 % of half the sample rate.
+    /// `cutoff_hz` is not between 1 % and 99 % of half the sample rate.
     CutOff,
     /// `box_ratio` does not hold the prior.
     Box,
+    /// A sensor's noise is not between 0 and 1.
+    Noise,
     /// An excitation floor is not between 1e-9 and 10.
     ExcitationFloor,
 }

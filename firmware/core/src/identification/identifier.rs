@@ -1,6 +1,6 @@
 //! The identifier that runs beside the filter: one call a sample.
 
-use super::aid::{AidState, Instant, heun, rates};
+use super::aid::{AidState, Instant, heun, model_acceleration, rates};
 use super::config::{ConfigError, IdentificationConfig};
 use super::drift::DriftMonitor;
 use super::excitation::{Excitation, ExcitationMonitor, UNKNOWN};
@@ -63,13 +63,18 @@ pub struct Identifier {
     drift: DriftMonitor,
     /// Time of the last sample taken, µs.
     last_us: Option<u64>,
-    /// The last filtered instant and its time, µs.
-    previous: Option<(u64, Instant)>,
+    /// The last filtered measurement, and what the laws need of it.
+    previous: Option<(Measured, Instant)>,
+    /// One sigma of the filtered measurement in each of its directions.
+    sigma: [f64; NOISE_DIRECTIONS],
+    /// Direction to disturb next.
+    direction: usize,
     state: AidState,
     /// Mean of θ̂.
     average: Theta,
     gains: Theta,
     y: Regressor,
+    disturbed: Regressor,
     adapted_s: f64,
     restarts: u32,
 }
@@ -78,6 +83,7 @@ impl Identifier {
     /// Refuses samples until configured.
     #[must_use]
     pub const fn new() -> Self {
+        const NO_REGRESSOR: Regressor = Regressor::from_array_storage(nalgebra::ArrayStorage([[0.0; 6]; PARAMETERS]));
         const NO_THETA: Theta = Theta::from_array_storage(nalgebra::ArrayStorage([[0.0; PARAMETERS]]));
         Self {
             config: IdentificationConfig::DEFAULT,
@@ -88,10 +94,13 @@ impl Identifier {
             drift: DriftMonitor::new(),
             last_us: None,
             previous: None,
+            sigma: [0.0; NOISE_DIRECTIONS],
+            direction: 0,
             state: AidState { velocity: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), theta: NO_THETA },
             average: NO_THETA,
             gains: NO_THETA,
-            y: Regressor::from_array_storage(nalgebra::ArrayStorage([[0.0; 6]; PARAMETERS])),
+            y: NO_REGRESSOR,
+            disturbed: NO_REGRESSOR,
             adapted_s: 0.0,
             restarts: 0,
         }
@@ -111,8 +120,12 @@ impl Identifier {
         }
         let reach = Theta::from_fn(|j, _| bounds.reach(j));
         self.config = *config;
-        self.filter.configure(config.velocity_cutoff_hz * config.period_s, config.down_cutoff_hz * config.period_s);
+        self.filter.configure(config.cutoff_hz * config.period_s, config.held_inputs);
         self.excitation.configure(&prior.m_diag, &config.excitation_floor, &reach, 0.5 * config.average_s);
+        let [u, v, w, p, q, r] = config.velocity_noise;
+        let roll_pitch = config.roll_pitch_noise_rad;
+        self.sigma = [u, v, w, p, q, r, roll_pitch, roll_pitch].map(|sigma| sigma * self.filter.noise_gain());
+        self.direction = 0;
         self.drift.reset();
         self.model = Some(model);
         self.bounds = Some(bounds);
@@ -127,7 +140,7 @@ impl Identifier {
     }
 
     /// One sample: time (µs), Euler angles (rad), body velocity through the water (m/s, rad/s), and what fins and
-    /// propeller do, all of the same instant.
+    /// propeller do from this instant on (or at it, see [`IdentificationConfig::held_inputs`]).
     ///
     /// Samples without a velocity are not given; the gap they leave restarts the filter, and θ̂ stays.
     pub fn sample(
@@ -162,16 +175,22 @@ impl Identifier {
         let measured = Measured { time_us, velocity: *velocity, down: Attitude::new(attitude).down(), input: *input };
         report.outcome = Outcome::Filling;
         let Some(filtered) = self.filter.push(&measured) else { return report };
-        let now = Instant::new(model, &filtered.velocity, &filtered.down, &filtered.input);
-        let Some((then_us, then)) = self.previous.replace((filtered.time_us, now)) else {
+        let instant = |at: &Measured| Instant::new(model, &at.velocity, &at.down, &at.input);
+        let now = instant(&filtered);
+        let Some((measured_then, then)) = self.previous.replace((filtered, now)) else {
             self.state.velocity = filtered.velocity;
             return report;
         };
-        let dt = filtered.time_us.saturating_sub(then_us) as f64 * 1.0e-6;
+        let dt = filtered.time_us.saturating_sub(measured_then.time_us) as f64 * 1.0e-6;
 
         let first = rates(&self.state, self.config.alpha_per_s, &then);
         regressor(&first.model_acceleration, &then.velocity, &then.down, &then.actuators, &mut self.y);
-        self.excitation.observe(&self.y, dt);
+        let size = self.sigma.get(self.direction).copied().unwrap_or(0.0);
+        let noisy = instant(&disturbed(&measured_then, self.direction, size));
+        let acceleration = model_acceleration(&self.state.theta, &noisy);
+        regressor(&acceleration, &noisy.velocity, &noisy.down, &noisy.actuators, &mut self.disturbed);
+        self.direction = (self.direction + 1) % NOISE_DIRECTIONS;
+        self.excitation.observe(&self.y, &self.disturbed, NOISE_DIRECTIONS as f64, dt);
         let adapting = self.excitation.observed_s() > self.config.warm_up_s;
         if adapting {
             self.excitation.gains(self.gamma(), self.config.scale.parameter(), &mut self.gains);
@@ -272,6 +291,20 @@ impl Default for Identifier {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Directions in which a measured instant can be wrong: the axes of v, and s turned about body x and y.
+const NOISE_DIRECTIONS: usize = 8;
+
+/// What would have been measured with an error `size` (m/s, rad/s or rad) in one of [`NOISE_DIRECTIONS`].
+fn disturbed(at: &Measured, direction: usize, size: f64) -> Measured {
+    let mut measured = *at;
+    match direction {
+        axis @ 0..6 => measured.velocity[axis] += size,
+        6 => measured.down += at.down.cross(&Vector3::x()) * size,
+        _ => measured.down += at.down.cross(&Vector3::y()) * size,
+    }
+    measured
 }
 
 /// Whether a vehicle can do this; what passes keeps all arithmetic finite.

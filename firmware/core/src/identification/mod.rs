@@ -6,7 +6,7 @@
 //! ```text
 //! theta       the parameters: order, names, and as a vehicle     aid         the laws and Heun's step
 //! regressor   Y with Y θ = h, shared with offline methods        projection  the box around the prior
-//! filter      low-pass of v and s, equal delay of all            excitation  gains; what is seen, collinear, frozen
+//! filter      low-pass and equal delay of all                    excitation  gains; what is seen, collinear, frozen
 //! config      settings                                           drift       estimates against their own noise
 //! identifier  all of it, one call a sample
 //! ```

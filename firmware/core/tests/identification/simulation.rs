@@ -34,7 +34,7 @@ impl Programme {
 }
 
 /// Table 4.13: one-sigma noise.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Noise {
     pub linear_mps: f64,
     pub angular_radps: f64,
@@ -47,32 +47,25 @@ impl Noise {
         Self { linear_mps: 0.013, angular_radps: 1.745_329_25e-4, roll_pitch_rad: 4.363_323_13e-3 };
 }
 
-/// Two classical Runge-Kutta steps in a period of constant input: the roll's natural frequency is 1 Hz.
-pub fn advance_t(model: &VehicleModel, x: &VehicleState, pr: &Programme, t: f64) -> VehicleState {
+/// One period with the input as a function of the time in it (s), by two classical Runge-Kutta steps: the roll's natural
+/// frequency is 1 Hz.
+fn integrate(model: &VehicleModel, x: &VehicleState, input: impl Fn(f64) -> ActuatorInput) -> VehicleState {
     let dt = 0.5 * PERIOD_S;
     let mut x = *x;
-    for i in 0..2 {
-        let t = t + f64::from(i) * dt;
-        let (a, b, c) = (pr.input(t), pr.input(t + 0.5 * dt), pr.input(t + dt));
-        let k1 = model.derivative(&x, &a);
-        let k2 = model.derivative(&(x + k1 * (0.5 * dt)), &b);
-        let k3 = model.derivative(&(x + k2 * (0.5 * dt)), &b);
-        let k4 = model.derivative(&(x + k3 * dt), &c);
+    for from in [0.0, dt] {
+        let [before, middle, after] = [from, from + 0.5 * dt, from + dt].map(&input);
+        let k1 = model.derivative(&x, &before);
+        let k2 = model.derivative(&(x + k1 * (0.5 * dt)), &middle);
+        let k3 = model.derivative(&(x + k2 * (0.5 * dt)), &middle);
+        let k4 = model.derivative(&(x + k3 * dt), &after);
         x += (k1 + (k2 + k3) * 2.0 + k4) * (dt / 6.0);
     }
     x
 }
+
+/// One period of constant input.
 pub fn advance(model: &VehicleModel, x: &VehicleState, input: &ActuatorInput) -> VehicleState {
-    let dt = 0.5 * PERIOD_S;
-    let mut x = *x;
-    for _ in 0..2 {
-        let k1 = model.derivative(&x, input);
-        let k2 = model.derivative(&(x + k1 * (0.5 * dt)), input);
-        let k3 = model.derivative(&(x + k2 * (0.5 * dt)), input);
-        let k4 = model.derivative(&(x + k3 * dt), input);
-        x += (k1 + (k2 + k3) * 2.0 + k4) * (dt / 6.0);
-    }
-    x
+    integrate(model, x, |_| *input)
 }
 
 pub fn start() -> VehicleState {
@@ -119,7 +112,11 @@ pub fn identify(
         }
         let report = identifier.sample(step * 100_000, &attitude, &velocity, &input);
         assert!(matches!(report.outcome, Outcome::Filling | Outcome::WarmingUp | Outcome::Adapting), "{report:?}");
-        x = advance_t(&truth, &x, &EXCITATION, step as f64 * PERIOD_S);
+        x = if config.held_inputs {
+            advance(&truth, &x, &input)
+        } else {
+            integrate(&truth, &x, |time_s| EXCITATION.input(step as f64 * PERIOD_S + time_s))
+        };
     }
 }
 
