@@ -75,6 +75,23 @@ impl IdentificationConfig {
         roll_pitch_noise_rad: 4.36e-3,
     };
 
+    /// Before it is configured: all bytes zero, so that an identifier costs no flash.
+    pub(super) const NONE: Self = Self {
+        period_s: 0.0,
+        alpha_per_s: 0.0,
+        gamma_per_s2: [0.0; 2],
+        gamma_time_s: 0.0,
+        scale: Scale::M11,
+        average_s: 0.0,
+        warm_up_s: 0.0,
+        cutoff_hz: 0.0,
+        held_inputs: false,
+        box_ratio: [0.0; 2],
+        excitation_floor: [0.0; 6],
+        velocity_noise: [0.0; 6],
+        roll_pitch_noise_rad: 0.0,
+    };
+
     /// # Errors
     /// The first setting outside its range.
     pub(super) fn validate(&self) -> Result<(), ConfigError> {

@@ -81,7 +81,7 @@ impl ExcitationMonitor {
             strength: zeros,
             noise: zeros,
             observed_s: 0.0,
-            memory_s: 1.0,
+            memory_s: 0.0,
         }
     }
 

@@ -39,11 +39,8 @@ const NOTHING: Measured = Measured {
 struct Taps([f64; DELAY + 1]);
 
 impl Taps {
-    const PASS: Self = {
-        let mut weights = [0.0; DELAY + 1];
-        weights[0] = 1.0;
-        Self(weights)
-    };
+    /// Lets nothing pass; all bytes zero.
+    const NONE: Self = Self([0.0; DELAY + 1]);
 
     /// Sinc with a Hamming window, half amplitude at `cutoff` (in units of the sample rate).
     fn low_pass(cutoff: f64) -> Self {
@@ -72,10 +69,10 @@ pub struct PreFilter {
 }
 
 impl PreFilter {
-    /// Passes everything; see [`Self::configure`].
+    /// Lets nothing pass; see [`Self::configure`].
     #[must_use]
     pub const fn new() -> Self {
-        Self { taps: Taps::PASS, held: false, last_input: None, window: [NOTHING; TAPS], next: 0, filled: 0 }
+        Self { taps: Taps::NONE, held: false, last_input: None, window: [NOTHING; TAPS], next: 0, filled: 0 }
     }
 
     /// Sets the cut-off, in units of the sample rate (below one half), and empties the window.

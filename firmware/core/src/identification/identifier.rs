@@ -86,7 +86,7 @@ impl Identifier {
         const NO_REGRESSOR: Regressor = Regressor::from_array_storage(nalgebra::ArrayStorage([[0.0; 6]; PARAMETERS]));
         const NO_THETA: Theta = Theta::from_array_storage(nalgebra::ArrayStorage([[0.0; PARAMETERS]]));
         Self {
-            config: IdentificationConfig::DEFAULT,
+            config: IdentificationConfig::NONE,
             model: None,
             bounds: None,
             filter: PreFilter::new(),
@@ -244,6 +244,12 @@ impl Identifier {
     #[must_use]
     pub fn estimate(&self) -> Option<Theta> {
         self.model.as_ref().map(|_| self.average)
+    }
+
+    /// The prior as a model: what θ does not hold (geometry, displacement, …) is its own.
+    #[must_use]
+    pub fn model(&self) -> Option<&VehicleModel> {
+        self.model.as_ref()
     }
 
     /// The estimate as a vehicle; see [`with_theta`] for mass and displacement.

@@ -8,7 +8,7 @@
 //! regressor   Y with Y θ = h, shared with offline methods        projection  the box around the prior
 //! filter      low-pass and equal delay of all                    excitation  gains; what is seen, collinear, frozen
 //! config      settings                                           drift       estimates against their own noise
-//! identifier  all of it, one call a sample
+//! identifier  all of it, one call a sample                     race        which of several sets predicts better
 //! ```
 //!
 //! What can be expected: the predicted motion converges, single parameters only as far as the motion tells them
@@ -21,6 +21,7 @@ mod excitation;
 mod filter;
 mod identifier;
 mod projection;
+mod race;
 pub mod regressor;
 pub mod theta;
 
@@ -30,4 +31,5 @@ pub use excitation::{Excitation, ParameterExcitation, Visibility};
 pub use filter::{DELAY, Measured, PreFilter};
 pub use identifier::{Identifier, Outcome, Report};
 pub use projection::ParameterBox;
+pub use race::{Evidence, FEWEST_STRETCHES, HORIZON_STEPS, Place, Race};
 pub use theta::{PARAMETERS, Theta};
