@@ -3,7 +3,7 @@
 use crate::command::{Commander, input_of};
 use crate::decode::{AhrsLink, DvlLink, FrontseatLink, ModemLink, micros};
 use crate::estimator::Estimator;
-use crate::health::Health;
+use crate::health::{Health, Losses};
 use crate::host::{HOST_RING, Storing, send};
 use crate::mission::MissionTransfer;
 use crate::modes::{Facts, Modes};
@@ -63,6 +63,7 @@ pub(crate) struct Backseat {
     echo_us: Option<u64>,
     pub(crate) last_step_us: Option<u64>,
     digest: u64,
+    pub(crate) losses: Losses,
 }
 
 impl Default for App {
@@ -102,6 +103,7 @@ impl App {
                 echo_us: None,
                 last_step_us: None,
                 digest: 0,
+                losses: Losses::new(),
             },
         }
     }
@@ -290,6 +292,7 @@ impl Backseat {
             rejected_frames: self.rejected(),
             pps_edges: self.clock.edges(),
             synchronised: self.clock.is_fine(),
+            receive_losses: self.losses.since_start(),
         }
     }
 
@@ -469,7 +472,10 @@ impl Backseat {
     }
 
     /// Telemetry of the step: each fusion, then the step itself.
-    fn report(&self, now_us: u64, out: &mut Ring<HOST_RING>) {
+    fn report(&mut self, now_us: u64, out: &mut Ring<HOST_RING>) {
+        if self.losses.take_news() {
+            send(out, &FromBoard::Health(self.health()));
+        }
         for record in self.estimator.records() {
             send(out, &FromBoard::Fusion(telemetry::fusion(record)));
         }

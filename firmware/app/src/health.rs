@@ -96,3 +96,41 @@ impl<'a> Health<'a> {
         self.app.clock().odd()
     }
 }
+
+/// Losses of received bytes, as the board's drivers count them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Losses {
+    /// In the order of [`Port::ALL`].
+    since_start: [u32; 5],
+    /// The host has not been told yet.
+    news: bool,
+}
+
+impl Losses {
+    pub(crate) const fn new() -> Self {
+        Self { since_start: [0; 5], news: false }
+    }
+
+    pub(crate) const fn since_start(&self) -> [u32; 5] {
+        self.since_start
+    }
+
+    /// Whether there were any since the last call.
+    pub(crate) fn take_news(&mut self) -> bool {
+        core::mem::take(&mut self.news)
+    }
+}
+
+impl App {
+    /// How often `port`'s driver has lost received bytes since power-up: overruns, full rings, what the UART calls an
+    /// error. Boards say so whenever it grows; the host is told after the next step.
+    pub fn receive_losses(&mut self, port: Port, since_start: u32) {
+        let Losses { since_start: losses, news } = &mut self.backseat.losses;
+        if let Some(losses) = losses.get_mut(port as usize)
+            && *losses != since_start
+        {
+            *losses = since_start;
+            *news = true;
+        }
+    }
+}

@@ -2,6 +2,7 @@
 
 use crate::board::{Declared, Identity};
 use backseat_app::parameters::PARAMETER_SCHEMA;
+use backseat_host::PORT_NAMES;
 use backseat_wire::calendar::DateTime;
 use backseat_wire::hostlink::{Health, Mode, ModeReason, Port, Restart, Telemetry};
 use serde_json::{Value, json};
@@ -79,7 +80,14 @@ pub struct Look {
 pub fn lines(look: &Look) -> Vec<Line> {
     let mut lines = vec![firmware(&look.identity), restart(look.identity.restart.as_ref()), telemetry(look)];
     lines.extend(Port::DEVICES.map(|port| device(look, port)));
-    lines.extend([clock(look), pps(look), mode(look), parameters(&look.parameters), mission(look.waypoints)]);
+    lines.extend([
+        losses(look),
+        clock(look),
+        pps(look),
+        mode(look),
+        parameters(&look.parameters),
+        mission(look.waypoints),
+    ]);
     lines
 }
 
@@ -162,6 +170,30 @@ fn device(look: &Look, port: Port) -> Line {
         all.0, all.1
     );
     Line::new(verdict, what, found)
+}
+
+/// Bytes that reached the board and not its decoders: too much at once, or a line that is wired or set wrong.
+fn losses(look: &Look) -> Line {
+    const WHAT: &str = "receive losses";
+    let Some((before, after)) = &look.counters else {
+        return Line::new(Verdict::Note, WHAT, "this firmware does not tell");
+    };
+    let told: Vec<String> = PORT_NAMES
+        .iter()
+        .zip(before.receive_losses.iter().zip(after.receive_losses))
+        .filter(|(_, (_, all))| *all > 0)
+        .map(|(name, (before, all))| format!("{name} {} ({all} since start)", all.saturating_sub(*before)))
+        .collect();
+    let verdict = match (told.is_empty(), before.receive_losses == after.receive_losses) {
+        (true, _) => Verdict::Pass,
+        (false, true) => Verdict::Note,
+        (false, false) => Verdict::Fail,
+    };
+    let found = match told.is_empty() {
+        true => "none on any port since start".to_owned(),
+        false => format!("in {} s: {}", look.watched.as_secs(), told.join(", ")),
+    };
+    Line::new(verdict, WHAT, found)
 }
 
 fn clock(look: &Look) -> Line {

@@ -29,6 +29,7 @@ fn a_board_alone_fails_where_it_hears_nothing() {
         ("DVL port", "note"),
         ("AHRS port", "fail"),
         ("modem port", "fail"),
+        ("receive losses", "ok"),
         ("clock", "fail"),
         ("PPS", "fail"),
         ("mode", "fail"),

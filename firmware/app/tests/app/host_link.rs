@@ -4,7 +4,7 @@ use crate::board::{Board, Direct, request_all};
 use crate::flight::{WAYPOINTS, start};
 use crate::world::World;
 use backseat_app::parameters::PARAMETERS;
-use backseat_wire::hostlink::{Refusal, ToBoard, Waypoint};
+use backseat_wire::hostlink::{Port, Refusal, ToBoard, Waypoint};
 
 fn ask(board: &mut Direct, message: &ToBoard<'_>) -> Result<(), Refusal> {
     board.request(message);
@@ -106,6 +106,27 @@ fn the_counters_tell_what_came_in() {
     assert!(frontseat > 70 && dvl == 0 && ahrs > 100 && modem >= 4, "{health:?}");
     assert_eq!(health.rejected_frames, [0; 4]);
     assert!((11..=13).contains(&health.pps_edges) && health.synchronised, "{health:?}");
+    assert_eq!(health.receive_losses, [0; 5]);
+}
+
+#[test]
+fn lost_bytes_are_told_once_and_without_being_asked() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 1);
+    assert_eq!(board.heard().health, None);
+    board.app_mut().receive_losses(Port::Ahrs, 3);
+    board.app_mut().receive_losses(Port::Host, u32::MAX);
+    world.advance(&mut board);
+    let health = board.heard().health.take().expect("counters");
+    assert_eq!(health.receive_losses, [0, 0, 3, 0, u32::MAX]);
+    // a driver says what it counted whenever it is asked
+    board.app_mut().receive_losses(Port::Ahrs, 3);
+    world.run(&mut board, 1);
+    assert_eq!(board.heard().health, None);
+    // they are the board's since power-up, not the app's since a restart
+    board.app_mut().restart();
+    board.request(&ToBoard::HealthGet);
+    assert_eq!(board.heard().health.take().expect("counters").receive_losses, [0, 0, 3, 0, u32::MAX]);
 }
 
 #[test]

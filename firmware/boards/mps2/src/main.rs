@@ -5,6 +5,7 @@
 //! | `uart` | the five ports, as `embedded-io` |
 //! | `clock` | board time and the alarm for the next step |
 //! | `interrupts` | vector table and what wakes the loop |
+//! | `store` | parameters, in RAM that a reset leaves alone |
 //! | `failure` | what a panic or a fault leaves behind |
 #![no_std]
 #![no_main]
@@ -15,6 +16,7 @@ compile_error!("an ARM image: cargo build -p backseat-mps2 --profile firmware --
 mod clock;
 mod failure;
 mod interrupts;
+mod store;
 mod uart;
 
 use backseat_app::{App, Progress, Pump};
@@ -22,6 +24,7 @@ use clock::Clock;
 use cortex_m_rt::entry;
 use defmt_semihosting as _;
 use static_cell::ConstStaticCell;
+use store::Store;
 use uart::Uarts;
 
 /// Built at compile time: by value it would pass over the stack.
@@ -32,18 +35,20 @@ static PUMP: ConstStaticCell<Pump> = ConstStaticCell::new(Pump::new());
 fn main() -> ! {
     let (app, pump) = (APP.take(), PUMP.take());
     let mut clock = Clock::start();
-    let Uarts { mut ports, mut overruns } = uart::start();
+    let Uarts { mut ports, overruns } = uart::start();
     interrupts::enable();
     // The simulator takes the first it hears as "ports are open".
     defmt::info!("backseat-mps2 {=str}", env!("CARGO_PKG_VERSION"));
     failure::report_last();
+    let mut store = Store::open(app);
     loop {
         interrupts::begin();
         let Ok(progress) = pump.poll(app, &mut ports, clock.now_us());
+        store.serve(app);
+        overruns.report(app);
         if let Progress::IdleUntil(until_us) = progress {
             clock.wake_at(until_us);
             interrupts::wait();
         }
-        overruns.report();
     }
 }

@@ -1,5 +1,6 @@
 //! The five UARTs as the pump wants them: `embedded-io`, never blocking.
 
+use backseat_app::App;
 use backseat_wire::hostlink::Port;
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -74,7 +75,7 @@ pub fn start() -> Uarts {
         write(&registers(uart).control, CONTROL);
         Uart { uart, received }
     });
-    Uarts { ports, overruns: Overruns { reported: [0; 5] } }
+    Uarts { ports, overruns: Overruns(()) }
 }
 
 /// One port.
@@ -175,19 +176,13 @@ pub fn on_transmit(uart: usize) {
 }
 
 /// Tells of lost bytes.
-pub struct Overruns {
-    reported: [u32; 5],
-}
+pub struct Overruns(());
 
 impl Overruns {
-    /// Logs what was lost since the last call.
-    pub fn report(&mut self) {
-        for ((lost, reported), port) in OVERRUNS.iter().zip(&mut self.reported).zip(Port::ALL) {
-            let lost = lost.load(Ordering::Relaxed);
-            if lost != *reported {
-                *reported = lost;
-                defmt::warn!("{}: {=u32} bytes lost since start", port, lost);
-            }
+    /// Hands the counts to the app, which tells the host.
+    pub fn report(&self, app: &mut App) {
+        for (lost, port) in OVERRUNS.iter().zip(Port::ALL) {
+            app.receive_losses(port, lost.load(Ordering::Relaxed));
         }
     }
 }

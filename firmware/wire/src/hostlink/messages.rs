@@ -193,6 +193,9 @@ pub struct Health {
     pub pps_edges: u32,
     /// UTC rests on those edges.
     pub synchronised: bool,
+    /// Losses of received bytes that the board's drivers noticed, of all five ports ([`Port::ALL`] order): overruns,
+    /// full rings, and what the UART itself calls an error.
+    pub receive_losses: [u32; 5],
 }
 
 /// One scalar fusion, as `backseat_core::navigation::FusionRecord`.
@@ -210,6 +213,102 @@ pub struct FusionTelemetry {
     pub innovation: f64,
     /// Innovation variance.
     pub variance: f64,
+}
+
+/// What the identifier does with the motion, and why it rests where it rests.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Activity {
+    /// Switched off, or its settings are unusable.
+    #[default]
+    Off,
+    /// No mission under way, or navigation is not valid.
+    NotUnderWay,
+    /// At the surface, where the model does not hold.
+    Surfaced,
+    /// No velocity from the DVL, or the current that it has to be corrected for is not known well enough.
+    NoVelocity,
+    /// Attitude or rates are missing.
+    NoAttitude,
+    /// Its filter fills, or its gains settle.
+    Starting,
+    /// The estimate moves.
+    Adapting,
+    /// The laws gave no finite number.
+    Diverged,
+}
+
+/// What the motion shows of one identified parameter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Visibility {
+    /// Nothing but noise depends on it: it stays where it is.
+    #[default]
+    Frozen,
+    /// Held at its declared value: it is the scale.
+    Known,
+    /// It adapts, but other parameters explain its effect as well.
+    Collinear,
+    /// It adapts, and its effect is its own.
+    Separate,
+}
+
+/// The identified parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identification {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// What the identifier does.
+    pub activity: Activity,
+    /// Time it has adapted, s.
+    pub adapted_s: f64,
+    /// θ: m11…m66, d11…d66, w, B1…B3, β1…β5, SI.
+    pub theta: [f64; 21],
+    /// What the recent motion shows of each.
+    pub visibility: [Visibility; 21],
+    /// Drifted against its own noise, bit j for θ_j.
+    pub drifted: u32,
+}
+
+/// What happened to the parameters in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AdoptionEvent {
+    /// Identified parameters predicted better and are in use.
+    Adopted,
+    /// They predicted better, but adoption is switched off.
+    Advised,
+    /// They did not predict better than the set in use by more than chance gives.
+    Refused,
+    /// They make no valid vehicle.
+    Invalid,
+    /// The set before predicted better: it is in use again.
+    Reverted,
+    /// The host asked for the set before: it is in use again.
+    RevertedByHost,
+    /// The set in use was written to the board's memory.
+    Stored,
+    /// The board's memory refused it.
+    StoreFailed,
+}
+
+/// A verdict about the parameters in use.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Adoption {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// What happened.
+    pub event: AdoptionEvent,
+    /// How often parameters have been adopted or reverted.
+    pub changes: u16,
+    /// Stretches of open-loop prediction that it rests on.
+    pub stretches: u16,
+    /// Mean squared prediction error of the set in use before, in units of what a perfect model has.
+    pub error_active: f64,
+    /// The same of the set it was compared with.
+    pub error_other: f64,
+    /// Mean of ln(error of the set in use / error of the other) over the stretches, and its standard error.
+    pub gain: [f64; 2],
 }
 
 /// A declared parameter of the board.
@@ -307,6 +406,8 @@ pub enum ToBoard<'a> {
     HealthGet,
     /// Move the fins one after the other, a little and for four seconds, with the propeller stopped; not under way.
     FinWiggle,
+    /// Use the vehicle parameters from before the last adoption again, and adopt no others until the next start.
+    AdoptionRevert,
 }
 
 /// Board to PC.
@@ -343,6 +444,10 @@ pub enum FromBoard<'a> {
     Refused(Refusal),
     /// After the start of a board that knows its reset cause, and after `Hello`.
     Restart(Restart),
-    /// Answer to `HealthGet`.
+    /// Answer to `HealthGet`, and after a step when received bytes were lost since the last.
     Health(Health),
+    /// Every ten seconds while the identifier is switched on.
+    Identification(Identification),
+    /// A verdict about the parameters in use.
+    Adoption(Adoption),
 }

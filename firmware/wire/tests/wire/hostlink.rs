@@ -1,7 +1,7 @@
 use backseat_wire::Error;
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason, ParameterInfo, Port,
-    Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Chunk, Decoder, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason,
+    ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 
 fn largest_step() -> ToBoard<'static> {
@@ -75,6 +75,13 @@ fn every_message_survives() {
         FromBoard::Mission { index: 0, count: 0, waypoint: None },
         FromBoard::Done,
         FromBoard::Refused(Refusal::UnderWay),
+        FromBoard::Health(Health {
+            accepted_frames: [1, 2, 3, u32::MAX],
+            rejected_frames: [0; 4],
+            pps_edges: 7,
+            synchronised: true,
+            receive_losses: [0, 1, 300, 70_000, u32::MAX],
+        }),
     ];
     let mut stream = Vec::new();
     let mut buffer = [0; MAX_FRAME];
@@ -93,7 +100,7 @@ fn every_message_survives() {
                 index += 1;
             }
         }
-        assert_eq!((index, decoder.counts().rejected()), (20, 1), "split at {split}");
+        assert_eq!((index, decoder.counts().rejected()), (21, 1), "split at {split}");
     }
 }
 
