@@ -8,6 +8,7 @@ mod messages;
 
 pub use codec::{Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use messages::{
-    Chunk, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port, Refusal,
-    ResetCause, Restart, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    Activity, Adoption, AdoptionEvent, Chunk, FromBoard, FusionTelemetry, Health, Identification, MAX_CHUNKS, MAX_PPS,
+    Mode, ModeReason, ParameterInfo, Port, Refusal, ResetCause, Restart, Step, StepDone, Telemetry, ToBoard, Visibility,
+    Waypoint,
 };
