@@ -1,64 +1,83 @@
 //! The catalogue of physical effects a declared model may lack, one file an entry.
 //!
-//! An entry is a constant [`EffectInfo`] and the functions by which the effect enters the models. To add one:
-//! write its file, declare the module and add its `INFO` to [`CATALOGUE`].
+//! An entry is a constant [`EffectInfo`]: name, parameters with plausible ranges, signature and confusions, and the
+//! [`Hooks`] by which it enters the models. The same entry serves the filter (as a fixed value, or as states where it
+//! varies), identification, diagnosis, the vehicle file and the board's parameters. To add one: write its file, declare
+//! the module and add its `INFO` to [`CATALOGUE`].
+//!
+//! Every parameter at zero is the declared model. A bias is measured minus true, a ratio measured / true − 1.
+//! Effects that are present together apply in the order of the catalogue, which is the order of cause: lag before bias
+//! before jam, sound speed before clock. `t_s` is time since the epoch of [`crate::navigation::Navigator::set_epoch`],
+//! the start of a log.
 
+pub mod buoyancy_offset;
+pub mod clock_drift;
+pub mod clock_offset;
+pub mod cross_drag;
+pub mod depth_bias;
+pub mod drag_change;
+pub mod dvl_misalignment;
+pub mod dvl_scale;
+pub mod fin_bias;
+pub mod fin_lag;
+pub mod fin_stuck;
+pub mod gyro_bias;
+pub mod heading_bias;
+mod hooks;
+mod info;
+pub mod linear_drag;
+pub mod pitch_sensor;
+pub mod pitch_trim;
+pub mod range_outliers;
+pub mod roll_trim;
+mod set;
+pub mod sound_speed;
+pub mod thrust_decay;
+pub mod thrust_loss;
 pub mod water_current;
+pub mod water_density;
+pub mod waves;
 
-/// What an effect is, for the filter's set-up, the identification and the report.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EffectInfo {
-    /// Name in commands, files and reports.
-    pub name: &'static str,
-    /// What quantifies it.
-    pub parameters: &'static [ParameterInfo],
-    /// Which models it changes.
-    pub enters: Enters,
-    /// The equations by which it enters.
-    pub equations: &'static str,
-    /// What it leaves in the residual of a model that lacks it.
-    pub signature: &'static str,
-    /// Effects that can leave the same residual.
-    pub confused_with: &'static [Confusion],
-}
+pub use hooks::{ActuatorMemory, Channel, Hooks, Measure, Moment, Slopes, Step};
+pub use info::{Confusion, EffectInfo, Enters, ParameterInfo, ParameterKind};
+pub use set::{EffectError, EffectSet, PARAMETERS, ParameterId, parameters};
 
-/// One parameter of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParameterInfo {
-    /// Name in files and reports.
-    pub name: &'static str,
-    /// SI unit as written in reports.
-    pub unit: &'static str,
-    /// Smallest plausible value.
-    pub min: f64,
-    /// Largest plausible value.
-    pub max: f64,
-}
+use crate::dynamics::FINS;
 
-/// Which models an effect changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Enters {
-    /// The process model only.
-    Process,
-    /// Measurement models only.
-    Measurement,
-    /// Both.
-    Both,
-}
+/// Every effect known, in the order in which those present apply.
+pub const CATALOGUE: &[EffectInfo] = &[
+    water_current::INFO,
+    // Plant.
+    linear_drag::INFO,
+    drag_change::INFO,
+    thrust_loss::INFO,
+    cross_drag::INFO,
+    roll_trim::INFO,
+    pitch_trim::INFO,
+    buoyancy_offset::INFO,
+    water_density::INFO,
+    // Actuators.
+    thrust_decay::INFO,
+    fin_lag::INFO,
+    fin_bias::INFO,
+    fin_stuck::INFO,
+    // Sensors.
+    heading_bias::INFO,
+    pitch_sensor::INFO,
+    gyro_bias::INFO,
+    depth_bias::INFO,
+    dvl_scale::INFO,
+    dvl_misalignment::INFO,
+    sound_speed::INFO,
+    clock_offset::INFO,
+    clock_drift::INFO,
+    // Noise.
+    range_outliers::INFO,
+    waves::INFO,
+];
 
-/// Another effect that data may not tell apart from this one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Confusion {
-    /// Name of the other effect.
-    pub effect: &'static str,
-    /// When the two cannot be told apart.
-    pub condition: &'static str,
-    /// What to fly, or to log, to tell them apart.
-    pub separating_manoeuvre: &'static str,
-}
-
-/// Every effect known.
-pub const CATALOGUE: &[EffectInfo] = &[water_current::INFO];
+/// Names of the fins, whose parameter values are 1 to 4.
+pub const FIN_NAMES: [&str; FINS] = ["top", "bottom", "port", "starboard"];
 
 /// The entry of that name.
 #[must_use]
@@ -66,11 +85,43 @@ pub fn find(name: &str) -> Option<&'static EffectInfo> {
     CATALOGUE.iter().find(|effect| effect.name == name)
 }
 
-impl EffectInfo {
-    /// Whether every value is finite and plausible; in the order of `parameters`.
-    #[must_use]
-    pub fn is_plausible(&self, values: &[f64]) -> bool {
-        values.len() == self.parameters.len()
-            && self.parameters.iter().zip(values).all(|(p, value)| (p.min..=p.max).contains(value))
+/// Value of a parameter of kind [`ParameterKind::Fin`] that means the fin of that name.
+#[must_use]
+pub fn fin_value(name: &str) -> Option<f64> {
+    FIN_NAMES.iter().zip(1_u8..).find(|(fin, _)| **fin == name).map(|(_, value)| f64::from(value))
+}
+
+/// Place of the fin that a parameter's value means; `None` for 0 and everything that is no fin.
+#[must_use]
+pub fn fin_index(value: f64) -> Option<usize> {
+    (0..FINS).find(|&index| value == (index + 1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_confusions_known() {
+        for (i, effect) in CATALOGUE.iter().enumerate() {
+            assert!(CATALOGUE.iter().skip(i + 1).all(|other| other.name != effect.name), "{}", effect.name);
+            assert!(!effect.parameters.is_empty() && effect.parameters.len() <= 3, "{}", effect.name);
+            for confusion in effect.confused_with {
+                assert!(find(confusion.effect).is_some(), "{}: {}", effect.name, confusion.effect);
+                assert_ne!(confusion.effect, effect.name);
+            }
+            for parameter in effect.parameters {
+                assert!(parameter.min < parameter.max, "{}.{}", effect.name, parameter.name);
+                assert!(parameter.kind != ParameterKind::Size || parameter.min <= 0.0, "{}", effect.name);
+            }
+        }
+        assert!(find("none").is_none());
+    }
+
+    #[test]
+    fn fins_go_both_ways() {
+        assert_eq!(fin_value("port"), Some(3.0));
+        assert_eq!(fin_index(3.0), Some(2));
+        assert_eq!((fin_value("left"), fin_index(0.0), fin_index(5.0), fin_index(f64::NAN)), (None, None, None, None));
     }
 }

@@ -3,16 +3,13 @@
 //! The vehicle's body velocity ν is relative to the water, so that its dynamics do not notice (see
 //! [`crate::dynamics`]); position, bottom track and range rate do.
 
-use super::{Confusion, EffectInfo, Enters, ParameterInfo};
+use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
     name: "water_current",
-    parameters: &[
-        ParameterInfo { name: "north_mps", unit: "m/s", min: -1.5, max: 1.5 },
-        ParameterInfo { name: "east_mps", unit: "m/s", min: -1.5, max: 1.5 },
-    ],
+    parameters: &[ParameterInfo::symmetric("north_mps", "m/s", 1.5), ParameterInfo::symmetric("east_mps", "m/s", 1.5)],
     enters: Enters::Both,
     equations: "p_dot = R nu + c; bottom track = nu + R^T c; range rate from R nu + c",
     signature: "position, range and range-rate innovations drift as one constant vector in the world frame on all \
@@ -36,7 +33,12 @@ pub const INFO: EffectInfo = EffectInfo {
             separating_manoeuvre: "the same line in both directions, or a second propeller speed",
         },
     ],
+    hooks: Hooks { water: Some(water), ..Hooks::NONE },
 };
+
+fn water(values: &[f64]) -> [f64; 2] {
+    if let &[north, east] = values { [north, east] } else { [0.0; 2] }
+}
 
 /// c as a NED vector, m/s.
 fn ned(current_mps: &Vector2<f64>) -> Vector3<f64> {

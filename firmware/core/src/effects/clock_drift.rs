@@ -1,0 +1,24 @@
+//! `clock_drift`: the offset of one-way travel times grows with time since the epoch.
+
+use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "clock_drift",
+    parameters: &[ParameterInfo::symmetric("ppm", "ppm", 100.0)],
+    enters: Enters::Measurement,
+    equations: "r_m = r + 1e-6 c ppm t",
+    signature: "range innovations that grow with time",
+    confused_with: &[Confusion {
+        effect: "clock_offset",
+        condition: "a short log",
+        separating_manoeuvre: "a longer log",
+    }],
+    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Range], apply }), ..Hooks::NONE },
+};
+
+fn apply(values: &[f64], moment: &Moment, reading: &mut [f64; 3]) -> Slopes {
+    let metres = 1.0e-6 * moment.sound_speed_mps * moment.t_s;
+    reading[0] += metres * values.first().copied().unwrap_or(0.0);
+    Slopes::shift([[metres, 0.0, 0.0], [0.0; 3], [0.0; 3]])
+}

@@ -1,0 +1,22 @@
+//! `clock_offset`: one-way travel times measured minus true.
+
+use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "clock_offset",
+    parameters: &[ParameterInfo::symmetric("s", "s", 0.5)],
+    enters: Enters::Measurement,
+    equations: "r_m = r + c s",
+    signature: "range innovations constant at all ranges",
+    confused_with: &[
+        Confusion { effect: "sound_speed", condition: "ranges all alike", separating_manoeuvre: "near and far ranges" },
+        Confusion { effect: "clock_drift", condition: "a short log", separating_manoeuvre: "a longer log" },
+    ],
+    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Range], apply }), ..Hooks::NONE },
+};
+
+fn apply(values: &[f64], moment: &Moment, reading: &mut [f64; 3]) -> Slopes {
+    reading[0] += moment.sound_speed_mps * values.first().copied().unwrap_or(0.0);
+    Slopes::shift([[moment.sound_speed_mps, 0.0, 0.0], [0.0; 3], [0.0; 3]])
+}

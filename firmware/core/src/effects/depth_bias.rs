@@ -1,0 +1,25 @@
+//! `depth_bias`: depth measured minus true.
+//!
+//! Seen only against a known depth: an antenna of known height at the surface, or slant ranges at short distance.
+
+use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "depth_bias",
+    parameters: &[ParameterInfo::symmetric("m", "m", 5.0)],
+    enters: Enters::Measurement,
+    equations: "z_m = z + m",
+    signature: "depth of a surfaced vehicle is not its draught",
+    confused_with: &[Confusion {
+        effect: "sound_speed",
+        condition: "slant ranges only",
+        separating_manoeuvre: "surface, or ranges at several distances",
+    }],
+    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Depth], apply }), ..Hooks::NONE },
+};
+
+fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {
+    reading[0] += values.first().copied().unwrap_or(0.0);
+    Slopes::shift([[1.0, 0.0, 0.0], [0.0; 3], [0.0; 3]])
+}

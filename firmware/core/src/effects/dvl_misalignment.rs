@@ -1,0 +1,37 @@
+//! `dvl_misalignment`: the DVL is mounted turned by yaw, then pitch: v_m = Ry(pitch)ᵀ Rz(yaw)ᵀ v.
+
+use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "dvl_misalignment",
+    parameters: &[ParameterInfo::symmetric("yaw_rad", "rad", 0.3), ParameterInfo::symmetric("pitch_rad", "rad", 0.3)],
+    enters: Enters::Measurement,
+    equations: "v_m = Ry(pitch)^T Rz(yaw)^T v",
+    signature: "measured sway (heave) in proportion to surge, which the model does not have; the dead-reckoned track is turned against fixes",
+    confused_with: &[
+        Confusion {
+            effect: "heading_bias",
+            condition: "its constant part in dead reckoning alone",
+            separating_manoeuvre: "turns with the dynamic model: model sway separates them",
+        },
+        Confusion {
+            effect: "pitch_sensor",
+            condition: "its bias and this pitch, without depth",
+            separating_manoeuvre: "depth, dives",
+        },
+    ],
+    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Dvl], apply }), ..Hooks::NONE },
+};
+
+fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {
+    let &[yaw, pitch] = values else { return Slopes::IDENTITY };
+    let ((sy, cy), (sp, cp)) = (libm::sincos(yaw), libm::sincos(pitch));
+    let [u, v, w] = *reading;
+    let (ahead, across) = (cy * u + sy * v, cy * v - sy * u);
+    *reading = [cp * ahead - sp * w, across, sp * ahead + cp * w];
+    Slopes {
+        by_reading: [[cp * cy, cp * sy, -sp], [-sy, cy, 0.0], [sp * cy, sp * sy, cp]],
+        by_parameter: [[cp * across, -ahead, sp * across], [-reading[2], 0.0, reading[0]], [0.0; 3]],
+    }
+}

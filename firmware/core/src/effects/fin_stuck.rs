@@ -1,0 +1,28 @@
+//! `fin_stuck`: from a time on, one fin stands still whatever is commanded.
+
+use super::{ActuatorMemory, Confusion, EffectInfo, Enters, Hooks, ParameterInfo, Step, fin_index};
+use crate::dynamics::ActuatorInput;
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "fin_stuck",
+    parameters: &[ParameterInfo::FIN, ParameterInfo::symmetric("rad", "rad", 0.6), ParameterInfo::ONSET],
+    enters: Enters::Process,
+    equations: "delta_fin = rad from time_s on",
+    signature: "a step in trim at one time, and moments that follow that fin's command with the opposite sign",
+    confused_with: &[Confusion {
+        effect: "fin_bias",
+        condition: "no command of that fin since the onset",
+        separating_manoeuvre: "turns and dives, so that the fin is commanded",
+    }],
+    hooks: Hooks { input: Some(input), ..Hooks::NONE },
+};
+
+fn input(values: &[f64], step: &Step, _: &mut ActuatorMemory, input: &mut ActuatorInput) {
+    if let [fin, held, time_s] = values
+        && step.t_s >= *time_s
+        && let Some(angle) = fin_index(*fin).and_then(|fin| input.fins_rad.get_mut(fin))
+    {
+        *angle = *held;
+    }
+}

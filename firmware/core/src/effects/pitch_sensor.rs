@@ -1,0 +1,31 @@
+//! `pitch_sensor`: measured pitch = (1 + scale) pitch + bias.
+
+use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "pitch_sensor",
+    parameters: &[ParameterInfo::symmetric("bias_rad", "rad", 0.2), ParameterInfo::symmetric("scale", "1", 0.2)],
+    enters: Enters::Measurement,
+    equations: "theta_m = (1 + scale) theta + bias",
+    signature: "measured pitch disagrees with depth rate over speed, by a constant and in proportion in dives",
+    confused_with: &[
+        Confusion { effect: "pitch_trim", condition: "straight and level flight only", separating_manoeuvre: "dives" },
+        Confusion {
+            effect: "dvl_misalignment",
+            condition: "the bias and the misalignment's pitch, without depth",
+            separating_manoeuvre: "depth, dives",
+        },
+    ],
+    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Attitude], apply }), ..Hooks::NONE },
+};
+
+fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {
+    let &[bias, scale] = values else { return Slopes::IDENTITY };
+    let pitch = reading[1];
+    reading[1] = (1.0 + scale) * pitch + bias;
+    Slopes {
+        by_reading: diagonal([1.0, 1.0 + scale, 1.0]),
+        by_parameter: [[0.0, 1.0, 0.0], [0.0, pitch, 0.0], [0.0; 3]],
+    }
+}

@@ -1,0 +1,39 @@
+//! `pitch_trim`: the centre of gravity stands before or behind the centre of buoyancy.
+//!
+//! The angle is atan(b_x / b_z), b from the centre of buoyancy to the centre of gravity, beyond what is declared.
+
+use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use crate::dynamics::VehicleParameters;
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "pitch_trim",
+    parameters: &[ParameterInfo::symmetric("rad", "rad", 0.5)],
+    enters: Enters::Process,
+    equations: "b_x = b_z tan(atan2(b_x, b_z) + rad)",
+    signature: "a steady pitch moment: pitch or fins trimmed by an angle that falls with speed",
+    confused_with: &[
+        Confusion {
+            effect: "pitch_sensor",
+            condition: "straight and level flight only: the bias of the sensor",
+            separating_manoeuvre: "dives: the sensor's bias does not change depth rate or port and starboard fins",
+        },
+        Confusion {
+            effect: "fin_bias",
+            condition: "one speed: port or starboard fin",
+            separating_manoeuvre: "two propeller speeds",
+        },
+        Confusion {
+            effect: "buoyancy_offset",
+            condition: "one speed",
+            separating_manoeuvre: "two propeller speeds, or a minute at rest",
+        },
+    ],
+    hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
+};
+
+fn plant(values: &[f64], _: f64, plant: &mut VehicleParameters) {
+    if let ([angle], [x, _, z]) = (values, &mut plant.b_cb_to_cg_m) {
+        *x = *z * libm::tan(libm::atan2(*x, *z) + angle);
+    }
+}

@@ -1,0 +1,20 @@
+//! `range_outliers`: a share of the ranges has nothing to do with the distance (multipath, other pings).
+//!
+//! A filter that knows of them gates ranges at three sigmas: beyond, an outlier is likelier than noise.
+
+use super::{Channel, EffectInfo, Enters, Hooks, ParameterInfo};
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "range_outliers",
+    parameters: &[ParameterInfo::size("share", "1", 0.0, 0.5)],
+    enters: Enters::Noise,
+    equations: "r_m = anything, with probability share",
+    signature: "range innovations far beyond their sigma, without memory",
+    confused_with: &[],
+    hooks: Hooks { gate_sigma: Some(gate_sigma), ..Hooks::NONE },
+};
+
+fn gate_sigma(_: &[f64], channel: Channel) -> Option<f64> {
+    matches!(channel, Channel::Range | Channel::TwoWayRange).then_some(3.0)
+}

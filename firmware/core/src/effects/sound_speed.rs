@@ -1,0 +1,39 @@
+//! `sound_speed`: acoustic range measured / true − 1: the speed used over the true one, less one.
+//!
+//! A Doppler changes in the same ratio, by less than its noise; it is left alone.
+
+use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "sound_speed",
+    parameters: &[ParameterInfo::symmetric("ratio", "1", 0.05)],
+    enters: Enters::Measurement,
+    equations: "r_m = (1 + ratio) r",
+    signature: "range innovations in proportion to range",
+    confused_with: &[
+        Confusion {
+            effect: "clock_offset",
+            condition: "ranges all alike",
+            separating_manoeuvre: "near and far ranges",
+        },
+        Confusion {
+            effect: "dvl_scale",
+            condition: "ranges without fixes",
+            separating_manoeuvre: "fixes at both ends",
+        },
+        Confusion {
+            effect: "depth_bias",
+            condition: "slant ranges only",
+            separating_manoeuvre: "ranges at several distances",
+        },
+    ],
+    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Range, Channel::TwoWayRange], apply }), ..Hooks::NONE },
+};
+
+fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {
+    let &[ratio] = values else { return Slopes::IDENTITY };
+    let range = reading[0];
+    reading[0] = (1.0 + ratio) * range;
+    Slopes { by_reading: diagonal([1.0 + ratio, 1.0, 1.0]), by_parameter: [[range, 0.0, 0.0], [0.0; 3], [0.0; 3]] }
+}

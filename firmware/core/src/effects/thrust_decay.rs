@@ -1,0 +1,39 @@
+//! `thrust_decay`: the propeller turns (1 − rate t) of what was commanded, t since the epoch.
+//!
+//! A battery that runs down under an open-loop motor controller.
+
+use super::{ActuatorMemory, Confusion, EffectInfo, Enters, Hooks, ParameterInfo, Step};
+use crate::dynamics::ActuatorInput;
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "thrust_decay",
+    parameters: &[ParameterInfo::size("per_hour", "1/h", -0.5, 0.5)],
+    enters: Enters::Process,
+    equations: "omega = (1 - rate t) omega_c",
+    signature: "surge falls behind the model steadily with time",
+    confused_with: &[
+        Confusion {
+            effect: "drag_change",
+            condition: "a short log",
+            separating_manoeuvre: "a longer log at one propeller speed",
+        },
+        Confusion {
+            effect: "linear_drag",
+            condition: "a short log",
+            separating_manoeuvre: "a longer log at one propeller speed",
+        },
+        Confusion {
+            effect: "thrust_loss",
+            condition: "a short log",
+            separating_manoeuvre: "a longer log at one propeller speed",
+        },
+    ],
+    hooks: Hooks { input: Some(input), ..Hooks::NONE },
+};
+
+fn input(values: &[f64], step: &Step, _: &mut ActuatorMemory, input: &mut ActuatorInput) {
+    if let [rate_per_hour] = values {
+        input.propeller_radps *= 1.0 - rate_per_hour * step.t_s / 3600.0;
+    }
+}

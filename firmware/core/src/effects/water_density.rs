@@ -1,0 +1,34 @@
+//! `water_density`: true minus declared density of the water, as a CTD gives it.
+//!
+//! Buoyancy, drag, fins and thrust are proportional to it; the added mass, by which transients change by less than a
+//! percent, is left as declared.
+
+use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use crate::dynamics::VehicleParameters;
+
+/// The catalogue's entry.
+pub const INFO: EffectInfo = EffectInfo {
+    name: "water_density",
+    parameters: &[ParameterInfo::symmetric("offset_kg_per_m3", "kg/m^3", 40.0)],
+    enters: Enters::Process,
+    equations: "rho += offset; rho V, D, beta5 and k in proportion",
+    signature: "as buoyancy_offset; speed at a given propeller speed stays, thrust and drag changing alike",
+    confused_with: &[Confusion {
+        effect: "buoyancy_offset",
+        condition: "always, unless the log has the density",
+        separating_manoeuvre: "a CTD",
+    }],
+    hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
+};
+
+fn plant(values: &[f64], _: f64, plant: &mut VehicleParameters) {
+    let [offset] = values else { return };
+    let ratio = (plant.rho_kg_per_m3 + offset) / plant.rho_kg_per_m3;
+    let p = plant;
+    let quadratic = p.quadratic_diag.iter_mut().chain([&mut p.d26, &mut p.d35]);
+    let actuators = [&mut p.beta5_n_s2_per_rad2, &mut p.advance_n_s2_per_rad_m];
+    let buoyancy = [&mut p.rho_kg_per_m3, &mut p.displaced_mass_kg];
+    for value in quadratic.chain(actuators).chain(buoyancy) {
+        *value *= ratio;
+    }
+}
