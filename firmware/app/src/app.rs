@@ -1,5 +1,6 @@
 //! The state machine: ports in, steps, ports out.
 
+use crate::adaptation::Adaptation;
 use crate::command::{Commander, input_of};
 use crate::decode::{AhrsLink, DvlLink, FrontseatLink, ModemLink, micros};
 use crate::estimator::Estimator;
@@ -42,6 +43,7 @@ pub(crate) struct Backseat {
     pub(crate) transfer: MissionTransfer,
     pub(crate) controller: Controller,
     pub(crate) estimator: Estimator,
+    pub(crate) adaptation: Adaptation,
     pub(crate) frontseat: FrontseatLink,
     pub(crate) modes: Modes,
     pub(crate) clock: UtcClock,
@@ -86,6 +88,7 @@ impl App {
                 transfer: MissionTransfer::new(),
                 controller: Controller::new(),
                 estimator: Estimator::new(),
+                adaptation: Adaptation::new(),
                 frontseat: FrontseatLink::new(),
                 modes: Modes::new(),
                 clock: UtcClock::new(),
@@ -304,6 +307,7 @@ impl Backseat {
         self.commander = Commander::new();
         self.controller.stop();
         self.estimator.reset();
+        self.adaptation.restart();
         self.out.iter_mut().for_each(Ring::clear);
         self.configured = false;
         self.armed = false;
@@ -349,6 +353,7 @@ impl Backseat {
         }
         self.steer(now_us);
         self.ask(now_us);
+        self.adapt(now_us);
         true
     }
 
@@ -378,7 +383,9 @@ impl Backseat {
         let Some((time_us, bytes)) = self.frontseat.echo().filter(|(us, _)| self.echo_us != Some(*us)) else { return };
         self.echo_us = Some(time_us);
         if !own {
-            self.estimator.command(time_us, &input_of(&bytes, app));
+            let input = input_of(&bytes, app);
+            self.estimator.command(time_us, &input);
+            self.adaptation.command(time_us, &input);
         }
     }
 
@@ -416,7 +423,9 @@ impl Backseat {
     fn command_sent(&mut self, now_us: u64) {
         let app = &self.parameters.active().app;
         let effective_us = now_us.saturating_add(micros(app.actuator_delay_s));
-        self.estimator.command(effective_us, &input_of(&self.commander.sent(), app));
+        let input = input_of(&self.commander.sent(), app);
+        self.estimator.command(effective_us, &input);
+        self.adaptation.command(effective_us, &input);
     }
 
     fn steer(&mut self, now_us: u64) {
@@ -494,5 +503,11 @@ impl Backseat {
             self.rejected(),
         );
         send(out, &FromBoard::Telemetry(record));
+        if let Some(identification) = self.adaptation.report(now_us) {
+            send(out, &FromBoard::Identification(identification));
+        }
+        while let Some(verdict) = self.adaptation.adoptions.take_verdict() {
+            send(out, &FromBoard::Adoption(verdict));
+        }
     }
 }

@@ -22,7 +22,7 @@ const MAX_COMMANDS: usize = 16;
 const INITIAL_FIX_AGE_US: u64 = 2_500_000;
 
 /// Latest sample of one source, and when it was valid.
-type Latest<T> = Option<(u64, T)>;
+pub type Latest<T> = Option<(u64, T)>;
 
 /// What the last samples said, whether fused or not.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,13 @@ pub struct Samples {
     pub euler_rad: Latest<[f64; 3]>,
     pub rates_radps: Latest<[f64; 3]>,
     pub bottom_mps: Latest<[f64; 3]>,
+    pub water_mps: Latest<[f64; 3]>,
     pub fix_m: Latest<[f64; 2]>,
+}
+
+impl Samples {
+    const NONE: Self =
+        Self { depth_m: None, euler_rad: None, rates_radps: None, bottom_mps: None, water_mps: None, fix_m: None };
 }
 
 /// Events that could not be used.
@@ -66,7 +72,7 @@ impl Estimator {
             navigator: Navigator::new(),
             acoustics: Acoustics::new(),
             queue: Queue::new(),
-            samples: Samples { depth_m: None, euler_rad: None, rates_radps: None, bottom_mps: None, fix_m: None },
+            samples: Samples::NONE,
             input: ActuatorInput { propeller_radps: 0.0, fins_rad: [0.0; FINS] },
             commands: Deque::new(),
             records: Vec::new(),
@@ -124,12 +130,17 @@ impl Estimator {
         self.navigator.configure(&settings.navigation_config(), model)
     }
 
+    /// Another vehicle, while the filter runs.
+    pub fn set_model(&mut self, model: &VehicleModel) {
+        self.navigator.set_model(model);
+    }
+
     /// Forgets samples, events and inputs.
     pub fn reset(&mut self) {
         let Self { queue, samples, input, commands, records, resumed, .. } = self;
         *resumed = None;
         queue.clear();
-        *samples = Samples { depth_m: None, euler_rad: None, rates_radps: None, bottom_mps: None, fix_m: None };
+        *samples = Samples::NONE;
         *input = ActuatorInput::default();
         commands.clear();
         records.clear();
@@ -182,7 +193,8 @@ impl Estimator {
             Event::Rates { rates_radps } => self.samples.rates_radps = Some((time_us, rates_radps)),
             Event::BottomTrack { velocity_mps } => self.samples.bottom_mps = Some((time_us, velocity_mps)),
             Event::Fix { position_m } => self.samples.fix_m = Some((time_us, position_m)),
-            Event::WaterTrack { .. } | Event::Acoustic(_) => {}
+            Event::WaterTrack { velocity_mps } => self.samples.water_mps = Some((time_us, velocity_mps)),
+            Event::Acoustic(_) => {}
         }
     }
 
@@ -335,7 +347,7 @@ pub fn timeout_us(timeout_s: f64) -> u64 {
 }
 
 /// Velocity at the centre of gravity of one measured at an arm: v − ω × r.
-fn at_centre(omega: [f64; 3], v: [f64; 3], r: &[f64; 3]) -> [f64; 3] {
+pub fn at_centre(omega: [f64; 3], v: [f64; 3], r: &[f64; 3]) -> [f64; 3] {
     [
         v[0] - (omega[1] * r[2] - omega[2] * r[1]),
         v[1] - (omega[2] * r[0] - omega[0] * r[2]),

@@ -29,6 +29,8 @@ pub enum Storing {
     Idle,
     /// The board is to write them.
     Waiting,
+    /// The board is to write an adopted vehicle; nobody waits for an answer.
+    Adopted,
 }
 
 impl Backseat {
@@ -67,6 +69,7 @@ impl Backseat {
             ToBoard::MissionStart => answer(self.start()),
             ToBoard::HealthGet => FromBoard::Health(self.health()),
             ToBoard::FinWiggle => answer(self.wiggle()),
+            ToBoard::AdoptionRevert => answer(self.revert_adoption()),
             ToBoard::MissionStop => {
                 self.stop();
                 FromBoard::Done
@@ -98,6 +101,11 @@ impl Backseat {
         Ok(())
     }
 
+    /// The board is writing, or about to.
+    pub fn is_storing(&self) -> bool {
+        matches!(self.storing, Storing::Waiting | Storing::Adopted)
+    }
+
     /// A mission is being flown.
     pub fn under_way(&self) -> bool {
         matches!(self.controller.status(), MissionStatus::Leg(_))
@@ -121,6 +129,7 @@ impl Backseat {
         if rebuilt {
             // what came before may be in other units
             self.estimator.reset();
+            self.adaptation.restart();
             self.reset_links();
         }
         Ok(())
@@ -139,7 +148,7 @@ impl Backseat {
         if self.under_way() || self.armed {
             return Err(Refusal::UnderWay);
         }
-        if self.storing == Storing::Waiting {
+        if self.is_storing() {
             return Err(Refusal::NotReady);
         }
         self.wiggle = Some(Wiggle::default());
@@ -154,7 +163,7 @@ impl Backseat {
         if self.controller.mission().waypoints().is_empty() {
             return Err(Refusal::Sequence);
         }
-        if self.modes.is_lost() || self.storing == Storing::Waiting || self.wiggle.is_some() {
+        if self.modes.is_lost() || self.is_storing() || self.wiggle.is_some() {
             return Err(Refusal::NotReady);
         }
         self.frontseat.forget_refusal();

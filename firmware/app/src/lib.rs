@@ -10,6 +10,7 @@
 //! | `app` | the state machine: ports, steps, requests of the host |
 //! | `decode` | one link per device port: bytes to events, requests and configuration |
 //! | `estimator` | the filter, its queue of events, its inputs, initialisation |
+//! | `adaptation` | the adaptive identifier; when its parameters are used, and given up again |
 //! | `acoustics` | from the modem's sentences to ranges |
 //! | `time`, `geodesy` | local time to UTC; latitude and longitude to the local plane |
 //! | `modes` | mode and reason from facts; when a mission has to end |
@@ -26,6 +27,7 @@
 extern crate std;
 
 mod acoustics;
+mod adaptation;
 mod app;
 mod command;
 mod decode;

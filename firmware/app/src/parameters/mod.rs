@@ -10,10 +10,11 @@ mod table;
 pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Settings};
 pub use table::PARAMETERS;
 
+use backseat_core::dynamics::VehicleParameters;
 use backseat_wire::hostlink::{ParameterInfo, Refusal};
 
 /// Version of the parameter list: grows with every change of a name, unit or meaning.
-pub const PARAMETER_SCHEMA: u16 = 1;
+pub const PARAMETER_SCHEMA: u16 = 2;
 
 /// What a parameter's number means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +97,20 @@ impl ParameterStore {
     pub(crate) fn restore(&mut self, settings: &Settings) {
         self.active = *settings;
         self.staged = None;
+    }
+
+    /// Takes another vehicle over into the active set, and into an open transaction that has not changed it; false, and
+    /// nothing changed, when one of its values is not within its range.
+    pub(crate) fn adopt(&mut self, vehicle: &VehicleParameters) -> bool {
+        let old = core::mem::replace(&mut self.active.vehicle, *vehicle);
+        if !PARAMETERS.iter().all(|parameter| parameter.admits((parameter.get)(&self.active))) {
+            self.active.vehicle = old;
+            return false;
+        }
+        if let Some(staged) = self.staged.as_mut().filter(|staged| staged.vehicle == old) {
+            staged.vehicle = *vehicle;
+        }
+        true
     }
 
     /// Starts a transaction from the active set; one that was open is forgotten.

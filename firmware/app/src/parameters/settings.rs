@@ -2,6 +2,7 @@
 
 use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
+use backseat_core::identification::Scale;
 use backseat_core::navigation::{NavigationConfig, WaterCurrentConfig};
 use backseat_wire::iver::Units;
 use backseat_wire::iver::servo::ServoCalibration;
@@ -126,6 +127,17 @@ pub struct AppSettings {
     /// The current's states.
     pub current: WaterCurrentConfig,
 
+    /// Identify the vehicle's parameters under way, as long as there is a DVL that the filter fuses.
+    pub adapt: bool,
+    /// The parameter that is known and fixes the scale of the others.
+    pub adapt_scale: Scale,
+    /// Time of adaptation before its estimate is tried, s.
+    pub adapt_settle_s: f64,
+    /// Use identified parameters that have predicted better than those in use.
+    pub adopt: bool,
+    /// Time over which sets are compared before a verdict, s.
+    pub adopt_window_s: f64,
+
     /// `$C` per second.
     pub compass_rate_hz: f64,
     /// `$OSI` per second.
@@ -199,6 +211,11 @@ impl AppSettings {
         gnss_arm_m: [0.0; 3],
         current_state: false,
         current: WaterCurrentConfig { initial_sigma_mps: 0.2, random_walk_mps_per_sqrt_s: 1.0e-4 },
+        adapt: true,
+        adapt_scale: Scale::M11,
+        adapt_settle_s: 180.0,
+        adopt: false,
+        adopt_window_s: 240.0,
         compass_rate_hz: 7.0,
         status_rate_hz: 1.0,
         gps_rate_hz: 1.0,

@@ -3,6 +3,7 @@
 use super::settings::{AhrsProtocol, AttitudeSource, ControlMode, DvlSource};
 use super::{Kind, Parameter};
 use backseat_core::control::{AllocationMethod, ControlLaw};
+use backseat_core::identification::Scale;
 use backseat_core::navigation::ProcessModel;
 use backseat_wire::iver::LengthUnit;
 use backseat_wire::modem::{ClockEncoding, DopplerSign};
@@ -45,9 +46,11 @@ macro_rules! whole {
     };
 }
 
-/// One of several, by number.
+/// One of several, by number; `live` ones may change while a mission runs.
 macro_rules! choice {
-    ($name:literal, $description:literal, $($field:ident).+, [$($variant:expr),+]) => {
+    (live $name:literal, $($rest:tt)+) => { choice!(@ true, $name, $($rest)+) };
+    ($name:literal, $($rest:tt)+) => { choice!(@ false, $name, $($rest)+) };
+    (@ $live:literal, $name:literal, $description:literal, $($field:ident).+, [$($variant:expr),+]) => {
         Parameter {
             name: $name,
             unit: "1",
@@ -55,7 +58,7 @@ macro_rules! choice {
             min: 0.0,
             max: [$($variant),+].len() as f64 - 1.0,
             description: $description,
-            under_way: false,
+            under_way: $live,
             get: |s| [$($variant),+].iter().position(|v| *v == s.$($field).+).unwrap_or(0) as f64,
             set: |s, value| {
                 if let Some(v) = [$($variant),+].get(value as usize) {
@@ -68,6 +71,9 @@ macro_rules! choice {
 
 /// 0 no, 1 yes.
 macro_rules! flag {
+    (live $name:literal, $description:literal, $($field:ident).+) => {
+        choice!(live $name, $description, $($field).+, [false, true])
+    };
     ($name:literal, $description:literal, $($field:ident).+) => {
         choice!($name, $description, $($field).+, [false, true])
     };
@@ -196,6 +202,12 @@ pub const PARAMETERS: &[Parameter] = &[
     real!("app.gnss_arm_m[0]", "m", -20.0, 20.0, "antenna from the centre of gravity", app.gnss_arm_m[0]),
     real!("app.gnss_arm_m[1]", "m", -20.0, 20.0, "antenna from the centre of gravity", app.gnss_arm_m[1]),
     real!("app.gnss_arm_m[2]", "m", -20.0, 20.0, "antenna from the centre of gravity", app.gnss_arm_m[2]),
+    // adaptation
+    flag!(live "app.adapt", "identify the vehicle under way, while the filter fuses a DVL", app.adapt),
+    choice!("app.adapt_scale", "known parameter that fixes the scale: 0 inertia.m_diag[0], 1 propeller.beta5", app.adapt_scale, [Scale::M11, Scale::Beta5]),
+    real!(live "app.adapt_settle_s", "s", 60.0, 100000.0, "time of adaptation before an estimate is tried", app.adapt_settle_s),
+    flag!(live "app.adopt", "use identified parameters that have predicted better than those in use", app.adopt),
+    real!(live "app.adopt_window_s", "s", 200.0, 100000.0, "time over which parameters are compared before a verdict", app.adopt_window_s),
     // frontseat
     real!(live "app.compass_rate_hz", "Hz", 0.0, 10.0, "compass (and depth) requests per second", app.compass_rate_hz),
     real!(live "app.status_rate_hz", "Hz", 0.0, 10.0, "state requests per second", app.status_rate_hz),

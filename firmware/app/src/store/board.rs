@@ -18,22 +18,33 @@ impl App {
             return false;
         }
         backseat.parameters.restore(settings);
+        backseat.adaptation.restart();
         backseat.reset_links();
         true
     }
 
-    /// The set that the host wants to be stored, until [`Self::stored`] answers.
+    /// The set that is to be stored, by the host's wish or because it was adopted, until [`Self::stored`] answers.
     #[must_use]
     pub fn to_store(&self) -> Option<&Settings> {
-        (self.backseat.storing == Storing::Waiting).then(|| self.backseat.parameters.active())
+        self.backseat.is_storing().then(|| self.backseat.parameters.active())
     }
 
     /// The set of [`Self::to_store`] is kept, or could not be.
     pub fn stored(&mut self, kept: bool) {
-        if self.backseat.storing == Storing::Waiting {
+        let storing = self.backseat.storing;
+        if self.backseat.is_storing() {
             self.backseat.storing = Storing::Idle;
-            let answer = if kept { FromBoard::Done } else { FromBoard::Refused(Refusal::StoreFailed) };
-            send(&mut self.host_out, &answer);
+        }
+        match storing {
+            Storing::Waiting => {
+                let answer = if kept { FromBoard::Done } else { FromBoard::Refused(Refusal::StoreFailed) };
+                send(&mut self.host_out, &answer);
+            }
+            Storing::Adopted => {
+                let now_us = self.stepped_us().unwrap_or(0);
+                self.backseat.adaptation.adoptions.stored(now_us, kept);
+            }
+            Storing::Never | Storing::Idle => {}
         }
     }
 

@@ -2,8 +2,8 @@
 
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, Health, MAX_FRAME, Port, Refusal, Restart, Step, StepDone, Telemetry,
-    ToBoard, Waypoint, encode,
+    Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Health, Identification, MAX_FRAME, Port, Refusal, Restart,
+    Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -51,6 +51,8 @@ pub struct Heard {
     pub waypoints: Vec<Option<Waypoint>>,
     pub restarts: Vec<Restart>,
     pub health: Option<Health>,
+    pub identifications: Vec<Identification>,
+    pub adoptions: Vec<Adoption>,
 }
 
 /// The host's end of the host link.
@@ -77,6 +79,8 @@ impl Listener {
                 FromBoard::Done | FromBoard::Hello { .. } => heard.answers.push(Ok(())),
                 FromBoard::Restart(restart) => heard.restarts.push(restart),
                 FromBoard::Health(health) => heard.health = Some(health),
+                FromBoard::Identification(identification) => heard.identifications.push(identification),
+                FromBoard::Adoption(verdict) => heard.adoptions.push(verdict),
             }
         }
     }

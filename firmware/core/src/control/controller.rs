@@ -90,6 +90,13 @@ impl Controller {
         Ok(())
     }
 
+    /// Adopts another vehicle model while running; its gain is worked out over the next commands, until then the old one stays.
+    pub fn set_model(&mut self, model: &VehicleModel) {
+        self.limiter.set_limits(self.config.limits.within(model.parameters()));
+        self.model = Some(model.clone());
+        self.lqr.renew();
+    }
+
     /// The regulator: trim and gain in force.
     #[must_use]
     pub fn lqr(&self) -> &Lqr {

@@ -91,6 +91,8 @@ pub struct Lqr {
     pending: Option<Trim>,
     /// A speed that has no trim or gain; not tried again.
     refused_mps: Option<f64>,
+    /// The gain in force is of another vehicle.
+    stale: bool,
 }
 
 impl Default for Lqr {
@@ -110,6 +112,7 @@ impl Lqr {
             solver: RiccatiSolver::new(),
             pending: None,
             refused_mps: None,
+            stale: false,
         }
     }
 
@@ -132,17 +135,25 @@ impl Lqr {
                 self.trim = trim;
                 self.solver.gain_to(&mut self.gain);
                 self.refused_mps = None;
+                self.stale = false;
                 return Ok(());
             }
         }
         Err(ControlError::NoGain)
     }
 
+    /// The vehicle changed: [`Self::advance`] works towards a gain for the new one.
+    pub fn renew(&mut self) {
+        self.stale = true;
+        self.pending = None;
+        self.refused_mps = None;
+    }
+
     /// Works towards the gain for `speed_mps`, one slice a call: about 35 calls after the speed changed by more
     /// than 5 % the new gain is in force. Until then, and where there is none, the old one stays.
     pub fn advance(&mut self, model: &VehicleModel, speed_mps: f64) {
         let near = |speed: f64| (speed - speed_mps).abs() <= SPEED_TOLERANCE * speed;
-        if near(self.trim.surge_mps) || self.refused_mps.is_some_and(near) {
+        if (near(self.trim.surge_mps) && !self.stale) || self.refused_mps.is_some_and(near) {
             self.pending = None;
             return;
         }
@@ -162,6 +173,7 @@ impl Lqr {
                 self.solver.gain_to(&mut self.gain);
                 self.pending = None;
                 self.refused_mps = None;
+                self.stale = false;
             }
             (Ok(_), _) => {}
             (Err(_), _) => {

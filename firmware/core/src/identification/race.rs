@@ -84,8 +84,7 @@ impl Runner {
         let (e4, a4) = self.derivative(model, moved(e3, dt), &(v + a3 * dt), input);
         let sixth = dt / 6.0;
         self.velocity = v + (a1 + (a2 + a3) * 2.0 + a4) * sixth;
-        self.roll_pitch_rad =
-            core::array::from_fn(|i| angles[i] + (e1[i] + 2.0 * (e2[i] + e3[i]) + e4[i]) * sixth);
+        self.roll_pitch_rad = core::array::from_fn(|i| angles[i] + (e1[i] + 2.0 * (e2[i] + e3[i]) + e4[i]) * sixth);
     }
 
     /// What it misses now, weighed; at most [`LOST`], also where the prediction is no number any more.
@@ -118,7 +117,8 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    const NONE: Self = Self { stretches: 0, gain: 0.0, squares: 0.0, error: [0.0; 2] };
+    /// Nothing is known.
+    pub const NONE: Self = Self { stretches: 0, gain: 0.0, squares: 0.0, error: [0.0; 2] };
 
     fn add(&mut self, active: f64, other: f64) {
         self.stretches = self.stretches.saturating_add(1);

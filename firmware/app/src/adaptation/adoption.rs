@@ -1,0 +1,208 @@
+//! When identified parameters are used, and when they are given up again.
+//!
+//! ```text
+//!            settled               a window of stretches
+//! learning ───────────> candidate ─────────────────────> better by more than chance? ── no ──> refused, next candidate
+//!                       (frozen)                              │ yes
+//!                                                             v
+//!            next candidate <──────────────────────────── adopted; the set before stays in the race for a window:
+//!                                                         better by more than chance?  ── yes ──> reverted
+//! ```
+//!
+//! A candidate is the averaged estimate at one time, frozen; what it has to predict comes later, so it was not fitted to it.
+//! Candidate and set in use start every stretch of 20 s from the same measurement and get the same inputs. "Better by more
+//! than chance" is a paired, one-sided t-test of the logarithm of their error ratios, stretch by stretch
+//! ([`Evidence::is_better`]), judged once, at the end of the window. A stored set is one that passed its probation.
+
+use super::Adaptation;
+use crate::app::Backseat;
+use crate::host::Storing;
+use crate::parameters::AppSettings;
+use backseat_core::dynamics::VehicleParameters;
+use backseat_core::identification::theta::{theta_of, with_theta};
+use backseat_core::identification::{Evidence, FEWEST_STRETCHES, HORIZON_STEPS, Identifier, Place, Race, Theta};
+use backseat_wire::hostlink::{Adoption, AdoptionEvent};
+use heapless::Deque;
+
+/// Verdicts that wait for the next report.
+const WAITING: usize = 4;
+/// Duration of a stretch, s.
+const STRETCH_S: f64 = HORIZON_STEPS as f64 * 0.1;
+
+/// What is to be done with the set in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    /// Nothing.
+    Keep,
+    /// The candidate is better.
+    Adopt,
+    /// The set before is better.
+    Revert,
+}
+
+/// The state of trial and probation.
+pub struct Adoptions {
+    /// What was in use before the last adoption.
+    previous: Option<VehicleParameters>,
+    /// Time of adaptation when the last candidate was frozen, s.
+    frozen_s: f64,
+    changes: u16,
+    /// The host took an adoption back: no more until the next start.
+    held: bool,
+    /// The set in use passed its probation and is not stored yet.
+    to_store: bool,
+    verdicts: Deque<Adoption, WAITING>,
+    /// The evidence that the decision under way rests on.
+    evidence: Evidence,
+}
+
+impl Adoptions {
+    pub const fn new() -> Self {
+        Self {
+            previous: None,
+            frozen_s: 0.0,
+            changes: 0,
+            held: false,
+            to_store: false,
+            verdicts: Deque::new(),
+            evidence: Evidence::NONE,
+        }
+    }
+
+    /// The set in use was replaced from outside: what was known about it is worthless.
+    pub fn restart(&mut self) {
+        *self = Self::new();
+    }
+
+    /// Puts the set in use into a fresh race.
+    pub fn begin(&mut self, race: &mut Race, active: &VehicleParameters) {
+        race.enter(Place::Active, Some(&theta_of(active)));
+        self.frozen_s = 0.0;
+    }
+
+    /// No more adoptions.
+    pub fn hold(&mut self) {
+        self.held = true;
+        self.to_store = false;
+    }
+
+    /// The next verdict for the host.
+    pub fn take_verdict(&mut self) -> Option<Adoption> {
+        self.verdicts.pop_front()
+    }
+
+    fn say(&mut self, time_us: u64, event: AdoptionEvent, evidence: &Evidence) {
+        if self.verdicts.is_full() {
+            self.verdicts.pop_front();
+        }
+        let [error_active, error_other] = evidence.error;
+        let standard_error = evidence.standard_error();
+        let gain = [evidence.gain, if standard_error.is_finite() { standard_error } else { 0.0 }];
+        let (changes, stretches) = (self.changes, evidence.stretches);
+        let _ =
+            self.verdicts.push_back(Adoption { time_us, event, changes, stretches, error_active, error_other, gain });
+    }
+
+    /// After a stretch: probation first, then the trial, then a new candidate.
+    pub fn judge(&mut self, now_us: u64, identifier: &Identifier, race: &mut Race, settings: &AppSettings) -> Decision {
+        let window = ((settings.adopt_window_s / STRETCH_S) as u16).max(FEWEST_STRETCHES);
+        if race.theta(Place::Previous).is_some() {
+            let evidence = race.evidence(Place::Previous);
+            if evidence.stretches >= window {
+                race.enter(Place::Previous, None);
+                if evidence.is_better() {
+                    self.evidence = evidence;
+                    return Decision::Revert;
+                }
+                self.to_store = true;
+            }
+        }
+        if race.theta(Place::Candidate).is_some() {
+            let evidence = race.evidence(Place::Candidate);
+            if evidence.stretches < window {
+                return Decision::Keep;
+            }
+            if evidence.is_better() && settings.adopt && !self.held {
+                self.evidence = evidence;
+                return Decision::Adopt;
+            }
+            let event = if evidence.is_better() { AdoptionEvent::Advised } else { AdoptionEvent::Refused };
+            self.say(now_us, event, &evidence);
+            race.enter(Place::Candidate, None);
+        }
+        self.freeze(identifier, race, settings);
+        Decision::Keep
+    }
+
+    /// Takes the present estimate as the next candidate, once it has settled.
+    fn freeze(&mut self, identifier: &Identifier, race: &mut Race, settings: &AppSettings) {
+        let adapted_s = identifier.adapted_s();
+        let learned_more = adapted_s > self.frozen_s;
+        if let Some(estimate) = identifier.estimate()
+            && adapted_s >= settings.adapt_settle_s
+            && learned_more
+        {
+            race.enter(Place::Candidate, Some(&estimate));
+            self.frozen_s = adapted_s;
+        }
+    }
+
+    /// The candidate as a vehicle.
+    pub fn candidate(&self, race: &Race, active: &VehicleParameters) -> Option<VehicleParameters> {
+        race.theta(Place::Candidate).map(|theta: &Theta| with_theta(active, theta))
+    }
+
+    /// The candidate is in use and what was in use before is on its way out; `None`: it makes no valid vehicle.
+    pub fn adopted(&mut self, now_us: u64, race: &mut Race, before: Option<&VehicleParameters>) {
+        let evidence = self.evidence;
+        let candidate = race.theta(Place::Candidate).copied();
+        race.enter(Place::Candidate, None);
+        if let (Some(before), Some(theta)) = (before, candidate) {
+            self.previous = Some(*before);
+            self.changes = self.changes.saturating_add(1);
+            self.to_store = false;
+            let active = race.theta(Place::Active).copied();
+            race.enter(Place::Previous, active.as_ref());
+            race.enter(Place::Active, Some(&theta));
+            self.say(now_us, AdoptionEvent::Adopted, &evidence);
+        } else {
+            self.say(now_us, AdoptionEvent::Invalid, &evidence);
+        }
+    }
+
+    /// What was in use before the last adoption.
+    pub fn previous(&self) -> Option<VehicleParameters> {
+        self.previous
+    }
+
+    /// That set is in use again.
+    pub fn reverted(&mut self, now_us: u64, race: &mut Race, event: AdoptionEvent) {
+        let evidence = if event == AdoptionEvent::Reverted { self.evidence } else { Evidence::NONE };
+        if let Some(previous) = self.previous.take() {
+            race.enter(Place::Active, Some(&theta_of(&previous)));
+        }
+        race.enter(Place::Previous, None);
+        race.enter(Place::Candidate, None);
+        self.changes = self.changes.saturating_add(1);
+        self.to_store = false;
+        self.say(now_us, event, &evidence);
+    }
+
+    /// The set in use was written to the board's memory, or could not be.
+    pub fn stored(&mut self, now_us: u64, kept: bool) {
+        let event = if kept { AdoptionEvent::Stored } else { AdoptionEvent::StoreFailed };
+        self.say(now_us, event, &Evidence::NONE);
+    }
+}
+
+impl Backseat {
+    /// An adopted set that passed its probation is stored once no mission is under way: flash is never erased before.
+    pub(super) fn ask_to_store_adopted(&mut self) {
+        let idle = !self.under_way() && !self.armed && self.wiggle.is_none() && self.storing == Storing::Idle;
+        let Adaptation { adoptions, .. } = &mut self.adaptation;
+        if adoptions.to_store && idle {
+            adoptions.to_store = false;
+            self.storing = Storing::Adopted;
+        }
+    }
+}

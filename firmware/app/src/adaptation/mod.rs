@@ -1,0 +1,317 @@
+//! The adaptive identifier beside the filter, and the careful use of what it finds.
+//!
+//! Every step, the attitude, rates, velocity and commands of one recent time ([`LAG_US`] ago, so that all of them have been
+//! heard) go to the identifier, which is slower than the filter and independent of it, and to a race of
+//! open-loop predictions. Its estimate is used only after it predicted a stretch of motion that it was not fitted
+//! to better than the parameters in use ([`adoption`]).
+//!
+//! | what is given | from |
+//! |---|---|
+//! | attitude, rates | samples of the attitude source, interpolated |
+//! | velocity through the water | water track as it is, or bottom track less the filter's current; the source that the filter fuses |
+//! | fins, propeller | mean of the commands while they act: quantised, delayed by `app.actuator_delay_s` |
+//!
+//! Nothing adapts without velocity, near the surface, without a mission under way or with a current that is not known;
+//! telemetry says which ([`Activity`]). A current that is neither estimated nor zero would be taken for the vehicle's own
+//! motion: switch `app.current_state` on where there may be one.
+
+pub mod adoption;
+mod channels;
+
+use crate::app::Backseat;
+use crate::estimator::{Estimator, at_centre};
+use crate::parameters::Settings;
+use adoption::{Adoptions, Decision};
+use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
+use backseat_core::identification::{IdentificationConfig, Identifier, Outcome, PARAMETERS, Race};
+use backseat_core::state::Z;
+use backseat_wire::hostlink::{Activity, AdoptionEvent, Identification, Refusal, Visibility};
+use channels::{Channel, Commands};
+use nalgebra::{Vector3, Vector6};
+
+/// How far back a sample lies, µs: two samples of a 3 Hz sensor and the way of its bytes.
+const LAG_US: u64 = 600_000;
+/// The identifier's period, µs: the board's step.
+const PERIOD_US: u64 = 100_000;
+/// Half a length of the reference vehicle, m: above it an end of the hull may be out of the water, as for the filter.
+const SURFACE_M: f64 = 1.0;
+/// A current known less well than this is not subtracted from the bottom track, m/s: 3 % of a survey's speed.
+const CURRENT_SIGMA_MPS: f64 = 0.03;
+/// Time between two reports, µs.
+const REPORT_US: u64 = 10_000_000;
+
+/// All channels at one time.
+struct Sample {
+    time_us: u64,
+    attitude: Vector3<f64>,
+    /// Through the water.
+    velocity: Vector6<f64>,
+    /// About this time.
+    input: ActuatorInput,
+    /// Since the sample before.
+    input_since: ActuatorInput,
+}
+
+/// The identifier, what feeds it and what becomes of its estimates.
+pub struct Adaptation {
+    identifier: Identifier,
+    race: Race,
+    pub(crate) adoptions: Adoptions,
+    attitude: Channel,
+    rates: Channel,
+    velocity: Channel,
+    /// The velocities kept are through the water.
+    water_track: bool,
+    commands: Commands,
+    /// The identifier is built from the parameters in use.
+    configured: bool,
+    activity: Activity,
+    reported: Activity,
+    next_report_us: u64,
+}
+
+impl Adaptation {
+    pub const fn new() -> Self {
+        Self {
+            identifier: Identifier::new(),
+            race: Race::new(),
+            adoptions: Adoptions::new(),
+            attitude: Channel::new(),
+            rates: Channel::new(),
+            velocity: Channel::new(),
+            water_track: false,
+            commands: Commands::new(),
+            configured: false,
+            activity: Activity::Off,
+            reported: Activity::Off,
+            next_report_us: 0,
+        }
+    }
+
+    /// Forgets everything: the next sample starts from the parameters in use.
+    pub fn restart(&mut self) {
+        for channel in [&mut self.attitude, &mut self.rates, &mut self.velocity] {
+            channel.clear();
+        }
+        self.commands.clear();
+        self.adoptions.restart();
+        self.configured = false;
+        self.activity = Activity::Off;
+        self.reported = Activity::Off;
+        self.next_report_us = 0;
+    }
+
+    /// The actuators do `input` from `time_us` on.
+    pub fn command(&mut self, time_us: u64, input: &ActuatorInput) {
+        self.commands.push(time_us, input);
+    }
+
+    /// Takes what the sensors said last.
+    fn listen(&mut self, estimator: &Estimator, settings: &Settings) {
+        let samples = estimator.samples();
+        self.attitude.take(samples.euler_rad);
+        self.rates.take(samples.rates_radps);
+        let water_track = settings.app.use_water_track && samples.water_mps.is_some();
+        if water_track != self.water_track {
+            self.velocity.clear();
+            self.water_track = water_track;
+        }
+        self.velocity.take(match (water_track, settings.app.use_dvl) {
+            (true, _) => samples.water_mps,
+            (false, true) => samples.bottom_mps,
+            (false, false) => None,
+        });
+    }
+
+    /// All channels at the present sample time, or why there is no sample.
+    fn gather(&self, now_us: u64, estimator: &Estimator, settings: &Settings) -> Result<Sample, Activity> {
+        let navigator = estimator.navigator();
+        if navigator.state()[Z] < SURFACE_M {
+            return Err(Activity::Surfaced);
+        }
+        let time_us = now_us.checked_sub(LAG_US).ok_or(Activity::NoAttitude)?;
+        let euler_rad = self.attitude.angles_at(time_us).ok_or(Activity::NoAttitude)?;
+        let rates_radps = self.rates.at(time_us).ok_or(Activity::NoAttitude)?;
+        let at_instrument = self.velocity.at(time_us).ok_or(Activity::NoVelocity)?;
+        let attitude = Vector3::from(euler_rad);
+        let mut velocity = Vector3::from(at_centre(rates_radps, at_instrument, &settings.app.dvl_arm_m));
+        if !self.water_track {
+            if navigator.current_sigma().is_some_and(|sigma| sigma.iter().any(|s| *s > CURRENT_SIGMA_MPS)) {
+                return Err(Activity::NoVelocity);
+            }
+            let [north, east] = navigator.current();
+            velocity -= Attitude::new(&attitude).rotation().tr_mul(&Vector3::new(north, east, 0.0));
+        }
+        let half_us = PERIOD_US / 2;
+        let mean = |from_us: u64, to_us: u64| self.commands.mean(from_us, to_us).ok_or(Activity::NotUnderWay);
+        let [p, q, r] = rates_radps;
+        Ok(Sample {
+            time_us,
+            attitude,
+            velocity: Vector6::new(velocity.x, velocity.y, velocity.z, p, q, r),
+            input: mean(time_us.saturating_sub(half_us), time_us + half_us)?,
+            input_since: mean(time_us.saturating_sub(PERIOD_US), time_us)?,
+        })
+    }
+
+    /// Builds identifier and race from the parameters in use; the noise of a sample is that of its sensor, and more where the
+    /// sensor is slower than the samples and its noise with it.
+    fn configure(&mut self, settings: &Settings) -> bool {
+        let channels = [&self.attitude, &self.rates, &self.velocity].map(Channel::interval_s);
+        let [Some(attitude_s), Some(rates_s), Some(velocity_s)] = channels else { return false };
+        let period_s = PERIOD_US as f64 * 1e-6;
+        let noise = |sigma: f64, interval_s: f64| sigma * libm::sqrt((interval_s / period_s).max(1.0));
+        let sensors = &settings.navigation.sensors;
+        let (dvl, rates) = (noise(sensors.dvl_mps, velocity_s), noise(sensors.rates_radps, rates_s));
+        let config = IdentificationConfig {
+            scale: settings.app.adapt_scale,
+            held_inputs: false,
+            velocity_noise: [dvl, dvl, dvl, rates, rates, rates],
+            roll_pitch_noise_rad: noise(sensors.attitude_rad, attitude_s),
+            ..IdentificationConfig::DEFAULT
+        };
+        if self.identifier.configure(&config, &settings.vehicle).is_err() {
+            return false;
+        }
+        let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
+        let ([u, v, w], [p, q, r]) = (
+            settings.navigation.process_noise.linear_mps2_per_sqrt_hz,
+            settings.navigation.process_noise.angular_radps2_per_sqrt_hz,
+        );
+        let noise = [dvl, dvl, dvl, rates, rates, rates];
+        self.race.configure(sensors.attitude_rad, &noise, &[u, v, w, p, q, r], period_s);
+        self.adoptions.begin(&mut self.race, &settings.vehicle);
+        true
+    }
+
+    /// One step; what is to be done with the parameters in use.
+    fn step(&mut self, now_us: u64, under_way: bool, estimator: &Estimator, settings: &Settings) -> Decision {
+        self.listen(estimator, settings);
+        let gathered = if !settings.app.adapt {
+            Err(Activity::Off)
+        } else if !under_way || !estimator.navigator().is_initialised() {
+            Err(Activity::NotUnderWay)
+        } else {
+            self.gather(now_us, estimator, settings)
+        };
+        let sample = match gathered {
+            Ok(sample) => sample,
+            Err(reason) => {
+                self.activity = reason;
+                self.race.interrupt();
+                return Decision::Keep;
+            }
+        };
+        if !self.configured {
+            self.configured = self.configure(settings);
+            if !self.configured {
+                self.activity = Activity::Off;
+                return Decision::Keep;
+            }
+        }
+        let report = self.identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, &sample.input);
+        self.activity = match report.outcome {
+            Outcome::Filling | Outcome::WarmingUp => Activity::Starting,
+            Outcome::Adapting => Activity::Adapting,
+            Outcome::Diverged => Activity::Diverged,
+            Outcome::NotConfigured | Outcome::Refused | Outcome::OutOfOrder => {
+                self.race.interrupt();
+                return Decision::Keep;
+            }
+        };
+        let Some(model) = self.identifier.model() else { return Decision::Keep };
+        let ended = self.race.sample(model, sample.time_us, &sample.attitude, &sample.velocity, &sample.input_since);
+        if !ended {
+            return Decision::Keep;
+        }
+        self.adoptions.judge(now_us, &self.identifier, &mut self.race, &settings.app)
+    }
+
+    /// The identified parameters for the host, when it is time for them.
+    pub fn report(&mut self, now_us: u64) -> Option<Identification> {
+        let news = self.configured || self.activity != self.reported;
+        if now_us < self.next_report_us || !news {
+            return None;
+        }
+        self.next_report_us = now_us.saturating_add(REPORT_US);
+        self.reported = self.activity;
+        let theta = self.identifier.estimate().filter(|_| self.configured);
+        let mut visibility = [Visibility::Frozen; PARAMETERS];
+        if self.configured {
+            use backseat_core::identification::Visibility as Seen;
+            for (shown, excitation) in visibility.iter_mut().zip(self.identifier.excitation()) {
+                *shown = match excitation.visibility {
+                    Seen::Known => Visibility::Known,
+                    Seen::Frozen => Visibility::Frozen,
+                    Seen::Collinear => Visibility::Collinear,
+                    Seen::Separate => Visibility::Separate,
+                };
+            }
+        }
+        Some(Identification {
+            time_us: now_us,
+            activity: self.activity,
+            adapted_s: self.identifier.adapted_s(),
+            theta: theta.map_or([0.0; PARAMETERS], |theta| theta.into()),
+            visibility,
+            drifted: self.identifier.drift().drifted(),
+        })
+    }
+}
+
+impl Backseat {
+    /// Lets the identifier look on, and uses what has proved better.
+    #[inline(never)]
+    pub(crate) fn adapt(&mut self, now_us: u64) {
+        let under_way = self.under_way();
+        let decision = self.adaptation.step(now_us, under_way, &self.estimator, self.parameters.active());
+        match decision {
+            Decision::Keep => {}
+            Decision::Adopt => self.adopt(now_us),
+            Decision::Revert => {
+                self.revert(now_us, AdoptionEvent::Reverted);
+            }
+        }
+        self.ask_to_store_adopted();
+    }
+
+    /// The candidate becomes the set in use.
+    fn adopt(&mut self, now_us: u64) {
+        let before = self.parameters.active().vehicle;
+        let Adaptation { adoptions, race, .. } = &mut self.adaptation;
+        let candidate = adoptions.candidate(race, &before);
+        let used = candidate.is_some_and(|vehicle| self.use_vehicle(&vehicle));
+        let Adaptation { adoptions, race, .. } = &mut self.adaptation;
+        adoptions.adopted(now_us, race, used.then_some(&before));
+    }
+
+    /// The host's request for the set from before the last adoption.
+    pub(crate) fn revert_adoption(&mut self) -> Result<(), Refusal> {
+        let now_us = self.last_step_us.unwrap_or(0);
+        if !self.revert(now_us, AdoptionEvent::RevertedByHost) {
+            return Err(Refusal::NotReady);
+        }
+        self.adaptation.adoptions.hold();
+        Ok(())
+    }
+
+    /// The set from before the last adoption is used again; false when there is none.
+    fn revert(&mut self, now_us: u64, event: AdoptionEvent) -> bool {
+        let Some(vehicle) = self.adaptation.adoptions.previous() else { return false };
+        let used = self.use_vehicle(&vehicle);
+        let Adaptation { adoptions, race, .. } = &mut self.adaptation;
+        adoptions.reverted(now_us, race, event);
+        used
+    }
+
+    /// Filter and controller take another vehicle under way; false, and nothing changed, when it is none.
+    fn use_vehicle(&mut self, vehicle: &VehicleParameters) -> bool {
+        let Ok(model) = VehicleModel::new(vehicle) else { return false };
+        if !self.parameters.adopt(vehicle) {
+            return false;
+        }
+        self.estimator.set_model(&model);
+        self.controller.set_model(&model);
+        true
+    }
+}
