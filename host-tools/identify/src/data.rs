@@ -1,0 +1,213 @@
+//! The log as the methods need it: every channel at every 0.1 s, in stretches without gaps.
+
+use crate::method::IdentifyError;
+use backseat_core::dynamics::{ActuatorInput, Attitude};
+use backseat_core::state::wrap_angle;
+use backseat_data::{Log, LogRow};
+use nalgebra::{Vector3, Vector6};
+use std::ops::Range;
+
+/// Time between samples, s.
+pub const PERIOD_S: f64 = 0.1;
+/// The same in µs.
+const PERIOD_US: u64 = 100_000;
+/// Longest time between two samples of a channel that is interpolated across, µs.
+const LONGEST_US: u64 = 1_000_000;
+/// Shorter stretches say nothing, samples.
+const SHORTEST: usize = 600;
+
+/// All channels at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Time, µs.
+    pub time_us: u64,
+    /// Roll, pitch, heading, rad.
+    pub attitude: Vector3<f64>,
+    /// u, v, w through the water and p, q, r, m/s and rad/s.
+    pub velocity: Vector6<f64>,
+    /// What fins and propeller do from this instant until the next sample.
+    pub input: ActuatorInput,
+}
+
+/// A log at 10 Hz.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IdentificationData {
+    /// All samples, in order of time.
+    pub samples: Vec<Sample>,
+    /// Stretches without gaps, as ranges of `samples`.
+    pub stretches: Vec<Range<usize>>,
+    /// What was assumed or left out, one line each.
+    pub notes: Vec<String>,
+}
+
+impl IdentificationData {
+    /// Resamples a log: attitude, rates and DVL linearly interpolated, commands held. DVL velocity is over ground; `current`
+    /// (north, east, m/s) is what the water does over ground.
+    ///
+    /// # Errors
+    /// If the log lacks a channel, or has no minute without a gap in any.
+    pub fn from_log(log: &Log, current: [f64; 2]) -> Result<Self, IdentifyError> {
+        let attitude = channel(log, LogRow::attitude_rad);
+        let rates = channel(log, LogRow::rates_radps);
+        let dvl = channel(log, LogRow::dvl_mps);
+        let inputs: Vec<(u64, ActuatorInput)> =
+            log.rows.iter().filter_map(|row| Some((row.time_us, row.actuators()?))).collect();
+        for (is_empty, name) in [
+            (attitude.is_empty(), "attitude (roll_rad, pitch_rad, heading_rad)"),
+            (rates.is_empty(), "body rates (p_radps, q_radps, r_radps)"),
+            (dvl.is_empty(), "DVL velocity (dvl_u_mps, dvl_v_mps, dvl_w_mps)"),
+            (inputs.is_empty(), "commands (prop_rpm, fin_top_rad … fin_starboard_rad)"),
+        ] {
+            if is_empty {
+                return Err(IdentifyError::Missing(name));
+            }
+        }
+        let first = [attitude[0].0, rates[0].0, dvl[0].0, inputs[0].0].into_iter().max().unwrap_or(0);
+        let last = [&attitude, &rates, &dvl].iter().filter_map(|c| Some(c.last()?.0)).min().unwrap_or(0);
+        let mut data = Self::default();
+        let mut at = [0_usize; 4];
+        let mut stretch = 0;
+        for time_us in (first.div_ceil(PERIOD_US) * PERIOD_US..=last).step_by(PERIOD_US as usize) {
+            let sample = interpolated(&attitude, &mut at[0], time_us, true)
+                .zip(interpolated(&rates, &mut at[1], time_us, false))
+                .zip(interpolated(&dvl, &mut at[2], time_us, false));
+            let Some(((attitude, rates), dvl)) = sample else {
+                data.close(&mut stretch);
+                continue;
+            };
+            while inputs.get(at[3] + 1).is_some_and(|(next_us, _)| *next_us <= time_us) {
+                at[3] += 1;
+            }
+            let attitude = Vector3::from(attitude);
+            let water = Attitude::new(&attitude).rotation().transpose() * Vector3::new(current[0], current[1], 0.0);
+            let [u, v, w] = core::array::from_fn(|axis| dvl[axis] - water[axis]);
+            let [p, q, r] = rates;
+            let velocity = Vector6::new(u, v, w, p, q, r);
+            data.samples.push(Sample { time_us, attitude, velocity, input: inputs[at[3]].1 });
+        }
+        data.close(&mut stretch);
+        if data.stretches.is_empty() {
+            return Err(IdentifyError::TooShort);
+        }
+        let kept: usize = data.stretches.iter().map(ExactSizeIterator::len).sum();
+        data.notes.push(format!(
+            "{:.0} s in {} stretches without gaps of 1 s",
+            kept as f64 * PERIOD_S,
+            data.stretches.len()
+        ));
+        Ok(data)
+    }
+
+    /// Ends a stretch that began at `stretch`; drops it if it is short.
+    fn close(&mut self, stretch: &mut usize) {
+        if self.samples.len() - *stretch >= SHORTEST {
+            self.stretches.push(*stretch..self.samples.len());
+        } else {
+            self.samples.truncate(*stretch);
+        }
+        *stretch = self.samples.len();
+    }
+
+    /// The samples of every stretch.
+    pub fn stretches(&self) -> impl Iterator<Item = &[Sample]> {
+        self.stretches.iter().map(|range| &self.samples[range.clone()])
+    }
+
+    /// Time covered, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.samples.len() as f64 * PERIOD_S
+    }
+
+    /// The first share of the samples and the rest.
+    #[must_use]
+    pub fn split(&self, share: f64) -> [Self; 2] {
+        let cut = (self.samples.len() as f64 * share.clamp(0.0, 1.0)) as usize;
+        [0..cut, cut..self.samples.len()].map(|part| {
+            let mut data = Self { notes: self.notes.clone(), ..Self::default() };
+            for range in &self.stretches {
+                let (from, to) = (range.start.max(part.start), range.end.min(part.end));
+                if to > from && to - from >= SHORTEST.min(range.len()) {
+                    let start = data.samples.len();
+                    data.samples.extend_from_slice(&self.samples[from..to]);
+                    data.stretches.push(start..data.samples.len());
+                }
+            }
+            data
+        })
+    }
+}
+
+type Channel = Vec<(u64, [f64; 3])>;
+
+fn channel(log: &Log, get: impl Fn(&LogRow) -> Option<[f64; 3]>) -> Channel {
+    log.rows.iter().filter_map(|row| Some((row.time_us, get(row)?))).collect()
+}
+
+/// Value at a time between two samples; `from` is where the last search ended.
+fn interpolated(channel: &Channel, from: &mut usize, time_us: u64, are_angles: bool) -> Option<[f64; 3]> {
+    while channel.get(*from + 1).is_some_and(|(next_us, _)| *next_us <= time_us) {
+        *from += 1;
+    }
+    let (before_us, before) = channel.get(*from)?;
+    if *before_us == time_us {
+        return Some(*before);
+    }
+    let (after_us, after) = channel.get(*from + 1)?;
+    if *before_us > time_us || after_us - before_us > LONGEST_US {
+        return None;
+    }
+    let share = (time_us - before_us) as f64 / (after_us - before_us) as f64;
+    Some(core::array::from_fn(|axis| {
+        let change = after[axis] - before[axis];
+        before[axis] + share * if are_angles { wrap_angle(change) } else { change }
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use backseat_data::Column;
+
+    fn row(time_us: u64, value: f64) -> LogRow {
+        let mut row = LogRow::new(time_us);
+        row.set_all(Column::Roll, &[value; 3]).set_all(Column::P, &[value; 3]).set_all(Column::DvlU, &[value; 3]);
+        row.set_actuators(&ActuatorInput { propeller_radps: value, fins_rad: [value; 4] });
+        row
+    }
+
+    #[test]
+    fn channels_are_interpolated_commands_held_and_gaps_cut() {
+        // 5 Hz, a gap of 2 s in the middle.
+        let times = (0..400).chain(410..800).map(|k| k * 200_000);
+        let log = Log { rows: times.map(|t| row(t, t as f64 * 1.0e-9)).collect(), ..Log::default() };
+        let data = IdentificationData::from_log(&log, [0.0; 2]).unwrap();
+        assert_eq!(data.stretches.len(), 2);
+        let sample = &data.samples[101];
+        assert_eq!(sample.time_us, 10_100_000);
+        assert!((sample.velocity[5] - 0.0101).abs() < 1e-12);
+        assert!((sample.input.fins_rad[1] - 0.0100).abs() < 1e-12);
+        assert_eq!(data.samples[data.stretches[1].start].time_us, 82_000_000);
+        let [first, rest] = data.split(0.8);
+        assert_eq!(first.samples.len() + rest.samples.len(), data.samples.len());
+    }
+
+    #[test]
+    fn a_current_is_taken_out_in_body_axes() {
+        let mut log = Log { rows: (0..700).map(|k| row(k * 100_000, 0.0)).collect(), ..Log::default() };
+        for row in &mut log.rows {
+            row.set(Column::Heading, std::f64::consts::FRAC_PI_2).set(Column::DvlU, 1.0);
+        }
+        let data = IdentificationData::from_log(&log, [0.2, 0.3]).unwrap();
+        let v = data.samples[0].velocity;
+        // Heading east: the east current pushes ahead, the north one to port.
+        assert!((v[0] - 0.7).abs() < 1e-12 && (v[1] - 0.2).abs() < 1e-12, "{v}");
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let log = Log { rows: vec![LogRow::new(0)], ..Log::default() };
+        let message = IdentificationData::from_log(&log, [0.0; 2]).unwrap_err().to_string();
+        assert!(message.contains("attitude"), "{message}");
+    }
+}
