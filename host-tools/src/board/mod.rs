@@ -1,9 +1,11 @@
 //! The board over its host port, as the commands need it.
 
+mod arguments;
 mod declared;
 mod port;
 mod refusal;
 
+pub use arguments::Common;
 pub use declared::{Declared, number};
 pub use port::PortName;
 pub use refusal::reason;

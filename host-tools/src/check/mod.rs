@@ -2,8 +2,7 @@
 
 mod judge;
 
-use crate::board::{Board, PortName, reason};
-use crate::console;
+use crate::board::{Board, Common, reason};
 use anyhow::bail;
 use backseat_wire::hostlink::Telemetry;
 use judge::{Line, Look, Verdict};
@@ -28,34 +27,27 @@ const WIGGLE: Duration = Duration::from_millis(5500);
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Serial device of the board's host port, PATH or PATH:BAUD
-    port: PortName,
+    #[command(flatten)]
+    common: Common,
     /// Move the fins as well, with the propeller stopped
     #[arg(long)]
     wiggle: bool,
-    /// Print one JSON object instead of the table
-    #[arg(long)]
-    json: bool,
 }
 
 /// Looks, judges, tells.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let mut board = Board::connect(&args.port)?;
+    let mut board = args.common.connect()?;
     let look = look(&mut board)?;
     let mut lines = judge::lines(&look);
     if args.wiggle {
         lines.push(wiggle(&mut board)?);
     }
     let failed = lines.iter().filter(|line| line.verdict == Verdict::Fail).count();
-    let text = if args.json {
-        let list: Vec<_> = lines.iter().map(Line::json).collect();
-        format!("{}\n", json!({"passed": failed == 0, "checks": list}))
-    } else {
-        lines.iter().map(|line| format!("{line}\n")).collect()
-    };
-    console::print(text.as_bytes())?;
+    let list: Vec<_> = lines.iter().map(Line::json).collect();
+    let table: String = lines.iter().map(|line| format!("{line}\n")).collect();
+    args.common.say(&json!({"passed": failed == 0, "checks": list}), &table)?;
     if failed > 0 {
-        bail!("{}: {failed} of {} checks failed", args.port, lines.len());
+        bail!("{}: {failed} of {} checks failed", args.common.port, lines.len());
     }
     Ok(())
 }

@@ -2,8 +2,7 @@
 
 mod file;
 
-use crate::board::{Board, PortName};
-use crate::console;
+use crate::board::{Board, Common};
 use anyhow::bail;
 use backseat_data::output::{self, Existing};
 use backseat_wire::hostlink::Waypoint;
@@ -38,15 +37,6 @@ const MOMENT: Duration = Duration::from_millis(400);
 pub struct Args {
     #[command(subcommand)]
     action: Action,
-}
-
-#[derive(clap::Args)]
-struct Common {
-    /// Serial device of the board's host port, PATH or PATH:BAUD
-    port: PortName,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Subcommand)]
@@ -88,16 +78,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.action {
         Action::Put { common, file } => {
             let waypoints = file::read(file)?;
-            let mut board = Board::connect(&common.port)?;
+            let mut board = common.connect()?;
             board.set_mission(&waypoints)?;
             let text = format!("{} waypoints, {:.0} m\n", waypoints.len(), length_m(&waypoints));
-            say(common, &json!({"waypoints": waypoints.len(), "length_m": length_m(&waypoints)}), &text)
+            common.say(&json!({"waypoints": waypoints.len(), "length_m": length_m(&waypoints)}), &text)
         }
         Action::Get { common, file, out, force } => {
             let existing = if *force { Existing::Replace } else { Existing::Keep };
             let path = file.as_ref().or(out.as_ref());
             path.map_or(Ok(()), |path| output::check(path, existing))?;
-            let waypoints = Board::connect(&common.port)?.mission()?;
+            let waypoints = common.connect()?.mission()?;
             if waypoints.is_empty() {
                 bail!("{}: the board has no mission", common.port);
             }
@@ -106,23 +96,19 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
             }
             let told = path.map_or(text, |path| format!("{} waypoints to {}\n", waypoints.len(), path.display()));
-            say(common, &json!({"waypoints": waypoints.iter().map(json_of).collect::<Vec<_>>()}), &told)
+            common.say(&json!({"waypoints": waypoints.iter().map(json_of).collect::<Vec<_>>()}), &told)
         }
         Action::Start(common) => {
-            let mut board = Board::connect(&common.port)?;
+            let mut board = common.connect()?;
             board.start_mission()?;
             state(common, &mut board, "the mission waits for navigation to be valid")
         }
         Action::Stop(common) => {
-            let mut board = Board::connect(&common.port)?;
+            let mut board = common.connect()?;
             board.stop_mission()?;
             state(common, &mut board, "stopped: neutral fins, propeller off, frontseat in charge")
         }
     }
-}
-
-fn say(common: &Common, json: &Value, text: &str) -> anyhow::Result<()> {
-    if common.json { console::print(format!("{json}\n").as_bytes()) } else { console::print(text.as_bytes()) }
 }
 
 /// Where the board stands a moment after the request was carried out.
@@ -136,7 +122,7 @@ fn state(common: &Common, board: &mut Board, idle: &str) -> anyhow::Result<()> {
         (Some(mode), Some(reason)) => format!(" ({mode}, {reason})"),
         _ => String::new(),
     };
-    say(common, &json!({"mode": mode, "reason": reason, "leg": leg}), &format!("{what}{stands}\n"))
+    common.say(&json!({"mode": mode, "reason": reason, "leg": leg}), &format!("{what}{stands}\n"))
 }
 
 fn json_of(waypoint: &Waypoint) -> Value {

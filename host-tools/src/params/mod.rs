@@ -2,13 +2,12 @@
 
 mod table;
 
-use crate::board::{Board, Declared, PortName, number, reason};
-use crate::console;
+use crate::board::{Board, Common, Declared, number, reason};
 use anyhow::{anyhow, bail};
 use backseat_data::output::{self, Existing};
 use backseat_data::{BoardFile, BoardParameter, DataError};
 use clap::Subcommand;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -30,15 +29,6 @@ else a board is told in a section [app]; import takes such a file, a vehicle fil
 pub struct Args {
     #[command(subcommand)]
     action: Action,
-}
-
-#[derive(clap::Args)]
-struct Common {
-    /// Serial device of the board's host port, PATH or PATH:BAUD
-    port: PortName,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Subcommand)]
@@ -105,7 +95,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Action::Export { common, file, name, force } => {
             let existing = if *force { Existing::Replace } else { Existing::Keep };
             output::check(file, existing)?;
-            let mut board = Board::connect(&common.port)?;
+            let mut board = common.connect()?;
             let parameters = board.parameters()?;
             let list: Vec<BoardParameter> = parameters.iter().map(for_file).collect();
             let source =
@@ -113,7 +103,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let text = BoardFile::text_of(&list, name, &source).map_err(|message| anyhow!(message))?;
             output::write(file, existing, |file| file.write_all(text.as_bytes()))?;
             let told = format!("{} parameters to {}\n", list.len(), file.display());
-            say(common, &json!({"parameters": list.len(), "file": file}), &told)
+            common.say(&json!({"parameters": list.len(), "file": file}), &told)
         }
         Action::Import { common, file } => {
             let values = BoardFile::read(file)?.flatten();
@@ -123,11 +113,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             set(common, &values)
         }
         Action::Store(common) => {
-            let mut board = Board::connect(&common.port)?;
+            let mut board = common.connect()?;
             if let Err(refusal) = board.store_parameters()? {
                 bail!("{}: the board stored nothing: {}", common.port, reason(refusal));
             }
-            say(common, &json!({"stored": true}), "stored; they are active after the next start as well\n")
+            common.say(&json!({"stored": true}), "stored; they are active after the next start as well\n")
         }
     }
 }
@@ -137,7 +127,7 @@ fn firmware(board: &Board) -> &str {
 }
 
 fn get(common: &Common, names: &[String]) -> anyhow::Result<()> {
-    let mut board = Board::connect(&common.port)?;
+    let mut board = common.connect()?;
     let all = board.parameters()?;
     let is = |parameter: &Declared, wanted: &String| {
         parameter.name.strip_prefix(wanted.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
@@ -152,11 +142,11 @@ fn get(common: &Common, names: &[String]) -> anyhow::Result<()> {
         "parameter_schema": board.identity.schema,
         "parameters": shown.iter().map(|parameter| parameter.json()).collect::<Vec<_>>(),
     });
-    say(common, &json, &table::text(&shown))
+    common.say(&json, &table::text(&shown))
 }
 
 fn set(common: &Common, values: &[(String, f64)]) -> anyhow::Result<()> {
-    let mut board = Board::connect(&common.port)?;
+    let mut board = common.connect()?;
     let before = board.parameters()?;
     board.set_parameters(values, &before)?;
     let old = |name: &str| before.iter().find(|parameter| parameter.name == name).map(|parameter| parameter.value);
@@ -172,7 +162,7 @@ fn set(common: &Common, values: &[(String, f64)]) -> anyhow::Result<()> {
     for (name, from, to) in &changed {
         text += &format!("  {name}: {} -> {}\n", number(*from), number(*to));
     }
-    say(common, &json, &text)
+    common.say(&json, &text)
 }
 
 fn for_file(parameter: &Declared) -> BoardParameter {
@@ -181,10 +171,6 @@ fn for_file(parameter: &Declared) -> BoardParameter {
     let parts = [unit, parameter.description(), &range].into_iter().filter(|part| !part.is_empty());
     let comment = parts.collect::<Vec<_>>().join("; ");
     BoardParameter { name: name.clone(), value: *value, comment }
-}
-
-fn say(common: &Common, json: &Value, text: &str) -> anyhow::Result<()> {
-    if common.json { console::print(format!("{json}\n").as_bytes()) } else { console::print(text.as_bytes()) }
 }
 
 #[cfg(test)]

@@ -81,9 +81,7 @@ impl Bench {
 
     /// Runs it, expects success; what it printed.
     pub fn good(&self, arguments: &[&str]) -> String {
-        let outcome = self.run(arguments);
-        assert_eq!(outcome.code, Some(0), "{arguments:?}: {}", outcome.stderr);
-        outcome.stdout
+        self.run(arguments).good(&format!("{arguments:?}"))
     }
 
     pub fn json(&self, arguments: &[&str]) -> serde_json::Value {
@@ -102,36 +100,46 @@ impl Bench {
         self.json(&["params", "get", "PORT", name])["parameters"][0]["value"].as_f64().unwrap()
     }
 
-    /// A simulated vehicle on the device ports, at the speed of the clock.
+    /// A simulated vehicle on the device ports.
     pub fn simulate(&mut self, scenario: Scenario) {
-        let (mut lines, stop) = (self.lines.clone(), Arc::clone(&self.stop));
-        self.threads.push(spawn(move || {
-            let (mut world, mut devices) = (World::new(&scenario), Devices::new(&scenario));
-            let begun = Instant::now();
-            while !stop.load(Ordering::Relaxed) {
-                sleep(Duration::from_millis(5));
-                let now_us = begun.elapsed().as_micros() as u64;
-                let mut until_us = 0;
-                while until_us < now_us {
-                    until_us = devices.next_us().unwrap_or(now_us).min(now_us);
-                    world.advance(until_us, &mut |observation| devices.observe(observation));
-                    world.set_actuator_targets(until_us, devices.run(until_us));
-                }
-                for (port, arrival) in devices.arrivals(now_us) {
-                    // until the board reads, for its first two seconds, a line may be full
-                    let _ = lines.write(port, &arrival.bytes);
-                }
-                for port in Port::DEVICES {
-                    let mut bytes = Vec::new();
-                    lines.poll(port, &mut bytes).unwrap();
-                    devices.sent_by_backseat(port, now_us, &bytes);
-                }
-            }
-        }));
+        self.threads.push(simulate(self.lines.clone(), scenario, Arc::clone(&self.stop)));
     }
 }
 
+/// A simulated vehicle on a board's device ports, at the speed of the clock, until it is stopped.
+pub fn simulate(mut lines: impl Ports + Send + 'static, scenario: Scenario, stop: Arc<AtomicBool>) -> JoinHandle<()> {
+    spawn(move || {
+        let (mut world, mut devices) = (World::new(&scenario), Devices::new(&scenario));
+        let begun = Instant::now();
+        while !stop.load(Ordering::Relaxed) {
+            sleep(Duration::from_millis(5));
+            let now_us = begun.elapsed().as_micros() as u64;
+            let mut until_us = 0;
+            while until_us < now_us {
+                until_us = devices.next_us().unwrap_or(now_us).min(now_us);
+                world.advance(until_us, &mut |observation| devices.observe(observation));
+                world.set_actuator_targets(until_us, devices.run(until_us));
+            }
+            for (port, arrival) in devices.arrivals(now_us) {
+                // until the board reads, for its first two seconds, a line may be full
+                let _ = lines.write(port, &arrival.bytes);
+            }
+            for port in Port::DEVICES {
+                let mut bytes = Vec::new();
+                lines.poll(port, &mut bytes).unwrap();
+                devices.sent_by_backseat(port, now_us, &bytes);
+            }
+        }
+    })
+}
+
 impl Outcome {
+    /// What it printed; it has to have succeeded.
+    pub fn good(&self, what: &str) -> String {
+        assert_eq!(self.code, Some(0), "{what}: {}{}", self.stdout, self.stderr);
+        self.stdout.clone()
+    }
+
     pub fn complaint(&self, what: &str) -> String {
         let Self { code, stdout, stderr } = self;
         assert_eq!(*code, Some(1), "{what}: {stdout}{stderr}");

@@ -6,7 +6,8 @@ use serde_json::Value;
 use std::thread::sleep;
 use std::time::Duration;
 
-fn verdict<'a>(report: &'a Value, check: &str) -> (&'a str, &'a str) {
+/// Verdict of one check, and what was found.
+pub fn verdict<'a>(report: &'a Value, check: &str) -> (&'a str, &'a str) {
     let lines = report["checks"].as_array().unwrap();
     let line = lines.iter().find(|line| line["check"] == check).unwrap_or_else(|| panic!("{check} in {report}"));
     (line["verdict"].as_str().unwrap(), line["found"].as_str().unwrap())

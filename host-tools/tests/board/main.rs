@@ -1,5 +1,6 @@
 //! The commands that talk to a board, as a user runs them, against the app on pseudo-terminals.
 
+mod arm;
 mod bench;
 mod check;
 mod learning;
