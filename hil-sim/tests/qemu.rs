@@ -6,7 +6,7 @@
 use backseat_core::navigation::{ProcessModel, Sensor};
 use backseat_data::VehicleFile;
 use backseat_data::filter::{self, FilterOptions, ShipSource};
-use backseat_wire::hostlink::{Decoder, FromBoard, Mode, Port, ToBoard};
+use backseat_wire::hostlink::{Decoder, FromBoard, Mode, Port, Step, ToBoard};
 use hil_sim::analysis;
 use hil_sim::backseat::{BackseatError, Client, InProcess, Ports, Qemu, build_image, missing};
 use hil_sim::flight::{FlightLog, board_parameters, fly, fly_prepared, fly_realtime};
@@ -144,6 +144,43 @@ fn val_a_better_vehicle_over_the_host_link_helps_as_predicted() {
     println!("board {board_before:.2} to {board_after:.2} m, filter {filter_before:.2} to {filter_after:.2} m");
     // Devices round what the board hears, the log does not: centimetres of the few decimetres that are left.
     assert!(ratio < 0.15 && (ratio / expected - 1.0).abs() < 0.3, "{ratio:.4} instead of {expected:.4}");
+}
+
+#[test]
+fn bytes_that_nobody_fetches_are_counted_and_told() {
+    const SENT: usize = 6000;
+    /// What the image's queue holds.
+    const KEPT: u32 = 2047;
+    let Some(qemu) = image() else { return };
+    let mut client = Client::new(qemu);
+    client.step(0, &[], &[]).unwrap();
+    // Under the simulator's clock the board reads what is announced, and this is not.
+    client.ports().write(Port::Ahrs, &[0x55; SENT]).unwrap();
+    let mut losses = [0; 5];
+    for _ in 0..100 {
+        client.send(&ToBoard::HealthGet).unwrap();
+        losses = client
+            .receive(|message| match message {
+                FromBoard::Health(health) => Some(health.receive_losses),
+                _ => None,
+            })
+            .unwrap();
+        if losses[Port::Ahrs as usize] == SENT as u32 - KEPT {
+            break;
+        }
+        sleep(Duration::from_millis(50));
+    }
+    assert_eq!(losses, [0, 0, SENT as u32 - KEPT, 0, 0]);
+    // and after the next step without being asked
+    client
+        .send(&ToBoard::Step(Step { time_us: 100_000, pps_us: Default::default(), chunks: Default::default() }))
+        .unwrap();
+    let told = client.receive(|message| match message {
+        FromBoard::Health(health) => Some(health.receive_losses == losses),
+        FromBoard::StepDone(_) => Some(false),
+        _ => None,
+    });
+    assert!(told.unwrap());
 }
 
 #[test]
