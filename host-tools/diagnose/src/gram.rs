@@ -1,0 +1,203 @@
+//! Normal equations of the whitened regression, block of time by block.
+//!
+//! With e the normalised innovations and S = ∂e/∂θ, a block keeps Σ SᵀS, −Σ Sᵀe, Σ e² and the count. Training,
+//! held-out and whole log are sums of blocks; so is every hypothesis a choice of columns.
+
+use rayon::Scope;
+use std::sync::{Arc, Mutex};
+
+/// Rows summed into the Gram matrix at a time: its row stays in the cache meanwhile.
+const ROWS: usize = 8;
+
+/// Normal equations of one block.
+#[derive(Clone, Debug, Default)]
+pub struct Block {
+    /// Σ SᵀS, full rows of the lower triangle.
+    gram: Vec<f64>,
+    /// −Σ Sᵀe: half the slope of Σ e² by θ, downhill.
+    score: Vec<f64>,
+    /// Σ e².
+    pub square: f64,
+    /// Scalars.
+    pub count: usize,
+}
+
+/// Normal equations of all blocks.
+#[derive(Clone, Debug, Default)]
+pub struct Normal {
+    /// Number of columns.
+    pub columns: usize,
+    /// In order of time; empty where nothing was measured.
+    pub blocks: Vec<Block>,
+}
+
+/// A sum of blocks.
+#[derive(Clone, Debug, Default)]
+pub struct Sum {
+    columns: usize,
+    gram: Vec<f64>,
+    score: Vec<f64>,
+    /// Σ e².
+    pub square: f64,
+    /// Scalars.
+    pub count: usize,
+}
+
+impl Block {
+    /// (SᵀS)_ij.
+    #[must_use]
+    pub fn gram(&self, i: usize, j: usize) -> f64 {
+        let (i, j) = (i.max(j), i.min(j));
+        self.gram.get(i * (i + 1) / 2 + j).copied().unwrap_or(0.0)
+    }
+
+    /// (−Sᵀe)_i.
+    #[must_use]
+    pub fn score(&self, i: usize) -> f64 {
+        self.score.get(i).copied().unwrap_or(0.0)
+    }
+}
+
+impl Sum {
+    /// (SᵀS)_ij.
+    #[must_use]
+    pub fn gram(&self, i: usize, j: usize) -> f64 {
+        let (i, j) = (i.max(j), i.min(j));
+        self.gram.get(i * (i + 1) / 2 + j).copied().unwrap_or(0.0)
+    }
+
+    /// (−Sᵀe)_i.
+    #[must_use]
+    pub fn score(&self, i: usize) -> f64 {
+        self.score.get(i).copied().unwrap_or(0.0)
+    }
+}
+
+impl Normal {
+    pub(crate) fn collect(columns: usize, blocks: Vec<Arc<Mutex<Block>>>) -> Self {
+        let take = |block: Arc<Mutex<Block>>| block.lock().map(|mut block| std::mem::take(&mut *block)).unwrap_or_default();
+        Self { columns, blocks: blocks.into_iter().map(take).collect() }
+    }
+
+    /// Sum of the blocks that `choose` wants.
+    #[must_use]
+    pub fn sum(&self, choose: impl Fn(usize) -> bool) -> Sum {
+        let mut sum = Sum {
+            columns: self.columns,
+            gram: vec![0.0; self.columns * (self.columns + 1) / 2],
+            score: vec![0.0; self.columns],
+            ..Sum::default()
+        };
+        for (_, block) in self.blocks.iter().enumerate().filter(|(index, block)| choose(*index) && block.count > 0) {
+            for (total, part) in sum.gram.iter_mut().zip(&block.gram) {
+                *total += part;
+            }
+            for (total, part) in sum.score.iter_mut().zip(&block.score) {
+                *total += part;
+            }
+            sum.square += block.square;
+            sum.count += block.count;
+        }
+        sum
+    }
+}
+
+/// Gathers rows and hands each full block to another thread.
+pub struct NormalBuilder<'s, 'scope> {
+    columns: usize,
+    block_s: f64,
+    scope: &'s Scope<'scope>,
+    /// e and S, row by row.
+    rows: Vec<f64>,
+    blocks: Vec<Arc<Mutex<Block>>>,
+}
+
+impl<'s, 'scope> NormalBuilder<'s, 'scope> {
+    pub(crate) fn new(columns: usize, block_s: f64, scope: &'s Scope<'scope>) -> Self {
+        Self { columns, block_s, scope, rows: Vec::new(), blocks: Vec::new() }
+    }
+
+    /// One scalar: its normalised innovation, and `slopes` times `scale` as its derivatives.
+    pub(crate) fn row(&mut self, t_s: f64, e: f64, slopes: &[f64], scale: f64) {
+        let block = (t_s / self.block_s) as usize;
+        while self.blocks.len() <= block {
+            self.flush();
+            self.blocks.push(Arc::default());
+        }
+        self.rows.push(e);
+        self.rows.extend(slopes.iter().map(|slope| slope * scale));
+    }
+
+    fn flush(&mut self) {
+        let Some(block) = self.blocks.last().map(Arc::clone) else { return };
+        let rows = std::mem::take(&mut self.rows);
+        let columns = self.columns;
+        self.rows.reserve(rows.len());
+        self.scope.spawn(move |_| {
+            let sum = accumulate(columns, &rows);
+            if let Ok(mut block) = block.lock() {
+                *block = sum;
+            }
+        });
+    }
+
+    pub(crate) fn finish(mut self) -> Vec<Arc<Mutex<Block>>> {
+        self.flush();
+        self.blocks
+    }
+}
+
+fn accumulate(columns: usize, rows: &[f64]) -> Block {
+    let width = columns + 1;
+    let mut block = Block {
+        gram: vec![0.0; columns * (columns + 1) / 2],
+        score: vec![0.0; columns],
+        square: 0.0,
+        count: rows.len() / width,
+    };
+    for row in rows.chunks_exact(width) {
+        let (e, slopes) = (row[0], &row[1..]);
+        block.square += e * e;
+        if e != 0.0 {
+            for (score, slope) in block.score.iter_mut().zip(slopes) {
+                *score -= e * slope;
+            }
+        }
+    }
+    for group in rows.chunks(ROWS * width) {
+        let count = group.len() / width;
+        let mut at = 0;
+        for i in 0..columns {
+            let target = &mut block.gram[at..=at + i];
+            at += i + 1;
+            let factors: [f64; ROWS] = std::array::from_fn(|r| if r < count { group[r * width + 1 + i] } else { 0.0 });
+            if factors.iter().all(|factor| *factor == 0.0) {
+                continue;
+            }
+            if count == ROWS {
+                let lines: [&[f64]; ROWS] = std::array::from_fn(|r| &group[r * width + 1..][..=i]);
+                add(target, &factors, &lines);
+            } else {
+                for r in 0..count {
+                    for (value, slope) in target.iter_mut().zip(&group[r * width + 1..]) {
+                        *value += factors[r] * slope;
+                    }
+                }
+            }
+        }
+    }
+    block
+}
+
+/// target += Σ factor · line.
+fn add(target: &mut [f64], factors: &[f64; ROWS], lines: &[&[f64]; ROWS]) {
+    let n = target.len();
+    let lines: [&[f64]; ROWS] = std::array::from_fn(|r| &lines[r][..n]);
+    for j in 0..n {
+        let mut sum = 0.0;
+        for r in 0..ROWS {
+            sum += factors[r] * lines[r][j];
+        }
+        target[j] += sum;
+    }
+}

@@ -1,0 +1,124 @@
+//! The declared vehicle with a set of effects, as the whitener evaluates it.
+
+use backseat_core::dynamics::{ActuatorInput, Linearisation, VehicleModel, VehicleParameters};
+use backseat_core::effects::{ActuatorMemory, Channel, EffectSet, Moment, ParameterKind, Step};
+use backseat_core::state::{VehicleState, X, Y};
+
+/// Sound speed by which a log's travel times became ranges, m/s.
+pub const SOUND_SPEED_MPS: f64 = 1500.0;
+
+/// Plant, water and actuators under one set of effects.
+#[derive(Clone, Debug)]
+pub struct Model {
+    set: EffectSet,
+    /// Times at which the plant changes, ascending.
+    onsets: Vec<f64>,
+    /// The plant before the first onset, between them, after the last.
+    plants: Vec<VehicleModel>,
+    water: [f64; 2],
+    memory: ActuatorMemory,
+    /// Whether anything stands between command and actuator.
+    has_input: bool,
+}
+
+impl Model {
+    /// Builds the plants; `None` where the effects make a parameter impossible (a trial step too far).
+    #[must_use]
+    pub fn new(declared: &VehicleParameters, set: &EffectSet) -> Option<Self> {
+        let (mut onsets, mut water, mut has_input) = (Vec::new(), [0.0; 2], false);
+        for (_, info, values) in set.active() {
+            if info.hooks.plant.is_some() {
+                let times = info.parameters.iter().zip(values).filter(|(p, _)| p.kind == ParameterKind::Onset);
+                onsets.extend(times.map(|(_, time_s)| *time_s));
+            }
+            if let Some(hook) = info.hooks.water {
+                let flow = hook(values);
+                water = [water[0] + flow[0], water[1] + flow[1]];
+            }
+            has_input |= info.hooks.input.is_some();
+        }
+        onsets.sort_by(f64::total_cmp);
+        let mut plants = Vec::with_capacity(onsets.len() + 1);
+        for place in 0..=onsets.len() {
+            let t_s = if place == 0 { f64::NEG_INFINITY } else { onsets[place - 1] };
+            let mut parameters = *declared;
+            for (_, info, values) in set.active() {
+                if let Some(hook) = info.hooks.plant {
+                    hook(values, t_s, &mut parameters);
+                }
+            }
+            plants.push(VehicleModel::new(&parameters).ok()?);
+        }
+        Some(Self { set: *set, onsets, plants, water, memory: ActuatorMemory::default(), has_input })
+    }
+
+    /// The effects.
+    #[must_use]
+    pub fn set(&self) -> &EffectSet {
+        &self.set
+    }
+
+    /// Velocity of the water [north, east], m/s.
+    #[must_use]
+    pub fn water_mps(&self) -> [f64; 2] {
+        self.water
+    }
+
+    /// What the actuators do over a step.
+    pub fn actuate(&mut self, step: &Step, commanded: &ActuatorInput) -> ActuatorInput {
+        let mut input = *commanded;
+        if self.has_input {
+            for (_, info, values) in self.set.active() {
+                if let Some(hook) = info.hooks.input {
+                    hook(values, step, &mut self.memory, &mut input);
+                }
+            }
+        }
+        input
+    }
+
+    fn plant(&self, t_s: f64) -> &VehicleModel {
+        &self.plants[self.onsets.partition_point(|onset| *onset <= t_s)]
+    }
+
+    /// f and F at a state, moving water included.
+    #[must_use]
+    pub fn linearise(&self, t_s: f64, x: &VehicleState, input: &ActuatorInput) -> Linearisation {
+        let mut linearisation = self.plant(t_s).linearise(x, input);
+        linearisation.f[X] += self.water[0];
+        linearisation.f[Y] += self.water[1];
+        linearisation
+    }
+
+    /// f at a state, moving water included.
+    #[must_use]
+    pub fn derivative(&self, t_s: f64, x: &VehicleState, input: &ActuatorInput) -> VehicleState {
+        let mut f = self.plant(t_s).derivative(x, input);
+        f[X] += self.water[0];
+        f[Y] += self.water[1];
+        f
+    }
+
+    /// What a sensor would read of a true value, and ∂(read)/∂(true).
+    #[must_use]
+    pub fn read(&self, t_s: f64, channel: Channel, truth: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+        let moment = Moment { t_s, sound_speed_mps: SOUND_SPEED_MPS };
+        let mut reading = truth;
+        let mut slope = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        for (_, info, values) in self.set.active() {
+            if let Some(measure) = info.hooks.measure.filter(|measure| measure.channels.contains(&channel)) {
+                let by = (measure.apply)(values, &moment, &mut reading).by_reading;
+                slope = std::array::from_fn(|i| {
+                    std::array::from_fn(|j| (0..3).map(|k| by[i][k] * slope[k][j]).sum())
+                });
+            }
+        }
+        (reading, slope)
+    }
+
+    /// Variance that the effects add to each scalar of a channel.
+    #[must_use]
+    pub fn added_variance(&self, channel: Channel) -> f64 {
+        self.set.active().filter_map(|(_, info, values)| Some((info.hooks.variance?)(values, channel))).sum()
+    }
+}

@@ -1,0 +1,260 @@
+//! A vehicle log as the sequence of readings and inputs that the whitener consumes.
+//!
+//! The ship's part of a range is taken from its own GNSS track (a straight line through the fixes
+//! about the launch), so that only the vehicle has states.
+
+use backseat_core::dynamics::ActuatorInput;
+use backseat_core::navigation::SensorNoise;
+use backseat_data::Log;
+use backseat_data::log::{Column, RADPS_PER_RPM};
+
+/// Half of the window over which the ship's track about a launch is taken, µs.
+const SHIP_WINDOW_US: u64 = 5_000_000;
+
+/// Speed of sound assumed where a log gives no time of launch, m/s.
+const SOUND_SPEED_MPS: f64 = 1500.0;
+
+/// Scalar channels of the residual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Channel {
+    /// Depth, m.
+    Depth,
+    /// Roll, rad.
+    Roll,
+    /// Pitch, rad.
+    Pitch,
+    /// Heading, rad.
+    Heading,
+    /// Roll rate, rad/s.
+    P,
+    /// Pitch rate, rad/s.
+    Q,
+    /// Yaw rate, rad/s.
+    R,
+    /// DVL surge over ground, m/s.
+    DvlU,
+    /// DVL sway over ground, m/s.
+    DvlV,
+    /// DVL heave over ground, m/s.
+    DvlW,
+    /// GNSS north of the vehicle, m.
+    GnssX,
+    /// GNSS east of the vehicle, m.
+    GnssY,
+    /// Acoustic range, m.
+    Range,
+    /// Acoustic range rate, m/s.
+    RangeRate,
+}
+
+impl Channel {
+    /// Number of channels.
+    pub const COUNT: usize = Self::RangeRate as usize + 1;
+
+    /// All, in order.
+    pub const ALL: [Self; Self::COUNT] = [
+        Self::Depth,
+        Self::Roll,
+        Self::Pitch,
+        Self::Heading,
+        Self::P,
+        Self::Q,
+        Self::R,
+        Self::DvlU,
+        Self::DvlV,
+        Self::DvlW,
+        Self::GnssX,
+        Self::GnssY,
+        Self::Range,
+        Self::RangeRate,
+    ];
+
+    /// Name in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Roll => "roll",
+            Self::Pitch => "pitch",
+            Self::Heading => "heading",
+            Self::P => "roll rate",
+            Self::Q => "pitch rate",
+            Self::R => "yaw rate",
+            Self::DvlU => "DVL surge",
+            Self::DvlV => "DVL sway",
+            Self::DvlW => "DVL heave",
+            Self::GnssX => "GNSS north",
+            Self::GnssY => "GNSS east",
+            Self::Range => "range",
+            Self::RangeRate => "range rate",
+        }
+    }
+
+    /// Unit of the channel.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Depth | Self::GnssX | Self::GnssY | Self::Range => "m",
+            Self::Roll | Self::Pitch | Self::Heading => "rad",
+            Self::P | Self::Q | Self::R => "rad/s",
+            Self::DvlU | Self::DvlV | Self::DvlW | Self::RangeRate => "m/s",
+        }
+    }
+}
+
+/// What one sensor said at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reading {
+    /// Depth, m.
+    Depth(f64),
+    /// φ, θ, ψ, rad.
+    Attitude([f64; 3]),
+    /// p, q, r, rad/s.
+    Rates([f64; 3]),
+    /// u, v, w over ground, m/s.
+    Dvl([f64; 3]),
+    /// North, east of the vehicle, m.
+    Gnss([f64; 2]),
+    /// Range, m, and range rate, m/s, of one packet.
+    Acoustic {
+        /// Range, m.
+        range_m: Option<f64>,
+        /// Range rate, m/s, where the ship's velocity is known.
+        range_rate_mps: Option<f64>,
+        /// Ship at launch.
+        ship: ShipAtLaunch,
+    },
+}
+
+/// The ship's transducer at a packet's launch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShipAtLaunch {
+    /// North, east, m.
+    pub position_m: [f64; 2],
+    /// North, east, m/s.
+    pub velocity_mps: [f64; 2],
+    /// Variance of the position per axis, m².
+    pub position_variance_m2: f64,
+    /// Variance of the velocity per axis, m²/s².
+    pub velocity_variance_m2ps2: f64,
+}
+
+/// A reading or a new input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// A sensor's reading.
+    Reading(Reading),
+    /// The commanded actuators hold from here on.
+    Input(ActuatorInput),
+}
+
+/// A log in the order of its time.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    /// (time since the first row in s, what).
+    pub events: Vec<(f64, Event)>,
+    /// Time of the first row, µs.
+    pub start_us: u64,
+    /// From the first to the last row, s.
+    pub duration_s: f64,
+    /// Packets without a usable ship position.
+    pub unusable_packets: usize,
+}
+
+impl Samples {
+    /// Gathers a log's readings; `use_dvl` false leaves the DVL out.
+    #[must_use]
+    pub fn of(log: &Log, sensors: &SensorNoise, use_dvl: bool) -> Self {
+        let start_us = log.rows.first().map_or(0, |row| row.time_us);
+        let seconds = |time_us: u64| (time_us as f64 - start_us as f64) * 1e-6;
+        let ship: Vec<(u64, [f64; 2])> =
+            log.rows.iter().filter_map(|row| Some((row.time_us, row.ship_gnss_m()?))).collect();
+        let mut samples = Self { start_us, duration_s: log.duration_s(), ..Self::default() };
+        let mut input = ActuatorInput::default();
+        for row in &log.rows {
+            let t_s = seconds(row.time_us);
+            let mut read = |reading| samples.events.push((t_s, Event::Reading(reading)));
+            if let Some(z) = row.get(Column::Depth) {
+                read(Reading::Depth(z));
+            }
+            if let Some(euler) = row.attitude_rad() {
+                read(Reading::Attitude(euler));
+            }
+            if let Some(rates) = row.rates_radps() {
+                read(Reading::Rates(rates));
+            }
+            if let Some(velocity) = row.dvl_mps().filter(|_| use_dvl) {
+                read(Reading::Dvl(velocity));
+            }
+            if let Some(fix) = row.gnss_m() {
+                read(Reading::Gnss(fix));
+            }
+            let range_m = row.get(Column::Range);
+            let range_rate_mps = row.get(Column::RangeRate);
+            if range_m.is_some() || range_rate_mps.is_some() {
+                let flight_us = (range_m.unwrap_or(0.0).max(0.0) / SOUND_SPEED_MPS * 1e6) as u64;
+                let arrival_us = match row.arrival_us() {
+                    Some(us) if us.abs_diff(row.time_us) >= 50_000 => us,
+                    _ => row.time_us,
+                };
+                let launch_us = row.launch_us().unwrap_or(arrival_us.saturating_sub(flight_us));
+                match ship_at(&ship, launch_us, row.ship_at_launch_m(), sensors.ship_gnss_m) {
+                    Some(ship) => {
+                        // A ship whose velocity nobody told gives no range rate.
+                        let range_rate_mps = range_rate_mps.filter(|_| ship.velocity_variance_m2ps2.is_finite());
+                        let reading = Reading::Acoustic { range_m, range_rate_mps, ship };
+                        samples.events.push((seconds(arrival_us), Event::Reading(reading)));
+                    }
+                    None => samples.unusable_packets += 1,
+                }
+            }
+            let before = input;
+            if let Some(rpm) = row.get(Column::PropRpm) {
+                input.propeller_radps = rpm * RADPS_PER_RPM;
+            }
+            for (fin, column) in input.fins_rad.iter_mut().zip(&Column::ALL[Column::FinTop as usize..]) {
+                *fin = row.get(*column).unwrap_or(*fin);
+            }
+            if input != before {
+                samples.events.push((t_s, Event::Input(input)));
+            }
+        }
+        // Arrivals may lie between rows; the sort is stable, so that order within a row stays.
+        samples.events.sort_by(|a, b| a.0.total_cmp(&b.0));
+        samples
+    }
+}
+
+/// A straight line through the ship's fixes about the launch; without fixes what the packet said.
+fn ship_at(fixes: &[(u64, [f64; 2])], launch_us: u64, told_m: Option<[f64; 2]>, sigma_m: f64) -> Option<ShipAtLaunch> {
+    let first = fixes.partition_point(|fix| fix.0 + SHIP_WINDOW_US < launch_us);
+    let last = fixes.partition_point(|fix| fix.0 <= launch_us + SHIP_WINDOW_US);
+    let window = &fixes[first..last];
+    let count = window.len() as f64;
+    let seconds = |time_us: u64| (time_us as f64 - launch_us as f64) * 1e-6;
+    let mean_s = window.iter().map(|fix| seconds(fix.0)).sum::<f64>() / count;
+    let spread: f64 = window.iter().map(|fix| (seconds(fix.0) - mean_s).powi(2)).sum();
+    if window.len() < 3 || spread <= 0.0 {
+        let position_m = told_m?;
+        return Some(ShipAtLaunch {
+            position_m,
+            velocity_mps: [0.0; 2],
+            position_variance_m2: sigma_m * sigma_m,
+            velocity_variance_m2ps2: f64::INFINITY,
+        });
+    }
+    let line = |axis: usize| {
+        let mean = window.iter().map(|fix| fix.1[axis]).sum::<f64>() / count;
+        let slope = window.iter().map(|fix| (seconds(fix.0) - mean_s) * fix.1[axis]).sum::<f64>() / spread;
+        (mean - slope * mean_s, slope)
+    };
+    let ((x, vx), (y, vy)) = (line(0), line(1));
+    let variance = sigma_m * sigma_m;
+    Some(ShipAtLaunch {
+        position_m: [x, y],
+        velocity_mps: [vx, vy],
+        position_variance_m2: variance * (1.0 / count + mean_s * mean_s / spread),
+        velocity_variance_m2ps2: variance / spread,
+    })
+}

@@ -1,0 +1,245 @@
+//! What is varied: catalogue parameters, onsets of events, and generic terms of the equations of motion.
+//!
+//! A *term* is one column of the whitened regression: how every innovation moves per unit of it.
+
+use crate::samples::Channel;
+use backseat_core::dynamics::ActuatorInput;
+use backseat_core::effects::EffectSet;
+use backseat_core::state::{P, PSI, Q, R, U, V, VehicleState, W, Z};
+
+/// One cause and the columns that follow from it.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// What changes.
+    pub cause: Cause,
+    /// From when on each of its columns is present, s; one column each.
+    pub onsets_s: Vec<f64>,
+}
+
+/// What changes per unit of a term.
+#[derive(Clone, Debug)]
+pub enum Cause {
+    /// The model goes from one set of effects to another, divided by `unit`.
+    Effects {
+        /// With the term.
+        with: Box<EffectSet>,
+        /// Without it.
+        without: Box<EffectSet>,
+        /// What the difference is divided by.
+        unit: f64,
+    },
+    /// A monomial of the state acts where no effect of the catalogue is asked.
+    Generic(Generic),
+}
+
+/// A monomial of state and input that adds to an acceleration, a ground velocity or a reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Generic {
+    /// Where it adds.
+    pub target: Target,
+    /// What adds.
+    pub factor: Factor,
+}
+
+/// Where a generic term acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// Body acceleration along u, v, w, p, q, r.
+    Acceleration(u8),
+    /// Velocity of the water, north or east.
+    Water(u8),
+    /// What a channel reads.
+    Reading(Channel),
+}
+
+/// A monomial of state, input and time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // they are their names
+pub enum Factor {
+    One,
+    Time,
+    TimeSquared,
+    Depth,
+    Surge,
+    SurgeSquared,
+    Sway,
+    SwayAbs,
+    SwaySquared,
+    Heave,
+    HeaveAbs,
+    HeaveSquared,
+    RollRate,
+    PitchRate,
+    YawRate,
+    YawRateAbs,
+    PitchRateAbs,
+    SurgeYawRate,
+    SurgePitchRate,
+    SurgeHeave,
+    SinHeading,
+    CosHeading,
+    SinTwoHeading,
+    CosTwoHeading,
+    SinPitch,
+    Propeller,
+    Fin(u8),
+    FinSquares,
+}
+
+/// What a factor may depend on at one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Snapshot<'a> {
+    /// Time as part of the log, 0 to 1.
+    pub share: f64,
+    /// The estimate.
+    pub x: &'a VehicleState,
+    /// Sine and cosine of the heading.
+    pub heading: (f64, f64),
+    /// What was commanded.
+    pub input: &'a ActuatorInput,
+}
+
+impl Factor {
+    /// Its value, of order one where the vehicle does what it usually does.
+    #[must_use]
+    pub fn value(self, s: &Snapshot<'_>) -> f64 {
+        let x = s.x;
+        let (sin, cos) = s.heading;
+        match self {
+            Self::One => 1.0,
+            Self::Time => s.share - 0.5,
+            Self::TimeSquared => (s.share - 0.5).powi(2),
+            Self::Depth => x[Z],
+            Self::Surge => x[U],
+            Self::SurgeSquared => x[U] * x[U].abs(),
+            Self::Sway => x[V],
+            Self::SwayAbs => x[V] * x[V].abs(),
+            Self::SwaySquared => x[V] * x[V],
+            Self::Heave => x[W],
+            Self::HeaveAbs => x[W] * x[W].abs(),
+            Self::HeaveSquared => x[W] * x[W],
+            Self::RollRate => x[P],
+            Self::PitchRate => x[Q],
+            Self::YawRate => x[R],
+            Self::YawRateAbs => x[R] * x[R].abs(),
+            Self::PitchRateAbs => x[Q] * x[Q].abs(),
+            Self::SurgeYawRate => x[U] * x[R],
+            Self::SurgePitchRate => x[U] * x[Q],
+            Self::SurgeHeave => x[U] * x[W],
+            Self::SinHeading => sin,
+            Self::CosHeading => cos,
+            Self::SinTwoHeading => 2.0 * sin * cos,
+            Self::CosTwoHeading => cos * cos - sin * sin,
+            Self::SinPitch => x[backseat_core::state::THETA],
+            Self::Propeller => s.input.propeller_radps * s.input.propeller_radps.abs() * 1e-4,
+            Self::Fin(fin) => s.input.fins_rad[usize::from(fin)] * x[U] * x[U],
+            Self::FinSquares => s.input.fins_rad.iter().map(|fin| fin * fin).sum::<f64>() * x[U] * x[U],
+        }
+    }
+
+    /// As written in the report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::One => "constant",
+            Self::Time => "time",
+            Self::TimeSquared => "time²",
+            Self::Depth => "depth",
+            Self::Surge => "u",
+            Self::SurgeSquared => "u|u|",
+            Self::Sway => "v",
+            Self::SwayAbs => "v|v|",
+            Self::SwaySquared => "v²",
+            Self::Heave => "w",
+            Self::HeaveAbs => "w|w|",
+            Self::HeaveSquared => "w²",
+            Self::RollRate => "p",
+            Self::PitchRate => "q",
+            Self::YawRate => "r",
+            Self::YawRateAbs => "r|r|",
+            Self::PitchRateAbs => "q|q|",
+            Self::SurgeYawRate => "u·r",
+            Self::SurgePitchRate => "u·q",
+            Self::SurgeHeave => "u·w",
+            Self::SinHeading => "sin ψ",
+            Self::CosHeading => "cos ψ",
+            Self::SinTwoHeading => "sin 2ψ",
+            Self::CosTwoHeading => "cos 2ψ",
+            Self::SinPitch => "θ",
+            Self::Propeller => "n|n|",
+            Self::Fin(0) => "top fin·u²",
+            Self::Fin(1) => "bottom fin·u²",
+            Self::Fin(2) => "port fin·u²",
+            Self::Fin(_) => "starboard fin·u²",
+            Self::FinSquares => "Σ fin²·u²",
+        }
+    }
+}
+
+impl Generic {
+    /// As written in the report.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let target = match self.target {
+            Target::Acceleration(dof) => {
+                ["surge force", "sway force", "heave force", "roll moment", "pitch moment", "yaw moment"]
+                    [usize::from(dof)]
+            }
+            Target::Water(0) => "northward water velocity",
+            Target::Water(_) => "eastward water velocity",
+            Target::Reading(channel) => channel.name(),
+        };
+        let kind = if matches!(self.target, Target::Reading(_)) { " reading" } else { "" };
+        format!("{target}{kind} ∝ {}", self.factor.name())
+    }
+}
+
+/// The dictionary of generic terms for a log with these channels.
+#[must_use]
+pub fn dictionary(present: &[bool; Channel::COUNT]) -> Vec<Generic> {
+    use Factor as F;
+    let mut terms = Vec::new();
+    let mut add = |target: Target, factors: &[F]| {
+        terms.extend(factors.iter().map(|factor| Generic { target, factor: *factor }));
+    };
+    let fins = [F::Fin(0), F::Fin(1), F::Fin(2), F::Fin(3)];
+    let surge = [F::One, F::Time, F::Depth, F::Surge, F::SurgeSquared, F::SwaySquared, F::HeaveSquared, F::Propeller, F::YawRateAbs, F::FinSquares];
+    add(Target::Acceleration(0), &surge);
+    let sway = [F::One, F::Time, F::Sway, F::SwayAbs, F::SwaySquared, F::SurgeYawRate, F::YawRateAbs, F::Propeller, F::SurgeSquared];
+    add(Target::Acceleration(1), &sway);
+    add(Target::Acceleration(1), &fins);
+    let heave = [F::One, F::Time, F::Depth, F::Heave, F::HeaveAbs, F::HeaveSquared, F::SurgePitchRate, F::PitchRateAbs, F::SurgeSquared, F::SurgeHeave];
+    add(Target::Acceleration(2), &heave);
+    add(Target::Acceleration(2), &fins);
+    let roll = [F::One, F::Time, F::RollRate, F::Propeller, F::SurgeSquared, F::Sway, F::SurgeYawRate];
+    add(Target::Acceleration(3), &roll);
+    add(Target::Acceleration(3), &fins);
+    let pitch = [F::One, F::Time, F::Depth, F::Heave, F::HeaveAbs, F::PitchRate, F::PitchRateAbs, F::SurgeSquared, F::SurgeHeave, F::SinPitch];
+    add(Target::Acceleration(4), &pitch);
+    add(Target::Acceleration(4), &fins);
+    let yaw = [F::One, F::Time, F::Sway, F::SwayAbs, F::YawRate, F::YawRateAbs, F::SurgeSquared, F::Propeller];
+    add(Target::Acceleration(5), &yaw);
+    add(Target::Acceleration(5), &fins);
+    for axis in 0..2 {
+        add(Target::Water(axis), &[F::Time, F::TimeSquared, F::Depth]);
+    }
+    let readings: [(Channel, &[F]); 10] = [
+        (Channel::Depth, &[F::Time, F::SinPitch, F::SurgeSquared]),
+        (Channel::Roll, &[F::One, F::Time]),
+        (Channel::Pitch, &[F::Time, F::PitchRate]),
+        (Channel::Heading, &[F::Time, F::YawRate, F::SinTwoHeading, F::CosTwoHeading]),
+        (Channel::P, &[F::Time]),
+        (Channel::Q, &[F::Time]),
+        (Channel::R, &[F::Time, F::YawRate]),
+        (Channel::DvlU, &[F::One, F::PitchRate, F::YawRate]),
+        (Channel::DvlV, &[F::One, F::RollRate, F::YawRate]),
+        (Channel::DvlW, &[F::One, F::RollRate, F::PitchRate]),
+    ];
+    for (channel, factors) in readings {
+        if present[channel as usize] {
+            add(Target::Reading(channel), factors);
+        }
+    }
+    let _ = PSI;
+    terms
+}

@@ -1,0 +1,262 @@
+//! Measurement update, scalar by scalar, with the derivatives.
+
+use super::{Filter, Kind, Residual};
+use crate::gram::NormalBuilder;
+use crate::model::Model;
+use crate::samples::{Channel, Reading};
+use crate::terms::{Snapshot, Target};
+use backseat_core::dynamics::Attitude;
+use backseat_core::effects::Channel as Sensor;
+use backseat_core::state::{self, P, PHI, PSI, U, X, Y, Z, wrap_angle};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+type Jacobian = SMatrix<f64, 3, 12>;
+
+/// A reading's prediction, linearised.
+struct Prediction {
+    sensor: Sensor,
+    /// First channel and number of scalars.
+    first: Channel,
+    count: usize,
+    /// h(x) of a perfect sensor.
+    truth: [f64; 3],
+    measured: [f64; 3],
+    /// ∂(truth)/∂x.
+    jacobian: Jacobian,
+    variance: f64,
+    /// Rᵀ: what a velocity of the water adds to the scalars, by its north and east part.
+    by_water: [[f64; 3]; 2],
+}
+
+impl Filter<'_> {
+    /// Fuses a reading and records its innovations.
+    pub(super) fn fuse(&mut self, reading: &Reading, residuals: &mut Vec<Residual>, rows: &mut NormalBuilder<'_, '_>) {
+        let sensors = self.setup.sensors;
+        let x = self.x;
+        let direct = |sensor, first, at: usize, measured: &[f64], sigma: f64| {
+            let mut prediction = Prediction {
+                sensor,
+                first,
+                count: measured.len(),
+                truth: [0.0; 3],
+                measured: [0.0; 3],
+                jacobian: Jacobian::zeros(),
+                variance: sigma * sigma,
+                by_water: [[0.0; 3]; 2],
+            };
+            for (i, value) in measured.iter().enumerate() {
+                prediction.measured[i] = *value;
+                prediction.truth[i] = x[at + i];
+                prediction.jacobian[(i, at + i)] = 1.0;
+            }
+            prediction
+        };
+        match reading {
+            Reading::Depth(z) => {
+                let prediction = direct(Sensor::Depth, Channel::Depth, Z, &[*z], sensors.depth_m);
+                self.update(&prediction, true, residuals, rows);
+            }
+            Reading::Attitude(euler) => {
+                let prediction = direct(Sensor::Attitude, Channel::Roll, PHI, euler, sensors.attitude_rad);
+                self.update(&prediction, true, residuals, rows);
+            }
+            Reading::Rates(rates) => {
+                let prediction = direct(Sensor::Rates, Channel::P, P, rates, sensors.rates_radps);
+                self.update(&prediction, true, residuals, rows);
+            }
+            Reading::Gnss(fix) => {
+                let prediction = direct(Sensor::Gnss, Channel::GnssX, X, fix, sensors.gnss_m);
+                self.update(&prediction, true, residuals, rows);
+            }
+            Reading::Dvl(velocity) => {
+                let mut prediction = direct(Sensor::Dvl, Channel::DvlU, U, velocity, sensors.dvl_mps);
+                self.add_bottom_track(&mut prediction);
+                self.update(&prediction, true, residuals, rows);
+            }
+            Reading::Acoustic { range_m, range_rate_mps, ship } => {
+                let used = !self.setup.outliers.get(self.acoustic_index).copied().unwrap_or(false);
+                self.acoustic_index += 1;
+                if let Some(range_m) = range_m {
+                    if let Some(prediction) = self.range(*range_m, ship) {
+                        self.update(&prediction, used, residuals, rows);
+                    }
+                }
+                if let Some(rate) = range_rate_mps {
+                    if let Some(prediction) = self.range_rate(*rate, ship) {
+                        self.update(&prediction, true, residuals, rows);
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_bottom_track(&self, prediction: &mut Prediction) {
+        let attitude = Attitude::new(&state::attitude(&self.x));
+        let rotation = attitude.rotation();
+        let [north, east] = self.model.water_mps();
+        prediction.by_water = [0, 1].map(|axis| std::array::from_fn(|i| rotation[(axis, i)]));
+        if north == 0.0 && east == 0.0 {
+            return;
+        }
+        let over_ground: Vector3<f64> = rotation.tr_mul(&Vector3::new(north, east, 0.0));
+        let by_attitude: Matrix3<f64> = -rotation.tr_mul(&attitude.rotated_by_attitude(&over_ground));
+        for i in 0..3 {
+            prediction.truth[i] += over_ground[i];
+        }
+        prediction.jacobian.fixed_view_mut::<3, 3>(0, PHI).copy_from(&by_attitude);
+    }
+
+    fn range(&self, measured: f64, ship: &crate::samples::ShipAtLaunch) -> Option<Prediction> {
+        let (dp, distance) = self.from_ship(ship)?;
+        let mut jacobian = Jacobian::zeros();
+        for axis in 0..3 {
+            jacobian[(0, X + axis)] = dp[axis] / distance;
+        }
+        let horizontal = (dp.x * dp.x + dp.y * dp.y) / (distance * distance);
+        Some(Prediction {
+            sensor: Sensor::Range,
+            first: Channel::Range,
+            count: 1,
+            truth: [distance, 0.0, 0.0],
+            measured: [measured, 0.0, 0.0],
+            jacobian,
+            variance: self.setup.sensors.range_m.powi(2) + horizontal * ship.position_variance_m2,
+            by_water: [[0.0; 3]; 2],
+        })
+    }
+
+    fn range_rate(&self, measured: f64, ship: &crate::samples::ShipAtLaunch) -> Option<Prediction> {
+        let (dp, distance) = self.from_ship(ship)?;
+        let attitude = Attitude::new(&state::attitude(&self.x));
+        let rotation = attitude.rotation();
+        let nu = Vector3::new(self.x[U], self.x[U + 1], self.x[U + 2]);
+        let [north, east] = self.model.water_mps();
+        let velocity = rotation * nu + Vector3::new(north - ship.velocity_mps[0], east - ship.velocity_mps[1], 0.0);
+        let unit = dp / distance;
+        let rate = unit.dot(&velocity);
+        let mut jacobian = Jacobian::zeros();
+        let by_position = (velocity - unit * rate) / distance;
+        let by_attitude = attitude.rotated_by_attitude(&nu).tr_mul(&unit);
+        let by_velocity = rotation.tr_mul(&unit);
+        for axis in 0..3 {
+            jacobian[(0, X + axis)] = by_position[axis];
+            jacobian[(0, PHI + axis)] = by_attitude[axis];
+            jacobian[(0, U + axis)] = by_velocity[axis];
+        }
+        let horizontal = unit.x * unit.x + unit.y * unit.y;
+        Some(Prediction {
+            sensor: Sensor::RangeRate,
+            first: Channel::RangeRate,
+            count: 1,
+            truth: [rate, 0.0, 0.0],
+            measured: [measured, 0.0, 0.0],
+            jacobian,
+            variance: self.setup.sensors.range_rate_mps.powi(2) + horizontal * ship.velocity_variance_m2ps2,
+            by_water: [[unit.x, 0.0, 0.0], [unit.y, 0.0, 0.0]],
+        })
+    }
+
+    fn from_ship(&self, ship: &crate::samples::ShipAtLaunch) -> Option<(Vector3<f64>, f64)> {
+        let depth = self.x[Z] - self.setup.ship_transducer_depth_m;
+        let dp = Vector3::new(self.x[X] - ship.position_m[0], self.x[Y] - ship.position_m[1], depth);
+        let distance = dp.norm();
+        (distance > 1e-3).then_some((dp, distance))
+    }
+
+    fn update(&mut self, prediction: &Prediction, used: bool, residuals: &mut Vec<Residual>, rows: &mut NormalBuilder<'_, '_>) {
+        let t_s = self.t_s;
+        let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth);
+        let by_truth = Matrix3::from_fn(|i, j| by_truth[i][j]);
+        let jacobian: Jacobian = by_truth * prediction.jacobian;
+        let added = self.model.added_variance(prediction.sensor);
+        let x0 = self.x;
+        for axis in 0..prediction.count {
+            let channel = Channel::ALL[prediction.first as usize + axis];
+            let scale = self.setup.scale[channel as usize];
+            let h: SVector<f64, 12> = jacobian.row(axis).transpose();
+            let mut moved = self.x - x0;
+            moved[PSI] = wrap_angle(moved[PSI]);
+            let mut innovation = prediction.measured[axis] - read[axis] - h.dot(&moved);
+            if prediction.sensor == Sensor::Attitude {
+                innovation = wrap_angle(innovation);
+            }
+            let ph = self.p * h;
+            let variance = h.dot(&ph) + (prediction.variance + added) * scale * scale;
+            let sigma = variance.sqrt();
+            residuals.push(Residual { t_s, channel, innovation, sigma, used });
+            if !used {
+                continue;
+            }
+            let gain = ph / variance;
+            self.slopes_of(prediction, axis, &read, &h);
+            rows.row(t_s, innovation / sigma, &self.row, -1.0 / sigma);
+            let m = self.columns;
+            for i in 0..12 {
+                if m == 0 {
+                    break;
+                }
+                let k = gain[i];
+                for (slope, by) in self.slopes[i * m..(i + 1) * m].iter_mut().zip(&self.row) {
+                    *slope -= k * by;
+                }
+            }
+            self.p -= gain * ph.transpose();
+            self.x += gain * innovation;
+            self.x[PSI] = wrap_angle(self.x[PSI]);
+        }
+    }
+
+    /// ∂h/∂θ of one scalar into `row`: through the state, and directly.
+    fn slopes_of(&mut self, prediction: &Prediction, axis: usize, read: &[f64; 3], h: &SVector<f64, 12>) {
+        let m = self.columns;
+        if m == 0 {
+            return;
+        }
+        self.row.fill(0.0);
+        for (i, factor) in h.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+            for (value, slope) in self.row.iter_mut().zip(&self.slopes[i * m..(i + 1) * m]) {
+                *value += factor * slope;
+            }
+        }
+        let t_s = self.t_s;
+        let snapshot = Snapshot {
+            share: t_s / self.duration_s.max(1.0),
+            x: &self.x,
+            heading: self.x[PSI].sin_cos(),
+            input: &self.input,
+        };
+        let channel = Channel::ALL[prediction.first as usize + axis];
+        for term in &self.terms {
+            let direct = match &term.kind {
+                Kind::Generic { target: Target::Reading(target), factor } if *target == channel => {
+                    factor.value(&snapshot)
+                }
+                Kind::Generic { target: Target::Water(north_east), factor } => {
+                    prediction.by_water[usize::from(*north_east)][axis] * factor.value(&snapshot)
+                }
+                Kind::Effects { with, without, unit, channels, water, .. } => {
+                    let mut direct = 0.0;
+                    if *water {
+                        let from = without.as_ref().unwrap_or(&self.model).water_mps();
+                        for side in 0..2 {
+                            direct += (with.water_mps()[side] - from[side]) * prediction.by_water[side][axis];
+                        }
+                    }
+                    if channels.contains(&prediction.sensor) {
+                        let truth = prediction.truth;
+                        let after = with.read(t_s, prediction.sensor, truth).0[axis];
+                        let before =
+                            without.as_ref().map_or(read[axis], |w: &Model| w.read(t_s, prediction.sensor, truth).0[axis]);
+                        direct += after - before;
+                    }
+                    direct / unit
+                }
+                Kind::Generic { .. } => 0.0,
+            };
+            if direct != 0.0 {
+                let active = term.onsets_s.iter().filter(|onset| **onset <= t_s).count();
+                self.row[term.first..][..active].iter_mut().for_each(|value| *value += direct);
+            }
+        }
+    }
+}

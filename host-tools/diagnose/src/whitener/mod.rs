@@ -1,0 +1,263 @@
+//! Whitening by the filter: innovations of the declared model, and how they move with each term.
+//!
+//! An extended Kalman filter of the vehicle's twelve states runs over the log. Its normalised
+//! innovations e are white if the model is right, so that least squares on them is generalised
+//! least squares on the data: coloured residuals are weighed as they should be. Beside the state run its
+//! derivatives by every term (a column each): between measurements by the same Jacobian as the
+//! covariance, at a measurement by the same gain. Hence one pass gives ∂e/∂θ of all terms.
+//!
+//! Nothing is gated: with a wrong model a gate locks out good ranges. Isolated outliers are told to it from
+//! outside and are passed over in every pass alike.
+
+mod measure;
+mod step;
+
+use crate::gram::{Normal, NormalBuilder};
+use crate::model::Model;
+use crate::samples::{Channel, Event, Reading, Samples};
+use crate::terms::{Cause, Target, Term};
+use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
+use backseat_core::effects::EffectSet;
+use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
+use backseat_core::state::VehicleState;
+use nalgebra::SMatrix;
+
+pub(crate) type Covariance = SMatrix<f64, 12, 12>;
+
+/// What every pass over one log has in common.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Declared plant.
+    pub parameters: VehicleParameters,
+    /// Process noise of the dynamic model.
+    pub noise: ProcessNoise,
+    /// Process noise near the surface.
+    pub surface: SurfaceNoise,
+    /// Sensor noise.
+    pub sensors: SensorNoise,
+    /// Depth of the ship's transducer, m.
+    pub ship_transducer_depth_m: f64,
+    /// By what the noise of each channel exceeds the declared one.
+    pub scale: [f64; Channel::COUNT],
+    /// Acoustic readings (by their place among all) whose range is passed over.
+    pub outliers: Vec<bool>,
+    /// Length of a block, s.
+    pub block_s: f64,
+}
+
+/// One normalised innovation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual {
+    /// Time since the log's start, s.
+    pub t_s: f64,
+    /// Which scalar.
+    pub channel: Channel,
+    /// Innovation, in the channel's unit.
+    pub innovation: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Whether the filter used it.
+    pub used: bool,
+}
+
+impl Residual {
+    /// Innovation over its standard deviation.
+    #[must_use]
+    pub fn normalised(&self) -> f64 {
+        self.innovation / self.sigma
+    }
+}
+
+/// The estimate at one time, for plots and generic terms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trace {
+    /// Time since the log's start, s.
+    pub t_s: f64,
+    /// State.
+    pub x: VehicleState,
+    /// Commanded actuators.
+    pub input: ActuatorInput,
+}
+
+/// What a pass gave.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    /// Innovations in order.
+    pub residuals: Vec<Residual>,
+    /// The estimate once a second.
+    pub trace: Vec<Trace>,
+    /// Normal equations of the columns, by blocks.
+    pub normal: Normal,
+}
+
+/// Runs the filter with `set` over a log; columns follow from `terms` in order.
+///
+/// `None` if the effects are impossible for this vehicle or the numbers leave the finite.
+#[must_use]
+pub fn run(setup: &Setup, samples: &Samples, set: &EffectSet, terms: &[Term]) -> Option<Pass> {
+    let mut filter = Filter::new(setup, samples, set, terms)?;
+    let columns = filter.columns();
+    let mut residuals = Vec::with_capacity(3 * samples.events.len());
+    let mut trace = Vec::new();
+    let mut blocks = Vec::new();
+    rayon::in_place_scope(|scope| {
+        let mut builder = NormalBuilder::new(columns, setup.block_s, scope);
+        for (t_s, event) in &samples.events {
+            match event {
+                Event::Input(input) => {
+                    if filter.is_started() {
+                        filter.predict(*t_s);
+                    }
+                    filter.input = *input;
+                }
+                Event::Reading(reading) => {
+                    if !filter.start(*t_s, reading) {
+                        continue;
+                    }
+                    filter.predict(*t_s);
+                    filter.fuse(reading, &mut residuals, &mut builder);
+                }
+            }
+            if filter.is_started() && trace.last().is_none_or(|last: &Trace| *t_s >= last.t_s + 1.0) {
+                trace.push(Trace { t_s: *t_s, x: filter.x, input: filter.input });
+            }
+        }
+        blocks = builder.finish();
+    });
+    filter.x.iter().all(|x| x.is_finite()).then(|| Pass { residuals, trace, normal: Normal::collect(columns, blocks) })
+}
+
+/// A term made ready: models with and without it, and where its columns stand.
+struct Prepared {
+    kind: Kind,
+    /// First column.
+    first: usize,
+    onsets_s: Vec<f64>,
+}
+
+enum Kind {
+    Effects { with: Model, without: Option<Model>, unit: f64, in_process: bool, channels: Vec<backseat_core::effects::Channel>, water: bool },
+    Generic { target: Target, factor: crate::terms::Factor },
+}
+
+/// State, covariance and derivatives of one pass.
+struct Filter<'a> {
+    setup: &'a Setup,
+    model: Model,
+    terms: Vec<Prepared>,
+    columns: usize,
+    duration_s: f64,
+    t_s: f64,
+    x: VehicleState,
+    p: Covariance,
+    input: ActuatorInput,
+    /// ∂x/∂θ: state-major, 12 rows of `columns`.
+    slopes: Vec<f64>,
+    scratch: Vec<f64>,
+    /// ∂ν/∂θ of the scalar under way.
+    row: Vec<f64>,
+    start: Option<Start>,
+    acoustic_index: usize,
+}
+
+/// What has been read before the filter can start.
+#[derive(Default)]
+struct Start {
+    fix: Option<[f64; 2]>,
+    euler: Option<[f64; 3]>,
+    depth: Option<f64>,
+    dvl: Option<[f64; 3]>,
+    waits_for_dvl: bool,
+}
+
+impl<'a> Filter<'a> {
+    fn new(setup: &'a Setup, samples: &Samples, set: &EffectSet, terms: &[Term]) -> Option<Self> {
+        let model = Model::new(&setup.parameters, set)?;
+        let mut prepared = Vec::with_capacity(terms.len());
+        let mut columns = 0;
+        for term in terms {
+            let kind = match &term.cause {
+                Cause::Generic(generic) => Kind::Generic { target: generic.target, factor: generic.factor },
+                Cause::Effects { with, without, unit } => {
+                    let with = Model::new(&setup.parameters, with)?;
+                    let without =
+                        if **without == *set { None } else { Some(Model::new(&setup.parameters, without)?) };
+                    let (mut in_process, mut channels) = (false, Vec::new());
+                    for (index, info, values) in with.set().active() {
+                        if values != without.as_ref().map_or(set, Model::set).values(index) {
+                            in_process |= info.hooks.plant.is_some() || info.hooks.input.is_some();
+                            channels.extend(info.hooks.measure.iter().flat_map(|measure| measure.channels));
+                        }
+                    }
+                    let water = with.water_mps() != without.as_ref().unwrap_or(&model).water_mps();
+                    Kind::Effects { with, without, unit: *unit, in_process: in_process || water, channels, water }
+                }
+            };
+            prepared.push(Prepared { kind, first: columns, onsets_s: term.onsets_s.clone() });
+            columns += term.onsets_s.len();
+        }
+        let has_dvl = samples.events.iter().any(|(_, event)| matches!(event, Event::Reading(Reading::Dvl(_))));
+        Some(Self {
+            setup,
+            model,
+            terms: prepared,
+            columns,
+            duration_s: samples.duration_s,
+            t_s: 0.0,
+            x: VehicleState::zeros(),
+            p: Covariance::zeros(),
+            input: ActuatorInput::default(),
+            slopes: vec![0.0; 12 * columns],
+            scratch: vec![0.0; 12 * columns],
+            row: vec![0.0; columns],
+            start: Some(Start { waits_for_dvl: has_dvl, ..Start::default() }),
+            acoustic_index: 0,
+        })
+    }
+
+    fn columns(&self) -> usize {
+        self.columns
+    }
+
+    fn is_started(&self) -> bool {
+        self.start.is_none()
+    }
+
+    /// Gathers what it needs to begin; `true` once it runs.
+    fn start(&mut self, t_s: f64, reading: &Reading) -> bool {
+        let Some(start) = &mut self.start else { return true };
+        match *reading {
+            Reading::Depth(z) => start.depth = Some(z),
+            Reading::Attitude(euler) => start.euler = Some(euler),
+            Reading::Dvl(velocity) => start.dvl = Some(velocity),
+            Reading::Gnss(fix) => start.fix = Some(fix),
+            Reading::Acoustic { .. } => {
+                self.acoustic_index += 1;
+                return false;
+            }
+            Reading::Rates(_) => {}
+        }
+        let (Some(fix), Some(euler)) = (start.fix, start.euler) else { return false };
+        // A log whose DVL finds the bottom late starts without it.
+        if start.waits_for_dvl && start.dvl.is_none() && t_s < 10.0 {
+            return false;
+        }
+        let velocity = start.dvl.unwrap_or([0.5, 0.0, 0.0]);
+        let depth = start.depth.unwrap_or(0.0);
+        // What was read here is read again by the filter: the start must know next to nothing.
+        let values = [[fix[0], fix[1], depth], euler, velocity, [0.0; 3]];
+        let gnss = 3.0 * self.setup.sensors.gnss_m;
+        let sigmas = [[gnss, gnss, 1.0], [0.2; 3], [0.5; 3], [0.2; 3]];
+        for block in 0..4 {
+            for axis in 0..3 {
+                let i = 3 * block + axis;
+                self.x[i] = values[block][axis];
+                self.p[(i, i)] = sigmas[block][axis] * sigmas[block][axis];
+            }
+        }
+        self.t_s = t_s;
+        self.start = None;
+        true
+    }
+}
+
