@@ -5,6 +5,7 @@
 
 use crate::observation::{Downlink, Observation, ObservationKind, ShipReport, TwoWay, Uplink};
 use crate::rng::{Source, Stream};
+use crate::scenario::effects::Channel;
 use crate::scenario::{self, Exchange, Scenario};
 use crate::ship::{ShipEstimator, ShipMotion};
 
@@ -53,6 +54,8 @@ struct Flight {
     from_m: [f64; 3],
     /// Standard normal errors of range and range rate.
     errors: [f64; 2],
+    /// What another path or ping adds to the range, m.
+    outlier_m: f64,
     kind: FlightKind,
 }
 
@@ -75,31 +78,31 @@ pub struct Acoustics {
     declared_speed_mps: f64,
     /// What it is, m/s.
     true_speed_mps: f64,
-    clock_offset_s: f64,
-    clock_drift: f64,
+    channel: Channel,
     range_sigma_m: f64,
     range_rate_sigma_mps: f64,
     noise: Stream,
     loss: Stream,
+    outliers: Stream,
     flights: Vec<Flight>,
 }
 
 impl Acoustics {
     /// The channel of a scenario.
     #[must_use]
-    pub fn new(scenario: &Scenario) -> Self {
+    pub fn new(scenario: &Scenario, channel: &Channel) -> Self {
         let (settings, declared) = (&scenario.settings, &scenario.vehicle.sensors);
         let speed = settings.environment.sound_speed_mps;
         Self {
             transducer_depth_m: settings.ship.transducer_depth_m,
             declared_speed_mps: speed,
-            true_speed_mps: speed / (1.0 + settings.effects.sound_speed.ratio),
-            clock_offset_s: settings.effects.clock_offset.s,
-            clock_drift: 1.0e-6 * settings.effects.clock_drift.ppm,
+            true_speed_mps: speed / (1.0 + channel.sound_speed_ratio),
+            channel: *channel,
             range_sigma_m: settings.acoustics.range_sigma_m.unwrap_or(declared.range_m),
             range_rate_sigma_mps: settings.acoustics.range_rate_sigma_mps.unwrap_or(declared.range_rate_mps),
             noise: Stream::new(settings.seed, Source::Acoustics),
             loss: Stream::new(settings.seed, Source::PacketLoss),
+            outliers: Stream::new(settings.seed, Source::Outliers),
             flights: Vec::new(),
             settings: settings.acoustics.clone(),
         }
@@ -128,12 +131,28 @@ impl Acoustics {
             }
             // Drawn for every packet, lost or not, so that one loss does not change the next error.
             let errors = self.noise.normals::<2>(1.0);
+            let outlier_m = self.outlier();
             let lost = self.loss.uniform() < self.settings.loss_share;
             let flight = self.flight(slot.exchange, time_us, errors, vehicle, ship, estimator);
             if let Some(flight) = flight.filter(|_| !lost) {
-                self.flights.push(flight);
+                self.flights.push(Flight { outlier_m, ..flight });
             }
         }
+    }
+
+    /// What is detected instead of the direct path, for a share of the packets, m: mostly a later path, sometimes an
+    /// earlier noise.
+    fn outlier(&mut self) -> f64 {
+        /// Share of the outliers that are late.
+        const LATE: f64 = 0.75;
+        /// Mean of the exponential distribution of their size, m.
+        const MEAN_M: f64 = 40.0;
+        let [hit, side, size] = core::array::from_fn(|_| self.outliers.uniform());
+        if hit >= self.channel.outlier_share {
+            return 0.0;
+        }
+        let sign = if side < LATE { 1.0 } else { -1.0 };
+        sign * (5.0 - MEAN_M * libm::log1p(-size))
     }
 
     fn flight(
@@ -150,7 +169,7 @@ impl Acoustics {
             Exchange::Downlink => {
                 let report = estimator.report(left_s)?;
                 let kind = FlightKind::Downlink { tol_us, ship_velocity_mps: ship.at(left_s).velocity_mps, report };
-                Flight { left_s, from_m: self.transducer(ship, left_s), errors, kind }
+                Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m: 0.0, kind }
             }
             Exchange::Uplink => {
                 let (arrival_s, _) = self.arrival_at_ship(left_s, vehicle.position_m, ship);
@@ -160,7 +179,7 @@ impl Acoustics {
                     difference([north, east, 0.0], vehicle.velocity_mps),
                 );
                 let kind = FlightKind::Uplink { tol_us, arrival_s, range_rate_mps };
-                Flight { left_s, from_m: vehicle.position_m, errors, kind }
+                Flight { left_s, from_m: vehicle.position_m, errors, outlier_m: 0.0, kind }
             }
             Exchange::TwoWay => {
                 let (arrival_s, outward_m) = self.arrival_at_ship(left_s, vehicle.position_m, ship);
@@ -169,7 +188,7 @@ impl Acoustics {
                 }
                 let left_s = arrival_s + self.settings.turnaround_s;
                 let kind = FlightKind::Return { tol_us, outward_m };
-                Flight { left_s, from_m: self.transducer(ship, left_s), errors, kind }
+                Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m: 0.0, kind }
             }
         })
     }
@@ -236,11 +255,11 @@ impl Acoustics {
             return None;
         }
         let end_us = micros(arrival_s + self.settings.packet_duration_s);
-        let range_error_m = self.range_sigma_m * flight.errors[0];
+        let range_error_m = self.range_sigma_m * flight.errors[0] + flight.outlier_m;
         let range_rate_error_mps = self.range_rate_sigma_mps * flight.errors[1];
         // A one-way time is read off the receiver's clock, in units of the declared sound speed.
         let one_way = |tol_us: u64| {
-            let clock_s = self.clock_offset_s + self.clock_drift * arrival_s;
+            let clock_s = self.channel.clock_offset_s + self.channel.clock_drift * arrival_s;
             let range_m = self.declared_speed_mps * (arrival_s - seconds(tol_us) + clock_s) + range_error_m;
             let toa_us = tol_us.saturating_add_signed((range_m / self.declared_speed_mps * 1.0e6).round() as i64);
             (range_m, toa_us)

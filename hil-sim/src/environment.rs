@@ -1,16 +1,102 @@
-//! The water: its current at a time.
+//! The water: how it moves at a time and place.
 
+use crate::rng::{Source, Stream};
 use crate::scenario::Current;
 use crate::truth::Water;
 use std::f64::consts::TAU;
 
-/// The current around the vehicle at a time since the start, s.
+/// Waves by their orbital motion at the vehicle's depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Waves {
+    /// Amplitude of the orbital velocity, m/s.
+    pub amplitude_mps: f64,
+    /// Period, s.
+    pub period_s: f64,
+}
+
+/// One long-crested wave train in deep water.
+#[derive(Clone, Copy, Debug)]
+struct Train {
+    amplitude_mps: f64,
+    omega: f64,
+    /// Wave number, north and east, 1/m.
+    number: [f64; 2],
+    phase: f64,
+    /// Unit vector of propagation.
+    direction: [f64; 2],
+}
+
+/// All motion of the water.
+///
+/// Waves carry the vehicle along with the water around it, as they carry any neutrally buoyant body much shorter
+/// than they are long; their slope over its length is left out.
+#[derive(Clone, Debug)]
+pub struct Sea {
+    currents: Vec<Current>,
+    trains: Vec<Train>,
+}
+
+/// Periods of the trains over the period of the waves: a narrow swell, beating within minutes.
+const PERIODS: [f64; 3] = [0.93, 1.0, 1.08];
+
+impl Sea {
+    /// Currents add up; the waves come from anywhere.
+    #[must_use]
+    pub fn new(currents: &[Current], waves: Option<&Waves>, seed: u64) -> Self {
+        const GRAVITY: f64 = 9.81;
+        let mut random = Stream::new(seed, Source::Waves);
+        let (sin, cos) = libm::sincos(TAU * random.uniform());
+        let trains = waves.map_or_else(Vec::new, |waves| {
+            let train = |factor| {
+                let omega = TAU / (factor * waves.period_s);
+                let number = omega * omega / GRAVITY;
+                Train {
+                    // Together they have the variance of one sinusoid of the amplitude.
+                    amplitude_mps: waves.amplitude_mps / (PERIODS.len() as f64).sqrt(),
+                    omega,
+                    number: [number * cos, number * sin],
+                    phase: TAU * random.uniform(),
+                    direction: [cos, sin],
+                }
+            };
+            PERIODS.map(train).to_vec()
+        });
+        Self { currents: currents.to_vec(), trains }
+    }
+
+    /// The water around a place at a time since the start, s.
+    #[must_use]
+    pub fn at(&self, time_s: f64, position_m: [f64; 3]) -> Water {
+        let mut water = Water::default();
+        for current in &self.currents {
+            let Water { surface_mps, shear_mps_per_m, .. } = water_at(current, time_s);
+            for axis in 0..2 {
+                water.surface_mps[axis] += surface_mps[axis];
+                water.shear_mps_per_m[axis] += shear_mps_per_m[axis];
+            }
+        }
+        for train in &self.trains {
+            let [north, east] = train.number;
+            let phase = train.omega * time_s - north * position_m[0] - east * position_m[1] + train.phase;
+            let (sin, cos) = libm::sincos(phase);
+            for axis in 0..2 {
+                water.surface_mps[axis] += train.amplitude_mps * cos * train.direction[axis];
+            }
+            // Forward under the crest, up before it.
+            water.down_mps += train.amplitude_mps * sin;
+        }
+        water
+    }
+}
+
+/// A current at a time since the start, s.
 #[must_use]
 pub fn water_at(current: &Current, time_s: f64) -> Water {
     let (sin, cos) = libm::sincos(current.tide_phase_rad + TAU * time_s / current.tide_period_s);
     Water {
         surface_mps: [current.north_mps + current.tide_mps * cos, current.east_mps + current.tide_mps * sin],
         shear_mps_per_m: [current.shear_north_mps_per_m, current.shear_east_mps_per_m],
+        down_mps: 0.0,
     }
 }
 
@@ -34,5 +120,17 @@ mod tests {
         let water = water_at(&current, 0.0);
         assert_eq!(water.at_depth(5.0), [0.05, 0.0]);
         assert_eq!(water.at_depth(-1.0), [0.1, 0.0]);
+    }
+
+    #[test]
+    fn val_waves_have_the_variance_of_their_amplitude_in_both_directions() {
+        let sea = Sea::new(&[], Some(&Waves { amplitude_mps: 0.2, period_s: 6.0 }), 1);
+        let samples: Vec<Water> = (0..60_000).map(|k| sea.at(0.1 * f64::from(k), [0.0; 3])).collect();
+        let mean = |f: fn(&Water) -> f64| samples.iter().map(f).sum::<f64>() / samples.len() as f64;
+        // A² / 2; a hundred minutes average the beats out to a percent.
+        let horizontal = mean(|w| w.surface_mps[0].powi(2) + w.surface_mps[1].powi(2));
+        let vertical = mean(|w| w.down_mps.powi(2));
+        assert!((horizontal / 0.02 - 1.0).abs() < 0.02 && (vertical / 0.02 - 1.0).abs() < 0.02);
+        assert!(mean(|w| w.down_mps).abs() < 1e-3);
     }
 }

@@ -20,12 +20,15 @@ const EXAMPLES: &str = "Examples:
   hil-sim                                    fly the default mission
   hil-sim run --minutes 20 --seed 7          its first twenty minutes, other noise
   hil-sim run my_scenario.toml --out flight  a scenario of your own
-  hil-sim run --realtime --minutes 5         at the speed of the clock";
+  hil-sim run --realtime --minutes 5         at the speed of the clock
+  hil-sim dataset --effect random --seed 1 --hours 1 --out set1   a log whose effect nobody declares";
 
 #[derive(Subcommand)]
 enum Command {
     /// Fly a scenario against a backseat and judge its navigation.
     Run(commands::run::Arguments),
+    /// Make a measured log of a vehicle that does more than was declared; the truth goes to a folder of its own.
+    Dataset(commands::dataset::Arguments),
     /// The navigation table over an ensemble of seeded missions.
     Study(commands::study::Arguments),
     /// Packet-fed, centralized and information filter on one flight.
@@ -46,6 +49,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.command {
         None => commands::run::run(&commands::run::Arguments::default()),
         Some(Command::Run(arguments)) => commands::run::run(&arguments),
+        Some(Command::Dataset(arguments)) => commands::dataset::run(&arguments),
         Some(Command::Study(arguments)) => commands::study::run(&arguments),
         Some(Command::Packets(arguments)) => commands::packets::run(&arguments),
         Some(Command::BenchTruth) => commands::bench_truth(),

@@ -28,6 +28,28 @@ pub enum Source {
     Acoustics = 7,
     /// Which packets are lost.
     PacketLoss = 8,
+    /// Which effects there are and how large.
+    Effects = 9,
+    /// Phases and direction of the waves.
+    Waves = 10,
+    /// Ranges that are no ranges.
+    Outliers = 11,
+    /// Density of the water.
+    Ctd = 12,
+    /// Mission of a data set.
+    Mission = 13,
+    /// Coloured part of the disturbance.
+    DisturbanceColour = 14,
+    /// Coloured part of the depth.
+    DepthColour = 15,
+    /// Coloured part of the attitude.
+    AttitudeColour = 16,
+    /// Coloured part of the Doppler log.
+    DvlColour = 17,
+    /// Coloured part of the vehicle's GNSS.
+    VehicleGnssColour = 18,
+    /// Coloured part of the rates.
+    RatesColour = 19,
 }
 
 /// The random numbers of one source.

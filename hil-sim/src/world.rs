@@ -1,9 +1,9 @@
 //! The simulated world: vehicle, ship, water, sensors and sound on one clock.
 
 use crate::acoustics::{Acoustics, Passage, Sender};
-use crate::environment::water_at;
+use crate::environment::Sea;
 use crate::observation::{Observation, ObservationKind};
-use crate::scenario::{Current, Scenario};
+use crate::scenario::Scenario;
 use crate::sensors::Sensors;
 use crate::ship::{ShipEstimator, ShipMotion, ShipTruth};
 use crate::truth::{Actuators, Vehicle, Water};
@@ -36,7 +36,7 @@ pub struct World {
     time_us: u64,
     /// What is to be observed at `time_us` has been handed out.
     observed: bool,
-    current: Current,
+    sea: Sea,
     water: Water,
     vehicle: Vehicle,
     targets: Actuators,
@@ -54,25 +54,22 @@ impl World {
         let settings = &scenario.settings;
         let ship_sigma = settings.sensors.ship_gnss.sigma_m.unwrap_or(scenario.vehicle.sensors.ship_gnss_m);
         let step_us = settings.plant.step_us;
-        let current = settings.environment.current;
+        let physics = scenario.physics();
+        let start = scenario.initial_state();
+        let sea = Sea::new(&physics.currents, physics.waves.as_ref(), settings.seed);
         Self {
             step_us,
             time_us: 0,
             observed: false,
-            current,
-            water: water_at(&current, 0.0),
-            vehicle: Vehicle::new(
-                &scenario.truth_parameters(),
-                scenario.initial_state(),
-                seconds(step_us),
-                settings.seed,
-            ),
+            water: sea.at(0.0, start.position_m()),
+            sea,
+            vehicle: Vehicle::with(&physics.vehicle, &physics.undeclared, start, seconds(step_us), settings.seed),
             targets: Actuators::default(),
             pending: VecDeque::new(),
             ship: ShipMotion::new(&settings.ship, settings.seed),
             estimator: ShipEstimator::new(&settings.ship, ship_sigma),
-            sensors: Sensors::new(scenario),
-            acoustics: Acoustics::new(scenario),
+            sensors: Sensors::new(scenario, &physics.instruments),
+            acoustics: Acoustics::new(scenario, &physics.channel),
         }
     }
 
@@ -113,7 +110,7 @@ impl World {
         self.vehicle.step(&self.targets, &self.water);
         self.time_us += self.step_us;
         let to_s = seconds(self.time_us);
-        self.water = water_at(&self.current, to_s);
+        self.water = self.sea.at(to_s, self.vehicle.state().position_m());
         if self.acoustics.busy() {
             let state = self.vehicle.state();
             let passage = Passage {

@@ -165,7 +165,7 @@ fn val_sheared_current_keeps_velocity_over_ground_as_depth_changes() {
     parameters.displaced_mass_kg = parameters.mass_kg;
     parameters.inertia = [40.0, 40.0, 40.0, 1.0, 1.0, 1.0];
     parameters.fins.iter_mut().for_each(|fin| fin.area_m2 = 0.0);
-    let water = Water { surface_mps: [0.2, 0.0], shear_mps_per_m: [-0.01, 0.02] };
+    let water = Water { surface_mps: [0.2, 0.0], shear_mps_per_m: [-0.01, 0.02], ..Water::default() };
     let start = State::new([0.0, 0.0, 2.0], [0.0, -0.4, 0.7], [1.0, 0.0, 0.0], [0.0; 3]);
     let before = start.velocity_ned_mps(&water);
     let mut vehicle = Vehicle::new(&parameters, start, 0.01, 0);

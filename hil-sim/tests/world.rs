@@ -1,7 +1,7 @@
 //! The world's observations: repeatable, independent of one another, and right.
 
 use hil_sim::observation::{Downlink, Observation, ObservationKind, TwoWay, Uplink};
-use hil_sim::scenario::{Exchange, Scenario, Slot};
+use hil_sim::scenario::{Effect, Exchange, Scenario, Slot};
 use hil_sim::world::{ActuatorTargets, VehicleTruth, World};
 
 /// Straight and level at about 1 m/s.
@@ -227,14 +227,16 @@ fn val_uplink_and_two_way_paths() {
 fn val_effects_do_what_their_definitions_say() {
     let clean = noiseless();
     let mut scenario = clean.clone();
-    let effects = &mut scenario.settings.effects;
-    effects.heading_bias.const_rad = 0.01;
-    effects.heading_bias.cos_rad = 0.02;
-    effects.dvl_scale.ratio = 0.01;
-    effects.dvl_misalignment.yaw_rad = 0.02;
-    effects.sound_speed.ratio = 0.005;
-    effects.clock_offset.s = 2.0e-3;
-    effects.clock_drift.ppm = 10.0;
+    for (name, values) in [
+        ("heading_bias", &[("const_rad", 0.01), ("cos_rad", 0.02)][..]),
+        ("dvl_scale", &[("ratio", 0.01)]),
+        ("dvl_misalignment", &[("yaw_rad", 0.02)]),
+        ("sound_speed", &[("ratio", 0.005)]),
+        ("clock_offset", &[("s", 2.0e-3)]),
+        ("clock_drift", &[("ppm", 10.0)]),
+    ] {
+        scenario.settings.effects.push(Effect::new(name, values).unwrap());
+    }
     let (all, truth, _) = flown(&scenario, 70);
     for observation in &all {
         let now = at(&truth, observation.time_us);

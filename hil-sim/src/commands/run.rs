@@ -2,8 +2,9 @@
 
 use crate::analysis::{self, Analysis, Configuration};
 use crate::backseat::{Client, Ports, Process, Qemu, Serial, build_image};
+use crate::dataset;
 use crate::flight::{self, FlightLog};
-use crate::scenario::Scenario;
+use crate::scenario::{Request, Scenario, Settings};
 use crate::score::TrackScore;
 use anyhow::{Context, bail};
 use backseat_data::stats::ErrorSummary;
@@ -18,6 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[command(after_help = "Examples:
   hil-sim run
   hil-sim run survey_current --seed 3
+  hil-sim run --effect water_current:north_mps=0.15 --effect heading_bias:cos_rad=0.035
   hil-sim run my_scenario.toml --minutes 30 --out flight --json")]
 pub struct Arguments {
     /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms.
@@ -35,6 +37,12 @@ pub struct Arguments {
     /// Seed of all randomness instead of the scenario's.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// Inject an effect: NAME or NAME:parameter=value,…; without numbers the seed draws them. Can be repeated.
+    #[arg(long = "effect", value_name = "NAME", value_parser = Request::parse)]
+    effects: Vec<Request>,
+    /// Inject an effect of the catalogue that the seed picks; which, is in truth/effects.json.
+    #[arg(long)]
+    random_effect: bool,
     /// End after this simulated time.
     #[arg(long, value_name = "MINUTES", allow_negative_numbers = true)]
     minutes: Option<f64>,
@@ -56,6 +64,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (backseat, ports) = start(arguments)?;
     let folder = folder(arguments, &scenario)?;
     let mut client = Client::new(backseat);
+    let effects = scenario.settings.effects.as_slice();
+    if !effects.is_empty() {
+        dataset::write_effects(effects, scenario.settings.seed, &folder)?;
+    }
 
     eprintln!("{}: {ports}", scenario.settings.name);
     let bar = progress_bar(scenario.settings.duration_s);
@@ -124,6 +136,12 @@ fn load(arguments: &Arguments) -> anyhow::Result<Scenario> {
             bail!("--minutes {minutes}: a positive number is needed");
         }
         scenario.settings.duration_s = scenario.settings.duration_s.min(minutes * 60.0);
+    }
+    let chance = arguments.random_effect.then_some(Request::Random);
+    let requests: Vec<Request> = arguments.effects.iter().cloned().chain(chance).collect();
+    let Settings { seed, duration_s, .. } = scenario.settings;
+    for effect in Request::resolve(&requests, seed, duration_s) {
+        scenario.settings.effects.push(effect);
     }
     Ok(scenario)
 }

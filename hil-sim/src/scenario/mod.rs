@@ -4,7 +4,7 @@
 //! and key.
 
 mod backseat;
-mod effects;
+pub mod effects;
 mod load;
 mod mission;
 mod quantity;
@@ -13,11 +13,12 @@ mod sensors;
 mod vehicle;
 
 pub use backseat::{Backseat, ControlLaw, ControlMode};
-pub use effects::{ClockDrift, ClockOffset, DvlMisalignment, Effects, HeadingBias, Ratio};
+pub use effects::{Effect, Effects, Physics, Request};
 pub use mission::{Lawnmower, Line, Mission, MissionWaypoint};
 pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
+use crate::noise::NoiseKind;
 use backseat_data::VehicleFile;
 use serde::Deserialize;
 
@@ -62,6 +63,9 @@ pub struct Settings {
     /// Sensors.
     #[serde(default)]
     pub sensors: Sensors,
+    /// Spectra of the noise.
+    #[serde(default)]
+    pub noise: NoiseKind,
     /// Physics that the declared vehicle leaves out.
     #[serde(default)]
     pub plant: Plant,

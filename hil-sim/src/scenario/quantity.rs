@@ -80,12 +80,6 @@ quantities! {
     delay: 0.0..=1.0e6;
     /// A share.
     share: 0.0..=1.0;
-    /// A ratio minus one.
-    ratio: -0.5..=0.5;
-    /// A clock's rate error in parts per million.
-    ppm: -1000.0..=1000.0;
-    /// A clock's offset in seconds.
-    clock: -10.0..=10.0;
     /// Sound speed in water.
     sound_speed: 1300.0..=1700.0;
     /// Latitude in degrees, away from the poles where the local frame degenerates.

@@ -239,6 +239,8 @@ pub struct Plant {
     /// Factor on the area of each fin: top, bottom, port, starboard.
     #[serde(deserialize_with = "quantity::factor")]
     pub fin_area_factor: [f64; 4],
+    /// There is a surface at which the hull loses buoyancy.
+    pub surface: bool,
     /// Added to the declared vector from centre of buoyancy to centre of gravity, m.
     #[serde(deserialize_with = "quantity::lever")]
     pub cg_offset_m: [f64; 3],
@@ -252,6 +254,7 @@ impl Default for Plant {
             servo_rate_radps: 1.5,
             propeller_lag_s: 0.2,
             fin_area_factor: [1.0; 4],
+            surface: true,
             cg_offset_m: [0.0; 3],
         }
     }

@@ -1,12 +1,38 @@
 //! From the declared vehicle and the scenario to the parameters of the simulated one.
 
-use super::Scenario;
-use crate::truth::{Fin, Parameters, State};
+use super::effects::{Channel, Instruments};
+use super::{Physics, Scenario};
+use crate::noise::Colour;
+use crate::truth::{Fin, Parameters, State, Undeclared};
 
 impl Scenario {
-    /// The simulated vehicle: what is declared, and `[plant]` on top.
+    /// The simulated world: what is declared, `[plant]` and `[environment]` on top, then the effects.
+    #[must_use]
+    pub fn physics(&self) -> Physics {
+        let settings = &self.settings;
+        let mut physics = Physics {
+            vehicle: self.vehicle_parameters(),
+            undeclared: Undeclared {
+                no_surface: !settings.plant.surface,
+                disturbance_colour: settings.noise.colour(Colour::DISTURBANCE),
+                ..Undeclared::default()
+            },
+            currents: vec![settings.environment.current],
+            waves: None,
+            instruments: Instruments::default(),
+            channel: Channel::default(),
+        };
+        settings.effects.apply(&mut physics);
+        physics
+    }
+
+    /// The simulated vehicle as the effects leave it.
     #[must_use]
     pub fn truth_parameters(&self) -> Parameters {
+        self.physics().vehicle
+    }
+
+    fn vehicle_parameters(&self) -> Parameters {
         let (declared, plant) = (&self.vehicle.parameters, &self.settings.plant);
         let noise = &self.vehicle.noise;
         let [n1, n2, n3] = noise.linear_mps2_per_sqrt_hz;

@@ -1,47 +1,86 @@
 //! Attitude and heading reference with rate gyros.
 
 use super::Sampler;
+use crate::noise::{Colour, Colouring, NoiseKind};
 use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
-use crate::scenario::{self, HeadingBias};
+use crate::scenario;
+use crate::scenario::effects::Instruments;
 use crate::world::VehicleTruth;
 
-/// Euler angles and body rates with white noise; the compass may have a hard-iron error.
+/// Euler angles and body rates with noise, and the errors of compass, pitch sensor and gyros.
 #[derive(Clone, Debug)]
 pub(super) struct Ahrs {
     pub(super) sampler: Sampler,
     random: Stream,
     attitude_sigma_rad: f64,
     rates_sigma_radps: f64,
-    heading_bias: HeadingBias,
+    colouring: Option<[Colouring<3>; 2]>,
+    instruments: Instruments,
+    /// True and lagged heading at the last sample, unwrapped.
+    lagged: Option<(u64, [f64; 2])>,
 }
 
 impl Ahrs {
-    pub(super) fn new(settings: &scenario::Ahrs, declared: [f64; 2], heading_bias: HeadingBias, seed: u64) -> Self {
+    pub(super) fn new(
+        settings: &scenario::Ahrs,
+        declared: [f64; 2],
+        instruments: &Instruments,
+        noise: NoiseKind,
+        seed: u64,
+    ) -> Self {
+        let colouring = |source| noise.colour(Colour::AHRS).map(|colour| Colouring::new(colour, seed, source));
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Ahrs),
             attitude_sigma_rad: settings.attitude_sigma_rad.unwrap_or(declared[0]),
             rates_sigma_radps: settings.rates_sigma_radps.unwrap_or(declared[1]),
-            heading_bias,
+            colouring: colouring(Source::AttitudeColour).zip(colouring(Source::RatesColour)).map(|(a, r)| [a, r]),
+            instruments: *instruments,
+            lagged: None,
         }
     }
 
     pub(super) fn sample(&mut self, vehicle: &VehicleTruth) -> Option<ObservationKind> {
         self.sampler.due(vehicle.time_us).then(|| {
             let [_, _, _, roll, pitch, heading, _, _, _, p, q, r] = vehicle.state;
+            let compass = &self.instruments.compass;
             let (sin, cos) = libm::sincos(heading);
-            let bias = self.heading_bias.const_rad + self.heading_bias.sin_rad * sin + self.heading_bias.cos_rad * cos;
-            let angle = self.random.normals::<3>(self.attitude_sigma_rad);
-            let rate = self.random.normals::<3>(self.rates_sigma_radps);
+            let (sin2, cos2) = libm::sincos(2.0 * heading);
+            let [first, second] = [compass.first, compass.second];
+            let bias = compass.constant + first[0] * sin + first[1] * cos + second[0] * sin2 + second[1] * cos2;
+            let heading = self.lag(vehicle.time_us, heading);
+            let mut angle = self.random.normals::<3>(self.attitude_sigma_rad);
+            let mut rate = self.random.normals::<3>(self.rates_sigma_radps);
+            if let Some([attitude, rates]) = &mut self.colouring {
+                angle = attitude.mix(angle, self.attitude_sigma_rad, vehicle.time_us);
+                rate = rates.mix(rate, self.rates_sigma_radps, vehicle.time_us);
+            }
+            let ([pitch_bias, pitch_scale], gyro) = (self.instruments.pitch, self.instruments.gyro_radps);
             ObservationKind::Ahrs {
                 euler_rad: [
                     roll + angle[0],
-                    pitch + angle[1],
+                    (1.0 + pitch_scale) * pitch + pitch_bias + angle[1],
                     libm::remainder(heading + bias + angle[2], std::f64::consts::TAU),
                 ],
-                rates_radps: [p + rate[0], q + rate[1], r + rate[2]],
+                rates_radps: [p + gyro[0] + rate[0], q + gyro[1] + rate[1], r + gyro[2] + rate[2]],
             }
         })
+    }
+
+    /// The heading behind the compass' lag, which is exact for a heading that changes evenly between samples.
+    fn lag(&mut self, time_us: u64, heading: f64) -> f64 {
+        let tau_s = self.instruments.compass.lag_s;
+        if tau_s <= 0.0 {
+            return heading;
+        }
+        let (last_us, [before, lagged]) = self.lagged.unwrap_or((time_us, [heading, heading]));
+        let now = before + libm::remainder(heading - before, std::f64::consts::TAU);
+        let dt_s = (time_us - last_us) as f64 * 1e-6;
+        // Behind a ramp the lag settles at slope times time constant.
+        let behind = if dt_s > 0.0 { tau_s * (now - before) / dt_s } else { 0.0 };
+        let lagged = now - behind + (lagged - before + behind) * libm::exp(-dt_s / tau_s);
+        self.lagged = Some((time_us, [now, lagged]));
+        lagged
     }
 }

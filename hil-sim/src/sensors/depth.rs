@@ -1,31 +1,46 @@
 //! Pressure sensor.
 
 use super::Sampler;
+use crate::noise::{Colour, Colouring, NoiseKind};
 use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
 use crate::scenario;
 use crate::world::VehicleTruth;
 
-/// Depth of the centre of gravity with white noise.
+/// Depth of the centre of gravity with noise and bias.
 #[derive(Clone, Debug)]
 pub(super) struct Depth {
     pub(super) sampler: Sampler,
     random: Stream,
     sigma_m: f64,
+    colouring: Option<Colouring<1>>,
+    bias_m: f64,
 }
 
 impl Depth {
-    pub(super) fn new(settings: &scenario::Depth, declared_sigma_m: f64, seed: u64) -> Self {
+    pub(super) fn new(
+        settings: &scenario::Depth,
+        declared_sigma_m: f64,
+        bias_m: f64,
+        noise: NoiseKind,
+        seed: u64,
+    ) -> Self {
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Depth),
             sigma_m: settings.sigma_m.unwrap_or(declared_sigma_m),
+            colouring: noise.colour(Colour::DEPTH).map(|colour| Colouring::new(colour, seed, Source::DepthColour)),
+            bias_m,
         }
     }
 
     pub(super) fn sample(&mut self, vehicle: &VehicleTruth) -> Option<ObservationKind> {
-        self.sampler
-            .due(vehicle.time_us)
-            .then(|| ObservationKind::Depth { depth_m: vehicle.state[2] + self.sigma_m * self.random.normal() })
+        self.sampler.due(vehicle.time_us).then(|| {
+            let mut noise = self.random.normals::<1>(self.sigma_m);
+            if let Some(colouring) = &mut self.colouring {
+                noise = colouring.mix(noise, self.sigma_m, vehicle.time_us);
+            }
+            ObservationKind::Depth { depth_m: vehicle.state[2] + self.bias_m + noise[0] }
+        })
     }
 }

@@ -1,9 +1,11 @@
 //! Doppler velocity log, bottom track.
 
 use super::Sampler;
+use crate::noise::{Colour, Colouring, NoiseKind};
 use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
-use crate::scenario::{self, Effects};
+use crate::scenario;
+use crate::scenario::effects::Instruments;
 use crate::world::VehicleTruth;
 
 /// Velocity over ground in body axes and altitude over a flat bottom, while it sees the bottom.
@@ -16,19 +18,23 @@ pub(super) struct Dvl {
     bottom_depth_m: f64,
     /// (1 + scale) Ry(pitch)ᵀ Rz(yaw)ᵀ: true body velocity to what is measured.
     mounting: [[f64; 3]; 3],
+    /// Where it is minus where it is declared.
+    lever_m: [f64; 3],
+    colouring: Option<Colouring<3>>,
 }
 
 impl Dvl {
     pub(super) fn new(
         settings: &scenario::Dvl,
         declared_sigma_mps: f64,
-        effects: &Effects,
+        instruments: &Instruments,
         bottom_depth_m: f64,
+        noise: NoiseKind,
         seed: u64,
     ) -> Self {
-        let gain = 1.0 + effects.dvl_scale.ratio;
-        let (sy, cy) = libm::sincos(effects.dvl_misalignment.yaw_rad);
-        let (sp, cp) = libm::sincos(effects.dvl_misalignment.pitch_rad);
+        let gain = 1.0 + instruments.dvl_ratio;
+        let (sy, cy) = libm::sincos(instruments.dvl_mounting_rad[0]);
+        let (sp, cp) = libm::sincos(instruments.dvl_mounting_rad[1]);
         let mounting = [[cp * cy, cp * sy, -sp], [-sy, cy, 0.0], [sp * cy, sp * sy, cp]];
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
@@ -37,18 +43,25 @@ impl Dvl {
             settings: *settings,
             bottom_depth_m,
             mounting: mounting.map(|row| row.map(|element| gain * element)),
+            lever_m: instruments.dvl_lever_m,
+            colouring: noise.colour(Colour::DVL).map(|colour| Colouring::new(colour, seed, Source::DvlColour)),
         }
     }
 
     pub(super) fn sample(&mut self, vehicle: &VehicleTruth) -> Option<ObservationKind> {
         self.sampler.due(vehicle.time_us).then(|| {
-            let noise = self.random.normals::<3>(self.sigma_mps);
+            let mut noise = self.random.normals::<3>(self.sigma_mps);
+            if let Some(colouring) = &mut self.colouring {
+                noise = colouring.mix(noise, self.sigma_mps, vehicle.time_us);
+            }
             let altitude_noise = self.settings.altitude_sigma_m * self.random.normal();
             let altitude_m = self.bottom_depth_m - vehicle.state[2];
             if !(self.settings.min_altitude_m..=self.settings.max_altitude_m).contains(&altitude_m) {
                 return ObservationKind::Dvl { velocity_mps: None, altitude_m: None };
             }
-            let v = vehicle.velocity_over_ground_mps;
+            let ([u, v, w], [x, y, z]) = (vehicle.velocity_over_ground_mps, self.lever_m);
+            let [.., p, q, r] = vehicle.state;
+            let v = [u + q * z - r * y, v + r * x - p * z, w + p * y - q * x];
             ObservationKind::Dvl {
                 velocity_mps: Some(core::array::from_fn(|i| {
                     let m = &self.mounting[i];

@@ -1,6 +1,7 @@
 //! GNSS receivers: the vehicle's, which is deaf under water, and the ship's.
 
 use super::Sampler;
+use crate::noise::{Colour, Colouring, NoiseKind};
 use crate::observation::{GnssFix, ObservationKind};
 use crate::rng::{Source, Stream};
 use crate::scenario;
@@ -14,21 +15,26 @@ pub(super) struct VehicleGnss {
     random: Stream,
     sigma_m: f64,
     max_depth_m: f64,
+    colouring: Option<Colouring<2>>,
 }
 
 impl VehicleGnss {
-    pub(super) fn new(settings: &scenario::Gnss, declared_sigma_m: f64, seed: u64) -> Self {
+    pub(super) fn new(settings: &scenario::Gnss, declared_sigma_m: f64, noise: NoiseKind, seed: u64) -> Self {
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::VehicleGnss),
             sigma_m: settings.sigma_m.unwrap_or(declared_sigma_m),
             max_depth_m: settings.max_depth_m,
+            colouring: noise.colour(Colour::GNSS).map(|colour| Colouring::new(colour, seed, Source::VehicleGnssColour)),
         }
     }
 
     pub(super) fn sample(&mut self, vehicle: &VehicleTruth) -> Option<ObservationKind> {
         self.sampler.due(vehicle.time_us).then(|| {
-            let noise = self.random.normals::<2>(self.sigma_m);
+            let mut noise = self.random.normals::<2>(self.sigma_m);
+            if let Some(colouring) = &mut self.colouring {
+                noise = colouring.mix(noise, self.sigma_m, vehicle.time_us);
+            }
             let [x, y, z, ..] = vehicle.state;
             let [north, east, _] = vehicle.velocity_ned_mps;
             let fix = (z < self.max_depth_m).then(|| GnssFix {

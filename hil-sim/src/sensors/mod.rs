@@ -8,6 +8,7 @@ mod gnss;
 
 use crate::observation::{Observation, ObservationKind};
 use crate::scenario::Scenario;
+use crate::scenario::effects::Instruments;
 use crate::ship::ShipTruth;
 use crate::world::VehicleTruth;
 
@@ -50,15 +51,22 @@ pub struct Sensors {
 impl Sensors {
     /// The sensors of a scenario.
     #[must_use]
-    pub fn new(scenario: &Scenario) -> Self {
+    pub fn new(scenario: &Scenario, instruments: &Instruments) -> Self {
         let settings = &scenario.settings;
-        let (seed, sensors, effects, noise) =
-            (settings.seed, &settings.sensors, &settings.effects, &scenario.vehicle.sensors);
+        let (seed, sensors, kind, noise) =
+            (settings.seed, &settings.sensors, settings.noise, &scenario.vehicle.sensors);
         Self {
-            depth: depth::Depth::new(&sensors.depth, noise.depth_m, seed),
-            ahrs: ahrs::Ahrs::new(&sensors.ahrs, [noise.attitude_rad, noise.rates_radps], effects.heading_bias, seed),
-            dvl: dvl::Dvl::new(&sensors.dvl, noise.dvl_mps, effects, settings.environment.bottom_depth_m, seed),
-            gnss: gnss::VehicleGnss::new(&sensors.gnss, noise.gnss_m, seed),
+            depth: depth::Depth::new(&sensors.depth, noise.depth_m, instruments.depth_m, kind, seed),
+            ahrs: ahrs::Ahrs::new(&sensors.ahrs, [noise.attitude_rad, noise.rates_radps], instruments, kind, seed),
+            dvl: dvl::Dvl::new(
+                &sensors.dvl,
+                noise.dvl_mps,
+                instruments,
+                settings.environment.bottom_depth_m,
+                kind,
+                seed,
+            ),
+            gnss: gnss::VehicleGnss::new(&sensors.gnss, noise.gnss_m, kind, seed),
             ship_gnss: gnss::ShipGnss::new(&sensors.ship_gnss, noise.ship_gnss_m, seed),
         }
     }

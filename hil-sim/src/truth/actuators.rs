@@ -1,6 +1,7 @@
 //! Fin servos of finite speed and a propeller that takes time to spin up.
 
 use super::Parameters;
+use super::undeclared::{FinFault, Undeclared};
 
 /// Where the actuators stand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,26 +21,46 @@ pub(super) struct Drive {
     propeller_max_radps: f64,
     /// Share of the remaining difference that the propeller covers in one step.
     propeller_share: f64,
+    /// Share of the remaining difference that a fin covers in one step.
+    fin_share: f64,
+    faults: [FinFault; 4],
+    decay_per_s: f64,
+    /// Where the servos hold the fins; a faulty fin stands elsewhere.
+    servos_rad: [f64; 4],
+}
+
+/// Share of the remaining difference that a first-order lag covers in one step.
+fn share(step_s: f64, lag_s: f64) -> f64 {
+    if lag_s > 0.0 { -libm::expm1(-step_s / lag_s) } else { 1.0 }
 }
 
 impl Drive {
-    pub(super) fn new(parameters: &Parameters, step_s: f64) -> Self {
-        let lag = parameters.propeller_lag_s;
+    pub(super) fn new(parameters: &Parameters, undeclared: &Undeclared, step_s: f64) -> Self {
         Self {
             fin_max_rad: parameters.fin_max_rad,
             fin_step_rad: parameters.servo_rate_radps * step_s,
             propeller_max_radps: parameters.propeller_max_radps,
-            propeller_share: if lag > 0.0 { -libm::expm1(-step_s / lag) } else { 1.0 },
+            propeller_share: share(step_s, parameters.propeller_lag_s),
+            fin_share: share(step_s, undeclared.fin_lag_s),
+            faults: undeclared.fins,
+            decay_per_s: undeclared.thrust_decay_per_s,
+            servos_rad: [0.0; 4],
         }
     }
 
-    /// Moves the actuators towards their targets for one step.
-    pub(super) fn step(&self, actuators: &mut Actuators, targets: &Actuators) {
-        let omega = targets.propeller_radps.clamp(-self.propeller_max_radps, self.propeller_max_radps);
+    /// Moves the actuators towards their targets for one step that begins at `time_s`.
+    pub(super) fn step(&mut self, actuators: &mut Actuators, targets: &Actuators, time_s: f64) {
+        let omega = targets.propeller_radps.clamp(-self.propeller_max_radps, self.propeller_max_radps)
+            * (1.0 - self.decay_per_s * time_s).max(0.0);
         actuators.propeller_radps += self.propeller_share * (omega - actuators.propeller_radps);
-        for (fin, target) in actuators.fins_rad.iter_mut().zip(targets.fins_rad) {
-            let target = target.clamp(-self.fin_max_rad, self.fin_max_rad);
-            *fin += (target - *fin).clamp(-self.fin_step_rad, self.fin_step_rad);
+        for i in 0..4 {
+            let target = targets.fins_rad[i].clamp(-self.fin_max_rad, self.fin_max_rad);
+            let (servo, fault) = (&mut self.servos_rad[i], &self.faults[i]);
+            *servo += (self.fin_share * (target - *servo)).clamp(-self.fin_step_rad, self.fin_step_rad);
+            actuators.fins_rad[i] = match fault.stuck {
+                Some(stuck) if time_s >= stuck.time_s => stuck.rad,
+                _ => *servo + fault.bias_rad,
+            };
         }
     }
 }

@@ -6,15 +6,18 @@
 //!
 //! What this vehicle has and the backseat's model has not: servos of finite speed, a propeller that
 //! takes time to spin up, white acceleration disturbance, current that varies with depth and time,
-//! a surface at which buoyancy is lost, fins that differ from one another.
+//! a surface at which buoyancy is lost, fins that differ from one another, and what [`Undeclared`] lists.
 
 mod actuators;
 mod integrator;
 mod parameters;
 mod plant;
+mod undeclared;
 mod vehicle;
 
 pub use actuators::Actuators;
+pub use integrator::runge_kutta_4;
 pub use parameters::{Fin, Parameters};
 pub use plant::{Plant, State, Water};
+pub use undeclared::{DragChange, FinFault, Stuck, Undeclared};
 pub use vehicle::{Vehicle, benchmark};

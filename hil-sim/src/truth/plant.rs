@@ -5,7 +5,7 @@
 //! uniform steady current changes nothing but the track. Signs of restoring moment and fins are the
 //! physical ones (the thesis' (3.9) and (3.10)-(3.23), corrected).
 
-use super::{Actuators, Parameters};
+use super::{Actuators, Parameters, Undeclared};
 
 /// Position, attitude quaternion, velocity through the water, rates:
 /// [x y z | q0 q1 q2 q3 | u v w | p q r].
@@ -19,6 +19,8 @@ pub struct Water {
     pub surface_mps: [f64; 2],
     /// Change of the current with depth, m/s per m.
     pub shear_mps_per_m: [f64; 2],
+    /// Velocity down, m/s.
+    pub down_mps: f64,
 }
 
 impl Water {
@@ -99,7 +101,7 @@ impl State {
         let [u, v, w] = self.velocity_mps();
         let [north, east] = water.at_depth(self.0[2]);
         let through: [f64; 3] = core::array::from_fn(|i| m[i][0] * u + m[i][1] * v + m[i][2] * w);
-        [through[0] + north, through[1] + east, through[2]]
+        [through[0] + north, through[1] + east, through[2] + water.down_mps]
     }
 }
 
@@ -157,8 +159,13 @@ pub struct Plant {
     d26: f64,
     d35: f64,
     linear_surge: f64,
+    extra_surge: f64,
+    sway_asymmetry: f64,
+    heave_surge: f64,
     weight_n: f64,
     buoyancy_n: f64,
+    /// Buoyancy gained per metre of depth.
+    buoyancy_n_per_m: f64,
     cb_to_cg: [f64; 3],
     /// 1 / (2 · hull radius): share of the buoyancy gained per metre of depth at the surface.
     emersion_per_m: f64,
@@ -169,12 +176,19 @@ pub struct Plant {
     blades: [Blade; 4],
     thrust: f64,
     advance: f64,
+    propeller_torque: f64,
 }
 
 impl Plant {
-    /// Prepares the forces of a vehicle.
+    /// Prepares the forces of a vehicle that is nothing but its parameters.
     #[must_use]
     pub fn new(parameters: &Parameters) -> Self {
+        Self::with(parameters, &Undeclared::default())
+    }
+
+    /// Prepares the forces of a vehicle.
+    #[must_use]
+    pub fn with(parameters: &Parameters, undeclared: &Undeclared) -> Self {
         let p = parameters;
         Self {
             inertia: p.inertia,
@@ -183,11 +197,15 @@ impl Plant {
             d26: p.d26,
             d35: p.d35,
             linear_surge: p.linear_surge_ns_per_m,
+            extra_surge: 0.0,
+            sway_asymmetry: undeclared.sway_drag_asymmetry * p.quadratic_drag[1],
+            heave_surge: undeclared.heave_surge_n_s2_per_m2,
             weight_n: p.mass_kg * p.g_mps2,
             buoyancy_n: p.displaced_mass_kg * p.g_mps2,
+            buoyancy_n_per_m: undeclared.compressibility_kg_per_m * p.g_mps2,
             cb_to_cg: p.cb_to_cg_m,
             emersion_per_m: 0.5 / p.hull_radius_m,
-            submerged_m: 0.5 * p.length_m + p.hull_radius_m,
+            submerged_m: if undeclared.no_surface { f64::NEG_INFINITY } else { 0.5 * p.length_m + p.hull_radius_m },
             section_m: 0.5 * p.length_m * libm::sqrt(0.6),
             blades: p.fins.map(|fin| {
                 let (sin, cos) = libm::sincos(fin.phi_rad);
@@ -202,7 +220,13 @@ impl Plant {
             }),
             thrust: p.thrust_n_s2_per_rad2,
             advance: p.advance_n_s2_per_rad_m,
+            propeller_torque: undeclared.propeller_torque_m,
         }
+    }
+
+    /// Linear surge drag beyond that of the parameters, N s/m.
+    pub(super) fn set_extra_surge_drag(&mut self, ns_per_m: f64) {
+        self.extra_surge = ns_per_m;
     }
 
     /// Buoyancy, N, and its first moment ahead of the centre of buoyancy, N m.
@@ -211,13 +235,14 @@ impl Plant {
     /// loses its buoyancy in proportion to how far its diameter is out of the water.
     #[inline]
     fn buoyancy(&self, depth: f64, down_ahead: f64) -> [f64; 2] {
+        let full = self.buoyancy_n + self.buoyancy_n_per_m * depth.max(0.0);
         if depth > self.submerged_m {
-            return [self.buoyancy_n, 0.0];
+            return [full, 0.0];
         }
         let mut sum = [0.0; 2];
         for (share, place) in [(5.0 / 18.0, -self.section_m), (8.0 / 18.0, 0.0), (5.0 / 18.0, self.section_m)] {
             let wetted = (0.5 + self.emersion_per_m * (depth + down_ahead * place)).clamp(0.0, 1.0);
-            let buoyancy = share * wetted * self.buoyancy_n;
+            let buoyancy = share * wetted * full;
             sum[0] += buoyancy;
             sum[1] += buoyancy * place;
         }
@@ -246,12 +271,14 @@ impl Plant {
         let mut m = (m3 - m1) * u * w + (i3 - i1) * p * r;
         let mut n = (m1 - m2) * u * v + (i1 - i2) * p * q;
 
-        x -= (d[0] * u.abs() + self.linear_surge) * u;
+        x -= (d[0] * u.abs() + self.linear_surge + self.extra_surge) * u;
         y -= d[1] * v.abs() * v + self.d26 * r.abs() * r;
         z -= d[2] * w.abs() * w + self.d35 * q.abs() * q;
         k -= d[3] * p.abs() * p;
         m -= d[4] * q.abs() * q + self.d35 * w.abs() * w;
         n -= d[5] * r.abs() * r + self.d26 * v.abs() * v;
+        x -= self.heave_surge * w * w * u.signum();
+        y -= self.sway_asymmetry * v * v;
 
         // Weight at the centre of gravity; buoyancy at the centre of buoyancy (lever −b), less and
         // further aft or forward as the hull leaves the water.
@@ -277,7 +304,9 @@ impl Plant {
         }
 
         let omega = actuators.propeller_radps;
-        x += self.thrust * omega * omega.abs() - self.advance * omega * u;
+        let thrust = self.thrust * omega * omega.abs() - self.advance * omega * u;
+        x += thrust;
+        k -= self.propeller_torque * thrust;
 
         let wrench = [x, y, z, k, m, n];
         core::array::from_fn(|i| wrench[i] * self.inverse_inertia[i])
@@ -307,7 +336,7 @@ impl Plant {
         State([
             through[0] + north,
             through[1] + east,
-            through[2],
+            through[2] + water.down_mps,
             -0.5 * (b * p + c * q + d * r),
             0.5 * (a * p + c * r - d * q),
             0.5 * (a * q + d * p - b * r),

@@ -2,7 +2,8 @@
 
 use super::actuators::Drive;
 use super::integrator::runge_kutta_4;
-use super::{Actuators, Parameters, Plant, State, Water};
+use super::{Actuators, Parameters, Plant, State, Undeclared, Water};
+use crate::noise::Colouring;
 use crate::rng::{Source, Stream};
 
 /// The simulated vehicle.
@@ -14,21 +15,39 @@ pub struct Vehicle {
     /// Standard deviation of the acceleration that is held over one step: √PSD / √step.
     disturbance: [f64; 6],
     random: Stream,
+    colouring: Option<Colouring<6>>,
+    /// Standard deviation of the coloured process, in units of the white one of a step, for the same power density
+    /// at low frequency: √(step / 2τ).
+    coloured_sigma: f64,
+    undeclared: Undeclared,
+    steps: u64,
     state: State,
     actuators: Actuators,
 }
 
 impl Vehicle {
-    /// A vehicle at rest of its actuators.
+    /// A vehicle at rest of its actuators that is nothing but its parameters.
     #[must_use]
     pub fn new(parameters: &Parameters, state: State, step_s: f64, seed: u64) -> Self {
+        Self::with(parameters, &Undeclared::default(), state, step_s, seed)
+    }
+
+    /// A vehicle at rest of its actuators.
+    #[must_use]
+    pub fn with(parameters: &Parameters, undeclared: &Undeclared, state: State, step_s: f64, seed: u64) -> Self {
         let per_step = 1.0 / step_s.sqrt();
         Self {
-            plant: Plant::new(parameters),
-            drive: Drive::new(parameters, step_s),
+            plant: Plant::with(parameters, undeclared),
+            drive: Drive::new(parameters, undeclared, step_s),
             step_s,
             disturbance: parameters.disturbance_per_sqrt_hz.map(|density| density * per_step),
             random: Stream::new(seed, Source::Disturbance),
+            colouring: undeclared
+                .disturbance_colour
+                .map(|colour| Colouring::new(colour, seed, Source::DisturbanceColour)),
+            coloured_sigma: undeclared.disturbance_colour.map_or(0.0, |colour| (0.5 * step_s / colour.tau_s).sqrt()),
+            undeclared: *undeclared,
+            steps: 0,
             state,
             actuators: Actuators::default(),
         }
@@ -48,11 +67,22 @@ impl Vehicle {
 
     /// One step: the actuators move, then hold; the disturbance is drawn, then holds.
     pub fn step(&mut self, targets: &Actuators, water: &Water) {
-        self.drive.step(&mut self.actuators, targets);
-        let disturbance = self.disturbance.map(|sigma| sigma * self.random.normal());
+        let time_s = self.steps as f64 * self.step_s;
+        self.drive.step(&mut self.actuators, targets, time_s);
+        let mut disturbance: [f64; 6] = self.random.normals(1.0);
+        if let Some(colouring) = &mut self.colouring {
+            disturbance = colouring.mix(disturbance, self.coloured_sigma, (1e6 * time_s).round() as u64);
+        }
+        for (disturbance, sigma) in disturbance.iter_mut().zip(self.disturbance) {
+            *disturbance *= sigma;
+        }
+        if time_s >= self.undeclared.drag_change.time_s {
+            self.plant.set_extra_surge_drag(self.undeclared.drag_change.ns_per_m);
+        }
         let (plant, actuators) = (&self.plant, &self.actuators);
         self.state =
             runge_kutta_4(&self.state, self.step_s, |state| plant.derivative(state, actuators, water, &disturbance));
+        self.steps += 1;
     }
 }
 
@@ -64,7 +94,7 @@ pub fn benchmark(parameters: &Parameters) -> f64 {
     const STEPS: u32 = 10_000;
     let start = State::new([0.0, 0.0, 30.0], [0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]);
     let mut vehicle = Vehicle::new(parameters, start, 0.01, 1);
-    let water = Water { surface_mps: [0.1, -0.05], shear_mps_per_m: [0.002, 0.0] };
+    let water = Water { surface_mps: [0.1, -0.05], shear_mps_per_m: [0.002, 0.0], ..Water::default() };
     let stretch = |_| {
         let begin = std::time::Instant::now();
         for step in 0..STEPS {

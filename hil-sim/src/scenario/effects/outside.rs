@@ -1,0 +1,58 @@
+//! Effects that no entry of the catalogue describes: for a diagnosis, the unknown.
+
+use super::catalogue::{FIN, entries, fin, number, optional};
+use super::{Draw, EffectKind};
+use crate::scenario::Current;
+
+pub(super) const ENTRIES: &[EffectKind] = entries! { false;
+    "propeller_torque", "the hull rolls against the propeller: torque over thrust",
+    [number("arm_m", [-0.2, 0.2], Draw::Signed(0.01, 0.06))],
+    |p, v| p.undeclared.propeller_torque_m += v[0];
+
+    "compressibility", "displaced mass gained per metre of depth; a hull softer than water loses some",
+    [number("kg_per_m", [-0.2, 0.2], Draw::Signed(0.005, 0.04))],
+    |p, v| p.undeclared.compressibility_kg_per_m += v[0];
+
+    "fin_lift", "lift coefficient β3 of one fin, true / declared − 1",
+    [FIN, number("ratio", [-0.9, 1.0], Draw::Signed(0.15, 0.7))],
+    |p, v| p.vehicle.fins[fin(v[0])].cl[0] *= 1.0 + v[1];
+
+    "dvl_lever_arm", "where the DVL is minus where it is declared",
+    [
+        optional("x_m", 2.0, Draw::Vector(0.2, 0.8)),
+        optional("y_m", 2.0, Draw::Vector(0.2, 0.8)),
+        optional("z_m", 2.0, Draw::Vector(0.2, 0.8)),
+    ],
+    |p, v| (0..3).for_each(|i| p.instruments.dvl_lever_m[i] += v[i]);
+
+    "tidal_current", "a current that turns clockwise",
+    [
+        number("amplitude_mps", [0.0, 1.5], Draw::Size(0.03, 0.3)),
+        number("period_s", [600.0, 50_000.0], Draw::Uniform(1500.0, 6000.0)),
+        optional("phase_rad", 6.3, Draw::Angle),
+    ],
+    |p, v| p.currents.push(Current { tide_mps: v[0], tide_period_s: v[1], tide_phase_rad: v[2], ..Current::default() });
+
+    "current_shear", "a current that grows with depth",
+    [
+        optional("north_mps_per_m", 0.5, Draw::Vector(0.005, 0.04)),
+        optional("east_mps_per_m", 0.5, Draw::Vector(0.005, 0.04)),
+    ],
+    |p, v| p.currents.push(Current { shear_north_mps_per_m: v[0], shear_east_mps_per_m: v[1], ..Current::default() });
+
+    "sway_drag_asymmetry", "sway drag (1 + ratio) of the declared to starboard, (1 − ratio) to port",
+    [number("ratio", [-0.95, 0.95], Draw::Signed(0.2, 0.8))],
+    |p, v| p.undeclared.sway_drag_asymmetry += v[0];
+
+    "heave_surge", "surge drag by the square of heave velocity",
+    [number("n_s2_per_m2", [0.0, 1000.0], Draw::Size(20.0, 250.0))],
+    |p, v| p.undeclared.heave_surge_n_s2_per_m2 += v[0];
+
+    "heading_lag", "first-order lag of the compass",
+    [number("s", [0.0, 20.0], Draw::Size(0.3, 3.0))],
+    |p, v| p.instruments.compass.lag_s += v[0];
+
+    "soft_iron", "compass: sin · sin 2ψ + cos · cos 2ψ of the true heading",
+    [optional("sin_rad", 0.5, Draw::Vector(0.008, 0.06)), optional("cos_rad", 0.5, Draw::Vector(0.008, 0.06))],
+    |p, v| { p.instruments.compass.second[0] += v[0]; p.instruments.compass.second[1] += v[1]; };
+};

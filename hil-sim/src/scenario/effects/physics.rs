@@ -1,0 +1,67 @@
+//! What the effects change in the simulated world.
+
+use crate::environment::Waves;
+use crate::scenario::Current;
+use crate::truth::{Parameters, Undeclared};
+
+/// Compass errors, rad: the sum of the harmonics of the true heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Compass {
+    /// Constant part.
+    pub constant: f64,
+    /// Amplitudes of sin ψ and cos ψ (hard iron).
+    pub first: [f64; 2],
+    /// Amplitudes of sin 2ψ and cos 2ψ (soft iron).
+    pub second: [f64; 2],
+    /// First-order lag of the heading, s.
+    pub lag_s: f64,
+}
+
+/// Errors of the vehicle's instruments, measured minus true.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Instruments {
+    /// Heading.
+    pub compass: Compass,
+    /// Pitch: bias, rad, and scale, measured / true − 1.
+    pub pitch: [f64; 2],
+    /// Body rates, rad/s.
+    pub gyro_radps: [f64; 3],
+    /// Depth, m.
+    pub depth_m: f64,
+    /// DVL scale, measured / true − 1.
+    pub dvl_ratio: f64,
+    /// Yaw and pitch of the DVL in the vehicle, rad.
+    pub dvl_mounting_rad: [f64; 2],
+    /// Where the DVL is minus where it is declared to be (the centre of gravity), m.
+    pub dvl_lever_m: [f64; 3],
+}
+
+/// Errors of acoustic ranges.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Channel {
+    /// True travel times are (1 + ratio) of what the declared sound speed gives.
+    pub sound_speed_ratio: f64,
+    /// Receiver's clock minus true time at time zero, s.
+    pub clock_offset_s: f64,
+    /// Rate error of the receiver's clock.
+    pub clock_drift: f64,
+    /// Share of ranges that are no ranges.
+    pub outlier_share: f64,
+}
+
+/// The simulated world as the effects leave it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Physics {
+    /// The vehicle.
+    pub vehicle: Parameters,
+    /// What no vehicle file can declare.
+    pub undeclared: Undeclared,
+    /// Currents; they add up.
+    pub currents: Vec<Current>,
+    /// Waves, if any.
+    pub waves: Option<Waves>,
+    /// The vehicle's instruments.
+    pub instruments: Instruments,
+    /// Acoustics.
+    pub channel: Channel,
+}

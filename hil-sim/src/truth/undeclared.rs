@@ -1,0 +1,55 @@
+//! Physics and failures of the simulated vehicle that no vehicle file declares.
+
+use crate::noise::Colour;
+
+/// A step in the surge drag.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DragChange {
+    /// Linear surge drag from then on, N s/m.
+    pub ns_per_m: f64,
+    /// When, s.
+    pub time_s: f64,
+}
+
+/// A fin that no longer moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stuck {
+    /// Where it stands, rad.
+    pub rad: f64,
+    /// From when on, s.
+    pub time_s: f64,
+}
+
+/// What happens to one fin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FinFault {
+    /// Where it stands minus where its servo holds it, rad.
+    pub bias_rad: f64,
+    /// It no longer moves.
+    pub stuck: Option<Stuck>,
+}
+
+/// Physics and failures on top of the [`Parameters`](super::Parameters). The default is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Undeclared {
+    /// Something caught on the hull.
+    pub drag_change: DragChange,
+    /// The propeller turns (1 − rate · t) of what it is told, 1/s.
+    pub thrust_decay_per_s: f64,
+    /// Top, bottom, port, starboard.
+    pub fins: [FinFault; 4],
+    /// First-order time constant of the fins, s.
+    pub fin_lag_s: f64,
+    /// Reaction torque of the propeller over its thrust, m; positive rolls to port going ahead.
+    pub propeller_torque_m: f64,
+    /// Displaced mass gained per metre of depth, kg/m; a hull softer than water loses some.
+    pub compressibility_kg_per_m: f64,
+    /// Quadratic sway drag to starboard minus to port, half of the difference over the declared.
+    pub sway_drag_asymmetry: f64,
+    /// Surge force against the motion per squared heave velocity, N s²/m².
+    pub heave_surge_n_s2_per_m2: f64,
+    /// The vehicle is under water wherever it is, as the backseat's model has it.
+    pub no_surface: bool,
+    /// Part of the disturbance is coloured.
+    pub disturbance_colour: Option<Colour>,
+}
