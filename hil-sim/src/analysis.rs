@@ -104,7 +104,7 @@ pub fn analyse(scenario: &Scenario, flight: &FlightLog) -> Result<Analysis, Data
         let mut options = FilterOptions::new(&scenario.vehicle, model);
         options.use_dvl = use_dvl;
         if scenario.settings.backseat.current_state && model == ProcessModel::Dynamic {
-            options.navigation.water_current = Some(FilterOptions::WATER_CURRENT);
+            options.navigation.effect_states = FilterOptions::water_current();
         }
         let run = filter::run(&flight.log, &scenario.vehicle, &options)?;
         configurations.extend(of_run(name, &run, &truth));

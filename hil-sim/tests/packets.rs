@@ -35,7 +35,9 @@ fn mini_run(model: ProcessModel, with_current: bool) -> (Log, FilterOptions) {
     options.use_dvl = false;
     options.track_interval_us = 0;
     options.navigation.gate_sigma = 1e3;
-    options.navigation.water_current = with_current.then_some(FilterOptions::WATER_CURRENT);
+    if with_current {
+        options.navigation.effect_states = FilterOptions::water_current();
+    }
     options.start = Some(Start {
         vehicle: InitialState {
             state: VehicleState::from_column_slice(&numbers(&mini["init_x"])),

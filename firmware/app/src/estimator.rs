@@ -131,8 +131,11 @@ impl Estimator {
     }
 
     /// Another vehicle, while the filter runs.
-    pub fn set_model(&mut self, model: &VehicleModel) {
-        self.navigator.set_model(model);
+    ///
+    /// # Errors
+    /// The effects do not fit it; the old one stays.
+    pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
+        self.navigator.set_model(model)
     }
 
     /// Forgets samples, events and inputs.

@@ -204,7 +204,7 @@ fn filters(vehicle: &VehicleFile, seed: u64) -> Vec<Filter> {
     tight.navigation.process_noise.linear_mps2_per_sqrt_hz = [4.0e-3, 8.0e-3, 4.0e-3];
     tight.navigation.process_noise.angular_radps2_per_sqrt_hz = [6.0e-3, 6.0e-3, 1.5e-2];
     let mut with_current = dynamic;
-    with_current.navigation.water_current = Some(FilterOptions::WATER_CURRENT);
+    with_current.navigation.effect_states = FilterOptions::water_current();
     let mut packets = dynamic;
     packets.ship = filter::ShipSource::Packet;
     let wrong = |share: f64| VehicleFile { parameters: perturbed(&vehicle.parameters, share, seed), ..vehicle.clone() };

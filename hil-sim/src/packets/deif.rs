@@ -59,7 +59,7 @@ impl Deif {
         for i in 0..VEHICLE_STATES {
             information.know(i, [initial.state[i]], initial.sigma[i]);
         }
-        let current_sigma = config.water_current.map_or(1.0, |current| current.initial_sigma_mps);
+        let current_sigma = config.effect_states.current().map_or(1.0, |current| current.initial_sigma);
         for i in CURRENT..ALL {
             information.know(i, [0.0], if i < SHIP { current_sigma } else { 1.0 });
         }
@@ -115,9 +115,9 @@ impl Deif {
         // Pseudo-input of (2.5), corrected: f − F x*.
         let pseudo_input = f - jacobian * self.point;
         step.shift.fixed_rows_mut::<12>(0).copy_from(&integral(&jacobian, pseudo_input, h));
-        if let Some(current) = self.config.water_current {
+        if let Some(current) = self.config.effect_states.current() {
             let walk =
-                Matrix2::new(h * h * h / 3.0, h * h / 2.0, h * h / 2.0, h) * current.random_walk_mps_per_sqrt_s.powi(2);
+                Matrix2::new(h * h * h / 3.0, h * h / 2.0, h * h / 2.0, h) * current.random_walk_per_sqrt_s.powi(2);
             let walk = if walk[(1, 1)] > 0.0 { root(walk)? } else { walk };
             for axis in 0..2 {
                 step.inverse[(X + axis, CURRENT + axis)] = -h;
@@ -236,7 +236,7 @@ impl Deif {
 
     /// `a` where the current is estimated, else zero.
     fn current_of(&self, a: Vector3<f64>) -> Vector3<f64> {
-        if self.config.water_current.is_some() { a } else { Vector3::zeros() }
+        if self.config.effect_states.current().is_some() { a } else { Vector3::zeros() }
     }
 
     /// Mean (heading wrapped) and covariance of vehicle and current.

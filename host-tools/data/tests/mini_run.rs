@@ -58,7 +58,7 @@ fn val_four_configurations() {
     let plain = options(&log, &mini, ProcessModel::Dynamic);
     let mut current = plain;
     current.use_range_rate = true;
-    current.navigation.water_current = Some(FilterOptions::WATER_CURRENT);
+    current.navigation.effect_states = FilterOptions::water_current();
     let mut kinematic = options(&log, &mini, ProcessModel::Kinematic);
     kinematic.use_dvl = true;
     let mut dvl = plain;

@@ -167,7 +167,7 @@ fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) 
     options.use_dvl = !args.no_dvl;
     options.use_range_rate = !args.no_range_rate;
     if args.current {
-        options.navigation.water_current = Some(FilterOptions::WATER_CURRENT);
+        options.navigation.effect_states = FilterOptions::water_current();
     }
     if args.packet {
         options.ship = ShipSource::Packet;
@@ -207,7 +207,7 @@ fn describe(args: &Args, plan: &Plan, vehicle: &VehicleFile) -> String {
             };
             let dvl = if options.use_dvl { "" } else { ", no DVL" };
             let range_rate = if options.use_range_rate { "" } else { ", no range rate" };
-            let current = if options.navigation.water_current.is_some() { ", current states" } else { "" };
+            let current = if options.navigation.effect_states.current().is_some() { ", current states" } else { "" };
             let ship = match options.ship {
                 ShipSource::Centralized => "",
                 ShipSource::Packet => ", ship from packets",

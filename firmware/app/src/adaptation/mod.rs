@@ -307,10 +307,14 @@ impl Backseat {
     /// Filter and controller take another vehicle under way; false, and nothing changed, when it is none.
     fn use_vehicle(&mut self, vehicle: &VehicleParameters) -> bool {
         let Ok(model) = VehicleModel::new(vehicle) else { return false };
+        let before = self.parameters.active().vehicle;
         if !self.parameters.adopt(vehicle) {
             return false;
         }
-        self.estimator.set_model(&model);
+        if self.estimator.set_model(&model).is_err() {
+            self.parameters.adopt(&before);
+            return false;
+        }
         self.controller.set_model(&model);
         true
     }

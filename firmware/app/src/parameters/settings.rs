@@ -3,7 +3,7 @@
 use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::Scale;
-use backseat_core::navigation::{NavigationConfig, WaterCurrentConfig};
+use backseat_core::navigation::{EffectStates, NavigationConfig};
 use backseat_wire::iver::Units;
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::modem::{ClockEncoding, DopplerSign};
@@ -124,8 +124,10 @@ pub struct AppSettings {
 
     /// Estimate the water current.
     pub current_state: bool,
-    /// The current's states.
-    pub current: WaterCurrentConfig,
+    /// One sigma of the current at the start, m/s per axis.
+    pub current_initial_sigma_mps: f64,
+    /// √PSD of the current's random walk, m/s/√s per axis.
+    pub current_random_walk_mps_per_sqrt_s: f64,
 
     /// Identify the vehicle's parameters under way, as long as there is a DVL that the filter fuses.
     pub adapt: bool,
@@ -210,7 +212,8 @@ impl AppSettings {
         dvl_arm_m: [0.0; 3],
         gnss_arm_m: [0.0; 3],
         current_state: false,
-        current: WaterCurrentConfig { initial_sigma_mps: 0.2, random_walk_mps_per_sqrt_s: 1.0e-4 },
+        current_initial_sigma_mps: 0.2,
+        current_random_walk_mps_per_sqrt_s: 1.0e-4,
         adapt: true,
         adapt_scale: Scale::M11,
         adapt_settle_s: 180.0,
@@ -240,7 +243,7 @@ impl AppSettings {
 pub struct Settings {
     /// Plant and actuators.
     pub vehicle: VehicleParameters,
-    /// Filter; its `water_current` comes from the app's settings.
+    /// Filter; its effect states and sound speed come from the app's settings.
     pub navigation: NavigationConfig,
     /// Controller.
     pub control: ControlConfig,
@@ -261,7 +264,12 @@ impl Settings {
     #[must_use]
     pub fn navigation_config(&self) -> NavigationConfig {
         let mut config = self.navigation;
-        config.water_current = self.app.current_state.then_some(self.app.current);
+        if self.app.current_state {
+            let app = &self.app;
+            config.effect_states =
+                EffectStates::water_current(app.current_initial_sigma_mps, app.current_random_walk_mps_per_sqrt_s);
+        }
+        config.sound_speed_mps = self.app.sound_speed_mps;
         config
     }
 }

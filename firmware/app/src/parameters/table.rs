@@ -156,8 +156,8 @@ pub const PARAMETERS: &[Parameter] = &[
     // filter
     choice!("app.process_model", "0 dynamic, 1 kinematic", navigation.process_model, [ProcessModel::Dynamic, ProcessModel::Kinematic]),
     flag!("app.current_state", "estimate the water current", app.current_state),
-    real!("app.current_initial_sigma_mps", "m/s", 0.001, 5.0, "one sigma of the current at the start", app.current.initial_sigma_mps),
-    real!("app.current_random_walk_mps_per_sqrt_s", "m/s/sqrt(s)", 0.0, 0.1, "random walk of the current", app.current.random_walk_mps_per_sqrt_s),
+    real!("app.current_initial_sigma_mps", "m/s", 0.001, 5.0, "one sigma of the current at the start", app.current_initial_sigma_mps),
+    real!("app.current_random_walk_mps_per_sqrt_s", "m/s/sqrt(s)", 0.0, 0.1, "random walk of the current", app.current_random_walk_mps_per_sqrt_s),
     real!("app.gate_sigma", "1", 1.0, 1000.0, "innovations beyond this many sigmas are rejected", navigation.gate_sigma),
     real!(live "app.late_tolerance_s", "s", 0.0, 5.0, "older measurements are dropped; younger ones are fused late", app.late_tolerance_s),
     // local frame and acoustics

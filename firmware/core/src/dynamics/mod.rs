@@ -68,10 +68,23 @@ impl VehicleModel {
             parameters: *parameters,
             inverse_mass: Vector6::from(parameters.m_diag.map(|m| 1.0 / m)),
             restoring: Restoring::new(parameters),
-            propeller: Propeller { beta5: parameters.beta5_n_s2_per_rad2, advance: parameters.advance_n_s2_per_rad_m },
+            propeller: Propeller::new(parameters),
             section: FinSection::new(parameters),
             fins: parameters.fins.each_ref().map(Fin::new),
         })
+    }
+
+    /// Takes over plant parameters that differ in anything but inertia and the fins' places; unchecked.
+    pub(crate) fn retune(&mut self, parameters: &VehicleParameters) {
+        self.parameters = *parameters;
+        self.restoring = Restoring::new(parameters);
+        self.propeller = Propeller::new(parameters);
+        self.section = FinSection::new(parameters);
+    }
+
+    /// M⁻¹ times a wrench, m/s² and rad/s².
+    pub(crate) fn acceleration_of(&self, wrench: &Vector6<f64>) -> Vector6<f64> {
+        wrench.component_mul(&self.inverse_mass)
     }
 
     /// The parameters this model was built from.

@@ -131,6 +131,17 @@ impl VehicleParameters {
     /// # Errors
     /// The first parameter that is not finite or outside its range.
     pub fn validate(&self) -> Result<(), ParameterError> {
+        self.validate_from(0.0)
+    }
+
+    /// [`Self::validate`] of a vehicle with effects: fitted ones may take more linear drag or advance away than was
+    /// declared.
+    pub(crate) fn validate_with_effects(&self) -> Result<(), ParameterError> {
+        self.validate_from(-1.0)
+    }
+
+    /// `least` is the smallest part of the largest linear drag and advance.
+    fn validate_from(&self, least: f64) -> Result<(), ParameterError> {
         let scalar = |key, value, range| check(key, 0, value, range);
 
         scalar("vehicle.length_m", self.length_m, [0.1, 50.0])?;
@@ -154,7 +165,7 @@ impl VehicleParameters {
         };
         scalar("drag.d26", self.d26, cross(1, 5))?;
         scalar("drag.d35", self.d35, cross(2, 4))?;
-        scalar("drag.linear_surge_ns_per_m", self.linear_surge_ns_per_m, [0.0, 1.0e5])?;
+        scalar("drag.linear_surge_ns_per_m", self.linear_surge_ns_per_m, [least * 1.0e5, 1.0e5])?;
 
         for (i, fin) in self.fins.iter().enumerate() {
             check("fins.phi_rad", i, fin.phi_rad, [-2.0 * PI, 2.0 * PI])?;
@@ -171,7 +182,7 @@ impl VehicleParameters {
         scalar("fins.delta_max_rad", self.delta_max_rad, [1.0e-3, FRAC_PI_2])?;
 
         scalar("propeller.beta5_n_s2_per_rad2", self.beta5_n_s2_per_rad2, [1.0e-9, 10.0])?;
-        scalar("propeller.advance_n_s2_per_rad_m", self.advance_n_s2_per_rad_m, [0.0, 10.0])?;
+        scalar("propeller.advance_n_s2_per_rad_m", self.advance_n_s2_per_rad_m, [least * 10.0, 10.0])?;
         scalar("propeller.omega_max_radps", self.omega_max_radps, [1.0, 1.0e4])
     }
 }

@@ -13,6 +13,10 @@ pub struct Propeller {
 }
 
 impl Propeller {
+    pub(super) fn new(parameters: &super::VehicleParameters) -> Self {
+        Self { beta5: parameters.beta5_n_s2_per_rad2, advance: parameters.advance_n_s2_per_rad_m }
+    }
+
     /// Thrust at propeller speed ω (rad/s) and surge u (m/s), N.
     #[must_use]
     pub fn thrust(&self, omega: f64, u: f64) -> f64 {

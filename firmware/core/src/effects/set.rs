@@ -56,7 +56,9 @@ impl ParameterId {
         usize::from(self.parameter)
     }
 
-    fn place(self) -> usize {
+    /// Place among all parameters of the catalogue.
+    #[must_use]
+    pub fn place(self) -> usize {
         OFFSETS.get(usize::from(self.effect)).copied().unwrap_or(0) + usize::from(self.parameter)
     }
 }

@@ -153,7 +153,7 @@ pub(super) fn push_ground_velocity(x: &Estimate, attitude: &Attitude, by: &Vecto
 /// because the attitude at the clone is not kept, and the current's walk.
 fn acceleration_psd(config: &NavigationConfig) -> f64 {
     let largest = config.process_noise.linear_mps2_per_sqrt_hz.iter().fold(0.0, |a: f64, b| a.max(*b));
-    let walk = config.water_current.map_or(0.0, |current| current.random_walk_mps_per_sqrt_s);
+    let walk = config.effect_states.current().map_or(0.0, |current| current.random_walk_per_sqrt_s);
     largest * largest + walk * walk
 }
 

@@ -1,6 +1,7 @@
 //! What the filter is told before it starts.
 
-use super::ConfigError;
+use super::{ConfigError, EffectStates};
+use crate::effects::{EffectError, EffectSet};
 
 /// How the vehicle's velocity evolves between measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,15 +94,6 @@ pub struct SensorNoise {
     pub ship_gnss_m: f64,
 }
 
-/// `water_current` as filter states: north and east, each a random walk.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WaterCurrentConfig {
-    /// One sigma of the unknown current at initialisation, m/s per axis.
-    pub initial_sigma_mps: f64,
-    /// √PSD of the random walk, m/s/√s per axis.
-    pub random_walk_mps_per_sqrt_s: f64,
-}
-
 /// Everything the filter is told before it starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NavigationConfig {
@@ -115,8 +107,12 @@ pub struct NavigationConfig {
     pub ship_noise: ShipNoise,
     /// Sensor noise.
     pub sensors: SensorNoise,
-    /// Current states, if wanted.
-    pub water_current: Option<WaterCurrentConfig>,
+    /// Effects that are present; those that are states start from here.
+    pub effects: EffectSet,
+    /// Effects that are estimated.
+    pub effect_states: EffectStates,
+    /// Sound speed by which travel times became ranges, m/s: scales clock errors.
+    pub sound_speed_mps: f64,
     /// Depth of the ship's transducer, m.
     pub ship_transducer_depth_m: f64,
     /// A scalar innovation beyond this many of its own sigmas is rejected.
@@ -140,7 +136,9 @@ impl NavigationConfig {
             gnss_m: 1.5,
             ship_gnss_m: 0.5,
         },
-        water_current: None,
+        effects: EffectSet::NONE,
+        effect_states: EffectStates::NONE,
+        sound_speed_mps: 1500.0,
         ship_transducer_depth_m: 0.0,
         gate_sigma: 5.0,
     };
@@ -154,7 +152,7 @@ impl NavigationConfig {
     ///
     /// # Errors
     /// The first value that is not finite or outside its range. Noise must be positive, process
-    /// noise of the ship and the current's walk may be zero.
+    /// noise of the ship and the walks of effect states may be zero.
     pub fn validate(&self) -> Result<(), ConfigError> {
         let (sensors, ship) = (&self.sensors, &self.ship_noise);
         let positive = [
@@ -167,6 +165,7 @@ impl NavigationConfig {
             ("sensors.gnss_m", sensors.gnss_m),
             ("sensors.ship_gnss_m", sensors.ship_gnss_m),
             ("gate_sigma", self.gate_sigma),
+            ("sound_speed_mps", self.sound_speed_mps),
         ];
         for (key, value) in positive {
             in_range(key, value, f64::MIN_POSITIVE)?;
@@ -179,11 +178,15 @@ impl NavigationConfig {
         in_range("ship_noise.linear_mps2_per_sqrt_hz", ship.linear_mps2_per_sqrt_hz, 0.0)?;
         in_range("ship_noise.angular_radps2_per_sqrt_hz", ship.angular_radps2_per_sqrt_hz, 0.0)?;
         in_range("ship_transducer_depth_m", self.ship_transducer_depth_m, -LARGEST)?;
-        if let Some(current) = &self.water_current {
-            in_range("water_current.initial_sigma_mps", current.initial_sigma_mps, f64::MIN_POSITIVE)?;
-            in_range("water_current.random_walk_mps_per_sqrt_s", current.random_walk_mps_per_sqrt_s, 0.0)?;
+        for state in self.effect_states.iter() {
+            in_range("effect_states.initial_sigma", state.initial_sigma, f64::MIN_POSITIVE)?;
+            in_range("effect_states.random_walk_per_sqrt_s", state.random_walk_per_sqrt_s, 0.0)?;
         }
-        Ok(())
+        self.effect_states.validate()?;
+        match self.effects.validate() {
+            Err(EffectError::OutOfRange { effect, parameter, .. }) => Err(ConfigError::Effect { effect, parameter }),
+            _ => Ok(()),
+        }
     }
 }
 

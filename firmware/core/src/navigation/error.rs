@@ -9,6 +9,27 @@ pub enum ConfigError {
         /// Field of [`super::NavigationConfig`], e.g. `sensors.depth_m`.
         key: &'static str,
     },
+    /// An effect's value is not plausible.
+    Effect {
+        /// The effect.
+        effect: &'static str,
+        /// Its parameter.
+        parameter: &'static str,
+    },
+    /// The filter cannot estimate this parameter, or not without the other half of it, or does already.
+    NotAState {
+        /// The effect.
+        effect: &'static str,
+        /// Its parameter.
+        parameter: &'static str,
+    },
+    /// More effect states than the filter has room for.
+    TooManyEffectStates,
+    /// What vehicle and effects make together is outside its range.
+    Plant {
+        /// Key of the vehicle file.
+        key: &'static str,
+    },
     /// Effect states cannot come or go while the filter runs: configure and initialise again.
     LayoutChange,
 }

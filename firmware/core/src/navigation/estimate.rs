@@ -11,6 +11,8 @@ pub(super) struct Estimate {
     pub(super) vehicle: VehicleState,
     pub(super) tail: [f64; TAIL],
     pub(super) layout: Layout,
+    /// Current [north, east] where it is not estimated, m/s.
+    pub(super) water_mps: [f64; 2],
 }
 
 impl Estimate {
@@ -19,6 +21,7 @@ impl Estimate {
             vehicle: VehicleState::from_array_storage(ArrayStorage([[0.0; VEHICLE_STATES]; 1])),
             tail: [0.0; TAIL],
             layout: Layout::new(),
+            water_mps: [0.0; 2],
         }
     }
 
@@ -76,7 +79,7 @@ impl Estimate {
 
     /// Current [north, east], m/s.
     pub(super) fn current(&self) -> Vector2<f64> {
-        self.layout.current().map_or_else(Vector2::zeros, |at| Vector2::from(self.block::<2>(at)))
+        Vector2::from(self.layout.current().map_or(self.water_mps, |at| self.block::<2>(at)))
     }
 
     /// Makes room for states behind the vehicle's.

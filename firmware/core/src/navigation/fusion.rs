@@ -33,6 +33,7 @@ impl Navigator {
 
     /// Fills `observations`.
     fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
+        self.gate.sigma = self.effects.gate_sigma(measurement.channel(), &self.config, &self.x);
         let (x, config, out) = (&self.x, &self.config, &mut self.observations);
         let sigma = &config.sensors;
         out.clear();
@@ -52,14 +53,25 @@ impl Navigator {
                 meas_two_way::observe(x, outward, back, *range_m, config, out)?;
             }
         }
+        if !self.effects.leave_measurements_alone() {
+            let t_s = self.effect_time_s();
+            self.effects.observe(
+                measurement.channel(),
+                measurement.readings(),
+                t_s,
+                &self.config,
+                &self.x,
+                &mut self.observations,
+            );
+        }
+        let out = &self.observations;
         if out.as_slice().iter().all(Observation::is_valid) { Ok(()) } else { Err(FusionOutcome::Invalid) }
     }
 
     fn update(&mut self, sensor: Sensor) -> Fusions {
         let mut variance = self.project(0);
         if self.worst_test_ratio(variance) > 1.0 {
-            let gate_sigma = self.config.gate_sigma;
-            let due = self.gate.rejected(sensor, self.time_us, self.observations.as_slice(), gate_sigma);
+            let due = self.gate.rejected(sensor, self.time_us, self.observations.as_slice());
             if !(due && self.inflate(sensor)) {
                 return self.gated(sensor);
             }
@@ -124,7 +136,7 @@ impl Navigator {
     }
 
     fn test_ratio(&self, innovation: f64, variance: f64) -> f64 {
-        innovation * innovation / (self.config.gate_sigma * self.config.gate_sigma * variance)
+        innovation * innovation / (self.gate.sigma * self.gate.sigma * variance)
     }
 
     fn gated(&self, sensor: Sensor) -> Fusions {

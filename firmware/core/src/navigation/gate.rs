@@ -53,12 +53,14 @@ impl Source {
 
 /// What the gate remembers of each sensor.
 pub(super) struct Gate {
+    /// Of the measurement under way, in sigmas.
+    pub(super) sigma: f64,
     sources: [Source; Sensor::ALL.len()],
 }
 
 impl Gate {
     pub(super) const fn new() -> Self {
-        Self { sources: [Source::NEW; Sensor::ALL.len()] }
+        Self { sigma: f64::INFINITY, sources: [Source::NEW; Sensor::ALL.len()] }
     }
 
     pub(super) fn consecutive(&self, sensor: Sensor) -> u32 {
@@ -83,13 +85,8 @@ impl Gate {
     }
 
     /// A measurement lies beyond the gate; says whether its source has earned its way back.
-    pub(super) fn rejected(
-        &mut self,
-        sensor: Sensor,
-        time_us: u64,
-        observations: &[Observation],
-        gate_sigma: f64,
-    ) -> bool {
+    pub(super) fn rejected(&mut self, sensor: Sensor, time_us: u64, observations: &[Observation]) -> bool {
+        let gate_sigma = self.sigma;
         let source = &mut self.sources[sensor as usize];
         let agrees = source.agreeing > 0
             && observations.iter().zip(&source.last).all(|(observation, last)| {

@@ -43,7 +43,7 @@ impl InitialState {
         config: &NavigationConfig,
     ) -> Self {
         let sensors = &config.sensors;
-        let current = config.water_current.map_or(0.0, |current| current.initial_sigma_mps);
+        let current = config.effect_states.current().map_or(0.0, |current| current.initial_sigma);
         let (velocity, velocity_sigma) = match speed {
             InitialSpeed::Dvl(velocity) => {
                 (velocity, [libm::sqrt(sensors.dvl_mps * sensors.dvl_mps + current * current); 3])

@@ -40,6 +40,7 @@ struct Slot {
 /// The blocks in use.
 pub(super) struct Layout {
     effects: usize,
+    current: bool,
     ship: bool,
     slots: [Option<Slot>; CLONES],
     /// Number of clones ever taken; it outlives every reset, so that no old id comes true again.
@@ -48,12 +49,13 @@ pub(super) struct Layout {
 
 impl Layout {
     pub(super) const fn new() -> Self {
-        Self { effects: 0, ship: false, slots: [None; CLONES], generation: 0 }
+        Self { effects: 0, current: false, ship: false, slots: [None; CLONES], generation: 0 }
     }
 
-    /// Vehicle and effects only.
-    pub(super) fn reset(&mut self, effects: usize) {
+    /// Vehicle and effects only; a current's two states are the first of these.
+    pub(super) fn reset(&mut self, effects: usize, current: bool) {
         self.effects = effects.min(MAX_EFFECTS);
+        self.current = current && self.effects > 1;
         self.ship = false;
         self.slots = [None; CLONES];
     }
@@ -66,7 +68,7 @@ impl Layout {
 
     /// Where the current's two states stand, if they are estimated.
     pub(super) fn current(&self) -> Option<usize> {
-        (self.effects > 0).then_some(EFFECTS)
+        self.current.then_some(EFFECTS)
     }
 
     /// Where the ship stands, if it is known.

@@ -1,7 +1,7 @@
 //! DVL (Table 2.1): bottom track h(x) = ν + Rᵀ c, water track h(x) = ν.
 //!
 //! ν is the body velocity through the water, c the current in NED, R turns body axes into NED;
-//! m/s, in body axes at the centre of gravity. Without current states bottom track is taken as ν.
+//! m/s, in body axes at the centre of gravity. Without a current bottom track is taken as ν.
 //! Invalid out of bottom lock (bottom track) and in a sheared layer (water track): whoever reads
 //! the DVL judges that.
 
@@ -14,7 +14,10 @@ use nalgebra::Vector3;
 
 pub(super) fn observe_bottom(x: &Estimate, velocity_mps: &[f64; 3], sigma_mps: f64, out: &mut Observations) {
     observe_water(x, velocity_mps, sigma_mps, out);
-    let Some(at) = x.layout.current() else { return };
+    let at = x.layout.current();
+    if at.is_none() && x.water_mps == [0.0; 2] {
+        return;
+    }
     let attitude = Attitude::new(&state::attitude(&x.vehicle));
     let rotation = attitude.rotation();
     let over_ground = water_current::bottom_track(&rotation, &Vector3::zeros(), &x.current());
@@ -25,8 +28,10 @@ pub(super) fn observe_bottom(x: &Estimate, velocity_mps: &[f64; 3], sigma_mps: f
         for k in 0..3 {
             observation.row.push(PHI + k, by_attitude[(i, k)]);
         }
-        observation.row.push(at, rotation[(0, i)]);
-        observation.row.push(at + 1, rotation[(1, i)]);
+        if let Some(at) = at {
+            observation.row.push(at, rotation[(0, i)]);
+            observation.row.push(at + 1, rotation[(1, i)]);
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! What can be fused, and the one record that every fusion leaves.
 
+use crate::effects::Channel;
+
 /// A sensor as the consistency statistics know it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -188,6 +190,35 @@ impl Measurement {
             Self::ShipGnss { .. } => Sensor::ShipGnss,
             Self::Range { .. } | Self::TwoWayRange { .. } => Sensor::Range,
             Self::RangeRate { .. } => Sensor::RangeRate,
+        }
+    }
+
+    /// What was read, one number a scalar.
+    pub(super) fn readings(&self) -> &[f64] {
+        match self {
+            Self::Depth { z_m: one }
+            | Self::Range { range_m: one, .. }
+            | Self::RangeRate { range_rate_mps: one, .. }
+            | Self::TwoWayRange { range_m: one, .. } => core::slice::from_ref(one),
+            Self::VehicleGnss { position_m } | Self::ShipGnss { position_m } => position_m,
+            Self::Attitude { euler_rad: three }
+            | Self::Rates { rates_radps: three }
+            | Self::BottomTrack { velocity_mps: three }
+            | Self::WaterTrack { velocity_mps: three } => three,
+        }
+    }
+
+    /// What its errors are common to.
+    pub(super) const fn channel(&self) -> Channel {
+        match self {
+            Self::Depth { .. } => Channel::Depth,
+            Self::Attitude { .. } => Channel::Attitude,
+            Self::Rates { .. } => Channel::Rates,
+            Self::BottomTrack { .. } | Self::WaterTrack { .. } => Channel::Dvl,
+            Self::VehicleGnss { .. } | Self::ShipGnss { .. } => Channel::Gnss,
+            Self::Range { .. } => Channel::Range,
+            Self::RangeRate { .. } => Channel::RangeRate,
+            Self::TwoWayRange { .. } => Channel::TwoWayRange,
         }
     }
 

@@ -11,6 +11,7 @@
 //! row             sparse row of H                   cloning         delayed states
 //! observation     ν, h, R of a measurement          meas_*          one aiding source each
 //! acoustic        the ends of an acoustic path      fusion, gate    measurement update
+//! effects, effect_states  what the declared model lacks: fixed, or estimated
 //! config, initial, measurement, consistency, error  what the outside sees
 //! ```
 
@@ -21,6 +22,8 @@ mod consistency;
 mod covariance;
 mod digest;
 mod discretisation;
+mod effect_states;
+mod effects;
 mod error;
 mod estimate;
 mod fusion;
@@ -47,10 +50,9 @@ mod val_delayed;
 #[cfg(test)]
 mod val_vectors;
 
-pub use config::{
-    NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, SurfaceNoise, WaterCurrentConfig,
-};
+pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, SurfaceNoise};
 pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
+pub use effect_states::{EffectState, EffectStates};
 pub use error::{CloneError, ConfigError, NavigationError};
 use fusion::wrap_innovation;
 pub use initial::{InitialShip, InitialSpeed, InitialState};

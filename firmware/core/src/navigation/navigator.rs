@@ -3,9 +3,10 @@
 use super::covariance::Covariance;
 use super::digest::Digest;
 use super::discretisation::Discretisation;
+use super::effects::Effects;
 use super::estimate::Estimate;
 use super::gate::Gate;
-use super::layout::{N_MAX, SHIP_STATES};
+use super::layout::{EFFECTS, N_MAX, SHIP_STATES};
 use super::observation::Observations;
 use super::{
     ConfigError, InitialShip, InitialState, NavigationConfig, NavigationError, ProcessModel, ProcessNoise, Sensor,
@@ -24,6 +25,8 @@ pub struct Navigator {
     pub(super) x: Estimate,
     pub(super) p: Covariance,
     pub(super) gate: Gate,
+    /// What the declared model lacks.
+    pub(super) effects: Effects,
     /// Scratch of the prediction.
     pub(super) step: Discretisation,
     /// Scratch of the update: what the measurement under way observes.
@@ -47,6 +50,7 @@ impl Navigator {
             x: Estimate::new(),
             p: Covariance::new(),
             gate: Gate::new(),
+            effects: Effects::new(),
             step: Discretisation::new(),
             observations: Observations::new(),
             gain: [0.0; N_MAX],
@@ -57,31 +61,77 @@ impl Navigator {
     /// Adopts a configuration and a vehicle and forgets everything else.
     ///
     /// # Errors
-    /// The first value out of range; the filter is then as it was.
+    /// The first value out of range, or a vehicle that its effects do not fit; the filter is then as it was.
     pub fn configure(&mut self, config: &NavigationConfig, model: &VehicleModel) -> Result<(), ConfigError> {
         config.validate()?;
-        self.config = *config;
-        self.set_model(model);
+        self.adopt(config, model)?;
         self.initialised = false;
         Ok(())
+    }
+
+    /// Model and configuration together; the effects tie them.
+    fn adopt(&mut self, config: &NavigationConfig, model: &VehicleModel) -> Result<(), ConfigError> {
+        let before = self.config;
+        self.config = *config;
+        let adopted = self.set_model(model);
+        if adopted.is_err() {
+            self.config = before;
+            self.select_effects();
+        }
+        adopted
+    }
+
+    fn select_effects(&mut self) {
+        self.effects.select(&self.config);
+        self.x.water_mps = [0.0; 2];
+        for (_, info, values) in self.config.effects.active() {
+            if let Some(water) = info.hooks.water {
+                let [north, east] = water(values);
+                self.x.water_mps[0] += north;
+                self.x.water_mps[1] += east;
+            }
+        }
     }
 
     /// Adopts new numbers while running; state and covariance stay.
     ///
     /// # Errors
-    /// A value out of range, or effect states that come or go.
+    /// A value out of range, effect states that come or go, or effects that do not fit the vehicle; the filter is then
+    /// as it was.
     pub fn reconfigure(&mut self, config: &NavigationConfig) -> Result<(), ConfigError> {
         config.validate()?;
-        if config.water_current.is_some() != self.config.water_current.is_some() {
+        if !config.effect_states.alike(&self.config.effect_states) {
             return Err(ConfigError::LayoutChange);
         }
-        self.config = *config;
+        match (self.model.is_some(), VehicleModel::new(self.effects.declared())) {
+            (true, Ok(declared)) if config.effects != self.config.effects => self.adopt(config, &declared),
+            _ => {
+                self.config = *config;
+                Ok(())
+            }
+        }
+    }
+
+    /// Adopts another vehicle while running.
+    ///
+    /// # Errors
+    /// [`ConfigError::Plant`] if the effects do not fit it; the model is then as it was.
+    pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
+        self.select_effects();
+        let t_s = self.effect_time_s();
+        self.model = Some(self.effects.adopt(model, t_s, &self.config, &self.x)?);
         Ok(())
     }
 
-    /// Adopts another vehicle model while running.
-    pub fn set_model(&mut self, model: &VehicleModel) {
-        self.model = Some(model.clone());
+    /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 if nobody says.
+    pub fn set_epoch(&mut self, epoch_us: u64) {
+        self.effects.epoch_us = epoch_us;
+    }
+
+    /// s since the epoch.
+    pub(super) fn effect_time_s(&self) -> f64 {
+        let us = |time: u64| time as f64;
+        1.0e-6 * (us(self.time_us) - us(self.effects.epoch_us))
     }
 
     /// Changes the process model and its noise while running.
@@ -110,15 +160,16 @@ impl Navigator {
             return Err(NavigationError::NotInitialised);
         }
         check(initial.state.as_slice(), initial.sigma.as_slice())?;
-        let current = self.config.water_current;
-        self.x.layout.reset(if current.is_some() { 2 } else { 0 });
+        let states = self.config.effect_states;
+        self.x.layout.reset(states.len(), states.current().is_some());
         self.x.vehicle = initial.state;
         self.x.wrap_heading();
         self.p.set_vehicle(initial.sigma.as_slice());
-        if let (Some(current), Some(at)) = (current, self.x.layout.current()) {
-            self.x.set_tail(at, &[0.0; 2]);
-            self.p.set_diagonal(at, &[current.initial_sigma_mps; 2]);
+        for (at, state) in (EFFECTS..).zip(states.iter()) {
+            self.x.set_tail(at, &[self.config.effects.get(state.parameter)]);
+            self.p.set_diagonal(at, &[state.initial_sigma]);
         }
+        self.effects.forget();
         self.gate = Gate::new();
         self.time_us = time_us;
         self.failure = None;
@@ -182,7 +233,16 @@ impl Navigator {
         Some([self.p.get(at, at), self.p.get(at, at + 1), self.p.get(at + 1, at + 1)])
     }
 
-    /// Current [north, east], m/s; zero where it is not estimated.
+    /// An effect state: value and one sigma, if it is estimated.
+    #[must_use]
+    pub fn effect_state(&self, effect: &str, parameter: &str) -> Option<(f64, f64)> {
+        let mut states = (EFFECTS..).zip(self.config.effect_states.iter());
+        let (at, _) = states
+            .find(|(_, state)| state.parameter.effect().name == effect && state.parameter.info().name == parameter)?;
+        (at < self.dimension()).then(|| (self.x.get(at), libm::sqrt(self.p.get(at, at))))
+    }
+
+    /// Current [north, east], m/s: estimated, or as the effect set says.
     #[must_use]
     pub fn current(&self) -> [f64; 2] {
         self.x.current().into()
@@ -195,7 +255,7 @@ impl Navigator {
         Some([at, at + 1].map(|i| libm::sqrt(self.p.get(i, i))))
     }
 
-    /// Number of states at present: vehicle 12, current 2, ship 6, clones 6 each, in this order.
+    /// Number of states at present: vehicle 12, effects, ship 6, clones 6 each, in this order.
     #[must_use]
     pub fn dimension(&self) -> usize {
         self.x.layout.len()

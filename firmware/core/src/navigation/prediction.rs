@@ -1,9 +1,11 @@
 //! Time update: the model's step for x̂, Φ P Φᵀ + Q_d for P.
 
-use super::layout::SHIP_VELOCITY;
+use super::effects::PLANT_STATES;
+use super::layout::{EFFECTS, SHIP_VELOCITY};
 use super::propagation::{propagate_double_integrator, propagate_vehicle};
 use super::{NavigationError, Navigator, ProcessModel};
 use crate::dynamics::{ActuatorInput, kinematic_linearise};
+use crate::effects::Step;
 use crate::state::{VEHICLE_STATES, X, Y, Z};
 
 /// Longest step while the gap is at most [`MOST_STEPS`] of them, µs.
@@ -40,8 +42,9 @@ impl Navigator {
         let steps = gap_us.div_ceil(STEP_US).min(MOST_STEPS);
         if steps > 0 {
             let step_s = gap_us as f64 * 1.0e-6 / steps as f64;
-            for _ in 0..steps {
-                self.predict_step(step_s, input);
+            let start_s = self.effect_time_s();
+            for k in 0..steps {
+                self.predict_step(start_s + k as f64 * step_s, step_s, input);
             }
         }
         self.time_us = to_us;
@@ -49,19 +52,27 @@ impl Navigator {
         self.health()
     }
 
-    fn predict_step(&mut self, step_s: f64, input: &ActuatorInput) {
-        self.discretise(step_s, input);
+    fn predict_step(&mut self, t_s: f64, step_s: f64, input: &ActuatorInput) {
+        let input = self.effects.actuated(input, &Step { t_s, h_s: step_s }, &self.config, &self.x);
+        if let Some(model) = self.model.as_mut().filter(|_| self.effects.is_stale(t_s)) {
+            self.effects.retune(model, t_s, &self.config, &self.x);
+        }
+        self.discretise(step_s, &input);
         self.propagate(step_s);
     }
 
     /// Model, Jacobian and discretisation of one step. Public for the cost table only.
     #[doc(hidden)]
     pub fn discretise(&mut self, step_s: f64, input: &ActuatorInput) {
-        let linearisation = match (self.config.process_model, &self.model) {
-            (ProcessModel::Dynamic, Some(model)) => model.linearise(&self.x.vehicle, input),
-            _ => kinematic_linearise(&self.x.vehicle),
+        let (linearisation, accelerating) = match (self.config.process_model, &self.model) {
+            (ProcessModel::Dynamic, Some(model)) => {
+                let columns = self.effects.acceleration_columns(model, input, &self.config, &self.x);
+                (model.linearise(&self.x.vehicle, input), columns)
+            }
+            _ => (kinematic_linearise(&self.x.vehicle), [None; PLANT_STATES]),
         };
-        self.step.compute(&linearisation, &self.config.noise_at(self.x.vehicle[Z]).psd(), step_s);
+        let psd = self.config.noise_at(self.x.vehicle[Z]).psd();
+        self.step.compute(&linearisation, &psd, &accelerating, step_s);
     }
 
     /// State and covariance over the step last discretised. Public for the cost table only.
@@ -74,11 +85,23 @@ impl Navigator {
         self.x.wrap_heading();
         propagate_vehicle(&mut self.p, n, &self.step);
 
-        if let (Some(at), Some(current)) = (self.x.layout.current(), self.config.water_current) {
-            let q = current.random_walk_mps_per_sqrt_s * current.random_walk_mps_per_sqrt_s;
-            for (position, velocity) in [(X, at), (Y, at + 1)] {
-                self.x.vehicle[position] += self.x.get(velocity) * step_s;
-                propagate_double_integrator(&mut self.p, n, position, velocity, q, step_s);
+        for (slot, column) in self.step.effects.iter().flatten() {
+            self.p.shear_vehicle(n, EFFECTS + slot, column, &mut self.w);
+        }
+        let current = self.x.layout.current();
+        for (at, state) in (EFFECTS..).zip(self.config.effect_states.iter()) {
+            let q = state.random_walk_per_sqrt_s * state.random_walk_per_sqrt_s;
+            match current.and_then(|current| [X, Y].get(at - current)) {
+                Some(&position) => {
+                    self.x.vehicle[position] += self.x.get(at) * step_s;
+                    propagate_double_integrator(&mut self.p, n, position, at, q, step_s);
+                }
+                None => self.p.add(at, at, q * step_s),
+            }
+        }
+        if current.is_none() {
+            for (position, velocity) in [X, Y].into_iter().zip(self.x.water_mps) {
+                self.x.vehicle[position] += velocity * step_s;
             }
         }
         if let Some(at) = self.x.layout.ship() {

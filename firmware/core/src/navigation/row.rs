@@ -35,6 +35,24 @@ impl Row {
         }
     }
 
+    /// a h.
+    pub(super) fn scale(&mut self, a: f64) {
+        for value in self.values.iter_mut().take(self.len) {
+            *value *= a;
+        }
+    }
+
+    /// Adds a times another row; what both have stays one entry.
+    pub(super) fn add_scaled(&mut self, a: f64, other: &Self) {
+        for (index, value) in other.iter() {
+            let mine = self.indices.iter().take(self.len).position(|i| usize::from(*i) == index);
+            match mine.and_then(|place| self.values.get_mut(place)) {
+                Some(mine) => *mine += a * value,
+                None => self.push(index, a * value),
+            }
+        }
+    }
+
     /// Three states from `index` on.
     pub(super) fn push_vector(&mut self, index: usize, values: &Vector3<f64>) {
         for (i, value) in values.iter().enumerate() {

@@ -62,7 +62,7 @@ impl Plain {
                 q[(i, j)] = step.q[i.min(j)][i.max(j)];
             }
         }
-        let walk = config.water_current.expect("on").random_walk_mps_per_sqrt_s;
+        let walk = config.effect_states.current().expect("on").random_walk_per_sqrt_s;
         let ship = [config.ship_noise.linear_mps2_per_sqrt_hz; 2];
         let pairs = [
             (X, CURRENT, walk),
@@ -179,7 +179,7 @@ enum Case {
 /// Turns for half a minute with sensors, clones in between; the deviation at the end.
 fn run(case: Case, linearise_again: bool) -> f64 {
     let config = NavigationConfig {
-        water_current: Some(WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1.0e-3 }),
+        effect_states: EffectStates::water_current(0.3, 1.0e-3),
         ship_transducer_depth_m: 2.0,
         gate_sigma: 1.0e3,
         ..NavigationConfig::REFERENCE

@@ -46,7 +46,7 @@ fn navigator(vectors: &Value, x: &str, p: &str) -> (Box<Navigator>, CloneId) {
     let case = &vectors["predict_step"];
     let config = NavigationConfig {
         ship_noise: ShipNoise { linear_mps2_per_sqrt_hz: 2.0e-2, angular_radps2_per_sqrt_hz: 1.0e-3 },
-        water_current: Some(WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1.0e-4 }),
+        effect_states: EffectStates::water_current(0.3, 1.0e-4),
         gate_sigma: 1.0e3,
         ..NavigationConfig::REFERENCE
     };
@@ -92,7 +92,7 @@ fn val_discretisation_is_van_loan() {
     let linearisation = model().linearise(&x, &input(&case["xi"]));
     let psd: [f64; 6] = numbers(&case["qc_accel_psd"]).try_into().expect("six");
     let mut step = Box::new(Discretisation::new());
-    step.compute(&linearisation, &psd, case["dt"].as_f64().expect("dt"));
+    step.compute(&linearisation, &psd, &[None; 2], case["dt"].as_f64().expect("dt"));
     let next = numbers(&case["x_next_zoh"]);
     let mut worst = [0.0_f64; 3];
     let q_scale: Vec<f64> = (0..12).map(|i| case["Qd_vanloan"][i][i].as_f64().expect("number").sqrt()).collect();
@@ -185,8 +185,8 @@ fn long_steps_equal_many_short_ones_of_the_same_model() {
     let linearisation = model().linearise(&x, &input(&case["xi"]));
     let psd = ProcessNoise::DYNAMIC.psd();
     let (mut long, mut short) = (Box::new(Discretisation::new()), Box::new(Discretisation::new()));
-    long.compute(&linearisation, &psd, 0.8);
-    short.compute(&linearisation, &psd, 0.1);
+    long.compute(&linearisation, &psd, &[None; 2], 0.8);
+    short.compute(&linearisation, &psd, &[None; 2], 0.1);
     // Φ(0.8) column by column, as the eighth power.
     for (k, &state) in DRIVING.iter().enumerate() {
         let mut a = [0.0; 12];

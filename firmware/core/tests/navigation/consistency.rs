@@ -6,7 +6,7 @@ use backseat_core::state::wrap_angle;
 
 fn config() -> NavigationConfig {
     NavigationConfig {
-        water_current: Some(WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1e-4 }),
+        effect_states: EffectStates::water_current(0.3, 1e-4),
         surface: None, // nobody holds the depth here, and the truth is as smooth at any
         ..NavigationConfig::REFERENCE
     }

@@ -6,7 +6,9 @@ use backseat_core::navigation::*;
 use backseat_core::state::VehicleState;
 use nalgebra::SMatrix;
 
-const CURRENT: WaterCurrentConfig = WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1e-4 };
+fn current() -> EffectStates {
+    EffectStates::water_current(0.3, 1e-4)
+}
 
 fn report(ship: [f64; 2]) -> ShipReport {
     ShipReport { position_m: ship, velocity_mps: [0.0; 2], position_sigma_m: 0.5, velocity_sigma_mps: 0.1 }
@@ -40,7 +42,7 @@ fn smallest_pivot(navigator: &Navigator) -> f64 {
 
 /// Random steps, measurements near the estimate and far from it, clones taken and dropped.
 fn random_walk(steps: usize, seed: u64, mut check: impl FnMut(&Navigator, usize)) -> Box<Navigator> {
-    let config = NavigationConfig { water_current: Some(CURRENT), ..NavigationConfig::REFERENCE };
+    let config = NavigationConfig { effect_states: current(), ..NavigationConfig::REFERENCE };
     let mut navigator = navigator(&config);
     navigator.initialise(0, &initial()).unwrap();
     let mut noise = Noise(seed);
@@ -137,7 +139,7 @@ fn same_input_same_digest_and_any_change_shows() {
 
 #[test]
 fn what_is_not_finite_leaves_no_trace() {
-    let mut navigator = navigator(&NavigationConfig { water_current: Some(CURRENT), ..NavigationConfig::REFERENCE });
+    let mut navigator = navigator(&NavigationConfig { effect_states: current(), ..NavigationConfig::REFERENCE });
     navigator.initialise(0, &initial()).unwrap();
     let clone = navigator.clone_vehicle().unwrap();
     let before = navigator.digest();
@@ -232,7 +234,7 @@ fn configurations_out_of_range_are_named_and_change_nothing() {
     assert_eq!(navigator.reconfigure(&config), Err(ConfigError::OutOfRange { key: "sensors.range_m" }));
     config = NavigationConfig { gate_sigma: f64::NAN, ..NavigationConfig::REFERENCE };
     assert_eq!(navigator.configure(&config, &model()), Err(ConfigError::OutOfRange { key: "gate_sigma" }));
-    config = NavigationConfig { water_current: Some(CURRENT), ..NavigationConfig::REFERENCE };
+    config = NavigationConfig { effect_states: current(), ..NavigationConfig::REFERENCE };
     assert_eq!(navigator.reconfigure(&config), Err(ConfigError::LayoutChange));
     assert!(navigator.is_initialised());
     assert_eq!(navigator.config(), &NavigationConfig::REFERENCE);
@@ -268,7 +270,7 @@ fn initial_states_say_what_they_know() {
     let dvl = start(InitialSpeed::Dvl([1.0, 0.1, 0.0]), &config);
     assert_eq!((dvl.state[7], dvl.sigma[7]), (0.1, 0.01));
     // Bottom track in an unknown current knows the velocity through the water no better than the current.
-    let drifting = NavigationConfig { water_current: Some(CURRENT), ..config };
+    let drifting = NavigationConfig { effect_states: current(), ..config };
     let dvl = start(InitialSpeed::Dvl([1.0, 0.1, 0.0]), &drifting);
     assert!((dvl.sigma[6] - 0.3_f64.hypot(0.01)).abs() < 1e-12);
     let mut navigator = navigator(&drifting);

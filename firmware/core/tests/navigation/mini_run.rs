@@ -59,9 +59,7 @@ fn run(log: &Log, vectors: &Value, run: Run) -> [f64; 4] {
     let config = NavigationConfig {
         process_model: run.model,
         process_noise: noise,
-        water_current: run
-            .current
-            .then_some(WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1e-4 }),
+        effect_states: if run.current { EffectStates::water_current(0.3, 1e-4) } else { EffectStates::NONE },
         gate_sigma: 1e3,
         ..NavigationConfig::REFERENCE
     };

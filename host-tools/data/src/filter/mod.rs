@@ -142,6 +142,12 @@ impl<'a> Pass<'a> {
         let mut navigator = Box::new(Navigator::new());
         navigator.configure(&options.navigation, &model).map_err(|e| match e {
             ConfigError::OutOfRange { key } => fail(format!("the filter refuses {key}: outside its range")),
+            ConfigError::Effect { effect, parameter } => fail(format!("effects.{effect}.{parameter} is outside its range")),
+            ConfigError::NotAState { effect, parameter } => {
+                fail(format!("the filter cannot estimate effects.{effect}.{parameter}, or not by itself"))
+            }
+            ConfigError::TooManyEffectStates => fail("the filter estimates at most four effects".to_owned()),
+            ConfigError::Plant { key } => fail(format!("with its effects, {key} is outside its range")),
             ConfigError::LayoutChange => fail("the filter refuses other effect states while it runs".to_owned()),
         })?;
         let ship_track =
@@ -181,6 +187,7 @@ impl<'a> Pass<'a> {
         for row in &self.log.rows[..next_row] {
             self.hold_actuators(row);
         }
+        self.navigator.set_epoch(self.log.rows.first().map_or(0, |row| row.time_us));
         self.navigator.initialise(time_us, &initial).map_err(|e| self.failed(e))?;
         if let Some(ship) = ship {
             self.navigator.initialise_ship(&ship).map_err(|e| self.failed(e))?;

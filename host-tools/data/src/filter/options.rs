@@ -2,7 +2,7 @@
 
 use crate::VehicleFile;
 use backseat_core::navigation::{
-    InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, SurfaceNoise, WaterCurrentConfig,
+    EffectStates, InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, SurfaceNoise,
 };
 
 /// Where the ship's state at time of launch comes from.
@@ -48,8 +48,10 @@ pub struct FilterOptions {
 
 impl FilterOptions {
     /// Current states when they are asked for: up to tides of 0.5 m/s, which turn in hours.
-    pub const WATER_CURRENT: WaterCurrentConfig =
-        WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1.0e-4 };
+    #[must_use]
+    pub fn water_current() -> EffectStates {
+        EffectStates::water_current(0.3, 1.0e-4)
+    }
 
     /// Every sensor, centralized, with the noise of the vehicle file (the kinematic model has its
     /// own process noise: it must cover the manoeuvres).

@@ -209,7 +209,7 @@ fn navigation(navigator: &mut Navigator) {
     let config = opaque(NavigationConfig::REFERENCE);
     if let Ok(model) = VehicleModel::new(&opaque(VehicleParameters::IVER3)) {
         opaque(navigator.configure(&config, &model).is_ok());
-        navigator.set_model(&opaque(model));
+        opaque(navigator.set_model(&opaque(model)).is_ok());
     }
     opaque(navigator.reconfigure(&config).is_ok());
     let noise = opaque(ProcessNoise::DYNAMIC);

@@ -10,8 +10,8 @@ use backseat_core::control::mission::{Mission, Waypoint};
 use backseat_core::control::{Command, ControlConfig, ControlLaw, Controller};
 use backseat_core::dynamics::{ActuatorInput, Linearisation, VehicleModel, VehicleParameters, kinematic_linearise};
 use backseat_core::navigation::{
-    AcousticPath, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ProcessModel, ShipEnd,
-    VehicleEnd, WaterCurrentConfig,
+    AcousticPath, EffectStates, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ProcessModel, ShipEnd,
+    VehicleEnd,
 };
 use backseat_core::state::VehicleState;
 use backseat_wire::Decimal;
@@ -157,8 +157,7 @@ fn geodesy(report: &mut dyn FnMut(&str, u64)) {
 
 fn begin(navigator: &mut Navigator, current: bool) {
     let config = NavigationConfig {
-        water_current: current
-            .then_some(WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1.0e-3 }),
+        effect_states: if current { EffectStates::water_current(0.3, 1.0e-3) } else { EffectStates::NONE },
         ..NavigationConfig::REFERENCE
     };
     let Some(model) = model(false) else { return };

@@ -1,0 +1,295 @@
+//! Effects as the filter applies them: fixed values, overlaid with those that are states.
+
+use super::estimate::Estimate;
+use super::layout::EFFECTS;
+use super::observation::Observations;
+use super::row::Row;
+use super::{ConfigError, NavigationConfig};
+use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
+use crate::effects::{ActuatorMemory, CATALOGUE, Channel, Hooks, Moment, ParameterKind, Step};
+use crate::state;
+use nalgebra::Vector6;
+
+/// A bit for each entry of the catalogue.
+type Entries = u32;
+const _: () = assert!(CATALOGUE.len() <= Entries::BITS as usize);
+
+/// Most plant parameters that can be states: those with a `wrench_by`.
+pub(super) const PLANT_STATES: usize = 2;
+
+/// Which entries are at work, by what they do, and what they remember.
+pub(super) struct Effects {
+    /// Time that `t_s` counts from, µs.
+    pub(super) epoch_us: u64,
+    plant: Entries,
+    /// Those of `plant` that hold a state.
+    plant_states: Entries,
+    input: Entries,
+    measure: Entries,
+    variance: Entries,
+    gate: Entries,
+    /// The plant changes next, s since the epoch.
+    next_onset_s: f64,
+    memory: ActuatorMemory,
+    /// The vehicle without effects.
+    declared: VehicleParameters,
+}
+
+/// The values of one entry.
+pub(super) struct Values {
+    values: [f64; 3],
+    len: usize,
+}
+
+impl Values {
+    /// Fixed values of the entry, or its states where it has some.
+    pub(super) fn of(index: usize, config: &NavigationConfig, x: &Estimate) -> Self {
+        let mut out = Self { values: [0.0; 3], len: 0 };
+        for (value, fixed) in out.values.iter_mut().zip(config.effects.values(index)) {
+            *value = *fixed;
+            out.len += 1;
+        }
+        for (slot, state) in config.effect_states.iter().enumerate() {
+            if state.parameter.effect_index() == index
+                && let Some(value) = out.values.get_mut(state.parameter.index())
+            {
+                *value = x.get(EFFECTS + slot);
+            }
+        }
+        out
+    }
+
+    pub(super) fn as_slice(&self) -> &[f64] {
+        self.values.get(..self.len).unwrap_or_default()
+    }
+}
+
+/// The entries of a set of bits, in the order of the catalogue.
+fn entries(mut bits: Entries) -> impl Iterator<Item = (usize, &'static Hooks)> {
+    core::iter::from_fn(move || {
+        let index = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        CATALOGUE.get(index).map(|info| (index, &info.hooks))
+    })
+}
+
+impl Effects {
+    pub(super) const fn new() -> Self {
+        Self {
+            epoch_us: 0,
+            plant: 0,
+            plant_states: 0,
+            input: 0,
+            measure: 0,
+            variance: 0,
+            gate: 0,
+            next_onset_s: f64::INFINITY,
+            memory: ActuatorMemory { fins_rad: None },
+            declared: VehicleParameters::IVER3,
+        }
+    }
+
+    /// The vehicle without effects.
+    pub(super) fn declared(&self) -> &VehicleParameters {
+        &self.declared
+    }
+
+    /// Reads which entries a configuration has.
+    pub(super) fn select(&mut self, config: &NavigationConfig) {
+        let mut present: Entries = 0;
+        for (index, ..) in config.effects.active() {
+            present |= 1 << index;
+        }
+        let mut states: Entries = 0;
+        for state in config.effect_states.iter() {
+            states |= 1 << state.parameter.effect_index();
+        }
+        present |= states;
+        let with = |has: fn(&Hooks) -> bool| -> Entries {
+            entries(present).filter(|(_, hooks)| has(hooks)).fold(0, |bits, (index, _)| bits | 1 << index)
+        };
+        self.plant = with(|hooks| hooks.plant.is_some());
+        self.plant_states = self.plant & states;
+        self.input = with(|hooks| hooks.input.is_some());
+        self.measure = with(|hooks| hooks.measure.is_some());
+        self.variance = with(|hooks| hooks.variance.is_some());
+        self.gate = with(|hooks| hooks.gate_sigma.is_some());
+    }
+
+    /// Adopts a vehicle; returns it with its effects at `t_s`.
+    ///
+    /// # Errors
+    /// [`ConfigError::Plant`] if the two do not go together, before or after any onset.
+    pub(super) fn adopt(
+        &mut self,
+        model: &VehicleModel,
+        t_s: f64,
+        config: &NavigationConfig,
+        x: &Estimate,
+    ) -> Result<VehicleModel, ConfigError> {
+        self.declared = *model.parameters();
+        let mut model = model.clone();
+        if self.plant != 0 {
+            for t_s in [0.0, f64::INFINITY, t_s] {
+                let plant = self.plant_at(t_s, config, x);
+                plant.validate_with_effects().map_err(|refused| ConfigError::Plant { key: refused.key })?;
+            }
+            self.retune(&mut model, t_s, config, x);
+        }
+        Ok(model)
+    }
+
+    /// Whether the model no longer is what it was made for.
+    pub(super) fn is_stale(&self, t_s: f64) -> bool {
+        self.plant_states != 0 || t_s >= self.next_onset_s
+    }
+
+    /// Brings the model to the time `t_s` and the present states.
+    pub(super) fn retune(&mut self, model: &mut VehicleModel, t_s: f64, config: &NavigationConfig, x: &Estimate) {
+        model.retune(&self.plant_at(t_s, config, x));
+        self.next_onset_s = f64::INFINITY;
+        for (index, _) in entries(self.plant) {
+            let values = Values::of(index, config, x);
+            let parameters = CATALOGUE.get(index).map(|info| info.parameters).unwrap_or_default();
+            for (parameter, onset_s) in parameters.iter().zip(values.as_slice()) {
+                if parameter.kind == ParameterKind::Onset && *onset_s > t_s {
+                    self.next_onset_s = self.next_onset_s.min(*onset_s);
+                }
+            }
+        }
+    }
+
+    fn plant_at(&self, t_s: f64, config: &NavigationConfig, x: &Estimate) -> VehicleParameters {
+        let mut plant = self.declared;
+        for (index, hooks) in entries(self.plant) {
+            if let Some(change) = hooks.plant {
+                change(Values::of(index, config, x).as_slice(), t_s, &mut plant);
+            }
+        }
+        plant
+    }
+
+    /// What the actuators did over a step under a command.
+    pub(super) fn actuated(
+        &mut self,
+        commanded: &ActuatorInput,
+        step: &Step,
+        config: &NavigationConfig,
+        x: &Estimate,
+    ) -> ActuatorInput {
+        let mut input = *commanded;
+        for (index, hooks) in entries(self.input) {
+            if let Some(change) = hooks.input {
+                change(Values::of(index, config, x).as_slice(), step, &mut self.memory, &mut input);
+            }
+        }
+        input
+    }
+
+    /// The actuators are where they are told to be.
+    pub(super) fn forget(&mut self) {
+        self.memory = ActuatorMemory::default();
+    }
+
+    /// ∂v̇/∂(effect state) of the plant's states: slot and column.
+    pub(super) fn acceleration_columns(
+        &self,
+        model: &VehicleModel,
+        input: &ActuatorInput,
+        config: &NavigationConfig,
+        x: &Estimate,
+    ) -> [Option<(usize, Vector6<f64>)>; PLANT_STATES] {
+        let mut columns = [None; PLANT_STATES];
+        if self.plant_states == 0 {
+            return columns;
+        }
+        let velocity = state::velocity(&x.vehicle);
+        let with_hook = config.effect_states.iter().enumerate().filter_map(|(slot, state)| {
+            let by = state.parameter.effect().hooks.wrench_by?;
+            Some((slot, by(state.parameter.index(), &velocity, input)))
+        });
+        for (column, (slot, wrench)) in columns.iter_mut().zip(with_hook) {
+            *column = Some((slot, model.acceleration_of(&wrench)));
+        }
+        columns
+    }
+
+    /// Turns what ideal sensors would show into what these show, rows of H included. Returns the gate that the effects
+    /// call for, if it is narrower than the filter's own.
+    pub(super) fn observe(
+        &self,
+        channel: Channel,
+        readings: &[f64],
+        t_s: f64,
+        config: &NavigationConfig,
+        x: &Estimate,
+        out: &mut Observations,
+    ) {
+        let moment = Moment { t_s, sound_speed_mps: config.sound_speed_mps };
+        for (index, hooks) in entries(self.measure) {
+            let Some(measure) = hooks.measure.filter(|measure| measure.channels.contains(&channel)) else { continue };
+            // What is predicted so far.
+            let mut before = [0.0; 3];
+            for ((before, z), observation) in before.iter_mut().zip(readings).zip(out.as_slice()) {
+                *before = z - observation.innovation;
+            }
+            let mut after = before;
+            let slopes = (measure.apply)(Values::of(index, config, x).as_slice(), &moment, &mut after);
+            turn(out, &slopes.by_reading);
+            for (i, observation) in out.as_mut_slice().iter_mut().enumerate() {
+                observation.innovation -= after[i] - before[i];
+                for (slot, state) in config.effect_states.iter().enumerate() {
+                    if state.parameter.effect_index() == index
+                        && let Some(column) = slopes.by_parameter.get(state.parameter.index())
+                        && column[i] != 0.0
+                    {
+                        observation.row.push(EFFECTS + slot, column[i]);
+                    }
+                }
+            }
+        }
+        for (index, hooks) in entries(self.variance) {
+            if let Some(variance) = hooks.variance {
+                let added = variance(Values::of(index, config, x).as_slice(), channel);
+                out.as_mut_slice().iter_mut().for_each(|observation| observation.variance += added);
+            }
+        }
+    }
+
+    /// The gate on a channel, sigmas.
+    pub(super) fn gate_sigma(&self, channel: Channel, config: &NavigationConfig, x: &Estimate) -> f64 {
+        let mut gate = config.gate_sigma;
+        for (index, hooks) in entries(self.gate) {
+            let narrower = hooks.gate_sigma.and_then(|gate| gate(Values::of(index, config, x).as_slice(), channel));
+            gate = gate.min(narrower.unwrap_or(gate));
+        }
+        gate
+    }
+
+    /// Whether measurements are as ideal sensors show them.
+    pub(super) fn leave_measurements_alone(&self) -> bool {
+        self.measure == 0 && self.variance == 0
+    }
+}
+
+/// H → J H of a measurement of at most three scalars.
+fn turn(out: &mut Observations, by_reading: &[[f64; 3]; 3]) {
+    let is_diagonal = (0..3).all(|i| (0..3).all(|j| i == j || by_reading[i][j] == 0.0));
+    if is_diagonal {
+        for (i, observation) in out.as_mut_slice().iter_mut().enumerate().take(3) {
+            if by_reading[i][i] != 1.0 {
+                observation.row.scale(by_reading[i][i]);
+            }
+        }
+        return;
+    }
+    let mut rows = [Row::EMPTY; 3];
+    for (row, weights) in rows.iter_mut().zip(by_reading) {
+        for (weight, observation) in weights.iter().zip(out.as_slice()) {
+            row.add_scaled(*weight, &observation.row);
+        }
+    }
+    for (observation, row) in out.as_mut_slice().iter_mut().zip(rows) {
+        observation.row = row;
+    }
+}
