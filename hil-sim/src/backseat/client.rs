@@ -4,7 +4,7 @@ use super::{BackseatError, Ports};
 use crate::devices::Arrival;
 use backseat_core::navigation::Sensor;
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, MAX_FRAME, Port, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -50,6 +50,10 @@ pub struct StepOutput {
     pub telemetry: Option<Telemetry>,
     /// What it fused.
     pub fusions: Vec<FusionRecord>,
+    /// What it identified, when it says so.
+    pub identification: Option<Identification>,
+    /// Verdicts about the parameters in use.
+    pub adoptions: Vec<Adoption>,
     /// Running digest of filter state and covariance.
     pub digest: u64,
 }
@@ -215,6 +219,8 @@ impl<P: Ports> Client<P> {
 
         let mut telemetry = None;
         let mut fusions = Vec::new();
+        let mut identification = None;
+        let mut adoptions = Vec::new();
         let StepDone { time_us: answered_us, sent: counts, digest } = self.receive(|message| match message {
             FromBoard::StepDone(done) => Some(done),
             FromBoard::Telemetry(record) => {
@@ -223,6 +229,14 @@ impl<P: Ports> Client<P> {
             }
             FromBoard::Fusion(record) => {
                 fusions.extend(FusionRecord::of(&record));
+                None
+            }
+            FromBoard::Identification(record) => {
+                identification = Some(record);
+                None
+            }
+            FromBoard::Adoption(verdict) => {
+                adoptions.push(verdict);
                 None
             }
             _ => None,
@@ -241,7 +255,7 @@ impl<P: Ports> Client<P> {
             }
             sent[port as usize] = ahead.drain(..usize::from(count)).collect();
         }
-        Ok(StepOutput { sent, telemetry, fusions, digest })
+        Ok(StepOutput { sent, telemetry, fusions, identification, adoptions, digest })
     }
 
     /// Forgets what the device ports carried before the board restarted, while it ran on its own

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod adoption;
 pub mod dataset;
 pub mod packets;
 pub mod run;

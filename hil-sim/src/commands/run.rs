@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
   hil-sim run --effect water_current:north_mps=0.15 --effect heading_bias:cos_rad=0.035
   hil-sim run my_scenario.toml --minutes 30 --out flight --json")]
 pub struct Arguments {
-    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms.
+    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption.
     scenario: Option<PathBuf>,
     /// Which backseat: `host`, the app as a process on virtual serial ports; `qemu`, the ARM image; or a board, as
     /// the five serial ports frontseat,dvl,ahrs,modem,host with commas between them.

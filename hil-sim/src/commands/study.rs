@@ -9,16 +9,13 @@
 use crate::analysis::{self, Configuration, Nis, NisBySensor};
 use crate::backseat::{Client, InProcess};
 use crate::flight::{self, FlightLog};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, perturbed};
 use anyhow::Context;
-use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::ProcessModel;
 use backseat_data::filter::{self, FilterOptions};
 use backseat_data::stats::{mean, mean_ci95, nis_bounds95};
 use backseat_data::{Truth, VehicleFile};
 use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -31,23 +28,27 @@ use std::sync::atomic::AtomicBool;
 #[command(after_help = "Examples:
   hil-sim study
   hil-sim study --runs 4 --minutes 60
-  hil-sim study --first-seed 101 --out docs/navigation.md")]
+  hil-sim study --first-seed 101 --out docs/navigation.md
+  hil-sim study --adoption --out docs/adoption.md")]
 pub struct Arguments {
     /// Seeded missions per row.
     #[arg(long, default_value_t = 10)]
-    runs: u64,
+    pub(super) runs: u64,
     /// Seed of the first; the others follow.
     #[arg(long, default_value_t = 1)]
-    first_seed: u64,
+    pub(super) first_seed: u64,
     /// End each mission after this simulated time.
     #[arg(long)]
-    minutes: Option<f64>,
+    pub(super) minutes: Option<f64>,
     /// Write the table to this file as well (Markdown).
     #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
     /// Print one JSON object on stdout.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
+    /// The table of adopted parameters instead.
+    #[arg(long)]
+    adoption: bool,
 }
 
 /// A filter of the table.
@@ -92,6 +93,9 @@ impl Row {
 /// # Errors
 /// A flight or a filter that fails; a file that cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if arguments.adoption {
+        return super::adoption::run(arguments);
+    }
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} flights, {eta} to go");
     let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
     let plan: Vec<(u64, bool)> = seeds.flat_map(|seed| [(seed, false), (seed, true)]).collect();
@@ -222,18 +226,6 @@ fn filters(vehicle: &VehicleFile, seed: u64) -> Vec<Filter> {
         filter("0.15 m/s current: dynamic without current state", true, dynamic, vehicle),
         filter("0.15 m/s current: dynamic with current state", true, with_current, vehicle),
     ]
-}
-
-/// A vehicle declared wrong: inertia, drag, fins and thrust each too high or too low by `share`, as the seed has it.
-fn perturbed(parameters: &VehicleParameters, share: f64, seed: u64) -> VehicleParameters {
-    let mut wrong = *parameters;
-    let mut coin = ChaCha8Rng::seed_from_u64(seed);
-    let plant = wrong.m_diag.iter_mut().chain(&mut wrong.quadratic_diag);
-    let actuators = wrong.cd.iter_mut().chain(&mut wrong.cl).chain(std::iter::once(&mut wrong.beta5_n_s2_per_rad2));
-    for value in plant.chain(actuators) {
-        *value *= if coin.random_bool(0.5) { 1.0 + share } else { 1.0 - share };
-    }
-    wrong
 }
 
 fn with_interval(samples: &[f64]) -> String {

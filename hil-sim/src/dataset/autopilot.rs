@@ -34,14 +34,24 @@ impl Follower {
     }
 }
 
-/// An integral that stops where the output does.
-#[derive(Clone, Copy, Debug, Default)]
-struct Integral(f64);
+/// Takes up what is steadily missing. Large errors, of a manoeuvre, count as one of `worth`.
+#[derive(Clone, Copy, Debug)]
+struct Integral {
+    gain: f64,
+    worth: f64,
+    limit: f64,
+    sum: f64,
+}
 
 impl Integral {
-    fn add(&mut self, error: f64, gain: f64, limit: f64) -> f64 {
-        self.0 = (self.0 + gain * error * STEP_S).clamp(-limit, limit);
-        self.0
+    const fn new(gain: f64, worth: f64, limit: f64) -> Self {
+        Self { gain, worth, limit, sum: 0.0 }
+    }
+
+    fn add(&mut self, error: f64) -> f64 {
+        let step = self.gain * error.clamp(-self.worth, self.worth) * STEP_S;
+        self.sum = (self.sum + step).clamp(-self.limit, self.limit);
+        self.sum
     }
 }
 
@@ -80,10 +90,10 @@ impl<'a> Autopilot<'a> {
             depth: Follower::default(),
             speed: Follower::default(),
             last_ahrs_us: 0,
-            rudder: Integral::default(),
-            trim: Integral::default(),
-            elevator: Integral::default(),
-            propeller: Integral::default(),
+            rudder: Integral::new(0.02, 0.1, 0.2),
+            trim: Integral::new(0.004, 0.5, 0.2),
+            elevator: Integral::new(0.05, 0.1, 0.2),
+            propeller: Integral::new(2.0, 0.1, 40.0),
         }
     }
 
@@ -116,9 +126,8 @@ impl<'a> Autopilot<'a> {
         let mut propeller_radps = ahead;
         if self.holds_speed && self.speed.started {
             let error = leg.speed_mps - self.speed.value;
-            // The integral waits while a step of speed is made.
-            let gain = if error.abs() < 0.2 { 2.0 } else { 0.0 };
-            propeller_radps += 40.0 * error + self.propeller.add(error, gain, 60.0);
+            // Within a quarter, so that enough speed through the water is left in any current.
+            propeller_radps += (40.0 * error + self.propeller.add(error)).clamp(-0.25 * ahead, 0.25 * ahead);
         }
         let propeller_radps = propeller_radps.clamp(0.0, self.propeller_max);
         if !(self.heading.started && self.depth.started) {
@@ -129,15 +138,13 @@ impl<'a> Autopilot<'a> {
         let [q, r] = self.rates.map(|rate| rate.value);
 
         let turn = libm::remainder(leg.heading_rad - self.heading.value, TAU);
-        let trimmed = if turn.abs() < 0.2 { self.rudder.add(turn, 0.02, 0.1) } else { self.rudder.0 };
-        let rudder = (soften * (0.4 * turn - 0.4 * r) + trimmed).clamp(-FIN_MAX, FIN_MAX);
+        let rudder = (soften * (0.4 * turn - 0.4 * r) + self.rudder.add(turn)).clamp(-FIN_MAX, FIN_MAX);
 
         let deeper = leg.depth_m - self.depth.value;
-        let level = if deeper.abs() < 1.0 { self.trim.add(deeper, 0.004, 0.2) } else { self.trim.0 };
+        let level = if deeper.abs() < 1.5 { self.trim.add(deeper) } else { self.trim.sum };
         let wanted = (-0.12 * deeper - level).clamp(-PITCH_MAX, PITCH_MAX);
         let up = wanted - self.pitch.value;
-        let held = if up.abs() < 0.15 { self.elevator.add(up, 0.05, 0.15) } else { self.elevator.0 };
-        let elevator = (soften * (0.5 * up - 0.3 * q) + held).clamp(-FIN_MAX, FIN_MAX);
+        let elevator = (soften * (0.5 * up - 0.3 * q) + self.elevator.add(up)).clamp(-FIN_MAX, FIN_MAX);
 
         // Top and port up the fin's own axis turn the bow to starboard and up.
         Actuators { propeller_radps, fins_rad: [rudder, -rudder, elevator, -elevator] }

@@ -68,6 +68,8 @@ pub fn fly_prepared<P: Ports>(
         }
         recorder.flight.digest = output.digest;
         recorder.flight.fusions.extend(output.fusions);
+        recorder.flight.identifications.extend(output.identification);
+        recorder.flight.adoptions.extend(output.adoptions);
         let Some(telemetry) = output.telemetry else { continue };
         if under_way && telemetry.leg.is_none() && !recorder.flight.finished {
             recorder.flight.finished = true;

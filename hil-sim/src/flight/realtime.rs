@@ -54,10 +54,12 @@ pub fn fly_realtime<P: Ports>(
             devices.sent_by_backseat(port, now_us, &bytes);
         }
         let mut latest: Option<Telemetry> = None;
-        let fusions = &mut recorder.flight.fusions;
+        let flight = &mut recorder.flight;
         client.drain(|message| match message {
             FromBoard::Telemetry(telemetry) => latest = Some(telemetry),
-            FromBoard::Fusion(fusion) => fusions.extend(FusionRecord::of(&fusion)),
+            FromBoard::Fusion(fusion) => flight.fusions.extend(FusionRecord::of(&fusion)),
+            FromBoard::Identification(record) => flight.identifications.push(record),
+            FromBoard::Adoption(verdict) => flight.adoptions.push(verdict),
             _ => {}
         })?;
         let Some(telemetry) = latest else { continue };

@@ -7,7 +7,7 @@ use crate::world::{ActuatorTargets, VehicleTruth};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
 use backseat_data::{Column, DataError, Log, LogRow, LogWriter, TruthRow, TruthWriter};
-use backseat_wire::hostlink::{Mode, ModeReason, Telemetry};
+use backseat_wire::hostlink::{Adoption, Identification, Mode, ModeReason, Telemetry};
 use std::path::Path;
 
 /// Truth and estimate at one time.
@@ -41,6 +41,10 @@ pub struct FlightLog {
     pub samples: Vec<Sample>,
     /// What the backseat fused.
     pub fusions: Vec<FusionRecord>,
+    /// What the backseat identified.
+    pub identifications: Vec<Identification>,
+    /// Its verdicts about the parameters in use.
+    pub adoptions: Vec<Adoption>,
     /// Vehicle and ship (north, east) at each packet's arrival and launch, m.
     pub packets: Vec<([f64; 2], [f64; 2])>,
     /// Mode changes.

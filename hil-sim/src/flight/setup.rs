@@ -12,7 +12,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
     let settings = &scenario.settings;
     let environment = &settings.environment;
     let backseat = &settings.backseat;
-    let mut values = scenario.vehicle.flatten();
+    let mut values = scenario.told_vehicle().flatten();
     for (name, value) in &mut values {
         if name == "sensors.depth_m" {
             // Rounding adds the variance of a uniform error.
@@ -25,7 +25,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ControlLaw::LqrOnReference => 2.0,
     };
     let helm = backseat.control_mode == ControlMode::Oms;
-    let app: [(&str, f64); 13] = [
+    let app: [(&str, f64); 14] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
         ("app.origin_lon_deg", environment.origin_longitude_deg),
         ("app.sound_speed_mps", environment.sound_speed_mps),
@@ -36,6 +36,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.use_range_rate", 1.0),
         ("app.use_dvl", f64::from(u8::from(backseat.dvl))),
         ("app.current_state", f64::from(u8::from(backseat.current_state))),
+        ("app.adopt", f64::from(u8::from(backseat.adopt))),
         ("app.control_law", control_law),
         ("app.control_mode", f64::from(u8::from(helm))),
         // A frontseat that steers by itself tells its fins only in its state: the model needs them often.

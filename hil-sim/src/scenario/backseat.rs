@@ -1,9 +1,14 @@
 //! `[backseat]`: how the backseat under test is configured.
 
+use super::{Scenario, quantity};
+use backseat_core::dynamics::VehicleParameters;
+use backseat_data::VehicleFile;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 /// `[backseat]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Backseat {
     /// The app may fuse DVL velocities (it is simulated and logged either way).
@@ -14,6 +19,12 @@ pub struct Backseat {
     pub control_mode: ControlMode,
     /// Estimate a water current.
     pub current_state: bool,
+    /// Use identified parameters that have predicted better.
+    pub adopt: bool,
+    /// Inertia, drag, fins and thrust as told to the backseat are each too high or too low by this share; the seed has the
+    /// signs.
+    #[serde(deserialize_with = "quantity::share")]
+    pub wrong_share: f64,
 }
 
 /// Which law steers.
@@ -38,4 +49,26 @@ pub enum ControlMode {
     Omp,
     /// Heading, depth and speed (`$OMS`).
     Oms,
+}
+
+impl Scenario {
+    /// The vehicle as it is told to the backseat: what is declared, wrong by `backseat.wrong_share`.
+    #[must_use]
+    pub fn told_vehicle(&self) -> VehicleFile {
+        let parameters = perturbed(&self.vehicle.parameters, self.settings.backseat.wrong_share, self.settings.seed);
+        VehicleFile { parameters, ..self.vehicle.clone() }
+    }
+}
+
+/// A vehicle declared wrong: inertia, drag, fins and thrust each too high or too low by `share`, as the seed has it.
+#[must_use]
+pub fn perturbed(parameters: &VehicleParameters, share: f64, seed: u64) -> VehicleParameters {
+    let mut wrong = *parameters;
+    let mut coin = ChaCha8Rng::seed_from_u64(seed);
+    let plant = wrong.m_diag.iter_mut().chain(&mut wrong.quadratic_diag);
+    let actuators = wrong.cd.iter_mut().chain(&mut wrong.cl).chain(std::iter::once(&mut wrong.beta5_n_s2_per_rad2));
+    for value in plant.chain(actuators) {
+        *value *= if coin.random_bool(0.5) { 1.0 + share } else { 1.0 - share };
+    }
+    wrong
 }

@@ -6,11 +6,12 @@ use backseat_wire::hostlink::Waypoint;
 use std::path::Path;
 
 /// The built-in scenarios by name; they fly the built-in reference vehicle.
-const BUILT_IN: [(&str, &str); 4] = [
+const BUILT_IN: [(&str, &str); 5] = [
     ("survey", include_str!("../../scenarios/survey.toml")),
     ("survey_current", include_str!("../../scenarios/survey_current.toml")),
     ("survey_pd", include_str!("../../scenarios/survey_pd.toml")),
     ("survey_oms", include_str!("../../scenarios/survey_oms.toml")),
+    ("adoption", include_str!("../../scenarios/adoption.toml")),
 ];
 
 /// The vehicle of the built-in scenarios.
@@ -33,7 +34,7 @@ impl Scenario {
         Ok(Self { settings, vehicle: VehicleFile::read(&vehicle_path)? })
     }
 
-    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd` or `survey_oms`.
+    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms` or `adoption`.
     ///
     /// # Errors
     /// If there is no built-in scenario of that name.

@@ -12,7 +12,7 @@ mod sections;
 mod sensors;
 mod vehicle;
 
-pub use backseat::{Backseat, ControlLaw, ControlMode};
+pub use backseat::{Backseat, ControlLaw, ControlMode, perturbed};
 pub use effects::{Effect, Effects, Physics, Request};
 pub use mission::{Lawnmower, Line, Mission, MissionWaypoint};
 pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, Slot, Start};

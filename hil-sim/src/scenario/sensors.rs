@@ -92,6 +92,9 @@ pub struct Dvl {
     /// Bottom lock is lost above this altitude, m.
     #[serde(deserialize_with = "quantity::length")]
     pub max_altitude_m: f64,
+    /// Bottom lock is lost for good at this time, s.
+    #[serde(deserialize_with = "quantity::duration")]
+    pub until_s: Option<f64>,
 }
 
 impl Default for Dvl {
@@ -104,6 +107,7 @@ impl Default for Dvl {
             altitude_sigma_m: 0.05,
             min_altitude_m: 0.5,
             max_altitude_m: 80.0,
+            until_s: None,
         }
     }
 }

@@ -56,7 +56,8 @@ impl Dvl {
             }
             let altitude_noise = self.settings.altitude_sigma_m * self.random.normal();
             let altitude_m = self.bottom_depth_m - vehicle.state[2];
-            if !(self.settings.min_altitude_m..=self.settings.max_altitude_m).contains(&altitude_m) {
+            let lost = self.settings.until_s.is_some_and(|until_s| vehicle.time_us as f64 * 1e-6 > until_s);
+            if lost || !(self.settings.min_altitude_m..=self.settings.max_altitude_m).contains(&altitude_m) {
                 return ObservationKind::Dvl { velocity_mps: None, altitude_m: None };
             }
             let ([u, v, w], [x, y, z]) = (vehicle.velocity_over_ground_mps, self.lever_m);
