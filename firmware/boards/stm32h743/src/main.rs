@@ -214,6 +214,11 @@ impl Board {
             self.app.pps(time_us);
             self.log.record(&LogRecord::Edge { time_us });
         }
+        // Until it knows its clock the pump leaves to the ports what devices say; two seconds of it overflow a ring.
+        if self.app.stepped_us().is_none() && !self.pump.is_lockstep() {
+            let [devices @ .., _host] = &mut self.ports;
+            devices.iter_mut().for_each(SerialPort::discard);
+        }
         for _ in 0..TURNS {
             let stepped_us = self.app.stepped_us();
             let time_us = self.clock.now_us();
@@ -248,7 +253,7 @@ impl Board {
             TO_STORE.signal(*settings);
         }
         self.leds.show(self.app, now_us, self.warning);
-        self.ports.iter_mut().for_each(SerialPort::report);
+        self.ports.iter().for_each(|port| port.report(self.app));
         self.clock.report();
     }
 }

@@ -55,20 +55,22 @@ impl Clock {
 
     /// Board time of an edge of the pulse per second since the last call, µs.
     ///
-    /// The timer latches the time itself, so that nothing depends on how soon it is read. Two edges
-    /// between two calls (1 ms) are noise; none is reported.
+    /// The timer latches the count at the edge itself, so that nothing depends on how soon it is read: what disciplines
+    /// the clock is the captured count, not the time of the look. The latch keeps it until it is read; a second edge would
+    /// have to come before that. Looks are 1 ms apart and edges 1000 ms, and where no look comes for 600 ms the watchdog
+    /// resets the board: no edge of a pulse per second can be lost. Two between two looks are noise; none is reported.
     pub fn take_edge_us(&mut self) -> Option<u64> {
         let registers = self.timer.regs_gp32();
-        let status = registers.sr().read();
-        if !status.ccif(PPS.index()) {
+        if !registers.sr().read().ccif(PPS.index()) {
             return None;
         }
+        // Reading the capture clears its flag (RM0433, TIMx_SR), so that the flag of an edge that comes now stays.
         let captured = self.timer.get_capture_value(PPS);
-        let mut clear = SrGp16(ALL_FLAGS);
-        clear.set_ccif(PPS.index(), false);
-        clear.set_ccof(PPS.index(), false);
-        registers.sr().write_value(clear);
-        if status.ccof(PPS.index()) {
+        // Looked at after the capture: an edge before it was read has overwritten the one before.
+        if registers.sr().read().ccof(PPS.index()) {
+            let mut clear = SrGp16(ALL_FLAGS);
+            clear.set_ccof(PPS.index(), false);
+            registers.sr().write_value(clear);
             self.lost_edges = self.lost_edges.saturating_add(1);
             return None;
         }

@@ -4,6 +4,7 @@
 //! sends it by DMA. The pump looks every millisecond.
 
 use crate::memory::DmaMemory;
+use backseat_app::App;
 use backseat_wire::hostlink::Port;
 use core::convert::Infallible;
 use core::future::Future;
@@ -105,7 +106,7 @@ pub fn start(resources: Resources, memory: &'static mut DmaMemory) -> ([SerialPo
         ring.start_uart();
         let stage = defmt::unwrap!(stages.next());
         *defmt::unwrap!(places.next()) = Some(Transmitter { uart: transmit, outgoing, stage });
-        SerialPort { port: defmt::unwrap!(ports.next()), ring, outgoing, next: None, errors: 0, reported: 0 }
+        SerialPort { port: defmt::unwrap!(ports.next()), ring, outgoing, next: None, errors: 0 }
     });
     (serial, transmitters.map(|transmitter| defmt::unwrap!(transmitter)))
 }
@@ -135,9 +136,8 @@ pub struct SerialPort {
     outgoing: &'static Outgoing,
     /// A byte that was fetched to see whether there is one.
     next: Option<u8>,
-    /// Framing, noise and overrun errors.
+    /// Framing and noise errors, overruns of the UART and of the ring.
     errors: u32,
-    reported: u32,
 }
 
 impl SerialPort {
@@ -153,19 +153,24 @@ impl SerialPort {
             Poll::Pending => 0,
             Poll::Ready(Err(_)) => {
                 self.errors = self.errors.saturating_add(1);
-                // The error stopped reception, a millisecond ago at most; the ring keeps what it has.
+                // The error stopped reception, a millisecond ago at most. After a framing or noise error the DMA has
+                // only paused and the ring keeps what it has; after an overrun of the ring itself up to a ring of old
+                // bytes may follow once (README, untried).
                 self.ring.start_uart();
                 0
             }
         }
     }
 
-    /// Logs receive errors since the last call.
-    pub fn report(&mut self) {
-        if self.errors != self.reported {
-            self.reported = self.errors;
-            defmt::warn!("{}: {=u32} receive errors since start", self.port, self.errors);
-        }
+    /// Forgets what has come.
+    pub fn discard(&mut self) {
+        self.next = None;
+        while self.take(&mut [0; 64]) > 0 {}
+    }
+
+    /// Hands the count of receive errors to the app, which tells the host.
+    pub fn report(&self, app: &mut App) {
+        app.receive_losses(self.port, self.errors);
     }
 }
 
