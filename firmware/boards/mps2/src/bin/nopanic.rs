@@ -17,6 +17,7 @@ use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
 use backseat_core::control::riccati::{Horizon, LinearQuadratic, RiccatiSolver};
 use backseat_core::control::{ControlConfig, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
+use backseat_core::identification::{IdentificationConfig, Identifier, Place, Race, theta};
 use backseat_core::navigation::{
     Consistency, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ProcessModel, ProcessNoise,
     Sensor, nees_position, nees_vehicle,
@@ -39,7 +40,7 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 use embedded_storage::nor_flash::{ErrorType as FlashErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, Vector3, Vector6};
 use static_cell::ConstStaticCell;
 
 unsafe extern "C" {
@@ -61,6 +62,8 @@ struct Objects {
     navigator: Navigator,
     controller: Controller,
     solver: RiccatiSolver<12, 3>,
+    identifier: Identifier,
+    race: Race,
 }
 
 /// In the larger RAM; what it holds at start does not matter here.
@@ -73,6 +76,8 @@ static OBJECTS: ConstStaticCell<Objects> = ConstStaticCell::new(Objects {
     navigator: Navigator::new(),
     controller: Controller::new(),
     solver: RiccatiSolver::new(),
+    identifier: Identifier::new(),
+    race: Race::new(),
 });
 
 #[entry]
@@ -83,6 +88,7 @@ fn main() -> ! {
             app(objects);
             navigation(&mut objects.navigator);
             control(objects);
+            identification(&mut objects.identifier, &mut objects.race);
             let bytes = opaque([0_u8; 64]);
             let length = opaque(0_usize);
             let bytes = bytes.get(..length).unwrap_or_default();
@@ -273,6 +279,29 @@ fn control(objects: &mut Objects) {
     let mut gain = SMatrix::<f64, 3, 12>::zeros();
     solver.gain_to(&mut gain);
     opaque(&gain);
+}
+
+fn identification(identifier: &mut Identifier, race: &mut Race) {
+    let prior = opaque(VehicleParameters::IVER3);
+    opaque(identifier.configure(&opaque(IdentificationConfig::DEFAULT), &prior).is_ok());
+    race.configure(opaque(1.0), &opaque([1.0; 6]), &opaque([1.0; 6]), opaque(0.1));
+    for place in [Place::Active, Place::Candidate, Place::Previous] {
+        race.enter(place, opaque(identifier.estimate()).as_ref());
+    }
+    let (attitude, velocity) = opaque((Vector3::zeros(), Vector6::zeros()));
+    let input = opaque(ActuatorInput::default());
+    opaque(identifier.sample(opaque(0), &attitude, &velocity, &input));
+    if let Some(model) = identifier.model() {
+        opaque(race.sample(model, opaque(0), &attitude, &velocity, &input));
+    }
+    let evidence = race.evidence(opaque(Place::Candidate));
+    opaque((evidence.is_better(), evidence.standard_error(), race.theta(opaque(Place::Active))));
+    race.interrupt();
+    opaque((identifier.excitation(), identifier.drift().drifted(), identifier.drift().scores()));
+    opaque((identifier.state(), identifier.parameters(), identifier.adapted_s(), identifier.restarts()));
+    if let Some(estimate) = identifier.estimate() {
+        opaque(theta::theta_of(&theta::with_theta(&prior, &opaque(estimate))));
+    }
 }
 
 fn sentences(bytes: &[u8]) {

@@ -20,8 +20,9 @@ const SURFACE_STEPS: u64 = 100;
 const PACKET_STEPS: u64 = 200;
 /// The mission is started here, with navigation valid.
 pub const START_STEP: u64 = 90;
-/// A step with everything: all sensors, the frontseat's state, and a packet that completes.
-pub const WORST_STEP: u64 = PACKET_STEPS * 2 + 10;
+/// A step with everything: all sensors, the frontseat's state, a packet that completes, and the identifier adapting, which it
+/// does from a minute and some seconds on after the dive.
+pub const WORST_STEP: u64 = PACKET_STEPS * 5 + 10;
 const SHIP_M: [f64; 2] = [250.0, -150.0];
 const ORIGIN: LocalFrame = LocalFrame::new(41.5, -70.7);
 const SOUND_SPEED_MPS: f64 = 1500.0;

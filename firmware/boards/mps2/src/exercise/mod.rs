@@ -3,5 +3,6 @@
 pub mod cases;
 pub mod digest;
 pub mod feed;
+pub mod motion;
 pub mod random;
 pub mod vectors;

@@ -3,38 +3,53 @@
 use super::cases::CASES;
 use super::digest::Digest;
 use super::feed::{self, Frames};
+use super::motion;
 use super::random::Random;
 use backseat_app::{App, LocalFrame, STEP_US};
 use backseat_core::control::allocation::{AllocationMethod, Datum, Moments, allocate};
 use backseat_core::control::mission::{Mission, Waypoint};
 use backseat_core::control::{Command, ControlConfig, ControlLaw, Controller};
-use backseat_core::dynamics::{ActuatorInput, Linearisation, VehicleModel, VehicleParameters, kinematic_linearise};
+use backseat_core::dynamics::{
+    ActuatorInput, Attitude, Linearisation, VehicleModel, VehicleParameters, kinematic_linearise,
+};
+use backseat_core::identification::aid::{AidState, Instant, heun, rates};
+use backseat_core::identification::{IdentificationConfig, Identifier, Place, Race, Theta, theta};
 use backseat_core::navigation::{
-    AcousticPath, EffectStates, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ProcessModel, ShipEnd,
-    VehicleEnd,
+    AcousticPath, EffectStates, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ProcessModel,
+    ShipEnd, VehicleEnd,
 };
 use backseat_core::state::VehicleState;
 use backseat_wire::Decimal;
 use backseat_wire::calendar::TimeOfDay;
 use backseat_wire::hostlink::Port;
+use nalgebra::Vector6;
 
 /// What is too big for a stack.
 pub struct Objects {
     navigator: Navigator,
     controller: Controller,
+    identifier: Identifier,
+    race: Race,
     app: App,
     frames: Frames,
 }
 
 impl Objects {
     pub const fn new() -> Self {
-        Self { navigator: Navigator::new(), controller: Controller::new(), app: App::new(), frames: Frames::new() }
+        Self {
+            navigator: Navigator::new(),
+            controller: Controller::new(),
+            identifier: Identifier::new(),
+            race: Race::new(),
+            app: App::new(),
+            frames: Frames::new(),
+        }
     }
 }
 
 /// Runs everything; `report` is told the name and the digest of each item.
 pub fn run(objects: &mut Objects, report: &mut dyn FnMut(&str, u64)) {
-    let Objects { navigator, controller, app, frames } = objects;
+    let Objects { navigator, controller, identifier, race, app, frames } = objects;
     transcendental(report);
     process_model(report);
     wire_numbers(report);
@@ -44,6 +59,8 @@ pub fn run(objects: &mut Objects, report: &mut dyn FnMut(&str, u64)) {
     lqr_gain(controller, report);
     commands(controller, report);
     allocation(report);
+    identification_steps(report);
+    identification_run(identifier, race, report);
     voyage(app, frames, report);
 }
 
@@ -305,10 +322,64 @@ fn allocation(report: &mut dyn FnMut(&str, u64)) {
     }
 }
 
-/// The whole app from bytes: forty seconds with two packets, under way on a mission from the tenth on.
+/// One step of the laws from each of many states.
+fn identification_steps(report: &mut dyn FnMut(&str, u64)) {
+    item(report, "identification, steps", |digest| {
+        let Some(model) = model(true) else { return };
+        let mut random = Random(7);
+        let theta = theta::theta_of(model.parameters());
+        for k in 0..50 {
+            let [then, now] = [k, k + 1].map(|k| {
+                let (attitude, velocity, input) = motion::sample(17 * k, &mut random);
+                Instant::new(&model, &velocity, &Attitude::new(&attitude).down(), &input)
+            });
+            let state = AidState { velocity: then.velocity + Vector6::from(random.array::<6>(0.1)), theta };
+            let gains = Theta::from(random.array(1e-3)).abs();
+            let next = heun(&state, &rates(&state, 0.3, &then), &gains, 0.3, &now, 0.1);
+            digest.numbers(next.velocity.as_slice());
+            digest.numbers(next.theta.as_slice());
+        }
+    });
+}
+
+/// Forty seconds of the identifier, most of them adapting, and of a race of three parameter sets.
+fn identification_run(identifier: &mut Identifier, race: &mut Race, report: &mut dyn FnMut(&str, u64)) {
+    let prior = VehicleParameters::IVER3;
+    let config = IdentificationConfig { warm_up_s: 5.0, ..IdentificationConfig::DEFAULT };
+    // refused by none: an identifier that is not configured shows as a digest that differs from the one before
+    let _ = identifier.configure(&config, &prior);
+    race.configure(config.roll_pitch_noise_rad, &config.velocity_noise, &[3e-3, 2e-3, 2e-3, 3e-3, 1e-3, 1e-3], 0.1);
+    for (place, factor) in [(Place::Active, 1.0), (Place::Candidate, 1.1), (Place::Previous, 0.9)] {
+        race.enter(place, Some(&(theta::theta_of(&prior) * factor)));
+    }
+    let Some(model) = model(false) else { return };
+    let mut random = Random(8);
+    item(report, "identification, run", |digest| {
+        for k in 1..=400 {
+            let (attitude, velocity, input) = motion::sample(k, &mut random);
+            let now = identifier.sample(k * STEP_US, &attitude, &velocity, &input);
+            digest.numbers(now.velocity_error.as_slice());
+            digest.numbers(identifier.state().theta.as_slice());
+            digest.word(now.outcome as u64);
+            digest.word(race.sample(&model, k * STEP_US, &attitude, &velocity, &input).into());
+        }
+        digest.numbers(identifier.estimate().unwrap_or_default().as_slice());
+        digest.numbers(identifier.drift().scores().as_slice());
+        for parameter in identifier.excitation() {
+            digest.numbers(&[parameter.strength, parameter.noise, parameter.independent]);
+            digest.word(parameter.visibility as u64);
+        }
+        for place in [Place::Candidate, Place::Previous] {
+            digest.number(race.evidence(place).standard_error());
+        }
+    });
+}
+
+/// The whole app from bytes: a hundred seconds with five packets, under way on a mission from the tenth on, adapting from
+/// the ninetieth.
 fn voyage(app: &mut App, frames: &mut Frames, report: &mut dyn FnMut(&str, u64)) {
-    item(report, "app, 42 s", |digest| {
-        feed::set(app, &[("app.use_dvl", 1.0), ("app.use_range_rate", 1.0)]);
+    item(report, "app, 101 s", |digest| {
+        feed::set(app, &[("app.use_dvl", 1.0), ("app.use_range_rate", 1.0), ("app.adapt", 1.0)]);
         for k in 1..=feed::WORST_STEP {
             if k == feed::START_STEP {
                 feed::start(app);

@@ -46,7 +46,7 @@ impl Write for Memory<'_> {
     }
 }
 
-/// Forty seconds with everything switched on: the dearest cycle under way, and the first one.
+/// A hundred seconds with everything switched on: the dearest cycle under way, and the first one.
 pub fn measure(app: &mut App, pump: &mut Pump, frames: &mut Frames) {
     let everything = [
         ("app.current_state", 1.0),
@@ -54,6 +54,7 @@ pub fn measure(app: &mut App, pump: &mut Pump, frames: &mut Frames) {
         ("app.use_water_track", 1.0),
         ("app.use_range_rate", 1.0),
         ("app.control_law", 2.0),
+        ("app.adapt", 1.0),
     ];
     let commit = count(|| feed::set(app, &everything)).1;
     let (mut first, mut worst, mut worst_step, mut sum, mut steps) = (0, 0, 0, 0, 0);

@@ -10,7 +10,10 @@ mod cycle;
 mod dense;
 #[path = "../../exercise/feed.rs"]
 mod feed;
+mod identification;
 mod measure;
+#[path = "../../exercise/motion.rs"]
+mod motion;
 mod navigation;
 mod parsers;
 #[path = "../../exercise/random.rs"]
@@ -20,6 +23,7 @@ mod slot;
 
 use backseat_app::{App, Pump};
 use backseat_core::control::Controller;
+use backseat_core::identification::{Identifier, Race};
 use backseat_core::navigation::Navigator;
 use cortex_m_rt::entry;
 use feed::Frames;
@@ -35,6 +39,8 @@ fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
 struct Objects {
     navigator: Navigator,
     controller: Controller,
+    identifier: Identifier,
+    race: Race,
     app: App,
     pump: Pump,
     frames: Frames,
@@ -43,6 +49,8 @@ struct Objects {
 static INITIAL: Objects = Objects {
     navigator: Navigator::new(),
     controller: Controller::new(),
+    identifier: Identifier::new(),
+    race: Race::new(),
     app: App::new(),
     pump: Pump::new(),
     frames: Frames::new(),
@@ -60,13 +68,14 @@ fn row(group: &str, name: &str, states: usize, entries: usize, instructions: u32
 #[entry]
 fn main() -> ! {
     // SAFETY: `main` is entered once, and the objects hold no references.
-    let Objects { navigator, controller, app, pump, frames } = unsafe { OBJECTS.fill(&INITIAL) };
+    let Objects { navigator, controller, identifier, race, app, pump, frames } = unsafe { OBJECTS.fill(&INITIAL) };
     measure::start();
     measure::paint();
     cycle::measure(app, pump, frames);
     row("stack", "bytes", 0, 0, measure::stack_used(), 0);
     navigation::measure(navigator);
     control::measure(controller);
+    identification::measure(identifier, race);
     parsers::measure(frames);
     semihosting::process::exit(0)
 }
