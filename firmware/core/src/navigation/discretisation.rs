@@ -12,7 +12,7 @@
 use super::effects::PLANT_STATES;
 use crate::dynamics::Linearisation;
 use crate::state::{P, PHI, PSI, THETA, U, V, VEHICLE_STATES, VehicleState, W, X, Y};
-use nalgebra::Vector6;
+use nalgebra::{ArrayStorage, Vector6};
 
 /// The states that drive others: e^{F s} has the identity's columns for position, and the
 /// heading's differs only in two entries.
@@ -56,8 +56,24 @@ struct Jacobian {
     accelerates: bool,
 }
 
-/// Columns of effects that accelerate: slot of the effect state and ∂v̇/∂state.
-pub(super) type Accelerating = [Option<(usize, Vector6<f64>)>; PLANT_STATES];
+/// An effect state on which the acceleration depends.
+#[derive(Clone, Copy)]
+pub(super) struct AcceleratingEffect {
+    /// Which of the effect states.
+    pub(super) slot: usize,
+    /// ∂v̇/∂state.
+    pub(super) acceleration: Vector6<f64>,
+    /// ∂x_{k+1}/∂state.
+    pub(super) gamma: Column,
+}
+
+impl AcceleratingEffect {
+    const NONE: Self = Self {
+        slot: 0,
+        acceleration: Vector6::from_array_storage(ArrayStorage([[0.0; 6]; 1])),
+        gamma: [0.0; VEHICLE_STATES],
+    };
+}
 
 /// Φ, Q_d and the increment of one step; scratch of the filter.
 pub(super) struct Discretisation {
@@ -69,8 +85,11 @@ pub(super) struct Discretisation {
     pub(super) q: [Column; VEHICLE_STATES],
     /// x_{k+1} − x_k.
     pub(super) increment: Column,
-    /// Γ = ∫ e^{F s} ds ∂v̇/∂(effect state): slot of the state and column.
-    pub(super) effects: [Option<(usize, Column)>; PLANT_STATES],
+    /// Effect states that accelerate: slot, ∂v̇/∂state, and from the next [`Self::compute`] on
+    /// Γ = ∫ e^{F s} ds ∂v̇/∂state.
+    pub(super) effects: [AcceleratingEffect; PLANT_STATES],
+    /// How many of them there are.
+    pub(super) effect_count: usize,
     /// e^{F s} at the inner nodes.
     nodes: [Driven; NODES.len()],
     /// Terms of the series: (F h)^k / k! times the columns of the identity and f.
@@ -84,7 +103,8 @@ impl Discretisation {
             phi_heading: [0.0; 2],
             q: [[0.0; VEHICLE_STATES]; VEHICLE_STATES],
             increment: [0.0; VEHICLE_STATES],
-            effects: [None; PLANT_STATES],
+            effects: [AcceleratingEffect::NONE; PLANT_STATES],
+            effect_count: 0,
             nodes: [[[0.0; VEHICLE_STATES]; DRIVING.len() - VELOCITIES]; NODES.len()],
             terms: [[[0.0; VEHICLE_STATES]; COLUMNS]; HIGHEST_ORDER + 1],
         }
@@ -93,7 +113,7 @@ impl Discretisation {
     /// One step of `step_s` seconds (not inlined: the board's compiler then keeps its registers); `psd` are the acceleration power spectral densities of
     /// u, v, w, p, q, r.
     #[inline(never)]
-    pub(super) fn compute(&mut self, model: &Linearisation, psd: &[f64; 6], accelerating: &Accelerating, step_s: f64) {
+    pub(super) fn compute(&mut self, model: &Linearisation, psd: &[f64; 6], step_s: f64) {
         let jacobian = Jacobian::new(model);
         let norm = jacobian.scaled_norm();
         let mut h = step_s;
@@ -105,7 +125,9 @@ impl Discretisation {
         self.series(&jacobian, &model.f, h, norm * h);
         self.quadrature(psd, h);
         self.phi_heading = jacobian.heading.map(|a| a * h);
-        self.effects = accelerating.map(|column| column.map(|(slot, by)| (slot, self.integral_of(&by, h))));
+        if self.effect_count > 0 {
+            self.integrate_effects(h);
+        }
         for _ in 0..halvings {
             self.double();
         }
@@ -165,20 +187,23 @@ impl Discretisation {
         }
     }
 
-    /// ∫ e^{F s} ds of an acceleration, by the same rule as Q_d.
-    fn integral_of(&self, acceleration: &Vector6<f64>, h: f64) -> Column {
-        let mut out = [0.0; VEHICLE_STATES];
+    /// Γ by the same rule as Q_d.
+    #[inline(never)]
+    fn integrate_effects(&mut self, h: f64) {
         let [early, late] = &self.nodes;
         let (_, end) = self.phi.split_at(VELOCITIES);
-        for (k, a) in acceleration.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-            out[U + k] += END_WEIGHT * h * a;
-            for (columns, weight) in [(&early[..], NODE_WEIGHT), (&late[..], NODE_WEIGHT), (end, END_WEIGHT)] {
-                if let Some(column) = columns.get(k) {
-                    add(&mut out, weight * h * a, column);
+        for effect in self.effects.iter_mut().take(self.effect_count) {
+            let gamma = &mut effect.gamma;
+            *gamma = [0.0; VEHICLE_STATES];
+            for (k, a) in effect.acceleration.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+                gamma[U + k] += END_WEIGHT * h * a;
+                for (columns, weight) in [(&early[..], NODE_WEIGHT), (&late[..], NODE_WEIGHT), (end, END_WEIGHT)] {
+                    if let Some(column) = columns.get(k) {
+                        add(gamma, weight * h * a, column);
+                    }
                 }
             }
         }
-        out
     }
 
     /// Φ(2h) = Φ², Q(2h) = Q + Φ Q Φᵀ, increment(2h) = increment + Φ increment.
@@ -201,13 +226,10 @@ impl Discretisation {
         }
         let moved = self.times(&self.increment);
         add(&mut self.increment, 1.0, &moved);
-        self.effects = self.effects.map(|effect| {
-            effect.map(|(slot, mut column)| {
-                let moved = self.times(&column);
-                add(&mut column, 1.0, &moved);
-                (slot, column)
-            })
-        });
+        for k in 0..self.effect_count.min(PLANT_STATES) {
+            let moved = self.times(&self.effects[k].gamma);
+            add(&mut self.effects[k].gamma, 1.0, &moved);
+        }
         self.phi = self.phi.map(|column| self.times(&column));
         self.phi_heading = self.phi_heading.map(|a| 2.0 * a);
     }

@@ -1,5 +1,6 @@
 //! Effects as the filter applies them: fixed values, overlaid with those that are states.
 
+use super::discretisation::Discretisation;
 use super::estimate::Estimate;
 use super::layout::EFFECTS;
 use super::observation::Observations;
@@ -8,7 +9,6 @@ use super::{ConfigError, NavigationConfig};
 use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
 use crate::effects::{ActuatorMemory, CATALOGUE, Channel, Hooks, Moment, ParameterKind, Step};
 use crate::state;
-use nalgebra::Vector6;
 
 /// A bit for each entry of the catalogue.
 type Entries = u32;
@@ -116,27 +116,29 @@ impl Effects {
         self.gate = with(|hooks| hooks.gate_sigma.is_some());
     }
 
-    /// Adopts a vehicle; returns it with its effects at `t_s`.
+    /// Adopts a vehicle, which the next step retunes.
     ///
     /// # Errors
-    /// [`ConfigError::Plant`] if the two do not go together, before or after any onset.
-    pub(super) fn adopt(
-        &mut self,
-        model: &VehicleModel,
-        t_s: f64,
-        config: &NavigationConfig,
-        x: &Estimate,
-    ) -> Result<VehicleModel, ConfigError> {
-        self.declared = *model.parameters();
-        let mut model = model.clone();
-        if self.plant != 0 {
-            for t_s in [0.0, f64::INFINITY, t_s] {
-                let plant = self.plant_at(t_s, config, x);
-                plant.validate_with_effects().map_err(|refused| ConfigError::Plant { key: refused.key })?;
+    /// [`ConfigError::Plant`] if it and its effects do not go together, before or after any onset.
+    pub(super) fn adopt(&mut self, model: &VehicleModel, config: &NavigationConfig) -> Result<(), ConfigError> {
+        for t_s in [0.0, f64::INFINITY] {
+            let mut plant = *model.parameters();
+            for (index, hooks) in entries(self.plant) {
+                if let Some(change) = hooks.plant {
+                    change(config.effects.values(index), t_s, &mut plant);
+                }
             }
-            self.retune(&mut model, t_s, config, x);
+            plant.validate_with_effects().map_err(|refused| ConfigError::Plant { key: refused.key })?;
         }
-        Ok(model)
+        self.declared = *model.parameters();
+        self.restart();
+        Ok(())
+    }
+
+    /// The filter's time or states are others: the model is stale, the actuators are where they are told to be.
+    pub(super) fn restart(&mut self) {
+        self.memory = ActuatorMemory::default();
+        self.next_onset_s = if self.plant == 0 { f64::INFINITY } else { f64::NEG_INFINITY };
     }
 
     /// Whether the model no longer is what it was made for.
@@ -146,7 +148,13 @@ impl Effects {
 
     /// Brings the model to the time `t_s` and the present states.
     pub(super) fn retune(&mut self, model: &mut VehicleModel, t_s: f64, config: &NavigationConfig, x: &Estimate) {
-        model.retune(&self.plant_at(t_s, config, x));
+        let mut plant = self.declared;
+        for (index, hooks) in entries(self.plant) {
+            if let Some(change) = hooks.plant {
+                change(Values::of(index, config, x).as_slice(), t_s, &mut plant);
+            }
+        }
+        model.retune(&plant);
         self.next_onset_s = f64::INFINITY;
         for (index, _) in entries(self.plant) {
             let values = Values::of(index, config, x);
@@ -157,16 +165,6 @@ impl Effects {
                 }
             }
         }
-    }
-
-    fn plant_at(&self, t_s: f64, config: &NavigationConfig, x: &Estimate) -> VehicleParameters {
-        let mut plant = self.declared;
-        for (index, hooks) in entries(self.plant) {
-            if let Some(change) = hooks.plant {
-                change(Values::of(index, config, x).as_slice(), t_s, &mut plant);
-            }
-        }
-        plant
     }
 
     /// What the actuators did over a step under a command.
@@ -186,36 +184,39 @@ impl Effects {
         input
     }
 
-    /// The actuators are where they are told to be.
-    pub(super) fn forget(&mut self) {
-        self.memory = ActuatorMemory::default();
+    /// Whether any state is one of the plant.
+    pub(super) fn accelerate(&self) -> bool {
+        self.plant_states != 0
     }
 
-    /// ∂v̇/∂(effect state) of the plant's states: slot and column.
-    pub(super) fn acceleration_columns(
+    /// Whether the actuators do not what they are told.
+    pub(super) fn actuate(&self) -> bool {
+        self.input != 0
+    }
+
+    /// ∂v̇/∂(effect state) of the plant's states, into the step.
+    #[inline(never)]
+    pub(super) fn accelerations(
         &self,
         model: &VehicleModel,
         input: &ActuatorInput,
         config: &NavigationConfig,
         x: &Estimate,
-    ) -> [Option<(usize, Vector6<f64>)>; PLANT_STATES] {
-        let mut columns = [None; PLANT_STATES];
-        if self.plant_states == 0 {
-            return columns;
-        }
+        step: &mut Discretisation,
+    ) {
         let velocity = state::velocity(&x.vehicle);
         let with_hook = config.effect_states.iter().enumerate().filter_map(|(slot, state)| {
             let by = state.parameter.effect().hooks.wrench_by?;
             Some((slot, by(state.parameter.index(), &velocity, input)))
         });
-        for (column, (slot, wrench)) in columns.iter_mut().zip(with_hook) {
-            *column = Some((slot, model.acceleration_of(&wrench)));
+        for (effect, (slot, wrench)) in step.effects.iter_mut().zip(with_hook) {
+            effect.slot = slot;
+            effect.acceleration = model.acceleration_of(&wrench);
+            step.effect_count += 1;
         }
-        columns
     }
 
-    /// Turns what ideal sensors would show into what these show, rows of H included. Returns the gate that the effects
-    /// call for, if it is narrower than the filter's own.
+    /// Turns what ideal sensors would show into what these show, rows of H included.
     pub(super) fn observe(
         &self,
         channel: Channel,

@@ -118,14 +118,15 @@ impl Navigator {
     /// [`ConfigError::Plant`] if the effects do not fit it; the model is then as it was.
     pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
         self.select_effects();
-        let t_s = self.effect_time_s();
-        self.model = Some(self.effects.adopt(model, t_s, &self.config, &self.x)?);
+        self.effects.adopt(model, &self.config)?;
+        self.model = Some(model.clone());
         Ok(())
     }
 
     /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 if nobody says.
     pub fn set_epoch(&mut self, epoch_us: u64) {
         self.effects.epoch_us = epoch_us;
+        self.effects.restart();
     }
 
     /// s since the epoch.
@@ -169,7 +170,7 @@ impl Navigator {
             self.x.set_tail(at, &[self.config.effects.get(state.parameter)]);
             self.p.set_diagonal(at, &[state.initial_sigma]);
         }
-        self.effects.forget();
+        self.effects.restart();
         self.gate = Gate::new();
         self.time_us = time_us;
         self.failure = None;

@@ -1,6 +1,5 @@
 //! Time update: the model's step for x̂, Φ P Φᵀ + Q_d for P.
 
-use super::effects::PLANT_STATES;
 use super::layout::{EFFECTS, SHIP_VELOCITY};
 use super::propagation::{propagate_double_integrator, propagate_vehicle};
 use super::{NavigationError, Navigator, ProcessModel};
@@ -53,26 +52,34 @@ impl Navigator {
     }
 
     fn predict_step(&mut self, t_s: f64, step_s: f64, input: &ActuatorInput) {
-        let input = self.effects.actuated(input, &Step { t_s, h_s: step_s }, &self.config, &self.x);
-        if let Some(model) = self.model.as_mut().filter(|_| self.effects.is_stale(t_s)) {
+        if self.effects.is_stale(t_s)
+            && let Some(model) = &mut self.model
+        {
             self.effects.retune(model, t_s, &self.config, &self.x);
         }
-        self.discretise(step_s, &input);
+        if self.effects.actuate() {
+            let input = self.effects.actuated(input, &Step { t_s, h_s: step_s }, &self.config, &self.x);
+            self.discretise(step_s, &input);
+        } else {
+            self.discretise(step_s, input);
+        }
         self.propagate(step_s);
     }
 
     /// Model, Jacobian and discretisation of one step. Public for the cost table only.
     #[doc(hidden)]
     pub fn discretise(&mut self, step_s: f64, input: &ActuatorInput) {
-        let (linearisation, accelerating) = match (self.config.process_model, &self.model) {
+        self.step.effect_count = 0;
+        let linearisation = match (self.config.process_model, &self.model) {
             (ProcessModel::Dynamic, Some(model)) => {
-                let columns = self.effects.acceleration_columns(model, input, &self.config, &self.x);
-                (model.linearise(&self.x.vehicle, input), columns)
+                if self.effects.accelerate() {
+                    self.effects.accelerations(model, input, &self.config, &self.x, &mut self.step);
+                }
+                model.linearise(&self.x.vehicle, input)
             }
-            _ => (kinematic_linearise(&self.x.vehicle), [None; PLANT_STATES]),
+            _ => kinematic_linearise(&self.x.vehicle),
         };
-        let psd = self.config.noise_at(self.x.vehicle[Z]).psd();
-        self.step.compute(&linearisation, &psd, &accelerating, step_s);
+        self.step.compute(&linearisation, &self.config.noise_at(self.x.vehicle[Z]).psd(), step_s);
     }
 
     /// State and covariance over the step last discretised. Public for the cost table only.
@@ -85,8 +92,8 @@ impl Navigator {
         self.x.wrap_heading();
         propagate_vehicle(&mut self.p, n, &self.step);
 
-        for (slot, column) in self.step.effects.iter().flatten() {
-            self.p.shear_vehicle(n, EFFECTS + slot, column, &mut self.w);
+        for effect in self.step.effects.iter().take(self.step.effect_count) {
+            self.p.shear_vehicle(n, EFFECTS + effect.slot, &effect.gamma, &mut self.w);
         }
         let current = self.x.layout.current();
         for (at, state) in (EFFECTS..).zip(self.config.effect_states.iter()) {

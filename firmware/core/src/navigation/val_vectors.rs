@@ -92,7 +92,7 @@ fn val_discretisation_is_van_loan() {
     let linearisation = model().linearise(&x, &input(&case["xi"]));
     let psd: [f64; 6] = numbers(&case["qc_accel_psd"]).try_into().expect("six");
     let mut step = Box::new(Discretisation::new());
-    step.compute(&linearisation, &psd, &[None; 2], case["dt"].as_f64().expect("dt"));
+    step.compute(&linearisation, &psd, case["dt"].as_f64().expect("dt"));
     let next = numbers(&case["x_next_zoh"]);
     let mut worst = [0.0_f64; 3];
     let q_scale: Vec<f64> = (0..12).map(|i| case["Qd_vanloan"][i][i].as_f64().expect("number").sqrt()).collect();
@@ -185,8 +185,8 @@ fn long_steps_equal_many_short_ones_of_the_same_model() {
     let linearisation = model().linearise(&x, &input(&case["xi"]));
     let psd = ProcessNoise::DYNAMIC.psd();
     let (mut long, mut short) = (Box::new(Discretisation::new()), Box::new(Discretisation::new()));
-    long.compute(&linearisation, &psd, &[None; 2], 0.8);
-    short.compute(&linearisation, &psd, &[None; 2], 0.1);
+    long.compute(&linearisation, &psd, 0.8);
+    short.compute(&linearisation, &psd, 0.1);
     // Φ(0.8) column by column, as the eighth power.
     for (k, &state) in DRIVING.iter().enumerate() {
         let mut a = [0.0; 12];

@@ -1,13 +1,14 @@
-//! The filter with 24, 26 and 32 states, and the same steps the plain way.
+//! The filter with 24, 26 and 34 states, the same steps the plain way, and what each effect adds.
 
 use crate::dense;
 use crate::measure::{Worst, count};
 use crate::random::Random;
 use crate::row;
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
+use backseat_core::effects::{CATALOGUE, Channel, EffectInfo, EffectSet, ParameterKind};
 use backseat_core::navigation::{
-    AcousticPath, CloneId, FusionOutcome, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ShipEnd,
-    VehicleEnd, WaterCurrentConfig,
+    AcousticPath, CloneId, EffectStates, FusionOutcome, InitialShip, InitialState, Measurement, NavigationConfig,
+    Navigator, ShipEnd, VehicleEnd,
 };
 use backseat_core::state::VehicleState;
 use core::hint::black_box;
@@ -20,30 +21,56 @@ const STATE: [f64; 12] = [10.0, 20.0, 3.0, 0.01, -0.036, 0.5, 1.0, 0.02, -0.036,
 const TIMES: usize = 3;
 
 /// With which states, behind the vehicle's and the ship's.
-#[derive(Clone, Copy)]
-struct Layout {
-    current: bool,
-    ship_clone: bool,
+#[derive(Clone, Copy, PartialEq)]
+enum Layout {
+    /// A clone of the vehicle.
+    Plain,
+    /// And the current.
+    Current,
+    /// And another two effects (one of the plant, one of a sensor), and a clone of the ship.
+    Everything,
+}
+
+impl Layout {
+    fn effect_states(self) -> EffectStates {
+        let current = EffectStates::water_current(0.3, 1.0e-3);
+        let more = |states: EffectStates, effect, parameter, sigma| {
+            let states = states.with(effect, parameter, sigma, 1.0e-6);
+            assert!(states.is_ok());
+            states.unwrap_or(EffectStates::NONE)
+        };
+        match self {
+            Self::Plain => EffectStates::NONE,
+            Self::Current => current,
+            Self::Everything => {
+                let with_plant = more(current, "thrust_loss", "k_n_s2_per_rad_m", 1.0e-3);
+                more(with_plant, "sound_speed", "ratio", 1.0e-2)
+            }
+        }
+    }
 }
 
 /// Everything.
 pub fn measure(navigator: &mut Navigator) {
-    at::<24, 18>(navigator, Layout { current: false, ship_clone: false });
-    at::<26, 20>(navigator, Layout { current: true, ship_clone: false });
-    at::<32, 26>(navigator, Layout { current: true, ship_clone: true });
+    at::<24, 18, 18>(navigator, Layout::Plain);
+    at::<26, 20, 20>(navigator, Layout::Current);
+    at::<34, 28, 22>(navigator, Layout::Everything);
+    CATALOGUE.iter().for_each(|info| effect(navigator, info));
 }
 
-fn at<const N: usize, const BEFORE: usize>(navigator: &mut Navigator, layout: Layout) {
-    begin(navigator, layout);
-    if layout.ship_clone {
+/// N states with all clones, `BEFORE` without the vehicle's, `FIRST` without any.
+fn at<const N: usize, const BEFORE: usize, const FIRST: usize>(navigator: &mut Navigator, layout: Layout) {
+    begin(navigator, EffectSet::NONE, layout.effect_states());
+    if layout == Layout::Everything {
         let instructions = count(|| black_box(&mut *navigator).clone_ship().is_ok()).1;
         // six rows with one entry each
-        row("clone", "ship", BEFORE, 1, instructions, append::<20, 26>());
+        row("clone", "ship", BEFORE, 1, instructions, append::<FIRST, BEFORE>());
         step(navigator);
     }
     let (vehicle, instructions) = count(|| black_box(&mut *navigator).clone_vehicle().ok());
     // three rows with one entry, three with six or eight
-    row("clone", "vehicle", N, if layout.current { 9 } else { 7 }, instructions, append::<BEFORE, N>());
+    let entries = if layout == Layout::Plain { 7 } else { 9 };
+    row("clone", "vehicle", N, entries, instructions, append::<BEFORE, N>());
     let Some(vehicle) = vehicle else { return };
     assert!(navigator.dimension() == N);
     for _ in 0..20 {
@@ -57,10 +84,10 @@ fn at<const N: usize, const BEFORE: usize>(navigator: &mut Navigator, layout: La
     row("clone", "vehicle dropped", N, 0, instructions, 0);
 }
 
-fn begin(navigator: &mut Navigator, layout: Layout) {
-    let current = WaterCurrentConfig { initial_sigma_mps: 0.3, random_walk_mps_per_sqrt_s: 1.0e-3 };
+fn begin(navigator: &mut Navigator, effects: EffectSet, effect_states: EffectStates) {
     let config = NavigationConfig {
-        water_current: layout.current.then_some(current),
+        effects,
+        effect_states,
         // nothing is rejected
         gate_sigma: 1.0e6,
         ..NavigationConfig::REFERENCE
@@ -126,11 +153,12 @@ fn prediction<const N: usize>(navigator: &mut Navigator) {
 }
 
 fn updates<const N: usize>(navigator: &mut Navigator, layout: Layout, vehicle: CloneId) {
-    let current = if layout.current { 2 } else { 0 };
+    let current = if layout == Layout::Plain { 0 } else { 2 };
+    let sensor = if layout == Layout::Everything { 1 } else { 0 };
     let now = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Now };
     let delayed = AcousticPath { vehicle: VehicleEnd::Delayed { clone: vehicle, bridge_s: 0.4 }, ship: ShipEnd::Now };
     let dense = [one::<N, 1>(), one::<N, 2>(), one::<N, 3>()];
-    let bottom = if layout.current { 1 + 3 + 2 } else { 1 };
+    let bottom = if layout == Layout::Plain { 1 } else { 1 + 3 + 2 };
     // name, entries of each row of H, measurement
     let all = [
         ("depth", 1, Measurement::Depth { z_m: 3.0 }),
@@ -140,11 +168,11 @@ fn updates<const N: usize>(navigator: &mut Navigator, layout: Layout, vehicle: C
         ("DVL water track", 1, Measurement::WaterTrack { velocity_mps: [1.0, 0.0, 0.0] }),
         ("vehicle GNSS", 1, Measurement::VehicleGnss { position_m: [12.0, 21.0] }),
         ("ship GNSS", 1, Measurement::ShipGnss { position_m: [597.0, 455.0] }),
-        ("range", 5, Measurement::Range { path: now, range_m: 730.0 }),
-        ("range, delayed", 8, Measurement::Range { path: delayed, range_m: 730.0 }),
+        ("range", 5 + sensor, Measurement::Range { path: now, range_m: 730.0 }),
+        ("range, delayed", 8 + sensor, Measurement::Range { path: delayed, range_m: 730.0 }),
         ("range rate", 13 + current, Measurement::RangeRate { path: now, range_rate_mps: -0.9 }),
         ("range rate, delayed", 10, Measurement::RangeRate { path: delayed, range_rate_mps: -0.9 }),
-        ("two-way range", 11, Measurement::TwoWayRange { outward: delayed, back: now, range_m: 730.0 }),
+        ("two-way range", 11 + sensor, Measurement::TwoWayRange { outward: delayed, back: now, range_m: 730.0 }),
     ];
     for (name, entries, measurement) in all {
         let mut worst = Worst(0);
@@ -168,4 +196,69 @@ fn one<const N: usize, const M: usize>() -> u32 {
     });
     assert!(done);
     instructions
+}
+
+/// What one effect adds to a step and to the measurement it changes most, fixed and (where it can) as states.
+fn effect(navigator: &mut Navigator, info: &'static EffectInfo) {
+    let mut values = [0.0; 3];
+    for (value, parameter) in values.iter_mut().zip(info.parameters) {
+        *value = match parameter.kind {
+            ParameterKind::Size => 0.01 * parameter.max,
+            ParameterKind::Onset => 0.0,
+            ParameterKind::Fin | ParameterKind::Shape => parameter.min,
+        };
+    }
+    let Some(values) = values.get(..info.parameters.len()) else { return };
+    let Ok(fixed) = EffectSet::NONE.with(info.name, values) else { return };
+    let mut states = EffectStates::NONE;
+    for parameter in info.parameters.iter().filter(|_| info.hooks.may_be_state()) {
+        states = states.with(info.name, parameter.name, 0.01 * parameter.max, 1.0e-6).unwrap_or(states);
+    }
+    let without = step_and_update(navigator, info, EffectSet::NONE, EffectStates::NONE);
+    let mut added = |effects, states: EffectStates| {
+        let (with_step, with_update) = step_and_update(navigator, info, effects, states);
+        (with_step.saturating_sub(without.0), with_update.saturating_sub(without.1))
+    };
+    let (in_step, in_update) = added(fixed, EffectStates::NONE);
+    row("effect", info.name, 0, 0, in_step, in_update);
+    if !states.is_empty() {
+        let (in_step, in_update) = added(EffectSet::NONE, states);
+        row("effect", info.name, states.len(), 0, in_step, in_update);
+    }
+}
+
+/// Instructions of a step and of the measurement that an effect changes.
+fn step_and_update(
+    navigator: &mut Navigator,
+    info: &EffectInfo,
+    effects: EffectSet,
+    states: EffectStates,
+) -> (u32, u32) {
+    let now = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Now };
+    let noisy = |channel| info.hooks.variance.is_some_and(|variance| variance(&[1.0, 1.0], channel) > 0.0);
+    let gated = |channel| info.hooks.gate_sigma.is_some_and(|gate| gate(&[1.0], channel).is_some());
+    let acts = |channel| {
+        info.hooks.measure.is_some_and(|measure| measure.channels.contains(&channel))
+            || noisy(channel)
+            || gated(channel)
+    };
+    let measurement = if acts(Channel::Attitude) {
+        Measurement::Attitude { euler_rad: [0.01, -0.03, 0.5] }
+    } else if acts(Channel::Rates) {
+        Measurement::Rates { rates_radps: [0.0, 0.0, -0.01] }
+    } else if acts(Channel::Range) {
+        Measurement::Range { path: now, range_m: 730.0 }
+    } else if acts(Channel::Dvl) || info.hooks.water.is_some() {
+        Measurement::BottomTrack { velocity_mps: [1.0, 0.0, 0.0] }
+    } else {
+        Measurement::Depth { z_m: 3.0 }
+    };
+    begin(navigator, effects, states);
+    let (mut in_step, mut in_update) = (Worst(0), Worst(0));
+    for _ in 0..TIMES {
+        let to_us = navigator.time_us() + 100_000;
+        in_step.count(|| black_box(&mut *navigator).predict(to_us, black_box(&INPUT)).is_ok());
+        in_update.count(|| black_box(&mut *navigator).fuse(black_box(&measurement)));
+    }
+    (in_step.0, in_update.0)
 }
