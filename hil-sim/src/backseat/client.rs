@@ -4,7 +4,8 @@ use super::{BackseatError, Ports};
 use crate::devices::Arrival;
 use backseat_core::navigation::Sensor;
 use backseat_wire::hostlink::{
-    Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Step, StepDone, Telemetry,
+    ToBoard, Waypoint, encode,
 };
 use std::thread::sleep;
 use std::time::{Duration, Instant};

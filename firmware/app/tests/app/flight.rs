@@ -21,7 +21,7 @@ pub fn start(board: &mut dyn Board) {
     request_all(board, &[ToBoard::MissionCommit, ToBoard::MissionStart]);
 }
 
-fn parameters(board: &mut dyn Board, values: &[(&str, f64)]) {
+pub fn parameters(board: &mut dyn Board, values: &[(&str, f64)]) {
     request_all(board, &[ToBoard::ParameterBegin]);
     for &(name, value) in values {
         request_all(board, &[ToBoard::ParameterSet { name, value }]);

@@ -1,5 +1,6 @@
 //! The app from outside: bytes in, bytes out.
 
+mod adaptation;
 mod board;
 mod board_log;
 mod faults;

@@ -4,9 +4,11 @@
 use crate::board::{Arrival, Board, Random};
 use backseat_app::LocalFrame;
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, VehicleState, W, X, Y, Z, wrap_angle};
+use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, V, VehicleState, W, X, Y, Z, wrap_angle};
 use backseat_wire::ahrs::gx3;
 use backseat_wire::calendar::DateTime;
+use backseat_wire::dvl::pd0::{Ensemble, MAX_ENSEMBLE};
+use backseat_wire::dvl::{Coordinates, DvlSample};
 use backseat_wire::gps::Rmc;
 use backseat_wire::hostlink::{Port, Telemetry};
 use backseat_wire::iver::servo::ServoCalibration;
@@ -40,7 +42,9 @@ pub struct World {
     pub servos: u32,
     pub stops: u32,
     pub settings: Vec<String>,
-    model: VehicleModel,
+    /// A DVL with bottom lock is fitted.
+    pub dvl: bool,
+    pub model: VehicleModel,
     pub input: ActuatorInput,
     now_us: u64,
     random: Random,
@@ -108,6 +112,7 @@ impl World {
             servos: 0,
             stops: 0,
             settings: Vec::new(),
+            dvl: false,
             model: VehicleModel::new(&VehicleParameters::IVER3).unwrap(),
             input: ActuatorInput::default(),
             now_us: 0,
@@ -125,6 +130,7 @@ impl World {
         self.now_us += STEP_US;
         self.move_vehicle();
         self.measure(from_us);
+        self.track_bottom(from_us);
         self.sound(from_us);
         let mut arrivals: Vec<Arrival> = self.agenda.extract_if(.., |arrival| arrival.time_us <= self.now_us).collect();
         arrivals.retain(|arrival| !self.silent[arrival.port as usize]);
@@ -174,12 +180,24 @@ impl World {
     /// AHRS at 10 Hz, noise 0.3° and 0.2°/s.
     fn measure(&mut self, from_us: u64) {
         let mut noise = |sigma: f64| (sigma * self.random.normal()) as f32;
-        let euler = [PHI, THETA, PSI].map(|i| self.x[i] as f32 + noise(0.005));
+        let euler = [PHI, THETA, PSI].map(|i| wrap_angle(self.x[i]) as f32 + noise(0.005));
         let rates = [P, Q, R].map(|i| self.x[i] as f32 + noise(0.0035));
         let ticks = (from_us / 16) as u32;
         let reply = gx3::Reply::euler_rate(euler, rates, ticks);
         let bytes = reply.emit(&mut [0; 64]).unwrap().to_vec();
         self.say(Port::Ahrs, self.now_us, bytes);
+    }
+
+    /// DVL at 5 Hz, at the centre of gravity, noise 1 cm/s.
+    fn track_bottom(&mut self, from_us: u64) {
+        if !self.dvl || !from_us.is_multiple_of(2 * STEP_US) {
+            return;
+        }
+        let velocity_mps = [U, V, W].map(|i| self.x[i] + 0.01 * self.random.normal());
+        let sample = DvlSample { bottom_mps: Some(velocity_mps), frame: Coordinates::Instrument, ..DvlSample::default() };
+        let ensemble = Ensemble::from_sample(&sample, (from_us / STEP_US) as u32, 0.0);
+        let bytes = ensemble.emit(&mut [0; MAX_ENSEMBLE]).unwrap().to_vec();
+        self.say(Port::Dvl, self.now_us, bytes);
     }
 
     /// A downlink every 20 s, announced 50 ms after its arrival, told 4 s later; each is preceded
