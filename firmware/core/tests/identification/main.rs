@@ -3,6 +3,7 @@
 mod convergence;
 mod filter;
 mod laws;
+mod race;
 mod robustness;
 mod simulation;
 mod support;
