@@ -8,6 +8,7 @@
 
 use crate::event::AcousticEvent;
 use crate::geodesy::LocalFrame;
+use crate::held::Held;
 use crate::parameters::AppSettings;
 use crate::time::{UtcClock, day_difference_us};
 use backseat_core::navigation::{AcousticPath, CloneId, Measurement, Navigator, ShipEnd, ShipReport, VehicleEnd};
@@ -86,14 +87,14 @@ pub struct AcousticFix {
 /// The packet under way.
 #[derive(Debug)]
 pub struct Acoustics {
-    pending: Option<Pending>,
+    pending: Held<Pending>,
     last_transmit_s: Option<u32>,
     losses: [u32; Loss::COUNT],
 }
 
 impl Acoustics {
     pub const fn new() -> Self {
-        Self { pending: None, last_transmit_s: None, losses: [0; Loss::COUNT] }
+        Self { pending: Held::none(), last_transmit_s: None, losses: [0; Loss::COUNT] }
     }
 
     /// Packets lost for one cause.
@@ -103,7 +104,7 @@ impl Acoustics {
 
     /// Forgets the packet under way; its clone went with the filter.
     pub fn reset(&mut self) {
-        self.pending = None;
+        self.pending.clear();
         self.last_transmit_s = None;
     }
 
@@ -122,7 +123,7 @@ impl Acoustics {
     /// Gives up a packet whose rest has not come by `now_us`.
     pub fn expire(&mut self, now_us: u64, navigator: &mut Navigator, settings: &AppSettings) {
         let timeout_us = (settings.packet_timeout_s * 1e6) as u64;
-        if self.pending.is_some_and(|pending| now_us.saturating_sub(pending.start_us) > timeout_us) {
+        if self.pending.get().is_some_and(|pending| now_us.saturating_sub(pending.start_us) > timeout_us) {
             self.abandon(navigator, Loss::TimedOut);
         }
     }
@@ -137,26 +138,26 @@ impl Acoustics {
     ) -> Option<AcousticFix> {
         match *event {
             AcousticEvent::Begins => {
-                if self.pending.is_some() {
+                if self.pending.get().is_some() {
                     self.abandon(navigator, Loss::Replaced);
                 }
                 match navigator.clone_vehicle() {
                     Ok(clone) => {
                         let start_us = navigator.time_us();
-                        self.pending = Some(Pending { clone, start_us, ship: None, arrival: None });
+                        self.pending.set(Pending { clone, start_us, ship: None, arrival: None });
                     }
                     Err(_) => self.count(Loss::NotReady),
                 }
             }
             AcousticEvent::Cycle => self.abandon(navigator, Loss::Cycle),
             AcousticEvent::BadData => self.abandon(navigator, Loss::Bad),
-            AcousticEvent::Ship(ship) => match &mut self.pending {
+            AcousticEvent::Ship(ship) => match self.pending.get_mut() {
                 _ if ship.source != settings.ship_address => self.abandon(navigator, Loss::Stranger),
                 Some(pending) => pending.ship = Some(ship),
                 None => self.count(Loss::Unannounced),
             },
             AcousticEvent::Statistics { good, synchronous, arrival, range_rate_mps } => {
-                let Some(pending) = &mut self.pending else {
+                let Some(pending) = self.pending.get_mut() else {
                     self.count(Loss::Unannounced);
                     return None;
                 };
@@ -177,11 +178,11 @@ impl Acoustics {
 
     /// The packet as measurements, once data and statistics are there.
     fn complete(&mut self, navigator: &mut Navigator, clock: &UtcClock, settings: &AppSettings) -> Option<AcousticFix> {
-        let pending = self.pending?;
+        let pending = *self.pending.get()?;
         let (ship, arrival) = (pending.ship?, pending.arrival?);
         match self.evaluate(&pending, &ship, &arrival, navigator.state(), clock, settings) {
             Ok(fix) => {
-                self.pending = None;
+                self.pending.clear();
                 self.last_transmit_s = Some(ship.transmit_s);
                 Some(fix)
             }

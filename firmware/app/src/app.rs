@@ -5,6 +5,7 @@ use crate::command::{Commander, input_of};
 use crate::decode::{AhrsLink, DvlLink, FrontseatLink, ModemLink, micros};
 use crate::estimator::Estimator;
 use crate::health::{Health, Losses};
+use crate::held::Held;
 use crate::host::{HOST_RING, Storing, send};
 use crate::mission::MissionTransfer;
 use crate::modes::{Facts, Modes};
@@ -57,9 +58,9 @@ pub(crate) struct Backseat {
     /// A mission begins as soon as navigation is valid.
     pub(crate) armed: bool,
     /// The fins are being shown.
-    pub(crate) wiggle: Option<Wiggle>,
+    pub(crate) wiggle: Held<Wiggle>,
     pub(crate) storing: Storing,
-    pub(crate) last_restart: Option<Restart>,
+    pub(crate) last_restart: Held<Restart>,
     pub(crate) stopping: bool,
     /// Time of the last echo that was taken as input.
     echo_us: Option<u64>,
@@ -75,7 +76,7 @@ impl Default for App {
 }
 
 impl App {
-    /// Default parameters, no mission, nothing received.
+    /// Default parameters, no mission, nothing received. Every byte is zero, so that a static of it takes no flash.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -99,9 +100,9 @@ impl App {
                 out: [const { Ring::new() }; 4],
                 configured: false,
                 armed: false,
-                wiggle: None,
+                wiggle: Held::none(),
                 storing: Storing::Never,
-                last_restart: None,
+                last_restart: Held::none(),
                 stopping: false,
                 echo_us: None,
                 last_step_us: None,
@@ -311,7 +312,7 @@ impl Backseat {
         self.out.iter_mut().for_each(Ring::clear);
         self.configured = false;
         self.armed = false;
-        self.wiggle = None;
+        self.wiggle.clear();
         self.stopping = false;
         self.echo_us = None;
         self.last_step_us = None;
@@ -402,7 +403,7 @@ impl Backseat {
         self.controller.stop();
         self.modes.stopped();
         self.armed = false;
-        self.wiggle = None;
+        self.wiggle.clear();
         self.stopping = true;
     }
 
@@ -432,12 +433,12 @@ impl Backseat {
         if core::mem::take(&mut self.stopping) {
             self.hand_back(now_us);
         }
-        if let Some(wiggle) = &mut self.wiggle {
+        if let Some(wiggle) = self.wiggle.get_mut() {
             if let Some(fins_rad) = wiggle.fins_rad(now_us) {
                 self.send_fins(fins_rad, now_us);
                 return;
             }
-            self.wiggle = None;
+            self.wiggle.clear();
             self.hand_back(now_us);
         }
         let mut buffer = [0; SENTENCE];

@@ -25,17 +25,18 @@ struct Stopping {
 pub struct Commander {
     stopping: Option<Stopping>,
     helm_phase: u8,
-    bytes: ServoBytes,
+    /// `None` before the first.
+    bytes: Option<ServoBytes>,
 }
 
 impl Commander {
     pub const fn new() -> Self {
-        Self { stopping: None, helm_phase: 0, bytes: ServoBytes::NEUTRAL }
+        Self { stopping: None, helm_phase: 0, bytes: None }
     }
 
     /// Fins and motor as last sent.
     pub fn sent(&self) -> ServoBytes {
-        self.bytes
+        self.bytes.unwrap_or(ServoBytes::NEUTRAL)
     }
 
     /// Writes the command of this step, if one is due.
@@ -49,8 +50,9 @@ impl Commander {
         let timeout_s = settings.command_timeout_s;
         match (settings.control_mode, command.helm) {
             (ControlMode::Direct, _) => {
-                self.bytes = settings.servo.bytes(command.input.fins_rad, command.input.propeller_radps);
-                ToFrontseat::Servo(Servo { servo: self.bytes, timeout_s }).emit(&settings.units, buffer).map(Some)
+                let servo = settings.servo.bytes(command.input.fins_rad, command.input.propeller_radps);
+                self.bytes = Some(servo);
+                ToFrontseat::Servo(Servo { servo, timeout_s }).emit(&settings.units, buffer).map(Some)
             }
             (ControlMode::Helm, Some(helm)) => {
                 let due = self.helm_phase == 0;
@@ -78,9 +80,10 @@ impl Commander {
         settings: &AppSettings,
         buffer: &'b mut [u8],
     ) -> Result<&'b [u8], Error> {
-        self.bytes = settings.servo.bytes(fins_rad, 0.0);
+        let servo = settings.servo.bytes(fins_rad, 0.0);
+        self.bytes = Some(servo);
         self.helm_phase = 0;
-        let servo = Servo { servo: self.bytes, timeout_s: settings.command_timeout_s };
+        let servo = Servo { servo, timeout_s: settings.command_timeout_s };
         ToFrontseat::Servo(servo).emit(&settings.units, buffer)
     }
 

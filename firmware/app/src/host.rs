@@ -81,8 +81,8 @@ impl Backseat {
             },
         };
         send(out, &answer);
-        if let (ToBoard::Hello, Some(restart)) = (request, self.last_restart) {
-            send(out, &FromBoard::Restart(restart));
+        if let (ToBoard::Hello, Some(restart)) = (request, self.last_restart.get()) {
+            send(out, &FromBoard::Restart(*restart));
         }
     }
 
@@ -91,7 +91,7 @@ impl Backseat {
         if self.under_way() || self.armed {
             return Err(Refusal::UnderWay);
         }
-        if self.wiggle.is_some() {
+        if self.wiggle.get().is_some() {
             return Err(Refusal::NotReady);
         }
         if self.storing != Storing::Idle {
@@ -151,7 +151,7 @@ impl Backseat {
         if self.is_storing() {
             return Err(Refusal::NotReady);
         }
-        self.wiggle = Some(Wiggle::default());
+        self.wiggle.set(Wiggle::default());
         Ok(())
     }
 
@@ -163,7 +163,7 @@ impl Backseat {
         if self.controller.mission().waypoints().is_empty() {
             return Err(Refusal::Sequence);
         }
-        if self.modes.is_lost() || self.is_storing() || self.wiggle.is_some() {
+        if self.modes.is_lost() || self.is_storing() || self.wiggle.get().is_some() {
             return Err(Refusal::NotReady);
         }
         self.frontseat.forget_refusal();

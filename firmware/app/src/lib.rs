@@ -21,6 +21,7 @@
 //! | `wiggle` | the fins on the bench |
 //! | [`store`] | what survives a reset: parameters in flash, the restart record |
 //! | `lockstep`, `pump` | clocks and ports |
+//! | `held` | options that are zero when empty |
 #![no_std]
 
 #[cfg(test)]
@@ -35,6 +36,7 @@ mod estimator;
 mod event;
 mod geodesy;
 mod health;
+mod held;
 mod host;
 mod lockstep;
 mod mission;

@@ -79,37 +79,42 @@ fn judge(facts: &Facts, settings: &AppSettings) -> (Mode, ModeReason) {
 /// The mode, and what ended the last mission.
 #[derive(Clone, Copy, Debug)]
 pub struct Modes {
-    present: (Mode, ModeReason),
+    /// `None` before the first step.
+    present: Option<(Mode, ModeReason)>,
     /// Why the last mission was ended before its time; stays until the next start.
     ended: Option<(Mode, ModeReason)>,
 }
 
 impl Modes {
     pub const fn new() -> Self {
-        Self { present: (Mode::Initialising, ModeReason::NoFix), ended: None }
+        Self { present: None, ended: None }
+    }
+
+    fn judged(&self) -> (Mode, ModeReason) {
+        self.present.unwrap_or((Mode::Initialising, ModeReason::NoFix))
     }
 
     /// Mode and reason.
     pub fn present(&self) -> (Mode, ModeReason) {
-        self.ended.unwrap_or(self.present)
+        self.ended.unwrap_or(self.judged())
     }
 
     /// Whether a mission may be started now.
     pub fn ready(&self) -> bool {
-        matches!(self.present.0, Mode::Navigating | Mode::Degraded)
+        matches!(self.judged().0, Mode::Navigating | Mode::Degraded)
     }
 
     /// Whether navigation is lost, so that it will not become valid by waiting.
     pub fn is_lost(&self) -> bool {
-        self.present.0 == Mode::Lost
+        self.judged().0 == Mode::Lost
     }
 
     /// Judges the facts; true when a mission under way has to end.
     pub fn update(&mut self, facts: &Facts, settings: &AppSettings) -> bool {
-        self.present = judge(facts, settings);
+        self.present = Some(judge(facts, settings));
         let ends = facts.mission && !self.ready();
         if ends {
-            self.ended = Some(self.present);
+            self.ended = self.present;
         }
         ends
     }

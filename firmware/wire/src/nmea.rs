@@ -110,6 +110,11 @@ impl Framer {
         Self { line: Line::new(), checksum, counts: Counts::new() }
     }
 
+    /// From now on `checksum` holds.
+    pub fn set_checksum(&mut self, checksum: Checksum) {
+        self.checksum = checksum;
+    }
+
     /// Consumes bytes up to the end of the next sentence, good or bad; `None` when all were consumed without one.
     pub fn feed(&mut self, bytes: &mut &[u8]) -> Option<Result<Sentence<'_>, Error>> {
         loop {

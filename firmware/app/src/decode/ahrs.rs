@@ -3,6 +3,7 @@
 use super::validity_us;
 use crate::estimator::Estimator;
 use crate::event::Event;
+use crate::held::Held;
 use crate::parameters::{AhrsProtocol, AppSettings, AttitudeSource};
 use backseat_core::state::wrap_angle;
 use backseat_wire::ahrs::{AhrsSample, gx3, mip, os5000::Os5000};
@@ -25,7 +26,7 @@ pub struct AhrsLink {
     asked_us: Option<u64>,
     /// Samples handed on, and the last of them.
     samples: u32,
-    last: Option<AhrsSample>,
+    last: Held<AhrsSample>,
 }
 
 impl AhrsLink {
@@ -38,7 +39,7 @@ impl AhrsLink {
             last_us: None,
             asked_us: None,
             samples: 0,
-            last: None,
+            last: Held::none(),
         }
     }
 
@@ -48,7 +49,7 @@ impl AhrsLink {
         while let Some(outcome) = self.next(&mut rest, settings.ahrs_protocol) {
             if let Ok(Some(sample)) = outcome {
                 self.samples = self.samples.saturating_add(1);
-                self.last = Some(sample);
+                self.last.set(sample);
                 self.last_us = Some(time_us);
                 push(time_us, &sample, settings, estimator);
             }
@@ -116,7 +117,7 @@ impl AhrsLink {
 
     /// The last of them.
     pub fn last(&self) -> Option<&AhrsSample> {
-        self.last.as_ref()
+        self.last.get()
     }
 }
 

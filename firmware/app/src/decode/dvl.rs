@@ -3,6 +3,7 @@
 use super::validity_us;
 use crate::estimator::Estimator;
 use crate::event::Event;
+use crate::held::Held;
 use crate::parameters::{AppSettings, DvlSource};
 use backseat_wire::dvl::{DvlSample, pd0, pd4, pd6};
 use backseat_wire::{Counts, Error};
@@ -14,12 +15,12 @@ pub struct DvlLink {
     pd6: pd6::Decoder,
     /// Samples handed on, and the last of them.
     samples: u32,
-    last: Option<DvlSample>,
+    last: Held<DvlSample>,
 }
 
 impl DvlLink {
     pub const fn new() -> Self {
-        Self { pd0: pd0::Decoder::new(), pd4: pd4::Decoder::new(), pd6: pd6::Decoder::new(0.0), samples: 0, last: None }
+        Self { pd0: pd0::Decoder::new(), pd4: pd4::Decoder::new(), pd6: pd6::Decoder::new(0.0), samples: 0, last: Held::none() }
     }
 
     /// Starts afresh with the mounting angle of these settings.
@@ -35,7 +36,7 @@ impl DvlLink {
         while let Some(outcome) = self.next(&mut rest, settings.dvl_source, mounting_rad) {
             if let Ok(sample) = outcome {
                 self.samples = self.samples.saturating_add(1);
-                self.last = Some(sample);
+                self.last.set(sample);
                 push(time_us, &sample, settings, estimator);
             }
         }
@@ -67,7 +68,7 @@ impl DvlLink {
 
     /// The last of them.
     pub fn last(&self) -> Option<&DvlSample> {
-        self.last.as_ref()
+        self.last.get()
     }
 }
 

@@ -39,7 +39,7 @@ struct Configuration {
 impl ModemLink {
     pub const fn new() -> Self {
         Self {
-            framer: Framer::new(Checksum::Optional),
+            framer: Framer::new(Checksum::Required),
             counts: Counts::new(),
             configuration: Configuration { confirmed: [false; SETTINGS.len()], next: 0, next_us: 0 },
         }
@@ -55,6 +55,7 @@ impl ModemLink {
         estimator: &mut Estimator,
     ) {
         let mut rest = bytes;
+        self.framer.set_checksum(Checksum::Optional);
         while let Some(outcome) = self.framer.feed(&mut rest) {
             let Ok(sentence) = outcome else { continue };
             let Ok(message) = self.counts.note(FromModem::parse(&sentence)) else { continue };

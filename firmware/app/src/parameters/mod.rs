@@ -10,6 +10,7 @@ mod table;
 pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Settings};
 pub use table::PARAMETERS;
 
+use crate::held::Held;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_wire::hostlink::{ParameterInfo, Refusal};
 
@@ -70,8 +71,9 @@ pub fn find(name: &str) -> Option<&'static Parameter> {
 /// The active set and the one a transaction prepares.
 #[derive(Clone, Debug)]
 pub struct ParameterStore {
-    active: Settings,
-    staged: Option<Settings>,
+    /// The active set, unless it is the defaults.
+    changed: Held<Settings>,
+    staged: Held<Settings>,
 }
 
 impl Default for ParameterStore {
@@ -84,38 +86,39 @@ impl ParameterStore {
     /// The defaults.
     #[must_use]
     pub const fn new() -> Self {
-        Self { active: Settings::DEFAULT, staged: None }
+        Self { changed: Held::none(), staged: Held::none() }
     }
 
     /// The active set.
     #[must_use]
     pub fn active(&self) -> &Settings {
-        &self.active
+        self.changed.get().unwrap_or(&Settings::DEFAULT)
     }
 
     /// Makes a set the active one whose values were in range when it was stored.
     pub(crate) fn restore(&mut self, settings: &Settings) {
-        self.active = *settings;
-        self.staged = None;
+        self.changed.set(*settings);
+        self.staged.clear();
     }
 
     /// Takes another vehicle over into the active set, and into an open transaction that has not changed it; false, and
     /// nothing changed, when one of its values is not within its range.
     pub(crate) fn adopt(&mut self, vehicle: &VehicleParameters) -> bool {
-        let old = core::mem::replace(&mut self.active.vehicle, *vehicle);
-        if !PARAMETERS.iter().all(|parameter| parameter.admits((parameter.get)(&self.active))) {
-            self.active.vehicle = old;
+        let old = *self.active();
+        let adopted = Settings { vehicle: *vehicle, ..old };
+        if !PARAMETERS.iter().all(|parameter| parameter.admits((parameter.get)(&adopted))) {
             return false;
         }
-        if let Some(staged) = self.staged.as_mut().filter(|staged| staged.vehicle == old) {
+        if let Some(staged) = self.staged.get_mut().filter(|staged| staged.vehicle == old.vehicle) {
             staged.vehicle = *vehicle;
         }
+        self.changed.set(adopted);
         true
     }
 
     /// Starts a transaction from the active set; one that was open is forgotten.
     pub fn begin(&mut self) {
-        self.staged = Some(self.active);
+        self.staged.set(*self.active());
     }
 
     /// Stages one value.
@@ -123,7 +126,7 @@ impl ParameterStore {
     /// # Errors
     /// Why not; what was staged before stays staged.
     pub fn set(&mut self, name: &str, value: f64, mission_runs: bool) -> Result<(), Refusal> {
-        let staged = self.staged.as_mut().ok_or(Refusal::Sequence)?;
+        let staged = self.staged.get_mut().ok_or(Refusal::Sequence)?;
         let parameter = find(name).ok_or(Refusal::UnknownParameter)?;
         if mission_runs && !parameter.under_way {
             return Err(Refusal::UnderWay);
@@ -142,11 +145,11 @@ impl ParameterStore {
     /// [`Refusal::Sequence`] without a transaction, [`Refusal::InvalidSet`].
     pub fn commit(&mut self, apply: impl FnOnce(&Settings, bool) -> bool) -> Result<(), Refusal> {
         let staged = self.staged.take().ok_or(Refusal::Sequence)?;
-        let rebuild = PARAMETERS.iter().any(|p| !p.under_way && (p.get)(&staged) != (p.get)(&self.active));
+        let rebuild = PARAMETERS.iter().any(|p| !p.under_way && (p.get)(&staged) != (p.get)(self.active()));
         if !apply(&staged, rebuild) {
             return Err(Refusal::InvalidSet);
         }
-        self.active = staged;
+        self.changed.set(staged);
         Ok(())
     }
 
@@ -159,7 +162,7 @@ impl ParameterStore {
             count: u16::try_from(PARAMETERS.len()).unwrap_or(u16::MAX),
             name: parameter.name,
             unit: parameter.unit,
-            value: (parameter.get)(&self.active),
+            value: (parameter.get)(self.active()),
             min: parameter.min,
             max: parameter.max,
             default: parameter.default(),

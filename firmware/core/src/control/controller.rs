@@ -64,9 +64,9 @@ impl Controller {
     /// Not configured: commands neutral.
     #[must_use]
     pub const fn new() -> Self {
-        let limiter = Limiter::new(ActuatorLimits::DEFAULT);
+        let limiter = Limiter::new(ActuatorLimits::NONE);
         Self {
-            config: ControlConfig::REFERENCE,
+            config: ControlConfig::BLANK,
             model: None,
             lqr: Lqr::new(),
             reference: ReferenceTrajectory::new(limiter),

@@ -26,6 +26,10 @@ impl ActuatorLimits {
         propeller_radps2: 100.0,
     };
 
+    /// Neutral, always.
+    pub(super) const NONE: Self =
+        Self { fin_rad: 0.0, fin_rate_radps: 0.0, propeller_radps: 0.0, propeller_radps2: 0.0 };
+
     /// Finite, positive and in order.
     #[must_use]
     pub fn is_valid(&self) -> bool {

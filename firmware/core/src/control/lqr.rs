@@ -61,6 +61,9 @@ impl LqrWeights {
         input_deviation: [5.0; LQR_INPUTS],
     };
 
+    /// All zero: not configured.
+    pub(super) const NONE: Self = Self { state_deviation: [0.0; 12], input_deviation: [0.0; LQR_INPUTS] };
+
     /// Finite and positive.
     #[must_use]
     pub fn is_valid(&self) -> bool {
@@ -106,7 +109,7 @@ impl Lqr {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            weights: LqrWeights::DEFAULT,
+            weights: LqrWeights::NONE,
             trim: Trim::REST,
             gain: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; LQR_INPUTS]; 12])),
             solver: RiccatiSolver::new(),

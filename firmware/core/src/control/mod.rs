@@ -83,6 +83,19 @@ impl ControlConfig {
         lqr: LqrWeights::DEFAULT,
     };
 
+    /// All zero: of a controller that is not configured, and whose static takes no flash.
+    pub(super) const BLANK: Self = Self {
+        law: ControlLaw::Pd,
+        allocation: AllocationMethod::Decoupled,
+        limits: ActuatorLimits::NONE,
+        turn_radius_m: 0.0,
+        cruise_speed_mps: 0.0,
+        guidance: GuidanceGains { kappa_psi: 0.0, approach_max_rad: 0.0, kappa_theta: 0.0, pitch_max_rad: 0.0 },
+        pd: PdGains { kp_psi: 0.0, kd_r: 0.0, kp_theta: 0.0, kd_q: 0.0 },
+        speed: SpeedGains { kp_u: 0.0, thrust_max_n: 0.0 },
+        lqr: LqrWeights::NONE,
+    };
+
     /// Checks what does not depend on the vehicle.
     ///
     /// # Errors

@@ -142,6 +142,27 @@ impl NavigationConfig {
         ship_transducer_depth_m: 0.0,
         gate_sigma: 5.0,
     };
+
+    /// All zero: of a filter that is not configured, and whose static takes no flash.
+    pub(super) const BLANK: Self = Self {
+        process_model: ProcessModel::Kinematic,
+        process_noise: ProcessNoise { linear_mps2_per_sqrt_hz: [0.0; 3], angular_radps2_per_sqrt_hz: [0.0; 3] },
+        surface: None,
+        ship_noise: ShipNoise { linear_mps2_per_sqrt_hz: 0.0, angular_radps2_per_sqrt_hz: 0.0 },
+        sensors: SensorNoise {
+            depth_m: 0.0,
+            attitude_rad: 0.0,
+            rates_radps: 0.0,
+            dvl_mps: 0.0,
+            range_m: 0.0,
+            range_rate_mps: 0.0,
+            gnss_m: 0.0,
+            ship_gnss_m: 0.0,
+        },
+        water_current: None,
+        ship_transducer_depth_m: 0.0,
+        gate_sigma: 0.0,
+    };
 }
 
 /// Largest value any sigma, root PSD or depth may have: far beyond use, far from overflow.

@@ -39,7 +39,7 @@ pub enum ConfigError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NavigationError {
     /// Not configured or not initialised.
-    NotInitialised,
+    NotInitialised = 1, // an Option's None is zero
     /// The time lies before the filter's.
     TimeBackwards,
     /// More than [`super::MAX_GAP_US`] since the last prediction: initialise again.

@@ -26,7 +26,7 @@ pub(super) const CLONE_VELOCITY: usize = 3;
 /// Whose delayed state a clone is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CloneKind {
-    Vehicle,
+    Vehicle = 1, // an Option's None is zero
     Ship,
 }
 

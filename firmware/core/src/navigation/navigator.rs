@@ -42,7 +42,7 @@ impl Navigator {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            config: NavigationConfig::REFERENCE,
+            config: NavigationConfig::BLANK,
             model: None,
             time_us: 0,
             initialised: false,

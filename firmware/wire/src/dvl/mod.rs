@@ -36,11 +36,11 @@ pub struct DvlSample {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Coordinates {
-    /// Along the beams.
-    Beam,
     /// Instrument axes; the mounting angle applies.
     #[default]
     Instrument,
+    /// Along the beams.
+    Beam,
     /// Ship axes, rotated by the instrument (`EA`); the mounting angle does not apply.
     Ship,
     /// Ship axes levelled with the instrument's tilts: not fixed to the vehicle.

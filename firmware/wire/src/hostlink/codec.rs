@@ -93,6 +93,8 @@ pub struct Decoder {
     length: usize,
     /// Bytes that the present block still has.
     block: u8,
+    /// A zero stands before the next block.
+    zero: bool,
     state: State,
     counts: Counts,
 }
@@ -101,8 +103,8 @@ pub struct Decoder {
 enum State {
     /// After a delimiter.
     Empty,
-    /// In a frame; the next block is preceded by a zero, or not.
-    Inside { zero: bool },
+    /// In a frame.
+    Inside,
     /// In a frame that was refused.
     Skipping,
 }
@@ -110,7 +112,7 @@ enum State {
 impl Decoder {
     /// An empty decoder.
     pub const fn new() -> Self {
-        Self { buffer: [0; MAX_MESSAGE + CRC_BYTES], length: 0, block: 0, state: State::Empty, counts: Counts::new() }
+        Self { buffer: [0; MAX_MESSAGE + CRC_BYTES], length: 0, block: 0, zero: false, state: State::Empty, counts: Counts::new() }
     }
 
     /// Consumes bytes up to the next frame or rejection; `None` when all were consumed.
@@ -139,25 +141,25 @@ impl Decoder {
                 self.state = State::Empty;
                 return Ok(false);
             }
-            (State::Inside { .. }, 0) => {
+            (State::Inside, 0) => {
                 self.state = State::Empty;
                 return if self.block == 0 { Ok(true) } else { Err(Error::Framing) };
             }
             (State::Skipping, _) => return Ok(false),
             (State::Empty, code) => {
-                (self.length, self.block) = (0, code - 1);
-                self.state = State::Inside { zero: code < u8::MAX };
+                (self.length, self.block, self.zero) = (0, code - 1, code < u8::MAX);
+                self.state = State::Inside;
                 return Ok(false);
             }
-            (State::Inside { zero }, code) if self.block == 0 => {
+            (State::Inside, code) if self.block == 0 => {
+                let zero = core::mem::replace(&mut self.zero, code < u8::MAX);
                 self.block = code - 1;
-                self.state = State::Inside { zero: code < u8::MAX };
                 if !zero {
                     return Ok(false);
                 }
                 self.append(0)?;
             }
-            (State::Inside { .. }, byte) => {
+            (State::Inside, byte) => {
                 self.block -= 1;
                 self.append(byte)?;
             }

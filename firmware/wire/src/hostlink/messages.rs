@@ -82,7 +82,7 @@ pub struct Waypoint {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
     /// Waiting for a first fix and sensors.
-    Initialising,
+    Initialising = 1, // an Option's None is zero
     /// Navigation is valid.
     Navigating,
     /// Navigation runs on less than it needs.

@@ -111,7 +111,7 @@ pub struct Compass {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrontseatMode {
     /// `N`.
-    Normal,
+    Normal = 1, // an Option's None is zero
     /// `S`.
     Stopped,
     /// `P`: the frontseat keeps control.
