@@ -198,7 +198,7 @@ impl Adoptions {
 impl Backseat {
     /// An adopted set that passed its probation is stored once no mission is under way: flash is never erased before.
     pub(super) fn ask_to_store_adopted(&mut self) {
-        let idle = !self.under_way() && !self.armed && self.wiggle.is_none() && self.storing == Storing::Idle;
+        let idle = !self.under_way() && !self.armed && self.wiggle.get().is_none() && self.storing == Storing::Idle;
         let Adaptation { adoptions, .. } = &mut self.adaptation;
         if adoptions.to_store && idle {
             adoptions.to_store = false;

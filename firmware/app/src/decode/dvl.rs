@@ -20,7 +20,13 @@ pub struct DvlLink {
 
 impl DvlLink {
     pub const fn new() -> Self {
-        Self { pd0: pd0::Decoder::new(), pd4: pd4::Decoder::new(), pd6: pd6::Decoder::new(0.0), samples: 0, last: Held::none() }
+        Self {
+            pd0: pd0::Decoder::new(),
+            pd4: pd4::Decoder::new(),
+            pd6: pd6::Decoder::new(0.0),
+            samples: 0,
+            last: Held::none(),
+        }
     }
 
     /// Starts afresh with the mounting angle of these settings.

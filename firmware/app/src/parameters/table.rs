@@ -81,7 +81,7 @@ macro_rules! flag {
 
 /// All parameters, in the order of their index.
 #[rustfmt::skip] // a row a line, to be read as a table
-pub const PARAMETERS: &[Parameter] = &[
+pub static PARAMETERS: &[Parameter] = &[
     // [vehicle]
     real!("vehicle.length_m", "m", 0.5, 20.0, "length over all", vehicle.length_m),
     real!("vehicle.diameter_m", "m", 0.05, 2.0, "hull diameter", vehicle.diameter_m),

@@ -67,16 +67,15 @@ pub enum RiccatiError {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// Term of the Taylor series to be added next, of the first or second block column.
-    Flow {
-        second: bool,
-        term: u8,
-    },
+    Done,
+    /// Term of the Taylor series to be added next, of the first block column.
+    First(u8),
+    /// The same of the second.
+    Second(u8),
     /// From the flow's blocks to E, G, H.
     Join,
     /// Doublings done.
     Double(u8),
-    Done,
 }
 
 /// A solution in progress. 10 N² + 3 NM doubles, 12 kB for the vehicle: keep it in a static.
@@ -184,7 +183,7 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
         let [x, y, ..] = &mut self.work;
         x.fill_with_identity();
         y.fill(0.0);
-        self.phase = Phase::Flow { second: false, term: 1 };
+        self.phase = Phase::First(1);
         Ok(())
     }
 
@@ -194,7 +193,8 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
     /// The system cannot be stabilised; the solver is at rest then.
     pub fn step(&mut self) -> Result<bool, RiccatiError> {
         let next = match self.phase {
-            Phase::Flow { second, term } => Ok(self.flow(second, term)),
+            Phase::First(term) => Ok(self.flow(false, term)),
+            Phase::Second(term) => Ok(self.flow(true, term)),
             Phase::Join => self.join(),
             Phase::Double(done) if Some(done) == self.doublings => Ok(Phase::Done),
             Phase::Double(done) => self.double(done),
@@ -253,11 +253,12 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
             self.h += &*y;
         }
         match (second, term < ORDER) {
-            (_, true) => Phase::Flow { second, term: term + 1 },
+            (false, true) => Phase::First(term + 1),
+            (true, true) => Phase::Second(term + 1),
             (false, false) => {
                 x.fill(0.0);
                 y.fill_with_identity();
-                Phase::Flow { second: true, term: 1 }
+                Phase::Second(1)
             }
             (true, false) => Phase::Join,
         }

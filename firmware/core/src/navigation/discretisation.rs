@@ -20,8 +20,6 @@ pub(super) const DRIVING: [usize; 8] = [PHI, THETA, U, V, W, P, P + 1, P + 2];
 /// First velocity among [`DRIVING`]: where white acceleration enters.
 const VELOCITIES: usize = 2;
 
-/// Columns of the series: [`DRIVING`] and f.
-const COLUMNS: usize = DRIVING.len() + 1;
 type Column = [f64; VEHICLE_STATES];
 /// Columns of e^{F s} driven by white acceleration.
 type Driven = [Column; DRIVING.len() - VELOCITIES];
@@ -92,8 +90,8 @@ pub(super) struct Discretisation {
     pub(super) effect_count: usize,
     /// e^{F s} at the inner nodes.
     nodes: [Driven; NODES.len()],
-    /// Terms of the series: (F h)^k / k! times the columns of the identity and f.
-    terms: [[Column; COLUMNS]; HIGHEST_ORDER + 1],
+    /// Terms of the series: (F h)^k / k! times a column of the identity, or f; one column after the other.
+    terms: [Column; HIGHEST_ORDER + 1],
 }
 
 impl Discretisation {
@@ -106,7 +104,7 @@ impl Discretisation {
             effects: [AcceleratingEffect::NONE; PLANT_STATES],
             effect_count: 0,
             nodes: [[[0.0; VEHICLE_STATES]; DRIVING.len() - VELOCITIES]; NODES.len()],
-            terms: [[[0.0; VEHICLE_STATES]; COLUMNS]; HIGHEST_ORDER + 1],
+            terms: [[0.0; VEHICLE_STATES]; HIGHEST_ORDER + 1],
         }
     }
 
@@ -135,38 +133,36 @@ impl Discretisation {
 
     /// Sums the Taylor series of Φ(h), of Φ at the inner nodes, and of the increment; `x` is ‖F‖ h.
     fn series(&mut self, jacobian: &Jacobian, f: &VehicleState, h: f64, x: f64) {
-        let [first, second, ..] = &mut self.terms;
-        for (k, &state) in DRIVING.iter().enumerate() {
-            first[k] = [0.0; VEHICLE_STATES];
-            first[k][state] = 1.0;
-            second[k] = jacobian.columns[k].map(|a| h * a);
-        }
-        for (term, f) in first[COLUMNS - 1].iter_mut().zip(f.as_slice()) {
-            *term = h * f;
-        }
-        jacobian.times(&first[COLUMNS - 1], h, &mut second[COLUMNS - 1]);
         let (mut bound, mut order) = (x, 1);
         while bound >= TERM_BOUND && order < HIGHEST_ORDER {
-            let (done, next) = self.terms.split_at_mut(order + 1);
             order += 1;
-            let scale = h / order as f64;
-            if let (Some(last), Some(next)) = (done.last(), next.first_mut()) {
-                for (last, next) in last.iter().zip(next) {
-                    jacobian.times(last, scale, next);
-                }
-            }
             bound *= x / order as f64;
         }
-        let terms = self.terms.get(..=order).unwrap_or_default();
+        let terms = self.terms.get_mut(..=order).unwrap_or_default();
         let (plain, driven) = self.phi.split_at_mut(VELOCITIES);
-        for (k, column) in plain.iter_mut().enumerate() {
-            *column = sum(terms, k, &ONES);
-        }
         let [early, late] = &mut self.nodes;
-        for (k, ((end, early), late)) in driven.iter_mut().zip(early).zip(late).enumerate() {
-            sum_at_nodes(terms, VELOCITIES + k, end, early, late);
+        let mut driven = driven.iter_mut().zip(early).zip(late);
+        for (k, &state) in DRIVING.iter().enumerate() {
+            if let [first, second, ..] = &mut *terms {
+                *first = [0.0; VEHICLE_STATES];
+                first[state] = 1.0;
+                *second = jacobian.columns[k].map(|a| h * a);
+            }
+            jacobian.continue_series(terms, h);
+            if let Some(column) = plain.get_mut(k) {
+                *column = sum(terms, &ONES);
+            } else if let Some(((end, early), late)) = driven.next() {
+                sum_at_nodes(terms, end, early, late);
+            }
         }
-        self.increment = sum(terms, COLUMNS - 1, &INTEGRAL);
+        if let [first, second, ..] = &mut *terms {
+            for (term, f) in first.iter_mut().zip(f.as_slice()) {
+                *term = h * f;
+            }
+            jacobian.times(first, h, second);
+        }
+        jacobian.continue_series(terms, h);
+        self.increment = sum(terms, &INTEGRAL);
     }
 
     /// Q_d by the Lobatto rule: Σ weight psd_k column_k column_kᵀ at its times.
@@ -277,6 +273,15 @@ impl Jacobian {
         }
     }
 
+    /// The terms of a series from the second on: each is F h / k times the one before it.
+    fn continue_series(&self, terms: &mut [Column], h: f64) {
+        for k in 2..terms.len() {
+            if let [.., last, next] = terms.get_mut(..=k).unwrap_or_default() {
+                self.times(last, h / k as f64, next);
+            }
+        }
+    }
+
     /// out = scale F a. Not inlined: nine copies would be 20 kB of code.
     #[inline(never)]
     fn times(&self, a: &Column, scale: f64, out: &mut Column) {
@@ -336,25 +341,23 @@ const INTEGRAL: [f64; HIGHEST_ORDER + 1] = {
 /// Rows summed at a time: what three sums keep in the registers of either machine.
 const ROWS: usize = 4;
 
-/// Σ weight_k term_k of one column, small terms first.
-fn sum(terms: &[[Column; COLUMNS]], column: usize, weights: &[f64; HIGHEST_ORDER + 1]) -> Column {
+/// Σ weight_k term_k, small terms first.
+fn sum(terms: &[Column], weights: &[f64; HIGHEST_ORDER + 1]) -> Column {
     let mut out = [0.0; VEHICLE_STATES];
     for (term, weight) in terms.iter().zip(weights).rev() {
-        if let Some(term) = term.get(column) {
-            add(&mut out, *weight, term);
-        }
+        add(&mut out, *weight, term);
     }
     out
 }
 
 /// One column at the end of the step and, by Horner's rule, at the two nodes inside it.
-fn sum_at_nodes(terms: &[[Column; COLUMNS]], column: usize, end: &mut Column, early: &mut Column, late: &mut Column) {
+fn sum_at_nodes(terms: &[Column], end: &mut Column, early: &mut Column, late: &mut Column) {
     let outputs = end.as_chunks_mut::<ROWS>().0.iter_mut();
     let outputs = outputs.zip(early.as_chunks_mut::<ROWS>().0).zip(late.as_chunks_mut::<ROWS>().0);
     for (part, ((end, early), late)) in outputs.enumerate() {
         let mut sums = [[0.0; ROWS]; 3];
         for term in terms.iter().rev() {
-            let Some(term) = term.get(column).and_then(|column| column.as_chunks::<ROWS>().0.get(part)) else { break };
+            let Some(term) = term.as_chunks::<ROWS>().0.get(part) else { break };
             for i in 0..ROWS {
                 sums[0][i] += term[i];
                 sums[1][i] = term[i] + NODES[0] * sums[1][i];

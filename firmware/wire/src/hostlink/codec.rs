@@ -112,7 +112,14 @@ enum State {
 impl Decoder {
     /// An empty decoder.
     pub const fn new() -> Self {
-        Self { buffer: [0; MAX_MESSAGE + CRC_BYTES], length: 0, block: 0, zero: false, state: State::Empty, counts: Counts::new() }
+        Self {
+            buffer: [0; MAX_MESSAGE + CRC_BYTES],
+            length: 0,
+            block: 0,
+            zero: false,
+            state: State::Empty,
+            counts: Counts::new(),
+        }
     }
 
     /// Consumes bytes up to the next frame or rejection; `None` when all were consumed.
