@@ -159,7 +159,9 @@ impl NavigationConfig {
             gnss_m: 0.0,
             ship_gnss_m: 0.0,
         },
-        water_current: None,
+        effects: EffectSet::NONE,
+        effect_states: EffectStates::NONE,
+        sound_speed_mps: 0.0,
         ship_transducer_depth_m: 0.0,
         gate_sigma: 0.0,
     };

@@ -31,8 +31,8 @@ pub(super) struct Effects {
     /// The plant changes next, s since the epoch.
     next_onset_s: f64,
     memory: ActuatorMemory,
-    /// The vehicle without effects.
-    declared: VehicleParameters,
+    /// The vehicle without effects, once it was adopted.
+    declared: Option<VehicleParameters>,
 }
 
 /// The values of one entry.
@@ -83,15 +83,15 @@ impl Effects {
             measure: 0,
             variance: 0,
             gate: 0,
-            next_onset_s: f64::INFINITY,
+            next_onset_s: 0.0,
             memory: ActuatorMemory { fins_rad: None },
-            declared: VehicleParameters::IVER3,
+            declared: None,
         }
     }
 
     /// The vehicle without effects.
     pub(super) fn declared(&self) -> &VehicleParameters {
-        &self.declared
+        self.declared.as_ref().unwrap_or(&VehicleParameters::IVER3)
     }
 
     /// Reads which entries a configuration has.
@@ -130,7 +130,7 @@ impl Effects {
             }
             plant.validate_with_effects().map_err(|refused| ConfigError::Plant { key: refused.key })?;
         }
-        self.declared = *model.parameters();
+        self.declared = Some(*model.parameters());
         self.restart();
         Ok(())
     }
@@ -148,7 +148,7 @@ impl Effects {
 
     /// Brings the model to the time `t_s` and the present states.
     pub(super) fn retune(&mut self, model: &mut VehicleModel, t_s: f64, config: &NavigationConfig, x: &Estimate) {
-        let mut plant = self.declared;
+        let mut plant = *self.declared();
         for (index, hooks) in entries(self.plant) {
             if let Some(change) = hooks.plant {
                 change(Values::of(index, config, x).as_slice(), t_s, &mut plant);

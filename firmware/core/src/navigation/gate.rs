@@ -60,7 +60,7 @@ pub(super) struct Gate {
 
 impl Gate {
     pub(super) const fn new() -> Self {
-        Self { sigma: f64::INFINITY, sources: [Source::NEW; Sensor::ALL.len()] }
+        Self { sigma: 0.0, sources: [Source::NEW; Sensor::ALL.len()] }
     }
 
     pub(super) fn consecutive(&self, sensor: Sensor) -> u32 {
