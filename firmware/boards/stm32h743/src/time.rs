@@ -64,9 +64,11 @@ impl Clock {
         if !registers.sr().read().ccif(PPS.index()) {
             return None;
         }
-        // Reading the capture clears its flag (RM0433, TIMx_SR), so that the flag of an edge that comes now stays.
+        // Cleared before the capture is read, so that the flag of an edge that comes now stays.
+        let mut clear = SrGp16(ALL_FLAGS);
+        clear.set_ccif(PPS.index(), false);
+        registers.sr().write_value(clear);
         let captured = self.timer.get_capture_value(PPS);
-        // Looked at after the capture: an edge before it was read has overwritten the one before.
         if registers.sr().read().ccof(PPS.index()) {
             let mut clear = SrGp16(ALL_FLAGS);
             clear.set_ccof(PPS.index(), false);
