@@ -270,3 +270,41 @@ fn mission(waypoints: usize) -> Line {
         count => Line::new(Verdict::Pass, "mission", format!("{count} waypoints stored")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn look(before: [u32; 5], after: [u32; 5]) -> Look {
+        let health = |receive_losses| Health {
+            accepted_frames: [0; 4],
+            rejected_frames: [0; 4],
+            pps_edges: 0,
+            synchronised: false,
+            receive_losses,
+        };
+        Look {
+            identity: Identity { firmware: String::new(), schema: PARAMETER_SCHEMA, restart: None },
+            parameters: Vec::new(),
+            waypoints: 0,
+            counters: Some((health(before), health(after))),
+            telemetry: Vec::new(),
+            watched: Duration::from_secs(3),
+            now_us: 0,
+        }
+    }
+
+    #[test]
+    fn losses_fail_while_they_happen() {
+        let cases = [
+            ([0; 5], [0; 5], Verdict::Pass, "none on any port since start"),
+            ([0, 0, 7, 0, 0], [0, 0, 7, 0, 0], Verdict::Note, "in 3 s: ahrs 0 (7 since start)"),
+            ([0, 0, 7, 0, 0], [0, 2, 8, 0, 0], Verdict::Fail, "in 3 s: dvl 2 (2 since start), ahrs 1 (8 since start)"),
+        ];
+        for (before, after, verdict, found) in cases {
+            assert_eq!(losses(&look(before, after)), Line::new(verdict, "receive losses", found));
+        }
+        let older = Look { counters: None, ..look([0; 5], [0; 5]) };
+        assert_eq!(losses(&older).verdict, Verdict::Note);
+    }
+}
