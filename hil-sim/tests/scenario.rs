@@ -52,6 +52,30 @@ fn errors_name_file_line_and_key() {
 }
 
 #[test]
+fn effects_are_read_by_name_and_checked() {
+    let read = |effects: &str| Settings::parse(&format!("{SURVEY}\n{effects}"), Path::new("s.toml"));
+    let settings =
+        read("[effects.fin_stuck]\nfin = \"port\"\nrad = 0.05\ntime_s = 100\n[effects.heading_bias]\ncos_rad = 0.02\n")
+            .unwrap();
+    let texts: Vec<String> = settings.effects.as_slice().iter().map(ToString::to_string).collect();
+    let mut texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+    texts.sort_unstable();
+    assert_eq!(texts, ["fin_stuck:fin=port,rad=0.05,time_s=100", "heading_bias:const_rad=0,sin_rad=0,cos_rad=0.02"]);
+    for (effects, expected) in [
+        ("[effects.gremlin]\nsize = 1.0\n", "no effect gremlin"),
+        ("[effects.dvl_scale]\nratio = 0.9\n", "effects.dvl_scale.ratio: 0.9 is outside -0.1 to 0.1"),
+        ("[effects.dvl_scale]\ngain = 0.9\n", "dvl_scale has no gain; it has ratio"),
+        ("[effects.fin_bias]\nfin = \"left\"\nrad = 0.1\n", "effects.fin_bias.fin: left: top, bottom"),
+        ("[effects.fin_bias]\nfin = \"top\"\n", "fin_bias: rad is missing"),
+    ] {
+        let message = read(effects).unwrap_err().to_string();
+        assert!(message.contains(expected) && !message.contains('\n'), "{message}");
+        let line = SURVEY.lines().count() + 2;
+        assert!((0..3).any(|more| message.starts_with(&format!("s.toml:{}:", line + more))), "{message}");
+    }
+}
+
+#[test]
 fn missing_files_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
