@@ -64,15 +64,16 @@ impl Clock {
         if !registers.sr().read().ccif(PPS.index()) {
             return None;
         }
+        let clear = |flag: fn(&mut SrGp16, usize, bool)| {
+            let mut flags = SrGp16(ALL_FLAGS);
+            flag(&mut flags, PPS.index(), false);
+            registers.sr().write_value(flags);
+        };
         // Cleared before the capture is read, so that the flag of an edge that comes now stays.
-        let mut clear = SrGp16(ALL_FLAGS);
-        clear.set_ccif(PPS.index(), false);
-        registers.sr().write_value(clear);
+        clear(SrGp16::set_ccif);
         let captured = self.timer.get_capture_value(PPS);
         if registers.sr().read().ccof(PPS.index()) {
-            let mut clear = SrGp16(ALL_FLAGS);
-            clear.set_ccof(PPS.index(), false);
-            registers.sr().write_value(clear);
+            clear(SrGp16::set_ccof);
             self.lost_edges = self.lost_edges.saturating_add(1);
             return None;
         }
