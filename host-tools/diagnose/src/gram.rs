@@ -34,7 +34,6 @@ pub struct Normal {
 /// A sum of blocks.
 #[derive(Clone, Debug, Default)]
 pub struct Sum {
-    columns: usize,
     gram: Vec<f64>,
     score: Vec<f64>,
     /// Σ e².
@@ -83,7 +82,6 @@ impl Normal {
     #[must_use]
     pub fn sum(&self, choose: impl Fn(usize) -> bool) -> Sum {
         let mut sum = Sum {
-            columns: self.columns,
             gram: vec![0.0; self.columns * (self.columns + 1) / 2],
             score: vec![0.0; self.columns],
             ..Sum::default()

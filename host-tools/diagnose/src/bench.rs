@@ -1,0 +1,194 @@
+//! One log made ready: passes over it, which blocks train and which are held out, and refined fits.
+
+use crate::candidates::{Instance, Scope, own_terms, set_of};
+use crate::linear;
+use crate::noise;
+use crate::samples::{Channel, Samples};
+use crate::terms::Term;
+use crate::whitener::{self, Pass, Setup};
+use backseat_core::effects::EffectSet;
+use backseat_core::navigation::{NavigationConfig, SurfaceNoise};
+use backseat_data::log::Column;
+use backseat_data::{Log, VehicleFile};
+
+/// Length of a block, s: longer than the coloured part of most residuals, short against a log.
+pub const BLOCK_S: f64 = 20.0;
+/// Blocks in a row that train, and that are held out.
+const TRAIN_BLOCKS: usize = 18;
+const HELD_BLOCKS: usize = 9;
+/// The last part of the log is a forecast.
+const FORECAST_SHARE: f64 = 0.2;
+
+/// Which blocks count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Where parameters are fitted.
+    Train,
+    /// Where they are judged.
+    Held,
+    /// All.
+    Whole,
+}
+
+/// A log, its declared model, and what every pass has in common.
+pub struct Bench {
+    /// Noise, scales and outliers.
+    pub setup: Setup,
+    /// Readings.
+    pub samples: Samples,
+    /// What the log can say.
+    pub scope: Scope,
+    /// Innovations of the declared model.
+    pub declared: Pass,
+}
+
+/// Effects fitted together.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// With their values.
+    pub instances: Vec<Instance>,
+    /// Σ e² of the blocks fitted and of all.
+    pub square: f64,
+    /// Σ e² of all blocks.
+    pub whole_square: f64,
+    /// One sigma of every size, in order.
+    pub sigmas: Vec<f64>,
+    /// The last pass; its first columns are the sizes.
+    pub pass: Pass,
+}
+
+impl Bench {
+    /// Makes a log ready; `None` where the filter cannot start (no fix, no attitude).
+    #[must_use]
+    pub fn new(log: &Log, vehicle: &VehicleFile, use_dvl: bool) -> Option<Self> {
+        let samples = Samples::of(log, &vehicle.sensors, use_dvl);
+        let mut setup = Setup {
+            parameters: vehicle.parameters,
+            noise: vehicle.noise,
+            surface: SurfaceNoise::DYNAMIC,
+            sensors: vehicle.sensors,
+            ship_transducer_depth_m: NavigationConfig::REFERENCE.ship_transducer_depth_m,
+            scale: [1.0; Channel::COUNT],
+            outliers: Vec::new(),
+            block_s: BLOCK_S,
+        };
+        let mut declared = whitener::run(&setup, &samples, &EffectSet::NONE, &[])?;
+        setup.scale = noise::scales(&declared.residuals);
+        // An outlier bends what follows it, so that its neighbours look wrong: look again without it.
+        for _ in 0..2 {
+            setup.outliers = noise::flags(&samples, &declared.residuals);
+            declared = whitener::run(&setup, &samples, &EffectSet::NONE, &[])?;
+        }
+        let scope = Scope {
+            present: present(&declared),
+            has_density: log.has(Column::WaterDensity),
+            duration_s: samples.duration_s,
+        };
+        Some(Self { setup, samples, scope, declared })
+    }
+
+    /// Whether a block belongs to a part.
+    #[must_use]
+    pub fn is_in(&self, part: Part, block: usize) -> bool {
+        let forecast = block as f64 * BLOCK_S >= (1.0 - FORECAST_SHARE) * self.samples.duration_s;
+        let held = forecast || block % (TRAIN_BLOCKS + HELD_BLOCKS) >= TRAIN_BLOCKS;
+        match part {
+            Part::Train => !held,
+            Part::Held => held,
+            Part::Whole => true,
+        }
+    }
+
+    /// Whether a time is held out.
+    #[must_use]
+    pub fn is_held(&self, t_s: f64) -> bool {
+        self.is_in(Part::Held, (t_s / BLOCK_S) as usize)
+    }
+
+    /// Runs the filter with a set of effects and columns.
+    #[must_use]
+    pub fn pass(&self, set: &EffectSet, terms: &[Term]) -> Option<Pass> {
+        whitener::run(&self.setup, &self.samples, set, terms)
+    }
+
+    /// Fits the sizes of all instances together on a part, by Gauss and Newton from their present values; `extra`
+    /// terms are columns of the last pass behind the sizes.
+    #[must_use]
+    pub fn fit(&self, instances: &[Instance], part: Part, extra: impl Fn(&[Instance]) -> Vec<Term>) -> Option<Joint> {
+        const MOST_STEPS: usize = 6;
+        /// A step below this many sigmas changes nothing that matters.
+        const SMALL: f64 = 0.02;
+        let mut now = instances.to_vec();
+        let mut best: Option<(Vec<Instance>, f64)> = None;
+        let mut sizes = 0;
+        for step in 0..=MOST_STEPS {
+            let set = set_of(&now);
+            let own: Vec<Term> = now.iter().flat_map(|instance| own_terms(instance, &set)).collect();
+            sizes = own.len();
+            let terms: Vec<Term> = own.into_iter().chain(extra(&now)).collect();
+            let pass = self.pass(&set, &terms);
+            let sum = pass.as_ref().map(|pass| pass.normal.sum(|block| self.is_in(part, block)));
+            let square = sum.as_ref().map_or(f64::INFINITY, |sum| sum.square);
+            let Some((pass, sum)) = pass.zip(sum).filter(|_| best.as_ref().is_none_or(|b| square <= b.1 + 1e-9)) else {
+                // Worse, or impossible: half-way back.
+                let (good, _) = best.as_ref()?;
+                for (instance, good) in now.iter_mut().zip(good) {
+                    for (size, good) in instance.sizes.iter_mut().zip(&good.sizes) {
+                        *size = 0.5 * (*size + good);
+                    }
+                }
+                continue;
+            };
+            let free: Vec<usize> = (0..sizes).collect();
+            let fit = linear::fit(&sum, &free, &[]);
+            let mut largest = 0.0_f64;
+            let mut next = now.clone();
+            if let Some(fit) = &fit {
+                let mut i = 0;
+                for instance in &mut next {
+                    let bounds = instance.candidate.bounds();
+                    for (size, [low, high]) in instance.sizes.iter_mut().zip(bounds) {
+                        let moved = (*size + fit.theta[i]).clamp(low, high);
+                        largest = largest.max((moved - *size).abs() / fit.sigma(i).max(f64::MIN_POSITIVE));
+                        *size = moved;
+                        i += 1;
+                    }
+                }
+            }
+            if largest < SMALL || step == MOST_STEPS || fit.is_none() {
+                let whole_square = pass.normal.sum(|_| true).square;
+                let at = linear::Fit {
+                    gain: 0.0,
+                    theta: vec![0.0; sizes],
+                    covariance: fit.as_ref().map_or_else(|| vec![f64::INFINITY; sizes * sizes], |f| f.covariance.clone()),
+                };
+                let sigmas = linear::sigmas(&pass.normal, |block| self.is_in(part, block), &free, &at, &[]);
+                return Some(Joint { instances: now, square, whole_square, sigmas, pass });
+            }
+            best = Some((now, square));
+            now = next;
+        }
+        let _ = sizes;
+        None
+    }
+
+    /// Held-out blocks: by how much Σ e² of each falls from one pass to another.
+    #[must_use]
+    pub fn held_gain(&self, before: &Pass, after: &Pass) -> Vec<f64> {
+        let pairs = before.normal.blocks.iter().zip(&after.normal.blocks).enumerate();
+        pairs
+            .filter(|(index, (before, _))| self.is_in(Part::Held, *index) && before.count > 0)
+            .map(|(_, (before, after))| before.square - after.square)
+            .collect()
+    }
+}
+
+/// Which channels have samples.
+#[must_use]
+pub fn present(pass: &Pass) -> [bool; Channel::COUNT] {
+    let mut present = [false; Channel::COUNT];
+    for residual in &pass.residuals {
+        present[residual.channel as usize] = true;
+    }
+    present
+}

@@ -1,0 +1,249 @@
+//! The catalogue as hypotheses: which columns a hypothesis has, and what its values mean.
+
+use crate::samples::Channel;
+use crate::terms::{Cause, Term};
+use backseat_core::effects::{self, CATALOGUE, EffectInfo, EffectSet, FIN_NAMES, ParameterKind};
+
+/// An entry of the catalogue, with the fin and the onset where it has them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// The entry.
+    pub effect: &'static str,
+    /// Which fin, where it has one.
+    pub fin: Option<usize>,
+    /// From when on, where it is an event, s.
+    pub onset_s: Option<f64>,
+}
+
+/// A candidate with the columns of a pass that stand for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hypothesis {
+    /// What.
+    pub candidate: Candidate,
+    /// Columns of its sizes.
+    pub free: Vec<usize>,
+    /// Columns that are present whole (a stuck fin no longer follows its command).
+    pub fixed: Vec<(usize, f64)>,
+}
+
+/// An effect with values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instance {
+    /// What.
+    pub candidate: Candidate,
+    /// Its sizes, in the order of the entry.
+    pub sizes: Vec<f64>,
+}
+
+impl Candidate {
+    /// The entry of the catalogue.
+    ///
+    /// # Panics
+    /// Never: candidates are made from the catalogue.
+    #[must_use]
+    pub fn info(&self) -> &'static EffectInfo {
+        effects::find(self.effect).expect("candidates come from the catalogue")
+    }
+
+    /// Name with the fin, for the ladder of hypotheses.
+    #[must_use]
+    pub fn label(&self) -> String {
+        match self.fin {
+            Some(fin) => format!("{} ({})", self.effect, FIN_NAMES[fin]),
+            None => self.effect.to_owned(),
+        }
+    }
+
+    /// All values of the entry with these sizes.
+    #[must_use]
+    pub fn values(&self, sizes: &[f64]) -> Vec<f64> {
+        let mut sizes = sizes.iter();
+        let value = |kind: ParameterKind, sizes: &mut std::slice::Iter<'_, f64>| match kind {
+            ParameterKind::Fin => self.fin.map_or(0.0, |fin| (fin + 1) as f64),
+            ParameterKind::Onset => self.onset_s.unwrap_or(0.0),
+            ParameterKind::Size | ParameterKind::Shape => sizes.next().copied().unwrap_or(0.0),
+        };
+        self.info().parameters.iter().map(|parameter| value(parameter.kind, &mut sizes)).collect()
+    }
+
+    /// `set` with this effect of these sizes.
+    #[must_use]
+    pub fn apply(&self, set: &EffectSet, sizes: &[f64]) -> EffectSet {
+        set.with(self.effect, &self.values(sizes)).unwrap_or(*set)
+    }
+
+    /// Least and largest plausible value of each size.
+    #[must_use]
+    pub fn bounds(&self) -> Vec<[f64; 2]> {
+        let sizes = self.info().parameters.iter().filter(|p| p.kind == ParameterKind::Size);
+        sizes.map(|p| [p.min, p.max]).collect()
+    }
+
+    /// How many numbers are fitted, the onset included.
+    #[must_use]
+    pub fn degrees(&self) -> usize {
+        self.bounds().len() + usize::from(self.onset_s.is_some())
+    }
+}
+
+impl Instance {
+    /// `set` with this effect.
+    #[must_use]
+    pub fn apply(&self, set: &EffectSet) -> EffectSet {
+        self.candidate.apply(set, &self.sizes)
+    }
+}
+
+/// The set of all these effects.
+#[must_use]
+pub fn set_of(instances: &[Instance]) -> EffectSet {
+    instances.iter().fold(EffectSet::NONE, |set, instance| instance.apply(&set))
+}
+
+/// What a log can say about the catalogue.
+#[derive(Clone, Copy, Debug)]
+pub struct Scope {
+    /// Channels with samples.
+    pub present: [bool; Channel::COUNT],
+    /// The log gives the density of the water.
+    pub has_density: bool,
+    /// Length of the log, s.
+    pub duration_s: f64,
+}
+
+/// Entries that no log of this kind can judge, with the reason.
+#[must_use]
+pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
+    let mut reasons = vec![(
+        "depth_bias",
+        "a constant of the depth sensor shows only against a known antenna depth at the surface, which a log does not give",
+    )];
+    if !scope.has_density {
+        reasons.push(("water_density", "needs water_density_kg_per_m3 in the log: without it, it is a buoyancy"));
+    }
+    if !scope.present[Channel::Range as usize] {
+        for effect in ["sound_speed", "clock_offset", "clock_drift", "range_outliers"] {
+            reasons.push((effect, "the log has no ranges"));
+        }
+    }
+    if !scope.present[Channel::DvlU as usize] {
+        for effect in ["dvl_scale", "dvl_misalignment", "waves"] {
+            reasons.push((effect, "the log has no DVL velocity"));
+        }
+    }
+    reasons
+}
+
+/// Terms and hypotheses of the whole catalogue about `set`; entries of `accepted` are nuisance columns, returned apart.
+#[must_use]
+pub fn catalogue(scope: &Scope, accepted: &[Instance], onsets: &[f64]) -> (Vec<Term>, Vec<Hypothesis>, Vec<usize>) {
+    let set = set_of(accepted);
+    let skipped = beyond(scope);
+    let (mut terms, mut hypotheses, mut nuisance) = (Vec::new(), Vec::new(), Vec::new());
+    let mut column = 0;
+    for instance in accepted {
+        let own = own_terms(instance, &set);
+        column += own.len();
+        terms.extend(own);
+    }
+    nuisance.extend(0..column);
+    for info in CATALOGUE {
+        let is_known = skipped.iter().any(|(name, _)| *name == info.name);
+        let is_noise = info.hooks.plant.is_none()
+            && info.hooks.input.is_none()
+            && info.hooks.water.is_none()
+            && info.hooks.measure.is_none();
+        if is_known || is_noise || accepted.iter().any(|a| a.candidate.effect == info.name) {
+            continue;
+        }
+        let has = |kind| info.parameters.iter().any(|parameter| parameter.kind == kind);
+        let is_event = has(ParameterKind::Onset);
+        let fins: Vec<Option<usize>> =
+            if has(ParameterKind::Fin) { (0..FIN_NAMES.len()).map(Some).collect() } else { vec![None] };
+        for fin in fins {
+            let candidate = Candidate { effect: info.name, fin, onset_s: is_event.then_some(0.0) };
+            hypotheses.extend(add_entry(&set, &candidate, onsets, &mut terms, &mut column));
+        }
+    }
+    (terms, hypotheses, nuisance)
+}
+
+/// Terms of one entry, at every onset if it is an event.
+fn add_entry(
+    set: &EffectSet,
+    candidate: &Candidate,
+    onsets: &[f64],
+    terms: &mut Vec<Term>,
+    column: &mut usize,
+) -> Vec<Hypothesis> {
+    let is_event = candidate.onset_s.is_some();
+    // An event is always on in the sets; its columns begin at the onsets.
+    let always = Candidate { onset_s: is_event.then_some(0.0), ..*candidate };
+    let bounds = always.bounds();
+    let none = vec![0.0; bounds.len()];
+    // A fin that is stuck at zero is an effect already.
+    let is_stuck = is_event && candidate.fin.is_some();
+    let without = if is_stuck { always.apply(set, &none) } else { *set };
+    let starts = if is_event { onsets } else { &[f64::NEG_INFINITY][..] };
+    let mut add = |with: EffectSet, without: EffectSet, unit: f64| {
+        let cause = Cause::Effects { with: Box::new(with), without: Box::new(without), unit };
+        terms.push(Term { cause, onsets_s: starts.to_vec() });
+        *column += starts.len();
+        *column - starts.len()
+    };
+    let columns: Vec<usize> = (0..bounds.len())
+        .map(|size| {
+            let mut one = none.clone();
+            one[size] = unit(bounds[size]);
+            add(always.apply(set, &one), without, one[size])
+        })
+        .collect();
+    let released = is_stuck.then(|| add(without, *set, 1.0));
+    let hypothesis = |(place, start): (usize, &f64)| Hypothesis {
+        candidate: Candidate { onset_s: is_event.then_some(*start), ..always },
+        free: columns.iter().map(|first| first + place).collect(),
+        fixed: released.map(|first| (first + place, 1.0)).into_iter().collect(),
+    };
+    starts.iter().enumerate().map(hypothesis).collect()
+}
+
+/// Step of a derivative by differences: small against what is plausible.
+fn unit([low, high]: [f64; 2]) -> f64 {
+    1e-3 * if low < 0.0 { high.min(-low) } else { high }
+}
+
+/// One term for each size of an effect that is present in `set`.
+#[must_use]
+pub fn own_terms(instance: &Instance, set: &EffectSet) -> Vec<Term> {
+    let bounds = instance.candidate.bounds();
+    (0..bounds.len())
+        .map(|size| {
+            let [low, high] = bounds[size];
+            let mut unit = unit([low, high]);
+            // Stay inside what is plausible.
+            if instance.sizes[size] + unit > high {
+                unit = -unit;
+            }
+            let mut sizes = instance.sizes.clone();
+            sizes[size] += unit;
+            Term {
+                cause: Cause::Effects {
+                    with: Box::new(instance.candidate.apply(set, &sizes)),
+                    without: Box::new(*set),
+                    unit,
+                },
+                onsets_s: vec![f64::NEG_INFINITY],
+            }
+        })
+        .collect()
+}
+
+/// Terms and hypotheses of one event at several onsets, behind the nuisance columns of `others`.
+#[must_use]
+pub fn event(others: &[Instance], event: &Candidate, onsets: &[f64]) -> (Vec<Term>, Vec<Hypothesis>) {
+    let set = set_of(others);
+    let mut terms: Vec<Term> = others.iter().flat_map(|instance| own_terms(instance, &set)).collect();
+    let mut column = terms.len();
+    let hypotheses = add_entry(&set, event, onsets, &mut terms, &mut column);
+    (terms, hypotheses)
+}

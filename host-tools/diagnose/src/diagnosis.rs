@@ -1,0 +1,390 @@
+//! The whole loop: find, trace, add, and round again.
+
+use crate::bench::{Bench, Joint, Part};
+use crate::candidates::{Candidate, Instance};
+use crate::noise;
+use crate::rivals::{self, Rival};
+use crate::search::{self, MOST_EFFECTS, Round};
+use crate::statistics::chi2_tail;
+use crate::structure::{self, Structure};
+use crate::waves;
+use crate::whitener::Pass;
+use backseat_core::effects::{EffectSet, ParameterKind};
+use backseat_data::stats::{mean_ci95, wilson_ci95};
+
+/// Two-sided 95 % of a normal variable.
+const Z_95: f64 = backseat_data::stats::Z_95;
+
+/// What the log says about the declared model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing significant is left by the declared model.
+    None,
+    /// The effects found account for what it leaves.
+    Explained,
+    /// They do, but others would as well.
+    Ambiguous,
+    /// Structure remains that no entry accounts for.
+    Unexplained,
+}
+
+impl Verdict {
+    /// As in the JSON object.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Explained => "explained",
+            Self::Ambiguous => "ambiguous",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// One parameter of a found effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Value {
+    /// Name, as in the catalogue.
+    pub name: &'static str,
+    /// Unit, as in the catalogue.
+    pub unit: &'static str,
+    /// What kind of number.
+    pub kind: ParameterKind,
+    /// Fitted on the training blocks.
+    pub value: f64,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
+}
+
+/// An effect that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// What, with its values.
+    pub instance: Instance,
+    /// Its parameters with intervals, in the order of the catalogue.
+    pub values: Vec<Value>,
+    /// Probability of so much evidence where there is none, after the number of hypotheses tried.
+    pub p_value: f64,
+    /// By how much Σ e² falls by it, over the whole log.
+    pub gain: f64,
+    /// Gain per held-out block: mean and 95 % interval.
+    pub held_gain: Option<(f64, [f64; 2])>,
+    /// Entries that the data cannot exclude in its place, best first.
+    pub rivals: Vec<Rival>,
+}
+
+/// The outcome.
+#[derive(Clone, Debug)]
+pub struct Diagnosis {
+    /// In one word.
+    pub verdict: Verdict,
+    /// What was found, strongest first.
+    pub effects: Vec<Found>,
+    /// The ladder of every round.
+    pub rounds: Vec<Round>,
+    /// Structure beside the effects.
+    pub structure: Structure,
+    /// Innovations of the declared model and of the augmented one.
+    pub before: Pass,
+    /// See `before`.
+    pub after: Pass,
+    /// What could not be judged, and what was assumed.
+    pub notes: Vec<String>,
+}
+
+impl Diagnosis {
+    /// All effects found, as the vehicle file holds them.
+    #[must_use]
+    pub fn set(&self) -> EffectSet {
+        self.effects.iter().fold(EffectSet::NONE, |set, found| found.instance.apply(&set))
+    }
+}
+
+/// Diagnoses a log; `progress` is told what is being done.
+///
+/// `None` if the numbers leave the finite.
+#[must_use]
+pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
+    progress("noise");
+    let mut noise_effects = noise_effects(bench, &bench.declared.clone());
+    bench.declared = bench.pass(&EffectSet::NONE, &[])?;
+    let (mut accepted, mut rounds): (Vec<Instance>, Vec<Round>) = (Vec::new(), Vec::new());
+    while accepted.len() <= MOST_EFFECTS {
+        progress(&format!("hypotheses, round {}", accepted.len() + 1));
+        let round = search::round(bench, &accepted)?;
+        let next = if accepted.len() < MOST_EFFECTS { choose(bench, &accepted, &round) } else { None };
+        rounds.push(round);
+        let Some(next) = next else { break };
+        accepted.push(next);
+        progress("refit");
+        let joint = search::refit(bench, &accepted)?;
+        accepted = joint.instances.clone();
+        let kept = still_needed(&joint);
+        if kept.iter().any(|kept| !kept) {
+            let mut flags = kept.iter();
+            accepted.retain(|_| flags.next().copied().unwrap_or(true));
+            // What is dropped would be found again: this is the end of the ladder.
+            break;
+        }
+        // Outliers and waves show better once the rest is explained.
+        for found in self::noise_effects(bench, &joint.pass) {
+            if !noise_effects.iter().any(|known| known.instance.candidate == found.instance.candidate) {
+                noise_effects.push(found);
+            }
+        }
+        bench.declared = bench.pass(&EffectSet::NONE, &[])?;
+    }
+    progress("rivals");
+    let (accepted, rivals, joint) = settle(bench, accepted, &rounds)?;
+    progress("structure");
+    let left = structure::find(bench, &accepted)?;
+    let found = describe(bench, &accepted, rivals, &joint, &rounds)?;
+    let explained: f64 = bench.declared.normal.sum(|_| true).square - joint.whole_square;
+    let mut found = found;
+    let mut verdict = Verdict::None;
+    if !left.hints.is_empty() && left.gain > TOLERATED * explained {
+        verdict = Verdict::Unexplained;
+    } else if !accepted.is_empty() && generic_is_better(bench, &accepted, explained)? {
+        verdict = Verdict::Unexplained;
+    }
+    let structure = if verdict == Verdict::Unexplained && !accepted.is_empty() {
+        // What the entries took was not theirs: the hints are against the declared model.
+        found.clear();
+        structure::find(bench, &[])?
+    } else {
+        left
+    };
+    found.extend(noise_effects);
+    if verdict != Verdict::Unexplained && !found.is_empty() {
+        let is_ambiguous = found.iter().any(|found| found.rivals.iter().any(|rival| {
+            rival.is_possible() && rival.instance.candidate.effect != found.instance.candidate.effect
+        }));
+        verdict = if is_ambiguous { Verdict::Ambiguous } else { Verdict::Explained };
+    }
+    let after = if found.is_empty() { bench.declared.clone() } else { joint.pass };
+    let notes = crate::candidates::beyond(&bench.scope)
+        .into_iter()
+        .map(|(effect, reason)| format!("{effect} not judged: {reason}"))
+        .chain(scale_notes(bench))
+        .collect();
+    Some(Diagnosis { verdict, effects: found, rounds, structure, before: bench.declared.clone(), after, notes })
+}
+
+/// Structure beside the accepted effects is tolerated up to this part of what they explain: an effect described to a
+/// percent is described.
+const TOLERATED: f64 = 0.02;
+/// By how much generic terms must explain more than the entries to take their place.
+const BETTER: (f64, f64) = (25.0, 0.02);
+
+/// Whether no more generic terms than entries explain more than the entries do.
+fn generic_is_better(bench: &Bench, accepted: &[Instance], explained: f64) -> Option<bool> {
+    let rival = structure::find(bench, &[])?;
+    let gain: f64 = rival.hints.iter().take(accepted.len()).map(|hint| hint.gain).sum();
+    Some(gain > explained + BETTER.0 + BETTER.1 * explained)
+}
+
+/// The best hypothesis of a round that stands, fitted in full where several come close.
+fn choose(bench: &Bench, accepted: &[Instance], round: &Round) -> Option<Instance> {
+    const CLOSE: (f64, f64) = (40.0, 0.1);
+    const MOST: usize = 4;
+    let standing: Vec<_> = round.ladder.iter().filter(|e| round.is_significant(e)).collect();
+    let top = standing.first()?.score();
+    let close: Vec<_> = standing.iter().filter(|e| e.score() > top - CLOSE.0 - CLOSE.1 * top).take(MOST).collect();
+    let refined = |found: &Instance| {
+        let has_onset = found.candidate.onset_s.is_some();
+        if has_onset { search::refine_onset(bench, accepted, found) } else { Some(found.clone()) }
+    };
+    if close.len() == 1 {
+        return refined(&close[0].instance);
+    }
+    close
+        .iter()
+        .filter_map(|e| {
+            let mut instances = accepted.to_vec();
+            instances.push(refined(&e.instance)?);
+            let joint = bench.fit(&instances, Part::Whole, |_| Vec::new())?;
+            Some((joint.whole_square + 2.0 * e.degrees as f64, joint.instances.last()?.clone()))
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, instance)| instance)
+}
+
+/// Whether each effect is still significant beside the others (Wald's test at the joint fit).
+fn still_needed(joint: &Joint) -> Vec<bool> {
+    if joint.instances.len() < 2 {
+        return vec![true; joint.instances.len()];
+    }
+    let mut at = 0;
+    joint
+        .instances
+        .iter()
+        .map(|instance| {
+            let sizes = instance.sizes.len();
+            let square: f64 =
+                instance.sizes.iter().zip(&joint.sigmas[at..at + sizes]).map(|(x, s)| (x / s).powi(2)).sum();
+            at += sizes;
+            // A joint test would need their covariance; the sum bounds it well enough to drop what is nothing.
+            instance.candidate.fin.is_some() && instance.candidate.onset_s.is_some() || chi2_tail(square, sizes) < 1e-3
+        })
+        .collect()
+}
+
+/// Rivals of every accepted effect; one that explains more takes the effect's place.
+#[allow(clippy::type_complexity)] // used once
+fn settle(bench: &Bench, accepted: Vec<Instance>, rounds: &[Round]) -> Option<(Vec<Instance>, Vec<Vec<Rival>>, Joint)> {
+    let mut accepted = accepted;
+    for _ in 0..2 {
+        let mut rivals = Vec::new();
+        let mut swap = None;
+        for place in 0..accepted.len() {
+            let others: Vec<Instance> =
+                accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect();
+            let own;
+            let round = match (others.is_empty(), rounds.first()) {
+                (true, Some(first)) => first,
+                _ => {
+                    own = search::round(bench, &others)?;
+                    &own
+                }
+            };
+            let found = rivals::find(bench, &accepted, place, round);
+            if let Some(better) = found.first().filter(|rival| {
+                let cost = 2.0 * rival.instance.candidate.degrees() as f64
+                    - 2.0 * accepted[place].candidate.degrees() as f64;
+                rival.deficit + cost < -1.0
+            }) {
+                swap = Some((place, better.instance.clone()));
+            }
+            rivals.push(found);
+        }
+        let joint = search::refit(bench, &accepted)?;
+        match swap {
+            None => return Some((joint.instances.clone(), rivals, joint)),
+            Some((place, instance)) => accepted[place] = instance,
+        }
+    }
+    let joint = search::refit(bench, &accepted)?;
+    let rivals = vec![Vec::new(); accepted.len()];
+    Some((joint.instances.clone(), rivals, joint))
+}
+
+fn describe(
+    bench: &Bench,
+    accepted: &[Instance],
+    rivals: Vec<Vec<Rival>>,
+    joint: &Joint,
+    rounds: &[Round],
+) -> Option<Vec<Found>> {
+    let mut at = 0;
+    let mut found = Vec::new();
+    for (place, (instance, rivals)) in accepted.iter().zip(rivals).enumerate() {
+        let others: Vec<Instance> =
+            accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect();
+        let without = if others.is_empty() {
+            bench.declared.clone()
+        } else {
+            bench.fit(&others, Part::Train, |_| Vec::new())?.pass
+        };
+        let gain = without.normal.sum(|_| true).square - joint.whole_square;
+        let blocks = bench.held_gain(&without, &joint.pass);
+        let held_gain = mean_ci95(&blocks)
+            .map(|(low, high)| (blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]));
+        let sigmas = &joint.sigmas[at..at + instance.sizes.len()];
+        at += instance.sizes.len();
+        let tried = rounds.first().map_or(1, |round| round.tried) as f64;
+        let p_value = (chi2_tail(gain, instance.candidate.degrees()) * tried).min(1.0);
+        let onset_sigma = onset_sigma(bench, &others, instance);
+        let values = values(&instance.candidate, &instance.sizes, sigmas, onset_sigma);
+        found.push(Found { instance: instance.clone(), values, p_value, gain, held_gain, rivals });
+    }
+    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    Some(found)
+}
+
+/// Times about the onset at which Σ e² is within 3.84 of its least: the interval, s.
+fn onset_sigma(bench: &Bench, others: &[Instance], instance: &Instance) -> Option<[f64; 2]> {
+    let centre = instance.candidate.onset_s?;
+    let mut step_s = 0.25;
+    for _ in 0..5 {
+        let onsets: Vec<f64> = (-12..=12).map(|k| centre + step_s * f64::from(k)).collect();
+        let gains = search::onset_gains(bench, others, &instance.candidate, &onsets)?;
+        let top = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let inside: Vec<usize> = (0..gains.len()).filter(|i| gains[*i] > top - Z_95 * Z_95).collect();
+        let (first, last) = (*inside.first()?, *inside.last()?);
+        if first > 0 && last + 1 < gains.len() {
+            return Some([onsets[first] - step_s, onsets[last] + step_s]);
+        }
+        step_s *= 4.0;
+    }
+    None
+}
+
+fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], onset: Option<[f64; 2]>) -> Vec<Value> {
+    let mut place = 0;
+    let all = candidate.values(sizes);
+    candidate
+        .info()
+        .parameters
+        .iter()
+        .zip(all)
+        .map(|(parameter, value)| {
+            let ci95 = match parameter.kind {
+                ParameterKind::Size => {
+                    let half = Z_95 * sigmas[place];
+                    place += 1;
+                    [value - half, value + half]
+                }
+                ParameterKind::Onset => onset.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
+                ParameterKind::Fin | ParameterKind::Shape => [value, value],
+            };
+            Value { name: parameter.name, unit: parameter.unit, kind: parameter.kind, value, ci95 }
+        })
+        .collect()
+}
+
+/// Outliers and waves in the innovations of a pass; what is found changes the bench's noise.
+fn noise_effects(bench: &mut Bench, pass: &Pass) -> Vec<Found> {
+    let mut found = Vec::new();
+    bench.setup.outliers = noise::flags(&bench.samples, &pass.residuals);
+    let judged = noise::outliers(&pass.residuals);
+    let hits = judged.iter().filter(|(_, is_out)| *is_out).count();
+    let p_value = noise::outlier_tail(hits, judged.len());
+    if p_value < search::FAMILY_ERROR / 10.0 {
+        let share = hits as f64 / judged.len() as f64;
+        let (low, high) = wilson_ci95(hits as u64, judged.len() as u64).unwrap_or((0.0, 1.0));
+        found.push(noise_found("range_outliers", &[(share, [low, high])], p_value));
+    }
+    if let Some(waves) = waves::find(&bench.samples, &pass.residuals).filter(|w| w.p < search::FAMILY_ERROR / 10.0) {
+        let interval = |value: f64, sigma: f64| (value, [value - Z_95 * sigma, value + Z_95 * sigma]);
+        let sizes =
+            [interval(waves.amplitude_mps, waves.amplitude_sigma_mps), interval(waves.period_s, waves.period_sigma_s)];
+        let declared = bench.setup.sensors.dvl_mps;
+        let scale = (1.0 + 0.5 * (waves.amplitude_mps / declared).powi(2)).sqrt();
+        for channel in [crate::samples::Channel::DvlU, crate::samples::Channel::DvlV, crate::samples::Channel::DvlW] {
+            bench.setup.scale[channel as usize] = bench.setup.scale[channel as usize].max(scale);
+        }
+        found.push(noise_found("waves", &sizes, waves.p));
+    }
+    found
+}
+
+fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) -> Found {
+    let candidate = Candidate { effect, fin: None, onset_s: None };
+    let parameters = candidate.info().parameters.iter().zip(sizes);
+    let values = parameters
+        .map(|(p, (value, ci95))| Value { name: p.name, unit: p.unit, kind: p.kind, value: *value, ci95: *ci95 })
+        .collect();
+    let sizes = sizes.iter().map(|(value, _)| *value).collect();
+    Found { instance: Instance { candidate, sizes }, values, p_value, gain: 0.0, held_gain: None, rivals: Vec::new() }
+}
+
+fn scale_notes(bench: &Bench) -> Vec<String> {
+    let channels = crate::samples::Channel::ALL.into_iter();
+    channels
+        .filter(|channel| bench.setup.scale[*channel as usize] > 1.0)
+        .map(|channel| {
+            let scale = bench.setup.scale[channel as usize];
+            format!("{}: noise taken as {scale:.2} times the declared one", channel.name())
+        })
+        .collect()
+}

@@ -1,0 +1,85 @@
+//! What is known of the noise before any effect: scale of each channel, isolated outliers of the ranges.
+
+use crate::samples::{Channel, Event, Reading, Samples};
+use crate::whitener::Residual;
+use backseat_data::stats::median;
+
+/// Samples below which a channel's scale is not estimated.
+const LEAST_SAMPLES: usize = 60;
+/// Standard deviations of its own estimate by which a scale must exceed 1 to be believed.
+const BELIEVED: f64 = 5.0;
+/// Half the number of neighbours of a range that say what it should be.
+const NEIGHBOURS: usize = 3;
+/// A range this many sigmas from its neighbours is an outlier: of 120 good ones less than one in a hundred logs has one.
+const OUTLIER: f64 = 4.5;
+/// Times that the neighbours are chosen again.
+const PASSES: usize = 3;
+
+/// By what the noise of each channel exceeds the declared one: from differences of successive normalised innovations,
+/// which whatever is slow (an effect) leaves alone; a median, which outliers leave alone. Never below 1: data are not
+/// trusted more than they were declared.
+#[must_use]
+pub fn scales(residuals: &[Residual]) -> [f64; Channel::COUNT] {
+    std::array::from_fn(|index| {
+        let e: Vec<f64> =
+            residuals.iter().filter(|r| r.channel as usize == index).map(Residual::normalised).collect();
+        if e.len() < LEAST_SAMPLES {
+            return 1.0;
+        }
+        // Second differences: what moves steadily leaves them too.
+        let jumps: Vec<f64> = e.windows(3).map(|w| ((w[2] - 2.0 * w[1] + w[0]) / 6.0_f64.sqrt()).abs()).collect();
+        let scale = median(&jumps).unwrap_or(1.0) * 1.482_602;
+        // A median deviation has 1.17/√n relative error; differences overlap and count by half.
+        let error = 1.17 * (2.0 / e.len() as f64).sqrt();
+        if scale > 1.0 + BELIEVED * error { scale } else { 1.0 }
+    })
+}
+
+/// Acoustic readings, in order, whose range is far from what its neighbours say: (sigmas away, is an outlier).
+#[must_use]
+pub fn outliers(residuals: &[Residual]) -> Vec<(f64, bool)> {
+    let ranges: Vec<&Residual> = residuals.iter().filter(|r| r.channel == Channel::Range).collect();
+    let mut is_out = vec![false; ranges.len()];
+    let mut distances = vec![0.0; ranges.len()];
+    // Neighbours that are outliers themselves say nothing: look again without them.
+    for _ in 0..PASSES {
+        for (i, distance) in distances.iter_mut().enumerate() {
+            let near: Vec<f64> = (i.saturating_sub(NEIGHBOURS)..(i + NEIGHBOURS + 1).min(ranges.len()))
+                .filter(|j| *j != i && !is_out[*j])
+                .map(|j| ranges[j].innovation)
+                .collect();
+            *distance = (ranges[i].innovation - median(&near).unwrap_or(0.0)) / ranges[i].sigma;
+        }
+        // Where an effect moves the ranges about, neighbours differ by more than their noise.
+        let spread = median(&distances.iter().map(|d| d.abs()).collect::<Vec<_>>()).unwrap_or(0.0) * 1.482_602;
+        let limit = OUTLIER * spread.max(1.0);
+        for (is_out, distance) in is_out.iter_mut().zip(&distances) {
+            *is_out = distance.abs() > limit;
+        }
+    }
+    distances.into_iter().zip(is_out).collect()
+}
+
+/// For every acoustic reading, in order, whether its range is an outlier.
+#[must_use]
+pub fn flags(samples: &Samples, residuals: &[Residual]) -> Vec<bool> {
+    let times = residuals.iter().filter(|r| r.channel == Channel::Range).map(|r| r.t_s);
+    let found: Vec<f64> = times.zip(outliers(residuals)).filter(|(_, (_, is))| *is).map(|(t_s, _)| t_s).collect();
+    let acoustic = samples.events.iter().filter(|(_, event)| matches!(event, Event::Reading(Reading::Acoustic { .. })));
+    acoustic.map(|(t_s, _)| found.contains(t_s)).collect()
+}
+
+/// Probability of so many outliers among so many good ranges.
+#[must_use]
+pub fn outlier_tail(hits: usize, count: usize) -> f64 {
+    /// Probability that a good range is called one: its neighbours' median adds a quarter to its variance.
+    const FALSE_ALARM: f64 = 1e-4;
+    let mean = count as f64 * FALSE_ALARM;
+    let (mut term, mut below) = ((-mean).exp(), 0.0);
+    for k in 0..hits {
+        below += term;
+        term *= mean / (k + 1) as f64;
+    }
+    // Where 1 − below has lost its digits, the first term of the tail is the tail.
+    (1.0 - below).max(term)
+}

@@ -1,0 +1,115 @@
+//! What else it could be: entries that explain the same residual as well as an accepted one.
+
+use crate::bench::{Bench, Part};
+use crate::candidates::{self, Candidate, Instance, set_of};
+use crate::linear;
+use crate::search::{self, Round, is_same, tail};
+
+/// An entry adds nothing beside a rival if the data would do so by chance with this probability: then the
+/// rival cannot be excluded.
+const UNDECIDED: f64 = 2e-3;
+/// Rivals that are fitted in full.
+const MOST_RIVALS: usize = 5;
+/// By how much a rival's gain on the linearised problem may fall short to be fitted in full: a number, and a share
+/// of the gain for what linearisation is worth.
+const SHORT: (f64, f64) = (60.0, 0.08);
+
+/// An entry that could stand in for an accepted one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rival {
+    /// What, and with which values.
+    pub instance: Instance,
+    /// By how much its Σ e² is larger than the accepted one's.
+    pub deficit: f64,
+    /// Probability of the gain that the accepted one adds to it, under the null.
+    pub p: f64,
+    /// What to fly to tell the two apart, where the catalogue knows.
+    pub separating_manoeuvre: Option<&'static str>,
+}
+
+impl Rival {
+    /// Whether the data leave it possible.
+    #[must_use]
+    pub fn is_possible(&self) -> bool {
+        self.p > UNDECIDED
+    }
+}
+
+/// Every entry fitted in the place of `accepted[place]`, best first; `round` is the ladder beside the others.
+#[must_use]
+pub fn find(bench: &Bench, accepted: &[Instance], place: usize, round: &Round) -> Vec<Rival> {
+    let accused = &accepted[place];
+    let others: Vec<Instance> =
+        accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, instance)| instance.clone()).collect();
+    let Some(own) = bench.fit(accepted, Part::Whole, |_| Vec::new()) else { return Vec::new() };
+    let own_gain = round
+        .ladder
+        .iter()
+        .find(|e| is_same(&e.instance.candidate, &accused.candidate))
+        .map_or(f64::INFINITY, |e| e.gain);
+    let top = round.ladder.iter().map(|e| e.gain).fold(0.0, f64::max).min(own_gain);
+    let close = round.ladder.iter().filter(|e| {
+        !is_same(&e.instance.candidate, &accused.candidate)
+            && !others.iter().any(|other| other.candidate.effect == e.instance.candidate.effect)
+            && e.gain > 0.0
+            && e.gain > top - SHORT.0 - SHORT.1 * top
+    });
+    let mut rivals: Vec<Rival> =
+        close.take(MOST_RIVALS).filter_map(|e| rival(bench, accused, &others, &e.instance, own.whole_square)).collect();
+    rivals.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
+    rivals
+}
+
+fn rival(bench: &Bench, accused: &Instance, others: &[Instance], found: &Instance, own: f64) -> Option<Rival> {
+    let found = if found.candidate.onset_s.is_some() {
+        search::refine_onset(bench, others, found)?
+    } else {
+        found.clone()
+    };
+    let mut instances = others.to_vec();
+    instances.push(found);
+    let joint = bench.fit(&instances, Part::Whole, |_| Vec::new())?;
+    let deficit = joint.whole_square - own;
+    let instance = joint.instances.last()?.clone();
+    // What the accepted entry adds to its rival, the rest refitted.
+    let (degrees, gain, inflation, blocks) = if instance.candidate.effect == accused.candidate.effect {
+        (accused.candidate.degrees(), deficit, 1.0, usize::MAX)
+    } else {
+        let set = set_of(&joint.instances);
+        let (terms, hypotheses) = added(&joint.instances, &accused.candidate);
+        let pass = bench.pass(&set, &terms)?;
+        let sum = pass.normal.sum(|_| true);
+        let nuisance: Vec<usize> = (0..joint.instances.iter().map(|i| i.sizes.len()).sum()).collect();
+        let base = linear::fit(&sum, &nuisance, &[])?.gain;
+        let hypothesis = hypotheses.first()?;
+        let free: Vec<usize> = nuisance.iter().chain(&hypothesis.free).copied().collect();
+        match linear::fit(&sum, &free, &hypothesis.fixed) {
+            Some(fit) => {
+                let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &free, &fit, &hypothesis.fixed);
+                (accused.candidate.degrees(), (fit.gain - base).max(deficit), inflation, blocks)
+            }
+            // The two are one and the same to working precision.
+            None => (accused.candidate.degrees(), deficit, 1.0, usize::MAX),
+        }
+    };
+    let p = if blocks == usize::MAX {
+        crate::statistics::chi2_tail(gain, degrees)
+    } else {
+        tail(gain, inflation, blocks, degrees)
+    };
+    let separating_manoeuvre = manoeuvre(&accused.candidate, &instance.candidate);
+    Some(Rival { instance, deficit, p, separating_manoeuvre })
+}
+
+fn added(instances: &[Instance], candidate: &Candidate) -> (Vec<crate::terms::Term>, Vec<candidates::Hypothesis>) {
+    candidates::event(instances, candidate, &[candidate.onset_s.unwrap_or(0.0)])
+}
+
+/// What separates two entries, as either of them says.
+#[must_use]
+pub fn manoeuvre(a: &Candidate, b: &Candidate) -> Option<&'static str> {
+    let of = |a: &Candidate, b: &Candidate| {
+        a.info().confused_with.iter().find(|c| c.effect == b.effect).map(|c| c.separating_manoeuvre)
+    };
+    of(a, b).or_else(|| of(b, a))
+}

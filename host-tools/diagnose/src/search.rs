@@ -1,0 +1,206 @@
+//! Trace: which hypotheses the data support, by forward selection with refitting, onset search and backward elimination.
+
+use crate::bench::{Bench, Joint, Part};
+use crate::candidates::{self, Candidate, Hypothesis, Instance, set_of};
+use crate::gram::Sum;
+use crate::linear;
+use crate::statistics::{chi2_tail, f_tail};
+use crate::whitener::Pass;
+
+/// Probability of naming any effect where there is none, over the whole catalogue.
+pub const FAMILY_ERROR: f64 = 2e-3;
+/// Most effects that are accepted.
+pub const MOST_EFFECTS: usize = 4;
+/// Cost of a fitted number when hypotheses are ranked by their gain.
+const COST: f64 = 2.0;
+/// Onsets tried at first, as parts of the log.
+const ONSETS: usize = 11;
+
+/// What one hypothesis is worth beside the accepted effects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evidence {
+    /// What.
+    pub instance: Instance,
+    /// By how much Σ e² falls over the whole log.
+    pub gain: f64,
+    /// By what the gain is divided for residuals that are still coloured.
+    pub inflation: f64,
+    /// Numbers fitted.
+    pub degrees: usize,
+    /// Gain of the values fitted on the training blocks, on the held-out ones.
+    pub held_gain: f64,
+    /// Probability under the null, before the number of hypotheses is considered.
+    pub p: f64,
+}
+
+impl Evidence {
+    /// Gain less the cost of its numbers.
+    #[must_use]
+    pub fn score(&self) -> f64 {
+        self.gain - COST * self.degrees as f64
+    }
+}
+
+/// One round of the ladder.
+#[derive(Clone, Debug)]
+pub struct Round {
+    /// Every hypothesis, best first; of events the best onset.
+    pub ladder: Vec<Evidence>,
+    /// Number of hypotheses tried, all onsets counted.
+    pub tried: usize,
+}
+
+impl Round {
+    /// Whether a hypothesis stands after the number of those tried, and on data it was not fitted to.
+    #[must_use]
+    pub fn is_significant(&self, evidence: &Evidence) -> bool {
+        evidence.p * (self.tried as f64) < FAMILY_ERROR && evidence.held_gain > 0.0
+    }
+}
+
+/// Onsets of the first search, s.
+#[must_use]
+pub fn coarse_onsets(duration_s: f64) -> Vec<f64> {
+    (0..ONSETS).map(|k| duration_s * (0.1 + 0.8 * k as f64 / (ONSETS - 1) as f64)).collect()
+}
+
+/// Judges every hypothesis beside the accepted effects.
+#[must_use]
+pub fn round(bench: &Bench, accepted: &[Instance]) -> Option<Round> {
+    let onsets = coarse_onsets(bench.samples.duration_s);
+    let (terms, hypotheses, nuisance) = candidates::catalogue(&bench.scope, accepted, &onsets);
+    let pass = bench.pass(&set_of(accepted), &terms)?;
+    Some(judge(bench, &pass, &hypotheses, &nuisance))
+}
+
+/// Judges hypotheses on the normal equations of one pass; `nuisance` columns are refitted with each.
+#[must_use]
+pub fn judge(bench: &Bench, pass: &Pass, hypotheses: &[Hypothesis], nuisance: &[usize]) -> Round {
+    let sum = |part| pass.normal.sum(|block| bench.is_in(part, block));
+    let (train, held, whole) = (sum(Part::Train), sum(Part::Held), sum(Part::Whole));
+    let base = |sum: &Sum| linear::fit(sum, nuisance, &[]).map_or(0.0, |fit| fit.gain);
+    let (base_whole, base_held) = (base(&whole), {
+        let fit = linear::fit(&train, nuisance, &[]);
+        fit.map_or(0.0, |fit| linear::gain_of(&held, nuisance, &fit.theta, &[]))
+    });
+    let mut ladder: Vec<Evidence> = Vec::new();
+    for hypothesis in hypotheses {
+        let Some(found) = evidence(pass, hypothesis, nuisance, [&train, &held, &whole], [base_whole, base_held]) else {
+            continue;
+        };
+        // Of an event only the best onset is kept.
+        let same = |e: &Evidence| {
+            e.instance.candidate.effect == found.instance.candidate.effect
+                && e.instance.candidate.fin == found.instance.candidate.fin
+        };
+        match ladder.iter_mut().find(|e| same(e)) {
+            Some(other) if other.gain >= found.gain => {}
+            Some(other) => *other = found,
+            None => ladder.push(found),
+        }
+    }
+    ladder.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    Round { ladder, tried: hypotheses.len() }
+}
+
+fn evidence(
+    pass: &Pass,
+    hypothesis: &Hypothesis,
+    nuisance: &[usize],
+    [train, held, whole]: [&Sum; 3],
+    [base_whole, base_held]: [f64; 2],
+) -> Option<Evidence> {
+    let free: Vec<usize> = nuisance.iter().chain(&hypothesis.free).copied().collect();
+    let fixed = &hypothesis.fixed;
+    let bounds = hypothesis.candidate.bounds();
+    // Values outside what is plausible are held at its edge; the others are fitted again.
+    let bounded = |sum: &Sum| {
+        let mut at: Vec<(usize, f64)> = fixed.clone();
+        let mut left = free.clone();
+        for _ in 0..=bounds.len() {
+            let fit = linear::fit(sum, &left, &at)?;
+            let outside = hypothesis.free.iter().zip(&bounds).find_map(|(column, [low, high])| {
+                let value = fit.theta[left.iter().position(|c| c == column)?];
+                (value < *low || value > *high).then(|| (*column, value.clamp(*low, *high)))
+            });
+            match outside {
+                Some(held) => {
+                    left.retain(|column| *column != held.0);
+                    at.push(held);
+                }
+                None => return Some((fit, left, at)),
+            }
+        }
+        None
+    };
+    let (fit, left, at) = bounded(whole)?;
+    let (trained, trained_left, trained_at) = bounded(train)?;
+    let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &left, &fit, &at);
+    let gain = fit.gain - base_whole;
+    let held_gain = linear::gain_of(held, &trained_left, &trained.theta, &trained_at) - base_held;
+    let degrees = hypothesis.candidate.degrees();
+    let sizes = hypothesis
+        .free
+        .iter()
+        .map(|column| match left.iter().position(|c| c == column) {
+            Some(place) => fit.theta[place],
+            None => at.iter().find(|(c, _)| c == column).map_or(0.0, |(_, value)| *value),
+        })
+        .collect();
+    let instance = Instance { candidate: hypothesis.candidate, sizes };
+    let p = tail(gain, inflation, blocks, degrees);
+    Some(Evidence { instance, gain, inflation, degrees, held_gain, p })
+}
+
+/// Probability of a gain under the null: by the declared noise, or by the scatter of the blocks where that is larger.
+#[must_use]
+pub fn tail(gain: f64, inflation: f64, blocks: usize, degrees: usize) -> f64 {
+    // Neighbouring blocks share half their weight: two thirds of them are independent.
+    let free = (blocks as f64 * 2.0 / 3.0).max(2.0);
+    let scattered = f_tail(gain / inflation / degrees as f64, degrees as f64, free);
+    chi2_tail(gain, degrees).max(scattered)
+}
+
+/// Refines the onset of an event by ever finer searches; the values follow.
+#[must_use]
+pub fn refine_onset(bench: &Bench, others: &[Instance], found: &Instance) -> Option<Instance> {
+    let mut best = found.clone();
+    let duration_s = bench.samples.duration_s;
+    let mut cell_s = 0.8 * duration_s / (ONSETS - 1) as f64;
+    while cell_s > 1.0 {
+        let centre = best.candidate.onset_s?;
+        let onsets: Vec<f64> = (-8..=8).map(|k| centre + cell_s * f64::from(k) / 8.0).collect();
+        let (terms, hypotheses) = candidates::event(others, &best.candidate, &onsets);
+        let pass = bench.pass(&set_of(others), &terms)?;
+        let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
+        let round = judge(bench, &pass, &hypotheses, &nuisance);
+        best = round.ladder.first()?.instance.clone();
+        cell_s /= 8.0;
+    }
+    Some(best)
+}
+
+/// Gain of an event at each of several onsets.
+#[must_use]
+pub fn onset_gains(bench: &Bench, others: &[Instance], event: &Candidate, onsets: &[f64]) -> Option<Vec<f64>> {
+    let (terms, hypotheses) = candidates::event(others, event, onsets);
+    let sum = bench.pass(&set_of(others), &terms)?.normal.sum(|_| true);
+    let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
+    let gain = |hypothesis: &Hypothesis| {
+        let free: Vec<usize> = nuisance.iter().chain(&hypothesis.free).copied().collect();
+        linear::fit(&sum, &free, &hypothesis.fixed).map_or(f64::NEG_INFINITY, |fit| fit.gain)
+    };
+    Some(hypotheses.iter().map(gain).collect())
+}
+
+/// Fits accepted effects together on the training blocks.
+#[must_use]
+pub fn refit(bench: &Bench, instances: &[Instance]) -> Option<Joint> {
+    bench.fit(instances, Part::Train, |_| Vec::new())
+}
+
+/// Whether two instances are the same cause.
+#[must_use]
+pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
+    a.effect == b.effect && a.fin == b.fin
+}

@@ -1,0 +1,94 @@
+//! Structure that no entry accounts for: generic terms of the equations of motion against what is left.
+
+use crate::bench::{Bench, Part};
+use crate::candidates::{Instance, own_terms, set_of};
+use crate::gram::Sum;
+use crate::linear;
+use crate::search::tail;
+use crate::terms::{Cause, Generic, Term, dictionary};
+use crate::whitener::Pass;
+
+/// Probability of finding structure where there is none, over the whole dictionary.
+pub const FAMILY_ERROR: f64 = 1e-3;
+/// Most terms of a hint.
+const MOST_TERMS: usize = 5;
+
+/// A generic term and what it is worth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hint {
+    /// Which.
+    pub generic: Generic,
+    /// Its factor, in SI units of its target per unit of its factor.
+    pub value: f64,
+    /// By how much Σ e² falls beside the terms before it, over the whole log.
+    pub gain: f64,
+    /// The same on the held-out blocks, fitted on the others.
+    pub held_gain: f64,
+    /// Probability under the null after the size of the dictionary.
+    pub p: f64,
+}
+
+/// Structure found beside accepted effects: terms in the order in which they explain most.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Structure {
+    /// Significant terms, best first (orthogonal matching pursuit).
+    pub hints: Vec<Hint>,
+    /// Gain of all of them.
+    pub gain: f64,
+}
+
+/// Looks for generic terms beside the accepted effects.
+#[must_use]
+pub fn find(bench: &Bench, accepted: &[Instance]) -> Option<Structure> {
+    let set = set_of(accepted);
+    let own: Vec<Term> = accepted.iter().flat_map(|instance| own_terms(instance, &set)).collect();
+    let nuisance: Vec<usize> = (0..own.len()).collect();
+    let dictionary = dictionary(&bench.scope.present);
+    let generic = dictionary.iter().map(|generic| Term {
+        cause: Cause::Generic(*generic),
+        onsets_s: vec![f64::NEG_INFINITY],
+    });
+    let pass = bench.pass(&set, &own.into_iter().chain(generic).collect::<Vec<_>>())?;
+    Some(pursue(bench, &pass, &nuisance, &dictionary))
+}
+
+fn pursue(bench: &Bench, pass: &Pass, nuisance: &[usize], dictionary: &[Generic]) -> Structure {
+    let sum = |part| pass.normal.sum(|block| bench.is_in(part, block));
+    let (train, held, whole) = (sum(Part::Train), sum(Part::Held), sum(Part::Whole));
+    let fit = |sum: &Sum, columns: &[usize]| linear::fit(sum, columns, &[]);
+    let held_gain = |columns: &[usize]| {
+        fit(&train, columns).map_or(0.0, |fit| linear::gain_of(&held, columns, &fit.theta, &[]))
+    };
+    let mut chosen = nuisance.to_vec();
+    let mut gain = fit(&whole, &chosen).map_or(0.0, |fit| fit.gain);
+    let mut held_so_far = held_gain(&chosen);
+    let start = gain;
+    let mut structure = Structure::default();
+    for _ in 0..MOST_TERMS {
+        let best = (nuisance.len()..nuisance.len() + dictionary.len())
+            .filter(|column| !chosen.contains(column))
+            .filter_map(|column| {
+                let columns: Vec<usize> = chosen.iter().copied().chain([column]).collect();
+                let fit = fit(&whole, &columns)?;
+                Some((column, columns, fit))
+            })
+            .max_by(|a, b| a.2.gain.total_cmp(&b.2.gain));
+        let Some((column, columns, best)) = best else { break };
+        let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &columns, &best, &[]);
+        let p = (tail(best.gain - gain, inflation, blocks, 1) * dictionary.len() as f64).min(1.0);
+        let held = held_gain(&columns);
+        if p > FAMILY_ERROR || held <= held_so_far {
+            break;
+        }
+        structure.hints.push(Hint {
+            generic: dictionary[column - nuisance.len()],
+            value: best.theta[columns.len() - 1],
+            gain: best.gain - gain,
+            held_gain: held - held_so_far,
+            p,
+        });
+        (chosen, gain, held_so_far) = (columns, best.gain, held);
+    }
+    structure.gain = gain - start;
+    structure
+}
