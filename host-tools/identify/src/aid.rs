@@ -17,9 +17,12 @@ use backseat_core::identification::{Excitation, IdentificationConfig, Identifier
 use backseat_core::state;
 use nalgebra::Vector6;
 
-/// Passes offline: cut-off of velocity and of attitude (Hz), γ at the start and in the end (1/s²).
-const PASSES: [([f64; 2], [f64; 2]); 3] =
-    [([0.5, 1.0], [0.3, 0.03]), ([0.2, 0.2], [0.1, 0.03]), ([0.1, 0.1], [0.1, 0.03])];
+/// Passes offline: cut-off of what the model leaves of velocity (Hz), γ at the start and in the end (1/s²).
+const PASSES: [(f64, [f64; 2]); 3] = [(0.5, [0.3, 0.03]), (0.1, [0.3, 0.03]), (0.05, [0.1, 0.01])];
+/// Where integrated rates take over from measured angles, Hz.
+const ATTITUDE_HZ: f64 = 0.03;
+/// Cut-off of what the model leaves of the rates: gyros are quiet, and fast roll is seen by them alone, Hz.
+const RATES_HZ: f64 = 1.0;
 /// Time constant of γ's fall, s.
 const GAMMA_TIME_S: f64 = 1000.0;
 /// α of (4.41), 1/s.
@@ -91,11 +94,11 @@ pub(crate) fn refine(
     let mut vehicle = identifier.parameters().unwrap_or(*prior);
     let excitation = identifier.excitation();
     let bounds = ParameterBox::around(prior, options.box_ratio);
-    for (index, ([velocity_hz, attitude_hz], gamma)) in PASSES.into_iter().enumerate() {
+    for (index, (velocity_hz, gamma)) in PASSES.into_iter().enumerate() {
         progress((index + 1) as f64 / (PASSES.len() + 1) as f64);
         let model = VehicleModel::new(&vehicle).map_err(IdentifyError::Prior)?;
-        let [v, a] = [velocity_hz, attitude_hz];
-        let cutoffs: CutOffs = [a, a, v, v, v, v, v, v];
+        let v = velocity_hz;
+        let cutoffs: CutOffs = [ATTITUDE_HZ, ATTITUDE_HZ, v, v, v, RATES_HZ, RATES_HZ, RATES_HZ];
         let smoothed: Vec<Smoothed> =
             data.stretches().map(|samples| smoothing::with_model(&model, samples, &cutoffs)).collect();
         vehicle = with_theta(&vehicle, &pass(data, &smoothed, &model, &excitation, &bounds, gamma));

@@ -1,14 +1,274 @@
-//! Nullspace least squares.
+//! Nullspace least squares: W θ = 0 stacks the equations of motion at every sample, and θ is the direction that W shrinks most.
+//!
+//! As the thesis has it (NBLS, 4.3), every column of W is as noisy as it is and all noise counts alike: total least squares whose
+//! bias grows with the noise until drags change sign. The noise-whitened form (GTLS) weights each axis by its own residual and takes
+//! out of Wᵀ W what sensor noise of known size puts into it: (Wᵀ W − λ Σ) θ = 0, generalised total least squares with λ = 1, or less
+//! where the noise is less than declared. It needs no hard filter against the noise, and so distorts the motion less.
 
-use crate::data::IdentificationData;
+use crate::data::{IdentificationData, PERIOD_S, Sample};
 use crate::estimate::Estimate;
-use crate::method::{IdentifyError, Options};
-use backseat_core::dynamics::VehicleParameters;
+use crate::excitation::described;
+use crate::method::{IdentifyError, Method, Options};
+use crate::parameters::{self, D26, D35, EXTENDED, Extended, ExtendedRegressor};
+use crate::simulation::{self, Output};
+use crate::smoothing::{self, CutOffs};
+use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
+use backseat_core::identification::regressor::{Regressor, known_wrench, regressor};
+use backseat_core::identification::theta::{B1, BETA1, M11, W};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3, Vector6};
 
-pub(crate) fn nbls(_: &IdentificationData, _: &VehicleParameters, _: &Options) -> Result<Estimate, IdentifyError> {
-    Err(IdentifyError::Degenerate("not yet".into()))
+/// Cut-off of all signals: NBLS's, Hz.
+const CUTOFF_HZ: f64 = 0.3;
+/// The same of the noise-whitened form, Hz.
+const WHITENED_CUTOFF_HZ: f64 = 0.8;
+/// Samples left out at either end of a stretch, where the filter sees less.
+const MARGIN: usize = 30;
+/// Number of NBLS's columns: θ without B1 and B2, with d26 and d35.
+pub const COLUMNS: usize = EXTENDED - 2;
+/// The parameter behind each of NBLS's columns, in the thesis' order: drags before weight.
+pub const ORDER: [usize; COLUMNS] = {
+    let mut order = [0; COLUMNS];
+    let mut column = 0;
+    while column < COLUMNS {
+        order[column] = match column {
+            0..12 => column,
+            12 => D26,
+            13 => D35,
+            14 => W,
+            15 => B1 + 2,
+            _ => BETA1 + column - 16,
+        };
+        column += 1;
+    }
+    order
+};
+
+/// One instant, filtered.
+struct Filtered {
+    acceleration: Vector6<f64>,
+    velocity: Vector6<f64>,
+    roll_pitch: [f64; 2],
+    input: ActuatorInput,
 }
 
-pub(crate) fn gtls(_: &IdentificationData, _: &VehicleParameters, _: &Options) -> Result<Estimate, IdentifyError> {
-    Err(IdentifyError::Degenerate("not yet".into()))
+impl Filtered {
+    fn down(&self) -> Vector3<f64> {
+        Attitude::new(&Vector3::new(self.roll_pitch[0], self.roll_pitch[1], 0.0)).down()
+    }
+
+    /// The rows of this instant.
+    fn rows(&self, model: &VehicleModel) -> ExtendedRegressor {
+        let mut y = Regressor::zeros();
+        let actuators = model.actuator_regressor(&self.velocity, &self.input);
+        regressor(&self.acceleration, &self.velocity, &self.down(), &actuators, &mut y);
+        parameters::extended(&y, &self.velocity)
+    }
+}
+
+/// Everything through one filter, fins and propeller too: linear relations survive a filter that all share. A command that is held
+/// until the next is at its sample the mean of before and after.
+fn filtered(samples: &[Sample], cutoff_hz: f64) -> Vec<Filtered> {
+    let all: CutOffs = [cutoff_hz; simulation::OUTPUTS];
+    let outputs: Vec<Output> = samples.iter().map(simulation::measured).collect();
+    let inputs: Vec<Output> = samples
+        .iter()
+        .enumerate()
+        .map(|(k, sample)| {
+            let before = &samples[k.saturating_sub(1)].input;
+            let mean = |a: f64, b: f64| 0.5 * (a + b);
+            let mut all = Output::zeros();
+            all[0] = mean(before.propeller_radps, sample.input.propeller_radps);
+            for (fin, (a, b)) in before.fins_rad.iter().zip(sample.input.fins_rad).enumerate() {
+                all[1 + fin] = mean(*a, b);
+            }
+            all
+        })
+        .collect();
+    let (outputs, inputs) = (smoothing::low_pass(&outputs, &all), smoothing::low_pass(&inputs, &all));
+    let velocity = |k: usize| outputs[k].fixed_rows::<6>(2).into_owned();
+    (MARGIN..samples.len().saturating_sub(MARGIN))
+        .map(|k| Filtered {
+            acceleration: (velocity(k + 1) - velocity(k - 1)) / (2.0 * PERIOD_S),
+            velocity: velocity(k),
+            roll_pitch: [outputs[k][0], outputs[k][1]],
+            input: ActuatorInput {
+                propeller_radps: inputs[k][0],
+                fins_rad: [inputs[k][1], inputs[k][2], inputs[k][3], inputs[k][4]],
+            },
+        })
+        .collect()
+}
+
+/// The thesis' row block of NBLS: the columns of [`ORDER`].
+#[must_use]
+pub fn thesis_columns(rows: &ExtendedRegressor) -> SMatrix<f64, 6, COLUMNS> {
+    SMatrix::from_fn(|axis, column| rows[(axis, ORDER[column])])
+}
+
+/// The direction that Wᵀ W shrinks most, columns scaled to unit length first, with the eigenvalues of the scaled matrix in
+/// ascending order. Its scale and sign are those of `known` = (column, value).
+#[must_use]
+pub fn nullspace(
+    normal: &SMatrix<f64, COLUMNS, COLUMNS>,
+    known: (usize, f64),
+) -> (SVector<f64, COLUMNS>, SVector<f64, COLUMNS>) {
+    let length = normal.diagonal().map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
+    let scaled = SMatrix::<f64, COLUMNS, COLUMNS>::from_fn(|i, j| normal[(i, j)] / (length[i] * length[j]));
+    let eigen = scaled.symmetric_eigen();
+    let mut order: Vec<usize> = (0..COLUMNS).collect();
+    order.sort_unstable_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let direction = eigen.eigenvectors.column(order[0]).component_div(&length);
+    let theta = direction * (known.1 / direction[known.0]);
+    (theta, SVector::from_fn(|i, _| eigen.eigenvalues[order[i]]))
+}
+
+/// NBLS of the thesis.
+pub(crate) fn nbls(
+    data: &IdentificationData,
+    prior: &VehicleParameters,
+    options: &Options,
+) -> Result<Estimate, IdentifyError> {
+    let model = VehicleModel::new(prior).map_err(IdentifyError::Prior)?;
+    let mut normal = SMatrix::<f64, COLUMNS, COLUMNS>::zeros();
+    for samples in data.stretches() {
+        for instant in filtered(samples, CUTOFF_HZ) {
+            let w = thesis_columns(&instant.rows(&model));
+            normal.gemm_tr(1.0, &w, &w, 1.0);
+        }
+    }
+    let known = options.scale.parameter();
+    let column = ORDER.iter().position(|&j| j == known).unwrap_or(M11);
+    let declared = parameters::of(prior);
+    let (theta, _) = nullspace(&normal, (column, declared[known]));
+    let mut values = declared;
+    for (&j, value) in ORDER.iter().zip(theta.iter()) {
+        values[j] = *value;
+    }
+    (values[B1], values[B1 + 1]) = (0.0, 0.0);
+    Ok(boxed(Method::Nbls, data, prior, options, values))
+}
+
+/// The noise-whitened form.
+pub(crate) fn gtls(
+    data: &IdentificationData,
+    prior: &VehicleParameters,
+    options: &Options,
+) -> Result<Estimate, IdentifyError> {
+    /// Rounds of reweighting the axes by their residuals.
+    const ROUNDS: usize = 4;
+    let model = VehicleModel::new(prior).map_err(IdentifyError::Prior)?;
+    let known = options.scale.parameter();
+    let used: Vec<usize> = (0..EXTENDED).filter(|&j| options.cross_drag || j < D26).collect();
+    let n = used.len();
+    let scale = parameters::scale(prior);
+    let pick =
+        |rows: &ExtendedRegressor, axis: usize| DVector::from_fn(n, |i, _| rows[(axis, used[i])] * scale[used[i]]);
+    let (mut energy, mut noise) = (vec![DMatrix::zeros(n, n); 6], vec![DMatrix::zeros(n, n); 6]);
+    let mut beyond = 0.0_f64;
+    let (value_gain, slope_gain) = noise_gains();
+    for samples in data.stretches() {
+        for (k, instant) in filtered(samples, WHITENED_CUTOFF_HZ).iter().enumerate().step_by(3) {
+            let rows = instant.rows(&model);
+            for (axis, energy) in energy.iter_mut().enumerate() {
+                let row = pick(&rows, axis);
+                energy.ger(1.0, &row, &row, 1.0);
+            }
+            beyond = beyond.max(known_wrench(prior, &instant.velocity, &instant.input).amax());
+            if k % 9 != 0 {
+                continue;
+            }
+            // What one sigma in each direction changes, three times as rare as the rows.
+            for direction in 0..14 {
+                let mut disturbed = Filtered { input: instant.input, ..*instant };
+                match direction {
+                    0..6 => disturbed.velocity[direction] += options.velocity_noise[direction] * value_gain,
+                    6..12 => {
+                        disturbed.acceleration[direction - 6] += options.velocity_noise[direction - 6] * slope_gain;
+                    }
+                    _ => disturbed.roll_pitch[direction - 12] += options.roll_pitch_noise_rad * value_gain,
+                }
+                let change = disturbed.rows(&model) - rows;
+                for (axis, noise) in noise.iter_mut().enumerate() {
+                    let row = pick(&change, axis);
+                    noise.ger(3.0, &row, &row, 1.0);
+                }
+            }
+        }
+    }
+    let declared = parameters::of(prior);
+    let mut theta = DVector::from_fn(n, |i, _| declared[used[i]] / scale[used[i]]);
+    let column = used.iter().position(|&j| j == known).unwrap_or(M11);
+    let free: Vec<usize> = (0..n).filter(|&i| i != column).collect();
+    for _ in 0..ROUNDS {
+        let (mut a, mut sigma) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+        for (energy, noise) in energy.iter().zip(&noise) {
+            let residual = theta.dot(&(energy * &theta)).max(f64::MIN_POSITIVE);
+            a += energy / residual;
+            sigma += noise / residual;
+        }
+        let lambda = LEAST_SHARE * smallest_ratio(&a, &sigma)?;
+        let matrix = a - sigma * lambda.min(1.0);
+        let right = DVector::from_fn(free.len(), |i, _| -matrix[(free[i], column)] * theta[column]);
+        let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| matrix[(free[i], free[j])]);
+        let solution = matrix.lu().solve(&right).ok_or_else(degenerate)?;
+        for (&i, value) in free.iter().zip(solution.iter()) {
+            theta[i] = *value;
+        }
+    }
+    let mut values = declared;
+    for (&j, value) in used.iter().zip(theta.iter()) {
+        values[j] = value * scale[j];
+    }
+    let mut estimate = boxed(Method::Gtls, data, prior, options, values);
+    if beyond > 0.0 {
+        estimate.notes.push("linear drag and advance of the declared vehicle are left out by this method".into());
+    }
+    Ok(estimate)
+}
+
+/// Of the smallest λ for which A − λ Σ is singular, this much may be taken out.
+const LEAST_SHARE: f64 = 0.95;
+
+fn degenerate() -> IdentifyError {
+    IdentifyError::Degenerate("noise-whitened least squares: a column is zero".into())
+}
+
+/// The smallest λ with det(A − λ Σ) = 0; A is positive definite, Σ need not be.
+fn smallest_ratio(a: &DMatrix<f64>, sigma: &DMatrix<f64>) -> Result<f64, IdentifyError> {
+    let n = a.nrows();
+    let length = a.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
+    let scaled = |m: &DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| m[(i, j)] * length[i] * length[j]);
+    let factor = (scaled(a) + DMatrix::identity(n, n) * 1.0e-13).cholesky().ok_or_else(degenerate)?;
+    let inverse = factor.l().try_inverse().ok_or_else(degenerate)?;
+    let largest = (&inverse * scaled(sigma) * inverse.transpose()).symmetric_eigen().eigenvalues.max();
+    Ok(1.0 / largest.max(f64::MIN_POSITIVE))
+}
+
+/// Gain of the filter and of the central difference after it for white noise.
+fn noise_gains() -> (f64, f64) {
+    const LENGTH: usize = 201;
+    let mut impulse = vec![Output::zeros(); LENGTH];
+    impulse[LENGTH / 2] = Output::repeat(1.0);
+    let response = smoothing::low_pass(&impulse, &[WHITENED_CUTOFF_HZ; simulation::OUTPUTS]);
+    let value: f64 = response.iter().map(|r| r[0] * r[0]).sum();
+    let slope: f64 = response.windows(3).map(|r| ((r[2][0] - r[0][0]) / (2.0 * PERIOD_S)).powi(2)).sum();
+    (value.sqrt(), slope.sqrt())
+}
+
+/// The estimate inside the box, with a note of what left it.
+fn boxed(
+    method: Method,
+    data: &IdentificationData,
+    prior: &VehicleParameters,
+    options: &Options,
+    values: Extended,
+) -> Estimate {
+    let mut inside = values;
+    parameters::project(prior, options.box_ratio, &mut inside);
+    let moved: Vec<&str> = (0..EXTENDED).filter(|&j| inside[j] != values[j]).map(parameters::name).collect();
+    let mut estimate = described(method, data, prior, options, &inside, None);
+    if !moved.is_empty() {
+        estimate.notes.push(format!("left their box and were put back to its edge: {}", moved.join(", ")));
+    }
+    estimate
 }

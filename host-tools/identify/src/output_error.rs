@@ -17,13 +17,14 @@ use backseat_core::state::VehicleState;
 use nalgebra::{DMatrix, DVector, SMatrix};
 use rayon::prelude::*;
 
-/// Length of the segments, s: short ones converge from afar, long ones determine more. The start of each costs information
-/// of some 10 s.
-const SEGMENTS_S: [f64; 2] = [10.0, 100.0];
+/// Length of the segments, s: the start of each costs information of some 10 s.
+const SEGMENT_S: f64 = 100.0;
+/// Segments for a start from afar, before those: short ones converge where long ones do not.
+const SHORT_S: f64 = 10.0;
 /// Gauss-Newton steps with each length.
 const STEPS: usize = 15;
 /// A step that changes the cost by less than this share ends the iteration.
-const SETTLED: f64 = 1.0e-7;
+const SETTLED: f64 = 3.0e-6;
 /// Residuals are not taken to be smaller than this, rad, m/s, rad/s: data without noise would have infinite weight.
 const SMALLEST: [f64; OUTPUTS] = [1.0e-5, 1.0e-5, 1.0e-5, 1.0e-5, 1.0e-5, 1.0e-6, 1.0e-6, 1.0e-6];
 
@@ -175,18 +176,19 @@ fn reduce(evaluated: &Evaluated, free: &[usize], damping: f64) -> Reduced {
     }
 }
 
-/// Fits the free parameters, from `from`.
+/// Fits the free parameters, from `from`; `is_close` says that it predicts a minute or two already.
 ///
 /// # Errors
 /// If the model cannot run on the data, or they determine nothing.
 pub fn fit(
     data: &IdentificationData,
     prior: &VehicleParameters,
-    from: &Extended,
+    (from, is_close): (&Extended, bool),
     free: &[usize],
     options: &Options,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Fit, IdentifyError> {
+    let lengths: &[f64] = if is_close { &[SEGMENT_S] } else { &[SHORT_S, SEGMENT_S] };
     let mut sigma = declared_sigma(options);
     let mut parameters = *from;
     let scale = parameters::scale(prior);
@@ -194,13 +196,13 @@ pub fn fit(
     let ridge = DVector::from_fn(free.len(), |i, _| scale[free[i]].powi(-2));
     let reference = *from;
     let mut covariance = DMatrix::zeros(EXTENDED, EXTENDED);
-    for (stage, length_s) in SEGMENTS_S.into_iter().enumerate() {
+    for (stage, &length_s) in lengths.iter().enumerate() {
         let mut segments = segments(data, length_s);
         let mut damping = 1.0e-3;
         let model_of = |parameters: &Extended| VehicleModel::new(&parameters::with(prior, parameters)).ok();
         let mut model = model_of(&parameters).ok_or_else(|| broken("the starting parameters are out of range"))?;
         for step in 0..STEPS {
-            progress((stage as f64 + step as f64 / STEPS as f64) / SEGMENTS_S.len() as f64);
+            progress((stage as f64 + step as f64 / STEPS as f64) / lengths.len() as f64);
             let weight = weights(&sigma);
             let evaluated = evaluate_all(&model, &segments, &weight);
             let prior_cost = |parameters: &Extended| {
@@ -247,8 +249,8 @@ pub fn fit(
         }
         let evaluated = evaluate_all(&model, &segments, &weights(&sigma));
         sigma = residuals(&evaluated);
-        if stage + 1 == SEGMENTS_S.len() {
-            covariance = spread(&evaluated, &segments, &sigma, free, &ridge)?;
+        if stage + 1 == lengths.len() {
+            covariance = spread(&evaluated, free, &ridge)?;
         }
     }
     progress(1.0);
@@ -319,16 +321,7 @@ fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
 
 /// Covariance of the parameters: the larger of the information's inverse and of the one that takes the segments' gradients
 /// as they scatter, which holds with coloured residuals too.
-fn spread(
-    evaluated: &[Evaluated],
-    segments: &[Segment<'_>],
-    sigma: &Output,
-    free: &[usize],
-    ridge: &DVector<f64>,
-) -> Result<DMatrix<f64>, IdentifyError> {
-    debug_assert_eq!(evaluated.len(), segments.len());
-    // The weights were those of the residuals one iteration before: the same but for rounding.
-    let _ = sigma;
+fn spread(evaluated: &[Evaluated], free: &[usize], ridge: &DVector<f64>) -> Result<DMatrix<f64>, IdentifyError> {
     let mut matrix = DMatrix::from_diagonal(ridge);
     let mut scatter = DMatrix::zeros(free.len(), free.len());
     for segment in evaluated {
@@ -384,7 +377,7 @@ pub fn held_out(data: &IdentificationData, vehicle: &VehicleParameters, sigma: &
 pub fn left_over(data: &IdentificationData, vehicle: &VehicleParameters, sigma: &Output) -> Output {
     let Ok(model) = VehicleModel::new(vehicle) else { return Output::repeat(f64::INFINITY) };
     let weight = weights(sigma);
-    let evaluated: Vec<Evaluated> = segments(data, SEGMENTS_S[1])
+    let evaluated: Vec<Evaluated> = segments(data, SEGMENT_S)
         .into_par_iter()
         .map(|mut segment| {
             for _ in 0..2 {
@@ -409,6 +402,6 @@ pub(crate) fn identify(
 ) -> Result<Estimate, IdentifyError> {
     let first = aid::online(data, prior, options)?;
     let free = free(options, options.cross_drag);
-    let fit = fit(data, prior, &parameters::of(&first.vehicle), &free, options, progress)?;
+    let fit = fit(data, prior, (&parameters::of(&first.vehicle), false), &free, options, progress)?;
     Ok(described(Method::OutputError, data, prior, options, &fit.parameters, Some(&fit.covariance)))
 }

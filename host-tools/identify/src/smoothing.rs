@@ -6,9 +6,11 @@
 
 use crate::data::{PERIOD_S, Sample};
 use crate::simulation::{self, OUTPUTS, Output, half_steps};
-use backseat_core::dynamics::VehicleModel;
-use backseat_core::state::VehicleState;
+use backseat_core::dynamics::{Attitude, VehicleModel};
+use backseat_core::state::{P, PHI, THETA, VehicleState, wrap_angle};
 use core::f64::consts::PI;
+use nalgebra::{Vector2, Vector3};
+use std::ops::Range;
 
 /// A stretch at the samples and at the middle of each period between them.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,11 +21,14 @@ pub struct Smoothed {
     pub model: Vec<VehicleState>,
 }
 
+/// Rounds of attitude from rates, whose Euler rates need the attitude: a round takes its error down by a factor of ten.
+const ATTITUDE_ROUNDS: usize = 2;
+
 /// Cut-off frequencies of the outputs, Hz.
 pub type CutOffs = [f64; OUTPUTS];
 
-/// The thesis' filter: attitude 1 Hz, velocities 0.5 Hz (EQUATIONS: v 0.5 Hz, s 1 Hz).
-pub const PLAIN: CutOffs = [1.0, 1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
+/// Without knowledge of a model: what a torpedo does is slower than 0.5 Hz. Attitude's is where gyros take over.
+pub const PLAIN: CutOffs = [0.05, 0.05, 0.5, 0.5, 0.5, 1.0, 1.0, 1.0];
 
 /// Weights of a symmetric low-pass filter (sinc with a Hamming window, half amplitude at the cut-off), middle first.
 fn taps(cutoff_hz: f64) -> Vec<f64> {
@@ -41,29 +46,55 @@ fn taps(cutoff_hz: f64) -> Vec<f64> {
 /// Zero-phase low-pass filter of every output; beyond its ends a stretch is taken to go on point-symmetrically.
 #[must_use]
 pub fn low_pass(values: &[Output], cutoffs_hz: &CutOffs) -> Vec<Output> {
+    low_pass_channels(values, cutoffs_hz, 0..OUTPUTS)
+}
+
+/// The same of some outputs; the others become zero.
+fn low_pass_channels(values: &[Output], cutoffs_hz: &CutOffs, channels: Range<usize>) -> Vec<Output> {
     let mut filtered = vec![Output::zeros(); values.len()];
     let Some(last) = values.len().checked_sub(1) else { return filtered };
-    for channel in 0..OUTPUTS {
-        let at = |index: isize| {
-            let reflect = |inside: usize, edge: usize| 2.0 * values[edge][channel] - values[inside][channel];
-            match usize::try_from(index) {
-                Err(_) => reflect(index.unsigned_abs().min(last), 0),
-                Ok(index) if index > last => reflect((2 * last).saturating_sub(index), last),
-                Ok(index) => values[index][channel],
-            }
-        };
+    for channel in channels {
         let taps = taps(cutoffs_hz[channel]);
-        for (k, output) in filtered.iter_mut().enumerate() {
-            let k = k as isize;
-            let pairs = taps[1..].iter().zip(1..).map(|(tap, d)| tap * (at(k - d) + at(k + d)));
-            output[channel] = taps[0] * at(k) + pairs.sum::<f64>();
+        let reach = taps.len() - 1;
+        let reflect = |inside: usize, edge: usize| 2.0 * values[edge][channel] - values[inside][channel];
+        let before = (1..=reach).rev().map(|d| reflect(d.min(last), 0));
+        let after = (1..=reach).map(|d| reflect(last - d.min(last), last));
+        let padded: Vec<f64> = before.chain(values.iter().map(|v| v[channel])).chain(after).collect();
+        for (output, window) in filtered.iter_mut().zip(padded.windows(2 * reach + 1)) {
+            let (old, new) = window.split_at(reach);
+            let mut sum = 0.0;
+            for ((tap, old), new) in taps.iter().zip([&new[0]].into_iter().chain(old.iter().rev())).zip(new) {
+                sum += tap * (old + new);
+            }
+            // The middle counted twice.
+            output[channel] = sum - taps[0] * new[0];
         }
     }
     filtered
 }
 
+/// Roll and pitch at the samples from the rates alone: Simpson's rule over the Euler rates of states at the samples and
+/// between. Drifts as the rates do, but not by itself: the Euler rates are those at the states' own angles.
+fn integrated_attitude(states: &[VehicleState]) -> Vec<Vector2<f64>> {
+    let slopes: Vec<Vector2<f64>> = states
+        .iter()
+        .map(|x| {
+            let attitude = Attitude::new(&Vector3::new(x[PHI], x[THETA], 0.0));
+            (attitude.euler_rate_matrix() * x.fixed_rows::<3>(P)).fixed_rows::<2>(0).into_owned()
+        })
+        .collect();
+    let mut angles = states.first().map_or_else(Vector2::zeros, |x| Vector2::new(x[PHI], x[THETA]));
+    let mut all = vec![angles];
+    for period in slopes.windows(3).step_by(2) {
+        angles += (period[0] + period[1] * 4.0 + period[2]) * (PERIOD_S / 6.0);
+        all.push(angles);
+    }
+    all
+}
+
 /// The trajectory of a stretch by a model's free run and the filtered difference to the measurements. Where the model's
-/// run leaves what vehicles do, the measurements are filtered without it, at [`PLAIN`].
+/// run leaves what vehicles do, the measured velocities are filtered without it, at [`PLAIN`]. Roll and pitch are integrals of
+/// these rates and the filtered difference to the measured angles: gyros are far quieter than what measures angles.
 #[must_use]
 pub fn with_model(model: &VehicleModel, samples: &[Sample], cutoffs_hz: &CutOffs) -> Smoothed {
     let Some(first) = samples.first() else { return Smoothed { states: Vec::new(), model: Vec::new() } };
@@ -72,21 +103,41 @@ pub fn with_model(model: &VehicleModel, samples: &[Sample], cutoffs_hz: &CutOffs
     let mut cutoffs = *cutoffs_hz;
     if run.iter().any(strayed) {
         run = vec![VehicleState::zeros(); half_steps(samples.len())];
-        cutoffs = PLAIN;
+        cutoffs = core::array::from_fn(|i| if i < 2 { cutoffs[i] } else { PLAIN[i] });
     }
-    let differences: Vec<Output> =
+    let mut differences: Vec<Output> =
         samples.iter().zip(run.iter().step_by(2)).map(|(sample, x)| simulation::residual(sample, x)).collect();
-    let slow = low_pass(&differences, &cutoffs);
-    let states = run.iter().enumerate().map(|(instant, x)| {
-        let k = instant / 2;
-        let difference = if instant % 2 == 0 { slow[k] } else { middle(&slow, k) };
-        let mut x = *x;
-        for (index, change) in simulation::OUTPUT_STATES.iter().zip(difference.iter()) {
-            x[*index] += change;
+    let first_cutoffs = core::array::from_fn(|i| if i < 2 { 0.5 } else { cutoffs[i] });
+    let slow = low_pass(&differences, &first_cutoffs);
+    let mut states = run.clone();
+    for (instant, x) in states.iter_mut().enumerate() {
+        let change = at_half(&slow, instant);
+        for (output, index) in simulation::OUTPUT_STATES.into_iter().enumerate() {
+            x[index] += change[output];
         }
-        x
-    });
-    Smoothed { states: states.collect(), model: run }
+    }
+    for _ in 0..ATTITUDE_ROUNDS {
+        let integrated = integrated_attitude(&states);
+        for ((difference, sample), angles) in differences.iter_mut().zip(samples).zip(&integrated) {
+            difference[0] = wrap_angle(sample.attitude.x - angles.x);
+            difference[1] = sample.attitude.y - angles.y;
+        }
+        let mut slow = low_pass_channels(&differences, &cutoffs, 0..2);
+        for (slow, angles) in slow.iter_mut().zip(&integrated) {
+            slow[0] += angles.x;
+            slow[1] += angles.y;
+        }
+        for (instant, x) in states.iter_mut().enumerate() {
+            let angles = at_half(&slow, instant);
+            (x[PHI], x[THETA]) = (angles[0], angles[1]);
+        }
+    }
+    Smoothed { states, model: run }
+}
+
+/// Value at a sample or half way to the next.
+fn at_half(values: &[Output], instant: usize) -> Output {
+    if instant.is_multiple_of(2) { values[instant / 2] } else { middle(values, instant / 2) }
 }
 
 /// Half way from sample k to the next, by the cubic through four samples.
