@@ -81,6 +81,22 @@ pub enum Channel {
     Gnss,
 }
 
+impl Channel {
+    /// All, in the order of their discriminants.
+    pub const ALL: [Self; Self::COUNT] = [
+        Self::Depth,
+        Self::Attitude,
+        Self::Rates,
+        Self::Dvl,
+        Self::Range,
+        Self::RangeRate,
+        Self::TwoWayRange,
+        Self::Gnss,
+    ];
+    /// How many.
+    pub const COUNT: usize = 8;
+}
+
 /// When a measurement is taken, and what it is scaled by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {

@@ -15,9 +15,9 @@ use nalgebra::Vector3;
 const MIN_DISTANCE_M: f64 = 1.0e-3;
 
 /// Both ends, resolved against the state.
-pub(super) struct Path {
+pub(super) struct Path<'a> {
     vehicle: Vehicle,
-    ship: Ship,
+    ship: Ship<'a>,
     /// p_vehicle − p_ship, m.
     pub(super) dp: Vector3<f64>,
     /// |dp|, m.
@@ -29,9 +29,9 @@ enum Vehicle {
     Delayed { at: usize, bridge_s: f64, acceleration_psd: f64 },
 }
 
-enum Ship {
+enum Ship<'a> {
     State { at: usize },
-    Reported(ShipReport),
+    Reported(&'a ShipReport),
 }
 
 /// A scalar's gradient by an end's position and velocity.
@@ -43,8 +43,8 @@ pub(super) struct Gradient {
     pub(super) velocity: Vector3<f64>,
 }
 
-impl Path {
-    pub(super) fn new(x: &Estimate, path: &AcousticPath, config: &NavigationConfig) -> Result<Self, Refused> {
+impl<'a> Path<'a> {
+    pub(super) fn new(x: &Estimate, path: &'a AcousticPath, config: &NavigationConfig) -> Result<Self, Refused> {
         let (vehicle, p_vehicle) = match path.vehicle {
             VehicleEnd::Now => (Vehicle::Now, Vector3::from(x.block::<3>(X))),
             VehicleEnd::Delayed { clone, bridge_s } => {
@@ -55,9 +55,9 @@ impl Path {
             }
         };
         let ship_state = |at: usize| (Ship::State { at }, x.block::<2>(at));
-        let (ship, [north, east]) = match path.ship {
+        let (ship, [north, east]) = match &path.ship {
             ShipEnd::Now => ship_state(x.layout.ship().ok_or(FusionOutcome::Invalid)?),
-            ShipEnd::Delayed(id) => ship_state(x.clone_at(id, CloneKind::Ship).ok_or(FusionOutcome::StaleClone)?),
+            ShipEnd::Delayed(id) => ship_state(x.clone_at(*id, CloneKind::Ship).ok_or(FusionOutcome::StaleClone)?),
             ShipEnd::Reported(report) => (Ship::Reported(report), report.position_m),
         };
         let dp = p_vehicle - Vector3::new(north, east, config.ship_transducer_depth_m);
@@ -110,9 +110,8 @@ impl Path {
         }
     }
 
-    /// Adds what the ship contributes to h or, when it was reported, returns its gradient: the
-    /// ship subtracts.
-    pub(super) fn add_ship(&self, by: &Gradient, out: &mut Observation) -> Option<(ShipReport, Gradient)> {
+    /// Adds what the ship contributes to h, or says that it was reported: the ship subtracts.
+    pub(super) fn add_ship(&self, by: &Gradient, out: &mut Observation) -> Option<&'a ShipReport> {
         let row = &mut out.row;
         match self.ship {
             Ship::State { at } => {
@@ -124,7 +123,7 @@ impl Path {
                 }
                 None
             }
-            Ship::Reported(report) => Some((report, *by)),
+            Ship::Reported(report) => Some(report),
         }
     }
 }

@@ -7,21 +7,24 @@ use super::layout::N_MAX;
 use super::row::Row;
 use crate::state::VEHICLE_STATES;
 
-type Pair = [f64; 2];
+/// Rows of a column: whole blocks of four.
+pub(super) const ROWS: usize = N_MAX.next_multiple_of(4);
+/// One number a state, zero behind the last.
+pub(super) type Vector = [f64; ROWS];
 
 pub(super) struct Covariance {
     /// `columns[j][i]` is P_ij for i ≥ j; what stands above the diagonal means nothing.
-    pub(super) columns: [[f64; N_MAX]; N_MAX],
+    pub(super) columns: [Vector; N_MAX],
 }
 
 impl Covariance {
     pub(super) const fn new() -> Self {
-        Self { columns: [[0.0; N_MAX]; N_MAX] }
+        Self { columns: [[0.0; ROWS]; N_MAX] }
     }
 
     /// Diagonal of the given sigmas.
     pub(super) fn set_vehicle(&mut self, sigma: &[f64]) {
-        self.columns = [[0.0; N_MAX]; N_MAX];
+        self.columns = [[0.0; ROWS]; N_MAX];
         self.set_diagonal(0, sigma);
     }
 
@@ -49,52 +52,79 @@ impl Covariance {
         *self.at_mut(i, j) += a;
     }
 
-    /// g = P hᵀ of the first `n` states.
-    pub(super) fn times_row(&self, n: usize, h: &Row, g: &mut [f64; N_MAX]) {
+    /// g = P hᵀ of the first `n` states, zero behind them.
+    pub(super) fn times_row(&self, n: usize, h: &Row, g: &mut Vector) {
         let n = n.min(N_MAX);
-        *g = [0.0; N_MAX];
         let (mut indices, mut values) = h.as_slices();
+        if indices.is_empty() {
+            *g = [0.0; ROWS];
+        }
+        g.iter_mut().skip(n).for_each(|g| *g = 0.0);
+        let mut first = true;
         // States that follow each other cost less together.
         loop {
             let follows = |by: u8| indices.get(usize::from(by)).copied() == indices.first().map(|first| first + by);
             let done = match (indices, values) {
-                (&[k, ..], &[a, b, c, ..]) if follows(1) && follows(2) => self.add_block(n, k, [a, b, c], g),
-                (&[k, ..], &[a, b, ..]) if follows(1) => self.add_block(n, k, [a, b], g),
-                (&[k, ..], &[a, ..]) => self.add_block(n, k, [a], g),
+                (&[k, ..], &[a, b, c, ..]) if follows(1) && follows(2) => self.add_block(n, k, [a, b, c], first, g),
+                (&[k, ..], &[a, b, ..]) if follows(1) => self.add_block(n, k, [a, b], first, g),
+                (&[k, ..], &[a, ..]) => self.add_block(n, k, [a], first, g),
                 _ => return,
             };
+            first = false;
             indices = indices.get(done..).unwrap_or_default();
             values = values.get(done..).unwrap_or_default();
         }
     }
 
-    /// g += P a, with a from state `k` on; returns W. Two rows at a time: a third of a single row's work is the loop.
+    fn add_block<const W: usize>(&self, n: usize, k: u8, a: [f64; W], first: bool, g: &mut Vector) -> usize {
+        if first { self.block::<W, false>(n, k, a, g) } else { self.block::<W, true>(n, k, a, g) }
+    }
+
+    /// g += P a (`ADD`) or g = P a, with a from state `k` on; returns W. Four rows at a time are what the registers hold.
     #[inline(never)]
-    fn add_block<const W: usize>(&self, n: usize, k: u8, a: [f64; W], g: &mut [f64; N_MAX]) -> usize {
+    fn block<const W: usize, const ADD: bool>(&self, n: usize, k: u8, a: [f64; W], g: &mut Vector) -> usize {
         let (n, k) = (n.min(N_MAX), usize::from(k).min(N_MAX - W));
-        for i in 0..k {
-            for w in 0..W {
-                g[i] += a[w] * self.columns[i][k + w];
+        let (above, rest) = self.columns.split_at(k);
+        let Some(block) = rest.first_chunk::<W>() else { return W };
+        let old = |g: f64, product: f64| if ADD { g + product } else { product };
+        for (column, g) in above.iter().zip(g.iter_mut()) {
+            let Some(p) = column.get(k..).and_then(<[f64]>::first_chunk::<W>) else { return W };
+            let mut sum = old(*g, a[0] * p[0]);
+            for w in 1..W {
+                sum += a[w] * p[w];
             }
+            *g = sum;
         }
-        for i in k..k + W {
-            for w in 0..W {
-                g[i] += a[w] * self.columns[i.min(k + w)][i.max(k + w)];
+        for i in 0..W {
+            let mut sum = old(g[k + i], a[0] * block[0][k + i]);
+            for w in 1..W {
+                sum += a[w] * block[i.min(w)][k + i.max(w)];
             }
+            g[k + i] = sum;
         }
         let mut i = k + W;
-        while i + 1 < n {
-            for lane in 0..2 {
-                for w in 0..W {
-                    g[i + lane] += a[w] * self.columns[k + w][i + lane];
+        while i + 3 < n {
+            let mut sum = [0.0; 4];
+            for lane in 0..4 {
+                sum[lane] = old(g[i + lane], a[0] * block[0][i + lane]);
+            }
+            for w in 1..W {
+                let p = &block[w];
+                let p = [p[i], p[i + 1], p[i + 2], p[i + 3]];
+                for lane in 0..4 {
+                    sum[lane] += a[w] * p[lane];
                 }
             }
-            i += 2;
+            [g[i], g[i + 1], g[i + 2], g[i + 3]] = sum;
+            i += 4;
         }
-        if i < n {
-            for w in 0..W {
-                g[i] += a[w] * self.columns[k + w][i];
+        while i < n {
+            let mut sum = old(g[i], a[0] * block[0][i]);
+            for w in 1..W {
+                sum += a[w] * block[w][i];
             }
+            g[i] = sum;
+            i += 1;
         }
         W
     }
@@ -112,25 +142,39 @@ impl Covariance {
     ///
     /// Joseph's form completes to squares, (I − K h) P (I − K h)ᵀ + K R Kᵀ = P − g gᵀ/s + s (K − g/s) (K − g/s)ᵀ,
     /// and its last term vanishes with the square of the rounding of K: this is that form at half its cost.
-    pub(super) fn update(&mut self, n: usize, gain: &[f64; N_MAX], g: &[f64; N_MAX]) {
-        // By blocks of two by two from the diagonal on: one entry above it is computed in vain.
-        let pairs = n.min(N_MAX).div_ceil(2);
-        let (gains, gs) = (gain.as_chunks::<2>().0, g.as_chunks::<2>().0);
-        for (block, columns) in self.columns.as_chunks_mut::<2>().0.iter_mut().enumerate().take(pairs) {
-            let [left, right] = columns;
-            let (left, right) = (left.as_chunks_mut::<2>().0, right.as_chunks_mut::<2>().0);
-            let rows = block..pairs;
-            let (Some(left), Some(right), Some(gains), Some(&[g_0, g_1])) =
-                (left.get_mut(rows.clone()), right.get_mut(rows.clone()), gains.get(rows), gs.get(block))
+    #[inline(never)]
+    pub(super) fn update(&mut self, n: usize, gain: &Vector, g: &Vector) {
+        // By blocks of four by four from the diagonal on: what is above it, and behind `n`, is computed in vain.
+        let quads = n.min(N_MAX).div_ceil(4);
+        let (gains, gs) = (gain.as_chunks::<4>().0, g.as_chunks::<4>().0);
+        let (blocks, rest) = self.columns.as_chunks_mut::<4>();
+        for (block, columns) in blocks.iter_mut().enumerate() {
+            let (Some(gains), Some(g)) = (gains.get(block..quads), gs.get(block)) else { return };
+            let [a, b, c, d] = columns.each_mut().map(|column| column.as_chunks_mut::<4>().0);
+            let rows = block..quads;
+            let (Some(a), Some(b), Some(c), Some(d)) =
+                (a.get_mut(rows.clone()), b.get_mut(rows.clone()), c.get_mut(rows.clone()), d.get_mut(rows))
             else {
-                break;
+                return;
             };
-            subtract(left, right, gains, g_0, g_1);
+            for ((((a, b), c), d), gain) in a.iter_mut().zip(b).zip(c).zip(d).zip(gains) {
+                *a = less(*a, gain, g[0]);
+                *b = less(*b, gain, g[1]);
+                *c = less(*c, gain, g[2]);
+                *d = less(*d, gain, g[3]);
+            }
+        }
+        if let (Some(gain), Some(g)) = (gains.get(blocks.len()..quads).and_then(<[_]>::first), gs.get(blocks.len())) {
+            for (column, g) in rest.iter_mut().zip(g) {
+                if let Some(rows) = column.as_chunks_mut::<4>().0.get_mut(blocks.len()) {
+                    *rows = less(*rows, gain, *g);
+                }
+            }
         }
     }
 
     /// Appends a state that is `h` times the present ones; `g` is scratch.
-    pub(super) fn append(&mut self, n: usize, h: &Row, g: &mut [f64; N_MAX]) {
+    pub(super) fn append(&mut self, n: usize, h: &Row, g: &mut Vector) {
         let n = n.min(N_MAX - 1);
         self.times_row(n, h, g);
         for (column, g) in self.columns.iter_mut().zip(g.iter()).take(n) {
@@ -152,7 +196,7 @@ impl Covariance {
             }
         }
         for column in self.columns.iter_mut().skip(at).take(count) {
-            *column = [0.0; N_MAX];
+            *column = [0.0; ROWS];
         }
     }
 
@@ -191,13 +235,7 @@ impl Covariance {
     }
 
     /// T P Tᵀ with T = I + Σ γ_i e_i e_sourceᵀ over the vehicle's states i, source behind them; `g` is scratch.
-    pub(super) fn shear_vehicle(
-        &mut self,
-        n: usize,
-        source: usize,
-        gamma: &[f64; VEHICLE_STATES],
-        g: &mut [f64; N_MAX],
-    ) {
+    pub(super) fn shear_vehicle(&mut self, n: usize, source: usize, gamma: &[f64; VEHICLE_STATES], g: &mut Vector) {
         self.times_row(n, &Row::unit(source), g);
         let variance = self.get(source, source);
         let n = n.min(N_MAX);
@@ -232,24 +270,8 @@ impl Covariance {
     }
 }
 
-/// Two columns of P − K gᵀ from the diagonal down; `g_0` and `g_1` are g of the columns.
-/// Not inlined: with a known bound it would be unrolled to 20 kB of code, and slower.
-#[inline(never)]
-fn subtract(left: &mut [Pair], right: &mut [Pair], gains: &[Pair], g_0: f64, g_1: f64) {
-    let (left, last_left) = left.as_chunks_mut::<2>();
-    let (right, last_right) = right.as_chunks_mut::<2>();
-    let (gains, last_gain) = gains.as_chunks::<2>();
-    for ((a, b), gain) in left.iter_mut().zip(right).zip(gains) {
-        let ([gain_0, gain_1], [a_0, a_1], [b_0, b_1]) = (*gain, *a, *b);
-        *a = [less(a_0, gain_0, g_0), less(a_1, gain_1, g_0)];
-        *b = [less(b_0, gain_0, g_1), less(b_1, gain_1, g_1)];
-    }
-    if let ([a], [b], [gain]) = (last_left, last_right, last_gain) {
-        (*a, *b) = (less(*a, *gain, g_0), less(*b, *gain, g_1));
-    }
-}
-
+/// p − gain g.
 #[inline(always)]
-fn less(p: Pair, gain: Pair, g: f64) -> Pair {
-    [p[0] - gain[0] * g, p[1] - gain[1] * g]
+fn less(p: [f64; 4], gain: &[f64; 4], g: f64) -> [f64; 4] {
+    [p[0] - gain[0] * g, p[1] - gain[1] * g, p[2] - gain[2] * g, p[3] - gain[3] * g]
 }

@@ -25,9 +25,10 @@ pub(super) struct Effects {
     /// Those of `plant` that hold a state.
     plant_states: Entries,
     input: Entries,
-    measure: Entries,
-    variance: Entries,
-    gate: Entries,
+    /// Those that change what a channel's sensors read, or its noise.
+    measure: [Entries; Channel::COUNT],
+    /// Those that narrow a channel's gate.
+    gate: [Entries; Channel::COUNT],
     /// The plant changes next, s since the epoch.
     next_onset_s: f64,
     memory: ActuatorMemory,
@@ -80,9 +81,8 @@ impl Effects {
             plant: 0,
             plant_states: 0,
             input: 0,
-            measure: 0,
-            variance: 0,
-            gate: 0,
+            measure: [0; Channel::COUNT],
+            gate: [0; Channel::COUNT],
             next_onset_s: 0.0,
             memory: ActuatorMemory { fins_rad: None },
             declared: None,
@@ -111,9 +111,16 @@ impl Effects {
         self.plant = with(|hooks| hooks.plant.is_some());
         self.plant_states = self.plant & states;
         self.input = with(|hooks| hooks.input.is_some());
-        self.measure = with(|hooks| hooks.measure.is_some());
-        self.variance = with(|hooks| hooks.variance.is_some());
-        self.gate = with(|hooks| hooks.gate_sigma.is_some());
+        self.measure = [0; Channel::COUNT];
+        for (index, hooks) in entries(present) {
+            for channel in Channel::ALL {
+                let measures = hooks.measure.is_some_and(|measure| measure.channels.contains(&channel));
+                if measures || hooks.variance.is_some() {
+                    self.measure[channel as usize] |= 1 << index;
+                }
+            }
+        }
+        self.gate = [with(|hooks| hooks.gate_sigma.is_some()); Channel::COUNT];
     }
 
     /// Adopts a vehicle, which the next step retunes.
@@ -217,6 +224,7 @@ impl Effects {
     }
 
     /// Turns what ideal sensors would show into what these show, rows of H included.
+    #[inline(never)]
     pub(super) fn observe(
         &self,
         channel: Channel,
@@ -227,8 +235,12 @@ impl Effects {
         out: &mut Observations,
     ) {
         let moment = Moment { t_s, sound_speed_mps: config.sound_speed_mps };
-        for (index, hooks) in entries(self.measure) {
-            let Some(measure) = hooks.measure.filter(|measure| measure.channels.contains(&channel)) else { continue };
+        for (index, hooks) in entries(self.measure[channel as usize]) {
+            if let Some(variance) = hooks.variance {
+                let added = variance(Values::of(index, config, x).as_slice(), channel);
+                out.as_mut_slice().iter_mut().for_each(|observation| observation.variance += added);
+            }
+            let Some(measure) = hooks.measure else { continue };
             // What is predicted so far.
             let mut before = [0.0; 3];
             for ((before, z), observation) in before.iter_mut().zip(readings).zip(out.as_slice()) {
@@ -249,27 +261,21 @@ impl Effects {
                 }
             }
         }
-        for (index, hooks) in entries(self.variance) {
-            if let Some(variance) = hooks.variance {
-                let added = variance(Values::of(index, config, x).as_slice(), channel);
-                out.as_mut_slice().iter_mut().for_each(|observation| observation.variance += added);
-            }
-        }
     }
 
     /// The gate on a channel, sigmas.
     pub(super) fn gate_sigma(&self, channel: Channel, config: &NavigationConfig, x: &Estimate) -> f64 {
         let mut gate = config.gate_sigma;
-        for (index, hooks) in entries(self.gate) {
+        for (index, hooks) in entries(self.gate[channel as usize]) {
             let narrower = hooks.gate_sigma.and_then(|gate| gate(Values::of(index, config, x).as_slice(), channel));
             gate = gate.min(narrower.unwrap_or(gate));
         }
         gate
     }
 
-    /// Whether measurements are as ideal sensors show them.
-    pub(super) fn leave_measurements_alone(&self) -> bool {
-        self.measure == 0 && self.variance == 0
+    /// Whether any effect is seen on a channel.
+    pub(super) fn change(&self, channel: Channel) -> bool {
+        self.measure[channel as usize] != 0
     }
 }
 

@@ -1,7 +1,8 @@
 //! The state vector x̂ beside its layout.
 
 use super::CloneId;
-use super::layout::{CloneKind, EFFECTS, Layout, N_MAX, TAIL};
+use super::covariance::Vector;
+use super::layout::{CloneKind, EFFECTS, Layout, TAIL};
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, wrap_angle};
 use core::f64::consts::PI;
 use nalgebra::{ArrayStorage, Vector2};
@@ -59,7 +60,7 @@ impl Estimate {
     }
 
     /// x̂ += K ν.
-    pub(super) fn correct(&mut self, gain: &[f64; N_MAX], innovation: f64) {
+    pub(super) fn correct(&mut self, gain: &Vector, innovation: f64) {
         let tail = self.layout.len().saturating_sub(VEHICLE_STATES);
         let (vehicle_gain, tail_gain) = gain.split_at(VEHICLE_STATES);
         for (x, k) in self.vehicle.as_mut_slice().iter_mut().zip(vehicle_gain) {

@@ -22,13 +22,16 @@ impl Navigator {
     /// Fuses one measurement and says what became of each of its scalars.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
         let (sensor, scalars) = (measurement.sensor(), measurement.scalars());
+        let mut fusions = Fusions::none();
         if !self.is_initialised() {
-            return self.refuse(sensor, scalars, FusionOutcome::Invalid);
+            self.refuse(sensor, scalars, FusionOutcome::Invalid, &mut fusions);
+            return fusions;
         }
         match self.observe(measurement) {
-            Ok(()) => self.update(sensor),
-            Err(outcome) => self.refuse(sensor, scalars, outcome),
+            Ok(()) => self.update(sensor, &mut fusions),
+            Err(outcome) => self.refuse(sensor, scalars, outcome, &mut fusions),
         }
+        fusions
     }
 
     /// Fills `observations`.
@@ -53,7 +56,7 @@ impl Navigator {
                 meas_two_way::observe(x, outward, back, *range_m, config, out)?;
             }
         }
-        if !self.effects.leave_measurements_alone() {
+        if self.effects.change(measurement.channel()) {
             let t_s = self.effect_time_s();
             self.effects.observe(
                 measurement.channel(),
@@ -68,19 +71,18 @@ impl Navigator {
         if out.as_slice().iter().all(Observation::is_valid) { Ok(()) } else { Err(FusionOutcome::Invalid) }
     }
 
-    fn update(&mut self, sensor: Sensor) -> Fusions {
+    fn update(&mut self, sensor: Sensor, fusions: &mut Fusions) {
         let mut variance = self.project(0);
         if self.worst_test_ratio(variance) > 1.0 {
             let due = self.gate.rejected(sensor, self.time_us, self.observations.as_slice());
             if !(due && self.inflate(sensor)) {
-                return self.gated(sensor);
+                return self.gated(sensor, fusions);
             }
             self.gate.recovered(sensor);
             variance = self.project(0);
         }
         self.gate.accepted(sensor);
 
-        let mut fusions = Fusions::none();
         for axis in 0..self.observations.as_slice().len() {
             if axis > 0 {
                 variance = self.project(axis);
@@ -95,7 +97,6 @@ impl Navigator {
                 observation.innovation -= observation.row.dot(&self.gain) * innovation;
             }
         }
-        fusions
     }
 
     /// P hᵀ of one scalar into `w`; returns S = h P hᵀ + R.
@@ -139,21 +140,19 @@ impl Navigator {
         innovation * innovation / (self.gate.sigma * self.gate.sigma * variance)
     }
 
-    fn gated(&self, sensor: Sensor) -> Fusions {
-        let mut fusions = Fusions::none();
+    #[cold]
+    fn gated(&self, sensor: Sensor, fusions: &mut Fusions) {
         for (axis, item) in self.observations.as_slice().iter().enumerate() {
             let variance = self.innovation_variance(item);
             fusions.push(self.record(sensor, axis, item.innovation, variance, FusionOutcome::Gated));
         }
-        fusions
     }
 
-    fn refuse(&self, sensor: Sensor, scalars: usize, outcome: FusionOutcome) -> Fusions {
-        let mut fusions = Fusions::none();
+    #[cold]
+    fn refuse(&self, sensor: Sensor, scalars: usize, outcome: FusionOutcome, fusions: &mut Fusions) {
         for axis in 0..scalars {
             fusions.push(self.record(sensor, axis, f64::NAN, f64::NAN, outcome));
         }
-        fusions
     }
 
     fn record(

@@ -22,8 +22,8 @@ pub(super) fn observe(
     let noise = config.sensors.range_m * config.sensors.range_m;
     let observation = out.add(range_m - path.distance_m, noise);
     path.add_vehicle(x, None, &gradient, observation);
-    if let Some((report, by)) = path.add_ship(&gradient, observation) {
-        observation.variance += report_variance(&report, &by);
+    if let Some(report) = path.add_ship(&gradient, observation) {
+        observation.variance += report_variance(report, &gradient);
     }
     Ok(())
 }

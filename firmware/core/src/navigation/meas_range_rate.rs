@@ -30,8 +30,8 @@ pub(super) fn observe(
     let noise = config.sensors.range_rate_mps * config.sensors.range_rate_mps;
     let observation = out.add(range_rate_mps - range_rate, noise);
     path.add_vehicle(x, Some(&attitude), &gradient, observation);
-    if let Some((report, by)) = path.add_ship(&gradient, observation) {
-        observation.variance += report_variance(&report, &by);
+    if let Some(report) = path.add_ship(&gradient, observation) {
+        observation.variance += report_variance(report, &gradient);
     }
     Ok(())
 }

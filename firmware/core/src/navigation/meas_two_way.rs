@@ -5,10 +5,11 @@
 //! is at the time of its reply on both ways, so that a reported ship's error is one error.
 //! Invalid when the ends coincide or the ship is not known.
 
-use super::acoustic::{Gradient, Path, by_position, report_variance};
+use super::acoustic::{Path, by_position, report_variance};
 use super::estimate::Estimate;
 use super::observation::{Observations, Refused};
 use super::{AcousticPath, NavigationConfig, ShipReport};
+use nalgebra::Vector3;
 
 pub(super) fn observe(
     x: &Estimate,
@@ -19,19 +20,19 @@ pub(super) fn observe(
     out: &mut Observations,
 ) -> Result<(), Refused> {
     let observation = out.add(range_m, config.sensors.range_m * config.sensors.range_m);
-    let mut reported: Option<(ShipReport, Gradient)> = None;
+    let (mut reported, mut by_ship): (Option<&ShipReport>, _) = (None, Vector3::zeros());
     for path in [outward, back] {
         let path = Path::new(x, path, config)?;
         let gradient = by_position(path.direction() * 0.5);
         observation.innovation -= 0.5 * path.distance_m;
         path.add_vehicle(x, None, &gradient, observation);
-        if let Some((report, by)) = path.add_ship(&gradient, observation) {
-            let sum = reported.map_or(by.position, |(_, other)| other.position + by.position);
-            reported = Some((report, by_position(sum)));
+        if let Some(report) = path.add_ship(&gradient, observation) {
+            by_ship += gradient.position;
+            reported = Some(report);
         }
     }
-    if let Some((report, by)) = reported {
-        observation.variance += report_variance(&report, &by);
+    if let Some(report) = reported {
+        observation.variance += report_variance(report, &by_position(by_ship));
     }
     Ok(())
 }

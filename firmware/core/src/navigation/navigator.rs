@@ -1,12 +1,12 @@
 //! The filter itself: state, covariance, and what may be asked of them.
 
-use super::covariance::Covariance;
+use super::covariance::{Covariance, ROWS, Vector};
 use super::digest::Digest;
 use super::discretisation::Discretisation;
 use super::effects::Effects;
 use super::estimate::Estimate;
 use super::gate::Gate;
-use super::layout::{EFFECTS, N_MAX, SHIP_STATES};
+use super::layout::{EFFECTS, SHIP_STATES};
 use super::observation::Observations;
 use super::{
     ConfigError, InitialShip, InitialState, NavigationConfig, NavigationError, ProcessModel, ProcessNoise, Sensor,
@@ -32,9 +32,9 @@ pub struct Navigator {
     /// Scratch of the update: what the measurement under way observes.
     pub(super) observations: Observations,
     /// K of the last update.
-    pub(super) gain: [f64; N_MAX],
+    pub(super) gain: Vector,
     /// g = P hᵀ of the update under way; zero behind the last state.
-    pub(super) w: [f64; N_MAX],
+    pub(super) w: Vector,
 }
 
 impl Navigator {
@@ -53,8 +53,8 @@ impl Navigator {
             effects: Effects::new(),
             step: Discretisation::new(),
             observations: Observations::new(),
-            gain: [0.0; N_MAX],
-            w: [0.0; N_MAX],
+            gain: [0.0; ROWS],
+            w: [0.0; ROWS],
         }
     }
 
