@@ -98,8 +98,9 @@ impl Acoustics {
             declared_speed_mps: speed,
             true_speed_mps: speed / (1.0 + channel.sound_speed_ratio),
             channel: *channel,
-            range_sigma_m: settings.acoustics.range_sigma_m.unwrap_or(declared.range_m),
-            range_rate_sigma_mps: settings.acoustics.range_rate_sigma_mps.unwrap_or(declared.range_rate_mps),
+            range_sigma_m: settings.noise.factor() * settings.acoustics.range_sigma_m.unwrap_or(declared.range_m),
+            range_rate_sigma_mps: settings.noise.factor()
+                * settings.acoustics.range_rate_sigma_mps.unwrap_or(declared.range_rate_mps),
             noise: Stream::new(settings.seed, Source::Acoustics),
             loss: Stream::new(settings.seed, Source::PacketLoss),
             outliers: Stream::new(settings.seed, Source::Outliers),

@@ -1,4 +1,4 @@
-//! Noise that is not white: a share of it is a first-order Gauss-Markov process.
+//! Spectra of noise: none, white, or a share of it a first-order Gauss-Markov process.
 
 use crate::rng::{Source, Stream};
 use serde::Deserialize;
@@ -10,6 +10,8 @@ pub enum NoiseKind {
     /// White, as the vehicle file declares it.
     #[default]
     White,
+    /// None at all: what the physics alone would show. The ship still wanders, which is motion.
+    Off,
     /// Partly correlated in time, of the declared size ([`Colour`]).
     Coloured,
 }
@@ -40,6 +42,12 @@ impl Colour {
 }
 
 impl NoiseKind {
+    /// Factor on every standard deviation.
+    #[must_use]
+    pub fn factor(self) -> f64 {
+        if self == Self::Off { 0.0 } else { 1.0 }
+    }
+
     /// This colour, if noise is coloured at all.
     #[must_use]
     pub fn colour(self, colour: Colour) -> Option<Colour> {

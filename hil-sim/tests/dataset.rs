@@ -98,6 +98,18 @@ fn rates_are_those_of_a_real_log() {
 }
 
 #[test]
+fn without_noise_the_log_is_the_truth() {
+    let Dataset { log, truth, .. } = simulate(&Spec { noise: NoiseKind::Off, duration_s: 300.0, ..spec(None) }, 3);
+    for (column, state) in [(Column::Depth, 2), (Column::Heading, 5), (Column::R, 11)] {
+        let whole = log.column(column).filter(|(time_us, _)| time_us.is_multiple_of(1_000_000));
+        let pairs: Vec<_> = whole.map(|(time_us, value)| (value, truth.at(time_us).unwrap().state[state])).collect();
+        // Headings of one turn; rounding.
+        assert!(!pairs.is_empty());
+        assert!(pairs.iter().all(|(a, b)| libm::remainder(a - b, std::f64::consts::TAU).abs() < 1e-12), "{column:?}");
+    }
+}
+
+#[test]
 fn sensors_can_be_left_out() {
     let log = simulate(&Spec { dvl: false, ranges: false, duration_s: 300.0, ..spec(None) }, 3).log;
     assert!([Column::DvlU, Column::Range, Column::ShipX, Column::WaterDensity].iter().all(|column| !log.has(*column)));

@@ -45,7 +45,7 @@ pub struct Arguments {
     #[arg(long)]
     ctd: bool,
     /// Spectra of the noise.
-    #[arg(long, value_name = "white|coloured", default_value = "white", value_parser = noise)]
+    #[arg(long, value_name = "white|coloured|off", default_value = "white", value_parser = noise)]
     noise: NoiseKind,
     /// List the effects with their parameters and end.
     #[arg(long)]
@@ -59,7 +59,8 @@ fn noise(text: &str) -> Result<NoiseKind, String> {
     match text {
         "white" => Ok(NoiseKind::White),
         "coloured" => Ok(NoiseKind::Coloured),
-        _ => Err("white or coloured".to_owned()),
+        "off" => Ok(NoiseKind::Off),
+        _ => Err("white, coloured or off".to_owned()),
     }
 }
 

@@ -113,7 +113,8 @@ pub fn simulate(spec: &Spec, seed: u64) -> Dataset {
             if spec.ctd {
                 /// One sigma of a CTD's density, kg/m³.
                 const CTD_SIGMA: f64 = 0.05;
-                recorder.row(time_us).set(Column::WaterDensity, density + CTD_SIGMA * ctd.normal());
+                let error = spec.noise.factor() * CTD_SIGMA * ctd.normal();
+                recorder.row(time_us).set(Column::WaterDensity, density + error);
             }
         }
         let targets = autopilot.command(time_us);

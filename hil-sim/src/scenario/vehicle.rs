@@ -34,7 +34,7 @@ impl Scenario {
 
     fn vehicle_parameters(&self) -> Parameters {
         let (declared, plant) = (&self.vehicle.parameters, &self.settings.plant);
-        let noise = &self.vehicle.noise;
+        let (noise, factor) = (&self.vehicle.noise, self.settings.noise.factor());
         let [n1, n2, n3] = noise.linear_mps2_per_sqrt_hz;
         let [n4, n5, n6] = noise.angular_radps2_per_sqrt_hz;
         Parameters {
@@ -64,7 +64,8 @@ impl Scenario {
             advance_n_s2_per_rad_m: declared.advance_n_s2_per_rad_m,
             propeller_max_radps: declared.omega_max_radps,
             propeller_lag_s: plant.propeller_lag_s,
-            disturbance_per_sqrt_hz: [n1, n2, n3, n4, n5, n6].map(|density| density * plant.process_noise_factor),
+            disturbance_per_sqrt_hz: [n1, n2, n3, n4, n5, n6]
+                .map(|density| density * plant.process_noise_factor * factor),
         }
     }
 

@@ -33,8 +33,8 @@ impl Ahrs {
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Ahrs),
-            attitude_sigma_rad: settings.attitude_sigma_rad.unwrap_or(declared[0]),
-            rates_sigma_radps: settings.rates_sigma_radps.unwrap_or(declared[1]),
+            attitude_sigma_rad: noise.factor() * settings.attitude_sigma_rad.unwrap_or(declared[0]),
+            rates_sigma_radps: noise.factor() * settings.rates_sigma_radps.unwrap_or(declared[1]),
             colouring: colouring(Source::AttitudeColour).zip(colouring(Source::RatesColour)).map(|(a, r)| [a, r]),
             instruments: *instruments,
             lagged: None,

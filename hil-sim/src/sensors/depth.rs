@@ -28,7 +28,7 @@ impl Depth {
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Depth),
-            sigma_m: settings.sigma_m.unwrap_or(declared_sigma_m),
+            sigma_m: noise.factor() * settings.sigma_m.unwrap_or(declared_sigma_m),
             colouring: noise.colour(Colour::DEPTH).map(|colour| Colouring::new(colour, seed, Source::DepthColour)),
             bias_m,
         }

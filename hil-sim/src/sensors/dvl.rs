@@ -39,7 +39,7 @@ impl Dvl {
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Dvl),
-            sigma_mps: settings.sigma_mps.unwrap_or(declared_sigma_mps),
+            sigma_mps: noise.factor() * settings.sigma_mps.unwrap_or(declared_sigma_mps),
             settings: *settings,
             bottom_depth_m,
             mounting: mounting.map(|row| row.map(|element| gain * element)),

@@ -23,7 +23,7 @@ impl VehicleGnss {
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::VehicleGnss),
-            sigma_m: settings.sigma_m.unwrap_or(declared_sigma_m),
+            sigma_m: noise.factor() * settings.sigma_m.unwrap_or(declared_sigma_m),
             max_depth_m: settings.max_depth_m,
             colouring: noise.colour(Colour::GNSS).map(|colour| Colouring::new(colour, seed, Source::VehicleGnssColour)),
         }
@@ -56,11 +56,11 @@ pub(super) struct ShipGnss {
 }
 
 impl ShipGnss {
-    pub(super) fn new(settings: &scenario::ShipGnss, declared_sigma_m: f64, seed: u64) -> Self {
+    pub(super) fn new(settings: &scenario::ShipGnss, declared_sigma_m: f64, noise: NoiseKind, seed: u64) -> Self {
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::ShipGnss),
-            sigma_m: settings.sigma_m.unwrap_or(declared_sigma_m),
+            sigma_m: noise.factor() * settings.sigma_m.unwrap_or(declared_sigma_m),
         }
     }
 

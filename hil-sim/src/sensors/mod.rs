@@ -67,7 +67,7 @@ impl Sensors {
                 seed,
             ),
             gnss: gnss::VehicleGnss::new(&sensors.gnss, noise.gnss_m, kind, seed),
-            ship_gnss: gnss::ShipGnss::new(&sensors.ship_gnss, noise.ship_gnss_m, seed),
+            ship_gnss: gnss::ShipGnss::new(&sensors.ship_gnss, noise.ship_gnss_m, kind, seed),
         }
     }
 
