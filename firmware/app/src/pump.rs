@@ -77,6 +77,13 @@ impl Pump {
         matches!(self.clock, Clock::Lockstep { .. })
     }
 
+    /// Whether it still waits for either clock, and leaves in the ports what devices say. A board whose ports cannot hold two
+    /// seconds of it drops it meanwhile: no simulator has sent anything yet.
+    #[must_use]
+    pub fn is_waiting(&self) -> bool {
+        matches!(self.clock, Clock::Undecided { .. })
+    }
+
     /// Moves what can be moved without blocking. `ports` are in the order of [`Port::ALL`].
     ///
     /// One call reads at most 256 bytes a port and takes at most one step.

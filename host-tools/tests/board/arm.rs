@@ -125,8 +125,11 @@ fn check_mission_and_params_work_against_the_arm_image() {
     board.good(&["params", "set", "PORT", "vehicle.mass_kg=39", "app.use_dvl=0"]);
     assert_eq!(board.json(&["params", "import", "PORT", "set.toml"])["changed"].as_array().unwrap().len(), 2);
 
-    sleep(Duration::from_secs(6)); // a fix within a second of its own clock, and a busy machine
-    let report = board.json(&["check", "PORT", "--wiggle"]);
+    sleep(Duration::from_secs(6)); // a fix within a second of its own clock
+    // The emulated board keeps time with the clock, which a busy machine may not grant it for three seconds on end.
+    let check =
+        || -> Value { serde_json::from_str(&board.run(&["check", "PORT", "--wiggle", "--json"]).stdout).unwrap() };
+    let report = (0..3).map(|_| check()).find(|report| report["passed"] == true).unwrap_or_else(check);
     assert_eq!(report["passed"], true, "{report}");
     for check in ["telemetry", "frontseat port", "DVL port", "AHRS port", "receive losses", "mission", "fin wiggle"] {
         assert_eq!(verdict(&report, check).0, "ok", "{report}");

@@ -126,7 +126,9 @@ pub fn simulate(mut lines: impl Ports + Send + 'static, scenario: Scenario, stop
             }
             for port in Port::DEVICES {
                 let mut bytes = Vec::new();
-                lines.poll(port, &mut bytes).unwrap();
+                if lines.poll(port, &mut bytes).is_err() {
+                    return; // the board is gone, and whoever talks to it will say so
+                }
                 devices.sent_by_backseat(port, now_us, &bytes);
             }
         }

@@ -25,7 +25,7 @@ use cortex_m_rt::entry;
 use defmt_semihosting as _;
 use static_cell::ConstStaticCell;
 use store::Store;
-use uart::Uarts;
+use uart::{Uart, Uarts};
 
 /// Built at compile time: by value it would pass over the stack.
 static APP: ConstStaticCell<App> = ConstStaticCell::new(App::new());
@@ -44,6 +44,11 @@ fn main() -> ! {
     loop {
         interrupts::begin();
         let Ok(progress) = pump.poll(app, &mut ports, clock.now_us());
+        if pump.is_waiting() {
+            // two seconds of it would overflow a queue
+            let [devices @ .., _host] = &mut ports;
+            devices.iter_mut().for_each(Uart::discard);
+        }
         store.serve(app);
         overruns.report(app);
         if let Progress::IdleUntil(until_us) = progress {

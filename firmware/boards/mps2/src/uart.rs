@@ -107,6 +107,11 @@ impl Read for Uart {
 }
 
 impl Uart {
+    /// Forgets what has come.
+    pub fn discard(&mut self) {
+        while self.received.dequeue().is_some() {}
+    }
+
     fn is_full(&self) -> bool {
         registers(self.uart).state.read() & STATE_TRANSMIT_FULL != 0
     }

@@ -214,8 +214,8 @@ impl Board {
             self.app.pps(time_us);
             self.log.record(&LogRecord::Edge { time_us });
         }
-        // Until it knows its clock the pump leaves to the ports what devices say; two seconds of it overflow a ring.
-        if self.app.stepped_us().is_none() && !self.pump.is_lockstep() {
+        // two seconds of it would overflow a ring
+        if self.pump.is_waiting() {
             let [devices @ .., _host] = &mut self.ports;
             devices.iter_mut().for_each(SerialPort::discard);
         }

@@ -411,7 +411,6 @@ pub enum ToBoard<'a> {
 }
 
 /// Board to PC.
-#[expect(clippy::large_enum_variant, reason = "there is no allocator to box the large ones")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum FromBoard<'a> {
     /// Answer to `Hello`.
