@@ -11,14 +11,14 @@ use crate::dynamics::{ActuatorInput, Attitude, VehicleModel};
 use crate::state::wrap_angle;
 use nalgebra::{Vector3, Vector6};
 
-/// Samples of a stretch: 20 s at 10 Hz, thrice the time constant of surge, which is the slowest.
-pub const HORIZON_STEPS: u16 = 200;
+/// Samples of a stretch: 15 s at 10 Hz, twice the time constant of surge, which is the slowest.
+pub const HORIZON_STEPS: u16 = 150;
 /// Roll, pitch and the axes of v.
 const CHANNELS: usize = 8;
 /// A set that misses by more, in mean weighed squares, is lost and counts as this.
 const LOST: f64 = 1.0e4;
-/// Standard errors of the mean: one-sided 0.4 % by Student's t with the fewest stretches, 0.1 % with thirty.
-const CONFIDENCE: f64 = 3.5;
+/// Standard errors of the mean: one-sided 1 % by Student's t with the fewest stretches, 0.4 % with thirty.
+const CONFIDENCE: f64 = 2.8;
 /// Fewest stretches for a verdict.
 pub const FEWEST_STRETCHES: u16 = 10;
 /// A smaller gain is not worth a change: 2 % of the mean squared error.

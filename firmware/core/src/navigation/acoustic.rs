@@ -69,6 +69,15 @@ impl<'a> Path<'a> {
         }
     }
 
+    /// Whether the ship's end is one and the same: a reported ship is where it replied.
+    pub(super) fn shares_ship(&self, other: &Self) -> bool {
+        match (&self.ship, &other.ship) {
+            (Ship::State { at }, Ship::State { at: other }) => at == other,
+            (Ship::Reported(_), Ship::Reported(_)) => true,
+            _ => false,
+        }
+    }
+
     /// Unit vector from the ship to the vehicle: ∂|dp|/∂dp.
     pub(super) fn direction(&self) -> Vector3<f64> {
         self.dp / self.distance_m

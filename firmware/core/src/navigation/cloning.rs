@@ -6,6 +6,7 @@
 //! linearised at the clone; linearising it again after later corrections differs in second order only.
 
 use super::acoustic::{ground_velocity, push_ground_velocity};
+use super::covariance::ROWS;
 use super::layout::{CLONE_STATES, CLONE_VELOCITY, CloneKind, SHIP_STATES};
 use super::row::Row;
 use super::{CloneError, CloneId, Navigator};
@@ -49,6 +50,7 @@ impl Navigator {
         let n = self.dimension();
         if let Some(at) = self.x.layout.remove_clone(id) {
             self.p.remove(n, at, CLONE_STATES);
+            self.w = [0.0; ROWS];
             self.x.remove(n, at, CLONE_STATES);
         }
     }
@@ -60,6 +62,7 @@ impl Navigator {
         if let Some(at) = self.x.layout.ship() {
             let n = self.dimension();
             self.p.remove(n, at, SHIP_STATES);
+            self.w = [0.0; ROWS];
             self.x.remove(n, at, SHIP_STATES);
             self.x.layout.set_ship(false);
         }

@@ -52,19 +52,21 @@ impl Covariance {
         *self.at_mut(i, j) += a;
     }
 
-    /// g = P hᵀ of the first `n` states, zero behind them.
+    /// g = P hᵀ of the first `n` states; what is behind them stays.
     pub(super) fn times_row(&self, n: usize, h: &Row, g: &mut Vector) {
         let n = n.min(N_MAX);
         let (mut indices, mut values) = h.as_slices();
         if indices.is_empty() {
             *g = [0.0; ROWS];
         }
-        g.iter_mut().skip(n).for_each(|g| *g = 0.0);
         let mut first = true;
         // States that follow each other cost less together.
         loop {
             let follows = |by: u8| indices.get(usize::from(by)).copied() == indices.first().map(|first| first + by);
             let done = match (indices, values) {
+                (&[k, ..], &[a, b, c, d, e, f, ..]) if (1..6).all(follows) => {
+                    self.add_block(n, k, [a, b, c, d, e, f], first, g)
+                }
                 (&[k, ..], &[a, b, c, ..]) if follows(1) && follows(2) => self.add_block(n, k, [a, b, c], first, g),
                 (&[k, ..], &[a, b, ..]) if follows(1) => self.add_block(n, k, [a, b], first, g),
                 (&[k, ..], &[a, ..]) => self.add_block(n, k, [a], first, g),
@@ -149,20 +151,8 @@ impl Covariance {
         let (gains, gs) = (gain.as_chunks::<4>().0, g.as_chunks::<4>().0);
         let (blocks, rest) = self.columns.as_chunks_mut::<4>();
         for (block, columns) in blocks.iter_mut().enumerate() {
-            let (Some(gains), Some(g)) = (gains.get(block..quads), gs.get(block)) else { return };
-            let [a, b, c, d] = columns.each_mut().map(|column| column.as_chunks_mut::<4>().0);
-            let rows = block..quads;
-            let (Some(a), Some(b), Some(c), Some(d)) =
-                (a.get_mut(rows.clone()), b.get_mut(rows.clone()), c.get_mut(rows.clone()), d.get_mut(rows))
-            else {
-                return;
-            };
-            for ((((a, b), c), d), gain) in a.iter_mut().zip(b).zip(c).zip(d).zip(gains) {
-                *a = less(*a, gain, g[0]);
-                *b = less(*b, gain, g[1]);
-                *c = less(*c, gain, g[2]);
-                *d = less(*d, gain, g[3]);
-            }
+            let (Some(gains), Some(&g)) = (gains.get(block..quads), gs.get(block)) else { return };
+            subtract(columns, block, gains, g);
         }
         if let (Some(gain), Some(g)) = (gains.get(blocks.len()..quads).and_then(<[_]>::first), gs.get(blocks.len())) {
             for (column, g) in rest.iter_mut().zip(g) {
@@ -267,6 +257,22 @@ impl Covariance {
                 full[i][j] = p;
             }
         }
+    }
+}
+
+/// Four columns of P − K gᵀ from the block `first` of four rows on. Not inlined: the loop needs all registers.
+#[inline(never)]
+fn subtract(columns: &mut [Vector; 4], first: usize, gains: &[[f64; 4]], g: [f64; 4]) {
+    let [a, b, c, d] = columns.each_mut().map(|column| column.as_chunks_mut::<4>().0);
+    for (row, gain) in (first..a.len()).zip(gains) {
+        let (Some(a), Some(b), Some(c), Some(d)) = (a.get_mut(row), b.get_mut(row), c.get_mut(row), d.get_mut(row))
+        else {
+            return;
+        };
+        *a = less(*a, gain, g[0]);
+        *b = less(*b, gain, g[1]);
+        *c = less(*c, gain, g[2]);
+        *d = less(*d, gain, g[3]);
     }
 }
 

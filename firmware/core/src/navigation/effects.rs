@@ -281,6 +281,10 @@ impl Effects {
 
 /// H → J H of a measurement of at most three scalars.
 fn turn(out: &mut Observations, by_reading: &[[f64; 3]; 3]) {
+    if let [observation] = out.as_mut_slice() {
+        observation.row.scale(by_reading[0][0]);
+        return;
+    }
     let is_diagonal = (0..3).all(|i| (0..3).all(|j| i == j || by_reading[i][j] == 0.0));
     if is_diagonal {
         for (i, observation) in out.as_mut_slice().iter_mut().enumerate().take(3) {
@@ -290,6 +294,11 @@ fn turn(out: &mut Observations, by_reading: &[[f64; 3]; 3]) {
         }
         return;
     }
+    mix(out, by_reading);
+}
+
+#[inline(never)]
+fn mix(out: &mut Observations, by_reading: &[[f64; 3]; 3]) {
     let mut rows = [Row::EMPTY; 3];
     for (row, weights) in rows.iter_mut().zip(by_reading) {
         for (weight, observation) in weights.iter().zip(out.as_slice()) {

@@ -21,17 +21,23 @@ pub(super) fn wrap_innovation(sensor: Sensor, innovation: f64) -> f64 {
 impl Navigator {
     /// Fuses one measurement and says what became of each of its scalars.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
-        let (sensor, scalars) = (measurement.sensor(), measurement.scalars());
         let mut fusions = Fusions::none();
+        self.fuse_into(measurement, &mut fusions);
+        fusions
+    }
+
+    /// The records are written where they are wanted.
+    #[inline(never)]
+    fn fuse_into(&mut self, measurement: &Measurement, fusions: &mut Fusions) {
+        let (sensor, scalars) = (measurement.sensor(), measurement.scalars());
         if !self.is_initialised() {
-            self.refuse(sensor, scalars, FusionOutcome::Invalid, &mut fusions);
-            return fusions;
+            self.refuse(sensor, scalars, FusionOutcome::Invalid, fusions);
+            return;
         }
         match self.observe(measurement) {
-            Ok(()) => self.update(sensor, &mut fusions),
-            Err(outcome) => self.refuse(sensor, scalars, outcome, &mut fusions),
+            Ok(()) => self.update(sensor, fusions),
+            Err(outcome) => self.refuse(sensor, scalars, outcome, fusions),
         }
-        fusions
     }
 
     /// Fills `observations`.

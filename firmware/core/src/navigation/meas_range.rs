@@ -17,7 +17,8 @@ pub(super) fn observe(
     config: &NavigationConfig,
     out: &mut Observations,
 ) -> Result<(), Refused> {
-    let path = Path::new(x, path, config)?;
+    let path = Path::new(x, path, config);
+    let path = path.as_ref().map_err(|refused| *refused)?;
     let gradient = by_position(path.direction());
     let noise = config.sensors.range_m * config.sensors.range_m;
     let observation = out.add(range_m - path.distance_m, noise);

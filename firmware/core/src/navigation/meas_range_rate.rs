@@ -20,7 +20,8 @@ pub(super) fn observe(
     config: &NavigationConfig,
     out: &mut Observations,
 ) -> Result<(), Refused> {
-    let path = Path::new(x, path, config)?;
+    let path = Path::new(x, path, config);
+    let path = path.as_ref().map_err(|refused| *refused)?;
     let attitude = Attitude::new(&state::attitude(&x.vehicle));
     let direction = path.direction();
     let dv = path.relative_velocity(x, &attitude);

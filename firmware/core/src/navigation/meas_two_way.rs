@@ -5,11 +5,10 @@
 //! is at the time of its reply on both ways, so that a reported ship's error is one error.
 //! Invalid when the ends coincide or the ship is not known.
 
-use super::acoustic::{Path, by_position, report_variance};
+use super::acoustic::{Gradient, Path, by_position, report_variance};
 use super::estimate::Estimate;
-use super::observation::{Observations, Refused};
-use super::{AcousticPath, NavigationConfig, ShipReport};
-use nalgebra::Vector3;
+use super::observation::{Observation, Observations, Refused};
+use super::{AcousticPath, NavigationConfig};
 
 pub(super) fn observe(
     x: &Estimate,
@@ -19,20 +18,26 @@ pub(super) fn observe(
     config: &NavigationConfig,
     out: &mut Observations,
 ) -> Result<(), Refused> {
-    let observation = out.add(range_m, config.sensors.range_m * config.sensors.range_m);
-    let (mut reported, mut by_ship): (Option<&ShipReport>, _) = (None, Vector3::zeros());
-    for path in [outward, back] {
-        let path = Path::new(x, path, config)?;
-        let gradient = by_position(path.direction() * 0.5);
-        observation.innovation -= 0.5 * path.distance_m;
-        path.add_vehicle(x, None, &gradient, observation);
-        if let Some(report) = path.add_ship(&gradient, observation) {
-            by_ship += gradient.position;
-            reported = Some(report);
-        }
-    }
-    if let Some(report) = reported {
-        observation.variance += report_variance(report, &by_position(by_ship));
+    let (outward, back) = (Path::new(x, outward, config), Path::new(x, back, config));
+    let outward = outward.as_ref().map_err(|refused| *refused)?;
+    let back = back.as_ref().map_err(|refused| *refused)?;
+    let noise = config.sensors.range_m * config.sensors.range_m;
+    let observation = out.add(range_m - 0.5 * outward.distance_m - 0.5 * back.distance_m, noise);
+    let by_outward = by_position(outward.direction() * 0.5);
+    let by_back = by_position(back.direction() * 0.5);
+    outward.add_vehicle(x, None, &by_outward, observation);
+    back.add_vehicle(x, None, &by_back, observation);
+    if outward.shares_ship(back) {
+        add_ship(outward, &by_position(by_outward.position + by_back.position), observation);
+    } else {
+        add_ship(outward, &by_outward, observation);
+        add_ship(back, &by_back, observation);
     }
     Ok(())
+}
+
+fn add_ship(path: &Path<'_>, by: &Gradient, observation: &mut Observation) {
+    if let Some(report) = path.add_ship(by, observation) {
+        observation.variance += report_variance(report, by);
+    }
 }

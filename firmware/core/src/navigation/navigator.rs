@@ -166,6 +166,7 @@ impl Navigator {
         self.x.vehicle = initial.state;
         self.x.wrap_heading();
         self.p.set_vehicle(initial.sigma.as_slice());
+        self.w = [0.0; ROWS];
         for (at, state) in (EFFECTS..).zip(states.iter()) {
             self.x.set_tail(at, &[self.config.effects.get(state.parameter)]);
             self.p.set_diagonal(at, &[state.initial_sigma]);
