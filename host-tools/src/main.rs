@@ -3,6 +3,7 @@
 mod board;
 mod check;
 mod console;
+mod identify;
 mod mission;
 mod navigate;
 mod params;
@@ -21,6 +22,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Navigate(navigate::Args),
+    Identify(identify::Args),
     Mission(mission::Args),
     Params(params::Args),
     Check(check::Args),
@@ -38,6 +40,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Navigate(args) => navigate::run(&args),
+        Command::Identify(args) => identify::run(&args),
         Command::Mission(args) => mission::run(&args),
         Command::Params(args) => params::run(&args),
         Command::Check(args) => check::run(&args),

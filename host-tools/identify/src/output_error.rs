@@ -10,7 +10,7 @@ use crate::estimate::Estimate;
 use crate::excitation::described;
 use crate::method::{IdentifyError, Method, Options};
 use crate::parameters::{self, D26, EXTENDED, Extended};
-use crate::simulation::{self, COLUMNS, OUTPUT_STATES, OUTPUTS, Output, Sensitive, Sensitivity};
+use crate::simulation::{self, COLUMNS, OUTPUT_STATES, OUTPUTS, Output, Sensitive};
 use crate::{aid, smoothing};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::state::VehicleState;
@@ -111,15 +111,21 @@ fn evaluate(model: &VehicleModel, segment: &Segment<'_>, weights: &Output) -> Ev
     };
     for sample in segment.samples {
         let residual = simulation::residual(sample, &run.state);
-        let mut weighted: Sensitivity = run.sensitivity;
-        for (mut row, weight) in weighted.row_iter_mut().zip(weights.iter()) {
-            row *= *weight;
+        for (output, (residual, weight)) in residual.iter().zip(weights.iter()).enumerate() {
+            // One output's row of the sensitivities, contiguous: the compiler takes several elements at a time.
+            let row: [f64; COLUMNS] = core::array::from_fn(|column| run.sensitivity.data.0[column][output]);
+            for (j, (column, element)) in result.normal.data.0.iter_mut().zip(&row).enumerate() {
+                let factor = weight * element;
+                for (sum, other) in column[..=j].iter_mut().zip(&row) {
+                    *sum += factor * other;
+                }
+                result.gradient[j] += factor * residual;
+            }
         }
-        result.normal.gemm_tr(1.0, &weighted, &run.sensitivity, 1.0);
-        result.gradient.gemv_tr(1.0, &weighted, &residual, 1.0);
         result.squares += residual.component_mul(&residual);
         run.advance(model, &sample.input);
     }
+    result.normal.fill_lower_triangle_with_upper_triangle();
     result
 }
 

@@ -88,6 +88,15 @@ pub const fn half_steps(samples: usize) -> usize {
     if samples == 0 { 0 } else { STEPS * (samples - 1) + 1 }
 }
 
+/// Adds a matrix (by columns) times a vector: written out, because the library's product of such sizes takes three times as long.
+fn add_product(matrix: &[[f64; OUTPUTS]], vector: &[f64], sum: &mut [f64; OUTPUTS]) {
+    for (column, factor) in matrix.iter().zip(vector) {
+        for (sum, element) in sum.iter_mut().zip(column) {
+            *sum += element * factor;
+        }
+    }
+}
+
 /// State and sensitivity, moved together.
 #[derive(Clone, Debug)]
 pub struct Sensitive {
@@ -119,11 +128,14 @@ impl Sensitive {
             let one = SMatrix::<f64, OUTPUTS, OUTPUTS>::identity();
             let g = (one + a * (one + a * (one + a * 0.25) * (1.0 / 3.0)) * 0.5) * dt;
             let phi = one + by_output * g;
-            self.sensitivity = phi * self.sensitivity;
-            let forced = g.fixed_columns::<6>(2) * by_parameter;
-            for column in 0..EXTENDED {
-                let mut target = self.sensitivity.column_mut(column);
-                target += forced.column(column);
+            let (phi, g) = (&phi.data.0, &g.data.0);
+            for (column, target) in self.sensitivity.data.0.iter_mut().enumerate() {
+                let mut moved = [0.0; OUTPUTS];
+                add_product(phi, target, &mut moved);
+                if let Some(forcing) = by_parameter.data.0.get(column) {
+                    add_product(&g[2..], forcing, &mut moved);
+                }
+                *target = moved;
             }
             self.state = next;
         }

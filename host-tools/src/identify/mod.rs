@@ -1,0 +1,213 @@
+//! `backseat identify`: a vehicle's parameters from its log.
+
+mod outcome;
+mod page;
+mod reduced;
+mod study;
+
+use crate::console::{self, Progress};
+use anyhow::{Context, bail};
+use backseat_core::identification::Scale;
+use backseat_data::output::{self, Existing};
+use backseat_data::{VehicleFile, importers};
+use backseat_identify::{IdentificationData, Method, Options, identify, validate};
+use clap::ValueEnum;
+use outcome::{HeldOut, Outcome};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Instant;
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat identify log.csv.gz                                       automatic method, built-in vehicle as prior
+  backseat identify log.csv --method aid --vehicle prior.toml --out identified.toml
+  backseat identify log.csv --validate other.csv --report out        judged on another log, out/report.html
+  backseat identify iver_mission.log                                 surge and yaw of a log in servo counts
+  backseat identify --study --runs 10                                the ensemble table of docs/identification.md
+
+The log needs prop_rpm, fin_{top,bottom,port,starboard}_rad, roll_rad, pitch_rad, heading_rad, p_radps, q_radps, r_radps
+and dvl_{u,v,w}_mps. DVL velocity is over ground: state the water current, or identify in still water.";
+
+/// Share of the log that is fitted when nothing else is there to judge by.
+const FITTED: f64 = 0.8;
+
+/// Identify the vehicle's parameters from a log
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log with servo counts
+    #[arg(required_unless_present = "study")]
+    log: Option<PathBuf>,
+    /// How to identify
+    #[arg(long, default_value = "auto")]
+    method: Choice,
+    /// Vehicle file with the prior, TOML [default: the built-in reference vehicle]
+    #[arg(long, value_name = "V.toml")]
+    vehicle: Option<PathBuf>,
+    /// Another log to judge by [default: the last fifth of the log, held out]
+    #[arg(long, value_name = "LOG2")]
+    validate: Option<PathBuf>,
+    /// The parameter that is known: forces are not measured
+    #[arg(long, default_value = "m11")]
+    scale: Known,
+    /// Identify the cross drags d26 and d35 too (auto tries by itself)
+    #[arg(long)]
+    cross_drag: bool,
+    /// Water current north and east, m/s
+    #[arg(long, value_name = "N,E", value_delimiter = ',', allow_hyphen_values = true)]
+    current: Vec<f64>,
+    /// Write the identified vehicle, TOML
+    #[arg(long, value_name = "V.toml")]
+    out: Option<PathBuf>,
+    /// Write an HTML report (and the identified vehicle) into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Print one JSON object instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Replace results that exist
+    #[arg(long)]
+    force: bool,
+    /// Instead of a log: simulated experiments, the errors of every method over an ensemble of seeds
+    #[arg(long, conflicts_with_all = ["log", "validate", "out", "report"])]
+    study: bool,
+    /// Seeds of the study
+    #[arg(long, value_name = "N", default_value_t = 10, requires = "study")]
+    runs: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Choice {
+    /// The board's adaptive identifier as it runs under way
+    AidOnline,
+    /// Adaptive identification without delay, in several passes
+    Aid,
+    /// Nullspace least squares of the thesis
+    Nbls,
+    /// Nullspace least squares, noise taken out
+    Gtls,
+    /// Weak form with instrumental variables
+    Iv,
+    /// Prediction error, Gauss-Newton
+    OutputError,
+    /// AID, instrumental variables, output error: each only where it predicts better
+    Auto,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Known {
+    M11,
+    Beta5,
+}
+
+impl Choice {
+    const fn method(self) -> Method {
+        match self {
+            Self::AidOnline => Method::AidOnline,
+            Self::Aid => Method::Aid,
+            Self::Nbls => Method::Nbls,
+            Self::Gtls => Method::Gtls,
+            Self::Iv => Method::Iv,
+            Self::OutputError => Method::OutputError,
+            Self::Auto => Method::Auto,
+        }
+    }
+}
+
+/// Reads, identifies, judges, writes.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let Some(path) = &args.log else { return study::run(args.runs, args.json) };
+    let existing = if args.force { Existing::Replace } else { Existing::Keep };
+    let in_report = |name: &str| args.report.as_ref().map(|folder| folder.join(name));
+    let page = in_report("report.html");
+    let vehicle_path = args.out.clone().or_else(|| in_report("vehicle.toml"));
+    for path in [&page, &vehicle_path].into_iter().flatten() {
+        output::check(path, existing)?;
+    }
+    let began = Instant::now();
+    let imported = importers::read(path)?;
+    if reduced::is_for(&imported.log) {
+        return reduced::run(args, &imported, page.as_deref(), existing);
+    }
+    let declared = match &args.vehicle {
+        Some(path) => VehicleFile::read(path)?,
+        None => VehicleFile::reference(),
+    };
+    let current = current(&args.current)?;
+    let data = IdentificationData::from_log(&imported.log, current).with_context(|| path.display().to_string())?;
+    let options = options(args, &declared);
+    let other = match &args.validate {
+        Some(path) => {
+            let log = importers::read(path)?.log;
+            Some(IdentificationData::from_log(&log, current).with_context(|| path.display().to_string())?)
+        }
+        None => None,
+    };
+    let method = args.method.method();
+    let [first, rest] = data.split(FITTED);
+    // The automatic method holds the last part out by itself.
+    let fitted = if other.is_some() || method == Method::Auto { &data } else { &first };
+    let held_out = match &other {
+        Some(_) => HeldOut::Another,
+        None => HeldOut::LastPart,
+    };
+    let progress = Mutex::new(Progress::new("identify", 1000));
+    let estimate = identify(method, fitted, &declared.parameters, &options, &|share| {
+        if let Ok(mut progress) = progress.lock() {
+            progress.set((share * 1000.0) as usize);
+        }
+    })?;
+    drop(progress);
+    let judge = other.as_ref().unwrap_or(&rest);
+    let [before, after] = [&declared.parameters, &estimate.vehicle].map(|vehicle| validate(vehicle, judge));
+    let mut identified = declared.clone();
+    identified.parameters = estimate.vehicle;
+    identified.name = format!("{}-identified", declared.name);
+    let outcome = Outcome {
+        log: path,
+        format: imported.format,
+        estimate: &estimate,
+        before,
+        after,
+        held_out,
+        judge,
+        declared: &declared,
+        wall_s: began.elapsed().as_secs_f64(),
+    };
+    if let Some(folder) = &args.report {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    if let Some(path) = &vehicle_path {
+        identified.write(path, &outcome.source(), existing)?;
+    }
+    if let Some(path) = &page {
+        let html = page::html(&outcome);
+        output::write(path, existing, |file| file.write_all(html.as_bytes()))?;
+    }
+    let written: [Option<&Path>; 2] = [vehicle_path.as_deref(), page.as_deref()];
+    let text = if args.json { outcome.json(written) } else { outcome.text(written) };
+    console::print(text.as_bytes())
+}
+
+fn current(given: &[f64]) -> anyhow::Result<[f64; 2]> {
+    match given {
+        [] => Ok([0.0; 2]),
+        [north, east] if north.is_finite() && east.is_finite() => Ok([*north, *east]),
+        _ => bail!("--current takes two numbers, north and east in m/s"),
+    }
+}
+
+fn options(args: &Args, declared: &VehicleFile) -> Options {
+    let sensors = &declared.sensors;
+    let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
+    Options {
+        scale: match args.scale {
+            Known::M11 => Scale::M11,
+            Known::Beta5 => Scale::Beta5,
+        },
+        velocity_noise: [dvl, dvl, dvl, rates, rates, rates],
+        roll_pitch_noise_rad: sensors.attitude_rad,
+        cross_drag: args.cross_drag,
+        ..Options::DEFAULT
+    }
+}

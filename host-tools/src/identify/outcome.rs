@@ -1,0 +1,157 @@
+//! What an identification gave, as JSON and for the eye.
+
+use backseat_core::identification::Visibility;
+use backseat_data::VehicleFile;
+use backseat_identify::validation::COLUMNS;
+use backseat_identify::{Estimate, IdentificationData, Validation};
+use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// What the estimate is judged on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeldOut {
+    /// The last fifth of the log.
+    LastPart,
+    /// Another log.
+    Another,
+}
+
+/// Everything there is to say.
+pub struct Outcome<'a> {
+    pub log: &'a Path,
+    pub format: &'static str,
+    pub estimate: &'a Estimate,
+    pub before: Option<Validation>,
+    pub after: Option<Validation>,
+    pub held_out: HeldOut,
+    pub judge: &'a IdentificationData,
+    pub declared: &'a VehicleFile,
+    pub wall_s: f64,
+}
+
+impl HeldOut {
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::LastPart => "the last fifth of the log, held out",
+            Self::Another => "the other log",
+        }
+    }
+}
+
+/// One word for what the motion shows of a parameter.
+pub const fn seen(visibility: Visibility) -> &'static str {
+    match visibility {
+        Visibility::Known => "known",
+        Visibility::Frozen => "not seen",
+        Visibility::Collinear => "collinear",
+        Visibility::Separate => "seen",
+    }
+}
+
+impl Outcome<'_> {
+    /// First lines of the vehicle file.
+    pub fn source(&self) -> String {
+        let name = self.log.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy());
+        format!(
+            "Identified by `backseat identify --method {}` from {name}; prior: {}.\nWhat was not seen is as declared.",
+            self.estimate.method, self.declared.name
+        )
+    }
+
+    pub fn json(&self, [vehicle_file, report]: [Option<&Path>; 2]) -> String {
+        let mut parameters = Map::new();
+        for parameter in &self.estimate.parameters {
+            parameters.insert(
+                parameter.name.to_owned(),
+                json!({"value": parameter.value, "ci95": parameter.ci95, "prior": parameter.prior, "unit": parameter.unit,
+                    "seen": seen(parameter.visibility)}),
+            );
+        }
+        let columns = |validation: &Option<Validation>| {
+            validation.map_or(Value::Null, |validation| {
+                let pairs = COLUMNS.iter().zip(validation.mean_absolute);
+                Value::Object(pairs.map(|(name, value)| ((*name).to_owned(), json!(value))).collect())
+            })
+        };
+        let path = |path: Option<&Path>| path.map(|path| path.display().to_string());
+        let unseen: Vec<Value> = self
+            .estimate
+            .unseen
+            .iter()
+            .map(|unseen| json!({"parameter": unseen.name, "manoeuvre": unseen.manoeuvre}))
+            .collect();
+        let steps: Vec<Value> = self
+            .estimate
+            .steps
+            .iter()
+            .map(|step| {
+                json!({"what": step.what, "held_out_before": step.held_out[0], "held_out_after": step.held_out[1],
+                    "standard_error": step.standard_error, "accepted": step.accepted})
+            })
+            .collect();
+        let object = json!({
+            "method": self.estimate.method.name(),
+            "parameters": parameters,
+            "validation": columns(&self.after),
+            "validation_before": columns(&self.before),
+            "validated_on": self.held_out.text(),
+            "collinear": self.estimate.collinear,
+            "not_seen": unseen,
+            "steps": steps,
+            "notes": self.estimate.notes,
+            "vehicle_file": path(vehicle_file),
+            "report": path(report),
+            "wall_s": self.wall_s,
+        });
+        format!("{object}\n")
+    }
+
+    pub fn text(&self, [vehicle_file, report]: [Option<&Path>; 2]) -> String {
+        let mut out = String::new();
+        let _ = writeln!(out, "{} ({}), method {}", self.log.display(), self.format, self.estimate.method);
+        for note in &self.estimate.notes {
+            let _ = writeln!(out, "note: {note}");
+        }
+        let _ = writeln!(out, "\n{:<6} {:>12} {:>12} {:>25}  seen        unit", "", "declared", "identified", "95 %");
+        for p in &self.estimate.parameters {
+            let interval = p.ci95.map_or_else(String::new, |[low, high]| format!("{low:.6} to {high:.6}"));
+            let _ = writeln!(
+                out,
+                "{:<6} {:>12.6} {:>12.6} {interval:>25}  {:<10}  {}",
+                p.name,
+                p.prior,
+                p.value,
+                seen(p.visibility),
+                p.unit
+            );
+        }
+        for unseen in &self.estimate.unseen {
+            let _ = writeln!(out, "{} is not seen; it would be in: {}", unseen.name, unseen.manoeuvre);
+        }
+        for step in &self.estimate.steps {
+            let verdict = if step.accepted { "taken" } else { "left" };
+            let [before, after] = step.held_out;
+            let _ = writeln!(out, "{:<30} held-out error {before:.4} to {after:.4}: {verdict}", step.what);
+        }
+        if let (Some(before), Some(after)) = (self.before, self.after) {
+            let _ = writeln!(
+                out,
+                "\nmean absolute error of {:.0} s predicted open loop on {} (sensor noise included)",
+                after.duration_s,
+                self.held_out.text()
+            );
+            let _ = writeln!(out, "{:<12} {:>10} {:>10}", "", "declared", "identified");
+            for ((name, before), after) in COLUMNS.iter().zip(before.mean_absolute).zip(after.mean_absolute) {
+                let _ = writeln!(out, "{name:<12} {before:>10.5} {after:>10.5}");
+            }
+        }
+        for (what, path) in [("vehicle file", vehicle_file), ("report", report)] {
+            if let Some(path) = path {
+                let _ = writeln!(out, "{what:<13} {}", path.display());
+            }
+        }
+        let _ = writeln!(out, "time          {:.1} s", self.wall_s);
+        out
+    }
+}
