@@ -263,12 +263,8 @@ impl Covariance {
 /// Four columns of P − K gᵀ from the block `first` of four rows on. Not inlined: the loop needs all registers.
 #[inline(never)]
 fn subtract(columns: &mut [Vector; 4], first: usize, gains: &[[f64; 4]], g: [f64; 4]) {
-    let [a, b, c, d] = columns.each_mut().map(|column| column.as_chunks_mut::<4>().0);
-    for (row, gain) in (first..a.len()).zip(gains) {
-        let (Some(a), Some(b), Some(c), Some(d)) = (a.get_mut(row), b.get_mut(row), c.get_mut(row), d.get_mut(row))
-        else {
-            return;
-        };
+    let [a, b, c, d] = columns.each_mut().map(|column| column.as_chunks_mut::<4>().0.iter_mut().skip(first));
+    for ((((a, b), c), d), gain) in a.zip(b).zip(c).zip(d).zip(gains) {
         *a = less(*a, gain, g[0]);
         *b = less(*b, gain, g[1]);
         *c = less(*c, gain, g[2]);
