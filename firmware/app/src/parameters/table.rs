@@ -3,6 +3,7 @@
 use super::settings::{AhrsProtocol, AttitudeSource, ControlMode, DvlSource};
 use super::{Kind, Parameter};
 use backseat_core::control::{AllocationMethod, ControlLaw};
+use backseat_core::effects::{self, ParameterId, ParameterKind};
 use backseat_core::identification::Scale;
 use backseat_core::navigation::ProcessModel;
 use backseat_wire::iver::LengthUnit;
@@ -45,6 +46,46 @@ macro_rules! whole {
         }
     };
 }
+
+/// Name of an effect's parameter: `effects.`, the effect, a dot, the parameter.
+const fn effect_name<const LENGTH: usize>(id: ParameterId) -> [u8; LENGTH] {
+    let parts = [b"effects.", id.effect().name.as_bytes(), b".", id.info().name.as_bytes()];
+    let (mut name, mut at, mut part) = ([0; LENGTH], 0, 0);
+    while part < parts.len() {
+        let mut i = 0;
+        while i < parts[part].len() {
+            name[at] = parts[part][i];
+            (at, i) = (at + 1, i + 1);
+        }
+        part += 1;
+    }
+    name
+}
+
+/// A parameter of the effect catalogue, by its place there.
+macro_rules! effect {
+    ($place:literal) => {{
+        const ID: ParameterId = ParameterId::at($place);
+        const LENGTH: usize = "effects.".len() + ID.effect().name.len() + 1 + ID.info().name.len();
+        const NAME: [u8; LENGTH] = effect_name(ID);
+        Parameter {
+            name: match core::str::from_utf8(&NAME) {
+                Ok(name) => name,
+                Err(_) => "",
+            },
+            unit: ID.info().unit,
+            kind: if matches!(ID.info().kind, ParameterKind::Fin) { Kind::Whole } else { Kind::Real },
+            // zero is no effect
+            min: ID.info().min.min(0.0),
+            max: ID.info().max,
+            description: ID.effect().equations,
+            under_way: false,
+            get: |s| s.navigation.effects.get(ID),
+            set: |s, value| s.navigation.effects.set(ID, value),
+        }
+    }};
+}
+const _: () = assert!(effects::PARAMETERS == 37, "the table below lists the parameters of the catalogue by place");
 
 /// One of several, by number; `live` ones may change while a mission runs.
 macro_rules! choice {
@@ -153,6 +194,11 @@ pub static PARAMETERS: &[Parameter] = &[
     real!("sensors.range_rate_mps", "m/s", 0.001, 10.0, "one sigma", navigation.sensors.range_rate_mps),
     real!("sensors.gnss_m", "m", 0.01, 100.0, "one sigma", navigation.sensors.gnss_m),
     real!("sensors.ship_gnss_m", "m", 0.01, 100.0, "one sigma", navigation.sensors.ship_gnss_m),
+    // [effects]
+    effect!(0), effect!(1), effect!(2), effect!(3), effect!(4), effect!(5), effect!(6), effect!(7), effect!(8), effect!(9),
+    effect!(10), effect!(11), effect!(12), effect!(13), effect!(14), effect!(15), effect!(16), effect!(17), effect!(18),
+    effect!(19), effect!(20), effect!(21), effect!(22), effect!(23), effect!(24), effect!(25), effect!(26), effect!(27),
+    effect!(28), effect!(29), effect!(30), effect!(31), effect!(32), effect!(33), effect!(34), effect!(35), effect!(36),
     // filter
     choice!("app.process_model", "0 dynamic, 1 kinematic", navigation.process_model, [ProcessModel::Dynamic, ProcessModel::Kinematic]),
     flag!("app.current_state", "estimate the water current", app.current_state),
@@ -207,7 +253,7 @@ pub static PARAMETERS: &[Parameter] = &[
     choice!("app.adapt_scale", "known parameter that fixes the scale: 0 inertia.m_diag[0], 1 propeller.beta5", app.adapt_scale, [Scale::M11, Scale::Beta5]),
     real!(live "app.adapt_settle_s", "s", 60.0, 100000.0, "time of adaptation before an estimate is tried", app.adapt_settle_s),
     flag!(live "app.adopt", "use identified parameters that have predicted better than those in use", app.adopt),
-    real!(live "app.adopt_window_s", "s", 200.0, 100000.0, "time over which parameters are compared before a verdict", app.adopt_window_s),
+    real!(live "app.adopt_window_s", "s", 150.0, 100000.0, "time over which parameters are compared before a verdict", app.adopt_window_s),
     // frontseat
     real!(live "app.compass_rate_hz", "Hz", 0.0, 10.0, "compass (and depth) requests per second", app.compass_rate_hz),
     real!(live "app.status_rate_hz", "Hz", 0.0, 10.0, "state requests per second", app.status_rate_hz),

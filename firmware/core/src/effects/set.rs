@@ -31,17 +31,31 @@ impl ParameterId {
         parameters().find(|id| id.effect().name == effect && id.info().name == parameter)
     }
 
+    /// By its place among all parameters of the catalogue; the last one beyond.
+    #[must_use]
+    pub const fn at(place: usize) -> Self {
+        let mut effect = 0;
+        while effect + 1 < CATALOGUE.len() && OFFSETS[effect + 1] <= place {
+            effect += 1;
+        }
+        let parameter = place - OFFSETS[effect];
+        let last = CATALOGUE[effect].parameters.len() - 1;
+        Self { effect: effect as u8, parameter: if parameter < last { parameter } else { last } as u8 }
+    }
+
     /// The entry it belongs to.
     #[must_use]
-    pub fn effect(self) -> &'static EffectInfo {
-        &CATALOGUE[usize::from(self.effect).min(CATALOGUE.len() - 1)]
+    pub const fn effect(self) -> &'static EffectInfo {
+        let last = CATALOGUE.len() - 1;
+        &CATALOGUE[if (self.effect as usize) < last { self.effect as usize } else { last }]
     }
 
     /// What it is.
     #[must_use]
-    pub fn info(self) -> &'static ParameterInfo {
+    pub const fn info(self) -> &'static ParameterInfo {
         let parameters = self.effect().parameters;
-        parameters.get(usize::from(self.parameter)).unwrap_or(&parameters[0])
+        let last = parameters.len() - 1;
+        &parameters[if (self.parameter as usize) < last { self.parameter as usize } else { last }]
     }
 
     /// Place of its entry in the catalogue.
@@ -195,6 +209,7 @@ mod tests {
         assert_eq!(parameters().count(), PARAMETERS);
         for id in parameters() {
             assert_eq!(ParameterId::find(id.effect().name, id.info().name), Some(id));
+            assert_eq!(ParameterId::at(id.place()), id);
             let mut set = EffectSet::NONE;
             set.set(id, id.info().max);
             assert_eq!(set.get(id), id.info().max);

@@ -67,6 +67,7 @@ impl FilterOptions {
                 process_noise,
                 surface: Some(surface),
                 sensors: vehicle.sensors,
+                effects: vehicle.effects.set,
                 ..NavigationConfig::REFERENCE
             },
             use_dvl: true,

@@ -15,6 +15,8 @@ use std::path::Path;
 const RAD_PER_DEG: f64 = PI / 180.0;
 const MPS_PER_KNOT: f64 = 1852.0 / 3600.0;
 const M_PER_FOOT: f64 = 0.3048;
+/// Count of a centred servo and of a stopped motor (the frontseat's 0x80).
+const SERVO_MIDDLE: f64 = 128.0;
 
 /// Which of the two writings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,12 +38,14 @@ enum Role {
     Satellites,
     /// A number for the log: column and factor.
     Sample(Column),
+    /// A servo's count, from the middle of its byte.
+    Count(Column),
 }
 
 /// Name, role, factor to the log's unit.
 type Known = (&'static str, Role, f64);
 
-const NATIVE: [Known; 11] = [
+const NATIVE: [Known; 13] = [
     ("Latitude", Role::LatitudeDeg, 1.0),
     ("Longitude", Role::LongitudeDeg, 1.0),
     ("Time", Role::TimeOfDay, 1.0),
@@ -53,9 +57,11 @@ const NATIVE: [Known; 11] = [
     ("DFS Depth (m)", Role::Sample(Column::Depth), 1.0),
     ("DFS Depth (ft)", Role::Sample(Column::Depth), M_PER_FOOT),
     ("Vehicle Speed (kn)", Role::Sample(Column::SpeedLog), MPS_PER_KNOT),
+    ("Motor Speed CMD", Role::Count(Column::PropCount), 1.0),
+    ("Fin Yaw T", Role::Count(Column::YawFinCount), 1.0),
 ];
 
-const RENAMED: [Known; 10] = [
+const RENAMED: [Known; 12] = [
     ("t_s", Role::Seconds, 1.0),
     ("north_m", Role::Sample(Column::GpsX), 1.0),
     ("east_m", Role::Sample(Column::GpsY), 1.0),
@@ -66,11 +72,12 @@ const RENAMED: [Known; 10] = [
     ("roll_deg", Role::Sample(Column::Roll), RAD_PER_DEG),
     ("depth_m", Role::Sample(Column::Depth), 1.0),
     ("speed_log_mps", Role::Sample(Column::SpeedLog), 1.0),
+    ("motor_cmd", Role::Count(Column::PropCount), 1.0),
+    ("fin_yaw_t", Role::Count(Column::YawFinCount), 1.0),
 ];
 
 /// Columns that look useful and are not, with the reason.
-const DROPPED: [(&str, &str); 8] = [
-    ("motor", "servo counts: propeller speed per count unknown"),
+const DROPPED: [(&str, &str); 7] = [
     ("fin", "servo counts: angle per count and sign unknown"),
     ("magnetic", "the true heading is there"),
     ("mag_", "the true heading is there"),
@@ -232,6 +239,9 @@ impl<'a> Importer<'a> {
                         Role::Sample(column) => {
                             row.set(*column, value.unwrap_or(f64::NAN));
                         }
+                        Role::Count(column) => {
+                            row.set(*column, value.map_or(f64::NAN, |count| count - SERVO_MIDDLE));
+                        }
                         Role::TimeOfDay | Role::Date => {}
                     }
                 }
@@ -343,7 +353,8 @@ mod tests {
         assert_eq!(imported.log.rows[2].gnss_m(), Some([0.1, 2.1]));
         assert_eq!(imported.log.rows[1].get(Column::Depth), None);
         let notes = imported.log.notes.join("\n");
-        for part in ["recognised: t_s", "motor_cmd (servo counts", "fin_yaw_t (servo", "power_W (not part"] {
+        assert_eq!(imported.log.rows[0].get(Column::PropCount), Some(32.0));
+        for part in ["recognised: t_s", "motor_cmd", "fin_yaw_t", "power_W (not part"] {
             assert!(notes.contains(part), "{part} in {notes}");
         }
         let positions = dead_reckoning::run(&imported.log, Method::HeadingSpeed).unwrap();

@@ -60,11 +60,15 @@ pub enum Column {
     WaterDensity,
     /// Sound speed, m/s.
     SoundSpeed,
+    /// Propeller command of a log that states it in servo counts (importers), from stop, positive ahead.
+    PropCount,
+    /// Yaw fin command of such a log, servo counts from the middle of their range.
+    YawFinCount,
 }
 
 impl Column {
     /// Number of columns beside the time.
-    pub const COUNT: usize = Self::SoundSpeed as usize + 1;
+    pub const COUNT: usize = Self::YawFinCount as usize + 1;
 
     /// All columns in the order of a written log.
     pub const ALL: [Self; Self::COUNT] = [
@@ -96,6 +100,8 @@ impl Column {
         Self::SpeedLog,
         Self::WaterDensity,
         Self::SoundSpeed,
+        Self::PropCount,
+        Self::YawFinCount,
     ];
 
     /// Columns written by [`LogWriter`](super::LogWriter) when nothing else is asked for: all
@@ -134,6 +140,8 @@ impl Column {
             Self::SpeedLog => "speed_log_mps",
             Self::WaterDensity => "water_density_kg_per_m3",
             Self::SoundSpeed => "sound_speed_mps",
+            Self::PropCount => "prop_count",
+            Self::YawFinCount => "fin_yaw_count",
         }
     }
 

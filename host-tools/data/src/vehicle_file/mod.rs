@@ -2,13 +2,15 @@
 //!
 //! Sections and keys are those of `vehicles/iver3.toml`. `[noise]` and `[sensors]`, any key in them and
 //! `fins.stall_rad` may be left out; the values of that file then hold. Every other key must be there, and no
-//! other may. A section `[app]` is passed over: it is the board's ([`BoardFile`]).
+//! other may. `[effects.NAME]` tables hold effects of the catalogue ([`VehicleEffects`]). A section `[app]` is passed over: it is the board's ([`BoardFile`]).
 
 mod board;
+mod effects;
 mod read;
 mod schema;
 
 pub use board::{BoardFile, BoardParameter};
+pub use effects::VehicleEffects;
 
 use crate::DataError;
 use crate::output::{self, Existing};
@@ -32,6 +34,8 @@ pub struct VehicleFile {
     pub noise: ProcessNoise,
     /// One-sigma noise of the sensors.
     pub sensors: SensorNoise,
+    /// What it does beyond what is declared.
+    pub effects: VehicleEffects,
 }
 
 impl VehicleFile {
@@ -81,6 +85,7 @@ impl VehicleFile {
                 let _ = writeln!(text, "{} = {}  # {}", field.key, self.value_text(field), self.comment(field));
             }
         }
+        text.push_str(&self.effects.to_toml());
         text
     }
 
@@ -101,6 +106,7 @@ impl VehicleFile {
         for field in &FIELDS {
             pairs.extend((0..field.shape.len()).map(|index| (field.dotted(index), *(field.slot)(&mut file, index))));
         }
+        pairs.extend(self.effects.flatten());
         pairs
     }
 
@@ -112,6 +118,10 @@ impl VehicleFile {
         let mut file = self.clone();
         for (key, value) in pairs {
             let key = key.as_ref();
+            if let Some(applied) = file.effects.apply(key, value) {
+                applied?;
+                continue;
+            }
             let (field, index) = find(key).ok_or_else(|| format!("unknown parameter {key}"))?;
             *(field.slot)(&mut file, index) = value;
         }
@@ -190,6 +200,42 @@ mod tests {
         let text = file.to_toml("identified\nfrom a log");
         assert!(text.starts_with("# identified\n# from a log\n"));
         assert_eq!(VehicleFile::parse(&text, Path::new("v.toml")).unwrap(), file);
+    }
+
+    #[test]
+    fn effects_are_written_read_and_named() {
+        let text = format!(
+            "{REFERENCE}\n[effects.water_current]\nnorth_mps = {{ value = 0.12, ci95 = [0.1, 0.14] }}\neast_mps = -0.05\n\
+             [effects.fin_stuck]\nfin = \"port\"\nrad = 0.05\ntime_s = 1200\n"
+        );
+        let file = VehicleFile::parse(&text, Path::new("v.toml")).unwrap();
+        let present: Vec<_> = file.effects.set.active().map(|(_, info, values)| (info.name, values.to_vec())).collect();
+        assert_eq!(present, [("water_current", vec![0.12, -0.05]), ("fin_stuck", vec![3.0, 0.05, 1200.0])]);
+        assert_eq!(file.effects.ci95[0].1, [0.1, 0.14]);
+        assert_eq!(VehicleFile::parse(&file.to_toml("again"), Path::new("v.toml")).unwrap(), file);
+        let mut other = VehicleFile::reference();
+        other.apply([("effects.dvl_scale.ratio", 0.01)]).unwrap();
+        other.apply(file.flatten()).unwrap();
+        assert_eq!(other.effects.set, file.effects.set);
+        assert!(other.apply([("effects.dvl_scale.ratio", 2.0)]).unwrap_err().contains("-0.1 to 0.1"));
+    }
+
+    #[test]
+    fn wrong_effects_are_refused_where_they_stand() {
+        let line = REFERENCE.lines().count() + 2;
+        for (effect, line, words) in [
+            ("[effects.water_curent]\nnorth_mps = 0.1", line, "unknown effect water_curent"),
+            ("[effects.dvl_scale]\nscale = 0.1", line + 1, "unknown key scale in [effects.dvl_scale]; it has ratio"),
+            ("[effects.dvl_scale]\nratio = 0.5", line + 1, "effects.dvl_scale.ratio: 0.5 is outside -0.1 to 0.1"),
+            ("[effects.dvl_scale]\nratio = \"1\"", line + 1, "expected a number"),
+            ("[effects.water_current]\nnorth_mps = 0.1", line, "lacks east_mps (m/s)"),
+            ("[effects.fin_bias]\nrad = 0.1\nfin = \"left\"", line + 2, "left is none of top, bottom, port, starboard"),
+            ("[effects.dvl_scale]\nratio = { value = 0.0, ci95 = [1, 0] }", line + 1, "ci95 is low, high"),
+        ] {
+            let text = format!("{REFERENCE}\n{effect}\n");
+            let error = VehicleFile::parse(&text, Path::new("v.toml")).unwrap_err().to_string();
+            assert!(error.contains(words) && error.contains(&format!("v.toml:{line}:")), "{effect}: {error}");
+        }
     }
 
     #[test]

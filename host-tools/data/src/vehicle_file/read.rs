@@ -1,6 +1,7 @@
 //! Parsing: every complaint names line, column and what was expected.
 
 use super::VehicleFile;
+use super::effects::{self, VehicleEffects};
 use super::schema::{self, BOARD_SECTION, FIELDS, Field, OPTIONAL, SECTIONS, Shape};
 use crate::DataError;
 use backseat_core::dynamics::VehicleParameters;
@@ -13,16 +14,16 @@ use toml::de::{DeTable, DeValue};
 /// Names the fins must have, if they are named.
 const FIN_NAMES: [&str; 4] = ["top", "bottom", "port", "starboard"];
 
-type Value<'i> = Spanned<DeValue<'i>>;
+pub(super) type Value<'i> = Spanned<DeValue<'i>>;
 
 /// A text with its origin, to say where in it something is wrong.
-struct Source<'a> {
+pub(super) struct Source<'a> {
     text: &'a str,
     path: &'a Path,
 }
 
 impl Source<'_> {
-    fn error(&self, span: Range<usize>, message: impl Into<String>) -> DataError {
+    pub(super) fn error(&self, span: Range<usize>, message: impl Into<String>) -> DataError {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
         let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
@@ -47,7 +48,7 @@ impl Source<'_> {
         array.iter().enumerate().try_for_each(|(index, value)| self.flatten(format!("{name}[{index}]"), value, into))
     }
 
-    fn number(&self, value: &Value<'_>, name: &str) -> Result<f64, DataError> {
+    pub(super) fn number(&self, value: &Value<'_>, name: &str) -> Result<f64, DataError> {
         let parsed = match value.get_ref() {
             DeValue::Float(float) => float.as_str().parse().ok(),
             DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64),
@@ -59,7 +60,12 @@ impl Source<'_> {
         parsed.ok_or_else(|| self.error(value.span(), format!("{name}: not a number that fits")))
     }
 
-    fn array<'v, 'i>(&self, value: &'v Value<'i>, length: usize, name: &str) -> Result<&'v [Value<'i>], DataError> {
+    pub(super) fn array<'v, 'i>(
+        &self,
+        value: &'v Value<'i>,
+        length: usize,
+        name: &str,
+    ) -> Result<&'v [Value<'i>], DataError> {
         let expected = format!("{name}: expected an array of {length}");
         match value.get_ref() {
             DeValue::Array(array) if array.len() == length => Ok(array),
@@ -123,7 +129,7 @@ impl Source<'_> {
     }
 }
 
-fn kind(value: &DeValue<'_>) -> &'static str {
+pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "a text",
         DeValue::Integer(_) | DeValue::Float(_) => "a number",
@@ -163,10 +169,11 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<VehicleFile, DataError> {
         parameters: VehicleParameters::IVER3,
         noise: ProcessNoise::DYNAMIC,
         sensors: NavigationConfig::REFERENCE.sensors,
+        effects: VehicleEffects::default(),
     };
     let sections = || SECTIONS.map(|(name, ..)| format!("[{name}]")).join(", ");
     for (key, value) in root {
-        let known = SECTIONS.iter().any(|(name, ..)| name == key.get_ref());
+        let known = key.get_ref() == effects::SECTION || SECTIONS.iter().any(|(name, ..)| name == key.get_ref());
         if key.get_ref() == BOARD_SECTION {
             continue;
         }
@@ -209,6 +216,9 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<VehicleFile, DataError> {
             "fins" => table.get("names").map_or(Ok(()), |names| source.fin_names(names))?,
             _ => {}
         }
+    }
+    if let Some(table) = root.get(effects::SECTION).and_then(|value| value.get_ref().as_table()) {
+        file.effects = VehicleEffects::parse(&source, table)?;
     }
     match schema::first_outside(&file) {
         None => Ok(file),

@@ -1,0 +1,143 @@
+//! `[effects]`: what the vehicle and its sensors do beyond what the other sections declare.
+//!
+//! One table an effect of the catalogue, its parameters as keys: a number, or `{ value = …, ci95 = [low, high] }` where an
+//! interval is known; a fin by its name.
+
+use super::read::{Source, Value, kind};
+use crate::DataError;
+use backseat_core::effects::{
+    CATALOGUE, EffectSet, FIN_NAMES, ParameterId, ParameterInfo, ParameterKind, fin_index, fin_value, find, parameters,
+};
+use std::fmt::Write as _;
+use toml::de::{DeTable, DeValue};
+
+/// The section's name.
+pub(super) const SECTION: &str = "effects";
+
+/// The effects of a vehicle file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VehicleEffects {
+    /// Their values.
+    pub set: EffectSet,
+    /// 95 % intervals of those that have one.
+    pub ci95: Vec<(ParameterId, [f64; 2])>,
+}
+
+impl VehicleEffects {
+    pub(super) fn parse(source: &Source<'_>, table: &DeTable<'_>) -> Result<Self, DataError> {
+        let mut effects = Self::default();
+        for (name, value) in table {
+            let Some(info) = find(name.get_ref()) else {
+                let known: Vec<_> = CATALOGUE.iter().map(|info| info.name).collect();
+                let message = format!("unknown effect {}; known are {}", name.get_ref(), known.join(", "));
+                return Err(source.error(name.span(), message));
+            };
+            let Some(table) = value.get_ref().as_table() else {
+                let message = format!("{SECTION}.{}: expected a table, found {}", info.name, kind(value.get_ref()));
+                return Err(source.error(value.span(), message));
+            };
+            for (key, value) in table {
+                let Some(id) = ParameterId::find(info.name, key.get_ref()) else {
+                    let known: Vec<_> = info.parameters.iter().map(|parameter| parameter.name).collect();
+                    let (key_name, known) = (key.get_ref(), known.join(", "));
+                    let message = format!("unknown key {key_name} in [{SECTION}.{}]; it has {known}", info.name);
+                    return Err(source.error(key.span(), message));
+                };
+                effects.read(source, id, value)?;
+            }
+            if let Some(missing) = info.parameters.iter().find(|parameter| !table.contains_key(parameter.name)) {
+                let message = format!("[{SECTION}.{}] lacks {} ({})", info.name, missing.name, missing.unit);
+                return Err(source.error(name.span(), message));
+            }
+        }
+        effects.ci95.sort_by_key(|(id, _)| id.place());
+        Ok(effects)
+    }
+
+    fn read(&mut self, source: &Source<'_>, id: ParameterId, value: &Value<'_>) -> Result<(), DataError> {
+        let name = dotted(id);
+        let ParameterInfo { min, max, unit, kind: meaning, .. } = *id.info();
+        let (value, interval) = match value.get_ref() {
+            DeValue::Table(table) => {
+                if let Some(key) = table.keys().find(|key| !["value", "ci95"].contains(&key.get_ref().as_ref())) {
+                    let message = format!("unknown key {} in {name}; it has value, ci95", key.get_ref());
+                    return Err(source.error(key.span(), message));
+                }
+                let lacks = || source.error(value.span(), format!("{name} lacks value ({unit})"));
+                (table.get("value").ok_or_else(lacks)?, table.get("ci95"))
+            }
+            _ => (value, None),
+        };
+        let number = match value.get_ref() {
+            DeValue::String(fin) if meaning == ParameterKind::Fin => fin_value(fin).ok_or_else(|| {
+                source.error(value.span(), format!("{name}: {fin} is none of {}", FIN_NAMES.join(", ")))
+            })?,
+            _ => source.number(value, &name)?,
+        };
+        if !id.info().admits(number) {
+            return Err(source.error(value.span(), format!("{name}: {number} is outside {min} to {max} ({unit})")));
+        }
+        self.set.set(id, number);
+        if let Some(interval) = interval {
+            let mut limits = [0.0; 2];
+            for (limit, value) in limits.iter_mut().zip(source.array(interval, 2, &name)?) {
+                *limit = source.number(value, &name)?;
+            }
+            if limits[0].is_nan() || limits[1].is_nan() || limits[0] > limits[1] {
+                return Err(source.error(interval.span(), format!("{name}: ci95 is low, high")));
+            }
+            self.ci95.push((id, limits));
+        }
+        Ok(())
+    }
+
+    /// The section's text; empty without effects.
+    pub(super) fn to_toml(&self) -> String {
+        let mut text = String::new();
+        for (index, info, _) in self.set.active() {
+            let _ = writeln!(text, "\n[{SECTION}.{}]  # {}", info.name, info.equations);
+            for id in parameters().filter(|id| id.effect_index() == index) {
+                let ParameterInfo { name, unit, min, max, kind, .. } = *id.info();
+                let value = self.set.get(id);
+                let number = match fin_index(value).filter(|_| kind == ParameterKind::Fin) {
+                    Some(fin) => format!("{:?}", FIN_NAMES[fin]),
+                    None => format!("{value:?}"),
+                };
+                let value = match self.ci95.iter().find(|(of, _)| *of == id) {
+                    Some((_, [low, high])) => format!("{{ value = {number}, ci95 = [{low:?}, {high:?}] }}"),
+                    None => number,
+                };
+                let range = match kind {
+                    ParameterKind::Fin => FIN_NAMES.join(", "),
+                    _ => format!("{} to {}", super::short(min), super::short(max)),
+                };
+                let _ = writeln!(text, "{name} = {value}  # {unit}; {range}");
+            }
+        }
+        text
+    }
+
+    /// Sets one value by its dotted name; `None`: there is none of that name.
+    pub(super) fn apply(&mut self, name: &str, value: f64) -> Option<Result<(), String>> {
+        let id = parameters().find(|id| dotted(*id) == name)?;
+        let ParameterInfo { min, max, unit, .. } = *id.info();
+        if !id.info().admits(value) {
+            return Some(Err(format!("{name}: {value} is outside {min} to {max} ({unit})")));
+        }
+        if self.set.get(id) != value {
+            self.ci95.retain(|(of, _)| *of != id);
+        }
+        self.set.set(id, value);
+        Some(Ok(()))
+    }
+
+    /// Every value under its dotted name, those of absent effects as well: a board forgets an effect by its zeros.
+    pub(super) fn flatten(&self) -> impl Iterator<Item = (String, f64)> + '_ {
+        parameters().map(|id| (dotted(id), self.set.get(id)))
+    }
+}
+
+/// `effects.water_current.north_mps`.
+fn dotted(id: ParameterId) -> String {
+    format!("{SECTION}.{}.{}", id.effect().name, id.info().name)
+}
