@@ -18,7 +18,7 @@ fn main() {
             spec.dvl = !has("nodvl");
             if has("col") { spec.noise = hil_sim::noise::NoiseKind::Coloured; }
             let d = dataset::simulate(&spec, seed);
-            for e in &d.effects { print!("{} {:.5?} ", e.kind().name, e.values()); }
+            for e in &d.effects { print!("{:?} ", e); }
             d.log
         };
         let t = std::time::Instant::now();

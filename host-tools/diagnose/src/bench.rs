@@ -117,7 +117,7 @@ impl Bench {
     pub fn fit(&self, instances: &[Instance], part: Part, extra: impl Fn(&[Instance]) -> Vec<Term>) -> Option<Joint> {
         const MOST_STEPS: usize = 6;
         /// A step below this many sigmas changes nothing that matters.
-        const SMALL: f64 = 0.02;
+        const SMALL: f64 = 0.1;
         let mut now = instances.to_vec();
         let mut best: Option<(Vec<Instance>, f64)> = None;
         let mut sizes = 0;

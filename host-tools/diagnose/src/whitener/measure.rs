@@ -1,6 +1,6 @@
 //! Measurement update, scalar by scalar, with the derivatives.
 
-use super::{Filter, Kind, Residual};
+use super::{Filter, Kind, Residual, matrix};
 use crate::gram::NormalBuilder;
 use crate::model::Model;
 use crate::samples::{Channel, Reading};
@@ -8,7 +8,7 @@ use crate::terms::{Snapshot, Target};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::Channel as Sensor;
 use backseat_core::state::{self, P, PHI, PSI, U, X, Y, Z, wrap_angle};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 type Jacobian = SMatrix<f64, 3, 12>;
 
@@ -173,21 +173,21 @@ impl Filter<'_> {
         for axis in 0..prediction.count {
             let channel = Channel::ALL[prediction.first as usize + axis];
             let scale = self.setup.scale[channel as usize];
-            let h: SVector<f64, 12> = jacobian.row(axis).transpose();
+            let h: [f64; 12] = std::array::from_fn(|i| jacobian[(axis, i)]);
             let mut moved = self.x - x0;
             moved[PSI] = wrap_angle(moved[PSI]);
-            let mut innovation = prediction.measured[axis] - read[axis] - h.dot(&moved);
+            let mut innovation = prediction.measured[axis] - read[axis] - dot(&h, moved.as_slice());
             if prediction.sensor == Sensor::Attitude {
                 innovation = wrap_angle(innovation);
             }
-            let ph = self.p * h;
-            let variance = h.dot(&ph) + (prediction.variance + added) * scale * scale;
+            let ph = matrix::apply(&self.p, &h);
+            let variance = dot(&h, &ph) + (prediction.variance + added) * scale * scale;
             let sigma = variance.sqrt();
             residuals.push(Residual { t_s, channel, innovation, sigma, used });
             if !used {
                 continue;
             }
-            let gain = ph / variance;
+            let gain = ph.map(|value| value / variance);
             self.slopes_of(prediction, axis, &read, &h);
             rows.row(t_s, innovation / sigma, &self.row, -1.0 / sigma);
             let m = self.columns;
@@ -200,14 +200,18 @@ impl Filter<'_> {
                     *slope -= k * by;
                 }
             }
-            self.p -= gain * ph.transpose();
-            self.x += gain * innovation;
+            for (i, k) in gain.iter().enumerate() {
+                for (value, ph) in self.p[i].iter_mut().zip(&ph) {
+                    *value -= k * ph;
+                }
+                self.x[i] += k * innovation;
+            }
             self.x[PSI] = wrap_angle(self.x[PSI]);
         }
     }
 
     /// ∂h/∂θ of one scalar into `row`: through the state, and directly.
-    fn slopes_of(&mut self, prediction: &Prediction, axis: usize, read: &[f64; 3], h: &SVector<f64, 12>) {
+    fn slopes_of(&mut self, prediction: &Prediction, axis: usize, read: &[f64; 3], h: &[f64; 12]) {
         let m = self.columns;
         if m == 0 {
             return;
@@ -259,4 +263,8 @@ impl Filter<'_> {
             }
         }
     }
+}
+
+fn dot(a: &[f64; 12], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

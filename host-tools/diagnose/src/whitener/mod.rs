@@ -9,6 +9,7 @@
 //! Nothing is gated: with a wrong model a gate locks out good ranges. Isolated outliers are told to it from
 //! outside and are passed over in every pass alike.
 
+mod matrix;
 mod measure;
 mod step;
 
@@ -20,9 +21,6 @@ use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::effects::EffectSet;
 use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
 use backseat_core::state::VehicleState;
-use nalgebra::SMatrix;
-
-pub(crate) type Covariance = SMatrix<f64, 12, 12>;
 
 /// What every pass over one log has in common.
 #[derive(Clone, Debug)]
@@ -149,7 +147,8 @@ struct Filter<'a> {
     duration_s: f64,
     t_s: f64,
     x: VehicleState,
-    p: Covariance,
+    /// Symmetric.
+    p: matrix::Square,
     input: ActuatorInput,
     /// ∂x/∂θ: state-major, 12 rows of `columns`.
     slopes: Vec<f64>,
@@ -205,7 +204,7 @@ impl<'a> Filter<'a> {
             duration_s: samples.duration_s,
             t_s: 0.0,
             x: VehicleState::zeros(),
-            p: Covariance::zeros(),
+            p: matrix::ZERO,
             input: ActuatorInput::default(),
             slopes: vec![0.0; 12 * columns],
             scratch: vec![0.0; 12 * columns],
@@ -252,7 +251,7 @@ impl<'a> Filter<'a> {
             for axis in 0..3 {
                 let i = 3 * block + axis;
                 self.x[i] = values[block][axis];
-                self.p[(i, i)] = sigmas[block][axis] * sigmas[block][axis];
+                self.p[i][i] = sigmas[block][axis] * sigmas[block][axis];
             }
         }
         self.t_s = t_s;

@@ -1,6 +1,7 @@
 //! Time update: state, covariance and derivatives from one reading to the next.
 
-use super::{Covariance, Filter, Kind};
+use super::matrix::{self, Square};
+use super::{Filter, Kind};
 use crate::terms::{Snapshot, Target};
 use backseat_core::effects::Step;
 use backseat_core::navigation::ProcessNoise;
@@ -27,29 +28,37 @@ impl Filter<'_> {
         let step = Step { t_s: self.t_s, h_s: h };
         let input = self.model.actuate(&step, &self.input);
         let linearisation = self.model.linearise(self.t_s, &self.x, &input);
-        let f = linearisation.f;
-        let a = linearisation.F();
-        // e^{Ah} to third order: at 0.1 s and a roll stiffness of 4/s the next term is 1e-3 of the step.
-        let ah = a * h;
-        let ah2 = ah * ah;
-        let phi: Covariance = Covariance::identity() + ah + ah2 * 0.5 + (ah2 * ah) / 6.0;
-        let increment: VehicleState = (f + (ah * f) * 0.5 + (ah2 * f) / 6.0) * h;
+        let f: [f64; 12] = linearisation.f.into();
+        let dense = linearisation.F();
+        let ah: Square = std::array::from_fn(|i| std::array::from_fn(|j| dense[(i, j)] * h));
+        // e^{Ah} − I to third order: at 0.1 s and a roll stiffness of 4/s the next term is 1e-3 of the step.
+        let ah2 = matrix::times(&ah, &ah);
+        let ah3 = matrix::times(&ah2, &ah);
+        let d: Square = std::array::from_fn(|i| {
+            std::array::from_fn(|j| ah[i][j] + 0.5 * ah2[i][j] + ah3[i][j] / 6.0)
+        });
+        let (once, twice) = (matrix::apply(&ah, &f), matrix::apply(&ah2, &f));
+        let increment: [f64; 12] = std::array::from_fn(|i| (f[i] + 0.5 * once[i] + twice[i] / 6.0) * h);
 
-        self.step_slopes(h, &step, &f, &ah, &phi);
+        self.step_slopes(h, &step, &linearisation.f, &ah, &d);
 
-        self.x += increment;
-        self.x[PSI] = wrap_angle(self.x[PSI]);
-        let q = psd(self.noise());
-        let mut noise = Covariance::zeros();
-        // Trapezoid of ∫ Φ Q Φᵀ: good to the square of the step over the time constants.
-        for i in 0..6 {
-            let column = phi.column(U + i);
-            noise.ger(0.5 * h * q[i], &column, &column, 1.0);
-            noise[(U + i, U + i)] += 0.5 * h * q[i];
+        for (x, increment) in self.x.iter_mut().zip(increment) {
+            *x += increment;
         }
-        let half = phi * self.p;
-        self.p = half * phi.transpose() + noise;
-        self.p = (self.p + self.p.transpose()) * 0.5;
+        self.x[PSI] = wrap_angle(self.x[PSI]);
+        let half = matrix::plus_times(&d, &self.p);
+        self.p = matrix::plus_times(&d, &matrix::transpose(&half));
+        // Trapezoid of ∫ Φ Q Φᵀ: good to the square of the step over the time constants.
+        for (i, q) in psd(self.noise()).into_iter().enumerate() {
+            let mut column: [f64; 12] = std::array::from_fn(|row| d[row][U + i]);
+            column[U + i] += 1.0;
+            for (row, left) in column.iter().enumerate().filter(|(_, left)| **left != 0.0) {
+                for (value, right) in self.p[row].iter_mut().zip(&column) {
+                    *value += 0.5 * h * q * left * right;
+                }
+            }
+            self.p[U + i][U + i] += 0.5 * h * q;
+        }
         self.t_s += h;
     }
 
@@ -58,7 +67,7 @@ impl Filter<'_> {
     }
 
     /// ∂x/∂θ ← Φ ∂x/∂θ + ∫ ∂f/∂θ.
-    fn step_slopes(&mut self, h: f64, step: &Step, f: &VehicleState, ah: &Covariance, phi: &Covariance) {
+    fn step_slopes(&mut self, h: f64, step: &Step, f: &VehicleState, ah: &Square, d: &Square) {
         let m = self.columns;
         if m == 0 {
             return;
@@ -67,7 +76,7 @@ impl Filter<'_> {
             let (row, source) = (&mut self.scratch[i * m..(i + 1) * m], &self.slopes);
             row.copy_from_slice(&source[i * m..(i + 1) * m]);
             for k in 0..12 {
-                let factor = phi[(i, k)] - if i == k { 1.0 } else { 0.0 };
+                let factor = d[i][k];
                 if factor != 0.0 {
                     for (value, from) in row.iter_mut().zip(&source[k * m..(k + 1) * m]) {
                         *value += factor * from;
@@ -111,8 +120,9 @@ impl Filter<'_> {
                 }
                 _ => continue,
             };
-            let d: VehicleState = (df + (ah * df) * 0.5) * h;
-            for (i, value) in d.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+            let once = matrix::apply(ah, &df.into());
+            let moved: [f64; 12] = std::array::from_fn(|i| (df[i] + 0.5 * once[i]) * h);
+            for (i, value) in moved.iter().enumerate().filter(|(_, value)| **value != 0.0) {
                 let row = &mut self.slopes[i * m + term.first..][..active];
                 row.iter_mut().for_each(|slope| *slope += value);
             }
