@@ -3,6 +3,7 @@
 mod board;
 mod check;
 mod console;
+mod diagnose;
 mod identify;
 mod mission;
 mod navigate;
@@ -22,6 +23,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Navigate(navigate::Args),
+    Diagnose(diagnose::Args),
     Identify(identify::Args),
     Mission(mission::Args),
     Params(params::Args),
@@ -40,6 +42,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Navigate(args) => navigate::run(&args),
+        Command::Diagnose(args) => diagnose::run(&args),
         Command::Identify(args) => identify::run(&args),
         Command::Mission(args) => mission::run(&args),
         Command::Params(args) => params::run(&args),

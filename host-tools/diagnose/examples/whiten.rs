@@ -10,8 +10,16 @@ fn main() {
         let vehicle = VehicleFile::reference();
         let t = std::time::Instant::now();
         let samples = Samples::of(&log, &vehicle.sensors, true);
-        let setup = Setup { parameters: vehicle.parameters, noise: vehicle.noise, surface: SurfaceNoise::DYNAMIC, sensors: vehicle.sensors,
-            ship_transducer_depth_m: 0.0, scale: [1.0; Channel::COUNT], outliers: vec![], block_s: 60.0 };
+        let setup = Setup {
+            parameters: vehicle.parameters,
+            noise: vehicle.noise,
+            surface: SurfaceNoise::DYNAMIC,
+            sensors: vehicle.sensors,
+            ship_transducer_depth_m: 0.0,
+            scale: [1.0; Channel::COUNT],
+            outliers: vec![],
+            block_s: 60.0,
+        };
         let pass = whitener::run(&setup, &samples, &EffectSet::NONE, &[]).unwrap();
         println!("{path} {:?}", t.elapsed());
         for channel in Channel::ALL {
@@ -19,8 +27,17 @@ fn main() {
             let n = e.len() as f64;
             let mean = e.iter().sum::<f64>() / n;
             let var = e.iter().map(|x| x * x).sum::<f64>() / n;
-            let lag: Vec<f64> = [1, 2, 5].iter().map(|&k| e.windows(k + 1).map(|w| w[0] * w[k]).sum::<f64>() / n / var).collect();
-            println!("{:12} n {:6} mean*sqrt(n) {:8.2} var {:7.4} acf {:.3?} (sd {:.3})", channel.name(), n, mean * n.sqrt(), var, lag, 1.0 / n.sqrt());
+            let lag: Vec<f64> =
+                [1, 2, 5].iter().map(|&k| e.windows(k + 1).map(|w| w[0] * w[k]).sum::<f64>() / n / var).collect();
+            println!(
+                "{:12} n {:6} mean*sqrt(n) {:8.2} var {:7.4} acf {:.3?} (sd {:.3})",
+                channel.name(),
+                n,
+                mean * n.sqrt(),
+                var,
+                lag,
+                1.0 / n.sqrt()
+            );
         }
     }
 }

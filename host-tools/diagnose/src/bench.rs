@@ -72,17 +72,19 @@ impl Bench {
             outliers: Vec::new(),
             block_s: BLOCK_S,
         };
-        let mut declared = whitener::run(&setup, &samples, &EffectSet::NONE, &[])?;
+        let set = vehicle.effects.set;
+        let mut declared = whitener::run(&setup, &samples, &set, &[])?;
         setup.scale = noise::scales(&declared.residuals);
         // An outlier bends what follows it, so that its neighbours look wrong: look again without it.
         for _ in 0..2 {
             setup.outliers = noise::flags(&samples, &declared.residuals);
-            declared = whitener::run(&setup, &samples, &EffectSet::NONE, &[])?;
+            declared = whitener::run(&setup, &samples, &set, &[])?;
         }
         let scope = Scope {
             present: present(&declared),
             has_density: log.has(Column::WaterDensity),
             duration_s: samples.duration_s,
+            declared: set,
         };
         Some(Self { setup, samples, scope, declared })
     }
@@ -122,7 +124,7 @@ impl Bench {
         let mut best: Option<(Vec<Instance>, f64)> = None;
         let mut sizes = 0;
         for step in 0..=MOST_STEPS {
-            let set = set_of(&now);
+            let set = set_of(&self.scope.declared, &now);
             let own: Vec<Term> = now.iter().flat_map(|instance| own_terms(instance, &set)).collect();
             sizes = own.len();
             let terms: Vec<Term> = own.into_iter().chain(extra(&now)).collect();
@@ -160,7 +162,9 @@ impl Bench {
                 let at = linear::Fit {
                     gain: 0.0,
                     theta: vec![0.0; sizes],
-                    covariance: fit.as_ref().map_or_else(|| vec![f64::INFINITY; sizes * sizes], |f| f.covariance.clone()),
+                    covariance: fit
+                        .as_ref()
+                        .map_or_else(|| vec![f64::INFINITY; sizes * sizes], |f| f.covariance.clone()),
                 };
                 let sigmas = linear::sigmas(&pass.normal, |block| self.is_in(part, block), &free, &at, &[]);
                 return Some(Joint { instances: now, square, whole_square, sigmas, pass });

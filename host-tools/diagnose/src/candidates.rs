@@ -94,10 +94,10 @@ impl Instance {
     }
 }
 
-/// The set of all these effects.
+/// What is declared, with all these effects.
 #[must_use]
-pub fn set_of(instances: &[Instance]) -> EffectSet {
-    instances.iter().fold(EffectSet::NONE, |set, instance| instance.apply(&set))
+pub fn set_of(declared: &EffectSet, instances: &[Instance]) -> EffectSet {
+    instances.iter().fold(*declared, |set, instance| instance.apply(&set))
 }
 
 /// What a log can say about the catalogue.
@@ -109,6 +109,8 @@ pub struct Scope {
     pub has_density: bool,
     /// Length of the log, s.
     pub duration_s: f64,
+    /// Effects that the vehicle file declares.
+    pub declared: EffectSet,
 }
 
 /// Entries that no log of this kind can judge, with the reason.
@@ -131,13 +133,16 @@ pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
             reasons.push((effect, "the log has no DVL velocity"));
         }
     }
+    for (_, info, _) in scope.declared.active() {
+        reasons.push((info.name, "the vehicle file declares it already"));
+    }
     reasons
 }
 
 /// Terms and hypotheses of the whole catalogue about `set`; entries of `accepted` are nuisance columns, returned apart.
 #[must_use]
 pub fn catalogue(scope: &Scope, accepted: &[Instance], onsets: &[f64]) -> (Vec<Term>, Vec<Hypothesis>, Vec<usize>) {
-    let set = set_of(accepted);
+    let set = set_of(&scope.declared, accepted);
     let skipped = beyond(scope);
     let (mut terms, mut hypotheses, mut nuisance) = (Vec::new(), Vec::new(), Vec::new());
     let mut column = 0;
@@ -240,8 +245,8 @@ pub fn own_terms(instance: &Instance, set: &EffectSet) -> Vec<Term> {
 
 /// Terms and hypotheses of one event at several onsets, behind the nuisance columns of `others`.
 #[must_use]
-pub fn event(others: &[Instance], event: &Candidate, onsets: &[f64]) -> (Vec<Term>, Vec<Hypothesis>) {
-    let set = set_of(others);
+pub fn event(scope: &Scope, others: &[Instance], event: &Candidate, onsets: &[f64]) -> (Vec<Term>, Vec<Hypothesis>) {
+    let set = set_of(&scope.declared, others);
     let mut terms: Vec<Term> = others.iter().flat_map(|instance| own_terms(instance, &set)).collect();
     let mut column = terms.len();
     let hypotheses = add_entry(&set, event, onsets, &mut terms, &mut column);

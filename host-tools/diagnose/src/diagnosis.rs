@@ -93,10 +93,10 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// All effects found, as the vehicle file holds them.
+    /// All effects found beside those declared, as the vehicle file holds them.
     #[must_use]
-    pub fn set(&self) -> EffectSet {
-        self.effects.iter().fold(EffectSet::NONE, |set, found| found.instance.apply(&set))
+    pub fn set(&self, declared: &EffectSet) -> EffectSet {
+        self.effects.iter().fold(*declared, |set, found| found.instance.apply(&set))
     }
 }
 
@@ -107,7 +107,7 @@ impl Diagnosis {
 pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
     progress("noise");
     let mut noise_effects = noise_effects(bench, &bench.declared.clone());
-    bench.declared = bench.pass(&EffectSet::NONE, &[])?;
+    bench.declared = bench.pass(&bench.scope.declared, &[])?;
     let (mut accepted, mut rounds): (Vec<Instance>, Vec<Round>) = (Vec::new(), Vec::new());
     while accepted.len() <= MOST_EFFECTS {
         progress(&format!("hypotheses, round {}", accepted.len() + 1));
@@ -132,7 +132,7 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
                 noise_effects.push(found);
             }
         }
-        bench.declared = bench.pass(&EffectSet::NONE, &[])?;
+        bench.declared = bench.pass(&bench.scope.declared, &[])?;
     }
     progress("rivals");
     let (accepted, rivals, joint) = settle(bench, accepted, &rounds)?;
@@ -156,9 +156,12 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
     };
     found.extend(noise_effects);
     if verdict != Verdict::Unexplained && !found.is_empty() {
-        let is_ambiguous = found.iter().any(|found| found.rivals.iter().any(|rival| {
-            rival.is_possible() && rival.instance.candidate.effect != found.instance.candidate.effect
-        }));
+        let is_ambiguous = found.iter().any(|found| {
+            found
+                .rivals
+                .iter()
+                .any(|rival| rival.is_possible() && rival.instance.candidate.effect != found.instance.candidate.effect)
+        });
         verdict = if is_ambiguous { Verdict::Ambiguous } else { Verdict::Explained };
     }
     let after = if found.is_empty() { bench.declared.clone() } else { joint.pass };
@@ -249,8 +252,8 @@ fn settle(bench: &Bench, accepted: Vec<Instance>, rounds: &[Round]) -> Option<(V
             };
             let found = rivals::find(bench, &accepted, place, round);
             if let Some(better) = found.first().filter(|rival| {
-                let cost = 2.0 * rival.instance.candidate.degrees() as f64
-                    - 2.0 * accepted[place].candidate.degrees() as f64;
+                let cost =
+                    2.0 * rival.instance.candidate.degrees() as f64 - 2.0 * accepted[place].candidate.degrees() as f64;
                 rival.deficit + cost < -1.0
             }) {
                 swap = Some((place, better.instance.clone()));
@@ -287,8 +290,8 @@ fn describe(
         };
         let gain = without.normal.sum(|_| true).square - joint.whole_square;
         let blocks = bench.held_gain(&without, &joint.pass);
-        let held_gain = mean_ci95(&blocks)
-            .map(|(low, high)| (blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]));
+        let held_gain =
+            mean_ci95(&blocks).map(|(low, high)| (blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]));
         let sigmas = &joint.sigmas[at..at + instance.sizes.len()];
         at += instance.sizes.len();
         let tried = rounds.first().map_or(1, |round| round.tried) as f64;

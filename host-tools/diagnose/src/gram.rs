@@ -74,7 +74,8 @@ impl Sum {
 
 impl Normal {
     pub(crate) fn collect(columns: usize, blocks: Vec<Arc<Mutex<Block>>>) -> Self {
-        let take = |block: Arc<Mutex<Block>>| block.lock().map(|mut block| std::mem::take(&mut *block)).unwrap_or_default();
+        let take =
+            |block: Arc<Mutex<Block>>| block.lock().map(|mut block| std::mem::take(&mut *block)).unwrap_or_default();
         Self { columns, blocks: blocks.into_iter().map(take).collect() }
     }
 

@@ -9,6 +9,7 @@ pub mod model;
 pub mod noise;
 pub mod rivals;
 pub mod samples;
+pub mod scores;
 pub mod search;
 pub mod statistics;
 pub mod structure;

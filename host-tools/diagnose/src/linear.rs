@@ -67,8 +67,7 @@ pub fn fit(equations: &impl Equations, free: &[usize], fixed: &[(usize, f64)]) -
 /// By how much Σ e² falls at given values.
 #[must_use]
 pub fn gain_of(equations: &impl Equations, free: &[usize], theta: &[f64], fixed: &[(usize, f64)]) -> f64 {
-    let all: Vec<(usize, f64)> =
-        free.iter().copied().zip(theta.iter().copied()).chain(fixed.iter().copied()).collect();
+    let all: Vec<(usize, f64)> = free.iter().copied().zip(theta.iter().copied()).chain(fixed.iter().copied()).collect();
     let mut gain = 0.0;
     for &(i, x) in &all {
         gain += 2.0 * x * equations.score(i);

@@ -108,9 +108,7 @@ impl Model {
         for (_, info, values) in self.set.active() {
             if let Some(measure) = info.hooks.measure.filter(|measure| measure.channels.contains(&channel)) {
                 let by = (measure.apply)(values, &moment, &mut reading).by_reading;
-                slope = std::array::from_fn(|i| {
-                    std::array::from_fn(|j| (0..3).map(|k| by[i][k] * slope[k][j]).sum())
-                });
+                slope = std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| by[i][k] * slope[k][j]).sum()));
             }
         }
         (reading, slope)

@@ -21,8 +21,7 @@ const PASSES: usize = 3;
 #[must_use]
 pub fn scales(residuals: &[Residual]) -> [f64; Channel::COUNT] {
     std::array::from_fn(|index| {
-        let e: Vec<f64> =
-            residuals.iter().filter(|r| r.channel as usize == index).map(Residual::normalised).collect();
+        let e: Vec<f64> = residuals.iter().filter(|r| r.channel as usize == index).map(Residual::normalised).collect();
         if e.len() < LEAST_SAMPLES {
             return 1.0;
         }

@@ -61,11 +61,8 @@ pub fn find(bench: &Bench, accepted: &[Instance], place: usize, round: &Round) -
 }
 
 fn rival(bench: &Bench, accused: &Instance, others: &[Instance], found: &Instance, own: f64) -> Option<Rival> {
-    let found = if found.candidate.onset_s.is_some() {
-        search::refine_onset(bench, others, found)?
-    } else {
-        found.clone()
-    };
+    let found =
+        if found.candidate.onset_s.is_some() { search::refine_onset(bench, others, found)? } else { found.clone() };
     let mut instances = others.to_vec();
     instances.push(found);
     let joint = bench.fit(&instances, Part::Whole, |_| Vec::new())?;
@@ -75,8 +72,8 @@ fn rival(bench: &Bench, accused: &Instance, others: &[Instance], found: &Instanc
     let (degrees, gain, inflation, blocks) = if instance.candidate.effect == accused.candidate.effect {
         (accused.candidate.degrees(), deficit, 1.0, usize::MAX)
     } else {
-        let set = set_of(&joint.instances);
-        let (terms, hypotheses) = added(&joint.instances, &accused.candidate);
+        let set = set_of(&bench.scope.declared, &joint.instances);
+        let (terms, hypotheses) = added(bench, &joint.instances, &accused.candidate);
         let pass = bench.pass(&set, &terms)?;
         let sum = pass.normal.sum(|_| true);
         let nuisance: Vec<usize> = (0..joint.instances.iter().map(|i| i.sizes.len()).sum()).collect();
@@ -101,8 +98,12 @@ fn rival(bench: &Bench, accused: &Instance, others: &[Instance], found: &Instanc
     Some(Rival { instance, deficit, p, separating_manoeuvre })
 }
 
-fn added(instances: &[Instance], candidate: &Candidate) -> (Vec<crate::terms::Term>, Vec<candidates::Hypothesis>) {
-    candidates::event(instances, candidate, &[candidate.onset_s.unwrap_or(0.0)])
+fn added(
+    bench: &Bench,
+    instances: &[Instance],
+    candidate: &Candidate,
+) -> (Vec<crate::terms::Term>, Vec<candidates::Hypothesis>) {
+    candidates::event(&bench.scope, instances, candidate, &[candidate.onset_s.unwrap_or(0.0)])
 }
 
 /// What separates two entries, as either of them says.

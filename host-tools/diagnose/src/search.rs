@@ -69,7 +69,7 @@ pub fn coarse_onsets(duration_s: f64) -> Vec<f64> {
 pub fn round(bench: &Bench, accepted: &[Instance]) -> Option<Round> {
     let onsets = coarse_onsets(bench.samples.duration_s);
     let (terms, hypotheses, nuisance) = candidates::catalogue(&bench.scope, accepted, &onsets);
-    let pass = bench.pass(&set_of(accepted), &terms)?;
+    let pass = bench.pass(&set_of(&bench.scope.declared, accepted), &terms)?;
     Some(judge(bench, &pass, &hypotheses, &nuisance))
 }
 
@@ -170,8 +170,8 @@ pub fn refine_onset(bench: &Bench, others: &[Instance], found: &Instance) -> Opt
     while cell_s > 1.0 {
         let centre = best.candidate.onset_s?;
         let onsets: Vec<f64> = (-8..=8).map(|k| centre + cell_s * f64::from(k) / 8.0).collect();
-        let (terms, hypotheses) = candidates::event(others, &best.candidate, &onsets);
-        let pass = bench.pass(&set_of(others), &terms)?;
+        let (terms, hypotheses) = candidates::event(&bench.scope, others, &best.candidate, &onsets);
+        let pass = bench.pass(&set_of(&bench.scope.declared, others), &terms)?;
         let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
         let round = judge(bench, &pass, &hypotheses, &nuisance);
         best = round.ladder.first()?.instance.clone();
@@ -183,8 +183,8 @@ pub fn refine_onset(bench: &Bench, others: &[Instance], found: &Instance) -> Opt
 /// Gain of an event at each of several onsets.
 #[must_use]
 pub fn onset_gains(bench: &Bench, others: &[Instance], event: &Candidate, onsets: &[f64]) -> Option<Vec<f64>> {
-    let (terms, hypotheses) = candidates::event(others, event, onsets);
-    let sum = bench.pass(&set_of(others), &terms)?.normal.sum(|_| true);
+    let (terms, hypotheses) = candidates::event(&bench.scope, others, event, onsets);
+    let sum = bench.pass(&set_of(&bench.scope.declared, others), &terms)?.normal.sum(|_| true);
     let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
     let gain = |hypothesis: &Hypothesis| {
         let free: Vec<usize> = nuisance.iter().chain(&hypothesis.free).copied().collect();

@@ -40,7 +40,11 @@ fn beta(x: f64, a: f64, b: f64) -> f64 {
     }
     let front = (libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b) + a * x.ln() + b * (-x).ln_1p()).exp();
     // The fraction converges fast below the mean; beyond it the other tail does.
-    if x < (a + 1.0) / (a + b + 2.0) { front * fraction(x, a, b) / a } else { 1.0 - front * fraction(1.0 - x, b, a) / b }
+    if x < (a + 1.0) / (a + b + 2.0) {
+        front * fraction(x, a, b) / a
+    } else {
+        1.0 - front * fraction(1.0 - x, b, a) / b
+    }
 }
 
 /// The continued fraction, evaluated forward by Lentz's method.
@@ -72,7 +76,15 @@ fn fraction(x: f64, a: f64, b: f64) -> f64 {
 pub fn autocorrelation(e: &[f64], lags: usize) -> Vec<f64> {
     let power: f64 = e.iter().map(|x| x * x).sum();
     (1..=lags)
-        .map(|lag| if power > 0.0 { e.iter().zip(e.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>() / power } else { 0.0 })
+        .map(
+            |lag| {
+                if power > 0.0 {
+                    e.iter().zip(e.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>() / power
+                } else {
+                    0.0
+                }
+            },
+        )
         .collect()
 }
 
@@ -94,7 +106,13 @@ mod tests {
     #[test]
     fn val_chi_square_tail_as_in_tables() {
         // Abramowitz and Stegun, Table 26.8: upper 5 % and 0.1 % points, to their digits.
-        for (degrees, five, thousandth) in [(1, 3.841_46, 10.827_6), (2, 5.991_46, 13.815_5), (3, 7.814_73, 16.266_2), (5, 11.070_5, 20.515), (6, 12.591_6, 22.457_7)] {
+        for (degrees, five, thousandth) in [
+            (1, 3.841_46, 10.827_6),
+            (2, 5.991_46, 13.815_5),
+            (3, 7.814_73, 16.266_2),
+            (5, 11.070_5, 20.515),
+            (6, 12.591_6, 22.457_7),
+        ] {
             assert!((chi2_tail(five, degrees) / 0.05 - 1.0).abs() < 1e-4, "{degrees}");
             assert!((chi2_tail(thousandth, degrees) / 1e-3 - 1.0).abs() < 1e-3, "{degrees}");
         }

@@ -40,14 +40,12 @@ pub struct Structure {
 /// Looks for generic terms beside the accepted effects.
 #[must_use]
 pub fn find(bench: &Bench, accepted: &[Instance]) -> Option<Structure> {
-    let set = set_of(accepted);
+    let set = set_of(&bench.scope.declared, accepted);
     let own: Vec<Term> = accepted.iter().flat_map(|instance| own_terms(instance, &set)).collect();
     let nuisance: Vec<usize> = (0..own.len()).collect();
     let dictionary = dictionary(&bench.scope.present);
-    let generic = dictionary.iter().map(|generic| Term {
-        cause: Cause::Generic(*generic),
-        onsets_s: vec![f64::NEG_INFINITY],
-    });
+    let generic =
+        dictionary.iter().map(|generic| Term { cause: Cause::Generic(*generic), onsets_s: vec![f64::NEG_INFINITY] });
     let pass = bench.pass(&set, &own.into_iter().chain(generic).collect::<Vec<_>>())?;
     Some(pursue(bench, &pass, &nuisance, &dictionary))
 }
@@ -56,9 +54,8 @@ fn pursue(bench: &Bench, pass: &Pass, nuisance: &[usize], dictionary: &[Generic]
     let sum = |part| pass.normal.sum(|block| bench.is_in(part, block));
     let (train, held, whole) = (sum(Part::Train), sum(Part::Held), sum(Part::Whole));
     let fit = |sum: &Sum, columns: &[usize]| linear::fit(sum, columns, &[]);
-    let held_gain = |columns: &[usize]| {
-        fit(&train, columns).map_or(0.0, |fit| linear::gain_of(&held, columns, &fit.theta, &[]))
-    };
+    let held_gain =
+        |columns: &[usize]| fit(&train, columns).map_or(0.0, |fit| linear::gain_of(&held, columns, &fit.theta, &[]));
     let mut chosen = nuisance.to_vec();
     let mut gain = fit(&whole, &chosen).map_or(0.0, |fit| fit.gain);
     let mut held_so_far = held_gain(&chosen);

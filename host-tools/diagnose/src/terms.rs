@@ -203,18 +203,61 @@ pub fn dictionary(present: &[bool; Channel::COUNT]) -> Vec<Generic> {
         terms.extend(factors.iter().map(|factor| Generic { target, factor: *factor }));
     };
     let fins = [F::Fin(0), F::Fin(1), F::Fin(2), F::Fin(3)];
-    let surge = [F::One, F::Time, F::Depth, F::Surge, F::SurgeSquared, F::SwaySquared, F::HeaveSquared, F::Propeller, F::YawRateAbs, F::FinSquares];
+    let surge = [
+        F::One,
+        F::Time,
+        F::Depth,
+        F::Surge,
+        F::SurgeSquared,
+        F::SwaySquared,
+        F::HeaveSquared,
+        F::Propeller,
+        F::YawRateAbs,
+        F::FinSquares,
+    ];
     add(Target::Acceleration(0), &surge);
-    let sway = [F::One, F::Time, F::Sway, F::SwayAbs, F::SwaySquared, F::SurgeYawRate, F::YawRateAbs, F::Propeller, F::SurgeSquared];
+    let sway = [
+        F::One,
+        F::Time,
+        F::Sway,
+        F::SwayAbs,
+        F::SwaySquared,
+        F::SurgeYawRate,
+        F::YawRateAbs,
+        F::Propeller,
+        F::SurgeSquared,
+    ];
     add(Target::Acceleration(1), &sway);
     add(Target::Acceleration(1), &fins);
-    let heave = [F::One, F::Time, F::Depth, F::Heave, F::HeaveAbs, F::HeaveSquared, F::SurgePitchRate, F::PitchRateAbs, F::SurgeSquared, F::SurgeHeave];
+    let heave = [
+        F::One,
+        F::Time,
+        F::Depth,
+        F::Heave,
+        F::HeaveAbs,
+        F::HeaveSquared,
+        F::SurgePitchRate,
+        F::PitchRateAbs,
+        F::SurgeSquared,
+        F::SurgeHeave,
+    ];
     add(Target::Acceleration(2), &heave);
     add(Target::Acceleration(2), &fins);
     let roll = [F::One, F::Time, F::RollRate, F::Propeller, F::SurgeSquared, F::Sway, F::SurgeYawRate];
     add(Target::Acceleration(3), &roll);
     add(Target::Acceleration(3), &fins);
-    let pitch = [F::One, F::Time, F::Depth, F::Heave, F::HeaveAbs, F::PitchRate, F::PitchRateAbs, F::SurgeSquared, F::SurgeHeave, F::SinPitch];
+    let pitch = [
+        F::One,
+        F::Time,
+        F::Depth,
+        F::Heave,
+        F::HeaveAbs,
+        F::PitchRate,
+        F::PitchRateAbs,
+        F::SurgeSquared,
+        F::SurgeHeave,
+        F::SinPitch,
+    ];
     add(Target::Acceleration(4), &pitch);
     add(Target::Acceleration(4), &fins);
     let yaw = [F::One, F::Time, F::Sway, F::SwayAbs, F::YawRate, F::YawRateAbs, F::SurgeSquared, F::Propeller];

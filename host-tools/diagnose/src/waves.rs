@@ -111,7 +111,8 @@ pub fn find(samples: &Samples, residuals: &[Residual]) -> Option<Waves> {
     let spectrum = Spectrum::of(&[axis(Channel::DvlU), axis(Channel::DvlV), axis(Channel::DvlW)])?;
     let bins = spectrum.segments[0].len();
     let mean: Vec<f64> = (0..bins).map(|bin| spectrum.mean(bin)).collect();
-    let range = (1.0 / PERIODS_S[1] / spectrum.bin_hz).ceil() as usize..=(1.0 / PERIODS_S[0] / spectrum.bin_hz) as usize;
+    let range =
+        (1.0 / PERIODS_S[1] / spectrum.bin_hz).ceil() as usize..=(1.0 / PERIODS_S[0] / spectrum.bin_hz) as usize;
     let tried = range.clone().count() as f64;
     let (hz, [peak, around], counts) = range
         .map(|bin| {

@@ -163,7 +163,13 @@ impl Filter<'_> {
         (distance > 1e-3).then_some((dp, distance))
     }
 
-    fn update(&mut self, prediction: &Prediction, used: bool, residuals: &mut Vec<Residual>, rows: &mut NormalBuilder<'_, '_>) {
+    fn update(
+        &mut self,
+        prediction: &Prediction,
+        used: bool,
+        residuals: &mut Vec<Residual>,
+        rows: &mut NormalBuilder<'_, '_>,
+    ) {
         let t_s = self.t_s;
         let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth);
         let by_truth = Matrix3::from_fn(|i, j| by_truth[i][j]);
@@ -249,8 +255,9 @@ impl Filter<'_> {
                     if channels.contains(&prediction.sensor) {
                         let truth = prediction.truth;
                         let after = with.read(t_s, prediction.sensor, truth).0[axis];
-                        let before =
-                            without.as_ref().map_or(read[axis], |w: &Model| w.read(t_s, prediction.sensor, truth).0[axis]);
+                        let before = without
+                            .as_ref()
+                            .map_or(read[axis], |w: &Model| w.read(t_s, prediction.sensor, truth).0[axis]);
                         direct += after - before;
                     }
                     direct / unit

@@ -134,8 +134,18 @@ struct Prepared {
 }
 
 enum Kind {
-    Effects { with: Model, without: Option<Model>, unit: f64, in_process: bool, channels: Vec<backseat_core::effects::Channel>, water: bool },
-    Generic { target: Target, factor: crate::terms::Factor },
+    Effects {
+        with: Model,
+        without: Option<Model>,
+        unit: f64,
+        in_process: bool,
+        channels: Vec<backseat_core::effects::Channel>,
+        water: bool,
+    },
+    Generic {
+        target: Target,
+        factor: crate::terms::Factor,
+    },
 }
 
 /// State, covariance and derivatives of one pass.
@@ -179,8 +189,7 @@ impl<'a> Filter<'a> {
                 Cause::Generic(generic) => Kind::Generic { target: generic.target, factor: generic.factor },
                 Cause::Effects { with, without, unit } => {
                     let with = Model::new(&setup.parameters, with)?;
-                    let without =
-                        if **without == *set { None } else { Some(Model::new(&setup.parameters, without)?) };
+                    let without = if **without == *set { None } else { Some(Model::new(&setup.parameters, without)?) };
                     let (mut in_process, mut channels) = (false, Vec::new());
                     for (index, info, values) in with.set().active() {
                         if values != without.as_ref().map_or(set, Model::set).values(index) {
@@ -259,4 +268,3 @@ impl<'a> Filter<'a> {
         true
     }
 }
-

@@ -34,9 +34,7 @@ impl Filter<'_> {
         // e^{Ah} − I to third order: at 0.1 s and a roll stiffness of 4/s the next term is 1e-3 of the step.
         let ah2 = matrix::times(&ah, &ah);
         let ah3 = matrix::times(&ah2, &ah);
-        let d: Square = std::array::from_fn(|i| {
-            std::array::from_fn(|j| ah[i][j] + 0.5 * ah2[i][j] + ah3[i][j] / 6.0)
-        });
+        let d: Square = std::array::from_fn(|i| std::array::from_fn(|j| ah[i][j] + 0.5 * ah2[i][j] + ah3[i][j] / 6.0));
         let (once, twice) = (matrix::apply(&ah, &f), matrix::apply(&ah2, &f));
         let increment: [f64; 12] = std::array::from_fn(|i| (f[i] + 0.5 * once[i] + twice[i] / 6.0) * h);
 

@@ -1,0 +1,282 @@
+//! Before and after, on held-out data: prediction over several horizons, navigation, whiteness.
+
+use crate::bench::Bench;
+use crate::model::Model;
+use crate::samples::{Channel, Event, Reading};
+use crate::statistics::{autocorrelation, ljung_box};
+use crate::whitener::Pass;
+use backseat_core::dynamics::Attitude;
+use backseat_core::effects::{Channel as Sensor, EffectSet, Step};
+use backseat_core::navigation::ProcessModel;
+use backseat_core::state::{self, P, PHI, U, VehicleState, Z, wrap_angle};
+use backseat_data::filter::{self, FilterOptions, FilterRun};
+use backseat_data::log::Column;
+use backseat_data::stats::rms;
+use backseat_data::{DataError, Log, Truth, VehicleFile};
+use nalgebra::Vector3;
+
+/// Horizons of prediction, s.
+pub const HORIZONS_S: [f64; 3] = [2.0, 10.0, 60.0];
+/// The horizon of `velocity_rmse_mps`, as its place in [`HORIZONS_S`].
+pub const VELOCITY_HORIZON: usize = 1;
+/// Time between two predictions, s.
+const EVERY_S: f64 = 15.0;
+/// Lags of the whiteness test.
+const LAGS: usize = 20;
+/// Fixes until this long after the first one are used; later ones are withheld and compared with, s.
+const FIXES_USED_S: f64 = 30.0;
+/// Channels that are predicted: body velocity, attitude, rates, depth.
+pub const PREDICTED: [Channel; 10] = [
+    Channel::DvlU,
+    Channel::DvlV,
+    Channel::DvlW,
+    Channel::Roll,
+    Channel::Pitch,
+    Channel::Heading,
+    Channel::P,
+    Channel::Q,
+    Channel::R,
+    Channel::Depth,
+];
+
+/// How one channel's innovations look on the held-out blocks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Whiteness {
+    /// Which.
+    pub channel: Channel,
+    /// Samples.
+    pub count: usize,
+    /// Mean normalised innovation squared; 1 if consistent.
+    pub nis: f64,
+    /// Ljung and Box: probability under whiteness.
+    pub p: f64,
+    /// Autocorrelation at lags from 1.
+    pub correlation: Vec<f64>,
+}
+
+/// Everything that is compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scores {
+    /// Velocity predicted over ten seconds, against the DVL (the truth, where it is given and there is no DVL).
+    pub velocity_rmse_mps: Option<f64>,
+    /// Horizontal position of the flight filter, against the truth or the withheld fixes.
+    pub position_rmse_m: Option<f64>,
+    /// What the position is compared with.
+    pub position_against: Option<&'static str>,
+    /// Smallest p of all channels, times their number.
+    pub innovation_whiteness_p: f64,
+    /// Largest autocorrelation of any channel with at least a hundred samples.
+    pub max_autocorrelation: f64,
+    /// By channel.
+    pub whiteness: Vec<Whiteness>,
+    /// Root mean square of prediction minus reading: [channel of `PREDICTED`][horizon].
+    pub prediction: Vec<[Option<f64>; HORIZONS_S.len()]>,
+    /// (time in s, horizontal error in m), all of the log.
+    pub position_errors: Vec<(f64, f64)>,
+}
+
+/// Scores of a pass with its effects.
+///
+/// # Errors
+/// If the flight filter refuses the log or the effects.
+pub fn of(
+    bench: &Bench,
+    pass: &Pass,
+    set: &EffectSet,
+    log: &Log,
+    vehicle: &VehicleFile,
+    truth: Option<&Truth>,
+    use_dvl: bool,
+) -> Result<Scores, DataError> {
+    let whiteness = whiteness(bench, pass);
+    let prediction = predictions(bench, pass, set);
+    let tested = whiteness.iter().filter(|w| w.count > 2 * LAGS).count().max(1) as f64;
+    let p = whiteness.iter().map(|w| w.p).fold(1.0, f64::min);
+    let largest = whiteness
+        .iter()
+        .filter(|w| w.count >= 100)
+        .flat_map(|w| &w.correlation)
+        .fold(0.0_f64, |largest, r| largest.max(r.abs()));
+    let run = navigate(log, vehicle, set, truth, use_dvl)?;
+    let seconds = |time_us: u64| (time_us as f64 - bench.samples.start_us as f64) * 1e-6;
+    let (against, errors) = match truth {
+        Some(truth) => ("truth", against_truth(&run, truth)),
+        None => ("withheld GNSS fixes", against_fixes(&run, log)),
+    };
+    let position_errors: Vec<(f64, f64)> = errors.iter().map(|(time_us, e)| (seconds(*time_us), *e)).collect();
+    let held: Vec<f64> = position_errors.iter().filter(|(t_s, _)| bench.is_held(*t_s)).map(|(_, e)| *e).collect();
+    let velocities: Vec<f64> = (0..3).filter_map(|axis| prediction[axis][VELOCITY_HORIZON]).collect();
+    let velocity_rmse_mps = if velocities.len() == 3 {
+        rms(&velocities)
+    } else {
+        truth.and_then(|truth| velocity_against(&run, truth, |time_us| bench.is_held(seconds(time_us))))
+    };
+    Ok(Scores {
+        velocity_rmse_mps,
+        position_rmse_m: rms(&held),
+        position_against: (!held.is_empty()).then_some(against),
+        innovation_whiteness_p: (p * tested).min(1.0),
+        max_autocorrelation: largest,
+        whiteness,
+        prediction,
+        position_errors,
+    })
+}
+
+/// Whiteness of each channel on the held-out blocks; sequences stay in their order of time.
+#[must_use]
+pub fn whiteness(bench: &Bench, pass: &Pass) -> Vec<Whiteness> {
+    Channel::ALL
+        .into_iter()
+        .filter_map(|channel| {
+            let held = pass.residuals.iter().filter(|r| r.channel == channel && r.used && bench.is_held(r.t_s));
+            let e: Vec<f64> = held.map(crate::whitener::Residual::normalised).collect();
+            let count = e.len();
+            let nis = e.iter().map(|e| e * e).sum::<f64>() / count as f64;
+            let correlation = autocorrelation(&e, LAGS.min(count / 4));
+            let p = ljung_box(&correlation, count);
+            (count > 8).then_some(Whiteness { channel, count, nis, p, correlation })
+        })
+        .collect()
+}
+
+/// Runs the model alone from the filter's estimate and compares with what was read then, on held-out blocks.
+fn predictions(bench: &Bench, pass: &Pass, set: &EffectSet) -> Vec<[Option<f64>; HORIZONS_S.len()]> {
+    let mut squares = vec![[(0.0, 0_u32); HORIZONS_S.len()]; PREDICTED.len()];
+    let Some(model) = Model::new(&bench.setup.parameters, set) else {
+        return vec![[None; HORIZONS_S.len()]; PREDICTED.len()];
+    };
+    let events = &bench.samples.events;
+    let mut next_s = 0.0;
+    for trace in &pass.trace {
+        let longest = HORIZONS_S[HORIZONS_S.len() - 1];
+        if trace.t_s < next_s || !bench.is_held(trace.t_s) || trace.t_s + longest > bench.samples.duration_s {
+            continue;
+        }
+        next_s = trace.t_s + EVERY_S;
+        let (mut x, mut t_s, mut input, mut model) = (trace.x, trace.t_s, trace.input, model.clone());
+        for (at_s, event) in &events[events.partition_point(|(at_s, _)| *at_s <= trace.t_s)..] {
+            let ahead = at_s - trace.t_s;
+            if ahead > longest + 0.5 {
+                break;
+            }
+            while t_s < *at_s {
+                let h_s = (at_s - t_s).min(0.1);
+                let moved = model.actuate(&Step { t_s, h_s }, &input);
+                // Heun's step: its error over a minute is far below any sensor's noise.
+                let k1 = model.derivative(t_s, &x, &moved);
+                let k2 = model.derivative(t_s, &(x + k1 * h_s), &moved);
+                x += (k1 + k2) * (0.5 * h_s);
+                t_s += h_s.max(1e-9);
+            }
+            match event {
+                Event::Input(new) => input = *new,
+                Event::Reading(reading) => {
+                    // Readings of half a second about a horizon are its sample.
+                    let Some(horizon) = HORIZONS_S.iter().position(|h| (ahead - h).abs() <= 0.5) else { continue };
+                    for (channel, error) in errors(&model, *at_s, &x, reading) {
+                        if let Some(place) = PREDICTED.iter().position(|c| *c == channel) {
+                            let (sum, count) = &mut squares[place][horizon];
+                            *sum += error * error;
+                            *count += 1;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let mean = |(sum, count): (f64, u32)| (count > 0).then(|| (sum / f64::from(count)).sqrt());
+    squares.into_iter().map(|row| row.map(mean)).collect()
+}
+
+/// Reading minus prediction, scalar by scalar.
+fn errors(model: &Model, t_s: f64, x: &VehicleState, reading: &Reading) -> Vec<(Channel, f64)> {
+    let at = |i: usize| [x[i], x[i + 1], x[i + 2]];
+    let (sensor, first, truth, measured): (_, _, _, &[f64]) = match reading {
+        Reading::Depth(z) => (Sensor::Depth, Channel::Depth, [x[Z], 0.0, 0.0], std::slice::from_ref(z)),
+        Reading::Attitude(euler) => (Sensor::Attitude, Channel::Roll, at(PHI), euler),
+        Reading::Rates(rates) => (Sensor::Rates, Channel::P, at(P), rates),
+        Reading::Dvl(velocity) => {
+            let [north, east] = model.water_mps();
+            let rotation = Attitude::new(&state::attitude(x)).rotation();
+            let over_ground: Vector3<f64> = rotation.tr_mul(&Vector3::new(north, east, 0.0));
+            let through = at(U);
+            (Sensor::Dvl, Channel::DvlU, [0, 1, 2].map(|i| through[i] + over_ground[i]), velocity)
+        }
+        Reading::Gnss(_) | Reading::Acoustic { .. } => return Vec::new(),
+    };
+    let predicted = model.read(t_s, sensor, truth).0;
+    let error = |(i, measured): (usize, &f64)| {
+        let channel = Channel::ALL[first as usize + i];
+        let difference = measured - predicted[i];
+        (channel, if sensor == Sensor::Attitude { wrap_angle(difference) } else { difference })
+    };
+    measured.iter().enumerate().map(error).collect()
+}
+
+/// The flight filter with these effects. Without a truth, later fixes are withheld from it.
+fn navigate(
+    log: &Log,
+    vehicle: &VehicleFile,
+    set: &EffectSet,
+    truth: Option<&Truth>,
+    use_dvl: bool,
+) -> Result<FilterRun, DataError> {
+    let mut augmented = vehicle.clone();
+    augmented.effects.set = *set;
+    let mut options = FilterOptions::new(&augmented, ProcessModel::Dynamic);
+    options.use_dvl = use_dvl;
+    if truth.is_some() {
+        return filter::run(log, &augmented, &options);
+    }
+    let mut blind = log.clone();
+    let first = log.rows.iter().find(|row| row.gnss_m().is_some()).map_or(0, |row| row.time_us);
+    let last = first + (FIXES_USED_S * 1e6) as u64;
+    for row in blind.rows.iter_mut().filter(|row| row.time_us > last) {
+        row.set(Column::GpsX, f64::NAN).set(Column::GpsY, f64::NAN);
+    }
+    filter::run(&blind, &augmented, &options)
+}
+
+fn against_truth(run: &FilterRun, truth: &Truth) -> Vec<(u64, f64)> {
+    let error =
+        |s: &filter::TrackSample| Some((s.time_us, truth.horizontal_error_m(s.time_us, s.state[0], s.state[1])?));
+    run.track.iter().filter_map(error).collect()
+}
+
+fn against_fixes(run: &FilterRun, log: &Log) -> Vec<(u64, f64)> {
+    let first = log.rows.iter().find(|row| row.gnss_m().is_some()).map_or(0, |row| row.time_us);
+    let last = first + (FIXES_USED_S * 1e6) as u64;
+    let mut errors = Vec::new();
+    for row in log.rows.iter().filter(|row| row.time_us > last) {
+        let Some(fix) = row.gnss_m() else { continue };
+        let after = run.track.partition_point(|s| s.time_us < row.time_us);
+        let (Some(b), Some(a)) = (run.track.get(after), after.checked_sub(1).map(|i| &run.track[i])) else { continue };
+        let share = (row.time_us - a.time_us) as f64 / (b.time_us - a.time_us).max(1) as f64;
+        let at = |axis: usize| a.state[axis] + share * (b.state[axis] - a.state[axis]);
+        errors.push((row.time_us, (at(0) - fix[0]).hypot(at(1) - fix[1])));
+    }
+    errors
+}
+
+/// Velocity over ground of the flight filter against the truth, root mean square of the two horizontal components.
+fn velocity_against(run: &FilterRun, truth: &Truth, choose: impl Fn(u64) -> bool) -> Option<f64> {
+    let over_ground = |x: &VehicleState, current: [f64; 2]| {
+        let rotation = Attitude::new(&state::attitude(x)).rotation();
+        let v: Vector3<f64> = rotation * Vector3::new(x[U], x[U + 1], x[U + 2]);
+        [v.x + current[0], v.y + current[1]]
+    };
+    let errors: Vec<f64> = run
+        .track
+        .iter()
+        .filter(|s| choose(s.time_us))
+        .filter_map(|s| {
+            let true_row = truth.at(s.time_us)?;
+            let (a, b) = (over_ground(&s.state, s.current_mps), over_ground(&true_row.state, true_row.current_mps));
+            Some([a[0] - b[0], a[1] - b[1]])
+        })
+        .flatten()
+        .filter(|error| error.is_finite())
+        .collect();
+    rms(&errors)
+}

@@ -1,0 +1,77 @@
+//! The outcome as one JSON object.
+
+use super::Outcome;
+use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
+use backseat_diagnose::diagnosis::Found;
+use backseat_diagnose::scores::{HORIZONS_S, PREDICTED, Scores};
+use serde_json::{Map, Value, json};
+
+pub fn text(outcome: &Outcome<'_>) -> String {
+    let d = outcome.diagnosis;
+    let hints: Vec<Value> = d
+        .structure
+        .hints
+        .iter()
+        .map(|h| json!({"term": h.generic.name(), "value": h.value, "gain": h.gain, "held_out_gain": h.held_gain, "p_value": h.p}))
+        .collect();
+    let object = json!({
+        "verdict": d.verdict.name(),
+        "effects": d.effects.iter().map(effect).collect::<Vec<_>>(),
+        "before": scores(outcome.before),
+        "after": scores(outcome.after),
+        "vehicle_file": outcome.vehicle_file.map(|path| path.display().to_string()),
+        "unexplained_structure": hints,
+        "held_out": "three of every nine minutes, and the last fifth",
+        "notes": outcome.notes,
+        "report": outcome.page.map(|path| path.display().to_string()),
+        "simulated_s": outcome.log.duration_s(),
+        "wall_s": outcome.wall_s,
+    });
+    format!("{object}\n")
+}
+
+fn effect(found: &Found) -> Value {
+    let mut parameters = Map::new();
+    for value in &found.values {
+        let number = if value.kind == ParameterKind::Fin {
+            json!({"value": fin_index(value.value).map(|fin| FIN_NAMES[fin])})
+        } else {
+            json!({"value": value.value, "ci95": value.ci95, "unit": value.unit})
+        };
+        parameters.insert(value.name.to_owned(), number);
+    }
+    let own = found.instance.candidate.effect;
+    let rivals: Vec<_> =
+        found.rivals.iter().filter(|r| r.is_possible() && r.instance.candidate.effect != own).collect();
+    let mut names: Vec<&str> = rivals.iter().map(|rival| rival.instance.candidate.effect).collect();
+    names.dedup();
+    json!({
+        "name": own,
+        "parameters": parameters,
+        "p_value": found.p_value,
+        "ambiguous_with": names,
+        "separating_manoeuvre": rivals.iter().find_map(|rival| rival.separating_manoeuvre),
+        "chi_square_gain": found.gain,
+        "held_out_gain_per_block": found.held_gain.map(|(mean, ci95)| json!({"value": mean, "ci95": ci95})),
+    })
+}
+
+fn scores(scores: &Scores) -> Value {
+    let mut prediction = Map::new();
+    for (channel, row) in PREDICTED.iter().zip(&scores.prediction) {
+        let by_horizon: Map<String, Value> =
+            HORIZONS_S.iter().zip(row).map(|(h, rmse)| (format!("{h:.0}_s"), json!(rmse))).collect();
+        prediction.insert(channel.name().replace(' ', "_"), Value::Object(by_horizon));
+    }
+    let nis: Map<String, Value> =
+        scores.whiteness.iter().map(|w| (w.channel.name().replace(' ', "_"), json!(w.nis))).collect();
+    json!({
+        "velocity_rmse_mps": scores.velocity_rmse_mps,
+        "position_rmse_m": scores.position_rmse_m,
+        "position_against": scores.position_against,
+        "innovation_whiteness_p": scores.innovation_whiteness_p,
+        "max_autocorrelation": scores.max_autocorrelation,
+        "nis": nis,
+        "prediction_rmse": prediction,
+    })
+}

@@ -1,0 +1,176 @@
+//! `backseat diagnose`: which physical effect the declared model lacks.
+
+mod json;
+mod page;
+mod text;
+
+use crate::console;
+use anyhow::{Context, bail};
+use backseat_core::effects::ParameterId;
+use backseat_data::output::{self, Existing};
+use backseat_data::{Log, Truth, VehicleFile, importers};
+use backseat_diagnose::bench::Bench;
+use backseat_diagnose::diagnosis::{self, Diagnosis};
+use backseat_diagnose::scores::{self, Scores};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat diagnose log.csv.gz                                the built-in vehicle, one page of text
+  backseat diagnose log.csv --vehicle iver3.toml --report out out/report.html and out/vehicle.toml
+  backseat diagnose log.csv --no-dvl --truth truth.csv --json as a script wants it
+
+The log is as for `backseat navigate`. The vehicle file written holds what was declared and the effects that were found:
+`navigate`, `params import` and the simulator take it as it is.";
+
+/// Find out which physical effect the declared model lacks
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log
+    log: PathBuf,
+    /// Vehicle file, TOML [default: the built-in reference vehicle]
+    #[arg(long, value_name = "V.toml")]
+    vehicle: Option<PathBuf>,
+    /// Truth CSV to compare positions with
+    #[arg(long, value_name = "T.csv")]
+    truth: Option<PathBuf>,
+    /// Leave the DVL out
+    #[arg(long)]
+    no_dvl: bool,
+    /// Write an HTML report and the augmented vehicle file into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Write the augmented vehicle file here
+    #[arg(long, value_name = "V2.toml")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of the text
+    #[arg(long)]
+    json: bool,
+    /// Replace results that exist
+    #[arg(long)]
+    force: bool,
+}
+
+/// Everything there is to say.
+pub struct Outcome<'a> {
+    pub log: &'a Log,
+    pub vehicle: &'a VehicleFile,
+    pub bench: &'a Bench,
+    pub diagnosis: &'a Diagnosis,
+    pub before: &'a Scores,
+    pub after: &'a Scores,
+    pub notes: Vec<String>,
+    pub vehicle_file: Option<&'a Path>,
+    pub page: Option<&'a Path>,
+    pub wall_s: f64,
+}
+
+/// Reads, diagnoses, writes.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let existing = if args.force { Existing::Replace } else { Existing::Keep };
+    let page = args.report.as_ref().map(|folder| folder.join("report.html"));
+    let vehicle_path = args.out.clone().or_else(|| args.report.as_ref().map(|folder| folder.join("vehicle.toml")));
+    for path in [&page, &vehicle_path].into_iter().flatten() {
+        output::check(path, existing)?;
+    }
+    let began = Instant::now();
+    let vehicle = match &args.vehicle {
+        Some(path) => VehicleFile::read(path)?,
+        None => VehicleFile::reference(),
+    };
+    let imported = importers::read(&args.log)?;
+    let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
+    let log = &imported.log;
+    let mut notes = log.notes.clone();
+    if args.vehicle.is_none() {
+        notes.push(format!("no vehicle file given: the built-in {} is taken as declared", vehicle.name));
+    }
+    let spinner = Spinner::new();
+    let Some(mut bench) = Bench::new(log, &vehicle, !args.no_dvl) else {
+        bail!("{}: nothing to start from: it needs a GNSS fix and an attitude, and actuators", args.log.display());
+    };
+    let Some(diagnosis) = diagnosis::run(&mut bench, |what| spinner.set(what)) else {
+        bail!("{}: the filter's numbers left the finite", args.log.display());
+    };
+    spinner.set("before and after");
+    let set = diagnosis.set(&vehicle.effects.set);
+    let score = |pass, set| scores::of(&bench, pass, set, log, &vehicle, truth.as_ref(), !args.no_dvl);
+    let before = score(&diagnosis.before, &vehicle.effects.set)?;
+    let after = if diagnosis.effects.is_empty() { before.clone() } else { score(&diagnosis.after, &set)? };
+    drop(spinner);
+    notes.extend(diagnosis.notes.iter().cloned());
+
+    let written = vehicle_path.as_deref().filter(|_| !diagnosis.effects.is_empty());
+    for path in [&page, &vehicle_path].into_iter().flatten() {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        }
+    }
+    if let Some(path) = written {
+        let name = args.log.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let source = format!("{} with the effects that `backseat diagnose` found in {name}", vehicle.name);
+        augmented(&vehicle, &diagnosis).write(path, &source, existing)?;
+    }
+    let outcome = Outcome {
+        log,
+        vehicle: &vehicle,
+        bench: &bench,
+        diagnosis: &diagnosis,
+        before: &before,
+        after: &after,
+        notes,
+        vehicle_file: written,
+        page: page.as_deref(),
+        wall_s: began.elapsed().as_secs_f64(),
+    };
+    if let Some(path) = &page {
+        let html = page::html(&outcome);
+        output::write(path, existing, |file| file.write_all(html.as_bytes()))?;
+    }
+    let text = if args.json { json::text(&outcome) } else { text::text(&outcome) };
+    console::print(text.as_bytes())
+}
+
+/// What was declared, with the effects found and their intervals.
+fn augmented(vehicle: &VehicleFile, diagnosis: &Diagnosis) -> VehicleFile {
+    let mut file = vehicle.clone();
+    file.effects.set = diagnosis.set(&vehicle.effects.set);
+    for found in &diagnosis.effects {
+        for value in &found.values {
+            let is_interval = value.ci95[0] < value.ci95[1] && value.ci95.iter().all(|end| end.is_finite());
+            if let Some(id) = ParameterId::find(found.instance.candidate.effect, value.name).filter(|_| is_interval) {
+                file.effects.ci95.push((id, value.ci95));
+            }
+        }
+    }
+    file
+}
+
+/// What is being done, on stderr, while it lasts longer than a moment.
+struct Spinner {
+    bar: ProgressBar,
+}
+
+impl Spinner {
+    fn new() -> Self {
+        let bar = ProgressBar::new_spinner();
+        if let Ok(style) = ProgressStyle::with_template("{spinner} diagnose: {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self { bar }
+    }
+
+    fn set(&self, what: &str) {
+        self.bar.set_message(what.to_owned());
+    }
+}
+
+impl Drop for Spinner {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,107 @@
+//! The outcome as a page of text.
+
+use super::Outcome;
+use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
+use backseat_diagnose::diagnosis::{Found, Value, Verdict};
+use backseat_diagnose::rivals::Rival;
+use std::fmt::Write as _;
+
+pub fn text(outcome: &Outcome<'_>) -> String {
+    let mut out = String::new();
+    let _ = writeln!(out, "{}", headline(outcome));
+    for found in &outcome.diagnosis.effects {
+        let _ = writeln!(out, "\n  {}", found.instance.candidate.effect);
+        for value in &found.values {
+            let _ = writeln!(out, "    {:24} {}", value.name, number(value));
+        }
+        let _ = writeln!(out, "    {}", found.instance.candidate.info().signature);
+        for rival in possible(found) {
+            let _ = writeln!(out, "    could as well be {}", rival.instance.candidate.label());
+            if let Some(manoeuvre) = rival.separating_manoeuvre {
+                let _ = writeln!(out, "      to tell them apart: {manoeuvre}");
+            }
+        }
+    }
+    for hint in &outcome.diagnosis.structure.hints {
+        let _ = writeln!(out, "  depends on: {} (p {:.1e})", hint.generic.name(), hint.p);
+    }
+    let _ = writeln!(out, "\n  {:28} {:>12} {:>12}", "on held-out data", "before", "after");
+    for (name, before, after) in rows(outcome) {
+        let _ = writeln!(out, "  {name:28} {before:>12} {after:>12}");
+    }
+    for note in &outcome.notes {
+        let _ = writeln!(out, "  note: {note}");
+    }
+    for path in [outcome.vehicle_file, outcome.page].into_iter().flatten() {
+        let _ = writeln!(out, "  written: {}", path.display());
+    }
+    let _ = writeln!(out, "  {:.0} s of log in {:.1} s", outcome.log.duration_s(), outcome.wall_s);
+    out
+}
+
+/// The verdict in one sentence.
+pub fn headline(outcome: &Outcome<'_>) -> String {
+    let d = outcome.diagnosis;
+    let names: Vec<String> = d.effects.iter().map(|found| found.instance.candidate.label().replace('_', " ")).collect();
+    let names = names.join(" and ");
+    match d.verdict {
+        Verdict::None => "none: the declared model leaves nothing significant.".to_owned(),
+        Verdict::Explained => format!("explained: the model lacks {names}."),
+        Verdict::Ambiguous => {
+            let others: Vec<String> = d
+                .effects
+                .iter()
+                .flat_map(possible)
+                .map(|rival| rival.instance.candidate.label().replace('_', " "))
+                .collect();
+            format!("ambiguous: the model lacks {names}, or {} instead.", others.join(", "))
+        }
+        Verdict::Unexplained => {
+            let hint = d
+                .structure
+                .hints
+                .first()
+                .map_or_else(String::new, |hint| format!(" It depends most on {}.", hint.generic.name()));
+            format!("unexplained: the model lacks something that no entry of the catalogue describes.{hint}")
+        }
+    }
+}
+
+/// Rivals of another name that the data cannot exclude.
+pub fn possible(found: &Found) -> impl Iterator<Item = &Rival> {
+    let own = found.instance.candidate.effect;
+    found.rivals.iter().filter(move |rival| rival.is_possible() && rival.instance.candidate.effect != own)
+}
+
+/// A value with its interval and unit.
+pub fn number(value: &Value) -> String {
+    let unit = if value.unit == "1" { "" } else { value.unit };
+    match value.kind {
+        ParameterKind::Fin => fin_index(value.value).map_or("–", |fin| FIN_NAMES[fin]).to_owned(),
+        _ if value.ci95.iter().all(|end| end.is_finite()) => {
+            let [low, high] = value.ci95;
+            // Two digits of the interval's half width.
+            let digits = (1.0 - ((high - low) * 0.5).max(1e-12).log10().floor()).clamp(0.0, 8.0) as usize;
+            format!("{:.digits$} {unit} ({low:.digits$} to {high:.digits$})", value.value)
+        }
+        _ => format!("{:.6} {unit}", value.value),
+    }
+}
+
+/// What is compared: name, before, after.
+pub fn rows(outcome: &Outcome<'_>) -> Vec<(String, String, String)> {
+    let (a, b) = (outcome.before, outcome.after);
+    let some = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
+    let against = a.position_against.map_or_else(String::new, |what| format!(" ({what})"));
+    let p = |p: f64| if p < 1e-4 { format!("{p:.0e}") } else { format!("{p:.4}") };
+    vec![
+        ("velocity in 10 s [m/s]".to_owned(), some(a.velocity_rmse_mps, 4), some(b.velocity_rmse_mps, 4)),
+        (format!("position [m]{against}"), some(a.position_rmse_m, 2), some(b.position_rmse_m, 2)),
+        ("whiteness, p".to_owned(), p(a.innovation_whiteness_p), p(b.innovation_whiteness_p)),
+        (
+            "largest autocorrelation".to_owned(),
+            format!("{:.3}", a.max_autocorrelation),
+            format!("{:.3}", b.max_autocorrelation),
+        ),
+    ]
+}
