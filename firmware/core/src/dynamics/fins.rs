@@ -33,10 +33,14 @@ pub(super) struct Fin {
     x_row: [f64; 6],
     /// w = z_row · v, the inflow along z of F0.
     z_row: [f64; 6],
+    /// Share of its lift and drag that it still has, 1 for a whole fin.
+    pub(super) effectiveness: f64,
 }
 
 /// Inflow of one fin and what follows from it.
 struct Inflow {
+    /// Of the fin.
+    effectiveness: f64,
     u: f64,
     w: f64,
     speed: f64,
@@ -89,7 +93,7 @@ impl FinSection {
 
     /// ½ρA V (−C_D (u, w) + C_L (w, −u)), N: linear in the coefficients, so it maps their slopes too.
     fn force(&self, inflow: &Inflow, [cd, cl]: [f64; 2]) -> [f64; 2] {
-        let scale = self.half_rho_area * inflow.speed;
+        let scale = self.half_rho_area * inflow.effectiveness * inflow.speed;
         [scale * (cl * inflow.w - cd * inflow.u), -scale * (cd * inflow.w + cl * inflow.u)]
     }
 
@@ -102,7 +106,7 @@ impl FinSection {
         }
         let [cd, cl] = coefficients;
         let by_alpha = self.force(inflow, self.slopes(inflow.alpha));
-        let scale = self.half_rho_area * inflow.speed;
+        let scale = self.half_rho_area * inflow.effectiveness * inflow.speed;
         // d ln V = (u du + w dw)/V² and dα = (u dw − w du)/V². One V at a time: V² may underflow.
         let inverse = 1.0 / inflow.speed;
         let (u, w) = (inflow.u * inverse, inflow.w * inverse);
@@ -126,6 +130,7 @@ impl Fin {
         Self {
             x_row: [1.0, 0.0, 0.0, 0.0, z, -y],
             z_row: [0.0, -sin_phi, cos_phi, cos_phi * y + sin_phi * z, -cos_phi * x, -sin_phi * x],
+            effectiveness: 1.0,
         }
     }
 
@@ -135,7 +140,8 @@ impl Fin {
         let w = z[1] * v[1] + z[2] * v[2] + z[3] * v[3] + z[4] * v[4] + z[5] * v[5];
         let speed = libm::sqrt(u * u + w * w);
         let alpha = delta + libm::atan2(w, u);
-        Inflow { u, w, speed, alpha: if alpha.abs() > PI { wrap_angle(alpha) } else { alpha } }
+        let alpha = if alpha.abs() > PI { wrap_angle(alpha) } else { alpha };
+        Inflow { effectiveness: self.effectiveness, u, w, speed, alpha }
     }
 
     /// Adds the wrench of a force (x, z) in F0 at the centre of pressure.

@@ -82,6 +82,20 @@ impl VehicleModel {
         self.section = FinSection::new(parameters);
     }
 
+    /// Gives the fins [top, bottom, port, starboard] these shares of the lift and drag that the parameters say: 1 for a whole
+    /// fin, 0 for a lost one. Values outside 0 to 2, or that are no numbers, count as 1.
+    pub fn set_fin_effectiveness(&mut self, shares: &[f64; FINS]) {
+        for (fin, &share) in self.fins.iter_mut().zip(shares) {
+            fin.effectiveness = if (0.0..=2.0).contains(&share) { share } else { 1.0 };
+        }
+    }
+
+    /// Shares of lift and drag that the fins have; 1 each unless set.
+    #[must_use]
+    pub fn fin_effectiveness(&self) -> [f64; FINS] {
+        self.fins.each_ref().map(|fin| fin.effectiveness)
+    }
+
     /// M⁻¹ times a wrench, m/s² and rad/s².
     pub(crate) fn acceleration_of(&self, wrench: &Vector6<f64>) -> Vector6<f64> {
         wrench.component_mul(&self.inverse_mass)

@@ -7,7 +7,7 @@ use super::observation::Observations;
 use super::row::Row;
 use super::{ConfigError, NavigationConfig};
 use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use crate::effects::{ActuatorMemory, CATALOGUE, Channel, Hooks, Moment, ParameterKind, Step};
+use crate::effects::{ActuatorMemory, CATALOGUE, Channel, EffectSet, Hooks, Moment, ParameterKind, Step};
 use crate::state;
 
 /// A bit for each entry of the catalogue.
@@ -277,6 +277,37 @@ impl Effects {
     pub(super) fn change(&self, channel: Channel) -> bool {
         self.measure[channel as usize] != 0
     }
+}
+
+/// Velocity [north, east] over ground of the water under fixed effects, m/s.
+pub(super) fn water_of(effects: &EffectSet) -> [f64; 2] {
+    let mut water = [0.0; 2];
+    for (_, info, values) in effects.active() {
+        if let Some(of) = info.hooks.water {
+            let [north, east] = of(values);
+            water = [water[0] + north, water[1] + east];
+        }
+    }
+    water
+}
+
+/// What an ideal sensor would have read where one with the fixed effects read `measured`, at the epoch.
+pub(super) fn ideal_reading(config: &NavigationConfig, channel: Channel, measured: [f64; 3]) -> [f64; 3] {
+    let moment = Moment { t_s: 0.0, sound_speed_mps: config.sound_speed_mps };
+    let mut ideal = measured;
+    // Effects change a reading by less than a third of itself: each round wins half a digit at least, most far more.
+    for _ in 0..12 {
+        let mut reading = ideal;
+        for (_, info, values) in config.effects.active() {
+            if let Some(measure) = info.hooks.measure.filter(|measure| measure.channels.contains(&channel)) {
+                (measure.apply)(values, &moment, &mut reading);
+            }
+        }
+        for i in 0..3 {
+            ideal[i] += measured[i] - reading[i];
+        }
+    }
+    ideal
 }
 
 /// H → J H of a measurement of at most three scalars.

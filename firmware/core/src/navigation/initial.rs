@@ -1,7 +1,11 @@
 //! Initialisation (2.3.1.2): from the last fix and the DVL or the commanded speed.
 
+use super::effects::{ideal_reading, water_of};
 use super::{NavigationConfig, ShipReport};
+use crate::dynamics::Attitude;
+use crate::effects::Channel;
 use crate::state::VehicleState;
+use nalgebra::Vector3;
 
 /// Where the first velocity comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,8 +34,8 @@ impl InitialState {
     /// From the last fix (north, east, one sigma per axis), present depth, Euler angles, rates and
     /// speed; depth, attitude, rates and a DVL have their sensors' sigma.
     ///
-    /// A DVL is taken as bottom track: with current states its velocity through the water is as
-    /// uncertain as the current.
+    /// What the sensors say is freed of the effects in `config`. A DVL is taken as bottom track: with current states its
+    /// velocity through the water is as uncertain as the current.
     #[must_use]
     pub fn from_fix(
         fix_m: [f64; 2],
@@ -44,9 +48,16 @@ impl InitialState {
     ) -> Self {
         let sensors = &config.sensors;
         let current = config.effect_states.current().map_or(0.0, |current| current.initial_sigma);
+        let [depth_m, ..] = ideal_reading(config, Channel::Depth, [depth_m, 0.0, 0.0]);
+        let euler_rad = ideal_reading(config, Channel::Attitude, euler_rad);
+        let rates_radps = ideal_reading(config, Channel::Rates, rates_radps);
         let (velocity, velocity_sigma) = match speed {
             InitialSpeed::Dvl(velocity) => {
-                (velocity, [libm::sqrt(sensors.dvl_mps * sensors.dvl_mps + current * current); 3])
+                let over_ground = ideal_reading(config, Channel::Dvl, velocity);
+                (
+                    through_water(over_ground, euler_rad, config),
+                    [libm::sqrt(sensors.dvl_mps * sensors.dvl_mps + current * current); 3],
+                )
             }
             InitialSpeed::Commanded(surge) => {
                 let sigma = (COMMANDED_SPEED_PART * surge.abs()).max(COMMANDED_SIGMA_MPS);
@@ -70,6 +81,13 @@ impl InitialState {
             ),
         }
     }
+}
+
+/// ν of a velocity over ground in body axes, in the current that `config` says.
+fn through_water(over_ground: [f64; 3], euler_rad: [f64; 3], config: &NavigationConfig) -> [f64; 3] {
+    let [north, east] = water_of(&config.effects);
+    let attitude = Attitude::new(&Vector3::from(euler_rad));
+    (Vector3::from(over_ground) - attitude.rotation().tr_mul(&Vector3::new(north, east, 0.0))).into()
 }
 
 /// The ship at the start: [x y ψ ẋ ẏ ψ̇] and one sigma of each; cross covariances are zero.

@@ -3,7 +3,7 @@
 use super::covariance::{Covariance, ROWS, Vector};
 use super::digest::Digest;
 use super::discretisation::Discretisation;
-use super::effects::Effects;
+use super::effects::{Effects, water_of};
 use super::estimate::Estimate;
 use super::gate::Gate;
 use super::layout::{EFFECTS, SHIP_STATES};
@@ -83,14 +83,7 @@ impl Navigator {
 
     fn select_effects(&mut self) {
         self.effects.select(&self.config);
-        self.x.water_mps = [0.0; 2];
-        for (_, info, values) in self.config.effects.active() {
-            if let Some(water) = info.hooks.water {
-                let [north, east] = water(values);
-                self.x.water_mps[0] += north;
-                self.x.water_mps[1] += east;
-            }
-        }
+        self.x.water_mps = water_of(&self.config.effects);
     }
 
     /// Adopts new numbers while running; state and covariance stay.
