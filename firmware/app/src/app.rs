@@ -24,8 +24,8 @@ use backseat_wire::hostlink::{
 
 /// Time between two steps, µs.
 pub const STEP_US: u64 = 100_000;
-/// Bytes that may wait for one device port: ten steps of commands and requests.
-const DEVICE_RING: usize = 1024;
+/// Bytes that may wait for one device port: five steps of commands and requests.
+const DEVICE_RING: usize = 512;
 /// A buffer of this size holds any sentence to frontseat or modem.
 const SENTENCE: usize = 96;
 

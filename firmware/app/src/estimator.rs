@@ -15,7 +15,7 @@ use backseat_core::state::{P, Q, R, U, V, W, Z};
 use heapless::{Deque, Vec};
 
 /// Scalar fusions kept for telemetry in one step; a step at full rates has about ten.
-const MAX_RECORDS: usize = 48;
+const MAX_RECORDS: usize = 32;
 /// Commands on their way to the actuators.
 const MAX_COMMANDS: usize = 16;
 /// A fix older than this does not initialise, µs.

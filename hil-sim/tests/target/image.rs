@@ -30,10 +30,15 @@ fn tool(variable: &str, name: &str) -> Command {
     command
 }
 
-/// Builds one binary of `backseat-mps2` with the firmware profile; its path.
+/// Builds one binary of `backseat-mps2` with the firmware profile, as boards run it; its path.
 pub fn build(binary: &str) -> anyhow::Result<PathBuf> {
+    build_as(binary, "firmware")
+}
+
+/// The same with another profile.
+pub fn build_as(binary: &str, profile: &str) -> anyhow::Result<PathBuf> {
     let output = tool("CARGO", "cargo")
-        .args(["build", "--package", "backseat-mps2", "--bin", binary, "--profile", "firmware", "--target", TARGET])
+        .args(["build", "--package", "backseat-mps2", "--bin", binary, "--profile", profile, "--target", TARGET])
         .args(["--quiet", "--message-format", "json-render-diagnostics"])
         .output()
         .context("cargo")?;

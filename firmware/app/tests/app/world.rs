@@ -194,7 +194,8 @@ impl World {
             return;
         }
         let velocity_mps = [U, V, W].map(|i| self.x[i] + 0.01 * self.random.normal());
-        let sample = DvlSample { bottom_mps: Some(velocity_mps), frame: Coordinates::Instrument, ..DvlSample::default() };
+        let sample =
+            DvlSample { bottom_mps: Some(velocity_mps), frame: Coordinates::Instrument, ..DvlSample::default() };
         let ensemble = Ensemble::from_sample(&sample, (from_us / STEP_US) as u32, 0.0);
         let bytes = ensemble.emit(&mut [0; MAX_ENSEMBLE]).unwrap().to_vec();
         self.say(Port::Dvl, self.now_us, bytes);

@@ -41,7 +41,7 @@ pub struct Command {
     pub status: MissionStatus,
 }
 
-/// Steers the vehicle along a mission. About 18 kB: keep it in a static.
+/// Steers the vehicle along a mission. About 16 kB: keep it in a static.
 #[derive(Clone, Debug)]
 pub struct Controller {
     config: ControlConfig,

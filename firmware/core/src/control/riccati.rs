@@ -78,16 +78,17 @@ enum Phase {
     Double(u8),
 }
 
-/// A solution in progress. 10 N² + 3 NM doubles, 12 kB for the vehicle: keep it in a static.
+/// A solution in progress. 8 N² + 2 NM doubles, 10 kB for the vehicle: keep it in a static.
 #[derive(Clone, Debug)]
 pub struct RiccatiSolver<const N: usize, const M: usize> {
+    /// Until the flow is complete; scratch afterwards, as `s`.
     a: SMatrix<f64, N, N>,
     s: SMatrix<f64, N, N>,
     q: SMatrix<f64, N, N>,
     e: SMatrix<f64, N, N>,
     g: SMatrix<f64, N, N>,
     h: SMatrix<f64, N, N>,
-    work: [SMatrix<f64, N, N>; 4],
+    work: [SMatrix<f64, N, N>; 2],
     /// R⁻¹ Bᵀ.
     rb: SMatrix<f64, M, N>,
     /// R⁻¹ Nᵀ.
@@ -122,7 +123,7 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
             e: zeros(),
             g: zeros(),
             h: zeros(),
-            work: [zeros(); 4],
+            work: [zeros(); 2],
             rb: zeros(),
             rn: zeros(),
             step_s: 0.0,
@@ -180,7 +181,7 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
         self.e.fill_with_identity();
         self.h.fill(0.0);
         self.g.fill(0.0);
-        let [x, y, ..] = &mut self.work;
+        let [x, y] = &mut self.work;
         x.fill_with_identity();
         y.fill(0.0);
         self.phase = Phase::First(1);
@@ -238,14 +239,18 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
 
     /// term ← [−A S; Q Aᵀ] h/k · term, added to the sums.
     fn flow(&mut self, second: bool, term: u8) -> Phase {
-        let [x, y, next_x, next_y] = &mut self.work;
+        let [x, y] = &mut self.work;
         let scale = self.step_s / f64::from(term);
-        next_x.gemm(-scale, &self.a, x, 0.0);
-        next_x.gemm(scale, &self.s, y, 1.0);
-        next_y.gemm(scale, &self.q, x, 0.0);
-        next_y.gemm_tr(scale, &self.a, y, 1.0);
-        x.copy_from(next_x);
-        y.copy_from(next_y);
+        let (mut column_x, mut column_y) = (zeros::<N, 1>(), zeros::<N, 1>());
+        for (mut next_x, mut next_y) in x.column_iter_mut().zip(y.column_iter_mut()) {
+            column_x.copy_from(&next_x);
+            column_y.copy_from(&next_y);
+            let (x, y) = (&column_x, &column_y);
+            next_x.gemv(-scale, &self.a, x, 0.0);
+            next_x.gemv(scale, &self.s, y, 1.0);
+            next_y.gemv(scale, &self.q, x, 0.0);
+            next_y.gemv_tr(scale, &self.a, y, 1.0);
+        }
         if second {
             self.g += &*x;
         } else {
@@ -266,7 +271,7 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
 
     /// E = Φ₁₁⁻¹, G = Φ₁₁⁻¹ Φ₁₂, H = Φ₂₁ Φ₁₁⁻¹.
     fn join(&mut self) -> Result<Phase, RiccatiError> {
-        let [flow, from, ..] = &mut self.work;
+        let [flow, from] = &mut self.work;
         flow.copy_from(&self.e);
         self.e.fill_with_identity();
         if !solve_in_place(flow, [&mut self.e, &mut self.g]) {
@@ -280,7 +285,8 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
     }
 
     fn double(&mut self, done: u8) -> Result<Phase, RiccatiError> {
-        let [w, we, wg, product] = &mut self.work;
+        let [w, we] = &mut self.work;
+        let (wg, product) = (&mut self.a, &mut self.s);
         w.fill_with_identity();
         w.gemm(1.0, &self.g, &self.h, 1.0);
         we.copy_from(&self.e);

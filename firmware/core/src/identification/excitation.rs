@@ -58,8 +58,8 @@ pub(super) struct ExcitationMonitor {
     inverse_floor: [f64; 6],
     /// Squared half width of the box.
     reach: Theta,
-    /// Mean of Yᵀ M⁻¹ Y, lower triangle.
-    gram: [[f64; PARAMETERS]; PARAMETERS],
+    /// Mean of Yᵀ M⁻¹ Y, lower triangle by rows.
+    gram: [f64; row_at(PARAMETERS)],
     /// Mean of Σ_i (reach_j Y_ij / (m_i a_i))².
     strength: Theta,
     /// The same of the change of Y under sensor noise.
@@ -70,6 +70,11 @@ pub(super) struct ExcitationMonitor {
     memory_s: f64,
 }
 
+/// Where row `j` of a lower triangle begins.
+const fn row_at(j: usize) -> usize {
+    j * (j + 1) / 2
+}
+
 impl ExcitationMonitor {
     pub(super) const fn new() -> Self {
         let zeros = Theta::from_array_storage(nalgebra::ArrayStorage([[0.0; PARAMETERS]]));
@@ -77,7 +82,7 @@ impl ExcitationMonitor {
             inverse_mass: [0.0; 6],
             inverse_floor: [0.0; 6],
             reach: zeros,
-            gram: [[0.0; PARAMETERS]; PARAMETERS],
+            gram: [0.0; row_at(PARAMETERS)],
             strength: zeros,
             noise: zeros,
             observed_s: 0.0,
@@ -92,11 +97,16 @@ impl ExcitationMonitor {
             self.inverse_floor[axis] = 1.0 / (force * force);
         }
         self.reach = reach.component_mul(reach);
-        self.gram = [[0.0; PARAMETERS]; PARAMETERS];
+        self.gram = [0.0; row_at(PARAMETERS)];
         self.strength.fill(0.0);
         self.noise.fill(0.0);
         self.observed_s = 0.0;
         self.memory_s = memory_s;
+    }
+
+    /// Mean of Yᵀ M⁻¹ Y, j ≥ k.
+    fn gram(&self, j: usize, k: usize) -> f64 {
+        self.gram.get(row_at(j) + k).copied().unwrap_or(0.0)
     }
 
     /// Time averaged so far, s.
@@ -110,10 +120,8 @@ impl ExcitationMonitor {
         self.observed_s += dt;
         let weight = dt / self.observed_s.min(self.memory_s);
         let keep = 1.0 - weight;
-        for row in &mut self.gram {
-            for value in row {
-                *value *= keep;
-            }
+        for value in &mut self.gram {
+            *value *= keep;
         }
         self.strength *= keep;
         self.noise *= keep;
@@ -128,8 +136,8 @@ impl ExcitationMonitor {
                     continue;
                 }
                 self.strength[j] += by_floor * self.reach[j] * element * element;
-                for k in 0..=j {
-                    self.gram[j][k] += by_mass * element * y[(axis, k)];
+                for (k, value) in self.gram.iter_mut().skip(row_at(j)).take(j + 1).enumerate() {
+                    *value += by_mass * element * y[(axis, k)];
                 }
             }
         }
@@ -142,8 +150,8 @@ impl ExcitationMonitor {
     /// Γ_j = γ / mean(Yᵀ M⁻¹ Y)_jj of what is excited, 0 of what is not and of the known parameter.
     pub(super) fn gains(&self, gamma: f64, known: usize, gains: &mut Theta) {
         for j in 0..PARAMETERS {
-            let adapts = j != known && self.is_excited(j) && self.gram[j][j] > 0.0;
-            gains[j] = if adapts { gamma / self.gram[j][j] } else { 0.0 };
+            let adapts = j != known && self.is_excited(j) && self.gram(j, j) > 0.0;
+            gains[j] = if adapts { gamma / self.gram(j, j) } else { 0.0 };
         }
     }
 
@@ -164,12 +172,12 @@ impl ExcitationMonitor {
     pub(super) fn assess(&self, known: usize, excitation: &mut Excitation) {
         let mut correlation = [[0.0; PARAMETERS]; PARAMETERS];
         let used: [bool; PARAMETERS] =
-            core::array::from_fn(|j| j != known && self.is_excited(j) && self.gram[j][j] > 0.0);
+            core::array::from_fn(|j| j != known && self.is_excited(j) && self.gram(j, j) > 0.0);
         let scale: [f64; PARAMETERS] =
-            core::array::from_fn(|j| if used[j] { 1.0 / libm::sqrt(self.gram[j][j]) } else { 0.0 });
+            core::array::from_fn(|j| if used[j] { 1.0 / libm::sqrt(self.gram(j, j)) } else { 0.0 });
         for j in 0..PARAMETERS {
             for k in 0..j {
-                let value = self.gram[j][k] * scale[j] * scale[k];
+                let value = self.gram(j, k) * scale[j] * scale[k];
                 correlation[j][k] = value;
                 correlation[k][j] = value;
             }

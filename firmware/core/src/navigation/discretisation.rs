@@ -142,11 +142,13 @@ impl Discretisation {
         let (plain, driven) = self.phi.split_at_mut(VELOCITIES);
         let [early, late] = &mut self.nodes;
         let mut driven = driven.iter_mut().zip(early).zip(late);
-        for (k, &state) in DRIVING.iter().enumerate() {
+        for (k, (&state, column)) in DRIVING.iter().zip(&jacobian.columns).enumerate() {
             if let [first, second, ..] = &mut *terms {
                 *first = [0.0; VEHICLE_STATES];
-                first[state] = 1.0;
-                *second = jacobian.columns[k].map(|a| h * a);
+                if let Some(term) = first.get_mut(state) {
+                    *term = 1.0;
+                }
+                *second = column.map(|a| h * a);
             }
             jacobian.continue_series(terms, h);
             if let Some(column) = plain.get_mut(k) {

@@ -15,7 +15,7 @@ use crate::dynamics::VehicleModel;
 use crate::state::{VEHICLE_STATES, VehicleState, X, Y};
 use nalgebra::SMatrix;
 
-/// The centralized extended Kalman filter. Some 15 kB: lives in a static, never passed by value.
+/// The centralized extended Kalman filter. Some 18 kB: lives in a static, never passed by value.
 pub struct Navigator {
     pub(super) config: NavigationConfig,
     pub(super) model: Option<VehicleModel>,
