@@ -45,7 +45,7 @@ pub use set::{EffectError, EffectSet, PARAMETERS, ParameterId, parameters};
 use crate::dynamics::FINS;
 
 /// Every effect known, in the order in which those present apply.
-pub const CATALOGUE: &[EffectInfo] = &[
+pub static CATALOGUE: &[EffectInfo] = &[
     water_current::INFO,
     // Plant.
     linear_drag::INFO,

@@ -17,6 +17,9 @@ const OFFSETS: [usize; CATALOGUE.len() + 1] = {
     offsets
 };
 
+/// The first parameter of all.
+const FIRST: &ParameterInfo = &CATALOGUE[0].parameters[0];
+
 /// One parameter of one entry of the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParameterId {
@@ -54,8 +57,7 @@ impl ParameterId {
     #[must_use]
     pub const fn info(self) -> &'static ParameterInfo {
         let parameters = self.effect().parameters;
-        let last = parameters.len() - 1;
-        &parameters[if (self.parameter as usize) < last { self.parameter as usize } else { last }]
+        if (self.parameter as usize) < parameters.len() { &parameters[self.parameter as usize] } else { FIRST }
     }
 
     /// Place of its entry in the catalogue.

@@ -194,7 +194,9 @@ impl Discretisation {
             let gamma = &mut effect.gamma;
             *gamma = [0.0; VEHICLE_STATES];
             for (k, a) in effect.acceleration.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-                gamma[U + k] += END_WEIGHT * h * a;
+                if let Some(own) = gamma.get_mut(U + k) {
+                    *own += END_WEIGHT * h * a;
+                }
                 for (columns, weight) in [(&early[..], NODE_WEIGHT), (&late[..], NODE_WEIGHT), (end, END_WEIGHT)] {
                     if let Some(column) = columns.get(k) {
                         add(gamma, weight * h * a, column);

@@ -249,14 +249,15 @@ impl Effects {
             let mut after = before;
             let slopes = (measure.apply)(Values::of(index, config, x).as_slice(), &moment, &mut after);
             turn(out, &slopes.by_reading);
-            for (i, observation) in out.as_mut_slice().iter_mut().enumerate() {
-                observation.innovation -= after[i] - before[i];
+            let changes = before.iter().zip(&after).map(|(before, after)| after - before);
+            for (i, (observation, change)) in out.as_mut_slice().iter_mut().zip(changes).enumerate() {
+                observation.innovation -= change;
                 for (slot, state) in config.effect_states.iter().enumerate() {
                     if state.parameter.effect_index() == index
                         && let Some(column) = slopes.by_parameter.get(state.parameter.index())
-                        && column[i] != 0.0
+                        && let Some(entry) = column.get(i).filter(|entry| **entry != 0.0)
                     {
-                        observation.row.push(EFFECTS + slot, column[i]);
+                        observation.row.push(EFFECTS + slot, *entry);
                     }
                 }
             }
