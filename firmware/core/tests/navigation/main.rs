@@ -3,6 +3,7 @@
 
 mod consistency;
 mod contracts;
+mod effects;
 mod mini_run;
 mod recovery;
 mod support;

@@ -65,7 +65,11 @@ pub struct Truth {
 
 impl Truth {
     pub fn new(x: VehicleState, current: [f64; 2], ship: [f64; 4]) -> Self {
-        Self { x, current, ship, model: model() }
+        Self::of(x, current, ship, &VehicleParameters::IVER3)
+    }
+
+    pub fn of(x: VehicleState, current: [f64; 2], ship: [f64; 4], vehicle: &VehicleParameters) -> Self {
+        Self { x, current, ship, model: VehicleModel::new(vehicle).unwrap() }
     }
 
     /// One tick: midpoint rule and the accelerations' noise of `config`.
