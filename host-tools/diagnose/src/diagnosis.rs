@@ -8,7 +8,7 @@ use crate::search::{self, MOST_EFFECTS, Round};
 use crate::statistics::chi2_tail;
 use crate::structure::{self, Structure};
 use crate::waves;
-use crate::whitener::Pass;
+use crate::whitener::{Pass, Residual};
 use backseat_core::effects::{EffectSet, ParameterKind};
 use backseat_data::stats::{mean_ci95, wilson_ci95};
 
@@ -106,9 +106,9 @@ impl Diagnosis {
 #[must_use]
 pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
     progress("noise");
-    let mut noise_effects = noise_effects(bench, &bench.declared.clone());
-    bench.declared = bench.pass(&bench.scope.declared, &[])?;
+    let mut noise_effects = noise_effects(bench, &bench.declared.residuals.clone())?;
     let (mut accepted, mut rounds): (Vec<Instance>, Vec<Round>) = (Vec::new(), Vec::new());
+    let mut joint = None;
     while accepted.len() <= MOST_EFFECTS {
         progress(&format!("hypotheses, round {}", accepted.len() + 1));
         let round = search::round(bench, &accepted)?;
@@ -117,25 +117,26 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
         let Some(next) = next else { break };
         accepted.push(next);
         progress("refit");
-        let joint = search::refit(bench, &accepted)?;
-        accepted = joint.instances.clone();
-        let kept = still_needed(&joint);
+        let fitted = joint.insert(search::refit(bench, &accepted)?);
+        accepted = fitted.instances.clone();
+        let kept = still_needed(fitted);
         if kept.iter().any(|kept| !kept) {
             let mut flags = kept.iter();
             accepted.retain(|_| flags.next().copied().unwrap_or(true));
+            joint = None;
             // What is dropped would be found again: this is the end of the ladder.
             break;
         }
         // Outliers and waves show better once the rest is explained.
-        for found in self::noise_effects(bench, &joint.pass) {
-            if !noise_effects.iter().any(|known| known.instance.candidate == found.instance.candidate) {
-                noise_effects.push(found);
+        for found in self::noise_effects(bench, &fitted.pass.residuals)? {
+            match noise_effects.iter_mut().find(|known| known.instance.candidate == found.instance.candidate) {
+                Some(known) => *known = found,
+                None => noise_effects.push(found),
             }
         }
-        bench.declared = bench.pass(&bench.scope.declared, &[])?;
     }
     progress("rivals");
-    let (accepted, rivals, joint) = settle(bench, accepted, &rounds)?;
+    let (accepted, rivals, joint) = settle(bench, accepted, joint, &rounds)?;
     progress("structure");
     let left = structure::find(bench, &accepted)?;
     let found = describe(bench, &accepted, rivals, &joint, &rounds)?;
@@ -144,7 +145,7 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
     let mut verdict = Verdict::None;
     if !left.hints.is_empty() && left.gain > TOLERATED * explained {
         verdict = Verdict::Unexplained;
-    } else if !accepted.is_empty() && generic_is_better(bench, &accepted, explained)? {
+    } else if accepted.len() > 1 && generic_is_better(bench, &accepted, explained)? {
         verdict = Verdict::Unexplained;
     }
     let structure = if verdict == Verdict::Unexplained && !accepted.is_empty() {
@@ -176,14 +177,14 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
 /// Structure beside the accepted effects is tolerated up to this part of what they explain: an effect described to a
 /// percent is described.
 const TOLERATED: f64 = 0.02;
-/// By how much generic terms must explain more than the entries to take their place.
-const BETTER: (f64, f64) = (25.0, 0.02);
+/// What fewer generic terms may explain less than several entries and still take their place: a number and a part.
+const WORSE: (f64, f64) = (10.0, 0.005);
 
-/// Whether no more generic terms than entries explain more than the entries do.
+/// Whether fewer generic terms than entries explain as much: then the entries share between them what is not theirs.
 fn generic_is_better(bench: &Bench, accepted: &[Instance], explained: f64) -> Option<bool> {
     let rival = structure::find(bench, &[])?;
-    let gain: f64 = rival.hints.iter().take(accepted.len()).map(|hint| hint.gain).sum();
-    Some(gain > explained + BETTER.0 + BETTER.1 * explained)
+    let gain: f64 = rival.hints.iter().take(accepted.len() - 1).map(|hint| hint.gain).sum();
+    Some(gain > explained - WORSE.0 - WORSE.1 * explained)
 }
 
 /// The best hypothesis of a round that stands, fitted in full where several come close.
@@ -234,8 +235,13 @@ fn still_needed(joint: &Joint) -> Vec<bool> {
 
 /// Rivals of every accepted effect; one that explains more takes the effect's place.
 #[allow(clippy::type_complexity)] // used once
-fn settle(bench: &Bench, accepted: Vec<Instance>, rounds: &[Round]) -> Option<(Vec<Instance>, Vec<Vec<Rival>>, Joint)> {
-    let mut accepted = accepted;
+fn settle(
+    bench: &Bench,
+    accepted: Vec<Instance>,
+    joint: Option<Joint>,
+    rounds: &[Round],
+) -> Option<(Vec<Instance>, Vec<Vec<Rival>>, Joint)> {
+    let (mut accepted, mut joint) = (accepted, joint);
     for _ in 0..2 {
         let mut rivals = Vec::new();
         let mut swap = None;
@@ -260,11 +266,17 @@ fn settle(bench: &Bench, accepted: Vec<Instance>, rounds: &[Round]) -> Option<(V
             }
             rivals.push(found);
         }
-        let joint = search::refit(bench, &accepted)?;
         match swap {
-            None => return Some((joint.instances.clone(), rivals, joint)),
+            None => {
+                let joint = match joint.take() {
+                    Some(joint) => joint,
+                    None => search::refit(bench, &accepted)?,
+                };
+                return Some((joint.instances.clone(), rivals, joint));
+            }
             Some((place, instance)) => accepted[place] = instance,
         }
+        joint = None;
     }
     let joint = search::refit(bench, &accepted)?;
     let rivals = vec![Vec::new(); accepted.len()];
@@ -346,10 +358,14 @@ fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], onset: Option<[f
 }
 
 /// Outliers and waves in the innovations of a pass; what is found changes the bench's noise.
-fn noise_effects(bench: &mut Bench, pass: &Pass) -> Vec<Found> {
+fn noise_effects(bench: &mut Bench, residuals: &[Residual]) -> Option<Vec<Found>> {
     let mut found = Vec::new();
-    bench.setup.outliers = noise::flags(&bench.samples, &pass.residuals);
-    let judged = noise::outliers(&pass.residuals);
+    let before = (bench.setup.outliers.clone(), bench.setup.scale);
+    let flags = noise::flags(&bench.samples, residuals);
+    if flags.contains(&true) || bench.setup.outliers.contains(&true) {
+        bench.setup.outliers = flags;
+    }
+    let judged = noise::outliers(residuals);
     let hits = judged.iter().filter(|(_, is_out)| *is_out).count();
     let p_value = noise::outlier_tail(hits, judged.len());
     if p_value < search::FAMILY_ERROR / 10.0 {
@@ -357,7 +373,7 @@ fn noise_effects(bench: &mut Bench, pass: &Pass) -> Vec<Found> {
         let (low, high) = wilson_ci95(hits as u64, judged.len() as u64).unwrap_or((0.0, 1.0));
         found.push(noise_found("range_outliers", &[(share, [low, high])], p_value));
     }
-    if let Some(waves) = waves::find(&bench.samples, &pass.residuals).filter(|w| w.p < search::FAMILY_ERROR / 10.0) {
+    if let Some(waves) = waves::find(&bench.samples, residuals).filter(|w| w.p < search::FAMILY_ERROR / 10.0) {
         let interval = |value: f64, sigma: f64| (value, [value - Z_95 * sigma, value + Z_95 * sigma]);
         let sizes =
             [interval(waves.amplitude_mps, waves.amplitude_sigma_mps), interval(waves.period_s, waves.period_sigma_s)];
@@ -366,9 +382,17 @@ fn noise_effects(bench: &mut Bench, pass: &Pass) -> Vec<Found> {
         for channel in [crate::samples::Channel::DvlU, crate::samples::Channel::DvlV, crate::samples::Channel::DvlW] {
             bench.setup.scale[channel as usize] = bench.setup.scale[channel as usize].max(scale);
         }
+        // Carried up and down, the vehicle's depth swings as well.
+        let swing_m = waves.amplitude_mps * waves.period_s / std::f64::consts::TAU;
+        let depth = (1.0 + 0.5 * (swing_m / bench.setup.sensors.depth_m).powi(2)).sqrt();
+        let scale = &mut bench.setup.scale[crate::samples::Channel::Depth as usize];
+        *scale = scale.max(depth);
         found.push(noise_found("waves", &sizes, waves.p));
     }
-    found
+    if before != (bench.setup.outliers.clone(), bench.setup.scale) {
+        bench.declared = bench.pass(&bench.scope.declared, &[])?;
+    }
+    Some(found)
 }
 
 fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) -> Found {

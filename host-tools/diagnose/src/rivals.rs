@@ -4,6 +4,7 @@ use crate::bench::{Bench, Part};
 use crate::candidates::{self, Candidate, Instance, set_of};
 use crate::linear;
 use crate::search::{self, Round, is_same, tail};
+use rayon::prelude::*;
 
 /// An entry adds nothing beside a rival if the data would do so by chance with this probability: then the
 /// rival cannot be excluded.
@@ -41,7 +42,6 @@ pub fn find(bench: &Bench, accepted: &[Instance], place: usize, round: &Round) -
     let accused = &accepted[place];
     let others: Vec<Instance> =
         accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, instance)| instance.clone()).collect();
-    let Some(own) = bench.fit(accepted, Part::Whole, |_| Vec::new()) else { return Vec::new() };
     let own_gain = round
         .ladder
         .iter()
@@ -54,8 +54,13 @@ pub fn find(bench: &Bench, accepted: &[Instance], place: usize, round: &Round) -
             && e.gain > 0.0
             && e.gain > top - SHORT.0 - SHORT.1 * top
     });
+    let close: Vec<_> = close.take(MOST_RIVALS).collect();
+    if close.is_empty() {
+        return Vec::new();
+    }
+    let Some(own) = bench.fit(accepted, Part::Whole, |_| Vec::new()) else { return Vec::new() };
     let mut rivals: Vec<Rival> =
-        close.take(MOST_RIVALS).filter_map(|e| rival(bench, accused, &others, &e.instance, own.whole_square)).collect();
+        close.into_par_iter().filter_map(|e| rival(bench, accused, &others, &e.instance, own.whole_square)).collect();
     rivals.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
     rivals
 }

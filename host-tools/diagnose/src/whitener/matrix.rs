@@ -7,35 +7,58 @@ pub(crate) type Square = [[f64; 12]; 12];
 pub(crate) const ZERO: Square = [[0.0; 12]; 12];
 
 /// a b, skipping the zeros of a.
+#[inline]
 pub(crate) fn times(a: &Square, b: &Square) -> Square {
     let mut product = ZERO;
-    for (row, target) in a.iter().zip(&mut product) {
-        for (factor, line) in row.iter().zip(b).filter(|(factor, _)| **factor != 0.0) {
-            for (value, from) in target.iter_mut().zip(line) {
-                *value += factor * from;
+    for i in 0..12 {
+        let mut row = [0.0; 12];
+        for k in 0..12 {
+            let factor = a[i][k];
+            if factor != 0.0 {
+                for j in 0..12 {
+                    row[j] += factor * b[k][j];
+                }
             }
         }
+        product[i] = row;
     }
     product
 }
 
 /// (I + d) b, skipping the zeros of d.
+#[inline]
 pub(crate) fn plus_times(d: &Square, b: &Square) -> Square {
     let mut product = times(d, b);
-    for (row, from) in product.iter_mut().zip(b) {
-        for (value, from) in row.iter_mut().zip(from) {
-            *value += from;
+    for i in 0..12 {
+        for j in 0..12 {
+            product[i][j] += b[i][j];
         }
     }
     product
 }
 
 /// a x.
+#[inline]
 pub(crate) fn apply(a: &Square, x: &[f64; 12]) -> [f64; 12] {
-    std::array::from_fn(|i| a[i].iter().zip(x).map(|(a, x)| a * x).sum())
+    let mut product = [0.0; 12];
+    for i in 0..12 {
+        let mut sum = 0.0;
+        for j in 0..12 {
+            sum += a[i][j] * x[j];
+        }
+        product[i] = sum;
+    }
+    product
 }
 
 /// aᵀ.
+#[inline]
 pub(crate) fn transpose(a: &Square) -> Square {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
+    let mut turned = ZERO;
+    for i in 0..12 {
+        for j in 0..12 {
+            turned[j][i] = a[i][j];
+        }
+    }
+    turned
 }

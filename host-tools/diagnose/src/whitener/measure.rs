@@ -182,7 +182,7 @@ impl Filter<'_> {
             let h: [f64; 12] = std::array::from_fn(|i| jacobian[(axis, i)]);
             let mut moved = self.x - x0;
             moved[PSI] = wrap_angle(moved[PSI]);
-            let mut innovation = prediction.measured[axis] - read[axis] - dot(&h, moved.as_slice());
+            let mut innovation = prediction.measured[axis] - read[axis] - dot(&h, &moved.into());
             if prediction.sensor == Sensor::Attitude {
                 innovation = wrap_angle(innovation);
             }
@@ -207,8 +207,9 @@ impl Filter<'_> {
                 }
             }
             for (i, k) in gain.iter().enumerate() {
-                for (value, ph) in self.p[i].iter_mut().zip(&ph) {
-                    *value -= k * ph;
+                let row = &mut self.p[i];
+                for j in 0..12 {
+                    row[j] -= k * ph[j];
                 }
                 self.x[i] += k * innovation;
             }
@@ -272,6 +273,11 @@ impl Filter<'_> {
     }
 }
 
-fn dot(a: &[f64; 12], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+#[inline]
+fn dot(a: &[f64; 12], b: &[f64; 12]) -> f64 {
+    let mut sum = 0.0;
+    for i in 0..12 {
+        sum += a[i] * b[i];
+    }
+    sum
 }

@@ -76,8 +76,9 @@ impl Filter<'_> {
             for k in 0..12 {
                 let factor = d[i][k];
                 if factor != 0.0 {
-                    for (value, from) in row.iter_mut().zip(&source[k * m..(k + 1) * m]) {
-                        *value += factor * from;
+                    let from = &source[k * m..(k + 1) * m];
+                    for j in 0..m {
+                        row[j] += factor * from[j];
                     }
                 }
             }
