@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn channels_are_interpolated_commands_held_and_gaps_cut() {
         // 5 Hz, a gap of 2 s in the middle.
-        let times = (0..400).chain(410..800).map(|k| k * 200_000);
+        let times = (0..4000).chain(4010..8000).map(|k| k * 200_000);
         let log = Log { rows: times.map(|t| row(t, t as f64 * 1.0e-9)).collect(), ..Log::default() };
         let data = IdentificationData::from_log(&log, [0.0; 2]).unwrap();
         assert_eq!(data.stretches.len(), 2);
@@ -187,7 +187,7 @@ mod tests {
         assert_eq!(sample.time_us, 10_100_000);
         assert!((sample.velocity[5] - 0.0101).abs() < 1e-12);
         assert!((sample.input.fins_rad[1] - 0.0100).abs() < 1e-12);
-        assert_eq!(data.samples[data.stretches[1].start].time_us, 82_000_000);
+        assert_eq!(data.samples[data.stretches[1].start].time_us, 802_000_000);
         let [first, rest] = data.split(0.8);
         assert_eq!(first.samples.len() + rest.samples.len(), data.samples.len());
     }

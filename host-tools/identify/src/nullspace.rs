@@ -105,19 +105,25 @@ pub fn thesis_columns(rows: &ExtendedRegressor) -> SMatrix<f64, 6, COLUMNS> {
     SMatrix::from_fn(|axis, column| rows[(axis, ORDER[column])])
 }
 
-/// The direction that Wᵀ W shrinks most, columns scaled to unit length first, with the eigenvalues of the scaled matrix in
+/// Sizes that bring every column of W to unit length.
+#[must_use]
+pub fn unit_length(normal: &SMatrix<f64, COLUMNS, COLUMNS>) -> SVector<f64, COLUMNS> {
+    normal.diagonal().map(|square| if square > 0.0 { 1.0 / square.sqrt() } else { 1.0 })
+}
+
+/// The direction that Wᵀ W shrinks most, columns multiplied by `sizes` first, with the eigenvalues of the scaled matrix in
 /// ascending order. Its scale and sign are those of `known` = (column, value).
 #[must_use]
 pub fn nullspace(
     normal: &SMatrix<f64, COLUMNS, COLUMNS>,
+    sizes: &SVector<f64, COLUMNS>,
     known: (usize, f64),
 ) -> (SVector<f64, COLUMNS>, SVector<f64, COLUMNS>) {
-    let length = normal.diagonal().map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
-    let scaled = SMatrix::<f64, COLUMNS, COLUMNS>::from_fn(|i, j| normal[(i, j)] / (length[i] * length[j]));
+    let scaled = SMatrix::<f64, COLUMNS, COLUMNS>::from_fn(|i, j| normal[(i, j)] * sizes[i] * sizes[j]);
     let eigen = scaled.symmetric_eigen();
     let mut order: Vec<usize> = (0..COLUMNS).collect();
     order.sort_unstable_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    let direction = eigen.eigenvectors.column(order[0]).component_div(&length);
+    let direction = eigen.eigenvectors.column(order[0]).component_mul(sizes);
     let theta = direction * (known.1 / direction[known.0]);
     (theta, SVector::from_fn(|i, _| eigen.eigenvalues[order[i]]))
 }
@@ -139,7 +145,7 @@ pub(crate) fn nbls(
     let known = options.scale.parameter();
     let column = ORDER.iter().position(|&j| j == known).unwrap_or(M11);
     let declared = parameters::of(prior);
-    let (theta, _) = nullspace(&normal, (column, declared[known]));
+    let (theta, _) = nullspace(&normal, &unit_length(&normal), (column, declared[known]));
     let mut values = declared;
     for (&j, value) in ORDER.iter().zip(theta.iter()) {
         values[j] = *value;

@@ -1,5 +1,6 @@
 //! `backseat identify`: a vehicle's parameters from its log.
 
+mod accelerations;
 mod outcome;
 mod page;
 mod reduced;

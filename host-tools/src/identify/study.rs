@@ -1,5 +1,6 @@
 //! The ensemble table: every method on simulated experiments (IDSIM), errors in cross-validation against the truth.
 
+use super::accelerations;
 use crate::console;
 use anyhow::anyhow;
 use backseat_data::stats::{mean, mean_ci95, median};
@@ -145,6 +146,7 @@ fn markdown(runs: u64, results: &[(Condition, Vec<[f64; 8]>)]) -> String {
         let cells: Vec<String> = (0..8).map(|i| short(median(&column(errors, i)).unwrap_or(f64::NAN))).collect();
         let _ = writeln!(out, "| {} | {} |", condition.name(), cells.join(" | "));
     }
+    let _ = writeln!(out, "\n{}", accelerations::markdown(runs));
     out
 }
 

@@ -1,0 +1,5 @@
+//! The methods against reference numbers, other derivations, and simulated experiments.
+
+mod convergence;
+mod sensitivities;
+mod vectors;

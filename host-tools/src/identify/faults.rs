@@ -1,0 +1,319 @@
+//! The fault study: simulated vehicles that break under way, and the monitor that is to say what broke.
+//!
+//! Each run identifies the vehicle first, with the board's identifier from a wrong prior on a log of its own; the monitor then
+//! runs with those parameters over another log, in which something breaks at a time that nobody tells.
+
+use crate::console;
+use anyhow::{Context, anyhow};
+use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
+use backseat_core::identification::{Cause, FaultMonitor, FaultState};
+use backseat_data::VehicleFile;
+use backseat_data::stats::median;
+use backseat_identify::aid::run_identifier;
+use backseat_identify::{IdentificationData, Options};
+use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
+use hil_sim::rng::{Source, Stream};
+use hil_sim::scenario::Request;
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+use serde_json::json;
+use std::fmt::Write as _;
+
+/// Faults by their names in the simulator.
+const FAULTS: [&str; 4] = ["flooding", "entanglement", "fin_lost", "fouling"];
+/// Share by which the prior of the identification is wrong.
+const WRONG: f64 = 0.1;
+/// Length of the identification, s.
+const IDENTIFICATION_S: f64 = 1200.0;
+/// Length of a log with a fault, s; it breaks in 20 to 80 % of it.
+const FAULT_S: f64 = 1800.0;
+/// Length of a log without fault, s.
+const SOUND_S: f64 = 7200.0;
+/// Seeds of identification logs are those of the runs plus this.
+const OTHER_SEEDS: u64 = 500_000;
+
+/// How the vehicle moves when it breaks.
+const SHAPES: [(Shape, &str); 2] = [(Shape::Excite, "dives, turns, speeds"), (Shape::Lawnmower, "lawnmower")];
+
+/// What the monitor made of a log.
+struct Watch {
+    /// First diagnosis: time, s, cause, magnitude.
+    diagnosed: Option<(f64, Cause, f64)>,
+    /// Diagnoses in all; after each it learns anew.
+    diagnoses: u32,
+    suspicions: u32,
+    hours: f64,
+}
+
+/// One run with a fault.
+struct Run {
+    onset_s: f64,
+    fault: Cause,
+    magnitude: f64,
+    watch: Watch,
+}
+
+impl Run {
+    fn false_alarm(&self) -> bool {
+        self.watch.diagnosed.is_some_and(|(time_s, ..)| time_s < self.onset_s)
+    }
+
+    fn found(&self) -> Option<(f64, Cause, f64)> {
+        self.watch.diagnosed.filter(|(time_s, ..)| *time_s >= self.onset_s)
+    }
+}
+
+fn spec(shape: Shape, duration_s: f64) -> Spec {
+    Spec { shape, duration_s, ranges: false, ..Spec::new(VehicleFile::reference()) }
+}
+
+/// Every parameter but the scale wrong by the same share, with signs by the seed; B1 and B2 by that share of B3.
+fn wrong_prior(seed: u64) -> VehicleParameters {
+    let declared = VehicleFile::reference().parameters;
+    let mut random = Stream::new(seed, Source::Effects);
+    let mut theta = theta_of(&declared);
+    let righting = theta[B1 + 2];
+    for j in 0..theta.len() {
+        let sign = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
+        let size = if j == B1 || j == B1 + 1 { righting } else { theta[j] };
+        if j != M11 {
+            theta[j] += sign * WRONG * size;
+        }
+    }
+    with_theta(&declared, &theta)
+}
+
+/// The vehicle as the board's identifier knows it after its own log.
+fn identified(seed: u64) -> anyhow::Result<VehicleParameters> {
+    let log = simulate(&spec(Shape::Excite, IDENTIFICATION_S), seed + OTHER_SEEDS).log;
+    let data = IdentificationData::from_log(&log, [0.0; 2])?;
+    let sensors = VehicleFile::reference().sensors;
+    let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
+    let options = Options {
+        velocity_noise: [dvl, dvl, dvl, rates, rates, rates],
+        roll_pitch_noise_rad: sensors.attitude_rad,
+        ..Options::DEFAULT
+    };
+    let identifier = run_identifier(&data, &wrong_prior(seed), &options)?;
+    identifier.parameters().ok_or_else(|| anyhow!("not configured"))
+}
+
+fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch> {
+    let model = VehicleModel::new(vehicle).map_err(|error| anyhow!("identified vehicle: {error}"))?;
+    let data = IdentificationData::from_log(&dataset.log, [0.0; 2])?;
+    let mut monitor = Box::new(FaultMonitor::new());
+    let mut watch = Watch { diagnosed: None, diagnoses: 0, suspicions: 0, hours: data.duration_s() / 3600.0 };
+    let mut before = FaultState::Learning;
+    for samples in data.stretches() {
+        monitor.interrupt();
+        for pair in samples.windows(2) {
+            let [last, now] = pair else { continue };
+            let state = monitor.sample(&model, now.time_us, &now.attitude, &now.velocity, &last.input);
+            if state == before {
+                continue;
+            }
+            before = state;
+            match state {
+                FaultState::Suspicious => watch.suspicions += 1,
+                FaultState::Diagnosed => {
+                    watch.diagnoses += 1;
+                    if let Some(diagnosis) = monitor.diagnosis() {
+                        let time_s = now.time_us as f64 * 1e-6;
+                        watch.diagnosed.get_or_insert((time_s, diagnosis.cause, diagnosis.magnitude));
+                    }
+                    monitor.restart();
+                    before = FaultState::Learning;
+                }
+                FaultState::Learning | FaultState::Quiet => {}
+            }
+        }
+    }
+    Ok(watch)
+}
+
+fn broken(fault: &'static str, shape: Shape, seed: u64) -> anyhow::Result<Run> {
+    let vehicle = identified(seed)?;
+    let request = Request::named(fault).map_err(|error| anyhow!(error))?;
+    let dataset = simulate(&Spec { effects: vec![request], ..spec(shape, FAULT_S) }, seed);
+    let effect = dataset.effects.first().context("an effect was asked for")?;
+    let get = |name: &str| effect.get(name).unwrap_or(f64::NAN);
+    let (fault, magnitude) = match fault {
+        "flooding" => (Cause::Flooding, get("kg")),
+        "entanglement" => (Cause::Entanglement, get("factor") - 1.0),
+        "fin_lost" => (Cause::Fin(get("fin") as u8 - 1), 1.0 - get("share")),
+        _ => (Cause::Fouling, 1.0 - get("share")),
+    };
+    Ok(Run { onset_s: get("time_s"), fault, magnitude, watch: watch(&vehicle, &dataset)? })
+}
+
+fn sound(shape: Shape, seed: u64) -> anyhow::Result<Watch> {
+    watch(&identified(seed)?, &simulate(&spec(shape, SOUND_S), seed))
+}
+
+fn bar(name: &str, len: usize) -> ProgressBar {
+    let bar = ProgressBar::new(len as u64);
+    if let Ok(style) = ProgressStyle::with_template(&format!("{name} {{wide_bar}} {{pos}} of {{len}}, {{eta}}")) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Wilson's 95 % interval of a share.
+fn wilson(hits: usize, of: usize) -> [f64; 3] {
+    const Z: f64 = 1.959_964;
+    let n = of as f64;
+    let share = hits as f64 / n;
+    let center = (share + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
+    let reach = Z / (1.0 + Z * Z / n) * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
+    [share, center - reach, center + reach]
+}
+
+fn percent([share, low, high]: [f64; 3]) -> String {
+    format!("{:.1} % ({:.1} – {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+}
+
+/// Value below which a share of the samples lies.
+fn quantile(samples: &mut [f64], share: f64) -> f64 {
+    samples.sort_by(f64::total_cmp);
+    let place = (share * samples.len() as f64) as usize;
+    samples.get(place.min(samples.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
+}
+
+/// One line of the table.
+struct Row {
+    fault: &'static str,
+    shape: &'static str,
+    runs: usize,
+    early: usize,
+    detected: [f64; 3],
+    isolated: [f64; 3],
+    median_s: f64,
+    p95_s: f64,
+    magnitude_error: f64,
+}
+
+fn row(fault: &'static str, shape: &'static str, all: &[Run]) -> Row {
+    let runs: Vec<&Run> = all.iter().filter(|run| !run.false_alarm()).collect();
+    let found: Vec<(&Run, (f64, Cause, f64))> = runs.iter().filter_map(|run| Some((*run, run.found()?))).collect();
+    let right: Vec<_> = found.iter().filter(|(run, (_, cause, _))| *cause == run.fault).collect();
+    let mut delays: Vec<f64> = found.iter().map(|(run, (time_s, ..))| time_s - run.onset_s).collect();
+    let errors: Vec<f64> = right.iter().map(|(run, (.., size))| (size / run.magnitude - 1.0).abs()).collect();
+    Row {
+        fault,
+        shape,
+        runs: all.len(),
+        early: all.len() - runs.len(),
+        detected: wilson(found.len(), runs.len()),
+        isolated: wilson(right.len(), found.len().max(1)),
+        median_s: median(&delays).unwrap_or(f64::NAN),
+        p95_s: quantile(&mut delays, 0.95),
+        magnitude_error: median(&errors).unwrap_or(f64::NAN),
+    }
+}
+
+/// Runs the study and prints its tables.
+pub fn run(runs: u64, hours: f64, first_seed: u64, as_json: bool) -> anyhow::Result<()> {
+    let mut rows = Vec::new();
+    let seeds = first_seed..first_seed + runs;
+    for (shape, shape_name) in SHAPES {
+        for fault in FAULTS {
+            let bar = bar(&format!("{fault}, {shape_name}"), runs as usize);
+            let all: Vec<Run> = seeds
+                .clone()
+                .into_par_iter()
+                .progress_with(bar)
+                .map(|seed| broken(fault, shape, seed).with_context(|| format!("{fault}, seed {seed}")))
+                .collect::<anyhow::Result<_>>()?;
+            rows.push(row(fault, shape_name, &all));
+            if std::env::var_os("FAULT_DEBUG").is_some() {
+                for (run, seed) in all.iter().zip(seeds.clone()) {
+                    eprintln!(
+                        "{seed} {fault} {:?} {:.3} at {:.0}: {:?} susp {} diag {}",
+                        run.fault, run.magnitude, run.onset_s, run.watch.diagnosed, run.watch.suspicions, run.watch.diagnoses
+                    );
+                }
+            }
+        }
+    }
+    let mut quiet = Vec::new();
+    for (shape, shape_name) in SHAPES {
+        let logs = (0.5 * hours * 3600.0 / SOUND_S).ceil() as u64;
+        let bar = bar(&format!("no fault, {shape_name}"), logs as usize);
+        let watches: Vec<Watch> = (first_seed..first_seed + logs)
+            .into_par_iter()
+            .progress_with(bar)
+            .map(|seed| sound(shape, seed).with_context(|| format!("no fault, seed {seed}")))
+            .collect::<anyhow::Result<_>>()?;
+        if std::env::var_os("FAULT_DEBUG").is_some() {
+            for watch in &watches {
+                eprintln!("sound {:?} susp {} diag {}", watch.diagnosed, watch.suspicions, watch.diagnoses);
+            }
+        }
+        quiet.push((shape_name, watches));
+    }
+    let text = if as_json { json_text(&rows, &quiet) } else { markdown(&rows, &quiet) };
+    console::print(text.as_bytes())
+}
+
+fn sums(watches: &[Watch]) -> (f64, u32, u32) {
+    let hours = watches.iter().map(|watch| watch.hours).sum();
+    let diagnoses = watches.iter().map(|watch| watch.diagnoses).sum();
+    (hours, diagnoses, watches.iter().map(|watch| watch.suspicions).sum())
+}
+
+fn markdown(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
+    let mut out = String::from(
+        "| fault | motion | runs | detected | right cause, of those | delay, median [s] | delay, 95 % [s] | error of the magnitude, \
+         median | alarms before |\n|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for row in rows {
+        let _ = writeln!(
+            out,
+            "| {} | {} | {} | {} | {} | {:.0} | {:.0} | {:.0} % | {} |",
+            row.fault,
+            row.shape,
+            row.runs,
+            percent(row.detected),
+            percent(row.isolated),
+            row.median_s,
+            row.p95_s,
+            100.0 * row.magnitude_error,
+            row.early
+        );
+    }
+    out.push_str("\n| no fault | hours | logs with an alarm | false alarms | per hour | suspicions that were dropped, per hour |\n|---|---|---|---|---|---|\n");
+    for (shape, watches) in quiet {
+        let (hours, diagnoses, suspicions) = sums(watches);
+        let logs = watches.iter().filter(|watch| watch.diagnoses > 0).count();
+        let _ = writeln!(
+            out,
+            "| {shape} | {hours:.0} | {} | {diagnoses} | {:.4} | {:.3} |",
+            percent(wilson(logs, watches.len())),
+            f64::from(diagnoses) / hours,
+            f64::from(suspicions - diagnoses) / hours
+        );
+    }
+    out
+}
+
+fn json_text(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
+    let faults: Vec<_> = rows
+        .iter()
+        .map(|row| {
+            json!({
+                "fault": row.fault, "motion": row.shape, "runs": row.runs, "alarms_before": row.early,
+                "detected": row.detected, "right_cause": row.isolated, "delay_median_s": row.median_s,
+                "delay_p95_s": row.p95_s, "magnitude_error_median": row.magnitude_error,
+            })
+        })
+        .collect();
+    let quiet: Vec<_> = quiet
+        .iter()
+        .map(|(shape, watches)| {
+            let (hours, diagnoses, suspicions) = sums(watches);
+            json!({"motion": shape, "hours": hours, "false_alarms": diagnoses, "suspicions": suspicions})
+        })
+        .collect();
+    format!("{}\n", json!({"faults": faults, "no_fault": quiet}))
+}
