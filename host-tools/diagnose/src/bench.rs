@@ -127,60 +127,64 @@ impl Bench {
         const MOST_STEPS: usize = 6;
         /// A step below this many sigmas changes nothing that matters.
         const SMALL: f64 = 0.1;
+        /// What Σ e² may rise by the rounding of a step and still be no worse.
+        const ROUNDING: f64 = 0.05;
         let mut now = instances.to_vec();
-        let mut best: Option<(Vec<Instance>, f64)> = None;
-        let mut sizes = 0;
-        for step in 0..=MOST_STEPS {
-            let set = set_of(&self.scope.declared, &now);
-            let own: Vec<Term> = now.iter().flat_map(|instance| own_terms(instance, &set)).collect();
-            sizes = own.len();
-            let terms: Vec<Term> = own.into_iter().chain(extra(&now)).collect();
-            let pass = self.pass(&set, &terms);
-            let sum = pass.as_ref().map(|pass| pass.normal.sum(|block| self.is_in(part, block)));
-            let square = sum.as_ref().map_or(f64::INFINITY, |sum| sum.square);
-            let Some((pass, sum)) = pass.zip(sum).filter(|_| best.as_ref().is_none_or(|b| square <= b.1 + 1e-9)) else {
+        let mut best: Option<Joint> = None;
+        for _ in 0..=MOST_STEPS {
+            let trial = self.evaluate(&now, part, &extra);
+            let Some((joint, fit)) =
+                trial.filter(|(joint, _)| best.as_ref().is_none_or(|best| joint.square <= best.square + ROUNDING))
+            else {
                 // Worse, or impossible: half-way back.
-                let (good, _) = best.as_ref()?;
-                for (instance, good) in now.iter_mut().zip(good) {
+                for (instance, good) in now.iter_mut().zip(&best.as_ref()?.instances) {
                     for (size, good) in instance.sizes.iter_mut().zip(&good.sizes) {
                         *size = 0.5 * (*size + good);
                     }
                 }
                 continue;
             };
-            let free: Vec<usize> = (0..sizes).collect();
-            let fit = linear::fit(&sum, &free, &[]);
             let mut largest = 0.0_f64;
-            let mut next = now.clone();
-            if let Some(fit) = &fit {
-                let mut i = 0;
-                for instance in &mut next {
+            if let Some(fit) = fit {
+                let mut steps = fit.theta.iter().enumerate();
+                for instance in &mut now {
                     let bounds = instance.candidate.bounds();
                     for (size, [low, high]) in instance.sizes.iter_mut().zip(bounds) {
-                        let moved = (*size + fit.theta[i]).clamp(low, high);
+                        let (i, step) = steps.next()?;
+                        let moved = (*size + step).clamp(low, high);
                         largest = largest.max((moved - *size).abs() / fit.sigma(i).max(f64::MIN_POSITIVE));
                         *size = moved;
-                        i += 1;
                     }
                 }
             }
-            if largest < SMALL || step == MOST_STEPS || fit.is_none() {
-                let whole_square = pass.normal.sum(|_| true).square;
-                let at = linear::Fit {
-                    gain: 0.0,
-                    theta: vec![0.0; sizes],
-                    covariance: fit
-                        .as_ref()
-                        .map_or_else(|| vec![f64::INFINITY; sizes * sizes], |f| f.covariance.clone()),
-                };
-                let sigmas = linear::sigmas(&pass.normal, |block| self.is_in(part, block), &free, &at, &[]);
-                return Some(Joint { instances: now, square, whole_square, sigmas, pass });
+            best = Some(joint);
+            if largest < SMALL {
+                break;
             }
-            best = Some((now, square));
-            now = next;
         }
-        let _ = sizes;
-        None
+        best
+    }
+
+    /// One pass at these values, and the step that it suggests.
+    fn evaluate(
+        &self,
+        now: &[Instance],
+        part: Part,
+        extra: &impl Fn(&[Instance]) -> Vec<Term>,
+    ) -> Option<(Joint, Option<linear::Fit>)> {
+        let set = set_of(&self.scope.declared, now);
+        let own: Vec<Term> = now.iter().flat_map(|instance| own_terms(instance, &set)).collect();
+        let sizes = own.len();
+        let terms: Vec<Term> = own.into_iter().chain(extra(now)).collect();
+        let pass = self.pass(&set, &terms)?;
+        let sum = pass.normal.sum(|block| self.is_in(part, block));
+        let free: Vec<usize> = (0..sizes).collect();
+        let fit = linear::fit(&sum, &free, &[]);
+        let covariance = fit.as_ref().map_or_else(|| vec![f64::INFINITY; sizes * sizes], |fit| fit.covariance.clone());
+        let at = linear::Fit { gain: 0.0, theta: vec![0.0; sizes], covariance };
+        let sigmas = linear::sigmas(&pass.normal, |block| self.is_in(part, block), &free, &at, &[]);
+        let whole_square = pass.normal.sum(|_| true).square;
+        Some((Joint { instances: now.to_vec(), square: sum.square, whole_square, sigmas, pass }, fit))
     }
 
     /// Held-out blocks: by how much Σ e² of each falls from one pass to another.

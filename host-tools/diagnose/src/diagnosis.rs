@@ -128,12 +128,7 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
             break;
         }
         // Outliers and waves show better once the rest is explained.
-        for found in self::noise_effects(bench, &fitted.pass.residuals)? {
-            match noise_effects.iter_mut().find(|known| known.instance.candidate == found.instance.candidate) {
-                Some(known) => *known = found,
-                None => noise_effects.push(found),
-            }
-        }
+        noise_effects = self::noise_effects(bench, &fitted.pass.residuals)?;
     }
     progress("rivals");
     let (accepted, rivals, joint) = settle(bench, accepted, joint, &rounds)?;

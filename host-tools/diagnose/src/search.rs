@@ -169,7 +169,9 @@ pub fn refine_onset(bench: &Bench, others: &[Instance], found: &Instance) -> Opt
     let mut cell_s = 0.8 * duration_s / (ONSETS - 1) as f64;
     while cell_s > 1.0 {
         let centre = best.candidate.onset_s?;
-        let onsets: Vec<f64> = (-8..=8).map(|k| centre + cell_s * f64::from(k) / 8.0).collect();
+        // An event in the first or last part of a log is no event: it was always, or never, there.
+        let within = |t_s: &f64| (0.08 * duration_s..=0.92 * duration_s).contains(t_s);
+        let onsets: Vec<f64> = (-8..=8).map(|k| centre + cell_s * f64::from(k) / 8.0).filter(within).collect();
         let (terms, hypotheses) = candidates::event(&bench.scope, others, &best.candidate, &onsets);
         let pass = bench.pass(&set_of(&bench.scope.declared, others), &terms)?;
         let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();

@@ -9,11 +9,13 @@ mod statistics;
 mod svg;
 mod time;
 mod track;
+mod xy;
 
 pub(super) use frame::phone_font;
 pub use statistics::{bars, before_after, histogram};
 pub use time::{error_vs_time, innovations, time_series};
 pub use track::track;
+pub use xy::xy;
 
 /// An abscissa and an ordinate; on a map north and east, in metres.
 pub type Point = (f64, f64);
@@ -89,6 +91,23 @@ pub struct TimePlot<'a> {
     pub series: &'a [Series<'a>],
     /// Name and `(t_h, low, high)` of a band behind the lines.
     pub band: Option<Band<'a>>,
+}
+
+/// Lines of one quantity against another.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct XyPlot<'a> {
+    /// What is along the page and its unit.
+    pub x_label: &'a str,
+    /// What is up the page and its unit.
+    pub y_label: &'a str,
+    /// Lines of `(x, y)`.
+    pub series: &'a [Series<'a>],
+    /// Name and height of a line to compare with.
+    pub reference: Option<(&'a str, f64)>,
+    /// Spacing of the x axis.
+    pub x_scale: Scale,
+    /// Spacing of the y axis.
+    pub y_scale: Scale,
 }
 
 /// Distribution of a sample.
