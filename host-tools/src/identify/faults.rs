@@ -33,13 +33,18 @@ const SOUND_S: f64 = 7200.0;
 /// Seeds of identification logs are those of the runs plus this.
 const OTHER_SEEDS: u64 = 500_000;
 
+/// A diagnosis is looked at again after this time, s: magnitudes become better.
+const LATER_S: f64 = 120.0;
+
 /// How the vehicle moves when it breaks.
 const SHAPES: [(Shape, &str); 2] = [(Shape::Excite, "dives, turns, speeds"), (Shape::Lawnmower, "lawnmower")];
 
 /// What the monitor made of a log.
 struct Watch {
-    /// First diagnosis: time, s, cause, magnitude.
-    diagnosed: Option<(f64, Cause, f64)>,
+    /// First diagnosis: time, s, cause.
+    diagnosed: Option<(f64, Cause)>,
+    /// What it had become [`LATER_S`] later: cause, magnitude.
+    later: Option<(Cause, f64)>,
     /// Diagnoses in all; after each it learns anew.
     diagnoses: u32,
     suspicions: u32,
@@ -59,8 +64,8 @@ impl Run {
         self.watch.diagnosed.is_some_and(|(time_s, ..)| time_s < self.onset_s)
     }
 
-    fn found(&self) -> Option<(f64, Cause, f64)> {
-        self.watch.diagnosed.filter(|(time_s, ..)| *time_s >= self.onset_s)
+    fn found(&self) -> Option<(f64, Cause)> {
+        self.watch.diagnosed.filter(|(time_s, _)| *time_s >= self.onset_s)
     }
 }
 
@@ -103,29 +108,34 @@ fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch
     let model = VehicleModel::new(vehicle).map_err(|error| anyhow!("identified vehicle: {error}"))?;
     let data = IdentificationData::from_log(&dataset.log, [0.0; 2])?;
     let mut monitor = Box::new(FaultMonitor::new());
-    let mut watch = Watch { diagnosed: None, diagnoses: 0, suspicions: 0, hours: data.duration_s() / 3600.0 };
+    let mut watch =
+        Watch { diagnosed: None, later: None, diagnoses: 0, suspicions: 0, hours: data.duration_s() / 3600.0 };
     let mut before = FaultState::Learning;
+    let mut diagnosed_s = 0.0;
     for samples in data.stretches() {
         monitor.interrupt();
         for pair in samples.windows(2) {
             let [last, now] = pair else { continue };
             let state = monitor.sample(&model, now.time_us, &now.attitude, &now.velocity, &last.input);
-            if state == before {
-                continue;
-            }
-            before = state;
-            match state {
-                FaultState::Suspicious => watch.suspicions += 1,
-                FaultState::Diagnosed => {
-                    watch.diagnoses += 1;
-                    if let Some(diagnosis) = monitor.diagnosis() {
-                        let time_s = now.time_us as f64 * 1e-6;
-                        watch.diagnosed.get_or_insert((time_s, diagnosis.cause, diagnosis.magnitude));
+            let time_s = now.time_us as f64 * 1e-6;
+            let diagnosis = monitor.diagnosis();
+            if state != before {
+                match state {
+                    FaultState::Suspicious => watch.suspicions += 1,
+                    FaultState::Diagnosed => {
+                        watch.diagnoses += 1;
+                        diagnosed_s = time_s;
+                        watch.diagnosed = watch.diagnosed.or(diagnosis.map(|d| (time_s, d.cause)));
                     }
-                    monitor.restart();
-                    before = FaultState::Learning;
+                    FaultState::Learning | FaultState::Quiet => {}
                 }
-                FaultState::Learning | FaultState::Quiet => {}
+                before = state;
+            }
+            if let Some(diagnosis) = diagnosis
+                && time_s > diagnosed_s + LATER_S
+            {
+                watch.later.get_or_insert((diagnosis.cause, diagnosis.magnitude));
+                monitor.restart();
             }
         }
     }
@@ -139,7 +149,7 @@ fn broken(fault: &'static str, shape: Shape, seed: u64) -> anyhow::Result<Run> {
     let effect = dataset.effects.first().context("an effect was asked for")?;
     let get = |name: &str| effect.get(name).unwrap_or(f64::NAN);
     let (fault, magnitude) = match fault {
-        "flooding" => (Cause::Flooding, get("kg")),
+        "flooding" => (Cause::Flooding, get("kg")), // by then the compartment is full in most runs
         "entanglement" => (Cause::Entanglement, get("factor") - 1.0),
         "fin_lost" => (Cause::Fin(get("fin") as u8 - 1), 1.0 - get("share")),
         _ => (Cause::Fouling, 1.0 - get("share")),
@@ -188,6 +198,7 @@ struct Row {
     early: usize,
     detected: [f64; 3],
     isolated: [f64; 3],
+    isolated_later: [f64; 3],
     median_s: f64,
     p95_s: f64,
     magnitude_error: f64,
@@ -195,17 +206,20 @@ struct Row {
 
 fn row(fault: &'static str, shape: &'static str, all: &[Run]) -> Row {
     let runs: Vec<&Run> = all.iter().filter(|run| !run.false_alarm()).collect();
-    let found: Vec<(&Run, (f64, Cause, f64))> = runs.iter().filter_map(|run| Some((*run, run.found()?))).collect();
-    let right: Vec<_> = found.iter().filter(|(run, (_, cause, _))| *cause == run.fault).collect();
-    let mut delays: Vec<f64> = found.iter().map(|(run, (time_s, ..))| time_s - run.onset_s).collect();
-    let errors: Vec<f64> = right.iter().map(|(run, (.., size))| (size / run.magnitude - 1.0).abs()).collect();
+    let found: Vec<(&Run, (f64, Cause))> = runs.iter().filter_map(|run| Some((*run, run.found()?))).collect();
+    let right = found.iter().filter(|(run, (_, cause))| *cause == run.fault).count();
+    let later: Vec<(&Run, (Cause, f64))> = found.iter().filter_map(|(run, _)| Some((*run, run.watch.later?))).collect();
+    let right_later: Vec<_> = later.iter().filter(|(run, (cause, _))| *cause == run.fault).collect();
+    let mut delays: Vec<f64> = found.iter().map(|(run, (time_s, _))| time_s - run.onset_s).collect();
+    let errors: Vec<f64> = right_later.iter().map(|(run, (_, size))| (size / run.magnitude - 1.0).abs()).collect();
     Row {
         fault,
         shape,
         runs: all.len(),
         early: all.len() - runs.len(),
         detected: wilson(found.len(), runs.len()),
-        isolated: wilson(right.len(), found.len().max(1)),
+        isolated: wilson(right, found.len().max(1)),
+        isolated_later: wilson(right_later.len(), later.len().max(1)),
         median_s: median(&delays).unwrap_or(f64::NAN),
         p95_s: quantile(&mut delays, 0.95),
         magnitude_error: median(&errors).unwrap_or(f64::NAN),
@@ -229,8 +243,14 @@ pub fn run(runs: u64, hours: f64, first_seed: u64, as_json: bool) -> anyhow::Res
             if std::env::var_os("FAULT_DEBUG").is_some() {
                 for (run, seed) in all.iter().zip(seeds.clone()) {
                     eprintln!(
-                        "{seed} {fault} {:?} {:.3} at {:.0}: {:?} susp {} diag {}",
-                        run.fault, run.magnitude, run.onset_s, run.watch.diagnosed, run.watch.suspicions, run.watch.diagnoses
+                        "{seed} {fault} {:?} {:.3} at {:.0}: {:?} {:?} susp {} diag {}",
+                        run.fault,
+                        run.magnitude,
+                        run.onset_s,
+                        run.watch.diagnosed,
+                        run.watch.later,
+                        run.watch.suspicions,
+                        run.watch.diagnoses
                     );
                 }
             }
@@ -264,18 +284,19 @@ fn sums(watches: &[Watch]) -> (f64, u32, u32) {
 
 fn markdown(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
     let mut out = String::from(
-        "| fault | motion | runs | detected | right cause, of those | delay, median [s] | delay, 95 % [s] | error of the magnitude, \
-         median | alarms before |\n|---|---|---|---|---|---|---|---|---|\n",
+        "| fault | motion | runs | detected | right cause, of those | right cause 2 min later | delay, median [s] | delay, 95 % [s] | error of the magnitude, \
+         median | alarms before |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in rows {
         let _ = writeln!(
             out,
-            "| {} | {} | {} | {} | {} | {:.0} | {:.0} | {:.0} % | {} |",
+            "| {} | {} | {} | {} | {} | {} | {:.0} | {:.0} | {:.0} % | {} |",
             row.fault,
             row.shape,
             row.runs,
             percent(row.detected),
             percent(row.isolated),
+            percent(row.isolated_later),
             row.median_s,
             row.p95_s,
             100.0 * row.magnitude_error,
@@ -303,7 +324,7 @@ fn json_text(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
         .map(|row| {
             json!({
                 "fault": row.fault, "motion": row.shape, "runs": row.runs, "alarms_before": row.early,
-                "detected": row.detected, "right_cause": row.isolated, "delay_median_s": row.median_s,
+                "detected": row.detected, "right_cause": row.isolated, "right_cause_later": row.isolated_later, "delay_median_s": row.median_s,
                 "delay_p95_s": row.p95_s, "magnitude_error_median": row.magnitude_error,
             })
         })

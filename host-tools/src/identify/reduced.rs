@@ -145,6 +145,9 @@ impl Found<'_> {
             "\npredicted on {}, root mean square error (in brackets: speed, yaw rate stay)",
             self.judged_on
         );
+        if self.predictions.is_empty() {
+            let _ = writeln!(out, "nothing to predict: no measured speed there");
+        }
         for p in &self.predictions {
             let _ = writeln!(
                 out,

@@ -1,0 +1,106 @@
+//! `backseat identify` as a user runs it.
+
+use backseat_data::{Column, LogRow, LogWriter, VehicleFile};
+use hil_sim::idsim::{Experiment, wrong_prior};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+const COLUMNS: [&str; 8] = ["roll_deg", "pitch_deg", "p_degps", "q_degps", "r_degps", "u_mps", "v_mps", "w_mps"];
+
+fn backseat(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_backseat"));
+    command.current_dir(folder).arg("identify").args(arguments).output().expect("runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Eight minutes of the experiment, and a prior that is 30 % wrong.
+fn experiment() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = Experiment { duration_s: 480.0, ..Experiment::identification(0.012) }.run(6000);
+    let mut log = LogWriter::create(&folder.path().join("log.csv")).expect("a log");
+    run.log.rows.iter().for_each(|row| log.write(row).expect("written"));
+    log.finish().expect("written");
+    let prior = VehicleFile { parameters: wrong_prior(0.3, 6000), ..VehicleFile::reference() };
+    let path = folder.path().join("prior.toml");
+    prior.write(&path, "wrong by up to 30 %", backseat_data::output::Existing::Keep).expect("written");
+    (folder, path)
+}
+
+#[test]
+fn json_vehicle_file_and_report_are_as_promised() {
+    let (folder, prior) = experiment();
+    let arguments = ["log.csv", "--vehicle", "prior.toml", "--method", "aid", "--json", "--report", "out"];
+    let output = backseat(folder.path(), &arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(json["method"], "aid");
+    // JSON's numbers may lose the last bit when read.
+    let is = |name: &str, value: f64| {
+        let found = json["parameters"][name]["value"].as_f64().expect("a number");
+        assert!((found / value - 1.0).abs() < 1.0e-12, "{name}: {found} instead of {value}");
+    };
+    is("m11", 38.8);
+    for column in COLUMNS {
+        let [before, after] =
+            ["validation_before", "validation"].map(|key| json[key][column].as_f64().expect("a number"));
+        // Noise of the log is in both; the prior's error is in one.
+        assert!(after < before, "{column}: {before} {after}");
+    }
+    // What was written loads, and is the vehicle of the JSON.
+    let file = folder.path().join(json["vehicle_file"].as_str().expect("a path"));
+    let identified = VehicleFile::read(&file).expect("loads");
+    is("d22", identified.parameters.quadratic_diag[1]);
+    assert_ne!(identified.parameters, VehicleFile::read(&prior).expect("loads").parameters);
+    let page = std::fs::read_to_string(folder.path().join("out/report.html")).expect("a page");
+    assert!(page.contains("Identification from log.csv") && page.contains("beta3"));
+    // A second run does not replace the first one's results.
+    let again = backseat(folder.path(), &arguments);
+    assert_eq!(again.status.code(), Some(1));
+    assert!(text(&again.stderr).contains("--force"), "{}", text(&again.stderr));
+}
+
+#[test]
+fn what_a_log_lacks_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("log.csv"), "t_s,depth_m\n0,1\n1,1\n").expect("written");
+    let output = backseat(folder.path(), &["log.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("roll_rad"), "{}", text(&output.stderr));
+    assert_eq!(backseat(folder.path(), &[]).status.code(), Some(2));
+}
+
+#[test]
+fn a_log_in_servo_counts_gives_surge_and_yaw() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let columns = [Column::SpeedLog, Column::Heading, Column::PropCount, Column::YawFinCount];
+    let mut log = LogWriter::with_columns(&folder.path().join("log.csv"), &columns).expect("a log");
+    let (mut u, mut psi, mut r) = (0.5_f64, 0.0_f64, 0.0_f64);
+    for k in 0..900_u32 {
+        let t = f64::from(k);
+        let (motor, rudder) = (35.0 + 15.0 * (t / 60.0).sin().signum(), 40.0 * (t / 9.0).sin());
+        let mut row = LogRow::new(u64::from(k) * 1_000_000);
+        row.set(Column::SpeedLog, u).set(Column::Heading, psi);
+        row.set(Column::PropCount, motor).set(Column::YawFinCount, rudder);
+        log.write(&row).expect("written");
+        for _ in 0..10 {
+            u += 0.1 * (6.0e-5 * motor * motor - 0.12 * u * u);
+            r += 0.1 * (-(0.2 + 0.4 * u) * r - 3.0e-3 * u * u * (rudder - 6.0));
+            psi += 0.1 * r;
+        }
+    }
+    log.finish().expect("written");
+    let output = backseat(folder.path(), &["log.csv", "--json"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let value = |name: &str| json["parameters"][name]["value"].as_f64().expect("a number");
+    // The log's own Euler steps are coarser than the model's.
+    assert!((value("surge_thrust_per_count2") / 6.0e-5 - 1.0).abs() < 0.1, "{json}");
+    assert!((value("yaw_per_count") / -3.0e-3 - 1.0).abs() < 0.1, "{json}");
+    assert!(json["validation"]["u_mps"].as_f64().expect("a number") < 0.02, "{json}");
+    assert!(json["validation"]["v_mps"].is_null());
+}
