@@ -50,7 +50,9 @@ impl Row {
     fn operations(&self) -> usize {
         let (n, k) = (self.states, self.entries);
         let pairs = if n == 24 { 3 } else { 5 };
-        let covariance = 2 * 98 * (n - 12) + 2 * (12 * 98 + 78 * 8 + 23) + 78 + pairs * 2 * n;
+        // with 34 one more state of the plant, and one of a sensor
+        let plant = if n == 34 { 2 * 12 * (n - 12) + 4 * 78 } else { 0 };
+        let covariance = 2 * 98 * (n - 12) + 2 * (12 * 98 + 78 * 8 + 23) + 78 + pairs * 2 * n + plant;
         match (self.group.as_str(), self.name.as_str()) {
             ("predict", "covariance propagation") => covariance,
             ("predict", "whole step") => covariance + DISCRETISATION,
@@ -69,7 +71,8 @@ const COUNTED: &str = "\
 Operations are the additions and multiplications that the mathematics needs with the structure used: of F and Φ only \
 entries that can differ from zero, of P one triangle, of H the entries listed. A multiplication and its addition are \
 two, a division is one. Propagation: 98 entries of Φ for each state outside the vehicle's block, the block's two \
-products, Q, and one shear for each position and velocity of ship and current. Update of a scalar: P hᵀ, S, K, x and \
+products, Q, one shear for each position and velocity of ship and current, and with 34 states (the current, thrust_loss \
+and sound_speed are estimated) one for the plant's parameter. Update of a scalar: P hᵀ, S, K, x and \
 one triangle of P; what makes the row of H is not counted. Model and discretisation: a Taylor series of order 6 and \
 the quadrature, and about 1,000 for model and Jacobian; sines and roots are not counted.";
 
@@ -80,9 +83,8 @@ struct Budget {
     measured: (u32, String),
 }
 
-/// Budgets that are known to be missed, and the limit for now. A scalar: range rate and two-way range with all states,
-/// mostly for the row of H. The image: 80 kB of it are the app's initial value, which is not all zero.
-const MISSED: &[(&str, u32)] = &[("scalar update", 8_500), ("image in flash, bytes", 416 * 1024)];
+/// Budgets that are known to be missed, and the limit for now.
+const MISSED: &[(&str, u32)] = &[("image in flash, bytes", 416 * 1024)];
 
 fn budgets(rows: &[Row], sizes: &Sizes) -> Vec<Budget> {
     let worst = |group: &str, name: Option<&str>| {
@@ -156,8 +158,29 @@ pub fn markdown(rows: &[Row], sizes: &Sizes) -> String {
         writeln!(out, "| {} | {limit} | {measured} | {of} | {verdict} |", budget.what).unwrap();
     }
     navigation(&mut out, rows);
+    effects(&mut out, rows);
     plain(&mut out, rows);
     out
+}
+
+fn effects(out: &mut String, rows: &[Row]) {
+    out.push_str("\n## What an effect adds, instructions\n\n");
+    out.push_str(
+        "To a step of the process, and to the measurement that it changes (all scalars of one; depth where it changes none).\n\
+         Fixed: a value of the effect set; states: its parameters estimated.\n\n",
+    );
+    out.push_str("| effect | as | step | measurement |\n|---|---|--:|--:|\n");
+    for row in rows.iter().filter(|row| row.group == "effect") {
+        let form = match row.states {
+            0 => "fixed".to_owned(),
+            1 => "1 state".to_owned(),
+            n => format!("{n} states"),
+        };
+        // a difference of two counts, each to the timer's tick
+        let rounded = |count: u32| thousands(u64::from((count + 5) / 10) * 10);
+        let (step, measurement) = (rounded(row.measured), rounded(row.dense));
+        writeln!(out, "| {} | {form} | {step} | {measurement} |", row.name).unwrap();
+    }
 }
 
 fn navigation(out: &mut String, rows: &[Row]) {
