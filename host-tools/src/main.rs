@@ -8,6 +8,7 @@ mod identify;
 mod mission;
 mod navigate;
 mod params;
+mod reproduce;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
@@ -25,6 +26,7 @@ enum Command {
     Navigate(navigate::Args),
     Diagnose(diagnose::Args),
     Identify(identify::Args),
+    Reproduce(reproduce::Args),
     Mission(mission::Args),
     Params(params::Args),
     Check(check::Args),
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
         Command::Navigate(args) => navigate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Identify(args) => identify::run(&args),
+        Command::Reproduce(args) => reproduce::run(&args),
         Command::Mission(args) => mission::run(&args),
         Command::Params(args) => params::run(&args),
         Command::Check(args) => check::run(&args),

@@ -6,7 +6,7 @@ use super::discretisation::Discretisation;
 use super::effects::{Effects, water_of};
 use super::estimate::Estimate;
 use super::gate::Gate;
-use super::layout::{EFFECTS, SHIP_STATES};
+use super::layout::{EFFECTS, SHIP_STATES, SHIP_VELOCITY};
 use super::observation::Observations;
 use super::{
     ConfigError, InitialShip, InitialState, NavigationConfig, NavigationError, ProcessModel, ProcessNoise, Sensor,
@@ -226,6 +226,13 @@ impl Navigator {
     pub fn ship_position_covariance(&self) -> Option<[f64; 3]> {
         let at = self.x.layout.ship()?;
         Some([self.p.get(at, at), self.p.get(at, at + 1), self.p.get(at + 1, at + 1)])
+    }
+
+    /// One sigma of the ship's velocity, north and east, m/s, if it is known.
+    #[must_use]
+    pub fn ship_velocity_sigma_mps(&self) -> Option<[f64; 2]> {
+        let at = self.x.layout.ship()? + SHIP_VELOCITY;
+        Some([at, at + 1].map(|i| libm::sqrt(self.p.get(i, i))))
     }
 
     /// An effect state: value and one sigma, if it is estimated.

@@ -54,6 +54,8 @@ pub struct SensorSummary {
 pub struct FilterRun {
     /// The estimate, at the interval asked for and at the end.
     pub track: Vec<TrackSample>,
+    /// One sigma of the ship's velocity, north and east, m/s, at the times of the track from which on the ship is a state.
+    pub ship_velocity_sigma_mps: Vec<(u64, [f64; 2])>,
     /// Every fusion, in order.
     pub fusions: Vec<FusionRecord>,
     /// Per sensor that had a measurement.
@@ -154,6 +156,7 @@ impl<'a> Pass<'a> {
             (options.ship == ShipSource::Packet).then(|| ShipTrack::of(log, options.navigation.sensors.ship_gnss_m));
         let run = FilterRun {
             track: Vec::new(),
+            ship_velocity_sigma_mps: Vec::new(),
             fusions: Vec::with_capacity(2 * log.rows.len()),
             sensors: Vec::new(),
             digest: 0,
@@ -319,6 +322,9 @@ impl<'a> Pass<'a> {
         }
         self.next_sample_us = time_us + self.options.track_interval_us;
         self.run.digest = navigator.digest_from(self.run.digest);
+        if let Some(sigma) = navigator.ship_velocity_sigma_mps() {
+            self.run.ship_velocity_sigma_mps.push((time_us, sigma));
+        }
         self.run.track.push(TrackSample {
             time_us,
             state: *navigator.state(),

@@ -1,0 +1,97 @@
+//! What a table or figure of the thesis is to us: rows and columns of one of our studies, and what was printed.
+
+use super::studies::Study;
+
+/// Tables, figures or sections of the thesis, by number.
+#[derive(Clone, Copy, Debug)]
+pub struct Covers {
+    /// `table`, `figure` or `section`.
+    pub kind: &'static str,
+    pub chapter: u32,
+    /// First and last number within the chapter.
+    pub numbers: [u32; 2],
+}
+
+impl Covers {
+    /// Whether this is one of them, as in `table-4.16`.
+    pub fn holds(&self, asked: &str) -> bool {
+        let number = asked.strip_prefix(self.kind).and_then(|rest| rest.strip_prefix('-'));
+        let Some((chapter, number)) = number.and_then(|text| text.split_once('.')) else { return false };
+        let [first, last] = self.numbers;
+        chapter.parse() == Ok(self.chapter) && number.parse().is_ok_and(|number| (first..=last).contains(&number))
+    }
+}
+
+/// One measured quantity of an item.
+#[derive(Clone, Copy, Debug)]
+pub struct Column {
+    /// Key within a row of the study.
+    pub key: &'static str,
+    /// Header with the unit.
+    pub header: &'static str,
+    /// A claim that holds (1) or does not (0): shown as a count.
+    pub is_claim: bool,
+}
+
+/// A row of numbers that others reported, in the order of the item's columns; NaN where there is none.
+#[derive(Clone, Copy, Debug)]
+pub struct Reported {
+    pub name: &'static str,
+    pub values: &'static [f64],
+}
+
+/// Curves of an item's rows over time, medians over the ensemble.
+#[derive(Clone, Copy, Debug)]
+pub struct Curves {
+    /// Prefix of the curves' keys: `prefix/row`.
+    pub prefix: &'static str,
+    pub y_label: &'static str,
+    pub is_log: bool,
+}
+
+/// A table or figure.
+#[derive(Clone, Copy, Debug)]
+pub struct Item {
+    pub id: &'static str,
+    pub title: &'static str,
+    pub covers: &'static [Covers],
+    /// What we took it to hold; the thesis itself was not at hand.
+    pub taken_as: &'static str,
+    pub conditions: &'static str,
+    pub study: &'static Study,
+    /// Rows of the study.
+    pub rows: &'static [&'static str],
+    pub columns: &'static [Column],
+    /// The thesis' printed figures; empty where they are not at hand.
+    pub printed: &'static [Reported],
+    /// What an independent implementation of the thesis' equations reached.
+    pub independent: &'static [Reported],
+    pub curves: &'static [Curves],
+    /// One line on why ours and theirs differ, or what to make of it.
+    pub differs: &'static str,
+}
+
+impl Item {
+    /// Whether it is meant by an argument: its own name, or that of a table or figure that it covers.
+    pub fn is_meant_by(&self, asked: &str) -> bool {
+        self.id == asked || self.covers.iter().any(|covers| covers.holds(asked))
+    }
+}
+
+/// A column of plain numbers.
+pub const fn column(key: &'static str, header: &'static str) -> Column {
+    Column { key, header, is_claim: false }
+}
+
+/// A column that counts the runs in which a claim holds.
+pub const fn claim(key: &'static str, header: &'static str) -> Column {
+    Column { key, header, is_claim: true }
+}
+
+pub const fn tables(chapter: u32, numbers: [u32; 2]) -> Covers {
+    Covers { kind: "table", chapter, numbers }
+}
+
+pub const fn figures(chapter: u32, numbers: [u32; 2]) -> Covers {
+    Covers { kind: "figure", chapter, numbers }
+}

@@ -1,0 +1,53 @@
+//! Simulated studies: everything that the tables and figures show comes from running one of these with a seed.
+
+mod allocation;
+mod convergence;
+mod gains;
+mod identification;
+mod least_squares;
+mod steering;
+mod survey;
+
+use std::collections::BTreeMap;
+
+pub use allocation::ALLOCATION;
+pub use convergence::CONVERGENCE;
+pub use gains::GAINS;
+pub use identification::{ADAPTIVE, AUTOMATIC, NULLSPACE};
+pub use least_squares::LEAST_SQUARES;
+pub use steering::STEERING;
+pub use survey::SURVEY;
+
+/// A study: one run a seed.
+#[derive(Debug)]
+pub struct Study {
+    /// Name in the file of finished runs.
+    pub name: &'static str,
+    /// One run.
+    pub run: fn(u64) -> anyhow::Result<Measured>,
+}
+
+/// What one run measured.
+#[derive(Clone, Debug, Default)]
+pub struct Measured {
+    /// Row, column, value.
+    pub rows: BTreeMap<String, BTreeMap<String, f64>>,
+    /// `prefix/row` to points of time (h) and value.
+    pub curves: BTreeMap<String, Vec<(f64, f64)>>,
+}
+
+impl Measured {
+    pub fn set(&mut self, row: &str, column: &str, value: f64) {
+        self.rows.entry(row.to_owned()).or_default().insert(column.to_owned(), value);
+    }
+
+    /// A curve to four digits: it is drawn.
+    pub fn curve(&mut self, prefix: &str, row: &str, points: impl Iterator<Item = (f64, f64)>) {
+        let points = points.filter(|(_, value)| value.is_finite()).map(|(t, value)| (t, four_digits(value))).collect();
+        self.curves.insert(format!("{prefix}/{row}"), points);
+    }
+}
+
+fn four_digits(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}
