@@ -4,7 +4,7 @@ use crate::rng::{Source, Stream};
 use crate::truth::{Fin, Parameters};
 use backseat_core::dynamics::{FinGeometry, VehicleParameters};
 use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
-use core::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
 
 /// φ and lever of top, bottom, port, starboard.
 const FINS: [(f64, [f64; 3]); 4] = [
@@ -37,7 +37,7 @@ pub(super) fn truth([d26, d35]: [f64; 2]) -> Parameters {
             cl: [3.2, -6.0],
             stall_rad: PI,
         }),
-        fin_max_rad: 0.523_6,
+        fin_max_rad: FRAC_PI_6,
         servo_rate_radps: f64::INFINITY,
         thrust_n_s2_per_rad2: 5.0e-4,
         advance_n_s2_per_rad_m: 0.0,
