@@ -79,7 +79,9 @@ pub fn allocate(
     }
     let target = target_wrench(model, v, moments, datum);
     match method {
-        AllocationMethod::Decoupled if are_alike(model) => decoupled(model, v, &target, moments.roll_nm, datum, limit_rad),
+        AllocationMethod::Decoupled if are_alike(model) => {
+            decoupled(model, v, &target, moments.roll_nm, datum, limit_rad)
+        }
         AllocationMethod::Decoupled | AllocationMethod::SixDof => least_squares(model, v, &target, datum, limit_rad),
     }
 }

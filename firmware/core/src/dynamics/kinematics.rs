@@ -137,7 +137,8 @@ pub fn kinematic_linearise(x: &VehicleState) -> Linearisation {
     linearise_with(&attitude, &state::velocity(x), &Vector6::zeros(), Matrix6x2::zeros(), Matrix6::zeros())
 }
 
-/// Completes an acceleration and its derivatives with the kinematic rows.
+/// Completes an acceleration and its derivatives with the kinematic rows. Inlined, so that the matrices are not copied.
+#[inline(always)]
 pub(super) fn linearise_with(
     attitude: &Attitude,
     v: &Vector6<f64>,

@@ -143,16 +143,10 @@ impl Discretisation {
         let [early, late] = &mut self.nodes;
         let mut driven = driven.iter_mut().zip(early).zip(late);
         for (k, (&state, column)) in DRIVING.iter().zip(&jacobian.columns).enumerate() {
-            if let [first, second, ..] = &mut *terms {
-                *first = [0.0; VEHICLE_STATES];
-                if let Some(term) = first.get_mut(state) {
-                    *term = 1.0;
-                }
-                *second = column.map(|a| h * a);
-            }
+            begin_series(terms, state, column, h);
             jacobian.continue_series(terms, h);
             if let Some(column) = plain.get_mut(k) {
-                *column = sum(terms, &ONES);
+                sum(terms, &ONES, column);
             } else if let Some(((end, early), late)) = driven.next() {
                 sum_at_nodes(terms, end, early, late);
             }
@@ -164,7 +158,7 @@ impl Discretisation {
             jacobian.times(first, h, second);
         }
         jacobian.continue_series(terms, h);
-        self.increment = sum(terms, &INTEGRAL);
+        sum(terms, &INTEGRAL, &mut self.increment);
     }
 
     /// Q_d by the Lobatto rule: Σ weight psd_k column_k column_kᵀ at its times.
@@ -177,12 +171,11 @@ impl Discretisation {
         }
         let [early, late] = &self.nodes;
         let (_, driven) = self.phi.split_at(VELOCITIES);
-        for (columns, weights) in [(&early[..], &inner), (&late[..], &inner), (driven, &end)] {
-            // Lower triangle by blocks of four.
-            add_outer::<0>(&mut self.q, columns, weights);
-            add_outer::<4>(&mut self.q, columns, weights);
-            add_outer::<8>(&mut self.q, columns, weights);
-        }
+        let sets = [(&early[..], &inner), (&late[..], &inner), (driven, &end)];
+        // Lower triangle by blocks of four.
+        add_outer::<0, 1>(&mut self.q, &sets);
+        add_outer::<4, 1>(&mut self.q, &sets);
+        add_outer::<8, 2>(&mut self.q, &sets);
     }
 
     /// Γ by the same rule as Q_d.
@@ -234,7 +227,8 @@ impl Discretisation {
         self.phi_heading = self.phi_heading.map(|a| 2.0 * a);
     }
 
-    /// Φ a.
+    /// Φ a. Not inlined: the halvings are rare, and copies of it would be 10 kB of code.
+    #[inline(never)]
     pub(super) fn times(&self, a: &Column) -> Column {
         let mut out = [0.0; VEHICLE_STATES];
         out[..PHI].copy_from_slice(&a[..PHI]);
@@ -345,21 +339,41 @@ const INTEGRAL: [f64; HIGHEST_ORDER + 1] = {
 /// Rows summed at a time: what three sums keep in the registers of either machine.
 const ROWS: usize = 4;
 
-/// Σ weight_k term_k, small terms first.
-fn sum(terms: &[Column], weights: &[f64; HIGHEST_ORDER + 1]) -> Column {
-    let mut out = [0.0; VEHICLE_STATES];
-    for (term, weight) in terms.iter().zip(weights).rev() {
-        add(&mut out, *weight, term);
+// Terms are reached from a register of their own in what follows, and not inlined: they lie too far inside the scratch
+// for the board's loads, which would take an addition each.
+
+/// The first two terms: a column of the identity, and h F times it.
+#[inline(never)]
+fn begin_series(terms: &mut [Column], state: usize, column: &Column, h: f64) {
+    if let [first, second, ..] = terms {
+        *first = [0.0; VEHICLE_STATES];
+        if let Some(term) = first.get_mut(state) {
+            *term = 1.0;
+        }
+        *second = column.map(|a| h * a);
     }
-    out
+}
+
+/// Σ weight_k term_k, small terms first.
+#[inline(never)]
+fn sum(terms: &[Column], weights: &[f64; HIGHEST_ORDER + 1], out: &mut Column) {
+    let mut terms = terms.iter().zip(weights).rev();
+    let Some((last, weight)) = terms.next() else { return };
+    let mut sum = last.map(|term| weight * term);
+    for (term, weight) in terms {
+        add(&mut sum, *weight, term);
+    }
+    *out = sum;
 }
 
 /// One column at the end of the step and, by Horner's rule, at the two nodes inside it.
+#[inline(never)]
 fn sum_at_nodes(terms: &[Column], end: &mut Column, early: &mut Column, late: &mut Column) {
     let outputs = end.as_chunks_mut::<ROWS>().0.iter_mut();
     let outputs = outputs.zip(early.as_chunks_mut::<ROWS>().0).zip(late.as_chunks_mut::<ROWS>().0);
-    for (part, ((end, early), late)) in outputs.enumerate() {
-        let mut sums = [[0.0; ROWS]; 3];
+    let Some((last, terms)) = terms.split_last() else { return };
+    for (((end, early), late), (part, last)) in outputs.zip(last.as_chunks::<ROWS>().0.iter().enumerate()) {
+        let mut sums = [*last; 3];
         for term in terms.iter().rev() {
             let Some(term) = term.as_chunks::<ROWS>().0.get(part) else { break };
             for i in 0..ROWS {
@@ -372,19 +386,26 @@ fn sum_at_nodes(terms: &[Column], end: &mut Column, early: &mut Column, late: &m
     }
 }
 
-/// Columns `FROM..FROM + 4` of q += Σ weight column columnᵀ, rows from `FROM` on. Not inlined: a known number of
-/// columns would be unrolled beyond the registers.
+/// Columns `FROM..FROM + 4` of q += Σ weight column columnᵀ, rows from `FROM` on, as many columns at once as there are
+/// registers for. Not inlined: a known number of columns would be unrolled beyond the registers.
 #[inline(never)]
-fn add_outer<const FROM: usize>(q: &mut [Column; VEHICLE_STATES], columns: &[Column], weights: &[f64]) {
-    for j in FROM..FROM + 4 {
-        let mut sum = q[j];
-        for (column, weight) in columns.iter().zip(weights) {
-            let a = weight * column[j];
-            for i in FROM..VEHICLE_STATES {
-                sum[i] += a * column[i];
+fn add_outer<const FROM: usize, const AT_ONCE: usize>(
+    q: &mut [Column; VEHICLE_STATES],
+    sets: &[(&[Column], &[f64; 6]); 3],
+) {
+    for j in (FROM..FROM + 4).step_by(AT_ONCE) {
+        let mut sums: [Column; AT_ONCE] = core::array::from_fn(|lane| q[j + lane]);
+        for (columns, weights) in sets {
+            for (column, weight) in columns.iter().zip(*weights) {
+                let factors: [f64; AT_ONCE] = core::array::from_fn(|lane| weight * column[j + lane]);
+                for i in FROM..VEHICLE_STATES {
+                    for (sum, factor) in sums.iter_mut().zip(factors) {
+                        sum[i] += factor * column[i];
+                    }
+                }
             }
         }
-        q[j] = sum;
+        q[j..j + AT_ONCE].copy_from_slice(&sums);
     }
 }
 
