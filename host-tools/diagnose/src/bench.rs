@@ -38,6 +38,8 @@ pub struct Bench {
     pub samples: Samples,
     /// What the log can say.
     pub scope: Scope,
+    /// Scale of each channel's noise before any wave is found.
+    pub own_scale: [f64; Channel::COUNT],
     /// Innovations of the declared model.
     pub declared: Pass,
 }
@@ -93,7 +95,7 @@ impl Bench {
             duration_s: samples.duration_s,
             declared: set,
         };
-        Some(Self { setup, samples, scope, declared })
+        Some(Self { own_scale: setup.scale, setup, samples, scope, declared })
     }
 
     /// Whether a block belongs to a part.

@@ -356,6 +356,7 @@ fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], onset: Option<[f
 fn noise_effects(bench: &mut Bench, residuals: &[Residual]) -> Option<Vec<Found>> {
     let mut found = Vec::new();
     let before = (bench.setup.outliers.clone(), bench.setup.scale);
+    bench.setup.scale = bench.own_scale;
     let flags = noise::flags(&bench.samples, residuals);
     if flags.contains(&true) || bench.setup.outliers.contains(&true) {
         bench.setup.outliers = flags;

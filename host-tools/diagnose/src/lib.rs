@@ -7,6 +7,7 @@ pub mod gram;
 pub mod linear;
 pub mod model;
 pub mod noise;
+pub mod picture;
 pub mod rivals;
 pub mod samples;
 pub mod scores;

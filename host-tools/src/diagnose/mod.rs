@@ -57,8 +57,6 @@ pub struct Args {
 /// Everything there is to say.
 pub struct Outcome<'a> {
     pub log: &'a Log,
-    pub vehicle: &'a VehicleFile,
-    pub bench: &'a Bench,
     pub diagnosis: &'a Diagnosis,
     pub before: &'a Scores,
     pub after: &'a Scores,
@@ -116,8 +114,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let outcome = Outcome {
         log,
-        vehicle: &vehicle,
-        bench: &bench,
         diagnosis: &diagnosis,
         before: &before,
         after: &after,

@@ -1,6 +1,258 @@
-//! The outcome as a page.
+//! The outcome as a page: what was wrong, how it shows, what else was tried, what it is worth.
 
 use super::Outcome;
-pub fn html(_: &Outcome<'_>) -> String {
-    String::new()
+use super::text::{headline, number, possible, rows};
+use backseat_data::report::plots::{self, Bar, BarPlot, ErrorPlot, Point, Scale, TimePlot, XyPlot};
+use backseat_data::report::{Provenance, Report, Table};
+use backseat_diagnose::diagnosis::Verdict;
+use backseat_diagnose::picture;
+use backseat_diagnose::samples::Channel;
+use backseat_diagnose::scores::{HORIZONS_S, PREDICTED};
+
+/// Hypotheses shown of each round.
+const SHOWN: usize = 10;
+/// Time over which residuals are averaged to be drawn, s.
+const BIN_S: f64 = 20.0;
+
+pub fn html(outcome: &Outcome<'_>) -> String {
+    let title = outcome.log.path.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
+    let mut report = Report::new(format!("Diagnosis of {title}"), headline(outcome));
+    report = effects(report, outcome);
+    report = before_after(report, outcome);
+    report = residual(report, outcome);
+    report = ladder(report, outcome);
+    report = details(report, outcome);
+    if !outcome.notes.is_empty() {
+        report = report.section("Notes");
+        for note in &outcome.notes {
+            report = report.text(note);
+        }
+    }
+    let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
+    let command = format!("backseat {}", command.join(" "));
+    report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
+}
+
+/// What was found, in a table and a sentence each.
+fn effects(mut report: Report, outcome: &Outcome<'_>) -> Report {
+    let d = outcome.diagnosis;
+    if !d.effects.is_empty() {
+        let header = ["effect", "parameter", "value (95 % interval)", "p"];
+        let mut table = Table::new("What the declared model lacks", &header);
+        for found in &d.effects {
+            for (i, value) in found.values.iter().enumerate() {
+                let name = if i == 0 { found.instance.candidate.effect } else { "" };
+                let p = if i > 0 {
+                    String::new()
+                } else if found.p_value < 1e-12 {
+                    "< 1e-12".to_owned()
+                } else {
+                    format!("{:.0e}", found.p_value)
+                };
+                table = table.row([name.to_owned(), value.name.to_owned(), number(value), p]);
+            }
+        }
+        report = report.table(table);
+    }
+    for found in &d.effects {
+        let info = found.instance.candidate.info();
+        report = report.text(&format!("{}: {}. How it shows: {}.", info.name, info.equations, info.signature));
+        for rival in possible(found) {
+            let manoeuvre = rival.separating_manoeuvre.map_or_else(
+                || "no manoeuvre is known that separates them".to_owned(),
+                |manoeuvre| format!("what would tell them apart: {manoeuvre}"),
+            );
+            report = report.text(&format!(
+                "It could as well be {} (values {:.4?}; χ² larger by {:.1}): {manoeuvre}.",
+                rival.instance.candidate.label(),
+                rival.instance.sizes,
+                rival.deficit
+            ));
+        }
+    }
+    if !d.structure.hints.is_empty() {
+        let header = ["what remains depends on", "χ² gain", "of it held out", "p"];
+        let mut table =
+            Table::new("Structure that no entry of the catalogue accounts for, by what explains most of it", &header);
+        for hint in &d.structure.hints {
+            let cells = [format!("{:.0}", hint.gain), format!("{:.0}", hint.held_gain), format!("{:.0e}", hint.p)];
+            table = table.row([hint.generic.name()].into_iter().chain(cells));
+        }
+        report = report.table(table);
+    }
+    report
+}
+
+fn before_after(mut report: Report, outcome: &Outcome<'_>) -> Report {
+    let mut table = Table::new(
+        "On held-out data: three of every nine minutes and the last fifth, to which nothing was fitted",
+        &["", "before", "after"],
+    );
+    for (name, before, after) in rows(outcome) {
+        table = table.row([name, before, after]);
+    }
+    report = report.table(table);
+    let (before, after) = (broken(&outcome.before.position_errors), broken(&outcome.after.position_errors));
+    if let Some(against) = outcome.before.position_against {
+        let mut series: Vec<plots::Series<'_>> = vec![("before", &before)];
+        if !outcome.diagnosis.effects.is_empty() {
+            series.push(("after", &after));
+        }
+        let svg = plots::error_vs_time(&ErrorPlot {
+            y_label: "horizontal error [m]",
+            series: &series,
+            bound: None,
+            scale: Scale::Linear,
+        });
+        report = report.figure(&format!("Error of the flight filter against {against}."), svg);
+    }
+    report
+}
+
+/// Points in hours; the line breaks where a minute has none.
+fn broken(errors: &[(f64, f64)]) -> Vec<Point> {
+    let mut points: Vec<Point> = Vec::with_capacity(errors.len());
+    for (t_s, error) in errors {
+        if points.last().is_some_and(|last| t_s / 3600.0 - last.0 > 60.0 / 3600.0) {
+            points.push((t_s / 3600.0, f64::NAN));
+        }
+        points.push((t_s / 3600.0, *error));
+    }
+    points
+}
+
+/// The residual that tells most: in time with the effect over it, against what explains it, its spectrum.
+fn residual(report: Report, outcome: &Outcome<'_>) -> Report {
+    let d = outcome.diagnosis;
+    let has_effect = !d.effects.is_empty();
+    let channel = picture::telling_channel(&d.before, &d.after);
+    let label = format!("{} residual [{}]", channel.name(), channel.unit());
+    let (before, after) = (picture::channel(&d.before, channel), picture::channel(&d.after, channel));
+    let drawn = picture::smooth(before.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
+    let effect = picture::smooth(before.iter().zip(&after).map(|(b, a)| (b.t_s, b.innovation - a.innovation)), BIN_S);
+    let rest = picture::smooth(after.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
+    let mut series: Vec<plots::Series<'_>> = vec![("what the declared model leaves", &drawn)];
+    if has_effect {
+        series.push(("what the effect makes of it", &effect));
+    }
+    let over = plots::time_series(&TimePlot { y_label: &label, series: &series, band: None });
+    let mut report = report.section("The residual").figure(
+        &format!(
+            "Innovations of {}, means of {BIN_S:.0} s{}.",
+            channel.name(),
+            if has_effect { ", and the effect over them" } else { "" }
+        ),
+        over,
+    );
+    if has_effect {
+        let svg = plots::time_series(&TimePlot { y_label: &label, series: &[("after", &rest)], band: None });
+        report = report.figure("What is left with the effect in the model.", svg);
+    }
+    let (variable, line_before, line_after) = picture::best_variable(&d.before, &d.after, channel);
+    let mut lines: Vec<plots::Series<'_>> = vec![("before", &line_before)];
+    if has_effect {
+        lines.push(("after", &line_after));
+    }
+    let svg = plots::xy(&XyPlot {
+        x_label: variable,
+        y_label: &label,
+        series: &lines,
+        reference: Some(("zero", 0.0)),
+        ..XyPlot::default()
+    });
+    report = report.figure("The same against the variable that explains most of it, means in bins.", svg);
+    let (white_before, white_after) = (picture::spectrum(&d.before, channel), picture::spectrum(&d.after, channel));
+    let mut lines: Vec<plots::Series<'_>> = vec![("before", &white_before)];
+    if has_effect {
+        lines.push(("after", &white_after));
+    }
+    let svg = plots::xy(&XyPlot {
+        x_label: "frequency [Hz]",
+        y_label: "power, 1 if white",
+        series: &lines,
+        reference: Some(("white", 1.0)),
+        x_scale: Scale::Log,
+        y_scale: Scale::Log,
+    });
+    report.figure("Spectrum of the normalised innovations: slow structure stands at the left.", svg)
+}
+
+/// Every hypothesis with its evidence, round by round.
+fn ladder(mut report: Report, outcome: &Outcome<'_>) -> Report {
+    report = report.section("The ladder of hypotheses").text(
+        "Each entry of the catalogue is fitted to the whitened residual. Its evidence is the square root of the χ² it \
+         takes away: in sigmas. Beyond the line it would be chance in less than one log of five hundred, all hypotheses counted.",
+    );
+    for (index, round) in outcome.diagnosis.rounds.iter().enumerate() {
+        let shown: Vec<(String, f64)> = round
+            .ladder
+            .iter()
+            .take(SHOWN)
+            .map(|e| (e.instance.candidate.label(), (e.gain / e.inflation.max(1.0)).max(0.0).sqrt()))
+            .collect();
+        let mut sorted = shown;
+        sorted.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let bars: Vec<Bar<'_>> =
+            sorted.iter().map(|(name, value)| Bar { name, value: *value, interval: None }).collect();
+        let svg =
+            plots::bars(&BarPlot { x_label: "evidence [sigma]", bars: &bars, reference: Some(("significant", 4.7)) });
+        let caption = match index {
+            0 => "Round 1: beside the declared model.".to_owned(),
+            _ => format!("Round {}: beside what was accepted before.", index + 1),
+        };
+        report = report.figure(&caption, svg);
+    }
+    report
+}
+
+/// Prediction by horizon and whiteness by channel.
+fn details(mut report: Report, outcome: &Outcome<'_>) -> Report {
+    let has_effect = outcome.diagnosis.verdict != Verdict::None && !outcome.diagnosis.effects.is_empty();
+    let mut header = vec!["".to_owned()];
+    for horizon in HORIZONS_S {
+        header.push(format!("{horizon:.0} s"));
+        if has_effect {
+            header.push("after".to_owned());
+        }
+    }
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    let mut table =
+        Table::new("Prediction by the model alone, root mean square against what was read then, held-out", &header);
+    for (place, channel) in PREDICTED.iter().enumerate() {
+        let (before, after) = (&outcome.before.prediction[place], &outcome.after.prediction[place]);
+        if before.iter().all(Option::is_none) {
+            continue;
+        }
+        let mut cells = vec![format!("{} [{}]", channel.name(), channel.unit())];
+        for horizon in 0..HORIZONS_S.len() {
+            let cell = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.4}"));
+            cells.push(cell(before[horizon]));
+            if has_effect {
+                cells.push(cell(after[horizon]));
+            }
+        }
+        table = table.row(cells);
+    }
+    report = report.section("In numbers").table(table);
+    let header = ["channel", "samples", "NIS before", "NIS after", "whiteness p before", "p after"];
+    let mut table = Table::new(
+        "Innovations on held-out data: mean normalised square (1 if consistent), Ljung-Box over 20 lags",
+        &header,
+    );
+    for channel in Channel::ALL {
+        let of = |scores: &backseat_diagnose::scores::Scores| {
+            scores.whiteness.iter().find(|w| w.channel == channel).cloned()
+        };
+        let (Some(before), Some(after)) = (of(outcome.before), of(outcome.after)) else { continue };
+        let p = super::text::probability;
+        table = table.row([
+            channel.name().to_owned(),
+            before.count.to_string(),
+            format!("{:.2}", before.nis),
+            format!("{:.2}", after.nis),
+            p(before.p),
+            p(after.p),
+        ]);
+    }
+    report.table(table)
 }

@@ -88,12 +88,21 @@ pub fn number(value: &Value) -> String {
     }
 }
 
+/// A probability as it is read.
+pub fn probability(p: f64) -> String {
+    match p {
+        p if p < 1e-12 => "< 1e-12".to_owned(),
+        p if p < 1e-4 => format!("{p:.0e}"),
+        p => format!("{p:.4}"),
+    }
+}
+
 /// What is compared: name, before, after.
 pub fn rows(outcome: &Outcome<'_>) -> Vec<(String, String, String)> {
     let (a, b) = (outcome.before, outcome.after);
     let some = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
     let against = a.position_against.map_or_else(String::new, |what| format!(" ({what})"));
-    let p = |p: f64| if p < 1e-4 { format!("{p:.0e}") } else { format!("{p:.4}") };
+    let p = probability;
     vec![
         ("velocity in 10 s [m/s]".to_owned(), some(a.velocity_rmse_mps, 4), some(b.velocity_rmse_mps, 4)),
         (format!("position [m]{against}"), some(a.position_rmse_m, 2), some(b.position_rmse_m, 2)),
