@@ -40,7 +40,7 @@ pub struct Parameter {
     pub min: f64,
     /// Largest value allowed.
     pub max: f64,
-    /// Meaning.
+    /// Meaning; empty on a board.
     pub description: &'static str,
     /// May be changed while a mission runs.
     pub under_way: bool,

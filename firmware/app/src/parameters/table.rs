@@ -9,6 +9,11 @@ use backseat_core::navigation::ProcessModel;
 use backseat_wire::iver::LengthUnit;
 use backseat_wire::modem::{ClockEncoding, DopplerSign};
 
+/// What a board's image leaves out: the host that shows it has this list as well.
+const fn text(description: &'static str) -> &'static str {
+    if cfg!(target_os = "none") { "" } else { description }
+}
+
 /// A row; `live` ones may change while a mission runs.
 macro_rules! real {
     (live $name:literal, $($rest:tt)+) => { real!(@ true, $name, $($rest)+) };
@@ -20,7 +25,7 @@ macro_rules! real {
             kind: Kind::Real,
             min: $min,
             max: $max,
-            description: $description,
+            description: text($description),
             under_way: $live,
             get: |s| s.$($path)+,
             set: |s, value| s.$($path)+ = value,
@@ -39,7 +44,7 @@ macro_rules! whole {
             kind: Kind::Whole,
             min: $min as f64,
             max: $max as f64,
-            description: $description,
+            description: text($description),
             under_way: $live,
             get: |s| f64::from(s.$($path)+),
             set: |s, value| s.$($path)+ = value as _,
@@ -98,7 +103,7 @@ macro_rules! choice {
             kind: Kind::Whole,
             min: 0.0,
             max: [$($variant),+].len() as f64 - 1.0,
-            description: $description,
+            description: text($description),
             under_way: $live,
             get: |s| [$($variant),+].iter().position(|v| *v == s.$($field).+).unwrap_or(0) as f64,
             set: |s, value| {

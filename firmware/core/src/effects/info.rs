@@ -21,6 +21,12 @@ pub struct EffectInfo {
     pub hooks: Hooks,
 }
 
+impl EffectInfo {
+    pub(super) const fn without_text(self) -> Self {
+        Self { equations: "", signature: "", confused_with: &[], ..self }
+    }
+}
+
 /// What a parameter's number means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterKind {

@@ -44,8 +44,19 @@ pub use set::{EffectError, EffectSet, PARAMETERS, ParameterId, parameters};
 
 use crate::dynamics::FINS;
 
-/// Every effect known, in the order in which those present apply.
-pub static CATALOGUE: &[EffectInfo] = &[
+/// Every effect known, in the order in which those present apply. What is there for people to read is left out of a
+/// board's image, which shows it to nobody.
+pub static CATALOGUE: &[EffectInfo] = &{
+    let mut entries = [ENTRIES[0]; ENTRIES.len()];
+    let mut i = 0;
+    while i < entries.len() {
+        entries[i] = if cfg!(target_os = "none") { ENTRIES[i].without_text() } else { ENTRIES[i] };
+        i += 1;
+    }
+    entries
+};
+
+const ENTRIES: &[EffectInfo] = &[
     water_current::INFO,
     // Plant.
     linear_drag::INFO,
