@@ -133,20 +133,21 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
     progress("rivals");
     let (accepted, rivals, joint) = settle(bench, accepted, joint, &rounds)?;
     progress("structure");
-    let left = structure::find(bench, &accepted)?;
+    let swell = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
+    let left = structure::find(bench, &accepted, swell)?;
     let found = describe(bench, &accepted, rivals, &joint, &rounds)?;
     let explained: f64 = bench.declared.normal.sum(|_| true).square - joint.whole_square;
     let mut found = found;
     let mut verdict = Verdict::None;
     if !left.hints.is_empty() && left.gain > TOLERATED * explained {
         verdict = Verdict::Unexplained;
-    } else if accepted.len() > 1 && generic_is_better(bench, &accepted, explained)? {
+    } else if !accepted.is_empty() && generic_is_better(bench, &accepted, explained, swell)? {
         verdict = Verdict::Unexplained;
     }
     let structure = if verdict == Verdict::Unexplained && !accepted.is_empty() {
         // What the entries took was not theirs: the hints are against the declared model.
         found.clear();
-        structure::find(bench, &[])?
+        structure::find(bench, &[], swell)?
     } else {
         left
     };
@@ -172,14 +173,19 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
 /// Structure beside the accepted effects is tolerated up to this part of what they explain: an effect described to a
 /// percent is described.
 const TOLERATED: f64 = 0.02;
-/// What fewer generic terms may explain less than several entries and still take their place: a number and a part.
+/// By how much as many generic terms as entries must explain more to take their place: chance gives them no more than
+/// this where the entries are right.
+const BETTER: f64 = 10.0;
+/// What fewer generic terms than entries may explain less and still take their place: a number and a part.
 const WORSE: (f64, f64) = (10.0, 0.005);
 
-/// Whether fewer generic terms than entries explain as much: then the entries share between them what is not theirs.
-fn generic_is_better(bench: &Bench, accepted: &[Instance], explained: f64) -> Option<bool> {
-    let rival = structure::find(bench, &[])?;
-    let gain: f64 = rival.hints.iter().take(accepted.len() - 1).map(|hint| hint.gain).sum();
-    Some(gain > explained - WORSE.0 - WORSE.1 * explained)
+/// Whether as many generic terms explain more than the entries, or fewer as much: then the entries stand in for
+/// something that is not theirs.
+fn generic_is_better(bench: &Bench, accepted: &[Instance], explained: f64, swell: bool) -> Option<bool> {
+    let rival = structure::find(bench, &[], swell)?;
+    let gain = |terms: usize| rival.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
+    let is_simpler = accepted.len() > 1 && gain(accepted.len() - 1) > explained - WORSE.0 - WORSE.1 * explained;
+    Some(is_simpler || gain(accepted.len()) > explained + BETTER)
 }
 
 /// The best hypothesis of a round that stands, fitted in full where several come close.

@@ -37,13 +37,15 @@ pub struct Structure {
     pub gain: f64,
 }
 
-/// Looks for generic terms beside the accepted effects.
+/// Looks for generic terms beside the accepted effects. In a swell, what swings with it is left out: the autopilot
+/// answers the swell, and fins and pitch then follow the noise instead of making it.
 #[must_use]
-pub fn find(bench: &Bench, accepted: &[Instance]) -> Option<Structure> {
+pub fn find(bench: &Bench, accepted: &[Instance], swell: bool) -> Option<Structure> {
     let set = set_of(&bench.scope.declared, accepted);
     let own: Vec<Term> = accepted.iter().flat_map(|instance| own_terms(instance, &set)).collect();
     let nuisance: Vec<usize> = (0..own.len()).collect();
-    let dictionary = dictionary(&bench.scope.present);
+    let mut dictionary = dictionary(&bench.scope.present);
+    dictionary.retain(|generic| !(swell && generic.factor.swings()));
     let generic =
         dictionary.iter().map(|generic| Term { cause: Cause::Generic(*generic), onsets_s: vec![f64::NEG_INFINITY] });
     let pass = bench.pass(&set, &own.into_iter().chain(generic).collect::<Vec<_>>())?;

@@ -5,7 +5,7 @@
 use crate::samples::Channel;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::effects::EffectSet;
-use backseat_core::state::{P, PSI, Q, R, U, V, VehicleState, W, Z};
+use backseat_core::state::{P, Q, R, THETA, U, V, VehicleState, W, Z};
 
 /// One cause and the columns that follow from it.
 #[derive(Clone, Debug)]
@@ -130,11 +130,30 @@ impl Factor {
             Self::CosHeading => cos,
             Self::SinTwoHeading => 2.0 * sin * cos,
             Self::CosTwoHeading => cos * cos - sin * sin,
-            Self::SinPitch => x[backseat_core::state::THETA],
+            Self::SinPitch => x[THETA],
             Self::Propeller => s.input.propeller_radps * s.input.propeller_radps.abs() * 1e-4,
             Self::Fin(fin) => s.input.fins_rad[usize::from(fin)] * x[U] * x[U],
             Self::FinSquares => s.input.fins_rad.iter().map(|fin| fin * fin).sum::<f64>() * x[U] * x[U],
         }
+    }
+
+    /// Whether it moves at the rate of waves.
+    #[must_use]
+    pub fn swings(self) -> bool {
+        matches!(
+            self,
+            Self::Heave
+                | Self::HeaveAbs
+                | Self::HeaveSquared
+                | Self::RollRate
+                | Self::PitchRate
+                | Self::PitchRateAbs
+                | Self::SurgePitchRate
+                | Self::SurgeHeave
+                | Self::SinPitch
+                | Self::Fin(_)
+                | Self::FinSquares
+        )
     }
 
     /// As written in the report.
@@ -283,6 +302,5 @@ pub fn dictionary(present: &[bool; Channel::COUNT]) -> Vec<Generic> {
             add(Target::Reading(channel), factors);
         }
     }
-    let _ = PSI;
     terms
 }

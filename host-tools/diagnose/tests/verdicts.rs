@@ -1,0 +1,92 @@
+//! Verdicts on logs of the simulator, whose truth shares no code with the catalogue. Seeds are those of development;
+//! logs are a quarter of an hour, so that a test takes seconds.
+
+use backseat_data::VehicleFile;
+use backseat_diagnose::bench::Bench;
+use backseat_diagnose::diagnosis::{self, Diagnosis, Verdict};
+use hil_sim::dataset::{self, Shape, Spec};
+use hil_sim::scenario::Request;
+
+fn diagnose(effects: &[&str], seed: u64, change: impl FnOnce(&mut Spec)) -> Diagnosis {
+    let mut spec = Spec::new(VehicleFile::reference());
+    spec.duration_s = 900.0;
+    spec.shape = Shape::Excite;
+    spec.effects = effects.iter().map(|text| Request::parse(text).unwrap()).collect();
+    change(&mut spec);
+    let data = dataset::simulate(&spec, seed);
+    let mut bench = Bench::new(&data.log, &VehicleFile::reference(), true).unwrap();
+    diagnosis::run(&mut bench, |_| {}).unwrap()
+}
+
+/// Named first, and every interval, widened by half for one log of many, holds the truth.
+fn assert_finds(effect: &str, truth: &[f64], seed: u64) {
+    let d = diagnose(&[effect], seed, |_| {});
+    let name = effect.split(':').next().unwrap();
+    assert_ne!(d.verdict, Verdict::None, "{effect}");
+    assert_ne!(d.verdict, Verdict::Unexplained, "{effect}: {:?}", d.structure.hints);
+    assert_eq!(d.effects[0].instance.candidate.effect, name);
+    assert_eq!(d.effects.len(), 1, "{effect}: {:?}", d.effects[1].instance);
+    for (value, truth) in d.effects[0].values.iter().zip(truth) {
+        let half = 0.75 * (value.ci95[1] - value.ci95[0]);
+        assert!((value.value - truth).abs() <= half.max(1e-9), "{effect} {}: {value:?}", value.name);
+    }
+}
+
+#[test]
+fn nothing_is_found_where_nothing_is() {
+    for (seed, noise) in [(11, hil_sim::noise::NoiseKind::White), (12, hil_sim::noise::NoiseKind::Coloured)] {
+        let d = diagnose(&[], seed, |spec| spec.noise = noise);
+        assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {:?}", d.effects, d.structure.hints);
+    }
+}
+
+#[test]
+fn val_current() {
+    assert_finds("water_current:north_mps=0.06,east_mps=-0.04", &[0.06, -0.04], 21);
+}
+
+#[test]
+fn val_hard_iron() {
+    assert_finds("heading_bias:const_rad=0.02,sin_rad=0.03,cos_rad=-0.02", &[0.02, 0.03, -0.02], 22);
+}
+
+#[test]
+fn val_thrust_loss() {
+    assert_finds("thrust_loss:k_n_s2_per_rad_m=0.003", &[0.003], 23);
+}
+
+#[test]
+fn val_dvl_scale() {
+    assert_finds("dvl_scale:ratio=0.02", &[0.02], 24);
+}
+
+#[test]
+fn val_fin_bias() {
+    assert_finds("fin_bias:fin=port,rad=0.02", &[3.0, 0.02], 25);
+}
+
+#[test]
+fn val_sound_speed() {
+    assert_finds("sound_speed:ratio=0.01", &[0.01], 26);
+}
+
+#[test]
+fn val_stuck_fin_with_its_time() {
+    assert_finds("fin_stuck:fin=top,rad=0.03,time_s=470", &[1.0, 0.03, 470.0], 27);
+}
+
+#[test]
+fn two_at_once() {
+    let d =
+        diagnose(&["thrust_loss:k_n_s2_per_rad_m=0.003", "dvl_misalignment:yaw_rad=0.02,pitch_rad=0.01"], 31, |_| {});
+    let mut names: Vec<_> = d.effects.iter().map(|found| found.instance.candidate.effect).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["dvl_misalignment", "thrust_loss"], "{:?} {:?}", d.verdict, d.structure.hints);
+}
+
+#[test]
+fn what_is_in_no_entry_is_unexplained() {
+    let d = diagnose(&["propeller_torque:arm_m=0.04"], 41, |_| {});
+    assert_eq!(d.verdict, Verdict::Unexplained, "{:?}", d.effects);
+    assert!(d.structure.hints[0].generic.name().starts_with("roll moment"), "{:?}", d.structure.hints);
+}
