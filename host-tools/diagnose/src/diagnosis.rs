@@ -1,7 +1,8 @@
 //! The whole loop: find, trace, add, and round again.
 
 use crate::bench::{Bench, Joint, Part};
-use crate::candidates::{Candidate, Instance};
+use crate::candidates::{Candidate, Instance, set_of};
+use crate::model::Model;
 use crate::noise;
 use crate::rivals::{self, Rival};
 use crate::search::{self, MOST_EFFECTS, Round};
@@ -117,7 +118,12 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
         let Some(next) = next else { break };
         accepted.push(next);
         progress("refit");
-        let fitted = joint.insert(search::refit(bench, &accepted)?);
+        let Some(refitted) = search::refit(bench, &accepted) else {
+            // No values of it are possible on the training blocks.
+            accepted.pop();
+            break;
+        };
+        let fitted = joint.insert(refitted);
         accepted = fitted.instances.clone();
         let kept = still_needed(fitted);
         if kept.iter().any(|kept| !kept) {
@@ -139,7 +145,8 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
     let explained: f64 = bench.declared.normal.sum(|_| true).square - joint.whole_square;
     let mut found = found;
     let mut verdict = Verdict::None;
-    if !left.hints.is_empty() && left.gain > TOLERATED * explained {
+    let tolerated = (TOLERATED.0 * explained).min(TOLERATED.1);
+    if (!left.hints.is_empty() && left.gain > tolerated) || exceeds_noise(&joint.pass) {
         verdict = Verdict::Unexplained;
     } else if !accepted.is_empty() && generic_is_better(bench, &accepted, explained, swell)? {
         verdict = Verdict::Unexplained;
@@ -151,7 +158,9 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
     } else {
         left
     };
-    found.extend(noise_effects);
+    if verdict != Verdict::Unexplained {
+        found.extend(noise_effects);
+    }
     if verdict != Verdict::Unexplained && !found.is_empty() {
         let is_ambiguous = found.iter().any(|found| {
             found
@@ -170,9 +179,19 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
     Some(Diagnosis { verdict, effects: found, rounds, structure, before: bench.declared.clone(), after, notes })
 }
 
-/// Structure beside the accepted effects is tolerated up to this part of what they explain: an effect described to a
-/// percent is described.
-const TOLERATED: f64 = 0.02;
+/// Structure beside the accepted effects is tolerated up to this part of what they explain, and up to this much.
+const TOLERATED: (f64, f64) = (5e-4, 60.0);
+
+/// Whether Σ e² is larger than noise of the declared size makes it: what is left may be too slow or too irregular for
+/// any term to stand out against its own scatter.
+fn exceeds_noise(pass: &Pass) -> bool {
+    /// What an inexact step of integration or declared noise a percent too small may add.
+    const SLACK: f64 = 0.02;
+    const SIGMAS: f64 = 6.0;
+    let sum = pass.normal.sum(|_| true);
+    let count = sum.count as f64;
+    sum.square > count * (1.0 + SLACK) + SIGMAS * (2.0 * count).sqrt()
+}
 /// By how much as many generic terms as entries must explain more to take their place: chance gives them no more than
 /// this where the entries are right.
 const BETTER: f64 = 10.0;
@@ -192,7 +211,13 @@ fn generic_is_better(bench: &Bench, accepted: &[Instance], explained: f64, swell
 fn choose(bench: &Bench, accepted: &[Instance], round: &Round) -> Option<Instance> {
     const CLOSE: (f64, f64) = (40.0, 0.1);
     const MOST: usize = 4;
-    let standing: Vec<_> = round.ladder.iter().filter(|e| round.is_significant(e)).collect();
+    // Linear fits may leave what a vehicle can be (a drag that drives).
+    let is_possible = |instance: &Instance| {
+        let set = instance.apply(&set_of(&bench.scope.declared, accepted));
+        Model::new(&bench.setup.parameters, &set).is_some()
+    };
+    let standing: Vec<_> =
+        round.ladder.iter().filter(|e| round.is_significant(e) && is_possible(&e.instance)).collect();
     let top = standing.first()?.score();
     let close: Vec<_> = standing.iter().filter(|e| e.score() > top - CLOSE.0 - CLOSE.1 * top).take(MOST).collect();
     let refined = |found: &Instance| {
@@ -375,7 +400,7 @@ fn noise_effects(bench: &mut Bench, residuals: &[Residual]) -> Option<Vec<Found>
         let (low, high) = wilson_ci95(hits as u64, judged.len() as u64).unwrap_or((0.0, 1.0));
         found.push(noise_found("range_outliers", &[(share, [low, high])], p_value));
     }
-    if let Some(waves) = waves::find(&bench.samples, residuals).filter(|w| w.p < search::FAMILY_ERROR / 10.0) {
+    if let Some(waves) = waves::find(&bench.samples, residuals).filter(is_swell) {
         let interval = |value: f64, sigma: f64| (value, [value - Z_95 * sigma, value + Z_95 * sigma]);
         let sizes =
             [interval(waves.amplitude_mps, waves.amplitude_sigma_mps), interval(waves.period_s, waves.period_sigma_s)];
@@ -395,6 +420,11 @@ fn noise_effects(bench: &mut Bench, residuals: &[Residual]) -> Option<Vec<Found>
         bench.declared = bench.pass(&bench.scope.declared, &[])?;
     }
     Some(found)
+}
+
+/// A peak that is unlikely by chance, and an amplitude that the velocities themselves show.
+fn is_swell(waves: &waves::Waves) -> bool {
+    waves.p < search::FAMILY_ERROR / 10.0 && waves.amplitude_mps > 3.0 * waves.amplitude_sigma_mps
 }
 
 fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) -> Found {
