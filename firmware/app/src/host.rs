@@ -115,14 +115,13 @@ impl Backseat {
     /// and waits for a fix.
     fn commit(&mut self) -> Result<(), Refusal> {
         let Self { parameters, estimator, controller, .. } = self;
-        let old = *parameters.active();
         let mut rebuilt = false;
-        parameters.commit(|settings, rebuild| {
+        parameters.commit(|settings, old, rebuild| {
             rebuilt = rebuild;
             let taken = !rebuild || super::app::configure(settings, estimator, controller);
             if !taken {
                 // the old set was valid
-                super::app::configure(&old, estimator, controller);
+                super::app::configure(old, estimator, controller);
             }
             taken
         })?;

@@ -104,15 +104,18 @@ impl ParameterStore {
     /// Takes another vehicle over into the active set, and into an open transaction that has not changed it; false, and
     /// nothing changed, when one of its values is not within its range.
     pub(crate) fn adopt(&mut self, vehicle: &VehicleParameters) -> bool {
-        let old = *self.active();
-        let adopted = Settings { vehicle: *vehicle, ..old };
-        if !PARAMETERS.iter().all(|parameter| parameter.admits((parameter.get)(&adopted))) {
+        if self.changed.get().is_none() {
+            self.changed.set(Settings::DEFAULT);
+        }
+        let Some(active) = self.changed.get_mut() else { return false };
+        let old = core::mem::replace(&mut active.vehicle, *vehicle);
+        if !PARAMETERS.iter().all(|parameter| parameter.admits((parameter.get)(active))) {
+            active.vehicle = old;
             return false;
         }
-        if let Some(staged) = self.staged.get_mut().filter(|staged| staged.vehicle == old.vehicle) {
+        if let Some(staged) = self.staged.get_mut().filter(|staged| staged.vehicle == old) {
             staged.vehicle = *vehicle;
         }
-        self.changed.set(adopted);
         true
     }
 
@@ -138,19 +141,21 @@ impl ParameterStore {
         Ok(())
     }
 
-    /// Activates the staged set if its ranges fit together and `apply` takes it. `apply` is told
-    /// whether anything but live parameters changed; when it refuses, the old set stays.
+    /// Activates the staged set if its ranges fit together and `apply` takes it: the staged set, the active one, and
+    /// whether anything but live parameters changed. When it refuses, the old set stays.
     ///
     /// # Errors
     /// [`Refusal::Sequence`] without a transaction, [`Refusal::InvalidSet`].
-    pub fn commit(&mut self, apply: impl FnOnce(&Settings, bool) -> bool) -> Result<(), Refusal> {
-        let staged = self.staged.take().ok_or(Refusal::Sequence)?;
-        let rebuild = PARAMETERS.iter().any(|p| !p.under_way && (p.get)(&staged) != (p.get)(self.active()));
-        if !apply(&staged, rebuild) {
-            return Err(Refusal::InvalidSet);
+    pub fn commit(&mut self, apply: impl FnOnce(&Settings, &Settings, bool) -> bool) -> Result<(), Refusal> {
+        let staged = self.staged.get().ok_or(Refusal::Sequence)?;
+        let active = self.active();
+        let rebuild = PARAMETERS.iter().any(|p| !p.under_way && (p.get)(staged) != (p.get)(active));
+        let taken = apply(staged, active, rebuild);
+        if taken {
+            core::mem::swap(&mut self.changed, &mut self.staged);
         }
-        self.changed.set(staged);
-        Ok(())
+        self.staged.clear();
+        if taken { Ok(()) } else { Err(Refusal::InvalidSet) }
     }
 
     /// One parameter as the host link shows it.
@@ -196,7 +201,7 @@ mod tests {
     fn a_transaction_is_all_or_nothing() {
         let mut store = ParameterStore::new();
         assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Err(Refusal::Sequence));
-        assert_eq!(store.commit(|_, _| true), Err(Refusal::Sequence));
+        assert_eq!(store.commit(|_, _, _| true), Err(Refusal::Sequence));
         store.begin();
         assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Ok(()));
         assert_eq!(store.set("vehicle.mass", 40.0, false), Err(Refusal::UnknownParameter));
@@ -208,11 +213,11 @@ mod tests {
         assert_eq!(store.active().vehicle.mass_kg, 38.0);
         store.begin();
         assert_eq!(store.set("vehicle.displaced_mass_kg", 38.2, false), Ok(()));
-        assert_eq!(store.commit(|_, rebuild| rebuild), Ok(()));
+        assert_eq!(store.commit(|_, _, rebuild| rebuild), Ok(()));
         assert_eq!((store.active().vehicle.mass_kg, store.active().vehicle.displaced_mass_kg), (38.0, 38.2));
         store.begin();
         assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Ok(()));
-        assert_eq!(store.commit(|_, _| false), Err(Refusal::InvalidSet));
+        assert_eq!(store.commit(|_, _, _| false), Err(Refusal::InvalidSet));
         assert_eq!(store.active().vehicle.mass_kg, 38.0);
     }
 
@@ -222,7 +227,7 @@ mod tests {
         store.begin();
         assert_eq!(store.set("vehicle.mass_kg", 39.0, true), Err(Refusal::UnderWay));
         assert_eq!(store.set("app.sound_speed_mps", 1480.0, true), Ok(()));
-        assert_eq!(store.commit(|_, rebuild| !rebuild), Ok(()));
+        assert_eq!(store.commit(|_, _, rebuild| !rebuild), Ok(()));
         assert_eq!(store.active().app.sound_speed_mps, 1480.0);
     }
 

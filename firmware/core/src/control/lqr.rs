@@ -13,7 +13,7 @@
 use super::ControlError;
 use super::allocation::{Moments, pitch_lever_m, yaw_lever_m};
 use super::guidance::GuidanceGains;
-use super::riccati::{Horizon, LinearQuadratic, RiccatiError, RiccatiSolver};
+use super::riccati::{Horizon, RiccatiError, RiccatiSolver};
 use super::trim::Trim;
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{self, VehicleState};
@@ -242,10 +242,12 @@ fn start(
         propeller_radps: super::speed::propeller_radps(model.propeller(), trim.thrust_n, trim.surge_mps),
         fins_rad: trim.fins_rad,
     };
-    let a = model.linearise(&trim.state(), &input).F();
+    let (a, q) = solver.matrices();
+    model.linearise(&trim.state(), &input).F_to(a);
     let b = lqr_input_matrix(model);
     let inverse_square = |d: f64| 1.0 / (d * d);
-    let q = SMatrix::from_diagonal(&SVector::from(weights.state_deviation.map(inverse_square)));
+    q.fill(0.0);
+    q.set_diagonal(&SVector::from(weights.state_deviation.map(inverse_square)));
     let r = SMatrix::from_diagonal(&SVector::from(weights.input_deviation.map(inverse_square)));
-    solver.start(&LinearQuadratic { a: &a, b: &b, q: &q, r: &r, n: None }, Horizon::Infinite)
+    solver.begin(&b, &r, None, Horizon::Infinite)
 }

@@ -137,18 +137,34 @@ impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
     /// # Errors
     /// R is not positive definite, or something is not finite.
     pub fn start(&mut self, problem: &LinearQuadratic<'_, N, M>, horizon: Horizon) -> Result<(), RiccatiError> {
-        let r = Cholesky::new(*problem.r).ok_or(RiccatiError::InputWeight)?;
-        problem.b.transpose_to(&mut self.rb);
-        r.solve_mut(&mut self.rb);
-        self.s.gemm(1.0, problem.b, &self.rb, 0.0);
         self.a.copy_from(problem.a);
         self.q.copy_from(problem.q);
-        match problem.n {
+        self.begin(problem.b, problem.r, problem.n, horizon)
+    }
+
+    /// A and Q, to be written before [`Self::begin`].
+    pub(super) fn matrices(&mut self) -> (&mut SMatrix<f64, N, N>, &mut SMatrix<f64, N, N>) {
+        (&mut self.a, &mut self.q)
+    }
+
+    /// Sets up the problem whose [`Self::matrices`] were written.
+    pub(super) fn begin(
+        &mut self,
+        b: &SMatrix<f64, N, M>,
+        r: &SMatrix<f64, M, M>,
+        n: Option<&SMatrix<f64, N, M>>,
+        horizon: Horizon,
+    ) -> Result<(), RiccatiError> {
+        let r = Cholesky::new(*r).ok_or(RiccatiError::InputWeight)?;
+        b.transpose_to(&mut self.rb);
+        r.solve_mut(&mut self.rb);
+        self.s.gemm(1.0, b, &self.rb, 0.0);
+        match n {
             // A − B R⁻¹ Nᵀ and Q − N R⁻¹ Nᵀ: the same problem without a cross term.
             Some(n) => {
                 n.transpose_to(&mut self.rn);
                 r.solve_mut(&mut self.rn);
-                self.a.gemm(-1.0, problem.b, &self.rn, 1.0);
+                self.a.gemm(-1.0, b, &self.rn, 1.0);
                 self.q.gemm(-1.0, n, &self.rn, 1.0);
             }
             None => self.rn.fill(0.0),

@@ -39,13 +39,20 @@ impl Linearisation {
     #[must_use]
     #[allow(non_snake_case)]
     pub fn F(&self) -> SMatrix<f64, 12, 12> {
-        let mut dense = SMatrix::<f64, 12, 12>::zeros();
+        let mut dense = SMatrix::zeros();
+        self.F_to(&mut dense);
+        dense
+    }
+
+    /// The same, written over `dense`.
+    #[allow(non_snake_case)]
+    pub fn F_to(&self, dense: &mut SMatrix<f64, 12, 12>) {
+        dense.fill(0.0);
         dense.fixed_view_mut::<3, 3>(X, PHI).copy_from(&self.position_by_attitude);
         dense.fixed_view_mut::<3, 3>(X, U).copy_from(&self.position_by_velocity);
         dense.fixed_view_mut::<3, 2>(PHI, PHI).copy_from(&self.euler_by_roll_pitch);
         dense.fixed_view_mut::<3, 3>(PHI, P).copy_from(&self.euler_by_rates);
         dense.fixed_view_mut::<6, 2>(U, PHI).copy_from(&self.acceleration_by_roll_pitch);
         dense.fixed_view_mut::<6, 6>(U, U).copy_from(&self.acceleration_by_velocity);
-        dense
     }
 }
