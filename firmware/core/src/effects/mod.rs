@@ -38,7 +38,10 @@ pub mod water_current;
 pub mod water_density;
 pub mod waves;
 
-pub use hooks::{ActuatorMemory, Channel, Hooks, Measure, Moment, Slopes, Step};
+pub use hooks::{
+    ActuatorMemory, Channel, GateHook, Hooks, InputHook, Measure, Moment, PlantHook, Slopes, Step, VarianceHook,
+    WaterHook, WrenchHook,
+};
 pub use info::{Confusion, EffectInfo, Enters, ParameterInfo, ParameterKind};
 pub use set::{EffectError, EffectSet, PARAMETERS, ParameterId, parameters};
 

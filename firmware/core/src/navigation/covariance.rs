@@ -62,14 +62,13 @@ impl Covariance {
         let mut first = true;
         // States that follow each other cost less together.
         loop {
-            let follows = |by: u8| indices.get(usize::from(by)).copied() == indices.first().map(|first| first + by);
-            let done = match (indices, values) {
-                (&[k, ..], &[a, b, c, d, e, f, ..]) if (1..6).all(follows) => {
-                    self.add_block(n, k, [a, b, c, d, e, f], first, g)
-                }
-                (&[k, ..], &[a, b, c, ..]) if follows(1) && follows(2) => self.add_block(n, k, [a, b, c], first, g),
-                (&[k, ..], &[a, b, ..]) if follows(1) => self.add_block(n, k, [a, b], first, g),
-                (&[k, ..], &[a, ..]) => self.add_block(n, k, [a], first, g),
+            let follow = |pair: &&[u8]| pair.first().map(|first| first.wrapping_add(1)) == pair.last().copied();
+            let run = 1 + indices.windows(2).take(5).take_while(follow).count();
+            let done = match (run, indices, values) {
+                (6, &[k, ..], &[a, b, c, d, e, f, ..]) => self.add_block(n, k, [a, b, c, d, e, f], first, g),
+                (3.., &[k, ..], &[a, b, c, ..]) => self.add_block(n, k, [a, b, c], first, g),
+                (2, &[k, ..], &[a, b, ..]) => self.add_block(n, k, [a, b], first, g),
+                (_, &[k, ..], &[a, ..]) => self.add_block(n, k, [a], first, g),
                 _ => return,
             };
             first = false;

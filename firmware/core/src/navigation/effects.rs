@@ -39,22 +39,26 @@ pub(super) struct Effects {
 /// The values of one entry.
 pub(super) struct Values {
     values: [f64; 3],
+    /// Where those that are states stand.
+    places: [Option<usize>; 3],
     len: usize,
 }
 
 impl Values {
     /// Fixed values of the entry, or its states where it has some.
     pub(super) fn of(index: usize, config: &NavigationConfig, x: &Estimate) -> Self {
-        let mut out = Self { values: [0.0; 3], len: 0 };
+        let mut out = Self { values: [0.0; 3], places: [None; 3], len: 0 };
         for (value, fixed) in out.values.iter_mut().zip(config.effects.values(index)) {
             *value = *fixed;
             out.len += 1;
         }
         for (slot, state) in config.effect_states.iter().enumerate() {
             if state.parameter.effect_index() == index
-                && let Some(value) = out.values.get_mut(state.parameter.index())
+                && let (Some(value), Some(place)) =
+                    (out.values.get_mut(state.parameter.index()), out.places.get_mut(state.parameter.index()))
             {
                 *value = x.get(EFFECTS + slot);
+                *place = Some(EFFECTS + slot);
             }
         }
         out
@@ -247,17 +251,17 @@ impl Effects {
                 *before = z - observation.innovation;
             }
             let mut after = before;
-            let slopes = (measure.apply)(Values::of(index, config, x).as_slice(), &moment, &mut after);
+            let values = Values::of(index, config, x);
+            let slopes = (measure.apply)(values.as_slice(), &moment, &mut after);
             turn(out, &slopes.by_reading);
             let changes = before.iter().zip(&after).map(|(before, after)| after - before);
             for (i, (observation, change)) in out.as_mut_slice().iter_mut().zip(changes).enumerate() {
                 observation.innovation -= change;
-                for (slot, state) in config.effect_states.iter().enumerate() {
-                    if state.parameter.effect_index() == index
-                        && let Some(column) = slopes.by_parameter.get(state.parameter.index())
-                        && let Some(entry) = column.get(i).filter(|entry| **entry != 0.0)
+                for (place, column) in values.places.iter().zip(&slopes.by_parameter) {
+                    if let Some(place) = place
+                        && column[i] != 0.0
                     {
-                        observation.row.push(EFFECTS + slot, *entry);
+                        observation.row.push(*place, column[i]);
                     }
                 }
             }

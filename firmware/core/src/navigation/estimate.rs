@@ -35,9 +35,13 @@ impl Estimate {
         value.copied().unwrap_or(0.0)
     }
 
-    /// Three or two states in a row.
+    /// States in a row, all of them the vehicle's or none.
     pub(super) fn block<const K: usize>(&self, at: usize) -> [f64; K] {
-        core::array::from_fn(|i| self.get(at + i))
+        let behind = match at.checked_sub(VEHICLE_STATES) {
+            None => self.vehicle.as_slice().get(at..),
+            Some(at) => self.tail.get(at..),
+        };
+        behind.and_then(<[f64]>::first_chunk).copied().unwrap_or([0.0; K])
     }
 
     /// Writes states behind the vehicle's.

@@ -124,8 +124,7 @@ impl Navigator {
 
     /// s since the epoch.
     pub(super) fn effect_time_s(&self) -> f64 {
-        let us = |time: u64| time as f64;
-        1.0e-6 * (us(self.time_us) - us(self.effects.epoch_us))
+        1.0e-6 * (self.time_us as i64).wrapping_sub(self.effects.epoch_us as i64) as f64
     }
 
     /// Changes the process model and its noise while running.
