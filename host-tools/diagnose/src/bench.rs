@@ -81,10 +81,9 @@ impl Bench {
         // An outlier bends what follows it, so that its neighbours look wrong: look again without it.
         for attempt in 0..2 {
             let flags = noise::flags(&samples, &declared.residuals);
-            if flags == setup.outliers || (setup.outliers.is_empty() && !flags.contains(&true)) {
-                if attempt > 0 || !is_scaled {
-                    break;
-                }
+            let is_same = flags == setup.outliers || (setup.outliers.is_empty() && !flags.contains(&true));
+            if is_same && (attempt > 0 || !is_scaled) {
+                break;
             }
             setup.outliers = flags;
             declared = whitener::run(&setup, &samples, &set, &[])?;
@@ -122,10 +121,9 @@ impl Bench {
         whitener::run(&self.setup, &self.samples, set, terms)
     }
 
-    /// Fits the sizes of all instances together on a part, by Gauss and Newton from their present values; `extra`
-    /// terms are columns of the last pass behind the sizes.
+    /// Fits the sizes of all instances together on a part, by Gauss and Newton from their present values.
     #[must_use]
-    pub fn fit(&self, instances: &[Instance], part: Part, extra: impl Fn(&[Instance]) -> Vec<Term>) -> Option<Joint> {
+    pub fn fit(&self, instances: &[Instance], part: Part) -> Option<Joint> {
         const MOST_STEPS: usize = 6;
         /// A step below this many sigmas changes nothing that matters.
         const SMALL: f64 = 0.1;
@@ -134,7 +132,7 @@ impl Bench {
         let mut now = instances.to_vec();
         let mut best: Option<Joint> = None;
         for _ in 0..=MOST_STEPS {
-            let trial = self.evaluate(&now, part, &extra);
+            let trial = self.evaluate(&now, part);
             let Some((joint, fit)) =
                 trial.filter(|(joint, _)| best.as_ref().is_none_or(|best| joint.square <= best.square + ROUNDING))
             else {
@@ -168,17 +166,11 @@ impl Bench {
     }
 
     /// One pass at these values, and the step that it suggests.
-    fn evaluate(
-        &self,
-        now: &[Instance],
-        part: Part,
-        extra: &impl Fn(&[Instance]) -> Vec<Term>,
-    ) -> Option<(Joint, Option<linear::Fit>)> {
+    fn evaluate(&self, now: &[Instance], part: Part) -> Option<(Joint, Option<linear::Fit>)> {
         let set = set_of(&self.scope.declared, now);
         let own: Vec<Term> = now.iter().flat_map(|instance| own_terms(instance, &set)).collect();
         let sizes = own.len();
-        let terms: Vec<Term> = own.into_iter().chain(extra(now)).collect();
-        let pass = self.pass(&set, &terms)?;
+        let pass = self.pass(&set, &own)?;
         let sum = pass.normal.sum(|block| self.is_in(part, block));
         let free: Vec<usize> = (0..sizes).collect();
         let fit = linear::fit(&sum, &free, &[]);

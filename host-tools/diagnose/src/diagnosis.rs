@@ -144,13 +144,9 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
     let found = describe(bench, &accepted, rivals, &joint, &rounds)?;
     let explained: f64 = bench.declared.normal.sum(|_| true).square - joint.whole_square;
     let mut found = found;
-    let mut verdict = Verdict::None;
-    let tolerated = (TOLERATED.0 * explained).min(TOLERATED.1);
-    if (!left.hints.is_empty() && left.gain > tolerated) || exceeds_noise(&joint.pass) {
-        verdict = Verdict::Unexplained;
-    } else if !accepted.is_empty() && generic_is_better(bench, &accepted, explained, swell)? {
-        verdict = Verdict::Unexplained;
-    }
+    let is_structured = (!left.hints.is_empty() && left.gain > tolerated(explained)) || exceeds_noise(&joint.pass);
+    let is_usurped = !accepted.is_empty() && !is_structured && generic_is_better(bench, &accepted, explained, swell)?;
+    let mut verdict = if is_structured || is_usurped { Verdict::Unexplained } else { Verdict::None };
     let structure = if verdict == Verdict::Unexplained && !accepted.is_empty() {
         // What the entries took was not theirs: the hints are against the declared model.
         found.clear();
@@ -160,6 +156,7 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
     };
     if verdict != Verdict::Unexplained {
         found.extend(noise_effects);
+        found.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
     }
     if verdict != Verdict::Unexplained && !found.is_empty() {
         let is_ambiguous = found.iter().any(|found| {
@@ -181,6 +178,10 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
 
 /// Structure beside the accepted effects is tolerated up to this part of what they explain, and up to this much.
 const TOLERATED: (f64, f64) = (5e-4, 60.0);
+
+fn tolerated(explained: f64) -> f64 {
+    (TOLERATED.0 * explained).min(TOLERATED.1)
+}
 
 /// Whether Σ e² is larger than noise of the declared size makes it: what is left may be too slow or too irregular for
 /// any term to stand out against its own scatter.
@@ -232,7 +233,7 @@ fn choose(bench: &Bench, accepted: &[Instance], round: &Round) -> Option<Instanc
         .filter_map(|e| {
             let mut instances = accepted.to_vec();
             instances.push(refined(&e.instance)?);
-            let joint = bench.fit(&instances, Part::Whole, |_| Vec::new())?;
+            let joint = bench.fit(&instances, Part::Whole)?;
             Some((joint.whole_square + 2.0 * e.degrees as f64, joint.instances.last()?.clone()))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))
@@ -321,11 +322,7 @@ fn describe(
     for (place, (instance, rivals)) in accepted.iter().zip(rivals).enumerate() {
         let others: Vec<Instance> =
             accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect();
-        let without = if others.is_empty() {
-            bench.declared.clone()
-        } else {
-            bench.fit(&others, Part::Train, |_| Vec::new())?.pass
-        };
+        let without = if others.is_empty() { bench.declared.clone() } else { bench.fit(&others, Part::Train)?.pass };
         let gain = without.normal.sum(|_| true).square - joint.whole_square;
         let blocks = bench.held_gain(&without, &joint.pass);
         let held_gain =

@@ -123,10 +123,8 @@ fn scatter(
         for i in 0..d {
             for j in 0..d {
                 scatter[i * d + j] += rest[i] * rest[j];
-                if let Some((before, last)) = &previous {
-                    if before + 1 == index {
-                        scatter[i * d + j] += 0.5 * (rest[i] * last[j] + last[i] * rest[j]);
-                    }
+                if let Some((_, last)) = previous.as_ref().filter(|(before, _)| before + 1 == index) {
+                    scatter[i * d + j] += 0.5 * (rest[i] * last[j] + last[i] * rest[j]);
                 }
             }
         }

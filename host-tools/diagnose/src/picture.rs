@@ -48,8 +48,11 @@ pub fn smooth(values: impl Iterator<Item = (f64, f64)>, bin_s: f64) -> Vec<(f64,
     bins.into_iter().map(|(times, sum, count)| (times / count / 3600.0, sum / count)).collect()
 }
 
+/// A quantity of the estimate.
+pub type Variable = fn(&Trace) -> f64;
+
 /// What a residual may depend on.
-pub const VARIABLES: [(&str, fn(&Trace) -> f64); 7] = [
+pub const VARIABLES: [(&str, Variable); 7] = [
     ("heading [deg]", |trace| trace.x[PSI].to_degrees()),
     ("speed through water [m/s]", |trace| trace.x[U]),
     ("depth [m]", |trace| trace.x[Z]),
@@ -63,9 +66,8 @@ const BINS: usize = 18;
 
 /// The variable that explains most of a residual, with the residual's mean in bins of it, before and after.
 #[must_use]
-#[allow(clippy::type_complexity)] // two lines to draw
-pub fn best_variable(before: &Pass, after: &Pass, of: Channel) -> (&'static str, Vec<(f64, f64)>, Vec<(f64, f64)>) {
-    let values = |pass: &Pass, variable: fn(&Trace) -> f64| -> Vec<(f64, f64)> {
+pub fn best_variable(before: &Pass, after: &Pass, of: Channel) -> (&'static str, [Vec<(f64, f64)>; 2]) {
+    let values = |pass: &Pass, variable: Variable| -> Vec<(f64, f64)> {
         let mut place = 0;
         channel(pass, of)
             .iter()
@@ -91,9 +93,9 @@ pub fn best_variable(before: &Pass, after: &Pass, of: Channel) -> (&'static str,
         })
         // Time explains a step or a ramp; where something else explains as much, that is the cause.
         .max_by(|a, b| weight(a.0, a.2).total_cmp(&weight(b.0, b.2)));
-    let Some((name, variable, _)) = best else { return ("", Vec::new(), Vec::new()) };
+    let Some((name, variable, _)) = best else { return ("", [Vec::new(), Vec::new()]) };
     let line = |pass| binned(&values(pass, variable)).into_iter().map(|(x, mean, ..)| (x, mean)).collect();
-    (name, line(before), line(after))
+    (name, [line(before), line(after)])
 }
 
 fn weight(name: &str, explained: f64) -> f64 {

@@ -58,7 +58,7 @@ pub fn find(bench: &Bench, accepted: &[Instance], place: usize, round: &Round) -
     if close.is_empty() {
         return Vec::new();
     }
-    let Some(own) = bench.fit(accepted, Part::Whole, |_| Vec::new()) else { return Vec::new() };
+    let Some(own) = bench.fit(accepted, Part::Whole) else { return Vec::new() };
     let mut rivals: Vec<Rival> =
         close.into_par_iter().filter_map(|e| rival(bench, accused, &others, &e.instance, own.whole_square)).collect();
     rivals.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
@@ -70,7 +70,7 @@ fn rival(bench: &Bench, accused: &Instance, others: &[Instance], found: &Instanc
         if found.candidate.onset_s.is_some() { search::refine_onset(bench, others, found)? } else { found.clone() };
     let mut instances = others.to_vec();
     instances.push(found);
-    let joint = bench.fit(&instances, Part::Whole, |_| Vec::new())?;
+    let joint = bench.fit(&instances, Part::Whole)?;
     let deficit = joint.whole_square - own;
     let instance = joint.instances.last()?.clone();
     // What the accepted entry adds to its rival, the rest refitted.

@@ -21,6 +21,8 @@ pub const HORIZONS_S: [f64; 3] = [2.0, 10.0, 60.0];
 pub const VELOCITY_HORIZON: usize = 1;
 /// Time between two predictions, s.
 const EVERY_S: f64 = 15.0;
+/// Samples from which on an autocorrelation is told from chance to a twentieth.
+const LEAST_FOR_CORRELATION: usize = 400;
 /// Lags of the whiteness test.
 const LAGS: usize = 20;
 /// Fixes until this long after the first one are used; later ones are withheld and compared with, s.
@@ -65,7 +67,7 @@ pub struct Scores {
     pub position_against: Option<&'static str>,
     /// Smallest p of all channels, times their number.
     pub innovation_whiteness_p: f64,
-    /// Largest autocorrelation of any channel with at least a hundred samples.
+    /// Largest autocorrelation of any channel with at least 400 samples.
     pub max_autocorrelation: f64,
     /// By channel.
     pub whiteness: Vec<Whiteness>,
@@ -94,7 +96,7 @@ pub fn of(
     let p = whiteness.iter().map(|w| w.p).fold(1.0, f64::min);
     let largest = whiteness
         .iter()
-        .filter(|w| w.count >= 100)
+        .filter(|w| w.count >= LEAST_FOR_CORRELATION)
         .flat_map(|w| &w.correlation)
         .fold(0.0_f64, |largest, r| largest.max(r.abs()));
     let run = navigate(log, vehicle, set, truth, use_dvl)?;
@@ -279,4 +281,39 @@ fn velocity_against(run: &FilterRun, truth: &Truth, choose: impl Fn(u64) -> bool
         .filter(|error| error.is_finite())
         .collect();
     rms(&errors)
+}
+
+/// Scores of a diagnosis on heading and speed alone: the velocity missing over a stretch between fixes, and the
+/// position that dead reckoning alone would have lost over ten minutes of them.
+#[must_use]
+pub fn planar(bench: &Bench, pass: &Pass) -> Scores {
+    let whiteness = whiteness(bench, pass);
+    let held = || pass.residuals.iter().filter(|r| bench.is_held(r.t_s));
+    let velocities: Vec<f64> = held().map(|r| r.innovation / crate::bench::BLOCK_S).collect();
+    let mut position_errors = Vec::new();
+    let mut sum = [0.0; 2];
+    for (i, r) in pass.residuals.iter().enumerate() {
+        let axis = usize::from(r.channel == Channel::GnssY);
+        sum[axis] += r.innovation;
+        if axis == 1 {
+            position_errors.push((r.t_s, sum[0].hypot(sum[1])));
+        }
+        // A track of ten minutes, then afresh: else one bad stretch would count for ever.
+        if (i + 1) % 60 == 0 {
+            sum = [0.0; 2];
+        }
+    }
+    let held_errors: Vec<f64> =
+        position_errors.iter().filter(|(t_s, _)| bench.is_held(*t_s)).map(|(_, error)| *error).collect();
+    let tested = whiteness.len().max(1) as f64;
+    Scores {
+        velocity_rmse_mps: rms(&velocities),
+        position_rmse_m: rms(&held_errors),
+        position_against: Some("GNSS fixes, dead reckoning of ten minutes"),
+        innovation_whiteness_p: (whiteness.iter().map(|w| w.p).fold(1.0, f64::min) * tested).min(1.0),
+        max_autocorrelation: whiteness.iter().flat_map(|w| &w.correlation).fold(0.0, |largest, r| r.abs().max(largest)),
+        whiteness,
+        prediction: vec![[None; HORIZONS_S.len()]; PREDICTED.len()],
+        position_errors,
+    }
 }

@@ -198,7 +198,7 @@ pub fn onset_gains(bench: &Bench, others: &[Instance], event: &Candidate, onsets
 /// Fits accepted effects together on the training blocks.
 #[must_use]
 pub fn refit(bench: &Bench, instances: &[Instance]) -> Option<Joint> {
-    bench.fit(instances, Part::Train, |_| Vec::new())
+    bench.fit(instances, Part::Train)
 }
 
 /// Whether two instances are the same cause.

@@ -10,12 +10,12 @@ pub fn chi2_tail(x: f64, degrees: usize) -> f64 {
         return 1.0;
     }
     let half = 0.5 * x;
-    let (mut tail, mut term, mut k) = if degrees % 2 == 0 {
+    let (mut tail, mut term, mut k) = if degrees.is_multiple_of(2) {
         ((-half).exp(), (-half).exp(), 1.0)
     } else {
         (libm::erfc(half.sqrt()), (-half).exp() / (PI * half).sqrt(), 0.5)
     };
-    let terms = if degrees % 2 == 0 { degrees / 2 - 1 } else { degrees / 2 };
+    let terms = if degrees.is_multiple_of(2) { degrees / 2 - 1 } else { degrees / 2 };
     for _ in 0..terms {
         term *= half / k;
         tail += term;

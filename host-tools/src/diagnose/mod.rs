@@ -7,10 +7,12 @@ mod text;
 use crate::console;
 use anyhow::{Context, bail};
 use backseat_core::effects::ParameterId;
+use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{Log, Truth, VehicleFile, importers};
 use backseat_diagnose::bench::Bench;
 use backseat_diagnose::diagnosis::{self, Diagnosis};
+use backseat_diagnose::planar;
 use backseat_diagnose::scores::{self, Scores};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
@@ -87,17 +89,21 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         notes.push(format!("no vehicle file given: the built-in {} is taken as declared", vehicle.name));
     }
     let spinner = Spinner::new();
-    let Some(mut bench) = Bench::new(log, &vehicle, !args.no_dvl) else {
-        bail!("{}: nothing to start from: it needs a GNSS fix and an attitude, and actuators", args.log.display());
+    let has_actuators = Column::ALL[..=Column::FinStarboard as usize].iter().all(|column| log.has(*column));
+    let (diagnosis, before, after) = if has_actuators {
+        dynamic(args, log, &vehicle, truth.as_ref(), &spinner)?
+    } else {
+        spinner.set("dead reckoning");
+        let Some((bench, diagnosis)) = planar::run(log, &vehicle) else {
+            bail!(
+                "{}: neither fins and propeller for the dynamic model, nor heading, speed and GNSS along the way for \
+                 dead reckoning",
+                args.log.display()
+            );
+        };
+        let (before, after) = (scores::planar(&bench, &diagnosis.before), scores::planar(&bench, &diagnosis.after));
+        (diagnosis, before, after)
     };
-    let Some(diagnosis) = diagnosis::run(&mut bench, |what| spinner.set(what)) else {
-        bail!("{}: the filter's numbers left the finite", args.log.display());
-    };
-    spinner.set("before and after");
-    let set = diagnosis.set(&vehicle.effects.set);
-    let score = |pass, set| scores::of(&bench, pass, set, log, &vehicle, truth.as_ref(), !args.no_dvl);
-    let before = score(&diagnosis.before, &vehicle.effects.set)?;
-    let after = if diagnosis.effects.is_empty() { before.clone() } else { score(&diagnosis.after, &set)? };
     drop(spinner);
     notes.extend(diagnosis.notes.iter().cloned());
 
@@ -128,6 +134,28 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let text = if args.json { json::text(&outcome) } else { text::text(&outcome) };
     console::print(text.as_bytes())
+}
+
+/// The main route: the vehicle's own dynamics.
+fn dynamic(
+    args: &Args,
+    log: &Log,
+    vehicle: &VehicleFile,
+    truth: Option<&Truth>,
+    spinner: &Spinner,
+) -> anyhow::Result<(Diagnosis, Scores, Scores)> {
+    let Some(mut bench) = Bench::new(log, vehicle, !args.no_dvl) else {
+        bail!("{}: nothing to start from: it needs a GNSS fix and an attitude", args.log.display());
+    };
+    let Some(diagnosis) = diagnosis::run(&mut bench, |what| spinner.set(what)) else {
+        bail!("{}: the filter's numbers left the finite", args.log.display());
+    };
+    spinner.set("before and after");
+    let score = |pass, set| scores::of(&bench, pass, set, log, vehicle, truth, !args.no_dvl);
+    let before = score(&diagnosis.before, &vehicle.effects.set)?;
+    let set = diagnosis.set(&vehicle.effects.set);
+    let after = if diagnosis.effects.is_empty() { before.clone() } else { score(&diagnosis.after, &set)? };
+    Ok((diagnosis, before, after))
 }
 
 /// What was declared, with the effects found and their intervals.

@@ -148,7 +148,7 @@ fn residual(report: Report, outcome: &Outcome<'_>) -> Report {
         let svg = plots::time_series(&TimePlot { y_label: &label, series: &[("after", &rest)], band: None });
         report = report.figure("What is left with the effect in the model.", svg);
     }
-    let (variable, line_before, line_after) = picture::best_variable(&d.before, &d.after, channel);
+    let (variable, [line_before, line_after]) = picture::best_variable(&d.before, &d.after, channel);
     let mut lines: Vec<plots::Series<'_>> = vec![("before", &line_before)];
     if has_effect {
         lines.push(("after", &line_after));

@@ -2,7 +2,6 @@
 
 use super::{Filter, Kind, Residual, matrix};
 use crate::gram::NormalBuilder;
-use crate::model::Model;
 use crate::samples::{Channel, Reading};
 use crate::terms::{Snapshot, Target};
 use backseat_core::dynamics::Attitude;
@@ -76,15 +75,11 @@ impl Filter<'_> {
             Reading::Acoustic { range_m, range_rate_mps, ship } => {
                 let used = !self.setup.outliers.get(self.acoustic_index).copied().unwrap_or(false);
                 self.acoustic_index += 1;
-                if let Some(range_m) = range_m {
-                    if let Some(prediction) = self.range(*range_m, ship) {
-                        self.update(&prediction, used, residuals, rows);
-                    }
+                if let Some(prediction) = range_m.and_then(|range_m| self.range(range_m, ship)) {
+                    self.update(&prediction, used, residuals, rows);
                 }
-                if let Some(rate) = range_rate_mps {
-                    if let Some(prediction) = self.range_rate(*rate, ship) {
-                        self.update(&prediction, true, residuals, rows);
-                    }
+                if let Some(prediction) = range_rate_mps.and_then(|rate| self.range_rate(rate, ship)) {
+                    self.update(&prediction, true, residuals, rows);
                 }
             }
         }
@@ -107,7 +102,7 @@ impl Filter<'_> {
     }
 
     fn range(&self, measured: f64, ship: &crate::samples::ShipAtLaunch) -> Option<Prediction> {
-        let (dp, distance) = self.from_ship(ship)?;
+        let (dp, distance) = self.baseline(ship)?;
         let mut jacobian = Jacobian::zeros();
         for axis in 0..3 {
             jacobian[(0, X + axis)] = dp[axis] / distance;
@@ -126,7 +121,7 @@ impl Filter<'_> {
     }
 
     fn range_rate(&self, measured: f64, ship: &crate::samples::ShipAtLaunch) -> Option<Prediction> {
-        let (dp, distance) = self.from_ship(ship)?;
+        let (dp, distance) = self.baseline(ship)?;
         let attitude = Attitude::new(&state::attitude(&self.x));
         let rotation = attitude.rotation();
         let nu = Vector3::new(self.x[U], self.x[U + 1], self.x[U + 2]);
@@ -156,7 +151,8 @@ impl Filter<'_> {
         })
     }
 
-    fn from_ship(&self, ship: &crate::samples::ShipAtLaunch) -> Option<(Vector3<f64>, f64)> {
+    /// Vehicle minus ship, and its length, m.
+    fn baseline(&self, ship: &crate::samples::ShipAtLaunch) -> Option<(Vector3<f64>, f64)> {
         let depth = self.x[Z] - self.setup.ship_transducer_depth_m;
         let dp = Vector3::new(self.x[X] - ship.position_m[0], self.x[Y] - ship.position_m[1], depth);
         let distance = dp.norm();
@@ -248,7 +244,7 @@ impl Filter<'_> {
                 Kind::Effects { with, without, unit, channels, water, .. } => {
                     let mut direct = 0.0;
                     if *water {
-                        let from = without.as_ref().unwrap_or(&self.model).water_mps();
+                        let from = without.as_deref().unwrap_or(&self.model).water_mps();
                         for side in 0..2 {
                             direct += (with.water_mps()[side] - from[side]) * prediction.by_water[side][axis];
                         }
@@ -256,9 +252,8 @@ impl Filter<'_> {
                     if channels.contains(&prediction.sensor) {
                         let truth = prediction.truth;
                         let after = with.read(t_s, prediction.sensor, truth).0[axis];
-                        let before = without
-                            .as_ref()
-                            .map_or(read[axis], |w: &Model| w.read(t_s, prediction.sensor, truth).0[axis]);
+                        let before =
+                            without.as_ref().map_or(read[axis], |w| w.read(t_s, prediction.sensor, truth).0[axis]);
                         direct += after - before;
                     }
                     direct / unit

@@ -135,8 +135,8 @@ struct Prepared {
 
 enum Kind {
     Effects {
-        with: Model,
-        without: Option<Model>,
+        with: Box<Model>,
+        without: Option<Box<Model>>,
         unit: f64,
         in_process: bool,
         channels: Vec<backseat_core::effects::Channel>,
@@ -188,16 +188,17 @@ impl<'a> Filter<'a> {
             let kind = match &term.cause {
                 Cause::Generic(generic) => Kind::Generic { target: generic.target, factor: generic.factor },
                 Cause::Effects { with, without, unit } => {
-                    let with = Model::new(&setup.parameters, with)?;
-                    let without = if **without == *set { None } else { Some(Model::new(&setup.parameters, without)?) };
+                    let with = Box::new(Model::new(&setup.parameters, with)?);
+                    let without =
+                        if **without == *set { None } else { Some(Box::new(Model::new(&setup.parameters, without)?)) };
                     let (mut in_process, mut channels) = (false, Vec::new());
                     for (index, info, values) in with.set().active() {
-                        if values != without.as_ref().map_or(set, Model::set).values(index) {
+                        if values != without.as_ref().map_or(set, |without| without.set()).values(index) {
                             in_process |= info.hooks.plant.is_some() || info.hooks.input.is_some();
                             channels.extend(info.hooks.measure.iter().flat_map(|measure| measure.channels));
                         }
                     }
-                    let water = with.water_mps() != without.as_ref().unwrap_or(&model).water_mps();
+                    let water = with.water_mps() != without.as_deref().unwrap_or(&model).water_mps();
                     Kind::Effects { with, without, unit: *unit, in_process: in_process || water, channels, water }
                 }
             };
