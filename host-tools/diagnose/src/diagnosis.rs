@@ -12,6 +12,7 @@ use crate::waves;
 use crate::whitener::{Pass, Residual};
 use backseat_core::effects::{EffectSet, ParameterKind};
 use backseat_data::stats::{mean_ci95, wilson_ci95};
+use rayon::prelude::*;
 
 /// Two-sided 95 % of a normal variable.
 const Z_95: f64 = backseat_data::stats::Z_95;
@@ -270,29 +271,23 @@ fn settle(
 ) -> Option<(Vec<Instance>, Vec<Vec<Rival>>, Joint)> {
     let (mut accepted, mut joint) = (accepted, joint);
     for _ in 0..2 {
-        let mut rivals = Vec::new();
-        let mut swap = None;
-        for place in 0..accepted.len() {
-            let others: Vec<Instance> =
-                accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect();
-            let own;
-            let round = match (others.is_empty(), rounds.first()) {
-                (true, Some(first)) => first,
-                _ => {
-                    own = search::round(bench, &others)?;
-                    &own
+        let found: Option<Vec<Vec<Rival>>> = (0..accepted.len())
+            .into_par_iter()
+            .map(|place| {
+                let others = without(&accepted, place);
+                match rounds.first() {
+                    Some(first) if others.is_empty() => Some(rivals::find(bench, &accepted, place, first)),
+                    _ => Some(rivals::find(bench, &accepted, place, &search::round(bench, &others)?)),
                 }
-            };
-            let found = rivals::find(bench, &accepted, place, round);
-            if let Some(better) = found.first().filter(|rival| {
-                let cost =
-                    2.0 * rival.instance.candidate.degrees() as f64 - 2.0 * accepted[place].candidate.degrees() as f64;
-                rival.deficit + cost < -1.0
-            }) {
-                swap = Some((place, better.instance.clone()));
-            }
-            rivals.push(found);
-        }
+            })
+            .collect();
+        let rivals = found?;
+        let swap = rivals.iter().enumerate().find_map(|(place, rivals)| {
+            let better = rivals.first()?;
+            let degrees = |candidate: &Candidate| candidate.degrees() as f64;
+            let cost = 2.0 * (degrees(&better.instance.candidate) - degrees(&accepted[place].candidate));
+            (better.deficit + cost < -1.0).then(|| (place, better.instance.clone()))
+        });
         match swap {
             None => {
                 let joint = match joint.take() {
@@ -310,6 +305,11 @@ fn settle(
     Some((joint.instances.clone(), rivals, joint))
 }
 
+/// The others.
+fn without(accepted: &[Instance], place: usize) -> Vec<Instance> {
+    accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect()
+}
+
 fn describe(
     bench: &Bench,
     accepted: &[Instance],
@@ -317,12 +317,18 @@ fn describe(
     joint: &Joint,
     rounds: &[Round],
 ) -> Option<Vec<Found>> {
+    let alone: Option<Vec<(Pass, Option<[f64; 2]>)>> = (0..accepted.len())
+        .into_par_iter()
+        .map(|place| {
+            let others = without(accepted, place);
+            let onset = onset_interval(bench, &others, &accepted[place]);
+            let pass = if others.is_empty() { bench.declared.clone() } else { bench.fit(&others, Part::Train)?.pass };
+            Some((pass, onset))
+        })
+        .collect();
     let mut at = 0;
     let mut found = Vec::new();
-    for (place, (instance, rivals)) in accepted.iter().zip(rivals).enumerate() {
-        let others: Vec<Instance> =
-            accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect();
-        let without = if others.is_empty() { bench.declared.clone() } else { bench.fit(&others, Part::Train)?.pass };
+    for ((instance, rivals), (without, onset)) in accepted.iter().zip(rivals).zip(alone?) {
         let gain = without.normal.sum(|_| true).square - joint.whole_square;
         let blocks = bench.held_gain(&without, &joint.pass);
         let held_gain =
@@ -331,8 +337,7 @@ fn describe(
         at += instance.sizes.len();
         let tried = rounds.first().map_or(1, |round| round.tried) as f64;
         let p_value = (chi2_tail(gain, instance.candidate.degrees()) * tried).min(1.0);
-        let onset_sigma = onset_sigma(bench, &others, instance);
-        let values = values(&instance.candidate, &instance.sizes, sigmas, onset_sigma);
+        let values = values(&instance.candidate, &instance.sizes, sigmas, onset);
         found.push(Found { instance: instance.clone(), values, p_value, gain, held_gain, rivals });
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -340,7 +345,7 @@ fn describe(
 }
 
 /// Times about the onset at which Σ e² is within 3.84 of its least: the interval, s.
-fn onset_sigma(bench: &Bench, others: &[Instance], instance: &Instance) -> Option<[f64; 2]> {
+fn onset_interval(bench: &Bench, others: &[Instance], instance: &Instance) -> Option<[f64; 2]> {
     let centre = instance.candidate.onset_s?;
     let mut step_s = 0.25;
     for _ in 0..5 {

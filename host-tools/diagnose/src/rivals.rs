@@ -13,7 +13,7 @@ const UNDECIDED: f64 = 2e-3;
 const MOST_RIVALS: usize = 5;
 /// By how much a rival's gain on the linearised problem may fall short to be fitted in full: a number, and a share
 /// of the gain for what linearisation is worth.
-const SHORT: (f64, f64) = (60.0, 0.08);
+const SHORT: (f64, f64) = (60.0, 0.03);
 
 /// An entry that could stand in for an accepted one.
 #[derive(Clone, Debug, PartialEq)]
