@@ -9,6 +9,7 @@
 //! a surface at which buoyancy is lost, fins that differ from one another, and what [`Undeclared`] lists.
 
 mod actuators;
+mod faults;
 mod integrator;
 mod parameters;
 mod plant;
@@ -16,6 +17,7 @@ mod undeclared;
 mod vehicle;
 
 pub use actuators::Actuators;
+pub use faults::{Faults, Flooding, Step};
 pub use integrator::runge_kutta_4;
 pub use parameters::{Fin, Parameters};
 pub use plant::{Plant, State, Water};

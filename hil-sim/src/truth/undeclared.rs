@@ -1,5 +1,6 @@
 //! Physics and failures of the simulated vehicle that no vehicle file declares.
 
+use super::Faults;
 use crate::noise::Colour;
 
 /// A step in the surge drag.
@@ -48,6 +49,8 @@ pub struct Undeclared {
     pub sway_drag_asymmetry: f64,
     /// Surge force against the motion per squared heave velocity, N s²/m².
     pub heave_surge_n_s2_per_m2: f64,
+    /// What breaks under way.
+    pub faults: Faults,
     /// The vehicle is under water wherever it is, as the backseat's model has it.
     pub no_surface: bool,
     /// Part of the disturbance is coloured.

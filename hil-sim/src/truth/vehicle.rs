@@ -2,13 +2,17 @@
 
 use super::actuators::Drive;
 use super::integrator::runge_kutta_4;
-use super::{Actuators, Parameters, Plant, State, Undeclared, Water};
+use super::{Actuators, Faults, Parameters, Plant, State, Undeclared, Water};
 use crate::noise::Colouring;
 use crate::rng::{Source, Stream};
 
 /// The simulated vehicle.
 #[derive(Clone, Debug)]
 pub struct Vehicle {
+    /// As it was built.
+    parameters: Parameters,
+    /// What its faults have made of it.
+    worn: [f64; 7],
     plant: Plant,
     drive: Drive,
     step_s: f64,
@@ -37,6 +41,8 @@ impl Vehicle {
     pub fn with(parameters: &Parameters, undeclared: &Undeclared, state: State, step_s: f64, seed: u64) -> Self {
         let per_step = 1.0 / step_s.sqrt();
         Self {
+            parameters: *parameters,
+            worn: Faults::default().key(0.0),
             plant: Plant::with(parameters, undeclared),
             drive: Drive::new(parameters, undeclared, step_s),
             step_s,
@@ -75,6 +81,12 @@ impl Vehicle {
         }
         for (disturbance, sigma) in disturbance.iter_mut().zip(self.disturbance) {
             *disturbance *= sigma;
+        }
+        let worn = self.undeclared.faults.key(time_s);
+        if worn != self.worn {
+            self.worn = worn;
+            self.plant =
+                Plant::with(&self.undeclared.faults.applied(&self.parameters, time_s), &self.undeclared);
         }
         if time_s >= self.undeclared.drag_change.time_s {
             self.plant.set_extra_surge_drag(self.undeclared.drag_change.ns_per_m);

@@ -15,7 +15,7 @@ pub(super) const fn optional(name: &'static str, limit: f64, draw: Draw) -> Para
 }
 
 pub(super) const FIN: ParameterKind = number("fin", [1.0, 4.0], Draw::Fin);
-const TIME: ParameterKind = number("time_s", [0.0, 1.0e6], Draw::Event);
+pub(super) const TIME: ParameterKind = number("time_s", [0.0, 1.0e6], Draw::Event);
 
 /// A fin's place from the value of its parameter.
 pub(super) fn fin(value: f64) -> usize {
@@ -24,7 +24,7 @@ pub(super) fn fin(value: f64) -> usize {
 
 macro_rules! entries {
     ($catalogue:literal; $($name:literal, $about:literal, [$($parameter:expr),* $(,)?], $apply:expr;)*) => {
-        &[$(EffectKind { name: $name, catalogue: $catalogue, about: $about, parameters: &[$($parameter),*], apply: $apply }),*]
+        &[$(EffectKind { name: $name, catalogue: $catalogue, fault: false, about: $about, parameters: &[$($parameter),*], apply: $apply }),*]
     };
 }
 pub(super) use entries;

@@ -7,6 +7,7 @@
 
 mod catalogue;
 mod draw;
+mod faults;
 mod outside;
 mod physics;
 mod read;
@@ -27,6 +28,8 @@ pub struct EffectKind {
     pub name: &'static str,
     /// It is an entry of the catalogue; else it is outside of it.
     pub catalogue: bool,
+    /// It is a fault: asked for by name only, never drawn.
+    pub fault: bool,
     /// What happens.
     pub about: &'static str,
     /// What quantifies it.
@@ -48,9 +51,9 @@ pub struct ParameterKind {
     pub draw: Draw,
 }
 
-/// Every effect: those of the catalogue, then those outside of it, each in the order in which they apply.
+/// Every effect: those of the catalogue, those outside of it, faults; each in the order in which they apply.
 pub fn all() -> impl Iterator<Item = &'static EffectKind> {
-    catalogue::ENTRIES.iter().chain(outside::ENTRIES)
+    catalogue::ENTRIES.iter().chain(outside::ENTRIES).chain(faults::ENTRIES)
 }
 
 /// The effect of that name.
