@@ -7,8 +7,8 @@ use nalgebra::{Matrix4, SMatrix, SVector, Vector4, Vector6};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AllocationMethod {
-    /// (3.1.4): yaw to top = −bottom, pitch to port = −starboard, roll to all four alike. For cruciform fins that are alike; with
-    /// a fin that lost some of its effect the allocation is that of [`Self::SixDof`], or yaw and pitch would roll the vehicle.
+    /// (3.1.4): yaw to top = −bottom, pitch to port = −starboard, roll to all four alike. For cruciform fins. Where one fin of a
+    /// pair lost its effect the other gives the force alone and rolls the vehicle, which its keel bears.
     Decoupled,
     /// All four fins for the whole wrench, in the sense of least squares; any arrangement of fins.
     SixDof,
@@ -79,17 +79,9 @@ pub fn allocate(
     }
     let target = target_wrench(model, v, moments, datum);
     match method {
-        AllocationMethod::Decoupled if are_alike(model) => {
-            decoupled(model, v, &target, moments.roll_nm, datum, limit_rad)
-        }
-        AllocationMethod::Decoupled | AllocationMethod::SixDof => least_squares(model, v, &target, datum, limit_rad),
+        AllocationMethod::Decoupled => decoupled(model, v, &target, moments.roll_nm, datum, limit_rad),
+        AllocationMethod::SixDof => least_squares(model, v, &target, datum, limit_rad),
     }
-}
-
-/// All fins have the same share of their effect.
-fn are_alike(model: &VehicleModel) -> bool {
-    let [first, rest @ ..] = model.fin_effectiveness();
-    rest.iter().all(|share| (share - first).abs() < 1e-9)
 }
 
 /// Sum of the fin wrenches that is wanted.

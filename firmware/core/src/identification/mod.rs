@@ -9,6 +9,7 @@
 //! filter      low-pass and equal delay of all                    excitation  gains; what is seen, collinear, frozen
 //! config      settings                                           drift       estimates against their own noise
 //! identifier  all of it, one call a sample                     race        which of several sets predicts better
+//! fault       a fin, drag, thrust, water: which one changed
 //! ```
 //!
 //! What can be expected: the predicted motion converges, single parameters only as far as the motion tells them
@@ -18,6 +19,7 @@ pub mod aid;
 mod config;
 mod drift;
 mod excitation;
+mod fault;
 mod filter;
 mod identifier;
 mod projection;
@@ -28,6 +30,7 @@ pub mod theta;
 pub use config::{ConfigError, IdentificationConfig, Scale};
 pub use drift::DriftMonitor;
 pub use excitation::{Excitation, ParameterExcitation, Visibility};
+pub use fault::{Cause, Diagnosis, FaultMonitor, FaultState};
 pub use filter::{DELAY, Measured, PreFilter};
 pub use identifier::{Identifier, Outcome, Report};
 pub use projection::ParameterBox;

@@ -1,0 +1,533 @@
+//! Faults from the model's own residual: which single cause explains what the identified parameters no longer do.
+//!
+//! θ cannot tell one fin from another (β1…β4 are shared), and its averages take a quarter of an hour. So each fault has a
+//! magnitude of its own here, about the parameters in use: the share that each fin lost, surge drag gained, thrust lost, water
+//! taken in. An observer v̂ follows the measured v with the model's acceleration; what a unit of each fault would make of its
+//! error is the signature G, and the errors e = G φ + noise are collected twice as normal equations: with a long memory, whose
+//! φ is what the parameters in use have wrong already, and with a short one, of what is new. The gain in likelihood of every
+//! fault alone, its magnitude within its bounds, is the generalised likelihood ratio of that fault (Willsky and Jones 1976). It is
+//! counted in units of its own mean in quiet times, so that what the model lacks raises the threshold instead of alarms.
+//!
+//! A gain above [`ALARM`] raises a suspicion; data from then on only have to confirm it and to name one fault well before
+//! all others, or it is dropped.
+//!
+//! Scale: forces are not measured. The masses of the model in use are taken as known, so magnitudes are relative to them, and water
+//! that has come in is told by its weight.
+
+use crate::dynamics::{ActuatorInput, Attitude, FINS, VehicleModel, VehicleParameters};
+use nalgebra::{Cholesky, SMatrix, SVector, Vector3, Vector6};
+
+/// Magnitudes: fins, drag, thrust, water, and the water's moment.
+const MODES: usize = 8;
+const DRAG: usize = 4;
+const THRUST: usize = 5;
+const WATER: usize = 6;
+const MOMENT: usize = 7;
+/// Largest magnitudes of [`Cause::ALL`]: a fin cannot lose more than all of it, and so on.
+const LARGEST: [f64; Cause::COUNT] = [1.0, 1.0, 1.0, 1.0, 10.0, 1.0, 10.0];
+/// Smaller faults are none: what wears, or was never quite as declared. In the same order.
+const SMALLEST: [f64; Cause::COUNT] = [0.15, 0.15, 0.15, 0.15, 0.15, 0.05, 0.05];
+/// Plausible errors of the parameters in use, in terms of the modes: the prior of the long memory.
+const PRIOR: [f64; MODES] = [0.3, 0.3, 0.3, 0.3, 0.3, 0.2, 0.3, 0.1];
+
+/// Bandwidth of the observer, 1/s.
+const BANDWIDTH_PER_S: f64 = 1.0;
+/// Samples between two that are counted: those between say little new.
+const STRIDE: u8 = 5;
+/// Longest time between samples, µs; after it the observer starts afresh.
+const LONGEST_US: u64 = 150_000;
+/// Short memory, s.
+const RECENT_S: f64 = 40.0;
+/// Memory of the amount of water once it is diagnosed, s: it rises.
+const TRACKING_S: f64 = 60.0;
+/// Memory of the magnitude of other faults, s: a fin says nothing between two turns.
+const HOLDING_S: f64 = 1000.0;
+/// Long memory, s.
+const REFERENCE_S: f64 = 1500.0;
+/// No verdict before this time, s.
+const SETTLED_S: f64 = 300.0;
+/// Before this time gains are those of parameters that were wrong from the start, s.
+const STARTED_S: f64 = 200.0;
+/// Shortest memory of the quiet means once settled, s: a fault raises suspicion long before it has raised them.
+const QUIET_S: f64 = 300.0;
+/// Gain that raises a suspicion, in units of its quiet mean, which for white noise is 1. Seven faults with some 180 independent
+/// short memories an hour, false less than once in 100 hours, take 20 of χ² with one degree of freedom; the rest is for the
+/// mean, which is of few independent values.
+const ALARM: f64 = 40.0;
+/// Gain by which one fault has to lead all others.
+const LEAD: f64 = 30.0;
+/// A suspicion is confirmed no earlier, s.
+const EARLIEST_S: f64 = 8.0;
+/// A suspicion that names no single fault by then names the best two, s.
+const LATEST_S: f64 = 120.0;
+/// A new fault that leaves a gain below this is not there.
+const QUIET: f64 = 6.0;
+/// The moment of water is a second magnitude of the same fault: it has to pay for itself.
+const SECOND: f64 = 4.0;
+/// Larger errors count as this many standard deviations in their variance.
+const OUTLIER: f64 = 3.0;
+/// Least variance of an error, (m/s)² and (rad/s)².
+const LEAST: f64 = 1.0e-10;
+
+/// One fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Cause {
+    /// A fin, in the order of the actuators, lost lift and drag; magnitude: share lost.
+    Fin(u8),
+    /// Surge drag grew, something hangs on the hull; magnitude: d11's gain, relative.
+    Entanglement,
+    /// The propeller pushes less, β5; magnitude: share lost.
+    Fouling,
+    /// Water came in; magnitude: kg.
+    Flooding,
+}
+
+impl Cause {
+    /// Number of faults.
+    pub const COUNT: usize = 7;
+    /// All of them.
+    pub const ALL: [Self; Self::COUNT] =
+        [Self::Fin(0), Self::Fin(1), Self::Fin(2), Self::Fin(3), Self::Entanglement, Self::Fouling, Self::Flooding];
+}
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diagnosis {
+    /// The fault that explains most.
+    pub cause: Cause,
+    /// Its magnitude, see [`Cause`].
+    pub magnitude: f64,
+    /// Moment of the water about y, over its weight: kg m, ahead of the centre of gravity is positive. 0 of other faults.
+    pub moment_kgm: f64,
+    /// Another fault that explains nearly as much: what the vehicle does now does not tell them apart (a speed step tells drag
+    /// from thrust, a dive or a turn one fin from another).
+    pub rival: Option<Cause>,
+    /// Likelihood of this fault against the next best.
+    pub confidence: f64,
+    /// When the gain began to rise, µs.
+    pub since_us: u64,
+}
+
+impl Diagnosis {
+    /// The vehicle with the fault: its parameters, and the shares that its fins still have.
+    #[must_use]
+    pub fn compensated(&self, model: &VehicleModel) -> (VehicleParameters, [f64; FINS]) {
+        let mut vehicle = *model.parameters();
+        let mut fins = model.fin_effectiveness();
+        match self.cause {
+            Cause::Fin(fin) => {
+                if let Some(share) = fins.get_mut(usize::from(fin)) {
+                    *share *= 1.0 - self.magnitude;
+                }
+            }
+            Cause::Entanglement => vehicle.quadratic_diag[0] *= 1.0 + self.magnitude,
+            Cause::Fouling => vehicle.beta5_n_s2_per_rad2 *= 1.0 - self.magnitude,
+            Cause::Flooding => {
+                vehicle.mass_kg += self.magnitude;
+                for mass in vehicle.m_diag.iter_mut().take(3) {
+                    *mass += self.magnitude;
+                }
+                vehicle.b_cb_to_cg_m[0] += self.moment_kgm / vehicle.displaced_mass_kg;
+            }
+        }
+        (vehicle, fins)
+    }
+}
+
+/// Where the monitor stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FaultState {
+    /// Learns what is normal.
+    Learning,
+    /// Nothing is wrong.
+    Quiet,
+    /// Something is; data from now on have to confirm it.
+    Suspicious,
+    /// It is known what.
+    Diagnosed,
+}
+
+/// Normal equations of the magnitudes: lower triangle and right side.
+#[derive(Clone, Copy)]
+struct Evidence {
+    information: [f32; MODES * (MODES + 1) / 2],
+    vector: [f32; MODES],
+}
+
+impl Evidence {
+    const NONE: Self = Self { information: [0.0; MODES * (MODES + 1) / 2], vector: [0.0; MODES] };
+
+    fn at(&self, i: usize, j: usize) -> f64 {
+        let (row, column) = if i < j { (j, i) } else { (i, j) };
+        self.information.get(row * (row + 1) / 2 + column).copied().map_or(0.0, f64::from)
+    }
+
+    /// Forgets all but `keep` and takes errors of six axes with these weights.
+    fn add(&mut self, keep: f64, signature: &Signature, error: &Vector6<f64>, weights: &[f64; 6]) {
+        let mut place = 0;
+        for i in 0..MODES {
+            let mut right = f64::from(self.vector[i]) * keep;
+            for axis in 0..6 {
+                right += signature[(axis, i)] * weights[axis] * error[axis];
+            }
+            self.vector[i] = right as f32;
+            for j in 0..=i {
+                let mut sum = 0.0;
+                for axis in 0..6 {
+                    sum += signature[(axis, i)] * weights[axis] * signature[(axis, j)];
+                }
+                if let Some(element) = self.information.get_mut(place) {
+                    *element = (f64::from(*element) * keep + sum) as f32;
+                }
+                place += 1;
+            }
+        }
+    }
+
+    /// Gain of a fault alone, twice the log likelihood ratio, its magnitude and the water's moment.
+    fn gain(&self, cause: usize) -> [f64; 3] {
+        let (information, right) = (self.at(cause, cause), f64::from(self.vector[cause]));
+        if information <= 0.0 {
+            return [0.0; 3];
+        }
+        let within = |magnitude: f64| magnitude.max(0.0).min(LARGEST[cause]);
+        let mut best = within(right / information);
+        let gain_of = |magnitude: f64| (2.0 * right - information * magnitude) * magnitude;
+        let mut gain = gain_of(best);
+        let mut moment = 0.0;
+        if cause == WATER {
+            let (own, cross) = (self.at(MOMENT, MOMENT), self.at(WATER, MOMENT));
+            let moment_right = f64::from(self.vector[MOMENT]);
+            let left = information - cross * cross / own;
+            if own > 0.0 && left > 1e-9 * information {
+                let water = within((right - cross * moment_right / own) / left);
+                let moment_of = (moment_right - cross * water) / own;
+                // Somewhere inside the hull.
+                let lever = 1.0;
+                let moment_of = moment_of.max(-lever * water).min(lever * water);
+                let both =
+                    gain_of(water) + (2.0 * (moment_right - cross * water) - own * moment_of) * moment_of - SECOND;
+                if both > gain {
+                    (gain, best, moment) = (both, water, moment_of);
+                }
+            }
+        }
+        [gain, best, moment]
+    }
+
+    /// All magnitudes at once, drawn towards zero by the prior.
+    fn solve(&self) -> Option<SVector<f64, MODES>> {
+        let matrix = SMatrix::<f64, MODES, MODES>::from_fn(|i, j| {
+            self.at(i, j) + if i == j { 1.0 / (PRIOR[i] * PRIOR[i]) } else { 0.0 }
+        });
+        let right = SVector::<f64, MODES>::from_fn(|i, _| f64::from(self.vector[i]));
+        Cholesky::new(matrix).map(|factor| factor.solve(&right))
+    }
+}
+
+/// What a unit of each fault makes of the observer's error.
+type Signature = SMatrix<f64, 6, MODES>;
+
+/// Watches for faults; 1.3 kB, and nothing of it is known before the first sample.
+pub struct FaultMonitor {
+    state: FaultState,
+    stride: u8,
+    /// Previous sample: time, velocity, s; none after a gap.
+    last_us: Option<u64>,
+    velocity: Vector6<f64>,
+    down: Vector3<f64>,
+    /// v̂.
+    observer: Vector6<f64>,
+    signature: Signature,
+    /// Variance of the errors by axis.
+    variance: [f64; 6],
+    recent: Evidence,
+    reference: Evidence,
+    /// What the parameters in use have wrong.
+    offset: SVector<f64, MODES>,
+    /// Mean gain in quiet times.
+    quiet: [f64; Cause::COUNT],
+    /// When each gain was last small, µs.
+    small_us: [u64; Cause::COUNT],
+    observed_s: f64,
+    /// Time since the suspicion, s.
+    suspicious_s: f64,
+    since_us: u64,
+    /// The diagnosed fault's place and one, once it led all others; 0 before.
+    named: u8,
+}
+
+impl Default for FaultMonitor {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl FaultMonitor {
+    /// Has seen nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            state: FaultState::Learning,
+            stride: 0,
+            last_us: None,
+            velocity: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            down: Vector3::new(0.0, 0.0, 0.0),
+            observer: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            signature: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; 6]; MODES])),
+            variance: [0.0; 6],
+            recent: Evidence::NONE,
+            reference: Evidence::NONE,
+            offset: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; MODES]])),
+            quiet: [0.0; Cause::COUNT],
+            small_us: [0; Cause::COUNT],
+            observed_s: 0.0,
+            suspicious_s: 0.0,
+            since_us: 0,
+            named: 0,
+        }
+    }
+
+    /// Learns anew: the model in use has become another.
+    pub fn restart(&mut self) {
+        *self = Self::new();
+    }
+
+    /// No sample for a while.
+    pub fn interrupt(&mut self) {
+        self.last_us = None;
+    }
+
+    /// Where it stands.
+    #[must_use]
+    pub fn state(&self) -> FaultState {
+        self.state
+    }
+
+    /// One sample: time (µs), Euler angles (rad), velocity through the water (m/s, rad/s) and what the actuators did since the
+    /// sample before; `model` is the vehicle as it is believed to be. Values that are not finite count as a gap.
+    pub fn sample(
+        &mut self,
+        model: &VehicleModel,
+        time_us: u64,
+        attitude: &Vector3<f64>,
+        velocity: &Vector6<f64>,
+        input_since: &ActuatorInput,
+    ) -> FaultState {
+        let down = Attitude::new(attitude).down();
+        if !velocity.iter().chain(down.iter()).chain(&input_since.fins_rad).all(|value| value.is_finite()) {
+            self.last_us = None;
+            return self.state;
+        }
+        let elapsed_us = self.last_us.and_then(|last| time_us.checked_sub(last)).filter(|&us| us <= LONGEST_US);
+        let (velocity_then, down_then) = (self.velocity, self.down);
+        (self.last_us, self.velocity, self.down) = (Some(time_us), *velocity, down);
+        let Some(elapsed_us) = elapsed_us.filter(|&us| us > 0) else {
+            self.observer = *velocity;
+            self.signature.fill(0.0);
+            return self.state;
+        };
+        let dt = elapsed_us as f64 * 1.0e-6;
+
+        self.predict(model, &((velocity_then + velocity) * 0.5), &((down_then + down) * 0.5), input_since, dt);
+        let error = velocity - self.observer;
+        if !error.iter().chain(self.signature.iter()).all(|value| value.is_finite() && value.abs() < 1.0e6) {
+            self.last_us = None;
+            return self.state;
+        }
+        self.stride += 1;
+        if self.stride >= STRIDE {
+            self.stride = 0;
+            self.weigh(time_us, &error, f64::from(STRIDE) * dt);
+        }
+        self.observer += error * (BANDWIDTH_PER_S * dt);
+        self.signature *= 1.0 - BANDWIDTH_PER_S * dt;
+        self.state
+    }
+
+    /// Moves observer and signature by the model at the middle of the interval.
+    fn predict(&mut self, model: &VehicleModel, v: &Vector6<f64>, down: &Vector3<f64>, input: &ActuatorInput, dt: f64) {
+        let parameters = model.parameters();
+        let fins = model.fin_wrenches(v, &input.fins_rad);
+        // v̂ is less noisy than v: noise in a signature would make its fault look smaller. The fins are the ones that matter.
+        let lost = model.fin_wrenches(&self.observer, &input.fins_rad);
+        let surge_drag = -parameters.quadratic_diag[0] * v[0].abs() * v[0];
+        let thrust = model.propeller().thrust(input.propeller_radps, v[0]);
+        let mut wrench = model.restoring().wrench(down) - model.coriolis(v) - model.drag(v);
+        wrench[0] += thrust;
+        for fin in &fins {
+            wrench += fin;
+        }
+        let acceleration = model.acceleration_of(&wrench);
+        self.observer += acceleration * dt;
+
+        let mut add = |mode: usize, wrench: &Vector6<f64>| {
+            let change = model.acceleration_of(wrench) * dt;
+            let mut column = self.signature.column_mut(mode);
+            column += change;
+        };
+        for (mode, fin) in lost.iter().enumerate() {
+            add(mode, &-fin);
+        }
+        add(DRAG, &Vector6::new(surge_drag, 0.0, 0.0, 0.0, 0.0, 0.0));
+        add(THRUST, &Vector6::new(-thrust, 0.0, 0.0, 0.0, 0.0, 0.0));
+        let g = parameters.g_mps2;
+        let (nu, omega) = (Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]));
+        let inertial = acceleration.fixed_rows::<3>(0) + omega.cross(&nu);
+        let water = down * g - inertial;
+        add(WATER, &Vector6::new(water.x, water.y, water.z, 0.0, 0.0, 0.0));
+        add(MOMENT, &Vector6::new(0.0, 0.0, 0.0, 0.0, -g * down.z, g * down.y));
+    }
+
+    /// Takes the error of one sample that counts.
+    fn weigh(&mut self, time_us: u64, error: &Vector6<f64>, dt: f64) {
+        self.observed_s += dt;
+        let learning = matches!(self.state, FaultState::Learning | FaultState::Quiet);
+        let new = error - self.signature * self.offset;
+        let weights = self.weights(&new, learning, dt);
+        if learning {
+            self.reference.add(1.0 - dt / self.observed_s.min(REFERENCE_S), &self.signature, error, &weights);
+            if let Some(offset) = self.reference.solve() {
+                self.offset = offset;
+            }
+        }
+        let keep = match self.state {
+            FaultState::Suspicious => 1.0,
+            FaultState::Diagnosed if self.named == WATER as u8 + 1 => 1.0 - dt / TRACKING_S,
+            FaultState::Diagnosed => 1.0 - dt / HOLDING_S,
+            FaultState::Learning | FaultState::Quiet => 1.0 - dt / RECENT_S,
+        };
+        self.recent.add(keep, &self.signature, &new, &weights);
+        self.judge(time_us, dt);
+    }
+
+    /// One over the variance of the errors; learns it.
+    fn weights(&mut self, error: &Vector6<f64>, learning: bool, dt: f64) -> [f64; 6] {
+        let share = dt / self.observed_s.min(REFERENCE_S);
+        let mut weights = [0.0; 6];
+        for ((weight, variance), error) in weights.iter_mut().zip(&mut self.variance).zip(error.iter()) {
+            let mut square = error * error;
+            if self.observed_s > RECENT_S {
+                square = square.min(OUTLIER * OUTLIER * *variance);
+            }
+            if learning {
+                *variance += (square - *variance) * share;
+            }
+            *weight = 1.0 / variance.max(LEAST);
+        }
+        weights
+    }
+
+    /// Gains of the short memory in units of their quiet means.
+    #[must_use]
+    pub fn scores(&self) -> [f64; Cause::COUNT] {
+        core::array::from_fn(|cause| self.recent.gain(cause)[0] / self.quiet[cause].max(1.0))
+    }
+
+    fn judge(&mut self, time_us: u64, dt: f64) {
+        if matches!(self.state, FaultState::Learning | FaultState::Quiet) {
+            let learnt_s = self.observed_s - STARTED_S;
+            let settled = self.observed_s > SETTLED_S;
+            let memory_s = if settled { learnt_s.max(QUIET_S).min(REFERENCE_S) } else { learnt_s };
+            let share = if learnt_s > 0.0 { (dt / memory_s).min(1.0) } else { 0.0 };
+            for cause in 0..Cause::COUNT {
+                let gain = self.recent.gain(cause)[0];
+                let quiet = self.quiet[cause].max(1.0);
+                if gain < QUIET * quiet {
+                    self.small_us[cause] = time_us;
+                }
+                // A fault must not hide itself.
+                let gain = if settled { gain.min(OUTLIER * quiet) } else { gain };
+                self.quiet[cause] += (gain - self.quiet[cause]) * share;
+            }
+        }
+        let Leader { cause: best, score, lead, magnitude, .. } = self.leader();
+        let large = magnitude > SMALLEST[best];
+        match self.state {
+            FaultState::Learning => {
+                if self.observed_s > SETTLED_S {
+                    self.state = FaultState::Quiet;
+                }
+            }
+            FaultState::Quiet => {
+                if score > ALARM && large {
+                    self.state = FaultState::Suspicious;
+                    self.suspicious_s = 0.0;
+                    self.since_us = self.small_us[best];
+                    self.recent = Evidence::NONE;
+                }
+            }
+            FaultState::Suspicious => {
+                self.suspicious_s += dt;
+                if self.suspicious_s < EARLIEST_S {
+                    return;
+                }
+                if score > ALARM && large && (lead > LEAD || self.suspicious_s > LATEST_S) {
+                    self.state = FaultState::Diagnosed;
+                } else if self.suspicious_s > LATEST_S {
+                    self.state = FaultState::Quiet;
+                    self.recent = Evidence::NONE;
+                }
+            }
+            FaultState::Diagnosed => {}
+        }
+        if self.state == FaultState::Diagnosed && self.named == 0 && lead > LEAD && large {
+            self.named = best as u8 + 1;
+        }
+    }
+
+    /// What is wrong, once it is known; its magnitude becomes better with time.
+    #[must_use]
+    pub fn diagnosis(&self) -> Option<Diagnosis> {
+        if self.state != FaultState::Diagnosed {
+            return None;
+        }
+        let Leader { cause, mut lead, rival, mut magnitude, mut moment_kgm, .. } = self.leader();
+        let mut cause = Cause::ALL.get(cause).copied()?;
+        let mut rival = Cause::ALL.get(rival).copied();
+        if let Some(named) = self.named.checked_sub(1) {
+            let named = usize::from(named);
+            cause = Cause::ALL.get(named).copied()?;
+            rival = None;
+            [_, magnitude, moment_kgm] = self.recent.gain(named);
+            lead = lead.max(LEAD);
+        }
+        let confidence = 1.0 / (1.0 + libm::exp(-0.5 * lead));
+        Some(Diagnosis { cause, rival, magnitude, moment_kgm, confidence, since_us: self.since_us })
+    }
+
+    /// The fault of the largest gain.
+    fn leader(&self) -> Leader {
+        let mut best = Leader { cause: 0, gain: 0.0, score: 0.0, lead: 0.0, rival: 0, magnitude: 0.0, moment_kgm: 0.0 };
+        let (mut second, mut rival) = (0.0_f64, 0);
+        for cause in 0..Cause::COUNT {
+            let [gain, magnitude, moment_kgm] = self.recent.gain(cause);
+            let own = self.quiet[cause].max(1.0);
+            if gain > best.gain {
+                (second, rival) = (best.gain, best.cause);
+                best = Leader { cause, gain, score: gain / own, lead: 0.0, rival, magnitude, moment_kgm };
+            } else if gain > second {
+                (second, rival) = (gain, cause);
+            }
+        }
+        best.rival = rival;
+        best.lead = (best.gain - second) / self.quiet[best.cause].max(self.quiet[rival]).max(1.0);
+        best
+    }
+}
+
+/// The fault that explains most.
+struct Leader {
+    cause: usize,
+    gain: f64,
+    /// Gain in units of its quiet mean.
+    score: f64,
+    /// By how much the gain leads all others, in units of the larger quiet mean.
+    lead: f64,
+    /// Next best.
+    rival: usize,
+    magnitude: f64,
+    moment_kgm: f64,
+}
