@@ -3,7 +3,7 @@
 use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::Scale;
-use backseat_core::navigation::{EffectStates, NavigationConfig};
+use backseat_core::navigation::{EffectStates, NavigationConfig, ProcessModel, SurfaceNoise};
 use backseat_wire::iver::Units;
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::modem::{ClockEncoding, DopplerSign};
@@ -264,6 +264,10 @@ impl Settings {
     #[must_use]
     pub fn navigation_config(&self) -> NavigationConfig {
         let mut config = self.navigation;
+        // Each model has its own near the surface, too; the table has the dynamic model's.
+        if config.process_model == ProcessModel::Kinematic && config.surface.is_some() {
+            config.surface = Some(SurfaceNoise::KINEMATIC);
+        }
         if self.app.current_state {
             let app = &self.app;
             config.effect_states =
