@@ -143,7 +143,7 @@ impl Cell {
         let failed = self.runs - self.finite;
         let failed = if failed == 0 { String::new() } else { format!("; none in {failed} of {}", self.runs) };
         let (low, high) = self.interval;
-        format!("{} ({} – {}{failed})", short(self.median), short(low), short(high))
+        format!("{} ({} to {}{failed})", short(self.median), short(low), short(high))
     }
 }
 
@@ -172,7 +172,7 @@ mod tests {
         let cell = Cell::of(&(0..=40).map(f64::from).chain([f64::NAN]).collect::<Vec<_>>());
         assert_eq!((cell.median, cell.interval, cell.finite, cell.runs), (20.0, (1.0, 39.0), 41, 42));
         let column = super::super::item::column("x", "x");
-        assert_eq!(cell.text(&column), "20 (1.0 – 39; none in 1 of 42)");
+        assert_eq!(cell.text(&column), "20 (1.0 to 39; none in 1 of 42)");
     }
 
     #[test]

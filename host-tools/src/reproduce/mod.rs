@@ -140,7 +140,8 @@ fn work(pending: &[(Key, &'static studies::Study)], store: &Store) -> anyhow::Re
         bar.set_style(style);
     }
     bar.tick();
-    pending.par_iter().try_for_each(|(key, study)| {
+    // In their order: seeds are finished one after the other.
+    pending.iter().par_bridge().try_for_each(|(key, study)| {
         if STOP.load(Ordering::Relaxed) {
             return Ok(());
         }

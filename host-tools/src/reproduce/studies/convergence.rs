@@ -16,8 +16,9 @@ pub const CONVERGENCE: Study = Study { name: "convergence", run };
 
 /// Noise of linear velocity, m/s.
 const NOISE: f64 = 0.013;
-/// Samples between points of a curve: 100 s.
-const CURVE: usize = 1000;
+/// Time between points of a curve, s, and samples.
+const CURVE_S: usize = 100;
+const CURVE: usize = 10 * CURVE_S;
 /// Predictions are judged as often as this many points.
 const JUDGE: usize = 5;
 /// B1 and B2 are zero in truth: their error is in units of B3.
@@ -59,17 +60,17 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
     let offline = theta_of(&offline.vehicle);
     for ((name, range), curve) in GROUPS.iter().zip(curves) {
         measured.set(name, "prior_percent", error(&prior, &truth, range));
-        let at = |share: f64| curve.get((share * curve.len() as f64) as usize).map_or(f64::NAN, |point| point.1);
-        measured.set(name, "fifth_percent", at(0.2));
+        let at = |point: usize| curve.get(point).map_or(f64::NAN, |point| point.1);
+        measured.set(name, "fifth_percent", at(1000 / CURVE_S - 1));
         measured.set(name, "online_percent", curve.last().map_or(f64::NAN, |point| point.1));
         measured.set(name, "aid_percent", error(&offline, &truth, range));
         measured.curve("parameters", name, curve.into_iter());
     }
     for (column, name) in COLUMNS.iter().enumerate() {
         let points: Vec<(f64, f64)> = predicted.iter().map(|(t_h, errors)| (*t_h, errors[column])).collect();
-        let at = |share: f64| points.get((share * points.len() as f64) as usize).map_or(f64::NAN, |point| point.1);
+        let at = |point: usize| points.get(point).map_or(f64::NAN, |point| point.1);
         measured.set(name, "prior", before[column]);
-        measured.set(name, "fifth", at(0.2));
+        measured.set(name, "fifth", at(1000 / (CURVE_S * JUDGE) - 1));
         measured.set(name, "end", points.last().map_or(f64::NAN, |point| point.1));
         measured.curve("prediction", name, points.iter().map(|(t_h, error)| (*t_h, error / before[column])));
     }

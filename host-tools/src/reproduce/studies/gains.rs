@@ -8,8 +8,8 @@ use backseat_core::identification::ParameterBox;
 use backseat_core::identification::aid::{AidState, Instant, heun, model_acceleration, rates};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::{M11, PARAMETERS, Theta, theta_of, with_theta};
-use backseat_identify::simulation::measured;
-use backseat_identify::smoothing::{PLAIN, low_pass};
+use backseat_identify::simulation::{Output, measured};
+use backseat_identify::smoothing::{CutOffs, low_pass};
 use nalgebra::{Vector3, Vector6};
 
 /// Both kinds of gain.
@@ -17,6 +17,8 @@ pub const GAINS: Study = Study { name: "gains", run };
 
 /// Noise of linear velocity, m/s.
 const NOISE: f64 = 0.013;
+/// Of roll and pitch, and of v, Hz.
+const CUT_OFFS_HZ: CutOffs = [1.0, 1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
 const ALPHA_PER_S: f64 = 0.3;
 const PERIOD_S: f64 = 0.1;
 /// λ_max(M⁻¹ Y Γ Yᵀ) dt² stays below this: Heun's step is stable.
@@ -51,15 +53,21 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
     Ok(measured)
 }
 
-/// The log, low-passed without delay.
-fn instants(case: &Case, model: &VehicleModel) -> Vec<Instant> {
+/// One sample, low-passed without delay: v and s.
+type Smooth = (Vector6<f64>, Vector3<f64>);
+
+fn smooth(case: &Case) -> Vec<Smooth> {
     let outputs: Vec<_> = case.data.samples.iter().map(measured).collect();
-    let filtered = low_pass(&outputs, &PLAIN);
-    let instant = |(x, sample): (&backseat_identify::simulation::Output, &backseat_identify::Sample)| {
-        let velocity: Vector6<f64> = x.fixed_rows::<6>(2).into_owned();
-        Instant::new(model, &velocity, &Attitude::new(&Vector3::new(x[0], x[1], 0.0)).down(), &sample.input)
-    };
-    filtered.iter().zip(&case.data.samples).map(instant).collect()
+    let attitude = |x: &Output| Attitude::new(&Vector3::new(x[0], x[1], 0.0));
+    low_pass(&outputs, &CUT_OFFS_HZ).iter().map(|x| (x.fixed_rows::<6>(2).into_owned(), attitude(x).down())).collect()
+}
+
+/// The beginning and the end of every period; the commands of its beginning are held.
+fn instants(case: &Case, model: &VehicleModel) -> Vec<[Instant; 2]> {
+    let at = |(velocity, down): &Smooth, input| Instant::new(model, velocity, down, input);
+    let periods = smooth(case);
+    let periods = periods.windows(2).zip(&case.data.samples);
+    periods.map(|(pair, sample)| [at(&pair[0], &sample.input), at(&pair[1], &sample.input)]).collect()
 }
 
 fn y(theta: &Theta, at: &Instant) -> Regressor {
@@ -69,11 +77,11 @@ fn y(theta: &Theta, at: &Instant) -> Regressor {
 }
 
 /// mean (Yᵀ M⁻¹ Y)_jj.
-fn energy(instants: &[Instant], theta: &Theta) -> Theta {
+fn energy(instants: &[[Instant; 2]], theta: &Theta) -> Theta {
     let mut sum = Theta::zeros();
     let every = instants.iter().step_by(7);
     let count = every.len().max(1) as f64;
-    for at in every {
+    for [at, _] in every {
         let y = y(theta, at);
         sum += Theta::from_fn(|j, _| (0..6).map(|axis| y[(axis, j)] * y[(axis, j)] / theta[M11 + axis]).sum::<f64>());
     }
@@ -81,23 +89,24 @@ fn energy(instants: &[Instant], theta: &Theta) -> Theta {
 }
 
 /// The laws over the log; the mean of θ̂ over its last part.
-fn adapt(case: &Case, instants: &[Instant], prior: &Theta, gains: &Theta) -> Theta {
+fn adapt(case: &Case, instants: &[[Instant; 2]], prior: &Theta, gains: &Theta) -> Theta {
     let bounds = ParameterBox::around(&case.prior, case.options.box_ratio);
-    let mut state = AidState { velocity: instants[0].velocity, theta: *prior };
+    let mut state =
+        AidState { velocity: instants.first().map_or_else(Vector6::zeros, |[at, _]| at.velocity), theta: *prior };
     let (mut sum, mut count) = (Theta::zeros(), 0.0);
-    for (k, pair) in instants.windows(2).enumerate() {
+    for (k, [then, now]) in instants.iter().enumerate() {
         let gamma = GAMMA[1] + (GAMMA[0] - GAMMA[1]) * (-(k as f64) * PERIOD_S / GAMMA_TIME_S).exp();
         let mut gains = gains * gamma;
         // Bounded by the trace.
-        let y = y(&state.theta, &pair[0]);
+        let y = y(&state.theta, then);
         let by_axis = |axis: usize| (0..PARAMETERS).map(|j| y[(axis, j)].powi(2) * gains[j]).sum::<f64>();
         let stiffness: f64 =
             (0..6).map(|axis| by_axis(axis) / state.theta[M11 + axis]).sum::<f64>() * PERIOD_S * PERIOD_S;
         if stiffness > STIFFNESS_LIMIT {
             gains *= STIFFNESS_LIMIT / stiffness;
         }
-        let first = rates(&state, ALPHA_PER_S, &pair[0]);
-        let mut next = heun(&state, &first, &gains, ALPHA_PER_S, &pair[1], PERIOD_S);
+        let first = rates(&state, ALPHA_PER_S, then);
+        let mut next = heun(&state, &first, &gains, ALPHA_PER_S, now, PERIOD_S);
         bounds.project(&mut next.theta);
         if next.velocity.iter().chain(next.theta.iter()).all(|value| value.is_finite()) {
             state = next;

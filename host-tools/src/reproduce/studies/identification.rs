@@ -12,8 +12,6 @@ use hil_sim::idsim::{Experiment, declared, wrong_prior};
 pub const NULLSPACE: Study = Study { name: "nullspace", run: run_nullspace };
 /// Adaptive identification.
 pub const ADAPTIVE: Study = Study { name: "adaptive", run: run_adaptive };
-/// The methods after it.
-pub const AUTOMATIC: Study = Study { name: "automatic", run: run_automatic };
 
 /// Share by which the prior is wrong, unless a row says otherwise.
 const WRONG: f64 = 0.3;
@@ -107,15 +105,5 @@ fn run_adaptive(seed: u64) -> anyhow::Result<Measured> {
     }
     Case::new(seed, NOISE, WRONG, CROSS_DRAG)?.row(&mut measured, "AID, undeclared d26, d35", Method::Aid)?;
     Case::new(seed, NOISE, 0.5, [0.0; 2])?.row(&mut measured, "AID, prior 50 % wrong", Method::Aid)?;
-    Ok(measured)
-}
-
-fn run_automatic(seed: u64) -> anyhow::Result<Measured> {
-    let mut measured = Measured::default();
-    let case = Case::new(seed, NOISE, WRONG, [0.0; 2])?;
-    case.row(&mut measured, "instrumental variables, 1.4 cm/s", Method::Iv)?;
-    case.row(&mut measured, "auto, 1.4 cm/s", Method::Auto)?;
-    let case = Case::new(seed, NOISE, WRONG, CROSS_DRAG)?;
-    case.row(&mut measured, "auto, undeclared d26, d35", Method::Auto)?;
     Ok(measured)
 }

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 pub use allocation::ALLOCATION;
 pub use convergence::CONVERGENCE;
 pub use gains::GAINS;
-pub use identification::{ADAPTIVE, AUTOMATIC, NULLSPACE};
+pub use identification::{ADAPTIVE, NULLSPACE};
 pub use least_squares::LEAST_SQUARES;
 pub use steering::STEERING;
 pub use survey::SURVEY;

@@ -2,6 +2,7 @@
 
 use super::{Measured, Study};
 use anyhow::Context;
+use backseat_core::navigation::{ProcessNoise, SurfaceNoise};
 use backseat_data::Truth;
 use backseat_data::stats::ErrorSummary;
 use hil_sim::analysis;
@@ -50,6 +51,13 @@ pub fn fly(seed: u64, configuration: &Configuration) -> anyhow::Result<Flown> {
     let mut parameters = board_parameters(&scenario);
     if configuration.kinematic {
         parameters.push(("app.process_model".to_owned(), 1.0));
+        // Noise that covers what the fins do to follow a noisy estimate: with less, the dive is rejected and lost.
+        let ProcessNoise { linear_mps2_per_sqrt_hz: linear, angular_radps2_per_sqrt_hz: angular } =
+            SurfaceNoise::KINEMATIC.noise;
+        for (group, values) in [("linear_mps2_per_sqrt_hz", linear), ("angular_radps2_per_sqrt_hz", angular)] {
+            let noise = values.into_iter().enumerate();
+            parameters.extend(noise.map(|(axis, value)| (format!("noise.{group}[{axis}]"), value)));
+        }
     }
     let mut client = Client::new(InProcess::new());
     client.hello()?;
