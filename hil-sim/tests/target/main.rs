@@ -7,6 +7,8 @@ mod cost;
 #[path = "../../../firmware/boards/mps2/src/exercise/mod.rs"]
 mod exercise;
 mod image;
+mod stack;
+mod thumb;
 
 /// core, wire and app link with a panic handler that does not exist. Compiled for speed: then the compiler sees of
 /// every panic that nothing leads to it, which is so however the board's image is compiled.
