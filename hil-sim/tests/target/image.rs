@@ -1,5 +1,6 @@
 //! Builds and runs the ARM images.
 
+use crate::stack::{self, Stack};
 use anyhow::{Context, bail, ensure};
 use object::{Object, ObjectSection};
 use std::io::Write as _;
@@ -69,20 +70,29 @@ pub fn run(image: &Path) -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// Bytes of an image.
-pub struct Sizes {
+/// What an image takes, in bytes.
+pub struct Image {
     /// Code, constants and initial values.
     pub flash: u64,
     /// Variables, without stack and DMA buffers.
     pub ram: u64,
+    /// Variables that do not begin as zero: they take flash as well.
+    pub initialised: u64,
+    /// Its deepest stack.
+    pub stack: Stack,
 }
 
-/// Sizes by the sections of the ELF file.
-pub fn sizes(image: &Path) -> anyhow::Result<Sizes> {
+/// By the sections and the code of the ELF file.
+pub fn examine(image: &Path) -> anyhow::Result<Image> {
     let bytes = std::fs::read(image)?;
     let file = object::File::parse(&*bytes)?;
     let sum = |names: &[&str]| {
         file.sections().filter(|s| s.name().is_ok_and(|name| names.contains(&name))).map(|s| s.size()).sum()
     };
-    Ok(Sizes { flash: sum(&[".vector_table", ".text", ".rodata", ".data"]), ram: sum(&[".data", ".bss", ".uninit"]) })
+    Ok(Image {
+        flash: sum(&[".vector_table", ".text", ".rodata", ".data"]),
+        ram: sum(&[".data", ".bss", ".uninit"]),
+        initialised: sum(&[".data"]),
+        stack: stack::bound(&bytes)?,
+    })
 }

@@ -43,15 +43,16 @@ fn regress_cost() {
     }
     let measure = || -> anyhow::Result<_> {
         let text = image::run(&image::build("cost")?)?;
-        Ok((cost::rows(&text), image::sizes(&image::build("backseat-mps2")?)?))
+        let for_speed = image::run(&image::build_as("cost", "release")?)?;
+        Ok((cost::rows(&text, &for_speed), image::examine(&image::build("backseat-mps2")?)?))
     };
-    let (rows, sizes) = measure().unwrap_or_else(|error| panic!("{error:#}"));
-    let table = cost::markdown(&rows, &sizes);
+    let (rows, image) = measure().unwrap_or_else(|error| panic!("{error:#}"));
+    let table = cost::markdown(&rows, &image);
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/cost.md");
     if std::env::var_os("BACKSEAT_WRITE_COST").is_some() {
         std::fs::write(path, &table).unwrap();
     }
-    let violations = cost::violations(&rows, &sizes);
+    let violations = cost::violations(&rows, &image);
     assert!(violations.is_empty(), "over budget:\n{}", violations.join("\n"));
     let changed = cost::drift(&std::fs::read_to_string(path).unwrap_or_default(), &table);
     assert!(changed.is_empty(), "docs/cost.md is out of date; see its second line:\n{}", changed.join("\n"));

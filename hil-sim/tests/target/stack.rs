@@ -61,13 +61,15 @@ pub fn bound(elf: &[u8]) -> anyhow::Result<Stack> {
     let mut depths = Depths { functions: &functions, known: BTreeMap::new(), under_way: Vec::new() };
     let thread = depths.of(reset)?;
     let mut interrupt = 0;
-    for (_, handler) in vectors.iter().enumerate().skip(HANDLERS).filter(|(i, start)| !FAULTS.contains(i) && **start != 0) {
+    for (_, handler) in
+        vectors.iter().enumerate().skip(HANDLERS).filter(|(i, start)| !FAULTS.contains(i) && **start != 0)
+    {
         interrupt = interrupt.max(depths.of(*handler)? + EXCEPTION);
     }
     let (mut path, mut indirect) = (Vec::new(), 0);
     let mut next = Some(reset);
     while let Some(function) = next.and_then(|start| functions.get(&start)) {
-        path.push((function.name.clone(), function.frame));
+        path.push((format!("{:#}", rustc_demangle::demangle(&function.name)), function.frame));
         next = function.calls.iter().copied().max_by_key(|callee| depths.known.get(callee));
     }
     indirect += functions.iter().filter(|(start, f)| f.indirect && depths.known.contains_key(start)).count();
