@@ -114,7 +114,7 @@ fn binned(pairs: &[(f64, f64)]) -> Vec<(f64, f64, f64, f64)> {
         *count += 1.0;
         *squares += value * value;
     }
-    let least = (pairs.len() as f64 * 2e-3).max(3.0);
+    let least = (pairs.len() as f64 * 2e-4).max(5.0);
     let full = bins.into_iter().filter(|(_, _, count, _)| *count >= least);
     full.map(|(xs, sum, count, squares)| (xs / count, sum / count, count, squares)).collect()
 }

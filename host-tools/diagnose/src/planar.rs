@@ -278,6 +278,10 @@ fn describe(
         // A DVL's pitch is not seen from above.
         let mut sizes: Vec<f64> = hypothesis.free.iter().map(|column| theta[*column]).collect();
         sizes.resize(hypothesis.candidate.bounds().len(), 0.0);
+        // The vehicle file takes what is plausible; what was found stands in the values.
+        for (size, [low, high]) in sizes.iter_mut().zip(hypothesis.candidate.bounds()) {
+            *size = size.clamp(low, high);
+        }
         let instance = Instance { candidate: hypothesis.candidate, sizes };
         let p_value = (chi2_tail(gain, hypothesis.candidate.degrees()) * tried).min(1.0);
         effects.push(Found { instance, values, p_value, gain, held_gain, rivals });

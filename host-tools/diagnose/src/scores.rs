@@ -71,7 +71,7 @@ pub struct Scores {
     pub max_autocorrelation: f64,
     /// By channel.
     pub whiteness: Vec<Whiteness>,
-    /// Root mean square of prediction minus reading: [channel of `PREDICTED`][horizon].
+    /// Root mean square of prediction minus reading, of each channel of [`PREDICTED`] at each horizon.
     pub prediction: Vec<[Option<f64>; HORIZONS_S.len()]>,
     /// (time in s, horizontal error in m), all of the log.
     pub position_errors: Vec<(f64, f64)>,

@@ -164,8 +164,11 @@ fn augmented(vehicle: &VehicleFile, diagnosis: &Diagnosis) -> VehicleFile {
     file.effects.set = diagnosis.set(&vehicle.effects.set);
     for found in &diagnosis.effects {
         for value in &found.values {
-            let is_interval = value.ci95[0] < value.ci95[1] && value.ci95.iter().all(|end| end.is_finite());
-            if let Some(id) = ParameterId::find(found.instance.candidate.effect, value.name).filter(|_| is_interval) {
+            let Some(id) = ParameterId::find(found.instance.candidate.effect, value.name) else { continue };
+            let [low, high] = value.ci95;
+            // A value held at the edge of what is plausible has no interval.
+            let is_interval = low < high && low.is_finite() && high.is_finite();
+            if is_interval && (low..=high).contains(&file.effects.set.get(id)) {
                 file.effects.ci95.push((id, value.ci95));
             }
         }
