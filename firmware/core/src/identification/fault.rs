@@ -66,6 +66,8 @@ const QUIET: f64 = 6.0;
 const SECOND: f64 = 4.0;
 /// Larger errors count as this many standard deviations in their variance.
 const OUTLIER: f64 = 3.0;
+/// An error whose square is this often the variance counts as half noise.
+const TRUSTED: f64 = 10.0;
 /// Least variance of an error, (m/s)² and (rad/s)².
 const LEAST: f64 = 1.0e-10;
 
@@ -351,8 +353,7 @@ impl FaultMonitor {
     fn predict(&mut self, model: &VehicleModel, v: &Vector6<f64>, down: &Vector3<f64>, input: &ActuatorInput, dt: f64) {
         let parameters = model.parameters();
         let fins = model.fin_wrenches(v, &input.fins_rad);
-        // v̂ is less noisy than v: noise in a signature would make its fault look smaller. The fins are the ones that matter.
-        let lost = model.fin_wrenches(&self.observer, &input.fins_rad);
+        let lost = model.fin_wrenches(&self.quiet_velocity(v), &input.fins_rad);
         let surge_drag = -parameters.quadratic_diag[0] * v[0].abs() * v[0];
         let thrust = model.propeller().thrust(input.propeller_radps, v[0]);
         let mut wrench = model.restoring().wrench(down) - model.coriolis(v) - model.drag(v);
@@ -379,6 +380,19 @@ impl FaultMonitor {
         let water = down * g - inertial;
         add(WATER, &Vector6::new(water.x, water.y, water.z, 0.0, 0.0, 0.0));
         add(MOMENT, &Vector6::new(0.0, 0.0, 0.0, 0.0, -g * down.z, g * down.y));
+    }
+
+    /// v̂, which is less noisy than v: noise in the signature of a fin would make its fault look smaller. Once something is wrong,
+    /// v where the two differ by more than noise does.
+    fn quiet_velocity(&self, v: &Vector6<f64>) -> Vector6<f64> {
+        if matches!(self.state, FaultState::Learning | FaultState::Quiet) {
+            return self.observer;
+        }
+        Vector6::from_fn(|axis, _| {
+            let error = v[axis] - self.observer[axis];
+            let square = error * error;
+            self.observer[axis] + error * square / (square + TRUSTED * self.variance[axis].max(LEAST))
+        })
     }
 
     /// Takes the error of one sample that counts.
