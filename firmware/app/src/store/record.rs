@@ -14,7 +14,8 @@
 //! Numbers are little-endian. Word 0 is written last and commits the copy.
 
 use crate::parameters::{PARAMETER_SCHEMA, PARAMETERS, Parameter, Settings};
-use crc::{CRC_32_ISO_HDLC, Crc, Digest};
+use backseat_wire::hostlink::CRC;
+use crc::Digest;
 
 /// What is programmed at once: a flash word of the STM32H743 (RM0433 4.3.9), bytes.
 pub const WORD: usize = 32;
@@ -24,7 +25,6 @@ pub(super) const VALUES: usize = 4;
 pub(super) const WORDS: usize = 1 + PARAMETERS.len().div_ceil(VALUES);
 
 const MAGIC: u32 = u32::from_le_bytes(*b"BSPS");
-static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Why a copy is not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,8 +3,7 @@
 //! Two slots are written in turn, so that a reset in the middle of a write leaves the other one.
 //! Times are *powered* time: board time, carried on across resets.
 
-use backseat_wire::hostlink::{ResetCause, Restart};
-use crc::{CRC_32_ISO_HDLC, Crc};
+use backseat_wire::hostlink::{CRC, ResetCause, Restart};
 use serde::{Deserialize, Serialize};
 
 /// Bytes of a record, a multiple of the word of any backup memory.
@@ -16,7 +15,6 @@ pub const SAFE_WITHIN_US: u64 = 600_000_000;
 
 /// Layout of the record; what another firmware left behind is not read.
 const VERSION: u16 = 1;
-static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Resets by a fault since the supply was switched on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

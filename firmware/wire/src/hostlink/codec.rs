@@ -13,7 +13,8 @@ pub const MAX_MESSAGE: usize = 768;
 /// A buffer of this size holds any frame.
 pub const MAX_FRAME: usize = MAX_MESSAGE + 16;
 
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+/// The CRC of every frame, and of all that a board keeps: its table is in an image once.
+pub static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CRC_BYTES: usize = 4;
 /// Where the plain bytes are put, far enough behind that COBS can be written in front of them: delimiter, and a code byte
 /// for each 254 bytes begun.
