@@ -14,21 +14,17 @@
 //! Scale: forces are not measured. The masses of the model in use are taken as known, so magnitudes are relative to them, and water
 //! that has come in is told by its weight.
 
-use crate::dynamics::{ActuatorInput, Attitude, FINS, VehicleModel, VehicleParameters};
-use nalgebra::{Cholesky, SMatrix, SVector, Vector3, Vector6};
+mod cause;
+mod evidence;
 
-/// Magnitudes: fins, drag, thrust, water, and the water's moment.
-const MODES: usize = 8;
-const DRAG: usize = 4;
-const THRUST: usize = 5;
-const WATER: usize = 6;
-const MOMENT: usize = 7;
-/// Largest magnitudes of [`Cause::ALL`]: a fin cannot lose more than all of it, and so on.
-const LARGEST: [f64; Cause::COUNT] = [1.0, 1.0, 1.0, 1.0, 10.0, 1.0, 10.0];
-/// Smaller faults are none: what wears, or was never quite as declared. In the same order.
+pub use cause::{Cause, Diagnosis};
+
+use crate::dynamics::{ActuatorInput, Attitude, VehicleModel};
+use evidence::{DRAG, Evidence, MODES, MOMENT, Signature, THRUST, WATER};
+use nalgebra::{SMatrix, SVector, Vector3, Vector6};
+
+/// Smaller faults are none: what wears, or was never quite as declared. In the order of [`Cause::ALL`].
 const SMALLEST: [f64; Cause::COUNT] = [0.15, 0.15, 0.15, 0.15, 0.15, 0.05, 0.05];
-/// Plausible errors of the parameters in use, in terms of the modes: the prior of the long memory.
-const PRIOR: [f64; MODES] = [0.3, 0.3, 0.3, 0.3, 0.3, 0.2, 0.3, 0.1];
 
 /// Bandwidth of the observer, 1/s.
 const BANDWIDTH_PER_S: f64 = 1.0;
@@ -62,80 +58,12 @@ const EARLIEST_S: f64 = 8.0;
 const LATEST_S: f64 = 120.0;
 /// A new fault that leaves a gain below this is not there.
 const QUIET: f64 = 6.0;
-/// The moment of water is a second magnitude of the same fault: it has to pay for itself.
-const SECOND: f64 = 4.0;
 /// Larger errors count as this many standard deviations in their variance.
 const OUTLIER: f64 = 3.0;
 /// An error whose square is this often the variance counts as half noise.
 const TRUSTED: f64 = 10.0;
 /// Least variance of an error, (m/s)² and (rad/s)².
 const LEAST: f64 = 1.0e-10;
-
-/// One fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Cause {
-    /// A fin, in the order of the actuators, lost lift and drag; magnitude: share lost.
-    Fin(u8),
-    /// Surge drag grew, something hangs on the hull; magnitude: d11's gain, relative.
-    Entanglement,
-    /// The propeller pushes less, β5; magnitude: share lost.
-    Fouling,
-    /// Water came in; magnitude: kg.
-    Flooding,
-}
-
-impl Cause {
-    /// Number of faults.
-    pub const COUNT: usize = 7;
-    /// All of them.
-    pub const ALL: [Self; Self::COUNT] =
-        [Self::Fin(0), Self::Fin(1), Self::Fin(2), Self::Fin(3), Self::Entanglement, Self::Fouling, Self::Flooding];
-}
-
-/// What is wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Diagnosis {
-    /// The fault that explains most.
-    pub cause: Cause,
-    /// Its magnitude, see [`Cause`].
-    pub magnitude: f64,
-    /// Moment of the water about y, over its weight: kg m, ahead of the centre of gravity is positive. 0 of other faults.
-    pub moment_kgm: f64,
-    /// Another fault that explains nearly as much: what the vehicle does now does not tell them apart (a speed step tells drag
-    /// from thrust, a dive or a turn one fin from another).
-    pub rival: Option<Cause>,
-    /// Likelihood of this fault against the next best.
-    pub confidence: f64,
-    /// When the gain began to rise, µs.
-    pub since_us: u64,
-}
-
-impl Diagnosis {
-    /// The vehicle with the fault: its parameters, and the shares that its fins still have.
-    #[must_use]
-    pub fn compensated(&self, model: &VehicleModel) -> (VehicleParameters, [f64; FINS]) {
-        let mut vehicle = *model.parameters();
-        let mut fins = model.fin_effectiveness();
-        match self.cause {
-            Cause::Fin(fin) => {
-                if let Some(share) = fins.get_mut(usize::from(fin)) {
-                    *share *= 1.0 - self.magnitude;
-                }
-            }
-            Cause::Entanglement => vehicle.quadratic_diag[0] *= 1.0 + self.magnitude,
-            Cause::Fouling => vehicle.beta5_n_s2_per_rad2 *= 1.0 - self.magnitude,
-            Cause::Flooding => {
-                vehicle.mass_kg += self.magnitude;
-                for mass in vehicle.m_diag.iter_mut().take(3) {
-                    *mass += self.magnitude;
-                }
-                vehicle.b_cb_to_cg_m[0] += self.moment_kgm / vehicle.displaced_mass_kg;
-            }
-        }
-        (vehicle, fins)
-    }
-}
 
 /// Where the monitor stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -150,87 +78,6 @@ pub enum FaultState {
     /// It is known what.
     Diagnosed,
 }
-
-/// Normal equations of the magnitudes: lower triangle and right side.
-#[derive(Clone, Copy)]
-struct Evidence {
-    information: [f32; MODES * (MODES + 1) / 2],
-    vector: [f32; MODES],
-}
-
-impl Evidence {
-    const NONE: Self = Self { information: [0.0; MODES * (MODES + 1) / 2], vector: [0.0; MODES] };
-
-    fn at(&self, i: usize, j: usize) -> f64 {
-        let (row, column) = if i < j { (j, i) } else { (i, j) };
-        self.information.get(row * (row + 1) / 2 + column).copied().map_or(0.0, f64::from)
-    }
-
-    /// Forgets all but `keep` and takes errors of six axes with these weights.
-    fn add(&mut self, keep: f64, signature: &Signature, error: &Vector6<f64>, weights: &[f64; 6]) {
-        let mut place = 0;
-        for i in 0..MODES {
-            let mut right = f64::from(self.vector[i]) * keep;
-            for axis in 0..6 {
-                right += signature[(axis, i)] * weights[axis] * error[axis];
-            }
-            self.vector[i] = right as f32;
-            for j in 0..=i {
-                let mut sum = 0.0;
-                for axis in 0..6 {
-                    sum += signature[(axis, i)] * weights[axis] * signature[(axis, j)];
-                }
-                if let Some(element) = self.information.get_mut(place) {
-                    *element = (f64::from(*element) * keep + sum) as f32;
-                }
-                place += 1;
-            }
-        }
-    }
-
-    /// Gain of a fault alone, twice the log likelihood ratio, its magnitude and the water's moment.
-    fn gain(&self, cause: usize) -> [f64; 3] {
-        let (information, right) = (self.at(cause, cause), f64::from(self.vector[cause]));
-        if information <= 0.0 {
-            return [0.0; 3];
-        }
-        let within = |magnitude: f64| magnitude.max(0.0).min(LARGEST[cause]);
-        let mut best = within(right / information);
-        let gain_of = |magnitude: f64| (2.0 * right - information * magnitude) * magnitude;
-        let mut gain = gain_of(best);
-        let mut moment = 0.0;
-        if cause == WATER {
-            let (own, cross) = (self.at(MOMENT, MOMENT), self.at(WATER, MOMENT));
-            let moment_right = f64::from(self.vector[MOMENT]);
-            let left = information - cross * cross / own;
-            if own > 0.0 && left > 1e-9 * information {
-                let water = within((right - cross * moment_right / own) / left);
-                let moment_of = (moment_right - cross * water) / own;
-                // Somewhere inside the hull.
-                let lever = 1.0;
-                let moment_of = moment_of.max(-lever * water).min(lever * water);
-                let both =
-                    gain_of(water) + (2.0 * (moment_right - cross * water) - own * moment_of) * moment_of - SECOND;
-                if both > gain {
-                    (gain, best, moment) = (both, water, moment_of);
-                }
-            }
-        }
-        [gain, best, moment]
-    }
-
-    /// All magnitudes at once, drawn towards zero by the prior.
-    fn solve(&self) -> Option<SVector<f64, MODES>> {
-        let matrix = SMatrix::<f64, MODES, MODES>::from_fn(|i, j| {
-            self.at(i, j) + if i == j { 1.0 / (PRIOR[i] * PRIOR[i]) } else { 0.0 }
-        });
-        let right = SVector::<f64, MODES>::from_fn(|i, _| f64::from(self.vector[i]));
-        Cholesky::new(matrix).map(|factor| factor.solve(&right))
-    }
-}
-
-/// What a unit of each fault makes of the observer's error.
-type Signature = SMatrix<f64, 6, MODES>;
 
 /// Watches for faults; 1.3 kB, and nothing of it is known before the first sample.
 pub struct FaultMonitor {
@@ -444,7 +291,7 @@ impl FaultMonitor {
         if matches!(self.state, FaultState::Learning | FaultState::Quiet) {
             let learnt_s = self.observed_s - STARTED_S;
             let settled = self.observed_s > SETTLED_S;
-            let memory_s = if settled { learnt_s.max(QUIET_S).min(REFERENCE_S) } else { learnt_s };
+            let memory_s = if settled { learnt_s.clamp(QUIET_S, REFERENCE_S) } else { learnt_s };
             let share = if learnt_s > 0.0 { (dt / memory_s).min(1.0) } else { 0.0 };
             for cause in 0..Cause::COUNT {
                 let gain = self.recent.gain(cause)[0];

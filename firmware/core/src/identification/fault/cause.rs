@@ -1,0 +1,69 @@
+//! The faults, and the vehicle that has one.
+
+use crate::dynamics::{FINS, VehicleModel, VehicleParameters};
+
+/// One fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Cause {
+    /// A fin, in the order of the actuators, lost lift and drag; magnitude: share lost.
+    Fin(u8),
+    /// Surge drag grew, something hangs on the hull; magnitude: d11's gain, relative.
+    Entanglement,
+    /// The propeller pushes less, β5; magnitude: share lost.
+    Fouling,
+    /// Water came in; magnitude: kg.
+    Flooding,
+}
+
+impl Cause {
+    /// Number of faults.
+    pub const COUNT: usize = 7;
+    /// All of them.
+    pub const ALL: [Self; Self::COUNT] =
+        [Self::Fin(0), Self::Fin(1), Self::Fin(2), Self::Fin(3), Self::Entanglement, Self::Fouling, Self::Flooding];
+}
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diagnosis {
+    /// The fault that explains most.
+    pub cause: Cause,
+    /// Its magnitude, see [`Cause`].
+    pub magnitude: f64,
+    /// Moment of the water about y, over its weight: kg m, ahead of the centre of gravity is positive. 0 of other faults.
+    pub moment_kgm: f64,
+    /// Another fault that explains nearly as much: what the vehicle does now does not tell them apart (a speed step tells drag
+    /// from thrust, a dive or a turn one fin from another).
+    pub rival: Option<Cause>,
+    /// Likelihood of this fault against the next best.
+    pub confidence: f64,
+    /// When the gain began to rise, µs.
+    pub since_us: u64,
+}
+
+impl Diagnosis {
+    /// The vehicle with the fault: its parameters, and the shares that its fins still have.
+    #[must_use]
+    pub fn compensated(&self, model: &VehicleModel) -> (VehicleParameters, [f64; FINS]) {
+        let mut vehicle = *model.parameters();
+        let mut fins = model.fin_effectiveness();
+        match self.cause {
+            Cause::Fin(fin) => {
+                if let Some(share) = fins.get_mut(usize::from(fin)) {
+                    *share *= 1.0 - self.magnitude;
+                }
+            }
+            Cause::Entanglement => vehicle.quadratic_diag[0] *= 1.0 + self.magnitude,
+            Cause::Fouling => vehicle.beta5_n_s2_per_rad2 *= 1.0 - self.magnitude,
+            Cause::Flooding => {
+                vehicle.mass_kg += self.magnitude;
+                for mass in vehicle.m_diag.iter_mut().take(3) {
+                    *mass += self.magnitude;
+                }
+                vehicle.b_cb_to_cg_m[0] += self.moment_kgm / vehicle.displaced_mass_kg;
+            }
+        }
+        (vehicle, fins)
+    }
+}
