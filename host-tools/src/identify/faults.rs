@@ -19,6 +19,7 @@ use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::json;
 use std::fmt::Write as _;
+use std::ops::Range;
 
 /// Faults by their names in the simulator.
 const FAULTS: [&str; 4] = ["flooding", "entanglement", "fin_lost", "fouling"];
@@ -27,7 +28,7 @@ const WRONG: f64 = 0.1;
 /// Length of the identification, s.
 const IDENTIFICATION_S: f64 = 1200.0;
 /// Length of a log with a fault, s; it breaks in 20 to 80 % of it.
-const FAULT_S: f64 = 1800.0;
+const FAULT_S: f64 = 2400.0;
 /// Length of a log without fault, s.
 const SOUND_S: f64 = 7200.0;
 /// Seeds of identification logs are those of the runs plus this.
@@ -41,10 +42,10 @@ const SHAPES: [(Shape, &str); 2] = [(Shape::Excite, "dives, turns, speeds"), (Sh
 
 /// What the monitor made of a log.
 struct Watch {
-    /// First diagnosis: time, s, cause.
-    diagnosed: Option<(f64, Cause)>,
-    /// What it had become [`LATER_S`] later: cause, magnitude.
-    later: Option<(Cause, f64)>,
+    /// First diagnosis: time, s, cause, its rival.
+    diagnosed: Option<(f64, Cause, Option<Cause>)>,
+    /// What it had become [`LATER_S`] later: time, s, cause, its rival, magnitude.
+    later: Option<(f64, Cause, Option<Cause>, f64)>,
     /// Diagnoses in all; after each it learns anew.
     diagnoses: u32,
     suspicions: u32,
@@ -56,16 +57,22 @@ struct Run {
     onset_s: f64,
     fault: Cause,
     magnitude: f64,
+    /// How fast it becomes so large, 1/s.
+    rate_per_s: f64,
     watch: Watch,
 }
 
 impl Run {
+    fn magnitude_at(&self, time_s: f64) -> f64 {
+        self.magnitude.min(self.rate_per_s * (time_s - self.onset_s))
+    }
+
     fn false_alarm(&self) -> bool {
         self.watch.diagnosed.is_some_and(|(time_s, ..)| time_s < self.onset_s)
     }
 
-    fn found(&self) -> Option<(f64, Cause)> {
-        self.watch.diagnosed.filter(|(time_s, _)| *time_s >= self.onset_s)
+    fn found(&self) -> Option<(f64, Cause, Option<Cause>)> {
+        self.watch.diagnosed.filter(|(time_s, ..)| *time_s >= self.onset_s)
     }
 }
 
@@ -90,7 +97,7 @@ fn wrong_prior(seed: u64) -> VehicleParameters {
 }
 
 /// The vehicle as the board's identifier knows it after its own log.
-fn identified(seed: u64) -> anyhow::Result<VehicleParameters> {
+pub(super) fn identified(seed: u64) -> anyhow::Result<VehicleParameters> {
     let log = simulate(&spec(Shape::Excite, IDENTIFICATION_S), seed + OTHER_SEEDS).log;
     let data = IdentificationData::from_log(&log, [0.0; 2])?;
     let sensors = VehicleFile::reference().sensors;
@@ -125,7 +132,7 @@ fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch
                     FaultState::Diagnosed => {
                         watch.diagnoses += 1;
                         diagnosed_s = time_s;
-                        watch.diagnosed = watch.diagnosed.or(diagnosis.map(|d| (time_s, d.cause)));
+                        watch.diagnosed = watch.diagnosed.or(diagnosis.map(|d| (time_s, d.cause, d.rival)));
                     }
                     FaultState::Learning | FaultState::Quiet => {}
                 }
@@ -134,7 +141,7 @@ fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch
             if let Some(diagnosis) = diagnosis
                 && time_s > diagnosed_s + LATER_S
             {
-                watch.later.get_or_insert((diagnosis.cause, diagnosis.magnitude));
+                watch.later.get_or_insert((time_s, diagnosis.cause, diagnosis.rival, diagnosis.magnitude));
                 monitor.restart();
             }
         }
@@ -142,31 +149,42 @@ fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch
     Ok(watch)
 }
 
-fn broken(fault: &'static str, shape: Shape, seed: u64) -> anyhow::Result<Run> {
-    let vehicle = identified(seed)?;
+fn broken(fault: &'static str, shape: Shape, seed: u64, vehicle: &VehicleParameters) -> anyhow::Result<Run> {
     let request = Request::named(fault).map_err(|error| anyhow!(error))?;
     let dataset = simulate(&Spec { effects: vec![request], ..spec(shape, FAULT_S) }, seed);
     let effect = dataset.effects.first().context("an effect was asked for")?;
     let get = |name: &str| effect.get(name).unwrap_or(f64::NAN);
     let (fault, magnitude) = match fault {
-        "flooding" => (Cause::Flooding, get("kg")), // by then the compartment is full in most runs
+        "flooding" => (Cause::Flooding, get("kg")),
         "entanglement" => (Cause::Entanglement, get("factor") - 1.0),
         "fin_lost" => (Cause::Fin(get("fin") as u8 - 1), 1.0 - get("share")),
         _ => (Cause::Fouling, 1.0 - get("share")),
     };
-    Ok(Run { onset_s: get("time_s"), fault, magnitude, watch: watch(&vehicle, &dataset)? })
+    let rate_per_s = effect.get("kg_per_s").unwrap_or(f64::INFINITY);
+    Ok(Run { rate_per_s, onset_s: get("time_s"), fault, magnitude, watch: watch(vehicle, &dataset)? })
 }
 
-fn sound(shape: Shape, seed: u64) -> anyhow::Result<Watch> {
-    watch(&identified(seed)?, &simulate(&spec(shape, SOUND_S), seed))
+fn sound(shape: Shape, seed: u64, vehicle: &VehicleParameters) -> anyhow::Result<Watch> {
+    watch(vehicle, &simulate(&spec(shape, SOUND_S), seed))
 }
 
-fn bar(name: &str, len: usize) -> ProgressBar {
-    let bar = ProgressBar::new(len as u64);
-    if let Ok(style) = ProgressStyle::with_template(&format!("{name} {{wide_bar}} {{pos}} of {{len}}, {{eta}}")) {
+/// The work of every seed on both cores, in order of the seeds.
+fn all_seeds<T: Send>(
+    name: &str,
+    seeds: &Range<u64>,
+    work: impl Fn(u64) -> anyhow::Result<T> + Sync,
+) -> anyhow::Result<Vec<T>> {
+    let bar = ProgressBar::new(seeds.end - seeds.start);
+    if let Ok(style) = ProgressStyle::with_template("{msg:40} {wide_bar} {pos} of {len}, {eta}") {
         bar.set_style(style);
     }
-    bar
+    bar.set_message(name.to_owned());
+    seeds
+        .clone()
+        .into_par_iter()
+        .progress_with(bar)
+        .map(|seed| work(seed).with_context(|| format!("{name}, seed {seed}")))
+        .collect()
 }
 
 /// Wilson's 95 % interval of a share.
@@ -174,9 +192,9 @@ fn wilson(hits: usize, of: usize) -> [f64; 3] {
     const Z: f64 = 1.959_964;
     let n = of as f64;
     let share = hits as f64 / n;
-    let center = (share + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
+    let center: f64 = (share + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
     let reach = Z / (1.0 + Z * Z / n) * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
-    [share, center - reach, center + reach]
+    [share, (center - reach).max(0.0), (center + reach).min(1.0)]
 }
 
 fn percent([share, low, high]: [f64; 3]) -> String {
@@ -190,6 +208,22 @@ fn quantile(samples: &mut [f64], share: f64) -> f64 {
     samples.get(place.min(samples.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
 }
 
+/// What a diagnosis is worth.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    /// The cause, and no other.
+    Right,
+    /// The cause is one of the two that are named.
+    OneOfTwo,
+    Wrong,
+}
+
+/// Shares of right, one of two and wrong.
+fn shares(verdicts: &[Verdict]) -> [[f64; 3]; 3] {
+    [Verdict::Right, Verdict::OneOfTwo, Verdict::Wrong]
+        .map(|kind| wilson(verdicts.iter().filter(|verdict| **verdict == kind).count(), verdicts.len().max(1)))
+}
+
 /// One line of the table.
 struct Row {
     fault: &'static str,
@@ -197,8 +231,8 @@ struct Row {
     runs: usize,
     early: usize,
     detected: [f64; 3],
-    isolated: [f64; 3],
-    isolated_later: [f64; 3],
+    isolated: [[f64; 3]; 3],
+    isolated_later: [[f64; 3]; 3],
     median_s: f64,
     p95_s: f64,
     magnitude_error: f64,
@@ -206,71 +240,59 @@ struct Row {
 
 fn row(fault: &'static str, shape: &'static str, all: &[Run]) -> Row {
     let runs: Vec<&Run> = all.iter().filter(|run| !run.false_alarm()).collect();
-    let found: Vec<(&Run, (f64, Cause))> = runs.iter().filter_map(|run| Some((*run, run.found()?))).collect();
-    let right = found.iter().filter(|(run, (_, cause))| *cause == run.fault).count();
-    let later: Vec<(&Run, (Cause, f64))> = found.iter().filter_map(|(run, _)| Some((*run, run.watch.later?))).collect();
-    let right_later: Vec<_> = later.iter().filter(|(run, (cause, _))| *cause == run.fault).collect();
-    let mut delays: Vec<f64> = found.iter().map(|(run, (time_s, _))| time_s - run.onset_s).collect();
-    let errors: Vec<f64> = right_later.iter().map(|(run, (_, size))| (size / run.magnitude - 1.0).abs()).collect();
+    let found: Vec<_> = runs.iter().filter_map(|run| Some((run.fault, run.onset_s, run.found()?))).collect();
+    let later: Vec<_> =
+        runs.iter().filter(|run| run.found().is_some()).filter_map(|run| Some((run, run.watch.later?))).collect();
+    let verdict = |fault: Cause, cause: Cause, rival: Option<Cause>| match rival {
+        None if cause == fault => Verdict::Right,
+        Some(rival) if cause == fault || rival == fault => Verdict::OneOfTwo,
+        _ => Verdict::Wrong,
+    };
+    let first: Vec<_> = found.iter().map(|(fault, _, (_, cause, rival))| verdict(*fault, *cause, *rival)).collect();
+    let second: Vec<_> = later.iter().map(|(run, (_, cause, rival, _))| verdict(run.fault, *cause, *rival)).collect();
+    let mut delays: Vec<f64> = found.iter().map(|(_, onset_s, (time_s, ..))| time_s - onset_s).collect();
+    let errors: Vec<f64> = later
+        .iter()
+        .filter(|(run, (_, cause, ..))| run.fault == *cause)
+        .map(|(run, (time_s, .., size))| (size / run.magnitude_at(*time_s) - 1.0).abs())
+        .collect();
     Row {
         fault,
         shape,
         runs: all.len(),
         early: all.len() - runs.len(),
         detected: wilson(found.len(), runs.len()),
-        isolated: wilson(right, found.len().max(1)),
-        isolated_later: wilson(right_later.len(), later.len().max(1)),
+        isolated: shares(&first),
+        isolated_later: shares(&second),
         median_s: median(&delays).unwrap_or(f64::NAN),
         p95_s: quantile(&mut delays, 0.95),
         magnitude_error: median(&errors).unwrap_or(f64::NAN),
     }
 }
 
-/// Runs the study and prints its tables.
+/// Runs the study and prints its tables: every fault `runs` times, half of them in either motion, and `hours` without fault.
 pub fn run(runs: u64, hours: f64, first_seed: u64, as_json: bool) -> anyhow::Result<()> {
+    let seeds = first_seed..first_seed + runs.div_ceil(2);
+    let quiet_seeds = first_seed..first_seed + (0.5 * hours * 3600.0 / SOUND_S).ceil() as u64;
+    let known = first_seed..seeds.end.max(quiet_seeds.end);
+    let vehicles = all_seeds("identification", &known, identified)?;
+    let vehicle = |seed: u64| &vehicles[(seed - first_seed) as usize];
     let mut rows = Vec::new();
-    let seeds = first_seed..first_seed + runs;
-    for (shape, shape_name) in SHAPES {
-        for fault in FAULTS {
-            let bar = bar(&format!("{fault}, {shape_name}"), runs as usize);
-            let all: Vec<Run> = seeds
-                .clone()
-                .into_par_iter()
-                .progress_with(bar)
-                .map(|seed| broken(fault, shape, seed).with_context(|| format!("{fault}, seed {seed}")))
-                .collect::<anyhow::Result<_>>()?;
-            rows.push(row(fault, shape_name, &all));
-            if std::env::var_os("FAULT_DEBUG").is_some() {
-                for (run, seed) in all.iter().zip(seeds.clone()) {
-                    eprintln!(
-                        "{seed} {fault} {:?} {:.3} at {:.0}: {:?} {:?} susp {} diag {}",
-                        run.fault,
-                        run.magnitude,
-                        run.onset_s,
-                        run.watch.diagnosed,
-                        run.watch.later,
-                        run.watch.suspicions,
-                        run.watch.diagnoses
-                    );
-                }
-            }
+    for fault in FAULTS {
+        let mut all = Vec::new();
+        for (shape, motion) in SHAPES {
+            let runs =
+                all_seeds(&format!("{fault}, {motion}"), &seeds, |seed| broken(fault, shape, seed, vehicle(seed)))?;
+            rows.push(row(fault, motion, &runs));
+            all.extend(runs);
         }
+        rows.push(row(fault, "both", &all));
     }
     let mut quiet = Vec::new();
-    for (shape, shape_name) in SHAPES {
-        let logs = (0.5 * hours * 3600.0 / SOUND_S).ceil() as u64;
-        let bar = bar(&format!("no fault, {shape_name}"), logs as usize);
-        let watches: Vec<Watch> = (first_seed..first_seed + logs)
-            .into_par_iter()
-            .progress_with(bar)
-            .map(|seed| sound(shape, seed).with_context(|| format!("no fault, seed {seed}")))
-            .collect::<anyhow::Result<_>>()?;
-        if std::env::var_os("FAULT_DEBUG").is_some() {
-            for watch in &watches {
-                eprintln!("sound {:?} susp {} diag {}", watch.diagnosed, watch.suspicions, watch.diagnoses);
-            }
-        }
-        quiet.push((shape_name, watches));
+    for (shape, motion) in SHAPES {
+        let watches =
+            all_seeds(&format!("no fault, {motion}"), &quiet_seeds, |seed| sound(shape, seed, vehicle(seed)))?;
+        quiet.push((motion, watches));
     }
     let text = if as_json { json_text(&rows, &quiet) } else { markdown(&rows, &quiet) };
     console::print(text.as_bytes())
@@ -284,7 +306,7 @@ fn sums(watches: &[Watch]) -> (f64, u32, u32) {
 
 fn markdown(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
     let mut out = String::from(
-        "| fault | motion | runs | detected | right cause, of those | right cause 2 min later | delay, median [s] | delay, 95 % [s] | error of the magnitude, \
+        "| fault | motion | runs | detected | of those: right cause / one of two named / wrong | the same 2 min later | delay, median [s] | delay, 95 % [s] | error of the magnitude, \
          median | alarms before |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in rows {
@@ -295,8 +317,8 @@ fn markdown(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
             row.shape,
             row.runs,
             percent(row.detected),
-            percent(row.isolated),
-            percent(row.isolated_later),
+            row.isolated.map(percent).join(" / "),
+            row.isolated_later.map(percent).join(" / "),
             row.median_s,
             row.p95_s,
             100.0 * row.magnitude_error,

@@ -1,8 +1,12 @@
 //! `backseat identify`: a vehicle's parameters from its log.
 
 mod accelerations;
+mod compensation;
+mod experiments;
+mod faults;
 mod outcome;
 mod page;
+mod plan;
 mod reduced;
 mod study;
 
@@ -25,6 +29,8 @@ Examples:
   backseat identify log.csv --validate other.csv --report out        judged on another log, out/report.html
   backseat identify iver_mission.log                                 surge and yaw of a log in servo counts
   backseat identify --study --runs 10                                the ensemble table of docs/identification.md
+  backseat identify --plan mission.toml --duration 1800              the mission that tells most about the vehicle
+  backseat identify --fault-study --runs 200                         the tables of docs/faults.md
 
 The log needs prop_rpm, fin_{top,bottom,port,starboard}_rad, roll_rad, pitch_rad, heading_rad, p_radps, q_radps, r_radps
 and dvl_{u,v,w}_mps. DVL velocity is over ground: state the water current, or identify in still water.";
@@ -37,7 +43,7 @@ const FITTED: f64 = 0.8;
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log with servo counts
-    #[arg(required_unless_present = "study")]
+    #[arg(required_unless_present_any = ["study", "plan", "studies"])]
     log: Option<PathBuf>,
     /// How to identify
     #[arg(long, default_value = "auto")]
@@ -70,11 +76,13 @@ pub struct Args {
     #[arg(long)]
     force: bool,
     /// Instead of a log: simulated experiments, the errors of every method over an ensemble of seeds
-    #[arg(long, conflicts_with_all = ["log", "validate", "out", "report"])]
+    #[arg(long, group = "studies", conflicts_with_all = ["log", "validate", "out", "report"])]
     study: bool,
-    /// Seeds of the study
-    #[arg(long, value_name = "N", default_value_t = 10, requires = "study")]
+    /// Seeds of a study
+    #[arg(long, value_name = "N", default_value_t = 10, requires = "studies")]
     runs: u64,
+    #[command(flatten)]
+    experiments: experiments::Experiments,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -117,6 +125,9 @@ impl Choice {
 
 /// Reads, identifies, judges, writes.
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    if let Some(outcome) = args.experiments.run(args) {
+        return outcome;
+    }
     let Some(path) = &args.log else { return study::run(args.runs, args.json) };
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let in_report = |name: &str| args.report.as_ref().map(|folder| folder.join(name));

@@ -1,6 +1,6 @@
 //! `backseat mission`: the board's mission, over its host port.
 
-mod file;
+pub(crate) mod file;
 
 use crate::board::{Board, Common};
 use anyhow::bail;

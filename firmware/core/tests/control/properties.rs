@@ -220,3 +220,26 @@ fn lawnmower_has_the_corners_of_the_survey() {
     assert_eq!(corners[..5], [(0.0, 0.0), (1000.0, 0.0), (1000.0, 100.0), (0.0, 100.0), (0.0, 200.0)]);
     assert_eq!(corners[19], (0.0, 900.0));
 }
+
+#[test]
+fn val_the_partner_of_a_lost_fin_gives_the_force_alone() {
+    let v = Vector6::new(1.2, 0.02, -0.01, 0.0, 0.03, -0.02);
+    let moments = Moments { yaw_nm: 1.0, pitch_nm: -0.8, ..Moments::default() };
+    for lost in 0..4 {
+        let mut model = model();
+        let mut shares = [1.0; 4];
+        shares[lost] = 0.0;
+        model.set_fin_effectiveness(&shares);
+        let fins = allocate(AllocationMethod::Decoupled, &model, &v, &moments, &Datum::Total, 0.4);
+        let wrenches = model.fin_wrenches(&v, &fins);
+        assert_eq!(wrenches[lost], Vector6::zeros());
+        let wrench: Vector6<f64> = wrenches.iter().sum();
+        // Y = N/x_fin and Z = −M/x_fin with the lever of the stern, −0.85 m. To a hundredth, which no lift curve is known to;
+        // half or twice the force would be what a forgotten share gives.
+        let close = |force: f64, wanted: f64| (force / wanted - 1.0).abs() < 0.01;
+        assert!(close(wrench[1], 1.0 / -0.85) && close(wrench[2], 0.8 / -0.85), "{lost} {fins:?} {wrench}");
+    }
+    let mut model = model();
+    model.set_fin_effectiveness(&[f64::NAN, -1.0, 0.5, 3.0]);
+    assert_eq!(model.fin_effectiveness(), [1.0, 1.0, 0.5, 1.0]);
+}

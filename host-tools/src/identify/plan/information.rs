@@ -1,0 +1,81 @@
+//! What a motion tells about θ: the normal equations of the accelerations, scaled by what is not known of each parameter.
+
+use backseat_core::dynamics::{Attitude, VehicleModel, VehicleParameters};
+use backseat_core::identification::aid::{Instant, model_acceleration};
+use backseat_core::identification::regressor::{Regressor, regressor};
+use backseat_core::identification::theta::{M11, PARAMETERS, Theta, theta_of};
+use backseat_identify::{Sample, parameters};
+use nalgebra::SMatrix;
+
+/// Parameters but the scale.
+const UNKNOWN: usize = PARAMETERS - 1;
+/// Share of its size by which a parameter may be wrong before anything is measured.
+const PRIOR: f64 = 0.3;
+/// Noise of an acceleration that sensors of Table 4.13 leave in a second, m/s² and rad/s²; about a thousandth of what a vehicle
+/// does is left to the model besides.
+const NOISE: [f64; 6] = [0.015, 0.015, 0.015, 0.003, 0.003, 0.003];
+
+type Matrix = SMatrix<f64, UNKNOWN, UNKNOWN>;
+
+/// Collects information about a vehicle.
+pub struct Information<'a> {
+    model: &'a VehicleModel,
+    theta: Theta,
+    scale: [f64; PARAMETERS],
+}
+
+/// Information collected, in units of the prior.
+#[derive(Clone)]
+pub struct Collected(Box<Matrix>);
+
+impl Default for Collected {
+    fn default() -> Self {
+        Self(Box::new(Matrix::identity()))
+    }
+}
+
+impl<'a> Information<'a> {
+    pub fn new(model: &'a VehicleModel, declared: &VehicleParameters) -> Self {
+        let scale = parameters::scale(declared);
+        Self { model, theta: theta_of(declared), scale: core::array::from_fn(|j| PRIOR * scale[j]) }
+    }
+
+    /// Adds every fifth sample; one stands for half a second.
+    pub fn add<'s>(&self, samples: impl Iterator<Item = &'s Sample>, to: &mut Collected) {
+        let mut y = Regressor::zeros();
+        for sample in samples.step_by(5) {
+            let down = Attitude::new(&sample.attitude).down();
+            let at = Instant::new(self.model, &sample.velocity, &down, &sample.input);
+            let acceleration = model_acceleration(&self.theta, &at);
+            regressor(&acceleration, &sample.velocity, &down, &at.actuators, &mut y);
+            for axis in 0..6 {
+                let weight = 1.0 / (NOISE[axis] * self.model.parameters().m_diag[axis]);
+                let row: [f64; UNKNOWN] = core::array::from_fn(|k| {
+                    let j = if k < M11 { k } else { k + 1 };
+                    y[(axis, j)] * self.scale[j] * weight
+                });
+                for i in 0..UNKNOWN {
+                    if row[i] != 0.0 {
+                        for j in 0..UNKNOWN {
+                            to.0[(i, j)] += 0.5 * row[i] * row[j];
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Collected {
+    /// Logarithm of the determinant: D-optimal is largest. Nothing known beyond the prior is 0.
+    pub fn log_determinant(&self) -> f64 {
+        self.0
+            .cholesky()
+            .map_or(f64::NEG_INFINITY, |factor| 2.0 * (0..UNKNOWN).map(|i| factor.l_dirty()[(i, i)].ln()).sum::<f64>())
+    }
+
+    /// Root mean square of the standard deviations that are left (Cramér-Rao), relative to each parameter's size, %.
+    pub fn remaining_percent(&self) -> f64 {
+        self.0.cholesky().map_or(f64::NAN, |factor| 100.0 * PRIOR * (factor.inverse().trace() / UNKNOWN as f64).sqrt())
+    }
+}
