@@ -9,6 +9,8 @@ use nalgebra::SMatrix;
 
 /// Parameters but the scale.
 const UNKNOWN: usize = PARAMETERS - 1;
+/// Behind m11, the scale, which is the first.
+const FIRST: usize = M11 + 1;
 /// Share of its size by which a parameter may be wrong before anything is measured.
 const PRIOR: f64 = 0.3;
 /// Noise of an acceleration that sensors of Table 4.13 leave in a second, m/s² and rad/s²; about a thousandth of what a vehicle
@@ -51,7 +53,7 @@ impl<'a> Information<'a> {
             for axis in 0..6 {
                 let weight = 1.0 / (NOISE[axis] * self.model.parameters().m_diag[axis]);
                 let row: [f64; UNKNOWN] = core::array::from_fn(|k| {
-                    let j = if k < M11 { k } else { k + 1 };
+                    let j = FIRST + k;
                     y[(axis, j)] * self.scale[j] * weight
                 });
                 for i in 0..UNKNOWN {
