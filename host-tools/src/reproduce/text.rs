@@ -57,7 +57,7 @@ pub fn grid(item: &Item, table: &Table) -> Vec<Vec<String>> {
     grid
 }
 
-/// The first row's columns of every item that say most: the first two.
+/// The first column of every row of every item.
 pub fn summary(ensemble: &Ensemble<'_>) -> Vec<Vec<String>> {
     let header = ["item", "row", "what", "thesis", "ours", "runs"];
     let mut grid = vec![header.map(str::to_owned).to_vec()];

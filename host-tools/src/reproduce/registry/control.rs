@@ -59,7 +59,7 @@ pub const ITEMS: &[Item] = &[
         title: "Closed loop on the kinematic model with and without a DVL, and on the dynamic model",
         covers: &[],
         taken_as: "the comparison that the thesis leaves to future work: the estimate that steers comes from each filter",
-        conditions: "As figures-5.1-5.2; kinematic process noise (2, 1, 1) e-1 m/s²/√Hz and (1, 2, 2) e-1 rad/s²/√Hz, ten times looser than \
+        conditions: "As figures-5.1-5.2; kinematic process noise (2, 1, 1) e-1 m/s²/√Hz and (1, 2, 2) e-1 rad/s²/√Hz, 4 to 20 times looser than \
                      in the filter studies: the fins follow a noisier estimate, and what they make the vehicle do must pass for noise. \
                      Dynamic: (3, 2, 2) e-3 and (3, 1, 1) e-3.",
         study: &STEERING,

@@ -66,7 +66,7 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
     let mut random = Stream::new(seed, Source::Outliers);
     let bearing = std::f64::consts::TAU * random.uniform();
     for (row, options) in [("kinematic + DVL", with_dvl), ("dynamic, no DVL", dynamic)] {
-        study.from_afar(row, vehicle, &options, &submerged, bearing)?;
+        study.started_afar(row, vehicle, &options, &submerged, bearing)?;
     }
     let coarse = coarse(study.log, &mut random, vehicle.sensors.range_m);
     for (row, mut options) in [
@@ -209,7 +209,7 @@ impl Survey<'_> {
     }
 
     /// 2.6.2: started under way, 150 m off on a bearing that the seed picks, without a fix until the end.
-    fn from_afar(
+    fn started_afar(
         &mut self,
         row: &str,
         vehicle: &VehicleFile,
