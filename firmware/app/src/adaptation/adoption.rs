@@ -10,7 +10,7 @@
 //! ```
 //!
 //! A candidate is the averaged estimate at one time, frozen; what it has to predict comes later, so it was not fitted to it.
-//! Candidate and set in use start every stretch of 20 s from the same measurement and get the same inputs. "Better by more
+//! Candidate and set in use start every stretch of 15 s from the same measurement and get the same inputs. "Better by more
 //! than chance" is a paired, one-sided t-test of the logarithm of their error ratios, stretch by stretch
 //! ([`Evidence::is_better`]), judged once, at the end of the window. A stored set is one that passed its probation.
 

@@ -77,8 +77,8 @@ fn better_parameters_are_used_and_the_host_takes_them_back() {
     assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::NotReady)));
 
     let adopted = verdict(&mut world, &mut board, 900).expect("a verdict");
-    assert_eq!((adopted.event, adopted.changes, adopted.stretches), (AdoptionEvent::Adopted, 1, 12));
-    // It was told 7 % less drag and thrust than there are each; 15 stretches of 20 s show far more than noise does.
+    assert_eq!((adopted.event, adopted.changes, adopted.stretches), (AdoptionEvent::Adopted, 1, 10));
+    // It was told 7 % less drag and thrust than there are each; 10 stretches of 15 s show far more than noise does.
     assert!(adopted.error_other < 0.6 * adopted.error_active, "{adopted:?}");
     assert!(adopted.gain[0] > 3.5 * adopted.gain[1], "{adopted:?}");
     let speed = |p: &VehicleParameters| {

@@ -73,8 +73,10 @@ fn val_misses_are_weighed_by_noise_and_process_noise() {
         race.sample(&model, step * 100_000, &Vector3::new(0.0, 0.0, 1.0), &at(0.05), &input);
     }
     let evidence = race.evidence(Place::Candidate);
-    // 0.05² over 0.01² and 0.01² · 10 s, a mean over eight channels; equal sets gain nothing.
-    let expected = 0.05_f64.powi(2) / (1.0e-4 + 1.0e-4 * 10.0) / 8.0;
+    // 0.05² over the noise 0.01² and what the process adds until the stretch's middle, a mean over eight channels; equal sets gain
+    // nothing.
+    let middle_s = 0.5 * f64::from(HORIZON_STEPS) * PERIOD_S;
+    let expected = 0.05 * 0.05 / (1.0e-4 + 1.0e-4 * middle_s) / 8.0;
     assert_close(&evidence.error, &[expected; 2], 1e-12, "error");
     assert_eq!((evidence.gain, evidence.is_better()), (0.0, false));
 }
