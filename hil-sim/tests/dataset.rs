@@ -6,6 +6,7 @@ use backseat_data::{Column, Log, Truth, VehicleFile};
 use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
 use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::Request;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -127,7 +128,7 @@ fn an_exciting_log_has_dives_steps_of_speed_and_legs_across() {
         // Depth, pitch, speed; the legs' headings cover the compass.
         assert!(spread(2) > 5.0 && spread(4) > 0.25 && spread(6) > 0.35, "{seed}");
         let quadrants: std::collections::BTreeSet<_> =
-            legs.iter().map(|leg| (leg.heading_rad.rem_euclid(6.28) / 1.571) as u8).collect();
+            legs.iter().map(|leg| (leg.heading_rad.rem_euclid(TAU) / FRAC_PI_2) as u8).collect();
         assert!(quadrants.len() >= 3, "{seed}: {quadrants:?}");
         // Nothing undeclared moves it: it stays in the water and near its depths.
         assert!(truth.rows.iter().all(|row| (-0.2..17.0).contains(&row.state[2])), "{seed}");

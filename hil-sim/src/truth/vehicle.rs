@@ -85,8 +85,7 @@ impl Vehicle {
         let worn = self.undeclared.faults.key(time_s);
         if worn != self.worn {
             self.worn = worn;
-            self.plant =
-                Plant::with(&self.undeclared.faults.applied(&self.parameters, time_s), &self.undeclared);
+            self.plant = Plant::with(&self.undeclared.faults.applied(&self.parameters, time_s), &self.undeclared);
         }
         if time_s >= self.undeclared.drag_change.time_s {
             self.plant.set_extra_surge_drag(self.undeclared.drag_change.ns_per_m);

@@ -2,6 +2,7 @@
 
 use super::{Flown, close, cruise, flown, quiet, with};
 use hil_sim::noise::NoiseKind;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A turn to starboard with a little pitch: every heading within two minutes.
 const TURN: [f64; 4] = [0.08, -0.08, 0.02, -0.02];
@@ -18,7 +19,7 @@ fn val_compass_errors_follow_the_true_heading() {
     let mut quadrants = [false; 4];
     for (truth, [_, _, heading], _) in hard.ahrs() {
         let psi = truth.state[5];
-        quadrants[(psi.rem_euclid(6.28) / 1.571) as usize] = true;
+        quadrants[(psi.rem_euclid(TAU) / FRAC_PI_2) as usize] = true;
         let error = libm::remainder(heading - psi, std::f64::consts::TAU);
         close(error, 0.01 - 0.02 * psi.sin() + 0.03 * psi.cos(), 1e-12); // rounding
     }

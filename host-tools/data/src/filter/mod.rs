@@ -144,7 +144,9 @@ impl<'a> Pass<'a> {
         let mut navigator = Box::new(Navigator::new());
         navigator.configure(&options.navigation, &model).map_err(|e| match e {
             ConfigError::OutOfRange { key } => fail(format!("the filter refuses {key}: outside its range")),
-            ConfigError::Effect { effect, parameter } => fail(format!("effects.{effect}.{parameter} is outside its range")),
+            ConfigError::Effect { effect, parameter } => {
+                fail(format!("effects.{effect}.{parameter} is outside its range"))
+            }
             ConfigError::NotAState { effect, parameter } => {
                 fail(format!("the filter cannot estimate effects.{effect}.{parameter}, or not by itself"))
             }
