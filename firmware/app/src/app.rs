@@ -1,15 +1,15 @@
 //! The state machine: ports in, steps, ports out.
 
 use crate::adaptation::Adaptation;
-use crate::command::{Commander, input_of};
-use crate::decode::{AhrsLink, DvlLink, FrontseatLink, ModemLink, micros};
+use crate::command::Commander;
+use crate::decode::{AhrsLink, DvlLink, FrontseatLink, ModemLink};
 use crate::estimator::Estimator;
 use crate::health::{Health, Losses};
 use crate::held::Held;
 use crate::host::{HOST_RING, Storing, send};
 use crate::mission::MissionTransfer;
 use crate::modes::{Facts, Modes};
-use crate::parameters::{ControlMode, ParameterStore, Settings};
+use crate::parameters::{ParameterStore, Settings};
 use crate::ring::Ring;
 use crate::telemetry;
 use crate::time::UtcClock;
@@ -27,7 +27,7 @@ pub const STEP_US: u64 = 100_000;
 /// Bytes that may wait for one device port: five steps of commands and requests.
 const DEVICE_RING: usize = 512;
 /// A buffer of this size holds any sentence to frontseat or modem.
-const SENTENCE: usize = 96;
+pub(crate) const SENTENCE: usize = 96;
 
 /// The backseat: lives in a static, never moves, never blocks, never reads a clock.
 pub struct App {
@@ -51,7 +51,7 @@ pub(crate) struct Backseat {
     dvl: DvlLink,
     ahrs: AhrsLink,
     modem: ModemLink,
-    commander: Commander,
+    pub(crate) commander: Commander,
     /// Device ports, in the order of [`Port::DEVICES`].
     out: [Ring<DEVICE_RING>; 4],
     configured: bool,
@@ -63,7 +63,7 @@ pub(crate) struct Backseat {
     pub(crate) last_restart: Held<Restart>,
     pub(crate) stopping: bool,
     /// Time of the last echo that was taken as input.
-    echo_us: Option<u64>,
+    pub(crate) echo_us: Option<u64>,
     pub(crate) last_step_us: Option<u64>,
     digest: u64,
     pub(crate) losses: Losses,
@@ -256,7 +256,7 @@ impl Backseat {
         self.out.get_mut(port as usize)
     }
 
-    fn push(&mut self, port: Port, bytes: &[u8]) {
+    pub(crate) fn push(&mut self, port: Port, bytes: &[u8]) {
         if let Some(ring) = self.ring_mut(port) {
             ring.push(bytes);
         }
@@ -374,96 +374,6 @@ impl Backseat {
             resumed: self.estimator.resumed().is_some(),
             rejections: self.estimator.rejections_in_a_row(),
             mission: self.under_way(),
-        }
-    }
-
-    /// While the frontseat steers, its echo says what the actuators do.
-    fn hear_echo(&mut self) {
-        let app = &self.parameters.active().app;
-        let own = self.under_way() && app.control_mode == ControlMode::Direct;
-        let Some((time_us, bytes)) = self.frontseat.echo().filter(|(us, _)| self.echo_us != Some(*us)) else { return };
-        self.echo_us = Some(time_us);
-        if !own {
-            let input = input_of(&bytes, app);
-            self.estimator.command(time_us, &input);
-            self.adaptation.command(time_us, &input);
-        }
-    }
-
-    /// Ends a mission: neutral now, `$OMSTOP` until it is acknowledged.
-    fn hand_back(&mut self, now_us: u64) {
-        self.controller.stop();
-        self.send_neutral(now_us);
-        self.frontseat.await_stop();
-        self.commander.stop(now_us);
-    }
-
-    /// The operator's stop; the bytes go out with the next step.
-    pub(crate) fn stop(&mut self) {
-        self.controller.stop();
-        self.modes.stopped();
-        self.armed = false;
-        self.wiggle.clear();
-        self.stopping = true;
-    }
-
-    fn send_neutral(&mut self, now_us: u64) {
-        self.send_fins([0.0; 4], now_us);
-    }
-
-    /// Fins with the propeller stopped.
-    fn send_fins(&mut self, fins_rad: [f64; 4], now_us: u64) {
-        let mut buffer = [0; SENTENCE];
-        if let Ok(sentence) = self.commander.fins(fins_rad, &self.parameters.active().app, &mut buffer) {
-            self.push(Port::Frontseat, sentence);
-        }
-        self.command_sent(now_us);
-    }
-
-    /// Tells the filter what was sent, as the servo bytes have it.
-    fn command_sent(&mut self, now_us: u64) {
-        let app = &self.parameters.active().app;
-        let effective_us = now_us.saturating_add(micros(app.actuator_delay_s));
-        let input = input_of(&self.commander.sent(), app);
-        self.estimator.command(effective_us, &input);
-        self.adaptation.command(effective_us, &input);
-    }
-
-    fn steer(&mut self, now_us: u64) {
-        if core::mem::take(&mut self.stopping) {
-            self.hand_back(now_us);
-        }
-        if let Some(wiggle) = self.wiggle.get_mut() {
-            if let Some(fins_rad) = wiggle.fins_rad(now_us) {
-                self.send_fins(fins_rad, now_us);
-                return;
-            }
-            self.wiggle.clear();
-            self.hand_back(now_us);
-        }
-        let mut buffer = [0; SENTENCE];
-        if self.under_way() {
-            let navigator = self.estimator.navigator();
-            let command = self.controller.command(now_us, navigator.state(), navigator.current());
-            if !matches!(command.status, MissionStatus::Leg(_)) {
-                // The last waypoint: the frontseat carries on when the command's timeout lapses.
-                self.send_neutral(now_us);
-                return;
-            }
-            let app = &self.parameters.active().app;
-            let direct = app.control_mode == ControlMode::Direct;
-            if let Ok(Some(sentence)) = self.commander.steer(&command, app, &mut buffer) {
-                self.push(Port::Frontseat, sentence);
-            }
-            if direct {
-                self.command_sent(now_us);
-            }
-            return;
-        }
-        let acknowledged = self.frontseat.stop_acknowledged();
-        let app = &self.parameters.active().app;
-        if let Ok(Some(sentence)) = self.commander.stopping(now_us, acknowledged, app, &mut buffer) {
-            self.push(Port::Frontseat, sentence);
         }
     }
 

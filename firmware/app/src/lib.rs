@@ -45,6 +45,7 @@ pub mod parameters;
 mod pump;
 mod queue;
 mod ring;
+mod steering;
 pub mod store;
 mod telemetry;
 mod time;
