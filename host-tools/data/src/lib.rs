@@ -10,6 +10,7 @@ pub mod importers;
 pub mod log;
 pub mod output;
 pub mod report;
+pub mod session;
 pub mod stats;
 pub mod vehicle_file;
 

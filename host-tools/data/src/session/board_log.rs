@@ -1,0 +1,163 @@
+//! The log that a board writes to its memory card, as events of a session.
+
+use super::{Damage, Entry, Event};
+use crate::DataError;
+use backseat_app::parameters::{PARAMETER_SCHEMA, PARAMETERS};
+use backseat_wire::boardlog::LogRecord;
+use backseat_wire::hostlink::{Decoder, MAX_FRAME};
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+const BLOCK: usize = 1 << 16;
+/// Bytes without a good frame after which a file is taken to be something else.
+const PATIENCE: u64 = 16 * MAX_FRAME as u64;
+
+/// Reads a board log.
+pub struct BoardLog {
+    path: PathBuf,
+    file: File,
+    length: u64,
+    read: u64,
+    decoder: Decoder,
+    /// The last good frame ended before this byte.
+    whole: u64,
+    waiting: VecDeque<Entry>,
+    firmware: String,
+    schema: u16,
+    /// Values of a set that is not complete yet.
+    values: Vec<f64>,
+    time_us: u64,
+    damage: Damage,
+    ended: bool,
+}
+
+impl BoardLog {
+    /// Reads up to the first record.
+    pub fn open(path: &Path, file: File) -> Result<Self, DataError> {
+        let length = file.metadata().map_err(|error| DataError::io(path, &error))?.len();
+        let mut log = Self {
+            path: path.to_owned(),
+            file,
+            length,
+            read: 0,
+            decoder: Decoder::new(),
+            whole: 0,
+            waiting: VecDeque::new(),
+            firmware: String::new(),
+            schema: 0,
+            values: Vec::new(),
+            time_us: 0,
+            damage: Damage::default(),
+            ended: false,
+        };
+        while log.waiting.is_empty() && !log.ended && log.read < PATIENCE {
+            log.advance()?;
+        }
+        if log.waiting.is_empty() {
+            return Err(DataError::file(path, "neither a session (MCAP) nor a log of a board's memory card"));
+        }
+        Ok(log)
+    }
+
+    pub fn program(&self) -> String {
+        format!("backseat {}", if self.firmware.is_empty() { "(unknown)" } else { &self.firmware })
+    }
+
+    pub const fn position(&self) -> (u64, u64) {
+        (self.read, self.length)
+    }
+
+    pub const fn damage(&self) -> Damage {
+        self.damage
+    }
+
+    pub fn next(&mut self) -> Option<Result<Entry, DataError>> {
+        while self.waiting.is_empty() && !self.ended {
+            if let Err(error) = self.advance() {
+                self.ended = true;
+                return Some(Err(error));
+            }
+        }
+        self.waiting.pop_front().map(Ok)
+    }
+
+    /// Takes in one block of the file.
+    fn advance(&mut self) -> Result<(), DataError> {
+        let mut block = vec![0; BLOCK];
+        let count = self.file.read(&mut block).map_err(|error| DataError::io(&self.path, &error))?;
+        if count == 0 {
+            self.ended = true;
+            self.damage.cut_bytes = self.length.saturating_sub(self.whole);
+            return Ok(());
+        }
+        let mut decoder = std::mem::take(&mut self.decoder);
+        let mut bytes = &block[..count];
+        let mut outcome = Ok(());
+        while outcome.is_ok()
+            && let Some(frame) = decoder.feed(&mut bytes)
+        {
+            match frame.and_then(|frame| frame.message()) {
+                Ok(record) => {
+                    self.whole = self.read + (count - bytes.len()) as u64;
+                    outcome = self.take(record);
+                }
+                Err(_) => self.damage.broken_records += 1,
+            }
+        }
+        self.decoder = decoder;
+        self.read += count as u64;
+        outcome
+    }
+
+    fn take(&mut self, record: LogRecord<'_>) -> Result<(), DataError> {
+        if !self.values.is_empty() && !matches!(record, LogRecord::Parameters { .. }) {
+            self.set_complete()?;
+        }
+        let (time_us, event) = match record {
+            LogRecord::Start { firmware, parameter_schema, restart, record } => {
+                (self.firmware, self.schema) = (firmware.to_owned(), parameter_schema);
+                self.time_us = 0;
+                let (firmware, record) = (firmware.to_owned(), record.to_vec());
+                (0, Event::Start { firmware, parameter_schema, restart, record })
+            }
+            LogRecord::Parameters { first, values } => {
+                if usize::from(first) != self.values.len() {
+                    // records before it are missing
+                    self.values.clear();
+                    self.damage.broken_records += 1;
+                    return Ok(());
+                }
+                self.values.extend_from_slice(&values);
+                return Ok(());
+            }
+            LogRecord::Received { port, time_us, bytes } => (time_us, Event::Received { port, bytes: bytes.to_vec() }),
+            LogRecord::Sent { port, time_us, bytes } => (time_us, Event::Sent { port, bytes: bytes.to_vec() }),
+            LogRecord::Edge { time_us } => (time_us, Event::Edge),
+            LogRecord::Step { time_us, digest } => (time_us, Event::Step { digest }),
+            LogRecord::Lost { records } => (self.time_us, Event::Lost(records)),
+        };
+        self.time_us = time_us;
+        self.waiting.push_back(Entry { time_us, event });
+        Ok(())
+    }
+
+    /// Names the values, which the log has in the order of the board's list.
+    fn set_complete(&mut self) -> Result<(), DataError> {
+        let values = std::mem::take(&mut self.values);
+        if self.schema != PARAMETER_SCHEMA || values.len() != PARAMETERS.len() {
+            let message = format!(
+                "written with version {} of the parameter list ({} parameters); this program knows version \
+                 {PARAMETER_SCHEMA} ({})",
+                self.schema,
+                values.len(),
+                PARAMETERS.len()
+            );
+            return Err(DataError::file(&self.path, message));
+        }
+        let values = PARAMETERS.iter().map(|parameter| parameter.name.to_owned()).zip(values).collect();
+        self.waiting.push_back(Entry { time_us: self.time_us, event: Event::Parameters(values) });
+        Ok(())
+    }
+}

@@ -1,0 +1,273 @@
+//! Reading a session, or a board's log, up to where it was cut off.
+
+use super::board_log::BoardLog;
+use super::format::{self, Direction, Note, Parameters, Start, Tick};
+use super::writer::describe;
+use super::{Attachment, Clock, Damage, Entry, Event, Meta};
+use crate::DataError;
+use mcap::read::ChunkReader;
+use mcap::records::{MessageHeader, Record};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError, parse_record};
+use serde::de::DeserializeOwned;
+use std::collections::{HashMap, VecDeque};
+use std::fs::File;
+use std::io::{Read, Seek};
+use std::path::{Path, PathBuf};
+
+/// Reads a file's events in the order in which they were written.
+pub struct Reader {
+    meta: Meta,
+    source: Source,
+}
+
+enum Source {
+    Session(Box<Session>),
+    BoardLog(Box<BoardLog>),
+}
+
+impl Reader {
+    /// Opens a session file, or a log of a board's memory card.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is neither.
+    pub fn open(path: &Path) -> Result<Self, DataError> {
+        let io = |error| DataError::io(path, &error);
+        let mut file = File::open(path).map_err(io)?;
+        let mut magic = Vec::new();
+        (&mut file).take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(io)?;
+        file.rewind().map_err(io)?;
+        if magic.is_empty() {
+            return Err(DataError::file(path, "is empty"));
+        }
+        if !MAGIC.starts_with(&magic) {
+            let log = BoardLog::open(path, file)?;
+            let meta = Meta::new(log.program(), Clock::Board);
+            return Ok(Self { meta, source: Source::BoardLog(Box::new(log)) });
+        }
+        let (session, meta) = Session::open(path, file)?;
+        Ok(Self { meta, source: Source::Session(Box::new(session)) })
+    }
+
+    /// What the session says about itself.
+    #[must_use]
+    pub fn meta(&self) -> &Meta {
+        &self.meta
+    }
+
+    /// The files that belong to the session, as far as they have been passed: those at its front from the start.
+    #[must_use]
+    pub fn attachments(&self) -> &[Attachment] {
+        match &self.source {
+            Source::Session(session) => &session.attachments,
+            Source::BoardLog(_) => &[],
+        }
+    }
+
+    /// Bytes read so far, and in all: for a progress bar.
+    #[must_use]
+    pub fn position(&self) -> (u64, u64) {
+        match &self.source {
+            Source::Session(session) => (session.read, session.length),
+            Source::BoardLog(log) => log.position(),
+        }
+    }
+
+    /// What was left out so far; complete when the events have come to their end.
+    #[must_use]
+    pub fn damage(&self) -> Damage {
+        match &self.source {
+            Source::Session(session) => session.damage,
+            Source::BoardLog(log) => log.damage(),
+        }
+    }
+}
+
+impl Iterator for Reader {
+    type Item = Result<Entry, DataError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match &mut self.source {
+            Source::Session(session) => session.next(),
+            Source::BoardLog(log) => log.next(),
+        }
+    }
+}
+
+/// An MCAP file, from its start to its end or cut.
+struct Session {
+    path: PathBuf,
+    file: File,
+    length: u64,
+    read: u64,
+    records: LinearReader,
+    /// Where the last whole record ended.
+    whole: u64,
+    topics: HashMap<u16, String>,
+    waiting: VecDeque<Entry>,
+    attachments: Vec<Attachment>,
+    damage: Damage,
+    ended: bool,
+}
+
+impl Session {
+    /// Reads up to the first event.
+    fn open(path: &Path, file: File) -> Result<(Self, Meta), DataError> {
+        let length = file.metadata().map_err(|error| DataError::io(path, &error))?.len();
+        // A broken length must not become a huge buffer.
+        let limit = usize::try_from(length).unwrap_or(usize::MAX);
+        let options = LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(limit);
+        let mut session = Self {
+            path: path.to_owned(),
+            file,
+            length,
+            read: 0,
+            records: LinearReader::new_with_options(options),
+            whole: MAGIC.len() as u64,
+            topics: HashMap::new(),
+            waiting: VecDeque::new(),
+            attachments: Vec::new(),
+            damage: Damage::default(),
+            ended: false,
+        };
+        let mut meta = None;
+        while session.waiting.is_empty() && !session.ended {
+            meta = session.advance()?.or(meta);
+        }
+        let meta =
+            meta.ok_or_else(|| DataError::file(path, "an MCAP file, but not a session of ours: no description"))?;
+        Ok((session, meta))
+    }
+
+    fn next(&mut self) -> Option<Result<Entry, DataError>> {
+        while self.waiting.is_empty() && !self.ended {
+            if let Err(error) = self.advance() {
+                self.ended = true;
+                return Some(Err(error));
+            }
+        }
+        self.waiting.pop_front().map(Ok)
+    }
+
+    /// Takes in one record; the description, if it is that.
+    fn advance(&mut self) -> Result<Option<Meta>, DataError> {
+        let record = loop {
+            match self.records.next_event() {
+                None => {
+                    self.ended = true;
+                    return Ok(None);
+                }
+                Some(Ok(LinearReadEvent::ReadRequest(need))) => {
+                    let count = self.file.read(self.records.insert(need));
+                    let count = count.map_err(|error| DataError::io(&self.path, &error))?;
+                    self.records.notify_read(count);
+                    self.read += count as u64;
+                }
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    self.whole += (1 + 8 + data.len()) as u64;
+                    break parse_record(opcode, data).map(Record::into_owned);
+                }
+                // The end is missing, or a length makes no sense: nothing behind can be found.
+                Some(Err(_)) => {
+                    self.damage.cut_bytes = self.length.saturating_sub(self.whole);
+                    self.ended = true;
+                    return Ok(None);
+                }
+            }
+        };
+        match record {
+            Ok(Record::Chunk { header, data }) => match self.chunk(header, &data) {
+                Ok(entries) => self.waiting.extend(entries),
+                Err(Broken::Chunk) => self.damage.broken_records += 1,
+                Err(Broken::Message(message)) => return Err(DataError::file(&self.path, message)),
+            },
+            Ok(Record::Metadata(metadata)) if metadata.name == format::METADATA => {
+                let meta = format::from_metadata(metadata.metadata);
+                return meta.map(Some).map_err(|message| DataError::file(&self.path, message));
+            }
+            Ok(Record::Attachment { header, data, .. }) => self.attachments.push(Attachment {
+                name: header.name,
+                media_type: header.media_type,
+                bytes: data.into_owned(),
+            }),
+            Ok(_) => {}
+            Err(_) => self.damage.broken_records += 1,
+        }
+        Ok(None)
+    }
+
+    /// The events of a chunk whose CRC is right.
+    fn chunk(&mut self, header: mcap::records::ChunkHeader, data: &[u8]) -> Result<Vec<Entry>, Broken> {
+        let mut messages = Vec::new();
+        for record in ChunkReader::new(header, data)? {
+            match record? {
+                Record::Channel(channel) => {
+                    self.topics.insert(channel.id, channel.topic);
+                }
+                Record::Message { header, data } => messages.push((header, data)),
+                _ => {}
+            }
+        }
+        let mut entries = Vec::new();
+        for (header, data) in messages {
+            let topic = self.topics.get(&header.channel_id).ok_or(Broken::Chunk)?;
+            let entry = entry(topic, &header, &data);
+            entries
+                .extend(entry.map_err(|what| Broken::Message(format!("{topic} at {} ns: {what}", header.log_time)))?);
+        }
+        Ok(entries)
+    }
+}
+
+/// Why a chunk gives no events.
+enum Broken {
+    /// Its bytes are not what was written.
+    Chunk,
+    /// They are, but make no sense.
+    Message(String),
+}
+
+impl From<McapError> for Broken {
+    fn from(error: McapError) -> Self {
+        match error {
+            McapError::UnsupportedCompression(_) => Self::Message(describe(error)),
+            _ => Self::Chunk,
+        }
+    }
+}
+
+/// The event of a message; none of topics that repeat others.
+fn entry(topic: &str, header: &MessageHeader, data: &[u8]) -> Result<Option<Entry>, String> {
+    let time_us = header.log_time / 1000;
+    let event = match topic {
+        format::CLOCK => match json(data)? {
+            Tick::Pps { .. } => Event::Edge,
+            Tick::Restart { .. } => Event::Restart,
+            Tick::Step { digest, .. } => {
+                let digest = u64::from_str_radix(&digest, 16).map_err(|_| format!("digest `{digest}`"))?;
+                Event::Step { digest }
+            }
+        },
+        format::PARAMETERS => Event::Parameters(json::<Parameters>(data)?.values),
+        format::NOTE => match json(data)? {
+            Note { lost: Some(records), .. } => Event::Lost(records),
+            Note { note, .. } => Event::Note(note),
+        },
+        format::START => {
+            let start: Start = json(data)?;
+            let restart = start.restart();
+            let Start { firmware, parameter_schema, record, .. } = start;
+            Event::Start { firmware, parameter_schema, restart, record }
+        }
+        _ => match format::port_of(topic) {
+            Some((port, Direction::Rx)) => Event::Received { port, bytes: data.to_vec() },
+            Some((port, Direction::Tx)) => Event::Sent { port, bytes: data.to_vec() },
+            None => return Ok(None),
+        },
+    };
+    Ok(Some(Entry { time_us, event }))
+}
+
+fn json<T: DeserializeOwned>(data: &[u8]) -> Result<T, String> {
+    serde_json::from_slice(data).map_err(|error| error.to_string())
+}

@@ -1,0 +1,151 @@
+//! The board's records with names and units, as they go into JSON and CSV.
+
+use backseat_core::navigation::Sensor;
+use backseat_wire::hostlink::{FusionTelemetry, Mode, ModeReason, Telemetry};
+use serde::Serialize;
+use std::f64::consts::PI;
+
+/// [`Telemetry`] of one step, flat.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "names with units")]
+pub struct TelemetryRow {
+    /// Board time.
+    pub t_s: f64,
+    /// Since 1970; missing while the board does not know it.
+    pub utc_s: Option<f64>,
+    pub mode: Mode,
+    pub reason: ModeReason,
+    pub x_m: f64,
+    pub y_m: f64,
+    pub depth_m: f64,
+    pub roll_rad: f64,
+    pub pitch_rad: f64,
+    pub heading_rad: f64,
+    pub u_mps: f64,
+    pub v_mps: f64,
+    pub w_mps: f64,
+    pub p_radps: f64,
+    pub q_radps: f64,
+    pub r_radps: f64,
+    pub sigma_x_m: f64,
+    pub sigma_y_m: f64,
+    pub sigma_depth_m: f64,
+    pub sigma_roll_rad: f64,
+    pub sigma_pitch_rad: f64,
+    pub sigma_heading_rad: f64,
+    pub sigma_u_mps: f64,
+    pub sigma_v_mps: f64,
+    pub sigma_w_mps: f64,
+    pub sigma_p_radps: f64,
+    pub sigma_q_radps: f64,
+    pub sigma_r_radps: f64,
+    pub cov_xy_m2: f64,
+    pub current_north_mps: f64,
+    pub current_east_mps: f64,
+    /// Commanded, as the fins.
+    pub prop_rpm: f64,
+    pub fin_top_rad: f64,
+    pub fin_bottom_rad: f64,
+    pub fin_port_rad: f64,
+    pub fin_starboard_rad: f64,
+    /// Of the mission, from 0; missing while none runs.
+    pub leg: Option<u16>,
+    /// Frames refused since start.
+    pub rejected_frontseat: u32,
+    pub rejected_dvl: u32,
+    pub rejected_ahrs: u32,
+    pub rejected_modem: u32,
+}
+
+impl From<&Telemetry> for TelemetryRow {
+    fn from(telemetry: &Telemetry) -> Self {
+        let [x_m, y_m, depth_m, roll_rad, pitch_rad, heading_rad, u_mps, v_mps, w_mps, p_radps, q_radps, r_radps] =
+            telemetry.state;
+        let sigma = &telemetry.sigma;
+        let [fin_top_rad, fin_bottom_rad, fin_port_rad, fin_starboard_rad] = telemetry.fins_rad;
+        let [rejected_frontseat, rejected_dvl, rejected_ahrs, rejected_modem] = telemetry.rejected_frames;
+        let [current_north_mps, current_east_mps] = telemetry.current_mps;
+        Self {
+            t_s: seconds(telemetry.time_us),
+            utc_s: (telemetry.utc_us != 0).then(|| seconds(telemetry.utc_us)),
+            mode: telemetry.mode,
+            reason: telemetry.reason,
+            x_m,
+            y_m,
+            depth_m,
+            roll_rad,
+            pitch_rad,
+            heading_rad,
+            u_mps,
+            v_mps,
+            w_mps,
+            p_radps,
+            q_radps,
+            r_radps,
+            sigma_x_m: sigma[0],
+            sigma_y_m: sigma[1],
+            sigma_depth_m: sigma[2],
+            sigma_roll_rad: sigma[3],
+            sigma_pitch_rad: sigma[4],
+            sigma_heading_rad: sigma[5],
+            sigma_u_mps: sigma[6],
+            sigma_v_mps: sigma[7],
+            sigma_w_mps: sigma[8],
+            sigma_p_radps: sigma[9],
+            sigma_q_radps: sigma[10],
+            sigma_r_radps: sigma[11],
+            cov_xy_m2: telemetry.cov_xy_m2,
+            current_north_mps,
+            current_east_mps,
+            prop_rpm: telemetry.propeller_radps * 30.0 / PI,
+            fin_top_rad,
+            fin_bottom_rad,
+            fin_port_rad,
+            fin_starboard_rad,
+            leg: telemetry.leg,
+            rejected_frontseat,
+            rejected_dvl,
+            rejected_ahrs,
+            rejected_modem,
+        }
+    }
+}
+
+/// [`FusionTelemetry`] of one scalar fusion, flat.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FusionRow {
+    /// Board time.
+    pub t_s: f64,
+    /// Name of the sensor.
+    pub sensor: &'static str,
+    /// Component.
+    pub axis: u8,
+    /// `fused`, `gated`, `invalid` or `stale`.
+    pub outcome: &'static str,
+    /// In the sensor's unit.
+    pub innovation: f64,
+    /// Of the innovation, as the filter expects it.
+    pub sigma: f64,
+    /// Innovation over its sigma, squared: 1 in the mean where the filter is consistent.
+    pub nis: f64,
+}
+
+impl From<&FusionTelemetry> for FusionRow {
+    fn from(fusion: &FusionTelemetry) -> Self {
+        let sensor = Sensor::ALL.get(usize::from(fusion.sensor)).map_or("unknown", |sensor| sensor.name());
+        let outcome = *["fused", "gated", "invalid", "stale"].get(usize::from(fusion.outcome)).unwrap_or(&"unknown");
+        Self {
+            t_s: seconds(fusion.time_us),
+            sensor,
+            axis: fusion.axis,
+            outcome,
+            innovation: fusion.innovation,
+            sigma: fusion.variance.sqrt(),
+            nis: fusion.innovation * fusion.innovation / fusion.variance,
+        }
+    }
+}
+
+fn seconds(time_us: u64) -> f64 {
+    time_us as f64 * 1e-6
+}
