@@ -7,8 +7,8 @@ use crate::scenario::Scenario;
 use anyhow::Context;
 use backseat_core::navigation::Sensor;
 use backseat_data::report::plots::{
-    Ellipse, ErrorPlot, Innovation, InnovationPlot, Point, Scale, TimePlot, TrackPlot, error_vs_time, innovations,
-    time_series, track,
+    Ellipse, ErrorPlot, Histogram, Innovation, InnovationPlot, Point, Scale, TimePlot, TrackPlot, error_vs_time,
+    histogram, innovations, time_series, track,
 };
 use backseat_data::report::{Provenance, Report, Table};
 use backseat_data::stats::ErrorSummary;
@@ -54,6 +54,11 @@ pub fn write(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &An
             &format!("Innovations of the backseat: {}.", sensor.name()),
             innovation_figure(flight, sensor, label),
         );
+    }
+    for sensor in
+        [Sensor::Range, Sensor::RangeRate].into_iter().filter(|s| flight.fusions.iter().any(|f| f.sensor == *s))
+    {
+        report = report.figure("A consistent filter's innovations follow the curve.", distribution(flight, sensor));
     }
     let command: Vec<String> = std::env::args().skip(1).collect();
     report
@@ -193,4 +198,11 @@ fn innovation_figure(flight: &FlightLog, sensor: Sensor, y_label: &str) -> Strin
         })
         .collect();
     innovations(&InnovationPlot { y_label, innovations: &points })
+}
+
+fn distribution(flight: &FlightLog, sensor: Sensor) -> String {
+    let records = flight.fusions.iter().filter(|record| record.sensor == sensor);
+    let values: Vec<f64> = records.map(|record| record.innovation / record.variance.sqrt()).collect();
+    let x_label = format!("{} innovation / its own sigma", sensor.name());
+    histogram(&Histogram { x_label: &x_label, values: &values, normal: Some((0.0, 1.0)) })
 }

@@ -5,7 +5,9 @@ use super::text::gnss_distances;
 use backseat_core::navigation::{FusionOutcome, Sensor};
 use backseat_core::state::{X, Y};
 use backseat_data::filter::FilterRun;
-use backseat_data::report::plots::{self, Ellipse, ErrorPlot, Innovation, InnovationPlot, Point, Scale, TrackPlot};
+use backseat_data::report::plots::{
+    self, Ellipse, ErrorPlot, Histogram, Innovation, InnovationPlot, Point, Scale, TrackPlot,
+};
 use backseat_data::report::{Provenance, Report, Table};
 use backseat_data::stats::nis_bounds95;
 
@@ -171,6 +173,19 @@ fn innovations(report: Report, run: &FilterRun) -> Report {
                 let svg = plots::innovations(&InnovationPlot { y_label, innovations: &innovations });
                 report = report.figure("With the band of two of its own sigmas.", svg);
             }
+        }
+    }
+    for (sensor, _) in SHOWN {
+        let ratios: Vec<f64> = run
+            .fusions
+            .iter()
+            .filter(|record| record.sensor == sensor)
+            .map(|record| record.innovation / record.variance.sqrt())
+            .collect();
+        if !ratios.is_empty() {
+            let x_label = format!("{} innovation / its own sigma", sensor.name());
+            let svg = plots::histogram(&Histogram { x_label: &x_label, values: &ratios, normal: Some((0.0, 1.0)) });
+            report = report.figure("A consistent filter's innovations follow the curve.", svg);
         }
     }
     report
