@@ -1,11 +1,39 @@
 //! Logs of other makers, read into a vehicle log.
+//!
+//! A format is a table of names and roles (`format`), read by one engine; formats are told apart by the header line. What is
+//! not known here is read by a column mapping that the user writes ([`ColumnMap`]).
 
 mod calendar;
+mod engine;
+mod format;
+mod glider;
 mod iver_uvc;
+mod lake;
+mod mapping;
+mod origin;
+mod pinger;
+
+pub use mapping::ColumnMap;
 
 use crate::{DataError, Log};
-use std::io::{BufRead, BufReader};
+use format::Format;
+use std::f64::consts::PI;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
+
+const RAD_PER_DEG: f64 = PI / 180.0;
+const MPS_PER_KNOT: f64 = 1852.0 / 3600.0;
+const M_PER_FOOT: f64 = 0.3048;
+
+/// Formats by names of their headers that no other has.
+static FORMATS: [(&[&str], &Format); 6] = [
+    (&["Latitude", "Longitude"], &iver_uvc::NATIVE),
+    (&["heading_true_deg", "speed_log_mps"], &iver_uvc::RENAMED),
+    (&["t_rx_s"], &pinger::FORMAT),
+    (&["yaw_enu_rad"], &lake::FORMAT),
+    (&["ballast_cc", "battpos_in"], &glider::FLIGHT),
+    (&["density_kgm3"], &glider::SCIENCE),
+];
 
 /// A log and how it was understood.
 #[derive(Clone, Debug)]
@@ -21,11 +49,46 @@ pub struct Imported {
 /// # Errors
 /// As the reader of the format; a file of no known format is read as a vehicle log.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
-    let mut header = String::new();
-    // A header that is no text leads to the vehicle log's own complaint.
-    let _ = BufReader::new(crate::log::table::open(path)?).read_line(&mut header);
-    match iver_uvc::Dialect::of(&header) {
-        Some(dialect) => Ok(Imported { format: dialect.name(), log: iver_uvc::read(path, dialect)? }),
+    /// Far longer than any header.
+    const LONGEST_HEADER: u64 = 1 << 16;
+    let mut header = Vec::new();
+    // A header that cannot be read leads to the vehicle log's own complaint.
+    let _ = BufReader::new(crate::log::table::open(path)?.take(LONGEST_HEADER)).read_until(b'\n', &mut header);
+    let header = String::from_utf8_lossy(&header);
+    let has = |name: &&str, separator: u8| header.trim().split(char::from(separator)).any(|cell| cell.trim() == *name);
+    match FORMATS.iter().find(|(names, format)| names.iter().all(|name| has(name, format.separator))) {
+        Some((_, format)) => Ok(Imported { format: format.name, log: engine::read(path, format)? }),
         None => Ok(Imported { format: "vehicle log", log: Log::read(path)? }),
+    }
+}
+
+/// Reads a table by a mapping, whatever its header.
+///
+/// # Errors
+/// Where the table does not fit the mapping.
+pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
+    Ok(Imported { format: mapping::NAME, log: engine::read(path, map.format())? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What becomes of a file of this content.
+    pub(super) fn import(text: &str) -> Result<Imported, DataError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mission.log");
+        std::fs::write(&path, text).unwrap();
+        read(&path)
+    }
+
+    #[test]
+    fn formats_are_told_by_their_own_names() {
+        for (names, format) in &FORMATS {
+            for name in *names {
+                let is_bound = format.columns.iter().any(|known| known.name == *name);
+                assert!(is_bound, "{}: {name}", format.name);
+            }
+        }
     }
 }

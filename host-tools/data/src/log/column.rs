@@ -64,11 +64,21 @@ pub enum Column {
     PropCount,
     /// Yaw fin command of such a log, servo counts from the middle of their range.
     YawFinCount,
+    /// Ballast of a glider beyond its middle, positive floats, m³.
+    Ballast,
+    /// Position of a glider's moving mass along its axis, m, as logged.
+    MovingMass,
+    /// Measured speed through the water along the path, m/s.
+    WaterSpeed,
+    /// Current north that the vehicle itself estimated, m/s.
+    OwnCurrentN,
+    /// Current east that the vehicle itself estimated, m/s.
+    OwnCurrentE,
 }
 
 impl Column {
     /// Number of columns beside the time.
-    pub const COUNT: usize = Self::YawFinCount as usize + 1;
+    pub const COUNT: usize = Self::OwnCurrentE as usize + 1;
 
     /// All columns in the order of a written log.
     pub const ALL: [Self; Self::COUNT] = [
@@ -102,6 +112,11 @@ impl Column {
         Self::SoundSpeed,
         Self::PropCount,
         Self::YawFinCount,
+        Self::Ballast,
+        Self::MovingMass,
+        Self::WaterSpeed,
+        Self::OwnCurrentN,
+        Self::OwnCurrentE,
     ];
 
     /// Columns written by [`LogWriter`](super::LogWriter) when nothing else is asked for: all
@@ -142,6 +157,11 @@ impl Column {
             Self::SoundSpeed => "sound_speed_mps",
             Self::PropCount => "prop_count",
             Self::YawFinCount => "fin_yaw_count",
+            Self::Ballast => "ballast_m3",
+            Self::MovingMass => "moving_mass_m",
+            Self::WaterSpeed => "water_speed_mps",
+            Self::OwnCurrentN => "own_current_north_mps",
+            Self::OwnCurrentE => "own_current_east_mps",
         }
     }
 
@@ -159,6 +179,7 @@ impl Column {
             Self::Depth | Self::Range | Self::ShipX | Self::ShipY => 4,
             Self::GpsX | Self::GpsY | Self::ShipGpsX | Self::ShipGpsY => 4,
             Self::DvlU | Self::DvlV | Self::DvlW | Self::RangeRate | Self::SpeedLog => 5,
+            Self::Ballast => 9,
             _ => 6,
         }
     }

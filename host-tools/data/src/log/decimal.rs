@@ -1,7 +1,7 @@
 //! Seconds as text and whole microseconds.
 
 /// Latest time a log may carry: later than that a double no longer resolves 1 µs.
-pub(super) const MAX_SECONDS: f64 = 4.0e9;
+pub(crate) const MAX_SECONDS: f64 = 4.0e9;
 
 /// Seconds to whole microseconds. Exact for decimals of up to six places below [`MAX_SECONDS`]: the
 /// double nearest to such a decimal is less than 0.5 µs away from it.

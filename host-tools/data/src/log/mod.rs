@@ -9,6 +9,7 @@ mod truth;
 mod write;
 
 pub use column::Column;
+pub(crate) use decimal::MAX_SECONDS;
 pub use truth::{Truth, TruthRow, TruthWriter};
 pub use write::LogWriter;
 
@@ -174,6 +175,14 @@ impl Log {
     /// Times (µs) and samples of a column.
     pub fn column(&self, column: Column) -> impl Iterator<Item = (u64, f64)> + '_ {
         self.rows.iter().filter_map(move |row| row.get(column).map(|value| (row.time_us, value)))
+    }
+
+    /// Adds the rows of another log of the same time base, in order of time.
+    pub fn join(&mut self, other: Self) {
+        self.rows.extend(other.rows);
+        // Stable: of two rows at one time the own one stays first.
+        self.rows.sort_by_key(|row| row.time_us);
+        self.notes.extend(other.notes);
     }
 
     /// Whether any row has a sample of this column.

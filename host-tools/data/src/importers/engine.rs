@@ -1,0 +1,250 @@
+//! Reads a table by its format: binds the columns, converts rows, says what was dropped and why.
+
+use super::calendar;
+use super::format::{Format, Known, Role};
+use super::origin::Origin;
+use crate::DataError;
+use crate::log::{Column, Log, LogRow, MAX_SECONDS, table};
+use backseat_core::state::wrap_angle;
+use csv::{ByteRecord, ReaderBuilder, Trim};
+use std::path::Path;
+
+/// Water over the antenna from which on no receiver has a fix, m.
+const SUBMERGED_M: f64 = 1.0;
+
+/// Reads a table of this format.
+pub(super) fn read(path: &Path, format: &Format) -> Result<Log, DataError> {
+    let mut reader = table::lines(ReaderBuilder::new().delimiter(format.separator).quoting(false).trim(Trim::All))
+        .from_reader(table::open(path)?);
+    let mut record = ByteRecord::new();
+    reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, 1, &e))?;
+    let mut importer = Importer::bind(path, format, &record)?;
+    loop {
+        let line = reader.position().line();
+        if !reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, line, &e))? {
+            break;
+        }
+        if table::is_blank(&record) {
+            continue;
+        }
+        let line = record.position().map_or(line, csv::Position::line);
+        if let Some(error) = importer.row(line, &record).err() {
+            // A log that was cut off ends within a row.
+            let is_last = !reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, line, &e))?;
+            if !(is_last && importer.is_short && !importer.log.rows.is_empty()) {
+                return Err(error);
+            }
+            importer.log.notes.push(format!("line {line}, the last, was cut off and is left out"));
+            break;
+        }
+    }
+    importer.finish()
+}
+
+struct Importer<'a> {
+    path: &'a Path,
+    format: &'a Format,
+    cells: usize,
+    bound: Vec<(usize, &'a Known)>,
+    origin: Option<Origin>,
+    start_us: Option<i64>,
+    /// The row has fewer cells than the header.
+    is_short: bool,
+    /// Positions that are no fixes.
+    dropped_positions: usize,
+    log: Log,
+}
+
+impl<'a> Importer<'a> {
+    fn bind(path: &'a Path, format: &'a Format, header: &ByteRecord) -> Result<Self, DataError> {
+        let names: Vec<String> = header.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect();
+        let fail = |cell: usize, message: String| Err(DataError::at(path, 1, cell as u64, message));
+        let needed = format.needed.iter().copied();
+        let every = format.columns.iter().filter(|_| format.every_column_needed).map(|known| &*known.name);
+        if let Some(missing) = needed.chain(every).find(|name| !names.iter().any(|found| found == name)) {
+            let found: String = names.join(", ").chars().take(120).collect();
+            return fail(0, format!("{}: no column {missing}; found: {found}", format.name));
+        }
+        let mut bound: Vec<(usize, &Known)> = Vec::new();
+        for known in format.columns.iter() {
+            let mut places = (0..names.len()).filter(|place| names[*place] == known.name);
+            let (Some(place), second) = (places.next(), places.next()) else { continue };
+            if let Some(second) = second {
+                return fail(second + 1, format!("column {} appears twice", known.name));
+            }
+            bound.push((place, known));
+        }
+        // Local positions are what latitude and longitude would give.
+        let has_local = [Column::GpsX, Column::GpsY].iter().all(|column| is_bound(&bound, *column));
+        let mut notes = Vec::new();
+        if has_local {
+            let spare: Vec<&str> = bound.iter().filter(|(_, k)| is_global(k.role)).map(|(_, k)| &*k.name).collect();
+            if !spare.is_empty() {
+                notes.push(format!("dropped {} (north_m and east_m are used)", spare.join(", ")));
+            }
+            bound.retain(|(_, known)| !is_global(known.role));
+        }
+        let used: Vec<&str> = bound.iter().map(|(_, known)| &*known.name).collect();
+        notes.insert(0, format!("{}; recognised: {}", format.name, used.join(", ")));
+        let spare = format.columns.iter().map(|known| &*known.name);
+        let told: Vec<&str> = if has_local { spare.collect() } else { used };
+        notes.extend(dropped(format, &names, &told));
+        notes.extend(format.remarks.iter().map(|&remark| remark.to_owned()));
+        Ok(Self {
+            path,
+            format,
+            cells: header.len(),
+            bound,
+            origin: None,
+            start_us: None,
+            is_short: false,
+            dropped_positions: 0,
+            log: Log { path: path.to_owned(), rows: Vec::new(), notes },
+        })
+    }
+
+    fn row(&mut self, line: u64, record: &ByteRecord) -> Result<(), DataError> {
+        self.is_short = record.len() < self.cells;
+        // A trailing separator makes one more cell, its absence one less.
+        if record.len() + 1 < self.cells || record.len() > self.cells + 1 {
+            let message = format!("{} cells where the header has {}", record.len(), self.cells);
+            return Err(DataError::at(self.path, line, 0, message));
+        }
+        let mut row = LogRow::new(0);
+        for &(column, value) in self.format.constants {
+            row.set(column, value);
+        }
+        let mut time = Time::default();
+        let (mut place, mut is_fix): ([Option<f64>; 2], Option<bool>) = ([None; 2], None);
+        for &(cell, known) in &self.bound {
+            let text = record.get(cell).unwrap_or_default();
+            let fail =
+                |message: String| DataError::at(self.path, line, cell as u64 + 1, format!("{}: {message}", known.name));
+            let number = || {
+                let value = table::number(text).map_err(fail)?;
+                Ok::<_, DataError>((!value.is_nan()).then_some(value))
+            };
+            let readable = || std::str::from_utf8(text).unwrap_or_default();
+            if known.role.is_time() {
+                time.cell = cell as u64 + 1;
+                time.name = &known.name;
+            }
+            match known.role {
+                Role::TimeOfDay => {
+                    let parsed = calendar::time_us(readable());
+                    time.day_us = Some(parsed.ok_or_else(|| fail(format!("{:?} is not HH:MM:SS", readable())))?);
+                }
+                Role::Date => {
+                    let parsed = calendar::date_days(readable());
+                    time.days = Some(parsed.ok_or_else(|| fail(format!("{:?} is not M/D/YYYY", readable())))?);
+                }
+                Role::Seconds(_) | Role::Epoch(_) | Role::Arrival => {
+                    let factor =
+                        if let Role::Seconds(factor) | Role::Epoch(factor) = known.role { factor } else { 1.0 };
+                    let seconds =
+                        number()?.ok_or_else(|| fail("is empty; every row needs its time".to_owned()))? * factor;
+                    if !(0.0..MAX_SECONDS).contains(&seconds) {
+                        return Err(fail(format!("{seconds} is outside 0 to {MAX_SECONDS} s")));
+                    }
+                    time.is_epoch = matches!(known.role, Role::Epoch(_));
+                    time.seconds = Some(seconds);
+                    if known.role == Role::Arrival {
+                        row.set(Column::Toa, seconds);
+                    }
+                }
+                Role::Latitude | Role::Longitude => {
+                    let axis = usize::from(known.role == Role::Longitude);
+                    let limit = [90.0, 180.0][axis];
+                    place[axis] = number()?;
+                    if let Some(degrees) = place[axis].filter(|degrees| degrees.abs() > limit) {
+                        return Err(fail(format!("{degrees} is outside -{limit} to {limit} degrees")));
+                    }
+                }
+                Role::Satellites => is_fix = Some(number()?.is_none_or(|count| count > 0.0)),
+                Role::FixStatus => is_fix = Some(number()? == Some(0.0)),
+                Role::Sample { column, scale, offset } => {
+                    if let Some(value) = number()? {
+                        let value = (value + offset) * scale;
+                        row.set(column, if column == Column::Heading { wrap_angle(value) } else { value });
+                    }
+                }
+            }
+        }
+        row.time_us = self.time_us(line, &time)?;
+        if let [Some(latitude), Some(longitude)] = place {
+            let is_submerged = row.get(Column::Depth).is_some_and(|depth_m| depth_m > SUBMERGED_M);
+            if is_fix != Some(false) && !is_submerged {
+                let origin = self.origin.get_or_insert_with(|| Origin::new(latitude, longitude));
+                row.set_all(Column::GpsX, &origin.local_m(latitude, longitude));
+            } else {
+                self.dropped_positions += 1;
+            }
+        }
+        self.log.rows.push(row);
+        Ok(())
+    }
+
+    fn time_us(&mut self, line: u64, time: &Time<'_>) -> Result<u64, DataError> {
+        let fail = |message: &str| DataError::at(self.path, line, time.cell, format!("{}: {message}", time.name));
+        let absolute_us = match (time.seconds, time.day_us) {
+            (Some(seconds), _) => (seconds * 1e6).round() as i64,
+            (None, Some(day_us)) => time.days.unwrap_or(0) * 86_400_000_000 + day_us,
+            (None, None) => return Err(fail("is empty; every row needs its time")),
+        };
+        let is_absolute = time.seconds.is_some() && !time.is_epoch;
+        let start_us = *self.start_us.get_or_insert(if is_absolute { 0 } else { absolute_us });
+        let previous_us = self.log.rows.last().map_or(0, |row| row.time_us);
+        match u64::try_from(absolute_us - start_us) {
+            Ok(time_us) if time_us >= previous_us => Ok(time_us),
+            _ => Err(fail("the time is before that of the row above")),
+        }
+    }
+
+    fn finish(mut self) -> Result<Log, DataError> {
+        if self.log.rows.is_empty() {
+            return Err(DataError::file(self.path, "no rows after the header"));
+        }
+        if self.dropped_positions > 0 {
+            let count = self.dropped_positions;
+            let plural = if count == 1 { "" } else { "s" };
+            self.log.notes.push(format!(
+                "{count} position{plural} dropped (no fixes: no satellites, not valid, or the antenna under water)"
+            ));
+        }
+        Ok(self.log)
+    }
+}
+
+/// What a row says about its time.
+#[derive(Default)]
+struct Time<'a> {
+    cell: u64,
+    name: &'a str,
+    seconds: Option<f64>,
+    is_epoch: bool,
+    day_us: Option<i64>,
+    days: Option<i64>,
+}
+
+fn is_bound(bound: &[(usize, &Known)], wanted: Column) -> bool {
+    bound.iter().any(|(_, known)| matches!(known.role, Role::Sample { column, .. } if column == wanted))
+}
+
+const fn is_global(role: Role) -> bool {
+    matches!(role, Role::Latitude | Role::Longitude)
+}
+
+/// One line for every reason for which columns are left out.
+fn dropped(format: &Format, names: &[String], told: &[&str]) -> Vec<String> {
+    let mut lines: Vec<(&str, Vec<&str>)> = Vec::new();
+    for name in names.iter().filter(|name| !name.is_empty() && !told.contains(&name.as_str())) {
+        let lower = name.to_ascii_lowercase();
+        let reason = format.dropped.iter().find(|(part, _)| lower.contains(part));
+        let reason = reason.map_or("not part of a vehicle log", |(_, reason)| *reason);
+        match lines.iter_mut().find(|(other, _)| *other == reason) {
+            Some((_, names)) => names.push(name),
+            None => lines.push((reason, vec![name])),
+        }
+    }
+    lines.into_iter().map(|(reason, names)| format!("dropped {} ({reason})", names.join(", "))).collect()
+}

@@ -1,0 +1,88 @@
+//! A format of a table as data: which columns it has, what they mean and what is left out.
+
+use crate::log::Column;
+use std::borrow::Cow;
+
+/// What a column of a table is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Role {
+    /// Times this factor: seconds since the start.
+    Seconds(f64),
+    /// Times this factor: seconds since some other start; the first row is zero.
+    Epoch(f64),
+    /// Seconds at which a ping arrived: the time of the row and the arrival.
+    Arrival,
+    /// `HH:MM:SS`, with or without AM and PM.
+    TimeOfDay,
+    /// `M/D/YYYY`.
+    Date,
+    /// Degrees.
+    Latitude,
+    /// Degrees.
+    Longitude,
+    /// A position beside it is a fix where this is more than zero.
+    Satellites,
+    /// A position beside it is a fix where this is zero.
+    FixStatus,
+    /// (value + `offset`) · `scale` is a sample of the log.
+    Sample {
+        /// Where it goes.
+        column: Column,
+        /// Factor to the log's unit.
+        scale: f64,
+        /// Added before, in the table's unit.
+        offset: f64,
+    },
+}
+
+impl Role {
+    /// A sample in the log's own unit.
+    pub(super) const fn plain(column: Column) -> Self {
+        Self::scaled(column, 1.0)
+    }
+
+    /// A sample times a factor.
+    pub(super) const fn scaled(column: Column, scale: f64) -> Self {
+        Self::Sample { column, scale, offset: 0.0 }
+    }
+
+    /// Whether it gives a row its time.
+    pub(super) const fn is_time(self) -> bool {
+        matches!(self, Self::Seconds(_) | Self::Epoch(_) | Self::Arrival | Self::TimeOfDay)
+    }
+}
+
+/// A column that is read.
+#[derive(Clone, Debug)]
+pub(super) struct Known {
+    /// Name in the header.
+    pub name: Cow<'static, str>,
+    /// What it is for.
+    pub role: Role,
+}
+
+/// Short form for the tables of formats.
+pub(super) const fn known(name: &'static str, role: Role) -> Known {
+    Known { name: Cow::Borrowed(name), role }
+}
+
+/// A table's format.
+#[derive(Clone, Debug)]
+pub(super) struct Format {
+    /// Name in messages.
+    pub name: &'static str,
+    /// Between two cells.
+    pub separator: u8,
+    /// Columns that are read, the preferred ones first where several fill the same place.
+    pub columns: Cow<'static, [Known]>,
+    /// Names that must be there.
+    pub needed: &'static [&'static str],
+    /// Every column must be there.
+    pub every_column_needed: bool,
+    /// Samples that every row has.
+    pub constants: &'static [(Column, f64)],
+    /// Part of a name (lower case), and why such columns are left out.
+    pub dropped: &'static [(&'static str, &'static str)],
+    /// What a reader of the log must know.
+    pub remarks: &'static [&'static str],
+}

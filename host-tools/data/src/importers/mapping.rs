@@ -1,0 +1,258 @@
+//! A table of any other maker by a mapping that the user writes.
+//!
+//! ```toml
+//! separator = ";"                 # left out: a comma
+//!
+//! [time]
+//! column = "Time (ms)"
+//! unit = "ms"                     # s, ms, us, min, h, or hms for HH:MM:SS
+//! base = "epoch"                  # the first row is zero; left out: seconds since the start of the log
+//!
+//! [columns.depth_m]               # a column of the vehicle log, or latitude_deg and longitude_deg
+//! column = "Depth (ft)"
+//! unit = "ft"                     # left out: the unit of the vehicle log
+//! sign = -1                       # left out: 1
+//! offset = 0.5                    # added before, in the table's unit; left out: 0
+//! scale = 1.02                    # times the unit's factor; left out: 1
+//! ```
+
+use super::format::{Format, Known, Role};
+use super::{M_PER_FOOT, MPS_PER_KNOT, RAD_PER_DEG};
+use crate::DataError;
+use crate::log::{Column, RADPS_PER_RPM};
+use serde::Deserialize;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+use toml::Spanned;
+
+/// Name of what such a table is.
+pub(super) const NAME: &str = "table by a column mapping";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    separator: Option<Spanned<String>>,
+    time: TimeEntry,
+    columns: BTreeMap<String, Spanned<Entry>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TimeEntry {
+    column: Spanned<String>,
+    unit: Option<Spanned<String>>,
+    base: Option<Spanned<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    column: Spanned<String>,
+    unit: Option<Spanned<String>>,
+    sign: Option<Spanned<f64>>,
+    scale: Option<Spanned<f64>>,
+    offset: Option<Spanned<f64>>,
+}
+
+/// How a table's columns become those of a vehicle log.
+#[derive(Clone, Debug)]
+pub struct ColumnMap {
+    format: Format,
+}
+
+/// Units by the ending of a column's name, with what one of them is in the log's own.
+const UNITS: [(&str, &[(&str, f64)]); 9] = [
+    ("_radps", &[("rad/s", 1.0), ("deg/s", RAD_PER_DEG)]),
+    ("_rad", &[("rad", 1.0), ("deg", RAD_PER_DEG)]),
+    ("_mps", &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3), ("kn", MPS_PER_KNOT), ("km/h", 1.0 / 3.6)]),
+    ("_rpm", &[("rpm", 1.0), ("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0)]),
+    ("_per_m3", &[("kg/m^3", 1.0), ("g/cm^3", 1e3)]),
+    ("_m3", &[("m^3", 1.0), ("l", 1e-3), ("cc", 1e-6)]),
+    ("_m", &[("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("km", 1e3), ("ft", M_PER_FOOT), ("in", M_PER_FOOT / 12.0)]),
+    ("_s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6)]),
+    ("_deg", &[("deg", 1.0), ("rad", 1.0 / RAD_PER_DEG)]),
+];
+
+const TIME_UNITS: &[(&str, f64)] = &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)];
+
+impl ColumnMap {
+    /// Reads a mapping.
+    ///
+    /// # Errors
+    /// Where the file is no mapping: line, column, what was expected.
+    pub fn read(path: &Path) -> Result<Self, DataError> {
+        let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, &e))?;
+        Self::parse(&text, path)
+    }
+
+    /// A mapping from text; `path` is for messages.
+    ///
+    /// # Errors
+    /// As [`ColumnMap::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
+        let at = |span: Range<usize>, message: String| {
+            let before = text.get(..span.start).unwrap_or(text);
+            let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
+            let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+            DataError::at(path, line as u64, column as u64, message)
+        };
+        let file: File = toml::from_str(text).map_err(|e| {
+            let message = e.message().lines().collect::<Vec<_>>().join("; ");
+            match e.span() {
+                Some(span) => at(span, message),
+                None => DataError::file(path, message),
+            }
+        })?;
+        let separator = match &file.separator {
+            None => b',',
+            Some(text) => match text.get_ref().as_bytes() {
+                [one] => *one,
+                _ => return Err(at(text.span(), "separator: expected one character".to_owned())),
+            },
+        };
+        let mut columns = Vec::new();
+        let role = time_role(&file.time).map_err(|(span, message)| at(span, message))?;
+        columns.push(Known { name: Cow::Owned(file.time.column.get_ref().clone()), role });
+        for (target, entry) in &file.columns {
+            let role = entry_role(target, entry).map_err(|(span, message)| at(span, message))?;
+            columns.push(Known { name: Cow::Owned(entry.get_ref().column.get_ref().clone()), role });
+        }
+        if file.columns.is_empty() {
+            return Err(DataError::file(path, "[columns] is empty: nothing would be read but the time"));
+        }
+        Ok(Self {
+            format: Format {
+                name: NAME,
+                separator,
+                columns: Cow::Owned(columns),
+                every_column_needed: true,
+                needed: &[],
+                constants: &[],
+                dropped: &[],
+                remarks: &[],
+            },
+        })
+    }
+
+    pub(super) const fn format(&self) -> &Format {
+        &self.format
+    }
+}
+
+/// What is wrong and where.
+type Complaint = (Range<usize>, String);
+
+fn time_role(time: &TimeEntry) -> Result<Role, Complaint> {
+    let is_epoch = match &time.base {
+        None => false,
+        Some(base) if base.get_ref() == "epoch" => true,
+        Some(base) if base.get_ref() == "start" => false,
+        Some(base) => {
+            let message = format!("time.base: {:?} is neither \"start\" nor \"epoch\"", base.get_ref());
+            return Err((base.span(), message));
+        }
+    };
+    if time.unit.as_ref().is_some_and(|unit| unit.get_ref() == "hms") {
+        return Ok(Role::TimeOfDay);
+    }
+    let factor = factor("time", time.unit.as_ref(), TIME_UNITS)?;
+    Ok(if is_epoch { Role::Epoch(factor) } else { Role::Seconds(factor) })
+}
+
+fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
+    let (span, entry) = (entry.span(), entry.get_ref());
+    let name = format!("columns.{target}");
+    let global = match target {
+        "latitude_deg" => Some(Role::Latitude),
+        "longitude_deg" => Some(Role::Longitude),
+        _ => None,
+    };
+    let column = Column::from_name(target);
+    if global.is_none() && column.is_none() {
+        let known: Vec<&str> = Column::ALL.iter().map(|column| column.name()).collect();
+        let message = format!(
+            "{name}: the vehicle log has no such column; it has {}, latitude_deg, longitude_deg",
+            known.join(", ")
+        );
+        return Err((span, message));
+    }
+    let units = UNITS.iter().find(|(ending, _)| target.ends_with(ending)).map_or(&[("1", 1.0)][..], |(_, units)| units);
+    let factor = factor(&name, entry.unit.as_ref(), units)?;
+    let sign = entry.sign.as_ref().map_or(1.0, |sign| *sign.get_ref());
+    if sign.abs() != 1.0 {
+        let span = entry.sign.as_ref().map_or(span, Spanned::span);
+        return Err((span, format!("{name}.sign: {sign} is neither 1 nor -1")));
+    }
+    let number = |value: &Option<Spanned<f64>>, key: &str, otherwise: f64| match value {
+        Some(value) if !value.get_ref().is_finite() || (key == "scale" && *value.get_ref() == 0.0) => {
+            Err((value.span(), format!("{name}.{key}: {} is no usable number", value.get_ref())))
+        }
+        value => Ok(value.as_ref().map_or(otherwise, |value| *value.get_ref())),
+    };
+    let scale = sign * factor * number(&entry.scale, "scale", 1.0)?;
+    let offset = number(&entry.offset, "offset", 0.0)?;
+    match (global, column) {
+        (Some(_), _) if scale != 1.0 || offset != 0.0 => {
+            Err((span, format!("{name}: positions are read in degrees as they are")))
+        }
+        (Some(role), _) => Ok(role),
+        (None, Some(column)) => Ok(Role::Sample { column, scale, offset }),
+        (None, None) => Err((span, format!("{name}: unknown"))),
+    }
+}
+
+fn factor(name: &str, unit: Option<&Spanned<String>>, units: &[(&str, f64)]) -> Result<f64, Complaint> {
+    let Some(unit) = unit else { return Ok(1.0) };
+    units.iter().find(|(known, _)| known == unit.get_ref()).map(|(_, factor)| *factor).ok_or_else(|| {
+        let known: Vec<&str> = units.iter().map(|(known, _)| *known).collect();
+        let also = if name == "time" { ", hms" } else { "" };
+        (unit.span(), format!("{name}.unit: {:?} is none of {}{also}", unit.get_ref(), known.join(", ")))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MAP: &str = "separator = \";\"\n[time]\ncolumn = \"ms\"\nunit = \"ms\"\nbase = \"epoch\"\n\
+        [columns.depth_m]\ncolumn = \"Tiefe\"\nunit = \"ft\"\nsign = -1\noffset = 1\n\
+        [columns.heading_rad]\ncolumn = \"Kurs\"\nunit = \"deg\"\n[columns.dvl_u_mps]\ncolumn = \"v\"\nscale = 2\n";
+
+    fn map(text: &str) -> Result<ColumnMap, String> {
+        ColumnMap::parse(text, Path::new("map.toml")).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn val_units_sign_offset_and_time_base() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, "ms;v;Tiefe;Kurs;Rest\n1500;0.5;-11;270;x\n2500;;-21;90;x\n").unwrap();
+        let log = super::super::read_mapped(&path, &map(MAP).unwrap()).unwrap().log;
+        assert_eq!(log.rows.iter().map(|row| row.time_us).collect::<Vec<_>>(), [0, 1_000_000]);
+        assert!((log.rows[0].get(Column::Depth).unwrap() - 3.048).abs() < 1e-12); // (−11 + 1) · −1 feet
+        assert!((log.rows[0].get(Column::Heading).unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        assert_eq!(log.rows[0].get(Column::DvlU), Some(1.0));
+        assert_eq!(log.rows[1].get(Column::DvlU), None);
+        assert!(log.notes.iter().any(|note| note.starts_with("dropped Rest")), "{:?}", log.notes);
+    }
+
+    #[test]
+    fn what_a_mapping_may_not_say() {
+        for (from, to, message) in [
+            ("unit = \"ft\"", "unit = \"kn\"", "map.toml:8:8: columns.depth_m.unit: \"kn\" is none of m, cm"),
+            ("unit = \"ms\"", "unit = \"furlong\"", "map.toml:4:8: time.unit"),
+            ("base = \"epoch\"", "base = \"now\"", "map.toml:5:8: time.base"),
+            ("sign = -1", "sign = -2", "map.toml:9:8: columns.depth_m.sign: -2 is neither"),
+            ("offset = 1", "offset = nan", "map.toml:10:10: columns.depth_m.offset: NaN"),
+            ("offset = 1", "ofset = 1", "unknown field `ofset`"),
+            ("columns.depth_m", "columns.depth_ft", "columns.depth_ft: the vehicle log has no such column"),
+            ("separator = \";\"", "separator = \";;\"", "map.toml:1:13: separator: expected one character"),
+            ("[time]", "[times]", "unknown field `times`"),
+        ] {
+            let told = map(&MAP.replacen(from, to, 1)).unwrap_err();
+            assert!(told.contains(message) && told.lines().count() == 1, "{to}: {told}");
+        }
+    }
+}
