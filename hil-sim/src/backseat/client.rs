@@ -1,8 +1,10 @@
 //! The host link from the simulator's side: parameters, mission, and one lock-step after the other.
 
+use super::tape::Tape;
 use super::{BackseatError, Ports};
 use crate::devices::Arrival;
 use backseat_core::navigation::Sensor;
+use backseat_data::session::{Event, Writer};
 use backseat_wire::hostlink::{
     Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Step, StepDone, Telemetry,
     ToBoard, Waypoint, encode,
@@ -66,12 +68,32 @@ pub struct Client<P> {
     unread: Vec<u8>,
     /// Bytes of device ports that were read ahead.
     ahead: [Vec<u8>; 4],
+    tape: Tape,
 }
 
 impl<P: Ports> Client<P> {
     /// Over these ports.
     pub fn new(ports: P) -> Self {
-        Self { ports, decoder: Decoder::new(), unread: Vec::new(), ahead: Default::default() }
+        let (unread, ahead) = Default::default();
+        Self { ports, decoder: Decoder::new(), unread, ahead, tape: Tape::default() }
+    }
+
+    /// Writes into `session` from here on what passes, the board's parameters first: what is needed to do it again.
+    ///
+    /// # Errors
+    /// When the board does not tell its parameters, or the file cannot be written.
+    pub fn record(&mut self, session: Writer) -> Result<(), BackseatError> {
+        let parameters = self.parameters()?;
+        self.tape.start(session);
+        Ok(self.tape.write(Event::Parameters(parameters))?)
+    }
+
+    /// Ends the session.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn end_record(&mut self) -> Result<(), BackseatError> {
+        Ok(self.tape.finish()?)
     }
 
     /// The ports.
@@ -86,7 +108,38 @@ impl<P: Ports> Client<P> {
     pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), BackseatError> {
         let mut buffer = [0; MAX_FRAME];
         let frame = encode(message, &mut buffer).map_err(|e| BackseatError::Protocol(format!("nothing: {e:?}")))?;
-        self.ports.write(Port::Host, frame)
+        self.ports.write(Port::Host, frame)?;
+        if self.tape.is_running() && !matches!(message, ToBoard::Step(_)) {
+            self.tape.write_heard()?;
+            self.tape.write(Event::Received { port: Port::Host, bytes: frame.to_vec() })?;
+        }
+        Ok(())
+    }
+
+    /// Hands bytes to a device port of a board that keeps its own clock.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    pub fn deliver(&mut self, time_us: u64, port: Port, bytes: &[u8]) -> Result<(), BackseatError> {
+        self.ports.write(port, bytes)?;
+        if self.tape.is_running() {
+            self.tape.write_at(time_us, Event::Received { port, bytes: bytes.to_vec() })?;
+        }
+        Ok(())
+    }
+
+    /// What a device port has sent by now, of a board that keeps its own clock.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    pub fn collect(&mut self, time_us: u64, port: Port) -> Result<Vec<u8>, BackseatError> {
+        let mut bytes = Vec::new();
+        self.ports.poll(port, &mut bytes)?;
+        self.tape.set_time(time_us);
+        if self.tape.is_running() && !bytes.is_empty() {
+            self.tape.write(Event::Sent { port, bytes: bytes.clone() })?;
+        }
+        Ok(bytes)
     }
 
     /// Hands over the messages that have been read, up to the first that `take` makes something of.
@@ -102,6 +155,7 @@ impl<P: Ports> Client<P> {
             }
         }
         let consumed = self.unread.len() - bytes.len();
+        self.tape.hear(&self.unread[..consumed]);
         self.unread.drain(..consumed);
         found
     }
@@ -133,7 +187,7 @@ impl<P: Ports> Client<P> {
             take(message);
             None::<()>
         });
-        Ok(())
+        Ok(self.tape.write_heard()?)
     }
 
     /// Sends a request that is answered by "done" or a refusal.
@@ -160,6 +214,26 @@ impl<P: Ports> Client<P> {
             FromBoard::Hello { firmware, .. } => Some(firmware.to_owned()),
             _ => None,
         })
+    }
+
+    /// The active parameters, in the board's order.
+    fn parameters(&mut self) -> Result<Vec<(String, f64)>, BackseatError> {
+        let mut parameters = Vec::new();
+        loop {
+            let wanted = parameters.len() as u16;
+            self.send(&ToBoard::ParameterGet { index: wanted })?;
+            let (parameter, count) = self.receive(|message| match message {
+                FromBoard::Parameter(info) if info.index == wanted => {
+                    Some((Some((info.name.to_owned(), info.value)), info.count))
+                }
+                FromBoard::Refused(_) => Some((None, 0)),
+                _ => None,
+            })?;
+            parameters.extend(parameter);
+            if wanted + 1 >= count {
+                return Ok(parameters);
+            }
+        }
     }
 
     /// Sets parameters as one transaction.
@@ -207,6 +281,7 @@ impl<P: Ports> Client<P> {
         pps_us: &[u64],
         arrivals: &[(Port, Arrival)],
     ) -> Result<StepOutput, BackseatError> {
+        self.tape.write_inputs(time_us, pps_us, arrivals)?;
         let mut step = Step { time_us, pps_us: Default::default(), chunks: Default::default() };
         for edge_us in pps_us {
             step.pps_us.push(*edge_us).map_err(|_| BackseatError::Protocol("nothing: too many PPS edges".into()))?;
@@ -256,6 +331,7 @@ impl<P: Ports> Client<P> {
             }
             sent[port as usize] = ahead.drain(..usize::from(count)).collect();
         }
+        self.tape.write_outputs(digest, &sent)?;
         Ok(StepOutput { sent, telemetry, fusions, identification, adoptions, digest })
     }
 

@@ -5,6 +5,7 @@ mod in_process;
 mod process;
 mod qemu;
 mod serial;
+mod tape;
 
 pub use client::{Client, FusionRecord, StepOutput};
 pub use in_process::InProcess;
@@ -12,6 +13,7 @@ pub use process::Process;
 pub use qemu::{Qemu, build_image, missing};
 pub use serial::Serial;
 
+use backseat_data::DataError;
 use backseat_wire::hostlink::{Port, Refusal};
 use std::io;
 use std::process::ExitStatus;
@@ -63,6 +65,9 @@ pub enum BackseatError {
         /// How.
         error: io::Error,
     },
+    /// The session log could not be written.
+    #[error(transparent)]
+    Session(#[from] DataError),
 }
 
 /// The five byte streams of a backseat.

@@ -7,12 +7,17 @@ use crate::flight::{self, FlightLog};
 use crate::scenario::{Request, Scenario, Settings};
 use crate::score::TrackScore;
 use anyhow::{Context, bail};
+use backseat_data::output::Existing;
+use backseat_data::session::{Attachment, Clock, Meta, Writer};
 use backseat_data::stats::ErrorSummary;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The session log: all that passed over the ports.
+const SESSION: &str = "session.mcap";
 
 /// What the command line says.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -46,7 +51,7 @@ pub struct Arguments {
     /// End after this simulated time.
     #[arg(long, value_name = "MINUTES", allow_negative_numbers = true)]
     minutes: Option<f64>,
-    /// Folder for log.csv, truth.csv and report.html [default: a new one in out/].
+    /// Folder for log.csv, truth.csv, session.mcap and report.html [default: a new one in out/].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object on stdout.
@@ -64,6 +69,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (backseat, ports) = start(arguments)?;
     let folder = folder(arguments, &scenario)?;
     let mut client = Client::new(backseat);
+    client.hello()?;
+    client.record(session(arguments, &scenario, &folder)?)?;
     let effects = scenario.settings.effects.as_slice();
     if !effects.is_empty() {
         dataset::write_effects(effects, scenario.settings.seed, &folder)?;
@@ -79,6 +86,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     bar.finish_and_clear();
     let flight = flight.with_context(|| format!("flight (what was flown is in {})", folder.display()))?;
+    client.end_record()?;
     drop(client);
 
     if flight.samples.is_empty() {
@@ -92,6 +100,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     } else {
         print!("{}", summary_text(&flight, &analysis));
         println!("\nlog     {}", folder.join("log.csv").display());
+        println!("session {}", folder.join(SESSION).display());
         println!("report  {}", report.display());
     }
     if stop.load(Ordering::Relaxed) {
@@ -160,6 +169,31 @@ fn folder(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<PathBuf>
     }
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     Ok(folder)
+}
+
+/// The session log, with the vehicle that the board is told and the scenario.
+fn session(arguments: &Arguments, scenario: &Scenario, folder: &Path) -> anyhow::Result<Writer> {
+    let Settings { name, seed, .. } = &scenario.settings;
+    let clock = if arguments.realtime { Clock::Host } else { Clock::Board };
+    let program = concat!("hil-sim ", env!("CARGO_PKG_VERSION"));
+    let meta = Meta::new(program, clock)
+        .with("backseat", &arguments.backseat)
+        .with("scenario", name)
+        .with("seed", seed)
+        .with("vehicle", &scenario.vehicle.name);
+    let mut session = Writer::create(&folder.join(SESSION), &meta, Existing::Keep)?;
+    let mut attach = |name: &str, text: String| {
+        session.attach(&Attachment {
+            name: name.to_owned(),
+            media_type: "application/toml".to_owned(),
+            bytes: text.into_bytes(),
+        })
+    };
+    attach("vehicle.toml", scenario.told_vehicle().to_toml("the vehicle that the backseat was told"))?;
+    if let Some(path) = arguments.scenario.as_ref().filter(|path| path.is_file()) {
+        attach("scenario.toml", std::fs::read_to_string(path).with_context(|| path.display().to_string())?)?;
+    }
+    Ok(session)
 }
 
 fn stop_on_interrupt() -> anyhow::Result<Arc<AtomicBool>> {

@@ -46,11 +46,10 @@ pub fn fly_realtime<P: Ports>(
         now_us = begun.elapsed().as_micros() as u64;
         advance(&mut world, &mut devices, &mut recorder, now_us)?;
         for (port, arrival) in devices.arrivals(now_us) {
-            client.ports().write(port, &arrival.bytes)?;
+            client.deliver(now_us, port, &arrival.bytes)?;
         }
         for port in Port::DEVICES {
-            let mut bytes = Vec::new();
-            client.ports().poll(port, &mut bytes)?;
+            let bytes = client.collect(now_us, port)?;
             devices.sent_by_backseat(port, now_us, &bytes);
         }
         let mut latest: Option<Telemetry> = None;

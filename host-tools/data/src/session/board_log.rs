@@ -4,15 +4,13 @@ use super::{Damage, Entry, Event};
 use crate::DataError;
 use backseat_app::parameters::{PARAMETER_SCHEMA, PARAMETERS};
 use backseat_wire::boardlog::LogRecord;
-use backseat_wire::hostlink::{Decoder, MAX_FRAME};
+use backseat_wire::hostlink::Decoder;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 const BLOCK: usize = 1 << 16;
-/// Bytes without a good frame after which a file is taken to be something else.
-const PATIENCE: u64 = 16 * MAX_FRAME as u64;
 
 /// Reads a board log.
 pub struct BoardLog {
@@ -34,7 +32,7 @@ pub struct BoardLog {
 }
 
 impl BoardLog {
-    /// Reads up to the first record.
+    /// Reads its first block, which has to hold a record.
     pub fn open(path: &Path, file: File) -> Result<Self, DataError> {
         let length = file.metadata().map_err(|error| DataError::io(path, &error))?.len();
         let mut log = Self {
@@ -52,9 +50,7 @@ impl BoardLog {
             damage: Damage::default(),
             ended: false,
         };
-        while log.waiting.is_empty() && !log.ended && log.read < PATIENCE {
-            log.advance()?;
-        }
+        log.advance()?;
         if log.waiting.is_empty() {
             return Err(DataError::file(path, "neither a session (MCAP) nor a log of a board's memory card"));
         }

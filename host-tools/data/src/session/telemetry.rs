@@ -1,53 +1,53 @@
 //! The board's records with names and units, as they go into JSON and CSV.
 
+use crate::log::RADPS_PER_RPM;
 use backseat_core::navigation::Sensor;
 use backseat_wire::hostlink::{FusionTelemetry, Mode, ModeReason, Telemetry};
 use serde::Serialize;
-use std::f64::consts::PI;
 
-/// [`Telemetry`] of one step, flat.
+/// [`Telemetry`] of one step, flat; seven digits, for the exact ones are in the bytes beside it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "names with units")]
 pub struct TelemetryRow {
     /// Board time.
-    pub t_s: f64,
+    pub board_t_s: f64,
     /// Since 1970; missing while the board does not know it.
     pub utc_s: Option<f64>,
     pub mode: Mode,
     pub reason: ModeReason,
-    pub x_m: f64,
-    pub y_m: f64,
-    pub depth_m: f64,
-    pub roll_rad: f64,
-    pub pitch_rad: f64,
-    pub heading_rad: f64,
-    pub u_mps: f64,
-    pub v_mps: f64,
-    pub w_mps: f64,
-    pub p_radps: f64,
-    pub q_radps: f64,
-    pub r_radps: f64,
-    pub sigma_x_m: f64,
-    pub sigma_y_m: f64,
-    pub sigma_depth_m: f64,
-    pub sigma_roll_rad: f64,
-    pub sigma_pitch_rad: f64,
-    pub sigma_heading_rad: f64,
-    pub sigma_u_mps: f64,
-    pub sigma_v_mps: f64,
-    pub sigma_w_mps: f64,
-    pub sigma_p_radps: f64,
-    pub sigma_q_radps: f64,
-    pub sigma_r_radps: f64,
-    pub cov_xy_m2: f64,
-    pub current_north_mps: f64,
-    pub current_east_mps: f64,
+    pub x_m: f32,
+    pub y_m: f32,
+    pub depth_m: f32,
+    pub roll_rad: f32,
+    pub pitch_rad: f32,
+    pub heading_rad: f32,
+    pub u_mps: f32,
+    pub v_mps: f32,
+    pub w_mps: f32,
+    pub p_radps: f32,
+    pub q_radps: f32,
+    pub r_radps: f32,
+    pub sigma_x_m: f32,
+    pub sigma_y_m: f32,
+    pub sigma_depth_m: f32,
+    pub sigma_roll_rad: f32,
+    pub sigma_pitch_rad: f32,
+    pub sigma_heading_rad: f32,
+    pub sigma_u_mps: f32,
+    pub sigma_v_mps: f32,
+    pub sigma_w_mps: f32,
+    pub sigma_p_radps: f32,
+    pub sigma_q_radps: f32,
+    pub sigma_r_radps: f32,
+    pub cov_xy_m2: f32,
+    pub current_north_mps: f32,
+    pub current_east_mps: f32,
     /// Commanded, as the fins.
-    pub prop_rpm: f64,
-    pub fin_top_rad: f64,
-    pub fin_bottom_rad: f64,
-    pub fin_port_rad: f64,
-    pub fin_starboard_rad: f64,
+    pub prop_rpm: f32,
+    pub fin_top_rad: f32,
+    pub fin_bottom_rad: f32,
+    pub fin_port_rad: f32,
+    pub fin_starboard_rad: f32,
     /// Of the mission, from 0; missing while none runs.
     pub leg: Option<u16>,
     /// Frames refused since start.
@@ -60,13 +60,14 @@ pub struct TelemetryRow {
 impl From<&Telemetry> for TelemetryRow {
     fn from(telemetry: &Telemetry) -> Self {
         let [x_m, y_m, depth_m, roll_rad, pitch_rad, heading_rad, u_mps, v_mps, w_mps, p_radps, q_radps, r_radps] =
-            telemetry.state;
-        let sigma = &telemetry.sigma;
-        let [fin_top_rad, fin_bottom_rad, fin_port_rad, fin_starboard_rad] = telemetry.fins_rad;
+            telemetry.state.map(|value| value as f32);
+        let sigma = telemetry.sigma.map(|value| value as f32);
+        let [fin_top_rad, fin_bottom_rad, fin_port_rad, fin_starboard_rad] =
+            telemetry.fins_rad.map(|value| value as f32);
         let [rejected_frontseat, rejected_dvl, rejected_ahrs, rejected_modem] = telemetry.rejected_frames;
-        let [current_north_mps, current_east_mps] = telemetry.current_mps;
+        let [current_north_mps, current_east_mps] = telemetry.current_mps.map(|value| value as f32);
         Self {
-            t_s: seconds(telemetry.time_us),
+            board_t_s: seconds(telemetry.time_us),
             utc_s: (telemetry.utc_us != 0).then(|| seconds(telemetry.utc_us)),
             mode: telemetry.mode,
             reason: telemetry.reason,
@@ -94,10 +95,10 @@ impl From<&Telemetry> for TelemetryRow {
             sigma_p_radps: sigma[9],
             sigma_q_radps: sigma[10],
             sigma_r_radps: sigma[11],
-            cov_xy_m2: telemetry.cov_xy_m2,
+            cov_xy_m2: telemetry.cov_xy_m2 as f32,
             current_north_mps,
             current_east_mps,
-            prop_rpm: telemetry.propeller_radps * 30.0 / PI,
+            prop_rpm: (telemetry.propeller_radps / RADPS_PER_RPM) as f32,
             fin_top_rad,
             fin_bottom_rad,
             fin_port_rad,
@@ -114,8 +115,8 @@ impl From<&Telemetry> for TelemetryRow {
 /// [`FusionTelemetry`] of one scalar fusion, flat.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FusionRow {
-    /// Board time.
-    pub t_s: f64,
+    /// Board time of the measurement.
+    pub board_t_s: f64,
     /// Name of the sensor.
     pub sensor: &'static str,
     /// Component.
@@ -135,7 +136,7 @@ impl From<&FusionTelemetry> for FusionRow {
         let sensor = Sensor::ALL.get(usize::from(fusion.sensor)).map_or("unknown", |sensor| sensor.name());
         let outcome = *["fused", "gated", "invalid", "stale"].get(usize::from(fusion.outcome)).unwrap_or(&"unknown");
         Self {
-            t_s: seconds(fusion.time_us),
+            board_t_s: seconds(fusion.time_us),
             sensor,
             axis: fusion.axis,
             outcome,
