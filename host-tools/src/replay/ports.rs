@@ -1,0 +1,175 @@
+//! `--to`: what the board's ports received, to real or virtual ports.
+
+use crate::console::Progress;
+use anyhow::{Context, anyhow, bail};
+use backseat_data::session::{Entry, Event, Reader, port_name, port_named};
+use backseat_host::DEFAULT_BAUD;
+use backseat_wire::hostlink::Port;
+use serialport::TTYPort;
+use std::io::Write;
+use std::path::Path;
+use std::str::FromStr;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// A port that takes nothing for this long is given up.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// Chunks that may wait for a port.
+const QUEUE: usize = 1024;
+/// All ports are open and their threads wait when the first byte is due.
+const LEAD: Duration = Duration::from_millis(50);
+
+/// A port of the board and the device that takes its bytes, `NAME=PATH` or `NAME=PATH:BAUD`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Target {
+    port: Port,
+    path: String,
+    baud: u32,
+}
+
+impl FromStr for Target {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, path) = text.split_once('=').ok_or("expected NAME=PATH")?;
+        let port = port_named(name)
+            .ok_or_else(|| format!("{name}: no port of the board; they are {}", Port::ALL.map(port_name).join(", ")))?;
+        // a device may have colons in its own name
+        let (path, baud) = match path.rsplit_once(':').filter(|_| !Path::new(path).exists()) {
+            Some((path, baud)) => {
+                (path, baud.parse().ok().filter(|baud| *baud > 0).ok_or(format!("{baud}: not a baud rate"))?)
+            }
+            None => (path, DEFAULT_BAUD[port as usize]),
+        };
+        Ok(Self { port, path: path.to_owned(), baud })
+    }
+}
+
+/// What a port took, and how late.
+#[derive(Clone, Debug)]
+pub struct Played {
+    pub port: Port,
+    pub path: String,
+    pub bytes: usize,
+    /// From due to handed over, each chunk, sorted, µs; empty unless played at their times.
+    pub late_us: Vec<u64>,
+}
+
+impl Played {
+    /// Lateness that a share of all chunks keeps within, ms.
+    pub fn late_ms(&self, share: f64) -> Option<f64> {
+        let last = self.late_us.len().checked_sub(1)?;
+        Some(self.late_us[(share * last as f64).round() as usize] as f64 * 1e-3)
+    }
+}
+
+/// Bytes, and when they are due.
+type Chunk = (Option<Instant>, Vec<u8>);
+
+/// Plays a session to these ports; how long it took.
+pub fn play(log: &Path, targets: &[Target], realtime: bool) -> anyhow::Result<(Vec<Played>, Duration)> {
+    let mut lines: Vec<Line> = Vec::new();
+    for target in targets {
+        if lines.iter().any(|line| line.port == target.port) {
+            bail!("{}: given twice", port_name(target.port));
+        }
+        lines.push(Line::open(target)?);
+    }
+    let mut reader = Reader::open(log)?;
+    let mut progress = Progress::new("replay", reader.position().1 as usize);
+    let start = Instant::now() + LEAD;
+    let mut timeline = Timeline::default();
+    while let Some(entry) = reader.next() {
+        let Entry { time_us, event } = entry?;
+        let Event::Received { port, bytes } = event else { continue };
+        let Some(line) = lines.iter().find(|line| line.port == port) else { continue };
+        let due = start + timeline.advance(time_us);
+        progress.set(reader.position().0 as usize);
+        if line.queue.send((realtime.then_some(due), bytes)).is_err() {
+            break; // its thread says why
+        }
+    }
+    let played = lines.into_iter().map(Line::finish).collect::<anyhow::Result<Vec<_>>>()?;
+    if let Some(played) = played.iter().find(|played| played.bytes == 0) {
+        bail!("{}: nothing to the board's {} port is in it", log.display(), port_name(played.port));
+    }
+    Ok((played, start.elapsed()))
+}
+
+/// Times of a session since its first bytes; a clock that goes back starts anew from where it was.
+#[derive(Default)]
+struct Timeline {
+    last_us: Option<u64>,
+    elapsed_us: u64,
+}
+
+impl Timeline {
+    fn advance(&mut self, time_us: u64) -> Duration {
+        let last_us = self.last_us.replace(time_us).unwrap_or(time_us);
+        self.elapsed_us += time_us.saturating_sub(last_us);
+        Duration::from_micros(self.elapsed_us)
+    }
+}
+
+/// A port with a thread of its own, so that a slow one does not delay the others.
+struct Line {
+    port: Port,
+    queue: SyncSender<Chunk>,
+    thread: JoinHandle<anyhow::Result<Played>>,
+}
+
+impl Line {
+    fn open(target: &Target) -> anyhow::Result<Self> {
+        let Target { port, path, baud } = target.clone();
+        let builder = serialport::new(&path, baud).timeout(PATIENCE).preserve_dtr_on_open();
+        let device = builder.open_native().with_context(|| format!("{path}: not to be opened as a serial port"))?;
+        let (queue, chunks) = sync_channel(QUEUE);
+        let thread =
+            thread::spawn(move || carry(device, &chunks, Played { port, path, bytes: 0, late_us: Vec::new() }));
+        Ok(Self { port, queue, thread })
+    }
+
+    fn finish(self) -> anyhow::Result<Played> {
+        drop(self.queue);
+        self.thread.join().map_err(|_| anyhow!("{}: its thread failed", port_name(self.port)))?
+    }
+}
+
+fn carry(mut device: TTYPort, chunks: &Receiver<Chunk>, mut played: Played) -> anyhow::Result<Played> {
+    let failed = |path: &str| format!("{path}: takes no more bytes");
+    for (due, bytes) in chunks {
+        if let Some(due) = due {
+            thread::sleep(due.saturating_duration_since(Instant::now()));
+            let late = Instant::now().saturating_duration_since(due);
+            played.late_us.push(u64::try_from(late.as_micros()).unwrap_or(u64::MAX));
+        }
+        device.write_all(&bytes).with_context(|| failed(&played.path))?;
+        played.bytes += bytes.len();
+    }
+    device.flush().with_context(|| failed(&played.path))?;
+    played.late_us.sort_unstable();
+    Ok(played)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_by_name() {
+        let target = |port, path: &str, baud| Ok(Target { port, path: path.to_owned(), baud });
+        assert_eq!("dvl=/dev/ttyUSB1".parse(), target(Port::Dvl, "/dev/ttyUSB1", 115_200));
+        assert_eq!("modem=/dev/ttyUSB3:9600".parse(), target(Port::Modem, "/dev/ttyUSB3", 9600));
+        for text in ["/dev/ttyUSB1", "sonar=/dev/ttyUSB1", "dvl=/dev/ttyUSB1:fast", "dvl=/dev/x:0"] {
+            assert!(text.parse::<Target>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_clock_that_goes_back_goes_on() {
+        let mut timeline = Timeline::default();
+        let times: Vec<u128> = [5, 7, 7, 1, 4].map(|us| timeline.advance(us).as_micros()).to_vec();
+        assert_eq!(times, [0, 2, 2, 2, 5]);
+    }
+}

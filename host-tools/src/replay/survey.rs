@@ -1,0 +1,129 @@
+//! A first look through a session: what the replay has to know before it begins.
+
+use backseat_data::DataError;
+use backseat_data::session::{Entry, Event, Reader};
+use backseat_wire::hostlink::{Adoption, AdoptionEvent, Decoder, FromBoard, Port, Refusal, Telemetry, ToBoard};
+use std::collections::VecDeque;
+use std::path::Path;
+
+/// The board answered that it had written its parameters, or could not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stored {
+    /// After the step of this board time, µs.
+    pub after_us: Option<u64>,
+    pub kept: bool,
+}
+
+/// What the board said of one step, and when that was read.
+#[derive(Clone, Copy, Debug)]
+pub struct Told {
+    /// The session's clock, µs.
+    pub read_us: u64,
+    /// Board time, µs.
+    pub time_us: u64,
+    /// 0 while unknown.
+    pub utc_us: u64,
+    /// North and east, m; `None` before navigation is initialised.
+    pub position_m: Option<[f64; 2]>,
+}
+
+/// What a session has.
+#[derive(Default)]
+pub struct Survey {
+    /// Steps of the app with their digests.
+    pub steps: usize,
+    /// Time came from a simulator.
+    pub lockstep: bool,
+    /// What a memory for parameters did, which only its board knew.
+    pub stored: VecDeque<Stored>,
+    /// Telemetry, step by step.
+    pub told: Vec<Told>,
+    pub has_parameters: bool,
+}
+
+/// Requests and answers of the host link, as they passed.
+#[derive(Default)]
+struct Listener {
+    to_board: Decoder,
+    from_board: Decoder,
+    /// Requests that will be answered by "done" or a refusal.
+    unanswered: usize,
+    storing: bool,
+    step_us: Option<u64>,
+}
+
+impl Survey {
+    /// Reads the whole session.
+    pub fn of(path: &Path) -> Result<Self, DataError> {
+        let mut survey = Self::default();
+        let mut listener = Listener::default();
+        for entry in Reader::open(path)? {
+            let Entry { time_us, event } = entry?;
+            match event {
+                Event::Received { port: Port::Host, bytes } => listener.asked(&bytes),
+                Event::Sent { port: Port::Host, bytes } => listener.answered(time_us, &bytes, &mut survey),
+                Event::Step { .. } => survey.steps += 1,
+                Event::Restart => survey.lockstep = true,
+                Event::Parameters(_) => survey.has_parameters = true,
+                Event::Start { .. } => listener = Listener::default(),
+                _ => {}
+            }
+        }
+        Ok(survey)
+    }
+}
+
+impl Listener {
+    fn asked(&mut self, mut bytes: &[u8]) {
+        while let Some(frame) = self.to_board.feed(&mut bytes) {
+            match frame.and_then(|frame| frame.message()) {
+                Ok(ToBoard::ParameterStore) => self.storing = true,
+                Ok(
+                    ToBoard::ParameterBegin
+                    | ToBoard::ParameterSet { .. }
+                    | ToBoard::ParameterCommit
+                    | ToBoard::MissionBegin { .. }
+                    | ToBoard::MissionItem { .. }
+                    | ToBoard::MissionCommit
+                    | ToBoard::MissionStart
+                    | ToBoard::MissionStop
+                    | ToBoard::FinWiggle
+                    | ToBoard::AdoptionRevert,
+                ) => self.unanswered += 1,
+                _ => {}
+            }
+        }
+    }
+
+    fn answered(&mut self, read_us: u64, mut bytes: &[u8], survey: &mut Survey) {
+        while let Some(frame) = self.from_board.feed(&mut bytes) {
+            let Ok(message) = frame.and_then(|frame| frame.message()) else { continue };
+            match message {
+                FromBoard::Telemetry(record) => {
+                    self.step_us = Some(record.time_us);
+                    survey.told.push(told(read_us, &record));
+                }
+                FromBoard::Adoption(Adoption { time_us, event, .. }) => {
+                    let kept = event == AdoptionEvent::Stored;
+                    if kept || event == AdoptionEvent::StoreFailed {
+                        survey.stored.push_back(Stored { after_us: Some(time_us), kept });
+                    }
+                }
+                FromBoard::Done | FromBoard::Refused(_) if self.unanswered > 0 => self.unanswered -= 1,
+                FromBoard::Done | FromBoard::Refused(Refusal::StoreFailed) if self.storing => {
+                    self.storing = false;
+                    let kept = message == FromBoard::Done;
+                    survey.stored.push_back(Stored { after_us: self.step_us, kept });
+                }
+                // the request to store was refused at once
+                FromBoard::Refused(_) => self.storing = false,
+                _ => {}
+            }
+        }
+    }
+}
+
+pub fn told(read_us: u64, record: &Telemetry) -> Told {
+    let Telemetry { time_us, utc_us, state: [x_m, y_m, ..], sigma, .. } = *record;
+    Told { read_us, time_us, utc_us, position_m: (sigma[0] > 0.0).then_some([x_m, y_m]) }
+}
