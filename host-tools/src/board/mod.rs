@@ -7,7 +7,7 @@ mod refusal;
 
 pub use arguments::Common;
 pub use declared::{Declared, number};
-pub use port::PortName;
+pub use port::{HostPort, PortName};
 pub use refusal::reason;
 
 use crate::console::Progress;
@@ -15,7 +15,6 @@ use anyhow::{Context, anyhow, bail};
 use backseat_core::control::mission::MAX_WAYPOINTS;
 use backseat_wire::hostlink::{FromBoard, Health, Refusal, Restart, Telemetry, ToBoard, Waypoint};
 use hil_sim::backseat::{BackseatError, Client};
-use port::HostPort;
 use std::time::{Duration, Instant, SystemTime};
 
 /// Asking for this waypoint and those after it is only a way to be answered.

@@ -22,6 +22,13 @@ pub struct PortName {
     baud: u32,
 }
 
+impl PortName {
+    /// The same device at another rate.
+    pub fn with_baud(&self, baud: u32) -> Self {
+        Self { path: self.path.clone(), baud }
+    }
+}
+
 impl FromStr for PortName {
     type Err = String;
 

@@ -1,0 +1,143 @@
+//! The view as JSON, one object a line.
+
+use super::model::{Model, Severity, words};
+use backseat_core::effects::parameters;
+use backseat_host::PORT_NAMES;
+use backseat_wire::hostlink::{Telemetry, Visibility};
+use serde_json::{Map, Value, json};
+
+/// What is known now; of the events, those after the first `seen`. And how many there are.
+pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
+    let (events, count) = model.journal.since(seen);
+    let told = |severity: Severity, text: &str| json!({"severity": severity.name(), "text": text});
+    let events: Vec<Value> = events
+        .map(|event| json!({"when": event.when, "severity": event.severity.name(), "text": event.text}))
+        .collect();
+    let alarms: Vec<Value> = model.alarms(now_us).iter().map(|alarm| told(alarm.severity, &alarm.text)).collect();
+    let record = model.telemetry.as_ref();
+    let value = json!({
+        "time_s": record.map(|record| record.time_us as f64 * 1e-6),
+        "utc_s": record.filter(|record| record.utc_us > 0).map(|record| record.utc_us as f64 * 1e-6),
+        "firmware": model.firmware,
+        "mode": record.map(|record| words::mode_name(record.mode)),
+        "reason": record.map(|record| words::reason(record.reason)),
+        "leg": record.and_then(|record| record.leg),
+        "waypoints": model.mission.len(),
+        "navigation": model.position().map(navigation),
+        "propeller_radps": record.map(|record| record.propeller_radps),
+        "fins_rad": record.map(|record| record.fins_rad),
+        "sensors": sensors(model, now_us),
+        "gate_sigmas": model.gate_sigmas(),
+        "effects": effects(model),
+        "identification": identification(model),
+        "ports": ports(model),
+        "link": link(model, now_us),
+        "alarms": alarms,
+        "events": events,
+    });
+    (value, count)
+}
+
+fn navigation(record: &Telemetry) -> Value {
+    let named = |values: &[f64; 12]| {
+        let names = ["x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "heading_rad", "u_mps", "v_mps", "w_mps"];
+        let names = names.into_iter().chain(["p_radps", "q_radps", "r_radps"]);
+        names.zip(values).map(|(name, value)| (name.to_owned(), json!(value))).collect::<Map<_, _>>()
+    };
+    let [current_n, current_e] = record.current_mps;
+    json!({
+        "state": named(&record.state),
+        "sigma": named(&record.sigma),
+        "cov_xy_m2": record.cov_xy_m2,
+        "current_n_mps": current_n,
+        "current_e_mps": current_e,
+    })
+}
+
+fn sensors(model: &Model, now_us: u64) -> Value {
+    let board_us = model.board_us(now_us);
+    let of = |source: &super::model::Source| {
+        let value = json!({
+            "rate_hz": source.rate_hz(board_us),
+            "age_s": source.age_s(board_us),
+            "worst_sigmas": source.worst(board_us).map(|(sigmas, _)| sigmas),
+            "rms_sigmas": source.rms_sigmas(),
+            "fused": source.fused,
+            "rejected": source.rejected,
+            "rejected_in_a_row": source.in_a_row,
+        });
+        (source.sensor.name().to_owned(), value)
+    };
+    Value::Object(model.sources.iter().map(of).collect())
+}
+
+/// Parameters of the catalogue that are not zero, and the current where it is estimated.
+fn effects(model: &Model) -> Value {
+    let Some(settings) = model.settings() else { return Value::Null };
+    let mut effects = Map::new();
+    for id in parameters() {
+        let value = settings.navigation.effects.get(id);
+        if value != 0.0 {
+            effects.insert(format!("{}.{}", id.effect().name, id.info().name), json!(value));
+        }
+    }
+    Value::Object(effects)
+}
+
+fn identification(model: &Model) -> Value {
+    let Some(record) = model.identification() else { return Value::Null };
+    let visibility = |visibility| match visibility {
+        Visibility::Frozen => "frozen",
+        Visibility::Known => "known",
+        Visibility::Collinear => "collinear",
+        Visibility::Separate => "separate",
+    };
+    let parameters = model.identified().into_iter().map(|p| {
+        let value = json!({
+            "value": p.value,
+            "change": p.change,
+            "visibility": visibility(p.visibility),
+            "drifted": p.drifted,
+        });
+        (p.name.to_owned(), value)
+    });
+    json!({
+        "activity": words::activity(record.activity),
+        "adapted_s": record.adapted_s,
+        "parameters": parameters.collect::<Map<_, _>>(),
+    })
+}
+
+fn ports(model: &Model) -> Value {
+    let Some(health) = &model.health else { return Value::Null };
+    let of = |(i, name): (usize, &&str)| {
+        let value = json!({
+            "good_per_s": model.port_rates.get(i).and_then(super::model::Meter::per_s),
+            "good": health.accepted_frames.get(i),
+            "refused": health.rejected_frames.get(i),
+            "receive_losses": health.receive_losses[i],
+        });
+        ((*name).to_owned(), value)
+    };
+    let mut ports: Map<String, Value> = PORT_NAMES.iter().enumerate().map(of).collect();
+    ports.insert("pps_edges".into(), json!(health.pps_edges));
+    ports.insert("synchronised".into(), json!(health.synchronised));
+    Value::Object(ports)
+}
+
+fn link(model: &Model, now_us: u64) -> Value {
+    let link = &model.link;
+    json!({
+        "connected": model.away_since_us.is_none(),
+        "silence_s": model.silence_s(now_us),
+        "bytes": link.bytes,
+        "bytes_per_s": link.byte_rate.per_s(),
+        "frames": link.frames,
+        "broken_frames": link.broken,
+        "unknown_frames": link.unknown,
+        "telemetry_records": link.records,
+        "telemetry_per_s": link.record_rate.per_s(),
+        "gaps": link.gaps,
+        "missing_records": link.missing,
+    })
+}

@@ -1,0 +1,175 @@
+//! What the board is asked beside what it tells by itself: who it is, its counters, mission and parameters.
+//!
+//! One question at a time and none that changes anything, so that a slow line or a program that steers the same board
+//! is not disturbed.
+
+use backseat_app::parameters::PARAMETERS;
+use backseat_wire::hostlink::ToBoard;
+use std::collections::VecDeque;
+
+/// An answer that takes longer is lost.
+const PATIENCE_US: u64 = 1_000_000;
+/// Between two questions, until everything was told once.
+const HASTE_US: u64 = 30_000;
+/// And then.
+const LEISURE_US: u64 = 200_000;
+/// The counters.
+const HEALTH_US: u64 = 1_000_000;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Question {
+    Hello,
+    Health,
+    Waypoint(u16),
+    Parameter(u16),
+}
+
+/// Which question is next.
+#[derive(Default)]
+pub struct Enquiry {
+    asked: Option<(Question, u64)>,
+    health_us: u64,
+    next: VecDeque<Question>,
+    /// All parameters were told.
+    complete: bool,
+    rounds: u64,
+    next_us: u64,
+}
+
+impl Enquiry {
+    /// A new connection, perhaps to another board: everything again.
+    pub fn restart(&mut self) {
+        *self = Self::default();
+        self.next.push_back(Question::Hello);
+    }
+
+    /// The mission may be another.
+    pub fn ask_mission(&mut self) {
+        self.next.push_front(Question::Waypoint(0));
+    }
+
+    /// What to send now.
+    pub fn due(&mut self, now_us: u64) -> Option<ToBoard<'static>> {
+        if let Some((question, asked_us)) = self.asked {
+            if now_us < asked_us + PATIENCE_US {
+                return None;
+            }
+            // the mission and the parameters come round again
+            if question == Question::Hello {
+                self.next.push_front(question);
+            }
+            self.asked = None;
+        }
+        if now_us < self.next_us {
+            return None;
+        }
+        let question = if now_us >= self.health_us {
+            self.health_us = now_us + HEALTH_US;
+            Question::Health
+        } else {
+            self.next.pop_front().unwrap_or_else(|| self.another_round())
+        };
+        self.asked = Some((question, now_us));
+        self.next_us = now_us + if self.complete { LEISURE_US } else { HASTE_US };
+        Some(match question {
+            Question::Hello => ToBoard::Hello,
+            Question::Health => ToBoard::HealthGet,
+            Question::Waypoint(index) => ToBoard::MissionGet { index },
+            Question::Parameter(index) => ToBoard::ParameterGet { index },
+        })
+    }
+
+    /// Mission and parameters once more: the first time all of them, then what the view shows.
+    fn another_round(&mut self) -> Question {
+        self.complete = self.rounds > 0;
+        self.rounds += 1;
+        if self.complete {
+            let shown = |name: &str| ["effects.", "app.use_", "app.ad", "app.gate_sigma"].iter().any(|p| name.starts_with(p));
+            let indices = PARAMETERS.iter().enumerate().filter(|(_, parameter)| shown(parameter.name));
+            self.next.extend(indices.filter_map(|(i, _)| u16::try_from(i).ok()).map(Question::Parameter));
+        } else {
+            self.next.push_back(Question::Parameter(0));
+        }
+        Question::Waypoint(0)
+    }
+
+    fn answered(&mut self, question: Question) {
+        if self.asked.is_some_and(|(asked, _)| asked == question) {
+            self.asked = None;
+        }
+    }
+
+    pub fn hello(&mut self) {
+        self.answered(Question::Hello);
+    }
+
+    pub fn health(&mut self) {
+        self.answered(Question::Health);
+    }
+
+    /// A waypoint of `count`.
+    pub fn waypoint(&mut self, index: u16, count: u16) {
+        self.answered(Question::Waypoint(index));
+        if index + 1 < count {
+            self.next.push_front(Question::Waypoint(index + 1));
+        }
+    }
+
+    /// A parameter of `count`.
+    pub fn parameter(&mut self, index: u16, count: u16) {
+        self.answered(Question::Parameter(index));
+        if !self.complete && index + 1 < count {
+            self.next.push_front(Question::Parameter(index + 1));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everything_is_asked_once_and_then_what_is_shown_again() {
+        let mut enquiry = Enquiry::default();
+        enquiry.restart();
+        let count = u16::try_from(PARAMETERS.len()).unwrap();
+        let (mut now_us, mut hellos, mut healths, mut waypoints, mut parameters) = (0, 0, 0, Vec::new(), Vec::new());
+        while now_us < 30_000_000 {
+            now_us += 10_000;
+            match enquiry.due(now_us) {
+                Some(ToBoard::Hello) => {
+                    hellos += 1;
+                    enquiry.hello();
+                }
+                Some(ToBoard::HealthGet) => {
+                    healths += 1;
+                    enquiry.health();
+                }
+                Some(ToBoard::MissionGet { index }) => {
+                    waypoints.push(index);
+                    enquiry.waypoint(index, 3);
+                }
+                Some(ToBoard::ParameterGet { index }) => {
+                    parameters.push(index);
+                    enquiry.parameter(index, count);
+                }
+                Some(other) => panic!("{other:?} may change something"),
+                None => {}
+            }
+        }
+        assert_eq!(hellos, 1);
+        assert!((29..=31).contains(&healths), "{healths}");
+        assert!(waypoints.starts_with(&[0, 1, 2, 0, 1, 2]), "{waypoints:?}");
+        let (first, again) = parameters.split_at(usize::from(count));
+        assert!(first.iter().copied().eq(0..count), "{first:?}");
+        assert!(again.len() > 40 && PARAMETERS[usize::from(again[0])].name.starts_with("effects."), "{again:?}");
+    }
+
+    #[test]
+    fn a_board_that_does_not_answer_is_asked_once_a_second() {
+        let mut enquiry = Enquiry::default();
+        enquiry.restart();
+        let asked = (0..1000).filter(|i| enquiry.due(i * 10_000).is_some()).count();
+        assert_eq!(asked, 10);
+    }
+}

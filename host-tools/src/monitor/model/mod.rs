@@ -1,0 +1,378 @@
+//! What is known of the board, gathered from its frames. Time is an argument: µs of this computer's own clock.
+
+mod alarms;
+mod enquiry;
+mod journal;
+mod learned;
+mod link;
+mod sources;
+mod trend;
+pub mod words;
+
+pub use alarms::Alarm;
+pub use journal::{Journal, Severity};
+pub use learned::Identified;
+pub use link::{Link, Meter};
+pub use sources::{Source, Turn};
+
+
+use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
+use backseat_core::identification::theta::{self, theta_of};
+use backseat_wire::hostlink::{
+    Decoder, FromBoard, Health, Identification, Mode, ModeReason, Port, Restart, Telemetry, ToBoard, Waypoint,
+};
+use enquiry::Enquiry;
+use learned::Learned;
+use link::Frame;
+use sources::Sources;
+use trend::Thinned;
+
+/// Time between two telemetry records, µs.
+const STEP_US: u64 = 100_000;
+/// Points of the track that are kept.
+const TRACK: usize = 1000;
+/// Positions closer together than this are one point of the track, m.
+const TRACK_STEP_M: f64 = 0.5;
+/// Values of the current's trend.
+const TREND: usize = 64;
+/// A current slower than this is none, m/s.
+const STILL_MPS: f64 = 1e-6;
+
+/// What is known of the board.
+pub struct Model {
+    decoder: Decoder,
+    enquiry: Enquiry,
+    pub link: Link,
+    /// The port is there; where not, since when.
+    pub away_since_us: Option<u64>,
+    pub telemetry: Option<Telemetry>,
+    /// When the last record came.
+    heard_us: Option<u64>,
+    pub sources: Sources,
+    track: Thinned<[f64; 2]>,
+    last_point: Option<[f64; 2]>,
+    pub mission: Vec<Waypoint>,
+    /// Last counters, and the good frames a second of each device port.
+    pub health: Option<Health>,
+    pub port_rates: [Meter; 4],
+    pub losses_rate: Meter,
+    pub firmware: Option<String>,
+    same_schema: bool,
+    pub restart: Option<Restart>,
+    /// The parameters as far as they were told; defaults before.
+    settings: Box<Settings>,
+    /// All of them were told.
+    told: bool,
+    pub learned: Learned,
+    current: Thinned<f64>,
+    pub journal: Journal,
+}
+
+impl Model {
+    pub fn new() -> Self {
+        let mut enquiry = Enquiry::default();
+        enquiry.restart();
+        Self {
+            decoder: Decoder::new(),
+            enquiry,
+            link: Link::default(),
+            away_since_us: None,
+            telemetry: None,
+            heard_us: None,
+            sources: Sources::default(),
+            track: Thinned::new(TRACK),
+            last_point: None,
+            mission: Vec::new(),
+            health: None,
+            port_rates: Default::default(),
+            losses_rate: Meter::default(),
+            firmware: None,
+            same_schema: false,
+            restart: None,
+            settings: Box::new(Settings::DEFAULT),
+            told: false,
+            learned: Learned::default(),
+            current: Thinned::new(TREND),
+            journal: Journal::default(),
+        }
+    }
+
+    /// Bytes of the host port.
+    pub fn receive(&mut self, now_us: u64, mut bytes: &[u8]) {
+        self.link.bytes += bytes.len() as u64;
+        // Out of the way of the borrow of its frames.
+        let mut decoder = std::mem::take(&mut self.decoder);
+        while let Some(outcome) = decoder.feed(&mut bytes) {
+            let frame = match outcome.map(|frame| frame.message::<FromBoard<'_>>()) {
+                Ok(Ok(message)) => {
+                    self.take(now_us, message);
+                    Frame::Good
+                }
+                Ok(Err(_)) => Frame::Unknown,
+                Err(_) => Frame::Broken,
+            };
+            self.link.note(frame);
+        }
+        self.decoder = decoder;
+    }
+
+    /// The port is gone.
+    pub fn lost(&mut self, now_us: u64, why: &str) {
+        self.away_since_us = Some(now_us);
+        self.note(Severity::Critical, format!("port lost: {why}"));
+    }
+
+    /// The port is there again.
+    pub fn found(&mut self, now_us: u64) {
+        let away_s = self.away_since_us.take().map_or(0.0, |since_us| now_us.saturating_sub(since_us) as f64 * 1e-6);
+        self.note(Severity::Info, format!("port back after {away_s:.1} s"));
+        self.decoder = Decoder::new();
+        self.link.connected();
+        self.enquiry.restart();
+    }
+
+    /// Keeps the rates up to date.
+    pub fn tick(&mut self, now_us: u64) {
+        self.link.tick(now_us);
+    }
+
+    /// What to ask the board now.
+    pub fn question(&mut self, now_us: u64) -> Option<ToBoard<'static>> {
+        self.enquiry.due(now_us)
+    }
+
+    /// Since the last telemetry record, s.
+    pub fn silence_s(&self, now_us: u64) -> Option<f64> {
+        self.heard_us.map(|heard_us| now_us.saturating_sub(heard_us) as f64 * 1e-6)
+    }
+
+    /// The board's time now, as far as it is known: its last record's, and as long as nothing came since.
+    pub fn board_us(&self, now_us: u64) -> u64 {
+        let since_us = self.heard_us.map_or(0, |heard_us| now_us.saturating_sub(heard_us));
+        // a record is up to a step old
+        let overdue_us = since_us.saturating_sub(STEP_US);
+        self.telemetry.as_ref().map_or(0, |record| record.time_us.saturating_add(overdue_us))
+    }
+
+    /// The filter has a position.
+    pub fn position(&self) -> Option<&Telemetry> {
+        self.telemetry.as_ref().filter(|record| record.sigma[0] > 0.0)
+    }
+
+    /// Where it was, north and east, m.
+    pub fn track(&self) -> &[[f64; 2]] {
+        self.track.kept()
+    }
+
+    /// Innovations beyond this many sigmas are rejected.
+    pub fn gate_sigmas(&self) -> f64 {
+        self.settings.navigation.gate_sigma
+    }
+
+    /// The parameters in use, once they were all told.
+    pub fn settings(&self) -> Option<&Settings> {
+        self.told.then_some(&*self.settings)
+    }
+
+    /// The identified parameters beside those in use.
+    pub fn identified(&self) -> Vec<Identified<'_>> {
+        let in_use = self.settings().map(|settings| <[f64; theta::PARAMETERS]>::from(theta_of(&settings.vehicle)));
+        self.learned.identified(in_use.as_ref())
+    }
+
+    pub fn identification(&self) -> Option<&Identification> {
+        self.learned.last()
+    }
+
+    /// Estimated water current: speed, m/s, direction it sets to, rad, and the speed's trend.
+    pub fn current(&self) -> Option<(f64, f64, &[f64])> {
+        let [north, east] = self.telemetry.as_ref()?.current_mps;
+        let speed = north.hypot(east);
+        (speed > STILL_MPS).then(|| (speed, east.atan2(north).rem_euclid(std::f64::consts::TAU), self.current.kept()))
+    }
+
+    /// What is wrong now, the worst first.
+    pub fn alarms(&self, now_us: u64) -> Vec<Alarm> {
+        alarms::of(self, now_us)
+    }
+
+    /// Time of day where the board knows it, else its own.
+    fn when(&self) -> String {
+        self.telemetry.as_ref().map_or_else(String::new, |record| words::time_of_day(record.utc_us, record.time_us))
+    }
+
+    fn note(&mut self, severity: Severity, text: String) {
+        self.journal.note(self.when(), severity, text);
+    }
+
+    fn take(&mut self, now_us: u64, message: FromBoard<'_>) {
+        match message {
+            FromBoard::Telemetry(record) => self.telemetry(now_us, record),
+            FromBoard::Fusion(record) => {
+                if let Some((sensor, turn)) = self.sources.note(&record) {
+                    self.turned(sensor.name(), turn);
+                }
+            }
+            FromBoard::Health(health) => self.health(now_us, health),
+            FromBoard::Hello { firmware, parameter_schema } => {
+                self.enquiry.hello();
+                self.same_schema = parameter_schema == PARAMETER_SCHEMA;
+                self.told = false;
+                let other = if self.same_schema { "" } else { ", with parameters not known here" };
+                self.note(Severity::Info, format!("{firmware}{other}"));
+                self.firmware = Some(firmware.to_owned());
+            }
+            FromBoard::Restart(restart) => self.restarted(restart),
+            FromBoard::Mission { index, count, waypoint } => self.waypoint(index, count, waypoint),
+            FromBoard::Parameter(info) => {
+                self.enquiry.parameter(info.index, info.count);
+                if let Some(parameter) = parameters::find(info.name)
+                    && (parameter.min..=parameter.max).contains(&info.value)
+                {
+                    (parameter.set)(&mut self.settings, info.value);
+                }
+                self.told |= self.same_schema && info.index + 1 == info.count;
+            }
+            FromBoard::Identification(record) => {
+                let was = self.learned.last().map(|last| last.activity);
+                if was.is_some_and(|activity| activity != record.activity) {
+                    self.note(Severity::Info, format!("identification: {}", words::activity(record.activity)));
+                }
+                let drifted = self.learned.note(&record);
+                if !drifted.is_empty() {
+                    self.note(Severity::Warning, format!("drifted against their noise: {}", drifted.join(", ")));
+                }
+            }
+            FromBoard::Adoption(verdict) => {
+                let (severity, text) = words::adoption(&verdict);
+                self.note(severity, text);
+            }
+            // Answers to somebody else.
+            FromBoard::StepDone(_) | FromBoard::Done | FromBoard::Refused(_) => {}
+        }
+    }
+
+    fn telemetry(&mut self, now_us: u64, record: Telemetry) {
+        self.link.records += 1;
+        self.heard_us = Some(now_us);
+        let before = self.telemetry.replace(record.clone());
+        let mode = (record.mode, record.reason);
+        match &before {
+            Some(last) if record.time_us < last.time_us => self.started_again(),
+            Some(last) => {
+                let missing = (record.time_us - last.time_us + STEP_US / 2) / STEP_US;
+                if missing > 1 {
+                    self.link.gap(missing - 1);
+                }
+            }
+            None => {}
+        }
+        if before.as_ref().is_none_or(|last| (last.mode, last.reason) != mode) {
+            self.note(words::severity(record.mode), words::mode(record.mode, record.reason));
+        }
+        self.leg_changed(before.as_ref().and_then(|last| last.leg), &record);
+        if record.sigma[0] > 0.0 {
+            let point = [record.state[0], record.state[1]];
+            let moved = |last: [f64; 2]| (point[0] - last[0]).hypot(point[1] - last[1]) >= TRACK_STEP_M;
+            if self.last_point.is_none_or(moved) {
+                self.track.push(point);
+                self.last_point = Some(point);
+            }
+        }
+        // one in ten seconds, as the identifier's
+        if record.time_us % (100 * STEP_US) < STEP_US {
+            self.current.push(record.current_mps[0].hypot(record.current_mps[1]));
+        }
+    }
+
+    fn leg_changed(&mut self, before: Option<u16>, record: &Telemetry) {
+        match (before, record.leg) {
+            (None, Some(leg)) => {
+                self.enquiry.ask_mission();
+                self.note(Severity::Info, format!("mission under way, leg {}", leg + 1));
+            }
+            (Some(_), None) if record.mode == Mode::Navigating || record.mode == Mode::Degraded => {
+                self.note(Severity::Info, "mission flown to its end".into());
+            }
+            (Some(_), None) => self.note(Severity::Warning, "mission ended before its time".into()),
+            (Some(before), Some(leg)) if before != leg => self.note(Severity::Info, format!("leg {}", leg + 1)),
+            _ => {}
+        }
+    }
+
+    fn turned(&mut self, sensor: &str, turn: Turn) {
+        match turn {
+            Turn::Rejected(sigmas) => {
+                self.note(Severity::Warning, format!("{sensor} rejected, {sigmas:.1} sigmas"));
+            }
+            Turn::FusedAgain(row) if row > 1 => {
+                self.note(Severity::Info, format!("{sensor} fused again after {row} rejections"));
+            }
+            Turn::FusedAgain(_) => {}
+        }
+    }
+
+    /// The board's time went back: nothing of before is of any use.
+    fn started_again(&mut self) {
+        self.sources.forget();
+        self.track.clear();
+        self.last_point = None;
+        self.current.clear();
+        self.learned.forget();
+        self.enquiry.restart();
+        self.note(Severity::Warning, "the board started again".into());
+    }
+
+    fn restarted(&mut self, restart: Restart) {
+        if self.restart == Some(restart) {
+            return;
+        }
+        self.restart = Some(restart);
+        let Restart { cause, resets, safe } = restart;
+        let (severity, barred) = match (resets, safe) {
+            (_, true) => (Severity::Critical, "; too many in too short a time: safe mode"),
+            (0, false) => (Severity::Info, ""),
+            (_, false) => (Severity::Warning, ""),
+        };
+        let text = format!("last start: {cause:?}, {resets} resets by a fault since power-on{barred}");
+        self.note(severity, text);
+    }
+
+    fn health(&mut self, now_us: u64, health: Health) {
+        self.enquiry.health();
+        for (meter, count) in self.port_rates.iter_mut().zip(health.accepted_frames) {
+            meter.update(now_us, u64::from(count));
+        }
+        let losses = |health: &Health| health.receive_losses.iter().map(|n| u64::from(*n)).sum::<u64>();
+        self.losses_rate.update(now_us, losses(&health));
+        if let Some(last) = &self.health {
+            for (port, (before, after)) in Port::ALL.iter().zip(last.receive_losses.iter().zip(health.receive_losses)) {
+                if after > *before {
+                    let text = format!("{} port lost bytes, {} times", words::port(*port), after - before);
+                    self.journal.note(self.when(), Severity::Warning, text);
+                }
+            }
+        }
+        self.health = Some(health);
+    }
+
+    fn waypoint(&mut self, index: u16, count: u16, waypoint: Option<Waypoint>) {
+        self.enquiry.waypoint(index, count);
+        let (index, count) = (usize::from(index), usize::from(count));
+        match waypoint {
+            Some(waypoint) if index < self.mission.len() => self.mission[index] = waypoint,
+            // in order, so that none is missing in between
+            Some(waypoint) if index == self.mission.len() => self.mission.push(waypoint),
+            _ => {}
+        }
+        self.mission.truncate(count);
+    }
+}
+
+/// Whether a mode's reason is the operator's own doing.
+pub(super) fn intended(mode: Mode, reason: ModeReason) -> bool {
+    mode == Mode::Safe && reason == ModeReason::Stopped
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,101 @@
+//! What a board says, in words.
+
+use super::Severity;
+use backseat_host::PORT_NAMES;
+use backseat_wire::hostlink::{Activity, Adoption, AdoptionEvent, Mode, ModeReason, Port};
+
+/// Hours, minutes, seconds of UTC; without it the board's own time.
+pub fn time_of_day(utc_us: u64, board_us: u64) -> String {
+    if utc_us == 0 {
+        return format!("+{:.1} s", board_us as f64 * 1e-6);
+    }
+    let s = utc_us / 1_000_000 % 86_400;
+    format!("{:02}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+}
+
+pub fn port(port: Port) -> &'static str {
+    PORT_NAMES[port as usize]
+}
+
+/// How bad a mode is.
+pub const fn severity(mode: Mode) -> Severity {
+    match mode {
+        Mode::Navigating => Severity::Info,
+        Mode::Initialising | Mode::Degraded => Severity::Warning,
+        Mode::Lost | Mode::Safe => Severity::Critical,
+    }
+}
+
+pub const fn mode_name(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Initialising => "initialising",
+        Mode::Navigating => "navigating",
+        Mode::Degraded => "degraded",
+        Mode::Lost => "lost",
+        Mode::Safe => "safe",
+    }
+}
+
+/// Empty where there is nothing to say.
+pub const fn reason(reason: ModeReason) -> &'static str {
+    match reason {
+        ModeReason::Nominal => "",
+        ModeReason::NoFix => "no position fix yet",
+        ModeReason::AttitudeStale => "attitude missing or stale",
+        ModeReason::DepthStale => "depth missing or stale",
+        ModeReason::FrontseatSilent => "the frontseat is silent",
+        ModeReason::FrontseatRefuses => "the frontseat refuses commands",
+        ModeReason::Rejections => "a source is rejected again and again",
+        ModeReason::PositionUncertain => "position uncertain",
+        ModeReason::FilterFailed => "the filter failed numerically",
+        ModeReason::Stopped => "stopped by the operator",
+        ModeReason::Restarted => "reset under way, position from before",
+        ModeReason::Resets => "reset too often",
+    }
+}
+
+/// Mode and reason.
+pub fn mode(mode: Mode, why: ModeReason) -> String {
+    match reason(why) {
+        "" => mode_name(mode).to_owned(),
+        why => format!("{}: {why}", mode_name(mode)),
+    }
+}
+
+pub const fn activity(activity: Activity) -> &'static str {
+    match activity {
+        Activity::Off => "off",
+        Activity::NotUnderWay => "waits for a mission",
+        Activity::Surfaced => "waits, surfaced",
+        Activity::NoVelocity => "waits for a velocity",
+        Activity::NoAttitude => "waits for attitude and rates",
+        Activity::Starting => "starting",
+        Activity::Adapting => "adapting",
+        Activity::Diverged => "diverged",
+    }
+}
+
+/// A verdict about the parameters in use.
+pub fn adoption(verdict: &Adoption) -> (Severity, String) {
+    let what = match verdict.event {
+        AdoptionEvent::Adopted => "adopted, they predict better",
+        AdoptionEvent::Advised => "predict better; adoption is off",
+        AdoptionEvent::Refused => "do not predict better, kept the set in use",
+        AdoptionEvent::Invalid => "make no valid vehicle, kept the set in use",
+        AdoptionEvent::Reverted => "reverted, the set before predicts better",
+        AdoptionEvent::RevertedByHost => "reverted by the host",
+        AdoptionEvent::Stored => "stored in the board's memory",
+        AdoptionEvent::StoreFailed => "not stored, the memory refused them",
+    };
+    let severity = match verdict.event {
+        AdoptionEvent::Invalid | AdoptionEvent::Reverted | AdoptionEvent::StoreFailed => Severity::Warning,
+        _ => Severity::Info,
+    };
+    let [gain, sigma] = verdict.gain;
+    let compared = matches!(
+        verdict.event,
+        AdoptionEvent::Adopted | AdoptionEvent::Advised | AdoptionEvent::Refused | AdoptionEvent::Reverted
+    );
+    let by = if compared { format!(" (ln of the error ratio {gain:+.2} ±{sigma:.2})") } else { String::new() };
+    (severity, format!("identified parameters {what}{by}"))
+}

@@ -1,0 +1,105 @@
+//! The water current, the active effects, and the identified parameters with their trend.
+
+use super::{faint, panel, sparkline};
+use crate::monitor::model::{Identified, Model, words};
+use backseat_core::effects::FIN_NAMES;
+use backseat_core::effects::{ParameterKind, fin_index};
+use backseat_wire::hostlink::Visibility;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+/// One identified parameter: name, change, trend.
+const CELL: usize = 22;
+const TREND: usize = 8;
+/// A change that large is worth a look.
+const LARGE: f64 = 0.1;
+
+pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    let inner = panel(frame, area, "effects and identified parameters", "");
+    let mut lines = Vec::new();
+    if let Some((speed, towards_rad, trend)) = model.current() {
+        let degrees = towards_rad.to_degrees().round().rem_euclid(360.0);
+        lines.push(Line::from(vec![
+            Span::styled("water_current ", Style::new().add_modifier(Modifier::BOLD)),
+            Span::raw(format!("{speed:.3} m/s to {degrees:03.0}° ")),
+            Span::styled(sparkline(trend, TREND), Style::new().fg(Color::Cyan)),
+        ]));
+    }
+    match model.settings() {
+        None => lines.push(Line::styled("effects: not told yet", faint())),
+        Some(settings) => {
+            for (_, effect, values) in settings.navigation.effects.active() {
+                let values = effect.parameters.iter().zip(values).map(|(parameter, value)| match parameter.kind {
+                    ParameterKind::Fin => fin_index(*value).map_or("no", |i| FIN_NAMES[i]).to_owned(),
+                    _ => format!("{} {value:.4}", parameter.name),
+                });
+                lines.push(Line::from(vec![
+                    Span::styled(format!("{} ", effect.name), Style::new().add_modifier(Modifier::BOLD)),
+                    Span::raw(values.collect::<Vec<_>>().join(", ")),
+                ]));
+            }
+            if lines.is_empty() {
+                lines.push(Line::styled("no effects beyond the declared model", faint()));
+            }
+        }
+    }
+    lines.push(identifier(model));
+    let room = usize::from(inner.height).saturating_sub(lines.len());
+    lines.extend(grid(model, room, usize::from(inner.width)));
+    frame.render_widget(Paragraph::new(lines), inner);
+}
+
+fn identifier(model: &Model) -> Line<'static> {
+    let Some(record) = model.identification() else {
+        let off = model.settings().is_some_and(|settings| !settings.app.adapt);
+        return Line::styled(if off { "identification off" } else { "identification: no record yet" }, faint());
+    };
+    let seen = record.visibility.iter().filter(|v| matches!(v, Visibility::Separate | Visibility::Collinear)).count();
+    Line::from(vec![
+        Span::styled("identification ", Style::new().add_modifier(Modifier::BOLD)),
+        Span::raw(format!("{}, {:.0} s adapted, {seen} of 21 move", words::activity(record.activity), record.adapted_s)),
+    ])
+}
+
+/// All in their order where they fit; else those that moved most.
+fn grid(model: &Model, rows: usize, width: usize) -> Vec<Line<'static>> {
+    let mut all = model.identified();
+    let columns = (width / CELL).max(1);
+    if rows == 0 || all.is_empty() {
+        return Vec::new();
+    }
+    if all.len() > rows * columns {
+        let weight = |p: &Identified<'_>| {
+            let visible = !matches!(p.visibility, Visibility::Frozen | Visibility::Known);
+            (p.drifted, visible, p.change.unwrap_or(0.0).abs())
+        };
+        all.sort_by(|a, b| weight(b).partial_cmp(&weight(a)).unwrap_or(std::cmp::Ordering::Equal));
+        all.truncate(rows * columns);
+    }
+    let rows = all.len().div_ceil(columns);
+    let line = |row: usize| {
+        let cells = (0..columns).filter_map(|column| all.get(column * rows + row));
+        Line::from(cells.flat_map(cell).collect::<Vec<_>>())
+    };
+    (0..rows).map(line).collect()
+}
+
+fn cell(parameter: &Identified<'_>) -> [Span<'static>; 3] {
+    let change = parameter.change.map_or_else(|| format!("{:.3}", parameter.value), |c| format!("{:+.1}%", c * 100.0));
+    let style = match parameter.visibility {
+        Visibility::Frozen | Visibility::Known => faint(),
+        _ if parameter.drifted => Style::new().fg(Color::Red).add_modifier(Modifier::BOLD),
+        _ if parameter.change.is_some_and(|change| change.abs() > LARGE) => Style::new().fg(Color::Yellow),
+        _ => Style::new(),
+    };
+    let known = if parameter.visibility == Visibility::Known { "scale" } else { change.as_str() };
+    let trend = if parameter.visibility == Visibility::Known { String::new() } else { sparkline(parameter.trend, TREND) };
+    [
+        Span::styled(format!("{:<5}", parameter.name), style.add_modifier(Modifier::BOLD)),
+        Span::styled(format!("{known:>7} "), style),
+        Span::styled(format!("{trend:<width$} ", width = TREND), Style::new().fg(Color::Cyan)),
+    ]
+}
