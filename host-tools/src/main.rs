@@ -6,6 +6,7 @@ mod console;
 mod diagnose;
 mod identify;
 mod mission;
+mod monitor;
 mod navigate;
 mod params;
 mod reproduce;
@@ -29,6 +30,7 @@ enum Command {
     Reproduce(reproduce::Args),
     Mission(mission::Args),
     Params(params::Args),
+    Monitor(monitor::Args),
     Check(check::Args),
     /// Print the completion script of a shell
     #[command(
@@ -49,6 +51,7 @@ fn main() -> ExitCode {
         Command::Reproduce(args) => reproduce::run(&args),
         Command::Mission(args) => mission::run(&args),
         Command::Params(args) => params::run(&args),
+        Command::Monitor(args) => monitor::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
