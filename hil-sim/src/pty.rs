@@ -2,7 +2,7 @@
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
-use rustix::io::{FdFlags, fcntl_setfd};
+use rustix::io::{Errno, FdFlags, fcntl_setfd, ioctl_fionbio};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use std::io;
@@ -55,6 +55,25 @@ impl Pty {
             bytes = &bytes[written..];
         }
         Ok(())
+    }
+
+    /// Neither reading nor [`Self::offer`] waits from here on.
+    ///
+    /// # Errors
+    /// What the operating system refuses.
+    pub fn never_block(&self) -> io::Result<()> {
+        Ok(ioctl_fionbio(&self.ours, true)?)
+    }
+
+    /// Writes as much of `bytes` as the other end has room for.
+    ///
+    /// # Errors
+    /// What the operating system reports.
+    pub fn offer(&self, bytes: &[u8]) -> io::Result<usize> {
+        match rustix::io::write(&self.ours, bytes) {
+            Err(Errno::AGAIN) => Ok(0),
+            written => Ok(written?),
+        }
     }
 
     /// Reads what is there, waiting up to `timeout_ms` for the first byte; 0 when none came.

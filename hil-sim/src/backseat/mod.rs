@@ -5,6 +5,7 @@ mod in_process;
 mod process;
 mod qemu;
 mod serial;
+mod tap;
 mod tape;
 
 pub use client::{Client, FusionRecord, StepOutput};
@@ -12,6 +13,7 @@ pub use in_process::InProcess;
 pub use process::Process;
 pub use qemu::{Qemu, build_image, missing};
 pub use serial::Serial;
+pub use tap::Tap;
 
 use backseat_data::DataError;
 use backseat_wire::hostlink::{Port, Refusal};

@@ -1,7 +1,7 @@
 //! `hil-sim run`: fly a scenario against a backseat and judge its navigation.
 
 use crate::analysis::{self, Analysis, Configuration};
-use crate::backseat::{Client, Ports, Process, Qemu, Serial, build_image};
+use crate::backseat::{Client, Ports, Process, Qemu, Serial, Tap, build_image};
 use crate::dataset;
 use crate::flight::{self, FlightLog};
 use crate::scenario::{Request, Scenario, Settings};
@@ -25,7 +25,8 @@ const SESSION: &str = "session.mcap";
   hil-sim run
   hil-sim run survey_current --seed 3
   hil-sim run --effect water_current:north_mps=0.15 --effect heading_bias:cos_rad=0.035
-  hil-sim run my_scenario.toml --minutes 30 --out flight --json")]
+  hil-sim run my_scenario.toml --minutes 30 --out flight --json
+  hil-sim run --realtime --monitor")]
 pub struct Arguments {
     /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption.
     scenario: Option<PathBuf>,
@@ -39,6 +40,9 @@ pub struct Arguments {
     /// At the speed of the clock instead of in lock-step.
     #[arg(long)]
     realtime: bool,
+    /// With --realtime: a further virtual serial port, on which `backseat monitor` shows the flight.
+    #[arg(long, requires = "realtime")]
+    monitor: bool,
     /// Seed of all randomness instead of the scenario's.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -68,6 +72,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let stop = stop_on_interrupt()?;
     let (backseat, ports) = start(arguments)?;
     let folder = folder(arguments, &scenario)?;
+    let backseat = if arguments.monitor { watched(backseat)? } else { backseat };
     let mut client = Client::new(backseat);
     client.hello()?;
     client.record(session(arguments, &scenario, &folder)?)?;
@@ -126,6 +131,13 @@ fn start(arguments: &Arguments) -> anyhow::Result<(Box<dyn Ports>, String)> {
         ports if ports.starts_with('/') => Ok((Box::new(Serial::open(ports)?), ports.to_owned())),
         other => bail!("--backseat {other}: `host`, `qemu` or five serial ports (frontseat,dvl,ahrs,modem,host)"),
     }
+}
+
+/// The same ports with one more, whose path it tells.
+fn watched(backseat: Box<dyn Ports>) -> anyhow::Result<Box<dyn Ports>> {
+    let tap = Tap::new(backseat).context("a port to watch from")?;
+    eprintln!("watch it: backseat monitor {}", tap.path());
+    Ok(Box::new(tap))
 }
 
 fn load(arguments: &Arguments) -> anyhow::Result<Scenario> {
