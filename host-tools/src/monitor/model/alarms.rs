@@ -88,7 +88,9 @@ fn ports(model: &Model, raise: &mut impl FnMut(Severity, String)) {
         let needed = match port {
             Port::Frontseat => true,
             Port::Ahrs => settings.app.attitude_source == backseat_app::parameters::AttitudeSource::Ahrs,
-            Port::Dvl => settings.app.use_dvl && settings.app.dvl_source != backseat_app::parameters::DvlSource::Frontseat,
+            Port::Dvl => {
+                settings.app.use_dvl && settings.app.dvl_source != backseat_app::parameters::DvlSource::Frontseat
+            }
             // silent between packets
             Port::Modem | Port::Host => false,
         };

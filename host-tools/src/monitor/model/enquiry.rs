@@ -84,7 +84,8 @@ impl Enquiry {
         self.complete = self.rounds > 0;
         self.rounds += 1;
         if self.complete {
-            let shown = |name: &str| ["effects.", "app.use_", "app.ad", "app.gate_sigma"].iter().any(|p| name.starts_with(p));
+            let shown =
+                |name: &str| ["effects.", "app.use_", "app.ad", "app.gate_sigma"].iter().any(|p| name.starts_with(p));
             let indices = PARAMETERS.iter().enumerate().filter(|(_, parameter)| shown(parameter.name));
             self.next.extend(indices.filter_map(|(i, _)| u16::try_from(i).ok()).map(Question::Parameter));
         } else {

@@ -15,7 +15,6 @@ pub use learned::Identified;
 pub use link::{Link, Meter};
 pub use sources::{Source, Turn};
 
-
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
@@ -198,7 +197,9 @@ impl Model {
 
     /// Time of day where the board knows it, else its own.
     fn when(&self) -> String {
-        self.telemetry.as_ref().map_or_else(String::new, |record| words::time_of_day(record.utc_us, record.time_us))
+        self.telemetry
+            .as_ref()
+            .map_or_else(|| "--:--:--".to_owned(), |record| words::time_of_day(record.utc_us, record.time_us))
     }
 
     fn note(&mut self, severity: Severity, text: String) {

@@ -22,7 +22,17 @@ const EPOCH_US: u64 = 1_748_952_000_000_000;
 pub fn record(step: u64) -> Telemetry {
     let (north, east) = if step < 600 { (step as f64 * 0.1, 0.0) } else { (60.0, (step - 600) as f64 * 0.1) };
     let mut state = [0.0; 12];
-    state[..9].copy_from_slice(&[north, east, 3.02, 0.01, -0.03, if step < 600 { 0.0 } else { 1.57 }, 1.0, 0.02, -0.01]);
+    state[..9].copy_from_slice(&[
+        north,
+        east,
+        3.02,
+        0.01,
+        -0.03,
+        if step < 600 { 0.0 } else { 1.57 },
+        1.0,
+        0.02,
+        -0.01,
+    ]);
     let mut sigma = [0.01; 12];
     sigma[..2].copy_from_slice(&[0.6, 0.4]);
     Telemetry {
@@ -137,7 +147,10 @@ fn alarms(model: &Model, now_us: u64) -> Vec<String> {
 #[test]
 fn a_flight_is_gathered_from_its_frames() {
     let (model, now_us) = flying();
-    assert_eq!(texts(&model), ["backseat 0.1.0", "navigating", "mission under way, leg 2", "range rejected, 7.5 sigmas", "leg 3"]);
+    assert_eq!(
+        texts(&model),
+        ["backseat 0.1.0", "navigating", "mission under way, leg 2", "range rejected, 7.5 sigmas", "leg 3"]
+    );
     assert!(alarms(&model, now_us).is_empty(), "{:?}", alarms(&model, now_us));
     let rates = |sensor: Sensor| {
         let source = model.sources.iter().find(|source| source.sensor == sensor).unwrap();

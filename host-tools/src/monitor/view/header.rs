@@ -17,11 +17,11 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, port: &str, now_us
         lines.push(link(model, port));
         lines.push(ports(model));
     }
+    let used = lines[0].width() as u16;
     frame.render_widget(Paragraph::new(lines), area);
     let width = KEYS.chars().count() as u16;
-    let used = frame.area().width.saturating_sub(width);
-    if used >= 56 {
-        let corner = Rect { x: area.x + used, width, height: 1, ..area };
+    if used + width < area.width {
+        let corner = Rect { x: area.right() - width, width, height: 1, ..area };
         frame.render_widget(Paragraph::new(Span::styled(KEYS, faint())), corner);
     }
 }

@@ -11,9 +11,9 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-/// One identified parameter: name, change, trend.
-const CELL: usize = 22;
-const TREND: usize = 8;
+/// Width of an identified parameter: name and change, and the least and most that is left for its trend.
+const CHANGE: usize = 13;
+const TREND: std::ops::RangeInclusive<usize> = 6..=16;
 /// A change that large is worth a look.
 const LARGE: f64 = 0.1;
 
@@ -25,7 +25,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         lines.push(Line::from(vec![
             Span::styled("water_current ", Style::new().add_modifier(Modifier::BOLD)),
             Span::raw(format!("{speed:.3} m/s to {degrees:03.0}° ")),
-            Span::styled(sparkline(trend, TREND), Style::new().fg(Color::Cyan)),
+            Span::styled(sparkline(trend, *TREND.end()), Style::new().fg(Color::Cyan)),
         ]));
     }
     match model.settings() {
@@ -60,14 +60,16 @@ fn identifier(model: &Model) -> Line<'static> {
     let seen = record.visibility.iter().filter(|v| matches!(v, Visibility::Separate | Visibility::Collinear)).count();
     Line::from(vec![
         Span::styled("identification ", Style::new().add_modifier(Modifier::BOLD)),
-        Span::raw(format!("{}, {:.0} s adapted, {seen} of 21 move", words::activity(record.activity), record.adapted_s)),
+        Span::raw(format!("{}, {:.0} s, {seen}/21", words::activity(record.activity), record.adapted_s)),
     ])
 }
 
 /// All in their order where they fit; else those that moved most.
 fn grid(model: &Model, rows: usize, width: usize) -> Vec<Line<'static>> {
     let mut all = model.identified();
-    let columns = (width / CELL).max(1);
+    // a space behind each cell
+    let columns = ((width + 1) / (CHANGE + 2 + TREND.start())).max(1);
+    let trend = ((width + 1) / columns).saturating_sub(CHANGE + 2).min(*TREND.end());
     if rows == 0 || all.is_empty() {
         return Vec::new();
     }
@@ -82,12 +84,12 @@ fn grid(model: &Model, rows: usize, width: usize) -> Vec<Line<'static>> {
     let rows = all.len().div_ceil(columns);
     let line = |row: usize| {
         let cells = (0..columns).filter_map(|column| all.get(column * rows + row));
-        Line::from(cells.flat_map(cell).collect::<Vec<_>>())
+        Line::from(cells.flat_map(|parameter| cell(parameter, trend)).collect::<Vec<_>>())
     };
     (0..rows).map(line).collect()
 }
 
-fn cell(parameter: &Identified<'_>) -> [Span<'static>; 3] {
+fn cell(parameter: &Identified<'_>, width: usize) -> [Span<'static>; 3] {
     let change = parameter.change.map_or_else(|| format!("{:.3}", parameter.value), |c| format!("{:+.1}%", c * 100.0));
     let style = match parameter.visibility {
         Visibility::Frozen | Visibility::Known => faint(),
@@ -96,10 +98,11 @@ fn cell(parameter: &Identified<'_>) -> [Span<'static>; 3] {
         _ => Style::new(),
     };
     let known = if parameter.visibility == Visibility::Known { "scale" } else { change.as_str() };
-    let trend = if parameter.visibility == Visibility::Known { String::new() } else { sparkline(parameter.trend, TREND) };
+    let trend =
+        if parameter.visibility == Visibility::Known { String::new() } else { sparkline(parameter.trend, width) };
     [
         Span::styled(format!("{:<5}", parameter.name), style.add_modifier(Modifier::BOLD)),
-        Span::styled(format!("{known:>7} "), style),
-        Span::styled(format!("{trend:<width$} ", width = TREND), Style::new().fg(Color::Cyan)),
+        Span::styled(format!("{known:>8} "), style),
+        Span::styled(format!("{trend:<width$} "), Style::new().fg(Color::Cyan)),
     ]
 }

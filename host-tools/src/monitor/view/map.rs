@@ -75,7 +75,11 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, focus: Focus) {
     let ellipse = model.position().map(Ellipse::of);
     let factor = ellipse.as_ref().map_or(1.0, |ellipse| ellipse.factor(window.scale_m));
     let times = if factor > 1.0 { format!(" ×{factor:.0}") } else { String::new() };
-    let remark = format!("north up, {} wide, 95 % ellipse{times}", metres(window.width_m()));
+    let width = metres(window.width_m());
+    let remark = match area.width {
+        ..50 => format!("{width} wide, 95 % ellipse{times}"),
+        _ => format!("north up, {width} wide, 95 % ellipse{times}"),
+    };
     let inner = panel(frame, area, "map", &remark);
     let [x_bounds, y_bounds] = window.bounds();
     let canvas = Canvas::default().marker(Marker::Braille).x_bounds(x_bounds).y_bounds(y_bounds).paint(|map| {

@@ -18,12 +18,14 @@ const WITHIN: f64 = 0.75;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, now_us: u64) {
     let gate = model.gate_sigmas();
-    let inner = panel(frame, area, "sensors", &format!("|innovation| in sigmas, gate at {gate:.0}"));
+    let inner = panel(frame, area, "sensors", &format!("gate at {gate:.0} sigmas"));
     let wide = inner.width >= LEFT + WIDE_RIGHT + 10;
     let bar = inner.width.saturating_sub(LEFT + if wide { WIDE_RIGHT } else { RIGHT });
-    let more = if wide { "   rms rejected" } else { "" };
-    let head = format!("{:<11}{:>6} {:>5} {:>width$}", "", "Hz", "age", "", width = usize::from(bar));
-    let mut lines = vec![Line::styled(format!("{head} worst{more}"), faint())];
+    let more = if wide { "  rms rejected" } else { "" };
+    let width = usize::from(bar);
+    // nothing is wider than its bar
+    let head = format!("{:<11}{:>6} {:>5} {:<width$.width$}", "", "Hz", "age", "innovation in sigmas");
+    let mut lines = vec![Line::styled(format!("{head}worst {more}"), faint())];
     let board_us = model.board_us(now_us);
     lines.extend(model.sources.iter().map(|source| row(source, gate, bar, wide, board_us)));
     if model.sources.len() == 0 {
@@ -40,7 +42,10 @@ fn row(source: &Source, gate: f64, bar: u16, wide: bool, board_us: u64) -> Line<
     let mut spans = vec![
         Span::styled(format!("{:<11}", source.sensor.name()), Style::new().add_modifier(Modifier::BOLD)),
         Span::raw(format!("{rate:>6} ")),
-        Span::styled(format!("{:>5} ", age(age_s)), if overdue { Style::new().fg(Color::Yellow) } else { Style::new() }),
+        Span::styled(
+            format!("{:>5} ", age(age_s)),
+            if overdue { Style::new().fg(Color::Yellow) } else { Style::new() },
+        ),
     ];
     if let Some((sigmas, fused)) = source.worst(board_us) {
         let colour = match sigmas / gate {
@@ -67,11 +72,7 @@ fn bars(ratio: f64, width: usize, colour: Color) -> [Span<'static>; 3] {
     let cell = |i: usize| if i < filled { '■' } else { '·' };
     let part = |cells: std::ops::Range<usize>| cells.map(cell).collect::<String>();
     let style = Style::new().fg(colour);
-    [
-        Span::styled(part(0..gate_at), style),
-        Span::raw("│"),
-        Span::styled(part(gate_at..width.saturating_sub(1)), style),
-    ]
+    [Span::styled(part(0..gate_at), style), Span::raw("│"), Span::styled(part(gate_at..width.saturating_sub(1)), style)]
 }
 
 fn age(age_s: Option<f64>) -> String {

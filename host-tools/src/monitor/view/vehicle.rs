@@ -41,7 +41,7 @@ fn lines(record: &Telemetry) -> Vec<Line<'static>> {
     let heading_deg = if heading_deg >= 359.95 { 0.0 } else { heading_deg };
     let mut attitude = named("roll ", format!("{:+.1}°", degrees(3))).to_vec();
     attitude.extend(named("  pitch ", format!("{:+.1}°", degrees(4))));
-    attitude.extend(named("  heading ", format!("{heading_deg:05.1}°")));
+    attitude.extend(named("  head ", format!("{heading_deg:05.1}°")));
     let mut rates = vec![Span::styled("rates", faint())];
     for (name, i) in [(" p", 9), ("  q", 10), ("  r", 11)] {
         rates.extend(named(name, format!(" {:+.1}", degrees(i))));
