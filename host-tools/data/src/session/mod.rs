@@ -142,7 +142,9 @@ pub enum Event {
 /// What is wrong with a file that could still be read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Damage {
-    /// Bytes at the end, after the last whole record, of a file that was cut off.
+    /// The end of the file is missing: it was cut off, or is still being written. (A board's log has no end.)
+    pub unfinished: bool,
+    /// Bytes after the last whole record.
     pub cut_bytes: u64,
     /// Whole records or chunks whose CRC is wrong; they were left out.
     pub broken_records: u64,

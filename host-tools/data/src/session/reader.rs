@@ -5,8 +5,7 @@ use super::format::{self, Direction, Note, Parameters, Start, Tick};
 use super::writer::describe;
 use super::{Attachment, Clock, Damage, Entry, Event, Meta};
 use crate::DataError;
-use mcap::read::ChunkReader;
-use mcap::records::{MessageHeader, Record};
+use mcap::records::{MessageHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError, parse_record};
 use serde::de::DeserializeOwned;
@@ -14,6 +13,9 @@ use std::collections::{HashMap, VecDeque};
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
+
+/// No chunk is larger, unpacked: a broken length must not become a huge buffer.
+const MAX_CHUNK: usize = 1 << 26;
 
 /// Reads a file's events in the order in which they were written.
 pub struct Reader {
@@ -114,7 +116,6 @@ impl Session {
     /// Reads up to the first event.
     fn open(path: &Path, file: File) -> Result<(Self, Meta), DataError> {
         let length = file.metadata().map_err(|error| DataError::io(path, &error))?.len();
-        // A broken length must not become a huge buffer.
         let limit = usize::try_from(length).unwrap_or(usize::MAX);
         let options = LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(limit);
         let mut session = Self {
@@ -151,7 +152,7 @@ impl Session {
 
     /// Takes in one record; the description, if it is that.
     fn advance(&mut self) -> Result<Option<Meta>, DataError> {
-        let record = loop {
+        let (opcode, record) = loop {
             match self.records.next_event() {
                 None => {
                     self.ended = true;
@@ -165,22 +166,26 @@ impl Session {
                 }
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
                     self.whole += (1 + 8 + data.len()) as u64;
-                    break parse_record(opcode, data).map(Record::into_owned);
+                    break (opcode, data.to_vec());
                 }
                 // The end is missing, or a length makes no sense: nothing behind can be found.
                 Some(Err(_)) => {
+                    self.damage.unfinished = true;
                     self.damage.cut_bytes = self.length.saturating_sub(self.whole);
                     self.ended = true;
                     return Ok(None);
                 }
             }
         };
-        match record {
-            Ok(Record::Chunk { header, data }) => match self.chunk(header, &data) {
+        if opcode == op::CHUNK {
+            match self.chunk(&record) {
                 Ok(entries) => self.waiting.extend(entries),
                 Err(Broken::Chunk) => self.damage.broken_records += 1,
                 Err(Broken::Message(message)) => return Err(DataError::file(&self.path, message)),
-            },
+            }
+            return Ok(None);
+        }
+        match parse_record(opcode, &record) {
             Ok(Record::Metadata(metadata)) if metadata.name == format::METADATA => {
                 let meta = format::from_metadata(metadata.metadata);
                 return meta.map(Some).map_err(|message| DataError::file(&self.path, message));
@@ -197,23 +202,36 @@ impl Session {
     }
 
     /// The events of a chunk whose CRC is right.
-    fn chunk(&mut self, header: mcap::records::ChunkHeader, data: &[u8]) -> Result<Vec<Entry>, Broken> {
-        let mut messages = Vec::new();
-        for record in ChunkReader::new(header, data)? {
-            match record? {
-                Record::Channel(channel) => {
-                    self.topics.insert(channel.id, channel.topic);
-                }
-                Record::Message { header, data } => messages.push((header, data)),
-                _ => {}
-            }
-        }
+    fn chunk(&mut self, chunk: &[u8]) -> Result<Vec<Entry>, Broken> {
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(MAX_CHUNK);
+        let mut records = LinearReader::new_with_options(options);
+        let mut head = vec![op::CHUNK];
+        head.extend((chunk.len() as u64).to_le_bytes());
+        let mut source = head.chain(chunk);
         let mut entries = Vec::new();
-        for (header, data) in messages {
-            let topic = self.topics.get(&header.channel_id).ok_or(Broken::Chunk)?;
-            let entry = entry(topic, &header, &data);
-            entries
-                .extend(entry.map_err(|what| Broken::Message(format!("{topic} at {} ns: {what}", header.log_time)))?);
+        while let Some(event) = records.next_event() {
+            match event? {
+                LinearReadEvent::ReadRequest(need) => {
+                    let count = source.read(records.insert(need)).map_err(McapError::Io)?;
+                    records.notify_read(count);
+                }
+                LinearReadEvent::Record { opcode, data } => match parse_record(opcode, data)? {
+                    Record::Channel(channel) => {
+                        self.topics.insert(channel.id, channel.topic);
+                    }
+                    Record::Message { header, data } => {
+                        let topic = self.topics.get(&header.channel_id).ok_or(Broken::Chunk)?;
+                        let entry = entry(topic, &header, &data);
+                        let place = || format!("{topic} at {} ns", header.log_time);
+                        entries.extend(entry.map_err(|what| Broken::Message(format!("{}: {what}", place())))?);
+                    }
+                    _ => {}
+                },
+            }
         }
         Ok(entries)
     }
@@ -230,7 +248,8 @@ enum Broken {
 impl From<McapError> for Broken {
     fn from(error: McapError) -> Self {
         match error {
-            McapError::UnsupportedCompression(_) => Self::Message(describe(error)),
+            // written again by another tool
+            McapError::UnsupportedCompression(ref name) if name == "zstd" => Self::Message(describe(error)),
             _ => Self::Chunk,
         }
     }
