@@ -8,7 +8,9 @@
 //! candidates  the catalogue as hypotheses           search      forward selection, onsets
 //! rivals      what else it could be                 structure   what no entry accounts for
 //! bench       one log made ready, refined fits      diagnosis   the whole loop and its verdict
-//! planar      logs without fins and propeller       scores      before and after on held-out data
+//! reduced     logs without the vehicle's dynamics   scores      before and after on held-out data
+//! planar      of them: heading, speed and fixes     glide       a glider
+//! pings       a pinger with a clock of its own
 //! statistics  tails and whiteness                   picture     what the report draws
 //! ```
 //!
@@ -25,12 +27,15 @@
 pub mod bench;
 pub mod candidates;
 pub mod diagnosis;
+pub mod glide;
 pub mod gram;
 pub mod linear;
 pub mod model;
 pub mod noise;
 pub mod picture;
+pub mod pings;
 pub mod planar;
+pub mod reduced;
 pub mod rivals;
 pub mod samples;
 pub mod scores;

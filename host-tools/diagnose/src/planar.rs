@@ -1,163 +1,229 @@
 //! Logs without fins and propeller: dead reckoning on logged heading and speed against GNSS.
 //!
 //! The plainest model that such a log supports says that between two fixes the vehicle moved along its heading by its
-//! speed. What the fixes show beyond that is regressed on a current, a compass error, a speed scale and (with a DVL) a
-//! misalignment. Fixes half a minute apart are compared, so that their noise (declared, or what their second
-//! differences show) stays small against the way between them.
+//! speed (with a DVL: by its velocity over ground). What the fixes show beyond that is put down to a current, a compass
+//! error, a speed scale and (with a DVL) a misalignment. Fixes some way apart in time are compared, so that their noise
+//! stays small against the way between them. Readings that are held while the sensor is away are left out.
 
-use crate::bench::{BLOCK_S, Bench, Part};
-use crate::candidates::{Candidate, Hypothesis, Instance, Scope};
-use crate::diagnosis::{Diagnosis, Found, Value, Verdict};
-use crate::gram::{Normal, NormalBuilder};
-use crate::linear;
-use crate::rivals::{Rival, manoeuvre};
-use crate::samples::{Channel, Samples};
-use crate::scores::whiteness;
-use crate::search::{self, Round};
-use crate::statistics::chi2_tail;
-use crate::structure::Structure;
-use crate::whitener::{Pass, Residual, Setup};
-use backseat_core::effects::{EffectSet, ParameterKind};
-use backseat_core::navigation::SurfaceNoise;
+use crate::bench::BLOCK_S;
+use crate::reduced::{self, Entry, Measures, Nameless, ReducedModel, Row};
+use crate::samples::Channel;
+use crate::scores::Scores;
 use backseat_data::log::Column;
-use backseat_data::stats::{Z_95, mean_ci95, median};
-use backseat_data::{Log, VehicleFile};
+use backseat_data::stats::median;
+use backseat_data::{Log, Truth, VehicleFile};
 
-/// Time between the fixes compared, s: one row of the regression a block and axis.
-const APART_S: f64 = BLOCK_S;
 /// A gap in heading or speed longer than this ends a stretch, s.
 const LONGEST_GAP_S: f64 = 5.0;
+/// Fewest stretches that are worth a fit.
+const FEWEST: usize = 12;
+/// Stretches wanted of a short log, and the shortest.
+const STRETCHES: f64 = 60.0;
+const SHORTEST_S: f64 = 5.0;
+/// Time over which dead reckoning runs on when its position is scored, s.
+const RECKONED_S: f64 = 600.0;
 
-/// Probability of the remaining residuals under whiteness below which they have structure.
-const STRUCTURE: f64 = 1e-4;
+/// Columns: current north, east; heading constant, sine, cosine; speed scale; DVL yaw; then those without a name:
+/// heading's second harmonic, current growing with time, compass lag, sway in turns.
+const COLUMNS: usize = 13;
 
-/// Columns: current north, east; heading constant, sine, cosine; speed scale; DVL yaw.
-const COLUMNS: usize = 7;
-
-/// One stretch between two fixes: what dead reckoning lacks, and how that moves with each column.
+/// One stretch between two fixes.
+#[derive(Clone)]
 struct Stretch {
     t_s: f64,
+    dt_s: f64,
+    /// What dead reckoning lacks, m.
     missing_m: [f64; 2],
+    /// The same against the truth, where it is given.
+    missing_of_truth_m: Option<[f64; 2]>,
+    /// ∂ way/∂θ, m.
     slopes: [[f64; COLUMNS]; 2],
 }
 
+struct Planar {
+    stretches: Vec<Stretch>,
+    has_dvl: bool,
+    apart_s: f64,
+}
+
+/// What the whole route gave.
+pub struct Outcome {
+    /// Bench and diagnosis.
+    pub reduced: reduced::Reduced,
+    /// Before and after.
+    pub scores: [Scores; 2],
+}
+
+impl ReducedModel for Planar {
+    fn columns(&self) -> usize {
+        COLUMNS
+    }
+
+    /// What is missing over a stretch, m.
+    fn rows(&self, theta: &[f64]) -> Vec<Row> {
+        let of = |stretch: &Stretch| {
+            [Channel::GnssX, Channel::GnssY].into_iter().enumerate().map(|(axis, channel)| {
+                let slopes = &stretch.slopes[axis];
+                let residual = stretch.missing_m[axis] - dot(slopes, theta);
+                Row { t_s: stretch.t_s, channel, residual, slopes: slopes.to_vec() }
+            }).collect::<Vec<_>>()
+        };
+        self.stretches.iter().flat_map(of).collect()
+    }
+
+    fn calibrated(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
+    fn entries(&self) -> Vec<Entry> {
+        let mut entries = vec![("water_current", vec![0, 1]), ("heading_bias", vec![2, 3, 4]), ("dvl_scale", vec![5])];
+        if self.has_dvl {
+            entries.push(("dvl_misalignment", vec![6]));
+        }
+        entries
+    }
+
+    fn nameless(&self) -> Vec<Nameless> {
+        vec![
+            ("heading error ∝ second harmonic of heading", vec![7, 8]),
+            ("a current that grows with time", vec![9, 10]),
+            ("a heading that lags behind the turn", vec![11]),
+            ("sway in turns", vec![12]),
+        ]
+    }
+
+    fn block_s(&self) -> f64 {
+        self.apart_s
+    }
+}
+
+fn dot(slopes: &[f64; COLUMNS], theta: &[f64]) -> f64 {
+    slopes.iter().zip(theta).map(|(slope, value)| slope * value).sum()
+}
+
 /// Diagnoses a log on heading and speed alone; `None` if it has too few fixes, headings or speeds.
+///
+/// `use_dvl` false leaves the DVL's velocity out: its surge then serves as nothing, the logged speed is used.
 #[must_use]
-pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<(Bench, Diagnosis)> {
-    let has_dvl = log.has(Column::DvlU) && log.has(Column::DvlV);
-    let stretches = stretches(log, has_dvl);
-    if stretches.len() < 12 {
+pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth>) -> Option<Outcome> {
+    let has_dvl = use_dvl && log.has(Column::DvlU) && log.has(Column::DvlV);
+    let apart_s = (log.duration_s() / STRETCHES).clamp(SHORTEST_S, BLOCK_S);
+    let held = held(log, has_dvl);
+    let stretches = stretches(log, has_dvl, apart_s, &held, truth);
+    if stretches.len() < FEWEST {
         return None;
     }
-    let sigma_m = sigma(&stretches).max(vehicle.sensors.gnss_m * 2.0_f64.sqrt() * 0.2);
-    let pass_of = |theta: &[f64; COLUMNS]| pass(&stretches, sigma_m, theta);
-    let declared = pass_of(&[0.0; COLUMNS]);
-    let mut present = [false; Channel::COUNT];
-    present[Channel::GnssX as usize] = true;
-    let samples = Samples { duration_s: log.duration_s(), ..Samples::default() };
-    let scope = Scope { present, has_density: false, duration_s: samples.duration_s, declared: EffectSet::NONE };
-    let bench = Bench {
-        setup: Setup {
-            parameters: vehicle.parameters,
-            noise: vehicle.noise,
-            surface: SurfaceNoise::DYNAMIC,
-            sensors: vehicle.sensors,
-            ship_transducer_depth_m: 0.0,
-            scale: [1.0; Channel::COUNT],
-            outliers: Vec::new(),
-            block_s: BLOCK_S,
-        },
-        samples,
-        scope,
-        own_scale: [1.0; Channel::COUNT],
-        declared: declared.clone(),
-    };
-    let hypotheses = hypotheses(has_dvl);
-    let (mut chosen, mut rounds): (Vec<Hypothesis>, Vec<Round>) = (Vec::new(), Vec::new());
-    loop {
-        let left: Vec<Hypothesis> = hypotheses.iter().filter(|h| !chosen.contains(h)).cloned().collect();
-        let nuisance: Vec<usize> = chosen.iter().flat_map(|h| h.free.clone()).collect();
-        let round = search::judge(&bench, &declared, &left, &nuisance);
-        let best = round.ladder.iter().find(|e| round.is_significant(e)).map(|e| e.instance.candidate);
-        rounds.push(round);
-        match best.and_then(|best| left.into_iter().find(|h| h.candidate == best)) {
-            Some(hypothesis) => chosen.push(hypothesis),
-            None => break,
-        }
+    let model = Planar { stretches, has_dvl, apart_s };
+    let mut reduced = reduced::run(&model, log, vehicle)?;
+    let name = if has_dvl { "the DVL's velocity" } else { "the logged speed" };
+    let mut notes = vec![format!(
+        "no fins and propeller in the log: dead reckoning on the logged heading and {name} is taken as the declared \
+         model, and only what moves the horizontal position can be judged (a current, the compass, the speed)"
+    )];
+    for [from_s, to_s] in held {
+        notes.push(format!(
+            "{name} repeats itself without any change from {from_s:.0} s to {to_s:.0} s: the sensor was away, these \
+             readings are left out"
+        ));
     }
-    let (effects, theta) = describe(&bench, &declared, &chosen, &hypotheses, &rounds)?;
-    let is_ambiguous = effects.iter().any(|found| found.rivals.iter().any(Rival::is_possible));
-    let after = pass_of(&theta);
-    let is_left = whiteness(&bench, &after).iter().any(|w| w.p < STRUCTURE);
-    let verdict = match effects.is_empty() {
-        _ if is_left => Verdict::Unexplained,
-        true => Verdict::None,
-        false if is_ambiguous => Verdict::Ambiguous,
-        false => Verdict::Explained,
-    };
-    let notes = vec![
-        "no fins and propeller in the log: dead reckoning on logged heading and speed is taken as the declared model, \
-         and only what moves the horizontal position can be judged (a current, the compass, the speed)"
-            .to_owned(),
-        format!("a stretch of {APART_S:.0} s between fixes is taken as good to {sigma_m:.2} m, from its own scatter"),
+    if has_dvl {
+        notes.push(
+            "over ground the DVL sees a current as well: a water_current found beside it is a difference between DVL \
+             and fixes that does not turn with the vehicle"
+                .to_owned(),
+        );
+    } else {
+        notes.push("dvl_scale stands for the scale of the logged speed".to_owned());
+    }
+    notes.push(
         "a vehicle at the surface is moved by wind and waves too: a current found there is what moves the vehicle, \
          whatever it is"
             .to_owned(),
-    ];
-    let diagnosis =
-        Diagnosis { verdict, effects, rounds, structure: Structure::default(), before: declared, after, notes };
-    Some((bench, diagnosis))
+    );
+    notes.append(&mut reduced.diagnosis.notes);
+    reduced.diagnosis.notes = notes;
+    let passes = [&reduced.diagnosis.before, &reduced.diagnosis.after];
+    let scores = [0, 1].map(|i| reduced::scores(&reduced.bench, passes[i], measures(&model, &reduced.theta[i])));
+    Some(Outcome { reduced, scores })
 }
 
-fn hypotheses(has_dvl: bool) -> Vec<Hypothesis> {
-    let entry = |effect, free: &[usize]| Hypothesis {
-        candidate: Candidate { effect, fin: None, onset_s: None },
-        free: free.to_vec(),
-        fixed: Vec::new(),
-    };
-    let mut all = vec![entry("water_current", &[0, 1]), entry("heading_bias", &[2, 3, 4]), entry("dvl_scale", &[5])];
-    if has_dvl {
-        all.push(entry("dvl_misalignment", &[6]));
+/// Velocity missing over each stretch, and the position lost by dead reckoning of ten minutes.
+fn measures(model: &Planar, theta: &[f64]) -> Measures {
+    let mut measures = Measures::default();
+    let has_truth = model.stretches.iter().any(|stretch| stretch.missing_of_truth_m.is_some());
+    let (mut lost_m, mut reckoned_s) = ([0.0; 2], 0.0);
+    for stretch in &model.stretches {
+        let missing = if has_truth { stretch.missing_of_truth_m } else { Some(stretch.missing_m) };
+        let Some(missing) = missing else { continue };
+        if reckoned_s > RECKONED_S {
+            (lost_m, reckoned_s) = ([0.0; 2], 0.0);
+        }
+        reckoned_s += stretch.dt_s;
+        for axis in 0..2 {
+            let error = missing[axis] - dot(&stretch.slopes[axis], theta);
+            lost_m[axis] += error;
+            measures.velocity.push((stretch.t_s, error / stretch.dt_s));
+        }
+        measures.position.push((stretch.t_s, lost_m[0].hypot(lost_m[1])));
     }
-    all
+    measures.against =
+        Some(if has_truth { "truth, dead reckoning of ten minutes" } else { "GNSS fixes, dead reckoning of ten minutes" });
+    measures
+}
+
+/// Horizontal velocity of a row in body axes.
+fn body(row: &backseat_data::LogRow, has_dvl: bool) -> Option<[f64; 2]> {
+    if has_dvl {
+        row.get(Column::DvlU).zip(row.get(Column::DvlV)).map(|(u, v)| [u, v])
+    } else {
+        row.get(Column::SpeedLog).map(|speed| [speed, 0.0])
+    }
+}
+
+/// Times between which the velocity repeats itself though it elsewhere always changes, s.
+fn held(log: &Log, has_dvl: bool) -> Vec<[f64; 2]> {
+    let start_us = log.rows.first().map_or(0, |row| row.time_us);
+    let series: Vec<(f64, Vec<f64>)> = log
+        .rows
+        .iter()
+        .filter_map(|row| {
+            let [u, v] = body(row, has_dvl)?;
+            let heave = row.get(Column::DvlW).filter(|_| has_dvl).unwrap_or(0.0);
+            Some(((row.time_us - start_us) as f64 * 1e-6, vec![u, v, heave]))
+        })
+        .collect();
+    reduced::held_readings(&series)
 }
 
 /// Walks over the log and closes a stretch at the first fix that is far enough in time.
-fn stretches(log: &Log, has_dvl: bool) -> Vec<Stretch> {
+fn stretches(log: &Log, has_dvl: bool, apart_s: f64, held: &[[f64; 2]], truth: Option<&Truth>) -> Vec<Stretch> {
     let start_us = log.rows.first().map_or(0, |row| row.time_us);
-    let (mut heading, mut fix): (Option<f64>, Option<(f64, [f64; 2])>) = (None, None);
+    let middle_s = 0.5 * log.duration_s();
+    let mut heading: Option<(f64, f64)> = None;
+    let mut turn_radps = 0.0;
+    let mut fix: Option<(f64, u64, [f64; 2])> = None;
     let mut last: Option<(f64, [f64; 2])> = None;
     let (mut moved, mut slopes) = ([0.0; 2], [[0.0; COLUMNS]; 2]);
     let mut found = Vec::new();
     for row in &log.rows {
         let t_s = (row.time_us - start_us) as f64 * 1e-6;
-        heading = row.get(Column::Heading).or(heading);
-        let body = if has_dvl {
-            row.get(Column::DvlU).zip(row.get(Column::DvlV)).map(|(u, v)| [u, v])
-        } else {
-            row.get(Column::SpeedLog).map(|speed| [speed, 0.0])
-        };
-        if let (Some(body), Some(psi)) = (body, heading) {
+        if let Some(psi) = row.get(Column::Heading) {
+            if let Some((before_s, before)) = heading.filter(|(before_s, _)| t_s > *before_s) {
+                turn_radps = backseat_core::state::wrap_angle(psi - before) / (t_s - before_s);
+            }
+            heading = Some((t_s, psi));
+        }
+        let is_held = held.iter().any(|[from_s, to_s]| (*from_s..=*to_s).contains(&t_s));
+        if let (Some(body), Some((_, psi)), false) = (body(row, has_dvl), heading, is_held) {
             if let Some((before_s, before)) = last {
                 let dt = t_s - before_s;
                 if dt > LONGEST_GAP_S {
                     fix = None;
                 } else {
-                    let [u, v] = [0, 1].map(|axis| 0.5 * (before[axis] + body[axis]));
-                    let (sin, cos) = psi.sin_cos();
-                    let along = [u * cos - v * sin, u * sin + v * cos];
-                    let across = [-along[1], along[0]];
+                    let mean = [0, 1].map(|axis| 0.5 * (before[axis] + body[axis]));
+                    let along = add(&mut slopes, mean, psi, turn_radps, dt, (t_s - middle_s) / (2.0 * middle_s));
                     for axis in 0..2 {
                         moved[axis] += along[axis] * dt;
-                        let by = &mut slopes[axis];
-                        by[axis] += dt;
-                        // True heading is measured less bias: the way turns back by it.
-                        for (column, factor) in [(2, 1.0), (3, sin), (4, cos)] {
-                            by[column] -= factor * across[axis] * dt;
-                        }
-                        by[5] -= along[axis] * dt;
-                        // v_measured = Rz(yaw)ᵀ v: the true velocity is turned by yaw.
-                        by[6] += across[axis] * dt;
                     }
                 }
             }
@@ -167,124 +233,59 @@ fn stretches(log: &Log, has_dvl: bool) -> Vec<Stretch> {
             continue;
         };
         match fix {
-            Some((fix_s, _)) if t_s - fix_s < APART_S => continue,
-            Some((_, before)) => {
+            Some((fix_s, ..)) if t_s - fix_s < apart_s => continue,
+            Some((fix_s, fix_us, before)) => {
                 let missing_m = [0, 1].map(|axis| now[axis] - before[axis] - moved[axis]);
-                found.push(Stretch { t_s, missing_m, slopes });
+                let at = |time_us| truth.and_then(|truth| truth.at(time_us)).map(|row| [row.state[0], row.state[1]]);
+                let missing_of_truth_m = at(row.time_us)
+                    .zip(at(fix_us))
+                    .map(|(now, before)| [0, 1].map(|axis| now[axis] - before[axis] - moved[axis]));
+                found.push(Stretch { t_s, dt_s: t_s - fix_s, missing_m, missing_of_truth_m, slopes });
             }
             None => {}
         }
-        fix = Some((t_s, now));
+        fix = Some((t_s, row.time_us, now));
         (moved, slopes) = ([0.0; 2], [[0.0; COLUMNS]; 2]);
     }
-    found
+    without_jumps(found)
 }
 
-/// Scatter of a stretch, by differences of neighbours: whatever is slow does not count.
-fn sigma(stretches: &[Stretch]) -> f64 {
-    let jumps: Vec<f64> = stretches
-        .windows(2)
-        .flat_map(|w| [0, 1].map(|axis| ((w[1].missing_m[axis] - w[0].missing_m[axis]) / 2.0_f64.sqrt()).abs()))
-        .collect();
-    1.482_602 * median(&jumps).unwrap_or(1.0)
+/// Adds a step's ∂ way/∂θ; returns the velocity over ground, north and east.
+fn add(
+    slopes: &mut [[f64; COLUMNS]; 2],
+    [u, v]: [f64; 2],
+    psi: f64,
+    turn_radps: f64,
+    dt: f64,
+    since_middle: f64,
+) -> [f64; 2] {
+    let (sin, cos) = psi.sin_cos();
+    let along = [u * cos - v * sin, u * sin + v * cos];
+    let across = [-along[1], along[0]];
+    let starboard = [-sin, cos];
+    for axis in 0..2 {
+        let by = &mut slopes[axis];
+        by[axis] += dt;
+        by[9 + axis] += since_middle * dt;
+        // True heading is measured less bias: the way turns back by it.
+        let harmonics = [(2, 1.0), (3, sin), (4, cos), (7, (2.0 * psi).sin()), (8, (2.0 * psi).cos())];
+        for (column, factor) in harmonics {
+            by[column] -= factor * across[axis] * dt;
+        }
+        by[5] -= along[axis] * dt;
+        // v_measured = Rz(yaw)ᵀ v: the true velocity is turned by yaw.
+        by[6] += across[axis] * dt;
+        // Late by τ, the reading is behind by τ times the turn.
+        by[11] += turn_radps * across[axis] * dt;
+        by[12] += turn_radps * starboard[axis] * dt;
+    }
+    along
 }
 
-fn pass(stretches: &[Stretch], sigma_m: f64, theta: &[f64; COLUMNS]) -> Pass {
-    let mut residuals = Vec::new();
-    let mut blocks = Vec::new();
-    rayon::in_place_scope(|scope| {
-        let mut builder = NormalBuilder::new(COLUMNS, BLOCK_S, scope);
-        for stretch in stretches {
-            for (axis, channel) in [Channel::GnssX, Channel::GnssY].into_iter().enumerate() {
-                let slopes = &stretch.slopes[axis];
-                let known: f64 = slopes.iter().zip(theta).map(|(slope, value)| slope * value).sum();
-                let innovation = stretch.missing_m[axis] - known;
-                residuals.push(Residual { t_s: stretch.t_s, channel, innovation, sigma: sigma_m, used: true });
-                builder.row(stretch.t_s, innovation / sigma_m, slopes, -1.0 / sigma_m);
-            }
-        }
-        blocks = builder.finish();
-    });
-    Pass { residuals, trace: Vec::new(), normal: Normal::collect(COLUMNS, blocks) }
-}
-
-/// Values on the training blocks, rivals on all of them.
-fn describe(
-    bench: &Bench,
-    pass: &Pass,
-    chosen: &[Hypothesis],
-    all: &[Hypothesis],
-    rounds: &[Round],
-) -> Option<(Vec<Found>, [f64; COLUMNS])> {
-    let sum = |part| pass.normal.sum(|block| bench.is_in(part, block));
-    let (train, held, whole) = (sum(Part::Train), sum(Part::Held), sum(Part::Whole));
-    let free: Vec<usize> = chosen.iter().flat_map(|h| h.free.clone()).collect();
-    let mut theta = [0.0; COLUMNS];
-    if free.is_empty() {
-        return Some((Vec::new(), theta));
-    }
-    let fit = linear::fit(&train, &free, &[])?;
-    let sigmas = linear::sigmas(&pass.normal, |block| bench.is_in(Part::Train, block), &free, &fit, &[]);
-    for (column, value) in free.iter().zip(&fit.theta) {
-        theta[*column] = *value;
-    }
-    let tried = rounds.first().map_or(1, |round| round.tried) as f64;
-    let mut effects = Vec::new();
-    for hypothesis in chosen {
-        let others: Vec<usize> = free.iter().copied().filter(|column| !hypothesis.free.contains(column)).collect();
-        let base = linear::fit(&whole, &others, &[]).map_or(0.0, |fit| fit.gain);
-        let gain = linear::fit(&whole, &free, &[])?.gain - base;
-        let values: Vec<Value> = hypothesis
-            .candidate
-            .info()
-            .parameters
-            .iter()
-            .zip(&hypothesis.free)
-            .map(|(parameter, column)| {
-                let place = free.iter().position(|c| c == column).unwrap_or(0);
-                let half = Z_95 * sigmas[place];
-                let value = theta[*column];
-                let ci95 = [value - half, value + half];
-                Value { name: parameter.name, unit: parameter.unit, kind: ParameterKind::Size, value, ci95 }
-            })
-            .collect();
-        let blocks: Vec<f64> = pass
-            .normal
-            .blocks
-            .iter()
-            .enumerate()
-            .filter(|(index, block)| bench.is_in(Part::Held, *index) && block.count > 0)
-            .map(|(_, block)| linear::gain_of(block, &free, &fit.theta, &[]))
-            .collect();
-        let held_gain = mean_ci95(&blocks)
-            .map(|(low, high)| (linear::gain_of(&held, &free, &fit.theta, &[]) / blocks.len() as f64, [low, high]));
-        let mut rivals = Vec::new();
-        for rival in all.iter().filter(|h| !chosen.contains(h)) {
-            let columns: Vec<usize> = others.iter().chain(&rival.free).copied().collect();
-            let Some(alone) = linear::fit(&whole, &columns, &[]) else { continue };
-            let both: Vec<usize> = columns.iter().chain(&hypothesis.free).copied().collect();
-            let Some(together) = linear::fit(&whole, &both, &[]) else { continue };
-            let (inflation, count) = linear::inflation(&pass.normal, |_| true, &both, &together, &[]);
-            let p = search::tail(together.gain - alone.gain, inflation, count, hypothesis.candidate.degrees());
-            let sizes = alone.theta[others.len()..].to_vec();
-            rivals.push(Rival {
-                instance: Instance { candidate: rival.candidate, sizes },
-                deficit: gain + base - alone.gain,
-                p,
-                separating_manoeuvre: manoeuvre(&hypothesis.candidate, &rival.candidate),
-            });
-        }
-        rivals.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
-        // A DVL's pitch is not seen from above.
-        let mut sizes: Vec<f64> = hypothesis.free.iter().map(|column| theta[*column]).collect();
-        sizes.resize(hypothesis.candidate.bounds().len(), 0.0);
-        // The vehicle file takes what is plausible; what was found stands in the values.
-        for (size, [low, high]) in sizes.iter_mut().zip(hypothesis.candidate.bounds()) {
-            *size = size.clamp(low, high);
-        }
-        let instance = Instance { candidate: hypothesis.candidate, sizes };
-        let p_value = (chi2_tail(gain, hypothesis.candidate.degrees()) * tried).min(1.0);
-        effects.push(Found { instance, values, p_value, gain, held_gain, rivals });
-    }
-    Some((effects, theta))
+/// Leaves out stretches whose fixes jump: more than anything that is missing elsewhere by far.
+fn without_jumps(stretches: Vec<Stretch>) -> Vec<Stretch> {
+    const FAR: f64 = 20.0;
+    let size = |stretch: &Stretch| stretch.missing_m[0].hypot(stretch.missing_m[1]);
+    let typical = median(&stretches.iter().map(size).collect::<Vec<_>>()).unwrap_or(0.0).max(0.1);
+    stretches.into_iter().filter(|stretch| size(stretch) < FAR * typical).collect()
 }

@@ -46,11 +46,15 @@ pub enum Channel {
     Range,
     /// Acoustic range rate, m/s.
     RangeRate,
+    /// Rate of depth, positive down, m/s (reduced models).
+    DepthRate,
+    /// Speed through the water, m/s (reduced models).
+    WaterSpeed,
 }
 
 impl Channel {
     /// Number of channels.
-    pub const COUNT: usize = Self::RangeRate as usize + 1;
+    pub const COUNT: usize = Self::WaterSpeed as usize + 1;
 
     /// All, in order.
     pub const ALL: [Self; Self::COUNT] = [
@@ -68,6 +72,8 @@ impl Channel {
         Self::GnssY,
         Self::Range,
         Self::RangeRate,
+        Self::DepthRate,
+        Self::WaterSpeed,
     ];
 
     /// Name in reports.
@@ -88,6 +94,8 @@ impl Channel {
             Self::GnssY => "GNSS east",
             Self::Range => "range",
             Self::RangeRate => "range rate",
+            Self::DepthRate => "depth rate",
+            Self::WaterSpeed => "speed through water",
         }
     }
 
@@ -98,7 +106,8 @@ impl Channel {
             Self::Depth | Self::GnssX | Self::GnssY | Self::Range => "m",
             Self::Roll | Self::Pitch | Self::Heading => "rad",
             Self::P | Self::Q | Self::R => "rad/s",
-            Self::DvlU | Self::DvlV | Self::DvlW | Self::RangeRate => "m/s",
+            Self::DvlU | Self::DvlV | Self::DvlW => "m/s",
+            Self::RangeRate | Self::DepthRate | Self::WaterSpeed => "m/s",
         }
     }
 }

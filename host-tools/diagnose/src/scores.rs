@@ -282,38 +282,3 @@ fn velocity_against(run: &FilterRun, truth: &Truth, choose: impl Fn(u64) -> bool
         .collect();
     rms(&errors)
 }
-
-/// Scores of a diagnosis on heading and speed alone: the velocity missing over a stretch between fixes, and the
-/// position that dead reckoning alone would have lost over ten minutes of them.
-#[must_use]
-pub fn planar(bench: &Bench, pass: &Pass) -> Scores {
-    let whiteness = whiteness(bench, pass);
-    let held = || pass.residuals.iter().filter(|r| bench.is_held(r.t_s));
-    let velocities: Vec<f64> = held().map(|r| r.innovation / crate::bench::BLOCK_S).collect();
-    let mut position_errors = Vec::new();
-    let mut sum = [0.0; 2];
-    for (i, r) in pass.residuals.iter().enumerate() {
-        let axis = usize::from(r.channel == Channel::GnssY);
-        sum[axis] += r.innovation;
-        if axis == 1 {
-            position_errors.push((r.t_s, sum[0].hypot(sum[1])));
-        }
-        // A track of ten minutes, then afresh: else one bad stretch would count for ever.
-        if (i + 1) % 60 == 0 {
-            sum = [0.0; 2];
-        }
-    }
-    let held_errors: Vec<f64> =
-        position_errors.iter().filter(|(t_s, _)| bench.is_held(*t_s)).map(|(_, error)| *error).collect();
-    let tested = whiteness.len().max(1) as f64;
-    Scores {
-        velocity_rmse_mps: rms(&velocities),
-        position_rmse_m: rms(&held_errors),
-        position_against: Some("GNSS fixes, dead reckoning of ten minutes"),
-        innovation_whiteness_p: (whiteness.iter().map(|w| w.p).fold(1.0, f64::min) * tested).min(1.0),
-        max_autocorrelation: whiteness.iter().flat_map(|w| &w.correlation).fold(0.0, |largest, r| r.abs().max(largest)),
-        whiteness,
-        prediction: vec![[None; HORIZONS_S.len()]; PREDICTED.len()],
-        position_errors,
-    }
-}

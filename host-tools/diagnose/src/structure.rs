@@ -8,8 +8,9 @@ use crate::search::tail;
 use crate::terms::{Cause, Generic, Term, dictionary};
 use crate::whitener::Pass;
 
-/// Probability of finding structure where there is none, over the whole dictionary.
-pub const FAMILY_ERROR: f64 = 1e-3;
+/// Probability of finding structure where there is none, over the whole dictionary. Small, because noise that is
+/// modestly coloured where it was declared white leaves some: it enters the filter and comes back by the autopilot.
+pub const FAMILY_ERROR: f64 = 1e-6;
 /// Most terms of a hint.
 const MOST_TERMS: usize = 5;
 
@@ -28,11 +29,28 @@ pub struct Hint {
     pub p: f64,
 }
 
+/// A term of a reduced model that has no name in the catalogue.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedTerm {
+    /// What it stands for.
+    pub name: &'static str,
+    /// Its factors.
+    pub values: Vec<f64>,
+    /// By how much Σ e² falls beside the terms before it, over the whole log.
+    pub gain: f64,
+    /// The same on the held-out blocks, fitted on the others.
+    pub held_gain: f64,
+    /// Probability under the null after the number of terms tried.
+    pub p: f64,
+}
+
 /// Structure found beside accepted effects: terms in the order in which they explain most.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Structure {
     /// Significant terms, best first (orthogonal matching pursuit).
     pub hints: Vec<Hint>,
+    /// The same of a reduced model.
+    pub named: Vec<NamedTerm>,
     /// Gain of all of them.
     pub gain: f64,
 }

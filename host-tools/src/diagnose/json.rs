@@ -8,12 +8,15 @@ use serde_json::{Map, Value, json};
 
 pub fn text(outcome: &Outcome<'_>) -> String {
     let d = outcome.diagnosis;
-    let hints: Vec<Value> = d
+    let mut hints: Vec<Value> = d
         .structure
         .hints
         .iter()
         .map(|h| json!({"term": h.generic.name(), "value": h.value, "gain": h.gain, "held_out_gain": h.held_gain, "p_value": h.p}))
         .collect();
+    hints.extend(d.structure.named.iter().map(
+        |t| json!({"term": t.name, "value": t.values, "gain": t.gain, "held_out_gain": t.held_gain, "p_value": t.p}),
+    ));
     let object = json!({
         "verdict": d.verdict.name(),
         "effects": d.effects.iter().map(effect).collect::<Vec<_>>(),

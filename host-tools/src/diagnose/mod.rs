@@ -9,10 +9,11 @@ use anyhow::{Context, bail};
 use backseat_core::effects::ParameterId;
 use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
-use backseat_data::{Log, Truth, VehicleFile, importers};
+use backseat_data::importers::{self, ColumnMap, Imported};
+use backseat_data::{Log, Truth, VehicleFile};
 use backseat_diagnose::bench::Bench;
 use backseat_diagnose::diagnosis::{self, Diagnosis};
-use backseat_diagnose::planar;
+use backseat_diagnose::{glide, pings, planar, reduced};
 use backseat_diagnose::scores::{self, Scores};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
@@ -23,8 +24,13 @@ Examples:
   backseat diagnose log.csv.gz                                the built-in vehicle, one page of text
   backseat diagnose log.csv --vehicle iver3.toml --report out out/report.html and out/vehicle.toml
   backseat diagnose log.csv --no-dvl --truth truth.csv --json as a script wants it
+  backseat diagnose glider_flight.csv --with glider_ctd.csv   two logs of one time base
+  backseat diagnose table.csv --columns map.toml              a table of any other maker
 
-The log is as for `backseat navigate`. The vehicle file written holds what was declared and the effects that were found:
+The log is as for `backseat navigate`, or a glider's, a pinger's or a DVL and AHRS log. Without fins and propeller in it, the
+plainest model that it supports is taken: a glide on ballast, pseudo-ranges of an unsynchronised pinger, or dead reckoning.
+A mapping names a table's columns: [time] column, unit (s, ms, us, min, h, hms), base (start or epoch), and for each column
+of the vehicle log, as [columns.depth_m], column, unit, sign, scale and offset. The vehicle file written holds what was declared and the effects that were found:
 `navigate`, `params import` and the simulator take it as it is.";
 
 /// Find out which physical effect the declared model lacks
@@ -42,6 +48,12 @@ pub struct Args {
     /// Leave the DVL out
     #[arg(long)]
     no_dvl: bool,
+    /// A second log of the same time base, joined to the first
+    #[arg(long, value_name = "LOG2")]
+    with: Option<PathBuf>,
+    /// How the columns of the log's table are named and scaled
+    #[arg(long, value_name = "MAP.toml")]
+    columns: Option<PathBuf>,
     /// Write an HTML report and the augmented vehicle file into this folder
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
@@ -81,28 +93,19 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(path) => VehicleFile::read(path)?,
         None => VehicleFile::reference(),
     };
-    let imported = importers::read(&args.log)?;
+    let imported = import(args)?;
     let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
     let log = &imported.log;
     let mut notes = log.notes.clone();
-    if args.vehicle.is_none() {
-        notes.push(format!("no vehicle file given: the built-in {} is taken as declared", vehicle.name));
-    }
     let spinner = Spinner::new();
     let has_actuators = Column::ALL[..=Column::FinStarboard as usize].iter().all(|column| log.has(*column));
     let (diagnosis, before, after) = if has_actuators {
+        if args.vehicle.is_none() {
+            notes.push(format!("no vehicle file given: the built-in {} is taken as declared", vehicle.name));
+        }
         dynamic(args, log, &vehicle, truth.as_ref(), &spinner)?
     } else {
-        spinner.set("dead reckoning");
-        let Some((bench, diagnosis)) = planar::run(log, &vehicle) else {
-            bail!(
-                "{}: neither fins and propeller for the dynamic model, nor heading, speed and GNSS along the way for \
-                 dead reckoning",
-                args.log.display()
-            );
-        };
-        let (before, after) = (scores::planar(&bench, &diagnosis.before), scores::planar(&bench, &diagnosis.after));
-        (diagnosis, before, after)
+        reduced(args, log, &vehicle, truth.as_ref(), &spinner)?
     };
     drop(spinner);
     notes.extend(diagnosis.notes.iter().cloned());
@@ -134,6 +137,59 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let text = if args.json { json::text(&outcome) } else { text::text(&outcome) };
     console::print(text.as_bytes())
+}
+
+/// The log, with the one beside it.
+fn import(args: &Args) -> anyhow::Result<Imported> {
+    let mut imported = match &args.columns {
+        Some(path) => importers::read_mapped(&args.log, &ColumnMap::read(path)?)?,
+        None => importers::read(&args.log)?,
+    };
+    if let Some(path) = &args.with {
+        imported.log.join(importers::read(path)?.log);
+    }
+    Ok(imported)
+}
+
+/// Logs without fins and propeller, each by the plainest model that it supports.
+fn reduced(
+    args: &Args,
+    log: &Log,
+    vehicle: &VehicleFile,
+    truth: Option<&Truth>,
+    spinner: &Spinner,
+) -> anyhow::Result<(Diagnosis, Scores, Scores)> {
+    let refuse_truth = |what: &str| match &args.truth {
+        Some(path) => bail!("{}: {what} is compared with what it logged itself, not with a truth", path.display()),
+        None => Ok(()),
+    };
+    let (reduced, [before, after]) = if pings::is_for(log) {
+        refuse_truth("a pinger's log")?;
+        spinner.set("pseudo-ranges");
+        let Some(found) = pings::run(log, vehicle) else {
+            bail!("{}: fewer than 30 pings with a position", args.log.display());
+        };
+        (found.reduced, found.scores)
+    } else if glide::is_for(log) {
+        refuse_truth("a glider's log")?;
+        spinner.set("glide");
+        let Some(found) = glide::run(log, vehicle) else {
+            bail!("{}: too little steady flight for a model of the glide", args.log.display());
+        };
+        (found.reduced, found.scores)
+    } else {
+        spinner.set("dead reckoning");
+        let Some(found) = planar::run(log, vehicle, !args.no_dvl, truth) else {
+            bail!(
+                "{}: neither fins and propeller for the dynamic model, nor heading, speed and GNSS along the way for \
+                 dead reckoning",
+                args.log.display()
+            );
+        };
+        (found.reduced, found.scores)
+    };
+    let reduced::Reduced { diagnosis, .. } = reduced;
+    Ok((diagnosis, before, after))
 }
 
 /// The main route: the vehicle's own dynamics.

@@ -25,6 +25,9 @@ pub fn text(outcome: &Outcome<'_>) -> String {
     for hint in &outcome.diagnosis.structure.hints {
         let _ = writeln!(out, "  depends on: {} (p {:.1e})", hint.generic.name(), hint.p);
     }
+    for term in &outcome.diagnosis.structure.named {
+        let _ = writeln!(out, "\n  depends on: {} (p {:.1e}, {:.3?})", term.name, term.p, term.values);
+    }
     let _ = writeln!(out, "\n  {:28} {:>12} {:>12}", "on held-out data", "before", "after");
     for (name, before, after) in rows(outcome) {
         let _ = writeln!(out, "  {name:28} {before:>12} {after:>12}");
@@ -62,7 +65,10 @@ pub fn headline(outcome: &Outcome<'_>) -> String {
                 .hints
                 .first()
                 .map_or_else(String::new, |hint| format!(" It depends most on {}.", hint.generic.name()));
-            format!("unexplained: the model lacks something that no entry of the catalogue describes.{hint}")
+            let named =
+                d.structure.named.first().map_or_else(String::new, |term| format!(" It depends most on {}.", term.name));
+            let beside = if names.is_empty() { String::new() } else { format!(" beside {names}") };
+            format!("unexplained: the model lacks something{beside} that no entry of the catalogue describes.{hint}{named}")
         }
     }
 }
@@ -104,7 +110,7 @@ pub fn rows(outcome: &Outcome<'_>) -> Vec<(String, String, String)> {
     let against = a.position_against.map_or_else(String::new, |what| format!(" ({what})"));
     let p = probability;
     vec![
-        ("velocity in 10 s [m/s]".to_owned(), some(a.velocity_rmse_mps, 4), some(b.velocity_rmse_mps, 4)),
+        (velocity_name(outcome), some(a.velocity_rmse_mps, 4), some(b.velocity_rmse_mps, 4)),
         (format!("position [m]{against}"), some(a.position_rmse_m, 2), some(b.position_rmse_m, 2)),
         ("whiteness, p".to_owned(), p(a.innovation_whiteness_p), p(b.innovation_whiteness_p)),
         (
@@ -113,4 +119,10 @@ pub fn rows(outcome: &Outcome<'_>) -> Vec<(String, String, String)> {
             format!("{:.3}", b.max_autocorrelation),
         ),
     ]
+}
+
+/// What the velocity is: predicted ahead, or missing where there is nothing to predict it from.
+fn velocity_name(outcome: &Outcome<'_>) -> String {
+    let is_predicted = outcome.before.prediction.iter().flatten().any(Option::is_some);
+    if is_predicted { "velocity in 10 s [m/s]" } else { "velocity [m/s]" }.to_owned()
 }

@@ -1,0 +1,242 @@
+//! Logs of a pinger with a clock of its own: times of arrival at a vehicle that knows where it is.
+//!
+//! Ping k arrives at t_k = t_0 + k T + r_k / c. The plain model knows neither t_0 nor, better than its reading, T: it takes
+//! the offset as unknown (it is always fitted), the period as the median of the intervals, and the declared speed of
+//! sound. As a range: c (t_k − k T) = (1 + ratio) r_k + c (offset + drift t), by the catalogue's definitions.
+
+use crate::reduced::{self, Entry, Measures, Nameless, ReducedModel, Row};
+use crate::samples::Channel;
+use crate::scores::Scores;
+use backseat_core::navigation::NavigationConfig;
+use backseat_data::log::Column;
+use backseat_data::stats::median;
+use backseat_data::{Log, VehicleFile};
+
+/// Fewest pings that are worth a fit.
+const FEWEST: usize = 30;
+/// Blocks are longer than with other logs: a ping comes every several seconds.
+const BLOCK_S: f64 = 40.0;
+/// Nearer than this, the direction to the pinger is not known, m.
+const NEAR_M: f64 = 5.0;
+
+/// Columns: offset, s; drift, ppm; ratio; then those without a name: drift that grows, radial speed, the pinger's place
+/// north and east, ahead of the antenna, height over the pinger at short range.
+const COLUMNS: usize = 8;
+
+struct Ping {
+    t_s: f64,
+    pseudo_range_m: f64,
+    range_m: f64,
+    slopes: [f64; COLUMNS],
+}
+
+struct Pings {
+    pings: Vec<Ping>,
+}
+
+/// What the whole route gave.
+pub struct Outcome {
+    /// Bench and diagnosis.
+    pub reduced: reduced::Reduced,
+    /// Before and after.
+    pub scores: [Scores; 2],
+}
+
+impl ReducedModel for Pings {
+    fn columns(&self) -> usize {
+        COLUMNS
+    }
+
+    fn rows(&self, theta: &[f64]) -> Vec<Row> {
+        self.pings
+            .iter()
+            .map(|ping| {
+                let known: f64 = ping.slopes.iter().zip(theta).map(|(slope, value)| slope * value).sum();
+                let residual = ping.pseudo_range_m - ping.range_m - known;
+                Row { t_s: ping.t_s, channel: Channel::Range, residual, slopes: ping.slopes.to_vec() }
+            })
+            .collect()
+    }
+
+    fn calibrated(&self) -> Vec<usize> {
+        vec![0]
+    }
+
+    fn entries(&self) -> Vec<Entry> {
+        vec![("clock_drift", vec![1]), ("sound_speed", vec![2])]
+    }
+
+    fn nameless(&self) -> Vec<Nameless> {
+        vec![
+            ("a clock drift that grows with time", vec![3]),
+            ("radial speed: positions that are late, or a hydrophone ahead of the antenna", vec![4]),
+            ("the pinger's place", vec![5, 6]),
+            ("height of the vehicle over the pinger", vec![7]),
+        ]
+    }
+
+    fn block_s(&self) -> f64 {
+        BLOCK_S
+    }
+}
+
+/// Whether a log is one of pings without times of launch.
+#[must_use]
+pub fn is_for(log: &Log) -> bool {
+    log.has(Column::Toa) && !log.has(Column::Tol) && !log.has(Column::Range)
+}
+
+/// Diagnoses a log of arrivals; `None` if it has too few of them with a position.
+#[must_use]
+pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<Outcome> {
+    let c = NavigationConfig::REFERENCE.sound_speed_mps;
+    let (model, period_s, missed) = pings(log, c)?;
+    let mut reduced = reduced::run(&model, log, vehicle)?;
+    let fitted = &reduced.theta[1];
+    let (drift, sigma) = (fitted[1] * 1e-6, reduced.sigmas[1] * 1e-6);
+    let mut notes = vec![
+        format!(
+            "no times of launch: a pseudo-range model with the pinger's own clock; {} pings with a position, {missed} \
+             missed between them; the offset is always fitted",
+            model.pings.len()
+        ),
+        format!("declared: {c} m/s, and a period of {period_s:.3} s (the median interval)"),
+        format!(
+            "fitted: a period of {:.6} s with one sigma of {:.1e} s; sound travels {:.0} m/s with one sigma of {:.0} m/s",
+            period_s * (1.0 + drift),
+            period_s * sigma,
+            c / (1.0 + fitted[2]),
+            c * reduced.sigmas[2]
+        ),
+    ];
+    notes.append(&mut reduced.diagnosis.notes);
+    reduced.diagnosis.notes = notes;
+    let passes = [&reduced.diagnosis.before, &reduced.diagnosis.after];
+    let scores = [0, 1].map(|i| {
+        let position = model.rows(&reduced.theta[i]).into_iter().map(|row| (row.t_s, row.residual)).collect();
+        let measures = Measures { position, against: Some("range to the pinger by GNSS"), ..Measures::default() };
+        reduced::scores(&reduced.bench, passes[i], measures)
+    });
+    Some(Outcome { reduced, scores })
+}
+
+/// Arrivals with positions, the period assumed, and how many pings were missed.
+fn pings(log: &Log, c: f64) -> Option<(Pings, f64, usize)> {
+    let start_us = log.rows.first()?.time_us;
+    let seconds = |time_us: u64| (time_us - start_us) as f64 * 1e-6;
+    let arrivals: Vec<f64> = log.rows.iter().filter_map(|row| row.arrival_us()).map(|us| us as f64 * 1e-6).collect();
+    let intervals: Vec<f64> = arrivals.windows(2).map(|w| w[1] - w[0]).collect();
+    let period_s = median(&intervals).filter(|period_s| *period_s > 0.0)?;
+    let duration_s = log.duration_s().max(1.0);
+    let positions: Vec<(f64, [f64; 2])> =
+        log.rows.iter().filter_map(|row| Some((seconds(row.time_us), row.gnss_m()?))).collect();
+    let (mut index, mut missed, mut last): (f64, f64, Option<f64>) = (0.0, 0.0, None);
+    let mut pings = Vec::new();
+    for row in &log.rows {
+        let Some(arrival_us) = row.arrival_us() else { continue };
+        let arrival_s = arrival_us as f64 * 1e-6;
+        if let Some(last) = last {
+            // From one arrival to the next, so that drift and motion never add up to half a period.
+            let steps = ((arrival_s - last) / period_s).round();
+            index += steps;
+            missed += (steps - 1.0).max(0.0);
+        }
+        last = Some(arrival_s);
+        let (Some([north, east]), Some([ship_north, ship_east])) = (row.gnss_m(), row.ship_at_launch_m()) else {
+            continue;
+        };
+        let t_s = seconds(row.time_us);
+        let (dx, dy) = (north - ship_north, east - ship_east);
+        let range_m = dx.hypot(dy);
+        let [bx, by] = if range_m < NEAR_M { [0.0; 2] } else { [dx / range_m, dy / range_m] };
+        let velocity = velocity(&positions, t_s);
+        let since_middle = t_s / duration_s - 0.5;
+        let slopes = [
+            c,
+            1e-6 * c * t_s,
+            range_m,
+            since_middle * since_middle,
+            bx * velocity[0] + by * velocity[1],
+            -bx,
+            -by,
+            1.0 / range_m.max(NEAR_M),
+        ];
+        pings.push(Ping { t_s, pseudo_range_m: c * (arrival_s - index * period_s), range_m, slopes });
+    }
+    // The first arrival's time of day is no part of the offset.
+    let first = pings.first().map_or(0.0, |ping| ping.pseudo_range_m - ping.range_m);
+    for ping in &mut pings {
+        ping.pseudo_range_m -= first;
+    }
+    (pings.len() >= FEWEST).then_some((Pings { pings }, period_s, missed as usize))
+}
+
+/// Velocity by the positions before and after, m/s.
+fn velocity(positions: &[(f64, [f64; 2])], t_s: f64) -> [f64; 2] {
+    let at = positions.partition_point(|(at_s, _)| *at_s < t_s);
+    let (Some(before), Some(after)) = (positions.get(at.saturating_sub(1)), positions.get((at + 1).min(positions.len() - 1)))
+    else {
+        return [0.0; 2];
+    };
+    let dt = after.0 - before.0;
+    if dt > 0.0 { [0, 1].map(|axis| (after.1[axis] - before.1[axis]) / dt) } else { [0.0; 2] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use backseat_data::LogRow;
+
+    /// A vehicle to and fro past a pinger whose clock runs as `drift_ppm` says, sound at 1515 m/s.
+    fn log(drift_ppm: f64) -> Log {
+        let (mut state, mut log) = (7_u64, Log::default());
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        for ping in 0..220_u32 {
+            if ping % 17 == 5 {
+                continue; // missed
+            }
+            let launch_s = 8.179 * (1.0 + 1e-6 * drift_ppm) * f64::from(ping) + 3.2;
+            let leg = (launch_s / 200.0).fract() * 2.0;
+            let north = 150.0 * if leg < 1.0 { leg } else { 2.0 - leg };
+            let position = [north, 20.0];
+            // Reading to the millisecond, and as much again.
+            let arrival_s = launch_s + position[0].hypot(position[1]) / 1515.0 + 1e-3 * noise();
+            let arrival_s = (arrival_s * 1e3).round() * 1e-3;
+            let mut row = LogRow::new((arrival_s * 1e6) as u64);
+            row.set(Column::Toa, arrival_s).set_all(Column::ShipX, &[0.0, 0.0]);
+            row.set_all(Column::GpsX, &[position[0] + noise(), position[1] + noise()]);
+            log.rows.push(row);
+        }
+        log
+    }
+
+    #[test]
+    fn val_sound_speed_and_period() {
+        let log = log(6.0);
+        assert!(is_for(&log));
+        let found = run(&log, &VehicleFile::reference()).unwrap();
+        let effects = &found.reduced.diagnosis.effects;
+        let value = |name: &str| effects.iter().find(|f| f.instance.candidate.effect == name).map(|f| f.values[0]);
+        let ratio = value("sound_speed").unwrap();
+        let truth = 1500.0 / 1515.0 - 1.0;
+        assert!((ratio.ci95[0]..=ratio.ci95[1]).contains(&truth), "{ratio:?}");
+        assert!(ratio.ci95[1] - ratio.ci95[0] < 0.01, "{ratio:?}");
+        // The period assumed is the median interval: what was fitted together with it is the true one.
+        let intervals: Vec<f64> = log.rows.windows(2).map(|w| (w[1].time_us - w[0].time_us) as f64 * 1e-6).collect();
+        let fitted = median(&intervals).unwrap() * (1.0 + 1e-6 * value("clock_drift").unwrap().value);
+        assert!((fitted - 8.179 * (1.0 + 6e-6)).abs() < 3e-6, "{fitted}"); // one ms over 220 pings is 4.5 µs a ping
+        let [before, after] = found.scores;
+        assert!(after.position_rmse_m.unwrap() < 0.6 * before.position_rmse_m.unwrap());
+        assert!(found.reduced.diagnosis.structure.named.is_empty(), "{:?}", found.reduced.diagnosis.structure.named);
+    }
+
+    #[test]
+    fn too_few_pings_are_no_log() {
+        let mut log = log(0.0);
+        log.rows.truncate(20);
+        assert!(run(&log, &VehicleFile::reference()).is_none());
+    }
+}

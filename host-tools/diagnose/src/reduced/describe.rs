@@ -1,0 +1,151 @@
+//! What was found, with intervals and rivals, and what remains.
+
+use super::fit::{self, Noise};
+use super::{MOST_NAMELESS, NAMELESS, NamedTerm, ReducedModel};
+use crate::bench::{Bench, Part};
+use crate::candidates::{Hypothesis, Instance};
+use crate::diagnosis::{Found, Value};
+use crate::linear::{self, Fit};
+use crate::rivals::{Rival, manoeuvre};
+use crate::search;
+use crate::statistics::chi2_tail;
+use crate::whitener::Pass;
+use backseat_core::effects::ParameterKind;
+use backseat_data::stats::{Z_95, mean_ci95};
+
+pub(super) struct Described<'a, M> {
+    pub model: &'a M,
+    pub bench: &'a Bench,
+    pub noise: &'a [Noise],
+    /// Fitted on the training blocks.
+    pub theta: &'a [f64],
+    /// At `theta`.
+    pub after: &'a Pass,
+}
+
+impl<M: ReducedModel> Described<'_, M> {
+    /// Effects with their values on the training blocks and rivals on all of them; one sigma of every column.
+    pub(super) fn effects(
+        &self,
+        calibrated: &[usize],
+        chosen: &[Hypothesis],
+        all: &[Hypothesis],
+        tried: f64,
+    ) -> Option<(Vec<Found>, Vec<f64>)> {
+        let free = super::free(calibrated, chosen);
+        let mut sigmas = vec![0.0; self.theta.len()];
+        for (column, sigma) in free.iter().zip(self.sigmas(&free)?) {
+            sigmas[*column] = sigma;
+        }
+        let whole = self.after.normal.sum(|_| true);
+        let mut effects = Vec::new();
+        for hypothesis in chosen {
+            let candidate = hypothesis.candidate;
+            let others: Vec<usize> = free.iter().copied().filter(|column| !hypothesis.free.contains(column)).collect();
+            // Taken away again: its columns at minus what was fitted.
+            let away: Vec<(usize, f64)> = hypothesis.free.iter().map(|column| (*column, -self.theta[*column])).collect();
+            let base = linear::fit(&whole, &others, &away).map_or(0.0, |fit| fit.gain);
+            let gain = linear::fit(&whole, &free, &[])?.gain - base;
+            let mut rivals = Vec::new();
+            for rival in all.iter().filter(|h| !chosen.contains(h)) {
+                let columns: Vec<usize> = others.iter().chain(&rival.free).copied().collect();
+                let Some(alone) = linear::fit(&whole, &columns, &away) else { continue };
+                let both: Vec<usize> = columns.iter().chain(&hypothesis.free).copied().collect();
+                let Some(together) = linear::fit(&whole, &both, &[]) else { continue };
+                let (inflation, count) = linear::inflation(&self.after.normal, |_| true, &both, &together, &[]);
+                let p = search::tail(together.gain - alone.gain, inflation, count, candidate.degrees());
+                rivals.push(Rival {
+                    instance: Instance { candidate: rival.candidate, sizes: alone.theta[others.len()..].to_vec() },
+                    deficit: gain + base - alone.gain,
+                    p,
+                    separating_manoeuvre: manoeuvre(&candidate, &rival.candidate),
+                });
+            }
+            rivals.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
+            let values = self.values(hypothesis, &sigmas);
+            let p_value = (chi2_tail(gain, candidate.degrees()) * tried).min(1.0);
+            let held_gain = self.held_gain(&others, hypothesis);
+            effects.push(Found { instance: self.instance(hypothesis), values, p_value, gain, held_gain, rivals });
+        }
+        Some((effects, sigmas))
+    }
+
+    /// One sigma of the free columns on the training blocks.
+    fn sigmas(&self, free: &[usize]) -> Option<Vec<f64>> {
+        if free.is_empty() {
+            return Some(Vec::new());
+        }
+        let train = self.after.normal.sum(|block| self.bench.is_in(Part::Train, block));
+        let covariance = linear::fit(&train, free, &[])?.covariance;
+        let at = Fit { gain: 0.0, theta: vec![0.0; free.len()], covariance };
+        Some(linear::sigmas(&self.after.normal, |block| self.bench.is_in(Part::Train, block), free, &at, &[]))
+    }
+
+    fn values(&self, hypothesis: &Hypothesis, sigmas: &[f64]) -> Vec<Value> {
+        let parameters = hypothesis.candidate.info().parameters.iter().zip(&hypothesis.free);
+        parameters
+            .map(|(parameter, column)| {
+                let (value, half) = (self.theta[*column], Z_95 * sigmas[*column]);
+                let ci95 = [value - half, value + half];
+                Value { name: parameter.name, unit: parameter.unit, kind: ParameterKind::Size, value, ci95 }
+            })
+            .collect()
+    }
+
+    /// As the vehicle file takes it: what was found, within what is plausible.
+    fn instance(&self, hypothesis: &Hypothesis) -> Instance {
+        let bounds = hypothesis.candidate.bounds();
+        let mut sizes: Vec<f64> = hypothesis.free.iter().map(|column| self.theta[*column]).collect();
+        // A DVL's pitch is not seen from above.
+        sizes.resize(bounds.len(), 0.0);
+        for (size, [low, high]) in sizes.iter_mut().zip(bounds) {
+            *size = size.clamp(low, high);
+        }
+        Instance { candidate: hypothesis.candidate, sizes }
+    }
+
+    /// By how much Σ e² of a held-out block falls by it: mean and interval.
+    fn held_gain(&self, others: &[usize], hypothesis: &Hypothesis) -> Option<(f64, [f64; 2])> {
+        let mut start = self.theta.to_vec();
+        for column in &hypothesis.free {
+            start[*column] = 0.0;
+        }
+        let without = fit::solve(self.model, self.bench, self.noise, others, &start, Part::Train)?;
+        let blocks = self.bench.held_gain(&fit::pass(self.model, self.noise, &without), self.after);
+        let (low, high) = mean_ci95(&blocks)?;
+        Some((blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]))
+    }
+
+    /// Columns without a name beside everything found, one after the other, best first.
+    pub(super) fn nameless(&self, free: &[usize]) -> Vec<NamedTerm> {
+        let sum = |part| self.after.normal.sum(|block| self.bench.is_in(part, block));
+        let (train, held, whole) = (sum(Part::Train), sum(Part::Held), sum(Part::Whole));
+        let gain = |columns: &[usize]| linear::fit(&whole, columns, &[]).map_or(0.0, |fit| fit.gain);
+        let held_gain = |columns: &[usize]| {
+            linear::fit(&train, columns, &[]).map_or(0.0, |fit| linear::gain_of(&held, columns, &fit.theta, &[]))
+        };
+        let all = self.model.nameless();
+        let mut columns = free.to_vec();
+        let mut found: Vec<NamedTerm> = Vec::new();
+        while found.len() < MOST_NAMELESS {
+            let (base, held_base) = (gain(&columns), held_gain(&columns));
+            let left = all.iter().filter(|(name, _)| found.iter().all(|term| term.name != *name));
+            let best = left
+                .filter_map(|(name, own)| {
+                    let with: Vec<usize> = columns.iter().chain(own).copied().collect();
+                    let fit = linear::fit(&whole, &with, &[])?;
+                    let (inflation, blocks) = linear::inflation(&self.after.normal, |_| true, &with, &fit, &[]);
+                    let p = search::tail(fit.gain - base, inflation, blocks, own.len()) * all.len() as f64;
+                    let held_gain = held_gain(&with) - held_base;
+                    let values = fit.theta[columns.len()..].to_vec();
+                    Some((with, NamedTerm { name, values, gain: fit.gain - base, held_gain, p: p.min(1.0) }))
+                })
+                .filter(|(_, term)| term.p < NAMELESS && term.held_gain > 0.0)
+                .min_by(|a, b| a.1.p.total_cmp(&b.1.p).then(b.1.gain.total_cmp(&a.1.gain)));
+            let Some((with, term)) = best else { break };
+            columns = with;
+            found.push(term);
+        }
+        found
+    }
+}

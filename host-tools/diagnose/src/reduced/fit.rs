@@ -1,0 +1,164 @@
+//! θ by Gauss and Newton on whitened rows, and the noise that whitens them.
+
+use super::{ReducedModel, Row};
+use crate::bench::{Bench, Part};
+use crate::gram::{Normal, NormalBuilder};
+use crate::linear;
+use crate::samples::Channel;
+use crate::whitener::{Pass, Residual};
+use backseat_data::stats::median;
+
+/// Steps of Gauss and Newton: the models are linear or nearly so.
+const STEPS: usize = 8;
+/// A gap longer than this many memories starts a sequence afresh.
+const GAP_MEMORIES: f64 = 5.0;
+/// Correlation of neighbours below which they are taken as independent.
+const LEAST_CORRELATION: f64 = 0.15;
+/// Longest memory that is taken as noise, s: what is slower is structure.
+const LONGEST_MEMORY_S: f64 = 120.0;
+
+/// First-order Gauss-Markov noise of one channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Which.
+    pub channel: Channel,
+    /// Its standard deviation, in the channel's unit.
+    pub sigma: f64,
+    /// Its correlation time, s; zero if white.
+    pub memory_s: f64,
+}
+
+impl Noise {
+    /// As a note.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let (name, unit) = (self.channel.name(), self.channel.unit());
+        let memory = match self.memory_s {
+            0.0 => "from reading to reading".to_owned(),
+            memory_s => format!("with a memory of {memory_s:.0} s"),
+        };
+        format!("{name}: scatter of {:.2e} {unit} {memory}, taken from the log itself", self.sigma)
+    }
+
+    /// Share of the last residual that this one holds, and standard deviation of the rest.
+    fn step(&self, dt_s: f64) -> (f64, f64) {
+        if self.memory_s <= 0.0 || dt_s > GAP_MEMORIES * self.memory_s {
+            return (0.0, self.sigma);
+        }
+        let share = (-dt_s / self.memory_s).exp();
+        (share, self.sigma * (1.0 - share * share).sqrt())
+    }
+}
+
+/// Noise of every channel, from what remains with `columns` fitted to all of the log.
+pub(super) fn noise(model: &impl ReducedModel, bench: &Bench, columns: &[usize]) -> Option<Vec<Noise>> {
+    let zero = vec![0.0; model.columns()];
+    let rows = model.rows(&zero);
+    let mut noise: Vec<Noise> = Vec::new();
+    for row in &rows {
+        if noise.iter().all(|noise| noise.channel != row.channel) {
+            noise.push(of_channel(&rows, row.channel));
+        }
+    }
+    // The weights move the fit and the fit the weights.
+    for _ in 0..3 {
+        let theta = solve(model, bench, &noise, columns, &zero, Part::Whole)?;
+        let rows = model.rows(&theta);
+        for noise in &mut noise {
+            *noise = of_channel(&rows, noise.channel);
+        }
+    }
+    Some(noise)
+}
+
+/// Scatter by the median, so that outliers count for little; memory by the correlation of neighbours.
+fn of_channel(rows: &[Row], channel: Channel) -> Noise {
+    let of: Vec<(f64, f64)> = rows.iter().filter(|r| r.channel == channel).map(|r| (r.t_s, r.residual)).collect();
+    let middle = median(&of.iter().map(|(_, e)| *e).collect::<Vec<_>>()).unwrap_or(0.0);
+    let deviations: Vec<f64> = of.iter().map(|(_, e)| (e - middle).abs()).collect();
+    let sigma = (1.482_602 * median(&deviations).unwrap_or(1.0)).max(1e-9);
+    let clipped: Vec<(f64, f64)> = of.iter().map(|(t, e)| (*t, (e - middle).clamp(-3.0 * sigma, 3.0 * sigma))).collect();
+    let steps: Vec<f64> = clipped.windows(2).map(|w| w[1].0 - w[0].0).collect();
+    let step_s = median(&steps).unwrap_or(0.0);
+    let (mut both, mut square) = (0.0, 0.0);
+    for w in clipped.windows(2).filter(|w| w[1].0 - w[0].0 < 2.0 * step_s.max(1e-3)) {
+        both += w[0].1 * w[1].1;
+        square += 0.5 * (w[0].1 * w[0].1 + w[1].1 * w[1].1);
+    }
+    let correlation = if square > 0.0 { both / square } else { 0.0 };
+    let memory_s = if correlation > LEAST_CORRELATION && clipped.len() > 10 {
+        (-step_s / correlation.min(0.999).ln()).min(LONGEST_MEMORY_S)
+    } else {
+        0.0
+    };
+    Noise { channel, sigma, memory_s }
+}
+
+/// Whitened residuals and normal equations at θ.
+pub(super) fn pass(model: &impl ReducedModel, noise: &[Noise], theta: &[f64]) -> Pass {
+    let columns = model.columns();
+    let block_s = model.block_s();
+    let rows = model.rows(theta);
+    let mut whitened: Vec<(Residual, Vec<f64>)> = Vec::with_capacity(rows.len());
+    for noise in noise {
+        let mut last: Option<&Row> = None;
+        for row in rows.iter().filter(|row| row.channel == noise.channel) {
+            let dt_s = last.map_or(f64::INFINITY, |last| row.t_s - last.t_s);
+            let (share, sigma) = noise.step(dt_s);
+            let (mut innovation, mut slopes) = (row.residual, row.slopes.clone());
+            if let Some(last) = last.filter(|_| share > 0.0) {
+                innovation -= share * last.residual;
+                for (slope, before) in slopes.iter_mut().zip(&last.slopes) {
+                    *slope -= share * before;
+                }
+            }
+            let residual = Residual { t_s: row.t_s, channel: row.channel, innovation, sigma, used: true };
+            whitened.push((residual, slopes));
+            last = Some(row);
+        }
+    }
+    whitened.sort_by(|a, b| a.0.t_s.total_cmp(&b.0.t_s));
+    let mut blocks = Vec::new();
+    rayon::in_place_scope(|scope| {
+        let mut builder = NormalBuilder::new(columns, block_s, scope);
+        for (r, slopes) in &whitened {
+            builder.row(r.t_s, r.normalised(), slopes, -1.0 / r.sigma);
+        }
+        blocks = builder.finish();
+    });
+    let residuals = whitened.into_iter().map(|(residual, _)| residual).collect();
+    Pass { residuals, trace: Vec::new(), normal: Normal::collect(columns, blocks) }
+}
+
+/// Fits the `free` columns on a part from `start`; the others stay.
+pub(super) fn solve(
+    model: &impl ReducedModel,
+    bench: &Bench,
+    noise: &[Noise],
+    free: &[usize],
+    start: &[f64],
+    part: Part,
+) -> Option<Vec<f64>> {
+    /// A step below this many sigmas changes nothing.
+    const SMALL: f64 = 1e-3;
+    let mut theta = start.to_vec();
+    if free.is_empty() {
+        return Some(theta);
+    }
+    for _ in 0..STEPS {
+        let sum = pass(model, noise, &theta).normal.sum(|block| bench.is_in(part, block));
+        let fit = linear::fit(&sum, free, &[])?;
+        let mut largest = 0.0_f64;
+        for (i, (column, step)) in free.iter().zip(&fit.theta).enumerate() {
+            theta[*column] += step;
+            largest = largest.max(step.abs() / fit.sigma(i).max(f64::MIN_POSITIVE));
+        }
+        if !theta.iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        if largest < SMALL {
+            break;
+        }
+    }
+    Some(theta)
+}
