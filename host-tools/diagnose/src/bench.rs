@@ -100,7 +100,7 @@ impl Bench {
     /// Whether a block belongs to a part.
     #[must_use]
     pub fn is_in(&self, part: Part, block: usize) -> bool {
-        let forecast = block as f64 * BLOCK_S >= (1.0 - FORECAST_SHARE) * self.samples.duration_s;
+        let forecast = block as f64 * self.setup.block_s >= (1.0 - FORECAST_SHARE) * self.samples.duration_s;
         let held = forecast || block % (TRAIN_BLOCKS + HELD_BLOCKS) >= TRAIN_BLOCKS;
         match part {
             Part::Train => !held,
@@ -112,7 +112,7 @@ impl Bench {
     /// Whether a time is held out.
     #[must_use]
     pub fn is_held(&self, t_s: f64) -> bool {
-        self.is_in(Part::Held, (t_s / BLOCK_S) as usize)
+        self.is_in(Part::Held, (t_s / self.setup.block_s) as usize)
     }
 
     /// Runs the filter with a set of effects and columns.
@@ -125,18 +125,25 @@ impl Bench {
     #[must_use]
     pub fn fit(&self, instances: &[Instance], part: Part) -> Option<Joint> {
         const MOST_STEPS: usize = 6;
+        /// Where a step must be halved more often, the model is no better than its derivative.
+        const MOST_HALVINGS: usize = 2;
         /// A step below this many sigmas changes nothing that matters.
         const SMALL: f64 = 0.1;
         /// What Σ e² may rise by the rounding of a step and still be no worse.
         const ROUNDING: f64 = 0.05;
         let mut now = instances.to_vec();
         let mut best: Option<Joint> = None;
+        let mut halvings = 0;
         for _ in 0..=MOST_STEPS {
             let trial = self.evaluate(&now, part);
             let Some((joint, fit)) =
                 trial.filter(|(joint, _)| best.as_ref().is_none_or(|best| joint.square <= best.square + ROUNDING))
             else {
                 // Worse, or impossible: half-way back.
+                halvings += 1;
+                if halvings > MOST_HALVINGS && best.is_some() {
+                    break;
+                }
                 for (instance, good) in now.iter_mut().zip(&best.as_ref()?.instances) {
                     for (size, good) in instance.sizes.iter_mut().zip(&good.sizes) {
                         *size = 0.5 * (*size + good);

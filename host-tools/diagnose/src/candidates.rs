@@ -2,7 +2,8 @@
 
 use crate::samples::Channel;
 use crate::terms::{Cause, Term};
-use backseat_core::effects::{self, CATALOGUE, EffectInfo, EffectSet, FIN_NAMES, ParameterKind};
+use crate::whitener::STEP_S;
+use backseat_core::effects::{self, CATALOGUE, EffectInfo, EffectSet, FIN_NAMES, ParameterInfo, ParameterKind};
 
 /// An entry of the catalogue, with the fin and the onset where it has them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,6 +92,16 @@ impl Instance {
     #[must_use]
     pub fn apply(&self, set: &EffectSet) -> EffectSet {
         self.candidate.apply(set, &self.sizes)
+    }
+
+    /// Whether the filter's own step can show it: a shorter lag is not told from how the model is integrated, and
+    /// coloured noise that comes back by the autopilot looks like one.
+    #[must_use]
+    pub fn is_resolved(&self) -> bool {
+        let info = self.candidate.info();
+        let is_lag = |(parameter, _): &(&ParameterInfo, &f64)| info.hooks.input.is_some() && parameter.unit == "s";
+        let sizes = info.parameters.iter().filter(|parameter| parameter.kind == ParameterKind::Size);
+        sizes.zip(&self.sizes).filter(is_lag).all(|(_, size)| *size >= STEP_S)
     }
 }
 

@@ -218,8 +218,11 @@ fn choose(bench: &Bench, accepted: &[Instance], round: &Round) -> Option<Instanc
         let set = instance.apply(&set_of(&bench.scope.declared, accepted));
         Model::new(&bench.setup.parameters, &set).is_some()
     };
-    let standing: Vec<_> =
-        round.ladder.iter().filter(|e| round.is_significant(e) && is_possible(&e.instance)).collect();
+    let standing: Vec<_> = round
+        .ladder
+        .iter()
+        .filter(|e| round.is_significant(e) && e.instance.is_resolved() && is_possible(&e.instance))
+        .collect();
     let top = standing.first()?.score();
     let close: Vec<_> = standing.iter().filter(|e| e.score() > top - CLOSE.0 - CLOSE.1 * top).take(MOST).collect();
     let refined = |found: &Instance| {

@@ -166,6 +166,7 @@ impl Filter<'_> {
         residuals: &mut Vec<Residual>,
         rows: &mut NormalBuilder<'_, '_>,
     ) {
+        self.wake();
         let t_s = self.t_s;
         let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth);
         let by_truth = Matrix3::from_fn(|i, j| by_truth[i][j]);
@@ -191,14 +192,17 @@ impl Filter<'_> {
             }
             let gain = ph.map(|value| value / variance);
             self.slopes_of(prediction, axis, &read, &h);
-            rows.row(t_s, innovation / sigma, &self.row, -1.0 / sigma);
+            for (value, place) in self.ordered.iter_mut().zip(&self.place) {
+                *value = self.row[*place];
+            }
+            rows.row(t_s, innovation / sigma, &self.ordered, -1.0 / sigma);
             let m = self.columns;
             for i in 0..12 {
                 if m == 0 {
                     break;
                 }
                 let k = gain[i];
-                for (slope, by) in self.slopes[i * m..(i + 1) * m].iter_mut().zip(&self.row) {
+                for (slope, by) in self.slopes[i * m..][..self.live].iter_mut().zip(&self.row) {
                     *slope -= k * by;
                 }
             }
@@ -219,9 +223,10 @@ impl Filter<'_> {
         if m == 0 {
             return;
         }
-        self.row.fill(0.0);
+        let live = self.live;
+        self.row[..live].fill(0.0);
         for (i, factor) in h.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
-            for (value, slope) in self.row.iter_mut().zip(&self.slopes[i * m..(i + 1) * m]) {
+            for (value, slope) in self.row.iter_mut().zip(&self.slopes[i * m..][..live]) {
                 *value += factor * slope;
             }
         }
@@ -262,7 +267,9 @@ impl Filter<'_> {
             };
             if direct != 0.0 {
                 let active = term.onsets_s.iter().filter(|onset| **onset <= t_s).count();
-                self.row[term.first..][..active].iter_mut().for_each(|value| *value += direct);
+                for place in &self.place[term.first..][..active] {
+                    self.row[*place] += direct;
+                }
             }
         }
     }

@@ -22,6 +22,9 @@ use backseat_core::effects::EffectSet;
 use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
 use backseat_core::state::VehicleState;
 
+/// Longest step of the filter, s.
+pub const STEP_S: f64 = 0.1;
+
 /// What every pass over one log has in common.
 #[derive(Clone, Debug)]
 pub struct Setup {
@@ -78,7 +81,7 @@ pub struct Trace {
 }
 
 /// What a pass gave.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Pass {
     /// Innovations in order.
     pub residuals: Vec<Residual>,
@@ -154,17 +157,25 @@ struct Filter<'a> {
     model: Model,
     terms: Vec<Prepared>,
     columns: usize,
+    /// Where each column stands in `slopes` and `row`: by its onset, so that those that have begun come first.
+    place: Vec<usize>,
+    /// Onsets in that order, s.
+    starts_s: Vec<f64>,
+    /// Columns that have begun; the others are zero.
+    live: usize,
     duration_s: f64,
     t_s: f64,
     x: VehicleState,
     /// Symmetric.
     p: matrix::Square,
     input: ActuatorInput,
-    /// ∂x/∂θ: state-major, 12 rows of `columns`.
+    /// ∂x/∂θ: state-major, 12 rows of `columns`, in the order of `place`.
     slopes: Vec<f64>,
     scratch: Vec<f64>,
     /// ∂ν/∂θ of the scalar under way.
     row: Vec<f64>,
+    /// The same in the order of the columns.
+    ordered: Vec<f64>,
     start: Option<Start>,
     acoustic_index: usize,
 }
@@ -205,12 +216,22 @@ impl<'a> Filter<'a> {
             prepared.push(Prepared { kind, first: columns, onsets_s: term.onsets_s.clone() });
             columns += term.onsets_s.len();
         }
+        let onsets_s: Vec<f64> = terms.iter().flat_map(|term| term.onsets_s.iter().copied()).collect();
+        let mut order: Vec<usize> = (0..columns).collect();
+        order.sort_by(|a, b| onsets_s[*a].total_cmp(&onsets_s[*b]));
+        let mut place = vec![0; columns];
+        for (at, column) in order.iter().enumerate() {
+            place[*column] = at;
+        }
         let has_dvl = samples.events.iter().any(|(_, event)| matches!(event, Event::Reading(Reading::Dvl(_))));
         Some(Self {
             setup,
             model,
             terms: prepared,
             columns,
+            place,
+            starts_s: order.iter().map(|column| onsets_s[*column]).collect(),
+            live: 0,
             duration_s: samples.duration_s,
             t_s: 0.0,
             x: VehicleState::zeros(),
@@ -219,6 +240,7 @@ impl<'a> Filter<'a> {
             slopes: vec![0.0; 12 * columns],
             scratch: vec![0.0; 12 * columns],
             row: vec![0.0; columns],
+            ordered: vec![0.0; columns],
             start: Some(Start { waits_for_dvl: has_dvl, ..Start::default() }),
             acoustic_index: 0,
         })
@@ -226,6 +248,13 @@ impl<'a> Filter<'a> {
 
     fn columns(&self) -> usize {
         self.columns
+    }
+
+    /// Lets in the columns whose onset has come.
+    fn wake(&mut self) {
+        while self.starts_s.get(self.live).is_some_and(|start| *start <= self.t_s) {
+            self.live += 1;
+        }
     }
 
     fn is_started(&self) -> bool {

@@ -1,14 +1,11 @@
 //! Time update: state, covariance and derivatives from one reading to the next.
 
 use super::matrix::{self, Square};
-use super::{Filter, Kind};
+use super::{Filter, Kind, STEP_S};
 use crate::terms::{Snapshot, Target};
 use backseat_core::effects::Step;
 use backseat_core::navigation::ProcessNoise;
 use backseat_core::state::{PSI, U, VehicleState, X, Z, wrap_angle};
-
-/// Longest step, s.
-const STEP_S: f64 = 0.1;
 
 impl Filter<'_> {
     /// Moves to `t_s` under the input that holds.
@@ -66,18 +63,19 @@ impl Filter<'_> {
 
     /// ∂x/∂θ ← Φ ∂x/∂θ + ∫ ∂f/∂θ.
     fn step_slopes(&mut self, h: f64, step: &Step, f: &VehicleState, ah: &Square, d: &Square) {
-        let m = self.columns;
+        self.wake();
+        let (m, live) = (self.columns, self.live);
         if m == 0 {
             return;
         }
         for i in 0..12 {
-            let (row, source) = (&mut self.scratch[i * m..(i + 1) * m], &self.slopes);
-            row.copy_from_slice(&source[i * m..(i + 1) * m]);
+            let (row, source) = (&mut self.scratch[i * m..][..live], &self.slopes);
+            row.copy_from_slice(&source[i * m..][..live]);
             for k in 0..12 {
                 let factor = d[i][k];
                 if factor != 0.0 {
-                    let from = &source[k * m..(k + 1) * m];
-                    for j in 0..m {
+                    let from = &source[k * m..][..live];
+                    for j in 0..live {
                         row[j] += factor * from[j];
                     }
                 }
@@ -122,8 +120,9 @@ impl Filter<'_> {
             let once = matrix::apply(ah, &df.into());
             let moved: [f64; 12] = std::array::from_fn(|i| (df[i] + 0.5 * once[i]) * h);
             for (i, value) in moved.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                let row = &mut self.slopes[i * m + term.first..][..active];
-                row.iter_mut().for_each(|slope| *slope += value);
+                for place in &self.place[term.first..][..active] {
+                    self.slopes[i * m + place] += value;
+                }
             }
         }
     }
