@@ -10,6 +10,7 @@ mod monitor;
 mod navigate;
 mod params;
 mod reproduce;
+mod study;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
@@ -28,6 +29,7 @@ enum Command {
     Diagnose(diagnose::Args),
     Identify(identify::Args),
     Reproduce(reproduce::Args),
+    Study(study::Args),
     Mission(mission::Args),
     Params(params::Args),
     Monitor(monitor::Args),
@@ -49,6 +51,7 @@ fn main() -> ExitCode {
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Identify(args) => identify::run(&args),
         Command::Reproduce(args) => reproduce::run(&args),
+        Command::Study(args) => study::run(&args),
         Command::Mission(args) => mission::run(&args),
         Command::Params(args) => params::run(&args),
         Command::Monitor(args) => monitor::run(&args),

@@ -1,0 +1,102 @@
+//! What a finished run says: was the right cause named?
+
+use super::plan::Class;
+use super::run::{Injected, Run};
+use super::separability::Separability;
+
+/// How a verdict meets one true effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Named, and nothing else is possible.
+    Named,
+    /// Ambiguous, with the true effect named or among those possible.
+    Listed,
+    /// Other effects are named, and it is not among those possible.
+    Other,
+    /// Nothing was found.
+    Nothing,
+    /// Structure was found that no entry accounts for.
+    Unexplained,
+}
+
+impl Answer {
+    pub const ALL: [Self; 5] = [Self::Named, Self::Listed, Self::Other, Self::Nothing, Self::Unexplained];
+
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Named => "named",
+            Self::Listed => "ambiguous, lists it",
+            Self::Other => "other",
+            Self::Nothing => "none",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// One true effect and what was said of it.
+pub struct Case<'a> {
+    pub run: &'a Run,
+    pub truth: &'a Injected,
+    pub answer: Answer,
+    /// Of a single effect: it is named, and before all others. Of a pair: it is named.
+    pub first: bool,
+    pub separability: Option<&'a Separability>,
+}
+
+impl Run {
+    /// Its true effects of the catalogue, if logs of its kind can judge them all.
+    pub fn cases(&self) -> impl Iterator<Item = Case<'_>> {
+        let is_scored = self.class != Class::Outside && self.not_judged.is_none();
+        self.injected.iter().filter(move |_| is_scored).map(|truth| self.case(truth))
+    }
+
+    fn case<'a>(&'a self, truth: &'a Injected) -> Case<'a> {
+        let own = truth.effect.as_str();
+        let place = self.found.iter().position(|found| found.effect == own);
+        let is_listed = self.found.iter().flat_map(|found| &found.ambiguous_with).any(|label| effect_of(label) == own);
+        let answer = match self.verdict.as_str() {
+            "none" => Answer::Nothing,
+            "unexplained" => Answer::Unexplained,
+            "ambiguous" if place.is_some() || is_listed => Answer::Listed,
+            "explained" if place.is_some() => Answer::Named,
+            _ => Answer::Other,
+        };
+        Case {
+            run: self,
+            truth,
+            answer,
+            first: place.is_some_and(|place| place == 0 || self.class == Class::Pair),
+            separability: self.separability.iter().find(|of| of.effect == own),
+        }
+    }
+
+    /// Whether held-out errors of the declared model are a fifth above those of the same log without the effect:
+    /// velocity after ten seconds, or position.
+    pub fn raises_error(&self) -> bool {
+        let raises = |with: Option<f64>, without: Option<f64>| with.zip(without).is_some_and(|(a, b)| a >= 1.2 * b);
+        raises(self.declared.velocity_mps, self.told.velocity_mps)
+            || raises(self.declared.position_m, self.told.position_m)
+    }
+}
+
+impl Case<'_> {
+    pub fn separability(&self) -> Option<f64> {
+        self.separability.map(|of| of.value)
+    }
+
+    /// The size of the effect: the length of all its numbers that are sizes of one kind.
+    pub fn amplitude(&self) -> f64 {
+        let is_size = |name: &str| !["fin", "time_s", "period_s", "scale"].contains(&name);
+        self.truth.parameters.iter().filter(|(name, _)| is_size(name)).map(|(_, v)| v * v).sum::<f64>().sqrt()
+    }
+
+    /// Found, or among what is possible.
+    pub fn is_detected(&self) -> bool {
+        matches!(self.answer, Answer::Named | Answer::Listed)
+    }
+}
+
+/// The effect of a label that may name a fin.
+fn effect_of(label: &str) -> &str {
+    label.split(' ').next().unwrap_or(label)
+}

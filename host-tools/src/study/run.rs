@@ -1,0 +1,199 @@
+//! One run of the study: a simulated log, what `diagnose` says of it, and what the filter does with that.
+
+use super::plan::Class;
+use super::separability::{self, Separability};
+use anyhow::{Context, anyhow};
+use backseat_core::effects::{self, EffectSet, FIN_NAMES, ParameterKind};
+use backseat_data::VehicleFile;
+use backseat_diagnose::bench::Bench;
+use backseat_diagnose::candidates::{Candidate, beyond};
+use backseat_diagnose::diagnosis::{self, Diagnosis, Found, Verdict};
+use backseat_diagnose::scores::{self, Scores};
+use backseat_diagnose::whitener::Pass;
+use hil_sim::dataset::{self, Dataset, Shape, Spec};
+use hil_sim::noise::NoiseKind;
+use hil_sim::scenario::Effect;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A finished run, as it is kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Digest of the program.
+    pub build: String,
+    pub seed: u64,
+    pub class: Class,
+    /// Manoeuvres that excite; else lines to and fro.
+    pub excite: bool,
+    /// Noise partly correlated in time; else white as it is declared.
+    pub coloured: bool,
+    pub dvl: bool,
+    pub injected: Vec<Injected>,
+    /// Why a log of this kind cannot judge an effect injected.
+    pub not_judged: Option<String>,
+    pub verdict: String,
+    /// Strongest first.
+    pub found: Vec<Named>,
+    /// Of every true effect that has one.
+    pub separability: Vec<Separability>,
+    /// Errors on held-out blocks: of the declared model, with what was found, and with what was injected (out of
+    /// catalogue: of the declared model on the same log flown without the effect).
+    pub declared: Errors,
+    pub after: Errors,
+    pub told: Errors,
+    /// First thing that an unexplained rest depends on.
+    pub hint: Option<String>,
+}
+
+/// An effect injected.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Injected {
+    pub effect: String,
+    /// Numbers by name; of a fin its place from 1.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// An effect found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Named {
+    pub effect: String,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub fin: Option<String>,
+    pub parameters: BTreeMap<String, Sized>,
+    /// Entries that the data leave possible in its place, with the fin where there is one.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub ambiguous_with: Vec<String>,
+}
+
+/// A value with its interval, if a finite one was given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sized {
+    pub value: f64,
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// Root mean squares on held-out blocks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Horizontal position of the flight filter against the truth, m.
+    pub position_m: Option<f64>,
+    /// Velocity after ten seconds of prediction, m/s.
+    pub velocity_mps: Option<f64>,
+    /// Prediction over ten seconds against the readings: roll, pitch, heading [rad], rates [rad/s], depth [m].
+    pub predicted: Vec<Option<f64>>,
+    /// Largest root mean square of any channel's normalised innovations.
+    pub innovation: f64,
+}
+
+/// Simulates, diagnoses and compares.
+pub fn run(build: &str, class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
+    let data = dataset::simulate(spec, seed);
+    let mut bench = ready(&data, spec)?;
+    let declared_set = spec.vehicle.effects.set;
+    let d = diagnosis::run(&mut bench, |_| {}).context("the filter's numbers left the finite")?;
+    let score = |bench: &Bench, data: &Dataset, pass: &Pass, set: &EffectSet| -> anyhow::Result<Errors> {
+        let scores = scores::of(bench, pass, set, &data.log, &spec.vehicle, Some(&data.truth), spec.dvl);
+        Ok(Errors::of(&scores.map_err(|error| anyhow!("{error}"))?))
+    };
+    let declared = score(&bench, &data, &d.before, &declared_set)?;
+    let set = d.set(&declared_set);
+    let after = if set == declared_set { declared.clone() } else { score(&bench, &data, &d.after, &set)? };
+    let told = match class {
+        Class::None => declared.clone(),
+        Class::Single | Class::Pair => {
+            let set = truth(&spec.vehicle, &data.effects);
+            let pass = bench.pass(&set, &[]).context("the truth is impossible for the model")?;
+            score(&bench, &data, &pass, &set)?
+        }
+        Class::Outside => {
+            let clean = Spec { effects: Vec::new(), ..spec.clone() };
+            let data = dataset::simulate(&clean, seed);
+            let bench = ready(&data, spec)?;
+            score(&bench, &data, &bench.declared, &declared_set)?
+        }
+    };
+    let skipped = beyond(&bench.scope);
+    let reason = |effect: &Effect| skipped.iter().find(|(name, _)| *name == effect.name());
+    Ok(Run {
+        build: build.to_owned(),
+        seed,
+        class,
+        excite: spec.shape == Shape::Excite,
+        coloured: spec.noise == NoiseKind::Coloured,
+        dvl: spec.dvl,
+        injected: data.effects.iter().map(Injected::of).collect(),
+        not_judged: data.effects.iter().find_map(reason).map(|(name, reason)| format!("{name}: {reason}")),
+        verdict: d.verdict.name().to_owned(),
+        found: d.effects.iter().map(Named::of).collect(),
+        separability: if class == Class::Outside { Vec::new() } else { separability::of(spec, seed) },
+        declared,
+        after,
+        told,
+        hint: hint(&d),
+    })
+}
+
+fn ready(data: &Dataset, spec: &Spec) -> anyhow::Result<Bench> {
+    Bench::new(&data.log, &spec.vehicle, spec.dvl).context("the filter cannot start")
+}
+
+fn hint(d: &Diagnosis) -> Option<String> {
+    let first = d.structure.hints.first().filter(|_| d.verdict == Verdict::Unexplained);
+    first.map(|hint| hint.generic.name())
+}
+
+/// What was declared, with the entries injected.
+pub fn truth(vehicle: &VehicleFile, injected: &[Effect]) -> EffectSet {
+    injected.iter().fold(vehicle.effects.set, |set, effect| {
+        let Some(info) = effects::find(effect.name()) else { return set };
+        let values: Vec<f64> = info.parameters.iter().map(|p| effect.get(p.name).unwrap_or(0.0)).collect();
+        set.with(info.name, &values).unwrap_or(set)
+    })
+}
+
+impl Injected {
+    fn of(effect: &Effect) -> Self {
+        let parameters = effect.parameters().map(|(parameter, value)| (parameter.name.to_owned(), digits(value)));
+        Self { effect: effect.name().to_owned(), parameters: parameters.collect() }
+    }
+}
+
+impl Named {
+    fn of(found: &Found) -> Self {
+        let own = &found.instance.candidate;
+        let value = |value: &diagnosis::Value| {
+            let ci95 = value.ci95.iter().all(|end| end.is_finite()).then_some(value.ci95.map(digits));
+            (value.name.to_owned(), Sized { value: digits(value.value), ci95 })
+        };
+        let mut ambiguous_with: Vec<String> = Vec::new();
+        for rival in found.rivals.iter().filter(|rival| rival.is_possible()) {
+            ambiguous_with.push(rival.instance.candidate.label());
+        }
+        Self {
+            effect: own.effect.to_owned(),
+            fin: fin(own),
+            parameters: found.values.iter().filter(|value| value.kind != ParameterKind::Fin).map(value).collect(),
+            ambiguous_with,
+        }
+    }
+}
+
+fn fin(candidate: &Candidate) -> Option<String> {
+    candidate.fin.and_then(|fin| FIN_NAMES.get(fin)).map(|name| (*name).to_owned())
+}
+
+impl Errors {
+    fn of(scores: &Scores) -> Self {
+        Self {
+            position_m: scores.position_rmse_m.map(digits),
+            velocity_mps: scores.velocity_rmse_mps.map(digits),
+            predicted: scores.prediction.iter().skip(3).map(|row| row[scores::VELOCITY_HORIZON].map(digits)).collect(),
+            innovation: digits(scores.whiteness.iter().map(|w| w.nis.sqrt()).fold(0.0, f64::max)),
+        }
+    }
+}
+
+/// Seven significant digits: a line is half as long.
+pub fn digits(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
+}

@@ -1,0 +1,80 @@
+//! How hard a question is, told beforehand from the same log without noise.
+
+use super::run::{digits, truth};
+use backseat_core::effects::{self, EffectSet, Enters, ParameterKind};
+use backseat_data::VehicleFile;
+use backseat_diagnose::bench::{Bench, Part};
+use backseat_diagnose::candidates::{Candidate, Instance};
+use backseat_diagnose::search;
+use hil_sim::dataset::{self, Spec};
+use hil_sim::noise::NoiseKind;
+use hil_sim::scenario::Effect;
+use serde::{Deserialize, Serialize};
+
+/// Competitors on the linearised problem that are fitted in full.
+const RIVALS: usize = 3;
+
+/// Distance of a true effect from what comes closest to it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Separability {
+    /// The effect.
+    pub effect: String,
+    /// √χ² between it and its best-fitting competitor.
+    pub value: f64,
+    /// The competitor; `none` if the declared model comes closest.
+    pub competitor: String,
+}
+
+/// Of every true effect that enters the model; an entry of noise has no equations to compete in.
+pub fn of(spec: &Spec, seed: u64) -> Vec<Separability> {
+    let mut spec = spec.clone();
+    spec.noise = NoiseKind::Off;
+    let data = dataset::simulate(&spec, seed);
+    let Some(bench) = Bench::new(&data.log, &spec.vehicle, spec.dvl) else { return Vec::new() };
+    let all = truth(&spec.vehicle, &data.effects);
+    let Some(told) = square(&bench, &all) else { return Vec::new() };
+    let one = |place: usize| one(&bench, &spec.vehicle, &data.effects, place, told);
+    (0..data.effects.len()).filter_map(one).collect()
+}
+
+fn one(bench: &Bench, vehicle: &VehicleFile, effects: &[Effect], place: usize, told: f64) -> Option<Separability> {
+    let own = effects[place].name();
+    let others: Vec<Instance> =
+        effects.iter().enumerate().filter(|(i, _)| *i != place).filter_map(|(_, other)| instance(other)).collect();
+    let round = search::round(bench, &others)?;
+    // An entry of noise, or one that such a log cannot judge, is on no ladder.
+    round.ladder.iter().find(|e| e.instance.candidate.effect == own)?;
+    let rest: Vec<Effect> = effects.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, e)| e.clone()).collect();
+    let without = square(bench, &truth(vehicle, &rest))?;
+    let close = round.ladder.iter().filter(|e| e.instance.candidate.effect != own && e.gain > 0.0).take(RIVALS);
+    let fitted = close.filter_map(|e| {
+        let mut joint = others.clone();
+        joint.push(e.instance.clone());
+        let fitted = bench.fit(&joint, Part::Whole)?;
+        Some((fitted.whole_square, e.instance.candidate.effect))
+    });
+    let (best, competitor) = fitted.fold((without, "none"), |best, next| if next.0 < best.0 { next } else { best });
+    Some(Separability {
+        effect: own.to_owned(),
+        value: digits((best - told).max(0.0).sqrt()),
+        competitor: competitor.to_owned(),
+    })
+}
+
+/// Σ e² with a set of effects.
+fn square(bench: &Bench, set: &EffectSet) -> Option<f64> {
+    Some(bench.pass(set, &[])?.normal.sum(|_| true).square)
+}
+
+/// A true effect as a hypothesis with its values; `None` for an entry of noise.
+fn instance(effect: &Effect) -> Option<Instance> {
+    let info = effects::find(effect.name()).filter(|info| info.enters != Enters::Noise)?;
+    let of = |kind: ParameterKind| info.parameters.iter().find(|p| p.kind == kind).and_then(|p| effect.get(p.name));
+    let sizes = info.parameters.iter().filter(|p| p.kind == ParameterKind::Size);
+    let candidate = Candidate {
+        effect: info.name,
+        fin: of(ParameterKind::Fin).and_then(effects::fin_index),
+        onset_s: of(ParameterKind::Onset),
+    };
+    Some(Instance { candidate, sizes: sizes.map(|p| effect.get(p.name).unwrap_or(0.0)).collect() })
+}
