@@ -9,6 +9,8 @@ mod mission;
 mod monitor;
 mod navigate;
 mod params;
+mod record;
+mod replay;
 mod reproduce;
 mod study;
 
@@ -28,6 +30,8 @@ enum Command {
     Navigate(navigate::Args),
     Diagnose(diagnose::Args),
     Identify(identify::Args),
+    Record(record::Args),
+    Replay(replay::Args),
     Reproduce(reproduce::Args),
     Study(study::Args),
     Mission(mission::Args),
@@ -50,6 +54,8 @@ fn main() -> ExitCode {
         Command::Navigate(args) => navigate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Identify(args) => identify::run(&args),
+        Command::Record(args) => record::run(&args),
+        Command::Replay(args) => replay::run(&args),
         Command::Reproduce(args) => reproduce::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Mission(args) => mission::run(&args),

@@ -17,7 +17,7 @@ use tempfile::TempDir;
 
 /// Our ends of the board's five ports.
 #[derive(Clone)]
-pub struct Lines(Arc<Vec<Pty>>);
+pub struct Lines(pub Arc<Vec<Pty>>);
 
 pub struct Bench {
     pub lines: Lines,
@@ -56,7 +56,7 @@ impl Bench {
         std::fs::read_to_string(self.path(name)).unwrap()
     }
 
-    /// Runs the program in the bench's folder; `PORT` among the arguments stands for the board's host port.
+    /// Runs the program in the bench's folder; `PORT` in its arguments stands for the board's host port.
     pub fn run(&self, arguments: &[&str]) -> Outcome {
         self.run_until(arguments, usize::MAX)
     }
@@ -72,8 +72,8 @@ impl Bench {
         });
         // Only the carriers hold it now: when they let go, the device is gone.
         drop(cable);
-        let arguments = arguments.iter().map(|argument| if *argument == "PORT" { path.as_str() } else { argument });
-        let output = program(self.folder.path(), arguments);
+        let arguments: Vec<String> = arguments.iter().map(|argument| argument.replace("PORT", &path)).collect();
+        let output = program(self.folder.path(), arguments.iter().map(String::as_str));
         over.store(true, Ordering::Relaxed);
         carriers.into_iter().for_each(|carrier| carrier.join().unwrap());
         output
@@ -169,7 +169,7 @@ pub fn program<'a>(folder: &Path, arguments: impl IntoIterator<Item = &'a str>) 
 }
 
 /// One direction of the cable between the program and the board.
-fn carry(cable: &Pty, board: &Pty, to_board: bool, mut left: usize, over: &AtomicBool) {
+pub fn carry(cable: &Pty, board: &Pty, to_board: bool, mut left: usize, over: &AtomicBool) {
     let (from, to) = if to_board { (cable, board) } else { (board, cable) };
     while !over.load(Ordering::Relaxed) {
         let mut buffer = [0; 1024];

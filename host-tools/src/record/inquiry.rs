@@ -1,0 +1,57 @@
+//! Asks the board for its parameters, one after the other, while its port is recorded.
+
+use backseat_wire::hostlink::{Decoder, FromBoard, MAX_FRAME, ToBoard, encode};
+use serialport::TTYPort;
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+/// An answer that has not come by then is asked for again ...
+const PATIENCE: Duration = Duration::from_secs(1);
+/// ... so often, before a board is taken to be mute.
+const ATTEMPTS: u32 = 5;
+
+/// The set as far as it is known.
+pub struct Inquiry {
+    device: TTYPort,
+    decoder: Decoder,
+    values: Vec<(String, f64)>,
+    asked: Option<Instant>,
+    attempts: u32,
+}
+
+impl Inquiry {
+    pub fn new(device: TTYPort) -> Self {
+        Self { device, decoder: Decoder::new(), values: Vec::new(), asked: None, attempts: 0 }
+    }
+
+    /// Asks (again) when it is time; the bytes that went to the board, for they belong to the session.
+    pub fn ask(&mut self) -> Option<Vec<u8>> {
+        if self.attempts >= ATTEMPTS || self.asked.is_some_and(|at| at.elapsed() < PATIENCE) {
+            return None;
+        }
+        self.attempts += 1;
+        self.asked = Some(Instant::now());
+        let index = self.values.len() as u16;
+        let mut buffer = [0; MAX_FRAME];
+        let frame = encode(&ToBoard::ParameterGet { index }, &mut buffer).ok()?;
+        // a device that does not take it is about to be reported lost
+        self.device.write_all(frame).ok()?;
+        Some(frame.to_vec())
+    }
+
+    /// Listens to what the board says; the set, when it is complete.
+    pub fn hear(&mut self, mut bytes: &[u8]) -> Option<Vec<(String, f64)>> {
+        while let Some(frame) = self.decoder.feed(&mut bytes) {
+            let Ok(FromBoard::Parameter(info)) = frame.and_then(|frame| frame.message()) else { continue };
+            if usize::from(info.index) != self.values.len() {
+                continue;
+            }
+            self.values.push((info.name.to_owned(), info.value));
+            (self.asked, self.attempts) = (None, 0);
+            if self.values.len() >= usize::from(info.count) {
+                return Some(std::mem::take(&mut self.values));
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,294 @@
+//! `backseat record`: several serial lines at once, into a session log.
+
+mod inquiry;
+mod line;
+
+use crate::console;
+use anyhow::{Context, bail};
+use backseat_data::DataError;
+use backseat_data::output::Existing;
+use backseat_data::session::{Clock, Entry, Event, Meta, Writer, port_name};
+use backseat_wire::hostlink::Port;
+use indicatif::{ProgressBar, ProgressStyle};
+use inquiry::Inquiry;
+use line::{Source, Telling, Told};
+use serde_json::{Map, Value, json};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant, SystemTime};
+
+/// What is written is on the disk this often; the figures on the screen are as old at most.
+const INTERVAL: Duration = Duration::from_secs(1);
+/// The next bytes are waited for so long at most.
+const TICK: Duration = Duration::from_millis(50);
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat record host=/dev/ttyACM0 -o dive.mcap
+  backseat record frontseat=/dev/ttyUSB0 dvl=/dev/ttyUSB1:9600 ahrs=/dev/ttyUSB2 modem=/dev/ttyUSB3 -o dive.mcap --for 3600
+
+The names are those of the board's ports: frontseat, dvl, ahrs, modem and host. On host this machine is the board's
+other end: it asks for the parameters, and telemetry is decoded into the log. On the others it listens beside the board,
+to what the device sends. A device that is unplugged is waited for; Ctrl-C ends the recording. Whatever happens, what is
+older than a second is in the file: read it with backseat replay, backseat export, or any MCAP tool.";
+
+/// Record serial ports into a session log (MCAP)
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// What to record: NAME=PATH or NAME=PATH:BAUD
+    #[arg(value_name = "NAME=PATH", required = true)]
+    ports: Vec<Source>,
+    /// File to write
+    #[arg(short, long, value_name = "LOG.mcap")]
+    output: PathBuf,
+    /// End after this time
+    #[arg(long = "for", value_name = "SECONDS")]
+    seconds: Option<f64>,
+    /// Replace a file that exists
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object at the end
+    #[arg(long)]
+    json: bool,
+}
+
+/// A line, and what came of it.
+struct Line {
+    source: Source,
+    open: bool,
+    bytes: u64,
+    /// Bytes when the rate was last shown, and the rate.
+    shown: u64,
+    rate: f64,
+    interruptions: u32,
+}
+
+/// A recording under way.
+struct Recording {
+    writer: Writer,
+    lines: Vec<Line>,
+    inquiry: Option<Inquiry>,
+    parameters: Option<usize>,
+    began: Instant,
+    /// Microseconds since 1970 when it began; from there on the monotonic clock counts.
+    began_us: u64,
+    bar: ProgressBar,
+}
+
+/// Why a recording ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    Interrupted,
+    Time,
+}
+
+/// Records until it is told to end.
+///
+/// # Errors
+/// A port that cannot be opened, a file that cannot be written.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let limit =
+        args.seconds.map(|s| Duration::try_from_secs_f64(s).with_context(|| format!("--for {s}"))).transpose()?;
+    for (index, source) in args.ports.iter().enumerate() {
+        if args.ports[..index].iter().any(|other| other.port == source.port) {
+            bail!("{}: named twice", port_name(source.port));
+        }
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("Ctrl-C handler")?;
+
+    let devices: Vec<_> = args
+        .ports
+        .iter()
+        .map(|source| source.open().with_context(|| format!("{}: not to be opened as a serial port", source.path)))
+        .collect::<anyhow::Result<_>>()?;
+    let mut meta = Meta::new(concat!("backseat ", env!("CARGO_PKG_VERSION")), Clock::Host);
+    for source in &args.ports {
+        meta = meta.with(&format!("device {}", port_name(source.port)), &source.path);
+    }
+    let existing = if args.force { Existing::Replace } else { Existing::Keep };
+    let writer = Writer::create(&args.output, &meta, existing)?;
+
+    let (to, told) = channel();
+    let threads: Vec<JoinHandle<()>> = devices
+        .into_iter()
+        .enumerate()
+        .map(|(line, device)| args.ports[line].clone().listen(line, device, to.clone(), Arc::clone(&stop)))
+        .collect();
+    let mut recording = Recording::new(writer, &args.ports);
+    let outcome = recording.record(&told, &stop, limit);
+    stop.store(true, Ordering::Relaxed);
+    threads.into_iter().for_each(|thread| {
+        let _ = thread.join(); // a panic has been printed
+    });
+    // what came while the lines were being closed
+    let outcome = outcome.and_then(|end| recording.take_all(&told).map(|()| end));
+    recording.finish(outcome, args)
+}
+
+impl Recording {
+    fn new(writer: Writer, sources: &[Source]) -> Self {
+        let line = |source: &Source| Line {
+            source: source.clone(),
+            open: false,
+            bytes: 0,
+            shown: 0,
+            rate: 0.0,
+            interruptions: 0,
+        };
+        let style = ProgressStyle::with_template("{spinner} {elapsed_precise} {msg}");
+        Self {
+            writer,
+            lines: sources.iter().map(line).collect(),
+            inquiry: None,
+            parameters: None,
+            began: Instant::now(),
+            began_us: SystemTime::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_micros() as u64),
+            bar: ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner())),
+        }
+    }
+
+    fn time_us(&self, at: Instant) -> u64 {
+        self.began_us + at.saturating_duration_since(self.began).as_micros() as u64
+    }
+
+    fn write(&mut self, at: Instant, event: Event) -> Result<(), DataError> {
+        let time_us = self.time_us(at);
+        self.writer.write(&Entry { time_us, event })
+    }
+
+    fn record(
+        &mut self,
+        told: &Receiver<Telling>,
+        stop: &AtomicBool,
+        limit: Option<Duration>,
+    ) -> Result<End, DataError> {
+        let mut shown = Instant::now();
+        loop {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(End::Interrupted);
+            }
+            if limit.is_some_and(|limit| self.began.elapsed() >= limit) {
+                return Ok(End::Time);
+            }
+            match told.recv_timeout(TICK) {
+                Ok(telling) => self.take(telling)?,
+                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
+            }
+            if let Some(frame) = self.inquiry.as_mut().and_then(Inquiry::ask) {
+                self.write(Instant::now(), Event::Received { port: Port::Host, bytes: frame })?;
+            }
+            if shown.elapsed() >= INTERVAL {
+                self.show(shown.elapsed().as_secs_f64());
+                shown = Instant::now();
+                self.writer.sync()?;
+            }
+        }
+    }
+
+    /// Everything that waits.
+    fn take_all(&mut self, told: &Receiver<Telling>) -> Result<(), DataError> {
+        told.try_iter().try_for_each(|telling| self.take(telling))
+    }
+
+    fn take(&mut self, Telling { line: index, at, told }: Telling) -> Result<(), DataError> {
+        let line = &mut self.lines[index];
+        let (port, path) = (line.source.port, line.source.path.clone());
+        match told {
+            Told::Opened(device) => {
+                let again = line.interruptions > 0;
+                line.open = true;
+                if port == Port::Host {
+                    self.inquiry = Some(Inquiry::new(device));
+                }
+                if again { self.say(at, format!("{}: {path} is back", port_name(port))) } else { Ok(()) }
+            }
+            Told::Lost(reason) => {
+                (line.open, line.interruptions) = (false, line.interruptions + 1);
+                if port == Port::Host {
+                    self.inquiry = None;
+                }
+                self.say(at, format!("{}: {path} is gone ({reason}); waiting for it", port_name(port)))
+            }
+            Told::Bytes(bytes) => {
+                line.bytes += bytes.len() as u64;
+                if port != Port::Host {
+                    return self.write(at, Event::Received { port, bytes });
+                }
+                let parameters = self.inquiry.as_mut().and_then(|inquiry| inquiry.hear(&bytes));
+                self.write(at, Event::Sent { port, bytes })?;
+                let Some(parameters) = parameters else { return Ok(()) };
+                (self.inquiry, self.parameters) = (None, Some(parameters.len()));
+                self.write(at, Event::Parameters(parameters))
+            }
+        }
+    }
+
+    /// On the screen and into the log.
+    fn say(&mut self, at: Instant, note: String) -> Result<(), DataError> {
+        self.bar.suspend(|| eprintln!("{note}"));
+        self.write(at, Event::Note(note))
+    }
+
+    fn show(&mut self, seconds: f64) {
+        let mut message = String::new();
+        for line in &mut self.lines {
+            line.rate = (line.bytes - line.shown) as f64 / seconds;
+            line.shown = line.bytes;
+            let rate = if line.open { format!("{:.1} kB/s", line.rate * 1e-3) } else { "gone".to_owned() };
+            message += &format!("  {} {rate}", port_name(line.source.port));
+        }
+        self.bar.set_message(message);
+        self.bar.tick();
+    }
+
+    /// Ends the file and says what came of it.
+    fn finish(self, outcome: Result<End, DataError>, args: &Args) -> anyhow::Result<()> {
+        let Self { writer, lines, parameters, began, bar, .. } = self;
+        bar.finish_and_clear();
+        let seconds = began.elapsed().as_secs_f64();
+        let outcome = outcome.and_then(|end| writer.finish().map(|()| end));
+        let end = outcome.with_context(|| {
+            format!("recording ended after {seconds:.0} s; what is in {} can be read", args.output.display())
+        })?;
+        let bytes: u64 = lines.iter().map(|line| line.bytes).sum();
+        if args.json {
+            let port = |line: &Line| {
+                let Line { source, open, bytes, interruptions, .. } = line;
+                let json = json!({
+                    "device": source.path,
+                    "bytes": bytes,
+                    "mean_bytes_per_s": *bytes as f64 / seconds,
+                    "interruptions": interruptions,
+                    "open_at_end": open,
+                });
+                (port_name(source.port).to_owned(), json)
+            };
+            let summary = json!({
+                "file": args.output,
+                "seconds": seconds,
+                "ended_by": if end == End::Time { "time" } else { "interrupt" },
+                "bytes": bytes,
+                "parameters": parameters,
+                "ports": Value::Object(lines.iter().map(port).collect::<Map<_, _>>()),
+            });
+            return console::print(format!("{summary}\n").as_bytes());
+        }
+        let mut text = format!("{}  {seconds:.1} s, {bytes} bytes", args.output.display());
+        for Line { source, bytes, interruptions, .. } in &lines {
+            text += &format!("\n  {:<9} {bytes:>10} bytes", port_name(source.port));
+            if *interruptions > 0 {
+                text += &format!(", interrupted {interruptions} times");
+            }
+        }
+        if lines.iter().any(|line| line.source.port == Port::Host) && parameters.is_none() {
+            text += "\n  the board did not tell its parameters: replay and export will assume the defaults";
+        }
+        console::print(format!("{text}\n").as_bytes())
+    }
+}
