@@ -8,12 +8,12 @@ use backseat_wire::hostlink::{Mode, ModeReason, Port, Telemetry, ToBoard};
 use backseat_wire::iver::{FrontseatMode, ServoBytes};
 use backseat_wire::modem::{ClockMode, FromModem, ModemTime, ReceptionStatistics};
 
-fn last(board: &mut Direct) -> Telemetry {
+pub fn last(board: &mut Direct) -> Telemetry {
     board.heard().telemetry.last().cloned().expect("telemetry")
 }
 
 /// A vehicle some seconds into its mission.
-fn under_way() -> (World, Direct) {
+pub fn under_way() -> (World, Direct) {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     world.run(&mut board, 8);
     start(&mut board);

@@ -7,6 +7,7 @@ mod faults;
 mod flight;
 mod host_link;
 mod lockstep;
+mod modes;
 mod persistence;
 mod streams;
 mod world;
