@@ -159,7 +159,7 @@ impl Bench {
                     for (size, [low, high]) in instance.sizes.iter_mut().zip(bounds) {
                         let (i, step) = steps.next()?;
                         let moved = (*size + step).clamp(low, high);
-                        largest = largest.max((moved - *size).abs() / fit.sigma(i).max(f64::MIN_POSITIVE));
+                        largest = largest.max((moved - *size).abs() / joint.sigmas[i].max(f64::MIN_POSITIVE));
                         *size = moved;
                     }
                 }

@@ -7,7 +7,9 @@ mod plan;
 mod run;
 mod sections;
 mod separability;
+mod sizes;
 mod store;
+mod verdicts;
 
 use crate::console;
 use anyhow::{Context, bail};
@@ -90,7 +92,8 @@ fn work(args: &Args, store: &Store) -> anyhow::Result<bool> {
             std::process::exit(130);
         }
         eprintln!("\nending the runs under way; once more to end at once");
-    })?;
+    })
+    .or_else(already_set)?;
     let bar = ProgressBar::new(pending.len() as u64);
     if let Ok(style) = ProgressStyle::with_template("study {wide_bar} {pos} of {len} runs, {eta}") {
         bar.set_style(style);
@@ -110,4 +113,49 @@ fn work(args: &Args, store: &Store) -> anyhow::Result<bool> {
     })?;
     bar.finish_and_clear();
     Ok(STOP.load(Ordering::Relaxed))
+}
+
+/// A second study of one process (a test) keeps the handler of the first.
+fn already_set(error: ctrlc::Error) -> Result<(), ctrlc::Error> {
+    if matches!(error, ctrlc::Error::MultipleHandlers) { Ok(()) } else { Err(error) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write as _;
+    use std::path::Path;
+
+    /// Logs of five minutes: what is tested is the bookkeeping.
+    fn study(folder: &Path, runs: u64) -> String {
+        // Seeds of development: a log with an effect and one without.
+        let args = Args { out: folder.to_owned(), runs, first_seed: 100, seconds: 300.0, json: true };
+        run(&args).unwrap();
+        std::fs::read_to_string(folder.join("study.md")).unwrap()
+    }
+
+    fn lines(folder: &Path) -> Vec<String> {
+        let text = std::fs::read_to_string(folder.join("runs.jsonl")).unwrap();
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        lines.sort();
+        lines
+    }
+
+    #[test]
+    fn two_runs_twice_give_the_same_bytes_and_resume() {
+        let (once, again) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let page = study(once.path(), 2);
+        assert!(page.contains("2 of 2 runs, seeds 100 to 101"), "{page}");
+        assert!(study(again.path(), 1).contains("1 of 1 runs"));
+        // Cut off in the middle of a line, it goes on; a line of other sources is passed over.
+        let mut file = std::fs::OpenOptions::new().append(true).open(again.path().join("runs.jsonl")).unwrap();
+        write!(file, "{{\"build\":\"another\"}}\n{{\"build\":").unwrap();
+        assert_eq!(study(again.path(), 2), page);
+        let others = |line: &String| line.contains("another");
+        assert_eq!(
+            lines(once.path()),
+            lines(again.path()).into_iter().filter(|line| !others(line)).collect::<Vec<_>>()
+        );
+        assert_eq!(lines(once.path()).len(), 2);
+    }
 }

@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 
 /// Competitors on the linearised problem that are fitted in full.
 const RIVALS: usize = 3;
+/// By how much their gain may fall short of the best one's there: a number, and a share.
+const SHORT: (f64, f64) = (60.0, 0.2);
 
 /// Distance of a true effect from what comes closest to it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,7 +48,9 @@ fn one(bench: &Bench, vehicle: &VehicleFile, effects: &[Effect], place: usize, t
     round.ladder.iter().find(|e| e.instance.candidate.effect == own)?;
     let rest: Vec<Effect> = effects.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, e)| e.clone()).collect();
     let without = square(bench, &truth(vehicle, &rest))?;
-    let close = round.ladder.iter().filter(|e| e.instance.candidate.effect != own && e.gain > 0.0).take(RIVALS);
+    let rivals: Vec<_> = round.ladder.iter().filter(|e| e.instance.candidate.effect != own && e.gain > 0.0).collect();
+    let top = rivals.iter().map(|e| e.gain).fold(0.0, f64::max);
+    let close = rivals.into_iter().filter(|e| e.gain > top - SHORT.0 - SHORT.1 * top).take(RIVALS);
     let fitted = close.filter_map(|e| {
         let mut joint = others.clone();
         joint.push(e.instance.clone());

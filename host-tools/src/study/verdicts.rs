@@ -1,0 +1,259 @@
+//! Tables of verdicts against what was injected.
+
+use super::estimate::Share;
+use super::outcome::{Answer, Case};
+use super::plan::Class;
+use super::run::Run;
+use super::sections::{BANDS, Section, Study, in_band, is_blamed, is_invisible, is_single, short};
+use backseat_core::effects::CATALOGUE;
+use std::collections::{BTreeMap, BTreeSet};
+
+impl Study<'_> {
+    pub fn confusion(&self) -> Section {
+        let mut rows = Vec::new();
+        for info in CATALOGUE {
+            let cases = self.cases(|case| is_single(case) && case.truth.effect == info.name);
+            rows.extend((!cases.is_empty()).then(|| answers(info.name, &cases)));
+        }
+        rows.push(answers("all", &self.cases(is_single)));
+        Section {
+            title: "Single effects: what was injected, what was said",
+            text: "Amplitudes are drawn log-uniformly from what is barely noticed to what is plausible at most, so that some \
+                   cannot be found by anybody: the bands of separability below tell those apart. The last column is the share \
+                   named first, whether or not others are possible, with Wilson's 95 % interval."
+                .to_owned(),
+            header: answer_header("injected"),
+            rows,
+        }
+    }
+
+    pub fn classes(&self) -> Section {
+        let groups: [(&str, fn(&Run) -> bool); 6] = [
+            ("manoeuvres that excite", |run| run.excite),
+            ("lines to and fro", |run| !run.excite),
+            ("white noise", |run| !run.coloured),
+            ("coloured noise", |run| run.coloured),
+            ("with a DVL", |run| run.dvl),
+            ("without", |run| !run.dvl),
+        ];
+        let mut rows: Vec<Vec<String>> =
+            groups.map(|(name, is_in)| answers(name, &self.cases(|case| is_single(case) && is_in(case.run)))).into();
+        let pairs = self.of_class(Class::Pair);
+        rows.push(answers("each effect of a pair", &self.cases(|case| case.run.class == Class::Pair)));
+        let both = Share::of(&pairs, |run| {
+            run.injected.iter().all(|truth| run.found.iter().any(|found| found.effect == truth.effect))
+        });
+        let exactly = Share::of(&pairs, |run| {
+            run.found.len() == run.injected.len()
+                && run.injected.iter().all(|truth| run.found.iter().any(|found| found.effect == truth.effect))
+        });
+        Section {
+            title: "By manoeuvre, noise and sensors; pairs",
+            text: format!(
+                "Of the pairs, both effects are named in {}; both and nothing else in {}. The vehicle's motion and the sensors \
+                 come from the simulator's own equations in every run; the coloured noise has other spectra than the filter \
+                 assumes.",
+                both.text(),
+                exactly.text()
+            ),
+            header: answer_header("single effects"),
+            rows,
+        }
+    }
+
+    pub fn bands(&self) -> Section {
+        let mut rows = Vec::new();
+        for (kind, class) in [("single", Class::Single), ("of a pair", Class::Pair)] {
+            let known = self.cases(|case| case.run.class == class && case.separability.is_some()).len();
+            for (band, (name, ..)) in BANDS.iter().enumerate() {
+                let choose = |invisible: bool| {
+                    self.cases(|case| case.run.class == class && in_band(case, band) && is_invisible(case) == invisible)
+                };
+                for (invisible, note) in [(false, ""), (true, ", closest to nothing at all")] {
+                    let cases = choose(invisible);
+                    if !cases.is_empty() {
+                        let mut row = answers(&format!("{kind}, {name}{note}"), &cases);
+                        row.insert(1, format!("{:.1} %", 100.0 * cases.len() as f64 / known.max(1) as f64));
+                        rows.push(row);
+                    }
+                }
+            }
+        }
+        let mut header = answer_header("separability");
+        header.insert(1, "share of logs");
+        Section {
+            title: "By separability",
+            text: "Separability is the square root of the χ² between the true effect and the best-fitting other entry (or the \
+                   declared model) on the same log without noise: how many standard deviations of a single number the log \
+                   holds for telling them apart. Above 5 the cause is to be named first; below 1.5 no method can, and the \
+                   verdict is to be ambiguous and list it. Range outliers and waves are noise and have none. Each effect of a \
+                   pair competes beside the other."
+                .to_owned(),
+            header,
+            rows,
+        }
+    }
+
+    pub fn clear(&self) -> Section {
+        let mut rows = Vec::new();
+        for info in CATALOGUE {
+            let cases = self.cases(|case| is_single(case) && case.truth.effect == info.name && in_band(case, 0));
+            rows.extend((!cases.is_empty()).then(|| answers(info.name, &cases)));
+        }
+        Section {
+            title: "Single effects of separability 5 or more",
+            text: String::new(),
+            header: answer_header("injected"),
+            rows,
+        }
+    }
+
+    pub fn wrong(&self) -> Section {
+        let cases = self.cases(|case| is_single(case) && in_band(case, 0) && !case.first);
+        let row = |case: &&Case<'_>| {
+            let named: Vec<&str> = case.run.found.iter().map(|found| found.effect.as_str()).collect();
+            vec![
+                case.run.seed.to_string(),
+                case.truth.effect.clone(),
+                short(case.amplitude()),
+                format!("{:.1} ({})", case.separability().unwrap_or(0.0), competitor(case)),
+                flown(case.run),
+                format!("{} {}", case.run.verdict, named.join(", ")),
+            ]
+        };
+        Section {
+            title: "Separable, and not named first",
+            text: String::new(),
+            header: vec!["seed", "injected", "size", "separability (from)", "log", "verdict"],
+            rows: cases.iter().map(row).collect(),
+        }
+    }
+
+    pub fn out_of_catalogue(&self) -> Section {
+        let all = self.of_class(Class::Outside);
+        let mut by: BTreeMap<&str, Vec<&Run>> = BTreeMap::new();
+        for run in &all {
+            for effect in &run.injected {
+                by.entry(effect.effect.as_str()).or_default().push(run);
+            }
+        }
+        let row = |(name, runs): (&str, Vec<&Run>)| {
+            let large: Vec<&Run> = runs.iter().copied().filter(|run| run.raises_error()).collect();
+            let mut hints: BTreeMap<&str, usize> = BTreeMap::new();
+            for hint in large.iter().filter_map(|run| run.hint.as_deref()) {
+                *hints.entry(hint).or_default() += 1;
+            }
+            let mut hints: Vec<(&str, usize)> = hints.into_iter().collect();
+            hints.sort_by(|a, b| b.1.cmp(&a.1));
+            let mut blamed: BTreeSet<&str> = BTreeSet::new();
+            for run in large.iter().filter(|run| is_blamed(run)) {
+                blamed.extend(run.found.iter().map(|found| found.effect.as_str()));
+            }
+            let count = |is: &dyn Fn(&Run) -> bool| large.iter().filter(|run| is(run)).count().to_string();
+            vec![
+                name.to_owned(),
+                runs.len().to_string(),
+                large.len().to_string(),
+                count(&|run| run.verdict == "unexplained"),
+                count(&is_blamed),
+                count(&|run| run.verdict == "none"),
+                blamed.into_iter().collect::<Vec<_>>().join(", "),
+                hints.first().map_or_else(String::new, |(hint, _)| (*hint).to_owned()),
+            ]
+        };
+        let mut rows: Vec<Vec<String>> = by.into_iter().map(row).collect();
+        rows.push(row(("all", all.clone())));
+        let small: Vec<&Run> = all.iter().copied().filter(|run| !run.raises_error()).collect();
+        let quiet = Share::of(&small, |run| !is_blamed(run));
+        Section {
+            title: "Effects that are no entry",
+            text: format!(
+                "Counted are those that raise an error on held-out parts by a fifth or more over the same flight without them: \
+                 velocity after ten seconds (against the DVL, without one against the truth) or position (against the truth). \
+                 Of the {} that do not, {} are blamed on no entry.",
+                small.len(),
+                quiet.text()
+            ),
+            header: vec![
+                "injected",
+                "logs",
+                "raise the error",
+                "unexplained",
+                "blamed on an entry",
+                "none",
+                "blamed on",
+                "most frequent first hint",
+            ],
+            rows,
+        }
+    }
+
+    pub fn alarms(&self) -> Section {
+        let runs = self.of_class(Class::None);
+        let row = |run: &&Run| {
+            let named: Vec<&str> = run.found.iter().map(|found| found.effect.as_str()).collect();
+            let what = if named.is_empty() { run.hint.clone().unwrap_or_default() } else { named.join(", ") };
+            vec![run.seed.to_string(), flown(run), run.verdict.clone(), what]
+        };
+        let alarms: Vec<&Run> = runs.iter().copied().filter(|run| run.verdict != "none").collect();
+        let white =
+            Share::of(&runs.iter().filter(|run| !run.coloured).collect::<Vec<_>>(), |run| run.verdict != "none");
+        let coloured =
+            Share::of(&runs.iter().filter(|run| run.coloured).collect::<Vec<_>>(), |run| run.verdict != "none");
+        Section {
+            title: "False alarms",
+            text: format!(
+                "Where nothing was injected: white noise {}, coloured noise {}.",
+                white.text(),
+                coloured.text()
+            ),
+            header: vec!["seed", "log", "verdict", "what was found"],
+            rows: alarms.iter().map(row).collect(),
+        }
+    }
+
+    pub fn not_judged(&self) -> Section {
+        let runs: Vec<&Run> = self.runs.iter().filter(|run| run.not_judged.is_some()).collect();
+        let mut by: BTreeMap<&str, Vec<&Run>> = BTreeMap::new();
+        for run in &runs {
+            by.entry(run.not_judged.as_deref().unwrap_or_default()).or_default().push(run);
+        }
+        let row = |(reason, runs): (&str, Vec<&Run>)| {
+            let count = |verdict: &str| runs.iter().filter(|run| run.verdict == verdict).count().to_string();
+            let mut row = vec![reason.to_owned(), runs.len().to_string()];
+            row.extend(["none", "explained", "ambiguous", "unexplained"].map(count));
+            row
+        };
+        Section {
+            title: "Not judged",
+            text: "Effects that logs of their kind cannot show, as `diagnose` says of them; their runs are in no table above."
+                .to_owned(),
+            header: vec!["reason", "logs", "none", "explained", "ambiguous", "unexplained"],
+            rows: by.into_iter().map(row).collect(),
+        }
+    }
+}
+
+fn competitor<'a>(case: &'a Case<'_>) -> &'a str {
+    case.separability.map_or("", |of| of.competitor.as_str())
+}
+
+fn flown(run: &Run) -> String {
+    let manoeuvre = if run.excite { "excites" } else { "lines" };
+    let noise = if run.coloured { "coloured" } else { "white" };
+    format!("{manoeuvre}, {noise}, {}", if run.dvl { "DVL" } else { "no DVL" })
+}
+
+fn answer_header(first: &'static str) -> Vec<&'static str> {
+    let mut header = vec![first, "logs"];
+    header.extend(Answer::ALL.map(Answer::name));
+    header.push("named first");
+    header
+}
+
+fn answers(name: &str, cases: &[&Case<'_>]) -> Vec<String> {
+    let mut row = vec![name.to_owned(), cases.len().to_string()];
+    row.extend(Answer::ALL.map(|answer| cases.iter().filter(|case| case.answer == answer).count().to_string()));
+    row.push(Share::of(cases, |case| case.first).text());
+    row
+}
