@@ -38,7 +38,6 @@ pub struct Outcome {
     pub digest: u64,
     pub bytes: usize,
     pub messages: usize,
-    pub losses: usize,
     /// The first step after which filter state and covariance are not the same.
     pub step: Option<Difference>,
     /// The first thing the board sent that is not the same.
@@ -255,7 +254,7 @@ impl Replay {
                 .notes
                 .push(format!("{losses} messages of the board tell of received bytes that its drivers lost"));
         }
-        Outcome { bytes, messages, losses, record: difference, ..self.outcome }
+        Outcome { bytes, messages, record: difference, ..self.outcome }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the board sent against what the replay sends: where they part, in which record, in which field.
 
-use backseat_data::session::{FusionRow, TelemetryRow, port_name};
+use backseat_data::session::port_name;
 use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port};
 use serde::Serialize;
 use serde_json::Value;
@@ -219,11 +219,10 @@ fn difference(logged: Option<FromBoard<'_>>, replayed: Option<FromBoard<'_>>) ->
     if record != other {
         return Judgement::Different { record, field: "kind".to_owned(), values: [brief(&logged), brief(&replayed)] };
     }
-    let fields = first_field(&named(&logged), &named(&replayed))
-        .or_else(|| first_field(&raw(&logged), &raw(&replayed)))
-        // not a number on one side, or a zero's sign
-        .unwrap_or_else(|| ("whole".to_owned(), [format!("{logged:?}"), format!("{replayed:?}")]));
-    Judgement::Different { record, field: fields.0, values: fields.1 }
+    // the same to look at: not a number on one side, or the sign of a zero
+    let alike = || ("whole".to_owned(), [format!("{logged:?}"), format!("{replayed:?}")]);
+    let (path, values) = first_field(&raw(&logged), &raw(&replayed)).unwrap_or_else(alike);
+    Judgement::Different { record, field: name(&path), values }
 }
 
 /// Neither the lock-step clock's answer nor news of losses comes from the app's input.
@@ -238,15 +237,6 @@ fn message<R>(frame: &[u8], take: impl FnOnce(Option<FromBoard<'_>>) -> R) -> R 
     match decoder.feed(&mut delimited.as_slice()) {
         Some(Ok(frame)) => take(frame.message().ok()),
         _ => take(None),
-    }
-}
-
-/// With the names and units of the session's own topics.
-fn named(message: &Option<FromBoard<'_>>) -> Value {
-    match message {
-        Some(FromBoard::Telemetry(record)) => json(TelemetryRow::from(record)),
-        Some(FromBoard::Fusion(record)) => json(FusionRow::from(record)),
-        _ => Value::Null,
     }
 }
 
@@ -274,7 +264,10 @@ fn brief(message: &Option<FromBoard<'_>>) -> String {
 /// The first leaf that is not the same: its path and both values.
 fn first_field(logged: &Value, replayed: &Value) -> Option<(String, [String; 2])> {
     let below = |name: String, inner: Option<(String, [String; 2])>| {
-        inner.map(|(path, values)| if path.is_empty() { (name, values) } else { (format!("{name}.{path}"), values) })
+        inner.map(|(path, values)| {
+            let dot = if path.is_empty() || path.starts_with('[') { "" } else { "." };
+            (format!("{name}{dot}{path}"), values)
+        })
     };
     match (logged, replayed) {
         (Value::Object(a), Value::Object(b)) => a
@@ -286,6 +279,34 @@ fn first_field(logged: &Value, replayed: &Value) -> Option<(String, [String; 2])
         }),
         (a, b) if a == b => None,
         (a, b) => Some((String::new(), [a.to_string(), b.to_string()])),
+    }
+}
+
+/// A path without the message's own name, and the vehicle's states by theirs.
+fn name(path: &str) -> String {
+    const STATES: [&str; 12] = [
+        "x_m",
+        "y_m",
+        "depth_m",
+        "roll_rad",
+        "pitch_rad",
+        "heading_rad",
+        "u_mps",
+        "v_mps",
+        "w_mps",
+        "p_radps",
+        "q_radps",
+        "r_radps",
+    ];
+    let path = path.split_once('.').map_or(path, |(_, path)| path);
+    let element = |array: &str| {
+        let index = path.strip_prefix(array)?.strip_prefix('[')?.strip_suffix(']')?;
+        STATES.get(index.parse::<usize>().ok()?)
+    };
+    match (element("state"), element("sigma")) {
+        (Some(state), _) => (*state).to_owned(),
+        (_, Some(state)) => format!("sigma_{state}"),
+        _ => path.to_owned(),
     }
 }
 

@@ -1,0 +1,7 @@
+//! `backseat replay`: flights, board logs and recordings through the flight code again, and to ports.
+
+mod board_log;
+mod flown;
+mod recorded;
+mod sim;
+mod to_ports;
