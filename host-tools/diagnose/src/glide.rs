@@ -47,9 +47,10 @@ const LONGEST_GAP_S: f64 = 12.0;
 const SHORTEST_WAY_S: f64 = 300.0;
 
 /// Columns: parasite drag; buoyancy, kg; pitch bias, rad, and scale; current north, east, m/s; heading, rad; then those
-/// without a name: lift slope, induced drag, volume, compressibility, ballast scale.
-const COLUMNS: usize = 12;
-const STEPS: [f64; COLUMNS] = [1e-4, 1e-4, 1e-5, 1e-4, 1.0, 1.0, 1e-5, 1e-3, 1e-3, 1e-5, 1e-12, 1e-4];
+/// without a name: share by which wings and hull lift more, induced drag, volume, compressibility, ballast scale; the speed
+/// log's scale, and its change over the log.
+const COLUMNS: usize = 14;
+const STEPS: [f64; COLUMNS] = [1e-4, 1e-4, 1e-5, 1e-4, 1.0, 1.0, 1e-5, 1e-4, 1e-3, 1e-5, 1e-12, 1e-4, 1e-4, 1e-4];
 
 /// One reading in flight.
 #[derive(Clone, Copy)]
@@ -84,6 +85,7 @@ struct Glide {
     ways: Vec<Way>,
     density: f64,
     has_speed: bool,
+    duration_s: f64,
 }
 
 /// What the whole route gave.
@@ -105,7 +107,7 @@ impl Glide {
     fn fly(&self, sample: &Sample, theta: &[f64]) -> (f64, f64) {
         let pitch = (sample.pitch_rad - theta[2]) / (1.0 + theta[3]);
         let (drag, induced) = (PARASITE_DRAG + theta[0], INDUCED_DRAG + theta[8]);
-        let lift = HULL_LIFT + WING_LIFT + theta[7];
+        let lift = (HULL_LIFT + WING_LIFT) / (1.0 - theta[7]).max(0.01);
         let mut alpha = 0.0;
         // Contracts by a factor of about ten a round.
         for _ in 0..12 {
@@ -152,7 +154,8 @@ impl Glide {
         for window in &self.windows {
             let [rate, speed] = self.window(window, theta);
             all.push(rate);
-            all.extend(window.speed_mps.map(|_| speed));
+            let scale = 1.0 + theta[12] + theta[13] * (window.t_s / self.duration_s - 0.5);
+            all.extend(window.speed_mps.map(|_| scale * speed));
         }
         for way in &self.ways {
             all.extend(self.way(way, theta));
@@ -202,7 +205,7 @@ impl ReducedModel for Glide {
     fn entries(&self) -> Vec<Entry> {
         let mut entries = vec![("buoyancy_offset", vec![1])];
         if self.has_speed {
-            entries.push(("pitch_sensor", vec![2, 3]));
+            entries.extend([("pitch_sensor", vec![2, 3]), ("dvl_scale", vec![12])]);
         }
         if self.ways.len() > 2 {
             entries.extend([("water_current", vec![4, 5]), ("heading_bias", vec![6])]);
@@ -217,7 +220,8 @@ impl ReducedModel for Glide {
             ("the scale of the ballast reading", vec![11]),
         ];
         if self.has_speed {
-            terms.extend([("the lift slope", vec![7]), ("the induced drag", vec![8])]);
+            terms.extend([("the lift (an angle of attack that is smaller)", vec![7]), ("the induced drag", vec![8])]);
+            terms.push(("a speed log whose scale changes with time", vec![13]));
         }
         terms
     }
@@ -247,7 +251,13 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<Outcome> {
         notes.push("no density of the water in the log: one value is taken for all depths".to_owned());
     }
     if !model.has_speed {
-        notes.push("no measured speed through the water: pitch and drag cannot be told apart, pitch is taken as read".to_owned());
+        notes.push(
+            "no measured speed through the water: pitch and drag cannot be told apart, pitch is taken as read"
+                .to_owned(),
+        );
+    }
+    if model.has_speed {
+        notes.push("dvl_scale stands for the scale of the measured speed through the water".to_owned());
     }
     if model.ways.len() > 2 {
         notes.push("heading_bias: its constant alone is fitted, the ways do not cover the headings".to_owned());
@@ -290,7 +300,13 @@ fn model(log: &Log) -> Option<Glide> {
     let speeds: Vec<(f64, f64)> = log.column(Column::WaterSpeed).map(|(us, speed)| (seconds(log, us), speed)).collect();
     let windows = windows(&samples, BALLAST_SHARE * range, &speeds);
     let has_speed = windows.iter().filter(|window| window.speed_mps.is_some()).count() >= FEWEST / 2;
-    (windows.len() >= FEWEST).then(|| Glide { ways: ways(log, &samples), windows, density, has_speed })
+    (windows.len() >= FEWEST).then(|| Glide {
+        ways: ways(log, &samples),
+        windows,
+        density,
+        has_speed,
+        duration_s: log.duration_s(),
+    })
 }
 
 fn seconds(log: &Log, time_us: u64) -> f64 {

@@ -101,14 +101,21 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<Outcome> {
             model.pings.len()
         ),
         format!("declared: {c} m/s, and a period of {period_s:.3} s (the median interval)"),
-        format!(
-            "fitted: a period of {:.6} s with one sigma of {:.1e} s; sound travels {:.0} m/s with one sigma of {:.0} m/s",
+    ];
+    if sigma > 0.0 {
+        notes.push(format!(
+            "fitted: a period of {:.6} s with one sigma of {:.0e} s",
             period_s * (1.0 + drift),
-            period_s * sigma,
+            period_s * sigma
+        ));
+    }
+    if reduced.sigmas[2] > 0.0 {
+        notes.push(format!(
+            "fitted: sound travels {:.0} m/s with one sigma of {:.0} m/s",
             c / (1.0 + fitted[2]),
             c * reduced.sigmas[2]
-        ),
-    ];
+        ));
+    }
     notes.append(&mut reduced.diagnosis.notes);
     reduced.diagnosis.notes = notes;
     let passes = [&reduced.diagnosis.before, &reduced.diagnosis.after];
@@ -174,7 +181,8 @@ fn pings(log: &Log, c: f64) -> Option<(Pings, f64, usize)> {
 /// Velocity by the positions before and after, m/s.
 fn velocity(positions: &[(f64, [f64; 2])], t_s: f64) -> [f64; 2] {
     let at = positions.partition_point(|(at_s, _)| *at_s < t_s);
-    let (Some(before), Some(after)) = (positions.get(at.saturating_sub(1)), positions.get((at + 1).min(positions.len() - 1)))
+    let (Some(before), Some(after)) =
+        (positions.get(at.saturating_sub(1)), positions.get((at + 1).min(positions.len() - 1)))
     else {
         return [0.0; 2];
     };

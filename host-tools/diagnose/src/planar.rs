@@ -3,7 +3,8 @@
 //! The plainest model that such a log supports says that between two fixes the vehicle moved along its heading by its
 //! speed (with a DVL: by its velocity over ground). What the fixes show beyond that is put down to a current, a compass
 //! error, a speed scale and (with a DVL) a misalignment. Fixes some way apart in time are compared, so that their noise
-//! stays small against the way between them. Readings that are held while the sensor is away are left out.
+//! stays small against the way between them. Readings that a log holds while the sensor is away are left
+//! out.
 
 use crate::bench::BLOCK_S;
 use crate::reduced::{self, Entry, Measures, Nameless, ReducedModel, Row};
@@ -62,11 +63,15 @@ impl ReducedModel for Planar {
     /// What is missing over a stretch, m.
     fn rows(&self, theta: &[f64]) -> Vec<Row> {
         let of = |stretch: &Stretch| {
-            [Channel::GnssX, Channel::GnssY].into_iter().enumerate().map(|(axis, channel)| {
-                let slopes = &stretch.slopes[axis];
-                let residual = stretch.missing_m[axis] - dot(slopes, theta);
-                Row { t_s: stretch.t_s, channel, residual, slopes: slopes.to_vec() }
-            }).collect::<Vec<_>>()
+            [Channel::GnssX, Channel::GnssY]
+                .into_iter()
+                .enumerate()
+                .map(|(axis, channel)| {
+                    let slopes = &stretch.slopes[axis];
+                    let residual = stretch.missing_m[axis] - dot(slopes, theta);
+                    Row { t_s: stretch.t_s, channel, residual, slopes: slopes.to_vec() }
+                })
+                .collect::<Vec<_>>()
         };
         self.stretches.iter().flat_map(of).collect()
     }
@@ -122,8 +127,8 @@ pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth
     )];
     for [from_s, to_s] in held {
         notes.push(format!(
-            "{name} repeats itself without any change from {from_s:.0} s to {to_s:.0} s: the sensor was away, these \
-             readings are left out"
+            "{name} repeats itself without any change from {from_s:.0} s to {to_s:.0} s: taken as held, not measured, and \
+             left out"
         ));
     }
     if has_dvl {
@@ -166,8 +171,11 @@ fn measures(model: &Planar, theta: &[f64]) -> Measures {
         }
         measures.position.push((stretch.t_s, lost_m[0].hypot(lost_m[1])));
     }
-    measures.against =
-        Some(if has_truth { "truth, dead reckoning of ten minutes" } else { "GNSS fixes, dead reckoning of ten minutes" });
+    measures.against = Some(if has_truth {
+        "truth, dead reckoning of ten minutes"
+    } else {
+        "GNSS fixes, dead reckoning of ten minutes"
+    });
     measures
 }
 
@@ -202,7 +210,8 @@ fn stretches(log: &Log, has_dvl: bool, apart_s: f64, held: &[[f64; 2]], truth: O
     let mut heading: Option<(f64, f64)> = None;
     let mut turn_radps = 0.0;
     let mut fix: Option<(f64, u64, [f64; 2])> = None;
-    let mut last: Option<(f64, [f64; 2])> = None;
+    // Time, velocity and heading of the reading before.
+    let mut last: Option<(f64, [f64; 2], f64)> = None;
     let (mut moved, mut slopes) = ([0.0; 2], [[0.0; COLUMNS]; 2]);
     let mut found = Vec::new();
     for row in &log.rows {
@@ -215,21 +224,22 @@ fn stretches(log: &Log, has_dvl: bool, apart_s: f64, held: &[[f64; 2]], truth: O
         }
         let is_held = held.iter().any(|[from_s, to_s]| (*from_s..=*to_s).contains(&t_s));
         if let (Some(body), Some((_, psi)), false) = (body(row, has_dvl), heading, is_held) {
-            if let Some((before_s, before)) = last {
+            if let Some((before_s, before, psi_before)) = last {
                 let dt = t_s - before_s;
                 if dt > LONGEST_GAP_S {
                     fix = None;
                 } else {
                     let mean = [0, 1].map(|axis| 0.5 * (before[axis] + body[axis]));
+                    let psi = psi_before + 0.5 * backseat_core::state::wrap_angle(psi - psi_before);
                     let along = add(&mut slopes, mean, psi, turn_radps, dt, (t_s - middle_s) / (2.0 * middle_s));
                     for axis in 0..2 {
                         moved[axis] += along[axis] * dt;
                     }
                 }
             }
-            last = Some((t_s, body));
+            last = Some((t_s, body, psi));
         }
-        let Some(now) = row.gnss_m().filter(|_| last.is_some_and(|(at_s, _)| t_s - at_s < LONGEST_GAP_S)) else {
+        let Some(now) = row.gnss_m().filter(|_| last.is_some_and(|(at_s, ..)| t_s - at_s < LONGEST_GAP_S)) else {
             continue;
         };
         match fix {
@@ -288,4 +298,101 @@ fn without_jumps(stretches: Vec<Stretch>) -> Vec<Stretch> {
     let size = |stretch: &Stretch| stretch.missing_m[0].hypot(stretch.missing_m[1]);
     let typical = median(&stretches.iter().map(size).collect::<Vec<_>>()).unwrap_or(0.0).max(0.1);
     stretches.into_iter().filter(|stretch| size(stretch) < FAR * typical).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::Verdict;
+    use backseat_core::state::VehicleState;
+    use backseat_data::{LogRow, TruthRow};
+
+    /// Boxes at 1.5 m/s in a current of 0.12 m/s to the north and 0.08 to the west, a receiver's noise on the fixes; the
+    /// compass reads `bias` too much. A DVL, where there is one, is turned by 0.05 rad.
+    fn log(bias: f64, has_dvl: bool) -> (Log, Truth) {
+        let (mut log, mut truth) = (Log::default(), Truth::default());
+        let (mut north, mut east, mut state) = (0.0, 0.0, 1_u64);
+        let mut noise = || {
+            // Sum of four uniform numbers: near enough to normal, one sigma of 0.58.
+            (0..4)
+                .map(|_| {
+                    state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+                })
+                .sum::<f64>()
+        };
+        for second in 0..2400_u64 {
+            // Legs of two minutes, turns of 3 degrees a second.
+            let at = |second: u64| {
+                let (leg, along) = (f64::from(u32::try_from(second / 150).unwrap()), f64::from((second % 150) as u32));
+                (leg + ((along - 120.0) / 30.0).max(0.0)) * std::f64::consts::FRAC_PI_2
+            };
+            let heading = at(second);
+            let (sin, cos) = heading.sin_cos();
+            let mut row = LogRow::new(second * 1_000_000);
+            row.set(Column::Heading, heading + bias).set(Column::SpeedLog, 1.5);
+            let over_ground = [1.5 * cos + 0.12, 1.5 * sin - 0.08];
+            if has_dvl {
+                let body = [over_ground[0] * cos + over_ground[1] * sin, over_ground[1] * cos - over_ground[0] * sin];
+                let (sin, cos) = 0.05_f64.sin_cos();
+                let measured = [body[0] * cos + body[1] * sin, body[1] * cos - body[0] * sin];
+                row.set_all(Column::DvlU, &[measured[0] + 0.01 * noise(), measured[1] + 0.01 * noise(), 0.0]);
+            }
+            row.set_all(Column::GpsX, &[north + noise(), east + noise()]);
+            log.rows.push(row);
+            let mut state = VehicleState::zeros();
+            (state[0], state[1]) = (north, east);
+            truth.rows.push(TruthRow { time_us: second * 1_000_000, state, current_mps: [0.12, -0.08] });
+            let (sin, cos) = (0.5 * (heading + at(second + 1))).sin_cos();
+            north += 1.5 * cos + 0.12;
+            east += 1.5 * sin - 0.08;
+        }
+        (log, truth)
+    }
+
+    #[test]
+    fn val_current_from_heading_and_speed_alone() {
+        let (log, truth) = log(0.0, false);
+        let found = run(&log, &VehicleFile::reference(), true, Some(&truth)).unwrap();
+        let d = &found.reduced.diagnosis;
+        assert_eq!(d.verdict, Verdict::Explained, "{:?} {:?}", d.effects, d.structure.named);
+        assert_eq!(d.effects[0].instance.candidate.effect, "water_current");
+        for (value, truth) in d.effects[0].values.iter().zip([0.12, -0.08]) {
+            let half = 0.75 * (value.ci95[1] - value.ci95[0]);
+            assert!((value.value - truth).abs() < half && half < 0.03, "{value:?}");
+        }
+        // Against the truth, which has no noise: only what the current's interval leaves.
+        let [before, after] = &found.scores;
+        assert_eq!(before.position_against, Some("truth, dead reckoning of ten minutes"));
+        // Up to 620 s at 0.144 m/s.
+        assert!((30.0..90.0).contains(&before.position_rmse_m.unwrap()), "{before:?}");
+        assert!(after.position_rmse_m.unwrap() < 5.0, "{after:?}");
+    }
+
+    #[test]
+    fn a_dvl_turned_and_a_compass_off_are_one_to_dead_reckoning() {
+        let (log, _) = log(0.0, true);
+        let with = run(&log, &VehicleFile::reference(), true, None).unwrap().reduced.diagnosis;
+        assert_eq!(with.verdict, Verdict::Ambiguous, "{:?}", with.effects);
+        let found = &with.effects[0];
+        let rival = found.rivals.iter().find(|rival| rival.is_possible()).unwrap();
+        let mut names = [found.instance.candidate.effect, rival.instance.candidate.effect];
+        names.sort_unstable();
+        assert_eq!(names, ["dvl_misalignment", "heading_bias"]);
+        // Without the DVL the current shows again.
+        let without = run(&log, &VehicleFile::reference(), false, None).unwrap().reduced.diagnosis;
+        assert_eq!(without.effects[0].instance.candidate.effect, "water_current", "{:?}", without.effects);
+    }
+
+    #[test]
+    fn a_speed_that_is_held_is_left_out() {
+        let (mut log, _) = log(0.0, false);
+        for (i, row) in log.rows.iter_mut().enumerate() {
+            let wobble = if i < 1800 { 1e-4 * f64::from(u32::try_from(i % 7).unwrap()) } else { 0.3 };
+            row.set(Column::SpeedLog, 1.5 + wobble);
+        }
+        let found = run(&log, &VehicleFile::reference(), true, None).unwrap().reduced.diagnosis;
+        assert!(found.notes.iter().any(|note| note.contains("from 1800 s to 2399 s")), "{:?}", found.notes);
+        assert_eq!(found.effects[0].instance.candidate.effect, "water_current");
+    }
 }

@@ -1,10 +1,9 @@
 //! Verdicts on logs of the simulator, whose truth shares no code with the catalogue. Seeds are those of development;
 //! logs are a quarter of an hour, so that a test takes seconds.
 
-use backseat_data::{Column, Log, LogRow, VehicleFile};
+use backseat_data::VehicleFile;
 use backseat_diagnose::bench::Bench;
 use backseat_diagnose::diagnosis::{self, Diagnosis, Verdict};
-use backseat_diagnose::planar;
 use hil_sim::dataset::{self, Shape, Spec};
 use hil_sim::scenario::Request;
 
@@ -104,38 +103,4 @@ fn without_a_dvl_current_and_hard_iron_stand_in_for_each_other() {
     names.sort_unstable();
     assert_eq!(names, ["heading_bias", "water_current"]);
     assert!(rival.separating_manoeuvre.is_some());
-}
-
-/// A surface log of heading, speed and fixes: boxes at 1.5 m/s in a current, with the noise of a receiver.
-#[test]
-fn val_current_from_heading_and_speed_alone() {
-    let mut log = Log::default();
-    let (mut north, mut east, mut state) = (0.0, 0.0, 1_u64);
-    let mut noise = || {
-        // Sum of four uniform numbers: near enough to normal, one sigma of 0.58.
-        (0..4)
-            .map(|_| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-            })
-            .sum::<f64>()
-    };
-    for second in 0..2400_u64 {
-        let heading = f64::from(u32::try_from(second / 150 % 4).unwrap()) * std::f64::consts::FRAC_PI_2;
-        let (sin, cos) = heading.sin_cos();
-        let mut row = LogRow::new(second * 1_000_000);
-        row.set(Column::Heading, heading).set(Column::SpeedLog, 1.5);
-        row.set_all(Column::GpsX, &[north + noise(), east + noise()]);
-        log.rows.push(row);
-        north += 1.5 * cos + 0.12;
-        east += 1.5 * sin - 0.08;
-    }
-    let (_, d) = planar::run(&log, &VehicleFile::reference()).unwrap();
-    assert_eq!(d.verdict, Verdict::Explained, "{:?}", d.effects);
-    let values = &d.effects[0].values;
-    assert_eq!(d.effects[0].instance.candidate.effect, "water_current");
-    for (value, truth) in values.iter().zip([0.12, -0.08]) {
-        let half = 0.75 * (value.ci95[1] - value.ci95[0]);
-        assert!((value.value - truth).abs() < half && half < 0.03, "{value:?}");
-    }
 }

@@ -43,7 +43,8 @@ impl<M: ReducedModel> Described<'_, M> {
             let candidate = hypothesis.candidate;
             let others: Vec<usize> = free.iter().copied().filter(|column| !hypothesis.free.contains(column)).collect();
             // Taken away again: its columns at minus what was fitted.
-            let away: Vec<(usize, f64)> = hypothesis.free.iter().map(|column| (*column, -self.theta[*column])).collect();
+            let away: Vec<(usize, f64)> =
+                hypothesis.free.iter().map(|column| (*column, -self.theta[*column])).collect();
             let base = linear::fit(&whole, &others, &away).map_or(0.0, |fit| fit.gain);
             let gain = linear::fit(&whole, &free, &[])?.gain - base;
             let mut rivals = Vec::new();
@@ -51,12 +52,18 @@ impl<M: ReducedModel> Described<'_, M> {
                 let columns: Vec<usize> = others.iter().chain(&rival.free).copied().collect();
                 let Some(alone) = linear::fit(&whole, &columns, &away) else { continue };
                 let both: Vec<usize> = columns.iter().chain(&hypothesis.free).copied().collect();
-                let Some(together) = linear::fit(&whole, &both, &[]) else { continue };
-                let (inflation, count) = linear::inflation(&self.after.normal, |_| true, &both, &together, &[]);
-                let p = search::tail(together.gain - alone.gain, inflation, count, candidate.degrees());
+                let deficit = gain + base - alone.gain;
+                let p = match linear::fit(&whole, &both, &[]) {
+                    Some(together) => {
+                        let (inflation, count) = linear::inflation(&self.after.normal, |_| true, &both, &together, &[]);
+                        search::tail(together.gain - alone.gain, inflation, count, candidate.degrees())
+                    }
+                    // The two are one and the same to the log.
+                    None => chi2_tail(deficit, candidate.degrees()),
+                };
                 rivals.push(Rival {
                     instance: Instance { candidate: rival.candidate, sizes: alone.theta[others.len()..].to_vec() },
-                    deficit: gain + base - alone.gain,
+                    deficit,
                     p,
                     separating_manoeuvre: manoeuvre(&candidate, &rival.candidate),
                 });
@@ -114,6 +121,28 @@ impl<M: ReducedModel> Described<'_, M> {
         let blocks = self.bench.held_gain(&fit::pass(self.model, self.noise, &without), self.after);
         let (low, high) = mean_ci95(&blocks)?;
         Some((blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]))
+    }
+
+    /// Entries that were not accepted, with what they would be beside those that were: how large they may be.
+    pub(super) fn open<'h>(&self, free: &[usize], left: impl Iterator<Item = &'h Hypothesis>) -> Vec<String> {
+        let whole = self.after.normal.sum(|_| true);
+        let tell = |h: &Hypothesis| {
+            let columns: Vec<usize> = free.iter().chain(&h.free).copied().collect();
+            let name = h.candidate.effect;
+            let Some(fit) = linear::fit(&whole, &columns, &[]) else {
+                return format!("{name} cannot be told from what was found: this log moves alike by either");
+            };
+            let at = Fit { gain: 0.0, ..fit.clone() };
+            let sigmas = linear::sigmas(&self.after.normal, |_| true, &columns, &at, &[]);
+            let parameters =
+                h.candidate.info().parameters.iter().enumerate().take(h.free.len()).map(|(i, parameter)| {
+                    let (value, half) = (fit.theta[free.len() + i], Z_95 * sigmas[free.len() + i]);
+                    let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
+                    format!("{} {value:.3} (±{half:.3}){unit}", parameter.name)
+                });
+            format!("{name} not significant: {}", parameters.collect::<Vec<_>>().join(", "))
+        };
+        left.map(tell).collect()
     }
 
     /// Columns without a name beside everything found, one after the other, best first.

@@ -14,6 +14,10 @@ const STEPS: usize = 8;
 const GAP_MEMORIES: f64 = 5.0;
 /// Correlation of neighbours below which they are taken as independent.
 const LEAST_CORRELATION: f64 = 0.15;
+/// Readings below which a median says little of their scatter.
+const FEW: usize = 20;
+/// By how much other columns may widen a column's variance before the two are taken as one.
+const MOST_INFLATED: f64 = 30.0;
 /// Longest memory that is taken as noise, s: what is slower is structure.
 const LONGEST_MEMORY_S: f64 = 120.0;
 
@@ -50,8 +54,8 @@ impl Noise {
     }
 }
 
-/// Noise of every channel, from what remains with `columns` fitted to all of the log.
-pub(super) fn noise(model: &impl ReducedModel, bench: &Bench, columns: &[usize]) -> Option<Vec<Noise>> {
+/// Noise of every channel, from what remains with every entry fitted to all of the log.
+pub(super) fn noise(model: &impl ReducedModel, bench: &Bench, calibrated: &[usize]) -> Option<Vec<Noise>> {
     let zero = vec![0.0; model.columns()];
     let rows = model.rows(&zero);
     let mut noise: Vec<Noise> = Vec::new();
@@ -60,9 +64,20 @@ pub(super) fn noise(model: &impl ReducedModel, bench: &Bench, columns: &[usize])
             noise.push(of_channel(&rows, row.channel));
         }
     }
+    // Entries that are nearly the same to the log are taken once.
+    let sum = pass(model, &noise, &zero).normal.sum(|_| true);
+    let mut columns = calibrated.to_vec();
+    for (_, own) in model.entries() {
+        let with: Vec<usize> = columns.iter().chain(&own).copied().collect();
+        let Some(fit) = linear::fit(&sum, &with, &[]) else { continue };
+        let by_others = |(i, column): (usize, &usize)| fit.sigma(i).powi(2) * sum.gram(*column, *column);
+        if with.iter().enumerate().map(by_others).fold(0.0, f64::max) < MOST_INFLATED {
+            columns = with;
+        }
+    }
     // The weights move the fit and the fit the weights.
     for _ in 0..3 {
-        let theta = solve(model, bench, &noise, columns, &zero, Part::Whole)?;
+        let theta = solve(model, bench, &noise, &columns, &zero, Part::Whole)?;
         let rows = model.rows(&theta);
         for noise in &mut noise {
             *noise = of_channel(&rows, noise.channel);
@@ -76,8 +91,14 @@ fn of_channel(rows: &[Row], channel: Channel) -> Noise {
     let of: Vec<(f64, f64)> = rows.iter().filter(|r| r.channel == channel).map(|r| (r.t_s, r.residual)).collect();
     let middle = median(&of.iter().map(|(_, e)| *e).collect::<Vec<_>>()).unwrap_or(0.0);
     let deviations: Vec<f64> = of.iter().map(|(_, e)| (e - middle).abs()).collect();
-    let sigma = (1.482_602 * median(&deviations).unwrap_or(1.0)).max(1e-9);
-    let clipped: Vec<(f64, f64)> = of.iter().map(|(t, e)| (*t, (e - middle).clamp(-3.0 * sigma, 3.0 * sigma))).collect();
+    let mut sigma = (1.482_602 * median(&deviations).unwrap_or(1.0)).max(1e-9);
+    if of.len() < FEW {
+        // Most of what they scattered went into the fit.
+        let free = of.len().saturating_sub(4).max(1) as f64;
+        sigma = sigma.max((of.iter().map(|(_, e)| e * e).sum::<f64>() / free).sqrt());
+    }
+    let clipped: Vec<(f64, f64)> =
+        of.iter().map(|(t, e)| (*t, (e - middle).clamp(-3.0 * sigma, 3.0 * sigma))).collect();
     let steps: Vec<f64> = clipped.windows(2).map(|w| w[1].0 - w[0].0).collect();
     let step_s = median(&steps).unwrap_or(0.0);
     let (mut both, mut square) = (0.0, 0.0);
@@ -141,24 +162,38 @@ pub(super) fn solve(
 ) -> Option<Vec<f64>> {
     /// A step below this many sigmas changes nothing.
     const SMALL: f64 = 1e-3;
+    /// What Σ e² may rise by rounding and still be no worse.
+    const ROUNDING: f64 = 1e-9;
+    /// Shortest part of a step that is tried.
+    const LEAST_SHARE: f64 = 0.02;
     let mut theta = start.to_vec();
     if free.is_empty() {
         return Some(theta);
     }
+    let sum_at = |theta: &[f64]| pass(model, noise, theta).normal.sum(|block| bench.is_in(part, block));
+    let mut sum = sum_at(&theta);
     for _ in 0..STEPS {
-        let sum = pass(model, noise, &theta).normal.sum(|block| bench.is_in(part, block));
         let fit = linear::fit(&sum, free, &[])?;
-        let mut largest = 0.0_f64;
-        for (i, (column, step)) in free.iter().zip(&fit.theta).enumerate() {
-            theta[*column] += step;
-            largest = largest.max(step.abs() / fit.sigma(i).max(f64::MIN_POSITIVE));
-        }
-        if !theta.iter().all(|value| value.is_finite()) {
-            return None;
-        }
-        if largest < SMALL {
+        let mut share = 1.0;
+        let (moved, fresh) = loop {
+            let mut moved = theta.clone();
+            for (column, step) in free.iter().zip(&fit.theta) {
+                moved[*column] += share * step;
+            }
+            let fresh = sum_at(&moved);
+            if fresh.square <= sum.square * (1.0 + ROUNDING) {
+                break (moved, fresh);
+            }
+            share *= 0.5;
+            if share < LEAST_SHARE {
+                return Some(theta);
+            }
+        };
+        (theta, sum) = (moved, fresh);
+        let is_small = |(i, step): (usize, &f64)| step.abs() < SMALL * fit.sigma(i);
+        if fit.theta.iter().enumerate().all(is_small) {
             break;
         }
     }
-    Some(theta)
+    theta.iter().all(|value| value.is_finite()).then_some(theta)
 }

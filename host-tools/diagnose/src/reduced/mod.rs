@@ -29,6 +29,8 @@ pub use fit::Noise;
 const STRUCTURE: f64 = 1e-4;
 /// Probability of a nameless column by chance, all of them counted, below which it is told.
 const NAMELESS: f64 = 2e-3;
+/// Blocks that a log must have for each number of an effect: fewer fit anything.
+const BLOCKS_A_NUMBER: usize = 8;
 /// Most nameless columns told.
 const MOST_NAMELESS: usize = 3;
 
@@ -86,21 +88,24 @@ pub fn run(model: &impl ReducedModel, log: &Log, vehicle: &VehicleFile) -> Optio
     let mut bench = empty(log, vehicle, model.block_s());
     let calibrated = model.calibrated();
     let zero = vec![0.0; model.columns()];
-    let everything: Vec<usize> =
-        calibrated.iter().copied().chain(model.entries().iter().flat_map(|(_, columns)| columns.clone())).collect();
-    let noise = fit::noise(model, &bench, &everything)?;
+    let noise = fit::noise(model, &bench, &calibrated)?;
     let plain = fit::solve(model, &bench, &noise, &calibrated, &zero, Part::Train)?;
     bench.declared = fit::pass(model, &noise, &plain);
     for residual in &bench.declared.residuals {
         bench.scope.present[residual.channel as usize] = true;
     }
-    let hypotheses: Vec<Hypothesis> = model.entries().into_iter().map(|(effect, free)| hypothesis(effect, free)).collect();
+    let hypotheses: Vec<Hypothesis> =
+        model.entries().into_iter().map(|(effect, free)| hypothesis(effect, free)).collect();
     let (mut chosen, mut rounds): (Vec<Hypothesis>, Vec<Round>) = (Vec::new(), Vec::new());
     let mut theta = plain.clone();
+    let blocks = bench.declared.normal.blocks.iter().filter(|block| block.count > 0).count();
     while chosen.len() < MOST_EFFECTS {
         let left: Vec<Hypothesis> = hypotheses.iter().filter(|h| !chosen.contains(h)).cloned().collect();
         let round = search::judge(&bench, &fit::pass(model, &noise, &theta), &left, &free(&calibrated, &chosen));
-        let best = round.ladder.iter().find(|e| round.is_significant(e)).map(|e| e.instance.candidate);
+        let fitted: usize = chosen.iter().map(|h| h.free.len()).sum();
+        let most = (blocks / BLOCKS_A_NUMBER).saturating_sub(fitted);
+        let stands = |e: &&search::Evidence| round.is_significant(e) && e.degrees <= most;
+        let best = round.ladder.iter().find(stands).map(|e| e.instance.candidate);
         rounds.push(round);
         let Some(hypothesis) = best.and_then(|best| left.into_iter().find(|h| h.candidate == best)) else { break };
         chosen.push(hypothesis);
@@ -126,7 +131,8 @@ pub fn run(model: &impl ReducedModel, log: &Log, vehicle: &VehicleFile) -> Optio
         false if is_ambiguous => Verdict::Ambiguous,
         false => Verdict::Explained,
     };
-    let notes = noise.iter().map(Noise::describe).collect();
+    let open = described.open(&free(&calibrated, &chosen), hypotheses.iter().filter(|h| !chosen.contains(h)));
+    let notes = open.into_iter().chain(noise.iter().map(Noise::describe)).collect();
     let structure = Structure { named, ..Structure::default() };
     let before = bench.declared.clone();
     let diagnosis = Diagnosis { verdict, effects, rounds, structure, before, after, notes };
@@ -193,15 +199,16 @@ pub fn scores(bench: &Bench, pass: &crate::whitener::Pass, measures: Measures) -
     }
 }
 
-/// A time series of one sensor that repeats itself while it elsewhere always changes: the sensor was not there, and the
-/// log holds its last reading.
+/// Times between which a sensor's readings repeat themselves far longer than they otherwise do: the sensor was not there
+/// (or stood still to the last digit), and the log holds its last reading.
 #[must_use]
 pub fn held_readings(series: &[(f64, Vec<f64>)]) -> Vec<[f64; 2]> {
     /// Shorter repeats are chance.
     const SHORTEST_S: f64 = 10.0;
-    const FEWEST: usize = 8;
-    /// Readings repeat this often on a coarse sensor.
-    const REPEATING: f64 = 0.5;
+    /// How often longer than the median repeat.
+    const LONGER: usize = 10;
+    /// Fewest other readings by which to know what is usual.
+    const FEWEST: usize = 20;
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for (i, (_, reading)) in series.iter().enumerate() {
         match runs.last_mut() {
@@ -209,16 +216,17 @@ pub fn held_readings(series: &[(f64, Vec<f64>)]) -> Vec<[f64; 2]> {
             _ => runs.push((i, i)),
         }
     }
-    let is_long = |(first, last): &(usize, usize)| {
-        last - first + 1 >= FEWEST && series[*last].0 - series[*first].0 >= SHORTEST_S
-    };
-    let (long, short): (Vec<_>, Vec<_>) = runs.into_iter().partition(is_long);
-    let readings: usize = short.iter().map(|(first, last)| last - first + 1).sum();
     // Where nothing else varies, a constant is what was measured.
-    if (short.len() as f64) < REPEATING * readings as f64 || readings < FEWEST {
+    if runs.len() < FEWEST {
         return Vec::new();
     }
-    long.into_iter().map(|(first, last)| [series[first].0, series[last].0]).collect()
+    let mut lengths: Vec<usize> = runs.iter().map(|(first, last)| last - first + 1).collect();
+    lengths.sort_unstable();
+    let usual = lengths[lengths.len() / 2];
+    let is_held = |(first, last): &(usize, usize)| {
+        last - first + 1 >= LONGER * usual && series[*last].0 - series[*first].0 >= SHORTEST_S
+    };
+    runs.into_iter().filter(is_held).map(|(first, last)| [series[first].0, series[last].0]).collect()
 }
 
 #[cfg(test)]
