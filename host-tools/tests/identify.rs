@@ -1,7 +1,9 @@
 //! `backseat identify` as a user runs it.
 
+use backseat_core::dynamics::Attitude;
 use backseat_data::{Column, LogRow, LogWriter, VehicleFile};
 use hil_sim::idsim::{Experiment, wrong_prior};
+use nalgebra::Vector3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -62,6 +64,47 @@ fn json_vehicle_file_and_report_are_as_promised() {
     let again = backseat(folder.path(), &arguments);
     assert_eq!(again.status.code(), Some(1));
     assert!(text(&again.stderr).contains("--force"), "{}", text(&again.stderr));
+}
+
+#[test]
+fn declared_effects_are_heeded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let current = [0.2, -0.15];
+    let run = Experiment { duration_s: 480.0, ..Experiment::identification(0.012) }.run(6001);
+    let mut log = LogWriter::create(&folder.path().join("log.csv")).expect("a log");
+    for (row, truth) in run.log.rows.iter().zip(&run.truth.rows) {
+        let mut row = row.clone();
+        let attitude = Attitude::new(&Vector3::new(truth.state[3], truth.state[4], truth.state[5]));
+        let water = attitude.rotation().transpose() * Vector3::new(current[0], current[1], 0.0);
+        for (column, water) in [Column::DvlU, Column::DvlV, Column::DvlW].into_iter().zip(water.iter()) {
+            row.set(column, row.get(column).expect("a sample") + water);
+        }
+        log.write(&row).expect("written");
+    }
+    log.finish().expect("written");
+    let mut file = VehicleFile { parameters: wrong_prior(0.3, 6001), ..VehicleFile::reference() };
+    file.write(&folder.path().join("plain.toml"), "no current", backseat_data::output::Existing::Keep)
+        .expect("written");
+    file.effects.set = file.effects.set.with("water_current", &current).expect("an effect");
+    file.effects.set = file.effects.set.with("thrust_loss", &[1.0e-3]).expect("an effect");
+    file.write(&folder.path().join("drift.toml"), "a current", backseat_data::output::Existing::Keep).expect("written");
+    let surge = |vehicle: &str| {
+        let arguments =
+            ["log.csv", "--method", "aid", "--json", "--vehicle", vehicle, "--out", &format!("new-{vehicle}")];
+        let output = backseat(folder.path(), &arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let json: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+        json["validation"]["u_mps"].as_f64().expect("a number")
+    };
+    let (plain, declared) = (surge("plain.toml"), surge("drift.toml"));
+    // The DVL's noise is 0.01 in the mean; the current is 0.25.
+    assert!(declared < 0.02 && plain > 0.08, "{declared} with the current declared, {plain} without");
+    // The plant's effect is in the parameters now, the water's is where it was.
+    let identified = VehicleFile::read(&folder.path().join("new-drift.toml")).expect("loads");
+    let effects: Vec<_> =
+        identified.effects.set.active().map(|(_, info, values)| (info.name, values.to_vec())).collect();
+    assert_eq!(effects, [("water_current", current.to_vec())]);
+    assert_eq!(identified.parameters.advance_n_s2_per_rad_m, file.parameters.advance_n_s2_per_rad_m + 1.0e-3);
 }
 
 #[test]

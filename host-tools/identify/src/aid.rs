@@ -55,8 +55,8 @@ pub fn run_identifier(
 ) -> Result<Box<Identifier>, IdentifyError> {
     let mut identifier = Box::new(Identifier::new());
     identifier.configure(&config(options), prior).map_err(IdentifyError::Settings)?;
-    for sample in &data.samples {
-        identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, &sample.input);
+    for (sample, since) in data.with_input_since() {
+        identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, since);
     }
     Ok(identifier)
 }

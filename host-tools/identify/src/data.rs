@@ -1,7 +1,9 @@
 //! The log as the methods need it: every channel at every 0.1 s, in stretches without gaps.
 
+use crate::declared::Ideal;
 use crate::method::IdentifyError;
 use backseat_core::dynamics::{ActuatorInput, Attitude};
+use backseat_core::effects::{Channel as Sensed, EffectSet};
 use backseat_core::state::wrap_angle;
 use backseat_data::{Log, LogRow};
 use nalgebra::{Vector3, Vector6};
@@ -41,15 +43,17 @@ pub struct IdentificationData {
 }
 
 impl IdentificationData {
-    /// Resamples a log: attitude, rates and DVL linearly interpolated, commands held. DVL velocity is over ground; `current`
-    /// (north, east, m/s) is what the water does over ground.
+    /// Resamples a log: attitude, rates and DVL linearly interpolated, commands held. DVL velocity is over ground; what the
+    /// water does, and all else that sensors and actuators are declared to do beyond the vehicle's parameters, is in `effects`.
     ///
     /// # Errors
     /// If the log lacks a channel, or has no minute without a gap in any.
-    pub fn from_log(log: &Log, current: [f64; 2]) -> Result<Self, IdentifyError> {
-        let attitude = channel(log, LogRow::attitude_rad);
-        let rates = channel(log, LogRow::rates_radps);
-        let dvl = channel(log, LogRow::dvl_mps);
+    pub fn from_log(log: &Log, effects: &EffectSet) -> Result<Self, IdentifyError> {
+        let mut ideal = Ideal::new(effects, log.rows.first().map_or(0, |row| row.time_us));
+        let attitude = channel(log, &ideal, Sensed::Attitude, LogRow::attitude_rad);
+        let rates = channel(log, &ideal, Sensed::Rates, LogRow::rates_radps);
+        let dvl = channel(log, &ideal, Sensed::Dvl, LogRow::dvl_mps);
+        let current = ideal.water();
         let inputs: Vec<(u64, ActuatorInput)> =
             log.rows.iter().filter_map(|row| Some((row.time_us, row.actuators()?))).collect();
         for (is_empty, name) in [
@@ -83,7 +87,8 @@ impl IdentificationData {
             let [u, v, w] = core::array::from_fn(|axis| dvl[axis] - water[axis]);
             let [p, q, r] = rates;
             let velocity = Vector6::new(u, v, w, p, q, r);
-            data.samples.push(Sample { time_us, attitude, velocity, input: inputs[at[3]].1 });
+            let input = ideal.input(time_us, &inputs[at[3]].1);
+            data.samples.push(Sample { time_us, attitude, velocity, input });
         }
         data.close(&mut stretch);
         if data.stretches.is_empty() {
@@ -95,6 +100,10 @@ impl IdentificationData {
             kept as f64 * PERIOD_S,
             data.stretches.len()
         ));
+        let taken = ideal.names();
+        if !taken.is_empty() {
+            data.notes.push(format!("declared effects taken out of the log: {}", taken.join(", ")));
+        }
         Ok(data)
     }
 
@@ -111,6 +120,12 @@ impl IdentificationData {
     /// The samples of every stretch.
     pub fn stretches(&self) -> impl Iterator<Item = &[Sample]> {
         self.stretches.iter().map(|range| &self.samples[range.clone()])
+    }
+
+    /// Every sample, and what fins and propeller did since the one before; the first's is its own.
+    pub fn with_input_since(&self) -> impl Iterator<Item = (&Sample, &ActuatorInput)> {
+        let before = self.samples.first().into_iter().chain(&self.samples);
+        self.samples.iter().zip(before.map(|sample| &sample.input))
     }
 
     /// Time covered, s.
@@ -140,8 +155,9 @@ impl IdentificationData {
 
 type Channel = Vec<(u64, [f64; 3])>;
 
-fn channel(log: &Log, get: impl Fn(&LogRow) -> Option<[f64; 3]>) -> Channel {
-    log.rows.iter().filter_map(|row| Some((row.time_us, get(row)?))).collect()
+fn channel(log: &Log, ideal: &Ideal<'_>, sensed: Sensed, get: impl Fn(&LogRow) -> Option<[f64; 3]>) -> Channel {
+    let samples = log.rows.iter().filter_map(|row| Some((row.time_us, get(row)?)));
+    samples.map(|(time_us, measured)| (time_us, ideal.reading(sensed, time_us, measured))).collect()
 }
 
 /// Value at a time between two samples; `from` is where the last search ended.
@@ -181,7 +197,7 @@ mod tests {
         // 5 Hz, a gap of 2 s in the middle.
         let times = (0..4000).chain(4010..8000).map(|k| k * 200_000);
         let log = Log { rows: times.map(|t| row(t, t as f64 * 1.0e-9)).collect(), ..Log::default() };
-        let data = IdentificationData::from_log(&log, [0.0; 2]).unwrap();
+        let data = IdentificationData::from_log(&log, &EffectSet::NONE).unwrap();
         assert_eq!(data.stretches.len(), 2);
         let sample = &data.samples[101];
         assert_eq!(sample.time_us, 10_100_000);
@@ -198,16 +214,67 @@ mod tests {
         for row in &mut log.rows {
             row.set(Column::Heading, std::f64::consts::FRAC_PI_2).set(Column::DvlU, 1.0);
         }
-        let data = IdentificationData::from_log(&log, [0.2, 0.3]).unwrap();
+        let data =
+            IdentificationData::from_log(&log, &EffectSet::NONE.with("water_current", &[0.2, 0.3]).unwrap()).unwrap();
         let v = data.samples[0].velocity;
         // Heading east: the east current pushes ahead, the north one to port.
         assert!((v[0] - 0.7).abs() < 1e-12 && (v[1] - 0.2).abs() < 1e-12, "{v}");
     }
 
     #[test]
+    fn val_declared_effects_are_taken_out() {
+        use backseat_core::effects::parameters;
+        let set = |list: &[(&str, &[f64])]| {
+            list.iter().fold(EffectSet::NONE, |set, (name, values)| set.with(name, values).unwrap())
+        };
+        let effects = set(&[
+            ("water_current", &[0.1, 0.2]),
+            ("dvl_scale", &[0.05]),
+            ("dvl_misalignment", &[0.1, -0.05]),
+            ("pitch_sensor", &[0.02, 0.1]),
+            ("gyro_bias", &[0.01, 0.0, -0.01]),
+            ("heading_bias", &[0.3, 0.1, -0.1]),
+            ("fin_bias", &[3.0, 0.07]),
+            ("thrust_decay", &[0.2]),
+        ]);
+        // Turned by 0.5 rad and pitched by 0.2, 1.5 m/s ahead: read through every effect, each written out here.
+        let (pitch, heading, v, time_us) = (0.2_f64, 0.5_f64, [1.5, 0.1, -0.05], 40_000_000);
+        let rotation = Attitude::new(&Vector3::new(0.0, pitch, heading)).rotation();
+        let ground = Vector3::from(v) + rotation.transpose() * Vector3::new(0.1, 0.2, 0.0);
+        let scaled = ground * 1.05;
+        let yawed = nalgebra::Rotation3::from_euler_angles(0.0, 0.0, 0.1).inverse() * scaled;
+        let turned = nalgebra::Rotation3::from_euler_angles(0.0, -0.05, 0.0).inverse() * yawed;
+        let mut log = Log { rows: (0..700).map(|k| row(k * 100_000, 0.0)).collect(), ..Log::default() };
+        for row in &mut log.rows {
+            let compass = heading + 0.3 + 0.1 * heading.sin() - 0.1 * heading.cos();
+            row.set_all(Column::Roll, &[0.0, 1.1 * pitch + 0.02, compass]).set_all(Column::P, &[0.03, 0.0, 0.0]);
+            row.set_all(Column::DvlU, turned.as_slice());
+            row.set_actuators(&ActuatorInput { propeller_radps: 100.0, fins_rad: [0.0; 4] });
+        }
+        let data = IdentificationData::from_log(&log, &effects).unwrap();
+        let sample = data.samples.iter().find(|sample| sample.time_us == time_us).unwrap();
+        let found = [sample.attitude.y, sample.attitude.z].into_iter().chain(sample.velocity.iter().copied());
+        for (found, truth) in found.zip([pitch, heading, v[0], v[1], v[2], 0.02, 0.0, 0.01]) {
+            // The fixed point's rounds.
+            assert!((found - truth).abs() < 1e-9, "{found} instead of {truth}");
+        }
+        assert_eq!(sample.input.fins_rad, [0.0, 0.0, 0.07, 0.0]);
+        assert!((sample.input.propeller_radps - 100.0 * (1.0 - 0.2 * 40.0 / 3600.0)).abs() < 1e-9);
+
+        // Of the plant's, what does not begin at some time becomes part of the parameters.
+        let mut effects = set(&[("linear_drag", &[2.0]), ("drag_change", &[5.0, 100.0]), ("dvl_scale", &[0.05])]);
+        let mut vehicle = backseat_data::VehicleFile::reference().parameters;
+        let before = vehicle.linear_surge_ns_per_m;
+        assert_eq!(crate::declared::take_in(&mut vehicle, &mut effects), ["drag_change"]);
+        assert_eq!(vehicle.linear_surge_ns_per_m, before + 2.0);
+        assert_eq!(effects, set(&[("drag_change", &[5.0, 100.0]), ("dvl_scale", &[0.05])]));
+        assert_eq!(parameters().filter(|id| effects.get(*id) != 0.0).count(), 3);
+    }
+
+    #[test]
     fn what_is_missing_is_named() {
         let log = Log { rows: vec![LogRow::new(0)], ..Log::default() };
-        let message = IdentificationData::from_log(&log, [0.0; 2]).unwrap_err().to_string();
+        let message = IdentificationData::from_log(&log, &EffectSet::NONE).unwrap_err().to_string();
         assert!(message.contains("attitude"), "{message}");
     }
 }

@@ -9,6 +9,7 @@
 //! simulation   free run with sensitivities to θ and start       instrumental  weak form, instruments from the model
 //! smoothing    zero-phase filter; the model's own trajectory    output_error  prediction error, Gauss-Newton
 //! validation   open-loop prediction, held-out comparison        automatic     climbs them, each step on held-out data
+//! declared     effects of the vehicle file: taken out first
 //! estimate     what a method says                               acceleration  4.2.2: from an AHRS's specific force
 //! ```
 
@@ -16,6 +17,7 @@ pub mod acceleration;
 pub mod aid;
 mod automatic;
 pub mod data;
+mod declared;
 pub mod estimate;
 mod excitation;
 pub mod instrumental;
@@ -29,6 +31,7 @@ pub mod smoothing;
 pub mod validation;
 
 pub use data::{IdentificationData, Sample};
+pub use declared::take_in;
 pub use estimate::{Estimate, EstimatedParameter, Step, Unseen};
 pub use method::{IdentifyError, Method, Options, identify};
 pub use validation::{Validation, validate};

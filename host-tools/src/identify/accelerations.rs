@@ -4,6 +4,7 @@
 //! noisy as they were measured, or off by a constant as a compass is. Both accelerations pass the same low-pass filter.
 
 use backseat_core::dynamics::Attitude;
+use backseat_core::effects::EffectSet;
 use backseat_data::stats::{mean, mean_ci95};
 use backseat_identify::acceleration::{Mounting, body_acceleration, specific_force};
 use backseat_identify::data::PERIOD_S;
@@ -45,8 +46,8 @@ fn felt(truth: &[Sample], k: usize, mounting: &Mounting) -> Vector3<f64> {
 fn errors(seed: u64) -> Option<[[f64; 3]; 3]> {
     let experiment = Experiment { duration_s: 1000.0, ..Experiment::identification(DVL_MPS) };
     let run = experiment.run(seed);
-    let truth = IdentificationData::from_log(&run.exact_log(), [0.0; 2]).ok()?;
-    let measured = IdentificationData::from_log(&run.log, [0.0; 2]).ok()?;
+    let truth = IdentificationData::from_log(&run.exact_log(), &EffectSet::NONE).ok()?;
+    let measured = IdentificationData::from_log(&run.log, &EffectSet::NONE).ok()?;
     let (truth, measured) = (&truth.samples, &measured.samples);
     let mounting = Mounting { lever_m: Vector3::new(0.4, 0.0, -0.05), ..Mounting::ideal() };
     let part = |v: &Vector6<f64>, from: usize| Vector3::new(v[from], v[from + 1], v[from + 2]);

@@ -6,6 +6,7 @@
 use crate::console;
 use anyhow::{Context, anyhow};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use backseat_core::effects::EffectSet;
 use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
 use backseat_core::identification::{Cause, FaultMonitor, FaultState};
 use backseat_data::VehicleFile;
@@ -99,7 +100,7 @@ fn wrong_prior(seed: u64) -> VehicleParameters {
 /// The vehicle as the board's identifier knows it after its own log.
 pub(super) fn identified(seed: u64) -> anyhow::Result<VehicleParameters> {
     let log = simulate(&spec(Shape::Excite, IDENTIFICATION_S), seed + OTHER_SEEDS).log;
-    let data = IdentificationData::from_log(&log, [0.0; 2])?;
+    let data = IdentificationData::from_log(&log, &EffectSet::NONE)?;
     let sensors = VehicleFile::reference().sensors;
     let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
     let options = Options {
@@ -113,7 +114,7 @@ pub(super) fn identified(seed: u64) -> anyhow::Result<VehicleParameters> {
 
 fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch> {
     let model = VehicleModel::new(vehicle).map_err(|error| anyhow!("identified vehicle: {error}"))?;
-    let data = IdentificationData::from_log(&dataset.log, [0.0; 2])?;
+    let data = IdentificationData::from_log(&dataset.log, &EffectSet::NONE)?;
     let mut monitor = Box::new(FaultMonitor::new());
     let mut watch =
         Watch { diagnosed: None, later: None, diagnoses: 0, suspicions: 0, hours: data.duration_s() / 3600.0 };

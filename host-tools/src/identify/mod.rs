@@ -11,11 +11,12 @@ mod reduced;
 mod study;
 
 use crate::console::{self, Progress};
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
+use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
 use backseat_data::output::{self, Existing};
 use backseat_data::{VehicleFile, importers};
-use backseat_identify::{IdentificationData, Method, Options, identify, validate};
+use backseat_identify::{IdentificationData, Method, Options, identify, take_in, validate};
 use clap::ValueEnum;
 use outcome::{HeldOut, Outcome};
 use std::path::{Path, PathBuf};
@@ -33,7 +34,8 @@ Examples:
   backseat identify --fault-study --runs 200                         the tables of docs/faults.md
 
 The log needs prop_rpm, fin_{top,bottom,port,starboard}_rad, roll_rad, pitch_rad, heading_rad, p_radps, q_radps, r_radps
-and dvl_{u,v,w}_mps. DVL velocity is over ground: state the water current, or identify in still water.";
+and dvl_{u,v,w}_mps. DVL velocity is over ground: state the water current (--current, or [effects] of the vehicle
+file), or identify in still water.";
 
 /// Share of the log that is fitted when nothing else is there to judge by.
 const FITTED: f64 = 0.8;
@@ -60,7 +62,7 @@ pub struct Args {
     /// Identify the cross drags d26 and d35 too (auto tries by itself)
     #[arg(long)]
     cross_drag: bool,
-    /// Water current north and east, m/s
+    /// Water current north and east, m/s [default: the vehicle file's, or none]
     #[arg(long, value_name = "N,E", value_delimiter = ',', allow_hyphen_values = true)]
     current: Vec<f64>,
     /// Write the identified vehicle, TOML
@@ -141,17 +143,22 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if reduced::is_for(&imported.log) {
         return reduced::run(args, &imported, page.as_deref(), existing);
     }
-    let declared = match &args.vehicle {
+    let mut declared = match &args.vehicle {
         Some(path) => VehicleFile::read(path)?,
         None => VehicleFile::reference(),
     };
-    let current = current(&args.current)?;
-    let data = IdentificationData::from_log(&imported.log, current).with_context(|| path.display().to_string())?;
+    let left = take_in(&mut declared.parameters, &mut declared.effects.set);
+    let kept = declared.effects.set;
+    declared.effects.ci95.retain(|(id, _)| kept.get(*id) != 0.0);
+    let effects = effects(&declared, &args.current)?;
+    let mut data = IdentificationData::from_log(&imported.log, &effects).with_context(|| path.display().to_string())?;
+    data.notes
+        .extend(left.iter().map(|name| format!("{name} is declared from some time on, and not taken into account")));
     let options = options(args, &declared);
     let other = match &args.validate {
         Some(path) => {
             let log = importers::read(path)?.log;
-            Some(IdentificationData::from_log(&log, current).with_context(|| path.display().to_string())?)
+            Some(IdentificationData::from_log(&log, &effects).with_context(|| path.display().to_string())?)
         }
         None => None,
     };
@@ -201,10 +208,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     console::print(text.as_bytes())
 }
 
-fn current(given: &[f64]) -> anyhow::Result<[f64; 2]> {
-    match given {
-        [] => Ok([0.0; 2]),
-        [north, east] if north.is_finite() && east.is_finite() => Ok([*north, *east]),
+/// The declared effects, with the current that was given instead of the declared one.
+fn effects(declared: &VehicleFile, current: &[f64]) -> anyhow::Result<EffectSet> {
+    match current {
+        [] => Ok(declared.effects.set),
+        [north, east] if north.is_finite() && east.is_finite() => {
+            declared.effects.set.with(water_current::INFO.name, current).map_err(|error| anyhow!("--current: {error}"))
+        }
         _ => bail!("--current takes two numbers, north and east in m/s"),
     }
 }

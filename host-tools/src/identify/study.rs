@@ -3,6 +3,7 @@
 use super::accelerations;
 use crate::console;
 use anyhow::anyhow;
+use backseat_core::effects::EffectSet;
 use backseat_data::stats::{mean, mean_ci95, median};
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{IdentificationData, Method, Options, identify, validate};
@@ -75,13 +76,13 @@ impl Condition {
     /// Mean absolute errors of one seed, in the order of [`COLUMNS`].
     fn errors(&self, seed: u64) -> anyhow::Result<[f64; 8]> {
         let experiment = Experiment { cross_drag: self.cross_drag, ..Experiment::identification(self.noise_mps) };
-        let data = IdentificationData::from_log(&experiment.run(seed).log, [0.0; 2])?;
+        let data = IdentificationData::from_log(&experiment.run(seed).log, &EffectSet::NONE)?;
         let noise = self.noise_mps.max(1.0e-4);
         let [_, _, _, p, q, r] = Options::DEFAULT.velocity_noise;
         let options = Options { velocity_noise: [noise, noise, noise, p, q, r], ..Options::DEFAULT };
         let estimate = identify(self.method, &data, &wrong_prior(self.wrong, seed), &options, &|_| {})?;
         let unseen = Experiment { cross_drag: self.cross_drag, ..Experiment::cross_validation() }.run(seed);
-        let unseen = IdentificationData::from_log(&unseen.exact_log(), [0.0; 2])?;
+        let unseen = IdentificationData::from_log(&unseen.exact_log(), &EffectSet::NONE)?;
         let validation = validate(&estimate.vehicle, &unseen).ok_or_else(|| anyhow!("unusable estimate"))?;
         Ok(validation.mean_absolute)
     }

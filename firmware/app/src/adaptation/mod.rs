@@ -9,7 +9,7 @@
 //! |---|---|
 //! | attitude, rates | samples of the attitude source, interpolated |
 //! | velocity through the water | water track as it is, or bottom track less the filter's current; the source that the filter fuses |
-//! | fins, propeller | mean of the commands while they act: quantised, delayed by `app.actuator_delay_s` |
+//! | fins, propeller | mean of the commands since the sample before, while they act: quantised, delayed by `app.actuator_delay_s` |
 //!
 //! Nothing adapts without velocity, near the surface, without a mission under way or with a current that is not known;
 //! telemetry says which ([`Activity`]). A current that is neither estimated nor zero would be taken for the vehicle's own
@@ -46,10 +46,8 @@ struct Sample {
     attitude: Vector3<f64>,
     /// Through the water.
     velocity: Vector6<f64>,
-    /// About this time.
+    /// Mean since the sample before.
     input: ActuatorInput,
-    /// Since the sample before.
-    input_since: ActuatorInput,
 }
 
 /// The identifier, what feeds it and what becomes of its estimates.
@@ -142,15 +140,13 @@ impl Adaptation {
             let [north, east] = navigator.current();
             velocity -= Attitude::new(&attitude).rotation().tr_mul(&Vector3::new(north, east, 0.0));
         }
-        let half_us = PERIOD_US / 2;
-        let mean = |from_us: u64, to_us: u64| self.commands.mean(from_us, to_us).ok_or(Activity::NotUnderWay);
+        let since_us = time_us.saturating_sub(PERIOD_US);
         let [p, q, r] = rates_radps;
         Ok(Sample {
             time_us,
             attitude,
             velocity: Vector6::new(velocity.x, velocity.y, velocity.z, p, q, r),
-            input: mean(time_us.saturating_sub(half_us), time_us + half_us)?,
-            input_since: mean(time_us.saturating_sub(PERIOD_US), time_us)?,
+            input: self.commands.mean(since_us, time_us).ok_or(Activity::NotUnderWay)?,
         })
     }
 
@@ -165,7 +161,6 @@ impl Adaptation {
         let (dvl, rates) = (noise(sensors.dvl_mps, velocity_s), noise(sensors.rates_radps, rates_s));
         let config = IdentificationConfig {
             scale: settings.app.adapt_scale,
-            held_inputs: false,
             velocity_noise: [dvl, dvl, dvl, rates, rates, rates],
             roll_pitch_noise_rad: noise(sensors.attitude_rad, attitude_s),
             ..IdentificationConfig::DEFAULT
@@ -220,7 +215,7 @@ impl Adaptation {
             }
         };
         let Some(model) = self.identifier.model() else { return Decision::Keep };
-        let ended = self.race.sample(model, sample.time_us, &sample.attitude, &sample.velocity, &sample.input_since);
+        let ended = self.race.sample(model, sample.time_us, &sample.attitude, &sample.velocity, &sample.input);
         if !ended {
             return Decision::Keep;
         }

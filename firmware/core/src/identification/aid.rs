@@ -35,6 +35,31 @@ impl Instant {
     }
 }
 
+/// Both ends of an interval of dt (s) with one input, each moved dt/6 inwards along the motion of the model θ̂; an end is
+/// v and s = Rᵀ e3.
+///
+/// Between samples ∫ x dt = dt/2 (x₀ + x₁) + dt²/12 (ẋ₀ − ẋ₁) to fourth order, which for what is linear in x is the
+/// trapezoidal rule over the moved ends: Heun's step then integrates to fourth order. Inputs change in steps at the samples, where
+/// ẋ has jumps; these are its values within the interval. Roll, whose fins damp it within an interval or two, moves by them:
+/// without this correction a perfect model misses its acceleration by 8 %.
+#[must_use]
+pub fn interval(
+    model: &VehicleModel,
+    theta: &Theta,
+    ends: [(&Vector6<f64>, &Vector3<f64>); 2],
+    input: &ActuatorInput,
+    dt: f64,
+) -> [Instant; 2] {
+    let mut reach = -dt / 6.0;
+    ends.map(|(velocity, down)| {
+        reach = -reach;
+        let acceleration = model_acceleration(theta, &Instant::new(model, velocity, down, input));
+        let rates = Vector3::new(velocity[3], velocity[4], velocity[5]);
+        let (velocity, down) = (velocity + acceleration * reach, down + down.cross(&rates) * reach);
+        Instant::new(model, &velocity, &down, input)
+    })
+}
+
 /// State of the identifier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AidState {

@@ -42,10 +42,6 @@ pub struct IdentificationConfig {
     pub average_s: f64,
     /// The first samples that only set the gains, s.
     pub warm_up_s: f64,
-    /// Cut-off of the low-pass filter of v, s, fins and propeller, Hz.
-    pub cutoff_hz: f64,
-    /// Fins and propeller keep each sample's command until the next sample; otherwise they are samples of a smooth signal.
-    pub held_inputs: bool,
     /// θ̂ stays between these multiples of the prior.
     pub box_ratio: [f64; 2],
     /// A parameter is excited when an error of half its box would change the acceleration of some axis by this much,
@@ -67,8 +63,6 @@ impl IdentificationConfig {
         scale: Scale::M11,
         average_s: 1000.0,
         warm_up_s: 60.0,
-        cutoff_hz: 0.6,
-        held_inputs: true,
         box_ratio: [0.3, 3.0],
         excitation_floor: [1.0e-3, 1.0e-3, 1.0e-3, 1.0e-2, 1.0e-3, 1.0e-3],
         velocity_noise: [0.013, 0.013, 0.013, 1.75e-4, 1.75e-4, 1.75e-4],
@@ -84,8 +78,6 @@ impl IdentificationConfig {
         scale: Scale::M11,
         average_s: 0.0,
         warm_up_s: 0.0,
-        cutoff_hz: 0.0,
-        held_inputs: false,
         box_ratio: [0.0; 2],
         excitation_floor: [0.0; 6],
         velocity_noise: [0.0; 6],
@@ -96,7 +88,6 @@ impl IdentificationConfig {
     /// The first setting outside its range.
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         let within = |value: f64, min: f64, max: f64| (min..=max).contains(&value);
-        let nyquist = 0.5 / self.period_s;
         let [start, end] = self.gamma_per_s2;
         let [low, high] = self.box_ratio;
         // α dt < 1 is the limit of stability.
@@ -107,7 +98,6 @@ impl IdentificationConfig {
             (within(self.gamma_time_s, 1.0, 1.0e6), ConfigError::GammaTime),
             (within(self.average_s, 1.0, 1.0e6), ConfigError::Average),
             (within(self.warm_up_s, 1.0, 1.0e6), ConfigError::WarmUp),
-            (within(self.cutoff_hz, 0.01 * nyquist, 0.99 * nyquist), ConfigError::CutOff),
             (within(low, 0.01, 0.99) && within(high, 1.01, 100.0), ConfigError::Box),
             (
                 self.velocity_noise.iter().all(|&noise| within(noise, 0.0, 1.0))
@@ -141,8 +131,6 @@ pub enum ConfigError {
     Average,
     /// `warm_up_s` is not between 1 s and 1e6 s.
     WarmUp,
-    /// `cutoff_hz` is not between 1 % and 99 % of half the sample rate.
-    CutOff,
     /// `box_ratio` does not hold the prior.
     Box,
     /// A sensor's noise is not between 0 and 1.

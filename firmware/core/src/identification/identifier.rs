@@ -1,6 +1,6 @@
 //! The identifier that runs beside the filter: one call a sample.
 
-use super::aid::{AidState, Instant, heun, model_acceleration, rates};
+use super::aid::{AidState, Instant, heun, interval, model_acceleration, rates};
 use super::config::{ConfigError, IdentificationConfig};
 use super::drift::DriftMonitor;
 use super::excitation::{Excitation, ExcitationMonitor, UNKNOWN};
@@ -63,8 +63,8 @@ pub struct Identifier {
     drift: DriftMonitor,
     /// Time of the last sample taken, µs.
     last_us: Option<u64>,
-    /// The last filtered measurement, and what the laws need of it.
-    previous: Option<(Measured, Instant)>,
+    /// The last filtered measurement.
+    previous: Option<Measured>,
     /// One sigma of the filtered measurement in each of its directions.
     sigma: [f64; NOISE_DIRECTIONS],
     /// Direction to disturb next.
@@ -120,11 +120,11 @@ impl Identifier {
         }
         let reach = Theta::from_fn(|j, _| bounds.reach(j));
         self.config = *config;
-        self.filter.configure(config.cutoff_hz * config.period_s, config.held_inputs);
+        self.filter.restart();
         self.excitation.configure(&prior.m_diag, &config.excitation_floor, &reach, 0.5 * config.average_s);
         let [u, v, w, p, q, r] = config.velocity_noise;
         let roll_pitch = config.roll_pitch_noise_rad;
-        self.sigma = [u, v, w, p, q, r, roll_pitch, roll_pitch].map(|sigma| sigma * self.filter.noise_gain());
+        self.sigma = [u, v, w, p, q, r, roll_pitch, roll_pitch].map(|sigma| sigma * PreFilter::noise_gain());
         self.direction = 0;
         self.drift.reset();
         self.model = Some(model);
@@ -139,8 +139,8 @@ impl Identifier {
         Ok(())
     }
 
-    /// One sample: time (µs), Euler angles (rad), body velocity through the water (m/s, rad/s), and what fins and
-    /// propeller do from this instant on (or at it, see [`IdentificationConfig::held_inputs`]).
+    /// One sample: time (µs), Euler angles (rad), body velocity through the water (m/s, rad/s), and the mean of what fins and
+    /// propeller did since the sample before.
     ///
     /// Samples without a velocity are not given; the gap they leave restarts the filter, and θ̂ stays.
     pub fn sample(
@@ -175,18 +175,19 @@ impl Identifier {
         let measured = Measured { time_us, velocity: *velocity, down: Attitude::new(attitude).down(), input: *input };
         report.outcome = Outcome::Filling;
         let Some(filtered) = self.filter.push(&measured) else { return report };
-        let instant = |at: &Measured| Instant::new(model, &at.velocity, &at.down, &at.input);
-        let now = instant(&filtered);
-        let Some((measured_then, then)) = self.previous.replace((filtered, now)) else {
+        let Some(then) = self.previous.replace(filtered) else {
             self.state.velocity = filtered.velocity;
             return report;
         };
-        let dt = filtered.time_us.saturating_sub(measured_then.time_us) as f64 * 1.0e-6;
+        let dt = filtered.time_us.saturating_sub(then.time_us) as f64 * 1.0e-6;
+        let ends = [&then, &filtered].map(|end| (&end.velocity, &end.down));
+        let [then, now] = interval(model, &self.state.theta, ends, &filtered.input, dt);
 
         let first = rates(&self.state, self.config.alpha_per_s, &then);
         regressor(&first.model_acceleration, &then.velocity, &then.down, &then.actuators, &mut self.y);
         let size = self.sigma.get(self.direction).copied().unwrap_or(0.0);
-        let noisy = instant(&disturbed(&measured_then, self.direction, size));
+        let (velocity, down) = disturbed(&then, self.direction, size);
+        let noisy = Instant::new(model, &velocity, &down, &filtered.input);
         let acceleration = model_acceleration(&self.state.theta, &noisy);
         regressor(&acceleration, &noisy.velocity, &noisy.down, &noisy.actuators, &mut self.disturbed);
         self.direction = (self.direction + 1) % NOISE_DIRECTIONS;
@@ -212,7 +213,7 @@ impl Identifier {
             return report;
         }
         self.state = next;
-        report.velocity_error = next.velocity - now.velocity;
+        report.velocity_error = next.velocity - filtered.velocity;
         report.outcome = if adapting { Outcome::Adapting } else { Outcome::WarmingUp };
         if adapting {
             self.adapted_s += dt;
@@ -302,15 +303,15 @@ impl Default for Identifier {
 /// Directions in which a measured instant can be wrong: the axes of v, and s turned about body x and y.
 const NOISE_DIRECTIONS: usize = 8;
 
-/// What would have been measured with an error `size` (m/s, rad/s or rad) in one of [`NOISE_DIRECTIONS`].
-fn disturbed(at: &Measured, direction: usize, size: f64) -> Measured {
-    let mut measured = *at;
+/// v and s as they would have been measured with an error `size` (m/s, rad/s or rad) in one of [`NOISE_DIRECTIONS`].
+fn disturbed(at: &Instant, direction: usize, size: f64) -> (Vector6<f64>, Vector3<f64>) {
+    let (mut velocity, mut down) = (at.velocity, at.down);
     match direction {
-        axis @ 0..6 => measured.velocity[axis] += size,
-        6 => measured.down += at.down.cross(&Vector3::x()) * size,
-        _ => measured.down += at.down.cross(&Vector3::y()) * size,
+        axis @ 0..6 => velocity[axis] += size,
+        6 => down += at.down.cross(&Vector3::x()) * size,
+        _ => down += at.down.cross(&Vector3::y()) * size,
     }
-    measured
+    (velocity, down)
 }
 
 /// Whether a vehicle can do this; what passes keeps all arithmetic finite.

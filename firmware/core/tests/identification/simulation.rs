@@ -63,6 +63,16 @@ fn integrate(model: &VehicleModel, x: &VehicleState, input: impl Fn(f64) -> Actu
     x
 }
 
+/// Mean of inputs that change all the time over the period before a time, by Simpson's rule.
+fn mean_before(time_s: f64) -> ActuatorInput {
+    let [a, b, c] = [1.0, 0.5, 0.0].map(|periods| EXCITATION.input(time_s - periods * PERIOD_S));
+    let simpson = |a: f64, b: f64, c: f64| (a + 4.0 * b + c) / 6.0;
+    ActuatorInput {
+        propeller_radps: simpson(a.propeller_radps, b.propeller_radps, c.propeller_radps),
+        fins_rad: core::array::from_fn(|i| simpson(a.fins_rad[i], b.fins_rad[i], c.fins_rad[i])),
+    }
+}
+
 /// One period of constant input.
 pub fn advance(model: &VehicleModel, x: &VehicleState, input: &ActuatorInput) -> VehicleState {
     integrate(model, x, |_| *input)
@@ -87,20 +97,21 @@ pub fn wrong(share: f64, random: &mut Random) -> VehicleParameters {
     with_theta(&VEHICLE, &theta)
 }
 
-/// Lets the vehicle move and the identifier look on.
+/// Lets the vehicle move and the identifier look on; inputs are `held` from sample to sample, or change all the time.
 pub fn identify(
     identifier: &mut Identifier,
-    config: &IdentificationConfig,
+    held: bool,
     prior: &VehicleParameters,
     duration_s: f64,
     noise: &Noise,
     random: &mut Random,
 ) {
     let truth = model(&VEHICLE);
-    identifier.configure(config, prior).expect("a usable prior");
+    identifier.configure(&IdentificationConfig::DEFAULT, prior).expect("a usable prior");
     let mut x = start();
     for step in 0..(duration_s / PERIOD_S) as u64 {
-        let input = EXCITATION.input(step as f64 * PERIOD_S);
+        let time_s = step as f64 * PERIOD_S;
+        let since = if held { EXCITATION.input(time_s - PERIOD_S) } else { mean_before(time_s) };
         let mut attitude = state::attitude(&x);
         let mut velocity = state::velocity(&x);
         for axis in 0..3 {
@@ -110,12 +121,12 @@ pub fn identify(
         for axis in 0..2 {
             attitude[axis] += random.normal(noise.roll_pitch_rad);
         }
-        let report = identifier.sample(step * 100_000, &attitude, &velocity, &input);
+        let report = identifier.sample(step * 100_000, &attitude, &velocity, &since);
         assert!(matches!(report.outcome, Outcome::Filling | Outcome::WarmingUp | Outcome::Adapting), "{report:?}");
-        x = if config.held_inputs {
-            advance(&truth, &x, &input)
+        x = if held {
+            advance(&truth, &x, &EXCITATION.input(time_s))
         } else {
-            integrate(&truth, &x, |time_s| EXCITATION.input(step as f64 * PERIOD_S + time_s))
+            integrate(&truth, &x, |into_s| EXCITATION.input(time_s + into_s))
         };
     }
 }

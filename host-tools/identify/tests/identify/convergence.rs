@@ -1,18 +1,19 @@
 //! Short experiments: every method makes a wrong prior better, and the automatic one finds what was not declared.
 
 use backseat_core::dynamics::VehicleParameters;
+use backseat_core::effects::EffectSet;
 use backseat_identify::{Estimate, IdentificationData, Method, Options, identify, validate};
 use hil_sim::idsim::{Experiment, Noise, wrong_prior};
 
 /// Ten minutes; a seed of neither the study nor its tuning.
 fn data(cross_drag: [f64; 2], noise: Noise) -> IdentificationData {
     let experiment = Experiment { duration_s: 600.0, cross_drag, noise, ..Experiment::identification(0.0) };
-    IdentificationData::from_log(&experiment.run(5000).log, [0.0; 2]).expect("usable")
+    IdentificationData::from_log(&experiment.run(5000).log, &EffectSet::NONE).expect("usable")
 }
 
 fn errors(vehicle: &VehicleParameters, cross_drag: [f64; 2]) -> [f64; 8] {
     let unseen = Experiment { duration_s: 300.0, cross_drag, ..Experiment::cross_validation() }.run(5000);
-    let unseen = IdentificationData::from_log(&unseen.exact_log(), [0.0; 2]).expect("usable");
+    let unseen = IdentificationData::from_log(&unseen.exact_log(), &EffectSet::NONE).expect("usable");
     validate(vehicle, &unseen).expect("usable").mean_absolute
 }
 

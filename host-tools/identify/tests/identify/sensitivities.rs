@@ -1,6 +1,7 @@
 //! Sensitivities of the free run against differences.
 
 use backseat_core::dynamics::VehicleModel;
+use backseat_core::effects::EffectSet;
 use backseat_identify::parameters::{self, EXTENDED};
 use backseat_identify::simulation::{COLUMNS, OUTPUT_STATES, Sensitive, free_run, output, start};
 use backseat_identify::{IdentificationData, Sample};
@@ -8,7 +9,7 @@ use hil_sim::idsim::{Experiment, declared};
 
 fn samples() -> Vec<Sample> {
     let run = Experiment { duration_s: 120.0, ..Experiment::cross_validation() }.run(1);
-    IdentificationData::from_log(&run.exact_log(), [0.0; 2]).expect("usable").samples
+    IdentificationData::from_log(&run.exact_log(), &EffectSet::NONE).expect("usable").samples
 }
 
 #[test]

@@ -40,8 +40,8 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
 
     let mut curves: [Vec<(f64, f64)>; GROUPS.len()] = Default::default();
     let mut predicted: Vec<(f64, [f64; 8])> = Vec::new();
-    for (k, sample) in case.data.samples.iter().enumerate() {
-        identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, &sample.input);
+    for (k, (sample, since)) in case.data.with_input_since().enumerate() {
+        identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, since);
         if (k + 1) % CURVE != 0 {
             continue;
         }

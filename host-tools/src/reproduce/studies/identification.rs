@@ -3,6 +3,7 @@
 use super::{Measured, Study};
 use anyhow::Context;
 use backseat_core::dynamics::VehicleParameters;
+use backseat_core::effects::EffectSet;
 use backseat_identify::parameters::{self, EXTENDED};
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{IdentificationData, IdentifyError, Method, Options, identify, validate};
@@ -34,9 +35,9 @@ pub struct Case {
 impl Case {
     pub fn new(seed: u64, noise_mps: f64, wrong: f64, cross_drag: [f64; 2]) -> anyhow::Result<Self> {
         let experiment = Experiment { cross_drag, ..Experiment::identification(noise_mps) };
-        let data = IdentificationData::from_log(&experiment.run(seed).log, [0.0; 2])?;
+        let data = IdentificationData::from_log(&experiment.run(seed).log, &EffectSet::NONE)?;
         let unseen = Experiment { cross_drag, ..Experiment::cross_validation() }.run(seed);
-        let unseen = IdentificationData::from_log(&unseen.exact_log(), [0.0; 2])?;
+        let unseen = IdentificationData::from_log(&unseen.exact_log(), &EffectSet::NONE)?;
         let [_, _, _, p, q, r] = Options::DEFAULT.velocity_noise;
         let noise = noise_mps.max(1.0e-4);
         let options = Options { velocity_noise: [noise, noise, noise, p, q, r], ..Options::DEFAULT };
