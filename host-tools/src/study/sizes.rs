@@ -4,20 +4,35 @@ use super::estimate::{Share, smallest};
 use super::outcome::Answer;
 use super::plan::Class;
 use super::run::{Errors, Run};
-use super::sections::{Section, Study, is_single, short};
-use backseat_core::effects::CATALOGUE;
+use super::sections::{Choose, Section, Study, is_single, short};
+use backseat_core::effects::{CATALOGUE, FIN_NAMES};
 use backseat_data::stats::{mean, median, percentile};
 use std::collections::BTreeSet;
 
+/// A number that was estimated.
+struct Compared {
+    name: String,
+    truth: f64,
+    value: f64,
+    ci95: [f64; 2],
+}
+
+impl Compared {
+    fn is_covered(&self) -> bool {
+        (self.ci95[0]..=self.ci95[1]).contains(&self.truth)
+    }
+}
+
 impl Study<'_> {
-    /// Numbers with a finite interval, of effects named without another possible: name, truth, value, interval.
-    fn compared(&self) -> Vec<(String, f64, f64, [f64; 2])> {
+    /// Numbers with a finite interval, of effects named without another possible.
+    fn compared(&self) -> Vec<Compared> {
         let mut all = Vec::new();
         for case in self.cases.iter().filter(|case| case.answer == Answer::Named && case.first) {
             for found in case.run.found.iter().filter(|found| found.effect == case.truth.effect) {
                 for (name, sized) in &found.parameters {
                     if let (Some(truth), Some(ci95)) = (case.truth.parameters.get(name), sized.ci95) {
-                        all.push((format!("{}.{name}", found.effect), *truth, sized.value, ci95));
+                        let name = format!("{}.{name}", found.effect);
+                        all.push(Compared { name, truth: *truth, value: sized.value, ci95 });
                     }
                 }
             }
@@ -26,32 +41,46 @@ impl Study<'_> {
     }
 
     pub fn coverage(&self) -> Share {
-        Share::of(&self.compared(), |(_, truth, _, [low, high])| (*low..=*high).contains(truth))
+        Share::of(&self.compared(), Compared::is_covered)
+    }
+
+    /// Of effects of one fin that are named: it is the right one.
+    fn fins(&self) -> Share {
+        let pairs: Vec<(&str, usize)> = self
+            .cases
+            .iter()
+            .filter_map(|case| {
+                let found = case.run.found.iter().find(|found| found.effect == case.truth.effect)?;
+                Some((found.fin.as_deref()?, *case.truth.parameters.get("fin")? as usize))
+            })
+            .collect();
+        Share::of(&pairs, |(found, truth)| FIN_NAMES.get(truth - 1) == Some(found))
     }
 
     pub fn parameters(&self) -> Section {
         let compared = self.compared();
-        let names: BTreeSet<&String> = compared.iter().map(|(name, ..)| name).collect();
+        let names: BTreeSet<&String> = compared.iter().map(|compared| &compared.name).collect();
         let row = |name: &String| {
-            let of: Vec<_> = compared.iter().filter(|(other, ..)| other == name).collect();
-            let middle = |value: fn(&(String, f64, f64, [f64; 2])) -> f64| {
-                median(&of.iter().map(|compared| value(compared)).collect::<Vec<_>>())
-                    .map_or_else(|| "–".to_owned(), short)
+            let of: Vec<&Compared> = compared.iter().filter(|compared| compared.name == *name).collect();
+            let middle = |value: fn(&Compared) -> f64| {
+                let values: Vec<f64> = of.iter().map(|compared| value(compared)).collect();
+                median(&values).map_or_else(|| "–".to_owned(), short)
             };
             vec![
                 name.clone(),
-                middle(|(_, truth, ..)| truth.abs()),
-                middle(|(_, truth, value, _)| (value - truth).abs()),
-                middle(|(.., [low, high])| 0.5 * (high - low)),
-                Share::of(&of, |(_, truth, _, [low, high])| (*low..=*high).contains(truth)).text(),
+                middle(|compared| compared.truth.abs()),
+                middle(|compared| (compared.value - compared.truth).abs()),
+                middle(|compared| 0.5 * (compared.ci95[1] - compared.ci95[0])),
+                Share::of(&of, |compared| compared.is_covered()).text(),
             ]
         };
         Section {
             title: "Sizes and their intervals",
             text: format!(
                 "Of effects named with nothing else possible, single and of pairs, in the units of the names. All intervals \
-                 together hold the truth in {}.",
-                self.coverage().text()
+                 together hold the truth in {}. Where an effect of one fin is named, the fin is the right one in {}.",
+                self.coverage().text(),
+                self.fins().text()
             ),
             header: vec!["parameter", "median size", "median error", "median half width", "interval holds the truth"],
             rows: names.into_iter().map(row).collect(),
@@ -111,7 +140,7 @@ impl Study<'_> {
     }
 
     pub fn after(&self) -> Section {
-        let groups: [(&str, fn(&Run) -> bool); 4] = [
+        let groups: [(&str, Choose); 4] = [
             ("single effects", |run| run.class == Class::Single),
             ("pairs", |run| run.class == Class::Pair),
             ("single and pairs, with a DVL", |run| run.dvl && run.class != Class::Outside),

@@ -4,7 +4,7 @@ use super::estimate::Share;
 use super::outcome::{Answer, Case};
 use super::plan::Class;
 use super::run::Run;
-use super::sections::{BANDS, Section, Study, in_band, is_blamed, is_invisible, is_single, short};
+use super::sections::{BANDS, Choose, Section, Study, in_band, is_blamed, is_invisible, is_single, short};
 use backseat_core::effects::CATALOGUE;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -28,7 +28,7 @@ impl Study<'_> {
     }
 
     pub fn classes(&self) -> Section {
-        let groups: [(&str, fn(&Run) -> bool); 6] = [
+        let groups: [(&str, Choose); 6] = [
             ("manoeuvres that excite", |run| run.excite),
             ("lines to and fro", |run| !run.excite),
             ("white noise", |run| !run.coloured),
@@ -144,7 +144,7 @@ impl Study<'_> {
                 *hints.entry(hint).or_default() += 1;
             }
             let mut hints: Vec<(&str, usize)> = hints.into_iter().collect();
-            hints.sort_by(|a, b| b.1.cmp(&a.1));
+            hints.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
             let mut blamed: BTreeSet<&str> = BTreeSet::new();
             for run in large.iter().filter(|run| is_blamed(run)) {
                 blamed.extend(run.found.iter().map(|found| found.effect.as_str()));
