@@ -395,3 +395,99 @@ fn ways(log: &Log, samples: &[Sample]) -> Vec<Way> {
     }
     ways
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use backseat_data::LogRow;
+
+    const DRAG: f64 = 0.16;
+
+    /// Speed and path angle by the balance of lift and drag along and across the path, solved for the angle by bisection:
+    /// not the way the model goes.
+    fn balance(pitch: f64, force: f64, density: f64) -> (f64, f64) {
+        let slope = HULL_LIFT + WING_LIFT;
+        let alpha = |gamma: f64| {
+            let lift = slope * gamma.tan();
+            (lift - (lift * lift - 4.0 * INDUCED_DRAG * DRAG).max(0.0).sqrt()) / (2.0 * INDUCED_DRAG)
+        };
+        let (mut low, mut high) = (pitch.abs(), pitch.abs() + 0.3);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if middle - alpha(middle) < pitch.abs() { low = middle } else { high = middle }
+        }
+        let drag = DRAG + INDUCED_DRAG * alpha(low).powi(2);
+        ((2.0 * force.abs() * low.sin() / (density * S_M2 * drag)).sqrt(), low * pitch.signum())
+    }
+
+    /// Twenty-four dives to 40 m, surfacing after every fourth; 30 g too buoyant, in a current.
+    fn log() -> Log {
+        let (mut log, mut state) = (Log::default(), 3_u64);
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let (mut t_s, mut depth, mut position) = (0.0_f64, 1.0_f64, [0.0_f64; 2]);
+        let mean_density = 1005.0;
+        for dive in 0..24 {
+            let heading = 0.7 * f64::from(dive / 4);
+            if dive % 4 == 0 {
+                let mut row = LogRow::new((t_s * 1e6) as u64);
+                row.set_all(Column::GpsX, &[position[0] + noise(), position[1] + noise()]);
+                log.rows.push(row);
+            }
+            for direction in [-1.0, 1.0] {
+                while (direction < 0.0 && depth < 40.0) || (direction > 0.0 && depth > 1.0) {
+                    let density = mean_density + 0.04 * (depth - 20.0);
+                    let (pitch, ballast) = (0.44 * direction + 0.01 * noise(), 230e-6 * direction);
+                    let force = G_MPS2 * (density * (VOLUME_M3 + ballast) - mean_density * VOLUME_M3 + 0.03);
+                    let (speed, gamma) = balance(pitch, force, density);
+                    let mut row = LogRow::new((t_s * 1e6) as u64);
+                    row.set(Column::Pitch, pitch).set(Column::Depth, depth + 0.03 * noise());
+                    row.set(Column::Ballast, ballast).set(Column::WaterDensity, density).set(Column::Heading, heading);
+                    row.set(Column::WaterSpeed, if direction < 0.0 { speed + 0.01 * noise() } else { f64::NAN });
+                    log.rows.push(row);
+                    let dt_s = 2.0;
+                    depth -= speed * gamma.sin() * dt_s;
+                    let ahead = speed * gamma.cos();
+                    position[0] += (ahead * heading.cos() + 0.10) * dt_s;
+                    position[1] += (ahead * heading.sin() - 0.05) * dt_s;
+                    t_s += dt_s;
+                }
+            }
+        }
+        let mut row = LogRow::new((t_s * 1e6) as u64);
+        row.set_all(Column::GpsX, &position);
+        log.rows.push(row);
+        log
+    }
+
+    #[test]
+    fn val_ballast_and_current_of_a_glide() {
+        let log = log();
+        assert!(is_for(&log));
+        let found = run(&log, &VehicleFile::reference()).unwrap();
+        let d = &found.reduced.diagnosis;
+        let names: Vec<&str> = d.effects.iter().map(|found| found.instance.candidate.effect).collect();
+        assert!(names.contains(&"water_current") && names.contains(&"buoyancy_offset"), "{names:?}");
+        assert_eq!(names.len(), 2, "{names:?}");
+        let value = |effect: &str, place: usize| {
+            d.effects.iter().find(|found| found.instance.candidate.effect == effect).unwrap().values[place].value
+        };
+        // Windows start a little after the turn and the readings have noise: a gram, some mm/s.
+        assert!((value("buoyancy_offset", 0) - 0.03).abs() < 2e-3, "{}", value("buoyancy_offset", 0));
+        assert!((value("water_current", 0) - 0.10).abs() < 6e-3, "{}", value("water_current", 0));
+        assert!((value("water_current", 1) + 0.05).abs() < 6e-3, "{}", value("water_current", 1));
+        // 0.15 from the start; what the balance was made with.
+        assert!((PARASITE_DRAG + found.reduced.theta[1][0] - DRAG).abs() < 3e-3);
+        let [before, after] = &found.scores;
+        assert!(after.position_rmse_m.unwrap() < 0.2 * before.position_rmse_m.unwrap());
+    }
+
+    #[test]
+    fn too_short_a_glide_is_none() {
+        let mut log = log();
+        log.rows.truncate(300);
+        assert!(run(&log, &VehicleFile::reference()).is_none());
+    }
+}

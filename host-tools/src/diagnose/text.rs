@@ -65,10 +65,15 @@ pub fn headline(outcome: &Outcome<'_>) -> String {
                 .hints
                 .first()
                 .map_or_else(String::new, |hint| format!(" It depends most on {}.", hint.generic.name()));
-            let named =
-                d.structure.named.first().map_or_else(String::new, |term| format!(" It depends most on {}.", term.name));
+            let named = d
+                .structure
+                .named
+                .first()
+                .map_or_else(String::new, |term| format!(" It depends most on {}.", term.name));
             let beside = if names.is_empty() { String::new() } else { format!(" beside {names}") };
-            format!("unexplained: the model lacks something{beside} that no entry of the catalogue describes.{hint}{named}")
+            format!(
+                "unexplained: the model lacks something{beside} that no entry of the catalogue describes.{hint}{named}"
+            )
         }
     }
 }

@@ -112,6 +112,15 @@ fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings,
             if names.len() == 1 && found.contains(';') { " (separated by ; instead of a comma?)" } else { "" };
         return Err(fail(0, format!("no column t_s (time in seconds); found: {found}{separated}")));
     }
+    // The same quantity in another unit would be left out silently.
+    let stem = |name: &str| name.rsplit_once('_').map(|(stem, _)| stem.to_owned());
+    for (cell, name) in names.iter().enumerate().filter(|(cell, name)| *cell != bindings.time && !name.is_empty()) {
+        let is_known = |wanted: &str| names.iter().any(|found| found == wanted);
+        let close = table.names.iter().find(|known| stem(known).is_some() && stem(known) == stem(name));
+        if let Some(known) = close.filter(|known| !is_known(known)) {
+            return Err(fail(cell, format!("column {name}: a log has {known}; convert it, or name its unit in a column map")));
+        }
+    }
     let missing = table.required.iter().find(|name| !names.iter().any(|found| found == *name));
     if let Some(name) = missing {
         return Err(fail(0, format!("no column {name}; {}", table.hint)));
