@@ -111,7 +111,7 @@ impl Rmc {
         write_angle(&mut emitter, self.variation_rad.map(libm::fabs))?;
         emitter.text(match self.variation_rad {
             None => "",
-            Some(angle) if angle < 0.0 => "W",
+            Some(angle) if Decimal::from_f64(degrees(angle), 1)?.mantissa() < 0 => "W",
             Some(_) => "E",
         })?;
         emitter.text(if self.valid { "A" } else { "N" })?;
@@ -250,7 +250,7 @@ fn write_position(emitter: &mut Emitter<'_>, position_deg: Option<[f64; 2]>) -> 
             writer.decimal_padded(Decimal::new((minutes % (60 * MINUTE_UNIT)) as i64, MINUTE_SCALE), 2)
         })?;
         let [positive, negative] = sides;
-        emitter.text(if angle < 0.0 { negative } else { positive })?;
+        emitter.text(if angle < 0.0 && minutes > 0 { negative } else { positive })?;
     }
     Ok(())
 }
