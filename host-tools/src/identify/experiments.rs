@@ -86,16 +86,19 @@ impl Experiments {
             .collect();
         let text = text_of(&waypoints);
         output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
+        let ([shallow, deep], steepest) = (plan.depths_m, plan.steepest_rad.to_degrees());
         let (information, remaining) = (plan.collected.log_determinant(), plan.collected.remaining_percent());
         let text = if args.json {
             let object = json!({
                 "mission": path, "waypoints": waypoints.len(), "duration_s": plan.duration_s,
+                "depth_m": [shallow, deep], "pitch_deg": steepest,
                 "log_determinant": information, "remaining_percent": remaining,
             });
             format!("{object}\n")
         } else {
             format!(
                 "{}: {} waypoints, {:.0} s from where it is started, heading north at {:.1} m depth\n\
+                 {shallow:.1} to {deep:.1} m deep, steepest pitch {steepest:.0} degrees\n\
                  information gained: {information:.0} (log of the determinant, in units of a prior wrong by 30 %)\n\
                  expected error of the parameters, sensors of Table 4.13: {remaining:.1} % rms\n",
                 path.display(),

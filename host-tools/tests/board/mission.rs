@@ -50,6 +50,22 @@ fn a_scenario_is_a_mission() {
 }
 
 #[test]
+fn a_planned_mission_is_taken_and_started() {
+    let bench = Bench::new();
+    let arguments = ["identify", "--plan", "plan.toml", "--duration", "150", "--depth", "3,9", "--seed", "2", "--json"];
+    let plan = bench.json(&arguments);
+    let duration_s = plan["duration_s"].as_f64().unwrap();
+    assert!((142.5..=157.5).contains(&duration_s) && plan["pitch_deg"].as_f64().unwrap() < 25.0, "{plan}");
+    let put = bench.json(&["mission", "put", "PORT", "plan.toml"]);
+    assert_eq!(put["waypoints"], plan["waypoints"]);
+    let kept = bench.json(&["mission", "get", "PORT"]);
+    assert_eq!(kept["waypoints"].as_array().unwrap().len() as u64, plan["waypoints"].as_u64().unwrap());
+    // no sensors here: it waits
+    assert!(bench.json(&["mission", "start", "PORT"])["leg"].is_null());
+    assert!(bench.good(&["mission", "stop", "PORT"]).starts_with("stopped"));
+}
+
+#[test]
 fn a_bad_mission_changes_nothing() {
     let bench = Bench::new();
     bench.write("good.toml", MISSION);

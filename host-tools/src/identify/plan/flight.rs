@@ -97,23 +97,67 @@ pub fn follow(
     waypoints: &[Waypoint],
     duration_s: f64,
 ) -> anyhow::Result<Vec<(Sample, f64)>> {
+    Ok(follow_legs(body, controller, waypoints, duration_s)?.samples)
+}
+
+/// A flight along legs.
+pub struct Followed {
+    /// With every sample goes the depth.
+    pub samples: Vec<(Sample, f64)>,
+    /// Where each leg after the first begins: the sample, and the state.
+    pub turns: Vec<(usize, VehicleState)>,
+    /// The last waypoint was reached.
+    pub finished: bool,
+}
+
+impl Followed {
+    /// Steepest pitch, rad.
+    pub fn steepest_rad(&self) -> f64 {
+        self.samples.iter().map(|(sample, _)| sample.attitude.y.abs()).fold(0.0, f64::max)
+    }
+
+    /// Shallowest and deepest, m.
+    pub fn depths_m(&self) -> [f64; 2] {
+        let depths = self.samples.iter().map(|(_, depth_m)| *depth_m);
+        [depths.clone().fold(f64::INFINITY, f64::min), depths.fold(f64::NEG_INFINITY, f64::max)]
+    }
+
+    /// Length, s.
+    pub fn duration_s(&self) -> f64 {
+        self.samples.len() as f64 * PERIOD_S
+    }
+}
+
+/// The same, with the turns.
+pub fn follow_legs(
+    body: &mut impl Body,
+    controller: &mut Controller,
+    waypoints: &[Waypoint],
+    duration_s: f64,
+) -> anyhow::Result<Followed> {
     let mut mission = Mission::new();
     for waypoint in waypoints {
         mission.push(*waypoint).map_err(|error| anyhow!("mission: {error:?}"))?;
     }
     controller.set_mission(&mission);
     controller.start(&body.state()).map_err(|error| anyhow!("mission: {error:?}"))?;
-    let mut samples = Vec::new();
+    let mut followed = Followed { samples: Vec::new(), turns: Vec::new(), finished: false };
+    let mut leg = MissionStatus::Leg(0);
     for step in 0..(duration_s / PERIOD_S).round() as u64 {
         let x = body.state();
         let command = controller.command(step * 100_000, &x, [0.0; 2]);
         if command.status == MissionStatus::Finished {
+            followed.finished = true;
             break;
         }
-        samples.push((sample(step, &x, &command.input), x[state::Z]));
+        if command.status != leg {
+            leg = command.status;
+            followed.turns.push((followed.samples.len(), x));
+        }
+        followed.samples.push((sample(step, &x, &command.input), x[state::Z]));
         body.step(&command.input);
     }
-    Ok(samples)
+    Ok(followed)
 }
 
 /// The open-loop inputs of the thesis' experiment for a time, or until `ends` says so.
