@@ -4,6 +4,29 @@ use backseat_app::parameters::{self, Kind};
 use backseat_wire::hostlink::ParameterInfo;
 use serde_json::{Value, json};
 
+/// When a new value takes effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effect {
+    AtOnce,
+    Restart,
+}
+
+impl Effect {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::AtOnce => "at once",
+            Self::Restart => "restart",
+        }
+    }
+
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::AtOnce => "at once, under way too",
+            Self::Restart => "navigation starts again; not under way",
+        }
+    }
+}
+
 /// What a board says about a parameter, and what this program's list adds where it is the same.
 #[derive(Clone, Debug)]
 pub struct Declared {
@@ -40,9 +63,8 @@ impl Declared {
     }
 
     /// When a new value takes effect.
-    pub fn effect(&self) -> Option<&'static str> {
-        let when = |live| if live { "at once, under way too" } else { "navigation starts again; not under way" };
-        self.known.map(|parameter| when(parameter.under_way))
+    pub fn effect(&self) -> Option<Effect> {
+        self.known.map(|parameter| if parameter.under_way { Effect::AtOnce } else { Effect::Restart })
     }
 
     pub fn range(&self) -> String {
@@ -65,7 +87,7 @@ impl Declared {
             "max": self.max,
             "default": self.default,
             "description": self.known.map(|parameter| parameter.description),
-            "takes_effect": self.effect(),
+            "takes_effect": self.effect().map(Effect::meaning),
         })
     }
 }

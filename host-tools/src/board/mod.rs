@@ -6,7 +6,7 @@ mod port;
 mod refusal;
 
 pub use arguments::Common;
-pub use declared::{Declared, number};
+pub use declared::{Declared, Effect, number};
 pub use port::{HostPort, PortName};
 pub use refusal::reason;
 

@@ -4,7 +4,7 @@ use anyhow::Context;
 use backseat_host::DEFAULT_BAUD;
 use backseat_wire::hostlink::Port;
 use hil_sim::backseat::{BackseatError, Ports};
-use serialport::{SerialPort, TTYPort};
+use serialport::{ClearBuffer, SerialPort, TTYPort};
 use std::fmt;
 use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
@@ -60,6 +60,11 @@ impl HostPort {
         let builder = serialport::new(&name.path, name.baud).timeout(POLL).preserve_dtr_on_open();
         let port = builder.open_native().with_context(|| format!("{name}: not to be opened as a serial port"))?;
         Ok(Self(port))
+    }
+
+    /// Forgets what has come by now.
+    pub fn discard(&self) -> anyhow::Result<()> {
+        Ok(self.0.clear(ClearBuffer::Input)?)
     }
 
     /// Reads once; how much came before the time-out.

@@ -23,6 +23,13 @@ PORT is the board's host port, with :BAUD behind it where that is not 115200. Wh
 as a whole or not at all. The exported file is a vehicle file (backseat navigate --vehicle reads it) with everything
 else a board is told in a section [app]; import takes such a file, a vehicle file, or a file with [app] alone.";
 
+const GET: &str = "\
+Example:
+  backseat params get /dev/ttyACM0 drag fins.cl app.use_dvl
+
+A star: not the default. What takes effect at once may be set under way too; with the others navigation starts again,
+so that they are refused while a mission runs. Meaning and effect are known of boards with this program's list.";
+
 /// Get, set, export, import or store the board's parameters
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -34,7 +41,7 @@ pub struct Args {
 #[derive(Subcommand)]
 enum Action {
     /// Show parameters with unit, range, default and meaning
-    #[command(after_help = "Example:\n  backseat params get /dev/ttyACM0 drag fins.cl app.use_dvl")]
+    #[command(after_help = GET)]
     Get {
         #[command(flatten)]
         common: Common,

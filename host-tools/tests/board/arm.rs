@@ -5,6 +5,7 @@
 
 use crate::bench::{Outcome, program, simulate};
 use crate::check::verdict;
+use backseat_data::VehicleFile;
 use hil_sim::backseat::{Serial, build_image, missing};
 use hil_sim::pty::Pty;
 use hil_sim::scenario::Scenario;
@@ -85,13 +86,17 @@ impl Emulator {
         serde_json::from_str(&self.good(&[arguments, &["--json"]].concat())).unwrap()
     }
 
-    /// As the board's reset button: the supply stays on.
+    /// As the board's reset button: the supply stays on. The mission, which is in memory only, is gone behind it.
     fn reset(&self) {
         let mut monitor = File::options().read(true).write(true).open(&self.monitor).unwrap();
         // QEMU looks once a second whether somebody holds the other end.
         sleep(Duration::from_millis(1500));
         monitor.write_all(b"system_reset\n").unwrap();
-        sleep(Duration::from_millis(500));
+        let begun = Instant::now();
+        while self.run(&["mission", "get", "PORT"]).code == Some(0) {
+            assert!(begun.elapsed() < Duration::from_secs(30), "it is not reset");
+            sleep(Duration::from_millis(200));
+        }
     }
 }
 
@@ -124,6 +129,19 @@ fn check_mission_and_params_work_against_the_arm_image() {
     board.good(&["params", "export", "PORT", "set.toml"]);
     board.good(&["params", "set", "PORT", "vehicle.mass_kg=39", "app.use_dvl=0"]);
     assert_eq!(board.json(&["params", "import", "PORT", "set.toml"])["changed"].as_array().unwrap().len(), 2);
+
+    // what the board refuses by itself, with the reason, and what a vehicle file brings
+    let values = ["vehicle.mass_kg=40", "vehicle.weight_kg=40", "app.sound_speed_mps=15"];
+    let line = board.run(&[&["params", "set", "PORT"], &values[..]].concat()).complaint("refused");
+    for part in ["keeps the old set", "weight_kg is no parameter", "15 is not within 1300 to 1700 m/s"] {
+        assert!(line.contains(part), "{line}");
+    }
+    let mut file = VehicleFile::reference();
+    file.apply([("fins.cl[0]", 2.9), ("effects.thrust_loss.k_n_s2_per_rad_m", 0.01)]).unwrap();
+    std::fs::write(board.folder.path().join("v.toml"), file.to_toml("a test's")).unwrap();
+    let told = board.json(&["params", "import", "PORT", "v.toml"]);
+    assert_eq!(told["changed"].as_array().unwrap().len(), 2, "{told}");
+    board.good(&["params", "import", "PORT", "set.toml"]);
 
     sleep(Duration::from_secs(6)); // a fix within a second of its own clock
     // The emulated board keeps time with the clock, which a busy machine may not grant it for three seconds on end.

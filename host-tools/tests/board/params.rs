@@ -2,7 +2,8 @@
 
 use crate::bench::Bench;
 use backseat_app::parameters::PARAMETERS;
-use backseat_data::{BoardFile, VehicleFile};
+use backseat_data::{BoardFile, LogWriter, VehicleFile};
+use hil_sim::idsim::{Experiment, wrong_prior};
 
 fn vehicle(changes: &[(&str, f64)]) -> String {
     let mut file = VehicleFile::reference();
@@ -16,14 +17,28 @@ fn get_tells_all_there_is_to_know() {
     let table = bench.good(&["params", "get", "PORT"]);
     assert_eq!(table.lines().count(), PARAMETERS.len() + 1);
     let row = table.lines().find(|line| line.starts_with("app.sound_speed_mps ")).unwrap();
-    for part in ["1500", "m/s", "1300 to 1700", "sound speed", "under way too"] {
+    for part in ["1500", "m/s", "1300 to 1700", "sound speed", "at once"] {
         assert!(row.contains(part), "{row}");
+    }
+    // each of them has everything
+    let (head, rows) = table.split_once('\n').unwrap();
+    let [effect, meaning] = ["takes effect", "meaning"].map(|title| head.find(title).unwrap());
+    for row in rows.lines() {
+        assert!(row.len() > meaning && row.is_char_boundary(effect), "{row}");
+        assert!(["at once", "restart"].contains(&row[effect..meaning].trim()), "{row}");
     }
     let drag = bench.json(&["params", "get", "PORT", "drag"]);
     assert_eq!(drag["parameters"].as_array().unwrap().len(), 9);
     let one = bench.json(&["params", "get", "PORT", "fins.cl[1]"]);
     assert_eq!(one["parameters"][0]["default"], -4.0);
     assert!(one["parameters"][0]["description"].as_str().unwrap().contains("lift"));
+    for parameter in bench.json(&["params", "get", "PORT"])["parameters"].as_array().unwrap() {
+        for key in ["name", "unit", "description", "takes_effect"] {
+            assert!(parameter[key].as_str().is_some_and(|text| !text.is_empty()), "{key}: {parameter}");
+        }
+        let [value, min, max, default] = ["value", "min", "max", "default"].map(|key| parameter[key].as_f64().unwrap());
+        assert!(value == default && (min..=max).contains(&default), "{parameter}");
+    }
     assert!(bench.complaint(&["params", "get", "PORT", "fins.c"]).contains("fins.c is no parameter"));
 }
 
@@ -96,6 +111,26 @@ fn a_vehicle_file_or_the_app_alone() {
     bench.write("site.toml", "[app]\norigin_lat_deg = 47.7\nuse_dvl = 1\n");
     bench.good(&["params", "import", "PORT", "site.toml"]);
     assert_eq!((bench.value("app.origin_lat_deg"), bench.value("vehicle.mass_kg")), (47.7, 39.5));
+}
+
+#[test]
+fn what_identify_writes_is_imported() {
+    let bench = Bench::new();
+    let run = Experiment { duration_s: 240.0, ..Experiment::identification(0.012) }.run(6000);
+    let mut log = LogWriter::create(&bench.path("log.csv")).unwrap();
+    run.log.rows.iter().for_each(|row| log.write(row).unwrap());
+    log.finish().unwrap();
+    let prior = VehicleFile { parameters: wrong_prior(0.3, 6000), ..VehicleFile::reference() };
+    bench.write("prior.toml", &prior.to_toml("wrong by up to 30 %"));
+    bench.good(&["params", "import", "PORT", "prior.toml"]);
+    let arguments = ["identify", "log.csv", "--vehicle", "prior.toml", "--method", "aid", "--report", "out"];
+    let identified = bench.json(&arguments);
+    let file = identified["vehicle_file"].as_str().unwrap();
+    let told = bench.json(&["params", "import", "PORT", file]);
+    // m11 is the scale; the others moved
+    assert!(told["changed"].as_array().unwrap().len() >= 15, "{told}");
+    let d22 = VehicleFile::read(&bench.path(file)).unwrap().parameters.quadratic_diag[1];
+    assert_eq!(bench.value("drag.quadratic_diag[1]"), d22);
 }
 
 #[test]
