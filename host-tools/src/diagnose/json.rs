@@ -24,7 +24,7 @@ pub fn text(outcome: &Outcome<'_>) -> String {
         "after": scores(outcome.after),
         "vehicle_file": outcome.vehicle_file.map(|path| path.display().to_string()),
         "unexplained_structure": hints,
-        "held_out": "three of every nine minutes, and the last fifth",
+        "held_out": "a third of the log in blocks, and its last fifth",
         "notes": outcome.notes,
         "report": outcome.page.map(|path| path.display().to_string()),
         "simulated_s": outcome.log.duration_s(),

@@ -80,12 +80,22 @@ fn effects(mut report: Report, outcome: &Outcome<'_>) -> Report {
         }
         report = report.table(table);
     }
+    if !d.structure.named.is_empty() {
+        let header = ["what remains depends on", "factors", "χ² gain", "of it held out", "p"];
+        let mut table = Table::new("Structure that no entry of the catalogue accounts for", &header);
+        for term in &d.structure.named {
+            let factors: Vec<String> = term.values.iter().map(|value| format!("{value:.3}")).collect();
+            let numbers = [format!("{:.0}", term.gain), format!("{:.0}", term.held_gain), format!("{:.0e}", term.p)];
+            table = table.row([term.name.to_owned(), factors.join(", ")].into_iter().chain(numbers));
+        }
+        report = report.table(table);
+    }
     report
 }
 
 fn before_after(mut report: Report, outcome: &Outcome<'_>) -> Report {
     let mut table = Table::new(
-        "On held-out data: three of every nine minutes and the last fifth, to which nothing was fitted",
+        "On held-out data: a third of the log in blocks and its last fifth, to which nothing was fitted",
         &["", "before", "after"],
     );
     for (name, before, after) in rows(outcome) {
@@ -104,7 +114,8 @@ fn before_after(mut report: Report, outcome: &Outcome<'_>) -> Report {
             bound: None,
             scale: Scale::Linear,
         });
-        report = report.figure(&format!("Error of the flight filter against {against}."), svg);
+        let whose = if super::text::is_predicted(outcome) { "the flight filter" } else { "the model" };
+        report = report.figure(&format!("Error of {whose} against {against}."), svg);
     }
     report
 }
@@ -160,7 +171,9 @@ fn residual(report: Report, outcome: &Outcome<'_>) -> Report {
         reference: Some(("zero", 0.0)),
         ..XyPlot::default()
     });
-    report = report.figure("The same against the variable that explains most of it, means in bins.", svg);
+    if !line_before.is_empty() {
+        report = report.figure("The same against the variable that explains most of it, means in bins.", svg);
+    }
     let (white_before, white_after) = (picture::spectrum(&d.before, channel), picture::spectrum(&d.after, channel));
     let mut lines: Vec<plots::Series<'_>> = vec![("before", &white_before)];
     if has_effect {
@@ -233,7 +246,10 @@ fn details(mut report: Report, outcome: &Outcome<'_>) -> Report {
         }
         table = table.row(cells);
     }
-    report = report.section("In numbers").table(table);
+    report = report.section("In numbers");
+    if super::text::is_predicted(outcome) {
+        report = report.table(table);
+    }
     let header = ["channel", "samples", "NIS before", "NIS after", "whiteness p before", "p after"];
     let mut table = Table::new(
         "Innovations on held-out data: mean normalised square (1 if consistent), Ljung-Box over 20 lags",

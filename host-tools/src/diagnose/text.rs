@@ -126,8 +126,12 @@ pub fn rows(outcome: &Outcome<'_>) -> Vec<(String, String, String)> {
     ]
 }
 
+/// Whether there is a model to predict with, beyond what was read.
+pub fn is_predicted(outcome: &Outcome<'_>) -> bool {
+    outcome.before.prediction.iter().flatten().any(Option::is_some)
+}
+
 /// What the velocity is: predicted ahead, or missing where there is nothing to predict it from.
 fn velocity_name(outcome: &Outcome<'_>) -> String {
-    let is_predicted = outcome.before.prediction.iter().flatten().any(Option::is_some);
-    if is_predicted { "velocity in 10 s [m/s]" } else { "velocity [m/s]" }.to_owned()
+    if is_predicted(outcome) { "velocity in 10 s [m/s]" } else { "velocity [m/s]" }.to_owned()
 }

@@ -132,7 +132,9 @@ pub fn run(model: &impl ReducedModel, log: &Log, vehicle: &VehicleFile) -> Optio
         false => Verdict::Explained,
     };
     let open = described.open(&free(&calibrated, &chosen), hypotheses.iter().filter(|h| !chosen.contains(h)));
-    let notes = open.into_iter().chain(noise.iter().map(Noise::describe)).collect();
+    let held =
+        format!("blocks of {:.0} s: nine of every 27, and the last fifth of the log, are held out", model.block_s());
+    let notes = open.into_iter().chain(noise.iter().map(Noise::describe)).chain([held]).collect();
     let structure = Structure { named, ..Structure::default() };
     let before = bench.declared.clone();
     let diagnosis = Diagnosis { verdict, effects, rounds, structure, before, after, notes };
