@@ -78,6 +78,8 @@ pub struct AcousticFix {
     pub range: Option<Measurement>,
     /// Range rate, if wanted and reported.
     pub range_rate: Option<Measurement>,
+    /// What it says of the ship.
+    pub ship: ShipReport,
     /// Depth of the ship's transducer, m.
     pub transducer_depth_m: f64,
     /// To be dropped after fusion.
@@ -240,6 +242,7 @@ impl Acoustics {
                 .range_rate_mps
                 .filter(|_| settings.use_range_rate)
                 .map(|range_rate_mps| Measurement::RangeRate { path, range_rate_mps }),
+            ship: report,
             transducer_depth_m: ship.transducer_depth_m,
             clone: pending.clone,
         })

@@ -399,6 +399,9 @@ impl Backseat {
         for record in self.estimator.records() {
             send(out, &FromBoard::Fusion(telemetry::fusion(record)));
         }
+        if let Some(ship) = self.estimator.take_ship() {
+            send(out, &FromBoard::Ship(telemetry::ship(now_us, &ship)));
+        }
         let leg = match self.controller.status() {
             MissionStatus::Leg(leg) => Some(leg),
             MissionStatus::Idle | MissionStatus::Finished => None,

@@ -2,6 +2,7 @@
 
 use crate::acoustics::{Acoustics, body_to_ned};
 use crate::event::Event;
+use crate::held::Held;
 use crate::parameters::Settings;
 use crate::queue::Queue;
 use crate::store::Navigation;
@@ -9,7 +10,7 @@ use crate::time::UtcClock;
 use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel};
 use backseat_core::navigation::{
     ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement, NavigationError,
-    Navigator, Sensor,
+    Navigator, Sensor, ShipReport,
 };
 use backseat_core::state::{P, Q, R, U, V, W, Z};
 use heapless::{Deque, Vec};
@@ -60,6 +61,8 @@ pub struct Estimator {
     /// What they will do from a later time on.
     commands: Deque<(u64, ActuatorInput), MAX_COMMANDS>,
     records: Vec<FusionRecord, MAX_RECORDS>,
+    /// Of the last packet, until it was reported.
+    ship: Held<ShipReport>,
     lateness: Lateness,
     transducer_depth_m: Option<f64>,
     /// From before a reset, until a fix or a range confirms or replaces it.
@@ -76,6 +79,7 @@ impl Estimator {
             input: ActuatorInput { propeller_radps: 0.0, fins_rad: [0.0; FINS] },
             commands: Deque::new(),
             records: Vec::new(),
+            ship: Held::none(),
             lateness: Lateness { late: 0, too_late: 0 },
             transducer_depth_m: None,
             resumed: None,
@@ -118,6 +122,11 @@ impl Estimator {
         &self.records
     }
 
+    /// The ship of the last packet that gave a range, once.
+    pub fn take_ship(&mut self) -> Option<ShipReport> {
+        self.ship.take()
+    }
+
     /// What the actuators do now.
     pub fn input(&self) -> &ActuatorInput {
         &self.input
@@ -140,8 +149,9 @@ impl Estimator {
 
     /// Forgets samples, events and inputs.
     pub fn reset(&mut self) {
-        let Self { queue, samples, input, commands, records, resumed, .. } = self;
+        let Self { queue, samples, input, commands, records, ship, resumed, .. } = self;
         *resumed = None;
+        ship.clear();
         queue.clear();
         *samples = Samples::NONE;
         *input = ActuatorInput::default();
@@ -267,6 +277,7 @@ impl Estimator {
             Event::Acoustic(event) => {
                 let Some(fix) = self.acoustics.take(&event, &mut self.navigator, clock, app) else { return };
                 self.hear_depth(fix.transducer_depth_m);
+                self.ship.set(fix.ship);
                 for measurement in [fix.range, fix.range_rate].into_iter().flatten() {
                     let fusions = self.navigator.fuse(&measurement);
                     self.record(&fusions);

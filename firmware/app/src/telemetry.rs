@@ -2,9 +2,9 @@
 
 use crate::estimator::Estimator;
 use backseat_core::dynamics::ActuatorInput;
-use backseat_core::navigation::{FusionOutcome, FusionRecord};
+use backseat_core::navigation::{FusionOutcome, FusionRecord, ShipReport};
 use backseat_core::state::{VEHICLE_STATES, X, Y};
-use backseat_wire::hostlink::{FusionTelemetry, Mode, ModeReason, Telemetry};
+use backseat_wire::hostlink::{FusionTelemetry, Mode, ModeReason, Ship, Telemetry};
 
 /// The record of a step.
 pub fn record(
@@ -39,6 +39,12 @@ pub fn record(
         leg,
         rejected_frames,
     }
+}
+
+/// What a packet told of the ship.
+pub fn ship(time_us: u64, report: &ShipReport) -> Ship {
+    let ShipReport { position_m, velocity_mps, position_sigma_m: sigma_m, .. } = *report;
+    Ship { time_us, position_m, velocity_mps, sigma_m }
 }
 
 /// The record of one scalar fusion.

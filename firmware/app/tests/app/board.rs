@@ -3,7 +3,7 @@
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
     Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Health, Identification, MAX_FRAME, Port, Refusal, Restart,
-    Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -53,6 +53,7 @@ pub struct Heard {
     pub health: Option<Health>,
     pub identifications: Vec<Identification>,
     pub adoptions: Vec<Adoption>,
+    pub ships: Vec<Ship>,
 }
 
 /// The host's end of the host link.
@@ -81,6 +82,7 @@ impl Listener {
                 FromBoard::Health(health) => heard.health = Some(health),
                 FromBoard::Identification(identification) => heard.identifications.push(identification),
                 FromBoard::Adoption(verdict) => heard.adoptions.push(verdict),
+                FromBoard::Ship(ship) => heard.ships.push(ship),
             }
         }
     }

@@ -61,6 +61,13 @@ fn initialises_navigates_and_steers() {
     // 330 s have 16 downlinks; the first may come before the filter is there.
     let ranges = board.heard().fusions.iter().filter(|fusion| fusion.sensor == 7 && fusion.outcome == 0).count();
     assert!(ranges >= 9, "{ranges} ranges were fused");
+    // the ship lies still; its packet has its position to a hand's breadth
+    let ships = &board.heard().ships;
+    assert_eq!(ships.len(), ranges, "one of each packet");
+    for ship in ships {
+        let [north_m, east_m] = [0, 1].map(|i| ship.position_m[i] - world.ship_m[i]);
+        assert!(libm::hypot(north_m, east_m) < 0.2 && ship.sigma_m == 0.5, "{ship:?}");
+    }
     assert_eq!(board.app().health().lost_packets(backseat_app::Loss::Replaced), 0);
 }
 

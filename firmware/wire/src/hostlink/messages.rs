@@ -311,6 +311,19 @@ pub struct Adoption {
     pub gain: [f64; 2],
 }
 
+/// The ship, as a packet told it that gave a range.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ship {
+    /// Board time at which the packet was complete, µs.
+    pub time_us: u64,
+    /// North and east at the launch of the packet, m.
+    pub position_m: [f64; 2],
+    /// North and east, m/s.
+    pub velocity_mps: [f64; 2],
+    /// One sigma of each coordinate, m.
+    pub sigma_m: f64,
+}
+
 /// A declared parameter of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterInfo<'a> {
@@ -449,4 +462,6 @@ pub enum FromBoard<'a> {
     Identification(Identification),
     /// A verdict about the parameters in use.
     Adoption(Adoption),
+    /// After each packet that gave a range.
+    Ship(Ship),
 }
