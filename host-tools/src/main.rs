@@ -4,6 +4,7 @@ mod board;
 mod check;
 mod console;
 mod diagnose;
+mod export;
 mod identify;
 mod mission;
 mod monitor;
@@ -32,6 +33,7 @@ enum Command {
     Identify(identify::Args),
     Record(record::Args),
     Replay(replay::Args),
+    Export(export::Args),
     Reproduce(reproduce::Args),
     Study(study::Args),
     Mission(mission::Args),
@@ -56,6 +58,7 @@ fn main() -> ExitCode {
         Command::Identify(args) => identify::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Reproduce(args) => reproduce::run(&args),
         Command::Study(args) => study::run(&args),
         Command::Mission(args) => mission::run(&args),

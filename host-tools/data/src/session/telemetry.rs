@@ -9,6 +9,8 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "names with units")]
 pub struct TelemetryRow {
+    /// When it was sent, by the log's clock; until somebody says better, board time.
+    pub t_s: f64,
     /// Board time.
     pub board_t_s: f64,
     /// Since 1970; missing while the board does not know it.
@@ -67,6 +69,7 @@ impl From<&Telemetry> for TelemetryRow {
         let [rejected_frontseat, rejected_dvl, rejected_ahrs, rejected_modem] = telemetry.rejected_frames;
         let [current_north_mps, current_east_mps] = telemetry.current_mps.map(|value| value as f32);
         Self {
+            t_s: seconds(telemetry.time_us),
             board_t_s: seconds(telemetry.time_us),
             utc_s: (telemetry.utc_us != 0).then(|| seconds(telemetry.utc_us)),
             mode: telemetry.mode,
@@ -112,9 +115,19 @@ impl From<&Telemetry> for TelemetryRow {
     }
 }
 
+impl TelemetryRow {
+    /// Sent at this time by the log's clock.
+    #[must_use]
+    pub fn at(self, time_us: u64) -> Self {
+        Self { t_s: seconds(time_us), ..self }
+    }
+}
+
 /// [`FusionTelemetry`] of one scalar fusion, flat.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FusionRow {
+    /// When it was sent, by the log's clock; until somebody says better, board time.
+    pub t_s: f64,
     /// Board time of the measurement.
     pub board_t_s: f64,
     /// Name of the sensor.
@@ -136,6 +149,7 @@ impl From<&FusionTelemetry> for FusionRow {
         let sensor = Sensor::ALL.get(usize::from(fusion.sensor)).map_or("unknown", |sensor| sensor.name());
         let outcome = *["fused", "gated", "invalid", "stale"].get(usize::from(fusion.outcome)).unwrap_or(&"unknown");
         Self {
+            t_s: seconds(fusion.time_us),
             board_t_s: seconds(fusion.time_us),
             sensor,
             axis: fusion.axis,
@@ -147,6 +161,14 @@ impl From<&FusionTelemetry> for FusionRow {
     }
 }
 
+impl FusionRow {
+    /// Sent at this time by the log's clock.
+    #[must_use]
+    pub fn at(self, time_us: u64) -> Self {
+        Self { t_s: seconds(time_us), ..self }
+    }
+}
+
 fn seconds(time_us: u64) -> f64 {
-    time_us as f64 * 1e-6
+    time_us as f64 / 1e6
 }

@@ -152,7 +152,9 @@ impl Writer {
             // what is no frame stays in the bytes
             let Ok(message) = frame.and_then(|frame| frame.message()) else { continue };
             outcome = match message {
-                FromBoard::Telemetry(record) => self.json(format::TELEMETRY, time_us, &TelemetryRow::from(&record)),
+                FromBoard::Telemetry(record) => {
+                    self.json(format::TELEMETRY, time_us, &TelemetryRow::from(&record).at(time_us))
+                }
                 FromBoard::Identification(record) => self.json(format::IDENTIFICATION, time_us, &record),
                 FromBoard::Adoption(verdict) => self.json(format::ADOPTION, time_us, &verdict),
                 FromBoard::Health(health) => self.json(format::HEALTH, time_us, &health),

@@ -1,0 +1,187 @@
+//! `--foxglove`: an MCAP file of well-known schemas, and a layout beside it.
+
+mod messages;
+
+use super::decode::{Found, Kind, What};
+use anyhow::Context;
+use backseat_app::LocalFrame;
+use backseat_data::output::{Existing, check, write};
+use backseat_data::session::{FusionRow, TelemetryRow};
+use backseat_data::{Column, LogRow};
+use backseat_wire::hostlink::{Mode, Telemetry};
+use mcap::records::MessageHeader;
+use mcap::{Compression, WriteOptions};
+use messages::Message;
+use serde_json::{Map, Value};
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+const LAYOUT: &str = include_str!("../../../foxglove/layout.json");
+/// On the map and in the track a position a second is enough.
+const TRACK_NS: u64 = 1_000_000_000;
+
+/// The file under way.
+pub struct Foxglove {
+    path: PathBuf,
+    layout: PathBuf,
+    mcap: mcap::Writer<BufWriter<File>>,
+    channels: HashMap<String, u16>,
+    /// Nanoseconds since 1970 of the log's time zero.
+    zero_ns: i64,
+    tracked_ns: Option<u64>,
+    track: Vec<Value>,
+    track_began_ns: u64,
+    messages: u64,
+}
+
+/// What was written.
+pub struct Written {
+    pub path: PathBuf,
+    pub layout: PathBuf,
+    pub messages: u64,
+}
+
+impl Foxglove {
+    /// Begins the file; `utc_offset_us` is UTC at the log's time zero, 0 where it is not known.
+    pub fn create(path: &Path, force: bool, utc_offset_us: i64) -> anyhow::Result<Self> {
+        let layout = path.with_extension("layout.json");
+        let existing = if force { Existing::Replace } else { Existing::Keep };
+        check(path, existing)?;
+        write(&layout, existing, |file| file.write_all(LAYOUT.as_bytes()))?;
+        let file = File::create(path).with_context(|| path.display().to_string())?;
+        let options = WriteOptions::new()
+            .library(concat!("backseat ", env!("CARGO_PKG_VERSION")))
+            .compression(Some(Compression::Lz4));
+        Ok(Self {
+            mcap: options.create(BufWriter::new(file)).with_context(|| path.display().to_string())?,
+            path: path.to_owned(),
+            layout,
+            channels: HashMap::new(),
+            zero_ns: utc_offset_us.saturating_mul(1000),
+            tracked_ns: None,
+            track: Vec::new(),
+            track_began_ns: 0,
+            messages: 0,
+        })
+    }
+
+    pub fn take(&mut self, found: &Found<'_>, frame: LocalFrame) -> anyhow::Result<()> {
+        let time_ns = found.time_us.saturating_mul(1000).saturating_add_signed(self.zero_ns);
+        match &found.what {
+            What::Measured(row) => self.measured(time_ns, row),
+            What::VehicleFix(position_deg) => {
+                self.put("/gps/fix", time_ns, messages::surface_fix(time_ns, *position_deg))
+            }
+            What::ShipFix(position_deg) => {
+                self.put("/ship/fix", time_ns, messages::surface_fix(time_ns, *position_deg))
+            }
+            What::Telemetry(telemetry) => {
+                let json = serde_json::to_value(TelemetryRow::from(*telemetry).at(found.time_us))?;
+                self.put("/telemetry", time_ns, Message { schema: "backseat.Telemetry", json })?;
+                if telemetry.mode == Mode::Initialising { Ok(()) } else { self.place(time_ns, telemetry, frame) }
+            }
+            What::Fusion(fusion) => {
+                let row = FusionRow::from(*fusion).at(found.time_us);
+                let topic = format!("/fusion/{}/{}", row.sensor, row.axis);
+                self.put(&topic, time_ns, Message { schema: "backseat.Fusion", json: serde_json::to_value(row)? })
+            }
+            What::Identification(record) => {
+                let json = serde_json::to_value(record)?;
+                self.put("/identification", time_ns, Message { schema: "backseat.Identification", json })
+            }
+            What::Event(kind, text) => {
+                let warning = matches!(kind, Kind::Loss | Kind::Recorder);
+                self.put("/events", time_ns, messages::log(time_ns, warning, kind.name(), text))
+            }
+        }
+    }
+
+    /// The vehicle on the map and in space.
+    fn place(&mut self, time_ns: u64, telemetry: &Telemetry, frame: LocalFrame) -> anyhow::Result<()> {
+        self.put("/tf", time_ns, messages::frame_transform(time_ns, telemetry))?;
+        self.put("/vehicle/pose", time_ns, messages::pose_in_frame(time_ns, telemetry))?;
+        if self.tracked_ns.is_some_and(|last_ns| time_ns < last_ns + TRACK_NS) {
+            return Ok(());
+        }
+        if self.tracked_ns.replace(time_ns).is_none() {
+            self.track_began_ns = time_ns;
+        }
+        self.track.push(messages::pose(telemetry));
+        let (latitude, longitude) = frame.to_geodetic([telemetry.state[0], telemetry.state[1]]);
+        let fix = messages::estimated_fix(time_ns, [latitude, longitude], telemetry);
+        self.put("/vehicle/fix", time_ns, fix)
+    }
+
+    /// A row's samples, each group of columns on a topic of its own.
+    fn measured(&mut self, time_ns: u64, row: &LogRow) -> anyhow::Result<()> {
+        let mut groups: BTreeMap<&str, Map<String, Value>> = BTreeMap::new();
+        for column in Column::STANDARD {
+            if let Some(value) = row.get(*column) {
+                groups.entry(group(*column)).or_default().insert(column.name().to_owned(), value.into());
+            }
+        }
+        for (group, fields) in groups {
+            let schema = match group {
+                "actuators" => "backseat.Actuators",
+                "acoustics" => "backseat.Acoustics",
+                "attitude" => "backseat.Attitude",
+                "rates" => "backseat.Rates",
+                "dvl" => "backseat.Dvl",
+                "depth" => "backseat.Depth",
+                _ => "backseat.Position",
+            };
+            self.put(&format!("/measured/{group}"), time_ns, Message { schema, json: Value::Object(fields) })?;
+        }
+        Ok(())
+    }
+
+    fn put(&mut self, topic: &str, time_ns: u64, mut message: Message) -> anyhow::Result<()> {
+        let channel_id = match self.channels.get(topic) {
+            Some(id) => *id,
+            None => {
+                let schema = serde_json::to_vec(&messages::schema_of(message.schema, &message.json))?;
+                let schema_id = self.mcap.add_schema(message.schema, "jsonschema", &schema)?;
+                let id = self.mcap.add_channel(schema_id, topic, "json", &BTreeMap::new())?;
+                self.channels.insert(topic.to_owned(), id);
+                id
+            }
+        };
+        let header = MessageHeader { channel_id, sequence: 0, log_time: time_ns, publish_time: time_ns };
+        // What is missing is left out: a schema has one type for each field.
+        if let Value::Object(fields) = &mut message.json {
+            fields.retain(|_, value| !value.is_null());
+        }
+        let text = serde_json::to_vec(&message.json)?;
+        self.messages += 1;
+        let written = self.mcap.write_to_known_channel(&header, &text);
+        written.with_context(|| self.path.display().to_string())
+    }
+
+    /// Ends the file.
+    pub fn finish(mut self) -> anyhow::Result<Written> {
+        if !self.track.is_empty() {
+            let track = messages::poses_in_frame(self.track_began_ns, std::mem::take(&mut self.track));
+            self.put("/vehicle/track", self.track_began_ns, track)?;
+        }
+        let Self { path, layout, mut mcap, messages, .. } = self;
+        let place = || path.display().to_string();
+        mcap.finish().with_context(place)?;
+        mcap.into_inner().flush().with_context(place)?;
+        Ok(Written { path, layout, messages })
+    }
+}
+
+/// Topic of a column.
+const fn group(column: Column) -> &'static str {
+    match column {
+        Column::PropRpm | Column::FinTop | Column::FinBottom | Column::FinPort | Column::FinStarboard => "actuators",
+        Column::Depth => "depth",
+        Column::Roll | Column::Pitch | Column::Heading => "attitude",
+        Column::P | Column::Q | Column::R => "rates",
+        Column::DvlU | Column::DvlV | Column::DvlW => "dvl",
+        Column::GpsX | Column::GpsY => "gps",
+        _ => "acoustics",
+    }
+}
