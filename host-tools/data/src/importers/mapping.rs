@@ -1,20 +1,4 @@
 //! A table of any other maker by a mapping that the user writes.
-//!
-//! ```toml
-//! separator = ";"                 # left out: a comma
-//!
-//! [time]
-//! column = "Time (ms)"
-//! unit = "ms"                     # s, ms, us, min, h, or hms for HH:MM:SS
-//! base = "epoch"                  # the first row is zero; left out: seconds since the start of the log
-//!
-//! [columns.depth_m]               # a column of the vehicle log, or latitude_deg and longitude_deg
-//! column = "Depth (ft)"
-//! unit = "ft"                     # left out: the unit of the vehicle log
-//! sign = -1                       # left out: 1
-//! offset = 0.5                    # added before, in the table's unit; left out: 0
-//! scale = 1.02                    # times the unit's factor; left out: 1
-//! ```
 
 use super::format::{Format, Known, Role};
 use super::{M_PER_FOOT, MPS_PER_KNOT, RAD_PER_DEG};
@@ -57,6 +41,22 @@ struct Entry {
 }
 
 /// How a table's columns become those of a vehicle log.
+///
+/// ```toml
+/// separator = ";"                 # left out: a comma
+///
+/// [time]
+/// column = "Time (ms)"
+/// unit = "ms"                     # s, ms, us, min, h, or hms for HH:MM:SS
+/// base = "epoch"                  # the first row is zero; left out: seconds since the start of the log
+///
+/// [columns.depth_m]               # a column of the vehicle log, or latitude_deg and longitude_deg
+/// column = "Depth (ft)"
+/// unit = "ft"                     # left out: the unit of the vehicle log
+/// sign = -1                       # left out: 1
+/// offset = 0.5                    # added before, in the table's unit; left out: 0
+/// scale = 1.02                    # times the unit's factor; left out: 1
+/// ```
 #[derive(Clone, Debug)]
 pub struct ColumnMap {
     format: Format,

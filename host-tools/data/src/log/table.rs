@@ -67,7 +67,7 @@ pub(crate) fn number(cell: &[u8]) -> Result<f64, String> {
     let text = std::str::from_utf8(cell).map_err(|_| "not text (UTF-8)".to_owned())?;
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => return Ok(value),
-        Ok(_) => return Err(format!("\"{text}\" is not a finite number; leave the cell empty for no sample")),
+        Ok(_) => return Err(format!("{} is not a finite number; leave the cell empty for no sample", shown(text))),
         Err(_) => {}
     }
     let trimmed = text.trim();
@@ -77,9 +77,12 @@ pub(crate) fn number(cell: &[u8]) -> Result<f64, String> {
     if trimmed.len() < text.len() {
         return number(trimmed.as_bytes());
     }
-    let shown: String = text.chars().take(24).collect();
-    // Quoted with escapes: a cell may hold line ends.
-    Err(format!("{shown:?} is not a number"))
+    Err(format!("{} is not a number", shown(text)))
+}
+
+/// The beginning of a cell, quoted with escapes: it may hold line ends.
+fn shown(text: &str) -> String {
+    format!("{:?}", text.chars().take(24).collect::<String>())
 }
 
 /// Where the cells of a line go.
