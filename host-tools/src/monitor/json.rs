@@ -24,6 +24,7 @@ pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
         "leg": record.and_then(|record| record.leg),
         "waypoints": model.mission.len(),
         "navigation": model.position().map(navigation),
+        "ship": model.ship,
         "propeller_radps": record.map(|record| record.propeller_radps),
         "fins_rad": record.map(|record| record.fins_rad),
         "sensors": sensors(model, now_us),

@@ -15,6 +15,13 @@ pub enum News {
     Found,
 }
 
+/// The port without what nobody has read before.
+fn fresh(name: &PortName) -> anyhow::Result<HostPort> {
+    let port = HostPort::open(name)?;
+    port.discard()?;
+    Ok(port)
+}
+
 /// A port that comes back.
 pub struct Link {
     name: PortName,
@@ -25,7 +32,7 @@ pub struct Link {
 impl Link {
     /// Opens the port; it has to be there.
     pub fn open(name: &PortName) -> anyhow::Result<Self> {
-        Ok(Self { name: name.clone(), port: Some(HostPort::open(name)?), retry_us: 0 })
+        Ok(Self { name: name.clone(), port: Some(fresh(name)?), retry_us: 0 })
     }
 
     /// Appends what has come.
@@ -35,7 +42,7 @@ impl Link {
                 return None;
             }
             self.retry_us = now_us + RETRY_US;
-            self.port = HostPort::open(&self.name).ok();
+            self.port = fresh(&self.name).ok();
             return self.port.is_some().then_some(News::Found);
         };
         let error = port.poll(Port::Host, received).err()?;

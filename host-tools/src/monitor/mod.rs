@@ -32,7 +32,7 @@ move in the log.";
 
 /// The view is drawn as often, and the port looked at.
 const DRAW: Duration = Duration::from_millis(200);
-const POLL: Duration = Duration::from_millis(20);
+const POLL: Duration = Duration::from_millis(10);
 const SECOND_US: u64 = 1_000_000;
 
 /// Watch a board live: position, sensors, mode, effects, alarms

@@ -24,7 +24,7 @@ pub struct Alarm {
 pub fn of(model: &Model, now_us: u64) -> Vec<Alarm> {
     let mut alarms = Vec::new();
     let mut raise = |severity, text: String| alarms.push(Alarm { severity, text });
-    link(model, now_us, &mut raise);
+    let heard = link(model, now_us, &mut raise);
     if let Some(record) = &model.telemetry
         && record.mode != Mode::Navigating
         && !intended(record.mode, record.reason)
@@ -34,32 +34,41 @@ pub fn of(model: &Model, now_us: u64) -> Vec<Alarm> {
     if model.restart.is_some_and(|restart| restart.safe) {
         raise(Severity::Critical, "reset too often by faults".into());
     }
-    sensors(model, now_us, &mut raise);
+    // of a board that is not heard, nobody knows
+    if heard {
+        sensors(model, now_us, &mut raise);
+        ports(model, &mut raise);
+    }
     let drifted = model.identified().iter().filter(|p| p.drifted).map(|p| p.name).collect::<Vec<_>>();
     if !drifted.is_empty() {
         raise(Severity::Warning, format!("drifted: {}", drifted.join(", ")));
     }
-    ports(model, &mut raise);
     alarms.sort_by_key(|alarm| std::cmp::Reverse(alarm.severity));
     alarms
 }
 
-fn link(model: &Model, now_us: u64, raise: &mut impl FnMut(Severity, String)) {
+/// Whether the board is heard.
+fn link(model: &Model, now_us: u64, raise: &mut impl FnMut(Severity, String)) -> bool {
     if let Some(since_us) = model.away_since_us {
         let seconds = now_us.saturating_sub(since_us) / 1_000_000;
         raise(Severity::Critical, format!("port gone for {seconds} s; waiting for it to come back"));
-        return;
+        return false;
     }
-    match model.silence_s(now_us) {
-        None => raise(Severity::Warning, "no telemetry yet (cable, power, baud rate?)".into()),
+    let heard = match model.silence_s(now_us) {
+        None => {
+            raise(Severity::Warning, "no telemetry yet (cable, power, baud rate?)".into());
+            false
+        }
         Some(seconds) if seconds > SILENT_S => {
             raise(Severity::Critical, format!("no telemetry for {seconds:.0} s"));
+            false
         }
-        Some(_) => {}
-    }
+        Some(_) => true,
+    };
     if let Some(per_s) = model.link.broken_rate.per_s().filter(|per_s| *per_s > 0.0) {
         raise(Severity::Warning, format!("{per_s:.1} broken frames a second on this link"));
     }
+    heard
 }
 
 fn sensors(model: &Model, now_us: u64, raise: &mut impl FnMut(Severity, String)) {

@@ -3,16 +3,15 @@
 //! One question at a time and none that changes anything, so that a slow line or a program that steers the same board
 //! is not disturbed.
 
-use backseat_app::parameters::PARAMETERS;
 use backseat_wire::hostlink::ToBoard;
 use std::collections::VecDeque;
 
 /// An answer that takes longer is lost.
 const PATIENCE_US: u64 = 1_000_000;
 /// Between two questions, until everything was told once.
-const HASTE_US: u64 = 30_000;
-/// And then.
-const LEISURE_US: u64 = 200_000;
+const HASTE_US: u64 = 20_000;
+/// And then: all parameters take half a minute.
+const LEISURE_US: u64 = 150_000;
 /// The counters.
 const HEALTH_US: u64 = 1_000_000;
 
@@ -30,9 +29,8 @@ pub struct Enquiry {
     asked: Option<(Question, u64)>,
     health_us: u64,
     next: VecDeque<Question>,
-    /// All parameters were told.
+    /// Everything was told since the start or the last [`Self::hurry`].
     complete: bool,
-    rounds: u64,
     next_us: u64,
 }
 
@@ -43,9 +41,10 @@ impl Enquiry {
         self.next.push_back(Question::Hello);
     }
 
-    /// The mission may be another.
-    pub fn ask_mission(&mut self) {
-        self.next.push_front(Question::Waypoint(0));
+    /// Much may have changed.
+    pub fn hurry(&mut self) {
+        self.complete = false;
+        self.next.clear();
     }
 
     /// What to send now.
@@ -79,18 +78,9 @@ impl Enquiry {
         })
     }
 
-    /// Mission and parameters once more: the first time all of them, then what the view shows.
+    /// Mission and parameters once more.
     fn another_round(&mut self) -> Question {
-        self.complete = self.rounds > 0;
-        self.rounds += 1;
-        if self.complete {
-            let shown =
-                |name: &str| ["effects.", "app.use_", "app.ad", "app.gate_sigma"].iter().any(|p| name.starts_with(p));
-            let indices = PARAMETERS.iter().enumerate().filter(|(_, parameter)| shown(parameter.name));
-            self.next.extend(indices.filter_map(|(i, _)| u16::try_from(i).ok()).map(Question::Parameter));
-        } else {
-            self.next.push_back(Question::Parameter(0));
-        }
+        self.next.push_back(Question::Parameter(0));
         Question::Waypoint(0)
     }
 
@@ -119,9 +109,10 @@ impl Enquiry {
     /// A parameter of `count`.
     pub fn parameter(&mut self, index: u16, count: u16) {
         self.answered(Question::Parameter(index));
-        if !self.complete && index + 1 < count {
+        if index + 1 < count {
             self.next.push_front(Question::Parameter(index + 1));
         }
+        self.complete |= index + 1 == count;
     }
 }
 
@@ -130,13 +121,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn everything_is_asked_once_and_then_what_is_shown_again() {
+    fn everything_is_asked_at_once_and_then_at_leisure() {
+        const COUNT: u16 = 200;
         let mut enquiry = Enquiry::default();
         enquiry.restart();
-        let count = u16::try_from(PARAMETERS.len()).unwrap();
         let (mut now_us, mut hellos, mut healths, mut waypoints, mut parameters) = (0, 0, 0, Vec::new(), Vec::new());
-        while now_us < 30_000_000 {
+        while now_us < 60_000_000 {
             now_us += 10_000;
+            if now_us == 50_000_000 {
+                enquiry.hurry();
+            }
             match enquiry.due(now_us) {
                 Some(ToBoard::Hello) => {
                     hellos += 1;
@@ -151,19 +145,21 @@ mod tests {
                     enquiry.waypoint(index, 3);
                 }
                 Some(ToBoard::ParameterGet { index }) => {
-                    parameters.push(index);
-                    enquiry.parameter(index, count);
+                    parameters.push((index, now_us));
+                    enquiry.parameter(index, COUNT);
                 }
                 Some(other) => panic!("{other:?} may change something"),
                 None => {}
             }
         }
         assert_eq!(hellos, 1);
-        assert!((29..=31).contains(&healths), "{healths}");
-        assert!(waypoints.starts_with(&[0, 1, 2, 0, 1, 2]), "{waypoints:?}");
-        let (first, again) = parameters.split_at(usize::from(count));
-        assert!(first.iter().copied().eq(0..count), "{first:?}");
-        assert!(again.len() > 40 && PARAMETERS[usize::from(again[0])].name.starts_with("effects."), "{again:?}");
+        assert!((58..=61).contains(&healths), "{healths}");
+        assert!(waypoints.starts_with(&[0, 1, 2, 0, 1, 2, 0, 1, 2]), "{waypoints:?}");
+        let told: Vec<u64> =
+            parameters.iter().filter(|(index, _)| *index == COUNT - 1).map(|(_, us)| us / 1_000_000).collect();
+        // 206 questions at 20 ms, then at 150 ms between the counters; begun anew at 50 s
+        assert_eq!(told.len(), 3, "{told:?}");
+        assert!((4..=5).contains(&told[0]) && (34..=44).contains(&told[1]) && (54..=55).contains(&told[2]), "{told:?}");
     }
 
     #[test]

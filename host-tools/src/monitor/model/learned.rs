@@ -34,8 +34,10 @@ impl Default for Learned {
 impl Learned {
     /// Takes a record; names of the parameters that drift now and did not before.
     pub fn note(&mut self, record: &Identification) -> Vec<&'static str> {
-        for (trend, value) in self.trends.iter_mut().zip(record.theta) {
-            trend.push(value);
+        if record.adapted_s > 0.0 {
+            for (trend, value) in self.trends.iter_mut().zip(record.theta) {
+                trend.push(value);
+            }
         }
         let news = record.drifted & !self.last.map_or(0, |last| last.drifted);
         self.last = Some(*record);
@@ -48,7 +50,10 @@ impl Learned {
 
     /// All 21, beside `in_use`, the vehicle that the filter has.
     pub fn identified<'a>(&'a self, in_use: Option<&[f64; PARAMETERS]>) -> Vec<Identified<'a>> {
-        let Some(last) = &self.last else { return Vec::new() };
+        // all zero before it has ever begun
+        let Some(last) = self.last.as_ref().filter(|last| last.theta.iter().any(|value| *value != 0.0)) else {
+            return Vec::new();
+        };
         let of = |j: usize| Identified {
             name: NAMES[j],
             value: last.theta[j],

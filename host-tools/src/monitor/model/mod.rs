@@ -18,7 +18,7 @@ pub use sources::{Source, Turn};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
-    Decoder, FromBoard, Health, Identification, Mode, ModeReason, Port, Restart, Telemetry, ToBoard, Waypoint,
+    Decoder, FromBoard, Health, Identification, Mode, ModeReason, Port, Restart, Ship, Telemetry, ToBoard, Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -51,6 +51,8 @@ pub struct Model {
     track: Thinned<[f64; 2]>,
     last_point: Option<[f64; 2]>,
     pub mission: Vec<Waypoint>,
+    /// As the last packet told it.
+    pub ship: Option<Ship>,
     /// Last counters, and the good frames a second of each device port.
     pub health: Option<Health>,
     pub port_rates: [Meter; 4],
@@ -82,6 +84,7 @@ impl Model {
             track: Thinned::new(TRACK),
             last_point: None,
             mission: Vec::new(),
+            ship: None,
             health: None,
             port_rates: Default::default(),
             losses_rate: Meter::default(),
@@ -127,6 +130,7 @@ impl Model {
         self.note(Severity::Info, format!("port back after {away_s:.1} s"));
         self.decoder = Decoder::new();
         self.link.connected();
+        self.firmware = None;
         self.enquiry.restart();
     }
 
@@ -219,9 +223,12 @@ impl Model {
                 self.enquiry.hello();
                 self.same_schema = parameter_schema == PARAMETER_SCHEMA;
                 self.told = false;
-                let other = if self.same_schema { "" } else { ", with parameters not known here" };
-                self.note(Severity::Info, format!("{firmware}{other}"));
-                self.firmware = Some(firmware.to_owned());
+                // somebody else may have asked as well
+                if self.firmware.as_deref() != Some(firmware) {
+                    let other = if self.same_schema { "" } else { ", with parameters not known here" };
+                    self.note(Severity::Info, format!("{firmware}{other}"));
+                    self.firmware = Some(firmware.to_owned());
+                }
             }
             FromBoard::Restart(restart) => self.restarted(restart),
             FromBoard::Mission { index, count, waypoint } => self.waypoint(index, count, waypoint),
@@ -244,7 +251,9 @@ impl Model {
                     self.note(Severity::Warning, format!("drifted against their noise: {}", drifted.join(", ")));
                 }
             }
+            FromBoard::Ship(ship) => self.ship = Some(ship),
             FromBoard::Adoption(verdict) => {
+                self.enquiry.hurry();
                 let (severity, text) = words::adoption(&verdict);
                 self.note(severity, text);
             }
@@ -269,6 +278,10 @@ impl Model {
             None => {}
         }
         if before.as_ref().is_none_or(|last| (last.mode, last.reason) != mode) {
+            // other parameters have navigation begin again
+            if record.mode == Mode::Initialising {
+                self.enquiry.hurry();
+            }
             self.note(words::severity(record.mode), words::mode(record.mode, record.reason));
         }
         self.leg_changed(before.as_ref().and_then(|last| last.leg), &record);
@@ -289,7 +302,7 @@ impl Model {
     fn leg_changed(&mut self, before: Option<u16>, record: &Telemetry) {
         match (before, record.leg) {
             (None, Some(leg)) => {
-                self.enquiry.ask_mission();
+                self.enquiry.hurry();
                 self.note(Severity::Info, format!("mission under way, leg {}", leg + 1));
             }
             (Some(_), None) if record.mode == Mode::Navigating || record.mode == Mode::Degraded => {
@@ -318,6 +331,7 @@ impl Model {
         self.sources.forget();
         self.track.clear();
         self.last_point = None;
+        self.ship = None;
         self.current.clear();
         self.learned.forget();
         self.enquiry.restart();

@@ -97,6 +97,8 @@ pub fn flying() -> (Model, u64) {
         let waypoint = Some(Waypoint { x_m, y_m, depth_m: 3.0, speed_mps: 1.0 });
         feed(&mut model, 0, &FromBoard::Mission { index, count: 4, waypoint });
     }
+    let ship = Ship { time_us: 0, position_m: [20.0, 60.0], velocity_mps: [0.5, 0.0], sigma_m: 0.5 };
+    feed(&mut model, 0, &FromBoard::Ship(ship));
     let mut now_us = 0;
     for step in 0..STEPS {
         now_us = step * 100_000;
@@ -255,6 +257,7 @@ fn json_holds_what_the_screen_shows() {
     assert_eq!(object["sensors"]["range"]["rejected"], 1);
     assert_eq!(object["effects"]["thrust_loss.k_n_s2_per_rad_m"], 0.012);
     assert_eq!(object["identification"]["parameters"]["m11"]["visibility"], "known");
+    assert_eq!(object["ship"]["position_m"][1], 60.0);
     assert_eq!(object["ports"]["ahrs"]["refused"], 2);
     assert_eq!(object["link"]["telemetry_per_s"], 10.0);
     assert_eq!(object["events"].as_array().unwrap().len(), 5);

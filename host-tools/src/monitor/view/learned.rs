@@ -16,6 +16,7 @@ const CHANGE: usize = 13;
 const TREND: std::ops::RangeInclusive<usize> = 6..=16;
 /// A change that large is worth a look.
 const LARGE: f64 = 0.1;
+const MEANINGLESS: f64 = 5.0;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let inner = panel(frame, area, "effects and identified parameters", "");
@@ -60,7 +61,7 @@ fn identifier(model: &Model) -> Line<'static> {
     let seen = record.visibility.iter().filter(|v| matches!(v, Visibility::Separate | Visibility::Collinear)).count();
     Line::from(vec![
         Span::styled("identification ", Style::new().add_modifier(Modifier::BOLD)),
-        Span::raw(format!("{}, {:.0} s, {seen}/21", words::activity(record.activity), record.adapted_s)),
+        Span::raw(format!("{} {:.0} s, {seen}/21", words::activity(record.activity), record.adapted_s)),
     ])
 }
 
@@ -90,7 +91,11 @@ fn grid(model: &Model, rows: usize, width: usize) -> Vec<Line<'static>> {
 }
 
 fn cell(parameter: &Identified<'_>, width: usize) -> [Span<'static>; 3] {
-    let change = parameter.change.map_or_else(|| format!("{:.3}", parameter.value), |c| format!("{:+.1}%", c * 100.0));
+    // a change from next to nothing says nothing
+    let change = match parameter.change {
+        Some(change) if change.abs() < MEANINGLESS => format!("{:+.1}%", change * 100.0),
+        _ => format!("{:.3}", parameter.value),
+    };
     let style = match parameter.visibility {
         Visibility::Frozen | Visibility::Known => faint(),
         _ if parameter.drifted => Style::new().fg(Color::Red).add_modifier(Modifier::BOLD),

@@ -18,7 +18,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, scrolled: usize, n
     };
     let inner = panel(frame, area, &title, &remark);
     let rows = usize::from(inner.height);
-    // Alarms leave a row to the log, and say when they are cut.
+    // Alarms leave a row to the log; the title counts those that are cut.
     let room = alarms.len().min(rows.saturating_sub(1).max(1));
     let mut lines: Vec<Line<'_>> = alarms
         .iter()

@@ -41,7 +41,8 @@ impl Window {
             (Focus::Vehicle { width_m }, Some(place)) => (place, width_m / dots[1]),
             _ => {
                 let waypoints = model.mission.iter().map(|waypoint| [waypoint.x_m, waypoint.y_m]);
-                let all = waypoints.chain(model.track().iter().copied()).chain(place);
+                let ship = model.ship.map(|ship| ship.position_m);
+                let all = waypoints.chain(model.track().iter().copied()).chain(place).chain(ship);
                 let (least, largest) = all.fold(([f64::MAX; 2], [f64::MIN; 2]), |(least, largest), point| {
                     ([0, 1].map(|i| least[i].min(point[i])), [0, 1].map(|i| largest[i].max(point[i])))
                 });
@@ -87,6 +88,10 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, focus: Focus) {
         let track: Vec<(f64, f64)> = model.track().iter().map(|[north, east]| (*east, *north)).collect();
         map.draw(&Points { coords: &track, color: Color::Cyan });
         map.layer();
+        if let Some(ship) = &model.ship {
+            let [north, east] = ship.position_m;
+            map.print(east, north, Span::styled("S", Style::new().fg(Color::Magenta).add_modifier(Modifier::BOLD)));
+        }
         if let (Some(ellipse), Some(record)) = (&ellipse, model.position()) {
             map.draw(&Points { coords: &ellipse.points(factor), color: Color::Yellow });
             map.layer();

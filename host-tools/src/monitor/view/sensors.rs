@@ -12,7 +12,7 @@ use ratatui::widgets::Paragraph;
 const LEFT: u16 = 24;
 /// And right of it, without and with what a wider screen adds.
 const RIGHT: u16 = 6;
-const WIDE_RIGHT: u16 = RIGHT + 13;
+const WIDE_RIGHT: u16 = RIGHT + 14;
 /// Share of the bar that lies within the gate.
 const WITHIN: f64 = 0.75;
 

@@ -43,10 +43,10 @@ fn regress_without_a_board_it_says_so() {
     assert_snapshot("nothing-80x24", &screen(&mut view(), &Model::new(), 3_000_000, 80, 24));
 }
 
-/// Compares with the file beside; `BACKSEAT_BLESS=1` writes it.
+/// Compares with the file beside; `BACKSEAT_WRITE_SCREENS=1` writes it.
 fn assert_snapshot(name: &str, text: &str) {
     let path = format!("{}/src/monitor/view/snapshots/{name}.txt", env!("CARGO_MANIFEST_DIR"));
-    if std::env::var_os("BACKSEAT_BLESS").is_some() {
+    if std::env::var_os("BACKSEAT_WRITE_SCREENS").is_some() {
         std::fs::write(&path, text).unwrap();
     }
     let expected = std::fs::read_to_string(&path).unwrap_or_default();
@@ -56,8 +56,8 @@ fn assert_snapshot(name: &str, text: &str) {
 #[test]
 fn small_terminals_drop_panels_and_never_fail() {
     let (model, now_us) = flying();
-    for width in 1..130 {
-        for height in 1..45 {
+    for width in (1..130).step_by(3) {
+        for height in (1..45).step_by(2) {
             screen(&mut view(), &model, now_us, width, height);
             let panels = Panels::of(Rect::new(0, 0, width, height), model.sources.len());
             let shown = [panels.map, panels.vehicle, panels.sensors, panels.learned, panels.log];
@@ -81,7 +81,7 @@ fn what_is_missing_is_seen_at_once() {
     assert!(!screen(&mut view(), &model, now_us, 80, 24).contains("alarm"));
     let later_us = now_us + 12_000_000;
     let text = screen(&mut view(), &model, later_us, 80, 24);
-    for part in ["12 s ago", "no telemetry for 12 s", "attitude silent for 12 s"] {
+    for part in ["12 s ago", "1 alarm ", "no telemetry for 12 s"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     model.lost(later_us, "hung up");
