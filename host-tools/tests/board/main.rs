@@ -5,5 +5,6 @@ mod bench;
 mod check;
 mod learning;
 mod mission;
+mod monitor;
 mod params;
 mod usage;
