@@ -24,7 +24,7 @@ use store::Store;
 
 /// Seeds below this were seen while `diagnose` was made.
 const FIRST_SEED: u64 = 10_000;
-/// Verdicts of these sources: results of others are not to be mixed with them.
+/// Of these sources: results of others are not mixed with them. To be raised whenever a verdict may change.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-1");
 
 const EXAMPLES: &str = "\
@@ -50,16 +50,26 @@ pub struct Args {
     /// Seed of the first run; those below 10000 were seen while `diagnose` was made
     #[arg(long, value_name = "S", default_value_t = FIRST_SEED)]
     first_seed: u64,
-    /// Length of each log, s
-    #[arg(long, hide = true, default_value_t = 1800.0)]
+    /// Length of each log, s.
+    #[arg(skip = 1800.0)]
     seconds: f64,
     /// Print one JSON object instead of the page
     #[arg(long)]
     json: bool,
 }
 
-/// Runs what is missing and writes the page.
+/// Runs what is missing, writes the page and shows it.
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    let (text, interrupted) = finish(args)?;
+    console::print(text.as_bytes())?;
+    if interrupted {
+        bail!("interrupted: what is shown is of the runs that are finished");
+    }
+    Ok(())
+}
+
+/// Runs what is missing and writes the page; what is to be shown, and whether it was interrupted.
+fn finish(args: &Args) -> anyhow::Result<(String, bool)> {
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
     let store = Store::open(&args.out.join("runs.jsonl"), VERSION)?;
     let seeds = args.first_seed..args.first_seed.saturating_add(args.runs);
@@ -71,11 +81,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for (name, text) in [("study.md", &markdown), ("study.html", &html)] {
         output::write(&args.out.join(name), Existing::Replace, |file| file.write_all(text.as_bytes()))?;
     }
-    console::print(if args.json { page.json() } else { markdown }.as_bytes())?;
-    if interrupted {
-        bail!("interrupted: what is shown is of the {} runs that are finished", runs.len());
-    }
-    Ok(())
+    Ok((if args.json { page.json() } else { markdown }, interrupted))
 }
 
 /// Runs them on all cores; whether it was interrupted.
@@ -129,9 +135,7 @@ mod tests {
     /// Logs of five minutes: what is tested is the bookkeeping.
     fn study(folder: &Path, runs: u64) -> String {
         // Seeds of development: a log with an effect and one without.
-        let args = Args { out: folder.to_owned(), runs, first_seed: 100, seconds: 300.0, json: true };
-        run(&args).unwrap();
-        std::fs::read_to_string(folder.join("study.md")).unwrap()
+        finish(&Args { out: folder.to_owned(), runs, first_seed: 100, seconds: 300.0, json: false }).unwrap().0
     }
 
     fn lines(folder: &Path) -> Vec<String> {

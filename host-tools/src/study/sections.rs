@@ -117,6 +117,7 @@ impl<'a> Study<'a> {
             self.smallest(),
             self.after(),
             self.out_of_catalogue(),
+            self.blamed(),
             self.alarms(),
             self.not_judged(),
         ]

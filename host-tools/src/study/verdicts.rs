@@ -188,6 +188,34 @@ impl Study<'_> {
         }
     }
 
+    pub fn blamed(&self) -> Section {
+        let row = |run: &&Run| {
+            let injected = run.injected.first();
+            let size = |(name, value): (&String, &f64)| format!("{name} {}", short(*value));
+            let sizes: Vec<String> =
+                injected.iter().flat_map(|injected| injected.parameters.iter().map(size)).collect();
+            let ratio = |with: Option<f64>, without: Option<f64>| {
+                with.zip(without).map_or_else(|| "–".to_owned(), |(with, without)| format!("{:.2}", with / without))
+            };
+            vec![
+                run.seed.to_string(),
+                format!("{}: {}", injected.map_or("", |injected| injected.effect.as_str()), sizes.join(", ")),
+                flown(run),
+                run.found.iter().map(|found| found.effect.as_str()).collect::<Vec<_>>().join(", "),
+                ratio(run.declared.position_m, run.told.position_m),
+                ratio(run.after.position_m, run.told.position_m),
+            ]
+        };
+        Section {
+            title: "No entry, and blamed on one",
+            text: "Position errors on held-out parts, over those of the same flight without the effect: before and after the \
+                   entry that is blamed is added."
+                .to_owned(),
+            header: vec!["seed", "injected", "log", "blamed on", "position before", "position after"],
+            rows: self.outside().iter().filter(|run| is_blamed(run)).map(row).collect(),
+        }
+    }
+
     pub fn alarms(&self) -> Section {
         let runs = self.of_class(Class::None);
         let row = |run: &&Run| {
