@@ -97,7 +97,8 @@ impl Watch {
 
 /// Watches until it is told to end.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    if !args.json && !(std::io::stdout().is_terminal() && std::io::stdin().is_terminal()) {
+    let on_terminal = std::io::stdout().is_terminal() && std::io::stdin().is_terminal();
+    if !args.json && !on_terminal {
         bail!("the view needs a terminal; --json is for everything else");
     }
     let name = args.baud.map_or_else(|| args.port.clone(), |baud| args.port.with_baud(baud));

@@ -6,7 +6,6 @@ use hil_sim::pty::Pty;
 use hil_sim::scenario::Scenario;
 use serde_json::Value;
 use std::fs::File;
-use std::io::Read as _;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -156,10 +155,8 @@ impl Screen {
 
 /// All settings of a terminal.
 fn stty(terminal: &Pty) -> String {
-    let mut text = String::new();
-    let child = Command::new("stty").args(["-F", terminal.path(), "-g"]).stdout(Stdio::piped()).spawn().unwrap();
-    child.stdout.unwrap().read_to_string(&mut text).unwrap();
-    text
+    let output = Command::new("stty").args(["-F", terminal.path(), "-g"]).output().unwrap();
+    String::from_utf8(output.stdout).unwrap()
 }
 
 #[test]
