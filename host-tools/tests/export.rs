@@ -84,8 +84,8 @@ fn val_the_vehicle_log_is_what_was_measured() {
     let log = Log::read(&folder.path().join("out/vehicle_log.csv")).unwrap();
     let reference = Log::read(&FLIGHT.path("log.csv")).unwrap();
     assert!(log.rows.windows(2).all(|pair| pair[0].time_us <= pair[1].time_us));
-    // What the devices' frames resolve, and no more: depth a tenth of a foot, GX3 single precision, PD0 millimetres
-    // per second, $GPRMC a ten-thousandth of a minute is 0.1 m at most here with its five decimals, servo bytes exact.
+    // What the devices' frames resolve, and no more: half a tenth of a foot of depth, single precision of the GX3,
+    // millimetres per second of PD0, five decimals of a minute (19 mm) of $GPRMC.
     let tolerances = [
         (Column::Depth, 0.0153),
         (Column::Roll, 2e-6),
@@ -120,10 +120,14 @@ fn val_the_vehicle_log_is_what_was_measured() {
     for (row, expected) in found.iter().zip(&truth) {
         let difference = |column| (row.get(column).unwrap() - expected.get(column).unwrap()).abs();
         assert!(difference(Column::Tol) < 1e-6 && difference(Column::Toa) < 2e-6, "{}", row.time_us);
-        // microseconds of sound; centidegrees of 1e-7 in the payload; hundredths of the Doppler
+        // a microsecond of sound is 1.5 mm; the payload resolves 1e-7 degrees, the Doppler hundredths
         assert!(difference(Column::Range) < 3e-3 && difference(Column::RangeRate) < 0.01);
         assert!(difference(Column::ShipX) < 0.02 && difference(Column::ShipY) < 0.02);
         assert_eq!(row.arrival_us(), Some(row.time_us));
+        // the ship's track, as far as the packets tell it
+        let launched =
+            log.rows.iter().find(|ship| Some(ship.time_us) == row.launch_us() && ship.ship_gnss_m().is_some());
+        assert_eq!(launched.and_then(LogRow::ship_gnss_m), row.ship_at_launch_m());
     }
     let actuated = log.rows.iter().filter_map(LogRow::actuators).filter(|input| input.propeller_radps > 10.0).count();
     assert!(actuated > 100, "{actuated}");

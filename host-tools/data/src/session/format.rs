@@ -22,6 +22,7 @@ pub const TELEMETRY: &str = "telemetry";
 pub const IDENTIFICATION: &str = "identification";
 pub const ADOPTION: &str = "adoption";
 pub const HEALTH: &str = "health";
+pub const SHIP: &str = "ship";
 
 /// To the board, or from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

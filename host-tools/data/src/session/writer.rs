@@ -158,6 +158,7 @@ impl Writer {
                 FromBoard::Identification(record) => self.json(format::IDENTIFICATION, time_us, &record),
                 FromBoard::Adoption(verdict) => self.json(format::ADOPTION, time_us, &verdict),
                 FromBoard::Health(health) => self.json(format::HEALTH, time_us, &health),
+                FromBoard::Ship(ship) => self.json(format::SHIP, time_us, &ship),
                 _ => Ok(()),
             };
         }

@@ -19,6 +19,8 @@ pub struct Acoustics {
 pub struct Packet {
     /// At its time of arrival.
     pub row: LogRow,
+    /// The ship at its launch: all that a log of the vehicle knows of the ship's track.
+    pub ship: LogRow,
     pub launch_us: u64,
     pub ship_deg: [f64; 2],
 }
@@ -55,12 +57,14 @@ impl Acoustics {
         let toa_us = log_us(toa_utc_us).unwrap_or(time_us);
         let tol_us = log_us(tol_utc_us).unwrap_or_else(|| time_us.saturating_sub((flight_s * 1e6) as u64));
         let [lat_deg, lon_deg] = ship.position_deg;
-        let mut row = LogRow::new(toa_us);
+        let position_m = frame(settings).to_local(lat_deg, lon_deg);
+        let (mut row, mut track) = (LogRow::new(toa_us), LogRow::new(tol_us));
         row.set(Column::Range, range_m)
             .set(Column::RangeRate, range_rate_mps.unwrap_or(f64::NAN))
             .set(Column::Tol, tol_us as f64 * 1e-6)
             .set(Column::Toa, toa_us as f64 * 1e-6)
-            .set_all(Column::ShipX, &frame(settings).to_local(lat_deg, lon_deg));
-        Some(Packet { row, launch_us: tol_us, ship_deg: ship.position_deg })
+            .set_all(Column::ShipX, &position_m);
+        track.set_all(Column::ShipGpsX, &position_m);
+        Some(Packet { row, ship: track, launch_us: tol_us, ship_deg: ship.position_deg })
     }
 }

@@ -204,6 +204,7 @@ impl Decoding {
             Port::Modem => modem.receive(bytes, settings, |said| {
                 let Some(packet) = acoustics.take(&said, time_us, *utc_offset_us, settings) else { return };
                 measured(&packet.row, out);
+                measured(&packet.ship, out);
                 out(Found { time_us: packet.launch_us, what: What::ShipFix(packet.ship_deg) });
             }),
             Port::Host => {}

@@ -182,6 +182,7 @@ const fn group(column: Column) -> &'static str {
         Column::P | Column::Q | Column::R => "rates",
         Column::DvlU | Column::DvlV | Column::DvlW => "dvl",
         Column::GpsX | Column::GpsY => "gps",
+        Column::ShipGpsX | Column::ShipGpsY => "ship",
         _ => "acoustics",
     }
 }
