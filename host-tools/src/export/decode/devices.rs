@@ -97,6 +97,7 @@ impl Ahrs {
 }
 
 /// What the frontseat says.
+#[expect(clippy::large_enum_variant, reason = "handed over one by one, never kept")]
 pub enum FrontseatSaid {
     /// A measurement.
     Row(LogRow),
