@@ -90,9 +90,9 @@ impl Case<'_> {
         self.truth.parameters.iter().filter(|(name, _)| is_size(name)).map(|(_, v)| v * v).sum::<f64>().sqrt()
     }
 
-    /// Found, or among what is possible.
+    /// Something is found, if only that no entry accounts for it.
     pub fn is_detected(&self) -> bool {
-        matches!(self.answer, Answer::Named | Answer::Listed)
+        self.answer != Answer::Nothing
     }
 }
 

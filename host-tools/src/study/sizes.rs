@@ -114,12 +114,12 @@ impl Study<'_> {
             ]);
         }
         Section {
-            title: "Smallest size found in 95 % of the logs",
-            text: "Found is: named, or listed as possible. The last column is where the isotonic fit of the share found over \
+            title: "Smallest size detected in 95 % of the logs",
+            text: "Detected is: the verdict is not `none`. The last column is where the isotonic fit of the share detected over \
                    the size (length of the vector of all the numbers given) reaches 95 %, over all manoeuvres, noises and \
                    sensors together; a few tens of logs an effect make it good to a factor of about two."
                 .to_owned(),
-            header: vec!["effect", "size of", "tried", "found", "found in 95 % from"],
+            header: vec!["effect", "size of", "tried", "detected", "detected in 95 % from"],
             rows,
         }
     }
