@@ -8,11 +8,11 @@ mod survey;
 mod text;
 
 use crate::console::{self, Progress};
+use crate::record::Source;
 use anyhow::{Context, bail};
 use approximate::Approximate;
 use backseat_data::session::{Clock, Damage, Meta, Reader};
 use board::Replay;
-use ports::Target;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use survey::Survey;
@@ -38,7 +38,7 @@ pub struct Args {
     log: PathBuf,
     /// Write what a port of the board received to a device instead
     #[arg(long, value_name = "NAME=PATH[:BAUD]", num_args = 1..)]
-    to: Vec<Target>,
+    to: Vec<Source>,
     /// Each byte when it came
     #[arg(long, requires = "to")]
     realtime: bool,
@@ -84,8 +84,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 fn replay(log: &Path) -> anyhow::Result<Replayed> {
-    let survey = Survey::of(log)?;
     let begun = Instant::now();
+    let survey = Survey::of(log)?;
     let mut reader = Reader::open(log)?;
     let meta = reader.meta().clone();
     let mut progress = Progress::new("replay", reader.position().1 as usize);

@@ -1,14 +1,13 @@
 //! `--to`: what the board's ports received, to real or virtual ports.
 
 use crate::console::Progress;
+use crate::record::Source;
 use anyhow::{Context, anyhow, bail};
-use backseat_data::session::{Entry, Event, Reader, port_name, port_named};
-use backseat_host::DEFAULT_BAUD;
+use backseat_data::session::{Entry, Event, Reader, port_name};
 use backseat_wire::hostlink::Port;
-use serialport::TTYPort;
+use serialport::{SerialPort, TTYPort};
 use std::io::Write;
 use std::path::Path;
-use std::str::FromStr;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -18,33 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Chunks that may wait for a port.
 const QUEUE: usize = 1024;
 /// All ports are open and their threads wait when the first byte is due.
-const LEAD: Duration = Duration::from_millis(50);
-
-/// A port of the board and the device that takes its bytes, `NAME=PATH` or `NAME=PATH:BAUD`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Target {
-    port: Port,
-    path: String,
-    baud: u32,
-}
-
-impl FromStr for Target {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (name, path) = text.split_once('=').ok_or("expected NAME=PATH")?;
-        let port = port_named(name)
-            .ok_or_else(|| format!("{name}: no port of the board; they are {}", Port::ALL.map(port_name).join(", ")))?;
-        // a device may have colons in its own name
-        let (path, baud) = match path.rsplit_once(':').filter(|_| !Path::new(path).exists()) {
-            Some((path, baud)) => {
-                (path, baud.parse().ok().filter(|baud| *baud > 0).ok_or(format!("{baud}: not a baud rate"))?)
-            }
-            None => (path, DEFAULT_BAUD[port as usize]),
-        };
-        Ok(Self { port, path: path.to_owned(), baud })
-    }
-}
+const LEAD: Duration = Duration::from_millis(200);
 
 /// What a port took, and how late.
 #[derive(Clone, Debug)]
@@ -68,7 +41,7 @@ impl Played {
 type Chunk = (Option<Instant>, Vec<u8>);
 
 /// Plays a session to these ports; how long it took.
-pub fn play(log: &Path, targets: &[Target], realtime: bool) -> anyhow::Result<(Vec<Played>, Duration)> {
+pub fn play(log: &Path, targets: &[Source], realtime: bool) -> anyhow::Result<(Vec<Played>, Duration)> {
     let mut lines: Vec<Line> = Vec::new();
     for target in targets {
         if lines.iter().any(|line| line.port == target.port) {
@@ -120,10 +93,11 @@ struct Line {
 }
 
 impl Line {
-    fn open(target: &Target) -> anyhow::Result<Self> {
-        let Target { port, path, baud } = target.clone();
-        let builder = serialport::new(&path, baud).timeout(PATIENCE).preserve_dtr_on_open();
-        let device = builder.open_native().with_context(|| format!("{path}: not to be opened as a serial port"))?;
+    fn open(target: &Source) -> anyhow::Result<Self> {
+        let Source { port, path, .. } = target.clone();
+        let unusable = || format!("{path}: not to be opened as a serial port");
+        let mut device = target.open().with_context(unusable)?;
+        device.set_timeout(PATIENCE).with_context(unusable)?;
         let (queue, chunks) = sync_channel(QUEUE);
         let thread =
             thread::spawn(move || carry(device, &chunks, Played { port, path, bytes: 0, late_us: Vec::new() }));
@@ -155,16 +129,6 @@ fn carry(mut device: TTYPort, chunks: &Receiver<Chunk>, mut played: Played) -> a
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn targets_by_name() {
-        let target = |port, path: &str, baud| Ok(Target { port, path: path.to_owned(), baud });
-        assert_eq!("dvl=/dev/ttyUSB1".parse(), target(Port::Dvl, "/dev/ttyUSB1", 115_200));
-        assert_eq!("modem=/dev/ttyUSB3:9600".parse(), target(Port::Modem, "/dev/ttyUSB3", 9600));
-        for text in ["/dev/ttyUSB1", "sonar=/dev/ttyUSB1", "dvl=/dev/ttyUSB1:fast", "dvl=/dev/x:0"] {
-            assert!(text.parse::<Target>().is_err(), "{text}");
-        }
-    }
 
     #[test]
     fn a_clock_that_goes_back_goes_on() {

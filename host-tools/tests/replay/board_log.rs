@@ -122,12 +122,10 @@ impl Board {
     fn fly(&mut self, sim: &mut Sim, steps: u64) {
         for _ in 0..steps {
             let end_us = self.time_us + STEP_US;
-            let mut events: Vec<(u64, Option<(Port, Vec<u8>)>)> = sim
-                .advance(end_us)
-                .into_iter()
-                .map(|(port, arrival)| (arrival.time_us, Some((port, arrival.bytes))))
-                .chain((1..=100).map(|tick| (self.time_us + tick * 1000, None)))
-                .collect();
+            let arrivals = sim.advance(end_us).into_iter();
+            let arrivals = arrivals.map(|(port, arrival)| (arrival.time_us, Some((port, arrival.bytes))));
+            let ticks = (1..=100).map(|tick| (self.time_us + tick * 1000, None));
+            let mut events: Vec<_> = arrivals.chain(ticks).collect();
             events.sort_by_key(|(time_us, _)| *time_us);
             for (time_us, chunk) in events {
                 match chunk {
@@ -135,7 +133,7 @@ impl Board {
                     None => {
                         // 11 bytes a millisecond at 115200 baud
                         self.ports.iter_mut().for_each(|port| port.room = (port.room + 11).min(64));
-                        if time_us % 1_000_000 == 0 && !self.pump.is_waiting() {
+                        if time_us.is_multiple_of(1_000_000) && !self.pump.is_waiting() {
                             self.app.pps(time_us);
                             self.log.record(&LogRecord::Edge { time_us });
                         }

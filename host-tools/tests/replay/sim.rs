@@ -53,7 +53,7 @@ impl Sim {
 
 /// Edges of the pulse per second up to a step.
 pub fn edges(time_us: u64) -> Vec<u64> {
-    if time_us % SECOND_US == 0 { vec![time_us] } else { vec![] }
+    if time_us.is_multiple_of(SECOND_US) { vec![time_us] } else { vec![] }
 }
 
 /// A flight in lock-step, recorded as the simulator does.
