@@ -113,7 +113,7 @@ impl Replay {
             let note = format!("the board had firmware {firmware}; this program has {}", env!("CARGO_PKG_VERSION"));
             self.outcome.notes.push(note);
         }
-        self.app = Box::new(App::new());
+        *self.app = App::new();
         // the board has a memory for parameters
         self.app.restore(None);
         self.sent.clear();

@@ -58,7 +58,7 @@ struct Replayed {
 /// What came of it.
 enum Found {
     /// Compared to the bit.
-    Exact(board::Outcome),
+    Exact(Box<board::Outcome>),
     /// Compared in metres.
     Approximate(approximate::Outcome),
 }
@@ -100,7 +100,7 @@ fn replay(log: &Path) -> anyhow::Result<Replayed> {
                 replay.take(entry?).with_context(named)?;
                 progress.set(reader.position().0 as usize);
             }
-            Found::Exact(replay.finish())
+            Found::Exact(Box::new(replay.finish()))
         }
         Clock::Host => {
             let mut replay = Approximate::new(&survey);
