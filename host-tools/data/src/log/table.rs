@@ -121,7 +121,10 @@ fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings,
         let is_known = |wanted: &str| names.iter().any(|found| found == wanted);
         let close = table.names.iter().find(|known| stem(known).is_some() && stem(known) == stem(name));
         if let Some(known) = close.filter(|known| !is_known(known)) {
-            return Err(fail(cell, format!("column {name}: a log has {known}; convert it, or name its unit in a column map")));
+            return Err(fail(
+                cell,
+                format!("column {name}: a log has {known}; convert it, or name its unit in a column map"),
+            ));
         }
     }
     let missing = table.required.iter().find(|name| !names.iter().any(|found| found == *name));
