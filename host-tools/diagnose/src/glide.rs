@@ -438,9 +438,10 @@ mod tests {
             }
             for direction in [-1.0, 1.0] {
                 while (direction < 0.0 && depth < 40.0) || (direction > 0.0 && depth > 1.0) {
-                    let density = mean_density + 0.04 * (depth - 20.0);
+                    let density = mean_density + 0.04 * (depth - 20.5);
                     let (pitch, ballast) = (0.44 * direction + 0.01 * noise(), 230e-6 * direction);
-                    let force = G_MPS2 * (density * (VOLUME_M3 + ballast) - mean_density * VOLUME_M3 + 0.03);
+                    let volume = VOLUME_M3 * (1.0 - COMPRESSIBILITY * depth * G_MPS2 * mean_density);
+                    let force = G_MPS2 * (density * (volume + ballast) - mean_density * VOLUME_M3 + 0.03);
                     let (speed, gamma) = balance(pitch, force, density);
                     let mut row = LogRow::new((t_s * 1e6) as u64);
                     row.set(Column::Pitch, pitch).set(Column::Depth, depth + 0.03 * noise());
