@@ -117,7 +117,8 @@ fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings,
     }
     // The same quantity in another unit would be left out silently.
     let stem = |name: &str| name.rsplit_once('_').map(|(stem, _)| stem.to_owned());
-    for (cell, name) in names.iter().enumerate().filter(|(cell, name)| *cell != bindings.time && !name.is_empty()) {
+    let ignored = |cell: usize| cell != bindings.time && bindings.slots[cell].is_none();
+    for (cell, name) in names.iter().enumerate().filter(|(cell, name)| ignored(*cell) && !name.is_empty()) {
         let is_known = |wanted: &str| names.iter().any(|found| found == wanted);
         let close = table.names.iter().find(|known| stem(known).is_some() && stem(known) == stem(name));
         if let Some(known) = close.filter(|known| !is_known(known)) {
