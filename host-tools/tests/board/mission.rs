@@ -52,7 +52,7 @@ fn a_scenario_is_a_mission() {
 #[test]
 fn a_planned_mission_is_taken_and_started() {
     let bench = Bench::new();
-    let arguments = ["identify", "--plan", "plan.toml", "--duration", "150", "--depth", "3,9", "--seed", "2", "--json"];
+    let arguments = ["identify", "--plan", "plan.toml", "--duration", "150", "--depth", "3,9", "--seed", "2"];
     let plan = bench.json(&arguments);
     let duration_s = plan["duration_s"].as_f64().unwrap();
     assert!((142.5..=157.5).contains(&duration_s) && plan["pitch_deg"].as_f64().unwrap() < 25.0, "{plan}");
