@@ -79,7 +79,7 @@ pub struct Errors {
     pub position_m: Option<f64>,
     /// Velocity after ten seconds of prediction, m/s.
     pub velocity_mps: Option<f64>,
-    /// Prediction over ten seconds against the readings: roll, pitch, heading [rad], rates [rad/s], depth [m].
+    /// Prediction over ten seconds against the readings: roll, pitch, heading in rad, rates in rad/s, depth in m.
     pub predicted: Vec<Option<f64>>,
     /// Largest root mean square of any channel's normalised innovations.
     pub innovation: f64,
