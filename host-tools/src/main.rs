@@ -2,6 +2,7 @@
 
 mod board;
 mod check;
+mod columns;
 mod console;
 mod diagnose;
 mod export;

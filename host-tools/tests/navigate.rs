@@ -124,6 +124,26 @@ fn results_are_written_once() {
 }
 
 #[test]
+fn a_mapped_table_is_the_same_log() {
+    let mission = Mission::new();
+    let log = std::fs::read_to_string(mission.path("log.csv")).unwrap();
+    let (header, rows) = log.split_once('\n').unwrap();
+    let names: Vec<&str> = header.trim_end().split(',').collect();
+    let theirs: Vec<String> = (0..names.len()).map(|k| format!("channel {k}")).collect();
+    std::fs::write(mission.path("table.csv"), format!("{}\n{rows}", theirs.join(","))).unwrap();
+    let mut map = format!("[time]\ncolumn = \"{}\"\nunit = \"s\"\nbase = \"start\"\n", theirs[0]);
+    for (name, theirs) in names.iter().zip(&theirs).skip(1) {
+        map += &format!("[columns.{name}]\ncolumn = \"{theirs}\"\n");
+    }
+    std::fs::write(mission.path("map.toml"), map).unwrap();
+    let output = mission.run(&["navigate", "table.csv", "--columns", "map.toml", "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mapped: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(mapped["digest"], mission.json(&[])["digest"]);
+    assert!(mission.failure(&["table.csv"]).contains("table.csv"));
+}
+
+#[test]
 fn a_log_without_actuators_or_dvl_is_dead_reckoned() {
     let mission = Mission::new();
     let rows: String = (0..100).map(|t| format!("{t},{t},0,0.0,1.0\n")).collect();

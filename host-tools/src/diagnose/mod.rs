@@ -4,10 +4,11 @@ mod json;
 mod page;
 mod text;
 
+use crate::columns::Columns;
 use crate::console;
 use anyhow::{Context, bail};
 use backseat_core::effects::ParameterId;
-use backseat_data::importers::{self, ColumnMap, Imported};
+use backseat_data::importers::{self, Imported};
 use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{Log, Truth, VehicleFile};
@@ -29,9 +30,8 @@ Examples:
 
 The log is as for `backseat navigate`, or a glider's, a pinger's or a DVL and AHRS log. Without fins and propeller in it, the
 plainest model that it supports is taken: a glide on ballast, pseudo-ranges of an unsynchronised pinger, or dead reckoning.
-A mapping names a table's columns: [time] column, unit (s, ms, us, min, h, hms), base (start or epoch), and for each column
-of the vehicle log, as [columns.depth_m], column, unit, sign, scale and offset. The vehicle file written holds what was declared and the effects that were found:
-`navigate`, `params import` and the simulator take it as it is.";
+The vehicle file written holds what was declared and the effects that were found: `navigate`, `params import` and the
+simulator take it as it is.";
 
 /// Find out which physical effect the declared model lacks
 #[derive(clap::Args)]
@@ -51,9 +51,8 @@ pub struct Args {
     /// A second log of the same time base, joined to the first
     #[arg(long, value_name = "LOG2")]
     with: Option<PathBuf>,
-    /// How the columns of the log's table are named and scaled
-    #[arg(long, value_name = "MAP.toml")]
-    columns: Option<PathBuf>,
+    #[command(flatten)]
+    columns: Columns,
     /// Write an HTML report and the augmented vehicle file into this folder
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
@@ -141,10 +140,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// The log, with the one beside it.
 fn import(args: &Args) -> anyhow::Result<Imported> {
-    let mut imported = match &args.columns {
-        Some(path) => importers::read_mapped(&args.log, &ColumnMap::read(path)?)?,
-        None => importers::read(&args.log)?,
-    };
+    let mut imported = args.columns.import(&args.log)?;
     if let Some(path) = &args.with {
         imported.log.join(importers::read(path)?.log);
     }

@@ -10,12 +10,13 @@ mod plan;
 mod reduced;
 mod study;
 
+use crate::columns::Columns;
 use crate::console::{self, Progress};
 use anyhow::{Context, anyhow, bail};
 use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
+use backseat_data::VehicleFile;
 use backseat_data::output::{self, Existing};
-use backseat_data::{VehicleFile, importers};
 use backseat_identify::{IdentificationData, Method, Options, identify, take_in, validate};
 use clap::ValueEnum;
 use outcome::{HeldOut, Outcome};
@@ -29,6 +30,7 @@ Examples:
   backseat identify log.csv --method aid --vehicle prior.toml --out identified.toml
   backseat identify log.csv --validate other.csv --report out        judged on another log, out/report.html
   backseat identify iver_mission.log                                 surge and yaw of a log in servo counts
+  backseat identify table.csv --columns map.toml                     a table of any other maker
   backseat identify --study --runs 10                                the ensemble table of docs/identification.md
   backseat identify --plan mission.toml --duration 1800              the mission that tells most about the vehicle
   backseat identify --fault-study --runs 200                         the tables of docs/faults.md
@@ -47,6 +49,8 @@ pub struct Args {
     /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log with servo counts
     #[arg(required_unless_present_any = ["study", "plan", "studies"])]
     log: Option<PathBuf>,
+    #[command(flatten)]
+    columns: Columns,
     /// How to identify
     #[arg(long, default_value = "auto")]
     method: Choice,
@@ -139,7 +143,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         output::check(path, existing)?;
     }
     let began = Instant::now();
-    let imported = importers::read(path)?;
+    let imported = args.columns.import(path)?;
     if reduced::is_for(&imported.log) {
         return reduced::run(args, &imported, page.as_deref(), existing);
     }
@@ -157,7 +161,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let options = options(args, &declared);
     let other = match &args.validate {
         Some(path) => {
-            let log = importers::read(path)?.log;
+            let log = args.columns.import(path)?.log;
             Some(IdentificationData::from_log(&log, &effects).with_context(|| path.display().to_string())?)
         }
         None => None,

@@ -3,7 +3,7 @@
 use super::Args;
 use crate::console;
 use anyhow::bail;
-use backseat_data::importers::{self, Imported};
+use backseat_data::importers::Imported;
 use backseat_data::output::{self, Existing};
 use backseat_data::report::{Provenance, Report, Table};
 use backseat_data::{Column, Log, VehicleFile};
@@ -45,7 +45,7 @@ pub fn run(args: &Args, imported: &Imported, page: Option<&Path>, existing: Exis
     let data = ReducedData::from_log(&imported.log);
     let [first, rest] = data.split(FITTED);
     let (fitted, judge, judged_on) = match &args.validate {
-        Some(path) => (data, ReducedData::from_log(&importers::read(path)?.log), "the other log"),
+        Some(path) => (data, ReducedData::from_log(&args.columns.import(path)?.log), "the other log"),
         None => (first, rest, "the last two fifths of the log, held out"),
     };
     let estimate = fitted.fit()?;

@@ -4,12 +4,12 @@ mod outcome;
 mod page;
 mod text;
 
+use crate::columns::Columns;
 use crate::console::{self, Progress};
 use anyhow::Context;
 use backseat_core::navigation::ProcessModel;
 use backseat_data::dead_reckoning::{self, Method};
 use backseat_data::filter::{self, FilterOptions, ShipSource};
-use backseat_data::importers;
 use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
@@ -24,6 +24,7 @@ Examples:
   backseat navigate log.csv --model kinematic               constant velocity, DVL
   backseat navigate log.csv --truth truth.csv --report out  error against the truth, out/report.html
   backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
+  backseat navigate table.csv --columns map.toml            a table of any other maker
 
 The log is a CSV with t_s and any of prop_rpm, fin_{top,bottom,port,starboard}_rad, depth_m, roll_rad, pitch_rad,
 heading_rad, p_radps, q_radps, r_radps, dvl_u_mps, dvl_v_mps, dvl_w_mps, range_m, range_rate_mps, tol_s, toa_s,
@@ -38,6 +39,8 @@ pub struct Args {
     /// Vehicle file, TOML [default: the built-in reference vehicle]
     #[arg(long, value_name = "V.toml")]
     vehicle: Option<PathBuf>,
+    #[command(flatten)]
+    columns: Columns,
     /// Process model [default: the best that the log supports]
     #[arg(long)]
     model: Option<Model>,
@@ -96,7 +99,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         None => VehicleFile::reference(),
     };
     let began = Instant::now();
-    let imported = importers::read(&args.log)?;
+    let imported = args.columns.import(&args.log)?;
     let read_s = began.elapsed().as_secs_f64();
     let log = &imported.log;
     let mut notes = log.notes.clone();
