@@ -14,6 +14,7 @@ use ratatui::crossterm::event::{self, Event};
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use view::{Action, View};
 
@@ -136,12 +137,13 @@ fn print(watch: &mut Watch) -> anyhow::Result<()> {
 }
 
 fn show(terminal: &mut DefaultTerminal, watch: &mut Watch, mut view: View) -> anyhow::Result<()> {
+    let events = events();
     let mut drawn: Option<Instant> = None;
     while !watch.is_over() {
         watch.poll();
         let mut redraw = drawn.is_none_or(|drawn| drawn.elapsed() >= DRAW);
-        while event::poll(if redraw { Duration::ZERO } else { POLL })? {
-            match event::read()? {
+        while let Ok(event) = events.recv_timeout(if redraw { Duration::ZERO } else { POLL }) {
+            match event {
                 Event::Key(key) => match view.press(key) {
                     Some(Action::Quit) => return Ok(()),
                     None => redraw = true,
@@ -157,4 +159,18 @@ fn show(terminal: &mut DefaultTerminal, watch: &mut Watch, mut view: View) -> an
         }
     }
     Ok(())
+}
+
+/// Keys and changes of size, from a thread of their own: on a terminal that has gone, reading them never returns, and the
+/// view has to end all the same.
+fn events() -> Receiver<Event> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        while let Ok(event) = event::read() {
+            if sender.send(event).is_err() {
+                break;
+            }
+        }
+    });
+    receiver
 }
