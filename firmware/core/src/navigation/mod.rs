@@ -48,6 +48,8 @@ mod row;
 #[cfg(test)]
 mod val_delayed;
 #[cfg(test)]
+mod val_endurance;
+#[cfg(test)]
 mod val_vectors;
 
 pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, SurfaceNoise};
