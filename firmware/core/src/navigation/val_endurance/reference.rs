@@ -6,7 +6,7 @@
 extern crate std;
 
 use super::super::covariance::{ROWS, Vector};
-use super::super::layout::{EFFECTS, N_MAX, SHIP_VELOCITY};
+use super::super::layout::{CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
 use super::super::wrap_innovation;
 use super::super::{CloneId, FusionOutcome, Fusions, Measurement, Navigator};
 use crate::dynamics::ActuatorInput;
@@ -20,6 +20,13 @@ pub struct Reference {
     shadow: Box<Navigator>,
     /// Rows of S, all of one length.
     s: Vec<Vec<f64>>,
+}
+
+/// Largest |x − x_ref| / σ and |P − P_ref| / (σ_i σ_j), the latter without and with the ship's heading and turn rate.
+pub struct Deviation {
+    pub state: f64,
+    pub covariance: f64,
+    pub unobserved: f64,
 }
 
 impl Reference {
@@ -191,22 +198,28 @@ impl Reference {
         assert_eq!(self.s.len(), self.shadow.dimension());
     }
 
-    /// Largest |x − x_ref| / σ and |P − P_ref| / (σ_i σ_j).
-    pub fn deviation(&self, navigator: &Navigator) -> (f64, f64) {
+    /// How far the filter is off.
+    pub fn deviation(&self, navigator: &Navigator) -> Deviation {
         let n = self.s.len();
         assert_eq!(n, navigator.dimension());
         let sigma: Vec<f64> = (0..n).map(|i| dot(&self.s[i], &self.s[i]).sqrt()).collect();
-        let (mut state, mut covariance) = (0.0_f64, 0.0_f64);
+        let ship = self.shadow.x.layout.ship().expect("a ship");
+        let mut unobserved = vec![ship + 2, ship + 5];
+        unobserved.extend(self.shadow.x.layout.clones(CloneKind::Ship).flat_map(|at| [at + 2, at + 5]));
+        let mut deviation = Deviation { state: 0.0, covariance: 0.0, unobserved: 0.0 };
         for i in 0..n {
             // Headings may differ by a turn.
             let difference = wrap_angle(navigator.state_at(i) - self.shadow.state_at(i)).abs();
-            state = state.max(difference / sigma[i]);
+            deviation.state = deviation.state.max(difference / sigma[i]);
             for j in 0..=i {
                 let p = dot(&self.s[i], &self.s[j]);
-                covariance = covariance.max((navigator.covariance(i, j) - p).abs() / (sigma[i] * sigma[j]));
+                let off = (navigator.covariance(i, j) - p).abs() / (sigma[i] * sigma[j]);
+                let of_both = unobserved.contains(&i) || unobserved.contains(&j);
+                let largest = if of_both { &mut deviation.unobserved } else { &mut deviation.covariance };
+                *largest = largest.max(off);
             }
         }
-        (state, covariance)
+        deviation
     }
 }
 
