@@ -50,6 +50,8 @@ mod val_delayed;
 #[cfg(test)]
 mod val_endurance;
 #[cfg(test)]
+mod val_rows;
+#[cfg(test)]
 mod val_vectors;
 
 pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, SurfaceNoise};

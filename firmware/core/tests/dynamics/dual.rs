@@ -1,6 +1,6 @@
 //! Dual numbers a + b ε, ε² = 0: exact first derivatives of any formula written over [`Scalar`].
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// What the textbook model needs from a number.
 pub trait Scalar:

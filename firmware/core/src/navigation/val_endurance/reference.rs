@@ -7,8 +7,7 @@ extern crate std;
 
 use super::super::covariance::{ROWS, Vector};
 use super::super::layout::{CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
-use super::super::wrap_innovation;
-use super::super::{CloneId, FusionOutcome, Fusions, Measurement, Navigator};
+use super::super::{CloneId, FusionOutcome, Fusions, Measurement, Navigator, Sensor};
 use crate::dynamics::ActuatorInput;
 use crate::state::{VEHICLE_STATES, X, Y, wrap_angle};
 use std::boxed::Box;
@@ -20,6 +19,7 @@ pub struct Reference {
     shadow: Box<Navigator>,
     /// Rows of S, all of one length.
     s: Vec<Vec<f64>>,
+    clones: Vec<CloneId>,
 }
 
 /// Largest |x − x_ref| / σ and |P − P_ref| / (σ_i σ_j), the latter without and with the ship's heading and turn rate.
@@ -40,7 +40,7 @@ impl Reference {
             row[i] = navigator.variance(i).sqrt();
             row
         });
-        let mut reference = Self { shadow, s: s.collect() };
+        let mut reference = Self { shadow, s: s.collect(), clones: Vec::new() };
         reference.set_shadow_covariance(0.0);
         reference
     }
@@ -156,7 +156,9 @@ impl Reference {
                 outcome => assert_eq!(outcome, FusionOutcome::Fused),
             }
             let item = &self.shadow.observations.as_slice()[axis];
-            let innovation = wrap_innovation(record.sensor, item.innovation - item.row.dot(&moved));
+            let innovation = item.innovation - item.row.dot(&moved);
+            let is_angle = record.sensor == Sensor::Attitude;
+            let innovation = if is_angle { wrap_angle(innovation) } else { innovation };
             let (row, variance) = (item.row, item.variance);
             // Potter: φ = Sᵀhᵀ, S → S − γ (S φ) φᵀ.
             let mut phi = vec![0.0; self.s[0].len()];
@@ -189,11 +191,13 @@ impl Reference {
             self.s.push(row);
         }
         self.set_shadow_covariance(0.0);
+        self.clones.push(id);
     }
 
     /// Drops the clone that the filter drops, whose states are `places`.
     pub fn drop_clone(&mut self, id: CloneId, places: core::ops::Range<usize>) {
         self.shadow.drop_clone(id);
+        self.clones.retain(|held| *held != id);
         self.s.drain(places);
         assert_eq!(self.s.len(), self.shadow.dimension());
     }
@@ -205,7 +209,8 @@ impl Reference {
         let sigma: Vec<f64> = (0..n).map(|i| dot(&self.s[i], &self.s[i]).sqrt()).collect();
         let ship = self.shadow.x.layout.ship().expect("a ship");
         let mut unobserved = vec![ship + 2, ship + 5];
-        unobserved.extend(self.shadow.x.layout.clones(CloneKind::Ship).flat_map(|at| [at + 2, at + 5]));
+        let of_ship = |id: &CloneId| self.shadow.x.layout.clone_at(*id, CloneKind::Ship);
+        unobserved.extend(self.clones.iter().filter_map(of_ship).flat_map(|at| [at + 2, at + 5]));
         let mut deviation = Deviation { state: 0.0, covariance: 0.0, unobserved: 0.0 };
         for i in 0..n {
             // Headings may differ by a turn.
