@@ -55,7 +55,8 @@ impl Integral {
     }
 }
 
-pub(super) struct Autopilot<'a> {
+#[derive(Clone, Debug)]
+pub(crate) struct Autopilot<'a> {
     legs: &'a [Leg],
     leg: usize,
     /// Squared propeller speed per squared speed ahead, by the declared drag and thrust.
@@ -75,7 +76,7 @@ pub(super) struct Autopilot<'a> {
 }
 
 impl<'a> Autopilot<'a> {
-    pub(super) fn new(declared: &VehicleParameters, legs: &'a [Leg], holds_speed: bool) -> Self {
+    pub(crate) fn new(declared: &VehicleParameters, legs: &'a [Leg], holds_speed: bool) -> Self {
         let fins = 4.0 * 0.5 * declared.rho_kg_per_m3 * declared.fin_area_m2 * declared.cd[0];
         let drag = declared.quadratic_diag[0] + fins;
         Self {
@@ -97,7 +98,7 @@ impl<'a> Autopilot<'a> {
         }
     }
 
-    pub(super) fn observe(&mut self, observation: &Observation) {
+    pub(crate) fn observe(&mut self, observation: &Observation) {
         match observation.kind {
             ObservationKind::Ahrs { euler_rad: [_, pitch, heading], rates_radps: [_, q, r] } => {
                 let dt_s = (observation.time_us - self.last_ahrs_us) as f64 * 1e-6;
@@ -116,7 +117,7 @@ impl<'a> Autopilot<'a> {
     }
 
     /// What to do from now on; before the first measurements, nothing but turn the propeller.
-    pub(super) fn command(&mut self, time_us: u64) -> Actuators {
+    pub(crate) fn command(&mut self, time_us: u64) -> Actuators {
         let time_s = time_us as f64 * 1e-6;
         while self.leg + 1 < self.legs.len() && time_s >= self.legs[self.leg].until_s {
             self.leg += 1;

@@ -85,7 +85,30 @@ pub fn run_with_progress(
     log: &Log,
     vehicle: &VehicleFile,
     options: &FilterOptions,
+    progress: impl FnMut(usize),
+) -> Result<FilterRun, DataError> {
+    drive(log, vehicle, options, progress, |_| {})
+}
+
+/// [`run`], showing the filter to `observe` after everything that happened at each time.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_observed(
+    log: &Log,
+    vehicle: &VehicleFile,
+    options: &FilterOptions,
+    observe: impl FnMut(&Navigator),
+) -> Result<FilterRun, DataError> {
+    drive(log, vehicle, options, |_| {}, observe)
+}
+
+fn drive(
+    log: &Log,
+    vehicle: &VehicleFile,
+    options: &FilterOptions,
     mut progress: impl FnMut(usize),
+    mut observe: impl FnMut(&Navigator),
 ) -> Result<FilterRun, DataError> {
     let began = Instant::now();
     let mut pass = Pass::new(log, vehicle, options)?;
@@ -104,6 +127,7 @@ pub fn run_with_progress(
         if last_of_its_time {
             pass.acoustics_until(row.time_us)?;
             pass.sample(index + 1 == rows.len());
+            observe(&pass.navigator);
         }
     }
     let mut run = pass.finish();
