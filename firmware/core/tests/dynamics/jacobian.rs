@@ -4,8 +4,9 @@ use super::dual::Dual;
 use super::support::{Random, assert_close, full_parameters, model};
 use super::textbook;
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters, kinematic_linearise};
+use backseat_core::effects::CATALOGUE;
 use backseat_core::state::VehicleState;
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, Vector6};
 
 /// Both sides are exact up to rounding. The largest cancellation is the roll row, where terms of some
 /// 100 N m are divided by 0.2 kg m², and the growth of L near the vertical (1 / cos² 1.4 = 35); a wrong term
@@ -109,4 +110,36 @@ fn val_actuator_regressor_times_beta_is_the_actuator_wrench() {
         // The same sum in another order.
         assert_close(&(model.actuator_regressor(&v, &input) * beta), &wrench, 1e-12, "G_a beta");
     }
+}
+
+#[test]
+fn val_wrenches_by_effects_are_the_exact_differences() {
+    let mut random = Random(11);
+    let with_column = CATALOGUE.iter().filter_map(|info| Some((info, info.hooks.plant?, info.hooks.wrench_by?)));
+    let mut count = 0;
+    for (info, plant, wrench_by) in with_column {
+        for _ in 0..100 {
+            let (x, input) = (random.state(), random.input());
+            let (attitude, v) = (backseat_core::state::attitude(&x), backseat_core::state::velocity(&x));
+            let wrench = |values: &[f64]| {
+                let mut changed = full_parameters();
+                plant(values, 0.0, &mut changed);
+                let model = model(&changed);
+                model.acceleration(&attitude, &v, &input).component_mul(&Vector6::from(changed.m_diag))
+            };
+            let zero = vec![0.0; info.parameters.len()];
+            for k in 0..zero.len() {
+                let mut values = zero.clone();
+                values[k] = info.parameters[k].max;
+                // The wrench is linear in the parameter, so that any difference is the derivative; rounding of some 100 N.
+                let difference = (wrench(&values) - wrench(&zero)) / values[k];
+                assert_close(&wrench_by(k, &v, &input), &difference, 1.0e-12 * 100.0 / values[k], info.name);
+                values[k] *= 0.5;
+                let half = (wrench(&values) - wrench(&zero)) / values[k];
+                assert_close(&half, &difference, 1.0e-12 * 100.0 / values[k], info.name);
+                count += 1;
+            }
+        }
+    }
+    assert_eq!(count, 200, "linear_drag and thrust_loss");
 }

@@ -4,6 +4,8 @@
 mod consistency;
 mod contracts;
 mod effects;
+mod invariance;
 mod mini_run;
+mod order;
 mod recovery;
 mod support;
