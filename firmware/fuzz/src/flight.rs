@@ -1,0 +1,266 @@
+//! A board on the bench and in the water: the app, its clock, and the simulated vehicle around it.
+
+use crate::finite;
+use backseat_app::App;
+use backseat_wire::hostlink::{Decoder, FromBoard, MAX_FRAME, Mode, Port, Telemetry, ToBoard, Waypoint, encode};
+use backseat_wire::iver::{Servo, ServoBytes, ToFrontseat};
+use backseat_wire::nmea::{Checksum, Framer};
+use hil_sim::devices::Devices;
+use hil_sim::flight::board_parameters;
+use hil_sim::scenario::Scenario;
+use hil_sim::world::World;
+use std::sync::OnceLock;
+
+/// Time between two steps, µs.
+pub(crate) const STEP_US: u64 = backseat_app::STEP_US;
+const SECOND_US: u64 = 1_000_000;
+/// Longer than the app takes to believe its sensors again: three clock labels that agree, ten seconds of rejected fixes
+/// that agree.
+const SETTLE_S: u64 = 60;
+/// An estimate this far off is no reason not to start, m: five sigmas of a fix.
+const NEAR_M: f64 = 15.0;
+/// A run at the surface and half of a dive.
+const MISSION_S: u64 = 70;
+/// `survey` starts here, heading north, m.
+const START_M: f64 = -100.0;
+/// Where the legs end, north, and their depth, m.
+const LEGS: [(f64, f64); 2] = [(-75.0, 0.0), (100.0, 3.0)];
+
+/// The scenario that every board flies.
+fn scenario() -> &'static Scenario {
+    static SCENARIO: OnceLock<Scenario> = OnceLock::new();
+    SCENARIO.get_or_init(|| Scenario::built_in("survey").expect("it is built in"))
+}
+
+/// The app and everything that it said.
+pub(crate) struct Board {
+    app: Box<App>,
+    now_us: u64,
+    host: Decoder,
+    frontseat: Framer,
+    telemetry: Option<Telemetry>,
+    /// The last answer to a request: whether it was carried out.
+    answer: Option<Result<(), String>>,
+    /// The last fin command.
+    servo: ServoBytes,
+    /// Commands change no faster than their rates, but for neutral.
+    steady: bool,
+}
+
+impl Board {
+    pub(crate) fn new() -> Self {
+        Self {
+            app: Box::new(App::new()),
+            now_us: 0,
+            host: Decoder::new(),
+            frontseat: Framer::new(Checksum::Required),
+            telemetry: None,
+            answer: None,
+            servo: ServoBytes::NEUTRAL,
+            steady: false,
+        }
+    }
+
+    pub(crate) fn wait(&mut self, us: u64) {
+        self.now_us += us;
+    }
+
+    pub(crate) fn back(&mut self, us: u64) {
+        self.now_us = self.now_us.saturating_sub(us);
+    }
+
+    pub(crate) fn receive(&mut self, port: Port, bytes: &[u8]) {
+        self.app.receive(port, self.now_us, bytes);
+    }
+
+    pub(crate) fn edge(&mut self) {
+        self.app.pps(self.now_us);
+    }
+
+    pub(crate) fn step(&mut self) {
+        self.app.step(self.now_us);
+    }
+
+    /// Takes what waits on a port.
+    fn take(&mut self, port: Port) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while !self.app.transmit(port).is_empty() {
+            let count = self.app.transmit(port).len();
+            bytes.extend_from_slice(self.app.transmit(port));
+            self.app.transmitted(port, count);
+        }
+        bytes
+    }
+
+    /// Takes what waits on all ports and judges it; what went to the devices.
+    pub(crate) fn drain(&mut self) -> [(Port, Vec<u8>); 4] {
+        let said = self.take(Port::Host);
+        let mut rest = said.as_slice();
+        while let Some(frame) = self.host.feed(&mut rest) {
+            match frame.expect("its frames are good").message().expect("its messages are known") {
+                FromBoard::Telemetry(record) => {
+                    finite(&record);
+                    assert!(record.sigma.iter().all(|sigma| *sigma >= 0.0), "{record:?}");
+                    self.telemetry = Some(record);
+                }
+                FromBoard::Done => self.answer = Some(Ok(())),
+                FromBoard::Refused(refusal) => self.answer = Some(Err(format!("{refusal:?}"))),
+                _ => {}
+            }
+        }
+        let sent = Port::DEVICES.map(|port| (port, self.take(port)));
+        self.judge(&sent[0].1);
+        sent
+    }
+
+    /// Every command to the frontseat is within limits, and within rates, and carries its own timeout.
+    fn judge(&mut self, mut said: &[u8]) {
+        let settings = *self.app.parameters();
+        let limits = settings.control.limits.within(&settings.vehicle);
+        while let Some(sentence) = self.frontseat.feed(&mut said) {
+            let sentence = sentence.expect("its sentences are good");
+            match ToFrontseat::parse(&sentence, &settings.app.units).expect("the frontseat knows it") {
+                ToFrontseat::Servo(Servo { servo, timeout_s }) => {
+                    assert_eq!(timeout_s, settings.app.command_timeout_s);
+                    let was = core::mem::replace(&mut self.servo, servo);
+                    let calibration = &settings.app.servo;
+                    if servo == calibration.bytes([0.0; 4], 0.0) {
+                        continue;
+                    }
+                    let angles = calibration.fins_rad(&servo).into_iter().zip(calibration.fins_rad(&was));
+                    for ((angle, was), fin) in angles.zip(&calibration.fins) {
+                        // half a count of rounding, at either end of a change
+                        let count = 1.0 / fin.counts_per_unit.abs();
+                        assert!(angle.abs() <= limits.fin_rad + 0.5 * count, "{servo:?}");
+                        let slow = (angle - was).abs() <= 0.1 * limits.fin_rate_radps + count;
+                        assert!(slow || !self.steady, "{servo:?} after {was:?}");
+                    }
+                    let count = 1.0 / calibration.motor.counts_per_unit.abs();
+                    let [speed, was] = [&servo, &was].map(|servo| calibration.propeller_radps(servo));
+                    assert!(speed >= -0.5 * count && speed <= limits.propeller_radps + 0.5 * count, "{servo:?}");
+                    let slow = (speed - was).abs() <= 0.1 * limits.propeller_radps2 + count;
+                    assert!(slow || !self.steady, "{servo:?} after {was:?}");
+                }
+                ToFrontseat::Steer(steer) => {
+                    assert_eq!(steer.timeout_s, settings.app.command_timeout_s);
+                    finite(&steer);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Asks the board for something; whether it was done.
+    fn request(&mut self, message: &ToBoard<'_>) -> Result<(), String> {
+        self.answer = None;
+        self.receive(Port::Host, encode(message, &mut [0; MAX_FRAME]).expect("a frame"));
+        self.drain();
+        self.answer.take().expect("an answer")
+    }
+
+    /// Tells it the parameters of the scenario.
+    pub(crate) fn configure(&mut self) {
+        static PARAMETERS: OnceLock<Vec<(String, f64)>> = OnceLock::new();
+        let parameters = PARAMETERS.get_or_init(|| board_parameters(scenario()));
+        self.request(&ToBoard::ParameterBegin).expect("begun");
+        for (name, value) in parameters {
+            self.request(&ToBoard::ParameterSet { name, value: *value }).expect(name);
+        }
+        self.request(&ToBoard::ParameterCommit).expect("a valid set");
+    }
+
+    /// What an operator does before a mission, whatever was before: stop, parameters, waypoints.
+    fn prepare(&mut self) {
+        self.request(&ToBoard::MissionStop).expect("stopped");
+        self.configure();
+        let count = LEGS.len() as u16;
+        self.request(&ToBoard::MissionBegin { count }).expect("begun");
+        for (index, (x_m, depth_m)) in (0..).zip(LEGS) {
+            let waypoint = Waypoint { x_m, y_m: 0.0, depth_m, speed_mps: 1.0 };
+            self.request(&ToBoard::MissionItem { index, waypoint }).expect("an item");
+        }
+        self.request(&ToBoard::MissionCommit).expect("a mission");
+    }
+}
+
+/// What the devices say in such a flight, in order.
+pub(crate) fn recorded() -> &'static [(Port, Vec<u8>)] {
+    static RECORDED: OnceLock<Vec<(Port, Vec<u8>)>> = OnceLock::new();
+    RECORDED.get_or_init(|| {
+        let mut heard = Vec::new();
+        let mut board = Board::new();
+        board.configure();
+        fly_and_hear(&mut board, |port, bytes| heard.push((port, bytes.to_vec())));
+        heard
+    })
+}
+
+/// Prepares the board for a mission that begins now, and flies it.
+///
+/// # Panics
+/// If it does not navigate, or not where the vehicle is, or commands what it must not.
+pub(crate) fn fly(board: &mut Board) {
+    fly_and_hear(board, |_, _| {});
+}
+
+fn fly_and_hear(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) {
+    // a step that is not after the last does nothing: a clock that went back has to catch up first
+    let start_us = board.now_us.max(board.app.stepped_us().unwrap_or(0));
+    board.now_us = start_us;
+    board.prepare();
+    let (mut world, mut devices) = (World::new(scenario()), Devices::new(scenario()));
+    let mut end_us = 0;
+    let mut second = |board: &mut Board| {
+        for _ in 0..SECOND_US / STEP_US {
+            end_us += STEP_US;
+            swim(&mut world, &mut devices, end_us);
+            for (port, arrival) in devices.arrivals(end_us) {
+                heard(port, &arrival.bytes);
+                board.app.receive(port, start_us + arrival.time_us, &arrival.bytes);
+            }
+            board.now_us = start_us + end_us;
+            if end_us % SECOND_US == 0 {
+                board.edge();
+            }
+            board.step();
+            for (port, bytes) in board.drain() {
+                devices.sent_by_backseat(port, end_us, &bytes);
+            }
+        }
+        let [north_m, east_m, depth_m, ..] = world.truth().state;
+        (board.telemetry.clone().expect("each step is reported"), [north_m, east_m, depth_m])
+    };
+    let error_m =
+        |telemetry: &Telemetry, truth: &[f64; 3]| (telemetry.state[0] - truth[0]).hypot(telemetry.state[1] - truth[1]);
+    // who starts a mission looks at the map first
+    let ready = (0..SETTLE_S).any(|_| {
+        let (telemetry, truth) = second(board);
+        telemetry.sigma[0] > 0.0 && error_m(&telemetry, &truth) < NEAR_M
+    });
+    assert!(ready, "it does not find itself: {:?}", board.telemetry);
+    board.request(&ToBoard::MissionStart).expect("it starts");
+    board.steady = true;
+    for elapsed in 1..=MISSION_S {
+        let (telemetry, truth) = second(board);
+        assert!(telemetry.leg.is_some(), "after {elapsed} s: {telemetry:?}");
+        if elapsed == MISSION_S {
+            let sigma_m = telemetry.sigma[0].hypot(telemetry.sigma[1]);
+            assert_eq!(telemetry.mode, Mode::Navigating, "{telemetry:?}");
+            assert!(error_m(&telemetry, &truth) < 5.0 * sigma_m, "{truth:?} is the truth: {telemetry:?}");
+            // 1 m/s from rest, and down with the second leg
+            assert!(truth[0] > START_M + 40.0 && truth[2] > 1.0, "{truth:?}");
+        }
+    }
+}
+
+/// World and devices move on, stopping wherever a device acts.
+fn swim(world: &mut World, devices: &mut Devices, to_us: u64) {
+    loop {
+        let until_us = devices.next_us().unwrap_or(to_us).min(to_us);
+        world.advance(until_us, &mut |observation| devices.observe(observation));
+        world.set_actuator_targets(until_us, devices.run(until_us));
+        if until_us >= to_us {
+            return;
+        }
+    }
+}
