@@ -1,6 +1,6 @@
 //! One error for everything that is read or written: where, and what was expected.
 
-use std::fmt;
+use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// What was wrong with a file, in one line.
@@ -42,6 +42,10 @@ impl fmt::Display for DataError {
                 write!(f, "{}:", self.column)?;
             }
         }
-        write!(f, " {}", self.message)
+        f.write_str(" ")?;
+        // a message may quote the file, whatever stands in it
+        self.message
+            .chars()
+            .try_for_each(|c| if c.is_control() { write!(f, "{}", c.escape_default()) } else { f.write_char(c) })
     }
 }

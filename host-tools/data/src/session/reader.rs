@@ -7,7 +7,7 @@ use super::{Attachment, Clock, Damage, Entry, Event, Meta};
 use crate::DataError;
 use mcap::records::{MessageHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{MAGIC, McapError, parse_record};
+use mcap::{MAGIC, McapError};
 use serde::de::DeserializeOwned;
 use std::collections::{HashMap, VecDeque};
 use std::fs::File;
@@ -203,6 +203,12 @@ impl Session {
 
     /// The events of a chunk whose CRC is right.
     fn chunk(&mut self, chunk: &[u8]) -> Result<Vec<Entry>, Broken> {
+        if let Record::Chunk { header, data } = parse_record(op::CHUNK, chunk)?
+            && header.compression.is_empty()
+            && !is_row_of_records(&data)
+        {
+            return Err(Broken::Chunk);
+        }
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
             .with_skip_end_magic(true)
@@ -235,6 +241,32 @@ impl Session {
         }
         Ok(entries)
     }
+}
+
+/// [`mcap::parse_record`], which panics (0.26) on an attachment that ends before its CRC.
+fn parse_record(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
+    fn after_text(body: &[u8]) -> Option<&[u8]> {
+        let (length, rest) = body.split_first_chunk()?;
+        rest.get(u32::from_le_bytes(*length) as usize..)
+    }
+    // two times, two texts, the length of the data; data and CRC
+    let rest = || body.get(16..).and_then(after_text).and_then(after_text)?.get(8..);
+    if opcode == op::ATTACHMENT && rest().is_none_or(|data| data.len() < 4) {
+        return Err(McapError::UnexpectedEof);
+    }
+    mcap::parse_record(opcode, body)
+}
+
+/// Whether these bytes are records to their end: the crate's reader (0.26) subtracts with overflow where the last one of an
+/// uncompressed chunk is longer than the chunk.
+fn is_row_of_records(mut bytes: &[u8]) -> bool {
+    while let Some((length, rest)) = bytes.get(1..).and_then(<[u8]>::split_first_chunk) {
+        let Some(next) = usize::try_from(u64::from_le_bytes(*length)).ok().and_then(|length| rest.get(length..)) else {
+            return false;
+        };
+        bytes = next;
+    }
+    bytes.is_empty()
 }
 
 /// Why a chunk gives no events.
