@@ -65,6 +65,16 @@ impl Stream {
         Self(rng)
     }
 
+    /// The stream of a scenario's fault of this index.
+    #[must_use]
+    pub fn of_fault(seed: u64, index: u64) -> Self {
+        /// Beyond every [`Source`].
+        const FIRST: u64 = 1000;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(FIRST + index);
+        Self(rng)
+    }
+
     /// A standard normal number.
     #[inline]
     pub fn normal(&mut self) -> f64 {

@@ -3,6 +3,7 @@
 use super::tape::Tape;
 use super::{BackseatError, Ports};
 use crate::devices::Arrival;
+use crate::faults::Reset;
 use backseat_core::navigation::Sensor;
 use backseat_data::session::{Event, Writer};
 use backseat_wire::hostlink::{
@@ -269,6 +270,26 @@ impl<P: Ports> Client<P> {
     /// When it is refused.
     pub fn start_mission(&mut self) -> Result<(), BackseatError> {
         self.request(&ToBoard::MissionStart, || "to start the mission".into())
+    }
+
+    /// Keeps the active parameters in the board's memory.
+    ///
+    /// # Errors
+    /// When it has none, or refuses.
+    pub fn store_parameters(&mut self) -> Result<(), BackseatError> {
+        self.request(&ToBoard::ParameterStore, || "to store its parameters".into())
+    }
+
+    /// Resets the board; what was on the lines is gone.
+    ///
+    /// # Errors
+    /// When it cannot be reset from here.
+    pub fn reset(&mut self, reset: Reset) -> Result<(), BackseatError> {
+        self.ports.reset(reset)?;
+        self.decoder = Decoder::new();
+        self.unread.clear();
+        self.ahead.iter_mut().for_each(Vec::clear);
+        Ok(())
     }
 
     /// One lock-step: time, PPS edges and what arrived, for what the board sent and found.

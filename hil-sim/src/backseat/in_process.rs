@@ -2,7 +2,10 @@
 //! many flights. The same app, pump and host link as on any board.
 
 use super::{BackseatError, Ports};
-use backseat_app::{App, Progress, Pump};
+use crate::faults::{Flash, Reset};
+use backseat_app::parameters::Settings;
+use backseat_app::store::{ParameterFlash, RestartRecord};
+use backseat_app::{App, Health, Progress, Pump};
 use backseat_wire::hostlink::Port;
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -56,6 +59,9 @@ pub struct InProcess {
     app: Box<App>,
     pump: Pump,
     ports: [Memory; 5],
+    /// What outlasts a reset.
+    flash: Flash,
+    record: RestartRecord,
 }
 
 impl Default for InProcess {
@@ -65,16 +71,51 @@ impl Default for InProcess {
 }
 
 impl InProcess {
-    /// As after power-up.
+    /// As after power-up, with nothing in its memory.
     #[must_use]
     pub fn new() -> Self {
-        Self { app: Box::new(App::new()), pump: Pump::new(), ports: Default::default() }
+        let mut app = Box::new(App::new());
+        app.restore(None);
+        let (ports, flash, record) = Default::default();
+        Self { app, pump: Pump::new(), ports, flash, record }
+    }
+
+    /// What was received, refused and dropped since the last start.
+    #[must_use]
+    pub fn health(&self) -> Health<'_> {
+        self.app.health()
     }
 
     /// Lets the app work until it has nothing left to do.
     fn run(&mut self) {
         // Time zero: the lock-step clock is the only one here.
-        while let Ok(Progress::Moved) = self.pump.poll(&mut self.app, &mut self.ports, 0) {}
+        while let Ok(Progress::Moved) = self.pump.poll(&mut self.app, &mut self.ports, 0) {
+            if let Some(settings) = self.app.to_store().copied() {
+                let kept = self.with_flash(|flash| flash.save(&settings).is_ok());
+                self.app.stored(kept == Some(true));
+            }
+        }
+    }
+
+    fn with_flash<T>(&mut self, act: impl FnOnce(&mut ParameterFlash<Flash>) -> T) -> Option<T> {
+        let mut store = ParameterFlash::new(std::mem::take(&mut self.flash)).ok()?;
+        let outcome = act(&mut store);
+        self.flash = store.release();
+        Some(outcome)
+    }
+
+    /// Starts again, as the STM32H743 board does.
+    fn start_again(&mut self, Reset { cause, corrupted }: Reset) {
+        let powered_us = self.record.powered_us + self.app.stepped_us().unwrap_or(0);
+        let last = self.app.restart_record(&self.record, powered_us);
+        self.flash.corrupt(corrupted);
+        let (response, record) = RestartRecord::respond(cause, Some(&last));
+        self.record = record;
+        let mut stored = Settings::DEFAULT;
+        let found = self.with_flash(|flash| flash.load(&mut stored).is_ok()) == Some(true);
+        *self = Self { flash: std::mem::take(&mut self.flash), record, ..Self::new() };
+        self.app.restore(found.then_some(&stored));
+        self.app.resume(record.report(cause), &response);
     }
 }
 
@@ -94,6 +135,11 @@ impl Ports for InProcess {
             self.run();
         }
         received.append(&mut self.ports[port as usize].from_board);
+        Ok(())
+    }
+
+    fn reset(&mut self, reset: Reset) -> Result<(), BackseatError> {
+        self.start_again(reset);
         Ok(())
     }
 }

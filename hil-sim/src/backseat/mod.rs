@@ -15,6 +15,7 @@ pub use qemu::{Qemu, build_image, missing};
 pub use serial::Serial;
 pub use tap::Tap;
 
+use crate::faults::Reset;
 use backseat_data::DataError;
 use backseat_wire::hostlink::{Port, Refusal};
 use std::io;
@@ -67,6 +68,9 @@ pub enum BackseatError {
         /// How.
         error: io::Error,
     },
+    /// Only the app in this process can be reset by a scenario.
+    #[error("this backseat cannot be reset by the scenario")]
+    CannotReset,
     /// The session log could not be written.
     #[error(transparent)]
     Session(#[from] DataError),
@@ -91,6 +95,14 @@ pub trait Ports {
     /// # Errors
     /// When the backseat is gone.
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError>;
+
+    /// Resets the board: what is not in its memory is forgotten.
+    ///
+    /// # Errors
+    /// When that is not in this program's power.
+    fn reset(&mut self, _: Reset) -> Result<(), BackseatError> {
+        Err(BackseatError::CannotReset)
+    }
 }
 
 impl<P: Ports + ?Sized> Ports for Box<P> {
@@ -104,5 +116,9 @@ impl<P: Ports + ?Sized> Ports for Box<P> {
 
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
         (**self).poll(port, received)
+    }
+
+    fn reset(&mut self, reset: Reset) -> Result<(), BackseatError> {
+        (**self).reset(reset)
     }
 }

@@ -8,10 +8,6 @@ use std::f64::consts::PI;
 /// Ticks per second of the device's timer.
 const TICKS_PER_S: u64 = 62_500;
 
-/// The device's timer, which rolls over.
-fn ticks(time_us: u64) -> u32 {
-    (time_us * TICKS_PER_S / 1_000_000) as u32
-}
 
 /// The emulated AHRS.
 pub struct Ahrs {
@@ -20,13 +16,21 @@ pub struct Ahrs {
     declination_rad: f64,
     received: Vec<u8>,
     streaming: bool,
+    /// The timer at time zero.
+    first_tick: u64,
 }
 
 impl Ahrs {
-    /// On a line of `baud`; its heading is magnetic.
+    /// On a line of `baud`; its heading is magnetic. Its timer starts from zero, or so that it rolls over at a given time.
     #[must_use]
-    pub fn new(baud: u32, declination_rad: f64) -> Self {
-        Self { transmitter: Uart::new(baud), declination_rad, received: Vec::new(), streaming: false }
+    pub fn new(baud: u32, declination_rad: f64, rollover_us: Option<u64>) -> Self {
+        let first_tick = rollover_us.map_or(0, |us| (1 << 32) - us * TICKS_PER_S / 1_000_000);
+        Self { transmitter: Uart::new(baud), declination_rad, received: Vec::new(), streaming: false, first_tick }
+    }
+
+    /// The device's timer, which rolls over.
+    fn ticks(&self, time_us: u64) -> u32 {
+        (self.first_tick + time_us * TICKS_PER_S / 1_000_000) as u32
     }
 
     /// Bytes of the backseat that arrived at `time_us`.
@@ -51,7 +55,7 @@ impl Ahrs {
             ToGx3::Continuous(Command::EulerRate) => {
                 self.streaming = true;
                 let mut buffer = [0; 16];
-                if let Ok(bytes) = emit_continuous(Command::EulerRate as u8, ticks(time_us), &mut buffer) {
+                if let Ok(bytes) = emit_continuous(Command::EulerRate as u8, self.ticks(time_us), &mut buffer) {
                     self.transmitter.send(time_us, bytes);
                 }
             }
@@ -70,7 +74,7 @@ impl Ahrs {
         let reply = Reply::euler_rate(
             [roll, pitch, magnetic].map(|x| x as f32),
             rates_radps.map(|x| x as f32),
-            ticks(observation.time_us),
+            self.ticks(observation.time_us),
         );
         let mut buffer = [0; 128];
         if let Ok(bytes) = reply.emit(&mut buffer) {

@@ -6,6 +6,7 @@
 
 use super::geodesy::LocalFrame;
 use super::uart::Uart;
+use crate::faults::{FrontseatFault, FrontseatFaults};
 use crate::observation::{GnssFix, Observation, ObservationKind};
 use crate::world::ActuatorTargets;
 use backseat_wire::Error;
@@ -54,12 +55,21 @@ pub struct Frontseat {
     euler_rad: [f64; 3],
     rates_radps: [f64; 3],
     fix: Option<GnssFix>,
+    faults: FrontseatFaults,
+    /// Up to where its own time has come.
+    now_us: u64,
 }
 
 impl Frontseat {
     /// A frontseat on a line of `baud`, at rest at the surface.
     #[must_use]
-    pub fn new(baud: u32, frame: LocalFrame, start_unix_s: u32, declination_rad: f64) -> Self {
+    pub fn new(
+        baud: u32,
+        frame: LocalFrame,
+        start_unix_s: u32,
+        declination_rad: f64,
+        faults: FrontseatFaults,
+    ) -> Self {
         Self {
             transmitter: Uart::new(baud),
             framer: Framer::new(Checksum::Required),
@@ -77,11 +87,17 @@ impl Frontseat {
             euler_rad: [0.0; 3],
             rates_radps: [0.0; 3],
             fix: None,
+            faults,
+            now_us: 0,
         }
     }
 
     /// What fins and propeller are told at `now_us`.
     pub fn targets(&mut self, now_us: u64) -> ActuatorTargets {
+        self.now_us = now_us;
+        if self.faults.at(now_us).is_some() {
+            self.let_go();
+        }
         match self.command {
             Command::Servo { until_us, .. } | Command::Steer { until_us, .. } if now_us >= until_us => {
                 self.command = Command::None;
@@ -99,15 +115,31 @@ impl Frontseat {
     /// When [`Self::targets`] changes without further input, µs.
     #[must_use]
     pub fn next_us(&self) -> Option<u64> {
-        match self.command {
+        let command_us = match self.command {
             Command::None => None,
             Command::Servo { until_us, .. } => Some(until_us),
             Command::Steer { until_us, .. } => Some(until_us.min(self.autopilot_us)),
-        }
+        };
+        command_us.into_iter().chain(self.faults.next_us(self.now_us)).min()
+    }
+
+    /// Fins and motor are no longer the backseat's.
+    fn let_go(&mut self) {
+        self.command = Command::None;
+        self.targets = ActuatorTargets::default();
+    }
+
+    fn is_down(&self, time_us: u64) -> bool {
+        self.faults.at(time_us) == Some(FrontseatFault::Reboots)
     }
 
     /// Bytes of the backseat that arrived at `time_us`.
     pub fn receive(&mut self, time_us: u64, mut bytes: &[u8]) {
+        if self.is_down(time_us) {
+            self.framer = Framer::new(Checksum::Required);
+            self.wanted = Request::default();
+            return;
+        }
         // Moved out while its sentences borrow it.
         let mut framer = std::mem::replace(&mut self.framer, Framer::new(Checksum::Required));
         while let Some(outcome) = framer.feed(&mut bytes) {
@@ -121,7 +153,13 @@ impl Frontseat {
     }
 
     fn obey(&mut self, time_us: u64, command: &ToFrontseat<'_>) {
-        let refused = self.error != FrontseatError::None;
+        let fault = self.faults.at(time_us);
+        let refused = self.error != FrontseatError::None
+            || match fault {
+                Some(FrontseatFault::Refuses) => true,
+                Some(FrontseatFault::Mode(mode)) => !mode.accepts_commands(),
+                Some(FrontseatFault::Reboots) | None => false,
+            };
         let (kind, error) = match *command {
             ToFrontseat::Request(request) => {
                 self.answer(time_us, request);
@@ -129,6 +167,9 @@ impl Frontseat {
             }
             ToFrontseat::Servo(_) if refused => (Acknowledge::SERVO, Acknowledge::SAFETY_RULE),
             ToFrontseat::Steer(_) if refused => (Acknowledge::STEER, Acknowledge::SAFETY_RULE),
+            // Somebody else steers.
+            ToFrontseat::Servo(_) if fault.is_some() => (Acknowledge::SERVO, 0),
+            ToFrontseat::Steer(_) if fault.is_some() => (Acknowledge::STEER, 0),
             ToFrontseat::Servo(servo) => {
                 let until_us = time_us + u64::from(servo.timeout_s) * 1_000_000;
                 self.command = Command::Servo { bytes: servo.servo, until_us };
@@ -182,9 +223,11 @@ impl Frontseat {
                 Command::Servo { bytes, .. } => bytes,
                 _ => self.calibration.bytes(self.targets.fins_rad, self.targets.propeller_radps),
             };
-            let mode = match (self.error, self.command) {
-                (FrontseatError::None, Command::None) => FrontseatMode::Normal,
-                (FrontseatError::None, _) => FrontseatMode::Servo,
+            let mode = match (self.faults.at(time_us), self.error, self.command) {
+                (Some(FrontseatFault::Mode(mode)), ..) => mode,
+                (Some(_), ..) => FrontseatMode::Stopped,
+                (None, FrontseatError::None, Command::None) => FrontseatMode::Normal,
+                (None, FrontseatError::None, _) => FrontseatMode::Servo,
                 _ => FrontseatMode::Stopped,
             };
             let [latitude, longitude] = self.frame.to_degrees(self.fix.map_or([0.0; 2], |fix| fix.position_m));
@@ -285,8 +328,7 @@ impl Frontseat {
 
     fn engage(&mut self, error: FrontseatError) {
         self.error = error;
-        self.command = Command::None;
-        self.targets = ActuatorTargets::default();
+        self.let_go();
     }
 
     /// Heading to the vertical fins, depth through pitch to the horizontal ones, speed to the motor.
@@ -309,6 +351,9 @@ impl Frontseat {
     }
 
     fn send(&mut self, time_us: u64, sentence: &FromFrontseat<'_>) {
+        if self.is_down(time_us) {
+            return;
+        }
         let mut buffer = [0; MAX_SENTENCE];
         // Every value above is within its field; a sentence that is not is not sent, as on a real line.
         if let Ok(bytes) = sentence.emit(&self.units, &mut buffer) {

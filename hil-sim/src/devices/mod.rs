@@ -14,11 +14,12 @@ pub use dvl::MOUNTING_RAD as DVL_MOUNTING_RAD;
 pub use geodesy::LocalFrame;
 pub use uart::Arrival;
 
+use crate::faults::{Direction, FrontseatFaults, Line, PacketFaults, SensorFaults};
 use crate::observation::Observation;
 use crate::scenario::Scenario;
 use crate::world::ActuatorTargets;
 use ahrs::Ahrs;
-use backseat_wire::hostlink::Port;
+use backseat_wire::hostlink::{MAX_CHUNKS, Port};
 use dvl::Dvl;
 use frontseat::Frontseat;
 use modem::Modem;
@@ -34,6 +35,10 @@ pub struct Devices {
     ahrs: Ahrs,
     modem: Modem,
     from_backseat: [Uart; 4],
+    sensor_faults: SensorFaults,
+    packet_faults: PacketFaults,
+    /// To the backseat and from it.
+    lines: [[Line; 4]; 2],
 }
 
 impl Devices {
@@ -41,20 +46,45 @@ impl Devices {
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         let [frontseat, dvl, ahrs, modem] = BAUD;
-        let environment = &scenario.settings.environment;
+        let settings = &scenario.settings;
+        let environment = &settings.environment;
+        let (faults, seed) = (&settings.faults, settings.seed);
+        let sensor_faults = SensorFaults::new(faults, seed);
+        let packet_faults = PacketFaults::new(faults, seed, environment.sound_speed_mps);
+        let lines = [Direction::ToBackseat, Direction::FromBackseat].map(|direction| {
+            Port::DEVICES.map(|port| Line::new(faults, seed, port, direction, BAUD[port as usize]))
+        });
         let frame = LocalFrame::new(environment.origin_latitude_deg, environment.origin_longitude_deg);
         let start_unix_s = environment.start_unix_s;
         let declination_rad = environment.magnetic_declination_rad;
         Self {
-            frontseat: Frontseat::new(frontseat, frame, start_unix_s, declination_rad),
+            frontseat: Frontseat::new(
+                frontseat,
+                frame,
+                start_unix_s,
+                declination_rad,
+                FrontseatFaults::new(faults, seed),
+            ),
             dvl: Dvl::new(dvl),
-            ahrs: Ahrs::new(ahrs, declination_rad),
-            modem: Modem::new(modem, frame, start_unix_s, &scenario.settings),
+            ahrs: Ahrs::new(ahrs, declination_rad, sensor_faults.rollover_us()),
+            modem: Modem::new(modem, frame, start_unix_s, settings, packet_faults.clone()),
             from_backseat: BAUD.map(Uart::new),
+            sensor_faults,
+            packet_faults,
+            lines,
         }
     }
 
-    /// The world was observed.
+    /// What is sensed of an observation, faults included.
+    #[must_use]
+    pub fn sensed(&mut self, observation: &Observation) -> Observation {
+        let mut sensed = *observation;
+        self.sensor_faults.distort(&mut sensed);
+        self.packet_faults.distort(&mut sensed);
+        sensed
+    }
+
+    /// The world was sensed.
     pub fn observe(&mut self, observation: &Observation) {
         self.frontseat.observe(observation);
         self.dvl.observe(observation);
@@ -78,16 +108,17 @@ impl Devices {
 
     /// Lets the devices act up to `now_us`; what fins and propeller are told from then on.
     pub fn run(&mut self, now_us: u64) -> ActuatorTargets {
-        while let Some(arrival) = self.from_backseat[Port::Frontseat as usize].pop(now_us) {
-            self.frontseat.receive(arrival.time_us, &arrival.bytes);
+        let [_, from_backseat] = &mut self.lines;
+        for (port, (uart, line)) in Port::DEVICES.into_iter().zip(self.from_backseat.iter_mut().zip(from_backseat)) {
+            for Arrival { time_us, bytes } in line.pass(std::iter::from_fn(|| uart.pop(now_us)).collect(), now_us) {
+                match port {
+                    Port::Frontseat => self.frontseat.receive(time_us, &bytes),
+                    Port::Ahrs => self.ahrs.receive(time_us, &bytes),
+                    Port::Modem => self.modem.receive(time_us, &bytes),
+                    Port::Dvl | Port::Host => {} // it streams, unasked
+                }
+            }
         }
-        while let Some(arrival) = self.from_backseat[Port::Ahrs as usize].pop(now_us) {
-            self.ahrs.receive(arrival.time_us, &arrival.bytes);
-        }
-        while let Some(arrival) = self.from_backseat[Port::Modem as usize].pop(now_us) {
-            self.modem.receive(arrival.time_us, &arrival.bytes);
-        }
-        while self.from_backseat[Port::Dvl as usize].pop(now_us).is_some() {} // it streams, unasked
         self.modem.run(now_us);
         self.frontseat.targets(now_us)
     }
@@ -95,18 +126,32 @@ impl Devices {
     /// What has arrived at the backseat up to `until_us`, in order of arrival (ties in port order).
     pub fn arrivals(&mut self, until_us: u64) -> Vec<(Port, Arrival)> {
         let mut arrivals = Vec::new();
-        for port in Port::DEVICES {
-            let line = match port {
+        let [to_backseat, _] = &mut self.lines;
+        for (port, line) in Port::DEVICES.into_iter().zip(to_backseat) {
+            let uart = match port {
                 Port::Frontseat => &mut self.frontseat.transmitter,
                 Port::Dvl => &mut self.dvl.transmitter,
                 Port::Ahrs => &mut self.ahrs.transmitter,
                 Port::Modem | Port::Host => &mut self.modem.transmitter,
             };
-            while let Some(arrival) = line.pop(until_us) {
-                arrivals.push((port, arrival));
-            }
+            let frames = line.pass(std::iter::from_fn(|| uart.pop(until_us)).collect(), until_us);
+            arrivals.extend(joined(frames).into_iter().map(|arrival| (port, arrival)));
         }
         arrivals.sort_by_key(|(_, arrival)| arrival.time_us);
         arrivals
     }
+}
+
+/// No more than a port's part of what a lock-step can announce: a babbling port's bytes go in larger pieces.
+fn joined(mut frames: Vec<Arrival>) -> Vec<Arrival> {
+    const MOST: usize = MAX_CHUNKS / 4;
+    let size = frames.len().div_ceil(MOST);
+    if size <= 1 {
+        return frames;
+    }
+    let pieces = frames.chunks_mut(size).map(|piece| Arrival {
+        time_us: piece.last().map_or(0, |last| last.time_us),
+        bytes: piece.iter_mut().flat_map(|frame| std::mem::take(&mut frame.bytes)).collect(),
+    });
+    pieces.collect()
 }

@@ -6,6 +6,7 @@
 
 use super::geodesy::LocalFrame;
 use super::uart::Uart;
+use crate::faults::PacketFaults;
 use crate::observation::{Downlink, Observation, ObservationKind, TwoWay};
 use crate::scenario::{Exchange, Settings};
 use backseat_wire::Decimal;
@@ -47,12 +48,13 @@ pub struct Modem {
     /// Launch of the next cycle-initialisation packets, endless.
     cycles: Box<dyn Iterator<Item = u64> + Send>,
     next_cycle_us: Option<u64>,
+    faults: PacketFaults,
 }
 
 impl Modem {
     /// On a line of `baud`, after power-up.
     #[must_use]
-    pub fn new(baud: u32, frame: LocalFrame, start_unix_s: u32, settings: &Settings) -> Self {
+    pub fn new(baud: u32, frame: LocalFrame, start_unix_s: u32, settings: &Settings, faults: PacketFaults) -> Self {
         let acoustics = settings.acoustics.clone();
         let mut cycles = (0_u64..).flat_map(move |cycle| {
             let start_s = u64::from(acoustics.first_s) + cycle * u64::from(acoustics.period_s.get());
@@ -71,6 +73,7 @@ impl Modem {
             agenda: VecDeque::new(),
             cycles: Box::new(cycles),
             next_cycle_us,
+            faults,
         };
         let time = modem.time_of_day(0);
         modem.say(0, &FromModem::Revision(Revision { time, identifier: "INIT", version: "2.0.35490" }));
@@ -129,11 +132,14 @@ impl Modem {
 
     fn hear_packet(&mut self, arrival_us: u64, packet: &Downlink) {
         let report = &packet.ship;
+        let delivery = self.faults.delivery(arrival_us);
+        let source = delivery.source.unwrap_or(SHIP);
         self.sequence = self.sequence.wrapping_add(1);
         let state = ShipState {
-            source: SHIP,
+            source,
             sequence: self.sequence,
-            transmit_s: ((self.start_us + packet.tol_us) / 1_000_000) as u32,
+            transmit_s: (((self.start_us + packet.tol_us) / 1_000_000) as u32)
+                .wrapping_add_signed(delivery.second_offset_s),
             position_deg: self.frame.to_degrees(report.position_m),
             velocity_mps: report.velocity_mps,
             position_sigma_m: report.position_sigma_m,
@@ -143,14 +149,18 @@ impl Modem {
         let mut frame = [0; FRAME_BYTES];
         let Ok(payload) = state.emit() else { return };
         frame[..payload.len()].copy_from_slice(&payload);
-        let addresses = Addresses { source: SHIP, destination: VEHICLE };
-        self.say(arrival_us + DETECTION_US, &FromModem::ReceiveBegins { psk: false });
-        self.say(
-            packet.end_us,
-            &FromModem::Received(Received { addresses, acknowledge: false, frame: 1, payload: Payload::new(&frame) }),
-        );
-        let statistics = self.statistics(packet.toa_us, packet.range_rate_mps);
-        self.say(packet.end_us, &FromModem::Statistics(statistics));
+        let addresses = Addresses { source, destination: VEHICLE };
+        let received = Received { addresses, acknowledge: false, frame: 1, payload: Payload::new(&frame) };
+        let statistics = ReceptionStatistics {
+            source: Some(i32::from(source)),
+            ..self.statistics(packet.toa_us, packet.range_rate_mps)
+        };
+        for after_us in std::iter::once(0).chain(delivery.again_us) {
+            let end_us = packet.end_us + delivery.delay_us + after_us;
+            self.say(arrival_us + DETECTION_US + after_us, &FromModem::ReceiveBegins { psk: false });
+            self.say(end_us, &FromModem::Received(received));
+            self.say(end_us, &FromModem::Statistics(statistics));
+        }
     }
 
     fn hear_reply(&mut self, arrival_us: u64, ping: &TwoWay) {

@@ -2,19 +2,35 @@
 
 use super::record::{Recorder, Sample};
 use super::{FlightError, FlightLog, STEP_US, advance, prepare};
-use crate::backseat::{Client, Ports};
+use crate::backseat::{Client, FusionRecord, Ports, StepOutput};
 use crate::devices::Devices;
+use crate::faults::Board;
 use crate::scenario::Scenario;
-use crate::world::World;
-use backseat_wire::hostlink::Port;
+use crate::world::{VehicleTruth, World};
+use backseat_wire::hostlink::{Port, Telemetry};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// A board at time zero must not look like "no time yet".
 const SECOND_US: u64 = 1_000_000;
-/// Flown on after the mission's end, so that the last fixes are seen.
-const EPILOGUE_US: u64 = 10 * SECOND_US;
+
+/// One step as it is watched.
+#[derive(Clone, Copy, Debug)]
+pub struct Watched<'a> {
+    /// Simulated time, µs.
+    pub time_us: u64,
+    /// The true vehicle.
+    pub truth: &'a VehicleTruth,
+    /// The backseat's record of the step; it says nothing while it is down, or where its clock runs backwards.
+    pub telemetry: Option<&'a Telemetry>,
+    /// What it fused, at its own times.
+    pub fusions: &'a [FusionRecord],
+    /// What it sent to the frontseat.
+    pub to_frontseat: &'a [u8],
+    /// It was reset in this step.
+    pub reset: bool,
+}
 
 /// Flies a scenario to the end of its mission, of its time, or until `stop`.
 ///
@@ -45,27 +61,63 @@ pub fn fly_prepared<P: Ports>(
     stop: &AtomicBool,
     mut progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
+    fly_on(scenario, client, folder, stop, |step| {
+        if step.time_us % SECOND_US == 0 {
+            progress(step.time_us as f64 * 1e-6);
+        }
+    })
+}
+
+/// [`fly`], watched step by step.
+///
+/// # Errors
+/// As [`fly`].
+pub fn fly_watched<P: Ports>(
+    scenario: &Scenario,
+    client: &mut Client<P>,
+    stop: &AtomicBool,
+    watch: impl FnMut(Watched<'_>),
+) -> Result<FlightLog, FlightError> {
+    prepare(scenario, client)?;
+    fly_on(scenario, client, None, stop, watch)
+}
+
+fn fly_on<P: Ports>(
+    scenario: &Scenario,
+    client: &mut Client<P>,
+    folder: Option<&Path>,
+    stop: &AtomicBool,
+    mut watch: impl FnMut(Watched<'_>),
+) -> Result<FlightLog, FlightError> {
     let begun = Instant::now();
+    let settings = &scenario.settings;
     let mut recorder = Recorder::new(folder)?;
     client.step(0, &[], &[])?;
     client.start_mission()?;
 
     let mut world = World::new(scenario);
     let mut devices = Devices::new(scenario);
-    let mut end_us = (scenario.settings.duration_s * 1e6) as u64;
+    let mut board = Board::new(&settings.faults);
+    let mut end_us = (settings.duration_s * 1e6) as u64;
+    let epilogue_us = (settings.epilogue_s * 1e6) as u64;
     let mut under_way = false;
     let mut now_us = 0;
     while now_us < end_us && !stop.load(Ordering::Relaxed) {
         now_us += STEP_US;
         advance(&mut world, &mut devices, &mut recorder, now_us)?;
         let edge = now_us % SECOND_US == 0;
-        let pps_us: &[u64] = if edge { &[now_us] } else { &[] };
-        let output = client.step(now_us, pps_us, &devices.arrivals(now_us))?;
-        for (port, bytes) in Port::DEVICES.into_iter().zip(&output.sent) {
-            if !bytes.is_empty() {
-                devices.sent_by_backseat(port, now_us, bytes);
-            }
+        let reset = board.reset(now_us);
+        if let Some(reset) = reset {
+            client.reset(reset)?;
         }
+        let output = step(client, &mut devices, &board, now_us, edge)?;
+        let truth = world.truth();
+        let (telemetry, fusions, to_frontseat) = output.as_ref().map_or((None, &[][..], &[][..]), |output| {
+            (output.telemetry.as_ref(), &output.fusions[..], &output.sent[Port::Frontseat as usize][..])
+        });
+        let reset = reset.is_some();
+        watch(Watched { time_us: now_us, truth: &truth, telemetry, fusions, to_frontseat, reset });
+        let Some(output) = output else { continue };
         recorder.flight.digest = output.digest;
         recorder.flight.fusions.extend(output.fusions);
         recorder.flight.identifications.extend(output.identification);
@@ -73,16 +125,41 @@ pub fn fly_prepared<P: Ports>(
         let Some(telemetry) = output.telemetry else { continue };
         if under_way && telemetry.leg.is_none() && !recorder.flight.finished {
             recorder.flight.finished = true;
-            end_us = end_us.min(now_us + EPILOGUE_US);
+            end_us = end_us.min(now_us + epilogue_us);
         }
         under_way |= telemetry.leg.is_some();
         if edge {
-            recorder.sample(Sample { truth: world.truth(), ship: world.ship(), telemetry })?;
-            progress(now_us as f64 * 1e-6);
+            recorder.sample(Sample { truth, ship: world.ship(), telemetry })?;
         }
     }
     let mut flight = recorder.finish()?;
     flight.simulated_s = now_us as f64 * 1e-6;
     flight.wall_s = begun.elapsed().as_secs_f64();
     Ok(flight)
+}
+
+/// One step of the board, on its own clock; nothing while it is down, when what arrives is lost.
+fn step<P: Ports>(
+    client: &mut Client<P>,
+    devices: &mut Devices,
+    board: &Board,
+    now_us: u64,
+    edge: bool,
+) -> Result<Option<StepOutput>, FlightError> {
+    let mut arrivals = devices.arrivals(now_us);
+    if !board.is_up(now_us) {
+        return Ok(None);
+    }
+    for (_, arrival) in &mut arrivals {
+        arrival.time_us = board.local_us(arrival.time_us);
+    }
+    let local_us = board.local_us(now_us);
+    let pps_us: &[u64] = if edge { &[local_us] } else { &[] };
+    let output = client.step(local_us, pps_us, &arrivals)?;
+    for (port, bytes) in Port::DEVICES.into_iter().zip(&output.sent) {
+        if !bytes.is_empty() {
+            devices.sent_by_backseat(port, now_us, bytes);
+        }
+    }
+    Ok(Some(output))
 }

@@ -5,13 +5,14 @@ mod realtime;
 mod record;
 mod setup;
 
-pub use lockstep::{fly, fly_prepared};
+pub use lockstep::{Watched, fly, fly_prepared, fly_watched};
 pub use realtime::fly_realtime;
 pub use record::{FlightLog, ModeChange, Sample};
 pub use setup::board_parameters;
 
 use crate::backseat::{BackseatError, Client, Ports};
 use crate::devices::Devices;
+use crate::faults::Board;
 use crate::scenario::Scenario;
 use crate::world::World;
 use backseat_data::DataError;
@@ -35,6 +36,9 @@ pub enum FlightError {
 fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), BackseatError> {
     client.hello()?;
     client.set_parameters(&board_parameters(scenario))?;
+    if Board::is_reset(&scenario.settings.faults) {
+        client.store_parameters()?;
+    }
     client.set_mission(&scenario.settings.waypoints())
 }
 
@@ -45,8 +49,9 @@ fn advance(world: &mut World, devices: &mut Devices, recorder: &mut Recorder, to
         let mut observed = Vec::new();
         world.advance(until_us, &mut |observation| observed.push(*observation));
         for observation in &observed {
-            devices.observe(observation);
-            recorder.observe(observation, &world.truth());
+            let sensed = devices.sensed(observation);
+            devices.observe(&sensed);
+            recorder.observe(&sensed, &world.truth());
         }
         let targets = devices.run(until_us);
         if recorder.actuators(until_us, targets) {

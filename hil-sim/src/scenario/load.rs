@@ -44,9 +44,16 @@ impl Scenario {
             let message = format!("no such built-in scenario; there are {}", names.join(", "));
             return Err(DataError::file(Path::new(name), message));
         };
-        let path = format!("{name}.toml");
+        Self::with_built_in_vehicle(text, &format!("{name}.toml"))
+    }
+
+    /// A scenario of this text, which flies the built-in vehicle; `path` is for the messages.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn with_built_in_vehicle(text: &str, path: &str) -> Result<Self, DataError> {
         Ok(Self {
-            settings: Settings::parse(text, Path::new(&path))?,
+            settings: Settings::parse(text, Path::new(path))?,
             vehicle: VehicleFile::parse(BUILT_IN_VEHICLE, Path::new("iver3.toml"))?,
         })
     }

@@ -7,7 +7,7 @@ mod backseat;
 pub mod effects;
 mod load;
 mod mission;
-mod quantity;
+pub(crate) mod quantity;
 mod sections;
 mod sensors;
 mod vehicle;
@@ -18,6 +18,7 @@ pub use mission::{Lawnmower, Line, Mission, MissionWaypoint};
 pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
+use crate::faults::{Fault, Limits};
 use crate::noise::NoiseKind;
 use backseat_data::VehicleFile;
 use serde::Deserialize;
@@ -40,6 +41,9 @@ pub struct Settings {
     /// The simulation ends here at the latest, s.
     #[serde(deserialize_with = "quantity::duration")]
     pub duration_s: f64,
+    /// Flown on after the mission's end, s: the last fixes are to be seen.
+    #[serde(default = "sections::epilogue_s", deserialize_with = "quantity::delay")]
+    pub epilogue_s: f64,
     /// Seed of all randomness.
     pub seed: u64,
     /// Vehicle file, relative to the scenario file.
@@ -72,4 +76,10 @@ pub struct Settings {
     /// Undeclared effects.
     #[serde(default)]
     pub effects: Effects,
+    /// What breaks.
+    #[serde(default, rename = "fault")]
+    pub faults: Vec<Fault>,
+    /// What a row of the fault table must keep.
+    #[serde(default)]
+    pub limits: Option<Limits>,
 }

@@ -6,6 +6,11 @@
 use super::quantity;
 use serde::Deserialize;
 
+/// The default of `epilogue_s`.
+pub(super) const fn epilogue_s() -> f64 {
+    10.0
+}
+
 /// `[start]`: the vehicle at time zero.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,0 +1,297 @@
+//! Faults: what breaks between the world and the backseat, by scenario file and seed.
+//!
+//! | module | where it acts |
+//! |---|---|
+//! | `bytes` | on the serial lines, frame by frame, either way |
+//! | `sensors` | on what DVL, AHRS, depth sensor and GNSS say |
+//! | `modem` | on acoustic packets: their time, sender and content |
+//! | `frontseat` | on the frontseat's willingness |
+//! | `backseat` | on the board under test: resets, its clock, its memory |
+//! | `read` | `[[fault]]` in the scenario file |
+//! | `limits` | `[limits]`: what a row of the fault table must keep |
+//! | `judge`, `commands` | a flight watched step by step; what went to the frontseat |
+//! | `rows`, `table` | the built-in rows; the table of all of them |
+//!
+//! The backseat is never told. A fault acts from `from_s` until `until_s`; several may act at once. Each draws from a
+//! random stream of its own, so that one fault does not change what another does, nor any sensor's noise.
+
+mod backseat;
+mod bytes;
+mod commands;
+mod frontseat;
+mod judge;
+mod limits;
+mod modem;
+mod read;
+mod rows;
+mod sensors;
+mod table;
+
+pub use backseat::{Board, Flash, Reset};
+pub use bytes::Line;
+pub use commands::CommandWatch;
+pub use frontseat::{FrontseatFault, FrontseatFaults};
+pub use judge::{Judge, Outcome, Spell};
+pub use limits::{End, Limits};
+pub use modem::{Delivery, PacketFaults};
+pub use rows::{Row, fly, rows};
+pub use sensors::SensorFaults;
+pub use table::{Summary, markdown, to_json};
+
+use crate::rng::Stream;
+use backseat_wire::hostlink::{Port, ResetCause};
+use backseat_wire::iver::FrontseatMode;
+use read::Written;
+use serde::Deserialize;
+use std::fmt;
+
+/// A fault and when it acts.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "Written")]
+pub struct Fault {
+    /// What breaks.
+    pub kind: Kind,
+    /// From this time on, µs.
+    pub from_us: u64,
+    /// Up to this time, µs.
+    pub until_us: u64,
+    /// As it was written, for reports.
+    text: String,
+}
+
+impl Fault {
+    /// Whether it acts at a time.
+    #[must_use]
+    pub fn acts(&self, time_us: u64) -> bool {
+        (self.from_us..self.until_us).contains(&time_us)
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+/// What breaks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A serial line.
+    Line {
+        /// Of this port.
+        port: Port,
+        /// On the way to the backseat, from it, or both.
+        direction: Direction,
+        /// How.
+        damage: Damage,
+    },
+    /// A sensor says what is not.
+    Sensor(SensorFault),
+    /// A packet is not what it should be.
+    Packet(PacketFault),
+    /// The frontseat does as it likes.
+    Frontseat(FrontseatFault),
+    /// The board under test.
+    Board(BoardFault),
+}
+
+/// Which way of a line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// From the device to the backseat.
+    #[default]
+    ToBackseat,
+    /// From the backseat to the device.
+    FromBackseat,
+    /// Both, as when a cable is cut.
+    Both,
+}
+
+/// What happens to frames; shares are of the frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Damage {
+    /// Never arrive.
+    Lost {
+        /// Share of frames.
+        share: f64,
+    },
+    /// Arrive twice.
+    Repeated {
+        /// Share of frames.
+        share: f64,
+    },
+    /// Change places with the next.
+    Reordered {
+        /// Share of frames.
+        share: f64,
+    },
+    /// Arrive late, whatever comes after them.
+    Late {
+        /// Share of frames.
+        share: f64,
+        /// By so much, µs.
+        delay_us: u64,
+    },
+    /// One bit is wrong.
+    BitFlipped {
+        /// Share of frames.
+        share: f64,
+    },
+    /// The end is missing.
+    Truncated {
+        /// Share of frames.
+        share: f64,
+    },
+    /// Nothing comes.
+    Silent,
+    /// Every frame comes so many times, as far as the line's speed allows.
+    Babbling {
+        /// How many times.
+        factor: u32,
+    },
+    /// Random bytes, so many for each byte of a frame, as far as the line's speed allows.
+    Garbage {
+        /// How many.
+        factor: u32,
+    },
+}
+
+/// What a sensor does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SensorFault {
+    /// No bottom lock.
+    DvlNoLock,
+    /// Lock on something else: this velocity, m/s, with the sensor's own noise.
+    DvlFalseLock {
+        /// u, v, w, m/s.
+        velocity_mps: [f64; 3],
+    },
+    /// The last sample again and again.
+    AhrsFrozen,
+    /// Not a number.
+    AhrsNan,
+    /// Rolled by half a turn.
+    AhrsUpsideDown,
+    /// The device's 32-bit timer rolls over at the fault's begin.
+    AhrsTimerRollover,
+    /// Depth is wrong by so much, m.
+    DepthJump {
+        /// Added, m.
+        depth_m: f64,
+    },
+    /// Fixes of the vehicle are off by so much, north and east, m.
+    GnssJump {
+        /// Added, m.
+        offset_m: [f64; 2],
+    },
+}
+
+/// What is wrong with packets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PacketFault {
+    /// What the modem says at a packet's end comes so much later, µs.
+    Late {
+        /// µs.
+        delay_us: u64,
+    },
+    /// All that the modem says of a packet is said again so much later, µs.
+    Duplicated {
+        /// µs.
+        delay_us: u64,
+    },
+    /// Sent by another modem, whose ship state it carries.
+    WrongSource {
+        /// Its address.
+        address: u8,
+    },
+    /// The payload names another second.
+    WrongSecond {
+        /// Added, s.
+        offset_s: i32,
+    },
+    /// A later path is detected.
+    Multipath {
+        /// Share of packets.
+        share: f64,
+        /// Longest detour, m; the detours are uniform.
+        extra_m: f64,
+    },
+    /// The modem's clock is off, s.
+    ClockStep {
+        /// Added to times of arrival, s.
+        offset_s: f64,
+    },
+    /// The modem's clock runs off.
+    ClockDrift {
+        /// Rate, s/s.
+        rate: f64,
+    },
+    /// The ship reports a place that is off by so much, north and east, m.
+    ShipPosition {
+        /// Added, m.
+        offset_m: [f64; 2],
+    },
+}
+
+/// What happens to the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BoardFault {
+    /// It resets, and is back after a while.
+    Reset {
+        /// Why.
+        cause: ResetCause,
+        /// Time without a board, µs.
+        down_us: u64,
+    },
+    /// Its clock is off by so much, µs.
+    Clock {
+        /// Added, µs.
+        offset_us: i64,
+    },
+    /// So many of the two stored copies of the parameters are corrupted; nobody notices before a reset.
+    Flash {
+        /// 1 or 2.
+        copies: u8,
+    },
+}
+
+/// The frontseat's mode by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ModeName {
+    /// An operator took over.
+    ManualOverride,
+    /// The frontseat keeps its place.
+    Parking,
+    /// It stopped.
+    Stopped,
+}
+
+impl ModeName {
+    const fn mode(self) -> FrontseatMode {
+        match self {
+            Self::ManualOverride => FrontseatMode::ManualOverride,
+            Self::Parking => FrontseatMode::Parking,
+            Self::Stopped => FrontseatMode::Stopped,
+        }
+    }
+}
+
+/// A fault in force, with its random numbers.
+#[derive(Clone, Debug)]
+struct Active<T> {
+    what: T,
+    fault: Fault,
+    random: Stream,
+}
+
+/// The faults that `pick` makes something of, each with its stream.
+fn active<T>(faults: &[Fault], seed: u64, pick: impl Fn(&Kind) -> Option<T>) -> Vec<Active<T>> {
+    let numbered = (0..).zip(faults);
+    numbered
+        .filter_map(|(index, fault)| {
+            Some(Active { what: pick(&fault.kind)?, fault: fault.clone(), random: Stream::of_fault(seed, index) })
+        })
+        .collect()
+}

@@ -1,0 +1,264 @@
+//! `[[fault]]`: a name, when it acts, and its numbers.
+
+use super::{BoardFault, Damage, Direction, Fault, FrontseatFault, Kind, ModeName, PacketFault, SensorFault};
+use crate::scenario::quantity;
+use backseat_wire::hostlink::{Port, ResetCause};
+use serde::Deserialize;
+use std::fmt::Write as _;
+
+/// Time that a watchdog's reset takes, s: between the bounds that the restart record assumes.
+const WATCHDOG_DOWN_S: f64 = 0.7;
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Name {
+    Lost,
+    Repeated,
+    Reordered,
+    Late,
+    BitFlipped,
+    Truncated,
+    Silent,
+    Babbling,
+    Garbage,
+    DvlNoLock,
+    DvlFalseLock,
+    AhrsFrozen,
+    AhrsNan,
+    AhrsUpsideDown,
+    AhrsTimerRollover,
+    DepthJump,
+    GnssJump,
+    PacketLate,
+    PacketDuplicated,
+    PacketWrongSource,
+    PacketWrongSecond,
+    Multipath,
+    ModemClockStep,
+    ModemClockDrift,
+    ShipPosition,
+    FrontseatRefuses,
+    FrontseatReboots,
+    FrontseatMode,
+    Reset,
+    BoardClock,
+    FlashCorrupted,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum PortName {
+    Frontseat,
+    Dvl,
+    Ahrs,
+    Modem,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Cause {
+    #[default]
+    Watchdog,
+    BrownOut,
+}
+
+macro_rules! written {
+    ($($field:ident: $type:ty $(, $check:literal)?;)*) => {
+        /// A fault as it is written. What its name does not call for must be left out.
+        #[derive(Clone, Debug, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub(super) struct Written {
+            name: Name,
+            #[serde(deserialize_with = "quantity::delay")]
+            from_s: f64,
+            #[serde(default, deserialize_with = "quantity::delay")]
+            until_s: Option<f64>,
+            $(#[serde(default $(, deserialize_with = $check)?)] $field: Option<$type>,)*
+        }
+
+        impl Written {
+            /// The keys that nobody took.
+            fn left(&self) -> Vec<&'static str> {
+                let mut left = Vec::new();
+                $(if self.$field.is_some() { left.push(stringify!($field)); })*
+                left
+            }
+
+            /// Name and numbers in one line.
+            fn text(&self) -> String {
+                let mut text = snake(&format!("{:?}", self.name));
+                $(if let Some(value) = &self.$field { let _ = write!(text, " {}={}", stringify!($field), shown(value)); })*
+                let _ = match self.until_s {
+                    Some(until_s) => write!(text, " ({} to {until_s} s)", self.from_s),
+                    None => write!(text, " (from {} s)", self.from_s),
+                };
+                text
+            }
+        }
+    };
+}
+
+written! {
+    port: PortName;
+    direction: Direction;
+    share: f64, "quantity::share";
+    delay_s: f64, "quantity::delay";
+    factor: u32;
+    velocity_mps: [f64; 3], "quantity::velocity";
+    depth_m: f64, "quantity::coordinate";
+    offset_m: [f64; 2], "quantity::coordinate";
+    extra_m: f64, "quantity::length";
+    address: u8;
+    offset_s: f64, "quantity::coordinate";
+    drift_ppm: f64, "quantity::coordinate";
+    mode: ModeName;
+    cause: Cause;
+    down_s: f64, "quantity::delay";
+    copies: u8;
+}
+
+/// The value of a key that the fault cannot do without.
+fn need<T>(value: Option<T>, key: &str) -> Result<T, String> {
+    value.ok_or_else(|| format!("{key} is missing"))
+}
+
+impl TryFrom<Written> for Fault {
+    type Error = String;
+
+    fn try_from(written: Written) -> Result<Self, String> {
+        let text = written.text();
+        let name = snake(&format!("{:?}", written.name));
+        let Written { from_s, until_s, .. } = written;
+        if until_s.is_some_and(|until_s| until_s <= from_s) {
+            return Err(format!("fault {name}: until_s is not after from_s"));
+        }
+        let mut rest = written;
+        let kind = rest.kind().map_err(|why| format!("fault {name}: {why}"))?;
+        if let Some(key) = rest.left().first() {
+            return Err(format!("fault {name}: has no {key}"));
+        }
+        Ok(Self { kind, from_us: micros(from_s), until_us: until_s.map_or(u64::MAX, micros), text })
+    }
+}
+
+impl Written {
+    /// Takes what damage to frames calls for; nothing for other faults.
+    fn damage(&mut self) -> Result<Option<Damage>, String> {
+        let share = |this: &mut Self| need(this.share.take(), "share");
+        let factor = |this: &mut Self| match need(this.factor.take(), "factor")? {
+            factor @ 1..=1000 => Ok(factor),
+            other => Err(format!("factor: {other} is outside 1 to 1000")),
+        };
+        Ok(Some(match self.name {
+            Name::Lost => Damage::Lost { share: share(self)? },
+            Name::Repeated => Damage::Repeated { share: share(self)? },
+            Name::Reordered => Damage::Reordered { share: share(self)? },
+            Name::Late => {
+                let delay_us = micros(need(self.delay_s.take(), "delay_s")?);
+                Damage::Late { share: share(self)?, delay_us }
+            }
+            Name::BitFlipped => Damage::BitFlipped { share: share(self)? },
+            Name::Truncated => Damage::Truncated { share: share(self)? },
+            Name::Silent => Damage::Silent,
+            Name::Babbling => Damage::Babbling { factor: factor(self)? },
+            Name::Garbage => Damage::Garbage { factor: factor(self)? },
+            _ => return Ok(None),
+        }))
+    }
+
+    /// Takes what the name calls for.
+    fn kind(&mut self) -> Result<Kind, String> {
+        if let Some(damage) = self.damage()? {
+            let port = match need(self.port.take(), "port")? {
+                PortName::Frontseat => Port::Frontseat,
+                PortName::Dvl => Port::Dvl,
+                PortName::Ahrs => Port::Ahrs,
+                PortName::Modem => Port::Modem,
+            };
+            return Ok(Kind::Line { port, direction: self.direction.take().unwrap_or_default(), damage });
+        }
+        let delay_us = |this: &mut Self| need(this.delay_s.take(), "delay_s").map(micros);
+        Ok(match self.name {
+            Name::DvlNoLock => Kind::Sensor(SensorFault::DvlNoLock),
+            Name::DvlFalseLock => Kind::Sensor(SensorFault::DvlFalseLock {
+                velocity_mps: need(self.velocity_mps.take(), "velocity_mps")?,
+            }),
+            Name::AhrsFrozen => Kind::Sensor(SensorFault::AhrsFrozen),
+            Name::AhrsNan => Kind::Sensor(SensorFault::AhrsNan),
+            Name::AhrsUpsideDown => Kind::Sensor(SensorFault::AhrsUpsideDown),
+            Name::AhrsTimerRollover => Kind::Sensor(SensorFault::AhrsTimerRollover),
+            Name::DepthJump => {
+                Kind::Sensor(SensorFault::DepthJump { depth_m: need(self.depth_m.take(), "depth_m")? })
+            }
+            Name::GnssJump => {
+                Kind::Sensor(SensorFault::GnssJump { offset_m: need(self.offset_m.take(), "offset_m")? })
+            }
+            Name::PacketLate => Kind::Packet(PacketFault::Late { delay_us: delay_us(self)? }),
+            Name::PacketDuplicated => Kind::Packet(PacketFault::Duplicated { delay_us: delay_us(self)? }),
+            Name::PacketWrongSource => {
+                Kind::Packet(PacketFault::WrongSource { address: need(self.address.take(), "address")? })
+            }
+            Name::PacketWrongSecond => {
+                let offset_s = need(self.offset_s.take(), "offset_s")?;
+                if offset_s.fract() != 0.0 {
+                    return Err(format!("offset_s: {offset_s} is no whole second"));
+                }
+                Kind::Packet(PacketFault::WrongSecond { offset_s: offset_s as i32 })
+            }
+            Name::Multipath => Kind::Packet(PacketFault::Multipath {
+                share: need(self.share.take(), "share")?,
+                extra_m: need(self.extra_m.take(), "extra_m")?,
+            }),
+            Name::ModemClockStep => {
+                Kind::Packet(PacketFault::ClockStep { offset_s: need(self.offset_s.take(), "offset_s")? })
+            }
+            Name::ModemClockDrift => {
+                Kind::Packet(PacketFault::ClockDrift { rate: 1e-6 * need(self.drift_ppm.take(), "drift_ppm")? })
+            }
+            Name::ShipPosition => {
+                Kind::Packet(PacketFault::ShipPosition { offset_m: need(self.offset_m.take(), "offset_m")? })
+            }
+            Name::FrontseatRefuses => Kind::Frontseat(FrontseatFault::Refuses),
+            Name::FrontseatReboots => Kind::Frontseat(FrontseatFault::Reboots),
+            Name::FrontseatMode => Kind::Frontseat(FrontseatFault::Mode(need(self.mode.take(), "mode")?.mode())),
+            Name::Reset => {
+                let cause = match self.cause.take().unwrap_or_default() {
+                    Cause::Watchdog => ResetCause::Watchdog,
+                    Cause::BrownOut => ResetCause::BrownOut,
+                };
+                let down_us = micros(self.down_s.take().unwrap_or(WATCHDOG_DOWN_S));
+                Kind::Board(BoardFault::Reset { cause, down_us })
+            }
+            Name::BoardClock => {
+                let offset_s = need(self.offset_s.take(), "offset_s")?;
+                Kind::Board(BoardFault::Clock { offset_us: (offset_s * 1e6).round() as i64 })
+            }
+            Name::FlashCorrupted => match need(self.copies.take(), "copies")? {
+                copies @ 1..=2 => Kind::Board(BoardFault::Flash { copies }),
+                other => return Err(format!("copies: {other} is not 1 or 2")),
+            },
+            name => return Err(format!("{name:?} is no such fault")),
+        })
+    }
+}
+
+fn micros(time_s: f64) -> u64 {
+    (time_s * 1e6).round() as u64
+}
+
+/// A value as it is written in a scenario file.
+fn shown(value: &impl std::fmt::Debug) -> String {
+    let text = format!("{value:?}");
+    if text.starts_with(char::is_uppercase) { snake(&text) } else { text }
+}
+
+pub(super) fn snake(name: &str) -> String {
+    let mut text = String::new();
+    for letter in name.chars() {
+        if letter.is_uppercase() && !text.is_empty() {
+            text.push('_');
+        }
+        text.extend(letter.to_lowercase());
+    }
+    text
+}

@@ -1,0 +1,72 @@
+//! Faults of what sensors say.
+
+use super::{Active, Fault, Kind, SensorFault, active};
+use crate::observation::{Observation, ObservationKind};
+use std::f64::consts::PI;
+
+/// Distorts observations.
+#[derive(Clone, Debug)]
+pub struct SensorFaults {
+    faults: Vec<Active<SensorFault>>,
+    /// What the AHRS said last before it froze.
+    last_ahrs: Option<([f64; 3], [f64; 3])>,
+}
+
+impl SensorFaults {
+    /// Those of a scenario.
+    #[must_use]
+    pub fn new(faults: &[Fault], seed: u64) -> Self {
+        let pick = |kind: &Kind| if let Kind::Sensor(fault) = kind { Some(*fault) } else { None };
+        Self { faults: active(faults, seed, pick), last_ahrs: None }
+    }
+
+    /// When the AHRS' timer rolls over, µs.
+    #[must_use]
+    pub fn rollover_us(&self) -> Option<u64> {
+        let rollover = self.faults.iter().find(|active| active.what == SensorFault::AhrsTimerRollover);
+        rollover.map(|active| active.fault.from_us)
+    }
+
+    /// What is sensed instead.
+    pub fn distort(&mut self, observation: &mut Observation) {
+        let mut frozen = false;
+        for Active { what, fault, random } in &mut self.faults {
+            if !fault.acts(observation.time_us) {
+                continue;
+            }
+            match (*what, &mut observation.kind) {
+                (SensorFault::DvlNoLock, ObservationKind::Dvl { velocity_mps, altitude_m }) => {
+                    *velocity_mps = None;
+                    *altitude_m = None;
+                }
+                (SensorFault::DvlFalseLock { velocity_mps: wrong }, ObservationKind::Dvl { velocity_mps, .. }) => {
+                    /// One sigma of what is said, m/s: as of a lock on the bottom.
+                    const SIGMA_MPS: f64 = 0.01;
+                    let noise = random.normals::<3>(SIGMA_MPS);
+                    *velocity_mps = Some(core::array::from_fn(|i| wrong[i] + noise[i]));
+                }
+                (SensorFault::AhrsFrozen, ObservationKind::Ahrs { .. }) => frozen = true,
+                (SensorFault::AhrsNan, ObservationKind::Ahrs { euler_rad, rates_radps }) => {
+                    *euler_rad = [f64::NAN; 3];
+                    *rates_radps = [f64::NAN; 3];
+                }
+                (SensorFault::AhrsUpsideDown, ObservationKind::Ahrs { euler_rad, .. }) => {
+                    euler_rad[0] = (euler_rad[0] + 2.0 * PI).rem_euclid(2.0 * PI) - PI;
+                }
+                (SensorFault::DepthJump { depth_m: by_m }, ObservationKind::Depth { depth_m }) => *depth_m += by_m,
+                (SensorFault::GnssJump { offset_m }, ObservationKind::VehicleGnss { fix: Some(fix) }) => {
+                    for (place, offset) in fix.position_m.iter_mut().zip(offset_m) {
+                        *place += offset;
+                    }
+                }
+                _ => {}
+            }
+        }
+        if let ObservationKind::Ahrs { euler_rad, rates_radps } = &mut observation.kind {
+            match self.last_ahrs {
+                Some((euler, rates)) if frozen => (*euler_rad, *rates_radps) = (euler, rates),
+                _ => self.last_ahrs = Some((*euler_rad, *rates_radps)),
+            }
+        }
+    }
+}
