@@ -342,7 +342,7 @@ impl Backseat {
         if self.estimator.navigator().is_initialised() {
             self.digest = self.estimator.navigator().digest_from(self.digest);
         }
-        if self.modes.update(&self.facts(now_us, failed), &self.parameters.active().app) {
+        if self.modes.update(now_us, &self.facts(now_us, failed), &self.parameters.active().app) {
             self.hand_back(now_us);
         }
         if self.armed && self.modes.ready() {
@@ -372,7 +372,7 @@ impl Backseat {
             refused_us: age(self.frontseat.refused_since_us()),
             position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
             resumed: self.estimator.resumed().is_some(),
-            rejections: self.estimator.rejections_in_a_row(),
+            doubted: self.estimator.is_doubted(),
             mission: self.under_way(),
         }
     }

@@ -20,6 +20,9 @@ struct Stopping {
     left: u8,
 }
 
+/// The stop was repeated as often as it is, and never acknowledged.
+pub struct Unanswered;
+
 /// Writes commands and remembers what the actuators were told.
 #[derive(Debug)]
 pub struct Commander {
@@ -93,23 +96,30 @@ impl Commander {
     }
 
     /// Writes `$OMSTOP` when it is due (again).
+    ///
+    /// # Errors
+    /// [`Unanswered`], once.
     pub fn stopping<'b>(
         &mut self,
         now_us: u64,
         acknowledged: bool,
         settings: &AppSettings,
         buffer: &'b mut [u8],
-    ) -> Result<Option<&'b [u8]>, Error> {
+    ) -> Result<Option<&'b [u8]>, Unanswered> {
         let Some(Stopping { next_us, left }) = self.stopping else { return Ok(None) };
-        if acknowledged || left == 0 {
+        if acknowledged {
             self.stopping = None;
+        }
+        if acknowledged || now_us < next_us {
             return Ok(None);
         }
-        if now_us < next_us {
-            return Ok(None);
+        if left == 0 {
+            self.stopping = None;
+            return Err(Unanswered);
         }
         self.stopping = Some(Stopping { next_us: now_us.saturating_add(STOP_REPEAT_US), left: left - 1 });
-        ToFrontseat::Stop.emit(&settings.units, buffer).map(Some)
+        // a buffer for commands holds it
+        Ok(ToFrontseat::Stop.emit(&settings.units, buffer).ok())
     }
 }
 

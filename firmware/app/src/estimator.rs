@@ -344,9 +344,9 @@ impl Estimator {
         }
     }
 
-    /// Longest row of rejections of any sensor in use.
-    pub fn rejections_in_a_row(&self) -> u32 {
-        Sensor::ALL.into_iter().map(|sensor| self.navigator.consecutive_rejections(sensor)).max().unwrap_or(0)
+    /// Whether any sensor and the filter contradict each other.
+    pub fn is_doubted(&self) -> bool {
+        Sensor::ALL.into_iter().any(|sensor| self.navigator.is_doubted(sensor))
     }
 }
 

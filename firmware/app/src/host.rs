@@ -162,7 +162,7 @@ impl Backseat {
         if self.controller.mission().waypoints().is_empty() {
             return Err(Refusal::Sequence);
         }
-        if self.modes.is_lost() || self.is_storing() || self.wiggle.get().is_some() {
+        if !self.modes.may_arm() || self.is_storing() || self.wiggle.get().is_some() {
             return Err(Refusal::NotReady);
         }
         self.frontseat.forget_refusal();

@@ -1,8 +1,17 @@
-//! Where the backseat stands, and why: one function from facts to mode.
+//! Where the backseat stands, and why: a state machine of five modes.
+//!
+//! [`judge`] says what the facts of a step call for, given the mode (hysteresis of the position's sigma). What is worse
+//! takes effect in the same step; what is better has to last for [`RECOVERY_US`], so that a source that comes and goes
+//! does not make the mode flicker. Initialising is outside this order: it is entered and left at once.
 
 use crate::estimator::timeout_us;
 use crate::parameters::AppSettings;
 use backseat_wire::hostlink::{Mode, ModeReason};
+
+/// Better facts have to last this long, µs.
+const RECOVERY_US: u64 = 3_000_000;
+/// A sigma that was beyond its limit has to fall below this share of it.
+const SIGMA_HYSTERESIS: f64 = 0.8;
 
 /// The facts a mode rests on; ages are `None` while a source was never heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,20 +28,14 @@ pub struct Facts {
     pub position_sigma_m: f64,
     /// The position is the one from before a reset, and nothing has confirmed it since.
     pub resumed: bool,
-    /// Longest row of rejections of one sensor.
-    pub rejections: u32,
+    /// A sensor and the filter contradict each other.
+    pub doubted: bool,
     /// A mission is under way.
     pub mission: bool,
 }
 
-/// Judges facts without memory.
-///
-/// | mode | means | a mission under way |
-/// |---|---|---|
-/// | Initialising | no filter yet | cannot be |
-/// | Navigating, Degraded | goes on | goes on |
-/// | Lost, Safe | position or a needed source is gone | ends: neutral, stop, hand back |
-fn judge(facts: &Facts, settings: &AppSettings) -> (Mode, ModeReason) {
+/// What the facts call for in the mode `now`.
+fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason) {
     let stale = |age_us: Option<u64>, timeout_s: f64| age_us.is_none_or(|us| us > timeout_us(timeout_s));
     let attitude = stale(facts.attitude_age_us, settings.attitude_timeout_s);
     let depth = stale(facts.depth_age_us, settings.depth_timeout_s);
@@ -47,33 +50,48 @@ fn judge(facts: &Facts, settings: &AppSettings) -> (Mode, ModeReason) {
         };
         return (Mode::Initialising, reason);
     }
-    // Without a mission nobody steers by it, so a missing source only degrades.
-    let missing = if facts.mission { Mode::Safe } else { Mode::Degraded };
+    // Above its limit a sigma has to fall clearly below it. Not a number is above every limit.
+    let above = |limit_m: f64, was: bool| {
+        let limit_m = if was { SIGMA_HYSTERESIS * limit_m } else { limit_m };
+        facts.position_sigma_m.is_nan() || facts.position_sigma_m > limit_m
+    };
+    if above(settings.lost_sigma_m, now == Mode::Lost) {
+        return (Mode::Lost, ModeReason::PositionUncertain);
+    }
     if stale(facts.frontseat_age_us, settings.frontseat_timeout_s) {
-        return (missing, ModeReason::FrontseatSilent);
+        return (Mode::Safe, ModeReason::FrontseatSilent);
     }
     if attitude {
-        return (missing, ModeReason::AttitudeStale);
+        return (Mode::Safe, ModeReason::AttitudeStale);
     }
     if depth {
-        return (missing, ModeReason::DepthStale);
+        return (Mode::Safe, ModeReason::DepthStale);
     }
+    // Without a mission nobody commands it.
     if facts.mission && facts.refused_us.is_some_and(|us| us > timeout_us(settings.refusal_timeout_s)) {
         return (Mode::Safe, ModeReason::FrontseatRefuses);
     }
-    if facts.position_sigma_m.is_nan() || facts.position_sigma_m > settings.lost_sigma_m {
-        return (Mode::Lost, ModeReason::PositionUncertain);
+    if facts.doubted {
+        return (Mode::Degraded, ModeReason::Rejections);
     }
-    if facts.position_sigma_m > settings.degraded_sigma_m {
+    if above(settings.degraded_sigma_m, matches!(now, Mode::Degraded | Mode::Safe | Mode::Lost)) {
         return (Mode::Degraded, ModeReason::PositionUncertain);
     }
     if facts.resumed {
         return (Mode::Degraded, ModeReason::Restarted);
     }
-    if facts.rejections >= u32::from(settings.rejections_in_a_row) {
-        return (Mode::Degraded, ModeReason::Rejections);
-    }
     (Mode::Navigating, ModeReason::Nominal)
+}
+
+/// How bad a mode is; Initialising has no place in this order.
+fn rank(mode: Mode) -> Option<u8> {
+    match mode {
+        Mode::Initialising => None,
+        Mode::Navigating => Some(0),
+        Mode::Degraded => Some(1),
+        Mode::Safe => Some(2),
+        Mode::Lost => Some(3),
+    }
 }
 
 /// The mode, and what ended the last mission.
@@ -81,37 +99,54 @@ fn judge(facts: &Facts, settings: &AppSettings) -> (Mode, ModeReason) {
 pub struct Modes {
     /// `None` before the first step.
     present: Option<(Mode, ModeReason)>,
+    /// Since when the facts have called for something better, µs.
+    better_since_us: Option<u64>,
     /// Why the last mission was ended before its time; stays until the next start.
     ended: Option<(Mode, ModeReason)>,
+    /// The board was reset too often, and the operator has not taken note of it.
+    barred: bool,
 }
 
 impl Modes {
     pub const fn new() -> Self {
-        Self { present: None, ended: None }
+        Self { present: None, better_since_us: None, ended: None, barred: false }
     }
 
-    fn judged(&self) -> (Mode, ModeReason) {
+    fn standing(&self) -> (Mode, ModeReason) {
         self.present.unwrap_or((Mode::Initialising, ModeReason::NoFix))
     }
 
     /// Mode and reason.
     pub fn present(&self) -> (Mode, ModeReason) {
-        self.ended.unwrap_or(self.judged())
+        if self.barred { (Mode::Safe, ModeReason::Resets) } else { self.ended.unwrap_or(self.standing()) }
     }
 
-    /// Whether a mission may be started now.
+    /// Whether a mission may begin now.
     pub fn ready(&self) -> bool {
-        matches!(self.judged().0, Mode::Navigating | Mode::Degraded)
+        !self.barred && matches!(self.standing().0, Mode::Navigating | Mode::Degraded)
     }
 
-    /// Whether navigation is lost, so that it will not become valid by waiting.
-    pub fn is_lost(&self) -> bool {
-        self.judged().0 == Mode::Lost
+    /// Whether a mission may be armed: it begins by itself when the filter has initialised.
+    pub fn may_arm(&self) -> bool {
+        self.ready() || (!self.barred && self.standing().0 == Mode::Initialising)
     }
 
-    /// Judges the facts; true when a mission under way has to end.
-    pub fn update(&mut self, facts: &Facts, settings: &AppSettings) -> bool {
-        self.present = Some(judge(facts, settings));
+    /// Takes the step's transition, if there is one; true when a mission under way has to end.
+    pub fn update(&mut self, now_us: u64, facts: &Facts, settings: &AppSettings) -> bool {
+        let standing = self.standing();
+        let wanted = judge(facts, settings, standing.0);
+        let is_better = match (rank(wanted.0), rank(standing.0)) {
+            (Some(wanted), Some(standing)) => wanted < standing,
+            _ => false,
+        };
+        let since_us = self.better_since_us.filter(|_| is_better).unwrap_or(now_us);
+        self.better_since_us = is_better.then_some(since_us);
+        // A failed filter starts anew: nothing is waited for.
+        let waits = is_better && now_us.saturating_sub(since_us) < RECOVERY_US;
+        if !waits {
+            self.present = Some(wanted);
+            self.better_since_us = None;
+        }
         let ends = facts.mission && !self.ready();
         if ends {
             self.ended = self.present;
@@ -119,14 +154,20 @@ impl Modes {
         ends
     }
 
-    /// The operator stopped.
+    /// The operator stopped, and knows of resets.
     pub fn stopped(&mut self) {
         self.ended = Some((Mode::Safe, ModeReason::Stopped));
+        self.barred = false;
+    }
+
+    /// The frontseat never acknowledged the stop.
+    pub fn stop_unanswered(&mut self) {
+        self.ended = Some((Mode::Safe, ModeReason::StopUnanswered));
     }
 
     /// The board was reset too often.
     pub fn barred(&mut self) {
-        self.ended = Some((Mode::Safe, ModeReason::Resets));
+        self.barred = true;
     }
 
     /// A mission starts.
@@ -148,13 +189,15 @@ mod tests {
         refused_us: None,
         position_sigma_m: 1.0,
         resumed: false,
-        rejections: 0,
+        doubted: false,
         mission: true,
     };
+    const STEP_US: u64 = 100_000;
 
     #[test]
     fn each_fact_has_its_mode() {
         let settings = AppSettings::DEFAULT;
+        let uncertain = |position_sigma_m| Facts { position_sigma_m, ..GOOD };
         let cases = [
             (GOOD, Mode::Navigating, ModeReason::Nominal),
             (Facts { resumed: true, ..GOOD }, Mode::Degraded, ModeReason::Restarted),
@@ -162,18 +205,100 @@ mod tests {
             (Facts { initialised: false, ..GOOD }, Mode::Initialising, ModeReason::NoFix),
             (Facts { initialised: false, depth_age_us: None, ..GOOD }, Mode::Initialising, ModeReason::DepthStale),
             (Facts { attitude_age_us: Some(2_100_000), ..GOOD }, Mode::Safe, ModeReason::AttitudeStale),
-            (Facts { attitude_age_us: None, mission: false, ..GOOD }, Mode::Degraded, ModeReason::AttitudeStale),
+            (Facts { attitude_age_us: None, ..GOOD }, Mode::Safe, ModeReason::AttitudeStale),
             (Facts { depth_age_us: Some(2_100_000), ..GOOD }, Mode::Safe, ModeReason::DepthStale),
             (Facts { frontseat_age_us: Some(11_000_000), ..GOOD }, Mode::Safe, ModeReason::FrontseatSilent),
             (Facts { refused_us: Some(4_000_000), ..GOOD }, Mode::Safe, ModeReason::FrontseatRefuses),
-            (Facts { refused_us: Some(4_000_000), mission: false, ..GOOD }, Mode::Navigating, ModeReason::Nominal),
-            (Facts { position_sigma_m: 50.0, ..GOOD }, Mode::Degraded, ModeReason::PositionUncertain),
-            (Facts { position_sigma_m: 500.0, ..GOOD }, Mode::Lost, ModeReason::PositionUncertain),
-            (Facts { position_sigma_m: f64::NAN, ..GOOD }, Mode::Lost, ModeReason::PositionUncertain),
-            (Facts { rejections: 10, ..GOOD }, Mode::Degraded, ModeReason::Rejections),
+            (uncertain(50.0), Mode::Degraded, ModeReason::PositionUncertain),
+            (uncertain(500.0), Mode::Lost, ModeReason::PositionUncertain),
+            (uncertain(f64::NAN), Mode::Lost, ModeReason::PositionUncertain),
+            (Facts { doubted: true, ..GOOD }, Mode::Degraded, ModeReason::Rejections),
+            // the worse of two
+            (Facts { depth_age_us: None, ..uncertain(500.0) }, Mode::Lost, ModeReason::PositionUncertain),
+            (Facts { doubted: true, ..uncertain(50.0) }, Mode::Degraded, ModeReason::Rejections),
         ];
         for (facts, mode, reason) in cases {
-            assert_eq!(judge(&facts, &settings), (mode, reason), "{facts:?}");
+            assert_eq!(judge(&facts, &settings, Mode::Navigating), (mode, reason), "{facts:?}");
+            let idle = Facts { mission: false, ..facts };
+            if reason != ModeReason::FrontseatRefuses {
+                assert_eq!(judge(&idle, &settings, Mode::Navigating), (mode, reason), "without a mission: {facts:?}");
+            } else {
+                assert_eq!(judge(&idle, &settings, Mode::Navigating).0, Mode::Navigating);
+            }
+        }
+    }
+
+    /// Modes that stand at `facts`.
+    fn at(facts: &Facts) -> Modes {
+        let mut modes = Modes::new();
+        modes.update(0, facts, &AppSettings::DEFAULT);
+        modes
+    }
+
+    /// Facts whose judgement is one of the modes.
+    fn facts_of(mode: Mode) -> Facts {
+        let facts = Facts { mission: false, ..GOOD };
+        match mode {
+            Mode::Initialising => Facts { initialised: false, ..facts },
+            Mode::Navigating => facts,
+            Mode::Degraded => Facts { doubted: true, ..facts },
+            Mode::Safe => Facts { attitude_age_us: None, ..facts },
+            Mode::Lost => Facts { position_sigma_m: 1000.0, ..facts },
+        }
+    }
+
+    const ALL: [Mode; 5] = [Mode::Initialising, Mode::Navigating, Mode::Degraded, Mode::Safe, Mode::Lost];
+
+    #[test]
+    fn every_transition_is_at_once_or_after_three_seconds() {
+        let settings = AppSettings::DEFAULT;
+        for from in ALL {
+            for to in ALL {
+                let mut modes = at(&facts_of(from));
+                assert_eq!(modes.present().0, from);
+                let mut steps = 1;
+                while !modes.update(steps * STEP_US, &facts_of(to), &settings) && modes.present().0 != to {
+                    assert_eq!(modes.present().0, from, "nothing in between");
+                    steps += 1;
+                    assert!(steps < 100, "{from:?} to {to:?}");
+                }
+                let order = |mode| ALL.iter().position(|other| *other == mode);
+                let waits = from != Mode::Initialising && to != Mode::Initialising && order(to) < order(from);
+                assert_eq!(steps, if waits { 1 + RECOVERY_US / STEP_US } else { 1 }, "{from:?} to {to:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_source_that_comes_and_goes_does_not_make_the_mode_flicker() {
+        let settings = AppSettings::DEFAULT;
+        let mut modes = at(&facts_of(Mode::Degraded));
+        for step in 1..1000 {
+            let facts = facts_of(if step % 25 == 0 { Mode::Degraded } else { Mode::Navigating });
+            modes.update(step * STEP_US, &facts, &settings);
+            assert_eq!(modes.present().0, Mode::Degraded, "step {step}");
+        }
+    }
+
+    #[test]
+    fn a_sigma_at_its_limit_does_not_make_the_mode_flicker() {
+        let settings = AppSettings::DEFAULT;
+        for (limit_m, mode, below) in [
+            (settings.degraded_sigma_m, Mode::Degraded, Mode::Navigating),
+            (settings.lost_sigma_m, Mode::Lost, Mode::Degraded),
+        ] {
+            let sigma = |position_sigma_m| Facts { position_sigma_m, mission: false, ..GOOD };
+            let mut modes = at(&sigma(0.99 * limit_m));
+            assert_eq!(modes.present().0, below);
+            modes.update(STEP_US, &sigma(1.01 * limit_m), &settings);
+            for step in 2..100 {
+                modes.update(step * STEP_US, &sigma(0.81 * limit_m), &settings);
+                assert_eq!(modes.present().0, mode);
+            }
+            for step in 100..=130 {
+                modes.update(step * STEP_US, &sigma(0.79 * limit_m), &settings);
+            }
+            assert_eq!(modes.present().0, below);
         }
     }
 
@@ -181,13 +306,28 @@ mod tests {
     fn what_ended_a_mission_stays_until_the_next() {
         let settings = AppSettings::DEFAULT;
         let mut modes = Modes::new();
-        assert!(!modes.ready());
-        assert!(!modes.update(&GOOD, &settings));
-        assert!(modes.update(&Facts { depth_age_us: None, ..GOOD }, &settings));
-        assert!(!modes.update(&Facts { mission: false, ..GOOD }, &settings));
-        assert_eq!(modes.present(), (Mode::Safe, ModeReason::DepthStale));
-        assert!(modes.ready());
+        assert!(!modes.ready() && modes.may_arm());
+        assert!(!modes.update(0, &GOOD, &settings));
+        assert!(modes.update(STEP_US, &Facts { depth_age_us: None, ..GOOD }, &settings));
+        for step in 2..=40 {
+            assert_eq!(modes.may_arm(), step > 32, "step {step}");
+            assert!(!modes.update(step * STEP_US, &Facts { mission: false, ..GOOD }, &settings));
+            assert_eq!(modes.present(), (Mode::Safe, ModeReason::DepthStale));
+        }
         modes.started();
         assert_eq!(modes.present(), (Mode::Navigating, ModeReason::Nominal));
+    }
+
+    #[test]
+    fn resets_bar_until_the_operator_stops() {
+        let settings = AppSettings::DEFAULT;
+        let mut modes = Modes::new();
+        modes.barred();
+        modes.update(0, &Facts { mission: false, ..GOOD }, &settings);
+        assert_eq!((modes.present(), modes.may_arm(), modes.ready()), ((Mode::Safe, ModeReason::Resets), false, false));
+        modes.stopped();
+        assert_eq!((modes.present(), modes.may_arm()), ((Mode::Safe, ModeReason::Stopped), true));
+        modes.stop_unanswered();
+        assert_eq!(modes.present(), (Mode::Safe, ModeReason::StopUnanswered));
     }
 }

@@ -1,7 +1,7 @@
 //! What goes to the actuators: the controller's commands, the bench's wiggle, the hand-back to the frontseat.
 
 use crate::app::{Backseat, SENTENCE};
-use crate::command::input_of;
+use crate::command::{Unanswered, input_of};
 use crate::decode::micros;
 use crate::parameters::ControlMode;
 use backseat_core::control::mission::MissionStatus;
@@ -94,8 +94,10 @@ impl Backseat {
         }
         let acknowledged = self.frontseat.stop_acknowledged();
         let app = &self.parameters.active().app;
-        if let Ok(Some(sentence)) = self.commander.stopping(now_us, acknowledged, app, &mut buffer) {
-            self.push(Port::Frontseat, sentence);
+        match self.commander.stopping(now_us, acknowledged, app, &mut buffer) {
+            Ok(Some(sentence)) => self.push(Port::Frontseat, sentence),
+            Ok(None) => {}
+            Err(Unanswered) => self.modes.stop_unanswered(),
         }
     }
 }

@@ -171,8 +171,6 @@ pub struct AppSettings {
     pub degraded_sigma_m: f64,
     /// Position sigma from which the position counts as lost, m.
     pub lost_sigma_m: f64,
-    /// Rejections in a row of one sensor from which navigation counts as degraded.
-    pub rejections_in_a_row: u16,
 }
 
 impl AppSettings {
@@ -234,7 +232,6 @@ impl AppSettings {
         refusal_timeout_s: 3.0,
         degraded_sigma_m: 30.0,
         lost_sigma_m: 300.0,
-        rejections_in_a_row: 10,
     };
 }
 

@@ -48,11 +48,15 @@ fn a_silent_source_ends_the_mission_until_it_is_started_again() {
 }
 
 #[test]
-fn a_stop_that_is_not_acknowledged_is_repeated() {
+fn a_stop_that_is_not_acknowledged_is_repeated_and_told() {
     let (mut world, mut board) = under_way();
     world.silent[Port::Frontseat as usize] = true;
-    world.run(&mut board, 30);
+    world.run(&mut board, 10);
+    assert_eq!(last(&mut board).reason, ModeReason::DepthStale);
+    world.run(&mut board, 20);
     assert_eq!(world.stops, 5);
+    let record = last(&mut board);
+    assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::StopUnanswered), "that is told");
 }
 
 #[test]

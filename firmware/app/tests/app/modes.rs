@@ -59,7 +59,7 @@ fn initialising_tells_what_it_waits_for() {
 }
 
 #[test]
-fn without_a_mission_a_missing_source_only_degrades() {
+fn without_a_mission_a_missing_source_is_safe_until_it_is_back() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     until(&mut world, &mut board, NAVIGATING, 10);
     for (port, way) in [
@@ -69,10 +69,13 @@ fn without_a_mission_a_missing_source_only_degrades() {
     ] {
         world.silent[port as usize] = true;
         for reason in way {
-            until(&mut world, &mut board, (Mode::Degraded, *reason), 12);
+            until(&mut world, &mut board, (Mode::Safe, *reason), 12);
         }
+        board.request(&ToBoard::MissionStart);
+        assert!(board.heard().answers.pop().unwrap().is_err());
         world.silent[port as usize] = false;
-        until(&mut world, &mut board, NAVIGATING, 5);
+        let way = until(&mut world, &mut board, NAVIGATING, 5);
+        assert_eq!(way.len(), 2, "{way:?}");
     }
     assert_eq!((world.servos, world.stops), (0, 0), "the frontseat was in charge all the time");
 }
@@ -114,29 +117,46 @@ fn an_uncertain_position_degrades_and_then_ends_the_mission() {
 
     // the position is believed again: what ended the mission stays to be seen until the next start
     parameters(&mut board, &[("app.lost_sigma_m", 1000.0)]);
-    world.run(&mut board, 2);
+    world.run(&mut board, 4);
     assert_eq!((shown(&mut board), leg(&mut board)), (lost, None));
     request_all(&mut board, &[ToBoard::MissionStart]);
     world.advance(&mut board);
     assert_eq!(shown(&mut board), degraded);
     assert!(leg(&mut board).is_some());
-    // and a fix has it navigate again, once the leap to the surface is believed
-    world.surface();
-    until(&mut world, &mut board, NAVIGATING, 30);
+    // within the limits for three seconds it navigates again
+    parameters(&mut board, &[("app.degraded_sigma_m", 1000.0)]);
+    world.run(&mut board, 2);
+    assert_eq!(shown(&mut board), degraded);
+    until(&mut world, &mut board, NAVIGATING, 2);
 }
 
 #[test]
-fn rejections_in_a_row_degrade_until_the_source_is_fused_again() {
+fn a_contradiction_degrades_until_the_source_is_consistent() {
     let (mut world, mut board) = under_way();
     let before = leg(&mut board);
-    // a pressure sensor that is 10 m wrong from one moment to the next
+    // a pressure sensor that is 10 m wrong from one moment to the next: 10 m are three sigmas of 0.1 m/s after 33 s
     world.x[Z] += 10.0;
+    let began_us = last(&mut board).time_us;
     let way = until(&mut world, &mut board, (Mode::Degraded, ModeReason::Rejections), 10);
     assert_eq!(way.len(), 2, "{way:?}");
-    assert_eq!(leg(&mut board), before, "the mission goes on");
-    // ten seconds of readings that agree have their way
-    let way = until(&mut world, &mut board, NAVIGATING, 30);
+    assert!(last(&mut board).time_us - began_us <= 2_300_000, "two seconds of strikes");
+    world.run(&mut board, 20);
+    assert_eq!(shown(&mut board), (Mode::Degraded, ModeReason::Rejections), "that its readings agree is not enough");
+    assert!(leg(&mut board) >= before, "the mission goes on");
+    let way = until(&mut world, &mut board, NAVIGATING, 60);
     assert_eq!(way.len(), 2, "{way:?}");
+    let record = last(&mut board);
+    assert!(record.sigma[Z] > 3.0, "it covers both stories: {}", record.sigma[Z]);
+}
+
+#[test]
+fn a_source_that_was_wrong_for_a_while_comes_back_at_once() {
+    let (mut world, mut board) = under_way();
+    world.x[Z] += 10.0;
+    until(&mut world, &mut board, (Mode::Degraded, ModeReason::Rejections), 10);
+    world.x[Z] -= 10.0;
+    until(&mut world, &mut board, NAVIGATING, 5);
+    assert!(last(&mut board).sigma[Z] < 0.2);
 }
 
 #[test]

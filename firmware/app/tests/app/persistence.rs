@@ -155,6 +155,14 @@ fn too_many_resets_end_in_safe_mode_until_the_operator_starts_again() {
     assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::Resets));
     assert!(world.stops > 0);
     assert_eq!(board.app().waiting(Port::Frontseat), 0);
+    // a start alone does not brush the resets aside: the operator's stop says that they are known
+    request_all(&mut board, &[ToBoard::MissionBegin { count: 1 }]);
+    board.request(&ToBoard::MissionStart);
+    assert!(board.heard().answers.pop().unwrap().is_err());
+    request_all(&mut board, &[ToBoard::MissionStop]);
+    world.run(&mut board, 1);
+    let record = last(&mut board);
+    assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::Stopped));
     start(&mut board);
     world.run(&mut board, 1);
     assert_eq!(last(&mut board).mode, Mode::Navigating);

@@ -117,6 +117,8 @@ pub struct NavigationConfig {
     pub ship_transducer_depth_m: f64,
     /// A scalar innovation beyond this many of its own sigmas is rejected.
     pub gate_sigma: f64,
+    /// So many measurements of one sensor in a row beyond three fifths of the gate, and it is doubted.
+    pub strikes: u32,
 }
 
 impl NavigationConfig {
@@ -141,6 +143,7 @@ impl NavigationConfig {
         sound_speed_mps: 1500.0,
         ship_transducer_depth_m: 0.0,
         gate_sigma: 5.0,
+        strikes: 3,
     };
 
     /// All zero: of a filter that is not configured, and whose static takes no flash.
@@ -164,6 +167,7 @@ impl NavigationConfig {
         sound_speed_mps: 0.0,
         ship_transducer_depth_m: 0.0,
         gate_sigma: 0.0,
+        strikes: 0,
     };
 }
 

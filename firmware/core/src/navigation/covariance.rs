@@ -239,14 +239,6 @@ impl Covariance {
         }
     }
 
-    /// D P D with D = diag(`factor` at `index`, 1 elsewhere).
-    pub(super) fn scale(&mut self, n: usize, index: usize, factor: f64) {
-        for j in 0..n.min(N_MAX) {
-            *self.at_mut(index, j) *= factor;
-        }
-        *self.at_mut(index, index) *= factor;
-    }
-
     /// The vehicle block as a full matrix.
     pub(super) fn vehicle_block(&self, full: &mut [[f64; VEHICLE_STATES]; VEHICLE_STATES]) {
         for j in 0..VEHICLE_STATES {

@@ -4,14 +4,14 @@
 //! corrected by what earlier ones moved. That equals the batch update of the whole vector whatever
 //! the order, and ν²/S of the scalars are independent.
 
-use super::gate::largest_sigma;
-use super::layout::{CLONE_VELOCITY, CloneKind};
+use super::gate::{STRIKE, largest_sigma};
 use super::observation::{Observation, Refused};
 use super::{
     FusionOutcome, FusionRecord, Fusions, Measurement, NavigationError, Navigator, Sensor, meas_attitude, meas_depth,
     meas_dvl, meas_range, meas_range_rate, meas_rates, meas_ship_gnss, meas_two_way, meas_vehicle_gnss,
 };
-use crate::state::{P, PHI, PSI, Q, R, THETA, U, V, W, X, Y, Z, wrap_angle};
+use crate::state::{P, PHI, U, X, Y, Z, wrap_angle};
+use core::ops::Range;
 
 /// The shorter way round, for sensors of angles.
 pub(super) fn wrap_innovation(sensor: Sensor, innovation: f64) -> f64 {
@@ -78,16 +78,16 @@ impl Navigator {
     }
 
     fn update(&mut self, sensor: Sensor, fusions: &mut Fusions) {
-        let mut variance = self.project(0);
-        if self.worst_test_ratio(variance) > 1.0 {
-            let due = self.gate.rejected(sensor, self.time_us, self.observations.as_slice());
-            if !(due && self.inflate(sensor)) {
-                return self.gated(sensor, fusions);
-            }
-            self.gate.recovered(sensor);
-            variance = self.project(0);
+        if self.gate.alert && sensor == Sensor::VehicleGnss {
+            // a fix is judged by the whole of what the position may be wrong
+            self.leave_at_least(sensor, self.gate.floor(Sensor::Range));
         }
-        self.gate.accepted(sensor);
+        let mut variance = self.project(0);
+        let ratio = self.worst_test_ratio(variance);
+        let alert = ratio > STRIKE || self.gate.alert;
+        if alert && !self.weigh(sensor, ratio) {
+            return self.gated(sensor, fusions);
+        }
 
         for axis in 0..self.observations.as_slice().len() {
             if axis > 0 {
@@ -102,6 +102,9 @@ impl Navigator {
             for observation in self.observations.as_mut_slice().iter_mut().skip(axis + 1) {
                 observation.innovation -= observation.row.dot(&self.gain) * innovation;
             }
+        }
+        if alert && sensor != Sensor::Range {
+            self.leave_at_least(sensor, self.gate.floor(sensor));
         }
     }
 
@@ -173,79 +176,64 @@ impl Navigator {
         FusionRecord { sensor, axis: axis as u8, time_us: self.time_us, innovation, variance, test_ratio, outcome }
     }
 
-    /// Scales the sigmas of what the sensor positions until the innovations are one-sigma events;
-    /// `false`, and nothing is changed, when no believable factor does.
-    fn inflate(&mut self, sensor: Sensor) -> bool {
-        let (scaled, count) = self.positioned_by(sensor);
-        let scaled = scaled.get(..count).unwrap_or_default();
-        let mut factor: f64 = 1.0;
-        for item in self.observations.as_slice() {
-            let inside = item.row.filtered(|i| scaled.contains(&i));
-            let outside = item.row.filtered(|i| !scaled.contains(&i));
-            // λ² a + 2 λ b + c + R = ν².
-            let a = self.p.bilinear(&inside, &inside);
-            let b = self.p.bilinear(&inside, &outside);
-            let c = self.p.bilinear(&outside, &outside) + item.variance;
-            let target = item.innovation * item.innovation;
-            if a + 2.0 * b + c < target {
-                let root = libm::sqrt(b * b + a * (target - c));
-                // A NaN must not hide behind `max`.
-                let needed = (root - b) / a;
-                if !needed.is_finite() {
-                    return false;
-                }
-                factor = factor.max(needed);
+    /// Whether a measurement that is a strike, or comes while something is out of order, is used.
+    #[cold]
+    #[inline(never)]
+    fn weigh(&mut self, sensor: Sensor, ratio: f64) -> bool {
+        let items = self.observations.as_slice();
+        let most = self.config.strikes;
+        if ratio > STRIKE {
+            let worst = items.iter().fold(0.0, |worst: f64, item| worst.max(item.innovation.abs()));
+            let variance = items.iter().fold(0.0, |most: f64, item| most.max(self.innovation_variance(item)));
+            self.gate.strike(sensor, self.time_us, worst, variance, most);
+            return ratio <= 1.0 && !self.gate.is_doubted(sensor);
+        }
+        let bound = STRIKE * self.gate.sigma * self.gate.sigma;
+        let alone = items.iter().all(|item| {
+            let variance = self.gate.undoubted(sensor, self.innovation_variance(item));
+            item.innovation * item.innovation <= bound * variance
+        });
+        self.gate.consistent(sensor, self.time_us, alone, most)
+    }
+
+    /// Adds what doubt adds over a step of the prediction.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn doubt(&mut self, step_s: f64) {
+        for sensor in Sensor::ALL {
+            let growth = self.gate.grow(sensor, self.time_us, step_s);
+            let largest = largest_sigma(sensor);
+            for i in self.positioned_by(sensor) {
+                let room = largest * largest - self.p.get(i, i);
+                self.p.add(i, i, growth.positioned.min(room.max(0.0)));
+            }
+            for i in [X, Y] {
+                self.p.add(i, i, growth.drift);
+            }
+            if sensor != Sensor::Range {
+                self.leave_at_least(sensor, growth.floor);
             }
         }
-        let sigma = scaled.iter().map(|&i| libm::sqrt(self.variance(i))).fold(0.0, f64::max);
-        if factor * sigma > largest_sigma(sensor) {
-            return false;
+    }
+
+    /// What a sensor positions is at least this uncertain, one sigma.
+    fn leave_at_least(&mut self, sensor: Sensor, sigma: f64) {
+        for i in self.positioned_by(sensor) {
+            let short = sigma * sigma - self.p.get(i, i);
+            self.p.add(i, i, short.max(0.0));
         }
-        let n = self.dimension();
-        for &i in scaled {
-            self.p.scale(n, i, factor);
-        }
-        true
     }
 
     /// The states whose error makes this sensor's innovation grow.
-    fn positioned_by(&self, sensor: Sensor) -> ([usize; 8], usize) {
-        let mut states = States::default();
+    fn positioned_by(&self, sensor: Sensor) -> Range<usize> {
         match sensor {
-            Sensor::Depth => states.push(&[Z]),
-            Sensor::Attitude => states.push(&[PHI, THETA, PSI]),
-            Sensor::Rates => states.push(&[P, Q, R]),
-            Sensor::BottomTrack | Sensor::WaterTrack => states.push(&[U, V, W]),
-            Sensor::VehicleGnss | Sensor::Range => {
-                states.push(&[X, Y]);
-                self.x.layout.clones(CloneKind::Vehicle).for_each(|at| states.push(&[at, at + 1]));
-            }
-            Sensor::RangeRate => {
-                states.push(&[U, V]);
-                let clones = self.x.layout.clones(CloneKind::Vehicle).map(|at| at + CLONE_VELOCITY);
-                clones.for_each(|at| states.push(&[at, at + 1]));
-            }
-            Sensor::ShipGnss => {
-                let ships = self.x.layout.ship().into_iter().chain(self.x.layout.clones(CloneKind::Ship));
-                ships.for_each(|at| states.push(&[at, at + 1]));
-            }
-        }
-        (states.places, states.count)
-    }
-}
-
-/// A short list of state indices.
-#[derive(Default)]
-struct States {
-    places: [usize; 8],
-    count: usize,
-}
-
-impl States {
-    fn push(&mut self, states: &[usize]) {
-        for (place, state) in self.places.iter_mut().skip(self.count).zip(states) {
-            *place = *state;
-            self.count += 1;
+            Sensor::Depth => Z..Z + 1,
+            Sensor::Attitude => PHI..PHI + 3,
+            Sensor::Rates => P..P + 3,
+            Sensor::BottomTrack | Sensor::WaterTrack => U..U + 3,
+            Sensor::RangeRate => U..U + 2,
+            Sensor::VehicleGnss | Sensor::Range => X..X + 2,
+            Sensor::ShipGnss => self.x.layout.ship().map_or(0..0, |at| at..at + 2),
         }
     }
 }

@@ -118,11 +118,6 @@ impl Layout {
         self.slot(id).filter(|slot| slot.kind == kind).map(|slot| slot.at)
     }
 
-    /// Where the clones of one kind stand.
-    pub(super) fn clones(&self, kind: CloneKind) -> impl Iterator<Item = usize> + '_ {
-        self.slots.iter().flatten().filter(move |slot| slot.kind == kind).map(|slot| slot.at)
-    }
-
     /// The first clone of one kind.
     pub(super) fn any_clone(&self, kind: CloneKind) -> Option<CloneId> {
         let mut slots = self.slots.iter().enumerate();

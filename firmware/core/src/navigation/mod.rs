@@ -58,7 +58,6 @@ pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, Ship
 pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
 pub use effect_states::{EffectState, EffectStates};
 pub use error::{CloneError, ConfigError, NavigationError};
-use fusion::wrap_innovation;
 pub use initial::{InitialShip, InitialSpeed, InitialState};
 pub use measurement::{
     AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,

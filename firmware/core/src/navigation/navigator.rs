@@ -268,23 +268,28 @@ impl Navigator {
         if i < self.dimension() { self.x.get(i) } else { 0.0 }
     }
 
-    /// Variance of state `i` (vehicle states come first); 0 beyond the last.
+    /// Variance of state `i` (vehicle states come first); 0 beyond the last. See [`Self::covariance`].
     #[must_use]
     pub fn variance(&self, i: usize) -> f64 {
         self.covariance(i, i)
     }
 
-    /// Covariance of states `i` and `j`; 0 beyond the last.
+    /// Covariance of states `i` and `j`; 0 beyond the last. That of the position covers both stories while ranges are
+    /// contested, which P itself does not ([`Self::contested_sigma`]).
     #[must_use]
     pub fn covariance(&self, i: usize, j: usize) -> f64 {
-        if i.max(j) < self.dimension() { self.p.get(i, j) } else { 0.0 }
+        if i.max(j) >= self.dimension() {
+            return 0.0;
+        }
+        let contested = if i == j && i <= Y { self.gate.floor(Sensor::Range) } else { 0.0 };
+        self.p.get(i, j) + contested * contested
     }
 
     /// Copies the vehicle's covariance.
     pub fn vehicle_covariance(&self, out: &mut SMatrix<f64, 12, 12>) {
         for j in 0..VEHICLE_STATES {
             for i in 0..VEHICLE_STATES {
-                out[(i, j)] = self.p.get(i, j);
+                out[(i, j)] = self.covariance(i, j);
             }
         }
     }
@@ -292,16 +297,24 @@ impl Navigator {
     /// √(σx² + σy²) of the vehicle (DRMS), m.
     #[must_use]
     pub fn horizontal_sigma_m(&self) -> f64 {
-        libm::sqrt(self.p.get(X, X) + self.p.get(Y, Y))
+        libm::sqrt(self.variance(X) + self.variance(Y))
     }
 
-    /// Rejections in a row of one sensor, in measurements.
+    /// Whether one sensor and the filter contradict each other: nothing of it is fused, and what it positions is
+    /// propagated with more noise until it is consistent again, or silent.
     #[must_use]
-    pub fn consecutive_rejections(&self, sensor: Sensor) -> u32 {
-        self.gate.consecutive(sensor)
+    pub fn is_doubted(&self, sensor: Sensor) -> bool {
+        self.gate.is_doubted(sensor)
     }
 
-    /// How often one sensor was taken back after an outage.
+    /// One sigma below which one sensor does not bring what it positions, because it came back with another story than
+    /// the filter's and no fix has confirmed it; 0 otherwise.
+    #[must_use]
+    pub fn contested_sigma(&self, sensor: Sensor) -> f64 {
+        self.gate.floor(sensor)
+    }
+
+    /// How often one sensor was taken back after it had been doubted.
     #[must_use]
     pub fn recoveries(&self, sensor: Sensor) -> u32 {
         self.gate.recoveries(sensor)

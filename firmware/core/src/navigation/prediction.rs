@@ -120,6 +120,9 @@ impl Navigator {
                 propagate_double_integrator(&mut self.p, n, position, velocity, root * root, step_s);
             }
         }
+        if self.gate.alert {
+            self.doubt(step_s);
+        }
     }
 
     /// Every state finite and every variance positive.

@@ -73,13 +73,4 @@ impl Row {
     pub(super) fn dot(&self, a: &[f64]) -> f64 {
         self.iter().map(|(index, value)| value * a.get(index).copied().unwrap_or(0.0)).sum()
     }
-
-    /// The entries whose index satisfies `keep`.
-    pub(super) fn filtered(&self, keep: impl Fn(usize) -> bool) -> Self {
-        let mut row = Self::EMPTY;
-        for (index, value) in self.iter().filter(|&(index, _)| keep(index)) {
-            row.push(index, value);
-        }
-        row
-    }
 }

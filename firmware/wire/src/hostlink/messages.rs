@@ -109,7 +109,7 @@ pub enum ModeReason {
     FrontseatSilent,
     /// The frontseat refuses commands.
     FrontseatRefuses,
-    /// A source was rejected too often in a row.
+    /// A source and the filter contradict each other.
     Rejections,
     /// The position's own sigma exceeds its limit.
     PositionUncertain,
@@ -121,6 +121,8 @@ pub enum ModeReason {
     Restarted,
     /// The board was reset too often in too short a time.
     Resets,
+    /// The frontseat never acknowledged the stop.
+    StopUnanswered,
 }
 
 /// Why the board started.

@@ -45,12 +45,13 @@ pub const fn reason(reason: ModeReason) -> &'static str {
         ModeReason::DepthStale => "depth missing or stale",
         ModeReason::FrontseatSilent => "the frontseat is silent",
         ModeReason::FrontseatRefuses => "the frontseat refuses commands",
-        ModeReason::Rejections => "a source is rejected again and again",
+        ModeReason::Rejections => "a source and the filter contradict each other",
         ModeReason::PositionUncertain => "position uncertain",
         ModeReason::FilterFailed => "the filter failed numerically",
         ModeReason::Stopped => "stopped by the operator",
         ModeReason::Restarted => "reset under way, position from before",
         ModeReason::Resets => "reset too often",
+        ModeReason::StopUnanswered => "the frontseat does not acknowledge the stop",
     }
 }
 
