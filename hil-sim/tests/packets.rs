@@ -35,6 +35,7 @@ fn mini_run(model: ProcessModel, with_current: bool) -> (Log, FilterOptions) {
     options.use_dvl = false;
     options.track_interval_us = 0;
     options.navigation.gate_sigma = 1e3;
+    options.navigation.range_curvature = 1e6; // the information filter is of first order
     if with_current {
         options.navigation.effect_states = FilterOptions::water_current();
     }

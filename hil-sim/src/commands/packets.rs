@@ -71,6 +71,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     options.track_interval_us = 0;
     // Nobody rejects anything: see the module of the comparison.
     options.navigation.gate_sigma = 1e3;
+    options.navigation.range_curvature = 1e6; // the information filter is of first order
     let speed_mps = scenario.settings.start.speed_mps;
     let (log, start) = from_first_fix(&flight.log, speed_mps, &options.navigation)
         .context("the flight has no fix, depth, attitude and actuators to start from")?;

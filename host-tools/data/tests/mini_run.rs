@@ -47,8 +47,9 @@ fn options(log: &Log, mini: &Value, model: ProcessModel) -> FilterOptions {
     options.use_dvl = false;
     options.use_range_rate = false;
     options.track_interval_us = 0;
-    // The reference does not gate.
+    // The reference does not gate, and is of first order.
     options.navigation.gate_sigma = 1.0e3;
+    options.navigation.range_curvature = 1.0e6;
     options
 }
 

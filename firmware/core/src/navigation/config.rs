@@ -119,6 +119,9 @@ pub struct NavigationConfig {
     pub gate_sigma: f64,
     /// So many measurements of one sensor in a row beyond three fifths of the gate, and it is doubted.
     pub strikes: u32,
+    /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first, as in
+    /// the thesis.
+    pub range_curvature: f64,
 }
 
 impl NavigationConfig {
@@ -144,6 +147,7 @@ impl NavigationConfig {
         ship_transducer_depth_m: 0.0,
         gate_sigma: 5.0,
         strikes: 3,
+        range_curvature: 0.05,
     };
 
     /// All zero: of a filter that is not configured, and whose static takes no flash.
@@ -168,6 +172,7 @@ impl NavigationConfig {
         ship_transducer_depth_m: 0.0,
         gate_sigma: 0.0,
         strikes: 0,
+        range_curvature: 0.0,
     };
 }
 
@@ -204,6 +209,7 @@ impl NavigationConfig {
         }
         in_range("ship_noise.linear_mps2_per_sqrt_hz", ship.linear_mps2_per_sqrt_hz, 0.0)?;
         in_range("ship_noise.angular_radps2_per_sqrt_hz", ship.angular_radps2_per_sqrt_hz, 0.0)?;
+        in_range("range_curvature", self.range_curvature, 0.0)?;
         in_range("ship_transducer_depth_m", self.ship_transducer_depth_m, -LARGEST)?;
         for state in self.effect_states.iter() {
             in_range("effect_states.initial_sigma", state.initial_sigma, f64::MIN_POSITIVE)?;

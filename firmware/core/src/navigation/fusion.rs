@@ -54,7 +54,7 @@ impl Navigator {
             Measurement::WaterTrack { velocity_mps } => meas_dvl::observe_water(x, velocity_mps, sigma.dvl_mps, out),
             Measurement::VehicleGnss { position_m } => meas_vehicle_gnss::observe(x, position_m, sigma.gnss_m, out),
             Measurement::ShipGnss { position_m } => meas_ship_gnss::observe(x, position_m, sigma.ship_gnss_m, out)?,
-            Measurement::Range { path, range_m } => meas_range::observe(x, path, *range_m, config, out)?,
+            Measurement::Range { path, range_m } => meas_range::observe(x, &self.p, path, *range_m, config, out)?,
             Measurement::RangeRate { path, range_rate_mps } => {
                 meas_range_rate::observe(x, path, *range_rate_mps, config, out)?;
             }

@@ -4,14 +4,25 @@
 //! travel time multiplied by sound speed, m; NED, the ship at its transducer's depth. H is the unit vector from
 //! ship to vehicle ((2.35)-(2.38), read as range² = xᵀAᵀA x).
 //! Invalid when the ends coincide or the ship is not known.
+//!
+//! A range circle is not its tangent: with σ one sigma of the position across the path, |p| exceeds |p̂| by σ²/2r on average,
+//! with a variance of σ⁴/2r² (the Gaussian second-order filter: Bar-Shalom, Li and Kirubarajan, 2001, 10.3). Where that is
+//! much against the noise, an estimate of first order soon believes too much: see `range_curvature` of the configuration.
 
 use super::acoustic::{Path, by_position, report_variance};
+use super::covariance::Covariance;
 use super::estimate::Estimate;
-use super::observation::{Observations, Refused};
+use super::observation::{Observation, Observations, Refused};
 use super::{AcousticPath, NavigationConfig};
+use crate::state::{X, Y};
+use nalgebra::Vector3;
+
+/// Horizontal distance below which across has no direction, m.
+const MIN_GROUND_M: f64 = 1.0e-3;
 
 pub(super) fn observe(
     x: &Estimate,
+    p: &Covariance,
     path: &AcousticPath,
     range_m: f64,
     config: &NavigationConfig,
@@ -19,12 +30,40 @@ pub(super) fn observe(
 ) -> Result<(), Refused> {
     let path = Path::new(x, path, config);
     let path = path.as_ref().map_err(|refused| *refused)?;
+    let observation = out.add(0.0, 0.0);
+    let curvature_m = curvature(x, p, path, config, observation);
+    observation.row.clear();
+
     let gradient = by_position(path.direction());
-    let noise = config.sensors.range_m * config.sensors.range_m;
-    let observation = out.add(range_m - path.distance_m, noise);
+    observation.innovation = range_m - path.distance_m - 0.5 * curvature_m;
+    observation.variance = config.sensors.range_m * config.sensors.range_m + 0.5 * curvature_m * curvature_m;
     path.add_vehicle(x, None, &gradient, observation);
     if let Some(report) = path.add_ship(&gradient, observation) {
         observation.variance += report_variance(report, &gradient);
     }
     Ok(())
+}
+
+/// σ²/r of the position across the path, at most r, m; 0 where it is little. `scratch` is used up.
+fn curvature(
+    x: &Estimate,
+    p: &Covariance,
+    path: &Path<'_>,
+    config: &NavigationConfig,
+    scratch: &mut Observation,
+) -> f64 {
+    let little = config.range_curvature * config.sensors.range_m * path.distance_m;
+    if p.get(X, X) + p.get(Y, Y) <= little {
+        return 0.0;
+    }
+    // Depth is known: across means in the horizontal.
+    let (north, east) = (path.dp.x, path.dp.y);
+    let ground_m = libm::sqrt(north * north + east * east).max(MIN_GROUND_M);
+    let across = by_position(Vector3::new(-east / ground_m, north / ground_m, 0.0));
+    path.add_vehicle(x, None, &across, scratch);
+    if let Some(report) = path.add_ship(&across, scratch) {
+        scratch.variance += report_variance(report, &across);
+    }
+    let spread = p.bilinear(&scratch.row, &scratch.row) + scratch.variance;
+    (spread / path.distance_m).min(path.distance_m)
 }

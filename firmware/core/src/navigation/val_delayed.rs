@@ -182,6 +182,7 @@ fn run(case: Case, linearise_again: bool) -> f64 {
         effect_states: EffectStates::water_current(0.3, 1.0e-3),
         ship_transducer_depth_m: 2.0,
         gate_sigma: 1.0e3,
+        range_curvature: 1.0e6, // to first order, as the plain copy
         ..NavigationConfig::REFERENCE
     };
     let model = VehicleModel::new(&VehicleParameters::IVER3).expect("valid");

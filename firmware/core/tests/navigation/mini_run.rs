@@ -61,6 +61,7 @@ fn run(log: &Log, vectors: &Value, run: Run) -> [f64; 4] {
         process_noise: noise,
         effect_states: if run.current { EffectStates::water_current(0.3, 1e-4) } else { EffectStates::NONE },
         gate_sigma: 1e3,
+        range_curvature: 1e6, // the reference is of first order
         ..NavigationConfig::REFERENCE
     };
     let mut navigator = Box::new(Navigator::new());

@@ -56,7 +56,7 @@ impl Mission {
             .with("linear_drag", "surge_ns_per_m", 0.3, 1.0e-3)
             .and_then(|states| states.with("gyro_bias", "r_radps", 1.0e-3, 1.0e-6))
             .expect("states of the catalogue");
-        let config = NavigationConfig { effect_states: states, ..NavigationConfig::REFERENCE };
+        let config = NavigationConfig { effect_states: states, range_curvature: 1.0e6, ..NavigationConfig::REFERENCE };
         let mut noise = Noise(2);
         let initial = initial();
         let mut x = initial.state;
