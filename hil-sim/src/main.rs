@@ -33,6 +33,10 @@ enum Command {
     Study(commands::study::Arguments),
     /// Packet-fed, centralized and information filter on one flight.
     Packets(commands::packets::Arguments),
+    /// Does the filter know how wrong it is: normalised errors and innovations, and the bound, over an ensemble.
+    Consistency(commands::consistency::Arguments),
+    /// Fly every fault there is and judge what the backseat makes of it.
+    Faults(commands::faults::Arguments),
     /// Measure how many RK4 steps of the true vehicle this machine takes in a second.
     BenchTruth,
     /// The backseat app on five serial ports (what `run` starts as its other end).
@@ -52,6 +56,8 @@ fn main() -> ExitCode {
         Some(Command::Dataset(arguments)) => commands::dataset::run(&arguments),
         Some(Command::Study(arguments)) => commands::study::run(&arguments),
         Some(Command::Packets(arguments)) => commands::packets::run(&arguments),
+        Some(Command::Consistency(arguments)) => commands::consistency::run(&arguments),
+        Some(Command::Faults(arguments)) => commands::faults::run(&arguments),
         Some(Command::BenchTruth) => commands::bench_truth(),
         Some(Command::Backseat { ports }) => commands::backseat(&ports),
     };

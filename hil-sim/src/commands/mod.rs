@@ -1,7 +1,9 @@
 //! The commands, one file each.
 
 pub mod adoption;
+pub mod consistency;
 pub mod dataset;
+pub mod faults;
 pub mod packets;
 pub mod run;
 pub mod study;

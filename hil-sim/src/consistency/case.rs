@@ -47,8 +47,8 @@ impl Effect {
 
 /// A current of 0.1 m/s that may turn by 3 mm/s in a quarter of an hour.
 const CURRENT: [EffectPrior; 2] = [
-    EffectPrior { effect: Effect::CurrentNorth, sigma: 0.1, walk: 1.0e-4 },
-    EffectPrior { effect: Effect::CurrentEast, sigma: 0.1, walk: 1.0e-4 },
+    EffectPrior { effect: Effect::CurrentNorth, sigma: 0.3, walk: 1.0e-4 },
+    EffectPrior { effect: Effect::CurrentEast, sigma: 0.3, walk: 1.0e-4 },
 ];
 /// A tenth of the drag at 1 m/s, creeping by a tenth of that.
 const DRAG: EffectPrior = EffectPrior { effect: Effect::LinearDrag, sigma: 0.3, walk: 1.0e-3 };
