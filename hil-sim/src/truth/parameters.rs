@@ -30,7 +30,8 @@ pub struct Parameters {
     pub g_mps2: f64,
     /// Length of the hull, m.
     pub length_m: f64,
-    /// Radius of the hull, m: over this much above and below z = 0 the hull leaves the water.
+    /// Radius of the hull, m: over this much above and below z = 0 the hull, whose axis holds the
+    /// centre of buoyancy, leaves the water.
     pub hull_radius_m: f64,
     /// From the centre of buoyancy to the centre of gravity, m.
     pub cb_to_cg_m: [f64; 3],

@@ -229,7 +229,8 @@ impl Plant {
         self.extra_surge = ns_per_m;
     }
 
-    /// Buoyancy, N, and its first moment ahead of the centre of buoyancy, N m.
+    /// Buoyancy, N, and its first moment ahead of the centre of buoyancy, N m; `depth` is that centre's, where the force
+    /// acts: taken elsewhere, heaving and pitching by turns at the surface would create energy.
     ///
     /// Near the surface the hull is taken in three sections, at the Gauss points of its length; each
     /// loses its buoyancy in proportion to how far its diameter is out of the water.
@@ -282,9 +283,10 @@ impl Plant {
 
         // Weight at the centre of gravity; buoyancy at the centre of buoyancy (lever −b), less and
         // further aft or forward as the hull leaves the water.
-        let [buoyancy, pitching] = self.buoyancy(depth, down[0]);
-        let net = self.weight_n - buoyancy;
         let [bx, by, bz] = self.cb_to_cg;
+        let centre = depth - (bx * down[0] + by * down[1] + bz * down[2]);
+        let [buoyancy, pitching] = self.buoyancy(centre, down[0]);
+        let net = self.weight_n - buoyancy;
         x += net * down[0];
         y += net * down[1];
         z += net * down[2];
