@@ -148,7 +148,9 @@ fn judge(findings: &Findings) {
     // Nothing but that rounding and what it has done to P below zero.
     assert!(findings.with_clones > -1.0e-11, "{findings:?}");
     // One unit in the last place a step would add up to this over 10⁷ steps.
-    assert!(findings.state.max(findings.covariance).max(findings.unobserved) < 1.0e-9, "{findings:?}");
+    assert!(findings.state < 1.0e-9 && findings.covariance < 1.0e-9, "{findings:?}");
+    // Where no measurement takes rounding back it does add up.
+    assert!(findings.unobserved < 1.0e-8, "{findings:?}");
 }
 
 #[test]
