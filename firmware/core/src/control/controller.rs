@@ -1,7 +1,7 @@
 //! The controller: a mission, an estimate and a current in, actuators out.
 
 use super::allocation::{Datum, allocate};
-use super::guidance::crab_angle_rad;
+use super::guidance::{crab_angle_rad, turn_rate_max_radps};
 use super::limits::{ActuatorLimits, Limiter};
 use super::lqr::Lqr;
 use super::mission::{Mission, MissionError, MissionStatus, Progress};
@@ -220,7 +220,7 @@ impl Controller {
         thrust_n: f64,
         fins_rad: [f64; 4],
     ) -> ActuatorInput {
-        let demand = self.lqr.demand(error, &self.config.guidance);
+        let demand = self.lqr.demand(error, &self.config.guidance, turn_rate_max_radps(model));
         let limits = self.limiter.limits();
         let thrust = (thrust_n + demand.thrust_n).max(0.0).min(self.config.speed.thrust_max_n);
         ActuatorInput {

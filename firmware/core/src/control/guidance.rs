@@ -1,6 +1,7 @@
 //! Kappa guidance (3.31) corrected: cross-track and depth error become a heading and a pitch to hold.
 
 use super::trackline::{Segment, TrackError};
+use crate::dynamics::VehicleModel;
 use crate::state::{self, VehicleState};
 
 /// Gains of the guidance.
@@ -41,6 +42,22 @@ impl GuidanceGains {
     pub fn pitch_rad(&self, error: &TrackError, trim_rad: f64) -> f64 {
         trim_rad + (self.kappa_theta * error.depth_m).max(-self.pitch_max_rad).min(self.pitch_max_rad)
     }
+}
+
+/// Turn rate that a vehicle is let go to when one of two vertical fins is left, rad/s.
+const LONE_FIN_TURN_RADPS: f64 = 0.15;
+
+/// Fastest turn that a law may ask for, rad/s: no limit while top and bottom fin are whole.
+///
+/// A hull that its fins just steady is unstable in yaw without one of them (the reference vehicle's deviations grow by 0.4 a second
+/// at 1.3 m/s) and turns nearly as fast at 2° of the other as at 20°, which then takes 4 to 8 s at full deflection to stop the
+/// turn: a law that meets a corner with all it has swings from side to side for ever. Limited, it keeps fin in hand, and turns as fast
+/// as it can still stop. A fin that is lost is diagnosed with some of its lift left, which is why the limit grows slowly with that.
+#[must_use]
+pub fn turn_rate_max_radps(model: &VehicleModel) -> f64 {
+    let [top, bottom, ..] = model.fin_effectiveness();
+    let lost = 1.0 - top.min(bottom);
+    if lost > 0.0 { LONE_FIN_TURN_RADPS / lost } else { f64::INFINITY }
 }
 
 /// Slowest water speed for which a crab angle is computed, m/s: below it no heading holds a line.

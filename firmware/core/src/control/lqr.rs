@@ -199,9 +199,10 @@ impl Lqr {
     }
 
     /// −K · error. Offsets are cut to where heading and pitch weigh against them at the guidance's largest approach
-    /// angles: beyond, the linear law would turn the vehicle in circles.
+    /// angles: beyond, the linear law would turn the vehicle in circles. What they and the heading then ask for together is
+    /// cut to where the turn rate weighs against it at `turn_rate_max_radps`.
     #[must_use]
-    pub fn demand(&self, error: &VehicleState, guidance: &GuidanceGains) -> LqrDemand {
+    pub fn demand(&self, error: &VehicleState, guidance: &GuidanceGains, turn_rate_max_radps: f64) -> LqrDemand {
         let k = &self.gain;
         let across_max_m = guidance.approach_max_rad * ratio(k[(2, state::PSI)], k[(2, state::Y)]);
         let depth_max_m = guidance.pitch_max_rad * ratio(k[(1, state::THETA)], k[(1, state::Z)]);
@@ -209,7 +210,12 @@ impl Lqr {
         for (index, limit) in [(state::X, across_max_m), (state::Y, across_max_m), (state::Z, depth_max_m)] {
             bounded[index] = bounded[index].max(-limit).min(limit);
         }
-        let demand: SVector<f64, LQR_INPUTS> = -(k * bounded);
+        let mut demand: SVector<f64, LQR_INPUTS> = -(k * bounded);
+        let turn = k[(2, state::Y)] * bounded[state::Y] + k[(2, state::PSI)] * bounded[state::PSI];
+        let turn_max = k[(2, state::R)].abs() * turn_rate_max_radps;
+        if turn.abs() > turn_max {
+            demand[2] += turn - turn_max.copysign(turn);
+        }
         LqrDemand { thrust_n: demand[0], moments: Moments { roll_nm: 0.0, pitch_nm: demand[1], yaw_nm: demand[2] } }
     }
 }

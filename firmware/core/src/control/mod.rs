@@ -25,7 +25,7 @@ pub use controller::{Command, Controller, HelmCommand};
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{self, VehicleState};
 use allocation::{Datum, allocate};
-use guidance::{GuidanceGains, crab_angle_rad};
+use guidance::{GuidanceGains, crab_angle_rad, turn_rate_max_radps};
 use limits::ActuatorLimits;
 use lqr::LqrWeights;
 use mission::Mission;
@@ -167,7 +167,8 @@ pub fn attitude_law(context: &LawContext<'_>, x: &VehicleState, segment: &Segmen
     let error = segment.error(x);
     let heading = config.guidance.heading_rad(&error, crab_angle_rad(segment, x, current_ne_mps));
     let pitch = config.guidance.pitch_rad(&error, trim.pitch_rad);
-    let moments = config.pd.at_speed(segment.speed_mps).moments(x, heading, pitch, trim.fin_pitch_moment_nm);
+    let (pd, turn_max) = (config.pd.at_speed(segment.speed_mps), turn_rate_max_radps(model));
+    let moments = pd.moments(x, heading, pitch, trim.fin_pitch_moment_nm, turn_max);
     let limit_rad = config.limits.within(model.parameters()).fin_rad;
     let fins_rad = allocate(config.allocation, model, &state::velocity(x), &moments, &Datum::Total, limit_rad);
     let thrust = config.speed.thrust_n(model, x, &fins_rad, segment.speed_mps);

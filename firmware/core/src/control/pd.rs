@@ -40,14 +40,22 @@ impl PdGains {
     }
 
     /// Moments that the fins shall give in total for a heading and a pitch; `pitch_feed_nm` is what the fins give
-    /// in trim.
+    /// in trim. The heading error counts up to where the rate weighs against it at `turn_rate_max_radps`.
     #[must_use]
-    pub fn moments(&self, x: &VehicleState, heading_rad: f64, pitch_rad: f64, pitch_feed_nm: f64) -> Moments {
-        let heading_error = state::wrap_angle(heading_rad - x[state::PSI]);
+    pub fn moments(
+        &self,
+        x: &VehicleState,
+        heading_rad: f64,
+        pitch_rad: f64,
+        pitch_feed_nm: f64,
+        turn_rate_max_radps: f64,
+    ) -> Moments {
+        let turn = self.kp_psi * state::wrap_angle(heading_rad - x[state::PSI]);
+        let turn_max = self.kd_r * turn_rate_max_radps;
         Moments {
             roll_nm: 0.0,
             pitch_nm: pitch_feed_nm + self.kp_theta * (pitch_rad - x[state::THETA]) - self.kd_q * x[state::Q],
-            yaw_nm: self.kp_psi * heading_error - self.kd_r * x[state::R],
+            yaw_nm: turn.max(-turn_max).min(turn_max) - self.kd_r * x[state::R],
         }
     }
 }

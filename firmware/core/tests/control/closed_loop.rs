@@ -265,3 +265,40 @@ fn low_yaw_damping_gives_a_limit_cycle() {
         assert!(if cycles { yaw_rate > 0.1 } else { yaw_rate < 1e-3 }, "{kd_r}: {yaw_rate}");
     }
 }
+
+#[test]
+fn a_lone_vertical_fin_is_enough_when_it_is_known_to_be_alone() {
+    for law in [ControlLaw::Pd, ControlLaw::Lqr] {
+        for fin in 0..2 {
+            // Known only once the vehicle swings.
+            let mut x = at_rest(0.0, 0.0, 2.0);
+            (x[state::U], x[state::V], x[state::R]) = (1.1, -0.16, 0.2);
+            let error = |fins_known: bool| {
+                let mut fin_shares = [1.0; 4];
+                fin_shares[fin] = 0.0;
+                // Less lift and more inertia than declared.
+                let mut vehicle = VehicleParameters::IVER3;
+                vehicle.cl[0] *= 0.85;
+                vehicle.m_diag[5] *= 1.15;
+                let disturbance = Disturbance { vehicle, fin_shares, fins_known, ..Disturbance::default() };
+                let mut mission = Mission::new();
+                for (x_m, y_m) in [(60.0, 0.0), (60.0, 80.0), (80.0, 80.0), (80.0, 0.0), (100.0, 0.0), (100.0, 80.0)] {
+                    mission.push(Waypoint { x_m, y_m, depth_m: 3.0, speed_mps: 1.3 }).unwrap();
+                }
+                let samples = fly(&config(law), &mission, x, &disturbance, 600.0);
+                // The last halves of the long lines, where a turn is to be over.
+                let on_line = |s: &&Sample| {
+                    matches!(s.command.status, MissionStatus::Leg(1 | 3 | 5)) && s.command.error.along_m > 40.0
+                };
+                let squares: Vec<f64> =
+                    samples.iter().filter(on_line).map(|s| s.command.error.cross_m.powi(2)).collect();
+                let finished = samples.last().unwrap().command.status == MissionStatus::Finished;
+                (finished, (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+            };
+            let ((_, unknown_m), (finished, known_m)) = (error(false), error(true));
+            println!("{law:?}, fin {fin}: across {unknown_m:.2} m, known {known_m:.2} m");
+            // Not told, it swings by metres; the PD's approach to the line is slow (a distance of 20 m) and leaves decimetres.
+            assert!(finished && known_m < 0.3 && unknown_m > 2.0, "{law:?} {fin}: {unknown_m} m, known {known_m} m");
+        }
+    }
+}

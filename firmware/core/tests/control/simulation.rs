@@ -22,6 +22,10 @@ pub struct Disturbance {
     pub current_known: bool,
     /// Actual minus commanded angle of each fin, rad.
     pub fin_bias_rad: [f64; FINS],
+    /// Share of its lift and drag that each fin has.
+    pub fin_shares: [f64; FINS],
+    /// Whether the controller is told those shares.
+    pub fins_known: bool,
 }
 
 impl Default for Disturbance {
@@ -32,6 +36,8 @@ impl Default for Disturbance {
             current_ne_mps: [0.0; 2],
             current_known: false,
             fin_bias_rad: [0.0; FINS],
+            fin_shares: [1.0; FINS],
+            fins_known: false,
         }
     }
 }
@@ -70,9 +76,15 @@ pub fn fly(
     controller.configure(config, &model).unwrap();
     controller.set_mission(mission);
     controller.start(&x).unwrap();
+    if disturbance.fins_known {
+        let mut faulted = model.clone();
+        faulted.set_fin_effectiveness(&disturbance.fin_shares);
+        controller.set_model(&faulted);
+    }
     let told = if disturbance.current_known { disturbance.current_ne_mps } else { [0.0; 2] };
     let mut scatter = Scatter(5);
-    let actual_vehicle = VehicleModel::new(&disturbance.vehicle).unwrap();
+    let mut actual_vehicle = VehicleModel::new(&disturbance.vehicle).unwrap();
+    actual_vehicle.set_fin_effectiveness(&disturbance.fin_shares);
     let mut last = ActuatorInput::default();
     let mut samples = Vec::new();
     for step in 0..(longest_s / STEP_S) as u64 {

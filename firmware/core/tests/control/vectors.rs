@@ -190,7 +190,8 @@ fn val_pd_kappa() {
     // The reference holds pitch about zero, without the trim.
     let model = model();
     let error = segment.error(&x);
-    let moments = pd.moments(&x, guidance.heading_rad(&error, 0.0), guidance.pitch_rad(&error, 0.0), 0.0);
+    let (heading, pitch) = (guidance.heading_rad(&error, 0.0), guidance.pitch_rad(&error, 0.0));
+    let moments = pd.moments(&x, heading, pitch, 0.0, f64::INFINITY);
     let v = state::velocity(&x);
     let limit = number("fin_sat_deg").to_radians();
     let fins = allocate(AllocationMethod::Decoupled, &model, &v, &moments, &Datum::Total, limit);
