@@ -27,6 +27,9 @@ pub fn write(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &An
     if let Some(table) = track_table(analysis) {
         report = report.table(table);
     }
+    if !scenario.settings.faults.is_empty() {
+        report = report.table(faults_table(scenario));
+    }
     report = report
         .table(nis_table(analysis))
         .figure(
@@ -101,6 +104,11 @@ fn errors_table(analysis: &Analysis) -> Table {
         cells.push(rms_over_drms(configuration).map_or(String::new(), |ratio| format!("{ratio:.2}")));
         table.row(cells)
     })
+}
+
+fn faults_table(scenario: &Scenario) -> Table {
+    let table = Table::new("What broke (the backseat was not told)", &["fault"]);
+    scenario.settings.faults.iter().fold(table, |table, fault| table.row(vec![fault.to_string()]))
 }
 
 fn track_table(analysis: &Analysis) -> Option<Table> {

@@ -1,8 +1,9 @@
 //! `hil-sim run`: fly a scenario against a backseat and judge its navigation.
 
 use crate::analysis::{self, Analysis, Configuration};
-use crate::backseat::{Client, Ports, Process, Qemu, Serial, Tap, build_image};
+use crate::backseat::{Client, InProcess, Ports, Process, Qemu, Serial, Tap, build_image};
 use crate::dataset;
+use crate::faults::{self, Board};
 use crate::flight::{self, FlightLog};
 use crate::scenario::{Request, Scenario, Settings};
 use crate::score::TrackScore;
@@ -70,13 +71,17 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scenario = load(arguments)?;
     let stop = stop_on_interrupt()?;
-    let (backseat, ports) = start(arguments)?;
+    let (backseat, ports) = start(arguments, &scenario)?;
     let folder = folder(arguments, &scenario)?;
     let backseat = if arguments.monitor { watched(backseat)? } else { backseat };
     let mut client = Client::new(backseat);
     client.hello()?;
     client.record(session(arguments, &scenario, &folder)?)?;
-    let effects = scenario.settings.effects.as_slice();
+    let Settings { effects, faults, .. } = &scenario.settings;
+    let effects = effects.as_slice();
+    if !faults.is_empty() {
+        faults::write(faults, scenario.settings.seed, &folder)?;
+    }
     if !effects.is_empty() {
         dataset::write_effects(effects, scenario.settings.seed, &folder)?;
     }
@@ -115,8 +120,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// Starts the backseat asked for; where its ports are.
-fn start(arguments: &Arguments) -> anyhow::Result<(Box<dyn Ports>, String)> {
+fn start(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<(Box<dyn Ports>, String)> {
+    let faults = &scenario.settings.faults;
+    if arguments.realtime && Board::is_touched(faults) {
+        bail!("--realtime: the scenario resets the board or moves its clock, which needs lock-step");
+    }
     match arguments.backseat.as_str() {
+        "host" | "" if Board::is_reset(faults) => {
+            Ok((Box::new(InProcess::new()), "the app in this process, which the scenario can reset".to_owned()))
+        }
+        _ if Board::is_reset(faults) => {
+            bail!("--backseat {}: only `host` can be reset by the scenario", arguments.backseat)
+        }
         "host" | "" => {
             let program = std::env::current_exe().context("this program's own path")?;
             let backseat = Process::spawn(&program).context("starting the backseat")?;

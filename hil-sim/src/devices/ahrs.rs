@@ -8,7 +8,6 @@ use std::f64::consts::PI;
 /// Ticks per second of the device's timer.
 const TICKS_PER_S: u64 = 62_500;
 
-
 /// The emulated AHRS.
 pub struct Ahrs {
     /// Towards the backseat.

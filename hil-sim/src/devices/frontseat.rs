@@ -63,13 +63,7 @@ pub struct Frontseat {
 impl Frontseat {
     /// A frontseat on a line of `baud`, at rest at the surface.
     #[must_use]
-    pub fn new(
-        baud: u32,
-        frame: LocalFrame,
-        start_unix_s: u32,
-        declination_rad: f64,
-        faults: FrontseatFaults,
-    ) -> Self {
+    pub fn new(baud: u32, frame: LocalFrame, start_unix_s: u32, declination_rad: f64, faults: FrontseatFaults) -> Self {
         Self {
             transmitter: Uart::new(baud),
             framer: Framer::new(Checksum::Required),

@@ -51,9 +51,8 @@ impl Devices {
         let (faults, seed) = (&settings.faults, settings.seed);
         let sensor_faults = SensorFaults::new(faults, seed);
         let packet_faults = PacketFaults::new(faults, seed, environment.sound_speed_mps);
-        let lines = [Direction::ToBackseat, Direction::FromBackseat].map(|direction| {
-            Port::DEVICES.map(|port| Line::new(faults, seed, port, direction, BAUD[port as usize]))
-        });
+        let lines = [Direction::ToBackseat, Direction::FromBackseat]
+            .map(|direction| Port::DEVICES.map(|port| Line::new(faults, seed, port, direction, BAUD[port as usize])));
         let frame = LocalFrame::new(environment.origin_latitude_deg, environment.origin_longitude_deg);
         let start_unix_s = environment.start_unix_s;
         let declination_rad = environment.magnetic_declination_rad;

@@ -50,6 +50,12 @@ impl Board {
         faults.iter().any(|fault| matches!(fault.kind, Kind::Board(BoardFault::Reset { .. })))
     }
 
+    /// Whether the board itself is touched: resets, its clock, its memory.
+    #[must_use]
+    pub fn is_touched(faults: &[Fault]) -> bool {
+        faults.iter().any(|fault| matches!(fault.kind, Kind::Board(_)))
+    }
+
     /// The reset that is due by now, once.
     pub fn reset(&mut self, now_us: u64) -> Option<Reset> {
         let (from_us, down_us, cause) = *self.resets.first().filter(|(from_us, ..)| *from_us <= now_us)?;

@@ -17,6 +17,8 @@ const ROW: u32 = 10;
 /// ... over at least this time, and the mode may not be `navigating`, µs: the two seconds that a fish or a wave may last, and a
 /// few steps.
 const ROW_US: u64 = 2_500_000;
+/// Missions of the table are flown at 3 m; deeper than this the vehicle is no longer steered, m.
+const DEEPEST_M: f64 = 10.0;
 /// A step does not propagate a variance by this factor; a covariance that was scaled to fit does.
 const JUMP: f64 = 2.0;
 
@@ -38,6 +40,7 @@ pub struct Spell {
 struct Source {
     rejected_in_a_row: u32,
     since_us: u64,
+    last_us: u64,
     rejected: u32,
     last_variance: f64,
 }
@@ -53,7 +56,8 @@ pub struct Judge {
     position_variance: f64,
     errors_m: Vec<f64>,
     end_error_m: Option<f64>,
-    ratio: f64,
+    ratios: [f64; 2],
+    deepest_m: f64,
     beyond_us: u64,
     longest_beyond_us: u64,
     spells: Vec<Spell>,
@@ -73,10 +77,12 @@ pub struct Outcome {
     pub error_m: [f64; 2],
     /// In the end, m.
     pub end_error_m: f64,
-    /// Largest error over its own sigma while the mode was `navigating`.
-    pub ratio: f64,
+    /// Largest error over its own sigma while the mode was `navigating`, and in any mode, from the first fault on.
+    pub ratios: [f64; 2],
     /// Longest time with an error beyond three sigmas while the mode was `navigating`, s.
     pub beyond_s: f64,
+    /// Deepest point of the true track, m.
+    pub deepest_m: f64,
     /// Modes from the first fault on.
     pub spells: Vec<Spell>,
     /// When the first fault began, µs.
@@ -107,7 +113,8 @@ impl Judge {
             position_variance: f64::INFINITY,
             errors_m: Vec::new(),
             end_error_m: None,
-            ratio: 0.0,
+            ratios: [0.0; 2],
+            deepest_m: 0.0,
             beyond_us: 0,
             longest_beyond_us: 0,
             spells: Vec::new(),
@@ -124,11 +131,12 @@ impl Judge {
         let dt_us = step.time_us - std::mem::replace(&mut self.last_us, step.time_us);
         if step.reset {
             self.commands.reset(step.time_us);
-            self.sources = Default::default();
+            self.sources.iter_mut().for_each(|source| source.rejected_in_a_row = 0);
             for (sum, frames) in self.frames_before_reset.iter_mut().zip(std::mem::take(&mut self.frames)) {
                 *sum += frames;
             }
         }
+        self.deepest_m = self.deepest_m.max(step.truth.state[2]);
         for record in step.fusions.iter().filter(|record| record.axis == 0) {
             self.fusion(step.time_us, record.sensor, record.fused, record.variance);
         }
@@ -150,6 +158,7 @@ impl Judge {
             if source.rejected_in_a_row == 0 {
                 source.since_us = time_us;
             }
+            source.last_us = time_us;
             source.rejected_in_a_row += 1;
             source.rejected += 1;
             source.last_variance = variance;
@@ -183,7 +192,9 @@ impl Judge {
             return;
         }
         for (sensor, source) in Sensor::ALL.iter().zip(&self.sources) {
-            if source.rejected_in_a_row >= ROW && time_us >= source.since_us + ROW_US {
+            // What has fallen silent since is judged by how far the position is off.
+            let present = time_us < source.last_us + ROW_US;
+            if present && source.rejected_in_a_row >= ROW && time_us >= source.since_us + ROW_US {
                 self.violations.insert(format!("navigating after {ROW} rejections of {} in a row", sensor.name()));
             }
         }
@@ -204,11 +215,17 @@ impl Judge {
         // One sigma along the error.
         let spread = dx * dx * sigma[0] * sigma[0] + 2.0 * dx * dy * cov_xy_m2 + dy * dy * sigma[1] * sigma[1];
         let ratio = if error_m > 0.0 { error_m * error_m / spread.sqrt() } else { 0.0 };
+        let [healthy, any] = &mut self.ratios;
+        if time_us >= self.fault_us {
+            *any = any.max(ratio);
+        }
         if *mode != Mode::Navigating {
             self.beyond_us = 0;
             return;
         }
-        self.ratio = self.ratio.max(ratio);
+        if time_us >= self.fault_us {
+            *healthy = healthy.max(ratio);
+        }
         self.beyond_us = if ratio > SIGMAS || ratio.is_nan() { self.beyond_us + dt_us } else { 0 };
         self.longest_beyond_us = self.longest_beyond_us.max(self.beyond_us);
     }
@@ -223,7 +240,8 @@ impl Judge {
             seed,
             error_m: error_m.map(|error| error.unwrap_or(f64::NAN)),
             end_error_m: self.end_error_m.unwrap_or(f64::NAN),
-            ratio: self.ratio,
+            ratios: self.ratios,
+            deepest_m: self.deepest_m,
             beyond_s: self.longest_beyond_us as f64 * 1e-6,
             spells: self.spells.iter().copied().filter(|s| s.from_us + s.length_us > self.fault_us).collect(),
             fault_us: self.fault_us,
@@ -270,6 +288,7 @@ impl Outcome {
         if limits.unrevealable.is_none() {
             check(self.beyond_s <= HEALTHY_S, format!("beyond 3 sigmas for {:.0} s while navigating", self.beyond_s));
         }
+        check(self.deepest_m <= DEEPEST_M, format!("{:.0} m deep", self.deepest_m));
         let end = self.end;
         check(limits.mission == End::Any || end == limits.mission, format!("mission {}", name(&end)));
         if end == End::Ended {

@@ -39,11 +39,15 @@ pub use sensors::SensorFaults;
 pub use table::{Summary, markdown, to_json};
 
 use crate::rng::Stream;
+use backseat_data::DataError;
+use backseat_data::output::{self, Existing};
 use backseat_wire::hostlink::{Port, ResetCause};
 use backseat_wire::iver::FrontseatMode;
 use read::Written;
 use serde::Deserialize;
+use serde_json::{Value, json};
 use std::fmt;
+use std::path::Path;
 
 /// A fault and when it acts.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -276,6 +280,22 @@ impl ModeName {
             Self::Stopped => FrontseatMode::Stopped,
         }
     }
+}
+
+/// Writes `truth/faults.json` into a folder: what broke and when.
+///
+/// # Errors
+/// If the file exists or cannot be written.
+pub fn write(faults: &[Fault], seed: u64, folder: &Path) -> Result<(), DataError> {
+    let truth = folder.join("truth");
+    std::fs::create_dir_all(&truth).map_err(|error| DataError::io(&truth, &error))?;
+    let seconds = |time_us: u64| (time_us < u64::MAX).then_some(time_us as f64 * 1e-6);
+    let one = |fault: &Fault| json!({ "fault": fault.to_string(), "from_s": seconds(fault.from_us), "until_s": seconds(fault.until_us) });
+    let faults = json!({ "seed": seed, "faults": faults.iter().map(one).collect::<Vec<Value>>() });
+    output::write(&truth.join("faults.json"), Existing::Keep, |file| {
+        serde_json::to_writer_pretty(&mut *file, &faults)?;
+        file.write_all(b"\n")
+    })
 }
 
 /// A fault in force, with its random numbers.

@@ -187,12 +187,8 @@ impl Written {
             Name::AhrsNan => Kind::Sensor(SensorFault::AhrsNan),
             Name::AhrsUpsideDown => Kind::Sensor(SensorFault::AhrsUpsideDown),
             Name::AhrsTimerRollover => Kind::Sensor(SensorFault::AhrsTimerRollover),
-            Name::DepthJump => {
-                Kind::Sensor(SensorFault::DepthJump { depth_m: need(self.depth_m.take(), "depth_m")? })
-            }
-            Name::GnssJump => {
-                Kind::Sensor(SensorFault::GnssJump { offset_m: need(self.offset_m.take(), "offset_m")? })
-            }
+            Name::DepthJump => Kind::Sensor(SensorFault::DepthJump { depth_m: need(self.depth_m.take(), "depth_m")? }),
+            Name::GnssJump => Kind::Sensor(SensorFault::GnssJump { offset_m: need(self.offset_m.take(), "offset_m")? }),
             Name::PacketLate => Kind::Packet(PacketFault::Late { delay_us: delay_us(self)? }),
             Name::PacketDuplicated => Kind::Packet(PacketFault::Duplicated { delay_us: delay_us(self)? }),
             Name::PacketWrongSource => {

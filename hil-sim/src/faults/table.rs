@@ -122,20 +122,22 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
     let passed = summaries.iter().filter(|summary| summary.passes()).count();
     let mut text = format!(
         "# Fault table\n\nMade by `{made_by}`. {passed} of {} rows pass.\n\n{INTRODUCTION}\n\
-         | row | error median / max / end [m] | error / own sigma, time beyond 3 [s] | modes from the fault on | alarms | \
+         | row | error median / max / end [m] | error / own sigma (in any mode); beyond 3 [s] | modes from the fault on | alarms | \
          commands | limit | |\n|---|--:|--:|---|---|---|---|---|\n",
         summaries.len()
     );
     for summary in summaries {
-        let verdict = if summary.passes() { "pass".to_owned() } else { format!("**FAIL** {}", summary.broken().join("; ")) };
+        let verdict =
+            if summary.passes() { "pass".to_owned() } else { format!("**FAIL** {}", summary.broken().join("; ")) };
         let unrevealable = if summary.row.limits.unrevealable.is_some() { " (u)" } else { "" };
         let _ = writeln!(
             text,
-            "| [{name}](../hil-sim/scenarios/faults/{name}.toml){unrevealable} | {:.1} / {:.1} / {:.1} | {:.1}, {:.0} | {} | {} | {} | {} | {verdict} |",
+            "| [{name}](../hil-sim/scenarios/faults/{name}.toml){unrevealable} | {:.1} / {:.1} / {:.1} | {:.1} ({:.1}); {:.0} | {} | {} | {} | {} | {verdict} |",
             median(&summary.of(|outcome| outcome.error_m[0])).unwrap_or(f64::NAN),
             summary.largest(|outcome| outcome.error_m[1]),
             summary.largest(|outcome| outcome.end_error_m),
-            summary.largest(|outcome| outcome.ratio),
+            summary.largest(|outcome| outcome.ratios[0]),
+            summary.largest(|outcome| outcome.ratios[1]),
             summary.largest(|outcome| outcome.beyond_s),
             summary.modes(),
             summary.alarms(),
@@ -162,15 +164,15 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
 const INTRODUCTION: &str = "\
 Every row is a scenario of its own, flown once for each seed in lock-step with the app in this process. Errors are horizontal, of the
 backseat's own estimate, from the first fault to the end of the flight: median over the seeds of each flight's median, largest of
-all, largest at the end. Error over own sigma: along the error, while the mode is `navigating`; then the longest time without a break
-for which it is beyond three. Modes: seconds after the first fault, mean time in it, in how many flights where not in all. Alarms: mean
+all, largest at the end. Error over own sigma: along the error, largest while the mode is `navigating` (and in any mode); then the
+longest time without a break for which it is beyond three while `navigating`. Modes: seconds after the first fault, mean time in it, in how many flights where not in all. Alarms: mean
 counts a flight of refused frames, gated measurements, packets without a range. Commands: steering commands a flight, checked one
 by one against angle, rate, speed, acceleration and timeout. (u): see the last section.
 
 A row passes when every flight keeps the row's limits and these rules: no panic; every command within limits and rates, none without
 a mission, each with a timeout of 2 s at most; never `navigating` for more than 120 s with an error beyond three own sigmas (but for
 (u)); not `navigating` after ten rejections of a source in a row; no source taken back with a covariance scaled to fit, unless a fix
-came between; the same digest when flown again (first seed).
+came between; no deeper than 10 m in missions at 3 m; the same digest when flown again (first seed).
 ";
 
 /// Everything, for scripts.
@@ -187,7 +189,7 @@ pub fn to_json(summaries: &[Summary]) -> Value {
             .collect();
         json!({
             "seed": outcome.seed, "median_m": outcome.error_m[0], "max_m": outcome.error_m[1], "end_m": outcome.end_error_m,
-            "error_over_sigma": outcome.ratio, "beyond_3_sigma_s": outcome.beyond_s, "modes": modes, "alarms": outcome.alarms,
+            "error_over_sigma": {"navigating": outcome.ratios[0], "any": outcome.ratios[1]}, "deepest_m": outcome.deepest_m, "beyond_3_sigma_s": outcome.beyond_s, "modes": modes, "alarms": outcome.alarms,
             "commands": {"steering": outcome.commands[0], "neutral": outcome.commands[1], "stop": outcome.commands[2]},
             "mission": name(&outcome.end), "digest": format!("{:016x}", outcome.digest), "violations": outcome.violations,
         })

@@ -37,6 +37,8 @@ fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), 
     client.hello()?;
     client.set_parameters(&board_parameters(scenario))?;
     if Board::is_reset(&scenario.settings.faults) {
+        // Twice: a copy that has served for a while has another beside it.
+        client.store_parameters()?;
         client.store_parameters()?;
     }
     client.set_mission(&scenario.settings.waypoints())
