@@ -291,9 +291,9 @@ fn a_lone_vertical_fin_is_enough_when_it_is_known_to_be_alone() {
                     matches!(s.command.status, MissionStatus::Leg(1 | 3 | 5)) && s.command.error.along_m > 40.0
                 };
                 let squares: Vec<f64> =
-                    samples.iter().filter(on_line).map(|s| s.command.error.cross_m.powi(2)).collect();
+                    samples.iter().filter(on_line).map(|s| s.command.error.cross_m * s.command.error.cross_m).collect();
                 let finished = samples.last().unwrap().command.status == MissionStatus::Finished;
-                (finished, (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+                (finished, libm::sqrt(squares.iter().sum::<f64>() / squares.len() as f64))
             };
             let ((_, unknown_m), (finished, known_m)) = (error(false), error(true));
             println!("{law:?}, fin {fin}: across {unknown_m:.2} m, known {known_m:.2} m");
