@@ -101,7 +101,7 @@ fn without_a_fix_nothing_is_initialised_and_an_armed_mission_waits() {
 const SYNCHRONOUS: ClockMode = ClockMode(3);
 
 /// Sends sentences to the modem port, 0.2 s apart, in a world whose own ship is silent.
-fn hear(world: &mut World, board: &mut Direct, sentences: &[Vec<u8>]) {
+pub fn hear(world: &mut World, board: &mut Direct, sentences: &[Vec<u8>]) {
     world.silent[Port::Modem as usize] = true;
     for bytes in sentences {
         world.advance(board);

@@ -10,4 +10,5 @@ mod lockstep;
 mod modes;
 mod persistence;
 mod streams;
+mod time;
 mod world;

@@ -20,6 +20,7 @@ use backseat_wire::modem::{
 };
 use backseat_wire::nmea::{Checksum, Framer, MAX_SENTENCE};
 use backseat_wire::ship_state::ShipState;
+use std::cell::Cell;
 
 pub const STEP_US: u64 = 100_000;
 /// 2026-11-20 12:00:00 UTC.
@@ -55,8 +56,14 @@ pub struct World {
     agenda: Vec<Arrival>,
 }
 
+thread_local! {
+    /// Board time from which on UTC is a second behind what it would be without its leap second, µs.
+    pub static LEAP_SECOND_US: Cell<u64> = const { Cell::new(u64::MAX) };
+}
+
 pub fn date_time(board_us: u64) -> DateTime {
-    DateTime::from_unix_us(START_S * 1_000_000 + board_us - PHASE_US).unwrap()
+    let inserted_us = if board_us >= LEAP_SECOND_US.get() { 1_000_000 } else { 0 };
+    DateTime::from_unix_us(START_S * 1_000_000 + board_us - PHASE_US - inserted_us).unwrap()
 }
 
 pub fn frontseat(message: &FromFrontseat<'_>) -> Vec<u8> {
@@ -225,7 +232,11 @@ impl World {
         self.flying_s = None;
         let toa_us = launch_us + flight_us;
         self.say(Port::Modem, toa_us + 50_000, modem(&FromModem::ReceiveBegins { psk: false }));
-        self.say(Port::Modem, toa_us + 4_000_000, received(&ship_frame(self.ship_m, START_S + launch_s)));
+        self.say(
+            Port::Modem,
+            toa_us + 4_000_000,
+            received(&ship_frame(self.ship_m, date_time(launch_us).unix_us() / 1_000_000)),
+        );
         self.say(Port::Modem, toa_us + 4_050_000, statistics(toa_us, ClockMode(3)));
     }
 
