@@ -17,6 +17,9 @@ use backseat_wire::ship_state::ShipState;
 
 /// The start of a packet is reported within this of its time of arrival, µs; statistics further off belong to another.
 const BRIDGE_MAX_US: i64 = 2_000_000;
+/// A transmit second up to this much before the last one used is no news, s: more than the longest flight, 20 km at
+/// 1300 m/s.
+const REPLAY_S: u32 = 16;
 /// A ship further away than this is absurd, m: the local plane ends there.
 const SHIP_MAX_M: f64 = 1.0e5;
 /// A faster ship is absurd, m/s.
@@ -46,7 +49,7 @@ pub enum Loss {
     NoTime,
     /// Its time of arrival does not belong to its start.
     Arrival,
-    /// Its transmit second was already used.
+    /// Its transmit second, or a later one, was already used.
     Repeated,
     /// Range, or the ship's position or velocity, is impossible.
     Absurd,
@@ -207,7 +210,9 @@ impl Acoustics {
         if !arrival.synchronous {
             return Err(Loss::NotSynchronous);
         }
-        if self.last_transmit_s == Some(ship.transmit_s) {
+        // A packet that fits the board's own clock was sent within the longest flight: an older one is a repetition of
+        // what was used, one ahead of which many seconds were used was sent by a clock that has been set back.
+        if self.last_transmit_s.is_some_and(|last_s| last_s.wrapping_sub(ship.transmit_s) < REPLAY_S) {
             return Err(Loss::Repeated);
         }
         let start_utc_us = clock.utc_us(pending.start_us).ok_or(Loss::NoTime)?;

@@ -65,6 +65,12 @@ pub(crate) struct Backseat {
     /// Time of the last echo that was taken as input.
     pub(crate) echo_us: Option<u64>,
     pub(crate) last_step_us: Option<u64>,
+    /// Parameters may be written under way until then.
+    pub(crate) unlocked_us: u64,
+    /// A key may come until then.
+    pub(crate) key_us: u64,
+    /// Reset by a fault, and no stored parameters: those in use may not be those of before.
+    pub(crate) unconfigured: bool,
     digest: u64,
     pub(crate) losses: Losses,
 }
@@ -106,6 +112,9 @@ impl App {
                 stopping: false,
                 echo_us: None,
                 last_step_us: None,
+                unlocked_us: 0,
+                key_us: 0,
+                unconfigured: false,
                 digest: 0,
                 losses: Losses::new(),
             },
@@ -206,6 +215,11 @@ impl App {
     #[must_use]
     pub fn health(&self) -> Health<'_> {
         Health::new(self)
+    }
+
+    /// The key may be on its way: what the host port receives is not for any log.
+    pub(crate) fn expects_key(&self) -> bool {
+        self.backseat.expects_key()
     }
 
     pub(crate) fn estimator(&self) -> &Estimator {
@@ -316,6 +330,7 @@ impl Backseat {
         self.stopping = false;
         self.echo_us = None;
         self.last_step_us = None;
+        (self.unlocked_us, self.key_us) = (0, 0);
         self.digest = 0;
     }
 
@@ -371,7 +386,7 @@ impl Backseat {
             frontseat_age_us: age(self.frontseat.last_us()),
             refused_us: age(self.frontseat.refused_since_us()),
             position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
-            resumed: self.estimator.resumed().is_some(),
+            resumed: self.unconfigured || self.estimator.resumed().is_some(),
             doubted: self.estimator.is_doubted(),
             mission: self.under_way(),
         }

@@ -7,9 +7,15 @@ use crate::ring::Ring;
 use crate::wiggle::Wiggle;
 use backseat_core::control::mission::MissionStatus;
 use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Refusal, ToBoard, encode};
+use backseat_wire::ship_state::Key;
 
 /// Bytes that may wait for the host: some twenty steps of telemetry.
 pub const HOST_RING: usize = 8192;
+
+/// Parameters stay unlocked this long, µs.
+const UNLOCKED_US: u64 = 60_000_000;
+/// The key comes within this time of its announcement, µs.
+const KEY_US: u64 = 2_000_000;
 
 /// Queues one message to the host.
 pub fn send(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>) {
@@ -42,15 +48,21 @@ impl Backseat {
                 let firmware = concat!("backseat ", env!("CARGO_PKG_VERSION"));
                 FromBoard::Hello { firmware, parameter_schema: PARAMETER_SCHEMA }
             }
-            ToBoard::ParameterBegin => {
-                self.parameters.begin();
-                FromBoard::Done
-            }
+            ToBoard::ParameterBegin => answer(self.may_write().map(|()| self.parameters.begin())),
             ToBoard::ParameterSet { name, value } => {
                 let under_way = self.under_way();
-                answer(self.parameters.set(name, value, under_way))
+                answer(self.may_write().and_then(|()| self.parameters.set(name, value, under_way)))
             }
-            ToBoard::ParameterCommit => answer(self.commit()),
+            ToBoard::ParameterCommit => answer(self.may_write().and_then(|()| self.commit())),
+            ToBoard::Unlock => {
+                self.unlocked_us = self.now_us().saturating_add(UNLOCKED_US);
+                FromBoard::Done
+            }
+            ToBoard::KeyBegin => {
+                self.key_us = self.now_us().saturating_add(KEY_US);
+                FromBoard::Key { set: self.parameters.active().app.acoustic_key.is_set() }
+            }
+            ToBoard::KeySet(key) => answer(self.set_key(key)),
             ToBoard::ParameterGet { index } => match self.parameters.info(index) {
                 Some(info) => FromBoard::Parameter(info),
                 None => FromBoard::Refused(Refusal::UnknownParameter),
@@ -84,6 +96,33 @@ impl Backseat {
         if let (ToBoard::Hello, Some(restart)) = (request, self.last_restart.get()) {
             send(out, &FromBoard::Restart(*restart));
         }
+    }
+
+    fn now_us(&self) -> u64 {
+        self.last_step_us.unwrap_or(0)
+    }
+
+    /// Under way, and when a mission waits to begin, nothing is written by mistake.
+    fn may_write(&self) -> Result<(), Refusal> {
+        let locked = (self.under_way() || self.armed) && self.now_us() >= self.unlocked_us;
+        if locked { Err(Refusal::Locked) } else { Ok(()) }
+    }
+
+    /// The key may be on its way: nothing that comes from the host is logged.
+    pub fn expects_key(&self) -> bool {
+        self.now_us() < self.key_us
+    }
+
+    fn set_key(&mut self, key: Key) -> Result<(), Refusal> {
+        if self.under_way() || self.armed {
+            return Err(Refusal::UnderWay);
+        }
+        if !self.expects_key() {
+            return Err(Refusal::Sequence);
+        }
+        self.key_us = 0;
+        self.parameters.set_key(key);
+        Ok(())
     }
 
     /// Flash is never erased under way.
@@ -125,6 +164,7 @@ impl Backseat {
             }
             taken
         })?;
+        self.unconfigured = false;
         if rebuilt {
             // what came before may be in other units
             self.estimator.reset();

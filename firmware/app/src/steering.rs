@@ -7,6 +7,10 @@ use crate::parameters::ControlMode;
 use backseat_core::control::mission::MissionStatus;
 use backseat_wire::hostlink::Port;
 
+/// An echo of the motor that is further from the command shows another's command: what the propeller's rate and the
+/// echo's age make is less but in the first second.
+const MOTOR_COUNTS: u8 = 16;
+
 impl Backseat {
     /// While the frontseat steers, its echo says what the actuators do.
     pub(crate) fn hear_echo(&mut self) {
@@ -14,7 +18,11 @@ impl Backseat {
         let own = self.under_way() && app.control_mode == ControlMode::Direct;
         let Some((time_us, bytes)) = self.frontseat.echo().filter(|(us, _)| self.echo_us != Some(*us)) else { return };
         self.echo_us = Some(time_us);
-        if !own {
+        if own {
+            // Somebody at the frontseat may steer by hand, whatever it acknowledges. The motor is told a steady speed.
+            let obeys = bytes.motor.abs_diff(self.commander.sent().motor) <= MOTOR_COUNTS;
+            self.frontseat.note_obedience(time_us, obeys);
+        } else {
             let input = input_of(&bytes, app);
             self.estimator.command(time_us, &input);
             self.adaptation.command(time_us, &input);

@@ -31,11 +31,13 @@ pub enum Error {
     Invalid,
     /// The output buffer is too small.
     BufferFull,
+    /// Not from whom it says: the authentication code is missing or wrong.
+    Forged,
 }
 
 impl Error {
     /// All causes, in the order of their discriminants.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Overflow,
         Self::Checksum,
         Self::ChecksumMissing,
@@ -49,6 +51,7 @@ impl Error {
         Self::OutOfRange,
         Self::Invalid,
         Self::BufferFull,
+        Self::Forged,
     ];
 }
 

@@ -1,10 +1,10 @@
 //! The ship's state at launch, as the acoustic packet carries it.
 //!
-//! 24 bytes, little-endian, at the front of the 32-byte FSK frame: 8 bytes stay free for a message authentication code.
+//! 24 bytes, little-endian, at the front of the 32-byte FSK frame, or 28 with an authentication code.
 //!
 //! | offset | type | meaning |
 //! |---|---|---|
-//! | 0 | u8 | version, 1 |
+//! | 0 | u8 | version, 1; with an authentication code 2 |
 //! | 1 | u8 | source, the ship's modem address |
 //! | 2 | u8 | sequence number, wraps |
 //! | 3 | u32 | transmit second: UTC seconds since 1970 at which the packet leaves |
@@ -16,22 +16,91 @@
 //! | 20 | u8 | velocity accuracy (one sigma per axis), 0.01 m/s, rounded up; 255: 2.55 m/s or more |
 //! | 21 | u8 | depth of the ship's transducer, 0.1 m |
 //! | 22 | u16 | CRC-16/IBM-3740 (polynomial 0x1021, initial 0xFFFF) over bytes 0 to 21 |
+//! | 24 | u32 | version 2 only: the low half of SipHash-2-4 over bytes 0 to 23 by a key of 16 bytes |
 //!
 //! Position and velocity are those of the transducer at the transmit second.
+//!
+//! SipHash-2-4 is a keyed pseudo-random function made for messages this short: no tables, 64-bit additions and
+//! rotations. Its 64 bits are cut to 32: whoever does not know the key has one chance in 4.3e9 a packet, and at one
+//! packet a second (more than the channel carries) an even chance after 94 years. The transmit second is under the
+//! code, so that a packet is good for one second of all time: what was recorded cannot be played again later.
 
 use crate::framer::at;
 use crate::nmea::within;
 use crate::write::Writer;
 use crate::{Decimal, Error};
+use core::fmt;
 use crc::{CRC_16_IBM_3740, Crc};
+use serde::{Deserialize, Serialize};
+use siphasher::sip::SipHasher24;
 
 /// Bytes of the payload.
 pub const LENGTH: usize = 24;
-/// Version written and read.
+/// Bytes of the payload with its authentication code.
+pub const AUTHENTIC_LENGTH: usize = LENGTH + CODE;
+/// Version without an authentication code.
 pub const VERSION: u8 = 1;
+/// Version with one.
+pub const AUTHENTIC_VERSION: u8 = 2;
+
+const CODE: usize = 4;
 
 const CRC_AT: usize = LENGTH - 2;
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+
+/// The secret that ship and vehicle share. It is shown to nobody: there is no way to read its bytes but to send it.
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Key([u8; 16]);
+
+impl Key {
+    /// No key: nothing is authenticated.
+    pub const NONE: Self = Self([0; 16]);
+
+    /// Of 16 bytes; all zero is [`Self::NONE`].
+    #[must_use]
+    pub const fn new(bytes: [u8; 16]) -> Self {
+        Self(bytes)
+    }
+
+    /// Whether there is one.
+    #[must_use]
+    pub fn is_set(&self) -> bool {
+        *self != Self::NONE
+    }
+
+    /// The halves, for the memory that keeps it.
+    #[must_use]
+    pub fn halves(&self) -> [[u8; 8]; 2] {
+        let [a, b] = self.0.as_chunks().0 else { return [[0; 8]; 2] };
+        [*a, *b]
+    }
+
+    /// With one half (0 or 1) replaced.
+    #[must_use]
+    pub fn with_half(mut self, half: usize, bytes: [u8; 8]) -> Self {
+        if let Some(place) = self.0.as_chunks_mut().0.get_mut(half) {
+            *place = bytes;
+        }
+        self
+    }
+
+    fn code(&self, payload: &[u8]) -> [u8; CODE] {
+        (SipHasher24::new_with_key(&self.0).hash(payload) as u32).to_le_bytes()
+    }
+}
+
+impl fmt::Debug for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.is_set() { "set" } else { "not set" })
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for Key {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "{=bool}", self.is_set());
+    }
+}
 
 /// The ship at the time of launch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +125,26 @@ pub struct ShipState {
 }
 
 impl ShipState {
-    /// Reads the front of a frame; what follows the payload is not looked at.
+    /// Reads a frame as [`Self::parse`] does, if the key is not set or its authentication code is right.
+    ///
+    /// # Errors
+    /// [`Error::Forged`] without a code, or with a wrong one; else those of [`Self::parse`].
+    pub fn parse_authentic(frame: &[u8], key: &Key) -> Result<Self, Error> {
+        let state = Self::parse(frame)?;
+        if key.is_set() {
+            let payload = frame.get(..LENGTH).ok_or(Error::Length)?;
+            let code: [u8; CODE] = at(frame, LENGTH).map_err(|_| Error::Forged)?;
+            // compared whole: how long it takes tells nothing
+            if frame.first() != Some(&AUTHENTIC_VERSION)
+                || u32::from_le_bytes(code) != u32::from_le_bytes(key.code(payload))
+            {
+                return Err(Error::Forged);
+            }
+        }
+        Ok(state)
+    }
+
+    /// Reads the front of a frame, with or without an authentication code, which is not looked at.
     ///
     /// # Errors
     /// [`Error::Length`] when shorter, [`Error::Unknown`] for another version, [`Error::Checksum`], [`Error::OutOfRange`].
@@ -67,7 +155,7 @@ impl ShipState {
         if CRC.checksum(covered) != u16::from_le_bytes(at(payload, CRC_AT)?) {
             return Err(Error::Checksum);
         }
-        if version != VERSION {
+        if version != VERSION && version != AUTHENTIC_VERSION {
             return Err(Error::Unknown);
         }
         let angle =
@@ -91,10 +179,27 @@ impl ShipState {
     /// # Errors
     /// [`Error::OutOfRange`] for what it cannot carry.
     pub fn emit(&self) -> Result<[u8; LENGTH], Error> {
+        self.write(VERSION)
+    }
+
+    /// The payload with its authentication code.
+    ///
+    /// # Errors
+    /// Those of [`Self::emit`].
+    pub fn emit_authentic(&self, key: &Key) -> Result<[u8; AUTHENTIC_LENGTH], Error> {
+        let payload = self.write(AUTHENTIC_VERSION)?;
+        let mut whole = [0; AUTHENTIC_LENGTH];
+        let mut writer = Writer::new(&mut whole);
+        writer.bytes(&payload)?;
+        writer.bytes(&key.code(&payload))?;
+        Ok(whole)
+    }
+
+    fn write(&self, version: u8) -> Result<[u8; LENGTH], Error> {
         let [latitude, longitude] = self.position_deg;
         let mut payload = [0; LENGTH];
         let mut writer = Writer::new(&mut payload);
-        writer.bytes(&[VERSION, self.source, self.sequence])?;
+        writer.bytes(&[version, self.source, self.sequence])?;
         writer.bytes(&self.transmit_s.to_le_bytes())?;
         for (angle, limit) in [(latitude, 90.0), (longitude, 180.0)] {
             let scaled = libm::round(within(angle, -limit, limit)? * 1.0e7) as i32;
@@ -112,5 +217,31 @@ impl ShipState {
         let crc = CRC.checksum(writer.written());
         writer.bytes(&crc.to_le_bytes())?;
         Ok(payload)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    /// The reference implementation's vectors (Aumasson and Bernstein, `vectors.h`): key 00 to 0F, messages 00, 01, ...
+    #[test]
+    fn val_the_code_is_the_low_half_of_siphash_2_4() {
+        let key = Key::new(core::array::from_fn(|i| i as u8));
+        let message: [u8; 15] = core::array::from_fn(|i| i as u8);
+        for (length, hash) in [(0, 0x726f_db47_dd0e_0e31), (1, 0x74f8_39c5_93dc_67fd), (15, 0xa129_ca61_49be_45e5_u64)]
+        {
+            assert_eq!(key.code(&message[..length]), (hash as u32).to_le_bytes());
+        }
+    }
+
+    #[test]
+    fn a_key_shows_nothing_of_itself() {
+        assert_eq!(std::format!("{:?} {:?}", Key::new([3; 16]), Key::NONE), "set not set");
+        let key = Key::new(core::array::from_fn(|i| i as u8));
+        let [low, high] = key.halves();
+        assert_eq!(Key::NONE.with_half(1, high).with_half(0, low), key);
+        assert_eq!(key.with_half(2, [0; 8]), key);
     }
 }

@@ -31,6 +31,8 @@ struct Status {
     mode: Option<FrontseatMode>,
     /// Commands are refused since then.
     refused_since_us: Option<u64>,
+    /// The echoed motor is not the commanded one since then.
+    disobeyed_since_us: Option<u64>,
     /// `$OMSTOP` was acknowledged.
     stop_acknowledged: bool,
     /// Fins and motor as the frontseat last echoed them, and when.
@@ -42,7 +44,14 @@ impl FrontseatLink {
         Self {
             framer: Framer::new(Checksum::Required),
             counts: Counts::new(),
-            status: Status { last_us: None, mode: None, refused_since_us: None, stop_acknowledged: false, echo: None },
+            status: Status {
+                last_us: None,
+                mode: None,
+                refused_since_us: None,
+                disobeyed_since_us: None,
+                stop_acknowledged: false,
+                echo: None,
+            },
             due_us: [0; 3],
         }
     }
@@ -123,14 +132,21 @@ impl FrontseatLink {
         self.status.last_us
     }
 
-    /// Since when commands are refused.
+    /// Since when commands are refused, or acknowledged and not obeyed.
     pub fn refused_since_us(&self) -> Option<u64> {
-        self.status.refused_since_us
+        let Status { refused_since_us, disobeyed_since_us, .. } = self.status;
+        refused_since_us.or(disobeyed_since_us)
+    }
+
+    /// The echo of `time_us` shows a motor that does what it was told, or another.
+    pub fn note_obedience(&mut self, time_us: u64, obeys: bool) {
+        let since_us = &mut self.status.disobeyed_since_us;
+        *since_us = if obeys { None } else { since_us.or(Some(time_us)) };
     }
 
     /// Starts counting refusals afresh.
     pub fn forget_refusal(&mut self) {
-        self.status.refused_since_us = None;
+        (self.status.refused_since_us, self.status.disobeyed_since_us) = (None, None);
     }
 
     /// The echo of fins and motor, and when it came.

@@ -65,7 +65,8 @@ impl ModemLink {
                 // The ship's state stands in a packet's first frame.
                 FromModem::Received(received) if received.frame == 1 => {
                     let mut frame = [0; MAX_FRAME];
-                    match received.payload.copy_to(&mut frame).and_then(ShipState::parse) {
+                    let authentic = |frame: &[u8]| ShipState::parse_authentic(frame, &settings.acoustic_key);
+                    match received.payload.copy_to(&mut frame).and_then(|frame| authentic(frame)) {
                         Ok(ship) => Some(AcousticEvent::Ship(ship)),
                         Err(cause) => {
                             self.counts.note_error(cause);

@@ -13,9 +13,10 @@ pub use table::PARAMETERS;
 use crate::held::Held;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_wire::hostlink::{ParameterInfo, Refusal};
+use backseat_wire::ship_state::Key;
 
 /// Version of the parameter list: grows with every change of a name, unit or meaning.
-pub const PARAMETER_SCHEMA: u16 = 2;
+pub const PARAMETER_SCHEMA: u16 = 3;
 
 /// What a parameter's number means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,19 +96,39 @@ impl ParameterStore {
         self.changed.get().unwrap_or(&Settings::DEFAULT)
     }
 
+    /// Whether nothing was ever restored or set.
+    pub(crate) fn is_default(&self) -> bool {
+        self.changed.get().is_none()
+    }
+
     /// Makes a set the active one whose values were in range when it was stored.
     pub(crate) fn restore(&mut self, settings: &Settings) {
         self.changed.set(*settings);
         self.staged.clear();
     }
 
-    /// Takes another vehicle over into the active set, and into an open transaction that has not changed it; false, and
-    /// nothing changed, when one of its values is not within its range.
-    pub(crate) fn adopt(&mut self, vehicle: &VehicleParameters) -> bool {
+    /// The active set, for changing it.
+    fn active_mut(&mut self) -> Option<&mut Settings> {
         if self.changed.get().is_none() {
             self.changed.set(Settings::DEFAULT);
         }
-        let Some(active) = self.changed.get_mut() else { return false };
+        self.changed.get_mut()
+    }
+
+    /// Takes the key of the acoustic payloads, into an open transaction as well.
+    pub(crate) fn set_key(&mut self, key: Key) {
+        if let Some(active) = self.active_mut() {
+            active.app.acoustic_key = key;
+        }
+        if let Some(staged) = self.staged.get_mut() {
+            staged.app.acoustic_key = key;
+        }
+    }
+
+    /// Takes another vehicle over into the active set, and into an open transaction that has not changed it; false, and
+    /// nothing changed, when one of its values is not within its range.
+    pub(crate) fn adopt(&mut self, vehicle: &VehicleParameters) -> bool {
+        let Some(active) = self.active_mut() else { return false };
         let old = core::mem::replace(&mut active.vehicle, *vehicle);
         if !PARAMETERS.iter().all(|parameter| parameter.admits((parameter.get)(active))) {
             active.vehicle = old;

@@ -7,6 +7,7 @@ use backseat_core::navigation::{EffectStates, NavigationConfig, ProcessModel, Su
 use backseat_wire::iver::Units;
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::modem::{ClockEncoding, DopplerSign};
+use backseat_wire::ship_state::Key;
 
 /// What the AHRS port speaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +77,8 @@ pub struct AppSettings {
     pub ship_address: u8,
     /// The board's own modem address.
     pub modem_address: u8,
+    /// Packets count only with the authentication code of this key, if it is set. In no list: nothing reads it back.
+    pub acoustic_key: Key,
     /// Data and statistics of a packet come within this time of its start, s.
     pub packet_timeout_s: f64,
     /// Transducer from the centre of gravity, body frame, m.
@@ -187,6 +190,7 @@ impl AppSettings {
         range_max_m: 5000.0,
         ship_address: 1,
         modem_address: 2,
+        acoustic_key: Key::NONE,
         packet_timeout_s: 10.0,
         modem_arm_m: [0.0; 3],
         use_depth: true,

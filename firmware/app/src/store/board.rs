@@ -57,6 +57,7 @@ impl App {
         match *response {
             Response::Fresh => return,
             Response::Resume { navigation, utc_us } => {
+                backseat.unconfigured = backseat.storing != Storing::Never && backseat.parameters.is_default();
                 backseat.estimator.resume(navigation);
                 if let Some(utc_us) = utc_us {
                     backseat.clock.resume(utc_us);

@@ -4,8 +4,8 @@
 //! last the header, which commits it. Until then the other copy is the newest; a power cut at any
 //! moment leaves the old set or the new one.
 
-use super::record::{Header, Refused, VALUES, WORD, WORDS, decode_values, digest, encode_values};
-use crate::parameters::{PARAMETERS, Settings};
+use super::record::{Header, Refused, WORD, WORDS, decode_values, digest, encode_values};
+use crate::parameters::Settings;
 use embedded_storage::nor_flash::NorFlash;
 
 /// The flash cannot hold two copies.
@@ -103,15 +103,15 @@ impl<F: NorFlash> ParameterFlash<F> {
         let start = self.half * target;
         self.flash.erase(start, start + self.half).map_err(SaveError::Flash)?;
         let (mut header, mut crc) = Header::new(sequence).encode();
-        for (word, parameters) in (1_u32..).zip(PARAMETERS.chunks(VALUES)) {
-            let bytes = encode_values(parameters, settings);
+        for word in 1..WORDS {
+            let bytes = encode_values(word, settings);
             crc.update(&bytes);
-            self.flash.write(start + word * WORD as u32, &bytes).map_err(SaveError::Flash)?;
+            self.flash.write(start + (word * WORD) as u32, &bytes).map_err(SaveError::Flash)?;
         }
-        for (word, parameters) in (1_u32..).zip(PARAMETERS.chunks(VALUES)) {
+        for word in 1..WORDS {
             let mut bytes = [0; WORD];
-            let read = self.flash.read(start + word * WORD as u32, &mut bytes);
-            if read.is_err() || bytes != encode_values(parameters, settings) {
+            let read = self.flash.read(start + (word * WORD) as u32, &mut bytes);
+            if read.is_err() || bytes != encode_values(word, settings) {
                 return Err(SaveError::Verify);
             }
         }
@@ -141,15 +141,14 @@ impl<F: NorFlash> ParameterFlash<F> {
         let present = header.is_present();
         let mut crc = digest();
         crc.update(&word[..28]);
-        let mut parameters = PARAMETERS.chunks(VALUES);
         let mut in_range = true;
-        for i in 1..header.words() as u32 {
-            if self.flash.read(start + i * WORD as u32, &mut word).is_err() {
+        for i in 1..header.words() {
+            if self.flash.read(start + (i * WORD) as u32, &mut word).is_err() {
                 return Copy::broken(Refused::Unreadable);
             }
             crc.update(&word);
             if present {
-                in_range &= decode_values(&word, parameters.next().unwrap_or_default(), into);
+                in_range &= decode_values(&word, i, into);
             }
         }
         if crc.finalize() != expected {

@@ -9,20 +9,22 @@
 //! | | 12..16 | fingerprint of the list: CRC-32 of schema, names and units |
 //! | | 16..28 | reserved, 0 |
 //! | | 28..32 | CRC-32 of bytes 0..28 and of all words that follow |
-//! | 1.. | 8 each | values (f64) in the order of the list, the last word filled up with 0 |
+//! | 1.. | 8 each | values (f64) in the order of the list, the two halves of the acoustic key, 0 to the end of the word |
 //!
 //! Numbers are little-endian. Word 0 is written last and commits the copy.
 
-use crate::parameters::{PARAMETER_SCHEMA, PARAMETERS, Parameter, Settings};
+use crate::parameters::{PARAMETER_SCHEMA, PARAMETERS, Settings};
 use backseat_wire::hostlink::CRC;
 use crc::Digest;
 
 /// What is programmed at once: a flash word of the STM32H743 (RM0433 4.3.9), bytes.
 pub const WORD: usize = 32;
 /// Values in a word.
-pub(super) const VALUES: usize = 4;
+const VALUES: usize = 4;
 /// Words of a copy of the present list, header included.
-pub(super) const WORDS: usize = 1 + PARAMETERS.len().div_ceil(VALUES);
+pub(super) const WORDS: usize = 1 + SLOTS.div_ceil(VALUES);
+/// Values of a copy: the list, and the key, which is in no list.
+const SLOTS: usize = PARAMETERS.len() + 2;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"BSPS");
 
@@ -54,7 +56,7 @@ pub(super) struct Header {
 impl Header {
     /// Of a copy of the present list.
     pub fn new(sequence: u32) -> Self {
-        Self { schema: PARAMETER_SCHEMA, count: PARAMETERS.len() as u16, sequence, fingerprint: fingerprint() }
+        Self { schema: PARAMETER_SCHEMA, count: SLOTS as u16, sequence, fingerprint: fingerprint() }
     }
 
     /// The word without its CRC, and the CRC so far.
@@ -117,28 +119,45 @@ fn fingerprint() -> u32 {
     crc.finalize()
 }
 
-/// A word of values.
-pub(super) fn encode_values(parameters: &[Parameter], settings: &Settings) -> [u8; WORD] {
+/// Word `index` of a copy, one of values (from 1 on).
+pub(super) fn encode_values(index: usize, settings: &Settings) -> [u8; WORD] {
     let mut word = [0; WORD];
-    for (place, parameter) in word.chunks_exact_mut(8).zip(parameters) {
-        place.copy_from_slice(&(parameter.get)(settings).to_le_bytes());
+    for (place, slot) in word.as_chunks_mut::<8>().0.iter_mut().zip(slots(index)) {
+        *place = match PARAMETERS.get(slot) {
+            Some(parameter) => (parameter.get)(settings).to_le_bytes(),
+            None => {
+                let half = slot - PARAMETERS.len();
+                settings.app.acoustic_key.halves().get(half).copied().unwrap_or_default()
+            }
+        };
     }
     word
 }
 
 /// Takes a word of values over, as far as they are in range; whether all were.
-pub(super) fn decode_values(word: &[u8; WORD], parameters: &[Parameter], settings: &mut Settings) -> bool {
+pub(super) fn decode_values(word: &[u8; WORD], index: usize, settings: &mut Settings) -> bool {
     let mut admitted = true;
-    for (bytes, parameter) in word.as_chunks::<8>().0.iter().zip(parameters) {
-        let value = f64::from_le_bytes(*bytes);
-        if parameter.admits(value) {
-            (parameter.set)(settings, value);
-        } else {
-            admitted = false;
+    for (bytes, slot) in word.as_chunks::<8>().0.iter().zip(slots(index)) {
+        match PARAMETERS.get(slot) {
+            Some(parameter) => {
+                let value = f64::from_le_bytes(*bytes);
+                if parameter.admits(value) {
+                    (parameter.set)(settings, value);
+                } else {
+                    admitted = false;
+                }
+            }
+            None => settings.app.acoustic_key = settings.app.acoustic_key.with_half(slot - PARAMETERS.len(), *bytes),
         }
     }
     admitted
 }
 
-const _: () = assert!(PARAMETERS.len() <= u16::MAX as usize);
+/// The values of a word.
+fn slots(index: usize) -> core::ops::Range<usize> {
+    let first = index.saturating_sub(1) * VALUES;
+    first..first + VALUES
+}
+
+const _: () = assert!(SLOTS <= u16::MAX as usize);
 const _: () = assert!(VALUES * size_of::<f64>() == WORD);

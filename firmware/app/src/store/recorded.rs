@@ -43,6 +43,7 @@ where
         return pump.poll(app, ports, now_us);
     }
     let stepped_us = app.stepped_us();
+    let expects_key = app.expects_key();
     let shared = RefCell::new(&mut *recorder);
     let mut which = Port::ALL.into_iter();
     let mut recorded = ports.each_mut().map(|driver| Recorded {
@@ -51,6 +52,7 @@ where
         port: which.next().unwrap_or(Port::Host),
         recorder: &shared,
         time_us: now_us,
+        expects_key,
     });
     let progress = pump.poll(app, &mut recorded, now_us)?;
     if let Some(time_us) = app.stepped_us().filter(|us| Some(*us) != stepped_us) {
@@ -65,6 +67,8 @@ struct Recorded<'a, 'r, P, R> {
     port: Port,
     recorder: &'a RefCell<&'r mut R>,
     time_us: u64,
+    /// The host's bytes may hold the key of the acoustic payloads.
+    expects_key: bool,
 }
 
 impl<P, R: Recorder> Recorded<'_, '_, P, R> {
@@ -89,7 +93,8 @@ impl<P: ReadReady, R> ReadReady for Recorded<'_, '_, P, R> {
 impl<P: Read, R: Recorder> Read for Recorded<'_, '_, P, R> {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, P::Error> {
         let count = self.driver.read(buffer)?;
-        if let Some(bytes) = buffer.get(..count).filter(|bytes| !bytes.is_empty()) {
+        let secret = self.expects_key && self.port == Port::Host;
+        if let Some(bytes) = buffer.get(..count).filter(|bytes| !bytes.is_empty() && !secret) {
             self.record(&LogRecord::Received { port: self.port, time_us: self.time_us, bytes });
         }
         Ok(count)

@@ -193,7 +193,7 @@ fn what_passed_its_probation_is_stored_once_the_mission_is_over() {
     world.run(&mut board, 1);
     assert_eq!(board.app().to_store().map(|settings| settings.vehicle), Some(vehicle(&board)));
     assert_ne!(vehicle(&board), VehicleParameters::IVER3);
-    request_all(&mut board, &[ToBoard::ParameterBegin]);
+    request_all(&mut board, &[ToBoard::Unlock, ToBoard::ParameterBegin]);
     board.request(&ToBoard::MissionStart);
     assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::NotReady)), "while it is written");
     board.app_mut().stored(true);

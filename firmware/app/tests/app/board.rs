@@ -54,6 +54,7 @@ pub struct Heard {
     pub identifications: Vec<Identification>,
     pub adoptions: Vec<Adoption>,
     pub ships: Vec<Ship>,
+    pub keys: Vec<bool>,
 }
 
 /// The host's end of the host link.
@@ -83,6 +84,10 @@ impl Listener {
                 FromBoard::Identification(identification) => heard.identifications.push(identification),
                 FromBoard::Adoption(verdict) => heard.adoptions.push(verdict),
                 FromBoard::Ship(ship) => heard.ships.push(ship),
+                FromBoard::Key { set } => {
+                    heard.answers.push(Ok(()));
+                    heard.keys.push(set);
+                }
             }
         }
     }
@@ -118,11 +123,24 @@ pub struct Direct {
     time_us: u64,
     /// Bytes sent to the host so far.
     pub host_bytes: usize,
+    raw: Vec<u8>,
 }
 
 impl Direct {
     pub fn new(seed: Option<u64>) -> Self {
-        Self { app: Box::new(App::new()), listener: Listener::new(), cuts: seed.map(Random), time_us: 0, host_bytes: 0 }
+        Self {
+            app: Box::new(App::new()),
+            listener: Listener::new(),
+            cuts: seed.map(Random),
+            time_us: 0,
+            host_bytes: 0,
+            raw: Vec::new(),
+        }
+    }
+
+    /// What was sent to the host since the last call.
+    pub fn listen_raw(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.raw)
     }
 
     pub fn app_mut(&mut self) -> &mut App {
@@ -154,6 +172,7 @@ impl Board for Direct {
     fn request(&mut self, message: &ToBoard<'_>) {
         self.receive(Port::Host, self.time_us, &frame(message));
         let bytes = self.drain(Port::Host);
+        self.raw.extend_from_slice(&bytes);
         self.listener.listen(&bytes);
     }
 
@@ -171,6 +190,7 @@ impl Board for Direct {
         let sent = Port::DEVICES.map(|port| self.drain(port));
         let bytes = self.drain(Port::Host);
         self.host_bytes += bytes.len();
+        self.raw.extend_from_slice(&bytes);
         self.listener.listen(&bytes);
         sent
     }

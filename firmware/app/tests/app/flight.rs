@@ -22,7 +22,7 @@ pub fn start(board: &mut dyn Board) {
 }
 
 pub fn parameters(board: &mut dyn Board, values: &[(&str, f64)]) {
-    request_all(board, &[ToBoard::ParameterBegin]);
+    request_all(board, &[ToBoard::Unlock, ToBoard::ParameterBegin]);
     for &(name, value) in values {
         request_all(board, &[ToBoard::ParameterSet { name, value }]);
     }

@@ -1,6 +1,7 @@
 //! The app from outside: bytes in, bytes out.
 
 mod adaptation;
+mod authentic;
 mod board;
 mod board_log;
 mod faults;

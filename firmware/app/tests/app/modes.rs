@@ -38,6 +38,17 @@ fn until(world: &mut World, board: &mut Direct, wanted: (Mode, ModeReason), seco
     panic!("{wanted:?} does not come within {seconds} s: {way:?}");
 }
 
+/// The kinematic model with the noise that covers this world's manoeuvres.
+const KINEMATIC: [(&str, f64); 7] = [
+    ("app.process_model", 1.0),
+    ("noise.linear_mps2_per_sqrt_hz[0]", 0.1),
+    ("noise.linear_mps2_per_sqrt_hz[1]", 0.1),
+    ("noise.linear_mps2_per_sqrt_hz[2]", 0.1),
+    ("noise.angular_radps2_per_sqrt_hz[0]", 0.2),
+    ("noise.angular_radps2_per_sqrt_hz[1]", 0.2),
+    ("noise.angular_radps2_per_sqrt_hz[2]", 0.2),
+];
+
 const NAVIGATING: (Mode, ModeReason) = (Mode::Navigating, ModeReason::Nominal);
 
 #[test]
@@ -95,7 +106,8 @@ fn an_uncertain_position_degrades_and_then_ends_the_mission() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     // no range, no velocity, no model of the vehicle
     world.silent[Port::Modem as usize] = true;
-    parameters(&mut board, &[("app.process_model", 1.0), ("app.degraded_sigma_m", 2.0)]);
+    parameters(&mut board, &KINEMATIC);
+    parameters(&mut board, &[("app.degraded_sigma_m", 2.0)]);
     until(&mut world, &mut board, NAVIGATING, 10);
     start(&mut board);
     let degraded = (Mode::Degraded, ModeReason::PositionUncertain);

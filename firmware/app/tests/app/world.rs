@@ -19,7 +19,7 @@ use backseat_wire::modem::{
     Addresses, ClockMode, Cycle, FromModem, ModemTime, Payload, Received, ReceptionStatistics, Revision, ToModem,
 };
 use backseat_wire::nmea::{Checksum, Framer, MAX_SENTENCE};
-use backseat_wire::ship_state::ShipState;
+use backseat_wire::ship_state::{Key, ShipState};
 use std::cell::Cell;
 
 pub const STEP_US: u64 = 100_000;
@@ -33,6 +33,8 @@ const TRANSDUCER_DEPTH_M: f64 = 2.0;
 
 pub struct World {
     pub x: VehicleState,
+    /// Of the ship's packets.
+    pub key: Key,
     pub ship_m: [f64; 2],
     /// Ports that say nothing.
     pub silent: [bool; 4],
@@ -78,20 +80,29 @@ pub fn frame() -> LocalFrame {
     LocalFrame::new(41.5, -70.7)
 }
 
+pub const SHIP_STATE: ShipState = ShipState {
+    source: 1,
+    sequence: 0,
+    transmit_s: 0,
+    position_deg: [0.0; 2],
+    velocity_mps: [0.0; 2],
+    position_sigma_m: 0.5,
+    velocity_sigma_mps: 0.05,
+    transducer_depth_m: TRANSDUCER_DEPTH_M,
+};
+
 pub fn ship_frame(ship_m: [f64; 2], transmit_s: u64) -> [u8; 32] {
+    authentic_frame(ship_m, transmit_s, &Key::NONE)
+}
+
+fn authentic_frame(ship_m: [f64; 2], transmit_s: u64, key: &Key) -> [u8; 32] {
     let (lat_deg, lon_deg) = frame().to_geodetic(ship_m);
-    let state = ShipState {
-        source: 1,
-        sequence: 0,
-        transmit_s: transmit_s as u32,
-        position_deg: [lat_deg, lon_deg],
-        velocity_mps: [0.0, 0.0],
-        position_sigma_m: 0.5,
-        velocity_sigma_mps: 0.05,
-        transducer_depth_m: TRANSDUCER_DEPTH_M,
-    };
+    let state = ShipState { transmit_s: transmit_s as u32, position_deg: [lat_deg, lon_deg], ..SHIP_STATE };
     let mut bytes = [0; 32];
     bytes[..24].copy_from_slice(&state.emit().unwrap());
+    if key.is_set() {
+        bytes[..28].copy_from_slice(&state.emit_authentic(key).unwrap());
+    }
     bytes
 }
 
@@ -111,6 +122,7 @@ impl World {
         (x[X], x[Y]) = (-30.0, 5.0);
         Self {
             x,
+            key: Key::NONE,
             ship_m: [250.0, -150.0],
             silent: [false; 4],
             mode: FrontseatMode::Normal,
@@ -232,11 +244,8 @@ impl World {
         self.flying_s = None;
         let toa_us = launch_us + flight_us;
         self.say(Port::Modem, toa_us + 50_000, modem(&FromModem::ReceiveBegins { psk: false }));
-        self.say(
-            Port::Modem,
-            toa_us + 4_000_000,
-            received(&ship_frame(self.ship_m, date_time(launch_us).unix_us() / 1_000_000)),
-        );
+        let frame = authentic_frame(self.ship_m, date_time(launch_us).unix_us() / 1_000_000, &self.key);
+        self.say(Port::Modem, toa_us + 4_000_000, received(&frame));
         self.say(Port::Modem, toa_us + 4_050_000, statistics(toa_us, ClockMode(3)));
     }
 

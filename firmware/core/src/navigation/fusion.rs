@@ -145,6 +145,13 @@ impl Navigator {
         self.p.bilinear(&item.row, &item.row) + item.variance
     }
 
+    /// The same where it is not worth its place in every line.
+    #[cold]
+    #[inline(never)]
+    fn total_variance(&self, item: &Observation) -> f64 {
+        self.innovation_variance(item)
+    }
+
     fn test_ratio(&self, innovation: f64, variance: f64) -> f64 {
         innovation * innovation / (self.gate.sigma * self.gate.sigma * variance)
     }
@@ -152,7 +159,7 @@ impl Navigator {
     #[cold]
     fn gated(&self, sensor: Sensor, fusions: &mut Fusions) {
         for (axis, item) in self.observations.as_slice().iter().enumerate() {
-            let variance = self.innovation_variance(item);
+            let variance = self.total_variance(item);
             fusions.push(self.record(sensor, axis, item.innovation, variance, FusionOutcome::Gated));
         }
     }
@@ -180,17 +187,21 @@ impl Navigator {
     #[cold]
     #[inline(never)]
     fn weigh(&mut self, sensor: Sensor, ratio: f64) -> bool {
+        // One packet, one story: where its range is not believed, its range rate means another geometry.
+        if sensor == Sensor::RangeRate && self.gate.is_doubted(Sensor::Range) {
+            return false;
+        }
         let items = self.observations.as_slice();
         let most = self.config.strikes;
         if ratio > STRIKE {
             let worst = items.iter().fold(0.0, |worst: f64, item| worst.max(item.innovation.abs()));
-            let variance = items.iter().fold(0.0, |most: f64, item| most.max(self.innovation_variance(item)));
+            let variance = items.iter().fold(0.0, |most: f64, item| most.max(self.total_variance(item)));
             self.gate.strike(sensor, self.time_us, worst, variance, most);
             return ratio <= 1.0 && !self.gate.is_doubted(sensor);
         }
         let bound = STRIKE * self.gate.sigma * self.gate.sigma;
         let alone = items.iter().all(|item| {
-            let variance = self.gate.undoubted(sensor, self.innovation_variance(item));
+            let variance = self.gate.undoubted(sensor, self.total_variance(item));
             item.innovation * item.innovation <= bound * variance
         });
         self.gate.consistent(sensor, self.time_us, alone, most)

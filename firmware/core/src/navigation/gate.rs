@@ -35,9 +35,9 @@ const STRIKES_US: u64 = 2_000_000;
 const CONTESTED: f64 = 0.4;
 /// Velocity over ground counts as measured for this long, µs.
 const VELOCITY_US: u64 = 10_000_000;
-/// What is left of a position's drift while a DVL with bottom lock is fused, m/s: 3 % of 1.5 m/s, by its scale and
+/// What is left of a position's drift while a DVL with bottom lock is fused, m/s: 2 % of 1.5 m/s, by its scale and
 /// the heading.
-const DRIFT_WITH_DVL: f64 = 0.05;
+const DRIFT_WITH_DVL: f64 = 0.03;
 /// Speed by which an error in heading moves the position, m/s: a torpedo's cruise.
 const CRUISE_MPS: f64 = 1.5;
 
@@ -50,9 +50,9 @@ fn growth(sensor: Sensor) -> f64 {
         Sensor::Attitude | Sensor::Rates => 2.0e-2,
         // a drag or a thrust that is wrong by a tenth
         Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate => 5.0e-3,
-        // a current that is not declared
-        Sensor::Range => 0.3,
-        // the same, and the one absolute reference
+        // a current that is not declared, or a tide that has turned
+        Sensor::Range => 0.1,
+        // the same; but it is the one absolute reference, and the vehicle waits at the surface
         Sensor::VehicleGnss => 0.5,
         Sensor::ShipGnss => 1.0,
     }

@@ -132,13 +132,13 @@ fn a_filter_that_is_wrong_is_pulled_in_by_good_ranges() {
     while !flight.range(0.0) {
         rejected += 1;
         assert_eq!(flight.doubted(), rejected >= 3, "three in a row");
-        // 120 m are three sigmas after 133 s of doubt, and three ranges have to agree
-        assert!(rejected < 12, "not for ever");
+        // 120 m are three sigmas after 400 s of doubt, and three ranges have to agree
+        assert!(rejected < 20, "not for ever");
     }
     assert!(rejected >= 6, "not at once: {rejected}");
     assert_eq!(flight.navigator.recoveries(Sensor::Range), 1);
     flight.ranges(20);
-    // The position is that of the ranges: across the line of sight the doubt that goes on leaves 27 m DRMS. The
+    // The position is that of the ranges: across the line of sight the doubt that goes on leaves some 10 m. The
     // covariance covers the other story too.
     assert!(flight.error_m() < 27.0, "{}", flight.error_m());
     let contested_m = flight.navigator.contested_sigma(Sensor::Range);

@@ -1,5 +1,6 @@
 //! The messages of the host link.
 
+use crate::ship_state::Key;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -366,6 +367,8 @@ pub enum Refusal {
     NoStore,
     /// The memory refused; what was stored before is still there.
     StoreFailed,
+    /// A mission runs or waits to begin, and parameters are not unlocked.
+    Locked,
 }
 
 /// PC to board.
@@ -423,6 +426,13 @@ pub enum ToBoard<'a> {
     FinWiggle,
     /// Use the vehicle parameters from before the last adoption again, and adopt no others until the next start.
     AdoptionRevert,
+    /// Take parameters under way as well, for a minute: those that may change there.
+    Unlock,
+    /// The key of the acoustic payloads comes next: within two seconds, which the board does not log. Answered by
+    /// whether there is one.
+    KeyBegin,
+    /// The key of the acoustic payloads; none switches authentication off. Nothing ever gives it back.
+    KeySet(Key),
 }
 
 /// Board to PC.
@@ -466,4 +476,9 @@ pub enum FromBoard<'a> {
     Adoption(Adoption),
     /// After each packet that gave a range.
     Ship(Ship),
+    /// Answer to `KeyBegin`.
+    Key {
+        /// There is one.
+        set: bool,
+    },
 }

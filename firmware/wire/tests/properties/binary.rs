@@ -4,10 +4,11 @@ use backseat_wire::ahrs::gx3::{self, Command, FromGx3, Reply, ToGx3};
 use backseat_wire::ahrs::mip::{self, Field, Packet};
 use backseat_wire::dvl::pd0::{BottomTrack, Ensemble, FixedLeader, MAX_ENSEMBLE, VariableLeader};
 use backseat_wire::dvl::pd4::{Extended, MAX_RECORD, Record};
-use backseat_wire::ship_state::ShipState;
+use backseat_wire::ship_state::{Key, ShipState};
 use proptest::array::{uniform3, uniform4, uniform9};
 use proptest::option;
 use proptest::prelude::*;
+use proptest::sample::Index;
 
 fn fixed_leader() -> impl Strategy<Value = FixedLeader> {
     any::<([u8; 2], u16, u8, u8, u16, u16, u8, i16)>().prop_map(
@@ -192,6 +193,7 @@ proptest! {
         position in (-900_000_000..=900_000_000_i64, -1_800_000_000..=1_800_000_000_i64),
         velocity in uniform3(-32_700..=32_700_i64),
         (position_sigma, velocity_sigma, depth) in any::<(u8, u8, u8)>(),
+        (key, bit) in any::<([u8; 16], Index)>(),
     ) {
         let state = ShipState {
             source,
@@ -204,5 +206,16 @@ proptest! {
             transducer_depth_m: f64::from(depth) / 10.0,
         };
         prop_assert_eq!(ShipState::parse(&state.emit().unwrap()), Ok(state));
+        let key = Key::new(key);
+        let whole = state.emit_authentic(&key).unwrap();
+        prop_assert_eq!(ShipState::parse_authentic(&whole, &key), Ok(state));
+        prop_assert_eq!(ShipState::parse(&whole), Ok(state));
+        if key.is_set() {
+            // one wrong bit anywhere, in payload or code
+            let mut wrong = whole;
+            wrong[bit.index(8 * whole.len()) / 8] ^= 1 << (bit.index(8 * whole.len()) % 8);
+            prop_assert!(ShipState::parse_authentic(&wrong, &key).is_err());
+            prop_assert!(ShipState::parse_authentic(&state.emit().unwrap(), &key).is_err());
+        }
     }
 }
