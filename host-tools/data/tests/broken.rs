@@ -83,6 +83,7 @@ fn logs() {
         assert!(text.contains(message), "{content:?}: expected {message}, got {text}");
     }
     assert!(complaint(log(b"t_s,depth_m\n0,\xff\xfe\n")).contains(":2:2: depth_m: not text"));
+    assert!(complaint(log(b"time,\"depth\nm\"\n0,1\n")).contains("found: time, depth\\nm"));
     assert!(complaint(log(b"t_s,depth_m\r\n0,\0\r\n")).contains(":2:2: depth_m"));
     assert!(complaint(Log::read(Path::new("no such log.csv"))).contains("No such file"));
     assert!(!complaint(Log::read(Path::new("."))).is_empty());

@@ -138,6 +138,34 @@ fn a_broken_byte_costs_its_chunk_and_invents_nothing() {
     }
 }
 
+/// Both ended in a panic of the `mcap` crate (0.26), the second one with overflow checks.
+#[test]
+fn records_that_end_too_early_are_broken_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let (written, _) = chunks(&path);
+    let bytes = std::fs::read(&path).unwrap();
+    // behind the record that holds the description
+    let mut at = mcap::MAGIC.len();
+    while bytes[at] != mcap::records::op::METADATA {
+        at += 9 + usize::from(bytes[at + 1]);
+    }
+    at += 9 + usize::from(bytes[at + 1]);
+    let record = |opcode: u8, body: &[u8]| [&[opcode][..], &(body.len() as u64).to_le_bytes(), body].concat();
+    // two times, two empty texts, no data, and no CRC
+    let attachment = record(mcap::records::op::ATTACHMENT, &[0; 32]);
+    // no compression, ten bytes, and in them a record of a hundred
+    let mut body = vec![0; 32];
+    body.extend(10_u64.to_le_bytes());
+    body.extend([0x0F, 100, 0, 0, 0, 0, 0, 0, 0, 0]);
+    let chunk = record(mcap::records::op::CHUNK, &body);
+    for broken in [attachment, chunk] {
+        std::fs::write(&path, [&bytes[..at], &broken, &bytes[at..]].concat()).unwrap();
+        let (entries, damage) = read(&path);
+        assert_eq!((entries, damage.broken_records), (written.concat(), 1));
+    }
+}
+
 #[test]
 fn other_files_are_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
