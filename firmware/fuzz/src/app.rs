@@ -1,16 +1,19 @@
 //! The whole app: any bytes on all ports at any times, and then a mission.
 
 use crate::flight::{self, Board, STEP_US};
+use crate::lies::Lie;
 use arbitrary::{Arbitrary, Unstructured};
 use backseat_wire::hostlink::Port;
 
 /// Something that happens to a board.
 #[derive(Arbitrary, Debug)]
 enum Happening {
-    /// Any bytes on any port.
-    Bytes { port: u8, wait_us: u32, bytes: Vec<u8> },
+    /// Any bytes on any port: so many of those that follow.
+    Bytes { port: u8, wait_us: u16, length: u8 },
     /// What real devices said, from anywhere in a mission, perhaps with a bit pattern wrong in each piece.
     Replayed { wait_us: u16, from: u16, count: u8, wrong: Option<(u16, u8)> },
+    /// Sentences and frames that are right in form.
+    Lie { wait_us: u16, times: u8, lie: Lie },
     /// An edge of the pulse per second.
     Edge { wait_us: u32 },
     /// The app steps on.
@@ -29,16 +32,19 @@ const MOST_PIECES: usize = 2_000;
 /// The whole app: after any bytes on all ports at any times, the clock going back or leaping ahead, it is given a mission and
 /// flies it: it navigates where the vehicle is, within its own sigmas, and every command is within limits and rates.
 pub fn app(data: &[u8]) {
-    let Ok(happenings) = Vec::<Happening>::arbitrary_take_rest(Unstructured::new(data)) else { return };
     let recorded = flight::recorded();
     let mut board = Board::new();
     board.configure();
     let (mut steps, mut pieces) = (0, 0);
-    for happening in happenings {
+    let mut rest = Unstructured::new(data);
+    while !rest.is_empty()
+        && let Ok(happening) = Happening::arbitrary(&mut rest)
+    {
         match happening {
-            Happening::Bytes { port, wait_us, bytes } => {
+            Happening::Bytes { port, wait_us, length } => {
                 board.wait(u64::from(wait_us));
-                board.receive(Port::ALL[usize::from(port) % Port::ALL.len()], &bytes);
+                let bytes = rest.bytes(rest.len().min(usize::from(length))).unwrap_or_default();
+                board.receive(Port::ALL[usize::from(port) % Port::ALL.len()], bytes);
             }
             Happening::Replayed { wait_us, from, count, wrong } => {
                 let from = usize::from(from) % recorded.len();
@@ -51,6 +57,14 @@ pub fn app(data: &[u8]) {
                         bytes[at] ^= xor;
                     }
                     board.receive(*port, &bytes);
+                }
+            }
+            Happening::Lie { wait_us, times, lie } => {
+                let (port, bytes) = lie.told();
+                for _ in 0..usize::from(times % 16).min(MOST_PIECES - pieces) {
+                    pieces += 1;
+                    board.wait(u64::from(wait_us));
+                    board.receive(port, &bytes);
                 }
             }
             Happening::Edge { wait_us } => {

@@ -10,6 +10,7 @@
 mod app;
 mod files;
 mod flight;
+mod lies;
 mod sentences;
 mod stores;
 mod streams;
