@@ -195,6 +195,10 @@ impl<'a> Importer<'a> {
         let start_us = *self.start_us.get_or_insert(if is_absolute { 0 } else { absolute_us });
         let previous_us = self.log.rows.last().map_or(0, |row| row.time_us);
         match u64::try_from(absolute_us - start_us) {
+            // what a vehicle log can hold
+            Ok(time_us) if time_us as f64 * 1e-6 >= MAX_SECONDS => {
+                Err(fail("the time is more than a century after the first"))
+            }
             Ok(time_us) if time_us >= previous_us => Ok(time_us),
             _ => Err(fail("the time is before that of the row above")),
         }
