@@ -38,6 +38,8 @@ fn scenario() -> &'static Scenario {
 pub(crate) struct Board {
     app: Box<App>,
     now_us: u64,
+    /// The latest time that the app was told.
+    latest_us: u64,
     host: Decoder,
     frontseat: Framer,
     telemetry: Option<Telemetry>,
@@ -54,6 +56,7 @@ impl Board {
         Self {
             app: Box::new(App::new()),
             now_us: 0,
+            latest_us: 0,
             host: Decoder::new(),
             frontseat: Framer::new(Checksum::Required),
             telemetry: None,
@@ -72,15 +75,22 @@ impl Board {
     }
 
     pub(crate) fn receive(&mut self, port: Port, bytes: &[u8]) {
+        self.tell_time();
         self.app.receive(port, self.now_us, bytes);
     }
 
     pub(crate) fn edge(&mut self) {
+        self.tell_time();
         self.app.pps(self.now_us);
     }
 
     pub(crate) fn step(&mut self) {
+        self.tell_time();
         self.app.step(self.now_us);
+    }
+
+    fn tell_time(&mut self) {
+        self.latest_us = self.latest_us.max(self.now_us);
     }
 
     /// Takes what waits on a port.
@@ -212,8 +222,8 @@ pub(crate) fn fly(board: &mut Board) {
 
 /// Flies the mission; false if the board does not find itself, and says so.
 fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
-    // a step that is not after the last does nothing: a clock that went back has to catch up first
-    let start_us = board.now_us.max(board.app.stepped_us().unwrap_or(0));
+    // the board's time is a counter that never goes back: one that did has to catch up before the app can be right again
+    let start_us = board.now_us.max(board.latest_us);
     board.now_us = start_us;
     board.prepare();
     let (mut world, mut devices) = (World::new(scenario()), Devices::new(scenario()));
@@ -260,8 +270,9 @@ fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
     if !ready {
         // the mode of a board that was stopped is that; a start shows what it thinks of itself
         let started = board.request(&ToBoard::MissionStart);
-        let (telemetry, ..) = second(board);
-        assert!(started.is_err() || telemetry.mode != Mode::Navigating, "it is not there: {telemetry:?}");
+        let (telemetry, _, error_m) = second(board);
+        let healthy = started.is_ok() && telemetry.mode == Mode::Navigating;
+        assert!(!healthy || error_m < NEAR_M, "it is not there: {telemetry:?}");
         return false;
     }
     board.steady = true;

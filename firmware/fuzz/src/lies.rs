@@ -8,7 +8,7 @@ use backseat_wire::gps::Rmc;
 use backseat_wire::hostlink::{MAX_FRAME, Port, ToBoard, encode};
 use backseat_wire::iver::{Compass, FromFrontseat, Units};
 use backseat_wire::modem::{Addresses, ClockMode, FromModem, ModemTime, Payload, Received, ReceptionStatistics};
-use backseat_wire::ship_state::ShipState;
+use backseat_wire::ship_state::{Key, ShipState};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// What a device or a PC may say in good form; numbers are shares of their ranges.
@@ -24,7 +24,7 @@ pub(crate) enum Lie {
     Packet { at: [i16; 2], velocity: [i16; 2], sent_s: u32, flight_ms: u16, doppler: i16 },
     /// One parameter, anywhere in its range.
     Parameter { index: u16, value: u16 },
-    /// A mission, or the end of one; fins moving; another set of parameters kept.
+    /// A mission, or the end of one; fins moving; parameters kept, or unlocked; a key.
     Request { which: u8 },
 }
 
@@ -122,6 +122,9 @@ impl Lie {
                     ToBoard::ParameterStore,
                     ToBoard::AdoptionRevert,
                     ToBoard::Hello,
+                    ToBoard::Unlock,
+                    ToBoard::KeyBegin,
+                    ToBoard::KeySet(Key::new([7; 16])),
                 ];
                 let request = &requests[usize::from(which) % requests.len()];
                 (Port::Host, encode(request, buffer).expect("room").to_vec())

@@ -5,24 +5,33 @@ use backseat_app::App;
 use backseat_app::parameters::{PARAMETERS, Settings};
 use backseat_app::store::{ParameterFlash, RestartRecord, WORD, newest};
 use backseat_wire::hostlink::{self, ResetCause};
-use backseat_wire::ship_state::{LENGTH, ShipState};
+use backseat_wire::ship_state::{Key, LENGTH, ShipState, VERSION};
 use crc::{CRC_16_IBM_3740, Crc};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 
-/// The acoustic payload, as it came and with a right CRC.
+/// The acoustic payload, as it came and with a right CRC; only the right authentication code makes it authentic.
 pub fn ship_state(data: &[u8]) {
     const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
-    let covered = &data[..data.len().min(LENGTH - 2)];
-    for payload in [data, &[covered, &CRC.checksum(covered).to_le_bytes()].concat()] {
-        let Ok(state) = ShipState::parse(payload) else { continue };
+    let key = Key::new(*b"of sixteen bytes");
+    let (covered, rest) = data.split_at(data.len().min(LENGTH - 2));
+    let repaired = [covered, &CRC.checksum(covered).to_le_bytes(), rest].concat();
+    for payload in [data, &repaired] {
+        let Ok(state) = ShipState::parse(payload) else {
+            assert!(ShipState::parse_authentic(payload, &key).is_err());
+            continue;
+        };
         finite(&state);
         assert!(state.position_sigma_m >= 0.0 && state.velocity_sigma_mps >= 0.0 && state.transducer_depth_m >= 0.0);
+        assert_eq!(ShipState::parse_authentic(payload, &Key::NONE), Ok(state));
         // a speed of 32.7 m/s and more is read, but no ship has it to send
-        if let Ok(bytes) = state.emit() {
-            assert_eq!(bytes[..], payload[..LENGTH]);
-        }
+        let (Ok(plain), Ok(authentic)) = (state.emit(), state.emit_authentic(&key)) else { continue };
+        let version = payload[0];
+        assert_eq!(payload[..LENGTH], if version == VERSION { plain } else { *authentic.first_chunk().unwrap() });
+        let is_authentic = payload.starts_with(&authentic);
+        assert_eq!(ShipState::parse_authentic(payload, &key).is_ok(), is_authentic);
+        assert_eq!(ShipState::parse_authentic(&authentic, &key), Ok(state));
     }
 }
 
