@@ -19,9 +19,7 @@
 //! estimator reaches that loses nothing by linearisation.
 
 use super::case::{Case, Effect};
-use super::declared::{
-    AHRS_STEPS, Arrival, DEPTH_STEPS, DVL_STEPS, GRID_STEPS, SECOND_STEPS, World,
-};
+use super::declared::{AHRS_STEPS, Arrival, DEPTH_STEPS, DVL_STEPS, GRID_STEPS, SECOND_STEPS, World};
 use super::motion::{self, Smooth};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;

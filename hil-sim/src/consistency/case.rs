@@ -45,7 +45,7 @@ impl Effect {
     }
 }
 
-/// A current of 0.1 m/s that may turn by 3 mm/s in a quarter of an hour.
+/// The current of [`FilterOptions::water_current`].
 const CURRENT: [EffectPrior; 2] = [
     EffectPrior { effect: Effect::CurrentNorth, sigma: 0.3, walk: 1.0e-4 },
     EffectPrior { effect: Effect::CurrentEast, sigma: 0.3, walk: 1.0e-4 },
@@ -76,6 +76,8 @@ pub struct Case {
     pub legs: Vec<Leg>,
     /// Length, s.
     pub duration_s: u32,
+    /// What the bound assumes to be known is what the filter is told.
+    pub bounded: bool,
 }
 
 impl Case {
@@ -115,6 +117,7 @@ pub fn cases(minutes: u32) -> Result<Vec<Case>, DataError> {
             effects: effects.to_vec(),
             legs: legs(),
             duration_s,
+            bounded: true,
         }
     };
     let mut kinematic = dynamic("kinematic + DVL", &[]);
@@ -132,11 +135,16 @@ pub fn cases(minutes: u32) -> Result<Vec<Case>, DataError> {
     kinematic.legs.clear();
     let mut packets = dynamic("dynamic, ship from packets", &[]);
     packets.options.ship = ShipSource::Packet;
+    packets.bounded = false;
+    let mut first_order = dynamic("dynamic + current, ranges to first order", &CURRENT);
+    first_order.options.navigation.range_curvature = 1.0e6;
+    first_order.bounded = false;
     Ok(vec![
         kinematic,
         dynamic("dynamic", &[]),
         packets,
         dynamic("dynamic + current", &CURRENT),
+        first_order,
         dynamic("dynamic + current, drag, clock", &[CURRENT[0], CURRENT[1], DRAG, CLOCK]),
     ])
 }
@@ -163,10 +171,7 @@ fn vehicle_prior(turn_rate_radps: f64) -> InitialState {
 
 /// East along a line south of the vehicle's, so that the bearing turns and the distance stays above 200 m.
 fn ship_prior() -> InitialShip {
-    InitialShip {
-        state: [-250.0, -350.0, FRAC_PI_2, 0.0, 0.8, 0.0],
-        sigma: [0.5, 0.5, 0.1, 0.1, 0.1, 0.01],
-    }
+    InitialShip { state: [-250.0, -350.0, FRAC_PI_2, 0.0, 0.8, 0.0], sigma: [0.5, 0.5, 0.1, 0.1, 0.1, 0.01] }
 }
 
 /// Two lines to and fro, and across between them.

@@ -50,7 +50,9 @@ mod tests {
     #[test]
     fn val_quantiles_are_those_of_tables() {
         // R: qchisq(c(.025, .975), n). The last digit printed is rounded.
-        for (degrees, low, high) in [(1, 0.000_982_069, 5.023_886), (12, 4.403_789, 23.336_66), (100, 74.221_93, 129.5612)] {
+        for (degrees, low, high) in
+            [(1, 0.000_982_069, 5.023_886), (12, 4.403_789, 23.336_66), (100, 74.221_93, 129.5612)]
+        {
             let band = Band::of_mean(1, degrees);
             assert!((band.low / low - 1.0).abs() < 1e-6 && (band.high / high - 1.0).abs() < 1e-6, "{degrees} {band:?}");
         }

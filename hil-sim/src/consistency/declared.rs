@@ -255,7 +255,8 @@ impl<'a> World<'a> {
         let range_m = distance(position_m);
         let [x, y, z] = position_m;
         let [s1, s2, v1, v2] = packet.ship;
-        let opening = ((x - s1) * (velocity_mps[0] - v1) + (y - s2) * (velocity_mps[1] - v2) + z * velocity_mps[2]) / range_m;
+        let opening =
+            ((x - s1) * (velocity_mps[0] - v1) + (y - s2) * (velocity_mps[1] - v2) + z * velocity_mps[2]) / range_m;
         let arrival_us = (1e6 * (now_s - (1.0 - share) * STEP_S)).round() as u64;
         // What a packet says of the ship is a raw fix.
         let fix = [s1 + sensors.ship_gnss_m * north, s2 + sensors.ship_gnss_m * east];
@@ -297,8 +298,7 @@ impl<'a> World<'a> {
         if due(DVL_STEPS) && self.case.options.use_dvl {
             let (m, ned) = (self.state.body_to_ned(), self.state.velocity_ned_mps(&self.water()));
             let noise = self.random.dvl.normals::<3>(sensors.dvl_mps);
-            let velocity: [f64; 3] =
-                core::array::from_fn(|i| (0..3).map(|j| m[j][i] * ned[j]).sum::<f64>() + noise[i]);
+            let velocity: [f64; 3] = core::array::from_fn(|i| (0..3).map(|j| m[j][i] * ned[j]).sum::<f64>() + noise[i]);
             self.show(ObservationKind::Dvl { velocity_mps: Some(velocity), altitude_m: None });
             self.row(time_us).set_all(Column::DvlU, &velocity);
         }

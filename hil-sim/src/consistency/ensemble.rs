@@ -5,7 +5,8 @@ use super::declared::{Flown, World};
 use super::motion::rotation;
 use backseat_core::navigation::{FusionOutcome, FusionRecord, Navigator, Sensor};
 use backseat_core::state::{VEHICLE_STATES, VehicleState, wrap_angle};
-use backseat_data::{DataError, filter};
+use backseat_data::DataError;
+use backseat_data::filter::{self, FilterOptions};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -49,19 +50,31 @@ pub struct Ensemble {
 /// # Errors
 /// A filter that fails.
 pub fn run(case: &Case, seeds: &[u64], progress: impl Fn() + Sync) -> Result<Ensemble, DataError> {
+    run_in(case, &case.options, seeds, progress)
+}
+
+/// Flies a case and filters it by other options than are true of it.
+///
+/// # Errors
+/// A filter that fails.
+pub fn run_in(
+    world: &Case,
+    options: &FilterOptions,
+    seeds: &[u64],
+    progress: impl Fn() + Sync,
+) -> Result<Ensemble, DataError> {
     let one = |seed: &u64| {
-        let flown = World::fly(case, *seed);
-        let run = filtered(case, &flown);
+        let run = filtered(world, options, &World::fly(world, *seed));
         progress();
         run
     };
     let runs = seeds.par_iter().map(one).collect::<Result<_, _>>()?;
-    Ok(Ensemble { name: case.name.to_owned(), runs })
+    Ok(Ensemble { name: world.name.to_owned(), runs })
 }
 
-fn filtered(case: &Case, flown: &Flown) -> Result<Run, DataError> {
+fn filtered(world: &Case, options: &FilterOptions, flown: &Flown) -> Result<Run, DataError> {
     let mut samples = Vec::new();
-    let outcome = filter::run_observed(&flown.log, &case.vehicle, &case.options, |navigator| {
+    let outcome = filter::run_observed(&flown.log, &world.vehicle, options, |navigator| {
         if let Some(second) = whole_second(navigator) {
             let sample = flown.truth.get(second).map(|truth| Sample::of(navigator, &truth.vehicle, &truth.effects));
             samples.resize(second, None);
@@ -87,27 +100,36 @@ pub(super) fn squares(fusions: &[FusionRecord]) -> (BTreeMap<&'static str, Vec<S
         if !matches!(record.outcome, FusionOutcome::Fused | FusionOutcome::Gated) {
             continue;
         }
-        let of_sensor = squares.entry(record.sensor.name()).or_default();
-        match of_sensor.last_mut().filter(|_| record.axis > 0) {
-            Some((sum, scalars)) => {
-                *sum += record.nis();
-                *scalars += 1;
-            }
-            None => of_sensor.push((record.nis(), 1)),
-        }
+        add_square(&mut squares, record.sensor, record.axis, record.nis());
     }
     (squares, rejected)
 }
 
-/// Sensors in the order of tables.
-pub(super) fn sensor_names() -> impl Iterator<Item = &'static str> {
-    Sensor::ALL.iter().map(|sensor| sensor.name())
+/// Adds ν²/S of one scalar; the first axis begins a measurement.
+pub(super) fn add_square(squares: &mut BTreeMap<&'static str, Vec<Square>>, sensor: Sensor, axis: u8, square: f64) {
+    let of_sensor = squares.entry(sensor.name()).or_default();
+    match of_sensor.last_mut().filter(|_| axis > 0) {
+        Some((sum, scalars)) => {
+            *sum += square;
+            *scalars += 1;
+        }
+        None => of_sensor.push((square, 1)),
+    }
+}
+
+/// The ship's error over its own sigma, in the packets.
+pub(super) const SHIP_IN_PACKETS: &str = "ship in packets";
+
+/// Kinds of measurement in the order of tables.
+pub fn measurement_names() -> impl Iterator<Item = &'static str> {
+    Sensor::ALL.iter().map(|sensor| sensor.name()).chain([SHIP_IN_PACKETS])
 }
 
 impl Sample {
     pub(super) fn of(navigator: &Navigator, truth: &VehicleState, effects: &[f64]) -> Self {
         let n = VEHICLE_STATES + effects.len();
-        let true_state = |i: usize| truth.get(i).or_else(|| effects.get(i - VEHICLE_STATES)).copied().unwrap_or(f64::NAN);
+        let true_state =
+            |i: usize| truth.get(i).or_else(|| effects.get(i - VEHICLE_STATES)).copied().unwrap_or(f64::NAN);
         let error = DVector::from_fn(n, |i, _| {
             let error = navigator.state_at(i) - true_state(i);
             if (3..6).contains(&i) { wrap_angle(error) } else { error }
@@ -120,9 +142,7 @@ impl Sample {
             let factor = covariance.view((at, at), (count, count)).clone_owned().cholesky();
             factor.filter(|_| count > 0).map_or(f64::NAN, |factor| part.dot(&factor.solve(&part)))
         });
-        let ned = |x: &VehicleState| {
-            rotation(&Vector3::new(x[3], x[4], x[5])) * Vector3::new(x[6], x[7], x[8])
-        };
+        let ned = |x: &VehicleState| rotation(&Vector3::new(x[3], x[4], x[5])) * Vector3::new(x[6], x[7], x[8]);
         Self { velocity_ned_mps: (ned(navigator.state()) - ned(truth)).into(), error, nees }
     }
 }

@@ -12,7 +12,7 @@
 //! case         what is flown and what filters it: models, priors, effects
 //! declared     the world that behaves as declared       motion   its equations, and their coordinates for the bound
 //! ensemble     runs of filter and world, NEES and NIS   bound    Tichavský's recursion
-//! chi_square   bands                                    survey   the same for real flights
+//! statistics   averages over the runs, chi_square bands  survey   the same for real flights
 //! ```
 
 mod bound;
@@ -22,11 +22,13 @@ mod declared;
 mod ensemble;
 mod motion;
 mod statistics;
+mod survey;
 
 pub use bound::{Bound, Bounds, Least, Moments, bounds};
-pub use case::{Case, EffectPrior, Effect, cases};
+pub use case::{Case, Effect, EffectPrior, cases};
 pub use chi_square::Band;
 pub use declared::{Flown, Truth, World};
-pub use ensemble::{Ensemble, Run, Sample, Square, run};
+pub use ensemble::{Ensemble, Run, Sample, Square, measurement_names, run, run_in};
 pub use motion::{Motion, Smooth};
 pub use statistics::{Block, Inside, blocks, errors, innovations};
+pub use survey::surveys;

@@ -31,10 +31,7 @@ impl Motion {
     /// The plant of a vehicle in unbounded water.
     #[must_use]
     pub fn dynamic(parameters: &Parameters) -> Self {
-        let mut motion = Self::Dynamic {
-            parameters: Box::new(*parameters),
-            plant: Box::new(submerged(parameters)),
-        };
+        let mut motion = Self::Dynamic { parameters: Box::new(*parameters), plant: Box::new(submerged(parameters)) };
         motion.set_drag(0.0);
         motion
     }
@@ -85,7 +82,10 @@ impl Motion {
         // In unbounded water nothing depends on the position.
         for column in 3..12 {
             let shift = Smooth::ith(column, STEP);
-            let moved = slope(&self.smooth_step(&(y + shift), actuators, step_s), &self.smooth_step(&(y - shift), actuators, step_s));
+            let moved = slope(
+                &self.smooth_step(&(y + shift), actuators, step_s),
+                &self.smooth_step(&(y - shift), actuators, step_s),
+            );
             out.fixed_view_mut::<12, 1>(0, column).copy_from(&moved);
         }
         if let Some(drag) = drag {

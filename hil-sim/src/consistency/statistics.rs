@@ -1,7 +1,7 @@
 //! Averages over the runs, and how often they lie where a consistent filter's would.
 
 use super::chi_square::Band;
-use super::ensemble::{Ensemble, Sample, Square, sensor_names};
+use super::ensemble::{Ensemble, Sample, Square, measurement_names};
 use std::ops::Range;
 
 /// States whose errors are normalised together.
@@ -11,6 +11,8 @@ pub enum Block {
     Vehicle,
     /// x, y, z.
     Position,
+    /// x, y.
+    Horizontal,
     /// φ, θ, ψ.
     Attitude,
     /// u, v, w.
@@ -23,8 +25,8 @@ pub enum Block {
 
 impl Block {
     /// All.
-    pub const ALL: [Self; 6] =
-        [Self::Vehicle, Self::Position, Self::Attitude, Self::Velocity, Self::Rates, Self::Effects];
+    pub const ALL: [Self; 7] =
+        [Self::Vehicle, Self::Position, Self::Horizontal, Self::Attitude, Self::Velocity, Self::Rates, Self::Effects];
 
     /// For tables.
     #[must_use]
@@ -32,6 +34,7 @@ impl Block {
         match self {
             Self::Vehicle => "vehicle",
             Self::Position => "position",
+            Self::Horizontal => "north, east",
             Self::Attitude => "attitude",
             Self::Velocity => "velocity",
             Self::Rates => "rates",
@@ -45,6 +48,7 @@ impl Block {
         match self {
             Self::Vehicle => 0..12,
             Self::Position => 0..3,
+            Self::Horizontal => 0..2,
             Self::Attitude => 3..6,
             Self::Velocity => 6..9,
             Self::Rates => 9..12,
@@ -96,8 +100,7 @@ pub fn blocks(ensemble: &Ensemble, from_s: usize) -> Vec<Inside> {
     let seconds = ensemble.runs.iter().map(|run| run.samples.len()).min().unwrap_or(0);
     let moments: Vec<(usize, Vec<&Sample>)> = (from_s..seconds)
         .filter_map(|second| {
-            let samples: Option<Vec<&Sample>> =
-                ensemble.runs.iter().map(|run| run.samples[second].as_ref()).collect();
+            let samples: Option<Vec<&Sample>> = ensemble.runs.iter().map(|run| run.samples[second].as_ref()).collect();
             samples.map(|samples| (second, samples))
         })
         .collect();
@@ -110,7 +113,9 @@ pub fn blocks(ensemble: &Ensemble, from_s: usize) -> Vec<Inside> {
             let average = |samples: &[&Sample]| {
                 samples.iter().map(|sample| sample.nees[place]).sum::<f64>() / (runs * degrees) as f64
             };
-            let averages = moments.iter().map(|(second, samples)| (*second as f64, average(samples))).collect();
+            let averages = moments.iter().map(|(second, samples)| (*second as f64, average(samples)));
+            // A block that nobody tells has no average.
+            let averages = averages.filter(|(_, average)| !average.is_nan()).collect();
             (degrees > 0).then(|| Inside::of(block.name(), degrees as u64, runs as u64, averages)).flatten()
         })
         .collect()
@@ -130,7 +135,7 @@ pub fn innovations(ensemble: &Ensemble) -> Vec<Inside> {
         inside.mean_band = Some(per_degree((runs.len() * count) as u64, degrees));
         Some(inside)
     };
-    sensor_names().filter_map(of_sensor).collect()
+    measurement_names().filter_map(of_sensor).collect()
 }
 
 /// Root mean squared errors over the runs at each whole second: horizontal position, attitude, velocity in NED.
