@@ -3,7 +3,9 @@
 //! As the thesis has it (NBLS, 4.3), every column of W is as noisy as it is and all noise counts alike: total least squares whose
 //! bias grows with the noise until drags change sign. The noise-whitened form (GTLS) weights each axis by its own residual and takes
 //! out of Wᵀ W what sensor noise of known size puts into it: (Wᵀ W − λ Σ) θ = 0, generalised total least squares with λ = 1, or less
-//! where the noise is less than declared. It needs no hard filter against the noise, and so distorts the motion less.
+//! where the noise is less than declared. It needs no hard filter against the noise, and so distorts the motion less. Its rows
+//! are those of the intervals between samples, to fourth order: with NBLS's central differences the rest that rolling leaves is
+//! larger than the noise, and weights and λ are those of a noise that is not there.
 
 use crate::data::{IdentificationData, PERIOD_S, Sample};
 use crate::estimate::Estimate;
@@ -13,8 +15,10 @@ use crate::parameters::{self, D26, D35, EXTENDED, Extended, ExtendedRegressor};
 use crate::simulation::{self, Output};
 use crate::smoothing::{self, CutOffs};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
+use backseat_core::identification::Theta;
+use backseat_core::identification::aid::interval;
 use backseat_core::identification::regressor::{Regressor, known_wrench, regressor};
-use backseat_core::identification::theta::{B1, BETA1, M11, W};
+use backseat_core::identification::theta::{B1, BETA1, M11, W, theta_of};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3, Vector6};
 
 /// Cut-off of all signals: NBLS's, Hz.
@@ -65,16 +69,16 @@ impl Filtered {
     }
 }
 
-/// Everything through one filter, fins and propeller too: linear relations survive a filter that all share. A command that is held
-/// until the next is at its sample the mean of before and after.
-fn filtered(samples: &[Sample], cutoff_hz: f64) -> Vec<Filtered> {
+/// Everything through one filter, fins and propeller too: linear relations survive a filter that all share. The input of an
+/// instant is `held` until the next, or else the mean of before and after.
+fn filtered(samples: &[Sample], cutoff_hz: f64, held: bool) -> Vec<Filtered> {
     let all: CutOffs = [cutoff_hz; simulation::OUTPUTS];
     let outputs: Vec<Output> = samples.iter().map(simulation::measured).collect();
     let inputs: Vec<Output> = samples
         .iter()
         .enumerate()
         .map(|(k, sample)| {
-            let before = &samples[k.saturating_sub(1)].input;
+            let before = &samples[if held { k } else { k.saturating_sub(1) }].input;
             let mean = |a: f64, b: f64| 0.5 * (a + b);
             let mut all = Output::zeros();
             all[0] = mean(before.propeller_radps, sample.input.propeller_radps);
@@ -97,6 +101,58 @@ fn filtered(samples: &[Sample], cutoff_hz: f64) -> Vec<Filtered> {
             },
         })
         .collect()
+}
+
+/// One interval between filtered samples: its input and its ends, v, roll and pitch.
+#[derive(Clone, Copy)]
+struct Interval {
+    acceleration: Vector6<f64>,
+    velocity: [Vector6<f64>; 2],
+    roll_pitch: [[f64; 2]; 2],
+    input: ActuatorInput,
+}
+
+impl Interval {
+    fn new(then: &Filtered, now: &Filtered) -> Self {
+        Self {
+            acceleration: (now.velocity - then.velocity) / PERIOD_S,
+            velocity: [then.velocity, now.velocity],
+            roll_pitch: [then.roll_pitch, now.roll_pitch],
+            input: then.input,
+        }
+    }
+
+    /// The rows of this interval, between whose ends `model` knows the way.
+    fn rows(&self, model: &VehicleModel, theta: &Theta) -> ExtendedRegressor {
+        let down = self.roll_pitch.map(|[roll, pitch]| Attitude::new(&Vector3::new(roll, pitch, 0.0)).down());
+        let ends = [(&self.velocity[0], &down[0]), (&self.velocity[1], &down[1])];
+        let mut rows = ExtendedRegressor::zeros();
+        let mut y = Regressor::zeros();
+        for at in interval(model, theta, ends, &self.input, PERIOD_S) {
+            regressor(&self.acceleration, &at.velocity, &at.down, &at.actuators, &mut y);
+            rows += parameters::extended(&y, &at.velocity) * 0.5;
+        }
+        rows
+    }
+
+    /// With an error (m/s, rad/s; m/s², rad/s²; rad) in one of fourteen directions.
+    fn disturbed(&self, direction: usize, options: &Options, (value_gain, slope_gain): (f64, f64)) -> Self {
+        let mut disturbed = *self;
+        match direction {
+            0..6 => {
+                for velocity in &mut disturbed.velocity {
+                    velocity[direction] += options.velocity_noise[direction] * value_gain;
+                }
+            }
+            6..12 => disturbed.acceleration[direction - 6] += options.velocity_noise[direction - 6] * slope_gain,
+            _ => {
+                for angles in &mut disturbed.roll_pitch {
+                    angles[direction - 12] += options.roll_pitch_noise_rad * value_gain;
+                }
+            }
+        }
+        disturbed
+    }
 }
 
 /// The thesis' row block of NBLS: the columns of [`ORDER`].
@@ -137,7 +193,7 @@ pub(crate) fn nbls(
     let model = VehicleModel::new(prior).map_err(IdentifyError::Prior)?;
     let mut normal = SMatrix::<f64, COLUMNS, COLUMNS>::zeros();
     for samples in data.stretches() {
-        for instant in filtered(samples, CUTOFF_HZ) {
+        for instant in filtered(samples, CUTOFF_HZ, false) {
             let w = thesis_columns(&instant.rows(&model));
             normal.gemm_tr(1.0, &w, &w, 1.0);
         }
@@ -160,9 +216,32 @@ pub(crate) fn gtls(
     prior: &VehicleParameters,
     options: &Options,
 ) -> Result<Estimate, IdentifyError> {
+    /// Rounds of the way between samples, by what the round before found.
+    const PASSES: usize = 3;
+    let mut values = parameters::of(prior);
+    for _ in 0..PASSES {
+        let mut vehicle = values;
+        parameters::project(prior, options.box_ratio, &mut vehicle);
+        let model = VehicleModel::new(&parameters::with(prior, &vehicle)).map_err(IdentifyError::Prior)?;
+        values = whitened(data, prior, &model, options)?;
+    }
+    let mut estimate = boxed(Method::Gtls, data, prior, options, values);
+    let beyond = |sample: &Sample| known_wrench(prior, &sample.velocity, &sample.input).amax() > 0.0;
+    if data.samples.iter().any(beyond) {
+        estimate.notes.push("linear drag and advance of the declared vehicle are left out by this method".into());
+    }
+    Ok(estimate)
+}
+
+/// One pass.
+fn whitened(
+    data: &IdentificationData,
+    prior: &VehicleParameters,
+    model: &VehicleModel,
+    options: &Options,
+) -> Result<Extended, IdentifyError> {
     /// Rounds of reweighting the axes by their residuals.
     const ROUNDS: usize = 4;
-    let model = VehicleModel::new(prior).map_err(IdentifyError::Prior)?;
     let known = options.scale.parameter();
     let used: Vec<usize> = (0..EXTENDED).filter(|&j| options.cross_drag || j < D26).collect();
     let n = used.len();
@@ -170,30 +249,21 @@ pub(crate) fn gtls(
     let pick =
         |rows: &ExtendedRegressor, axis: usize| DVector::from_fn(n, |i, _| rows[(axis, used[i])] * scale[used[i]]);
     let (mut energy, mut noise) = (vec![DMatrix::zeros(n, n); 6], vec![DMatrix::zeros(n, n); 6]);
-    let mut beyond = 0.0_f64;
-    let (value_gain, slope_gain) = noise_gains();
+    let (gains, found) = (noise_gains(), theta_of(model.parameters()));
     for samples in data.stretches() {
-        for (k, instant) in filtered(samples, WHITENED_CUTOFF_HZ).iter().enumerate().step_by(3) {
-            let rows = instant.rows(&model);
+        for (k, pair) in filtered(samples, WHITENED_CUTOFF_HZ, true).windows(2).enumerate().step_by(3) {
+            let interval = Interval::new(&pair[0], &pair[1]);
+            let rows = interval.rows(model, &found);
             for (axis, energy) in energy.iter_mut().enumerate() {
                 let row = pick(&rows, axis);
                 energy.ger(1.0, &row, &row, 1.0);
             }
-            beyond = beyond.max(known_wrench(prior, &instant.velocity, &instant.input).amax());
             if k % 9 != 0 {
                 continue;
             }
             // What one sigma in each direction changes, three times as rare as the rows.
             for direction in 0..14 {
-                let mut disturbed = Filtered { input: instant.input, ..*instant };
-                match direction {
-                    0..6 => disturbed.velocity[direction] += options.velocity_noise[direction] * value_gain,
-                    6..12 => {
-                        disturbed.acceleration[direction - 6] += options.velocity_noise[direction - 6] * slope_gain;
-                    }
-                    _ => disturbed.roll_pitch[direction - 12] += options.roll_pitch_noise_rad * value_gain,
-                }
-                let change = disturbed.rows(&model) - rows;
+                let change = interval.disturbed(direction, options, gains).rows(model, &found) - rows;
                 for (axis, noise) in noise.iter_mut().enumerate() {
                     let row = pick(&change, axis);
                     noise.ger(3.0, &row, &row, 1.0);
@@ -225,11 +295,7 @@ pub(crate) fn gtls(
     for (&j, value) in used.iter().zip(theta.iter()) {
         values[j] = value * scale[j];
     }
-    let mut estimate = boxed(Method::Gtls, data, prior, options, values);
-    if beyond > 0.0 {
-        estimate.notes.push("linear drag and advance of the declared vehicle are left out by this method".into());
-    }
-    Ok(estimate)
+    Ok(values)
 }
 
 /// Of the smallest λ for which A − λ Σ is singular, this much may be taken out.
@@ -250,14 +316,14 @@ fn smallest_ratio(a: &DMatrix<f64>, sigma: &DMatrix<f64>) -> Result<f64, Identif
     Ok(1.0 / largest.max(f64::MIN_POSITIVE))
 }
 
-/// Gain of the filter and of the central difference after it for white noise.
+/// Gain of the filter and of the difference after it for white noise.
 fn noise_gains() -> (f64, f64) {
     const LENGTH: usize = 201;
     let mut impulse = vec![Output::zeros(); LENGTH];
     impulse[LENGTH / 2] = Output::repeat(1.0);
     let response = smoothing::low_pass(&impulse, &[WHITENED_CUTOFF_HZ; simulation::OUTPUTS]);
     let value: f64 = response.iter().map(|r| r[0] * r[0]).sum();
-    let slope: f64 = response.windows(3).map(|r| ((r[2][0] - r[0][0]) / (2.0 * PERIOD_S)).powi(2)).sum();
+    let slope: f64 = response.windows(2).map(|r| ((r[1][0] - r[0][0]) / PERIOD_S).powi(2)).sum();
     (value.sqrt(), slope.sqrt())
 }
 

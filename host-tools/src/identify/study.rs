@@ -40,13 +40,14 @@ const fn worse_prior(method: Method) -> Condition {
     Condition { wrong: 0.5, ..condition(method, 0.014) }
 }
 
-const CONDITIONS: [Condition; 16] = [
+const CONDITIONS: [Condition; 17] = [
     condition(Method::AidOnline, 0.012),
     condition(Method::AidOnline, 0.014),
     condition(Method::Aid, 0.012),
     condition(Method::Aid, 0.014),
     condition(Method::Nbls, 0.0),
     condition(Method::Nbls, 0.014),
+    condition(Method::Gtls, 0.003),
     condition(Method::Gtls, 0.014),
     condition(Method::Iv, 0.014),
     condition(Method::OutputError, 0.014),

@@ -68,6 +68,21 @@ fn noise_taken_out_beats_the_thesis_nullspace() {
 }
 
 #[test]
+fn noise_taken_out_gains_from_less_noise() {
+    // Where little noise is declared, rows that are wrong between samples would count as noise.
+    let [little, usual] = [0.003, 0.013].map(|mps| {
+        let [_, _, _, p, q, r] = Options::DEFAULT.velocity_noise;
+        let options = Options { velocity_noise: [mps, mps, mps, p, q, r], ..Options::DEFAULT };
+        let data = data([0.0; 2], Noise::table_4_13(mps));
+        let estimate = identify(Method::Gtls, &data, &wrong_prior(0.3, 5000), &options, &|_| {}).expect("identifiable");
+        errors(&estimate.vehicle, [0.0; 2])
+    });
+    for column in 0..8 {
+        assert!(little[column] < usual[column], "{column}: {little:?} {usual:?}");
+    }
+}
+
+#[test]
 fn nullspace_without_noise_is_close() {
     let data = data([0.0; 2], Noise::NONE);
     let estimate =
