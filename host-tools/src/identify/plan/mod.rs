@@ -37,8 +37,9 @@ const LENGTH: f64 = 0.02;
 /// quite the declared one (pitch was steeper by an eighth where that was wrong by 30 %).
 const PITCH_SHARE: f64 = 0.8;
 const DEPTH_MARGIN_M: f64 = 0.5;
-/// Flights of the whole plan, each followed by more legs or fewer where it was too short or too long.
-const FLIGHTS: usize = 6;
+/// Flights of the whole plan, each followed by other legs from where it left the limits, more or fewer where it was too short or
+/// too long.
+const FLIGHTS: usize = 20;
 /// Turns tried, rad.
 const TURNS: [f64; 6] = [0.0, 0.35, 0.8, FRAC_PI_2, 2.0, 2.6];
 
@@ -142,12 +143,15 @@ pub fn plan(declared: &VehicleParameters, limits: &Limits, duration_s: f64, seed
         let mut body = Declared { model: &model, x: from };
         let flown = flight::follow_legs(&mut body, &mut planner.steering.clone(), &waypoints, 2.0 * duration_s)
             .context("the plan")?;
+        if let Some(sample) = planner.leaves(&flown.samples, limits.pitch_rad) {
+            // Where the corner into that leg was cut matters too.
+            let legs = flown.turns.iter().take_while(|turn| turn.0 <= sample).count().saturating_sub(1);
+            waypoints.truncate(legs);
+            stood.truncate(legs + 1);
+            continue;
+        }
         let off_s = duration_s - flown.duration_s();
         if flown.finished && off_s.abs() <= 2.0 * LENGTH * duration_s {
-            ensure!(
-                planner.stays(&flown.samples, limits.pitch_rad),
-                "the plan does not stay within the limits in one flight; another --seed may"
-            );
             let mut collected = Collected::default();
             planner.information.add(flown.samples.iter().map(|(sample, _)| sample), &mut collected);
             return Ok(Plan {
@@ -195,7 +199,7 @@ impl Planner<'_> {
         let turn = if last.is_some() { *flown.turns.first()? } else { (0, standing.x) };
         let ends = body.x.rows(state::X, 2).norm() < self.limits.radius_m;
         let (mut known, (before, after)) = (standing.known.clone(), flown.samples.split_at(turn.0));
-        if !flown.finished || !ends || !self.stays(after, PITCH_SHARE * self.limits.pitch_rad) {
+        if !flown.finished || !ends || self.leaves(after, PITCH_SHARE * self.limits.pitch_rad).is_some() {
             return None;
         }
         // What is flown again starts with a propeller at rest, which the mission does not.
@@ -207,12 +211,12 @@ impl Planner<'_> {
         Some(Standing { x: turn.1, time_s, known, end: body.x, end_s: time_s + seconds(after.len()), collected })
     }
 
-    /// Whether a flight keeps this pitch, and the limits of depth.
-    fn stays(&self, samples: &[(Sample, f64)], pitch_rad: f64) -> bool {
+    /// The first sample that does not keep this pitch, or the limits of depth.
+    fn leaves(&self, samples: &[(Sample, f64)], pitch_rad: f64) -> Option<usize> {
         let [shallow, deep] = self.limits.depth_m;
         samples
             .iter()
-            .all(|(sample, depth_m)| sample.attitude.y.abs() < pitch_rad && (shallow..=deep).contains(depth_m))
+            .position(|(sample, depth_m)| sample.attitude.y.abs() >= pitch_rad || !(shallow..=deep).contains(depth_m))
     }
 }
 
