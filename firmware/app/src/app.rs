@@ -24,6 +24,8 @@ use backseat_wire::hostlink::{
 
 /// Time between two steps, µs.
 pub const STEP_US: u64 = 100_000;
+/// Attitude or depth may contradict the filter for this long without a mission, µs.
+const ASTRAY_US: u64 = 20_000_000;
 /// Bytes that may wait for one device port: five steps of commands and requests.
 const DEVICE_RING: usize = 512;
 /// A buffer of this size holds any sentence to frontseat or modem.
@@ -364,7 +366,9 @@ impl Backseat {
             // an empty mission was refused when it was armed
             self.armed = self.controller.start(self.estimator.navigator().state()).is_err();
         }
-        if failed {
+        // Nobody relies on it, and it does not agree with its sensors: it starts again from them.
+        let astray = self.estimator.unsteerable_since_us().is_some_and(|us| now_us.saturating_sub(us) > ASTRAY_US);
+        if failed || (astray && !self.under_way() && self.estimator.has_fix(now_us)) {
             self.configured = false;
         }
         self.steer(now_us);
@@ -388,6 +392,7 @@ impl Backseat {
             position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
             resumed: self.unconfigured || self.estimator.resumed().is_some(),
             doubted: self.estimator.is_doubted(),
+            unsteerable_us: age(self.estimator.unsteerable_since_us()),
             mission: self.under_way(),
         }
     }

@@ -344,9 +344,21 @@ impl Estimator {
         }
     }
 
-    /// Whether any sensor and the filter contradict each other.
+    /// Since when attitude or depth and the filter have contradicted each other, µs.
+    pub fn unsteerable_since_us(&self) -> Option<u64> {
+        let since_us = [Sensor::Attitude, Sensor::Depth].map(|sensor| self.navigator.doubted_since_us(sensor));
+        since_us.into_iter().flatten().min()
+    }
+
+    /// A fix that the filter could start from.
+    pub fn has_fix(&self, now_us: u64) -> bool {
+        fresh(self.samples.fix_m, now_us, INITIAL_FIX_AGE_US).is_some()
+    }
+
+    /// Whether any sensor and the filter contradict each other, or have and no fix has said who was right.
     pub fn is_doubted(&self) -> bool {
-        Sensor::ALL.into_iter().any(|sensor| self.navigator.is_doubted(sensor))
+        let navigator = &self.navigator;
+        Sensor::ALL.into_iter().any(|sensor| navigator.is_doubted(sensor) || navigator.contested_sigma(sensor) > 0.0)
     }
 }
 

@@ -10,6 +10,8 @@ use backseat_wire::hostlink::{Mode, ModeReason};
 
 /// Better facts have to last this long, µs.
 const RECOVERY_US: u64 = 3_000_000;
+/// Attitude or depth that has contradicted the filter for longer, µs, is nothing to steer by.
+const UNSTEERABLE_US: u64 = 4_000_000;
 /// A sigma that was beyond its limit has to fall below this share of it.
 const SIGMA_HYSTERESIS: f64 = 0.8;
 
@@ -28,8 +30,10 @@ pub struct Facts {
     pub position_sigma_m: f64,
     /// The position is the one from before a reset, and nothing has confirmed it since.
     pub resumed: bool,
-    /// A sensor and the filter contradict each other.
+    /// A sensor and the filter contradict each other, or have and no fix has said who was right.
     pub doubted: bool,
+    /// How long attitude or depth has, beyond what makes a doubt.
+    pub unsteerable_us: Option<u64>,
     /// A mission is under way.
     pub mission: bool,
 }
@@ -70,6 +74,10 @@ fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason)
     // Without a mission nobody commands it.
     if facts.mission && facts.refused_us.is_some_and(|us| us > timeout_us(settings.refusal_timeout_s)) {
         return (Mode::Safe, ModeReason::FrontseatRefuses);
+    }
+    // Whichever of the two is right, it is not known where up and down are.
+    if facts.unsteerable_us.is_some_and(|us| us > UNSTEERABLE_US) {
+        return (Mode::Safe, ModeReason::Rejections);
     }
     if facts.doubted {
         return (Mode::Degraded, ModeReason::Rejections);
@@ -190,6 +198,7 @@ mod tests {
         position_sigma_m: 1.0,
         resumed: false,
         doubted: false,
+        unsteerable_us: None,
         mission: true,
     };
     const STEP_US: u64 = 100_000;
@@ -213,6 +222,7 @@ mod tests {
             (uncertain(500.0), Mode::Lost, ModeReason::PositionUncertain),
             (uncertain(f64::NAN), Mode::Lost, ModeReason::PositionUncertain),
             (Facts { doubted: true, ..GOOD }, Mode::Degraded, ModeReason::Rejections),
+            (Facts { doubted: true, unsteerable_us: Some(4_100_000), ..GOOD }, Mode::Safe, ModeReason::Rejections),
             // the worse of two
             (Facts { depth_age_us: None, ..uncertain(500.0) }, Mode::Lost, ModeReason::PositionUncertain),
             (Facts { doubted: true, ..uncertain(50.0) }, Mode::Degraded, ModeReason::Rejections),

@@ -28,8 +28,9 @@
 use crate::framer::at;
 use crate::nmea::within;
 use crate::write::Writer;
-use crate::{Decimal, Error};
+use crate::{Decimal, Error, hex};
 use core::fmt;
+use core::str::FromStr;
 use crc::{CRC_16_IBM_3740, Crc};
 use serde::{Deserialize, Serialize};
 use siphasher::sip::SipHasher24;
@@ -86,6 +87,20 @@ impl Key {
 
     fn code(&self, payload: &[u8]) -> [u8; CODE] {
         (SipHasher24::new_with_key(&self.0).hash(payload) as u32).to_le_bytes()
+    }
+}
+
+impl FromStr for Key {
+    type Err = Error;
+
+    /// 32 hexadecimal digits; `none` for no key.
+    fn from_str(text: &str) -> Result<Self, Error> {
+        if text == "none" {
+            return Ok(Self::NONE);
+        }
+        let mut key = [0; 16];
+        hex::decode_exact(text.as_bytes(), &mut key)?;
+        Ok(Self(key))
     }
 }
 
@@ -243,5 +258,10 @@ mod tests {
         let [low, high] = key.halves();
         assert_eq!(Key::NONE.with_half(1, high).with_half(0, low), key);
         assert_eq!(key.with_half(2, [0; 8]), key);
+        assert_eq!("000102030405060708090a0B0c0D0e0F".parse(), Ok(key));
+        assert_eq!("none".parse(), Ok(Key::NONE));
+        for text in ["", "0", "000102030405060708090a0B0c0D0e0", "000102030405060708090a0B0c0D0e0g", "None"] {
+            assert!(text.parse::<Key>().is_err(), "{text}");
+        }
     }
 }

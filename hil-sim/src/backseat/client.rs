@@ -10,6 +10,7 @@ use backseat_wire::hostlink::{
     Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Step, StepDone, Telemetry,
     ToBoard, Waypoint, encode,
 };
+use backseat_wire::ship_state::Key;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -110,7 +111,8 @@ impl<P: Ports> Client<P> {
         let mut buffer = [0; MAX_FRAME];
         let frame = encode(message, &mut buffer).map_err(|e| BackseatError::Protocol(format!("nothing: {e:?}")))?;
         self.ports.write(Port::Host, frame)?;
-        if self.tape.is_running() && !matches!(message, ToBoard::Step(_)) {
+        // the clock is recorded otherwise, the key nowhere
+        if self.tape.is_running() && !matches!(message, ToBoard::Step(_) | ToBoard::KeySet(_)) {
             self.tape.write_heard()?;
             self.tape.write(Event::Received { port: Port::Host, bytes: frame.to_vec() })?;
         }
@@ -235,6 +237,27 @@ impl<P: Ports> Client<P> {
                 return Ok(parameters);
             }
         }
+    }
+
+    /// Tells the board the key of the acoustic payloads; none switches authentication off.
+    ///
+    /// # Errors
+    /// When it is refused.
+    pub fn set_key(&mut self, key: Key) -> Result<(), BackseatError> {
+        self.has_key()?;
+        self.request(&ToBoard::KeySet(key), || "the acoustic key".into())
+    }
+
+    /// Whether the board has a key of the acoustic payloads, which is all it says of it; one may follow now.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub fn has_key(&mut self) -> Result<bool, BackseatError> {
+        self.send(&ToBoard::KeyBegin)?;
+        self.receive(|message| match message {
+            FromBoard::Key { set } => Some(set),
+            _ => None,
+        })
     }
 
     /// Sets parameters as one transaction.

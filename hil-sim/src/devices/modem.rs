@@ -16,7 +16,7 @@ use backseat_wire::modem::{
     Revision, Setting, ToModem,
 };
 use backseat_wire::nmea::{Checksum, Framer, MAX_SENTENCE};
-use backseat_wire::ship_state::ShipState;
+use backseat_wire::ship_state::{Key, ShipState};
 use std::collections::VecDeque;
 
 /// Modem address of the ship.
@@ -31,6 +31,8 @@ const CYCLE_LEAD_US: u64 = 5_000_000;
 const CYCLE_DURATION_US: u64 = 900_000;
 /// Bytes of a rate-0 FSK frame.
 const FRAME_BYTES: usize = 32;
+/// The key of somebody who does not have the ship's.
+const FOREIGN_KEY: Key = Key::new([0xA5; 16]);
 /// GPS clock (3) and external synchronous pulse (4), as firmware from 2.0.26038 encodes them.
 const SYNCHRONOUS: ClockMode = ClockMode(3 | 4 << 2);
 
@@ -42,6 +44,7 @@ pub struct Modem {
     frame: LocalFrame,
     start_us: u64,
     transducer_depth_m: f64,
+    key: Key,
     sequence: u8,
     /// Sentences that wait for their time, in order of time.
     agenda: VecDeque<(u64, Vec<u8>)>,
@@ -49,6 +52,8 @@ pub struct Modem {
     cycles: Box<dyn Iterator<Item = u64> + Send>,
     next_cycle_us: Option<u64>,
     faults: PacketFaults,
+    /// Payload of the last packet.
+    last: [u8; FRAME_BYTES],
 }
 
 impl Modem {
@@ -69,11 +74,13 @@ impl Modem {
             frame,
             start_us: u64::from(start_unix_s) * 1_000_000,
             transducer_depth_m: settings.ship.transducer_depth_m,
+            key: settings.acoustics.key,
             sequence: 0,
             agenda: VecDeque::new(),
             cycles: Box::new(cycles),
             next_cycle_us,
             faults,
+            last: [0; FRAME_BYTES],
         };
         let time = modem.time_of_day(0);
         modem.say(0, &FromModem::Revision(Revision { time, identifier: "INIT", version: "2.0.35490" }));
@@ -147,8 +154,18 @@ impl Modem {
             transducer_depth_m: self.transducer_depth_m,
         };
         let mut frame = [0; FRAME_BYTES];
-        let Ok(payload) = state.emit() else { return };
+        let key = if delivery.forged { FOREIGN_KEY } else { self.key };
+        let payload = if key.is_set() {
+            state.emit_authentic(&key).map(|payload| payload.to_vec())
+        } else {
+            state.emit().map(|payload| payload.to_vec())
+        };
+        let Ok(payload) = payload else { return };
         frame[..payload.len()].copy_from_slice(&payload);
+        let last = std::mem::replace(&mut self.last, frame);
+        if delivery.replayed {
+            frame = last;
+        }
         let addresses = Addresses { source, destination: VEHICLE };
         let received = Received { addresses, acknowledge: false, frame: 1, payload: Payload::new(&frame) };
         let statistics = ReceptionStatistics {

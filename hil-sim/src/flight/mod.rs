@@ -36,6 +36,9 @@ pub enum FlightError {
 fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), BackseatError> {
     client.hello()?;
     client.set_parameters(&board_parameters(scenario))?;
+    if scenario.settings.acoustics.key.is_set() {
+        client.set_key(scenario.settings.acoustics.key)?;
+    }
     if Board::is_reset(&scenario.settings.faults) {
         // Twice: a copy that has served for a while has another beside it.
         client.store_parameters()?;

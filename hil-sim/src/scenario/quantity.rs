@@ -3,8 +3,15 @@
 //! Each function here is a `deserialize_with`: it reads a number (or a fixed array of them) and
 //! refuses what is not finite or outside the range of that kind of quantity.
 
+use backseat_wire::ship_state::Key;
 use serde::de::{Deserialize, Deserializer, Error};
 use std::ops::RangeInclusive;
+
+/// The key of an authentication code. What is wrong with it is said without showing it.
+pub fn key<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Key, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    text.parse().map_err(|_| D::Error::custom("not 32 hexadecimal digits"))
+}
 
 /// Something made of plain numbers.
 pub trait Numbers {

@@ -4,6 +4,7 @@
 //! takes the `[sensors]` of the vehicle file.
 
 use super::quantity;
+use backseat_wire::ship_state::Key;
 use serde::Deserialize;
 
 /// The default of `epilogue_s`.
@@ -207,6 +208,9 @@ pub struct Acoustics {
     /// One sigma of the range rate, m/s; the vehicle file's `sensors.range_rate_mps` if left out.
     #[serde(deserialize_with = "quantity::non_negative")]
     pub range_rate_sigma_mps: Option<f64>,
+    /// Key of the packets' authentication code, 32 hexadecimal digits: ship and board share it; none if left out.
+    #[serde(deserialize_with = "quantity::key")]
+    pub key: Key,
 }
 
 impl Default for Acoustics {
@@ -221,6 +225,7 @@ impl Default for Acoustics {
             turnaround_s: 1.0,
             range_sigma_m: None,
             range_rate_sigma_mps: None,
+            key: Key::NONE,
         }
     }
 }

@@ -14,9 +14,12 @@ use crate::console::Progress;
 use anyhow::{Context, anyhow, bail};
 use backseat_core::control::mission::MAX_WAYPOINTS;
 use backseat_wire::hostlink::{FromBoard, Health, Refusal, Restart, Telemetry, ToBoard, Waypoint};
+use backseat_wire::ship_state::Key;
 use hil_sim::backseat::{BackseatError, Client};
 use std::time::{Duration, Instant, SystemTime};
 
+/// Version of the parameter list from which on a board knows a key.
+const KEY_SCHEMA: u16 = 3;
 /// Asking for this waypoint and those after it is only a way to be answered.
 const FIRST_NONCE: u16 = 0x8000;
 const _: () = assert!(MAX_WAYPOINTS < FIRST_NONCE as usize);
@@ -133,9 +136,19 @@ impl Board {
     }
 
     /// Sets parameters as one transaction: all of them, or none and each refused one told with its range.
-    pub fn set_parameters(&mut self, values: &[(String, f64)], declared: &[Declared]) -> anyhow::Result<()> {
+    ///
+    /// Under way only if they are unlocked first.
+    pub fn set_parameters(
+        &mut self,
+        values: &[(String, f64)],
+        declared: &[Declared],
+        unlock: bool,
+    ) -> anyhow::Result<()> {
         let mut progress = Progress::new("parameters", values.len());
         let mut refused = Vec::new();
+        if unlock {
+            self.demand(&ToBoard::Unlock, "to unlock its parameters")?;
+        }
         self.demand(&ToBoard::ParameterBegin, "to take parameters")?;
         for (done, (name, value)) in values.iter().enumerate() {
             progress.set(done);
@@ -149,6 +162,21 @@ impl Board {
         }
         let told: Vec<String> = refused.iter().map(|refused| refused.tell(declared)).collect();
         bail!("the board refused, and keeps the old set: {}", told.join("; "))
+    }
+
+    /// Sets the key of the acoustic payloads; none switches authentication off.
+    pub fn set_key(&mut self, key: Key) -> anyhow::Result<()> {
+        let set = self.client.set_key(key);
+        set.map_err(|error| self.failed(&error))
+    }
+
+    /// Whether there is a key of the acoustic payloads; `None` from firmware that knows none.
+    pub fn has_key(&mut self) -> anyhow::Result<Option<bool>> {
+        if self.identity.schema < KEY_SCHEMA {
+            return Ok(None);
+        }
+        let has = self.client.has_key();
+        has.map(Some).map_err(|error| self.failed(&error))
     }
 
     /// Has the active set written to the board's memory.

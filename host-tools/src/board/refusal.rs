@@ -12,6 +12,7 @@ pub const fn reason(refusal: Refusal) -> &'static str {
         Refusal::InvalidSet => "the numbers are in range one by one, but not valid together",
         Refusal::NotReady => "not now: navigation is lost, parameters are being stored, or the fins are being shown",
         Refusal::NoStore => "it has no memory for them, or is busy with it",
+        Refusal::Locked => "a mission runs or waits to begin: --unlock takes what may change under way",
         Refusal::StoreFailed => "its memory refused; what was stored before is still there",
     }
 }

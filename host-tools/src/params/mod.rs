@@ -6,6 +6,7 @@ use crate::board::{Board, Common, Declared, number, reason};
 use anyhow::{anyhow, bail};
 use backseat_data::output::{self, Existing};
 use backseat_data::{BoardFile, BoardParameter, DataError};
+use backseat_wire::ship_state::Key;
 use clap::Subcommand;
 use serde_json::json;
 use std::path::PathBuf;
@@ -22,6 +23,15 @@ Examples:
 PORT is the board's host port, with :BAUD behind it where that is not 115200. What set and import bring becomes active
 as a whole or not at all. The exported file is a vehicle file (backseat navigate --vehicle reads it) with everything
 else a board is told in a section [app]; import takes such a file, a vehicle file, or a file with [app] alone.";
+
+const SET: &str = "\
+Examples:
+  backseat params set /dev/ttyACM0 app.use_dvl=1 'drag.quadratic_diag[0]=3.4'
+  backseat params set /dev/ttyACM0 app.sound_speed_mps=1483 --unlock
+  backseat params set /dev/ttyACM0 app.acoustic_key=$(openssl rand -hex 16)
+
+The key of the acoustic payloads (32 hexadecimal digits, or none) is shared with the ship and can be written, not read.
+With it only packets with its authentication code count. Not under way; kept through power-off by params store.";
 
 const GET: &str = "\
 Example:
@@ -50,13 +60,16 @@ enum Action {
         names: Vec<String>,
     },
     /// Set parameters, all of them or none
-    #[command(after_help = "Example:\n  backseat params set /dev/ttyACM0 app.use_dvl=1 'drag.quadratic_diag[0]=3.4'")]
+    #[command(after_help = SET)]
     Set {
         #[command(flatten)]
         common: Common,
         /// What to set
         #[arg(value_name = "NAME=VALUE", required = true, value_parser = assignment)]
-        values: Vec<(String, f64)>,
+        values: Vec<Assignment>,
+        /// Under way, too, what may change there: unlocks the board's parameters for a minute
+        #[arg(long)]
+        unlock: bool,
     },
     /// Write all parameters to a file
     #[command(after_help = "Example:\n  backseat params export /dev/ttyACM0 board.toml --name iver3-218")]
@@ -81,24 +94,49 @@ enum Action {
         /// Vehicle file, exported set, or one with an app section alone, TOML
         #[arg(value_name = "V.toml")]
         file: PathBuf,
+        /// Under way, too, what may change there: unlocks the board's parameters for a minute
+        #[arg(long)]
+        unlock: bool,
     },
     /// Keep the active parameters through power-off
     #[command(after_help = "Example:\n  backseat params store /dev/ttyACM0")]
     Store(Common),
 }
 
+/// What the key of the acoustic payloads is called; it is in no list, because a list is read.
+const KEY: &str = "app.acoustic_key";
+
 /// `NAME=VALUE`.
-fn assignment(text: &str) -> Result<(String, f64), String> {
+#[derive(Clone, Debug, PartialEq)]
+enum Assignment {
+    Number(String, f64),
+    Key(Key),
+}
+
+fn assignment(text: &str) -> Result<Assignment, String> {
     let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
-    let value = value.trim().parse().map_err(|_| format!("{value}: not a number"))?;
-    Ok((name.trim().to_owned(), value))
+    let (name, value) = (name.trim(), value.trim());
+    if name == KEY {
+        return value.parse().map(Assignment::Key).map_err(|_| "neither 32 hexadecimal digits nor none".to_owned());
+    }
+    let value = value.parse().map_err(|_| format!("{value}: not a number"))?;
+    Ok(Assignment::Number(name.to_owned(), value))
 }
 
 /// Does what is asked.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.action {
         Action::Get { common, names } => get(common, names),
-        Action::Set { common, values } => set(common, values),
+        Action::Set { common, values, unlock } => {
+            let (mut numbers, mut key) = (Vec::new(), None);
+            for value in values {
+                match value {
+                    Assignment::Number(name, value) => numbers.push((name.clone(), *value)),
+                    Assignment::Key(new) => key = Some(*new),
+                }
+            }
+            set(common, &numbers, key, *unlock)
+        }
         Action::Export { common, file, name, force } => {
             let existing = if *force { Existing::Replace } else { Existing::Keep };
             output::check(file, existing)?;
@@ -112,12 +150,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let told = format!("{} parameters to {}\n", list.len(), file.display());
             common.say(&json!({"parameters": list.len(), "file": file}), &told)
         }
-        Action::Import { common, file } => {
+        Action::Import { common, file, unlock } => {
             let values = BoardFile::read(file)?.flatten();
             if let Some((name, value)) = values.iter().find(|(_, value)| !value.is_finite()) {
                 return Err(DataError::file(file, format!("{name}: {value} is no finite number")).into());
             }
-            set(common, &values)
+            set(common, &values, None, *unlock)
         }
         Action::Store(common) => {
             let mut board = common.connect()?;
@@ -139,35 +177,53 @@ fn get(common: &Common, names: &[String]) -> anyhow::Result<()> {
     let is = |parameter: &Declared, wanted: &String| {
         parameter.name.strip_prefix(wanted.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
     };
-    if let Some(unknown) = names.iter().find(|wanted| !all.iter().any(|parameter| is(parameter, wanted))) {
+    let key_wanted = names.is_empty() || names.iter().any(|name| name == KEY || name == "app");
+    let unknown = |wanted: &&String| *wanted != KEY && !all.iter().any(|parameter| is(parameter, wanted));
+    if let Some(unknown) = names.iter().find(unknown) {
         bail!("{unknown} is no parameter of this board, and no beginning of one");
     }
     let wanted = |parameter: &&Declared| names.is_empty() || names.iter().any(|name| is(parameter, name));
     let shown: Vec<&Declared> = all.iter().filter(wanted).collect();
-    let json = json!({
+    let key = if key_wanted { board.has_key()? } else { None };
+    let mut json = json!({
         "firmware": board.identity.firmware,
         "parameter_schema": board.identity.schema,
         "parameters": shown.iter().map(|parameter| parameter.json()).collect::<Vec<_>>(),
     });
-    common.say(&json, &table::text(&shown))
+    let mut text = if shown.is_empty() { String::new() } else { table::text(&shown) };
+    if let Some(has) = key {
+        let told = if has { "set" } else { "not set" };
+        json[KEY] = json!(told);
+        text += &format!("{KEY}  {told}: no board tells it\n");
+    }
+    common.say(&json, &text)
 }
 
-fn set(common: &Common, values: &[(String, f64)]) -> anyhow::Result<()> {
+fn set(common: &Common, values: &[(String, f64)], key: Option<Key>, unlock: bool) -> anyhow::Result<()> {
     let mut board = common.connect()?;
     let before = board.parameters()?;
-    board.set_parameters(values, &before)?;
+    if !values.is_empty() {
+        board.set_parameters(values, &before, unlock)?;
+    }
+    if let Some(key) = key {
+        board.set_key(key)?;
+    }
     let old = |name: &str| before.iter().find(|parameter| parameter.name == name).map(|parameter| parameter.value);
     let changed: Vec<_> = values
         .iter()
         .filter_map(|(name, to)| old(name).filter(|from| from != to).map(|from| (name, from, *to)))
         .collect();
-    let json = json!({
+    let mut json = json!({
         "set": values.len(),
         "changed": changed.iter().map(|(name, from, to)| json!({"name": name, "from": from, "to": to})).collect::<Vec<_>>(),
     });
     let mut text = format!("{} parameters set, {} of them changed\n", values.len(), changed.len());
     for (name, from, to) in &changed {
         text += &format!("  {name}: {} -> {}\n", number(*from), number(*to));
+    }
+    if let Some(key) = key {
+        json[KEY] = json!(format!("{key:?}"));
+        text += &format!("  {KEY}: {key:?}\n");
     }
     common.say(&json, &text)
 }
@@ -186,7 +242,10 @@ mod tests {
 
     #[test]
     fn assignments() {
-        assert_eq!(assignment("fins.cl[0]=-3.1e0"), Ok(("fins.cl[0]".to_owned(), -3.1)));
+        assert_eq!(assignment("fins.cl[0]=-3.1e0"), Ok(Assignment::Number("fins.cl[0]".to_owned(), -3.1)));
+        assert_eq!(assignment("app.acoustic_key=none"), Ok(Assignment::Key(Key::NONE)));
+        let wrong = assignment("app.acoustic_key=0123456789abcdef").unwrap_err();
+        assert!(!wrong.contains("0123"), "{wrong}");
         for text in ["fins.cl[0]", "fins.cl[0]=", "fins.cl[0]=big", "=1=2"] {
             assert!(assignment(text).is_err(), "{text}");
         }

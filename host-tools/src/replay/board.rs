@@ -139,7 +139,9 @@ impl Replay {
         }
         self.input(self.time_us);
         let sets = changed.iter().map(|p| ToBoard::ParameterSet { name: p.name, value: (p.get)(&wanted) });
-        for request in [ToBoard::ParameterBegin].into_iter().chain(sets).chain([ToBoard::ParameterCommit]) {
+        for request in
+            [ToBoard::Unlock, ToBoard::ParameterBegin].into_iter().chain(sets).chain([ToBoard::ParameterCommit])
+        {
             let mut buffer = [0; MAX_FRAME];
             let frame = encode(&request, &mut buffer).map_err(|error| anyhow!("{error:?}"))?;
             self.app.receive(Port::Host, self.time_us, frame);

@@ -88,7 +88,9 @@ impl Listener {
                     | ToBoard::MissionStart
                     | ToBoard::MissionStop
                     | ToBoard::FinWiggle
-                    | ToBoard::AdoptionRevert,
+                    | ToBoard::AdoptionRevert
+                    | ToBoard::Unlock
+                    | ToBoard::KeySet(_),
                 ) => self.unanswered += 1,
                 _ => {}
             }

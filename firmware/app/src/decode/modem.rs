@@ -66,7 +66,7 @@ impl ModemLink {
                 FromModem::Received(received) if received.frame == 1 => {
                     let mut frame = [0; MAX_FRAME];
                     let authentic = |frame: &[u8]| ShipState::parse_authentic(frame, &settings.acoustic_key);
-                    match received.payload.copy_to(&mut frame).and_then(|frame| authentic(frame)) {
+                    match received.payload.copy_to(&mut frame).and_then(authentic) {
                         Ok(ship) => Some(AcousticEvent::Ship(ship)),
                         Err(cause) => {
                             self.counts.note_error(cause);

@@ -41,7 +41,8 @@ pub struct Parameter {
     pub min: f64,
     /// Largest value allowed.
     pub max: f64,
-    /// Meaning; empty on a board.
+    /// Meaning; a board's image leaves it out: the host that shows it has this list as well.
+    #[cfg(not(target_os = "none"))]
     pub description: &'static str,
     /// May be changed while a mission runs.
     pub under_way: bool,

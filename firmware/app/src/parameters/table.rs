@@ -9,11 +9,6 @@ use backseat_core::navigation::ProcessModel;
 use backseat_wire::iver::LengthUnit;
 use backseat_wire::modem::{ClockEncoding, DopplerSign};
 
-/// What a board's image leaves out: the host that shows it has this list as well.
-const fn text(description: &'static str) -> &'static str {
-    if cfg!(target_os = "none") { "" } else { description }
-}
-
 /// A row; `live` ones may change while a mission runs.
 macro_rules! real {
     (live $name:literal, $($rest:tt)+) => { real!(@ true, $name, $($rest)+) };
@@ -25,7 +20,8 @@ macro_rules! real {
             kind: Kind::Real,
             min: $min,
             max: $max,
-            description: text($description),
+            #[cfg(not(target_os = "none"))]
+            description: $description,
             under_way: $live,
             get: |s| s.$($path)+,
             set: |s, value| s.$($path)+ = value,
@@ -44,7 +40,8 @@ macro_rules! whole {
             kind: Kind::Whole,
             min: $min as f64,
             max: $max as f64,
-            description: text($description),
+            #[cfg(not(target_os = "none"))]
+            description: $description,
             under_way: $live,
             get: |s| f64::from(s.$($path)+),
             set: |s, value| s.$($path)+ = value as _,
@@ -83,6 +80,7 @@ macro_rules! effect {
             // zero is no effect
             min: ID.info().min.min(0.0),
             max: ID.info().max,
+            #[cfg(not(target_os = "none"))]
             description: ID.effect().equations,
             under_way: false,
             get: |s| s.navigation.effects.get(ID),
@@ -103,7 +101,8 @@ macro_rules! choice {
             kind: Kind::Whole,
             min: 0.0,
             max: [$($variant),+].len() as f64 - 1.0,
-            description: text($description),
+            #[cfg(not(target_os = "none"))]
+            description: $description,
             under_way: $live,
             get: |s| [$($variant),+].iter().position(|v| *v == s.$($field).+).unwrap_or(0) as f64,
             set: |s, value| {

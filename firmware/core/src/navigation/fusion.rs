@@ -18,6 +18,10 @@ pub(super) fn wrap_innovation(sensor: Sensor, innovation: f64) -> f64 {
     if sensor == Sensor::Attitude { wrap_angle(innovation) } else { innovation }
 }
 
+/// Range rates are not used while √(σx² + σy²) is beyond this, m: they bend with the bearing, and at some hundred metres
+/// from the ship a position that may be so wrong would be thrown about by their tangent.
+const FAR_M: f64 = 50.0;
+
 impl Navigator {
     /// Fuses one measurement and says what became of each of its scalars.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
@@ -80,12 +84,15 @@ impl Navigator {
     fn update(&mut self, sensor: Sensor, fusions: &mut Fusions) {
         if self.gate.alert && sensor == Sensor::VehicleGnss {
             // a fix is judged by the whole of what the position may be wrong
-            self.leave_at_least(sensor, self.gate.floor(Sensor::Range));
+            let [sigma, ..] = self.gate.floor(Sensor::Range);
+            self.leave_at_least(sensor, [sigma; 3]);
         }
         let mut variance = self.project(0);
         let ratio = self.worst_test_ratio(variance);
         let alert = ratio > STRIKE || self.gate.alert;
-        if alert && !self.weigh(sensor, ratio) {
+        // A rate is a line only near the place it is taken at.
+        let far = sensor == Sensor::RangeRate && self.p.get(X, X) + self.p.get(Y, Y) > FAR_M * FAR_M;
+        if far || (alert && !self.weigh(sensor, ratio)) {
             return self.gated(sensor, fusions);
         }
 
@@ -194,9 +201,8 @@ impl Navigator {
         let items = self.observations.as_slice();
         let most = self.config.strikes;
         if ratio > STRIKE {
-            let worst = items.iter().fold(0.0, |worst: f64, item| worst.max(item.innovation.abs()));
             let variance = items.iter().fold(0.0, |most: f64, item| most.max(self.total_variance(item)));
-            self.gate.strike(sensor, self.time_us, worst, variance, most);
+            self.gate.strike(sensor, self.time_us, items, variance, most);
             return ratio <= 1.0 && !self.gate.is_doubted(sensor);
         }
         let bound = STRIKE * self.gate.sigma * self.gate.sigma;
@@ -228,8 +234,8 @@ impl Navigator {
     }
 
     /// What a sensor positions is at least this uncertain, one sigma.
-    fn leave_at_least(&mut self, sensor: Sensor, sigma: f64) {
-        for i in self.positioned_by(sensor) {
+    fn leave_at_least(&mut self, sensor: Sensor, sigma: [f64; 3]) {
+        for (i, sigma) in self.positioned_by(sensor).zip(sigma) {
             let short = sigma * sigma - self.p.get(i, i);
             self.p.add(i, i, short.max(0.0));
         }

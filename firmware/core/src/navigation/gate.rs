@@ -25,6 +25,7 @@
 //!   contested source leaves them.
 
 use super::Sensor;
+use super::observation::Observation;
 
 /// Share of the gate's variance beyond which a measurement is a strike: (3/5)², three sigmas of the default five.
 pub(super) const STRIKE: f64 = 0.36;
@@ -48,10 +49,10 @@ fn growth(sensor: Sensor) -> f64 {
         Sensor::Depth => 0.1,
         // a turn that the model does not expect, 1 °/s: without a compass for long, nothing else is right either
         Sensor::Attitude | Sensor::Rates => 2.0e-2,
-        // a drag or a thrust that is wrong by a tenth
-        Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate => 5.0e-3,
+        // a drag or a thrust that changes by some percent a minute
+        Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate => 2.0e-3,
         // a current that is not declared, or a tide that has turned
-        Sensor::Range => 0.1,
+        Sensor::Range => 0.15,
         // the same; but it is the one absolute reference, and the vehicle waits at the surface
         Sensor::VehicleGnss => 0.5,
         Sensor::ShipGnss => 1.0,
@@ -96,10 +97,10 @@ struct Source {
     added: f64,
     /// Innovation variance when the doubt began.
     variance: f64,
-    /// Worst innovation of the row of strikes.
-    worst: f64,
-    /// What a contested source leaves at least, one sigma; 0 when it is not contested.
-    floor: f64,
+    /// Worst innovations of the row of strikes, by scalar.
+    worst: [f64; 3],
+    /// What a contested source leaves at least, one sigma by scalar; 0 when it is not contested.
+    floor: [f64; 3],
     recoveries: u32,
 }
 
@@ -115,20 +116,26 @@ impl Source {
         grown_s: 0.0,
         added: 0.0,
         variance: 0.0,
-        worst: 0.0,
-        floor: 0.0,
+        worst: [0.0; 3],
+        floor: [0.0; 3],
         recoveries: 0,
     };
 
     fn is_calm(&self) -> bool {
-        self.strikes == 0 && !self.doubted && self.floor == 0.0
+        self.strikes == 0 && !self.doubted && !self.is_contested()
+    }
+
+    fn is_contested(&self) -> bool {
+        self.floor != [0.0; 3]
     }
 
     fn contest(&mut self, sensor: Sensor) {
         self.doubted = false;
         self.strikes = 0;
         (self.grown_s, self.added) = (0.0, 0.0);
-        self.floor = self.floor.max(CONTESTED * self.worst).min(largest_sigma(sensor));
+        for (floor, worst) in self.floor.iter_mut().zip(&self.worst) {
+            *floor = floor.max(CONTESTED * worst).min(largest_sigma(sensor));
+        }
     }
 
     /// Growth of a variance over `step_s`: one sigma grows by `rate` per second.
@@ -146,7 +153,7 @@ pub(super) struct Growth {
     /// To the position.
     pub(super) drift: f64,
     /// What the source positions is at least this uncertain from now on; 0 for nothing new.
-    pub(super) floor: f64,
+    pub(super) floor: [f64; 3],
 }
 
 /// What the gate remembers of each sensor.
@@ -167,8 +174,14 @@ impl Gate {
         self.sources[sensor as usize].doubted
     }
 
-    /// One sigma that a contested source leaves at least; 0 when it is not contested.
-    pub(super) fn floor(&self, sensor: Sensor) -> f64 {
+    /// Since when a doubted source has contradicted the filter, µs.
+    pub(super) fn doubted_since_us(&self, sensor: Sensor) -> Option<u64> {
+        let source = &self.sources[sensor as usize];
+        source.doubted.then_some(source.since_us)
+    }
+
+    /// One sigma by scalar that a contested source leaves at least; 0 when it is not contested.
+    pub(super) fn floor(&self, sensor: Sensor) -> [f64; 3] {
         self.sources[sensor as usize].floor
     }
 
@@ -176,15 +189,17 @@ impl Gate {
         self.sources[sensor as usize].recoveries
     }
 
-    /// A strike by innovations of `worst` at most and of `variance`; with `most` of them in a row doubt begins.
-    pub(super) fn strike(&mut self, sensor: Sensor, time_us: u64, worst: f64, variance: f64, most: u32) {
+    /// A strike by some innovations, of `variance` at most; with `most` of them in a row doubt begins.
+    pub(super) fn strike(&mut self, sensor: Sensor, time_us: u64, items: &[Observation], variance: f64, most: u32) {
         let source = &mut self.sources[sensor as usize];
         if source.strikes == 0 {
-            (source.since_us, source.worst) = (time_us, 0.0);
+            (source.since_us, source.worst) = (time_us, [0.0; 3]);
         }
         source.strikes = source.strikes.saturating_add(1);
         source.strike_us = time_us;
-        source.worst = source.worst.max(worst);
+        for (worst, item) in source.worst.iter_mut().zip(items) {
+            *worst = worst.max(item.innovation.abs());
+        }
         (source.returning, source.by_doubt) = (0, false);
         let lasts = time_us.saturating_sub(source.since_us) >= STRIKES_US;
         if !source.doubted && lasts && source.strikes >= most {
@@ -227,7 +242,7 @@ impl Gate {
         match sensor {
             Sensor::VehicleGnss => {
                 for source in &mut self.sources {
-                    (source.doubted, source.floor) = (false, 0.0);
+                    (source.doubted, source.floor) = (false, [0.0; 3]);
                 }
             }
             // the drift begins again where the position was measured
@@ -245,14 +260,15 @@ impl Gate {
     /// What a step of the prediction adds for one source.
     pub(super) fn grow(&mut self, sensor: Sensor, time_us: u64, step_s: f64) -> Growth {
         let bottom = &self.sources[Sensor::BottomTrack as usize];
-        let measured = !bottom.doubted && bottom.floor == 0.0 && time_us < bottom.consistent_us + VELOCITY_US;
+        let measured = !bottom.doubted && !bottom.is_contested() && time_us < bottom.consistent_us + VELOCITY_US;
         let source = &mut self.sources[sensor as usize];
-        let mut growth = Growth { positioned: 0.0, drift: 0.0, floor: 0.0 };
+        let mut growth = Growth { positioned: 0.0, drift: 0.0, floor: [0.0; 3] };
         if source.doubted && time_us.saturating_sub(source.strike_us) > silence_us(sensor) {
             source.contest(sensor);
             growth.floor = source.floor;
         }
-        let contested = source.floor > 0.0;
+        let contested = source.is_contested();
+        let floor = source.floor.into_iter().fold(0.0, f64::max);
         match sensor {
             // what led the filter astray may still do so
             _ if source.doubted || (contested && sensor == Sensor::Range) => {
@@ -262,9 +278,10 @@ impl Gate {
             }
             _ if !contested => {}
             Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate => {
-                growth.drift = source.grow(source.floor, step_s);
+                growth.drift = source.grow(floor, step_s);
             }
-            Sensor::Attitude => growth.drift = source.grow(source.floor * CRUISE_MPS, step_s),
+            // the heading's
+            Sensor::Attitude => growth.drift = source.grow(source.floor[2] * CRUISE_MPS, step_s),
             _ => {}
         }
         growth

@@ -281,7 +281,7 @@ impl Navigator {
         if i.max(j) >= self.dimension() {
             return 0.0;
         }
-        let contested = if i == j && i <= Y { self.gate.floor(Sensor::Range) } else { 0.0 };
+        let [contested, ..] = if i == j && i <= Y { self.gate.floor(Sensor::Range) } else { [0.0; 3] };
         self.p.get(i, j) + contested * contested
     }
 
@@ -311,7 +311,13 @@ impl Navigator {
     /// the filter's and no fix has confirmed it; 0 otherwise.
     #[must_use]
     pub fn contested_sigma(&self, sensor: Sensor) -> f64 {
-        self.gate.floor(sensor)
+        self.gate.floor(sensor).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Since when a doubted sensor has contradicted the filter, µs.
+    #[must_use]
+    pub fn doubted_since_us(&self, sensor: Sensor) -> Option<u64> {
+        self.gate.doubted_since_us(sensor)
     }
 
     /// How often one sensor was taken back after it had been doubted.

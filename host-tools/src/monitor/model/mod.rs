@@ -258,7 +258,7 @@ impl Model {
                 self.note(severity, text);
             }
             // Answers to somebody else.
-            FromBoard::StepDone(_) | FromBoard::Done | FromBoard::Refused(_) => {}
+            FromBoard::StepDone(_) | FromBoard::Done | FromBoard::Refused(_) | FromBoard::Key { .. } => {}
         }
     }
 
