@@ -214,6 +214,10 @@ pub enum PacketFault {
         /// Added, s.
         offset_s: i32,
     },
+    /// Authenticated with another key.
+    Forged,
+    /// The payload of the packet before, sent again as this one.
+    Replayed,
     /// A later path is detected.
     Multipath {
         /// Share of packets.

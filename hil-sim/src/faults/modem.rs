@@ -14,6 +14,10 @@ pub struct Delivery {
     pub source: Option<u8>,
     /// Added to the second of its launch, s.
     pub second_offset_s: i32,
+    /// It is authenticated with a key that is not the ship's.
+    pub forged: bool,
+    /// Its payload is that of the packet before.
+    pub replayed: bool,
 }
 
 /// Distorts packets.
@@ -75,6 +79,8 @@ impl PacketFaults {
                 PacketFault::Duplicated { delay_us } => delivery.again_us = Some(delay_us),
                 PacketFault::WrongSource { address } => delivery.source = Some(address),
                 PacketFault::WrongSecond { offset_s } => delivery.second_offset_s += offset_s,
+                PacketFault::Forged => delivery.forged = true,
+                PacketFault::Replayed => delivery.replayed = true,
                 _ => {}
             }
         }

@@ -33,6 +33,8 @@ enum Name {
     PacketDuplicated,
     PacketWrongSource,
     PacketWrongSecond,
+    PacketForged,
+    PacketReplayed,
     Multipath,
     ModemClockStep,
     ModemClockDrift,
@@ -201,6 +203,8 @@ impl Written {
                 }
                 Kind::Packet(PacketFault::WrongSecond { offset_s: offset_s as i32 })
             }
+            Name::PacketForged => Kind::Packet(PacketFault::Forged),
+            Name::PacketReplayed => Kind::Packet(PacketFault::Replayed),
             Name::Multipath => Kind::Packet(PacketFault::Multipath {
                 share: need(self.share.take(), "share")?,
                 extra_m: need(self.extra_m.take(), "extra_m")?,

@@ -74,6 +74,8 @@ built_in! {
     "packet_too_late"
     "packet_duplicated"
     "packet_wrong_source"
+    "packet_forged"
+    "packet_replayed"
     "packet_wrong_second"
     "multipath"
     "modem_clock_step"
