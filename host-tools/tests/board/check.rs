@@ -69,7 +69,11 @@ fn a_vehicle_on_the_bench_passes_and_shows_its_fins() {
     let outcome = bench.run(&["check", "PORT", "--wiggle"]);
     assert_eq!(outcome.code, Some(1), "{}", outcome.stdout);
     assert!(outcome.stdout.contains("FAIL  fin wiggle       refused: a mission runs"), "{}", outcome.stdout);
-    let line = bench.complaint(&["params", "set", "PORT", "vehicle.mass_kg=39"]);
+    // nor is anything written by mistake; unlocked, what may change there
+    let line = bench.complaint(&["params", "set", "PORT", "app.sound_speed_mps=1501"]);
+    assert!(line.contains("a mission runs or waits to begin: --unlock"), "{line}");
+    bench.good(&["params", "set", "PORT", "app.sound_speed_mps=1501", "--unlock"]);
+    let line = bench.complaint(&["params", "set", "PORT", "vehicle.mass_kg=39", "--unlock"]);
     assert!(line.contains("vehicle.mass_kg cannot change while a mission runs"), "{line}");
     assert!(bench.complaint(&["mission", "put", "PORT", "m.toml"]).contains("a mission runs"));
     assert!(bench.good(&["mission", "stop", "PORT"]).contains("Stopped"));

@@ -15,6 +15,9 @@ fn vehicle(changes: &[(&str, f64)]) -> String {
 fn get_tells_all_there_is_to_know() {
     let bench = Bench::new();
     let table = bench.good(&["params", "get", "PORT"]);
+    // the key of the acoustic payloads is in no list: one line says whether there is one
+    let (table, key) = table.trim_end().rsplit_once('\n').unwrap();
+    assert!(key.starts_with("app.acoustic_key  not set"), "{key}");
     assert_eq!(table.lines().count(), PARAMETERS.len() + 1);
     let row = table.lines().find(|line| line.starts_with("app.sound_speed_mps ")).unwrap();
     for part in ["1500", "m/s", "1300 to 1700", "sound speed", "at once"] {
@@ -65,6 +68,27 @@ fn set_is_all_or_nothing_and_tells_each_refusal() {
     let line = bench.complaint(&["params", "set", "PORT", "propeller.omega_max_radps=1", "app.cruise_speed_mps=5"]);
     assert!(line.contains("not valid together"), "{line}");
     assert_eq!(bench.value("propeller.omega_max_radps"), 200.0);
+}
+
+#[test]
+fn the_key_is_set_and_never_shown() {
+    let bench = Bench::new();
+    let secret = "915f0e33d477a2681ce94b86f02d53ba";
+    let told = bench.good(&["params", "set", "PORT", &format!("app.acoustic_key={secret}")]);
+    assert!(told.contains("app.acoustic_key: set"), "{told}");
+    let get = bench.good(&["params", "get", "PORT"]);
+    assert!(get.contains("app.acoustic_key  set"), "{get}");
+    assert_eq!(bench.json(&["params", "get", "PORT", "app.acoustic_key"])["app.acoustic_key"], "set");
+    bench.good(&["params", "export", "PORT", "x.toml"]);
+    let exported = bench.read("x.toml");
+    for text in [&told, &get, &exported] {
+        assert!(!text.contains("915f") && !text.contains("53ba"), "{text}");
+    }
+    assert!(!exported.contains("acoustic_key"), "nothing that an import could take for one");
+    bench.good(&["params", "import", "PORT", "x.toml"]);
+    assert_eq!(bench.json(&["params", "get", "PORT", "app"])["app.acoustic_key"], "set");
+    bench.good(&["params", "set", "PORT", "app.acoustic_key=none"]);
+    assert_eq!(bench.json(&["params", "get", "PORT", "app.acoustic_key"])["app.acoustic_key"], "not set");
 }
 
 #[test]
