@@ -27,6 +27,9 @@ pub(super) fn markdown(arguments: &Arguments, declared: &[Row], flights: &[Row])
          the filter's default prior of 0.3 m/s, drag 0.3 N s/m (a tenth), the clock 1 ms.\n\n"
     );
     errors(&mut text, declared);
+    if let Some(name) = arguments.plot.as_ref().and_then(|path| path.file_name()) {
+        let _ = writeln!(text, "\n![ANEES of the vehicle over time and its band]({})", name.display());
+    }
     let _ = writeln!(
         text,
         "\n`ranges to first order` is the filter of the thesis: where a current of 0.3 m/s is unknown, the position across a range is soon\n\
