@@ -39,7 +39,7 @@ fn every_row_is_read_and_says_why_its_limits() {
     for row in &rows {
         assert_eq!(row.scenario.settings.name, row.name, "named as its file");
         assert!(row.limits.why.len() > 20, "{}", row.name);
-        assert!(row.name.starts_with("none") != !row.scenario.settings.faults.is_empty(), "{}", row.name);
+        assert_eq!(row.name.starts_with("none"), row.scenario.settings.faults.is_empty(), "{}", row.name);
         // the same file, read from disk with the vehicle that it names
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenarios/faults/{}.toml", row.name));
         assert_eq!(Scenario::load(&path).unwrap().settings, row.scenario.settings);
