@@ -7,6 +7,8 @@
 //! one can be stored. Files: an error or a result, and what was read can be written and read again. The app: after any bytes
 //! at any times it flies a mission.
 
+#![forbid(unsafe_code)]
+
 mod app;
 mod files;
 mod flight;
