@@ -2,7 +2,7 @@
 
 use hil_sim::commands::adoption::{Told, fly};
 
-/// Four kilometres without a DVL, after twenty minutes with one. Over twenty seeds adoption takes the median from 19 m to 1.2 m;
+/// Four kilometres without a DVL, after twenty minutes with one. Over twenty seeds adoption takes the median from 12 m to 4 m;
 /// half of what a single flight was wrong by is a weak demand on it.
 #[test]
 fn identified_parameters_navigate_better_than_wrong_ones() {
