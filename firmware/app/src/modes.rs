@@ -10,8 +10,9 @@ use backseat_wire::hostlink::{Mode, ModeReason};
 
 /// Better facts have to last this long, µs.
 const RECOVERY_US: u64 = 3_000_000;
-/// Attitude or depth that has contradicted the filter for longer, µs, is nothing to steer by.
-const UNSTEERABLE_US: u64 = 4_000_000;
+/// Attitude or depth that has contradicted the filter for longer, µs, is nothing to steer by: a heading that a fast turn
+/// led astray is back within half of it.
+const UNSTEERABLE_US: u64 = 10_000_000;
 /// A sigma that was beyond its limit has to fall below this share of it.
 const SIGMA_HYSTERESIS: f64 = 0.8;
 
@@ -222,7 +223,7 @@ mod tests {
             (uncertain(500.0), Mode::Lost, ModeReason::PositionUncertain),
             (uncertain(f64::NAN), Mode::Lost, ModeReason::PositionUncertain),
             (Facts { doubted: true, ..GOOD }, Mode::Degraded, ModeReason::Rejections),
-            (Facts { doubted: true, unsteerable_us: Some(4_100_000), ..GOOD }, Mode::Safe, ModeReason::Rejections),
+            (Facts { doubted: true, unsteerable_us: Some(10_100_000), ..GOOD }, Mode::Safe, ModeReason::Rejections),
             // the worse of two
             (Facts { depth_age_us: None, ..uncertain(500.0) }, Mode::Lost, ModeReason::PositionUncertain),
             (Facts { doubted: true, ..uncertain(50.0) }, Mode::Degraded, ModeReason::Rejections),

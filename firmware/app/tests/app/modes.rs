@@ -152,9 +152,9 @@ fn a_doubted_depth_degrades_and_then_ends_the_mission() {
     assert_eq!(way.len(), 2, "{way:?}");
     assert!(last(&mut board).time_us - began_us <= 2_300_000, "two seconds of strikes");
     assert!(leg(&mut board).is_some(), "the mission goes on");
-    until(&mut world, &mut board, (Mode::Safe, ModeReason::Rejections), 3);
+    until(&mut world, &mut board, (Mode::Safe, ModeReason::Rejections), 9);
     assert_eq!((leg(&mut board), world.last_servo), (None, ServoBytes::NEUTRAL), "there is no depth to steer by");
-    world.run(&mut board, 15);
+    world.run(&mut board, 10);
     assert!(last(&mut board).sigma[Z] > 1.5, "doubt grows: {}", last(&mut board).sigma[Z]);
     board.request(&ToBoard::MissionStart);
     assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::NotReady)), "that its readings agree is not enough");
