@@ -45,10 +45,9 @@ pub(super) fn markdown(arguments: &Arguments, declared: &[Row], flights: &[Row])
     errors(&mut text, flights);
     let _ = writeln!(text);
     measurements(&mut text, flights);
-    text += "\nThe kinematic model's loose Q has to cover turns and the dive, which no constant velocity predicts (what it refused, it refused\n\
-             there); everywhere else it is too careful, and so is every model at the surface, where its noise covers waves and the hull out\n\
-             of the water. The dynamic models are above the band for some seconds where fins move: servos lag by up to 0.2 s, which nobody\n\
-             declares. The ship sails more smoothly than its own estimator allows for (a circle, not white acceleration of\n\
+    text += "\nThe kinematic model's loose Q has to cover turns and the dive, which no constant velocity predicts; everywhere else it is too careful, and so is every model at the surface, where its noise covers waves and the hull out\n\
+             of the water. The dynamic models are above the band for some seconds where fins move: presumably the lag of\n\
+             the servos, which nobody declares; that was not tested apart. The ship sails more smoothly than its own estimator allows for (a circle, not white acceleration of\n\
              0.02 m/s²/√Hz): its position in the packets is a little better than stated (`ship in packets`), its velocity too, and\n\
              ranges and range rates fused with it lie a little below 1. The row `ship from packets` of [navigation.md](navigation.md) is\n\
              lower for another reason: it takes the position in the packet, which the ship has filtered, for a raw fix of 0.5 m. Where it is\n\
@@ -107,7 +106,7 @@ fn bounds(text: &mut String, rows: &[Row]) {
          filter: Jacobians by differences of the simulator's integrator at the true states, dense matrices, the ship at each launch as a\n\
          delayed state. *Along each track*: the recursion for every true track by itself, then averaged; what an estimator reaches\n\
          that loses nothing by linearisation. *Ensemble*: expectations over all tracks first, below which no estimator can be; it is loose\n\
-         where the tracks differ much (with an unknown current the bearings to the ship do, and their average informs about both axes).\n\
+         where the tracks differ much (with an unknown current the bearings to the ship do, we take it, and their average informs about both axes).\n\
          Median over time, and range; with a finite number of flights the error itself is uncertain (100 flights: about 5 to 7 %).\n\n\
          | RMSE / bound | position, each track | attitude | velocity | position, ensemble | attitude | velocity |\n|---|---|---|---|---|---|---|\n",
     );
