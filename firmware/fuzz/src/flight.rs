@@ -247,7 +247,7 @@ fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
         }
         let [north_m, east_m, depth_m, ..] = world.truth().state;
         let telemetry = board.telemetry.clone().expect("each step is reported");
-        let error_m = (telemetry.state[0] - north_m).hypot(telemetry.state[1] - east_m);
+        let error_m = libm::hypot(telemetry.state[0] - north_m, telemetry.state[1] - east_m);
         (telemetry, [north_m, depth_m], error_m)
     };
     // who starts a mission looks at map and mode, and has another try: devices may have been asleep
@@ -280,7 +280,7 @@ fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
         let (telemetry, [north_m, depth_m], error_m) = second(board);
         assert!(telemetry.leg.is_some(), "after {elapsed} s: {telemetry:?}");
         if elapsed == MISSION_S {
-            let sigma_m = telemetry.sigma[0].hypot(telemetry.sigma[1]);
+            let sigma_m = libm::hypot(telemetry.sigma[0], telemetry.sigma[1]);
             assert_eq!(telemetry.mode, Mode::Navigating, "{telemetry:?}");
             assert!(error_m < 5.0 * sigma_m, "{error_m} m off: {telemetry:?}");
             // 1 m/s from rest, and down with the second leg
