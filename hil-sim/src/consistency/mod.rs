@@ -1,12 +1,12 @@
 //! Does the filter know how wrong it is?
 //!
-//! An ensemble of short flights whose truth is drawn as the filter declares it ([`declared`]): start from the prior P0,
+//! An ensemble of short flights whose truth is drawn as the filter declares it (`declared`): start from the prior P0,
 //! accelerations and walks of the declared power density, sensors with the declared noise, effects from their own
 //! priors. Vehicle and ship move by the simulator's equations and integrator, never by the filter's. Over the runs
 //!
 //! - ANEES, the average of eᵀ P⁻¹ e, and ANIS, the average of ν² / S, have known distributions if the filter is
 //!   consistent ([`Band`]);
-//! - no filter's mean squared error can be below the posterior Cramér-Rao bound ([`bound`]).
+//! - no filter's mean squared error can be below the posterior Cramér-Rao bound (`bound`).
 //!
 //! ```text
 //! case         what is flown and what filters it: models, priors, effects
