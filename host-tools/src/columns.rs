@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
 pub struct Columns {
-    /// How the columns of the log's table are named and scaled: [time] column, unit (s, ms, us, min, h, hms), base
-    /// (start or epoch); for each column of the vehicle log, as [columns.depth_m], column, unit, sign, scale, offset
+    /// How the columns of the log's table are named and scaled: `[time]` column, unit (s, ms, us, min, h, hms), base
+    /// (start or epoch); for each column of the vehicle log, as `[columns.depth_m]`, column, unit, sign, scale, offset
     #[arg(long = "columns", value_name = "MAP.toml")]
     map: Option<PathBuf>,
 }
