@@ -26,9 +26,7 @@ impl Band {
         let total = (averaged * degrees) as f64;
         let per = averaged as f64;
         if total < MANY {
-            let distribution = ChiSquared::new(total).expect("degrees of freedom are positive");
-            let quantile = |p: f64| distribution.inverse_cdf(p) / per;
-            return Self { low: quantile(0.025), high: quantile(0.975) };
+            return Self { low: quantile(total, 0.025) / per, high: quantile(total, 0.975) / per };
         }
         // Wilson and Hilferty (1931).
         let c = 2.0 / (9.0 * total);
@@ -41,6 +39,22 @@ impl Band {
     pub fn holds(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
+}
+
+/// Where the distribution function of χ² is `p`, by bisection: `statrs` inverts it by a few steps of Newton's method, which
+/// leave 3e-6 with many degrees of freedom and no number with one.
+fn quantile(degrees: f64, p: f64) -> f64 {
+    let distribution = ChiSquared::new(degrees).expect("degrees of freedom are positive");
+    let (mut low, mut high) = (0.0, 2.0 * degrees + 20.0);
+    for _ in 0..f64::MANTISSA_DIGITS {
+        let middle = 0.5 * (low + high);
+        if distribution.cdf(middle) < p {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
 }
 
 #[cfg(test)]
