@@ -168,8 +168,8 @@ fn val_effects_outside_the_catalogue_by_their_own_laws() {
     let going = level([1.0, 0.1, -0.2], [0.0; 3]);
     let driven = Actuators { propeller_radps: CRUISE_RADPS, fins_rad: [0.0; 4] };
     close(wrench("propeller_torque", &[("arm_m", 0.02)], &going, &driven)[3], -0.02 * THRUST, 1e-9);
-    // Ten metres down; the lever to the centre of buoyancy has no say at level trim.
-    close(wrench("compressibility", &[("kg_per_m", -0.02)], &going, &driven)[2], 0.02 * 10.0 * 9.81, 1e-9);
+    // Ten metres down; the hull is squeezed as at its centre of buoyancy, 1.5 cm above the centre of gravity.
+    close(wrench("compressibility", &[("kg_per_m", -0.02)], &going, &driven)[2], 0.02 * (10.0 - 0.015) * 9.81, 1e-9);
     close(wrench("heave_surge", &[("n_s2_per_m2", 50.0)], &going, &driven)[0], -50.0 * 0.2 * 0.2, 1e-9);
     // More drag to starboard, less to port: against the positive axis either way.
     for v in [0.1, -0.1] {
