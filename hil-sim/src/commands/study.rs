@@ -265,9 +265,9 @@ fn markdown(arguments: &Arguments, rows: &[(&str, &Row, &Row)]) -> String {
     }
     text += "\nThe kinematic model's loose Q (1, 2, 1 e-2 m/s²/√Hz; 2, 2, 5 e-2 rad/s²/√Hz) has to cover the turns, which a constant velocity\n\
              does not predict: on the lines its NIS of attitude and DVL stays below 1. A Q that fits the lines (4, 8, 4 e-3; 6, 6, 15 e-3)\n\
-             contradicts compass and DVL in the turns: by doubting both the filter keeps the vehicle, and knows far less than it could. Wrong parameters: inertia, drag, fins and thrust each off by the\n\
-             share, with signs drawn by the seed. In the current rows the prior of 0.3 m/s is wider than the current of 0.15 m/s, so the first\n\
-             ranges fit better than it expects. `ship from packets` takes the raw fix at launch for the ship's position with its 0.5 m.\n";
+             contradicts compass and DVL in the turns: by doubting both the filter keeps the vehicle, and knows far less than it could.\n\
+             Wrong parameters: inertia, drag, fins and thrust each off by the share, with signs drawn by the seed. In the current rows the\n\
+             prior of 0.3 m/s is wider than the current of 0.15 m/s, so the first ranges fit better than it expects. `ship from packets` takes the raw fix at launch for the ship's position with its 0.5 m.\n";
     text += "\nMean normalised innovation squared, pooled over the runs (95 % interval of a consistent filter's; rejected scalars)\n\n";
     let sensors: Vec<&str> = backseat_core::navigation::Sensor::ALL.iter().map(|sensor| sensor.name()).collect();
     let sensors: Vec<&str> =
