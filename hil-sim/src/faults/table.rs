@@ -152,11 +152,13 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
         let injected = if faults.is_empty() { "nothing".to_owned() } else { format!("`{}`", faults.join("`, `")) };
         let _ = writeln!(text, "- **{}**: {injected}. {}", row.name, row.limits.why);
     }
-    text += "\n## What no data on board can reveal (u)\n\n";
-    for Summary { row, .. } in summaries {
-        if let Some(why) = &row.limits.unrevealable {
-            let _ = writeln!(text, "- **{}**: {why}", row.name);
+    let hidden =
+        summaries.iter().filter_map(|Summary { row, .. }| Some((&row.name, row.limits.unrevealable.as_ref()?)));
+    for (k, (name, why)) in hidden.enumerate() {
+        if k == 0 {
+            text += "\n## What no data on board can reveal (u)\n\n";
         }
+        let _ = writeln!(text, "- **{name}**: {why}");
     }
     text
 }
