@@ -1,6 +1,6 @@
 //! Faults by scenario file, and the fault table.
 //!
-//! The quick rows fly as they stand in `docs/fault-table.md`, one seed each; `hil-sim faults` flies all of them.
+//! The quick rows fly as they stand in `docs/results/fault_table.md`, one seed each; `hil-sim faults` flies all of them.
 
 use hil_sim::backseat::{Client, InProcess};
 use hil_sim::faults::{Judge, Outcome, Row, Summary, fly, markdown, rows};

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   hil-sim faults
   hil-sim faults --only dvl_false_lock --runs 1 --json
-  hil-sim faults --out docs/fault-table.md")]
+  hil-sim faults --out docs/results/fault_table.md")]
 pub struct Arguments {
     /// Seeded flights per row.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]

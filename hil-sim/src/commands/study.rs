@@ -28,8 +28,8 @@ use std::sync::atomic::AtomicBool;
 #[command(after_help = "Examples:
   hil-sim study
   hil-sim study --runs 4 --minutes 60
-  hil-sim study --first-seed 101 --out docs/navigation.md
-  hil-sim study --adoption --out docs/adoption.md")]
+  hil-sim study --first-seed 101 --out docs/results/navigation.md
+  hil-sim study --adoption --out docs/results/adoption.md")]
 pub struct Arguments {
     /// Seeded missions per row.
     #[arg(long, default_value_t = 10)]

@@ -132,7 +132,7 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
         let unrevealable = if summary.row.limits.unrevealable.is_some() { " (u)" } else { "" };
         let _ = writeln!(
             text,
-            "| [{name}](../hil-sim/scenarios/faults/{name}.toml){unrevealable} | {:.1} / {:.1} / {:.1} | {:.1} ({:.1}); {:.0} | {} | {} | {} | {} | {verdict} |",
+            "| [{name}](../../hil-sim/scenarios/faults/{name}.toml){unrevealable} | {:.1} / {:.1} / {:.1} | {:.1} ({:.1}); {:.0} | {} | {} | {} | {} | {verdict} |",
             median(&summary.of(|outcome| outcome.error_m[0])).unwrap_or(f64::NAN),
             summary.largest(|outcome| outcome.error_m[1]),
             summary.largest(|outcome| outcome.end_error_m),

@@ -140,7 +140,7 @@ fn thousands(value: u64) -> String {
     out
 }
 
-/// docs/cost.md.
+/// docs/results/cost.md.
 pub fn markdown(rows: &[Row], image: &Image) -> String {
     let mut out = String::from(HEADER);
     out.push_str("| budget | limit | measured | worst | |\n|---|--:|--:|---|---|\n");

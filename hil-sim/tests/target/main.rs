@@ -35,7 +35,7 @@ fn val_numbers_are_the_same_on_the_target() {
     assert_eq!(on_target.next(), None);
 }
 
-/// Everything costs what docs/cost.md says, and no more than it may.
+/// Everything costs what docs/results/cost.md says, and no more than it may.
 #[test]
 fn regress_cost() {
     if !image::ready() {
@@ -48,12 +48,12 @@ fn regress_cost() {
     };
     let (rows, image) = measure().unwrap_or_else(|error| panic!("{error:#}"));
     let table = cost::markdown(&rows, &image);
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/cost.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results/cost.md");
     if std::env::var_os("BACKSEAT_WRITE_COST").is_some() {
         std::fs::write(path, &table).unwrap();
     }
     let violations = cost::violations(&rows, &image);
     assert!(violations.is_empty(), "over budget:\n{}", violations.join("\n"));
     let changed = cost::drift(&std::fs::read_to_string(path).unwrap_or_default(), &table);
-    assert!(changed.is_empty(), "docs/cost.md is out of date; see its second line:\n{}", changed.join("\n"));
+    assert!(changed.is_empty(), "docs/results/cost.md is out of date; see its second line:\n{}", changed.join("\n"));
 }

@@ -31,9 +31,9 @@ Examples:
   backseat identify log.csv --validate other.csv --report out        judged on another log, out/report.html
   backseat identify iver_mission.log                                 surge and yaw of a log in servo counts
   backseat identify table.csv --columns map.toml                     a table of any other maker
-  backseat identify --study --runs 10                                the ensemble table of docs/identification.md
+  backseat identify --study --runs 10                                the ensemble table of docs/results/identification.md
   backseat identify --plan mission.toml --duration 1800              the mission that tells most about the vehicle
-  backseat identify --fault-study --runs 200                         the tables of docs/faults.md
+  backseat identify --fault-study --runs 200                         the tables of docs/results/fault_detection.md
 
 The log needs prop_rpm, fin_{top,bottom,port,starboard}_rad, roll_rad, pitch_rad, heading_rad, p_radps, q_radps, r_radps
 and dvl_{u,v,w}_mps. DVL velocity is over ground: state the water current (--current, or [effects] of the vehicle

@@ -1,4 +1,4 @@
-//! Every transition of docs/modes.md that no other test shows, and what a mode means for the commands.
+//! Every transition of docs/method/modes.md that no other test shows, and what a mode means for the commands.
 
 use crate::board::{Arrival, Board, Direct, Heard, request_all};
 use crate::faults::{last, under_way};

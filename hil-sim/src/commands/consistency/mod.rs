@@ -15,7 +15,7 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   hil-sim consistency
   hil-sim consistency --runs 20 --minutes 5
-  hil-sim consistency --out docs/consistency.md --plot docs/consistency.svg --report consistency.html")]
+  hil-sim consistency --out docs/results/consistency.md --plot docs/results/consistency.svg --report consistency.html")]
 pub struct Arguments {
     /// Seeded flights of each model.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(2..=10_000))]

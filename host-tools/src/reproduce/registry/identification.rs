@@ -156,7 +156,7 @@ pub const ITEMS: &[Item] = &[
         independent: &[],
         curves: &[],
         differs: "Cross drag that nobody declares is taken up by the parameters that there are as well as these can. The methods \
-                  after AID, which find it, are no part of the thesis: `backseat identify --study`, docs/identification.md.",
+                  after AID, which find it, are no part of the thesis: `backseat identify --study`, docs/results/identification.md.",
     },
     Item {
         id: "figures-4.7-4.15",

@@ -2,7 +2,7 @@
 //! panic, this image does not link. It is never run.
 //!
 //! Every value passes through [`opaque`], so that the compiler knows nothing of it. What to do when
-//! it fails stands in docs/cost.md.
+//! it fails stands in docs/results/cost.md.
 #![no_std]
 #![no_main]
 

@@ -1,6 +1,6 @@
 //! Days of filtering against a square-root filter: does P stay symmetric and positive definite, does rounding add up?
 //!
-//! The short run is part of every test; the long one, 10⁷ steps, is described in `docs/endurance.md`.
+//! The short run is part of every test; the long one, 10⁷ steps, is described in `docs/results/endurance.md`.
 
 #![allow(clippy::disallowed_methods)] // the tests' own arithmetic need not have the same bits on every machine
 
@@ -159,9 +159,9 @@ fn val_covariance_follows_the_square_root_filter_over_1e5_steps() {
     judge(&findings);
 }
 
-/// 11.6 days; see docs/endurance.md.
+/// 11.6 days; see docs/results/endurance.md.
 #[test]
-#[ignore = "takes some minutes: docs/endurance.md"]
+#[ignore = "takes some minutes: docs/results/endurance.md"]
 fn val_covariance_follows_the_square_root_filter_over_1e7_steps() {
     let findings = fly(10_000_000, 500_000);
     judge(&findings);
