@@ -257,18 +257,18 @@ impl Estimator {
         let x = self.navigator.state();
         let measurement = match *event {
             Event::Depth { depth_m } if app.use_depth => {
-                Measurement::Depth { z_m: depth_m - body_to_ned(x, &app.depth_arm_m)[2] }
+                Measurement::Depth { z_m: depth_m - body_to_ned(x, &app.installation.depth_arm_m)[2] }
             }
             Event::Attitude { euler_rad } if app.use_attitude => Measurement::Attitude { euler_rad },
             Event::Rates { rates_radps } if app.use_rates => Measurement::Rates { rates_radps },
             Event::BottomTrack { velocity_mps } if app.use_dvl => {
-                Measurement::BottomTrack { velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.dvl_arm_m) }
+                Measurement::BottomTrack { velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.installation.dvl_arm_m) }
             }
             Event::WaterTrack { velocity_mps } if app.use_water_track => {
-                Measurement::WaterTrack { velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.dvl_arm_m) }
+                Measurement::WaterTrack { velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.installation.dvl_arm_m) }
             }
             Event::Fix { position_m } if app.use_gnss && x[Z] <= app.gnss_max_depth_m => {
-                let arm_m = body_to_ned(x, &app.gnss_arm_m);
+                let arm_m = body_to_ned(x, &app.installation.gnss_arm_m);
                 let through_water_mps = body_to_ned(x, &[x[U], x[V], x[W]]);
                 let current_mps = self.navigator.current();
                 let along = |i: usize| (through_water_mps[i] + current_mps[i]) * late_s - arm_m[i];
@@ -331,7 +331,7 @@ impl Estimator {
         let rates_radps = fresh(s.rates_radps, now_us, timeout_us(app.attitude_timeout_s)).unwrap_or_default();
         let speed = match fresh(s.bottom_mps, now_us, timeout_us(app.attitude_timeout_s)) {
             Some(velocity_mps) if app.use_dvl => {
-                InitialSpeed::Dvl(at_centre(rates_radps, velocity_mps, &app.dvl_arm_m))
+                InitialSpeed::Dvl(at_centre(rates_radps, velocity_mps, &app.installation.dvl_arm_m))
             }
             _ => InitialSpeed::Commanded(steady_speed_mps(&self.input, settings)),
         };

@@ -15,4 +15,5 @@ pub mod dynamics;
 pub mod effects;
 pub mod identification;
 pub mod navigation;
+pub mod parameters;
 pub mod state;

@@ -12,6 +12,7 @@ use crate::rng::{Source, Stream};
 use crate::truth::{Actuators, State, Water};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
+use backseat_core::parameters::Installation;
 use backseat_data::{Column, Log, LogRow};
 
 /// Integration step, µs; accelerations hold over it.
@@ -29,7 +30,7 @@ const FIRST_PACKET_S: u64 = 20;
 pub(super) const PACKET_S: u64 = 30;
 /// The autopilot commands every so many steps.
 const COMMAND_STEPS: u64 = crate::dataset::COMMAND_US / STEP_US;
-const SOUND_SPEED_MPS: f64 = 1500.0;
+const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 
 /// Streams of randomness of what the simulator's own streams do not cover.
 const PRIOR: Source = Source::Mission;

@@ -28,7 +28,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
     let app: [(&str, f64); 14] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
         ("app.origin_lon_deg", environment.origin_longitude_deg),
-        ("app.sound_speed_mps", environment.sound_speed_mps),
+        ("installation.sound_speed_mps", environment.sound_speed_mps),
         ("app.declination_rad", environment.magnetic_declination_rad),
         ("app.dvl_mounting_rad", crate::devices::DVL_MOUNTING_RAD),
         ("app.clock_encoding", 1.0), // bit field

@@ -3,9 +3,10 @@
 use backseat_core::dynamics::{ActuatorInput, Linearisation, VehicleModel, VehicleParameters};
 use backseat_core::effects::{ActuatorMemory, Channel, EffectSet, Moment, ParameterKind, Step};
 use backseat_core::state::{VehicleState, X, Y};
+use backseat_core::parameters::Installation;
 
 /// Sound speed by which a log's travel times became ranges, m/s.
-pub const SOUND_SPEED_MPS: f64 = 1500.0;
+pub const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 
 /// Plant, water and actuators under one set of effects.
 #[derive(Clone, Debug)]

@@ -5,6 +5,7 @@
 
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::navigation::SensorNoise;
+use backseat_core::parameters::Installation;
 use backseat_data::Log;
 use backseat_data::log::{Column, RADPS_PER_RPM};
 
@@ -12,7 +13,7 @@ use backseat_data::log::{Column, RADPS_PER_RPM};
 const SHIP_WINDOW_US: u64 = 5_000_000;
 
 /// Speed of sound assumed where a log gives no time of launch, m/s.
-const SOUND_SPEED_MPS: f64 = 1500.0;
+const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 
 /// Scalar channels of the residual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -4,9 +4,10 @@
 use crate::data::PERIOD_S;
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::effects::{ActuatorMemory, Channel, EffectSet, Moment, ParameterKind, Step, parameters};
+use backseat_core::parameters::Installation;
 
 /// Sound speed, m/s: no effect on attitude, rates or DVL asks for it.
-const SOUND_SPEED_MPS: f64 = 1500.0;
+const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 /// Rounds of the fixed point: effects change a reading by less than a third of itself.
 const ROUNDS: usize = 30;
 

@@ -27,7 +27,7 @@ else a board is told in a section [app]; import takes such a file, a vehicle fil
 const SET: &str = "\
 Examples:
   backseat params set /dev/ttyACM0 app.use_dvl=1 'drag.quadratic_diag[0]=3.4'
-  backseat params set /dev/ttyACM0 app.sound_speed_mps=1483 --unlock
+  backseat params set /dev/ttyACM0 installation.sound_speed_mps=1483 --unlock
   backseat params set /dev/ttyACM0 app.acoustic_key=$(openssl rand -hex 16)
 
 The key of the acoustic payloads (32 hexadecimal digits, or none) is shared with the ship and can be written, not read.

@@ -19,7 +19,7 @@ fn get_tells_all_there_is_to_know() {
     let (table, key) = table.trim_end().rsplit_once('\n').unwrap();
     assert!(key.starts_with("app.acoustic_key  not set"), "{key}");
     assert_eq!(table.lines().count(), PARAMETERS.len() + 1);
-    let row = table.lines().find(|line| line.starts_with("app.sound_speed_mps ")).unwrap();
+    let row = table.lines().find(|line| line.starts_with("installation.sound_speed_mps ")).unwrap();
     for part in ["1500", "m/s", "1300 to 1700", "sound speed", "at once"] {
         assert!(row.contains(part), "{row}");
     }
@@ -53,12 +53,12 @@ fn set_is_all_or_nothing_and_tells_each_refusal() {
         text.contains("3 parameters set, 2 of them changed") && text.contains("vehicle.mass_kg: 38 -> 38.5"),
         "{text}"
     );
-    let values = ["vehicle.mass_kg=40", "vehicle.weight_kg=40", "app.sound_speed_mps=15", "app.use_dvl=0.5"];
+    let values = ["vehicle.mass_kg=40", "vehicle.weight_kg=40", "installation.sound_speed_mps=15", "app.use_dvl=0.5"];
     let line = bench.complaint(&[&["params", "set", "PORT"], &values[..]].concat());
     for part in [
         "keeps the old set",
         "vehicle.weight_kg is no parameter",
-        "app.sound_speed_mps = 15 is not within 1300 to 1700 m/s",
+        "installation.sound_speed_mps = 15 is not within 1300 to 1700 m/s",
         "app.use_dvl = 0.5 is not a whole number within 0 to 1",
     ] {
         assert!(line.contains(part), "{line}");
@@ -98,14 +98,14 @@ fn import_of_export_is_the_same_set() {
         "params",
         "set",
         "PORT",
-        "app.modem_arm_m[1]=-0.3333333333333333",
+        "installation.transducer_arm_m[1]=-0.3333333333333333",
         "drag.quadratic_diag[0]=3.4",
         "app.use_dvl=1",
     ]);
     let told = bench.good(&["params", "export", "PORT", "x.toml", "--name", "iver3-218"]);
     assert!(told.contains(&format!("{} parameters", PARAMETERS.len())), "{told}");
     let text = bench.read("x.toml");
-    assert!(text.contains("modem_arm_m = [0.0, -0.3333333333333333, 0.0]  # m; transducer"), "{text}");
+    assert!(text.contains("transducer_arm_m = [0.0, -0.3333333333333333, 0.0]  # m; acoustic transducer"), "{text}");
     let file = BoardFile::read(&bench.path("x.toml")).unwrap();
     assert_eq!(file.flatten().len(), PARAMETERS.len());
     assert_eq!(VehicleFile::read(&bench.path("x.toml")).unwrap().name, "iver3-218");
@@ -114,7 +114,7 @@ fn import_of_export_is_the_same_set() {
         "params",
         "set",
         "PORT",
-        "app.modem_arm_m[1]=1",
+        "installation.transducer_arm_m[1]=1",
         "drag.quadratic_diag[0]=9",
         "noise.linear_mps2_per_sqrt_hz[0]=0.5",
     ]);

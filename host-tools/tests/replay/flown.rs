@@ -11,7 +11,7 @@ fn flown(path: &Path) -> Flight {
     let mut flight = Flight::begin(path);
     flight.fly(150);
     flight.client.request(&ToBoard::Unlock, String::new).unwrap();
-    flight.client.set_parameters(&[("app.sound_speed_mps".to_owned(), 1492.5)]).unwrap();
+    flight.client.set_parameters(&[("installation.sound_speed_mps".to_owned(), 1492.5)]).unwrap();
     flight.fly(60);
     flight.client.end_record().unwrap();
     let ranges = flight.fusions.iter().filter(|fusion| fusion.sensor == Sensor::Range && fusion.fused).count();

@@ -132,7 +132,7 @@ impl Adaptation {
         let rates_radps = self.rates.at(time_us).ok_or(Activity::NoAttitude)?;
         let at_instrument = self.velocity.at(time_us).ok_or(Activity::NoVelocity)?;
         let attitude = Vector3::from(euler_rad);
-        let mut velocity = Vector3::from(at_centre(rates_radps, at_instrument, &settings.app.dvl_arm_m));
+        let mut velocity = Vector3::from(at_centre(rates_radps, at_instrument, &settings.app.installation.dvl_arm_m));
         if !self.water_track {
             if navigator.current_sigma().is_some_and(|sigma| sigma.iter().any(|s| *s > CURRENT_SIGMA_MPS)) {
                 return Err(Activity::NoVelocity);

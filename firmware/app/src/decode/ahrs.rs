@@ -122,7 +122,7 @@ impl AhrsLink {
 }
 
 fn push(time_us: u64, sample: &AhrsSample, settings: &AppSettings, estimator: &mut Estimator) {
-    let valid_us = validity_us(time_us, settings.ahrs_delay_s);
+    let valid_us = validity_us(time_us, settings.installation.ahrs_delay_s);
     if let (Some([roll, pitch, heading]), AttitudeSource::Ahrs) = (sample.euler_rad, settings.attitude_source) {
         let euler_rad = [roll, pitch, wrap_angle(heading + settings.declination_rad)];
         estimator.push(valid_us, Event::Attitude { euler_rad });

@@ -79,7 +79,7 @@ impl DvlLink {
 }
 
 fn push(time_us: u64, sample: &DvlSample, settings: &AppSettings, estimator: &mut Estimator) {
-    let valid_us = validity_us(time_us, settings.dvl_delay_s);
+    let valid_us = validity_us(time_us, settings.installation.dvl_delay_s);
     if let Some(velocity_mps) = sample.bottom_mps {
         estimator.push(valid_us, Event::BottomTrack { velocity_mps });
     }

@@ -75,7 +75,7 @@ impl FrontseatLink {
                 FromFrontseat::Rmc(rmc) => push_fix(time_us, &rmc, settings, clock, estimator),
                 FromFrontseat::Dvl(dvl) => {
                     if let (Some(velocity_mps), DvlSource::Frontseat) = (dvl.velocity_mps, settings.dvl_source) {
-                        let valid_us = validity_us(time_us, settings.dvl_delay_s);
+                        let valid_us = validity_us(time_us, settings.installation.dvl_delay_s);
                         estimator.push(valid_us, Event::BottomTrack { velocity_mps });
                     }
                 }
@@ -180,12 +180,12 @@ impl Status {
 
 fn push_compass(time_us: u64, compass: &Compass, settings: &AppSettings, estimator: &mut Estimator) {
     if let Some(depth_m) = compass.depth_m {
-        estimator.push(validity_us(time_us, settings.depth_delay_s), Event::Depth { depth_m });
+        estimator.push(validity_us(time_us, settings.installation.depth_delay_s), Event::Depth { depth_m });
     }
     if settings.attitude_source == AttitudeSource::Frontseat {
         let heading_rad = wrap_angle(compass.heading_rad + settings.declination_rad);
         let euler_rad = [compass.roll_rad, compass.pitch_rad, heading_rad];
-        estimator.push(validity_us(time_us, settings.ahrs_delay_s), Event::Attitude { euler_rad });
+        estimator.push(validity_us(time_us, settings.installation.ahrs_delay_s), Event::Attitude { euler_rad });
     }
 }
 
@@ -195,11 +195,11 @@ fn push_fix(time_us: u64, rmc: &Rmc, settings: &AppSettings, clock: &mut UtcCloc
     if !rmc.valid {
         return;
     }
-    clock.label(time_us, utc.unix_us(), micros(settings.gnss_delay_s));
+    clock.label(time_us, utc.unix_us(), micros(settings.installation.gnss_delay_s));
     let Some([lat_deg, lon_deg]) = rmc.position_deg else { return };
     let labelled_us =
         clock.local_us(utc.unix_us()).filter(|&us| clock.is_fine() && us <= time_us && time_us - us <= FIX_AGE_US);
-    let valid_us = labelled_us.unwrap_or_else(|| validity_us(time_us, settings.gnss_delay_s));
+    let valid_us = labelled_us.unwrap_or_else(|| validity_us(time_us, settings.installation.gnss_delay_s));
     let position_m = LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg).to_local(lat_deg, lon_deg);
     estimator.push(valid_us, Event::Fix { position_m });
 }

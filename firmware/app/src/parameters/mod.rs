@@ -16,7 +16,7 @@ use backseat_wire::hostlink::{ParameterInfo, Refusal};
 use backseat_wire::ship_state::Key;
 
 /// Version of the parameter list: grows with every change of a name, unit or meaning.
-pub const PARAMETER_SCHEMA: u16 = 3;
+pub const PARAMETER_SCHEMA: u16 = 4;
 
 /// What a parameter's number means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -248,9 +248,9 @@ mod tests {
         let mut store = ParameterStore::new();
         store.begin();
         assert_eq!(store.set("vehicle.mass_kg", 39.0, true), Err(Refusal::UnderWay));
-        assert_eq!(store.set("app.sound_speed_mps", 1480.0, true), Ok(()));
+        assert_eq!(store.set("installation.sound_speed_mps", 1480.0, true), Ok(()));
         assert_eq!(store.commit(|_, _, rebuild| !rebuild), Ok(()));
-        assert_eq!(store.active().app.sound_speed_mps, 1480.0);
+        assert_eq!(store.active().app.installation.sound_speed_mps, 1480.0);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::Scale;
 use backseat_core::navigation::{EffectStates, NavigationConfig, ProcessModel, SurfaceNoise};
+use backseat_core::parameters::Installation;
 use backseat_wire::iver::Units;
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::modem::{ClockEncoding, DopplerSign};
@@ -59,8 +60,8 @@ pub struct AppSettings {
     /// Origin of the local frame, degrees east.
     pub origin_lon_deg: f64,
 
-    /// Sound speed, m/s.
-    pub sound_speed_mps: f64,
+    /// Where the sensors sit, how they are turned and how late they are.
+    pub installation: Installation,
     /// Fuse acoustic ranges.
     pub use_range: bool,
     /// Fuse acoustic range rates.
@@ -69,8 +70,6 @@ pub struct AppSettings {
     pub doppler_sign: DopplerSign,
     /// How the modem's firmware encodes its clock mode.
     pub clock_encoding: ClockEncoding,
-    /// Subtracted from every time of flight (calibrated), s.
-    pub toa_bias_s: f64,
     /// Ranges beyond this are absurd, m.
     pub range_max_m: f64,
     /// Only packets of this modem address count.
@@ -81,8 +80,6 @@ pub struct AppSettings {
     pub acoustic_key: Key,
     /// Data and statistics of a packet come within this time of its start, s.
     pub packet_timeout_s: f64,
-    /// Transducer from the centre of gravity, body frame, m.
-    pub modem_arm_m: [f64; 3],
 
     /// Fuse depth.
     pub use_depth: bool,
@@ -108,22 +105,8 @@ pub struct AppSettings {
     pub declination_rad: f64,
     /// Direction of the DVL's beam 3 in the vehicle, forward to starboard, rad.
     pub dvl_mounting_rad: f64,
-    /// From a depth's validity to the arrival of its last byte, s.
-    pub depth_delay_s: f64,
-    /// The same of the AHRS, s.
-    pub ahrs_delay_s: f64,
-    /// The same of the DVL, s.
-    pub dvl_delay_s: f64,
-    /// The same of `$GPRMC`, s.
-    pub gnss_delay_s: f64,
     /// Measurements that are older than the filter by more than this are dropped, s.
     pub late_tolerance_s: f64,
-    /// Pressure sensor from the centre of gravity, body frame, m.
-    pub depth_arm_m: [f64; 3],
-    /// DVL from the centre of gravity, body frame, m.
-    pub dvl_arm_m: [f64; 3],
-    /// Antenna from the centre of gravity, body frame, m.
-    pub gnss_arm_m: [f64; 3],
 
     /// Estimate the water current.
     pub current_state: bool,
@@ -181,18 +164,16 @@ impl AppSettings {
     pub const DEFAULT: Self = Self {
         origin_lat_deg: 41.5,
         origin_lon_deg: -70.7,
-        sound_speed_mps: 1500.0,
+        installation: Installation::DEFAULT,
         use_range: true,
         use_range_rate: false,
         doppler_sign: DopplerSign::OpeningPositive,
         clock_encoding: ClockEncoding::Legacy,
-        toa_bias_s: 0.0,
         range_max_m: 5000.0,
         ship_address: 1,
         modem_address: 2,
         acoustic_key: Key::NONE,
         packet_timeout_s: 10.0,
-        modem_arm_m: [0.0; 3],
         use_depth: true,
         use_attitude: true,
         use_rates: true,
@@ -205,14 +186,7 @@ impl AppSettings {
         attitude_source: AttitudeSource::Ahrs,
         declination_rad: 0.0,
         dvl_mounting_rad: 0.0,
-        depth_delay_s: 0.0,
-        ahrs_delay_s: 0.0,
-        dvl_delay_s: 0.0,
-        gnss_delay_s: 0.3,
         late_tolerance_s: 1.0,
-        depth_arm_m: [0.0; 3],
-        dvl_arm_m: [0.0; 3],
-        gnss_arm_m: [0.0; 3],
         current_state: false,
         current_initial_sigma_mps: 0.2,
         current_random_walk_mps_per_sqrt_s: 1.0e-4,
@@ -274,7 +248,8 @@ impl Settings {
             config.effect_states =
                 EffectStates::water_current(app.current_initial_sigma_mps, app.current_random_walk_mps_per_sqrt_s);
         }
-        config.sound_speed_mps = self.app.sound_speed_mps;
+        config.sound_speed_mps = self.app.installation.sound_speed_mps;
+        config.ship_transducer_depth_m = self.app.installation.ship_transducer_depth_m;
         config
     }
 }

@@ -242,7 +242,7 @@ fn nobody_reads_the_ports() {
 fn late_measurements_are_fused_late_or_dropped_and_counted() {
     for (delay_s, late, dropped) in [(0.05, false, false), (0.15, true, false), (1.2, false, true)] {
         let (mut world, mut board) = (World::new(), Direct::new(None));
-        let set = ToBoard::ParameterSet { name: "app.ahrs_delay_s", value: delay_s };
+        let set = ToBoard::ParameterSet { name: "installation.ahrs_delay_s", value: delay_s };
         request_all(&mut board, &[ToBoard::ParameterBegin, set, ToBoard::ParameterCommit]);
         world.run(&mut board, 10);
         let health = board.app().health();

@@ -53,7 +53,7 @@ fn under_way_only_live_parameters_change_and_the_mission_stays() {
     start(&mut board);
     world.run(&mut board, 5);
     let set = |name, value| ToBoard::ParameterSet { name, value };
-    let live = set("app.sound_speed_mps", 1501.0);
+    let live = set("installation.sound_speed_mps", 1501.0);
     let locked = |board: &mut Direct| {
         for message in [&ToBoard::ParameterBegin, &live, &ToBoard::ParameterCommit] {
             assert_eq!(ask(board, message), Err(Refusal::Locked));
@@ -66,7 +66,7 @@ fn under_way_only_live_parameters_change_and_the_mission_stays() {
     // a minute later it is locked again, whatever was begun
     world.run(&mut board, 60);
     locked(&mut board);
-    assert_eq!(value_of(&mut board, "app.sound_speed_mps"), 1501.0);
+    assert_eq!(value_of(&mut board, "installation.sound_speed_mps"), 1501.0);
     request_all(&mut board, &[ToBoard::MissionBegin { count: 1 }]);
     request_all(&mut board, &[ToBoard::MissionItem { index: 0, waypoint: WAYPOINTS[2] }]);
     assert_eq!(ask(&mut board, &ToBoard::MissionCommit), Err(Refusal::UnderWay));

@@ -60,7 +60,7 @@ fn no_mission_while_storing_and_no_storing_while_a_mission_runs() {
 #[test]
 fn a_stored_set_is_taken_up_and_one_that_does_not_fit_is_not() {
     let mut settings = Settings::DEFAULT;
-    settings.app.sound_speed_mps = 1480.0;
+    settings.app.installation.sound_speed_mps = 1480.0;
     let mut board = Direct::new(None);
     assert!(board.app_mut().restore(Some(&settings)));
     assert_eq!(ask(&mut board, &STORE), None);

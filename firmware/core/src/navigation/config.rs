@@ -2,6 +2,7 @@
 
 use super::{ConfigError, EffectStates};
 use crate::effects::{EffectError, EffectSet};
+use crate::parameters::Installation;
 
 /// How the vehicle's velocity evolves between measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,8 +145,8 @@ impl NavigationConfig {
         },
         effects: EffectSet::NONE,
         effect_states: EffectStates::NONE,
-        sound_speed_mps: 1500.0,
-        ship_transducer_depth_m: 0.0,
+        sound_speed_mps: Installation::DEFAULT.sound_speed_mps,
+        ship_transducer_depth_m: Installation::DEFAULT.ship_transducer_depth_m,
         gate_sigma: 5.0,
         strikes: 3,
         range_curvature: 0.05,

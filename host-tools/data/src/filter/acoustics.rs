@@ -2,9 +2,10 @@
 
 use crate::log::{Column, Log, LogRow};
 use backseat_core::navigation::{CloneId, ShipReport};
+use backseat_core::parameters::Installation;
 
 /// Speed of sound assumed where a log gives no time of launch, m/s.
-const SOUND_SPEED_MPS: f64 = 1500.0;
+const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 
 /// A row's time is its time of arrival, rounded, if they differ by less than this, µs.
 const ROUNDING_US: u64 = 50_000;

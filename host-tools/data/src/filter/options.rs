@@ -68,6 +68,8 @@ impl FilterOptions {
                 surface: Some(surface),
                 sensors: vehicle.sensors,
                 effects: vehicle.effects.set,
+                sound_speed_mps: vehicle.installation.sound_speed_mps,
+                ship_transducer_depth_m: vehicle.installation.ship_transducer_depth_m,
                 ..NavigationConfig::REFERENCE
             },
             use_dvl: true,

@@ -16,6 +16,7 @@ use crate::DataError;
 use crate::output::{self, Existing};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::{ProcessNoise, SensorNoise};
+use backseat_core::parameters::Installation;
 use schema::{FIELDS, Field, SECTIONS, Shape};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -34,6 +35,8 @@ pub struct VehicleFile {
     pub noise: ProcessNoise,
     /// One-sigma noise of the sensors.
     pub sensors: SensorNoise,
+    /// Where the sensors sit, how they are turned and how late they are.
+    pub installation: Installation,
     /// What it does beyond what is declared.
     pub effects: VehicleEffects,
 }
@@ -181,6 +184,7 @@ mod tests {
         assert_eq!(file.parameters, VehicleParameters::IVER3);
         assert_eq!(file.noise, ProcessNoise::DYNAMIC);
         assert_eq!(file.sensors, backseat_core::navigation::NavigationConfig::REFERENCE.sensors);
+        assert_eq!(file.installation, Installation::DEFAULT);
         assert_eq!(file.name, "iver3-ref");
     }
 

@@ -6,6 +6,7 @@ use super::schema::{self, BOARD_SECTION, FIELDS, Field, OPTIONAL, SECTIONS, Shap
 use crate::DataError;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::{NavigationConfig, ProcessNoise};
+use backseat_core::parameters::Installation;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -169,6 +170,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<VehicleFile, DataError> {
         parameters: VehicleParameters::IVER3,
         noise: ProcessNoise::DYNAMIC,
         sensors: NavigationConfig::REFERENCE.sensors,
+        installation: Installation::DEFAULT,
         effects: VehicleEffects::default(),
     };
     let sections = || SECTIONS.map(|(name, ..)| format!("[{name}]")).join(", ");

@@ -48,7 +48,7 @@ impl Field {
 }
 
 /// Sections in the order of the file, what they are about, and whether they may be left out.
-pub(super) const SECTIONS: [(&str, &str, bool); 7] = [
+pub(super) const SECTIONS: [(&str, &str, bool); 8] = [
     ("vehicle", "NED; body axes forward, starboard, down; origin = centre of gravity", false),
     ("inertia", "rigid body + added mass (added mass positive)", false),
     ("drag", "positive: opposes motion", false),
@@ -56,6 +56,7 @@ pub(super) const SECTIONS: [(&str, &str, bool); 7] = [
     ("propeller", "thrust = beta5 omega |omega| - advance omega u", false),
     ("noise", "process: square root of the acceleration power spectral density", true),
     ("sensors", "one sigma, white", true),
+    ("installation", "lever arms from the centre of gravity, turns and delays of the sensors", true),
 ];
 
 /// What a board has beyond its vehicle ([`super::BoardFile`]); no concern of a vehicle file.
@@ -79,7 +80,7 @@ use Shape::{Matrix, Scalar, Vector};
 
 /// Every number, in the order of the file.
 #[rustfmt::skip] // a table: one key a line
-pub(super) const FIELDS: [Field; 32] = [
+pub(super) const FIELDS: [Field; 45] = [
     field("vehicle", "length_m", Scalar, "m", "over all", |f, _| &mut f.parameters.length_m),
     field("vehicle", "diameter_m", Scalar, "m", "hull", |f, _| &mut f.parameters.diameter_m),
     field("vehicle", "mass_kg", Scalar, "kg", "dry", |f, _| &mut f.parameters.mass_kg),
@@ -112,6 +113,19 @@ pub(super) const FIELDS: [Field; 32] = [
     field("sensors", "range_rate_mps", Scalar, "m/s", "range rate", |f, _| &mut f.sensors.range_rate_mps),
     field("sensors", "gnss_m", Scalar, "m", "surfaced vehicle, per axis", |f, _| &mut f.sensors.gnss_m),
     field("sensors", "ship_gnss_m", Scalar, "m", "ship, per axis", |f, _| &mut f.sensors.ship_gnss_m),
+    field("installation", "dvl_arm_m", Vector(3), "m", "DVL from the centre of gravity, body frame", |f, i| &mut f.installation.dvl_arm_m[i]),
+    field("installation", "dvl_turn_rad", Vector(3), "rad", "roll, pitch, yaw of the DVL's axes in the body", |f, i| &mut f.installation.dvl_turn_rad[i]),
+    field("installation", "dvl_delay_s", Scalar, "s", "DVL: from validity to the arrival of the last byte", |f, _| &mut f.installation.dvl_delay_s),
+    field("installation", "ahrs_turn_rad", Vector(3), "rad", "roll, pitch, yaw of the AHRS' axes in the body", |f, i| &mut f.installation.ahrs_turn_rad[i]),
+    field("installation", "ahrs_delay_s", Scalar, "s", "AHRS: from validity to the arrival of the last byte", |f, _| &mut f.installation.ahrs_delay_s),
+    field("installation", "depth_arm_m", Vector(3), "m", "pressure sensor from the centre of gravity, body frame", |f, i| &mut f.installation.depth_arm_m[i]),
+    field("installation", "depth_delay_s", Scalar, "s", "depth: from validity to the arrival of the last byte", |f, _| &mut f.installation.depth_delay_s),
+    field("installation", "gnss_arm_m", Vector(3), "m", "antenna from the centre of gravity, body frame", |f, i| &mut f.installation.gnss_arm_m[i]),
+    field("installation", "gnss_delay_s", Scalar, "s", "fix: from validity to the arrival of the last byte", |f, _| &mut f.installation.gnss_delay_s),
+    field("installation", "transducer_arm_m", Vector(3), "m", "acoustic transducer from the centre of gravity, body frame", |f, i| &mut f.installation.transducer_arm_m[i]),
+    field("installation", "transducer_delay_s", Scalar, "s", "calibrated hardware delay, subtracted from every time of flight", |f, _| &mut f.installation.transducer_delay_s),
+    field("installation", "sound_speed_mps", Scalar, "m/s", "sound speed", |f, _| &mut f.installation.sound_speed_mps),
+    field("installation", "ship_transducer_depth_m", Scalar, "m", "depth of the ship's transducer", |f, _| &mut f.installation.ship_transducer_depth_m),
 ];
 
 /// Range of a noise parameter: more than nothing (a filter that trusts a sensor or its model
@@ -126,7 +140,15 @@ pub(super) fn range(file: &VehicleFile, field: &Field, index: usize) -> [f64; 2]
     *(field.slot)(&mut probe, index) = f64::NAN;
     match probe.parameters.validate() {
         Err(refused) => [refused.min, refused.max],
-        Ok(()) => NOISE_RANGE,
+        Ok(()) => own_range(field, index),
+    }
+}
+
+/// Range of a number that the core does not check.
+fn own_range(field: &Field, index: usize) -> [f64; 2] {
+    match backseat_app::parameters::find(&field.dotted(index)) {
+        Some(parameter) if field.section == "installation" => [parameter.min, parameter.max],
+        _ => NOISE_RANGE,
     }
 }
 
@@ -138,11 +160,12 @@ pub(super) fn first_outside(file: &VehicleFile) -> Option<(&'static Field, usize
         return Some((field, refused.index, refused.value, [refused.min, refused.max]));
     }
     let mut file = file.clone();
-    for field in FIELDS.iter().filter(|field| matches!(field.section, "noise" | "sensors")) {
+    for field in FIELDS.iter().filter(|field| matches!(field.section, "noise" | "sensors" | "installation")) {
         for index in 0..field.shape.len() {
             let value = *(field.slot)(&mut file, index);
-            if !(NOISE_RANGE[0]..=NOISE_RANGE[1]).contains(&value) {
-                return Some((field, index, value, NOISE_RANGE));
+            let [min, max] = own_range(field, index);
+            if !(min..=max).contains(&value) {
+                return Some((field, index, value, [min, max]));
             }
         }
     }

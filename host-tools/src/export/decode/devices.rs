@@ -35,7 +35,7 @@ impl Dvl {
     pub fn receive(&mut self, time_us: u64, mut bytes: &[u8], settings: &AppSettings, mut row: impl FnMut(LogRow)) {
         while let Some(sample) = self.next(&mut bytes, settings) {
             let Some(velocity_mps) = sample.and_then(|sample| sample.bottom_mps) else { continue };
-            let mut measured = LogRow::new(valid_us(time_us, settings.dvl_delay_s));
+            let mut measured = LogRow::new(valid_us(time_us, settings.installation.dvl_delay_s));
             measured.set_all(Column::DvlU, &velocity_mps);
             row(measured);
         }
@@ -68,7 +68,7 @@ impl Ahrs {
     pub fn receive(&mut self, time_us: u64, mut bytes: &[u8], settings: &AppSettings, mut row: impl FnMut(LogRow)) {
         while let Some(sample) = self.next(&mut bytes, settings.ahrs_protocol) {
             let Some(sample) = sample else { continue };
-            let mut measured = LogRow::new(valid_us(time_us, settings.ahrs_delay_s));
+            let mut measured = LogRow::new(valid_us(time_us, settings.installation.ahrs_delay_s));
             if let (Some(euler_rad), AttitudeSource::Ahrs) = (sample.euler_rad, settings.attitude_source) {
                 measured.set_all(Column::Roll, &euler_rad);
                 measured.set(Column::Heading, wrap_angle(euler_rad[2] + settings.declination_rad));
@@ -126,20 +126,20 @@ impl Frontseat {
             match sentence.and_then(|sentence| FromFrontseat::parse(&sentence, &settings.units)) {
                 Ok(FromFrontseat::Compass(compass)) => {
                     if let Some(depth_m) = compass.depth_m {
-                        let mut row = LogRow::new(valid_us(time_us, settings.depth_delay_s));
+                        let mut row = LogRow::new(valid_us(time_us, settings.installation.depth_delay_s));
                         row.set(Column::Depth, depth_m);
                         say(FrontseatSaid::Row(row));
                     }
                     if settings.attitude_source == AttitudeSource::Frontseat {
                         let heading_rad = wrap_angle(compass.heading_rad + settings.declination_rad);
-                        let mut row = LogRow::new(valid_us(time_us, settings.ahrs_delay_s));
+                        let mut row = LogRow::new(valid_us(time_us, settings.installation.ahrs_delay_s));
                         row.set_all(Column::Roll, &[compass.roll_rad, compass.pitch_rad, heading_rad]);
                         say(FrontseatSaid::Row(row));
                     }
                 }
                 Ok(FromFrontseat::Dvl(dvl)) if settings.dvl_source == DvlSource::Frontseat => {
                     if let Some(velocity_mps) = dvl.velocity_mps {
-                        let mut row = LogRow::new(valid_us(time_us, settings.dvl_delay_s));
+                        let mut row = LogRow::new(valid_us(time_us, settings.installation.dvl_delay_s));
                         row.set_all(Column::DvlU, &velocity_mps);
                         say(FrontseatSaid::Row(row));
                     }

@@ -193,7 +193,7 @@ impl Decoding {
                 FrontseatSaid::Echo(_) => {}
                 FrontseatSaid::Fix { utc_us, position_deg } => {
                     let own_us = utc_offset_us.and_then(|offset_us| utc_us.checked_add_signed(-offset_us));
-                    let delayed_us = devices::valid_us(time_us, settings.gnss_delay_s);
+                    let delayed_us = devices::valid_us(time_us, settings.installation.gnss_delay_s);
                     let time_us = own_us.filter(|us| us.abs_diff(time_us) <= FIX_AGE_US).unwrap_or(delayed_us);
                     let [lat_deg, lon_deg] = position_deg;
                     let position_m = frame(settings).to_local(lat_deg, lon_deg);
