@@ -221,7 +221,8 @@ impl Acoustics {
             return Err(Loss::Arrival);
         }
         let flight_us = day_difference_us(arrival.toa_us, u64::from(ship.transmit_s) * 1_000_000);
-        let range_m = settings.installation.sound_speed_mps * (flight_us as f64 * 1e-6 - settings.installation.transducer_delay_s);
+        let range_m = settings.installation.sound_speed_mps
+            * (flight_us as f64 * 1e-6 - settings.installation.transducer_delay_s);
         let position_m = LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg)
             .to_local(ship.position_deg[0], ship.position_deg[1]);
         let plausible = (0.0..=settings.range_max_m).contains(&range_m)
@@ -240,7 +241,8 @@ impl Acoustics {
             vehicle: VehicleEnd::Delayed { clone: pending.clone, bridge_s: bridge_us as f64 * 1e-6 },
             ship: ShipEnd::Reported(report),
         };
-        let range_m = range_m - arm_along_path_m(x, &settings.installation.transducer_arm_m, position_m, ship.transducer_depth_m);
+        let range_m =
+            range_m - arm_along_path_m(x, &settings.installation.transducer_arm_m, position_m, ship.transducer_depth_m);
         Ok(AcousticFix {
             range: settings.use_range.then_some(Measurement::Range { path, range_m }),
             range_rate: arrival

@@ -261,12 +261,12 @@ impl Estimator {
             }
             Event::Attitude { euler_rad } if app.use_attitude => Measurement::Attitude { euler_rad },
             Event::Rates { rates_radps } if app.use_rates => Measurement::Rates { rates_radps },
-            Event::BottomTrack { velocity_mps } if app.use_dvl => {
-                Measurement::BottomTrack { velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.installation.dvl_arm_m) }
-            }
-            Event::WaterTrack { velocity_mps } if app.use_water_track => {
-                Measurement::WaterTrack { velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.installation.dvl_arm_m) }
-            }
+            Event::BottomTrack { velocity_mps } if app.use_dvl => Measurement::BottomTrack {
+                velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.installation.dvl_arm_m),
+            },
+            Event::WaterTrack { velocity_mps } if app.use_water_track => Measurement::WaterTrack {
+                velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.installation.dvl_arm_m),
+            },
             Event::Fix { position_m } if app.use_gnss && x[Z] <= app.gnss_max_depth_m => {
                 let arm_m = body_to_ned(x, &app.installation.gnss_arm_m);
                 let through_water_mps = body_to_ned(x, &[x[U], x[V], x[W]]);

@@ -11,8 +11,8 @@ use crate::observation::{Observation, ObservationKind};
 use crate::rng::{Source, Stream};
 use crate::truth::{Actuators, State, Water};
 use backseat_core::dynamics::ActuatorInput;
-use backseat_core::state::VehicleState;
 use backseat_core::parameters::Installation;
+use backseat_core::state::VehicleState;
 use backseat_data::{Column, Log, LogRow};
 
 /// Integration step, µs; accelerations hold over it.

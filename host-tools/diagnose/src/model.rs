@@ -2,8 +2,8 @@
 
 use backseat_core::dynamics::{ActuatorInput, Linearisation, VehicleModel, VehicleParameters};
 use backseat_core::effects::{ActuatorMemory, Channel, EffectSet, Moment, ParameterKind, Step};
-use backseat_core::state::{VehicleState, X, Y};
 use backseat_core::parameters::Installation;
+use backseat_core::state::{VehicleState, X, Y};
 
 /// Sound speed by which a log's travel times became ranges, m/s.
 pub const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;

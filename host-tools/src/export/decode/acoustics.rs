@@ -47,7 +47,8 @@ impl Acoustics {
         // Of the modem's own clock only the time of day is sure; the ship's second has the date.
         let tol_utc_us = u64::from(ship.transmit_s) * 1_000_000;
         let toa_utc_us = arrival.unix_us(tol_utc_us);
-        let flight_s = toa_utc_us.checked_signed_diff(tol_utc_us)? as f64 * 1e-6 - settings.installation.transducer_delay_s;
+        let flight_s =
+            toa_utc_us.checked_signed_diff(tol_utc_us)? as f64 * 1e-6 - settings.installation.transducer_delay_s;
         let range_m = settings.installation.sound_speed_mps * flight_s;
         if !(0.0..=settings.range_max_m).contains(&range_m) {
             return None;
