@@ -391,7 +391,7 @@ impl Backseat {
             refused_us: age(self.frontseat.refused_since_us()),
             position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
             resumed: self.unconfigured || self.estimator.resumed().is_some(),
-            doubted: self.estimator.is_doubted(),
+            suspect: self.estimator.is_suspect(),
             unsteerable_us: age(self.estimator.unsteerable_since_us()),
             mission: self.under_way(),
         }

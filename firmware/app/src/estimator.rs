@@ -346,7 +346,7 @@ impl Estimator {
 
     /// Since when attitude or depth and the filter have contradicted each other, µs.
     pub fn unsteerable_since_us(&self) -> Option<u64> {
-        let since_us = [Sensor::Attitude, Sensor::Depth].map(|sensor| self.navigator.doubted_since_us(sensor));
+        let since_us = [Sensor::Attitude, Sensor::Depth].map(|sensor| self.navigator.suspect_since_us(sensor));
         since_us.into_iter().flatten().min()
     }
 
@@ -356,9 +356,9 @@ impl Estimator {
     }
 
     /// Whether any sensor and the filter contradict each other, or have and no fix has said who was right.
-    pub fn is_doubted(&self) -> bool {
+    pub fn is_suspect(&self) -> bool {
         let navigator = &self.navigator;
-        Sensor::ALL.into_iter().any(|sensor| navigator.is_doubted(sensor) || navigator.contested_sigma(sensor) > 0.0)
+        Sensor::ALL.into_iter().any(|sensor| navigator.is_suspect(sensor) || navigator.unconfirmed_sigma(sensor) > 0.0)
     }
 }
 

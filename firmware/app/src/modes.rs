@@ -32,8 +32,8 @@ pub struct Facts {
     /// The position is the one from before a reset, and nothing has confirmed it since.
     pub resumed: bool,
     /// A sensor and the filter contradict each other, or have and no fix has said who was right.
-    pub doubted: bool,
-    /// How long attitude or depth has, beyond what makes a doubt.
+    pub suspect: bool,
+    /// How long attitude or depth has, beyond what makes a suspicion.
     pub unsteerable_us: Option<u64>,
     /// A mission is under way.
     pub mission: bool,
@@ -80,7 +80,7 @@ fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason)
     if facts.unsteerable_us.is_some_and(|us| us > UNSTEERABLE_US) {
         return (Mode::Safe, ModeReason::Rejections);
     }
-    if facts.doubted {
+    if facts.suspect {
         return (Mode::Degraded, ModeReason::Rejections);
     }
     if above(settings.degraded_sigma_m, matches!(now, Mode::Degraded | Mode::Safe | Mode::Lost)) {
@@ -198,7 +198,7 @@ mod tests {
         refused_us: None,
         position_sigma_m: 1.0,
         resumed: false,
-        doubted: false,
+        suspect: false,
         unsteerable_us: None,
         mission: true,
     };
@@ -222,11 +222,11 @@ mod tests {
             (uncertain(50.0), Mode::Degraded, ModeReason::PositionUncertain),
             (uncertain(500.0), Mode::Lost, ModeReason::PositionUncertain),
             (uncertain(f64::NAN), Mode::Lost, ModeReason::PositionUncertain),
-            (Facts { doubted: true, ..GOOD }, Mode::Degraded, ModeReason::Rejections),
-            (Facts { doubted: true, unsteerable_us: Some(10_100_000), ..GOOD }, Mode::Safe, ModeReason::Rejections),
+            (Facts { suspect: true, ..GOOD }, Mode::Degraded, ModeReason::Rejections),
+            (Facts { suspect: true, unsteerable_us: Some(10_100_000), ..GOOD }, Mode::Safe, ModeReason::Rejections),
             // the worse of two
             (Facts { depth_age_us: None, ..uncertain(500.0) }, Mode::Lost, ModeReason::PositionUncertain),
-            (Facts { doubted: true, ..uncertain(50.0) }, Mode::Degraded, ModeReason::Rejections),
+            (Facts { suspect: true, ..uncertain(50.0) }, Mode::Degraded, ModeReason::Rejections),
         ];
         for (facts, mode, reason) in cases {
             assert_eq!(judge(&facts, &settings, Mode::Navigating), (mode, reason), "{facts:?}");
@@ -252,7 +252,7 @@ mod tests {
         match mode {
             Mode::Initialising => Facts { initialised: false, ..facts },
             Mode::Navigating => facts,
-            Mode::Degraded => Facts { doubted: true, ..facts },
+            Mode::Degraded => Facts { suspect: true, ..facts },
             Mode::Safe => Facts { attitude_age_us: None, ..facts },
             Mode::Lost => Facts { position_sigma_m: 1000.0, ..facts },
         }

@@ -1,7 +1,7 @@
 //! The declared vehicle with a set of effects, as the whitener evaluates it.
 
 use backseat_core::dynamics::{ActuatorInput, Linearisation, VehicleModel, VehicleParameters};
-use backseat_core::effects::{ActuatorMemory, Channel, EffectSet, Moment, ParameterKind, Step};
+use backseat_core::effects::{ActuatorMemory, SensorChannel, EffectSet, Moment, ParameterKind, Step};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{VehicleState, X, Y};
 
@@ -102,7 +102,7 @@ impl Model {
 
     /// What a sensor would read of a true value, and ∂(read)/∂(true).
     #[must_use]
-    pub fn read(&self, t_s: f64, channel: Channel, truth: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+    pub fn read(&self, t_s: f64, channel: SensorChannel, truth: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
         let moment = Moment { t_s, sound_speed_mps: SOUND_SPEED_MPS };
         let mut reading = truth;
         let mut slope = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -117,7 +117,7 @@ impl Model {
 
     /// Variance that the effects add to each scalar of a channel.
     #[must_use]
-    pub fn added_variance(&self, channel: Channel) -> f64 {
+    pub fn added_variance(&self, channel: SensorChannel) -> f64 {
         self.set.active().filter_map(|(_, info, values)| Some((info.hooks.variance?)(values, channel))).sum()
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::data::PERIOD_S;
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
-use backseat_core::effects::{ActuatorMemory, Channel, EffectSet, Moment, ParameterKind, Step, parameters};
+use backseat_core::effects::{ActuatorMemory, SensorChannel, EffectSet, Moment, ParameterKind, Step, parameters};
 use backseat_core::parameters::Installation;
 
 /// Sound speed, m/s: no effect on attitude, rates or DVL asks for it.
@@ -44,8 +44,8 @@ impl<'a> Ideal<'a> {
 
     /// The effects that are taken out.
     pub fn names(&self) -> Vec<&'static str> {
-        let sensed = |channels: &[Channel]| {
-            channels.iter().any(|channel| matches!(channel, Channel::Attitude | Channel::Rates | Channel::Dvl))
+        let sensed = |channels: &[SensorChannel]| {
+            channels.iter().any(|channel| matches!(channel, SensorChannel::Attitude | SensorChannel::Rates | SensorChannel::Dvl))
         };
         let active = self.effects.active().map(|(_, info, _)| info);
         let acts = active.filter(|info| {
@@ -62,7 +62,7 @@ impl<'a> Ideal<'a> {
     }
 
     /// What a sensor without effects would have read.
-    pub fn reading(&self, channel: Channel, time_us: u64, measured: [f64; 3]) -> [f64; 3] {
+    pub fn reading(&self, channel: SensorChannel, time_us: u64, measured: [f64; 3]) -> [f64; 3] {
         let moment = Moment { t_s: self.since_s(time_us), sound_speed_mps: SOUND_SPEED_MPS };
         let hooks: Vec<_> = self
             .effects

@@ -8,7 +8,7 @@ use anyhow::anyhow;
 use backseat_core::control::mission::{Mission, Waypoint};
 use backseat_core::control::{ControlConfig, ControlLaw, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
-use backseat_core::identification::{Cause, FaultMonitor};
+use backseat_core::identification::{FaultCause, FaultMonitor};
 use backseat_core::state::{self, VehicleState};
 use backseat_data::VehicleFile;
 use backseat_data::stats::{mean, mean_ci95};
@@ -125,11 +125,11 @@ fn fly(
     let fault = match broken {
         Broken::Fin => {
             faults.fins[usize::from(fin)] = Step { factor: 0.0, time_s: ONSET_S };
-            Cause::Fin(fin)
+            FaultCause::Fin(fin)
         }
         Broken::Drag => {
             faults.drag = Step { factor: 2.0, time_s: ONSET_S };
-            Cause::Entanglement
+            FaultCause::Entanglement
         }
     };
     let undeclared = Undeclared { faults, no_surface: true, ..Undeclared::default() };

@@ -8,7 +8,7 @@ use anyhow::{Context, anyhow};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::effects::EffectSet;
 use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
-use backseat_core::identification::{Cause, FaultMonitor, FaultState};
+use backseat_core::identification::{FaultCause, FaultMonitor, FaultState};
 use backseat_data::VehicleFile;
 use backseat_data::stats::median;
 use backseat_identify::aid::run_identifier;
@@ -44,9 +44,9 @@ const SHAPES: [(Shape, &str); 2] = [(Shape::Excite, "dives, turns, speeds"), (Sh
 /// What the monitor made of a log.
 struct Watch {
     /// First diagnosis: time, s, cause, its rival.
-    diagnosed: Option<(f64, Cause, Option<Cause>)>,
+    diagnosed: Option<(f64, FaultCause, Option<FaultCause>)>,
     /// What it had become [`LATER_S`] later: time, s, cause, its rival, magnitude.
-    later: Option<(f64, Cause, Option<Cause>, f64)>,
+    later: Option<(f64, FaultCause, Option<FaultCause>, f64)>,
     /// Diagnoses in all; after each it learns anew.
     diagnoses: u32,
     suspicions: u32,
@@ -56,7 +56,7 @@ struct Watch {
 /// One run with a fault.
 struct Run {
     onset_s: f64,
-    fault: Cause,
+    fault: FaultCause,
     magnitude: f64,
     /// How fast it becomes so large, 1/s.
     rate_per_s: f64,
@@ -72,7 +72,7 @@ impl Run {
         self.watch.diagnosed.is_some_and(|(time_s, ..)| time_s < self.onset_s)
     }
 
-    fn found(&self) -> Option<(f64, Cause, Option<Cause>)> {
+    fn found(&self) -> Option<(f64, FaultCause, Option<FaultCause>)> {
         self.watch.diagnosed.filter(|(time_s, ..)| *time_s >= self.onset_s)
     }
 }
@@ -156,10 +156,10 @@ fn broken(fault: &'static str, shape: Shape, seed: u64, vehicle: &VehicleParamet
     let effect = dataset.effects.first().context("an effect was asked for")?;
     let get = |name: &str| effect.get(name).unwrap_or(f64::NAN);
     let (fault, magnitude) = match fault {
-        "flooding" => (Cause::Flooding, get("kg")),
-        "entanglement" => (Cause::Entanglement, get("factor") - 1.0),
-        "fin_lost" => (Cause::Fin(get("fin") as u8 - 1), 1.0 - get("share")),
-        _ => (Cause::Fouling, 1.0 - get("share")),
+        "flooding" => (FaultCause::Flooding, get("kg")),
+        "entanglement" => (FaultCause::Entanglement, get("factor") - 1.0),
+        "fin_lost" => (FaultCause::Fin(get("fin") as u8 - 1), 1.0 - get("share")),
+        _ => (FaultCause::Fouling, 1.0 - get("share")),
     };
     let rate_per_s = effect.get("kg_per_s").unwrap_or(f64::INFINITY);
     Ok(Run { rate_per_s, onset_s: get("time_s"), fault, magnitude, watch: watch(vehicle, &dataset)? })
@@ -244,7 +244,7 @@ fn row(fault: &'static str, shape: &'static str, all: &[Run]) -> Row {
     let found: Vec<_> = runs.iter().filter_map(|run| Some((run.fault, run.onset_s, run.found()?))).collect();
     let later: Vec<_> =
         runs.iter().filter(|run| run.found().is_some()).filter_map(|run| Some((run, run.watch.later?))).collect();
-    let verdict = |fault: Cause, cause: Cause, rival: Option<Cause>| match rival {
+    let verdict = |fault: FaultCause, cause: FaultCause, rival: Option<FaultCause>| match rival {
         None if cause == fault => Verdict::Right,
         Some(rival) if cause == fault || rival == fault => Verdict::OneOfTwo,
         _ => Verdict::Wrong,

@@ -5,14 +5,14 @@
 //! learning ───────────> candidate ─────────────────────> better by more than chance? ── no ──> refused, next candidate
 //!                       (frozen)                              │ yes
 //!                                                             v
-//!            next candidate <──────────────────────────── adopted; the set before stays in the race for a window:
+//!            next candidate <──────────────────────────── adopted; the set before stays in the comparison for a window:
 //!                                                         better by more than chance?  ── yes ──> reverted
 //! ```
 //!
 //! A candidate is the averaged estimate at one time, frozen; what it has to predict comes later, so it was not fitted to it.
 //! Candidate and set in use start every stretch of 15 s from the same measurement and get the same inputs. "Better by more
 //! than chance" is a paired, one-sided t-test of the logarithm of their error ratios, stretch by stretch
-//! ([`Evidence::is_better`]), judged once, at the end of the window. A stored set is one that passed its probation.
+//! ([`ComparisonEvidence::is_better`]), judged once, at the end of the window. A stored set is one that passed its probation.
 
 use super::Adaptation;
 use crate::app::Backseat;
@@ -20,7 +20,7 @@ use crate::host::Storing;
 use crate::parameters::AppSettings;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::theta::{theta_of, with_theta};
-use backseat_core::identification::{Evidence, FEWEST_STRETCHES, HORIZON_STEPS, Identifier, Place, Race, Theta};
+use backseat_core::identification::{ComparisonEvidence, FEWEST_STRETCHES, HORIZON_STEPS, Identifier, ModelRole, ModelComparison, Theta};
 use backseat_wire::hostlink::{Adoption, AdoptionEvent};
 use heapless::Deque;
 
@@ -53,7 +53,7 @@ pub struct Adoptions {
     to_store: bool,
     verdicts: Deque<Adoption, WAITING>,
     /// The evidence that the decision under way rests on.
-    evidence: Evidence,
+    evidence: ComparisonEvidence,
 }
 
 impl Adoptions {
@@ -65,7 +65,7 @@ impl Adoptions {
             held: false,
             to_store: false,
             verdicts: Deque::new(),
-            evidence: Evidence::NONE,
+            evidence: ComparisonEvidence::NONE,
         }
     }
 
@@ -74,9 +74,9 @@ impl Adoptions {
         *self = Self::new();
     }
 
-    /// Puts the set in use into a fresh race.
-    pub fn begin(&mut self, race: &mut Race, active: &VehicleParameters) {
-        race.enter(Place::Active, Some(&theta_of(active)));
+    /// Puts the set in use into a fresh comparison.
+    pub fn begin(&mut self, comparison: &mut ModelComparison, active: &VehicleParameters) {
+        comparison.enter(ModelRole::Active, Some(&theta_of(active)));
         self.frozen_s = 0.0;
     }
 
@@ -91,7 +91,7 @@ impl Adoptions {
         self.verdicts.pop_front()
     }
 
-    fn say(&mut self, time_us: u64, event: AdoptionEvent, evidence: &Evidence) {
+    fn say(&mut self, time_us: u64, event: AdoptionEvent, evidence: &ComparisonEvidence) {
         if self.verdicts.is_full() {
             self.verdicts.pop_front();
         }
@@ -104,12 +104,12 @@ impl Adoptions {
     }
 
     /// After a stretch: probation first, then the trial, then a new candidate.
-    pub fn judge(&mut self, now_us: u64, identifier: &Identifier, race: &mut Race, settings: &AppSettings) -> Decision {
+    pub fn judge(&mut self, now_us: u64, identifier: &Identifier, comparison: &mut ModelComparison, settings: &AppSettings) -> Decision {
         let window = ((settings.adopt_window_s / STRETCH_S) as u16).max(FEWEST_STRETCHES);
-        if race.theta(Place::Previous).is_some() {
-            let evidence = race.evidence(Place::Previous);
+        if comparison.theta(ModelRole::Previous).is_some() {
+            let evidence = comparison.evidence(ModelRole::Previous);
             if evidence.stretches >= window {
-                race.enter(Place::Previous, None);
+                comparison.enter(ModelRole::Previous, None);
                 if evidence.is_better() {
                     self.evidence = evidence;
                     return Decision::Revert;
@@ -117,8 +117,8 @@ impl Adoptions {
                 self.to_store = true;
             }
         }
-        if race.theta(Place::Candidate).is_some() {
-            let evidence = race.evidence(Place::Candidate);
+        if comparison.theta(ModelRole::Candidate).is_some() {
+            let evidence = comparison.evidence(ModelRole::Candidate);
             if evidence.stretches < window {
                 return Decision::Keep;
             }
@@ -128,42 +128,42 @@ impl Adoptions {
             }
             let event = if evidence.is_better() { AdoptionEvent::Advised } else { AdoptionEvent::Refused };
             self.say(now_us, event, &evidence);
-            race.enter(Place::Candidate, None);
+            comparison.enter(ModelRole::Candidate, None);
         }
-        self.freeze(identifier, race, settings);
+        self.freeze(identifier, comparison, settings);
         Decision::Keep
     }
 
     /// Takes the present estimate as the next candidate, once it has settled.
-    fn freeze(&mut self, identifier: &Identifier, race: &mut Race, settings: &AppSettings) {
+    fn freeze(&mut self, identifier: &Identifier, comparison: &mut ModelComparison, settings: &AppSettings) {
         let adapted_s = identifier.adapted_s();
         let learned_more = adapted_s > self.frozen_s;
         if let Some(estimate) = identifier.estimate()
             && adapted_s >= settings.adapt_settle_s
             && learned_more
         {
-            race.enter(Place::Candidate, Some(&estimate));
+            comparison.enter(ModelRole::Candidate, Some(&estimate));
             self.frozen_s = adapted_s;
         }
     }
 
     /// The candidate as a vehicle.
-    pub fn candidate(&self, race: &Race, active: &VehicleParameters) -> Option<VehicleParameters> {
-        race.theta(Place::Candidate).map(|theta: &Theta| with_theta(active, theta))
+    pub fn candidate(&self, comparison: &ModelComparison, active: &VehicleParameters) -> Option<VehicleParameters> {
+        comparison.theta(ModelRole::Candidate).map(|theta: &Theta| with_theta(active, theta))
     }
 
     /// The candidate is in use and what was in use before is on its way out; `None`: it makes no valid vehicle.
-    pub fn adopted(&mut self, now_us: u64, race: &mut Race, before: Option<&VehicleParameters>) {
+    pub fn adopted(&mut self, now_us: u64, comparison: &mut ModelComparison, before: Option<&VehicleParameters>) {
         let evidence = self.evidence;
-        let candidate = race.theta(Place::Candidate).copied();
-        race.enter(Place::Candidate, None);
+        let candidate = comparison.theta(ModelRole::Candidate).copied();
+        comparison.enter(ModelRole::Candidate, None);
         if let (Some(before), Some(theta)) = (before, candidate) {
             self.previous = Some(*before);
             self.changes = self.changes.saturating_add(1);
             self.to_store = false;
-            let active = race.theta(Place::Active).copied();
-            race.enter(Place::Previous, active.as_ref());
-            race.enter(Place::Active, Some(&theta));
+            let active = comparison.theta(ModelRole::Active).copied();
+            comparison.enter(ModelRole::Previous, active.as_ref());
+            comparison.enter(ModelRole::Active, Some(&theta));
             self.say(now_us, AdoptionEvent::Adopted, &evidence);
         } else {
             self.say(now_us, AdoptionEvent::Invalid, &evidence);
@@ -176,13 +176,13 @@ impl Adoptions {
     }
 
     /// That set is in use again.
-    pub fn reverted(&mut self, now_us: u64, race: &mut Race, event: AdoptionEvent) {
-        let evidence = if event == AdoptionEvent::Reverted { self.evidence } else { Evidence::NONE };
+    pub fn reverted(&mut self, now_us: u64, comparison: &mut ModelComparison, event: AdoptionEvent) {
+        let evidence = if event == AdoptionEvent::Reverted { self.evidence } else { ComparisonEvidence::NONE };
         if let Some(previous) = self.previous.take() {
-            race.enter(Place::Active, Some(&theta_of(&previous)));
+            comparison.enter(ModelRole::Active, Some(&theta_of(&previous)));
         }
-        race.enter(Place::Previous, None);
-        race.enter(Place::Candidate, None);
+        comparison.enter(ModelRole::Previous, None);
+        comparison.enter(ModelRole::Candidate, None);
         self.changes = self.changes.saturating_add(1);
         self.to_store = false;
         self.say(now_us, event, &evidence);
@@ -191,7 +191,7 @@ impl Adoptions {
     /// The set in use was written to the board's memory, or could not be.
     pub fn stored(&mut self, now_us: u64, kept: bool) {
         let event = if kept { AdoptionEvent::Stored } else { AdoptionEvent::StoreFailed };
-        self.say(now_us, event, &Evidence::NONE);
+        self.say(now_us, event, &ComparisonEvidence::NONE);
     }
 }
 

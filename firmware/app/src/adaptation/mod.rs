@@ -1,7 +1,7 @@
 //! The adaptive identifier beside the filter, and the careful use of what it finds.
 //!
 //! Every step, the attitude, rates, velocity and commands of one recent time ([`LAG_US`] ago, so that all of them have been
-//! heard) go to the identifier, which is slower than the filter and independent of it, and to a race of
+//! heard) go to the identifier, which is slower than the filter and independent of it, and to a comparison of
 //! open-loop predictions. Its estimate is used only after it predicted a stretch of motion that it was not fitted
 //! to better than the parameters in use ([`adoption`]).
 //!
@@ -23,7 +23,7 @@ use crate::estimator::{Estimator, at_centre};
 use crate::parameters::Settings;
 use adoption::{Adoptions, Decision};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
-use backseat_core::identification::{IdentificationConfig, Identifier, Outcome, PARAMETERS, Race};
+use backseat_core::identification::{IdentificationConfig, Identifier, Outcome, PARAMETERS, ModelComparison};
 use backseat_core::state::Z;
 use backseat_wire::hostlink::{Activity, AdoptionEvent, Identification, Refusal, Visibility};
 use channels::{Channel, Commands};
@@ -53,7 +53,7 @@ struct Sample {
 /// The identifier, what feeds it and what becomes of its estimates.
 pub struct Adaptation {
     identifier: Identifier,
-    race: Race,
+    comparison: ModelComparison,
     pub(crate) adoptions: Adoptions,
     attitude: Channel,
     rates: Channel,
@@ -72,7 +72,7 @@ impl Adaptation {
     pub const fn new() -> Self {
         Self {
             identifier: Identifier::new(),
-            race: Race::new(),
+            comparison: ModelComparison::new(),
             adoptions: Adoptions::new(),
             attitude: Channel::new(),
             rates: Channel::new(),
@@ -150,7 +150,7 @@ impl Adaptation {
         })
     }
 
-    /// Builds identifier and race from the parameters in use; the noise of a sample is that of its sensor, and more where the
+    /// Builds identifier and comparison from the parameters in use; the noise of a sample is that of its sensor, and more where the
     /// sensor is slower than the samples and its noise with it.
     fn configure(&mut self, settings: &Settings) -> bool {
         let channels = [&self.attitude, &self.rates, &self.velocity].map(Channel::interval_s);
@@ -174,8 +174,8 @@ impl Adaptation {
             settings.navigation.process_noise.angular_radps2_per_sqrt_hz,
         );
         let noise = [dvl, dvl, dvl, rates, rates, rates];
-        self.race.configure(sensors.attitude_rad, &noise, &[u, v, w, p, q, r], period_s);
-        self.adoptions.begin(&mut self.race, &settings.vehicle);
+        self.comparison.configure(sensors.attitude_rad, &noise, &[u, v, w, p, q, r], period_s);
+        self.adoptions.begin(&mut self.comparison, &settings.vehicle);
         true
     }
 
@@ -193,7 +193,7 @@ impl Adaptation {
             Ok(sample) => sample,
             Err(reason) => {
                 self.activity = reason;
-                self.race.interrupt();
+                self.comparison.interrupt();
                 return Decision::Keep;
             }
         };
@@ -210,16 +210,16 @@ impl Adaptation {
             Outcome::Adapting => Activity::Adapting,
             Outcome::Diverged => Activity::Diverged,
             Outcome::NotConfigured | Outcome::Refused | Outcome::OutOfOrder => {
-                self.race.interrupt();
+                self.comparison.interrupt();
                 return Decision::Keep;
             }
         };
         let Some(model) = self.identifier.model() else { return Decision::Keep };
-        let ended = self.race.sample(model, sample.time_us, &sample.attitude, &sample.velocity, &sample.input);
+        let ended = self.comparison.sample(model, sample.time_us, &sample.attitude, &sample.velocity, &sample.input);
         if !ended {
             return Decision::Keep;
         }
-        self.adoptions.judge(now_us, &self.identifier, &mut self.race, &settings.app)
+        self.adoptions.judge(now_us, &self.identifier, &mut self.comparison, &settings.app)
     }
 
     /// The identified parameters for the host, when it is time for them.
@@ -273,11 +273,11 @@ impl Backseat {
     /// The candidate becomes the set in use.
     fn adopt(&mut self, now_us: u64) {
         let before = self.parameters.active().vehicle;
-        let Adaptation { adoptions, race, .. } = &mut self.adaptation;
-        let candidate = adoptions.candidate(race, &before);
+        let Adaptation { adoptions, comparison, .. } = &mut self.adaptation;
+        let candidate = adoptions.candidate(comparison, &before);
         let used = candidate.is_some_and(|vehicle| self.use_vehicle(&vehicle));
-        let Adaptation { adoptions, race, .. } = &mut self.adaptation;
-        adoptions.adopted(now_us, race, used.then_some(&before));
+        let Adaptation { adoptions, comparison, .. } = &mut self.adaptation;
+        adoptions.adopted(now_us, comparison, used.then_some(&before));
     }
 
     /// The host's request for the set from before the last adoption.
@@ -294,8 +294,8 @@ impl Backseat {
     fn revert(&mut self, now_us: u64, event: AdoptionEvent) -> bool {
         let Some(vehicle) = self.adaptation.adoptions.previous() else { return false };
         let used = self.use_vehicle(&vehicle);
-        let Adaptation { adoptions, race, .. } = &mut self.adaptation;
-        adoptions.reverted(now_us, race, event);
+        let Adaptation { adoptions, comparison, .. } = &mut self.adaptation;
+        adoptions.reverted(now_us, comparison, event);
         used
     }
 

@@ -309,5 +309,5 @@ pub static PARAMETERS: &[Parameter] = &[
     real!(live "app.refusal_timeout_s", "s", 0.5, 120.0, "a frontseat that refuses for longer keeps control", app.refusal_timeout_s),
     real!(live "app.degraded_sigma_m", "m", 1.0, 10000.0, "position sigma from which navigation is degraded", app.degraded_sigma_m),
     real!(live "app.lost_sigma_m", "m", 1.0, 100000.0, "position sigma from which the position is lost", app.lost_sigma_m),
-    whole!("app.rejections_in_a_row", "1", 1, 1000, "measurements of one sensor in a row, beyond three fifths of the gate, from which it is doubted", navigation.strikes),
+    whole!("app.rejections_in_a_row", "1", 1, 1000, "measurements of one sensor in a row, beyond three fifths of the gate, from which it is doubted", navigation.exceedances),
 ];

@@ -150,12 +150,12 @@ fn a_doubted_depth_degrades_and_then_ends_the_mission() {
     let began_us = last(&mut board).time_us;
     let way = until(&mut world, &mut board, (Mode::Degraded, ModeReason::Rejections), 10);
     assert_eq!(way.len(), 2, "{way:?}");
-    assert!(last(&mut board).time_us - began_us <= 2_300_000, "two seconds of strikes");
+    assert!(last(&mut board).time_us - began_us <= 2_300_000, "two seconds of exceedances");
     assert!(leg(&mut board).is_some(), "the mission goes on");
     until(&mut world, &mut board, (Mode::Safe, ModeReason::Rejections), 9);
     assert_eq!((leg(&mut board), world.last_servo), (None, ServoBytes::NEUTRAL), "there is no depth to steer by");
     world.run(&mut board, 10);
-    assert!(last(&mut board).sigma[Z] > 1.5, "doubt grows: {}", last(&mut board).sigma[Z]);
+    assert!(last(&mut board).sigma[Z] > 1.5, "suspicion grows: {}", last(&mut board).sigma[Z]);
     board.request(&ToBoard::MissionStart);
     assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::NotReady)), "that its readings agree is not enough");
     let mut seconds = 0;
@@ -164,7 +164,7 @@ fn a_doubted_depth_degrades_and_then_ends_the_mission() {
         board.request(&ToBoard::MissionStart);
         seconds += 1;
     }
-    assert!((5..40).contains(&seconds), "{seconds} s: consistent with the doubt");
+    assert!((5..40).contains(&seconds), "{seconds} s: consistent with the suspicion");
     assert!(last(&mut board).sigma[Z] > 3.0, "it covers both stories: {}", last(&mut board).sigma[Z]);
 }
 

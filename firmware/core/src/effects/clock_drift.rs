@@ -1,6 +1,6 @@
 //! `clock_drift`: the offset of one-way travel times grows with time since the epoch.
 
-use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -14,7 +14,7 @@ pub const INFO: EffectInfo = EffectInfo {
         condition: "a short log",
         separating_manoeuvre: "a longer log",
     }],
-    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Range], apply }), ..Hooks::NONE },
+    hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Range], apply }), ..Hooks::NONE },
 };
 
 fn apply(values: &[f64], moment: &Moment, reading: &mut [f64; 3]) -> Slopes {

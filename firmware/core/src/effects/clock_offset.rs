@@ -1,6 +1,6 @@
 //! `clock_offset`: one-way travel times measured minus true.
 
-use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -13,7 +13,7 @@ pub const INFO: EffectInfo = EffectInfo {
         Confusion { effect: "sound_speed", condition: "ranges all alike", separating_manoeuvre: "near and far ranges" },
         Confusion { effect: "clock_drift", condition: "a short log", separating_manoeuvre: "a longer log" },
     ],
-    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Range], apply }), ..Hooks::NONE },
+    hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Range], apply }), ..Hooks::NONE },
 };
 
 fn apply(values: &[f64], moment: &Moment, reading: &mut [f64; 3]) -> Slopes {

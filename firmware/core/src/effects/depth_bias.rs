@@ -2,7 +2,7 @@
 //!
 //! Seen only against a known depth: an antenna of known height at the surface, or slant ranges at short distance.
 
-use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -16,7 +16,7 @@ pub const INFO: EffectInfo = EffectInfo {
         condition: "slant ranges only",
         separating_manoeuvre: "surface, or ranges at several distances",
     }],
-    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Depth], apply }), ..Hooks::NONE },
+    hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Depth], apply }), ..Hooks::NONE },
 };
 
 fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {

@@ -1,6 +1,6 @@
 //! `dvl_misalignment`: the DVL is mounted turned by yaw, then pitch: v_m = Ry(pitch)ᵀ Rz(yaw)ᵀ v.
 
-use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -21,7 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
             separating_manoeuvre: "depth, dives",
         },
     ],
-    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Dvl], apply }), ..Hooks::NONE },
+    hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Dvl], apply }), ..Hooks::NONE },
 };
 
 fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {

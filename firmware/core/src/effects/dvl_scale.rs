@@ -2,7 +2,7 @@
 //!
 //! Sound speed at the DVL, or its geometry.
 
-use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -28,7 +28,7 @@ pub const INFO: EffectInfo = EffectInfo {
             separating_manoeuvre: "two propeller speeds, held for minutes each",
         },
     ],
-    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Dvl], apply }), ..Hooks::NONE },
+    hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Dvl], apply }), ..Hooks::NONE },
 };
 
 fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {

@@ -1,6 +1,6 @@
 //! `gyro_bias`: body rates measured minus true.
 
-use super::{Channel, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+use super::{SensorChannel, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -14,7 +14,7 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "omega_m = omega + bias",
     signature: "measured rates do not integrate to the measured attitude",
     confused_with: &[],
-    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Rates], apply }), ..Hooks::NONE },
+    hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Rates], apply }), ..Hooks::NONE },
 };
 
 fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {

@@ -2,7 +2,7 @@
 //!
 //! Hard iron makes the harmonics; a misaligned compass or a magnetic declination the constant.
 
-use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -27,7 +27,7 @@ pub const INFO: EffectInfo = EffectInfo {
             separating_manoeuvre: "turns with the dynamic model",
         },
     ],
-    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Attitude], apply }), ..Hooks::NONE },
+    hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Attitude], apply }), ..Hooks::NONE },
 };
 
 fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {

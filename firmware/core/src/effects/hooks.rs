@@ -12,9 +12,9 @@ pub type InputHook = fn(values: &[f64], step: &Step, memory: &mut ActuatorMemory
 /// Velocity of the water [north, east], m/s.
 pub type WaterHook = fn(values: &[f64]) -> [f64; 2];
 /// Variance added to each scalar of a channel.
-pub type VarianceHook = fn(values: &[f64], channel: Channel) -> f64;
+pub type VarianceHook = fn(values: &[f64], channel: SensorChannel) -> f64;
 /// Gate on a channel, sigmas.
-pub type GateHook = fn(values: &[f64], channel: Channel) -> Option<f64>;
+pub type GateHook = fn(values: &[f64], channel: SensorChannel) -> Option<f64>;
 
 /// The functions of an entry; those that it does not need are absent, which is the identity. The values passed are those
 /// of the entry's parameters, in their order.
@@ -75,7 +75,7 @@ pub struct ActuatorMemory {
 
 /// What is measured together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channel {
+pub enum SensorChannel {
     /// Depth, m.
     Depth,
     /// Roll, pitch, heading, rad.
@@ -94,7 +94,7 @@ pub enum Channel {
     Gnss,
 }
 
-impl Channel {
+impl SensorChannel {
     /// All, in the order of their discriminants.
     pub const ALL: [Self; Self::COUNT] = [
         Self::Depth,
@@ -123,7 +123,7 @@ pub struct Moment {
 #[derive(Clone, Copy, Debug)]
 pub struct Measure {
     /// The channels it acts on.
-    pub channels: &'static [Channel],
+    pub channels: &'static [SensorChannel],
     /// Changes a reading (unused components are zero) and says how.
     pub apply: fn(values: &[f64], moment: &Moment, reading: &mut [f64; 3]) -> Slopes,
 }

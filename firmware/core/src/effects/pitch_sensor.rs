@@ -1,6 +1,6 @@
 //! `pitch_sensor`: measured pitch = (1 + scale) pitch + bias.
 
-use super::{Channel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -17,7 +17,7 @@ pub const INFO: EffectInfo = EffectInfo {
             separating_manoeuvre: "depth, dives",
         },
     ],
-    hooks: Hooks { measure: Some(Measure { channels: &[Channel::Attitude], apply }), ..Hooks::NONE },
+    hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Attitude], apply }), ..Hooks::NONE },
 };
 
 fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {

@@ -2,7 +2,7 @@
 //!
 //! A filter that knows of them gates ranges at three sigmas: beyond, an outlier is likelier than noise.
 
-use super::{Channel, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{SensorChannel, EffectInfo, Enters, Hooks, ParameterInfo};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -15,6 +15,6 @@ pub const INFO: EffectInfo = EffectInfo {
     hooks: Hooks { gate_sigma: Some(gate_sigma), ..Hooks::NONE },
 };
 
-fn gate_sigma(_: &[f64], channel: Channel) -> Option<f64> {
-    matches!(channel, Channel::Range | Channel::TwoWayRange).then_some(3.0)
+fn gate_sigma(_: &[f64], channel: SensorChannel) -> Option<f64> {
+    matches!(channel, SensorChannel::Range | SensorChannel::TwoWayRange).then_some(3.0)
 }

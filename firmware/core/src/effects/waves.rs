@@ -2,7 +2,7 @@
 //!
 //! Of a sine of that amplitude the DVL sees half its square as variance, of a period far below the filter's memory.
 
-use super::{Channel, EffectInfo, Enters, Hooks, ParameterInfo, ParameterKind};
+use super::{SensorChannel, EffectInfo, Enters, Hooks, ParameterInfo, ParameterKind};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -18,9 +18,9 @@ pub const INFO: EffectInfo = EffectInfo {
     hooks: Hooks { variance: Some(variance), ..Hooks::NONE },
 };
 
-fn variance(values: &[f64], channel: Channel) -> f64 {
+fn variance(values: &[f64], channel: SensorChannel) -> f64 {
     match (channel, values) {
-        (Channel::Dvl, [amplitude, _]) => 0.5 * amplitude * amplitude,
+        (SensorChannel::Dvl, [amplitude, _]) => 0.5 * amplitude * amplitude,
         _ => 0.0,
     }
 }

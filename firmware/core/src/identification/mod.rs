@@ -8,7 +8,7 @@
 //! regressor   Y with Y θ = h, shared with offline methods        projection  the box around the prior
 //! filter      low-pass and equal delay of all                    excitation  gains; what is seen, collinear, frozen
 //! config      settings                                           drift       estimates against their own noise
-//! identifier  all of it, one call a sample                     race        which of several sets predicts better
+//! identifier  all of it, one call a sample                     model_comparison  which of several sets predicts better
 //! fault       a fin, drag, thrust, water: which one changed
 //! ```
 //!
@@ -23,16 +23,16 @@ mod fault;
 mod filter;
 mod identifier;
 mod projection;
-mod race;
+mod model_comparison;
 pub mod regressor;
 pub mod theta;
 
 pub use config::{ConfigError, IdentificationConfig, Scale};
 pub use drift::DriftMonitor;
 pub use excitation::{Excitation, ParameterExcitation, Visibility};
-pub use fault::{Cause, Diagnosis, FaultMonitor, FaultState};
+pub use fault::{FaultCause, Diagnosis, FaultMonitor, FaultState};
 pub use filter::{DELAY, Measured, PreFilter};
 pub use identifier::{Identifier, Outcome, Report};
 pub use projection::ParameterBox;
-pub use race::{Evidence, FEWEST_STRETCHES, HORIZON_STEPS, Place, Race};
+pub use model_comparison::{ComparisonEvidence, FEWEST_STRETCHES, HORIZON_STEPS, ModelRole, ModelComparison};
 pub use theta::{PARAMETERS, Theta};

@@ -3,16 +3,13 @@
 
 use super::estimate::Estimate;
 use super::layout::{CLONE_VELOCITY, CloneKind, SHIP_VELOCITY};
+use super::models::{self, Distance, distance};
 use super::observation::{Observation, Refused};
 use super::row::Row;
 use super::{AcousticPath, FusionOutcome, NavigationConfig, ShipEnd, ShipReport, VehicleEnd};
 use crate::dynamics::Attitude;
-use crate::effects::water_current;
 use crate::state::{PHI, U, X};
 use nalgebra::Vector3;
-
-/// Below this distance the direction of the path means nothing, m.
-const MIN_DISTANCE_M: f64 = 1.0e-3;
 
 /// Both ends, resolved against the state.
 pub(super) struct Path<'a> {
@@ -22,6 +19,8 @@ pub(super) struct Path<'a> {
     pub(super) dp: Vector3<f64>,
     /// |dp|, m.
     pub(super) distance_m: f64,
+    /// Unit vector from the ship to the vehicle: ∂|dp|/∂dp.
+    pub(super) direction: Vector3<f64>,
 }
 
 enum Vehicle {
@@ -61,12 +60,8 @@ impl<'a> Path<'a> {
             ShipEnd::Reported(report) => (Ship::Reported(report), report.position_m),
         };
         let dp = p_vehicle - Vector3::new(north, east, config.ship_transducer_depth_m);
-        let distance_m = libm::sqrt(dp.dot(&dp));
-        if distance_m.is_finite() && distance_m >= MIN_DISTANCE_M {
-            Ok(Self { vehicle, ship, dp, distance_m })
-        } else {
-            Err(FusionOutcome::Invalid)
-        }
+        let Distance { distance_m, direction } = distance(&dp).ok_or(FusionOutcome::Invalid)?;
+        Ok(Self { vehicle, ship, dp, distance_m, direction })
     }
 
     /// Whether the ship's end is one and the same: a reported ship is where it replied.
@@ -76,11 +71,6 @@ impl<'a> Path<'a> {
             (Ship::Reported(_), Ship::Reported(_)) => true,
             _ => false,
         }
-    }
-
-    /// Unit vector from the ship to the vehicle: ∂|dp|/∂dp.
-    pub(super) fn direction(&self) -> Vector3<f64> {
-        self.dp / self.distance_m
     }
 
     /// dv = v_vehicle − v_ship over ground, NED, m/s; `attitude` is the present one.
@@ -147,10 +137,9 @@ pub(super) fn report_variance(report: &ShipReport, by: &Gradient) -> f64 {
 /// Row of a scalar that depends on the vehicle's velocity over ground R ν + c by `by`.
 pub(super) fn push_ground_velocity(x: &Estimate, attitude: &Attitude, by: &Vector3<f64>, row: &mut Row) {
     let nu = Vector3::from(x.block::<3>(U));
-    let by_attitude = attitude.rotated_by_attitude(&nu).tr_mul(by);
-    let by_nu = attitude.rotation().tr_mul(by);
-    row.push_vector(PHI, &by_attitude);
-    row.push_vector(U, &by_nu);
+    let ground = models::ground_velocity(attitude, &nu, &x.current());
+    row.push_vector(PHI, &ground.by_attitude.tr_mul(by));
+    row.push_vector(U, &ground.rotation.tr_mul(by));
     if let Some(at) = x.layout.current() {
         row.push(at, by.x);
         row.push(at + 1, by.y);
@@ -172,5 +161,5 @@ pub(super) fn by_position(position: Vector3<f64>) -> Gradient {
 
 /// Velocity over ground of the vehicle, R ν + c.
 pub(super) fn ground_velocity(x: &Estimate, attitude: &Attitude) -> Vector3<f64> {
-    water_current::ground_velocity(&attitude.rotation(), &Vector3::from(x.block::<3>(U)), &x.current())
+    models::ground_velocity(attitude, &Vector3::from(x.block::<3>(U)), &x.current()).velocity_mps
 }

@@ -119,8 +119,8 @@ pub struct NavigationConfig {
     pub ship_transducer_depth_m: f64,
     /// A scalar innovation beyond this many of its own sigmas is rejected.
     pub gate_sigma: f64,
-    /// So many measurements of one sensor in a row beyond three fifths of the gate, and it is doubted.
-    pub strikes: u32,
+    /// So many measurements of one sensor in a row beyond three fifths of the gate, and it is suspect.
+    pub exceedances: u32,
     /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first, as in
     /// the thesis.
     pub range_curvature: f64,
@@ -148,7 +148,7 @@ impl NavigationConfig {
         sound_speed_mps: Installation::DEFAULT.sound_speed_mps,
         ship_transducer_depth_m: Installation::DEFAULT.ship_transducer_depth_m,
         gate_sigma: 5.0,
-        strikes: 3,
+        exceedances: 3,
         range_curvature: 0.05,
     };
 
@@ -173,7 +173,7 @@ impl NavigationConfig {
         sound_speed_mps: 0.0,
         ship_transducer_depth_m: 0.0,
         gate_sigma: 0.0,
-        strikes: 0,
+        exceedances: 0,
         range_curvature: 0.0,
     };
 }

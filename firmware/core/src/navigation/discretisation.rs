@@ -9,7 +9,7 @@
 //! Van Loan's matrix exponential to 1e-6 and Q_d to 1e-5, far closer than holding F over the step (2e-5 in x) or knowing Q, at a tenth of its cost.
 //! A step too long for the series is halved until it is not, and the halves are composed.
 
-use super::effects::PLANT_STATES;
+use super::layout::PLANT_STATES;
 use crate::dynamics::Linearisation;
 use crate::state::{P, PHI, PSI, THETA, U, V, VEHICLE_STATES, VehicleState, W, X, Y};
 use nalgebra::{ArrayStorage, Vector6};

@@ -7,15 +7,12 @@ use super::observation::Observations;
 use super::row::Row;
 use super::{ConfigError, NavigationConfig};
 use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use crate::effects::{ActuatorMemory, CATALOGUE, Channel, EffectSet, Hooks, Moment, ParameterKind, Step};
+use crate::effects::{ActuatorMemory, CATALOGUE, SensorChannel, EffectSet, Hooks, Moment, ParameterKind, Step};
 use crate::state;
 
 /// A bit for each entry of the catalogue.
 type Entries = u32;
 const _: () = assert!(CATALOGUE.len() <= Entries::BITS as usize);
-
-/// Most plant parameters that can be states: those with a `wrench_by`.
-pub(super) const PLANT_STATES: usize = 2;
 
 /// Which entries are at work, by what they do, and what they remember.
 pub(super) struct Effects {
@@ -26,9 +23,9 @@ pub(super) struct Effects {
     plant_states: Entries,
     input: Entries,
     /// Those that change what a channel's sensors read, or its noise.
-    measure: [Entries; Channel::COUNT],
+    measure: [Entries; SensorChannel::COUNT],
     /// Those that narrow a channel's gate.
-    gate: [Entries; Channel::COUNT],
+    gate: [Entries; SensorChannel::COUNT],
     /// The plant changes next, s since the epoch.
     next_onset_s: f64,
     memory: ActuatorMemory,
@@ -85,8 +82,8 @@ impl Effects {
             plant: 0,
             plant_states: 0,
             input: 0,
-            measure: [0; Channel::COUNT],
-            gate: [0; Channel::COUNT],
+            measure: [0; SensorChannel::COUNT],
+            gate: [0; SensorChannel::COUNT],
             next_onset_s: 0.0,
             memory: ActuatorMemory { fins_rad: None },
             declared: None,
@@ -115,16 +112,16 @@ impl Effects {
         self.plant = with(|hooks| hooks.plant.is_some());
         self.plant_states = self.plant & states;
         self.input = with(|hooks| hooks.input.is_some());
-        self.measure = [0; Channel::COUNT];
+        self.measure = [0; SensorChannel::COUNT];
         for (index, hooks) in entries(present) {
-            for channel in Channel::ALL {
+            for channel in SensorChannel::ALL {
                 let measures = hooks.measure.is_some_and(|measure| measure.channels.contains(&channel));
                 if measures || hooks.variance.is_some() {
                     self.measure[channel as usize] |= 1 << index;
                 }
             }
         }
-        self.gate = [with(|hooks| hooks.gate_sigma.is_some()); Channel::COUNT];
+        self.gate = [with(|hooks| hooks.gate_sigma.is_some()); SensorChannel::COUNT];
     }
 
     /// Adopts a vehicle, which the next step retunes.
@@ -231,7 +228,7 @@ impl Effects {
     #[inline(never)]
     pub(super) fn observe(
         &self,
-        channel: Channel,
+        channel: SensorChannel,
         readings: &[f64],
         t_s: f64,
         config: &NavigationConfig,
@@ -269,7 +266,7 @@ impl Effects {
     }
 
     /// The gate on a channel, sigmas.
-    pub(super) fn gate_sigma(&self, channel: Channel, config: &NavigationConfig, x: &Estimate) -> f64 {
+    pub(super) fn gate_sigma(&self, channel: SensorChannel, config: &NavigationConfig, x: &Estimate) -> f64 {
         let mut gate = config.gate_sigma;
         for (index, hooks) in entries(self.gate[channel as usize]) {
             let narrower = hooks.gate_sigma.and_then(|gate| gate(Values::of(index, config, x).as_slice(), channel));
@@ -279,7 +276,7 @@ impl Effects {
     }
 
     /// Whether any effect is seen on a channel.
-    pub(super) fn change(&self, channel: Channel) -> bool {
+    pub(super) fn change(&self, channel: SensorChannel) -> bool {
         self.measure[channel as usize] != 0
     }
 }
@@ -297,7 +294,7 @@ pub(super) fn water_of(effects: &EffectSet) -> [f64; 2] {
 }
 
 /// What an ideal sensor would have read where one with the fixed effects read `measured`, at the epoch.
-pub(super) fn ideal_reading(config: &NavigationConfig, channel: Channel, measured: [f64; 3]) -> [f64; 3] {
+pub(super) fn ideal_reading(config: &NavigationConfig, channel: SensorChannel, measured: [f64; 3]) -> [f64; 3] {
     let moment = Moment { t_s: 0.0, sound_speed_mps: config.sound_speed_mps };
     let mut ideal = measured;
     // Effects change a reading by less than a third of itself: each round wins half a digit at least, most far more.

@@ -4,7 +4,7 @@
 //! corrected by what earlier ones moved. That equals the batch update of the whole vector whatever
 //! the order, and ν²/S of the scalars are independent.
 
-use super::gate::{STRIKE, largest_sigma};
+use super::innovation_monitor::{EXCEEDANCE, largest_sigma};
 use super::observation::{Observation, Refused};
 use super::{
     FusionOutcome, FusionRecord, Fusions, Measurement, NavigationError, Navigator, Sensor, meas_attitude, meas_depth,
@@ -46,7 +46,7 @@ impl Navigator {
 
     /// Fills `observations`.
     fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
-        self.gate.sigma = self.effects.gate_sigma(measurement.channel(), &self.config, &self.x);
+        self.monitor.sigma = self.effects.gate_sigma(measurement.channel(), &self.config, &self.x);
         let (x, config, out) = (&self.x, &self.config, &mut self.observations);
         let sigma = &config.sensors;
         out.clear();
@@ -82,14 +82,14 @@ impl Navigator {
     }
 
     fn update(&mut self, sensor: Sensor, fusions: &mut Fusions) {
-        if self.gate.alert && sensor == Sensor::VehicleGnss {
+        if self.monitor.alert && sensor == Sensor::VehicleGnss {
             // a fix is judged by the whole of what the position may be wrong
-            let [sigma, ..] = self.gate.floor(Sensor::Range);
+            let [sigma, ..] = self.monitor.floor(Sensor::Range);
             self.leave_at_least(sensor, [sigma; 3]);
         }
         let mut variance = self.project(0);
         let ratio = self.worst_test_ratio(variance);
-        let alert = ratio > STRIKE || self.gate.alert;
+        let alert = ratio > EXCEEDANCE || self.monitor.alert;
         // A rate is a line only near the place it is taken at.
         let far = sensor == Sensor::RangeRate && self.p.get(X, X) + self.p.get(Y, Y) > FAR_M * FAR_M;
         if far || (alert && !self.weigh(sensor, ratio)) {
@@ -111,7 +111,7 @@ impl Navigator {
             }
         }
         if alert && sensor != Sensor::Range {
-            self.leave_at_least(sensor, self.gate.floor(sensor));
+            self.leave_at_least(sensor, self.monitor.floor(sensor));
         }
     }
 
@@ -160,7 +160,7 @@ impl Navigator {
     }
 
     fn test_ratio(&self, innovation: f64, variance: f64) -> f64 {
-        innovation * innovation / (self.gate.sigma * self.gate.sigma * variance)
+        innovation * innovation / (self.monitor.sigma * self.monitor.sigma * variance)
     }
 
     #[cold]
@@ -190,35 +190,35 @@ impl Navigator {
         FusionRecord { sensor, axis: axis as u8, time_us: self.time_us, innovation, variance, test_ratio, outcome }
     }
 
-    /// Whether a measurement that is a strike, or comes while something is out of order, is used.
+    /// Whether a measurement that is an exceedance, or comes while something is out of order, is used.
     #[cold]
     #[inline(never)]
     fn weigh(&mut self, sensor: Sensor, ratio: f64) -> bool {
         // One packet, one story: where its range is not believed, its range rate means another geometry.
-        if sensor == Sensor::RangeRate && self.gate.is_doubted(Sensor::Range) {
+        if sensor == Sensor::RangeRate && self.monitor.is_suspect(Sensor::Range) {
             return false;
         }
         let items = self.observations.as_slice();
-        let most = self.config.strikes;
-        if ratio > STRIKE {
+        let most = self.config.exceedances;
+        if ratio > EXCEEDANCE {
             let variance = items.iter().fold(0.0, |most: f64, item| most.max(self.total_variance(item)));
-            self.gate.strike(sensor, self.time_us, items, variance, most);
-            return ratio <= 1.0 && !self.gate.is_doubted(sensor);
+            self.monitor.exceedance(sensor, self.time_us, items, variance, most);
+            return ratio <= 1.0 && !self.monitor.is_suspect(sensor);
         }
-        let bound = STRIKE * self.gate.sigma * self.gate.sigma;
+        let bound = EXCEEDANCE * self.monitor.sigma * self.monitor.sigma;
         let alone = items.iter().all(|item| {
-            let variance = self.gate.undoubted(sensor, self.total_variance(item));
+            let variance = self.monitor.variance_without_suspicion(sensor, self.total_variance(item));
             item.innovation * item.innovation <= bound * variance
         });
-        self.gate.consistent(sensor, self.time_us, alone, most)
+        self.monitor.consistent(sensor, self.time_us, alone, most)
     }
 
-    /// Adds what doubt adds over a step of the prediction.
+    /// Adds what suspicion adds over a step of the prediction.
     #[cold]
     #[inline(never)]
-    pub(super) fn doubt(&mut self, step_s: f64) {
+    pub(super) fn grow_suspects(&mut self, step_s: f64) {
         for sensor in Sensor::ALL {
-            let growth = self.gate.grow(sensor, self.time_us, step_s);
+            let growth = self.monitor.grow(sensor, self.time_us, step_s);
             let largest = largest_sigma(sensor);
             for i in self.positioned_by(sensor) {
                 let room = largest * largest - self.p.get(i, i);

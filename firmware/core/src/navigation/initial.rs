@@ -3,7 +3,7 @@
 use super::effects::{ideal_reading, water_of};
 use super::{NavigationConfig, ShipReport};
 use crate::dynamics::Attitude;
-use crate::effects::Channel;
+use crate::effects::SensorChannel;
 use crate::state::VehicleState;
 use nalgebra::Vector3;
 
@@ -48,12 +48,12 @@ impl InitialState {
     ) -> Self {
         let sensors = &config.sensors;
         let current = config.effect_states.current().map_or(0.0, |current| current.initial_sigma);
-        let [depth_m, ..] = ideal_reading(config, Channel::Depth, [depth_m, 0.0, 0.0]);
-        let euler_rad = ideal_reading(config, Channel::Attitude, euler_rad);
-        let rates_radps = ideal_reading(config, Channel::Rates, rates_radps);
+        let [depth_m, ..] = ideal_reading(config, SensorChannel::Depth, [depth_m, 0.0, 0.0]);
+        let euler_rad = ideal_reading(config, SensorChannel::Attitude, euler_rad);
+        let rates_radps = ideal_reading(config, SensorChannel::Rates, rates_radps);
         let (velocity, velocity_sigma) = match speed {
             InitialSpeed::Dvl(velocity) => {
-                let over_ground = ideal_reading(config, Channel::Dvl, velocity);
+                let over_ground = ideal_reading(config, SensorChannel::Dvl, velocity);
                 (
                     through_water(over_ground, euler_rad, config),
                     [libm::sqrt(sensors.dvl_mps * sensors.dvl_mps + current * current); 3],

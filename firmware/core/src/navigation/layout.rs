@@ -5,6 +5,8 @@ use crate::state::VEHICLE_STATES;
 
 /// Most effect states.
 pub(super) const MAX_EFFECTS: usize = 4;
+/// Most effect states that change the acceleration: those with a `wrench_by`.
+pub(super) const PLANT_STATES: usize = 2;
 /// Ship states [x y ψ ẋ ẏ ψ̇].
 pub(super) const SHIP_STATES: usize = 6;
 /// States of one clone: the ship's six, or the vehicle's position and velocity over ground.

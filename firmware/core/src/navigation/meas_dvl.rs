@@ -6,11 +6,10 @@
 //! the DVL judges that.
 
 use super::estimate::Estimate;
+use super::models::{BottomTrack, bottom_track};
 use super::observation::Observations;
 use crate::dynamics::Attitude;
-use crate::effects::water_current;
 use crate::state::{self, PHI, U};
-use nalgebra::Vector3;
 
 pub(super) fn observe_bottom(x: &Estimate, velocity_mps: &[f64; 3], sigma_mps: f64, out: &mut Observations) {
     observe_water(x, velocity_mps, sigma_mps, out);
@@ -19,12 +18,9 @@ pub(super) fn observe_bottom(x: &Estimate, velocity_mps: &[f64; 3], sigma_mps: f
         return;
     }
     let attitude = Attitude::new(&state::attitude(&x.vehicle));
-    let rotation = attitude.rotation();
-    let over_ground = water_current::bottom_track(&rotation, &Vector3::zeros(), &x.current());
-    // R (Rᵀc) = c stays, hence ∂(Rᵀc) = −Rᵀ ∂R (Rᵀc).
-    let by_attitude = -rotation.tr_mul(&attitude.rotated_by_attitude(&over_ground));
+    let BottomTrack { current_in_body, by_attitude, rotation } = bottom_track(&attitude, &x.current());
     for (i, observation) in out.as_mut_slice().iter_mut().enumerate().take(3) {
-        observation.innovation -= over_ground[i];
+        observation.innovation -= current_in_body[i];
         for k in 0..3 {
             observation.row.push(PHI + k, by_attitude[(i, k)]);
         }

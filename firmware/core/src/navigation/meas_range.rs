@@ -34,7 +34,7 @@ pub(super) fn observe(
     let curvature_m = curvature(x, p, path, config, observation);
     observation.row.clear();
 
-    let gradient = by_position(path.direction());
+    let gradient = by_position(path.direction);
     observation.innovation = range_m - path.distance_m - 0.5 * curvature_m;
     observation.variance = config.sensors.range_m * config.sensors.range_m + 0.5 * curvature_m * curvature_m;
     path.add_vehicle(x, None, &gradient, observation);

@@ -8,8 +8,9 @@
 
 use super::acoustic::{Gradient, Path, report_variance};
 use super::estimate::Estimate;
+use super::models::range_rate;
 use super::observation::{Observations, Refused};
-use super::{AcousticPath, NavigationConfig};
+use super::{AcousticPath, FusionOutcome, NavigationConfig};
 use crate::dynamics::Attitude;
 use crate::state;
 
@@ -23,13 +24,10 @@ pub(super) fn observe(
     let path = Path::new(x, path, config);
     let path = path.as_ref().map_err(|refused| *refused)?;
     let attitude = Attitude::new(&state::attitude(&x.vehicle));
-    let direction = path.direction();
-    let dv = path.relative_velocity(x, &attitude);
-    let range_rate = direction.dot(&dv);
-    let across = dv - direction * range_rate;
-    let gradient = Gradient { position: across / path.distance_m, velocity: direction };
+    let rate = range_rate(&path.dp, &path.relative_velocity(x, &attitude)).ok_or(FusionOutcome::Invalid)?;
+    let gradient = Gradient { position: rate.by_position, velocity: rate.by_velocity };
     let noise = config.sensors.range_rate_mps * config.sensors.range_rate_mps;
-    let observation = out.add(range_rate_mps - range_rate, noise);
+    let observation = out.add(range_rate_mps - rate.range_rate_mps, noise);
     path.add_vehicle(x, Some(&attitude), &gradient, observation);
     if let Some(report) = path.add_ship(&gradient, observation) {
         observation.variance += report_variance(report, &gradient);

@@ -23,8 +23,8 @@ pub(super) fn observe(
     let back = back.as_ref().map_err(|refused| *refused)?;
     let noise = config.sensors.range_m * config.sensors.range_m;
     let observation = out.add(range_m - 0.5 * outward.distance_m - 0.5 * back.distance_m, noise);
-    let by_outward = by_position(outward.direction() * 0.5);
-    let by_back = by_position(back.direction() * 0.5);
+    let by_outward = by_position(outward.direction * 0.5);
+    let by_back = by_position(back.direction * 0.5);
     outward.add_vehicle(x, None, &by_outward, observation);
     back.add_vehicle(x, None, &by_back, observation);
     if outward.shares_ship(back) {

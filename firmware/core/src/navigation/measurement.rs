@@ -1,6 +1,6 @@
 //! What can be fused, and the one record that every fusion leaves.
 
-use crate::effects::Channel;
+use crate::effects::SensorChannel;
 
 /// A sensor as the consistency statistics know it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -209,16 +209,16 @@ impl Measurement {
     }
 
     /// What its errors are common to.
-    pub(super) const fn channel(&self) -> Channel {
+    pub(super) const fn channel(&self) -> SensorChannel {
         match self {
-            Self::Depth { .. } => Channel::Depth,
-            Self::Attitude { .. } => Channel::Attitude,
-            Self::Rates { .. } => Channel::Rates,
-            Self::BottomTrack { .. } | Self::WaterTrack { .. } => Channel::Dvl,
-            Self::VehicleGnss { .. } | Self::ShipGnss { .. } => Channel::Gnss,
-            Self::Range { .. } => Channel::Range,
-            Self::RangeRate { .. } => Channel::RangeRate,
-            Self::TwoWayRange { .. } => Channel::TwoWayRange,
+            Self::Depth { .. } => SensorChannel::Depth,
+            Self::Attitude { .. } => SensorChannel::Attitude,
+            Self::Rates { .. } => SensorChannel::Rates,
+            Self::BottomTrack { .. } | Self::WaterTrack { .. } => SensorChannel::Dvl,
+            Self::VehicleGnss { .. } | Self::ShipGnss { .. } => SensorChannel::Gnss,
+            Self::Range { .. } => SensorChannel::Range,
+            Self::RangeRate { .. } => SensorChannel::RangeRate,
+            Self::TwoWayRange { .. } => SensorChannel::TwoWayRange,
         }
     }
 

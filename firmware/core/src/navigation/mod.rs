@@ -27,8 +27,8 @@ mod effects;
 mod error;
 mod estimate;
 mod fusion;
-mod gate;
 mod initial;
+mod innovation_monitor;
 mod layout;
 mod meas_attitude;
 mod meas_depth;
@@ -40,19 +40,14 @@ mod meas_ship_gnss;
 mod meas_two_way;
 mod meas_vehicle_gnss;
 mod measurement;
+pub mod models;
 mod navigator;
 mod observation;
 mod prediction;
 mod propagation;
 mod row;
 #[cfg(test)]
-mod val_delayed;
-#[cfg(test)]
-mod val_endurance;
-#[cfg(test)]
-mod val_rows;
-#[cfg(test)]
-mod val_vectors;
+mod tests;
 
 pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, SurfaceNoise};
 pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};

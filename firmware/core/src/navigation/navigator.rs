@@ -5,7 +5,7 @@ use super::digest::Digest;
 use super::discretisation::Discretisation;
 use super::effects::{Effects, water_of};
 use super::estimate::Estimate;
-use super::gate::Gate;
+use super::innovation_monitor::InnovationMonitor;
 use super::layout::{EFFECTS, SHIP_STATES, SHIP_VELOCITY};
 use super::observation::Observations;
 use super::{
@@ -24,7 +24,7 @@ pub struct Navigator {
     pub(super) failure: Option<NavigationError>,
     pub(super) x: Estimate,
     pub(super) p: Covariance,
-    pub(super) gate: Gate,
+    pub(super) monitor: InnovationMonitor,
     /// What the declared model lacks.
     pub(super) effects: Effects,
     /// Scratch of the prediction.
@@ -49,7 +49,7 @@ impl Navigator {
             failure: None,
             x: Estimate::new(),
             p: Covariance::new(),
-            gate: Gate::new(),
+            monitor: InnovationMonitor::new(),
             effects: Effects::new(),
             step: Discretisation::new(),
             observations: Observations::new(),
@@ -164,7 +164,7 @@ impl Navigator {
             self.p.set_diagonal(at, &[state.initial_sigma]);
         }
         self.effects.restart();
-        self.gate = Gate::new();
+        self.monitor = InnovationMonitor::new();
         self.time_us = time_us;
         self.failure = None;
         self.initialised = true;
@@ -275,14 +275,14 @@ impl Navigator {
     }
 
     /// Covariance of states `i` and `j`; 0 beyond the last. That of the position covers both stories while ranges are
-    /// contested, which P itself does not ([`Self::contested_sigma`]).
+    /// unconfirmed, which P itself does not ([`Self::unconfirmed_sigma`]).
     #[must_use]
     pub fn covariance(&self, i: usize, j: usize) -> f64 {
         if i.max(j) >= self.dimension() {
             return 0.0;
         }
-        let [contested, ..] = if i == j && i <= Y { self.gate.floor(Sensor::Range) } else { [0.0; 3] };
-        self.p.get(i, j) + contested * contested
+        let [unconfirmed, ..] = if i == j && i <= Y { self.monitor.floor(Sensor::Range) } else { [0.0; 3] };
+        self.p.get(i, j) + unconfirmed * unconfirmed
     }
 
     /// Copies the vehicle's covariance.
@@ -303,27 +303,27 @@ impl Navigator {
     /// Whether one sensor and the filter contradict each other: nothing of it is fused, and what it positions is
     /// propagated with more noise until it is consistent again, or silent.
     #[must_use]
-    pub fn is_doubted(&self, sensor: Sensor) -> bool {
-        self.gate.is_doubted(sensor)
+    pub fn is_suspect(&self, sensor: Sensor) -> bool {
+        self.monitor.is_suspect(sensor)
     }
 
     /// One sigma below which one sensor does not bring what it positions, because it came back with another story than
     /// the filter's and no fix has confirmed it; 0 otherwise.
     #[must_use]
-    pub fn contested_sigma(&self, sensor: Sensor) -> f64 {
-        self.gate.floor(sensor).into_iter().fold(0.0, f64::max)
+    pub fn unconfirmed_sigma(&self, sensor: Sensor) -> f64 {
+        self.monitor.floor(sensor).into_iter().fold(0.0, f64::max)
     }
 
-    /// Since when a doubted sensor has contradicted the filter, µs.
+    /// Since when a suspect sensor has contradicted the filter, µs.
     #[must_use]
-    pub fn doubted_since_us(&self, sensor: Sensor) -> Option<u64> {
-        self.gate.doubted_since_us(sensor)
+    pub fn suspect_since_us(&self, sensor: Sensor) -> Option<u64> {
+        self.monitor.suspect_since_us(sensor)
     }
 
-    /// How often one sensor was taken back after it had been doubted.
+    /// How often one sensor was taken back after it had been suspect.
     #[must_use]
     pub fn recoveries(&self, sensor: Sensor) -> u32 {
-        self.gate.recoveries(sensor)
+        self.monitor.recoveries(sensor)
     }
 
     /// 64-bit digest of time, state and covariance, bit for bit (NaN canonicalised).

@@ -120,8 +120,8 @@ impl Navigator {
                 propagate_double_integrator(&mut self.p, n, position, velocity, root * root, step_s);
             }
         }
-        if self.gate.alert {
-            self.doubt(step_s);
+        if self.monitor.alert {
+            self.grow_suspects(step_s);
         }
     }
 

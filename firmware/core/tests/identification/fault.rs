@@ -3,7 +3,7 @@
 use super::simulation::{EXCITATION, Noise, PERIOD_S, advance, start};
 use super::support::{Random, VEHICLE, model};
 use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel, VehicleParameters};
-use backseat_core::identification::{Cause, Diagnosis, FaultMonitor, FaultState};
+use backseat_core::identification::{FaultCause, Diagnosis, FaultMonitor, FaultState};
 use backseat_core::state;
 use nalgebra::{Vector3, Vector6};
 
@@ -59,15 +59,15 @@ fn val_each_fault_is_named_with_its_magnitude() {
         model(&vehicle)
     };
     let cases = [
-        (changed(|v| v.quadratic_diag[0] *= 2.0), Cause::Entanglement, 1.0),
-        (changed(|v| v.beta5_n_s2_per_rad2 *= 0.7), Cause::Fouling, 0.3),
+        (changed(|v| v.quadratic_diag[0] *= 2.0), FaultCause::Entanglement, 1.0),
+        (changed(|v| v.beta5_n_s2_per_rad2 *= 0.7), FaultCause::Fouling, 0.3),
         (
             changed(|v| {
                 v.mass_kg += 0.8;
                 v.m_diag[..3].iter_mut().for_each(|m| *m += 0.8);
                 v.b_cb_to_cg_m[0] += 0.8 * 0.3 / v.displaced_mass_kg;
             }),
-            Cause::Flooding,
+            FaultCause::Flooding,
             0.8,
         ),
     ];
@@ -75,7 +75,7 @@ fn val_each_fault_is_named_with_its_magnitude() {
         let found = diagnosis(&broken);
         assert_eq!(found.cause, cause, "{found:?}");
         assert!((found.magnitude / magnitude - 1.0).abs() < TOLERANCE, "{found:?}");
-        if cause == Cause::Flooding {
+        if cause == FaultCause::Flooding {
             assert!((found.moment_kgm - 0.24).abs() < 0.05, "{found:?}");
         }
         // What is declared with the fault in it is what moves.
@@ -96,7 +96,7 @@ fn val_the_fin_that_was_lost_is_told_from_the_others() {
         shares[usize::from(fin)] = 0.2;
         broken.set_fin_effectiveness(&shares);
         let found = diagnosis(&broken);
-        assert_eq!(found.cause, Cause::Fin(fin), "{found:?}");
+        assert_eq!(found.cause, FaultCause::Fin(fin), "{found:?}");
         assert!((found.magnitude / 0.8 - 1.0).abs() < TOLERANCE, "{found:?}");
         let (vehicle, fins) = found.compensated(&model(&VEHICLE));
         assert_eq!(vehicle, VEHICLE);

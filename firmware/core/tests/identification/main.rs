@@ -4,7 +4,7 @@ mod convergence;
 mod fault;
 mod filter;
 mod laws;
-mod race;
+mod model_comparison;
 mod robustness;
 mod simulation;
 mod support;

@@ -2,7 +2,7 @@
 
 use super::support::*;
 use backseat_core::dynamics::ActuatorInput;
-use backseat_core::effects::{CATALOGUE, Channel, EffectSet, Moment, ParameterId, ParameterKind, parameters};
+use backseat_core::effects::{CATALOGUE, SensorChannel, EffectSet, Moment, ParameterId, ParameterKind, parameters};
 use backseat_core::navigation::*;
 
 /// Every parameter at half its plausible size.
@@ -154,7 +154,7 @@ fn fly(truth: &EffectSet, states: EffectStates, seed: u64, tally: &mut Consisten
     }
     let mut simulated = Truth::of(x, current, [300.0, 100.0, 0.0, 0.0], &vehicle);
     let sigma = &config.sensors;
-    let read = |channel: Channel, t_s: f64, ideal: [f64; 3]| {
+    let read = |channel: SensorChannel, t_s: f64, ideal: [f64; 3]| {
         let mut reading = ideal;
         let moment = Moment { t_s, sound_speed_mps: config.sound_speed_mps };
         for (_, info, values) in truth.active() {
@@ -180,15 +180,15 @@ fn fly(truth: &EffectSet, states: EffectStates, seed: u64, tally: &mut Consisten
         let nu = nalgebra::Vector3::new(x[6], x[7], x[8]);
         let over_ground = nu + attitude.rotation().tr_mul(&nalgebra::Vector3::new(current[0], current[1], 0.0));
         let mut all = vec![
-            Measurement::Depth { z_m: read(Channel::Depth, t_s, [x[2], 0.0, 0.0])[0] + sigma.depth_m * noise.normal() },
+            Measurement::Depth { z_m: read(SensorChannel::Depth, t_s, [x[2], 0.0, 0.0])[0] + sigma.depth_m * noise.normal() },
             Measurement::Attitude {
-                euler_rad: noise.normals(read(Channel::Attitude, t_s, [x[3], x[4], x[5]]), sigma.attitude_rad),
+                euler_rad: noise.normals(read(SensorChannel::Attitude, t_s, [x[3], x[4], x[5]]), sigma.attitude_rad),
             },
             Measurement::Rates {
-                rates_radps: noise.normals(read(Channel::Rates, t_s, [x[9], x[10], x[11]]), sigma.rates_radps),
+                rates_radps: noise.normals(read(SensorChannel::Rates, t_s, [x[9], x[10], x[11]]), sigma.rates_radps),
             },
             Measurement::BottomTrack {
-                velocity_mps: noise.normals(read(Channel::Dvl, t_s, over_ground.into()), sigma.dvl_mps),
+                velocity_mps: noise.normals(read(SensorChannel::Dvl, t_s, over_ground.into()), sigma.dvl_mps),
             },
         ];
         if k % 1000 == 0 {
@@ -200,7 +200,7 @@ fn fly(truth: &EffectSet, states: EffectStates, seed: u64, tally: &mut Consisten
                 velocity_sigma_mps: 1e-3,
             };
             let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(report) };
-            let range_m = read(Channel::Range, t_s, [range, 0.0, 0.0])[0] + sigma.range_m * noise.normal();
+            let range_m = read(SensorChannel::Range, t_s, [range, 0.0, 0.0])[0] + sigma.range_m * noise.normal();
             all.push(Measurement::Range { path, range_m });
             all.push(Measurement::VehicleGnss { position_m: noise.normals([x[0], x[1]], sigma.gnss_m) });
         }

@@ -1,4 +1,4 @@
-//! The gate: outliers stay out, what contradicts the filter is doubted, and both kinds of error come right: a source
+//! The gate: outliers stay out, what contradicts the filter is suspect, and both kinds of error come right: a source
 //! that lies, and a filter that is wrong.
 
 use super::support::*;
@@ -15,7 +15,7 @@ struct Flight {
     ship_error_m: [f64; 2],
     /// Added to what the DVL says, m/s; `None`: no DVL.
     dvl_error_mps: Option<f64>,
-    /// Longest time in a row during which nothing was doubted or contested, √(σx² + σy²) below 30 m (so that the app would call it
+    /// Longest time in a row during which nothing was suspect or unconfirmed, √(σx² + σy²) below 30 m (so that the app would call it
     /// navigating), and the position wrong by more than three of its own sigmas, s.
     dishonest_s: u64,
     dishonest_now_s: u64,
@@ -65,8 +65,8 @@ impl Flight {
                 self.navigator.fuse(&Measurement::BottomTrack { velocity_mps });
             }
         }
-        let contested = Sensor::ALL.into_iter().any(|sensor| self.navigator.contested_sigma(sensor) > 0.0);
-        let healthy = !self.doubted() && !contested && self.navigator.horizontal_sigma_m() < 30.0;
+        let unconfirmed = Sensor::ALL.into_iter().any(|sensor| self.navigator.unconfirmed_sigma(sensor) > 0.0);
+        let healthy = !self.suspect() && !unconfirmed && self.navigator.horizontal_sigma_m() < 30.0;
         self.dishonest_now_s = if healthy && self.sigmas() > 3.0 { self.dishonest_now_s + 1 } else { 0 };
         self.dishonest_s = self.dishonest_s.max(self.dishonest_now_s);
     }
@@ -103,8 +103,8 @@ impl Flight {
         used(&self.navigator.fuse(&Measurement::VehicleGnss { position_m }))
     }
 
-    fn doubted(&self) -> bool {
-        Sensor::ALL.into_iter().any(|sensor| self.navigator.is_doubted(sensor))
+    fn suspect(&self) -> bool {
+        Sensor::ALL.into_iter().any(|sensor| self.navigator.is_suspect(sensor))
     }
 
     fn error_m(&self) -> f64 {
@@ -132,22 +132,22 @@ fn a_filter_that_is_wrong_is_pulled_in_by_good_ranges() {
     let mut rejected = 0;
     while !flight.range(0.0) {
         rejected += 1;
-        assert_eq!(flight.doubted(), rejected >= 3, "three in a row");
-        // 120 m are three sigmas after 270 s of doubt, and three ranges have to agree
+        assert_eq!(flight.suspect(), rejected >= 3, "three in a row");
+        // 120 m are three sigmas after 270 s of suspicion, and three ranges have to agree
         assert!(rejected < 20, "not for ever");
     }
     assert!(rejected >= 6, "not at once: {rejected}");
     assert_eq!(flight.navigator.recoveries(Sensor::Range), 1);
     flight.ranges(20);
-    // The position is that of the ranges: across the line of sight the doubt that goes on leaves some 10 m. The
+    // The position is that of the ranges: across the line of sight the suspicion that goes on leaves some 10 m. The
     // covariance covers the other story too.
     assert!(flight.error_m() < 27.0, "{}", flight.error_m());
-    let contested_m = flight.navigator.contested_sigma(Sensor::Range);
+    let contested_m = flight.navigator.unconfirmed_sigma(Sensor::Range);
     assert!((25.0..50.0).contains(&contested_m), "two fifths of what was seen of 120 m: {contested_m}");
     assert!(flight.navigator.horizontal_sigma_m() > contested_m);
     // A fix settles it.
     assert!(flight.fix([0.0; 2]));
-    assert_eq!(flight.navigator.contested_sigma(Sensor::Range), 0.0);
+    assert_eq!(flight.navigator.unconfirmed_sigma(Sensor::Range), 0.0);
     flight.ranges(10);
     assert!(flight.error_m() < 3.0 && flight.navigator.horizontal_sigma_m() < 3.0);
 }
@@ -190,7 +190,7 @@ fn multipath_is_borne() {
         flight.range(error_m);
         largest = largest.max(flight.error_m());
     }
-    // those below the gate pull by metres, three of them within a doubt by some ten
+    // those below the gate pull by metres, three of them within a suspicion by some ten
     assert!(largest < 40.0 && flight.dishonest_s < 120, "{largest} m, {} s", flight.dishonest_s);
 }
 
@@ -211,13 +211,13 @@ fn a_fix_that_leaps_is_not_believed_at_once() {
     }
     for second in 0..60 {
         assert!(!flight.fix([200.0, 0.0]), "{second}");
-        assert_eq!(flight.doubted(), second >= 2, "{second}");
+        assert_eq!(flight.suspect(), second >= 2, "{second}");
     }
     assert!(flight.error_m() < 5.0);
     for _ in 0..3 {
         assert!(flight.fix([0.0; 2]), "and the right one comes back at once");
     }
-    assert!(!flight.doubted());
+    assert!(!flight.suspect());
 }
 
 #[test]
@@ -234,22 +234,22 @@ fn surfaced_fixes_pull_a_lost_filter_in() {
         flight.fix([0.0; 2]);
     }
     assert!(flight.error_m() < 3.0 && flight.navigator.horizontal_sigma_m() < 2.0);
-    assert_eq!((flight.doubted(), flight.navigator.contested_sigma(Sensor::VehicleGnss)), (false, 0.0));
+    assert_eq!((flight.suspect(), flight.navigator.unconfirmed_sigma(Sensor::VehicleGnss)), (false, 0.0));
 }
 
 #[test]
-fn a_false_bottom_lock_is_doubted_and_forgotten() {
+fn a_false_bottom_lock_is_suspect_and_forgotten() {
     let mut flight = Flight::new(8, [0.0; 2], [0.0; 2]);
     flight.dvl_error_mps = Some(0.0);
     flight.run(60);
     flight.dvl_error_mps = Some(-0.8);
     flight.run(3);
-    assert!(flight.navigator.is_doubted(Sensor::BottomTrack));
+    assert!(flight.navigator.is_suspect(Sensor::BottomTrack));
     flight.run(17);
     assert!((flight.navigator.state()[6] - flight.truth.x[6]).abs() < 0.1, "the model knows better");
     flight.dvl_error_mps = Some(0.0);
     flight.run(2);
-    assert!(!flight.doubted() && flight.navigator.contested_sigma(Sensor::BottomTrack) == 0.0);
+    assert!(!flight.suspect() && flight.navigator.unconfirmed_sigma(Sensor::BottomTrack) == 0.0);
 }
 
 #[test]
@@ -269,10 +269,10 @@ fn a_doubted_source_that_falls_silent_leaves_both_stories_open() {
     for _ in 0..3 {
         assert!(!flight.range(90.0));
     }
-    assert!(flight.doubted());
+    assert!(flight.suspect());
     flight.run(301);
-    assert!(!flight.doubted(), "there is nothing left to doubt");
-    let contested_m = flight.navigator.contested_sigma(Sensor::Range);
+    assert!(!flight.suspect(), "there is nothing left to suspicion");
+    let contested_m = flight.navigator.unconfirmed_sigma(Sensor::Range);
     assert!((34.0..38.0).contains(&contested_m), "two fifths of 90 m: {contested_m}");
     assert!(flight.navigator.horizontal_sigma_m() >= contested_m);
 }
@@ -285,7 +285,7 @@ fn outliers_that_disagree_never_come_in() {
         assert!(!flight.fix([away * f64::cos(angle), away * f64::sin(angle)]), "{second}");
     }
     assert_eq!(flight.navigator.recoveries(Sensor::VehicleGnss), 0);
-    assert!(flight.doubted());
+    assert!(flight.suspect());
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::gram::NormalBuilder;
 use crate::samples::{Channel, Reading};
 use crate::terms::{Snapshot, Target};
 use backseat_core::dynamics::Attitude;
-use backseat_core::effects::Channel as Sensor;
+use backseat_core::effects::SensorChannel as Sensor;
 use backseat_core::state::{self, P, PHI, PSI, U, X, Y, Z, wrap_angle};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 

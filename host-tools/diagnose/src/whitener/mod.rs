@@ -142,7 +142,7 @@ enum Kind {
         without: Option<Box<Model>>,
         unit: f64,
         in_process: bool,
-        channels: Vec<backseat_core::effects::Channel>,
+        channels: Vec<backseat_core::effects::SensorChannel>,
         water: bool,
     },
     Generic {

@@ -5,7 +5,7 @@ use crate::dynamics::{FINS, VehicleModel, VehicleParameters};
 /// One fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Cause {
+pub enum FaultCause {
     /// A fin, in the order of the actuators, lost lift and drag; magnitude: share lost.
     Fin(u8),
     /// Surge drag grew, something hangs on the hull; magnitude: d11's gain, relative.
@@ -16,7 +16,7 @@ pub enum Cause {
     Flooding,
 }
 
-impl Cause {
+impl FaultCause {
     /// Number of faults.
     pub const COUNT: usize = 7;
     /// All of them.
@@ -28,14 +28,14 @@ impl Cause {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diagnosis {
     /// The fault that explains most.
-    pub cause: Cause,
-    /// Its magnitude, see [`Cause`].
+    pub cause: FaultCause,
+    /// Its magnitude, see [`FaultCause`].
     pub magnitude: f64,
     /// Moment of the water about y, over its weight: kg m, ahead of the centre of gravity is positive. 0 of other faults.
     pub moment_kgm: f64,
     /// Another fault that explains nearly as much: what the vehicle does now does not tell them apart (a speed step tells drag
     /// from thrust, a dive or a turn one fin from another).
-    pub rival: Option<Cause>,
+    pub rival: Option<FaultCause>,
     /// Likelihood of this fault against the next best.
     pub confidence: f64,
     /// When the gain began to rise, µs.
@@ -49,14 +49,14 @@ impl Diagnosis {
         let mut vehicle = *model.parameters();
         let mut fins = model.fin_effectiveness();
         match self.cause {
-            Cause::Fin(fin) => {
+            FaultCause::Fin(fin) => {
                 if let Some(share) = fins.get_mut(usize::from(fin)) {
                     *share *= 1.0 - self.magnitude;
                 }
             }
-            Cause::Entanglement => vehicle.quadratic_diag[0] *= 1.0 + self.magnitude,
-            Cause::Fouling => vehicle.beta5_n_s2_per_rad2 *= 1.0 - self.magnitude,
-            Cause::Flooding => {
+            FaultCause::Entanglement => vehicle.quadratic_diag[0] *= 1.0 + self.magnitude,
+            FaultCause::Fouling => vehicle.beta5_n_s2_per_rad2 *= 1.0 - self.magnitude,
+            FaultCause::Flooding => {
                 vehicle.mass_kg += self.magnitude;
                 for mass in vehicle.m_diag.iter_mut().take(3) {
                     *mass += self.magnitude;

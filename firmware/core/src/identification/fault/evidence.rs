@@ -1,6 +1,6 @@
 //! What the errors of the observer say about the magnitudes of faults.
 
-use super::Cause;
+use super::FaultCause;
 use nalgebra::{Cholesky, SMatrix, SVector, Vector6};
 
 /// Magnitudes: fins, drag, thrust, water, and the water's moment.
@@ -9,8 +9,8 @@ pub(super) const DRAG: usize = 4;
 pub(super) const THRUST: usize = 5;
 pub(super) const WATER: usize = 6;
 pub(super) const MOMENT: usize = 7;
-/// Largest magnitudes of [`Cause::ALL`]: a fin cannot lose more than all of it, and so on.
-const LARGEST: [f64; Cause::COUNT] = [1.0, 1.0, 1.0, 1.0, 10.0, 1.0, 10.0];
+/// Largest magnitudes of [`FaultCause::ALL`]: a fin cannot lose more than all of it, and so on.
+const LARGEST: [f64; FaultCause::COUNT] = [1.0, 1.0, 1.0, 1.0, 10.0, 1.0, 10.0];
 /// Plausible errors of the parameters in use, in terms of the modes: the prior of the long memory.
 const PRIOR: [f64; MODES] = [0.3, 0.3, 0.3, 0.3, 0.3, 0.2, 0.3, 0.1];
 /// The moment of water is a second magnitude of the same fault: it has to pay for itself.

@@ -17,14 +17,14 @@
 mod cause;
 mod evidence;
 
-pub use cause::{Cause, Diagnosis};
+pub use cause::{FaultCause, Diagnosis};
 
 use crate::dynamics::{ActuatorInput, Attitude, VehicleModel};
 use evidence::{DRAG, Evidence, MODES, MOMENT, Signature, THRUST, WATER};
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
-/// Smaller faults are none: what wears, or was never quite as declared. In the order of [`Cause::ALL`].
-const SMALLEST: [f64; Cause::COUNT] = [0.15, 0.15, 0.15, 0.15, 0.15, 0.05, 0.05];
+/// Smaller faults are none: what wears, or was never quite as declared. In the order of [`FaultCause::ALL`].
+const SMALLEST: [f64; FaultCause::COUNT] = [0.15, 0.15, 0.15, 0.15, 0.15, 0.05, 0.05];
 
 /// Bandwidth of the observer, 1/s.
 const BANDWIDTH_PER_S: f64 = 1.0;
@@ -97,9 +97,9 @@ pub struct FaultMonitor {
     /// What the parameters in use have wrong.
     offset: SVector<f64, MODES>,
     /// Mean gain in quiet times.
-    quiet: [f64; Cause::COUNT],
+    quiet: [f64; FaultCause::COUNT],
     /// When each gain was last small, µs.
-    small_us: [u64; Cause::COUNT],
+    small_us: [u64; FaultCause::COUNT],
     observed_s: f64,
     /// Time since the suspicion, s.
     suspicious_s: f64,
@@ -130,8 +130,8 @@ impl FaultMonitor {
             recent: Evidence::NONE,
             reference: Evidence::NONE,
             offset: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; MODES]])),
-            quiet: [0.0; Cause::COUNT],
-            small_us: [0; Cause::COUNT],
+            quiet: [0.0; FaultCause::COUNT],
+            small_us: [0; FaultCause::COUNT],
             observed_s: 0.0,
             suspicious_s: 0.0,
             since_us: 0,
@@ -283,7 +283,7 @@ impl FaultMonitor {
 
     /// Gains of the short memory in units of their quiet means.
     #[must_use]
-    pub fn scores(&self) -> [f64; Cause::COUNT] {
+    pub fn scores(&self) -> [f64; FaultCause::COUNT] {
         core::array::from_fn(|cause| self.recent.gain(cause)[0] / self.quiet[cause].max(1.0))
     }
 
@@ -293,7 +293,7 @@ impl FaultMonitor {
             let settled = self.observed_s > SETTLED_S;
             let memory_s = if settled { learnt_s.clamp(QUIET_S, REFERENCE_S) } else { learnt_s };
             let share = if learnt_s > 0.0 { (dt / memory_s).min(1.0) } else { 0.0 };
-            for cause in 0..Cause::COUNT {
+            for cause in 0..FaultCause::COUNT {
                 let gain = self.recent.gain(cause)[0];
                 let quiet = self.quiet[cause].max(1.0);
                 if gain < QUIET * quiet {
@@ -346,11 +346,11 @@ impl FaultMonitor {
             return None;
         }
         let Leader { cause, mut lead, rival, mut magnitude, mut moment_kgm, .. } = self.leader();
-        let mut cause = Cause::ALL.get(cause).copied()?;
-        let mut rival = Cause::ALL.get(rival).copied();
+        let mut cause = FaultCause::ALL.get(cause).copied()?;
+        let mut rival = FaultCause::ALL.get(rival).copied();
         if let Some(named) = self.named.checked_sub(1) {
             let named = usize::from(named);
-            cause = Cause::ALL.get(named).copied()?;
+            cause = FaultCause::ALL.get(named).copied()?;
             rival = None;
             [_, magnitude, moment_kgm] = self.recent.gain(named);
             lead = lead.max(LEAD);
@@ -363,7 +363,7 @@ impl FaultMonitor {
     fn leader(&self) -> Leader {
         let mut best = Leader { cause: 0, gain: 0.0, score: 0.0, lead: 0.0, rival: 0, magnitude: 0.0, moment_kgm: 0.0 };
         let (mut second, mut rival) = (0.0_f64, 0);
-        for cause in 0..Cause::COUNT {
+        for cause in 0..FaultCause::COUNT {
             let [gain, magnitude, moment_kgm] = self.recent.gain(cause);
             let own = self.quiet[cause].max(1.0);
             if gain > best.gain {

@@ -55,7 +55,7 @@ pub fn measure(app: &mut App, pump: &mut Pump, frames: &mut Frames) {
         ("app.use_range_rate", 1.0),
         ("app.control_law", 2.0),
         ("app.adapt", 1.0),
-        // nobody obeys the commands here: that ends no mission, and no sensor is doubted for it
+        // nobody obeys the commands here: that ends no mission, and no sensor is suspect for it
         ("app.refusal_timeout_s", 120.0),
         ("app.gate_sigma", 1000.0),
     ];

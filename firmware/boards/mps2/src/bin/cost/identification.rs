@@ -1,24 +1,24 @@
-//! The identifier, and the race of parameter sets that decides what becomes of its estimates.
+//! The identifier, and the comparison of parameter sets that decides what becomes of its estimates.
 
 use crate::measure::{Worst, count};
 use crate::motion;
 use crate::random::Random;
 use crate::row;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_core::identification::{IdentificationConfig, Identifier, Outcome, Place, Race, theta};
+use backseat_core::identification::{IdentificationConfig, Identifier, Outcome, ModelRole, ModelComparison, theta};
 use core::hint::black_box;
 
 /// Seven hundred samples: the filter's window fills, the gains settle for a minute, and the last five seconds adapt.
 const SAMPLES: u64 = 700;
 
 /// Everything.
-pub fn measure(identifier: &mut Identifier, race: &mut Race) {
+pub fn measure(identifier: &mut Identifier, comparison: &mut ModelComparison) {
     let (config, prior) = (IdentificationConfig::DEFAULT, VehicleParameters::IVER3);
     let Ok(model) = VehicleModel::new(&prior) else { return };
     assert!(identifier.configure(&config, &prior).is_ok());
-    race.configure(config.roll_pitch_noise_rad, &config.velocity_noise, &[1e-3; 6], config.period_s);
-    for place in [Place::Active, Place::Candidate, Place::Previous] {
-        race.enter(place, Some(&theta::theta_of(&prior)));
+    comparison.configure(config.roll_pitch_noise_rad, &config.velocity_noise, &[1e-3; 6], config.period_s);
+    for role in [ModelRole::Active, ModelRole::Candidate, ModelRole::Previous] {
+        comparison.enter(role, Some(&theta::theta_of(&prior)));
     }
     let (mut random, mut warming, mut adapting, mut prediction) = (Random(9), Worst(0), Worst(0), Worst(0));
     for k in 1..=SAMPLES {
@@ -31,7 +31,7 @@ pub fn measure(identifier: &mut Identifier, race: &mut Race) {
             Outcome::Adapting => adapting.0 = adapting.0.max(instructions),
             _ => {}
         }
-        prediction.count(|| black_box(&mut *race).sample(&model, time_us, black_box(&attitude), &velocity, &input));
+        prediction.count(|| black_box(&mut *comparison).sample(&model, time_us, black_box(&attitude), &velocity, &input));
     }
     assert!(adapting.0 > 0 && identifier.adapted_s() > 1.0);
     row("identification", "sample, gains not yet known", 0, 0, warming.0, 0);

@@ -5,7 +5,7 @@ use crate::measure::{Worst, count};
 use crate::random::Random;
 use crate::row;
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use backseat_core::effects::{CATALOGUE, Channel, EffectInfo, EffectSet, ParameterKind};
+use backseat_core::effects::{CATALOGUE, SensorChannel, EffectInfo, EffectSet, ParameterKind};
 use backseat_core::navigation::{
     AcousticPath, CloneId, EffectStates, FusionOutcome, InitialShip, InitialState, Measurement, NavigationConfig,
     Navigator, ShipEnd, VehicleEnd,
@@ -245,13 +245,13 @@ fn step_and_update(
             || noisy(channel)
             || gated(channel)
     };
-    let measurement = if acts(Channel::Attitude) {
+    let measurement = if acts(SensorChannel::Attitude) {
         Measurement::Attitude { euler_rad: [0.01, -0.03, 0.5] }
-    } else if acts(Channel::Rates) {
+    } else if acts(SensorChannel::Rates) {
         Measurement::Rates { rates_radps: [0.0, 0.0, -0.01] }
-    } else if acts(Channel::Range) {
+    } else if acts(SensorChannel::Range) {
         Measurement::Range { path: now, range_m: 730.0 }
-    } else if acts(Channel::Dvl) || info.hooks.water.is_some() {
+    } else if acts(SensorChannel::Dvl) || info.hooks.water.is_some() {
         Measurement::BottomTrack { velocity_mps: [1.0, 0.0, 0.0] }
     } else {
         Measurement::Depth { z_m: 3.0 }

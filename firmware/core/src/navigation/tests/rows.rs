@@ -5,12 +5,12 @@
 extern crate std;
 
 #[allow(dead_code)] // the dynamics need more functions of it than sensors do
-#[path = "../../tests/dynamics/dual.rs"]
+#[path = "../../../tests/dynamics/dual.rs"]
 mod dual;
 
-use super::covariance::ROWS;
-use super::layout::{CLONE_VELOCITY, CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
-use super::*;
+use super::super::covariance::ROWS;
+use super::super::layout::{CLONE_VELOCITY, CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
+use super::super::*;
 use crate::dynamics::{VehicleModel, VehicleParameters};
 use crate::effects::{EffectSet, ParameterId};
 use crate::state::{P, PHI, PSI, THETA, U, VEHICLE_STATES, X, Z, wrap_angle};

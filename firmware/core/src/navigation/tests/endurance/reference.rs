@@ -5,9 +5,9 @@
 
 extern crate std;
 
-use super::super::covariance::{ROWS, Vector};
-use super::super::layout::{CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
-use super::super::{CloneId, FusionOutcome, Fusions, Measurement, Navigator, Sensor};
+use super::super::super::covariance::{ROWS, Vector};
+use super::super::super::layout::{CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
+use super::super::super::{CloneId, FusionOutcome, Fusions, Measurement, Navigator, Sensor};
 use crate::dynamics::ActuatorInput;
 use crate::state::{VEHICLE_STATES, X, Y, wrap_angle};
 use std::boxed::Box;

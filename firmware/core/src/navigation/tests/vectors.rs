@@ -5,9 +5,9 @@
 
 extern crate std;
 
-use super::discretisation::{DRIVING, Discretisation};
-use super::layout::{CLONE_STATES, CloneKind, N_MAX};
-use super::*;
+use super::super::discretisation::{DRIVING, Discretisation};
+use super::super::layout::{CLONE_STATES, CloneKind, N_MAX};
+use super::super::*;
 use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
 use crate::state::VehicleState;
 use serde_json::Value;
@@ -16,7 +16,7 @@ use std::{boxed::Box, vec::Vec};
 const N: usize = 26;
 
 fn vectors() -> Value {
-    serde_json::from_str(include_str!("../../tests/data/nav_vectors.json")).expect("vectors")
+    serde_json::from_str(include_str!("../../../tests/data/nav_vectors.json")).expect("vectors")
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -163,7 +163,7 @@ fn val_dvl_model() {
     let vectors = vectors();
     let case = &vectors["dvl_model"];
     let (navigator, _) = navigator(&vectors, "X_pred", "P_pred");
-    let mut observations = super::observation::Observations::new();
+    let mut observations = super::super::observation::Observations::new();
     meas_dvl::observe_bottom(&navigator.x, &[0.0; 3], 0.01, &mut observations);
     for (i, observation) in observations.as_slice().iter().enumerate() {
         // Rounding only.
@@ -199,7 +199,7 @@ fn long_steps_equal_many_short_ones_of_the_same_model() {
             assert!((a[i] - long.phi[k][i]).abs() < 1e-6, "{k} {i}");
         }
     }
-    let mut p = super::covariance::Covariance::new();
+    let mut p = super::super::covariance::Covariance::new();
     for _ in 0..8 {
         propagation::propagate_vehicle(&mut p, 12, &short);
     }

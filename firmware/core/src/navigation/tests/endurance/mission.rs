@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::super::*;
+use super::super::super::*;
 use super::reference::Reference;
 use crate::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
 use crate::state::{P, PHI, PSI, Q, R, THETA, U, VehicleState, X, Y, Z, wrap_angle};

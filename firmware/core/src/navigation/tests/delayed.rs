@@ -5,7 +5,7 @@
 
 extern crate std;
 
-use super::*;
+use super::super::*;
 use crate::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
 use crate::state::{PHI, PSI, U, VEHICLE_STATES, VehicleState, X, wrap_angle};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -51,7 +51,7 @@ impl Plain {
         plain
     }
 
-    fn predict(&mut self, step: &super::discretisation::Discretisation, config: &NavigationConfig, h: f64) {
+    fn predict(&mut self, step: &super::super::discretisation::Discretisation, config: &NavigationConfig, h: f64) {
         let mut phi = Box::new(Matrix::identity());
         let mut q = Box::new(Matrix::zeros());
         for j in 0..VEHICLE_STATES {

@@ -10,7 +10,7 @@ mod mission;
 mod reference;
 mod spectrum;
 
-use super::*;
+use super::super::*;
 use mission::{Mission, STEP_US};
 use reference::Reference;
 use spectrum::{eigenvalue_range, smallest_pivot};

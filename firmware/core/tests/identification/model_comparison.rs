@@ -4,18 +4,18 @@ use super::simulation::{EXCITATION, PERIOD_S, advance, start};
 use super::support::{Random, VEHICLE, assert_close, model};
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::identification::theta::theta_of;
-use backseat_core::identification::{FEWEST_STRETCHES, HORIZON_STEPS, Place, Race};
+use backseat_core::identification::{FEWEST_STRETCHES, HORIZON_STEPS, ModelRole, ModelComparison};
 use backseat_core::state;
 use nalgebra::{Vector3, Vector6};
 
 const ATTITUDE_NOISE: f64 = 4.0e-3;
 const NOISE: [f64; 6] = [0.01, 0.01, 0.01, 2.0e-3, 2.0e-3, 2.0e-3];
 
-/// The vehicle's own motion, measured with noise, before a race of these sets.
-fn run(race: &mut Race, sets: &[(Place, VehicleParameters)], noise: f64, stretches: u16, random: &mut Random) {
-    race.configure(ATTITUDE_NOISE, &NOISE, &[0.0; 6], PERIOD_S);
-    for (place, set) in sets {
-        race.enter(*place, Some(&theta_of(set)));
+/// The vehicle's own motion, measured with noise, before a comparison of these sets.
+fn run(comparison: &mut ModelComparison, sets: &[(ModelRole, VehicleParameters)], noise: f64, stretches: u16, random: &mut Random) {
+    comparison.configure(ATTITUDE_NOISE, &NOISE, &[0.0; 6], PERIOD_S);
+    for (role, set) in sets {
+        comparison.enter(*role, Some(&theta_of(set)));
     }
     let vehicle = model(&VEHICLE);
     let mut x = start();
@@ -29,7 +29,7 @@ fn run(race: &mut Race, sets: &[(Place, VehicleParameters)], noise: f64, stretch
         for (value, sigma) in velocity.iter_mut().zip(NOISE) {
             *value += noise * random.normal(sigma);
         }
-        let ended = race.sample(&vehicle, step * 100_000, &attitude, &velocity, &before);
+        let ended = comparison.sample(&vehicle, step * 100_000, &attitude, &velocity, &before);
         assert_eq!(ended, (step + 1).is_multiple_of(u64::from(HORIZON_STEPS + 1)));
         before = EXCITATION.input(step as f64 * PERIOD_S);
         x = advance(&vehicle, &x, &before);
@@ -46,9 +46,9 @@ fn slower(share: f64) -> VehicleParameters {
 /// Without noise the true set misses by nothing but the integration of a tenth instead of a twentieth of a second.
 #[test]
 fn val_the_truth_predicts_itself() {
-    let mut race = Race::new();
-    run(&mut race, &[(Place::Active, VEHICLE), (Place::Candidate, slower(0.1))], 0.0, 3, &mut Random(1));
-    let evidence = race.evidence(Place::Candidate);
+    let mut comparison = ModelComparison::new();
+    run(&mut comparison, &[(ModelRole::Active, VEHICLE), (ModelRole::Candidate, slower(0.1))], 0.0, 3, &mut Random(1));
+    let evidence = comparison.evidence(ModelRole::Candidate);
     assert_eq!(evidence.stretches, 3);
     // Seen: 7e-4 of the noise's variance, the error of such a step at roll's 1 Hz.
     assert!(evidence.error[0] < 2.0e-3, "{evidence:?}");
@@ -61,18 +61,18 @@ fn val_the_truth_predicts_itself() {
 fn val_misses_are_weighed_by_noise_and_process_noise() {
     let vehicle = VehicleParameters { displaced_mass_kg: VEHICLE.mass_kg, ..VEHICLE };
     let model = model(&vehicle);
-    let mut race = Race::new();
+    let mut comparison = ModelComparison::new();
     let density = [0.01, 0.0, 0.0, 0.0, 0.0, 0.0];
-    race.configure(ATTITUDE_NOISE, &NOISE, &density, PERIOD_S);
-    race.enter(Place::Active, Some(&theta_of(&vehicle)));
-    race.enter(Place::Candidate, Some(&theta_of(&vehicle)));
+    comparison.configure(ATTITUDE_NOISE, &NOISE, &density, PERIOD_S);
+    comparison.enter(ModelRole::Active, Some(&theta_of(&vehicle)));
+    comparison.enter(ModelRole::Candidate, Some(&theta_of(&vehicle)));
     let at = |u: f64| Vector6::new(u, 0.0, 0.0, 0.0, 0.0, 0.0);
     let input = ActuatorInput::default();
-    assert!(!race.sample(&model, 0, &Vector3::zeros(), &at(0.0), &input));
+    assert!(!comparison.sample(&model, 0, &Vector3::zeros(), &at(0.0), &input));
     for step in 1..=u64::from(HORIZON_STEPS) {
-        race.sample(&model, step * 100_000, &Vector3::new(0.0, 0.0, 1.0), &at(0.05), &input);
+        comparison.sample(&model, step * 100_000, &Vector3::new(0.0, 0.0, 1.0), &at(0.05), &input);
     }
-    let evidence = race.evidence(Place::Candidate);
+    let evidence = comparison.evidence(ModelRole::Candidate);
     // 0.05² over the noise 0.01² and what the process adds until the stretch's middle, a mean over eight channels; equal sets gain
     // nothing.
     let middle_s = 0.5 * f64::from(HORIZON_STEPS) * PERIOD_S;
@@ -83,18 +83,18 @@ fn val_misses_are_weighed_by_noise_and_process_noise() {
 
 #[test]
 fn a_better_set_wins_and_a_worse_one_does_not() {
-    let mut race = Race::new();
-    let sets = [(Place::Active, slower(0.05)), (Place::Candidate, slower(0.02)), (Place::Previous, slower(0.1))];
-    run(&mut race, &sets, 1.0, FEWEST_STRETCHES, &mut Random(2));
-    let [candidate, previous] = [Place::Candidate, Place::Previous].map(|place| race.evidence(place));
+    let mut comparison = ModelComparison::new();
+    let sets = [(ModelRole::Active, slower(0.05)), (ModelRole::Candidate, slower(0.02)), (ModelRole::Previous, slower(0.1))];
+    run(&mut comparison, &sets, 1.0, FEWEST_STRETCHES, &mut Random(2));
+    let [candidate, previous] = [ModelRole::Candidate, ModelRole::Previous].map(|role| comparison.evidence(role));
     assert!(candidate.is_better() && !previous.is_better(), "{candidate:?} {previous:?}");
     assert!(candidate.gain > 0.0 && previous.gain < 0.0);
     // Sets that leave, or that are compared with another one, start without evidence.
-    race.enter(Place::Candidate, None);
-    assert_eq!((race.evidence(Place::Candidate).stretches, race.theta(Place::Candidate)), (0, None));
-    assert_eq!(race.evidence(Place::Previous).stretches, FEWEST_STRETCHES);
-    race.enter(Place::Active, Some(&theta_of(&VEHICLE)));
-    assert_eq!(race.evidence(Place::Previous).stretches, 0);
+    comparison.enter(ModelRole::Candidate, None);
+    assert_eq!((comparison.evidence(ModelRole::Candidate).stretches, comparison.theta(ModelRole::Candidate)), (0, None));
+    assert_eq!(comparison.evidence(ModelRole::Previous).stretches, FEWEST_STRETCHES);
+    comparison.enter(ModelRole::Active, Some(&theta_of(&VEHICLE)));
+    assert_eq!(comparison.evidence(ModelRole::Previous).stretches, 0);
 }
 
 /// Sets that are wrong by as much, one too fast and one too slow, and noise: none is better, however often it is asked.
@@ -103,9 +103,9 @@ fn chance_does_not_win() {
     let mut random = Random(3);
     let mut won = 0;
     for _ in 0..40 {
-        let mut race = Race::new();
-        run(&mut race, &[(Place::Active, slower(3.0e-4)), (Place::Candidate, slower(-3.0e-4))], 1.0, 12, &mut random);
-        won += u32::from(race.evidence(Place::Candidate).is_better());
+        let mut comparison = ModelComparison::new();
+        run(&mut comparison, &[(ModelRole::Active, slower(3.0e-4)), (ModelRole::Candidate, slower(-3.0e-4))], 1.0, 12, &mut random);
+        won += u32::from(comparison.evidence(ModelRole::Candidate).is_better());
     }
     // 0.3 % each; three or more of forty have a probability of 1e-4.
     assert!(won < 3, "{won}");
@@ -113,17 +113,17 @@ fn chance_does_not_win() {
 
 #[test]
 fn an_interruption_costs_the_stretch_and_a_lost_prediction_is_no_number_that_spreads() {
-    let mut race = Race::new();
+    let mut comparison = ModelComparison::new();
     let mut wild = VEHICLE;
     wild.m_diag = [1.0e-3; 6];
     let mut random = Random(4);
-    run(&mut race, &[(Place::Active, wild), (Place::Candidate, VEHICLE)], 1.0, 2, &mut random);
-    let evidence = race.evidence(Place::Candidate);
+    run(&mut comparison, &[(ModelRole::Active, wild), (ModelRole::Candidate, VEHICLE)], 1.0, 2, &mut random);
+    let evidence = comparison.evidence(ModelRole::Candidate);
     assert!(evidence.error.iter().all(|error| error.is_finite()) && evidence.gain > 1.0, "{evidence:?}");
-    race.interrupt();
+    comparison.interrupt();
     let vehicle = model(&VEHICLE);
     for step in 1000..1000 + u64::from(HORIZON_STEPS) {
-        assert!(!race.sample(
+        assert!(!comparison.sample(
             &vehicle,
             step * 100_000,
             &Vector3::zeros(),
@@ -131,5 +131,5 @@ fn an_interruption_costs_the_stretch_and_a_lost_prediction_is_no_number_that_spr
             &ActuatorInput::default()
         ));
     }
-    assert_eq!(race.evidence(Place::Candidate).stretches, 2);
+    assert_eq!(comparison.evidence(ModelRole::Candidate).stretches, 2);
 }

@@ -24,10 +24,10 @@ pub const FEWEST_STRETCHES: u16 = 10;
 /// A smaller gain is not worth a change: 2 % of the mean squared error.
 const MARGIN: f64 = 0.02;
 
-/// A set's place in a race.
+/// What a parameter set is in a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Place {
+pub enum ModelRole {
     /// In use: the others are compared with it.
     Active,
     /// Might be used.
@@ -36,11 +36,11 @@ pub enum Place {
     Previous,
 }
 
-const PLACES: usize = 3;
+const ROLES: usize = 3;
 
 /// One parameter set and where its prediction stands.
 #[derive(Clone, Copy)]
-struct Runner {
+struct OpenLoopModel {
     entered: bool,
     theta: Theta,
     roll_pitch_rad: [f64; 2],
@@ -51,7 +51,7 @@ struct Runner {
 
 const NO_VELOCITY: Vector6<f64> = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 
-impl Runner {
+impl OpenLoopModel {
     const NONE: Self = Self {
         entered: false,
         theta: Theta::from_array_storage(nalgebra::ArrayStorage([[0.0; super::PARAMETERS]])),
@@ -105,7 +105,7 @@ impl Runner {
 
 /// What the stretches say about one set against the active one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Evidence {
+pub struct ComparisonEvidence {
     /// Stretches.
     pub stretches: u16,
     /// Mean of ln(error of the active set / error of this set): positive where this set is better.
@@ -116,7 +116,7 @@ pub struct Evidence {
     pub error: [f64; 2],
 }
 
-impl Evidence {
+impl ComparisonEvidence {
     /// Nothing is known.
     pub const NONE: Self = Self { stretches: 0, gain: 0.0, squares: 0.0, error: [0.0; 2] };
 
@@ -148,25 +148,25 @@ impl Evidence {
 }
 
 /// Predictions of up to three sets side by side: streaming, without a buffer of the motion.
-pub struct Race {
+pub struct ModelComparison {
     weight: [f64; CHANNELS],
-    runners: [Runner; PLACES],
+    models: [OpenLoopModel; ROLES],
     /// Of candidate and previous.
-    evidence: [Evidence; PLACES - 1],
+    evidence: [ComparisonEvidence; ROLES - 1],
     /// Samples predicted in this stretch; `None` between stretches.
     step: Option<u16>,
     /// Time of the last sample, µs.
     last_us: u64,
 }
 
-impl Race {
-    /// Nobody runs.
+impl ModelComparison {
+    /// Without sets.
     #[must_use]
     pub const fn new() -> Self {
         Self {
             weight: [0.0; CHANNELS],
-            runners: [Runner::NONE; PLACES],
-            evidence: [Evidence::NONE; PLACES - 1],
+            models: [OpenLoopModel::NONE; ROLES],
+            evidence: [ComparisonEvidence::NONE; ROLES - 1],
             step: None,
             last_us: 0,
         }
@@ -182,40 +182,40 @@ impl Race {
             None => attitude,
             Some(axis) => inverse(noise[axis] * noise[axis] + density[axis] * density[axis] * half_s),
         });
-        self.runners = [Runner::NONE; PLACES];
-        self.evidence = [Evidence::NONE; PLACES - 1];
+        self.models = [OpenLoopModel::NONE; ROLES];
+        self.evidence = [ComparisonEvidence::NONE; ROLES - 1];
         self.step = None;
     }
 
-    /// A set takes (or, with `None`, leaves) its place; evidence that rests on it is forgotten, and a stretch begins anew.
-    pub fn enter(&mut self, place: Place, theta: Option<&Theta>) {
-        let runner = &mut self.runners[place as usize];
-        runner.entered = theta.is_some();
+    /// A set takes a role, or with `None` leaves it; evidence that rests on it is forgotten, and a stretch begins anew.
+    pub fn enter(&mut self, role: ModelRole, theta: Option<&Theta>) {
+        let model = &mut self.models[role as usize];
+        model.entered = theta.is_some();
         if let Some(theta) = theta {
-            runner.theta = *theta;
+            model.theta = *theta;
         }
-        match place {
-            Place::Active => self.evidence = [Evidence::NONE; PLACES - 1],
-            Place::Candidate => self.evidence[0] = Evidence::NONE,
-            Place::Previous => self.evidence[1] = Evidence::NONE,
+        match role {
+            ModelRole::Active => self.evidence = [ComparisonEvidence::NONE; ROLES - 1],
+            ModelRole::Candidate => self.evidence[0] = ComparisonEvidence::NONE,
+            ModelRole::Previous => self.evidence[1] = ComparisonEvidence::NONE,
         }
         self.step = None;
     }
 
-    /// The set of a place.
+    /// The set in a role.
     #[must_use]
-    pub fn theta(&self, place: Place) -> Option<&Theta> {
-        let runner = &self.runners[place as usize];
-        runner.entered.then_some(&runner.theta)
+    pub fn theta(&self, role: ModelRole) -> Option<&Theta> {
+        let model = &self.models[role as usize];
+        model.entered.then_some(&model.theta)
     }
 
     /// What is known about candidate or previous against the active set; nothing about the active set itself.
     #[must_use]
-    pub fn evidence(&self, place: Place) -> Evidence {
-        match place {
-            Place::Active => Evidence::NONE,
-            Place::Candidate => self.evidence[0],
-            Place::Previous => self.evidence[1],
+    pub fn evidence(&self, role: ModelRole) -> ComparisonEvidence {
+        match role {
+            ModelRole::Active => ComparisonEvidence::NONE,
+            ModelRole::Candidate => self.evidence[0],
+            ModelRole::Previous => self.evidence[1],
         }
     }
 
@@ -237,18 +237,18 @@ impl Race {
         let elapsed_us = time_us.saturating_sub(self.last_us);
         self.last_us = time_us;
         let roll_pitch_rad = [attitude[0], attitude[1]];
-        let running = self.runners.iter_mut().filter(|runner| runner.entered);
+        let running = self.models.iter_mut().filter(|model| model.entered);
         let Some(step) = self.step else {
-            for runner in running {
-                (runner.roll_pitch_rad, runner.velocity, runner.missed) = (roll_pitch_rad, *velocity, 0.0);
+            for set in running {
+                (set.roll_pitch_rad, set.velocity, set.missed) = (roll_pitch_rad, *velocity, 0.0);
             }
             self.step = Some(0);
             return false;
         };
         let dt = elapsed_us as f64 * 1.0e-6;
-        for runner in running {
-            runner.advance(model, input, dt);
-            runner.missed += runner.miss(&self.weight, roll_pitch_rad, velocity);
+        for set in running {
+            set.advance(model, input, dt);
+            set.missed += set.miss(&self.weight, roll_pitch_rad, velocity);
         }
         if step + 1 < HORIZON_STEPS {
             self.step = Some(step + 1);
@@ -256,7 +256,7 @@ impl Race {
         }
         self.step = None;
         let steps = f64::from(HORIZON_STEPS);
-        let [active, others @ ..] = &self.runners;
+        let [active, others @ ..] = &self.models;
         if active.entered {
             for (other, evidence) in others.iter().zip(&mut self.evidence).filter(|(other, _)| other.entered) {
                 evidence.add(active.missed / steps, other.missed / steps);
@@ -266,7 +266,7 @@ impl Race {
     }
 }
 
-impl Default for Race {
+impl Default for ModelComparison {
     fn default() -> Self {
         Self::new()
     }

@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::Navigator;
+use super::super::super::Navigator;
 use std::vec;
 use std::vec::Vec;
 
