@@ -1,7 +1,7 @@
 //! The declared vehicle with a set of effects, as the whitener evaluates it.
 
 use backseat_core::dynamics::{ActuatorInput, Linearisation, VehicleModel, VehicleParameters};
-use backseat_core::effects::{ActuatorMemory, SensorChannel, EffectSet, Moment, ParameterKind, Step};
+use backseat_core::effects::{ActuatorMemory, EffectSet, Moment, ParameterKind, SensorChannel, Step};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{VehicleState, X, Y};
 

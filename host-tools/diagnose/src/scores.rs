@@ -6,7 +6,7 @@ use crate::samples::{Channel, Event, Reading};
 use crate::statistics::{autocorrelation, ljung_box};
 use crate::whitener::Pass;
 use backseat_core::dynamics::Attitude;
-use backseat_core::effects::{SensorChannel as Sensor, EffectSet, Step};
+use backseat_core::effects::{EffectSet, SensorChannel as Sensor, Step};
 use backseat_core::navigation::ProcessModel;
 use backseat_core::state::{self, P, PHI, U, VehicleState, Z, wrap_angle};
 use backseat_data::filter::{self, FilterOptions, FilterRun};

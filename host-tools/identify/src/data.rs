@@ -3,7 +3,7 @@
 use crate::declared::Ideal;
 use crate::method::IdentifyError;
 use backseat_core::dynamics::{ActuatorInput, Attitude};
-use backseat_core::effects::{SensorChannel as Sensed, EffectSet};
+use backseat_core::effects::{EffectSet, SensorChannel as Sensed};
 use backseat_core::state::wrap_angle;
 use backseat_data::{Log, LogRow};
 use nalgebra::{Vector3, Vector6};

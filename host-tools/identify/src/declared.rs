@@ -3,7 +3,7 @@
 
 use crate::data::PERIOD_S;
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
-use backseat_core::effects::{ActuatorMemory, SensorChannel, EffectSet, Moment, ParameterKind, Step, parameters};
+use backseat_core::effects::{ActuatorMemory, EffectSet, Moment, ParameterKind, SensorChannel, Step, parameters};
 use backseat_core::parameters::Installation;
 
 /// Sound speed, m/s: no effect on attitude, rates or DVL asks for it.
@@ -45,7 +45,9 @@ impl<'a> Ideal<'a> {
     /// The effects that are taken out.
     pub fn names(&self) -> Vec<&'static str> {
         let sensed = |channels: &[SensorChannel]| {
-            channels.iter().any(|channel| matches!(channel, SensorChannel::Attitude | SensorChannel::Rates | SensorChannel::Dvl))
+            channels
+                .iter()
+                .any(|channel| matches!(channel, SensorChannel::Attitude | SensorChannel::Rates | SensorChannel::Dvl))
         };
         let active = self.effects.active().map(|(_, info, _)| info);
         let acts = active.filter(|info| {

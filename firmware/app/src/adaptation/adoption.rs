@@ -20,7 +20,9 @@ use crate::host::Storing;
 use crate::parameters::AppSettings;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::theta::{theta_of, with_theta};
-use backseat_core::identification::{ComparisonEvidence, FEWEST_STRETCHES, HORIZON_STEPS, Identifier, ModelRole, ModelComparison, Theta};
+use backseat_core::identification::{
+    ComparisonEvidence, FEWEST_STRETCHES, HORIZON_STEPS, Identifier, ModelComparison, ModelRole, Theta,
+};
 use backseat_wire::hostlink::{Adoption, AdoptionEvent};
 use heapless::Deque;
 
@@ -104,7 +106,13 @@ impl Adoptions {
     }
 
     /// After a stretch: probation first, then the trial, then a new candidate.
-    pub fn judge(&mut self, now_us: u64, identifier: &Identifier, comparison: &mut ModelComparison, settings: &AppSettings) -> Decision {
+    pub fn judge(
+        &mut self,
+        now_us: u64,
+        identifier: &Identifier,
+        comparison: &mut ModelComparison,
+        settings: &AppSettings,
+    ) -> Decision {
         let window = ((settings.adopt_window_s / STRETCH_S) as u16).max(FEWEST_STRETCHES);
         if comparison.theta(ModelRole::Previous).is_some() {
             let evidence = comparison.evidence(ModelRole::Previous);

@@ -23,7 +23,7 @@ use crate::estimator::{Estimator, at_centre};
 use crate::parameters::Settings;
 use adoption::{Adoptions, Decision};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
-use backseat_core::identification::{IdentificationConfig, Identifier, Outcome, PARAMETERS, ModelComparison};
+use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, Outcome, PARAMETERS};
 use backseat_core::state::Z;
 use backseat_wire::hostlink::{Activity, AdoptionEvent, Identification, Refusal, Visibility};
 use channels::{Channel, Commands};

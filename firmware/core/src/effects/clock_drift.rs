@@ -1,6 +1,6 @@
 //! `clock_drift`: the offset of one-way travel times grows with time since the epoch.
 
-use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+use super::{Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

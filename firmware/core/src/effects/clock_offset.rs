@@ -1,6 +1,6 @@
 //! `clock_offset`: one-way travel times measured minus true.
 
-use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+use super::{Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

@@ -2,7 +2,7 @@
 //!
 //! Seen only against a known depth: an antenna of known height at the surface, or slant ranges at short distance.
 
-use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+use super::{Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

@@ -1,6 +1,6 @@
 //! `dvl_misalignment`: the DVL is mounted turned by yaw, then pitch: v_m = Ry(pitch)ᵀ Rz(yaw)ᵀ v.
 
-use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes};
+use super::{Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

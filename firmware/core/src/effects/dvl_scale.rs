@@ -2,7 +2,9 @@
 //!
 //! Sound speed at the DVL, or its geometry.
 
-use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+use super::{
+    Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal,
+};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

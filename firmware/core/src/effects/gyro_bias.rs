@@ -1,6 +1,6 @@
 //! `gyro_bias`: body rates measured minus true.
 
-use super::{SensorChannel, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+use super::{EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

@@ -2,7 +2,9 @@
 //!
 //! Hard iron makes the harmonics; a misaligned compass or a magnetic declination the constant.
 
-use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+use super::{
+    Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal,
+};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

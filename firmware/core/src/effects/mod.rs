@@ -39,7 +39,7 @@ pub mod water_density;
 pub mod waves;
 
 pub use hooks::{
-    ActuatorMemory, SensorChannel, GateHook, Hooks, InputHook, Measure, Moment, PlantHook, Slopes, Step, VarianceHook,
+    ActuatorMemory, GateHook, Hooks, InputHook, Measure, Moment, PlantHook, SensorChannel, Slopes, Step, VarianceHook,
     WaterHook, WrenchHook,
 };
 pub use info::{Confusion, EffectInfo, Enters, ParameterInfo, ParameterKind};

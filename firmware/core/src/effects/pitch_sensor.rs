@@ -1,6 +1,8 @@
 //! `pitch_sensor`: measured pitch = (1 + scale) pitch + bias.
 
-use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+use super::{
+    Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal,
+};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

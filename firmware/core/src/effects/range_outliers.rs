@@ -2,7 +2,7 @@
 //!
 //! A filter that knows of them gates ranges at three sigmas: beyond, an outlier is likelier than noise.
 
-use super::{SensorChannel, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{EffectInfo, Enters, Hooks, ParameterInfo, SensorChannel};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

@@ -2,7 +2,9 @@
 //!
 //! A Doppler changes in the same ratio, by less than its noise; it is left alone.
 
-use super::{SensorChannel, Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, Slopes, hooks::diagonal};
+use super::{
+    Confusion, EffectInfo, Enters, Hooks, Measure, Moment, ParameterInfo, SensorChannel, Slopes, hooks::diagonal,
+};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -28,7 +30,10 @@ pub const INFO: EffectInfo = EffectInfo {
             separating_manoeuvre: "ranges at several distances",
         },
     ],
-    hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Range, SensorChannel::TwoWayRange], apply }), ..Hooks::NONE },
+    hooks: Hooks {
+        measure: Some(Measure { channels: &[SensorChannel::Range, SensorChannel::TwoWayRange], apply }),
+        ..Hooks::NONE
+    },
 };
 
 fn apply(values: &[f64], _: &Moment, reading: &mut [f64; 3]) -> Slopes {

@@ -2,7 +2,7 @@
 //!
 //! Of a sine of that amplitude the DVL sees half its square as variance, of a period far below the filter's memory.
 
-use super::{SensorChannel, EffectInfo, Enters, Hooks, ParameterInfo, ParameterKind};
+use super::{EffectInfo, Enters, Hooks, ParameterInfo, ParameterKind, SensorChannel};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {

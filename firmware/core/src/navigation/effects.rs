@@ -7,7 +7,7 @@ use super::observation::Observations;
 use super::row::Row;
 use super::{ConfigError, NavigationConfig};
 use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use crate::effects::{ActuatorMemory, CATALOGUE, SensorChannel, EffectSet, Hooks, Moment, ParameterKind, Step};
+use crate::effects::{ActuatorMemory, CATALOGUE, EffectSet, Hooks, Moment, ParameterKind, SensorChannel, Step};
 use crate::state;
 
 /// A bit for each entry of the catalogue.

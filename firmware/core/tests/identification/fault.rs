@@ -3,7 +3,7 @@
 use super::simulation::{EXCITATION, Noise, PERIOD_S, advance, start};
 use super::support::{Random, VEHICLE, model};
 use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel, VehicleParameters};
-use backseat_core::identification::{FaultCause, Diagnosis, FaultMonitor, FaultState};
+use backseat_core::identification::{Diagnosis, FaultCause, FaultMonitor, FaultState};
 use backseat_core::state;
 use nalgebra::{Vector3, Vector6};
 

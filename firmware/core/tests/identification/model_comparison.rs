@@ -4,7 +4,7 @@ use super::simulation::{EXCITATION, PERIOD_S, advance, start};
 use super::support::{Random, VEHICLE, assert_close, model};
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::identification::theta::theta_of;
-use backseat_core::identification::{FEWEST_STRETCHES, HORIZON_STEPS, ModelRole, ModelComparison};
+use backseat_core::identification::{FEWEST_STRETCHES, HORIZON_STEPS, ModelComparison, ModelRole};
 use backseat_core::state;
 use nalgebra::{Vector3, Vector6};
 
@@ -12,7 +12,13 @@ const ATTITUDE_NOISE: f64 = 4.0e-3;
 const NOISE: [f64; 6] = [0.01, 0.01, 0.01, 2.0e-3, 2.0e-3, 2.0e-3];
 
 /// The vehicle's own motion, measured with noise, before a comparison of these sets.
-fn run(comparison: &mut ModelComparison, sets: &[(ModelRole, VehicleParameters)], noise: f64, stretches: u16, random: &mut Random) {
+fn run(
+    comparison: &mut ModelComparison,
+    sets: &[(ModelRole, VehicleParameters)],
+    noise: f64,
+    stretches: u16,
+    random: &mut Random,
+) {
     comparison.configure(ATTITUDE_NOISE, &NOISE, &[0.0; 6], PERIOD_S);
     for (role, set) in sets {
         comparison.enter(*role, Some(&theta_of(set)));
@@ -84,14 +90,18 @@ fn val_misses_are_weighed_by_noise_and_process_noise() {
 #[test]
 fn a_better_set_wins_and_a_worse_one_does_not() {
     let mut comparison = ModelComparison::new();
-    let sets = [(ModelRole::Active, slower(0.05)), (ModelRole::Candidate, slower(0.02)), (ModelRole::Previous, slower(0.1))];
+    let sets =
+        [(ModelRole::Active, slower(0.05)), (ModelRole::Candidate, slower(0.02)), (ModelRole::Previous, slower(0.1))];
     run(&mut comparison, &sets, 1.0, FEWEST_STRETCHES, &mut Random(2));
     let [candidate, previous] = [ModelRole::Candidate, ModelRole::Previous].map(|role| comparison.evidence(role));
     assert!(candidate.is_better() && !previous.is_better(), "{candidate:?} {previous:?}");
     assert!(candidate.gain > 0.0 && previous.gain < 0.0);
     // Sets that leave, or that are compared with another one, start without evidence.
     comparison.enter(ModelRole::Candidate, None);
-    assert_eq!((comparison.evidence(ModelRole::Candidate).stretches, comparison.theta(ModelRole::Candidate)), (0, None));
+    assert_eq!(
+        (comparison.evidence(ModelRole::Candidate).stretches, comparison.theta(ModelRole::Candidate)),
+        (0, None)
+    );
     assert_eq!(comparison.evidence(ModelRole::Previous).stretches, FEWEST_STRETCHES);
     comparison.enter(ModelRole::Active, Some(&theta_of(&VEHICLE)));
     assert_eq!(comparison.evidence(ModelRole::Previous).stretches, 0);
@@ -104,7 +114,13 @@ fn chance_does_not_win() {
     let mut won = 0;
     for _ in 0..40 {
         let mut comparison = ModelComparison::new();
-        run(&mut comparison, &[(ModelRole::Active, slower(3.0e-4)), (ModelRole::Candidate, slower(-3.0e-4))], 1.0, 12, &mut random);
+        run(
+            &mut comparison,
+            &[(ModelRole::Active, slower(3.0e-4)), (ModelRole::Candidate, slower(-3.0e-4))],
+            1.0,
+            12,
+            &mut random,
+        );
         won += u32::from(comparison.evidence(ModelRole::Candidate).is_better());
     }
     // 0.3 % each; three or more of forty have a probability of 1e-4.

@@ -2,7 +2,7 @@
 
 use super::support::*;
 use backseat_core::dynamics::ActuatorInput;
-use backseat_core::effects::{CATALOGUE, SensorChannel, EffectSet, Moment, ParameterId, ParameterKind, parameters};
+use backseat_core::effects::{CATALOGUE, EffectSet, Moment, ParameterId, ParameterKind, SensorChannel, parameters};
 use backseat_core::navigation::*;
 
 /// Every parameter at half its plausible size.
@@ -180,7 +180,9 @@ fn fly(truth: &EffectSet, states: EffectStates, seed: u64, tally: &mut Consisten
         let nu = nalgebra::Vector3::new(x[6], x[7], x[8]);
         let over_ground = nu + attitude.rotation().tr_mul(&nalgebra::Vector3::new(current[0], current[1], 0.0));
         let mut all = vec![
-            Measurement::Depth { z_m: read(SensorChannel::Depth, t_s, [x[2], 0.0, 0.0])[0] + sigma.depth_m * noise.normal() },
+            Measurement::Depth {
+                z_m: read(SensorChannel::Depth, t_s, [x[2], 0.0, 0.0])[0] + sigma.depth_m * noise.normal(),
+            },
             Measurement::Attitude {
                 euler_rad: noise.normals(read(SensorChannel::Attitude, t_s, [x[3], x[4], x[5]]), sigma.attitude_rad),
             },

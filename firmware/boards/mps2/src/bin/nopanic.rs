@@ -17,7 +17,7 @@ use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
 use backseat_core::control::riccati::{Horizon, LinearQuadratic, RiccatiSolver};
 use backseat_core::control::{ControlConfig, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use backseat_core::identification::{IdentificationConfig, Identifier, ModelRole, ModelComparison, theta};
+use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, ModelRole, theta};
 use backseat_core::navigation::{
     Consistency, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ProcessModel, ProcessNoise,
     Sensor, nees_position, nees_vehicle,

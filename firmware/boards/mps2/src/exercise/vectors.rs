@@ -13,7 +13,7 @@ use backseat_core::dynamics::{
     ActuatorInput, Attitude, Linearisation, VehicleModel, VehicleParameters, kinematic_linearise,
 };
 use backseat_core::identification::aid::{AidState, Instant, heun, rates};
-use backseat_core::identification::{IdentificationConfig, Identifier, ModelRole, ModelComparison, Theta, theta};
+use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, ModelRole, Theta, theta};
 use backseat_core::navigation::{
     AcousticPath, EffectStates, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ProcessModel,
     ShipEnd, VehicleEnd,
@@ -343,12 +343,21 @@ fn identification_steps(report: &mut dyn FnMut(&str, u64)) {
 }
 
 /// Forty seconds of the identifier, most of them adapting, and of a comparison of three parameter sets.
-fn identification_run(identifier: &mut Identifier, comparison: &mut ModelComparison, report: &mut dyn FnMut(&str, u64)) {
+fn identification_run(
+    identifier: &mut Identifier,
+    comparison: &mut ModelComparison,
+    report: &mut dyn FnMut(&str, u64),
+) {
     let prior = VehicleParameters::IVER3;
     let config = IdentificationConfig { warm_up_s: 5.0, ..IdentificationConfig::DEFAULT };
     // refused by none: an identifier that is not configured shows as a digest that differs from the one before
     let _ = identifier.configure(&config, &prior);
-    comparison.configure(config.roll_pitch_noise_rad, &config.velocity_noise, &[3e-3, 2e-3, 2e-3, 3e-3, 1e-3, 1e-3], 0.1);
+    comparison.configure(
+        config.roll_pitch_noise_rad,
+        &config.velocity_noise,
+        &[3e-3, 2e-3, 2e-3, 3e-3, 1e-3, 1e-3],
+        0.1,
+    );
     for (role, factor) in [(ModelRole::Active, 1.0), (ModelRole::Candidate, 1.1), (ModelRole::Previous, 0.9)] {
         comparison.enter(role, Some(&(theta::theta_of(&prior) * factor)));
     }

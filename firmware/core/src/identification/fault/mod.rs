@@ -17,7 +17,7 @@
 mod cause;
 mod evidence;
 
-pub use cause::{FaultCause, Diagnosis};
+pub use cause::{Diagnosis, FaultCause};
 
 use crate::dynamics::{ActuatorInput, Attitude, VehicleModel};
 use evidence::{DRAG, Evidence, MODES, MOMENT, Signature, THRUST, WATER};

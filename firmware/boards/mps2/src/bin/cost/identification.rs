@@ -5,7 +5,7 @@ use crate::motion;
 use crate::random::Random;
 use crate::row;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_core::identification::{IdentificationConfig, Identifier, Outcome, ModelRole, ModelComparison, theta};
+use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, ModelRole, Outcome, theta};
 use core::hint::black_box;
 
 /// Seven hundred samples: the filter's window fills, the gains settle for a minute, and the last five seconds adapt.
@@ -31,7 +31,8 @@ pub fn measure(identifier: &mut Identifier, comparison: &mut ModelComparison) {
             Outcome::Adapting => adapting.0 = adapting.0.max(instructions),
             _ => {}
         }
-        prediction.count(|| black_box(&mut *comparison).sample(&model, time_us, black_box(&attitude), &velocity, &input));
+        prediction
+            .count(|| black_box(&mut *comparison).sample(&model, time_us, black_box(&attitude), &velocity, &input));
     }
     assert!(adapting.0 > 0 && identifier.adapted_s() > 1.0);
     row("identification", "sample, gains not yet known", 0, 0, warming.0, 0);

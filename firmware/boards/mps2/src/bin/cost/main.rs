@@ -68,7 +68,8 @@ fn row(group: &str, name: &str, states: usize, entries: usize, instructions: u32
 #[entry]
 fn main() -> ! {
     // SAFETY: `main` is entered once, and the objects hold no references.
-    let Objects { navigator, controller, identifier, comparison, app, pump, frames } = unsafe { OBJECTS.fill(&INITIAL) };
+    let Objects { navigator, controller, identifier, comparison, app, pump, frames } =
+        unsafe { OBJECTS.fill(&INITIAL) };
     measure::start();
     measure::paint();
     cycle::measure(app, pump, frames);

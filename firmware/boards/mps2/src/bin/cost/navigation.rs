@@ -5,7 +5,7 @@ use crate::measure::{Worst, count};
 use crate::random::Random;
 use crate::row;
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use backseat_core::effects::{CATALOGUE, SensorChannel, EffectInfo, EffectSet, ParameterKind};
+use backseat_core::effects::{CATALOGUE, EffectInfo, EffectSet, ParameterKind, SensorChannel};
 use backseat_core::navigation::{
     AcousticPath, CloneId, EffectStates, FusionOutcome, InitialShip, InitialState, Measurement, NavigationConfig,
     Navigator, ShipEnd, VehicleEnd,
