@@ -197,3 +197,31 @@ fn earlier_results_are_not_overwritten() {
     assert_eq!(fs::read_to_string(&path).unwrap(), report.html());
     assert_eq!(report.write(&path).unwrap_err().kind(), std::io::ErrorKind::AlreadyExists);
 }
+
+/// Three plots in two columns: each whole, inside the picture and clear of the others.
+#[test]
+fn a_sheet_paints_over_none_of_its_plots() {
+    let points: Vec<(f64, f64)> = (0..50).map(|i| (f64::from(i), f64::from(i % 7))).collect();
+    let plots = all_plots(&points, "name");
+    let picture = plots::sheet(&[&plots[..1], &plots[1..3]]);
+    let document = parse(&picture);
+    let root = document.root_element();
+    let number = |node: &roxmltree::Node<'_, '_>, name: &str| node.attribute(name).unwrap().parse::<i32>().unwrap();
+    let places: Vec<[i32; 4]> = root
+        .children()
+        .filter(|node| node.has_tag_name(("http://www.w3.org/2000/svg", "svg")))
+        .map(|node| {
+            let [x, y, width, height] = ["x", "y", "width", "height"].map(|name| number(&node, name));
+            assert_eq!(node.attribute("viewBox").unwrap(), format!("0 0 {width} {height}"));
+            [x, y, x + width, y + height]
+        })
+        .collect();
+    assert_eq!(places.len(), 3);
+    let view: Vec<i32> = root.attribute("viewBox").unwrap().split(' ').map(|n| n.parse().unwrap()).collect();
+    for (i, a) in places.iter().enumerate() {
+        assert!(a[0] >= 0 && a[1] >= 0 && a[2] <= view[2] && a[3] <= view[3], "{a:?} in {view:?}");
+        for b in &places[i + 1..] {
+            assert!(a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1], "{a:?} over {b:?}");
+        }
+    }
+}

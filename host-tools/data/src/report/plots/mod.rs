@@ -5,6 +5,7 @@
 mod axis;
 mod decimate;
 mod frame;
+mod sheet;
 mod statistics;
 mod svg;
 mod time;
@@ -12,6 +13,7 @@ mod track;
 mod xy;
 
 pub(super) use frame::phone_font;
+pub use sheet::sheet;
 pub use statistics::{bars, before_after, histogram};
 pub use time::{error_vs_time, innovations, time_series};
 pub use track::track;

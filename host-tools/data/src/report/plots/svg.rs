@@ -67,7 +67,7 @@ fn disc(line: &str) -> Option<(&str, &str, Look<'_>)> {
     Some((attribute(attributes, "cx")?, attribute(attributes, "cy")?, look))
 }
 
-fn attribute<'a>(attributes: &'a str, name: &str) -> Option<&'a str> {
+pub(super) fn attribute<'a>(attributes: &'a str, name: &str) -> Option<&'a str> {
     let mut rest = attributes;
     while let Some((key, tail)) = rest.split_once("=\"") {
         let (value, after) = tail.split_once('"')?;
