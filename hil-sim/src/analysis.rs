@@ -1,6 +1,5 @@
 //! A flight judged: the backseat's own estimate, and the same measurements through other filters.
 
-use crate::backseat::FusionRecord;
 use crate::flight::FlightLog;
 use crate::scenario::Scenario;
 use crate::score::TrackScore;
@@ -8,6 +7,7 @@ use backseat_core::navigation::{ProcessModel, Sensor};
 use backseat_data::filter::{self, FilterOptions, FilterRun};
 use backseat_data::stats::ErrorSummary;
 use backseat_data::{DataError, Log, Truth, TruthRow, dead_reckoning};
+use backseat_link::FusionRecord;
 use std::collections::BTreeMap;
 
 /// Mean normalised innovation squared of one sensor.

@@ -1,21 +1,16 @@
-//! Host-in-the-loop simulator: a simulated Iver3, ship, sensors and modem on virtual serial ports.
+//! Simulator of an Iver3, its ship, sensors and acoustic modems, which flies missions against a backseat.
 
 pub mod acoustics;
 pub mod analysis;
 pub mod backseat;
-pub mod commands;
-pub mod consistency;
 pub mod dataset;
 pub mod devices;
 pub mod environment;
 pub mod faults;
 pub mod flight;
-pub mod idsim;
 pub mod noise;
 pub mod observation;
-pub mod packets;
-pub mod pty;
-pub mod report;
+mod quantity;
 pub mod rng;
 pub mod scenario;
 pub mod score;

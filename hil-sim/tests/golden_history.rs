@@ -4,7 +4,8 @@
 //! shows up as a difference of these files, to be reviewed with the change that made it. To write them again:
 //! `GOLDEN_HISTORY=write cargo test --test golden_history`.
 
-use hil_sim::backseat::{Client, InProcess};
+use backseat_link::Client;
+use hil_sim::backseat::InProcess;
 use hil_sim::flight::fly;
 use hil_sim::scenario::Scenario;
 use std::fmt::Write as _;

@@ -6,13 +6,14 @@
 use backseat_core::navigation::{ProcessModel, Sensor};
 use backseat_data::VehicleFile;
 use backseat_data::filter::{self, FilterOptions, ShipSource};
+use backseat_link::{BackseatError, Client, Ports};
 use backseat_wire::hostlink::{Decoder, FromBoard, Mode, Port, Step, ToBoard};
 use hil_sim::analysis;
-use hil_sim::backseat::{BackseatError, Client, InProcess, Ports, Qemu, build_image, missing};
+use hil_sim::backseat::{InProcess, Qemu, build_image, missing};
 use hil_sim::flight::{FlightLog, board_parameters, fly, fly_prepared, fly_realtime};
 use hil_sim::scenario::Scenario;
 use std::io::Write as _;
-use std::process::{Command, Stdio};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::thread::sleep;
 use std::time::Duration;
@@ -203,15 +204,8 @@ fn arm_navigates_on_its_own_clock() {
 
 /// The one line that an image is answered with.
 fn complaint(image: &str) -> String {
-    let folder = tempfile::tempdir().unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
-        .args(["run", "--backseat", "qemu", "--image", image, "--out", folder.path().to_str().unwrap()])
-        .stdin(Stdio::null())
-        .env_remove("RUST_BACKTRACE")
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    let text = String::from_utf8(output.stderr).unwrap();
+    let started = Qemu::start(Path::new(image)).and_then(|qemu| Ok(Client::new(qemu).hello()?));
+    let text = format!("{:#}", started.unwrap_err());
     assert_eq!(text.lines().count(), 1, "{text}");
     text
 }

@@ -3,7 +3,6 @@
 mod board;
 mod check;
 mod columns;
-mod console;
 mod diagnose;
 mod export;
 mod identify;
@@ -13,30 +12,47 @@ mod navigate;
 mod params;
 mod record;
 mod replay;
-mod reproduce;
-mod study;
+mod sim;
 
+use backseat_data::console;
 use clap::{CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Tools for the backseat of an Iver3-class AUV: recorded missions, and the board on the bench.
+/// The backseat of an Iver3-class AUV: simulated missions, recorded missions, and the board on the bench.
+///
+/// Without a command it flies the simulator's default mission, as `backseat sim run` does: ten 1 km lines without a
+/// DVL, the backseat as a process of its own on five virtual serial ports. Options are those of `backseat sim run`.
 #[derive(Parser)]
-#[command(name = "backseat", version, arg_required_else_help = true)]
+#[command(name = "backseat", version, after_help = EXAMPLES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  backseat                                            fly the default mission
+  backseat sim run --minutes 20 --seed 7              its first twenty minutes, other noise
+  backseat sim dataset --effect random --seed 1 --hours 1 --out set1
+  backseat diagnose set1/log.csv                      which effect does the declared model lack?
+  backseat navigate log.csv --report out              navigation of a recorded mission, out/report.html";
+
 #[derive(Subcommand)]
 enum Command {
+    #[command(subcommand)]
+    Sim(sim::Simulation),
     Navigate(navigate::Args),
     Diagnose(diagnose::Args),
     Identify(identify::Args),
     Record(record::Args),
     Replay(replay::Args),
     Export(export::Args),
-    Reproduce(reproduce::Args),
-    Study(study::Args),
+    Reproduce(backseat_studies::reproduce::Args),
+    /// Ensembles of simulations: what makes docs/results
+    #[command(subcommand)]
+    Studies(backseat_studies::Study),
     Mission(mission::Args),
     Params(params::Args),
     Monitor(monitor::Args),
@@ -49,19 +65,44 @@ enum Command {
         /// Which shell
         shell: clap_complete::Shell,
     },
+    /// The backseat app on five serial ports: what `sim run` starts as its other end
+    #[command(name = "__backseat", hide = true)]
+    Backseat {
+        /// Frontseat, DVL, AHRS, modem and host port
+        #[arg(num_args = 5, required = true)]
+        ports: Vec<PathBuf>,
+    },
+}
+
+/// The arguments; `sim run` goes in where no command is named.
+fn arguments(given: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = given.collect();
+    let is_option = |argument: Option<&OsString>| match argument.map(|text| text.to_string_lossy()) {
+        None => true,
+        Some(text) => text.starts_with('-') && !["-h", "--help", "-V", "--version"].contains(&&*text),
+    };
+    if is_option(arguments.get(1)) {
+        arguments.insert(1.min(arguments.len()), "sim".into());
+    }
+    if arguments.get(1).is_some_and(|command| command == "sim") && is_option(arguments.get(2)) {
+        arguments.insert(2, "run".into());
+    }
+    arguments
 }
 
 /// 0: done; 1: failed, with one line on stderr; 2: bad usage (clap).
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let result = match Cli::parse_from(arguments(std::env::args_os())).command {
+        Command::Sim(simulation) => simulation.run(),
+        Command::Backseat { ports } => sim::backseat(&ports),
         Command::Navigate(args) => navigate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Identify(args) => identify::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Export(args) => export::run(&args),
-        Command::Reproduce(args) => reproduce::run(&args),
-        Command::Study(args) => study::run(&args),
+        Command::Reproduce(args) => backseat_studies::reproduce::run(&args),
+        Command::Studies(study) => study.run(),
         Command::Mission(args) => mission::run(&args),
         Command::Params(args) => params::run(&args),
         Command::Monitor(args) => monitor::run(&args),
@@ -88,5 +129,25 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn without_a_command_the_default_mission_is_flown() {
+        let full = |given: &str| {
+            let words = given.split_whitespace().map(OsString::from);
+            arguments(words).join(" ".as_ref()).into_string().unwrap()
+        };
+        for (given, expected) in [
+            ("backseat", "backseat sim run"),
+            ("backseat --minutes 1", "backseat sim run --minutes 1"),
+            ("backseat sim", "backseat sim run"),
+            ("backseat sim --seed 2", "backseat sim run --seed 2"),
+            ("backseat sim faults --runs 1", "backseat sim faults --runs 1"),
+            ("backseat --help", "backseat --help"),
+            ("backseat sim --help", "backseat sim --help"),
+            ("backseat navigate log.csv", "backseat navigate log.csv"),
+        ] {
+            assert_eq!(full(given), expected);
+        }
     }
 }

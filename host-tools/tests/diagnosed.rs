@@ -6,8 +6,9 @@
 
 use backseat_data::output::Existing;
 use backseat_data::{BoardFile, VehicleFile};
+use backseat_link::Client;
 use hil_sim::analysis::backseat;
-use hil_sim::backseat::{Client, InProcess};
+use hil_sim::backseat::InProcess;
 use hil_sim::flight::{board_parameters, fly_prepared};
 use hil_sim::scenario::{Effect, Lawnmower, Mission, Scenario};
 use rayon::prelude::*;

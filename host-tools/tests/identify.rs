@@ -2,7 +2,7 @@
 
 use backseat_core::dynamics::Attitude;
 use backseat_data::{Column, LogRow, LogWriter, VehicleFile};
-use hil_sim::idsim::{Experiment, wrong_prior};
+use backseat_studies::identification::experiment::{Experiment, wrong_prior};
 use nalgebra::Vector3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -6,9 +6,9 @@ mod bench;
 
 use backseat_app::parameters::PARAMETERS;
 use backseat_data::session::{Clock, Entry, Event, Reader};
+use backseat_link::Pty;
 use backseat_wire::hostlink::{Decoder, FromBoard, Port};
 use bench::{Bench, program};
-use hil_sim::pty::Pty;
 use serde_json::Value;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};

@@ -1,11 +1,11 @@
 //! The app inside this process, on ports in memory: no operating system in between, for studies of
 //! many flights. The same app, pump and host link as on any board.
 
-use super::{BackseatError, Ports};
-use crate::faults::{Flash, Reset};
+use crate::faults::Flash;
 use backseat_app::parameters::Settings;
 use backseat_app::store::{ParameterFlash, RestartRecord};
 use backseat_app::{App, Health, Progress, Pump};
+use backseat_link::{BackseatError, Ports, Reset};
 use backseat_wire::hostlink::Port;
 use std::collections::VecDeque;
 use std::convert::Infallible;

@@ -1,7 +1,7 @@
 //! The ARM image in QEMU: a Cortex-M7 whose five UARTs are Unix sockets.
 
-use super::{BackseatError, Ports};
 use anyhow::{Context, bail, ensure};
+use backseat_link::{BackseatError, Ports};
 use backseat_wire::hostlink::Port;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::ffi::OsString;

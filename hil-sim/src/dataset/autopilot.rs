@@ -55,8 +55,9 @@ impl Integral {
     }
 }
 
+/// The autopilot, at one moment of its mission.
 #[derive(Clone, Debug)]
-pub(crate) struct Autopilot<'a> {
+pub struct Autopilot<'a> {
     legs: &'a [Leg],
     leg: usize,
     /// Squared propeller speed per squared speed ahead, by the declared drag and thrust.
@@ -76,7 +77,9 @@ pub(crate) struct Autopilot<'a> {
 }
 
 impl<'a> Autopilot<'a> {
-    pub(crate) fn new(declared: &VehicleParameters, legs: &'a [Leg], holds_speed: bool) -> Self {
+    /// For the declared vehicle, before the first of these legs.
+    #[must_use]
+    pub fn new(declared: &VehicleParameters, legs: &'a [Leg], holds_speed: bool) -> Self {
         let fins = 4.0 * 0.5 * declared.rho_kg_per_m3 * declared.fin_area_m2 * declared.cd[0];
         let drag = declared.quadratic_diag[0] + fins;
         Self {
@@ -98,7 +101,8 @@ impl<'a> Autopilot<'a> {
         }
     }
 
-    pub(crate) fn observe(&mut self, observation: &Observation) {
+    /// Takes in a measurement.
+    pub fn observe(&mut self, observation: &Observation) {
         match observation.kind {
             ObservationKind::Ahrs { euler_rad: [_, pitch, heading], rates_radps: [_, q, r] } => {
                 let dt_s = (observation.time_us - self.last_ahrs_us) as f64 * 1e-6;
@@ -116,8 +120,9 @@ impl<'a> Autopilot<'a> {
         }
     }
 
-    /// What to do from now on; before the first measurements, nothing but turn the propeller.
-    pub(crate) fn command(&mut self, time_us: u64) -> Actuators {
+    /// Commands from a time on, µs, to be asked for every [`COMMAND_US`](super::COMMAND_US); before the first
+    /// measurements, nothing but a turning propeller.
+    pub fn command(&mut self, time_us: u64) -> Actuators {
         let time_s = time_us as f64 * 1e-6;
         while self.leg + 1 < self.legs.len() && time_s >= self.legs[self.leg].until_s {
             self.leg += 1;

@@ -17,13 +17,13 @@ use crate::observation::{Observation, ObservationKind};
 use crate::rng::{Source, Stream};
 use crate::scenario::{self, Effect, Effects, Request, Scenario};
 use crate::world::World;
-pub(crate) use autopilot::Autopilot;
+pub use autopilot::Autopilot;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
 use backseat_data::{Column, Log, LogRow, Truth, TruthRow, VehicleFile};
 
 /// Time between two commands, µs.
-pub(crate) const COMMAND_US: u64 = 200_000;
+pub const COMMAND_US: u64 = 200_000;
 /// Time between two rows of truth, µs.
 const TRUTH_US: u64 = 1_000_000;
 /// Log times are whole steps of this, µs.

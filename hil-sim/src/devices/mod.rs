@@ -12,13 +12,13 @@ mod uart;
 
 pub use dvl::MOUNTING_RAD as DVL_MOUNTING_RAD;
 pub use geodesy::LocalFrame;
-pub use uart::Arrival;
 
 use crate::faults::{Direction, FrontseatFaults, Line, PacketFaults, SensorFaults};
 use crate::observation::Observation;
 use crate::scenario::Scenario;
 use crate::world::ActuatorTargets;
 use ahrs::Ahrs;
+use backseat_link::Arrival;
 use backseat_wire::hostlink::{MAX_CHUNKS, Port};
 use dvl::Dvl;
 use frontseat::Frontseat;

@@ -1,15 +1,7 @@
 //! One direction of a serial line: bytes leave one after the other at the line's speed.
 
+use backseat_link::Arrival;
 use std::collections::VecDeque;
-
-/// Bytes and the time at which the last of them has arrived, µs.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Arrival {
-    /// Arrival of the last byte, µs.
-    pub time_us: u64,
-    /// The bytes.
-    pub bytes: Vec<u8>,
-}
 
 /// A transmitter of 8N1 bytes.
 #[derive(Clone, Debug)]

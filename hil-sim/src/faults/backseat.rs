@@ -1,17 +1,9 @@
 //! Faults of the board under test: resets, its clock, its memory.
 
 use super::{BoardFault, Fault, Kind};
+use backseat_link::Reset;
 use backseat_wire::hostlink::ResetCause;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-
-/// Why a board starts again, and in what state it finds its memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reset {
-    /// Why.
-    pub cause: ResetCause,
-    /// So many of the two copies of its parameters were corrupted in the meantime.
-    pub corrupted: u8,
-}
 
 /// The board's clock against the simulation's, and its resets.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@
 //! fit between two frames at the line's speed are not sent.
 
 use super::{Active, Damage, Direction, Fault, Kind, active};
-use crate::devices::Arrival;
+use backseat_link::Arrival;
 use backseat_wire::hostlink::Port;
 use std::collections::VecDeque;
 

@@ -8,35 +8,23 @@
 //! | `frontseat` | on the frontseat's willingness |
 //! | `backseat` | on the board under test: resets, its clock, its memory |
 //! | `read` | `[[fault]]` in the scenario file |
-//! | `limits` | `[limits]`: what a row of the fault table must keep |
-//! | `judge`, `commands` | a flight watched step by step; what went to the frontseat |
-//! | `rows`, `table` | the built-in rows; the table of all of them |
 //!
 //! The backseat is never told. A fault acts from `from_s` until `until_s`; several may act at once. Each draws from a
 //! random stream of its own, so that one fault does not change what another does, nor any sensor's noise.
 
 mod backseat;
 mod bytes;
-mod commands;
 mod frontseat;
-mod judge;
-mod limits;
 mod modem;
 mod read;
-mod rows;
 mod sensors;
-mod table;
 
-pub use backseat::{Board, Flash, Reset};
+pub use backseat::{Board, Flash};
 pub use bytes::Line;
-pub use commands::CommandWatch;
 pub use frontseat::{FrontseatFault, FrontseatFaults};
-pub use judge::{Judge, Outcome, Spell};
-pub use limits::{End, Limits};
 pub use modem::{Delivery, PacketFaults};
-pub use rows::{Row, fly, rows};
+pub use read::snake;
 pub use sensors::SensorFaults;
-pub use table::{Summary, markdown, to_json};
 
 use crate::rng::Stream;
 use backseat_data::DataError;

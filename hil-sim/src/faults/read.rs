@@ -1,7 +1,7 @@
 //! `[[fault]]`: a name, when it acts, and its numbers.
 
 use super::{BoardFault, Damage, Direction, Fault, FrontseatFault, Kind, ModeName, PacketFault, SensorFault};
-use crate::scenario::quantity;
+use crate::quantity;
 use backseat_wire::hostlink::{Port, ResetCause};
 use serde::Deserialize;
 use std::fmt::Write as _;
@@ -252,7 +252,9 @@ fn shown(value: &impl std::fmt::Debug) -> String {
     if text.starts_with(char::is_uppercase) { snake(&text) } else { text }
 }
 
-pub(super) fn snake(name: &str) -> String {
+/// `AhrsFrozen` as `ahrs_frozen`.
+#[must_use]
+pub fn snake(name: &str) -> String {
     let mut text = String::new();
     for letter in name.chars() {
         if letter.is_uppercase() && !text.is_empty() {

@@ -2,11 +2,11 @@
 
 use super::record::{Recorder, Sample};
 use super::{FlightError, FlightLog, STEP_US, advance, prepare};
-use crate::backseat::{Client, FusionRecord, Ports, StepOutput};
 use crate::devices::Devices;
 use crate::faults::Board;
 use crate::scenario::Scenario;
 use crate::world::{VehicleTruth, World};
+use backseat_link::{Client, FusionRecord, Ports, StepOutput};
 use backseat_wire::hostlink::{Port, Telemetry};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -10,12 +10,12 @@ pub use realtime::fly_realtime;
 pub use record::{FlightLog, ModeChange, Sample};
 pub use setup::board_parameters;
 
-use crate::backseat::{BackseatError, Client, Ports};
 use crate::devices::Devices;
 use crate::faults::Board;
 use crate::scenario::Scenario;
 use crate::world::World;
 use backseat_data::DataError;
+use backseat_link::{BackseatError, Client, Ports};
 use record::Recorder;
 
 /// Length of a lock-step, µs.

@@ -2,10 +2,10 @@
 
 use super::record::{Recorder, Sample};
 use super::{FlightError, FlightLog, advance, prepare};
-use crate::backseat::{BackseatError, Client, FusionRecord, Ports};
 use crate::devices::Devices;
 use crate::scenario::Scenario;
 use crate::world::World;
+use backseat_link::{BackseatError, Client, FusionRecord, Ports};
 use backseat_wire::hostlink::{FromBoard, Port, Telemetry};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,12 +1,12 @@
 //! What a flight leaves behind: in memory for scoring, and on disk as it happens.
 
-use crate::backseat::FusionRecord;
 use crate::observation::{Observation, ObservationKind};
 use crate::ship::ShipTruth;
 use crate::world::{ActuatorTargets, VehicleTruth};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
 use backseat_data::{Column, DataError, Log, LogRow, LogWriter, TruthRow, TruthWriter};
+use backseat_link::FusionRecord;
 use backseat_wire::hostlink::{Adoption, Identification, Mode, ModeReason, Telemetry};
 use std::path::Path;
 

@@ -1,6 +1,7 @@
 //! `[backseat]`: how the backseat under test is configured.
 
-use super::{Scenario, quantity};
+use super::Scenario;
+use crate::quantity;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_data::VehicleFile;
 use rand::{RngExt, SeedableRng};

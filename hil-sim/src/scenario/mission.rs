@@ -1,6 +1,6 @@
 //! `[mission]`: the waypoints the backseat is to fly and the lines it is judged on.
 
-use super::quantity;
+use crate::quantity;
 use backseat_wire::hostlink::Waypoint;
 use serde::Deserialize;
 

@@ -5,21 +5,23 @@
 
 mod backseat;
 pub mod effects;
+mod limits;
 mod load;
 mod mission;
-pub(crate) mod quantity;
 mod sections;
 mod sensors;
 mod vehicle;
 
 pub use backseat::{Backseat, ControlLaw, ControlMode, perturbed};
 pub use effects::{Effect, Effects, Physics, Request};
+pub use limits::{End, Limits};
 pub use mission::{Lawnmower, Line, Mission, MissionWaypoint};
 pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
-use crate::faults::{Fault, Limits};
+use crate::faults::Fault;
 use crate::noise::NoiseKind;
+use crate::quantity;
 use backseat_data::VehicleFile;
 use serde::Deserialize;
 

@@ -3,7 +3,7 @@
 //! Every key carries its unit. What is left out takes the default that stands here; noise left out
 //! takes the `[sensors]` of the vehicle file.
 
-use super::quantity;
+use crate::quantity;
 use backseat_wire::ship_state::Key;
 use serde::Deserialize;
 

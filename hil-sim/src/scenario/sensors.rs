@@ -1,6 +1,6 @@
 //! `[sensors]`: one table a sensor. Noise left out is the vehicle file's.
 
-use super::quantity;
+use crate::quantity;
 use serde::Deserialize;
 
 /// `[sensors]`.

@@ -96,26 +96,3 @@ impl Vehicle {
         self.steps += 1;
     }
 }
-
-/// Speed of the truth alone on one core: Runge-Kutta steps per second of a manoeuvring vehicle with
-/// moving fins, disturbance and current, at a 10 ms step. The fastest of 100 stretches of 10 000 steps counts, so
-/// that other work on the machine does not.
-#[must_use]
-pub fn benchmark(parameters: &Parameters) -> f64 {
-    const STEPS: u32 = 10_000;
-    let start = State::new([0.0, 0.0, 30.0], [0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]);
-    let mut vehicle = Vehicle::new(parameters, start, 0.01, 1);
-    let water = Water { surface_mps: [0.1, -0.05], shear_mps_per_m: [0.002, 0.0], ..Water::default() };
-    let stretch = |_| {
-        let begin = std::time::Instant::now();
-        for step in 0..STEPS {
-            // The rudder swings to and fro every 10 s.
-            let rudder = if step % 2000 < 1000 { 0.05 } else { -0.05 };
-            let targets = Actuators { propeller_radps: 107.0, fins_rad: [rudder, -rudder, 0.008, -0.008] };
-            vehicle.step(&targets, &water);
-        }
-        std::hint::black_box(vehicle.state());
-        f64::from(STEPS) / begin.elapsed().as_secs_f64()
-    };
-    (0..100).map(stretch).fold(0.0, f64::max)
-}

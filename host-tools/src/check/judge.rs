@@ -1,8 +1,8 @@
 //! From what was seen of a board to what is right and wrong with it.
 
-use crate::board::{Declared, Identity};
 use backseat_app::parameters::PARAMETER_SCHEMA;
 use backseat_host::PORT_NAMES;
+use backseat_link::board::{Declared, Identity};
 use backseat_wire::calendar::DateTime;
 use backseat_wire::hostlink::{Health, Mode, ModeReason, Port, Restart, Telemetry};
 use serde_json::{Value, json};

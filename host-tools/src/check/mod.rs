@@ -2,8 +2,9 @@
 
 mod judge;
 
-use crate::board::{Board, Common, reason};
+use crate::board::Common;
 use anyhow::bail;
+use backseat_link::board::{Board, reason};
 use backseat_wire::hostlink::Telemetry;
 use judge::{Line, Look, Verdict};
 use serde_json::json;

@@ -5,9 +5,9 @@ mod page;
 mod text;
 
 use crate::columns::Columns;
-use crate::console;
 use anyhow::{Context, bail};
 use backseat_core::effects::ParameterId;
+use backseat_data::console;
 use backseat_data::importers::{self, Imported};
 use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};

@@ -4,8 +4,8 @@ mod decode;
 mod foxglove;
 mod tables;
 
-use crate::console::{self, Progress};
 use anyhow::bail;
+use backseat_data::console::{self, Progress};
 use backseat_data::session::{Clock, Damage, Entry, Event, Reader};
 use backseat_wire::hostlink::Port;
 use clap::ArgGroup;
@@ -23,7 +23,7 @@ Examples:
   backseat export dive.mcap --csv dive
   backseat export LOG00012.BSL --csv dive --foxglove dive_foxglove.mcap
 
-LOG is a session (backseat record, hil-sim run) or the log of a board's memory card. It is decoded with the parameters
+LOG is a session (backseat record, backseat sim run) or the log of a board's memory card. It is decoded with the parameters
 that stand in it. In the folder of --csv:
   vehicle_log.csv  what was measured and commanded, as backseat navigate, identify and diagnose read it
   telemetry.csv    the board's estimate at every step    fusion.csv  each of its innovations    events.csv  modes, notes

@@ -1,21 +1,16 @@
 //! `backseat identify`: a vehicle's parameters from its log.
 
-mod accelerations;
-mod compensation;
-mod experiments;
-mod faults;
 mod outcome;
 mod page;
 mod plan;
 mod reduced;
-mod study;
 
 use crate::columns::Columns;
-use crate::console::{self, Progress};
 use anyhow::{Context, anyhow, bail};
 use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
 use backseat_data::VehicleFile;
+use backseat_data::console::{self, Progress};
 use backseat_data::output::{self, Existing};
 use backseat_identify::{IdentificationData, Method, Options, identify, take_in, validate};
 use clap::ValueEnum;
@@ -31,9 +26,7 @@ Examples:
   backseat identify log.csv --validate other.csv --report out        judged on another log, out/report.html
   backseat identify iver_mission.log                                 surge and yaw of a log in servo counts
   backseat identify table.csv --columns map.toml                     a table of any other maker
-  backseat identify --study --runs 10                                the ensemble table of docs/results/identification.md
   backseat identify --plan mission.toml --duration 1800              the mission that tells most about the vehicle
-  backseat identify --fault-study --runs 200                         the tables of docs/results/fault_detection.md
 
 The log needs prop_rpm, fin_{top,bottom,port,starboard}_rad, roll_rad, pitch_rad, heading_rad, p_radps, q_radps, r_radps
 and dvl_{u,v,w}_mps. DVL velocity is over ground: state the water current (--current, or [effects] of the vehicle
@@ -47,7 +40,7 @@ const FITTED: f64 = 0.8;
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log with servo counts
-    #[arg(required_unless_present_any = ["study", "plan", "studies"])]
+    #[arg(required_unless_present = "plan")]
     log: Option<PathBuf>,
     #[command(flatten)]
     columns: Columns,
@@ -81,14 +74,8 @@ pub struct Args {
     /// Replace results that exist
     #[arg(long)]
     force: bool,
-    /// Instead of a log: simulated experiments, the errors of every method over an ensemble of seeds
-    #[arg(long, group = "studies", conflicts_with_all = ["log", "validate", "out", "report"])]
-    study: bool,
-    /// Seeds of a study
-    #[arg(long, value_name = "N", default_value_t = 10, requires = "studies")]
-    runs: u64,
     #[command(flatten)]
-    experiments: experiments::Experiments,
+    plan: plan::Planning,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -131,10 +118,7 @@ impl Choice {
 
 /// Reads, identifies, judges, writes.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    if let Some(outcome) = args.experiments.run(args) {
-        return outcome;
-    }
-    let Some(path) = &args.log else { return study::run(args.runs, args.json) };
+    let Some(path) = &args.log else { return args.plan.run(args) };
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let in_report = |name: &str| args.report.as_ref().map(|folder| folder.join(name));
     let page = in_report("report.html");

@@ -1,8 +1,8 @@
 //! Surge and yaw of a log that has servo counts in place of propeller speed and fin angles.
 
 use super::Args;
-use crate::console;
 use anyhow::bail;
+use backseat_data::console;
 use backseat_data::importers::Imported;
 use backseat_data::output::{self, Existing};
 use backseat_data::report::{Provenance, Report, Table};

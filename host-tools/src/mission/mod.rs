@@ -2,9 +2,10 @@
 
 pub(crate) mod file;
 
-use crate::board::{Board, Common};
+use crate::board::Common;
 use anyhow::bail;
 use backseat_data::output::{self, Existing};
+use backseat_link::board::Board;
 use backseat_wire::hostlink::Waypoint;
 use clap::Subcommand;
 use serde_json::{Value, json};

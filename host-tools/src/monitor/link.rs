@@ -1,8 +1,8 @@
 //! The host port, through unplugging and replugging.
 
-use crate::board::{HostPort, PortName};
+use backseat_link::board::{HostPort, PortName};
+use backseat_link::{BackseatError, Ports};
 use backseat_wire::hostlink::{MAX_FRAME, Port, ToBoard, encode};
-use hil_sim::backseat::{BackseatError, Ports};
 use std::io::ErrorKind;
 
 /// How often a port that is gone is looked for, µs.

@@ -5,8 +5,8 @@ mod link;
 mod model;
 mod view;
 
-use crate::board::PortName;
 use anyhow::{Context, bail};
+use backseat_link::board::PortName;
 use link::{Link, News};
 use model::Model;
 use ratatui::DefaultTerminal;

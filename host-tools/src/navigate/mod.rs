@@ -5,9 +5,9 @@ mod page;
 mod text;
 
 use crate::columns::Columns;
-use crate::console::{self, Progress};
 use anyhow::Context;
 use backseat_core::navigation::ProcessModel;
+use backseat_data::console::{self, Progress};
 use backseat_data::dead_reckoning::{self, Method};
 use backseat_data::filter::{self, FilterOptions, ShipSource};
 use backseat_data::log::Column;

@@ -2,10 +2,11 @@
 
 mod table;
 
-use crate::board::{Board, Common, Declared, number, reason};
+use crate::board::Common;
 use anyhow::{anyhow, bail};
 use backseat_data::output::{self, Existing};
 use backseat_data::{BoardFile, BoardParameter, DataError};
+use backseat_link::board::{Board, Declared, number, reason};
 use backseat_wire::ship_state::Key;
 use clap::Subcommand;
 use serde_json::json;

@@ -1,6 +1,6 @@
 //! Parameters for the eye.
 
-use crate::board::{Declared, Effect, number};
+use backseat_link::board::{Declared, Effect, number};
 use std::fmt::Write as _;
 
 /// A row a parameter; a star where the value is not the default.

@@ -3,9 +3,9 @@
 mod inquiry;
 mod line;
 
-use crate::console;
 use anyhow::{Context, bail};
 use backseat_data::DataError;
+use backseat_data::console;
 use backseat_data::output::Existing;
 use backseat_data::session::{Clock, Entry, Event, Meta, Writer, port_name};
 use backseat_wire::hostlink::Port;

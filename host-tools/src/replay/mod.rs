@@ -7,10 +7,10 @@ mod ports;
 mod survey;
 mod text;
 
-use crate::console::{self, Progress};
 use crate::record::Source;
 use anyhow::{Context, bail};
 use approximate::Approximate;
+use backseat_data::console::{self, Progress};
 use backseat_data::session::{Clock, Damage, Meta, Reader};
 use board::Replay;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! `--to`: what the board's ports received, to real or virtual ports.
 
-use crate::console::Progress;
 use crate::record::Source;
 use anyhow::{Context, anyhow, bail};
+use backseat_data::console::Progress;
 use backseat_data::session::{Entry, Event, Reader, port_name};
 use backseat_wire::hostlink::Port;
 use serialport::{SerialPort, TTYPort};

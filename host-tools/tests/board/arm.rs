@@ -6,8 +6,9 @@
 use crate::bench::{Outcome, program, simulate};
 use crate::check::verdict;
 use backseat_data::VehicleFile;
-use hil_sim::backseat::{Serial, build_image, missing};
-use hil_sim::pty::Pty;
+use backseat_link::Pty;
+use backseat_link::Serial;
+use hil_sim::backseat::{build_image, missing};
 use hil_sim::scenario::Scenario;
 use serde_json::Value;
 use std::fs::File;

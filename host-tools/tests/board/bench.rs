@@ -1,10 +1,10 @@
 //! A bench: the app on five pseudo-terminals, a simulated vehicle where one is needed, and the program under test.
 
 use backseat_host::{HostPorts, run};
+use backseat_link::Pty;
+use backseat_link::{BackseatError, Ports};
 use backseat_wire::hostlink::Port;
-use hil_sim::backseat::{BackseatError, Ports};
 use hil_sim::devices::Devices;
-use hil_sim::pty::Pty;
 use hil_sim::scenario::Scenario;
 use hil_sim::world::World;
 use std::path::{Path, PathBuf};

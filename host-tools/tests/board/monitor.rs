@@ -1,8 +1,8 @@
 //! `backseat monitor`.
 
 use crate::bench::{Bench, Lines, carry, program};
+use backseat_link::Pty;
 use backseat_wire::hostlink::Port;
-use hil_sim::pty::Pty;
 use hil_sim::scenario::Scenario;
 use serde_json::Value;
 use std::fs::File;

@@ -3,7 +3,7 @@
 use crate::bench::Bench;
 use backseat_app::parameters::PARAMETERS;
 use backseat_data::{BoardFile, LogWriter, VehicleFile};
-use hil_sim::idsim::{Experiment, wrong_prior};
+use backseat_studies::identification::experiment::{Experiment, wrong_prior};
 
 fn vehicle(changes: &[(&str, f64)]) -> String {
     let mut file = VehicleFile::reference();

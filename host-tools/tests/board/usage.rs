@@ -1,7 +1,7 @@
 //! What every command of the board has in common.
 
 use crate::bench::{Bench, program};
-use hil_sim::pty::Pty;
+use backseat_link::Pty;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -2,9 +2,10 @@
 
 use backseat_data::output::Existing;
 use backseat_data::session::{Attachment, Clock, Entry, Meta, Reader, Writer};
+use backseat_link::{Arrival, Client, FusionRecord};
 use backseat_wire::hostlink::Port;
-use hil_sim::backseat::{Client, FusionRecord, InProcess};
-use hil_sim::devices::{Arrival, Devices};
+use hil_sim::backseat::InProcess;
+use hil_sim::devices::Devices;
 use hil_sim::flight::board_parameters;
 use hil_sim::scenario::Scenario;
 use hil_sim::world::World;

@@ -2,8 +2,8 @@
 
 use crate::sim::{Flight, backseat, replay};
 use backseat_data::session::{Event, Reader};
+use backseat_link::Pty;
 use backseat_wire::hostlink::Port;
-use hil_sim::pty::Pty;
 use std::path::Path;
 use std::thread::{JoinHandle, spawn};
 use std::time::{Duration, Instant};

@@ -1,5 +1,3 @@
-//! The methods against reference numbers, other derivations, and simulated experiments.
+//! The methods against reference numbers.
 
-mod convergence;
-mod sensitivities;
 mod vectors;

@@ -1,0 +1,276 @@
+//! The board over its host port, as the commands need it.
+
+mod declared;
+mod port;
+mod refusal;
+
+pub use declared::{Declared, Effect, number};
+pub use port::{HostPort, PortName};
+pub use refusal::reason;
+
+use crate::{BackseatError, Client};
+use anyhow::{Context, anyhow, bail};
+use backseat_core::control::mission::MAX_WAYPOINTS;
+use backseat_data::console::Progress;
+use backseat_wire::hostlink::{FromBoard, Health, Refusal, Restart, Telemetry, ToBoard, Waypoint};
+use backseat_wire::ship_state::Key;
+use std::time::{Duration, Instant, SystemTime};
+
+/// Version of the parameter list from which on a board knows a key.
+const KEY_SCHEMA: u16 = 3;
+/// Asking for this waypoint and those after it is only a way to be answered.
+const FIRST_NONCE: u16 = 0x8000;
+const _: () = assert!(MAX_WAYPOINTS < FIRST_NONCE as usize);
+
+/// Who answers.
+#[derive(Clone, Debug)]
+pub struct Identity {
+    /// Version of its firmware.
+    pub firmware: String,
+    /// Version of its parameter list.
+    pub schema: u16,
+    /// Its last start, if it knows.
+    pub restart: Option<Restart>,
+}
+
+/// A board that answers.
+pub struct Board {
+    client: Client<HostPort>,
+    port: PortName,
+    /// Who answered.
+    pub identity: Identity,
+}
+
+/// A parameter that the board refused to take.
+struct Refused {
+    name: String,
+    value: f64,
+    refusal: Refusal,
+}
+
+impl Board {
+    /// Opens the port and waits until what comes in is the answer to what was asked: whatever an earlier program
+    /// left unread on the line comes before it.
+    pub fn connect(port: &PortName) -> anyhow::Result<Self> {
+        let mut client = Client::new(HostPort::open(port)?);
+        let moment = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |elapsed| elapsed.subsec_micros() as u16);
+        let nonce = FIRST_NONCE | moment;
+        let mut hello = None;
+        let mut restart = None;
+        let answered = (|| {
+            client.send(&ToBoard::Hello)?;
+            client.send(&ToBoard::MissionGet { index: nonce })?;
+            client.receive(|message| match message {
+                FromBoard::Hello { firmware, parameter_schema } => {
+                    hello = Some((firmware.to_owned(), parameter_schema));
+                    None
+                }
+                FromBoard::Restart(last) => {
+                    restart = Some(last);
+                    None
+                }
+                FromBoard::Mission { index, .. } => (index == nonce).then_some(()),
+                _ => None,
+            })
+        })();
+        answered.map_err(|error| match error {
+            BackseatError::Silent { .. } => anyhow!("{port}: nothing comes from there (cable, power, baud rate?)"),
+            BackseatError::Unanswered { .. } => anyhow!("{port}: what comes from there is no backseat's host port"),
+            error => anyhow!("{port}: {error}"),
+        })?;
+        let (firmware, schema) = hello.with_context(|| format!("{port}: answers, but does not say hello"))?;
+        Ok(Self { client, port: port.clone(), identity: Identity { firmware, schema, restart } })
+    }
+
+    fn failed(&self, error: &BackseatError) -> anyhow::Error {
+        match error {
+            BackseatError::Refused { request, refusal } => anyhow!("the board refused {request}: {}", reason(*refusal)),
+            BackseatError::Silent { seconds, .. } | BackseatError::Unanswered { seconds } => {
+                anyhow!("{}: the board no longer answers (waited {seconds} s)", self.port)
+            }
+            error => anyhow!("{}: the connection broke ({error})", self.port),
+        }
+    }
+
+    /// Sends a request that is carried out or refused.
+    fn request(&mut self, message: &ToBoard<'_>) -> anyhow::Result<Result<(), Refusal>> {
+        match self.client.request(message, String::new) {
+            Ok(()) => Ok(Ok(())),
+            Err(BackseatError::Refused { refusal, .. }) => Ok(Err(refusal)),
+            Err(error) => Err(self.failed(&error)),
+        }
+    }
+
+    /// The same; a refusal is an error that names `what`.
+    fn demand(&mut self, message: &ToBoard<'_>, what: &str) -> anyhow::Result<()> {
+        self.request(message)?.map_err(|refusal| anyhow!("the board refused {what}: {}", reason(refusal)))
+    }
+
+    fn ask<T>(&mut self, message: &ToBoard<'_>, take: impl FnMut(FromBoard<'_>) -> Option<T>) -> anyhow::Result<T> {
+        let answer = self.client.send(message).and_then(|()| self.client.receive(take));
+        answer.map_err(|error| self.failed(&error))
+    }
+
+    /// All parameters, in the board's order.
+    pub fn parameters(&mut self) -> anyhow::Result<Vec<Declared>> {
+        let mut progress = None;
+        let mut parameters: Vec<Declared> = Vec::new();
+        loop {
+            let index = u16::try_from(parameters.len())?;
+            let known_here = self.identity.schema == backseat_app::parameters::PARAMETER_SCHEMA;
+            let (parameter, count) = self
+                .ask(&ToBoard::ParameterGet { index }, |message| match message {
+                    FromBoard::Parameter(info) if info.index == index => {
+                        Some(Some((Declared::new(&info, known_here), usize::from(info.count))))
+                    }
+                    FromBoard::Refused(_) => Some(None),
+                    _ => None,
+                })?
+                .with_context(|| format!("{}: the board says nothing about its parameter {index}", self.port))?;
+            parameters.push(parameter);
+            progress.get_or_insert_with(|| Progress::new("parameters", count)).set(parameters.len());
+            if parameters.len() >= count {
+                return Ok(parameters);
+            }
+        }
+    }
+
+    /// Sets parameters as one transaction: all of them, or none and each refused one told with its range.
+    ///
+    /// Under way only if they are unlocked first.
+    pub fn set_parameters(
+        &mut self,
+        values: &[(String, f64)],
+        declared: &[Declared],
+        unlock: bool,
+    ) -> anyhow::Result<()> {
+        let mut progress = Progress::new("parameters", values.len());
+        let mut refused = Vec::new();
+        if unlock {
+            self.demand(&ToBoard::Unlock, "to unlock its parameters")?;
+        }
+        self.demand(&ToBoard::ParameterBegin, "to take parameters")?;
+        for (done, (name, value)) in values.iter().enumerate() {
+            progress.set(done);
+            if let Err(refusal) = self.request(&ToBoard::ParameterSet { name, value: *value })? {
+                refused.push(Refused { name: name.clone(), value: *value, refusal });
+            }
+        }
+        drop(progress);
+        if refused.is_empty() {
+            return self.demand(&ToBoard::ParameterCommit, "the set as a whole, and keeps the old one");
+        }
+        let told: Vec<String> = refused.iter().map(|refused| refused.tell(declared)).collect();
+        bail!("the board refused, and keeps the old set: {}", told.join("; "))
+    }
+
+    /// Sets the key of the acoustic payloads; none switches authentication off.
+    pub fn set_key(&mut self, key: Key) -> anyhow::Result<()> {
+        let set = self.client.set_key(key);
+        set.map_err(|error| self.failed(&error))
+    }
+
+    /// Whether there is a key of the acoustic payloads; `None` from firmware that knows none.
+    pub fn has_key(&mut self) -> anyhow::Result<Option<bool>> {
+        if self.identity.schema < KEY_SCHEMA {
+            return Ok(None);
+        }
+        let has = self.client.has_key();
+        has.map(Some).map_err(|error| self.failed(&error))
+    }
+
+    /// Has the active set written to the board's memory.
+    pub fn store_parameters(&mut self) -> anyhow::Result<Result<(), Refusal>> {
+        self.request(&ToBoard::ParameterStore)
+    }
+
+    /// The stored mission.
+    pub fn mission(&mut self) -> anyhow::Result<Vec<Waypoint>> {
+        let mut waypoints = Vec::new();
+        loop {
+            let wanted = u16::try_from(waypoints.len())?;
+            let (waypoint, count) = self.ask(&ToBoard::MissionGet { index: wanted }, |message| match message {
+                FromBoard::Mission { index, count, waypoint } if index == wanted => Some((waypoint, count)),
+                _ => None,
+            })?;
+            let Some(waypoint) = waypoint else { return Ok(waypoints) };
+            waypoints.push(waypoint);
+            if wanted + 1 >= count {
+                return Ok(waypoints);
+            }
+        }
+    }
+
+    /// Replaces the mission, whole or not at all.
+    pub fn set_mission(&mut self, waypoints: &[Waypoint]) -> anyhow::Result<()> {
+        if waypoints.len() > MAX_WAYPOINTS {
+            bail!("{} waypoints; a board takes {MAX_WAYPOINTS}", waypoints.len());
+        }
+        self.client.set_mission(waypoints).map_err(|error| self.failed(&error))
+    }
+
+    /// Has the mission flown.
+    pub fn start_mission(&mut self) -> anyhow::Result<()> {
+        match self.request(&ToBoard::MissionStart)? {
+            Err(Refusal::Sequence) => bail!("the board refused to start: it has no mission (backseat mission put)"),
+            Err(refusal) => bail!("the board refused to start: {}", reason(refusal)),
+            Ok(()) => Ok(()),
+        }
+    }
+
+    /// Neutral fins, propeller off, frontseat in charge.
+    pub fn stop_mission(&mut self) -> anyhow::Result<()> {
+        self.demand(&ToBoard::MissionStop, "to stop")
+    }
+
+    /// The counters; `None` from firmware that does not tell them.
+    pub fn health(&mut self) -> anyhow::Result<Option<Health>> {
+        // Firmware that does not know the request says nothing; it does know the one behind.
+        let sent = self.client.send(&ToBoard::HealthGet);
+        sent.map_err(|error| self.failed(&error))?;
+        let mut health = None;
+        self.ask(&ToBoard::MissionGet { index: u16::MAX }, |message| match message {
+            FromBoard::Health(counters) => {
+                health = Some(counters);
+                None
+            }
+            FromBoard::Mission { index, .. } => (index == u16::MAX).then_some(()),
+            _ => None,
+        })?;
+        Ok(health)
+    }
+
+    /// Moves the fins one after the other, with the propeller stopped.
+    pub fn wiggle(&mut self) -> anyhow::Result<Result<(), Refusal>> {
+        self.request(&ToBoard::FinWiggle)
+    }
+
+    /// The telemetry that comes in this time.
+    pub fn listen(&mut self, time: Duration) -> anyhow::Result<Vec<Telemetry>> {
+        let begun = Instant::now();
+        let mut records = Vec::new();
+        while begun.elapsed() < time {
+            std::thread::sleep(Duration::from_millis(20));
+            let outcome = self.client.drain(|message| {
+                if let FromBoard::Telemetry(record) = message {
+                    records.push(record);
+                }
+            });
+            outcome.map_err(|error| self.failed(&error))?;
+        }
+        Ok(records)
+    }
+}
+
+impl Refused {
+    fn tell(&self, declared: &[Declared]) -> String {
+        let Self { name, value, refusal } = self;
+        let declared = declared.iter().find(|parameter| parameter.name == *name);
+        match (refusal, declared) {
+            (Refusal::OutOfRange, Some(parameter)) => format!("{name} = {value} is not {}", parameter.admitted()),
+            (Refusal::UnknownParameter, _) => format!("{name} is no parameter of this board"),
+            (Refusal::UnderWay, _) => format!("{name} cannot change while a mission runs"),
+            (refusal, _) => format!("{name} = {value}: {}", reason(*refusal)),
+        }
+    }
+}

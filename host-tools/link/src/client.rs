@@ -1,0 +1,401 @@
+//! The host link from the simulator's side: parameters, mission, and one lock-step after the other.
+
+use crate::Arrival;
+use crate::Reset;
+use crate::tape::Tape;
+use crate::{BackseatError, Ports};
+use backseat_core::navigation::Sensor;
+use backseat_data::session::{Event, Writer};
+use backseat_wire::hostlink::{
+    Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Step, StepDone, Telemetry,
+    ToBoard, Waypoint, encode,
+};
+use backseat_wire::ship_state::Key;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// An answer comes within this time, however much else is said.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// Nothing is under way on a line that has been silent this long: 190 bytes at 19,200 baud.
+const QUIET: Duration = Duration::from_millis(100);
+
+/// One scalar fusion of the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FusionRecord {
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// Board time, µs.
+    pub time_us: u64,
+    /// Component.
+    pub axis: u8,
+    /// It was used.
+    pub fused: bool,
+    /// Innovation, sensor's unit.
+    pub innovation: f64,
+    /// Its variance.
+    pub variance: f64,
+}
+
+impl FusionRecord {
+    /// As the host link carries it; `None` for a sensor that is not known here.
+    #[must_use]
+    pub fn of(telemetry: &FusionTelemetry) -> Option<Self> {
+        let FusionTelemetry { sensor, axis, outcome, time_us, innovation, variance } = *telemetry;
+        let sensor = *Sensor::ALL.get(usize::from(sensor))?;
+        Some(Self { sensor, time_us, axis, fused: outcome == 0, innovation, variance })
+    }
+}
+
+/// What the board did in one step.
+#[derive(Clone, Debug)]
+pub struct StepOutput {
+    /// Bytes it sent to each device port ([`Port::DEVICES`] order).
+    pub sent: [Vec<u8>; 4],
+    /// Its record of the step.
+    pub telemetry: Option<Telemetry>,
+    /// What it fused.
+    pub fusions: Vec<FusionRecord>,
+    /// What it identified, when it says so.
+    pub identification: Option<Identification>,
+    /// Verdicts about the parameters in use.
+    pub adoptions: Vec<Adoption>,
+    /// Running digest of filter state and covariance.
+    pub digest: u64,
+}
+
+/// Talks to a backseat over its ports.
+pub struct Client<P> {
+    ports: P,
+    decoder: Decoder,
+    unread: Vec<u8>,
+    /// Bytes of device ports that were read ahead.
+    ahead: [Vec<u8>; 4],
+    tape: Tape,
+}
+
+impl<P: Ports> Client<P> {
+    /// Over these ports.
+    pub fn new(ports: P) -> Self {
+        let (unread, ahead) = Default::default();
+        Self { ports, decoder: Decoder::new(), unread, ahead, tape: Tape::default() }
+    }
+
+    /// Writes into `session` from here on what passes, the board's parameters first: what is needed to do it again.
+    ///
+    /// # Errors
+    /// When the board does not tell its parameters, or the file cannot be written.
+    pub fn record(&mut self, session: Writer) -> Result<(), BackseatError> {
+        let parameters = self.parameters()?;
+        self.tape.start(session);
+        Ok(self.tape.write(Event::Parameters(parameters))?)
+    }
+
+    /// Ends the session.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn end_record(&mut self) -> Result<(), BackseatError> {
+        Ok(self.tape.finish()?)
+    }
+
+    /// The ports.
+    pub fn ports(&mut self) -> &mut P {
+        &mut self.ports
+    }
+
+    /// Sends one message.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), BackseatError> {
+        let mut buffer = [0; MAX_FRAME];
+        let frame = encode(message, &mut buffer).map_err(|e| BackseatError::Protocol(format!("nothing: {e:?}")))?;
+        self.ports.write(Port::Host, frame)?;
+        // the clock is recorded otherwise, the key nowhere
+        if self.tape.is_running() && !matches!(message, ToBoard::Step(_) | ToBoard::KeySet(_)) {
+            self.tape.write_heard()?;
+            self.tape.write(Event::Received { port: Port::Host, bytes: frame.to_vec() })?;
+        }
+        Ok(())
+    }
+
+    /// Hands bytes to a device port of a board that keeps its own clock.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    pub fn deliver(&mut self, time_us: u64, port: Port, bytes: &[u8]) -> Result<(), BackseatError> {
+        self.ports.write(port, bytes)?;
+        if self.tape.is_running() {
+            self.tape.write_at(time_us, Event::Received { port, bytes: bytes.to_vec() })?;
+        }
+        Ok(())
+    }
+
+    /// What a device port has sent by now, of a board that keeps its own clock.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    pub fn collect(&mut self, time_us: u64, port: Port) -> Result<Vec<u8>, BackseatError> {
+        let mut bytes = Vec::new();
+        self.ports.poll(port, &mut bytes)?;
+        self.tape.set_time(time_us);
+        if self.tape.is_running() && !bytes.is_empty() {
+            self.tape.write(Event::Sent { port, bytes: bytes.clone() })?;
+        }
+        Ok(bytes)
+    }
+
+    /// Hands over the messages that have been read, up to the first that `take` makes something of.
+    fn unread<T>(&mut self, mut take: impl FnMut(FromBoard<'_>) -> Option<T>) -> Option<T> {
+        let mut bytes = self.unread.as_slice();
+        let mut found = None;
+        while found.is_none()
+            && let Some(frame) = self.decoder.feed(&mut bytes)
+        {
+            // A broken frame is what was on the line before we listened.
+            if let Ok(message) = frame.and_then(|frame| frame.message()) {
+                found = take(message);
+            }
+        }
+        let consumed = self.unread.len() - bytes.len();
+        self.tape.hear(&self.unread[..consumed]);
+        self.unread.drain(..consumed);
+        found
+    }
+
+    /// Waits for the message that `take` makes something of.
+    ///
+    /// # Errors
+    /// When the backseat is gone, silent, or says other things only.
+    pub fn receive<T>(&mut self, mut take: impl FnMut(FromBoard<'_>) -> Option<T>) -> Result<T, BackseatError> {
+        let begun = Instant::now();
+        loop {
+            if let Some(answer) = self.unread(&mut take) {
+                return Ok(answer);
+            }
+            if begun.elapsed() > PATIENCE {
+                return Err(BackseatError::Unanswered { seconds: PATIENCE.as_secs() as u32 });
+            }
+            self.ports.read(Port::Host, &mut self.unread)?;
+        }
+    }
+
+    /// Messages that have come by now, without waiting.
+    ///
+    /// # Errors
+    /// When the backseat is gone.
+    pub fn drain(&mut self, mut take: impl FnMut(FromBoard<'_>)) -> Result<(), BackseatError> {
+        self.ports.poll(Port::Host, &mut self.unread)?;
+        self.unread(|message| {
+            take(message);
+            None::<()>
+        });
+        Ok(self.tape.write_heard()?)
+    }
+
+    /// Sends a request that is answered by "done" or a refusal.
+    ///
+    /// # Errors
+    /// [`BackseatError::Refused`] with what `describe` says of the request.
+    pub fn request(&mut self, message: &ToBoard<'_>, describe: impl FnOnce() -> String) -> Result<(), BackseatError> {
+        self.send(message)?;
+        let answer = self.receive(|message| match message {
+            FromBoard::Done => Some(Ok(())),
+            FromBoard::Refused(refusal) => Some(Err(refusal)),
+            _ => None,
+        })?;
+        answer.map_err(|refusal| BackseatError::Refused { request: describe(), refusal })
+    }
+
+    /// Waits until the board is there; its firmware version.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub fn hello(&mut self) -> Result<String, BackseatError> {
+        self.send(&ToBoard::Hello)?;
+        self.receive(|message| match message {
+            FromBoard::Hello { firmware, .. } => Some(firmware.to_owned()),
+            _ => None,
+        })
+    }
+
+    /// The active parameters, in the board's order.
+    fn parameters(&mut self) -> Result<Vec<(String, f64)>, BackseatError> {
+        let mut parameters = Vec::new();
+        loop {
+            let wanted = parameters.len() as u16;
+            self.send(&ToBoard::ParameterGet { index: wanted })?;
+            let (parameter, count) = self.receive(|message| match message {
+                FromBoard::Parameter(info) if info.index == wanted => {
+                    Some((Some((info.name.to_owned(), info.value)), info.count))
+                }
+                FromBoard::Refused(_) => Some((None, 0)),
+                _ => None,
+            })?;
+            parameters.extend(parameter);
+            if wanted + 1 >= count {
+                return Ok(parameters);
+            }
+        }
+    }
+
+    /// Tells the board the key of the acoustic payloads; none switches authentication off.
+    ///
+    /// # Errors
+    /// When it is refused.
+    pub fn set_key(&mut self, key: Key) -> Result<(), BackseatError> {
+        self.has_key()?;
+        self.request(&ToBoard::KeySet(key), || "the acoustic key".into())
+    }
+
+    /// Whether the board has a key of the acoustic payloads, which is all it says of it; one may follow now.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub fn has_key(&mut self) -> Result<bool, BackseatError> {
+        self.send(&ToBoard::KeyBegin)?;
+        self.receive(|message| match message {
+            FromBoard::Key { set } => Some(set),
+            _ => None,
+        })
+    }
+
+    /// Sets parameters as one transaction.
+    ///
+    /// # Errors
+    /// The first that is refused, by name.
+    pub fn set_parameters(&mut self, values: &[(String, f64)]) -> Result<(), BackseatError> {
+        self.request(&ToBoard::ParameterBegin, || "to take parameters".into())?;
+        for (name, value) in values {
+            self.request(&ToBoard::ParameterSet { name, value: *value }, || format!("parameter {name} = {value}"))?;
+        }
+        self.request(&ToBoard::ParameterCommit, || "the parameter set".into())
+    }
+
+    /// Stores a mission.
+    ///
+    /// # Errors
+    /// When it is refused.
+    pub fn set_mission(&mut self, waypoints: &[Waypoint]) -> Result<(), BackseatError> {
+        let count = u16::try_from(waypoints.len()).unwrap_or(u16::MAX);
+        self.request(&ToBoard::MissionBegin { count }, || format!("a mission of {count} waypoints"))?;
+        for (index, waypoint) in (0..).zip(waypoints) {
+            self.request(&ToBoard::MissionItem { index, waypoint: *waypoint }, || {
+                format!("waypoint {index}: {waypoint:?}")
+            })?;
+        }
+        self.request(&ToBoard::MissionCommit, || "the mission".into())
+    }
+
+    /// Starts the stored mission.
+    ///
+    /// # Errors
+    /// When it is refused.
+    pub fn start_mission(&mut self) -> Result<(), BackseatError> {
+        self.request(&ToBoard::MissionStart, || "to start the mission".into())
+    }
+
+    /// Keeps the active parameters in the board's memory.
+    ///
+    /// # Errors
+    /// When it has none, or refuses.
+    pub fn store_parameters(&mut self) -> Result<(), BackseatError> {
+        self.request(&ToBoard::ParameterStore, || "to store its parameters".into())
+    }
+
+    /// Resets the board; what was on the lines is gone.
+    ///
+    /// # Errors
+    /// When it cannot be reset from here.
+    pub fn reset(&mut self, reset: Reset) -> Result<(), BackseatError> {
+        self.ports.reset(reset)?;
+        self.decoder = Decoder::new();
+        self.unread.clear();
+        self.ahead.iter_mut().for_each(Vec::clear);
+        Ok(())
+    }
+
+    /// One lock-step: time, PPS edges and what arrived, for what the board sent and found.
+    ///
+    /// # Errors
+    /// When the backseat is gone, silent or answers for another time.
+    pub fn step(
+        &mut self,
+        time_us: u64,
+        pps_us: &[u64],
+        arrivals: &[(Port, Arrival)],
+    ) -> Result<StepOutput, BackseatError> {
+        self.tape.write_inputs(time_us, pps_us, arrivals)?;
+        let mut step = Step { time_us, pps_us: Default::default(), chunks: Default::default() };
+        for edge_us in pps_us {
+            step.pps_us.push(*edge_us).map_err(|_| BackseatError::Protocol("nothing: too many PPS edges".into()))?;
+        }
+        for (port, Arrival { time_us, bytes }) in arrivals {
+            let chunk = Chunk { port: *port, time_us: *time_us, length: bytes.len() as u16 };
+            step.chunks.push(chunk).map_err(|_| BackseatError::Protocol("nothing: too many chunks".into()))?;
+            self.ports.write(*port, bytes)?;
+        }
+        self.send(&ToBoard::Step(step))?;
+
+        let mut telemetry = None;
+        let mut fusions = Vec::new();
+        let mut identification = None;
+        let mut adoptions = Vec::new();
+        let StepDone { time_us: answered_us, sent: counts, digest } = self.receive(|message| match message {
+            FromBoard::StepDone(done) => Some(done),
+            FromBoard::Telemetry(record) => {
+                telemetry = Some(record);
+                None
+            }
+            FromBoard::Fusion(record) => {
+                fusions.extend(FusionRecord::of(&record));
+                None
+            }
+            FromBoard::Identification(record) => {
+                identification = Some(record);
+                None
+            }
+            FromBoard::Adoption(verdict) => {
+                adoptions.push(verdict);
+                None
+            }
+            _ => None,
+        })?;
+        if answered_us != time_us {
+            return Err(BackseatError::Protocol(format!("for {answered_us} µs when asked for {time_us} µs")));
+        }
+        if time_us == 0 {
+            self.discard(counts)?;
+        }
+        let mut sent: [Vec<u8>; 4] = Default::default();
+        for (port, count) in Port::DEVICES.into_iter().zip(counts) {
+            let ahead = &mut self.ahead[port as usize];
+            while ahead.len() < usize::from(count) {
+                self.ports.read(port, ahead)?;
+            }
+            sent[port as usize] = ahead.drain(..usize::from(count)).collect();
+        }
+        self.tape.write_outputs(digest, &sent)?;
+        Ok(StepOutput { sent, telemetry, fusions, identification, adoptions, digest })
+    }
+
+    /// Forgets what the device ports carried before the board restarted, while it ran on its own
+    /// clock: all but the last `counts` bytes.
+    fn discard(&mut self, counts: [u16; 4]) -> Result<(), BackseatError> {
+        let mut heard = Instant::now();
+        while heard.elapsed() < QUIET {
+            for (port, ahead) in Port::DEVICES.into_iter().zip(&mut self.ahead) {
+                let before = ahead.len();
+                self.ports.poll(port, ahead)?;
+                if ahead.len() > before {
+                    heard = Instant::now();
+                }
+            }
+            sleep(QUIET / 20);
+        }
+        for (ahead, count) in self.ahead.iter_mut().zip(counts) {
+            ahead.drain(..ahead.len().saturating_sub(usize::from(count)));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,143 @@
+//! `backseat sim dataset`: measured logs of a vehicle that does more than was declared.
+
+use anyhow::bail;
+use backseat_data::VehicleFile;
+use hil_sim::dataset::{self, Shape, Spec};
+use hil_sim::noise::NoiseKind;
+use hil_sim::scenario::{Request, effects};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// What the command line says.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  backseat sim dataset --effect random --seed 1 --hours 1 --out set1
+  backseat sim dataset --effect water_current --effect fin_stuck:fin=top,rad=0.05 --seed 2 --hours 0.5 --out set2 --excite
+  backseat sim dataset --effect none --seed 3 --hours 0.5 --out set3 --noise coloured
+  backseat sim dataset --list")]
+pub struct Arguments {
+    /// NAME, NAME:parameter=value,…, random (of the catalogue), random-outside (of what is in no catalogue) or none;
+    /// what has no number is drawn by the seed. Can be repeated.
+    #[arg(long = "effect", value_name = "NAME", required_unless_present = "list")]
+    effects: Vec<String>,
+    /// Seed of everything: effects, mission, noise.
+    #[arg(long, value_name = "N", required_unless_present = "list")]
+    seed: Option<u64>,
+    /// Length of the log, hours.
+    #[arg(long, value_name = "H", required_unless_present = "list", allow_negative_numbers = true)]
+    hours: Option<f64>,
+    /// Folder for log.csv and vehicle.toml, and for truth/ with truth.csv and effects.json.
+    #[arg(long, value_name = "DIR", required_unless_present = "list")]
+    out: Option<PathBuf>,
+    /// Declared vehicle [default: the built-in reference].
+    #[arg(long, value_name = "V.toml")]
+    vehicle: Option<PathBuf>,
+    /// Dives, steps of speed and legs across instead of lines to and fro.
+    #[arg(long)]
+    excite: bool,
+    /// No DVL.
+    #[arg(long)]
+    no_dvl: bool,
+    /// No acoustic ranges.
+    #[arg(long)]
+    no_ranges: bool,
+    /// The log has the water's density.
+    #[arg(long)]
+    ctd: bool,
+    /// Spectra of the noise.
+    #[arg(long, value_name = "white|coloured|off", default_value = "white", value_parser = noise)]
+    noise: NoiseKind,
+    /// List the effects with their parameters and end.
+    #[arg(long)]
+    list: bool,
+    /// Print one JSON object on stdout; it does not tell the effects.
+    #[arg(long)]
+    json: bool,
+}
+
+fn noise(text: &str) -> Result<NoiseKind, String> {
+    match text {
+        "white" => Ok(NoiseKind::White),
+        "coloured" => Ok(NoiseKind::Coloured),
+        "off" => Ok(NoiseKind::Off),
+        _ => Err("white, coloured or off".to_owned()),
+    }
+}
+
+/// Simulates and writes.
+///
+/// # Errors
+/// An effect that is unknown, a vehicle file that is wrong, a file that exists or cannot be written.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if arguments.list {
+        print!("{}", list());
+        return Ok(());
+    }
+    let (Some(seed), Some(hours), Some(out)) = (arguments.seed, arguments.hours, &arguments.out) else {
+        bail!("--seed, --hours and --out are needed");
+    };
+    if !(0.05..=24.0).contains(&hours) {
+        bail!("--hours {hours}: 0.05 to 24");
+    }
+    if out.join("log.csv").exists() {
+        bail!("{}: holds a log already", out.display());
+    }
+    let vehicle = match &arguments.vehicle {
+        Some(path) => VehicleFile::read(path)?,
+        None => VehicleFile::reference(),
+    };
+    let spec = Spec {
+        duration_s: 3600.0 * hours,
+        effects: requests(&arguments.effects)?,
+        shape: if arguments.excite { Shape::Excite } else { Shape::Lawnmower },
+        noise: arguments.noise,
+        dvl: !arguments.no_dvl,
+        ranges: !arguments.no_ranges,
+        ctd: arguments.ctd,
+        ..Spec::new(vehicle)
+    };
+    let dataset = dataset::simulate(&spec, seed);
+    dataset::write(&dataset, &spec, out)?;
+    if arguments.json {
+        println!(
+            "{}",
+            json!({ "log": out.join("log.csv"), "vehicle": out.join("vehicle.toml"), "truth": out.join("truth"), "rows": dataset.log.rows.len() })
+        );
+    } else {
+        println!(
+            "log      {}\nvehicle  {}\ntruth    {}",
+            out.join("log.csv").display(),
+            out.join("vehicle.toml").display(),
+            out.join("truth").display()
+        );
+    }
+    Ok(())
+}
+
+/// What is asked for; `none` is nothing and goes with nothing else.
+fn requests(texts: &[String]) -> anyhow::Result<Vec<Request>> {
+    if texts.iter().any(|text| text == "none") {
+        if texts.len() > 1 {
+            bail!("--effect none goes with no other effect");
+        }
+        return Ok(Vec::new());
+    }
+    texts.iter().map(|text| Request::parse(text).map_err(anyhow::Error::msg)).collect()
+}
+
+/// Every effect with its parameters.
+fn list() -> String {
+    let mut text = String::new();
+    for (catalogue, title) in [(true, "In the catalogue"), (false, "In no catalogue")] {
+        text += &format!("{title}:\n");
+        for kind in effects::all().filter(|kind| kind.catalogue == catalogue) {
+            let numbers: Vec<String> = kind
+                .parameters
+                .iter()
+                .map(|p| format!("{}{}", p.name, if p.optional { " (or 0)" } else { "" }))
+                .collect();
+            text += &format!("  {:<20} {}\n  {:<20}   {}\n", kind.name, kind.about, "", numbers.join(", "));
+        }
+    }
+    text
+}

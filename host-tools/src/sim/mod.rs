@@ -1,0 +1,37 @@
+//! `backseat sim`: fly missions in the simulator, and make data sets with it.
+
+mod dataset;
+mod report;
+mod run;
+
+use anyhow::{Context, anyhow};
+use backseat_studies::fault_table;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+/// Fly missions in the simulator, and make data sets with it
+#[derive(clap::Subcommand)]
+pub enum Simulation {
+    /// Fly a scenario against a backseat and judge its navigation
+    Run(run::Arguments),
+    /// Make a measured log of a vehicle that does more than was declared; the truth goes to a folder of its own
+    Dataset(dataset::Arguments),
+    /// Fly every fault there is and judge how the backseat copes
+    Faults(fault_table::Arguments),
+}
+
+impl Simulation {
+    pub fn run(&self) -> anyhow::Result<()> {
+        match self {
+            Self::Run(arguments) => run::run(arguments),
+            Self::Dataset(arguments) => dataset::run(arguments),
+            Self::Faults(arguments) => fault_table::run(arguments),
+        }
+    }
+}
+
+/// Runs the app on these ports until it is ended: what `sim run` starts as its other end.
+pub fn backseat(ports: &[PathBuf]) -> anyhow::Result<()> {
+    let ports: [PathBuf; 5] = ports.to_vec().try_into().map_err(|_| anyhow!("five ports are needed"))?;
+    backseat_host::run(&backseat_host::HostPorts::new(ports), &AtomicBool::new(false)).context("backseat")
+}

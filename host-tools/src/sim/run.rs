@@ -1,0 +1,336 @@
+//! `backseat sim run`: fly a scenario against a backseat and judge its navigation.
+
+use anyhow::{Context, bail};
+use backseat_data::output::Existing;
+use backseat_data::session::{Attachment, Clock, Meta, Writer};
+use backseat_data::stats::ErrorSummary;
+use backseat_link::{Client, Ports, Process, Serial, Tap};
+use hil_sim::analysis::{self, Analysis, Configuration};
+use hil_sim::backseat::{InProcess, Qemu, build_image};
+use hil_sim::dataset;
+use hil_sim::faults::{self, Board};
+use hil_sim::flight::{self, FlightLog};
+use hil_sim::scenario::{Request, Scenario, Settings};
+use hil_sim::score::TrackScore;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The session log: all that passed over the ports.
+const SESSION: &str = "session.mcap";
+
+/// What the command line says.
+#[derive(clap::Args, Clone, Debug, Default)]
+#[command(after_help = "Examples:
+  backseat sim run
+  backseat sim run survey_current --seed 3
+  backseat sim run --effect water_current:north_mps=0.15 --effect heading_bias:cos_rad=0.035
+  backseat sim run my_scenario.toml --minutes 30 --out flight --json
+  backseat sim run --realtime --monitor")]
+pub struct Arguments {
+    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption.
+    scenario: Option<PathBuf>,
+    /// Which backseat: `host`, the app as a process on virtual serial ports; `qemu`, the ARM image; or a board, as
+    /// the five serial ports frontseat,dvl,ahrs,modem,host with commas between them.
+    #[arg(long, value_name = "host|qemu|PORTS", default_value = "host")]
+    backseat: String,
+    /// ARM image for `--backseat qemu` [default: built from the sources].
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
+    /// At the speed of the clock instead of in lock-step.
+    #[arg(long)]
+    realtime: bool,
+    /// With --realtime: a further virtual serial port, on which `backseat monitor` shows the flight.
+    #[arg(long, requires = "realtime")]
+    monitor: bool,
+    /// Seed of all randomness instead of the scenario's.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Inject an effect: NAME or NAME:parameter=value,…; without numbers the seed draws them. Can be repeated.
+    #[arg(long = "effect", value_name = "NAME", value_parser = Request::parse)]
+    effects: Vec<Request>,
+    /// Inject an effect of the catalogue that the seed picks; which, is in truth/effects.json.
+    #[arg(long)]
+    random_effect: bool,
+    /// End after this simulated time.
+    #[arg(long, value_name = "MINUTES", allow_negative_numbers = true)]
+    minutes: Option<f64>,
+    /// Folder for log.csv, truth.csv, session.mcap and report.html [default: a new one in out/].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Flies and judges.
+///
+/// # Errors
+/// A scenario that is wrong, a backseat that dies, a file that cannot be written.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let scenario = load(arguments)?;
+    let stop = stop_on_interrupt()?;
+    let (backseat, ports) = start(arguments, &scenario)?;
+    let folder = folder(arguments, &scenario)?;
+    let backseat = if arguments.monitor { watched(backseat)? } else { backseat };
+    let mut client = Client::new(backseat);
+    client.hello()?;
+    client.record(session(arguments, &scenario, &folder)?)?;
+    let Settings { effects, faults, .. } = &scenario.settings;
+    let effects = effects.as_slice();
+    if !faults.is_empty() {
+        faults::write(faults, scenario.settings.seed, &folder)?;
+    }
+    if !effects.is_empty() {
+        dataset::write_effects(effects, scenario.settings.seed, &folder)?;
+    }
+
+    eprintln!("{}: {ports}", scenario.settings.name);
+    let bar = progress_bar(scenario.settings.duration_s);
+    let progress = |t_s| bar.set_position(t_s as u64);
+    let flight = if arguments.realtime {
+        flight::fly_realtime(&scenario, &mut client, Some(&folder), &stop, progress)
+    } else {
+        flight::fly(&scenario, &mut client, Some(&folder), &stop, progress)
+    };
+    bar.finish_and_clear();
+    let flight = flight.with_context(|| format!("flight (what was flown is in {})", folder.display()))?;
+    client.end_record()?;
+    drop(client);
+
+    if flight.samples.is_empty() {
+        bail!("interrupted before the first second");
+    }
+    let analysis = analysis::analyse(&scenario, &flight)?;
+    let report = folder.join("report.html");
+    super::report::write(&report, &scenario, &flight, &analysis)?;
+    if arguments.json {
+        println!("{}", summary_json(&flight, &analysis));
+    } else {
+        print!("{}", summary_text(&flight, &analysis));
+        println!("\nlog     {}", folder.join("log.csv").display());
+        println!("session {}", folder.join(SESSION).display());
+        println!("report  {}", report.display());
+    }
+    if stop.load(Ordering::Relaxed) {
+        bail!("interrupted after {:.0} s of the mission; the files are complete up to there", flight.simulated_s);
+    }
+    Ok(())
+}
+
+/// Starts the backseat asked for; where its ports are.
+fn start(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<(Box<dyn Ports>, String)> {
+    let faults = &scenario.settings.faults;
+    if arguments.realtime && Board::is_touched(faults) {
+        bail!("--realtime: the scenario resets the board or moves its clock, which needs lock-step");
+    }
+    match arguments.backseat.as_str() {
+        "host" | "" if Board::is_reset(faults) => {
+            Ok((Box::new(InProcess::new()), "the app in this process, which the scenario can reset".to_owned()))
+        }
+        _ if Board::is_reset(faults) => {
+            bail!("--backseat {}: only `host` can be reset by the scenario", arguments.backseat)
+        }
+        "host" | "" => {
+            let program = std::env::current_exe().context("this program's own path")?;
+            let backseat = Process::spawn(&program).context("starting the backseat")?;
+            let line = ports_line(&backseat);
+            Ok((Box::new(backseat), line))
+        }
+        "qemu" => {
+            let image = arguments.image.clone().map_or_else(build_image, Ok)?;
+            let backseat = Qemu::start(&image)?;
+            Ok((Box::new(backseat), format!("{} in QEMU", image.display())))
+        }
+        ports if ports.starts_with('/') => Ok((Box::new(Serial::open(ports)?), ports.to_owned())),
+        other => bail!("--backseat {other}: `host`, `qemu` or five serial ports (frontseat,dvl,ahrs,modem,host)"),
+    }
+}
+
+/// The same ports with one more, whose path it tells.
+fn watched(backseat: Box<dyn Ports>) -> anyhow::Result<Box<dyn Ports>> {
+    let tap = Tap::new(backseat).context("a port to watch from")?;
+    eprintln!("watch it: backseat monitor {}", tap.path());
+    Ok(Box::new(tap))
+}
+
+fn load(arguments: &Arguments) -> anyhow::Result<Scenario> {
+    let mut scenario = match &arguments.scenario {
+        None => Scenario::built_in("survey")?,
+        Some(path) => match path.to_str() {
+            // A file of that name goes first.
+            Some(name) if !path.exists() && path.extension().is_none() => Scenario::built_in(name)?,
+            _ => Scenario::load(path)?,
+        },
+    };
+    if let Some(seed) = arguments.seed {
+        scenario.settings.seed = seed;
+    }
+    if let Some(minutes) = arguments.minutes {
+        if !(minutes > 0.0 && minutes.is_finite()) {
+            bail!("--minutes {minutes}: a positive number is needed");
+        }
+        scenario.settings.duration_s = scenario.settings.duration_s.min(minutes * 60.0);
+    }
+    let chance = arguments.random_effect.then_some(Request::Random);
+    let requests: Vec<Request> = arguments.effects.iter().cloned().chain(chance).collect();
+    let Settings { seed, duration_s, .. } = scenario.settings;
+    for effect in Request::resolve(&requests, seed, duration_s) {
+        scenario.settings.effects.push(effect);
+    }
+    Ok(scenario)
+}
+
+/// The folder asked for, which must not hold a flight yet, or the first free one in `out/`.
+fn folder(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<PathBuf> {
+    let folder = match &arguments.out {
+        Some(folder) => folder.clone(),
+        None => {
+            let name = format!("{}-seed{}", scenario.settings.name, scenario.settings.seed);
+            (1..).map(|n| Path::new("out").join(format!("{name}-{n}"))).find(|path| !path.exists()).unwrap_or_default()
+        }
+    };
+    if folder.join("log.csv").exists() {
+        bail!("{}: holds a flight already; choose another --out", folder.display());
+    }
+    std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    Ok(folder)
+}
+
+/// The session log, with the vehicle that the board is told and the scenario.
+fn session(arguments: &Arguments, scenario: &Scenario, folder: &Path) -> anyhow::Result<Writer> {
+    let Settings { name, seed, .. } = &scenario.settings;
+    let clock = if arguments.realtime { Clock::Host } else { Clock::Board };
+    let program = concat!("backseat ", env!("CARGO_PKG_VERSION"));
+    let meta = Meta::new(program, clock)
+        .with("backseat", &arguments.backseat)
+        .with("scenario", name)
+        .with("seed", seed)
+        .with("vehicle", &scenario.vehicle.name);
+    let mut session = Writer::create(&folder.join(SESSION), &meta, Existing::Keep)?;
+    let mut attach = |name: &str, text: String| {
+        session.attach(&Attachment {
+            name: name.to_owned(),
+            media_type: "application/toml".to_owned(),
+            bytes: text.into_bytes(),
+        })
+    };
+    attach("vehicle.toml", scenario.told_vehicle().to_toml("the vehicle that the backseat was told"))?;
+    if let Some(path) = arguments.scenario.as_ref().filter(|path| path.is_file()) {
+        attach("scenario.toml", std::fs::read_to_string(path).with_context(|| path.display().to_string())?)?;
+    }
+    Ok(session)
+}
+
+fn stop_on_interrupt() -> anyhow::Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130); // asked twice
+        }
+    })
+    .context("Ctrl-C handler")?;
+    Ok(stop)
+}
+
+fn ports_line(backseat: &Process) -> String {
+    let names = ["frontseat", "dvl", "ahrs", "modem", "host"];
+    let ports: Vec<String> = names.iter().zip(backseat.paths()).map(|(name, path)| format!("{name} {path}")).collect();
+    ports.join(", ")
+}
+
+fn progress_bar(duration_s: f64) -> ProgressBar {
+    let style =
+        ProgressStyle::with_template("{bar:40} {pos}/{len} s simulated, {per_sec} of them a second, {eta} to go");
+    ProgressBar::new(duration_s as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
+    let mut text =
+        format!("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "horizontal error [m]", "median", "95 %", "max", "RMS/DRMS");
+    for configuration in &analysis.configurations {
+        let error = &configuration.error;
+        let ratio = rms_over_drms(configuration).map_or("-".into(), |ratio| format!("{ratio:.2}"));
+        text += &format!(
+            "{:<36} {:>8.2} {:>8.2} {:>8.2} {ratio:>8}\n",
+            configuration.name, error.median_m, error.p95_m, error.max_m
+        );
+    }
+    if let Some(track) = &analysis.track {
+        for (name, error) in [
+            ("true cross-track error on the lines", &track.cross_track),
+            ("true depth error on the lines", &track.depth),
+        ] {
+            text += &format!("{name:<36} {:>8.2} {:>8.2} {:>8.2}\n", error.median_m, error.p95_m, error.max_m);
+        }
+    }
+    let sensors = analysis::sensor_names(&analysis.configurations);
+    text += &format!("\n{:<36}", "mean NIS (rejected)");
+    for sensor in &sensors {
+        text += &format!(" {sensor:>12}");
+    }
+    text.push('\n');
+    for configuration in analysis.configurations.iter().filter(|c| !c.nis.is_empty()) {
+        text += &format!("{:<36}", configuration.name);
+        for sensor in &sensors {
+            let cell =
+                configuration.nis.get(sensor).map_or("-".into(), |nis| format!("{:.2} ({})", nis.mean(), nis.rejected));
+            text += &format!(" {cell:>12}");
+        }
+        text.push('\n');
+    }
+    let ended = if flight.finished { "mission flown to its end" } else { "mission not finished" };
+    text += &format!(
+        "\n{ended}: {:.0} s in {:.1} s, {:.0} times real time, digest {:016x}\n",
+        flight.simulated_s,
+        flight.wall_s,
+        flight.simulated_s / flight.wall_s,
+        flight.digest
+    );
+    text
+}
+
+/// RMS error over the filter's own DRMS: above 1 it believes too much.
+pub(crate) fn rms_over_drms(configuration: &Configuration) -> Option<f64> {
+    configuration.drms_m.map(|drms_m| configuration.error.rms_m / drms_m)
+}
+
+fn summary_json(flight: &FlightLog, analysis: &Analysis) -> Value {
+    let configurations: Vec<Value> = analysis
+        .configurations
+        .iter()
+        .map(|configuration| {
+            let error = &configuration.error;
+            json!({
+                "name": configuration.name,
+                "median_m": error.median_m,
+                "p95_m": error.p95_m,
+                "max_m": error.max_m,
+                "rms_m": error.rms_m,
+                "drms_m": configuration.drms_m,
+                "nis": nis_json(configuration),
+            })
+        })
+        .collect();
+    let track = |pick: fn(&TrackScore) -> &ErrorSummary| {
+        analysis.track.as_ref().map(|track| json!({"median": pick(track).median_m, "p95": pick(track).p95_m}))
+    };
+    json!({
+        "configurations": configurations,
+        "cross_track_m": track(|track| &track.cross_track),
+        "depth_m": track(|track| &track.depth),
+        "nis": analysis.configurations.first().map(nis_json),
+        "finished": flight.finished,
+        "simulated_s": flight.simulated_s,
+        "wall_s": flight.wall_s,
+        "digest": format!("{:016x}", flight.digest),
+    })
+}
+
+fn nis_json(configuration: &Configuration) -> Value {
+    let means = configuration.nis.iter().map(|(sensor, nis)| ((*sensor).to_owned(), json!(nis.mean())));
+    Value::Object(means.collect::<Map<String, Value>>())
+}

@@ -1,0 +1,235 @@
+//! `backseat studies adoption`: what the backseat gains from using the parameters it identified.
+//!
+//! Each seed flies the scenario `adoption` three times: told the true parameters, told parameters that are wrong and made to keep
+//! them, told wrong ones and allowed to use what it identifies. Judged is the backseat's own horizontal error from the loss of
+//! the DVL on.
+
+use crate::EnsembleArguments;
+use anyhow::Context;
+use backseat_core::dynamics::VehicleParameters;
+use backseat_core::identification::theta::{BETA1, BETA5, D11, M11, NAMES, Theta, theta_of};
+use backseat_data::stats::{ErrorSummary, mean, mean_ci95, median};
+use backseat_link::Client;
+use backseat_wire::hostlink::{AdoptionEvent, Visibility};
+use hil_sim::backseat::InProcess;
+use hil_sim::flight::{self, FlightLog};
+use hil_sim::scenario::Scenario;
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::sync::atomic::AtomicBool;
+
+/// How the backseat is told its vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// The true parameters.
+    True,
+    /// Wrong ones, to keep.
+    Wrong,
+    /// Wrong ones, to be improved.
+    Improving,
+}
+
+impl Told {
+    /// In the order of the table.
+    pub const ALL: [Self; 3] = [Self::True, Self::Wrong, Self::Improving];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::True => "true parameters",
+            Self::Wrong => "wrong by 10 %, kept",
+            Self::Improving => "wrong by 10 %, adoption",
+        }
+    }
+}
+
+/// One flight, judged.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Horizontal error from the loss of the DVL on.
+    pub error: ErrorSummary,
+    /// How often parameters were adopted, refused and reverted.
+    pub verdicts: [usize; 3],
+    /// Relative error of each identified parameter but the scale's factor, told and in the end; adapted in the end.
+    pub parameters: Vec<(&'static str, f64, f64, bool)>,
+}
+
+/// Flies the scenario `adoption`.
+///
+/// # Errors
+/// A flight that fails.
+pub fn fly(seed: u64, told: Told, minutes: Option<f64>) -> anyhow::Result<Outcome> {
+    let mut scenario = Scenario::built_in("adoption")?;
+    let settings = &mut scenario.settings;
+    settings.seed = seed;
+    settings.backseat.adopt = told == Told::Improving;
+    if told == Told::True {
+        settings.backseat.wrong_share = 0.0;
+    }
+    if let Some(minutes) = minutes {
+        settings.duration_s = settings.duration_s.min(60.0 * minutes);
+    }
+    let mut client = Client::new(InProcess::new());
+    let flight = flight::fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})
+        .with_context(|| format!("seed {seed}, {}", told.name()))?;
+    let from_s = scenario.settings.sensors.dvl.until_s.unwrap_or(0.0);
+    let error = error_from(&flight, from_s).with_context(|| format!("seed {seed}: over before the DVL is lost"))?;
+    let count = |event| flight.adoptions.iter().filter(|verdict| verdict.event == event).count();
+    let verdicts = [AdoptionEvent::Adopted, AdoptionEvent::Refused, AdoptionEvent::Reverted].map(count);
+    let parameters = parameter_errors(&scenario.vehicle.parameters, &scenario.told_vehicle().parameters, &flight);
+    Ok(Outcome { error, verdicts, parameters })
+}
+
+fn error_from(flight: &FlightLog, from_s: f64) -> Option<ErrorSummary> {
+    let errors: Vec<f64> = flight
+        .samples
+        .iter()
+        .filter(|sample| sample.truth.time_us as f64 * 1e-6 > from_s && sample.telemetry.sigma[0] > 0.0)
+        .map(|sample| {
+            let (estimate, truth) = (&sample.telemetry.state, &sample.truth.state);
+            (estimate[0] - truth[0]).hypot(estimate[1] - truth[1])
+        })
+        .collect();
+    ErrorSummary::of(&errors)
+}
+
+/// θ is known up to the factor by which the scale is told wrong, so errors are relative to the truth times that factor.
+fn parameter_errors(
+    vehicle: &VehicleParameters,
+    told: &VehicleParameters,
+    flight: &FlightLog,
+) -> Vec<(&'static str, f64, f64, bool)> {
+    let (truth, told) = (theta_of(vehicle), theta_of(told));
+    let factor = told[M11] / truth[M11];
+    let Some(last) = flight.identifications.last() else { return Vec::new() };
+    let adapts = |j: usize| !matches!(last.visibility[j], Visibility::Frozen | Visibility::Known);
+    let relative = |value: f64, j: usize| value / (factor * truth[j]) - 1.0;
+    // What sets the steady speed: thrust over the drag of hull and fins together, which are collinear.
+    let fins = 2.0 * vehicle.rho_kg_per_m3 * vehicle.fin_area_m2;
+    let speed = |theta: &Theta| (theta[BETA5] / (theta[D11] + fins * theta[BETA1])).sqrt();
+    let [true_speed, told_speed, last_speed] = [&truth, &told, &Theta::from(last.theta)].map(speed);
+    let steady = ("steady speed", told_speed / true_speed - 1.0, last_speed / true_speed - 1.0, adapts(BETA5));
+    let known = |j: &usize| *j != M11 && truth[*j] != 0.0;
+    (0..NAMES.len())
+        .filter(known)
+        .map(|j| (NAMES[j], relative(told[j], j), relative(last.theta[j], j), adapts(j)))
+        .chain([steady])
+        .collect()
+}
+
+/// Flies and prints the table.
+///
+/// # Errors
+/// A flight that fails; a file that cannot be written.
+pub fn run(arguments: &EnsembleArguments) -> anyhow::Result<()> {
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} flights, {eta} to go");
+    let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
+    let plan: Vec<(u64, Told)> = seeds.flat_map(|seed| Told::ALL.map(|told| (seed, told))).collect();
+    let bar = ProgressBar::new(plan.len() as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let outcomes: Vec<Outcome> = plan
+        .par_iter()
+        .progress_with(bar)
+        .map(|(seed, told)| fly(*seed, *told, arguments.minutes))
+        .collect::<anyhow::Result<_>>()?;
+    let of = |told: Told| -> Vec<&Outcome> {
+        plan.iter().zip(&outcomes).filter(|((_, other), _)| *other == told).map(|(_, outcome)| outcome).collect()
+    };
+    let rows = Told::ALL.map(|told| (told, of(told)));
+    let text = markdown(arguments, &rows);
+    if let Some(path) = &arguments.out {
+        std::fs::write(path, &text).with_context(|| path.display().to_string())?;
+    }
+    if arguments.json {
+        println!("{}", to_json(&rows));
+    } else {
+        print!("{text}");
+    }
+    Ok(())
+}
+
+fn medians(outcomes: &[&Outcome]) -> Vec<f64> {
+    outcomes.iter().map(|outcome| outcome.error.median_m).collect()
+}
+
+fn with_interval(samples: &[f64]) -> String {
+    match (mean(samples), mean_ci95(samples)) {
+        (Some(mean), Some((low, high))) => format!("{mean:.2} ({low:.2} to {high:.2})"),
+        (Some(mean), None) => format!("{mean:.2}"),
+        _ => String::new(),
+    }
+}
+
+fn markdown(arguments: &EnsembleArguments, rows: &[(Told, Vec<&Outcome>); 3]) -> String {
+    let EnsembleArguments { runs, first_seed, .. } = arguments;
+    let cut = arguments.minutes.map_or(String::new(), |minutes| format!(" --minutes {minutes}"));
+    let mut text = format!(
+        "# Adoption of identified parameters\n\n\
+         Made by `backseat studies adoption --runs {runs} --first-seed {first_seed}{cut}` (seeds {first_seed} to {}).\n\n\
+         Scenario `adoption`, closed loop, the app in this process: twenty minutes of turns, dives and speeds of 0.8 to 1.4 m/s with a\n\
+         DVL, then four lines of 1 km without it. Inertia, drag, fins and thrust as told to the backseat are each 10 % too high or too\n\
+         low, with signs drawn by the seed. Dynamic model, packets every 30 s with range (1 m) and range rate, AHRS 3 Hz (1 degree,\n\
+         0.5 degrees/s), DVL 5 Hz (1 cm/s), process noise of the vehicle file. Horizontal error of the backseat's own estimate from the\n\
+         loss of the DVL on: mean over the runs of each run's median and 95th percentile, with the 95 % interval of that mean; the\n\
+         median over the runs; adoptions, refusals and reversions a run.\n\n\
+         | told | median [m] | median of medians [m] | 95 % [m] | largest [m] | adopted / refused / reverted |\n|---|---|---|---|---|---|\n",
+        first_seed + runs - 1
+    );
+    for (told, outcomes) in rows {
+        let median_m = medians(outcomes);
+        let p95_m: Vec<f64> = outcomes.iter().map(|outcome| outcome.error.p95_m).collect();
+        let largest = outcomes.iter().map(|outcome| outcome.error.max_m).fold(0.0, f64::max);
+        let verdicts = [0, 1, 2].map(|i| {
+            let counts: Vec<f64> = outcomes.iter().map(|outcome| outcome.verdicts[i] as f64).collect();
+            mean(&counts).unwrap_or(f64::NAN)
+        });
+        let [adopted, refused, reverted] = verdicts;
+        let _ = writeln!(
+            text,
+            "| {} | {} | {:.2} | {} | {largest:.1} | {adopted:.1} / {refused:.1} / {reverted:.1} |",
+            told.name(),
+            with_interval(&median_m),
+            median(&median_m).unwrap_or(f64::NAN),
+            with_interval(&p95_m),
+        );
+    }
+    let [all_true, wrong, improving] =
+        rows.each_ref().map(|(_, outcomes)| mean(&medians(outcomes)).unwrap_or(f64::NAN));
+    let _ = writeln!(
+        text,
+        "\nOf the error that wrong parameters cost ({:.2} m), adoption removes {:.0} %.",
+        wrong - all_true,
+        100.0 * (wrong - improving) / (wrong - all_true)
+    );
+    let _ = writeln!(
+        text,
+        "\nRoot mean square over the runs of the identified parameters' errors, told and after the twenty minutes, relative to the\n\
+         truth times the factor by which m11, the scale, is told wrong; how often the parameter was excited in the end\n\n\
+         | parameter | told [%] | identified [%] | excited |\n|---|--:|--:|--:|"
+    );
+    let improving = &rows[2].1;
+    for (i, (name, ..)) in improving.first().map_or(&[][..], |outcome| &outcome.parameters[..]).iter().enumerate() {
+        let rms = |pick: fn(&(&'static str, f64, f64, bool)) -> f64| {
+            let squares: Vec<f64> = improving.iter().map(|outcome| pick(&outcome.parameters[i]).powi(2)).collect();
+            100.0 * mean(&squares).unwrap_or(f64::NAN).sqrt()
+        };
+        let excited = improving.iter().filter(|outcome| outcome.parameters[i].3).count();
+        let (told, identified) = (rms(|p| p.1), rms(|p| p.2));
+        let _ = writeln!(text, "| {name} | {told:.1} | {identified:.1} | {excited} of {} |", improving.len());
+    }
+    text
+}
+
+fn to_json(rows: &[(Told, Vec<&Outcome>); 3]) -> Value {
+    let configurations = rows.iter().map(|(told, outcomes)| {
+        let median_m = medians(outcomes);
+        json!({
+            "name": told.name(),
+            "runs": outcomes.len(),
+            "median_m": mean(&median_m), "median_ci95_m": mean_ci95(&median_m),
+            "medians_m": median_m,
+            "verdicts": outcomes.iter().map(|outcome| outcome.verdicts).collect::<Vec<_>>(),
+        })
+    });
+    json!({"configurations": configurations.collect::<Vec<_>>()})
+}

@@ -1,0 +1,36 @@
+//! Does the filter know how wrong it is?
+//!
+//! An ensemble of short flights whose truth is drawn as the filter declares it (`declared`): start from the prior P0,
+//! accelerations and walks of the declared power density, sensors with the declared noise, effects from their own
+//! priors. Vehicle and ship move by the simulator's equations and integrator, never by the filter's. Over the runs
+//!
+//! - ANEES, the average of eᵀ P⁻¹ e, and ANIS, the average of ν² / S, have known distributions if the filter is
+//!   consistent ([`Band`]);
+//! - no filter's mean squared error can be below the posterior Cramér-Rao bound (`bound`).
+//!
+//! ```text
+//! case         what is flown and what filters it: models, priors, effects
+//! declared     the world that behaves as declared       motion   its equations, and their coordinates for the bound
+//! ensemble     runs of filter and world, NEES and NIS   bound    Tichavský's recursion
+//! statistics   averages over the runs, chi_square bands  survey   the same for real flights
+//! ```
+
+mod bound;
+mod case;
+mod chi_square;
+mod command;
+mod declared;
+mod ensemble;
+mod motion;
+mod statistics;
+mod survey;
+
+pub use bound::{Bound, Bounds, Least, Moments, bounds};
+pub use case::{Case, Effect, EffectPrior, cases};
+pub use chi_square::Band;
+pub use command::{Arguments, run as run_command};
+pub use declared::{Flown, Truth, World};
+pub use ensemble::{Ensemble, Run, Sample, Square, measurement_names, run, run_in};
+pub use motion::{Motion, Smooth};
+pub use statistics::{Block, Inside, blocks, errors, innovations};
+pub use survey::surveys;

@@ -1,0 +1,165 @@
+//! `backseat studies diagnosis-accuracy`: how often `diagnose` names the right cause, over seeded logs of the simulator.
+
+mod estimate;
+mod outcome;
+mod page;
+mod plan;
+mod run;
+mod sections;
+mod separability;
+mod sizes;
+mod store;
+mod verdicts;
+
+use anyhow::{Context, bail};
+use backseat_data::console;
+use backseat_data::output::{self, Existing};
+use indicatif::{ProgressBar, ProgressStyle};
+use page::Page;
+use rayon::prelude::*;
+use sections::Study;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use store::Store;
+
+/// Seeds below this were seen while `diagnose` was made.
+const FIRST_SEED: u64 = 10_000;
+/// Of these sources: results of others are not mixed with them. To be raised whenever a verdict may change.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-1");
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat studies diagnosis-accuracy --out study                  the whole study; resumes if it was interrupted
+  backseat studies diagnosis-accuracy --out study --runs 40        the first forty runs of it
+  backseat studies diagnosis-accuracy --out try --first-seed 100   seeds on which `diagnose` may be tried and changed
+
+Each run is a simulated log of half an hour with an effect that nobody declares, or two, or none, or one that is in no
+catalogue. A finished run is kept in DIR/runs.jsonl at once, and the same command goes on from there; Ctrl-C ends the
+runs under way. The page, DIR/study.md and DIR/study.html, is of what is finished.";
+
+/// How often the right cause is found: verdicts over simulated logs of undeclared effects
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Folder of the runs and of the page
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Number of runs
+    #[arg(long, value_name = "N", default_value_t = 1600, value_parser = clap::value_parser!(u64).range(1..1_000_000))]
+    runs: u64,
+    /// Seed of the first run; those below 10000 were seen while `diagnose` was made
+    #[arg(long, value_name = "S", default_value_t = FIRST_SEED)]
+    first_seed: u64,
+    /// Length of each log, s.
+    #[arg(skip = 1800.0)]
+    seconds: f64,
+    /// Print one JSON object instead of the page
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs what is missing, writes the page and shows it.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let (text, interrupted) = finish(args)?;
+    console::print(text.as_bytes())?;
+    if interrupted {
+        bail!("interrupted: what is shown is of the runs that are finished");
+    }
+    Ok(())
+}
+
+/// Runs what is missing and writes the page; what is to be shown, and whether it was interrupted.
+fn finish(args: &Args) -> anyhow::Result<(String, bool)> {
+    std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
+    let store = Store::open(&args.out.join("runs.jsonl"), VERSION)?;
+    let seeds = args.first_seed..args.first_seed.saturating_add(args.runs);
+    let interrupted = work(args, &store)?;
+    let runs = store.of(seeds.clone());
+    let page = Page { study: Study::new(&runs), runs: &runs, seeds };
+    let (markdown, html) = (page.markdown(), page.html());
+    // Made from the runs alone: nothing is lost.
+    for (name, text) in [("study.md", &markdown), ("study.html", &html)] {
+        output::write(&args.out.join(name), Existing::Replace, |file| file.write_all(text.as_bytes()))?;
+    }
+    Ok((if args.json { page.json() } else { markdown }, interrupted))
+}
+
+/// Runs them on all cores; whether it was interrupted.
+fn work(args: &Args, store: &Store) -> anyhow::Result<bool> {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    let seeds = args.first_seed..args.first_seed.saturating_add(args.runs);
+    let pending: Vec<u64> = seeds.filter(|seed| !store.has(*seed)).collect();
+    if pending.is_empty() {
+        return Ok(false);
+    }
+    // Twice ends it at once; what is finished is kept all the same.
+    ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("\nending the runs under way; once more to end at once");
+    })
+    .or_else(already_set)?;
+    let bar = ProgressBar::new(pending.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("study {wide_bar} {pos} of {len} runs, {eta}") {
+        bar.set_style(style);
+    }
+    bar.tick();
+    // In their order: what an interruption leaves is balanced.
+    pending.iter().par_bridge().try_for_each(|seed| {
+        if STOP.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let (class, mut spec) = plan::of(*seed);
+        spec.duration_s = args.seconds;
+        let done = run::run(VERSION, class, &spec, *seed).with_context(|| format!("seed {seed}"))?;
+        store.add(&done)?;
+        bar.inc(1);
+        anyhow::Ok(())
+    })?;
+    bar.finish_and_clear();
+    Ok(STOP.load(Ordering::Relaxed))
+}
+
+/// A second study of one process (a test) keeps the handler of the first.
+fn already_set(error: ctrlc::Error) -> Result<(), ctrlc::Error> {
+    if matches!(error, ctrlc::Error::MultipleHandlers) { Ok(()) } else { Err(error) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write as _;
+    use std::path::Path;
+
+    /// Logs of five minutes: what is tested is the bookkeeping.
+    fn study(folder: &Path, runs: u64) -> String {
+        // Seeds of development: a log with an effect and one without.
+        finish(&Args { out: folder.to_owned(), runs, first_seed: 100, seconds: 300.0, json: false }).unwrap().0
+    }
+
+    fn lines(folder: &Path) -> Vec<String> {
+        let text = std::fs::read_to_string(folder.join("runs.jsonl")).unwrap();
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        lines.sort();
+        lines
+    }
+
+    #[test]
+    fn two_runs_twice_give_the_same_bytes_and_resume() {
+        let (once, again) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let page = study(once.path(), 2);
+        assert!(page.contains("2 of 2 runs, seeds 100 to 101"), "{page}");
+        assert!(study(again.path(), 1).contains("1 of 1 runs"));
+        // Cut off in the middle of a line, it goes on; a line of other sources is passed over.
+        let mut file = std::fs::OpenOptions::new().append(true).open(again.path().join("runs.jsonl")).unwrap();
+        write!(file, "{{\"build\":\"another\"}}\n{{\"build\":").unwrap();
+        assert_eq!(study(again.path(), 2), page);
+        let others = |line: &String| line.contains("another");
+        assert_eq!(
+            lines(once.path()),
+            lines(again.path()).into_iter().filter(|line| !others(line)).collect::<Vec<_>>()
+        );
+        assert_eq!(lines(once.path()).len(), 2);
+    }
+}

@@ -1,0 +1,176 @@
+//! The rows of the fault table, and how one is flown.
+
+use super::{Judge, Outcome};
+use anyhow::Context;
+use backseat_app::Loss;
+use backseat_link::Client;
+use hil_sim::backseat::InProcess;
+use hil_sim::flight;
+use hil_sim::scenario::{End, Limits, Scenario};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::AtomicBool;
+
+macro_rules! built_in {
+    ($($name:literal)*) => {
+        /// Names and texts, in the order of the table.
+        const BUILT_IN: &[(&str, &str)] =
+            &[$(($name, include_str!(concat!("../../../../hil-sim/scenarios/faults/", $name, ".toml")))),*];
+    };
+}
+
+built_in! {
+    "none"
+    "none_dvl"
+    "lost_frontseat"
+    "lost_dvl"
+    "lost_ahrs"
+    "lost_modem"
+    "repeated_frontseat"
+    "repeated_dvl"
+    "repeated_ahrs"
+    "repeated_modem"
+    "reordered_frontseat"
+    "reordered_dvl"
+    "reordered_ahrs"
+    "reordered_modem"
+    "late_frontseat"
+    "late_dvl"
+    "late_ahrs"
+    "late_modem"
+    "bit_flipped_frontseat"
+    "bit_flipped_dvl"
+    "bit_flipped_ahrs"
+    "bit_flipped_modem"
+    "truncated_frontseat"
+    "truncated_dvl"
+    "truncated_ahrs"
+    "truncated_modem"
+    "silent_frontseat_1s"
+    "silent_frontseat_60s"
+    "cut_frontseat"
+    "silent_ahrs_1s"
+    "silent_ahrs_60s"
+    "silent_dvl"
+    "silent_modem"
+    "babbling_frontseat"
+    "babbling_dvl"
+    "babbling_ahrs"
+    "babbling_modem"
+    "garbage_frontseat"
+    "garbage_dvl"
+    "garbage_ahrs"
+    "garbage_modem"
+    "storm"
+    "dvl_no_lock"
+    "dvl_false_lock"
+    "dvl_false_lock_slow"
+    "ahrs_frozen"
+    "ahrs_nan"
+    "ahrs_upside_down"
+    "ahrs_timer_rollover"
+    "depth_jump"
+    "gnss_jump_20s"
+    "gnss_jump"
+    "packet_late"
+    "packet_too_late"
+    "packet_duplicated"
+    "packet_wrong_source"
+    "packet_forged"
+    "packet_replayed"
+    "packet_wrong_second"
+    "multipath"
+    "modem_clock_step"
+    "modem_clock_step_large"
+    "modem_clock_drift"
+    "ship_position"
+    "ship_position_from_start"
+    "frontseat_refuses_2s"
+    "frontseat_refuses"
+    "frontseat_reboots"
+    "frontseat_parks"
+    "frontseat_manual"
+    "reset_watchdog"
+    "reset_brown_out"
+    "resets"
+    "flash_one_copy"
+    "flash_both_copies"
+    "board_clock_back"
+    "board_clock_back_glitch"
+    "board_clock_ahead"
+    "oms_frontseat_refuses"
+}
+
+/// A row of the table.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Its name, that of its file.
+    pub name: &'static str,
+    /// What is flown.
+    pub scenario: Scenario,
+    /// What it must keep.
+    pub limits: Limits,
+}
+
+/// All rows, in the order of the table.
+///
+/// # Errors
+/// A built-in scenario that cannot be read, or has no limits.
+pub fn rows() -> anyhow::Result<Vec<Row>> {
+    let row = |(name, text): &(&'static str, &str)| {
+        let scenario = Scenario::with_built_in_vehicle(text, &format!("faults/{name}.toml"))?;
+        let limits = scenario.settings.limits.clone().with_context(|| format!("{name}: has no [limits]"))?;
+        Ok(Row { name, scenario, limits })
+    };
+    BUILT_IN.iter().map(row).collect()
+}
+
+/// Why a packet gave no range, as far as it tells of a fault: every cycle initialisation has statistics that nothing announced.
+const LOSSES: [(Loss, &str); 10] = [
+    (Loss::NotReady, "not ready"),
+    (Loss::Replaced, "replaced"),
+    (Loss::TimedOut, "timed out"),
+    (Loss::Bad, "bad"),
+    (Loss::Stranger, "stranger"),
+    (Loss::NotSynchronous, "not synchronous"),
+    (Loss::NoTime, "no time"),
+    (Loss::Arrival, "arrival"),
+    (Loss::Repeated, "repeated"),
+    (Loss::Absurd, "absurd"),
+];
+
+/// Flies a row in lock-step, the app in this process. A panic, or a flight that fails, is an outcome.
+#[must_use]
+pub fn fly(row: &Row, seed: u64) -> Outcome {
+    catch_unwind(AssertUnwindSafe(|| flown(row, seed)))
+        .unwrap_or_else(|_| Err(anyhow::anyhow!("panic")))
+        .unwrap_or_else(|error| failed(seed, &format!("{error:#}")))
+}
+
+fn flown(row: &Row, seed: u64) -> anyhow::Result<Outcome> {
+    let mut scenario = row.scenario.clone();
+    scenario.settings.seed = seed;
+    let mut client = Client::new(InProcess::new());
+    let mut judge = Judge::new(&scenario);
+    let flight = flight::fly_watched(&scenario, &mut client, &AtomicBool::new(false), |step| judge.watch(&step))?;
+    let health = client.ports().health();
+    let lost = LOSSES.map(|(loss, name)| (name, health.lost_packets(loss)));
+    Ok(judge.finish(seed, &flight, &lost, &row.limits))
+}
+
+fn failed(seed: u64, why: &str) -> Outcome {
+    Outcome {
+        seed,
+        error_m: [f64::NAN; 2],
+        end_error_m: f64::NAN,
+        ratios: [f64::NAN; 2],
+        deepest_m: f64::NAN,
+        beyond_s: f64::NAN,
+        spells: Vec::new(),
+        fault_us: 0,
+        alarms: Default::default(),
+        commands: [0; 3],
+        end: End::Any,
+        digest: 0,
+        violations: vec![why.to_owned()],
+    }
+}

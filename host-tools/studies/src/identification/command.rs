@@ -1,0 +1,91 @@
+//! The commands of these studies.
+
+use super::plan::{self, LimitArguments};
+use super::{compensation, faults, methods};
+use backseat_data::console;
+
+/// Arguments of the study of methods.
+#[derive(clap::Args)]
+#[command(after_help = "Example:
+  backseat studies identification --runs 10")]
+pub struct MethodArguments {
+    /// Seeds of each method
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    runs: u64,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+impl MethodArguments {
+    /// Runs the ensemble and prints the table.
+    ///
+    /// # Errors
+    /// An identification that fails.
+    pub fn run(&self) -> anyhow::Result<()> {
+        methods::run(self.runs, self.json)
+    }
+}
+
+/// Arguments of the study of fault detection.
+#[derive(clap::Args)]
+#[command(after_help = "Example:
+  backseat studies fault-detection --runs 200")]
+pub struct FaultArguments {
+    /// Flights with each fault
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(2..))]
+    runs: u64,
+    /// Hours of flights without a fault
+    #[arg(long, value_name = "H", default_value_t = 204.0, value_parser = positive)]
+    hours: f64,
+    /// First seed
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Print one JSON object, without the table of compensation
+    #[arg(long)]
+    json: bool,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite()).ok_or("a positive number".to_owned())
+}
+
+impl FaultArguments {
+    /// Runs the flights and prints the tables.
+    ///
+    /// # Errors
+    /// A flight or an identification that fails.
+    pub fn run(&self) -> anyhow::Result<()> {
+        faults::run(self.runs, self.hours, self.seed, self.json)?;
+        if self.json {
+            return Ok(());
+        }
+        let table = compensation::markdown(self.runs.div_ceil(10).max(2), self.seed)?;
+        console::print(format!("\n{table}").as_bytes())
+    }
+}
+
+/// Arguments of the study of planned missions.
+#[derive(clap::Args)]
+#[command(after_help = "Example:
+  backseat studies plan --runs 10 --duration 1800")]
+pub struct PlanArguments {
+    /// Seeds of each mission
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    runs: u64,
+    #[command(flatten)]
+    limits: LimitArguments,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+impl PlanArguments {
+    /// Runs the ensemble and prints the table.
+    ///
+    /// # Errors
+    /// A plan that is not found, or an identification that fails.
+    pub fn run(&self) -> anyhow::Result<()> {
+        plan::run_study(self.runs, &self.limits.limits()?, self.limits.duration, self.json)
+    }
+}

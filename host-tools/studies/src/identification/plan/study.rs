@@ -1,0 +1,253 @@
+//! The plan against the thesis' open-loop inputs and a plain lawnmower, in equal time.
+
+use super::flight::{self, True};
+use super::information::{Collected, Information};
+use super::{Limits, plan};
+use crate::identification::experiment::{Noise, Programme};
+use anyhow::anyhow;
+use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
+use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
+use backseat_core::state::{self, VehicleState};
+use backseat_data::VehicleFile;
+use backseat_data::console;
+use backseat_data::stats::{mean, mean_ci95};
+use backseat_identify::validation::COLUMNS;
+use backseat_identify::{IdentificationData, Method, Options, Sample, identify, parameters, validate};
+use hil_sim::rng::{Source, Stream};
+use hil_sim::scenario::Scenario;
+use hil_sim::truth::Parameters;
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+use serde_json::json;
+use std::fmt::Write as _;
+
+/// Noise of linear velocity, m/s.
+const NOISE_MPS: f64 = 0.013;
+/// Share by which the prior is wrong.
+const WRONG: f64 = 0.3;
+/// The open-loop inputs start over so deep, m, when nothing limits them.
+const DEEP_M: f64 = 1.0e5;
+
+/// How the vehicle is excited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Excitation {
+    Planned,
+    Lawnmower,
+    /// Open loop, started over in the middle of the depths each time it leaves the limits.
+    OpenLoopWithin,
+    /// Open loop, free to dive.
+    OpenLoopFree,
+}
+
+impl Excitation {
+    const ALL: [Self; 4] = [Self::Planned, Self::Lawnmower, Self::OpenLoopWithin, Self::OpenLoopFree];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Planned => "planned mission",
+            Self::Lawnmower => "lawnmower",
+            Self::OpenLoopWithin => "open-loop inputs, started over at the limits",
+            Self::OpenLoopFree => "open-loop inputs, no limits",
+        }
+    }
+}
+
+type Flight = Vec<Vec<(Sample, f64)>>;
+
+struct Outcome {
+    log_determinant: f64,
+    remaining_percent: f64,
+    depth_m: [f64; 2],
+    pitch_deg: f64,
+    starts: usize,
+    /// Root mean square of the parameters' errors, relative to their sizes, %.
+    error_percent: f64,
+    validation: [f64; 8],
+}
+
+/// Every parameter but the scale wrong by up to `share`.
+fn wrong_prior(share: f64, seed: u64) -> VehicleParameters {
+    let declared = VehicleFile::reference().parameters;
+    let mut random = Stream::new(seed, Source::Effects);
+    let mut theta = theta_of(&declared);
+    let scale = parameters::scale(&declared);
+    for j in 0..theta.len() {
+        let error = share * (2.0 * random.uniform() - 1.0) * scale[j];
+        if j != M11 && !(B1..B1 + 2).contains(&j) {
+            theta[j] += error;
+        }
+    }
+    with_theta(&declared, &theta)
+}
+
+fn leaves(limits: &Limits) -> impl Fn(&VehicleState) -> bool {
+    let (depth_m, pitch_rad) = (limits.depth_m, limits.pitch_rad);
+    move |x| !(depth_m[0]..=depth_m[1]).contains(&x[state::Z]) || x[state::THETA].abs() > pitch_rad
+}
+
+fn fly(
+    excitation: Excitation,
+    truth: &Parameters,
+    prior: &VehicleParameters,
+    limits: &Limits,
+    duration_s: f64,
+    seed: u64,
+) -> anyhow::Result<Flight> {
+    let middle = limits.middle_m();
+    let steered = |waypoints: &[Waypoint]| -> anyhow::Result<Flight> {
+        let model = VehicleModel::new(prior).map_err(|error| anyhow!("prior: {error}"))?;
+        let mut body = True::new(truth, middle, seed);
+        Ok(vec![flight::follow(&mut body, &mut *flight::controller(&model)?, waypoints, duration_s)?])
+    };
+    match excitation {
+        // Planned with what is known before: the wrong prior.
+        Excitation::Planned => steered(&plan(prior, limits, duration_s, seed)?.waypoints),
+        Excitation::Lawnmower => {
+            let lines = Lawnmower {
+                line_m: 200.0,
+                spacing_m: 20.0,
+                lines: 20,
+                depth_m: middle,
+                speed_mps: 0.5 * (limits.speed_mps[0] + limits.speed_mps[1]),
+                ..Lawnmower::REFERENCE
+            };
+            let mission = Mission::lawnmower(&lines).map_err(|error| anyhow!("lawnmower: {error:?}"))?;
+            steered(mission.waypoints())
+        }
+        Excitation::OpenLoopWithin => {
+            let (mut flight, mut left_s) = (Vec::new(), duration_s);
+            while left_s > 1.0 {
+                let stretch = flight::open_loop(&mut True::new(truth, middle, seed), left_s, leaves(limits));
+                left_s -= stretch.len() as f64 * backseat_identify::data::PERIOD_S;
+                flight.push(stretch);
+            }
+            Ok(flight)
+        }
+        Excitation::OpenLoopFree => {
+            Ok(vec![flight::open_loop(&mut True::new(truth, DEEP_M, seed), duration_s, |_| false)])
+        }
+    }
+}
+
+/// What the estimate has to predict: other open-loop inputs, 600 s.
+fn unseen(truth: &Parameters) -> IdentificationData {
+    let mut body = True::new(truth, DEEP_M, 0);
+    let samples: Vec<(Sample, f64)> = (0..6000_u64)
+        .map(|step| {
+            use super::flight::Body as _;
+            let x = body.state();
+            let input = Programme::VALIDATION.input(step as f64 * backseat_identify::data::PERIOD_S);
+            body.step(&input);
+            let (attitude, velocity) = (state::attitude(&x), state::velocity(&x));
+            (Sample { time_us: step * 100_000, attitude, velocity, input }, x[state::Z])
+        })
+        .collect();
+    flight::measured(&[samples], &Noise::NONE, 0)
+}
+
+fn outcome(
+    excitation: Excitation,
+    truth: &Parameters,
+    limits: &Limits,
+    duration_s: f64,
+    unseen: &IdentificationData,
+    seed: u64,
+) -> anyhow::Result<Outcome> {
+    let declared = VehicleFile::reference().parameters;
+    let model = VehicleModel::new(&declared).map_err(|error| anyhow!("vehicle: {error}"))?;
+    let prior = wrong_prior(WRONG, seed);
+    let flight = fly(excitation, truth, &prior, limits, duration_s, seed)?;
+    let all = || flight.iter().flatten();
+    let mut collected = Collected::default();
+    Information::new(&model, &declared).add(all().map(|(sample, _)| sample), &mut collected);
+    let data = flight::measured(&flight, &Noise::table_4_13(NOISE_MPS), seed);
+    let estimate = identify(Method::Iv, &data, &prior, &Options::DEFAULT, &|_| {})?;
+    let (value, size) = (parameters::of(&estimate.vehicle), parameters::scale(&declared));
+    let errors = parameters::of(&declared) - value;
+    let squares: f64 = (0..B1).chain(B1 + 2..21).filter(|j| *j != M11).map(|j| (errors[j] / size[j]).powi(2)).sum();
+    let validation = validate(&estimate.vehicle, unseen).map_or([f64::NAN; 8], |v| v.mean_absolute);
+    let depths = all().map(|(_, depth_m)| *depth_m);
+    let from_m = if excitation == Excitation::OpenLoopFree { DEEP_M - limits.middle_m() } else { 0.0 };
+    Ok(Outcome {
+        log_determinant: collected.log_determinant(),
+        remaining_percent: collected.remaining_percent(),
+        depth_m: [
+            depths.clone().fold(f64::INFINITY, f64::min) - from_m,
+            depths.fold(f64::NEG_INFINITY, f64::max) - from_m,
+        ],
+        pitch_deg: all().map(|(sample, _)| sample.attitude.y.abs()).fold(0.0, f64::max).to_degrees(),
+        starts: flight.len(),
+        error_percent: 100.0 * (squares / 18.0).sqrt(),
+        validation,
+    })
+}
+
+/// Mean and its 95 % interval; estimates that cannot be flown on are counted instead.
+fn interval(values: &[f64], digits: usize) -> String {
+    let usable: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    match (mean(&usable), mean_ci95(&usable)) {
+        _ if usable.len() < values.len() => format!("unusable in {} of {}", values.len() - usable.len(), values.len()),
+        (Some(mean), Some((low, high))) => format!("{mean:.digits$} ({low:.digits$} – {high:.digits$})"),
+        _ => String::from("–"),
+    }
+}
+
+/// Runs the comparison and prints its tables.
+pub fn run(runs: u64, limits: &Limits, duration_s: f64, as_json: bool) -> anyhow::Result<()> {
+    let mut scenario = Scenario::built_in("survey")?;
+    scenario.vehicle = VehicleFile::reference();
+    let truth = Parameters { disturbance_per_sqrt_hz: [0.0; 6], ..scenario.truth_parameters() };
+    let unseen = unseen(&truth);
+    let jobs: Vec<(Excitation, u64)> =
+        Excitation::ALL.into_iter().flat_map(|excitation| (1..=runs).map(move |seed| (excitation, seed))).collect();
+    let bar = ProgressBar::new(jobs.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("experiments {wide_bar} {pos} of {len}, {eta}") {
+        bar.set_style(style);
+    }
+    let outcomes: Vec<Outcome> = jobs
+        .par_iter()
+        .progress_with(bar)
+        .map(|(excitation, seed)| outcome(*excitation, &truth, limits, duration_s, &unseen, *seed))
+        .collect::<anyhow::Result<_>>()?;
+    if as_json {
+        return console::print(json_text(&outcomes, runs).as_bytes());
+    }
+    let mut out = String::from(
+        "| excitation | log det of the information | Cramér-Rao, rms [%] | error of the parameters, rms [%] | depths [m] | steepest [deg] | starts |\n|---|---|---|---|---|---|---|\n",
+    );
+    let of = |outcomes: &[Outcome], pick: &dyn Fn(&Outcome) -> f64| -> Vec<f64> { outcomes.iter().map(pick).collect() };
+    for (excitation, outcomes) in Excitation::ALL.iter().zip(outcomes.chunks(runs as usize)) {
+        let _ = writeln!(
+            out,
+            "| {} | {} | {} | {} | {:.0} to {:.0} | {:.0} | {:.0} |",
+            excitation.name(),
+            interval(&of(outcomes, &|o| o.log_determinant), 1),
+            interval(&of(outcomes, &|o| o.remaining_percent), 2),
+            interval(&of(outcomes, &|o| o.error_percent), 2),
+            of(outcomes, &|o| o.depth_m[0]).into_iter().fold(f64::INFINITY, f64::min),
+            of(outcomes, &|o| o.depth_m[1]).into_iter().fold(f64::NEG_INFINITY, f64::max),
+            of(outcomes, &|o| o.pitch_deg).into_iter().fold(0.0, f64::max),
+            mean(&of(outcomes, &|o| o.starts as f64)).unwrap_or(f64::NAN),
+        );
+    }
+    let _ = writeln!(out, "\n| excitation | {} |\n|---|{}", COLUMNS.join(" | "), "---|".repeat(8));
+    for (excitation, outcomes) in Excitation::ALL.iter().zip(outcomes.chunks(runs as usize)) {
+        let cells: Vec<String> = (0..8).map(|i| interval(&of(outcomes, &|o| o.validation[i]), 4)).collect();
+        let _ = writeln!(out, "| {} | {} |", excitation.name(), cells.join(" | "));
+    }
+    console::print(out.as_bytes())
+}
+
+fn json_text(outcomes: &[Outcome], runs: u64) -> String {
+    let rows = Excitation::ALL.iter().zip(outcomes.chunks(runs as usize)).map(|(excitation, outcomes)| {
+        let of = |pick: fn(&Outcome) -> f64| mean(&outcomes.iter().map(pick).collect::<Vec<_>>());
+        json!({
+            "name": excitation.name(),
+            "log_determinant": of(|o| o.log_determinant),
+            "remaining_percent": of(|o| o.remaining_percent),
+            "error_percent": of(|o| o.error_percent),
+        })
+    });
+    format!("{}\n", json!({"seeds": [1, runs], "rows": rows.collect::<Vec<_>>()}))
+}

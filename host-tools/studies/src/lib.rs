@@ -1,0 +1,79 @@
+//! What makes `docs/results`: ensembles of seeded simulations, and the thesis' tables and figures beside ours.
+//!
+//! Every study is one command of `backseat studies`, except [`reproduce`] and [`fault_table`] (`backseat sim faults`).
+
+pub mod adoption;
+pub mod consistency;
+mod diagnosis_accuracy;
+pub mod fault_table;
+pub mod identification;
+pub mod navigation;
+pub mod packet_navigation;
+pub mod reproduce;
+
+use std::path::PathBuf;
+
+/// Which flights an ensemble has, and where its table goes.
+#[derive(clap::Args, Clone, Debug)]
+pub struct EnsembleArguments {
+    /// Seeded missions of each row
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+    /// Seed of the first; the others follow
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    first_seed: u64,
+    /// End each mission after this simulated time
+    #[arg(long)]
+    minutes: Option<f64>,
+    /// Write the table to this file as well (Markdown)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// A study, with its options.
+#[derive(clap::Subcommand)]
+pub enum Study {
+    /// Navigation error of every filter over an ensemble of seeded missions
+    #[command(after_help = "Examples:
+  backseat studies navigation --runs 4 --minutes 60
+  backseat studies navigation --first-seed 101 --out docs/results/navigation.md")]
+    Navigation(EnsembleArguments),
+    /// What the backseat gains from using the parameters it identified
+    #[command(after_help = "Example:
+  backseat studies adoption --runs 20 --first-seed 301 --out docs/results/adoption.md")]
+    Adoption(EnsembleArguments),
+    /// Packet-fed, centralized and information filter on one flight
+    PacketNavigation(packet_navigation::Arguments),
+    /// Does the filter know how wrong it is: normalised errors and innovations, and the bound, over an ensemble
+    Consistency(consistency::Arguments),
+    /// How often `diagnose` finds the right cause: verdicts over simulated logs of undeclared effects
+    DiagnosisAccuracy(diagnosis_accuracy::Args),
+    /// Errors of every identification method over an ensemble of simulated experiments
+    Identification(identification::MethodArguments),
+    /// How soon the fault monitor detects a fault under way, and what compensation gains
+    FaultDetection(identification::FaultArguments),
+    /// A planned identification mission against a lawnmower and open-loop inputs
+    Plan(identification::PlanArguments),
+}
+
+impl Study {
+    /// Runs it, prints its tables and writes the files asked for.
+    ///
+    /// # Errors
+    /// A flight or a filter that fails; a file that cannot be written.
+    pub fn run(&self) -> anyhow::Result<()> {
+        match self {
+            Self::Navigation(arguments) => navigation::run(arguments),
+            Self::Adoption(arguments) => adoption::run(arguments),
+            Self::PacketNavigation(arguments) => packet_navigation::run(arguments),
+            Self::Consistency(arguments) => consistency::run_command(arguments),
+            Self::DiagnosisAccuracy(arguments) => diagnosis_accuracy::run(arguments),
+            Self::Identification(arguments) => arguments.run(),
+            Self::FaultDetection(arguments) => arguments.run(),
+            Self::Plan(arguments) => arguments.run(),
+        }
+    }
+}

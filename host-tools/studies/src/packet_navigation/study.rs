@@ -1,0 +1,135 @@
+//! The three filters over one log, judged.
+
+use super::deif::Deif;
+use super::packet_fed::{PacketFed, reports};
+use super::ship::{Delta, NUMBERS};
+use super::walk::{Arrival, DeifRun, deltas, packets, walk};
+use anyhow::{Context, anyhow};
+use backseat_core::dynamics::VehicleModel;
+use backseat_core::state::{PSI, VEHICLE_STATES, X, Y, wrap_angle};
+use backseat_data::filter::{self, FilterOptions, TrackSample};
+use backseat_data::stats::{ErrorSummary, rms};
+use backseat_data::{Column, Log, Truth, VehicleFile};
+use backseat_wire::ship_state;
+use hil_sim::scenario;
+
+/// Largest differences from the centralized filter over all times of arrival.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Difference {
+    /// Horizontal distance of the estimates, m.
+    pub position_m: f64,
+    /// Any of the twelve states, in units of its own sigma.
+    pub sigmas: f64,
+    /// Any sigma, relative.
+    pub sigma_ratio: f64,
+}
+
+impl Difference {
+    fn of(arrivals: &[Arrival], centralized: &[TrackSample]) -> Option<Self> {
+        let mut worst = Self::default();
+        for arrival in arrivals {
+            let at = centralized.binary_search_by_key(&arrival.time_us, |sample| sample.time_us).ok()?;
+            let (reference, (mean, covariance)) = (&centralized[at], &arrival.moments);
+            let difference = |i: usize| mean[i] - reference.state[i];
+            worst.position_m = worst.position_m.max(difference(X).hypot(difference(Y)));
+            for i in 0..VEHICLE_STATES {
+                let difference = if i == PSI { wrap_angle(difference(i)) } else { difference(i) };
+                let sigma = reference.sigma[i];
+                worst.sigmas = worst.sigmas.max(difference.abs() / sigma);
+                worst.sigma_ratio = worst.sigma_ratio.max((covariance[(i, i)].sqrt() / sigma - 1.0).abs());
+            }
+        }
+        Some(worst)
+    }
+}
+
+/// One filter, judged.
+#[derive(Clone, Debug)]
+pub struct Method {
+    /// Its name in tables.
+    pub name: &'static str,
+    /// Bytes that each packet must carry about the ship; `None`: it needs every fix.
+    pub bytes: Option<usize>,
+    /// Horizontal error, once a second.
+    pub error: ErrorSummary,
+    /// The filter's own bound, root mean square, m.
+    pub drms_m: f64,
+    /// From the centralized filter, at arrivals.
+    pub difference: Option<Difference>,
+}
+
+impl Method {
+    fn of(name: &'static str, bytes: Option<usize>, track: &[TrackSample], truth: &Truth) -> anyhow::Result<Self> {
+        let (mut errors_m, mut bounds_m) = (Vec::new(), Vec::new());
+        for row in &truth.rows {
+            let Ok(at) = track.binary_search_by_key(&row.time_us, |sample| sample.time_us) else { continue };
+            let sample = &track[at];
+            errors_m.push((sample.state[X] - row.state[X]).hypot(sample.state[Y] - row.state[Y]));
+            bounds_m.push(sample.drms_m());
+        }
+        let error = ErrorSummary::of(&errors_m).context("the log has no row at a time of the truth")?;
+        Ok(Self { name, bytes, error, drms_m: rms(&bounds_m).unwrap_or(f64::NAN), difference: None })
+    }
+}
+
+/// Runs all filters over a log; `progress` is called after each.
+///
+/// # Errors
+/// A log without what the filters need, or a filter that fails.
+pub fn study(
+    log: &Log,
+    truth: &Truth,
+    vehicle: &VehicleFile,
+    options: &FilterOptions,
+    ship: &scenario::Ship,
+    mut progress: impl FnMut(),
+) -> anyhow::Result<Vec<Method>> {
+    let start = options.start.context("the study starts from a given state")?;
+    let start_us = log.rows.first().context("an empty log")?.time_us;
+    let model = VehicleModel::new(&vehicle.parameters).map_err(|error| anyhow!("{error}"))?;
+    let (config, packets) = (&options.navigation, packets(log));
+
+    let centralized = filter::run(log, vehicle, options)?.track;
+    progress();
+    let reports = reports(log, &packets, ship, config.sensors.ship_gnss_m);
+    let mut packet_fed = PacketFed::new(start_us, &start.vehicle, config, &model, reports, options.use_range_rate)?;
+    let packet_track = walk(log, &packets, &mut packet_fed)?;
+    progress();
+    let mut methods = vec![
+        Method::of("centralized, every ship fix", None, &centralized, truth)?,
+        Method::of("packet-fed, independent errors", Some(ship_state::LENGTH), &packet_track, truth)?,
+    ];
+
+    let exact = deltas(log, start.ship.as_ref(), config, &packets, &packets)?;
+    let rounded: Vec<Delta> = exact.iter().map(Delta::rounded).collect();
+    let runs = [
+        ("DEIF, same linearisation points", &exact, Some(&centralized[..]), 8),
+        ("DEIF, its own points", &exact, None, 8),
+        ("DEIF, its own points, 32-bit", &rounded, None, 4),
+    ];
+    for (name, deltas, points, width) in runs {
+        let deif = Deif::new(start_us, &start.vehicle, config, &model);
+        let mut run = DeifRun::new(deif, deltas, points, options.use_range_rate);
+        let track = walk(log, &packets, &mut run).context(name)?;
+        let mut method = Method::of(name, Some(NUMBERS * width), &track, truth)?;
+        method.difference = Difference::of(&run.arrivals, &centralized);
+        methods.push(method);
+        progress();
+    }
+    Ok(methods)
+}
+
+/// The same log with the ship's fixes at least `period_us` apart.
+#[must_use]
+pub fn thin_fixes(log: &Log, period_us: u64) -> Log {
+    let mut log = log.clone();
+    let mut due_us = 0;
+    for row in log.rows.iter_mut().filter(|row| row.ship_gnss_m().is_some()) {
+        if row.time_us >= due_us {
+            due_us = row.time_us + period_us;
+        } else {
+            row.set(Column::ShipGpsX, f64::NAN).set(Column::ShipGpsY, f64::NAN);
+        }
+    }
+    log
+}

@@ -1,0 +1,155 @@
+//! `backseat reproduce`: the thesis' tables and figures beside ours.
+//!
+//! An [`item`] is a table or figure: rows and columns of one of the [`studies`], which simulate. Items share studies, and
+//! a study is run once a seed; finished runs are kept by the [`store`] and become medians and intervals in the
+//! [`ensemble`].
+
+mod ensemble;
+mod item;
+mod markdown;
+mod page;
+mod registry;
+mod store;
+mod studies;
+mod text;
+
+use anyhow::{Context, bail};
+use backseat_data::console;
+use backseat_data::output::{self, Existing};
+use ensemble::Ensemble;
+use indicatif::{ProgressBar, ProgressStyle};
+use item::Item;
+use rayon::prelude::*;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use store::{Key, Store};
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat reproduce --report out              everything, ten runs each; resumes if it was interrupted
+  backseat reproduce table-4.15 --runs 20      one table
+  backseat reproduce figure-3.5 pd-lqr --json
+
+Every run is simulated anew from its seed: seeds 1 to N. With --report each finished run is kept in DIR/runs.jsonl at
+once, and the same command goes on from there; Ctrl-C ends the runs under way and reports what is finished.
+A table or figure may be named as the thesis numbers it; an unknown name lists what there is.";
+
+/// Methods were tuned on seeds from here on.
+const FIRST_TUNING_SEED: u64 = 1000;
+
+/// Reproduce the thesis' tables and figures
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Tables, figures and studies [default: all]
+    #[arg(value_name = "TABLE|FIGURE", value_parser = registry::known)]
+    items: Vec<String>,
+    /// Runs of each, with seeds from 1
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..FIRST_TUNING_SEED))]
+    runs: u64,
+    /// Write an HTML report into this folder, and keep finished runs there
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Write the tables to this file too, Markdown
+    #[arg(long, value_name = "FILE.md")]
+    markdown: Option<PathBuf>,
+    /// Print one JSON object instead of tables
+    #[arg(long)]
+    json: bool,
+    /// Replace results that exist
+    #[arg(long)]
+    force: bool,
+}
+
+/// Runs what is missing, and shows it all.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let items = registry::selected(&args.items);
+    let store = open_store(args)?;
+    let pending = pending(&items, args.runs, &store);
+    let page = args.report.as_ref().map(|folder| folder.join("report.html"));
+    if !pending.is_empty() {
+        // Before the work, not after it.
+        for path in [&page, &args.markdown].into_iter().flatten() {
+            output::check(path, existing(args))?;
+        }
+    }
+    let interrupted = work(&pending, &store)?;
+    let ensemble = Ensemble { items: &items, runs: args.runs, store: &store };
+    if let Some(path) = &page {
+        write(args, path, &page::html(&ensemble))?;
+    }
+    if let Some(path) = &args.markdown {
+        write(args, path, &markdown::page(&ensemble))?;
+    }
+    let text = if args.json { ensemble.json() } else { text::tables(&ensemble, args.items.is_empty()) };
+    console::print(text.as_bytes())?;
+    if let Some(path) = page.filter(|_| !args.json) {
+        console::print(format!("\nreport   {}\n", path.display()).as_bytes())?;
+    }
+    if interrupted {
+        bail!("interrupted: what is shown is of the runs that are finished");
+    }
+    Ok(())
+}
+
+fn existing(args: &Args) -> Existing {
+    if args.force { Existing::Replace } else { Existing::Keep }
+}
+
+fn open_store(args: &Args) -> anyhow::Result<Store> {
+    let Some(folder) = &args.report else { return Store::open(None) };
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    Store::open(Some(&folder.join("runs.jsonl")))
+}
+
+/// Writes a result, unless the very same is there already.
+fn write(args: &Args, path: &std::path::Path, text: &str) -> anyhow::Result<()> {
+    if std::fs::read(path).is_ok_and(|there| there == text.as_bytes()) {
+        return Ok(());
+    }
+    Ok(output::write(path, existing(args), |file| file.write_all(text.as_bytes()))?)
+}
+
+/// Runs of the items' studies that are not there yet, seed by seed: what an interruption leaves is an ensemble of each.
+fn pending(items: &[&'static Item], runs: u64, store: &Store) -> Vec<(Key, &'static studies::Study)> {
+    let mut studies: Vec<&'static studies::Study> = Vec::new();
+    for item in items {
+        if !studies.iter().any(|study| study.name == item.study.name) {
+            studies.push(item.study);
+        }
+    }
+    let all = (1..=runs).flat_map(|seed| studies.iter().map(move |study| ((study.name, seed), *study)));
+    all.filter(|(key, _)| !store.has(*key)).collect()
+}
+
+/// Runs them on all cores; whether it was interrupted.
+fn work(pending: &[(Key, &'static studies::Study)], store: &Store) -> anyhow::Result<bool> {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    if pending.is_empty() {
+        return Ok(false);
+    }
+    // Twice ends it at once; what is finished is kept all the same.
+    ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("\nending the runs under way; once more to end at once");
+    })?;
+    let bar = ProgressBar::new(pending.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos} of {len} runs, {eta}") {
+        bar.set_style(style);
+    }
+    bar.tick();
+    // In their order: seeds are finished one after the other.
+    pending.iter().par_bridge().try_for_each(|(key, study)| {
+        if STOP.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let measured = (study.run)(key.1).with_context(|| format!("{}, seed {}", key.0, key.1))?;
+        store.add(*key, &measured)?;
+        bar.inc(1);
+        anyhow::Ok(())
+    })?;
+    bar.finish_and_clear();
+    Ok(STOP.load(Ordering::Relaxed))
+}

@@ -1,0 +1,4 @@
+//! Identification of simulated experiments.
+
+mod convergence;
+mod sensitivities;
