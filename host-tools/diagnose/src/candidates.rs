@@ -1,7 +1,7 @@
 //! The catalogue as hypotheses: which columns a hypothesis has, and what its values mean.
 
-use crate::samples::Channel;
-use crate::terms::{Cause, Term};
+use crate::regressors::{Regressor, Variation};
+use crate::samples::ResidualChannel;
 use crate::whitener::STEP_S;
 use backseat_core::effects::{self, CATALOGUE, EffectInfo, EffectSet, FIN_NAMES, ParameterInfo, ParameterKind};
 
@@ -115,7 +115,7 @@ pub fn set_of(declared: &EffectSet, instances: &[Instance]) -> EffectSet {
 #[derive(Clone, Copy, Debug)]
 pub struct Scope {
     /// Channels with samples.
-    pub present: [bool; Channel::COUNT],
+    pub present: [bool; ResidualChannel::COUNT],
     /// The log gives the density of the water.
     pub has_density: bool,
     /// Length of the log, s.
@@ -134,12 +134,12 @@ pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
     if !scope.has_density {
         reasons.push(("water_density", "needs water_density_kg_per_m3 in the log: without it, it is a buoyancy"));
     }
-    if !scope.present[Channel::Range as usize] {
+    if !scope.present[ResidualChannel::Range as usize] {
         for effect in ["sound_speed", "clock_offset", "clock_drift", "range_outliers"] {
             reasons.push((effect, "the log has no ranges"));
         }
     }
-    if !scope.present[Channel::DvlU as usize] {
+    if !scope.present[ResidualChannel::DvlU as usize] {
         for effect in ["dvl_scale", "dvl_misalignment", "waves"] {
             reasons.push((effect, "the log has no DVL velocity"));
         }
@@ -152,7 +152,11 @@ pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
 
 /// Terms and hypotheses of the whole catalogue about `set`; entries of `accepted` are nuisance columns, returned apart.
 #[must_use]
-pub fn catalogue(scope: &Scope, accepted: &[Instance], onsets: &[f64]) -> (Vec<Term>, Vec<Hypothesis>, Vec<usize>) {
+pub fn catalogue(
+    scope: &Scope,
+    accepted: &[Instance],
+    onsets: &[f64],
+) -> (Vec<Regressor>, Vec<Hypothesis>, Vec<usize>) {
     let set = set_of(&scope.declared, accepted);
     let skipped = beyond(scope);
     let (mut terms, mut hypotheses, mut nuisance) = (Vec::new(), Vec::new(), Vec::new());
@@ -189,7 +193,7 @@ fn add_entry(
     set: &EffectSet,
     candidate: &Candidate,
     onsets: &[f64],
-    terms: &mut Vec<Term>,
+    terms: &mut Vec<Regressor>,
     column: &mut usize,
 ) -> Vec<Hypothesis> {
     let is_event = candidate.onset_s.is_some();
@@ -202,8 +206,8 @@ fn add_entry(
     let without = if is_stuck { always.apply(set, &none) } else { *set };
     let starts = if is_event { onsets } else { &[f64::NEG_INFINITY][..] };
     let mut add = |with: EffectSet, without: EffectSet, unit: f64| {
-        let cause = Cause::Effects { with: Box::new(with), without: Box::new(without), unit };
-        terms.push(Term { cause, onsets_s: starts.to_vec() });
+        let cause = Variation::Effects { with: Box::new(with), without: Box::new(without), unit };
+        terms.push(Regressor { cause, onsets_s: starts.to_vec() });
         *column += starts.len();
         *column - starts.len()
     };
@@ -230,7 +234,7 @@ fn unit([low, high]: [f64; 2]) -> f64 {
 
 /// One term for each size of an effect that is present in `set`.
 #[must_use]
-pub fn own_terms(instance: &Instance, set: &EffectSet) -> Vec<Term> {
+pub fn own_terms(instance: &Instance, set: &EffectSet) -> Vec<Regressor> {
     let bounds = instance.candidate.bounds();
     (0..bounds.len())
         .map(|size| {
@@ -242,8 +246,8 @@ pub fn own_terms(instance: &Instance, set: &EffectSet) -> Vec<Term> {
             }
             let mut sizes = instance.sizes.clone();
             sizes[size] += unit;
-            Term {
-                cause: Cause::Effects {
+            Regressor {
+                cause: Variation::Effects {
                     with: Box::new(instance.candidate.apply(set, &sizes)),
                     without: Box::new(*set),
                     unit,
@@ -256,9 +260,14 @@ pub fn own_terms(instance: &Instance, set: &EffectSet) -> Vec<Term> {
 
 /// Terms and hypotheses of one event at several onsets, behind the nuisance columns of `others`.
 #[must_use]
-pub fn event(scope: &Scope, others: &[Instance], event: &Candidate, onsets: &[f64]) -> (Vec<Term>, Vec<Hypothesis>) {
+pub fn event(
+    scope: &Scope,
+    others: &[Instance],
+    event: &Candidate,
+    onsets: &[f64],
+) -> (Vec<Regressor>, Vec<Hypothesis>) {
     let set = set_of(&scope.declared, others);
-    let mut terms: Vec<Term> = others.iter().flat_map(|instance| own_terms(instance, &set)).collect();
+    let mut terms: Vec<Regressor> = others.iter().flat_map(|instance| own_terms(instance, &set)).collect();
     let mut column = terms.len();
     let hypotheses = add_entry(&set, event, onsets, &mut terms, &mut column);
     (terms, hypotheses)

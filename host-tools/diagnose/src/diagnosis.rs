@@ -1,13 +1,15 @@
 //! The whole loop: find, trace, add, and round again.
 
-use crate::bench::{Bench, Joint, Part};
+use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
 use crate::model::Model;
 use crate::noise;
-use crate::rivals::{self, Rival};
+use crate::prepared_log::{DataPart, JointFit, PreparedLog};
+use crate::scores::{whiteness, whiteness_p};
 use crate::search::{self, MOST_EFFECTS, Round};
 use crate::statistics::chi2_tail;
 use crate::structure::{self, Structure};
+use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
 use crate::waves;
 use crate::whitener::{Pass, Residual};
 use backseat_core::effects::{EffectSet, ParameterKind};
@@ -17,35 +19,9 @@ use rayon::prelude::*;
 /// Two-sided 95 % of a normal variable.
 const Z_95: f64 = backseat_data::stats::Z_95;
 
-/// What the log says about the declared model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Nothing significant is left by the declared model.
-    None,
-    /// The effects found account for what it leaves.
-    Explained,
-    /// They do, but others would as well.
-    Ambiguous,
-    /// Structure remains that no entry accounts for.
-    Unexplained,
-}
-
-impl Verdict {
-    /// As in the JSON object.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Explained => "explained",
-            Self::Ambiguous => "ambiguous",
-            Self::Unexplained => "unexplained",
-        }
-    }
-}
-
 /// One parameter of a found effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Value {
+pub struct ParameterEstimate {
     /// Name, as in the catalogue.
     pub name: &'static str,
     /// Unit, as in the catalogue.
@@ -60,11 +36,11 @@ pub struct Value {
 
 /// An effect that was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct FoundEffect {
     /// What, with its values.
     pub instance: Instance,
     /// Its parameters with intervals, in the order of the catalogue.
-    pub values: Vec<Value>,
+    pub values: Vec<ParameterEstimate>,
     /// Probability of so much evidence where there is none, after the number of hypotheses tried.
     pub p_value: f64,
     /// By how much Σ e² falls by it, over the whole log.
@@ -72,16 +48,24 @@ pub struct Found {
     /// Gain per held-out block: mean and 95 % interval.
     pub held_gain: Option<(f64, [f64; 2])>,
     /// Entries that the data cannot exclude in its place, best first.
-    pub rivals: Vec<Rival>,
+    pub alternatives: Vec<Alternative>,
 }
 
-/// The outcome.
+impl FoundEffect {
+    /// Entries of another name that the data cannot exclude in its place, best first.
+    pub fn possible_alternatives(&self) -> impl Iterator<Item = &Alternative> {
+        let own = self.instance.candidate.effect;
+        self.alternatives.iter().filter(move |other| other.is_possible() && other.instance.candidate.effect != own)
+    }
+}
+
+/// The result of a diagnosis.
 #[derive(Clone, Debug)]
 pub struct Diagnosis {
     /// In one word.
     pub verdict: Verdict,
     /// What was found, strongest first.
-    pub effects: Vec<Found>,
+    pub effects: Vec<FoundEffect>,
     /// The ladder of every round.
     pub rounds: Vec<Round>,
     /// Structure beside the effects.
@@ -106,20 +90,20 @@ impl Diagnosis {
 ///
 /// `None` if the numbers leave the finite.
 #[must_use]
-pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
+pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
     progress("noise");
-    let mut noise_effects = noise_effects(bench, &bench.declared.residuals.clone())?;
+    let mut noise_effects = noise_effects(log_data, &log_data.declared.residuals.clone())?;
     let (mut accepted, mut rounds): (Vec<Instance>, Vec<Round>) = (Vec::new(), Vec::new());
     let mut joint = None;
     while accepted.len() <= MOST_EFFECTS {
         progress(&format!("hypotheses, round {}", accepted.len() + 1));
-        let round = search::round(bench, &accepted)?;
-        let next = if accepted.len() < MOST_EFFECTS { choose(bench, &accepted, &round) } else { None };
+        let round = search::round(log_data, &accepted)?;
+        let next = if accepted.len() < MOST_EFFECTS { choose(log_data, &accepted, &round) } else { None };
         rounds.push(round);
         let Some(next) = next else { break };
         accepted.push(next);
         progress("refit");
-        let Some(refitted) = search::refit(bench, &accepted) else {
+        let Some(refitted) = search::refit(log_data, &accepted) else {
             // No values of it are possible on the training blocks.
             accepted.pop();
             break;
@@ -135,46 +119,52 @@ pub fn run(bench: &mut Bench, mut progress: impl FnMut(&str)) -> Option<Diagnosi
             break;
         }
         // Outliers and waves show better once the rest is explained.
-        noise_effects = self::noise_effects(bench, &fitted.pass.residuals)?;
+        noise_effects = self::noise_effects(log_data, &fitted.pass.residuals)?;
     }
-    progress("rivals");
-    let (accepted, rivals, joint) = settle(bench, accepted, joint, &rounds)?;
+    progress("alternatives");
+    let (accepted, alternatives, joint) = settle(log_data, accepted, joint, &rounds)?;
     progress("structure");
     let swell = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
-    let left = structure::find(bench, &accepted, swell)?;
-    let found = describe(bench, &accepted, rivals, &joint, &rounds)?;
-    let explained: f64 = bench.declared.normal.sum(|_| true).square - joint.whole_square;
-    let mut found = found;
-    let is_structured = (!left.hints.is_empty() && left.gain > tolerated(explained)) || exceeds_noise(&joint.pass);
-    let is_usurped = !accepted.is_empty() && !is_structured && generic_is_better(bench, &accepted, explained, swell)?;
-    let mut verdict = if is_structured || is_usurped { Verdict::Unexplained } else { Verdict::None };
-    let structure = if verdict == Verdict::Unexplained && !accepted.is_empty() {
-        // What the entries took was not theirs: the hints are against the declared model.
-        found.clear();
-        structure::find(bench, &[], swell)?
+    let left = structure::find(log_data, &accepted, swell)?;
+    let found = describe(log_data, &accepted, alternatives, &joint, &rounds)?;
+    let explained: f64 = log_data.declared.normal.sum(|_| true).square - joint.whole_square;
+    let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
+    let exceeds_noise = exceeds_noise(&joint.pass);
+    let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
+    let rule = verdict::decide(&Conditions {
+        structure_remains,
+        exceeds_noise,
+        generic_terms_fit_better: has_doubtful_effects && generic_is_better(log_data, &accepted, explained, swell)?,
+        is_coloured: whiteness_p(&whiteness(log_data, &joint.pass)) < LEAST_WHITENESS_P,
+        has_effects: !(found.is_empty() && noise_effects.is_empty()),
+        has_alternatives: found.iter().any(|found| found.possible_alternatives().next().is_some()),
+    });
+    let (mut found, mut structure) = (found, left);
+    if rule.verdict == Verdict::Unexplained {
+        if !accepted.is_empty() {
+            // The entries stood in for something else: the terms reported are those against the declared model.
+            found.clear();
+            structure = structure::find(log_data, &[], swell)?;
+        }
     } else {
-        left
-    };
-    if verdict != Verdict::Unexplained {
         found.extend(noise_effects);
         found.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
     }
-    if verdict != Verdict::Unexplained && !found.is_empty() {
-        let is_ambiguous = found.iter().any(|found| {
-            found
-                .rivals
-                .iter()
-                .any(|rival| rival.is_possible() && rival.instance.candidate.effect != found.instance.candidate.effect)
-        });
-        verdict = if is_ambiguous { Verdict::Ambiguous } else { Verdict::Explained };
-    }
-    let after = if found.is_empty() { bench.declared.clone() } else { joint.pass };
-    let notes = crate::candidates::beyond(&bench.scope)
+    let after = if found.is_empty() { log_data.declared.clone() } else { joint.pass };
+    let notes = crate::candidates::beyond(&log_data.scope)
         .into_iter()
         .map(|(effect, reason)| format!("{effect} not judged: {reason}"))
-        .chain(scale_notes(bench))
+        .chain(scale_notes(log_data))
         .collect();
-    Some(Diagnosis { verdict, effects: found, rounds, structure, before: bench.declared.clone(), after, notes })
+    Some(Diagnosis {
+        verdict: rule.verdict,
+        effects: found,
+        rounds,
+        structure,
+        before: log_data.declared.clone(),
+        after,
+        notes,
+    })
 }
 
 /// Structure beside the accepted effects is tolerated up to this part of what they explain, and up to this much.
@@ -202,21 +192,21 @@ const WORSE: (f64, f64) = (10.0, 0.005);
 
 /// Whether as many generic terms explain more than the entries, or fewer as much: then the entries stand in for
 /// something that is not theirs.
-fn generic_is_better(bench: &Bench, accepted: &[Instance], explained: f64, swell: bool) -> Option<bool> {
-    let rival = structure::find(bench, &[], swell)?;
-    let gain = |terms: usize| rival.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
+fn generic_is_better(log_data: &PreparedLog, accepted: &[Instance], explained: f64, swell: bool) -> Option<bool> {
+    let alternative = structure::find(log_data, &[], swell)?;
+    let gain = |terms: usize| alternative.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
     let is_simpler = accepted.len() > 1 && gain(accepted.len() - 1) > explained - WORSE.0 - WORSE.1 * explained;
     Some(is_simpler || gain(accepted.len()) > explained + BETTER)
 }
 
 /// The best hypothesis of a round that stands, fitted in full where several come close.
-fn choose(bench: &Bench, accepted: &[Instance], round: &Round) -> Option<Instance> {
+fn choose(log_data: &PreparedLog, accepted: &[Instance], round: &Round) -> Option<Instance> {
     const CLOSE: (f64, f64) = (40.0, 0.1);
     const MOST: usize = 4;
     // Linear fits may leave what a vehicle can be (a drag that drives).
     let is_possible = |instance: &Instance| {
-        let set = instance.apply(&set_of(&bench.scope.declared, accepted));
-        Model::new(&bench.setup.parameters, &set).is_some()
+        let set = instance.apply(&set_of(&log_data.scope.declared, accepted));
+        Model::new(&log_data.setup.parameters, &set).is_some()
     };
     let standing: Vec<_> = round
         .ladder
@@ -227,7 +217,7 @@ fn choose(bench: &Bench, accepted: &[Instance], round: &Round) -> Option<Instanc
     let close: Vec<_> = standing.iter().filter(|e| e.score() > top - CLOSE.0 - CLOSE.1 * top).take(MOST).collect();
     let refined = |found: &Instance| {
         let has_onset = found.candidate.onset_s.is_some();
-        if has_onset { search::refine_onset(bench, accepted, found) } else { Some(found.clone()) }
+        if has_onset { search::refine_onset(log_data, accepted, found) } else { Some(found.clone()) }
     };
     if close.len() == 1 {
         return refined(&close[0].instance);
@@ -237,7 +227,7 @@ fn choose(bench: &Bench, accepted: &[Instance], round: &Round) -> Option<Instanc
         .filter_map(|e| {
             let mut instances = accepted.to_vec();
             instances.push(refined(&e.instance)?);
-            let joint = bench.fit(&instances, Part::Whole)?;
+            let joint = log_data.fit(&instances, DataPart::Whole)?;
             Some((joint.whole_square + 2.0 * e.degrees as f64, joint.instances.last()?.clone()))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))
@@ -245,7 +235,7 @@ fn choose(bench: &Bench, accepted: &[Instance], round: &Round) -> Option<Instanc
 }
 
 /// Whether each effect is still significant beside the others (Wald's test at the joint fit).
-fn still_needed(joint: &Joint) -> Vec<bool> {
+fn still_needed(joint: &JointFit) -> Vec<bool> {
     if joint.instances.len() < 2 {
         return vec![true; joint.instances.len()];
     }
@@ -267,26 +257,26 @@ fn still_needed(joint: &Joint) -> Vec<bool> {
 /// Rivals of every accepted effect; one that explains more takes the effect's place.
 #[allow(clippy::type_complexity)] // used once
 fn settle(
-    bench: &Bench,
+    log_data: &PreparedLog,
     accepted: Vec<Instance>,
-    joint: Option<Joint>,
+    joint: Option<JointFit>,
     rounds: &[Round],
-) -> Option<(Vec<Instance>, Vec<Vec<Rival>>, Joint)> {
+) -> Option<(Vec<Instance>, Vec<Vec<Alternative>>, JointFit)> {
     let (mut accepted, mut joint) = (accepted, joint);
     for _ in 0..2 {
-        let found: Option<Vec<Vec<Rival>>> = (0..accepted.len())
+        let found: Option<Vec<Vec<Alternative>>> = (0..accepted.len())
             .into_par_iter()
             .map(|place| {
                 let others = without(&accepted, place);
                 match rounds.first() {
-                    Some(first) if others.is_empty() => Some(rivals::find(bench, &accepted, place, first)),
-                    _ => Some(rivals::find(bench, &accepted, place, &search::round(bench, &others)?)),
+                    Some(first) if others.is_empty() => Some(alternatives::find(log_data, &accepted, place, first)),
+                    _ => Some(alternatives::find(log_data, &accepted, place, &search::round(log_data, &others)?)),
                 }
             })
             .collect();
-        let rivals = found?;
-        let swap = rivals.iter().enumerate().find_map(|(place, rivals)| {
-            let better = rivals.first()?;
+        let alternatives = found?;
+        let swap = alternatives.iter().enumerate().find_map(|(place, alternatives)| {
+            let better = alternatives.first()?;
             let degrees = |candidate: &Candidate| candidate.degrees() as f64;
             let cost = 2.0 * (degrees(&better.instance.candidate) - degrees(&accepted[place].candidate));
             (better.deficit + cost < -1.0).then(|| (place, better.instance.clone()))
@@ -295,17 +285,17 @@ fn settle(
             None => {
                 let joint = match joint.take() {
                     Some(joint) => joint,
-                    None => search::refit(bench, &accepted)?,
+                    None => search::refit(log_data, &accepted)?,
                 };
-                return Some((joint.instances.clone(), rivals, joint));
+                return Some((joint.instances.clone(), alternatives, joint));
             }
             Some((place, instance)) => accepted[place] = instance,
         }
         joint = None;
     }
-    let joint = search::refit(bench, &accepted)?;
-    let rivals = vec![Vec::new(); accepted.len()];
-    Some((joint.instances.clone(), rivals, joint))
+    let joint = search::refit(log_data, &accepted)?;
+    let alternatives = vec![Vec::new(); accepted.len()];
+    Some((joint.instances.clone(), alternatives, joint))
 }
 
 /// The others.
@@ -314,26 +304,30 @@ fn without(accepted: &[Instance], place: usize) -> Vec<Instance> {
 }
 
 fn describe(
-    bench: &Bench,
+    log_data: &PreparedLog,
     accepted: &[Instance],
-    rivals: Vec<Vec<Rival>>,
-    joint: &Joint,
+    alternatives: Vec<Vec<Alternative>>,
+    joint: &JointFit,
     rounds: &[Round],
-) -> Option<Vec<Found>> {
+) -> Option<Vec<FoundEffect>> {
     let alone: Option<Vec<(Pass, Option<[f64; 2]>)>> = (0..accepted.len())
         .into_par_iter()
         .map(|place| {
             let others = without(accepted, place);
-            let onset = onset_interval(bench, &others, &accepted[place]);
-            let pass = if others.is_empty() { bench.declared.clone() } else { bench.fit(&others, Part::Train)?.pass };
+            let onset = onset_interval(log_data, &others, &accepted[place]);
+            let pass = if others.is_empty() {
+                log_data.declared.clone()
+            } else {
+                log_data.fit(&others, DataPart::Train)?.pass
+            };
             Some((pass, onset))
         })
         .collect();
     let mut at = 0;
     let mut found = Vec::new();
-    for ((instance, rivals), (without, onset)) in accepted.iter().zip(rivals).zip(alone?) {
+    for ((instance, alternatives), (without, onset)) in accepted.iter().zip(alternatives).zip(alone?) {
         let gain = without.normal.sum(|_| true).square - joint.whole_square;
-        let blocks = bench.held_gain(&without, &joint.pass);
+        let blocks = log_data.held_gain(&without, &joint.pass);
         let held_gain =
             mean_ci95(&blocks).map(|(low, high)| (blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]));
         let sigmas = &joint.sigmas[at..at + instance.sizes.len()];
@@ -341,19 +335,19 @@ fn describe(
         let tried = rounds.first().map_or(1, |round| round.tried) as f64;
         let p_value = (chi2_tail(gain, instance.candidate.degrees()) * tried).min(1.0);
         let values = values(&instance.candidate, &instance.sizes, sigmas, onset);
-        found.push(Found { instance: instance.clone(), values, p_value, gain, held_gain, rivals });
+        found.push(FoundEffect { instance: instance.clone(), values, p_value, gain, held_gain, alternatives });
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     Some(found)
 }
 
 /// Times about the onset at which Σ e² is within 3.84 of its least: the interval, s.
-fn onset_interval(bench: &Bench, others: &[Instance], instance: &Instance) -> Option<[f64; 2]> {
+fn onset_interval(log_data: &PreparedLog, others: &[Instance], instance: &Instance) -> Option<[f64; 2]> {
     let centre = instance.candidate.onset_s?;
     let mut step_s = 0.25;
     for _ in 0..5 {
         let onsets: Vec<f64> = (-12..=12).map(|k| centre + step_s * f64::from(k)).collect();
-        let gains = search::onset_gains(bench, others, &instance.candidate, &onsets)?;
+        let gains = search::onset_gains(log_data, others, &instance.candidate, &onsets)?;
         let top = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let inside: Vec<usize> = (0..gains.len()).filter(|i| gains[*i] > top - Z_95 * Z_95).collect();
         let (first, last) = (*inside.first()?, *inside.last()?);
@@ -365,7 +359,7 @@ fn onset_interval(bench: &Bench, others: &[Instance], instance: &Instance) -> Op
     None
 }
 
-fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], onset: Option<[f64; 2]>) -> Vec<Value> {
+fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], onset: Option<[f64; 2]>) -> Vec<ParameterEstimate> {
     let mut place = 0;
     let all = candidate.values(sizes);
     candidate
@@ -383,19 +377,19 @@ fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], onset: Option<[f
                 ParameterKind::Onset => onset.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
                 ParameterKind::Fin | ParameterKind::Shape => [value, value],
             };
-            Value { name: parameter.name, unit: parameter.unit, kind: parameter.kind, value, ci95 }
+            ParameterEstimate { name: parameter.name, unit: parameter.unit, kind: parameter.kind, value, ci95 }
         })
         .collect()
 }
 
-/// Outliers and waves in the innovations of a pass; what is found changes the bench's noise.
-fn noise_effects(bench: &mut Bench, residuals: &[Residual]) -> Option<Vec<Found>> {
+/// Outliers and waves in the innovations of a pass; what is found changes the log_data's noise.
+fn noise_effects(log_data: &mut PreparedLog, residuals: &[Residual]) -> Option<Vec<FoundEffect>> {
     let mut found = Vec::new();
-    let before = (bench.setup.outliers.clone(), bench.setup.scale);
-    bench.setup.scale = bench.own_scale;
-    let flags = noise::flags(&bench.samples, residuals);
-    if flags.contains(&true) || bench.setup.outliers.contains(&true) {
-        bench.setup.outliers = flags;
+    let before = (log_data.setup.outliers.clone(), log_data.setup.scale);
+    log_data.setup.scale = log_data.own_scale;
+    let flags = noise::flags(&log_data.samples, residuals);
+    if flags.contains(&true) || log_data.setup.outliers.contains(&true) {
+        log_data.setup.outliers = flags;
     }
     let judged = noise::outliers(residuals);
     let hits = judged.iter().filter(|(_, is_out)| *is_out).count();
@@ -405,24 +399,28 @@ fn noise_effects(bench: &mut Bench, residuals: &[Residual]) -> Option<Vec<Found>
         let (low, high) = wilson_ci95(hits as u64, judged.len() as u64).unwrap_or((0.0, 1.0));
         found.push(noise_found("range_outliers", &[(share, [low, high])], p_value));
     }
-    if let Some(waves) = waves::find(&bench.samples, residuals).filter(is_swell) {
+    if let Some(waves) = waves::find(&log_data.samples, residuals).filter(is_swell) {
         let interval = |value: f64, sigma: f64| (value, [value - Z_95 * sigma, value + Z_95 * sigma]);
         let sizes =
             [interval(waves.amplitude_mps, waves.amplitude_sigma_mps), interval(waves.period_s, waves.period_sigma_s)];
-        let declared = bench.setup.sensors.dvl_mps;
+        let declared = log_data.setup.sensors.dvl_mps;
         let scale = (1.0 + 0.5 * (waves.amplitude_mps / declared).powi(2)).sqrt();
-        for channel in [crate::samples::Channel::DvlU, crate::samples::Channel::DvlV, crate::samples::Channel::DvlW] {
-            bench.setup.scale[channel as usize] = bench.setup.scale[channel as usize].max(scale);
+        for channel in [
+            crate::samples::ResidualChannel::DvlU,
+            crate::samples::ResidualChannel::DvlV,
+            crate::samples::ResidualChannel::DvlW,
+        ] {
+            log_data.setup.scale[channel as usize] = log_data.setup.scale[channel as usize].max(scale);
         }
         // Carried up and down, the vehicle's depth swings as well.
         let swing_m = waves.amplitude_mps * waves.period_s / std::f64::consts::TAU;
-        let depth = (1.0 + 0.5 * (swing_m / bench.setup.sensors.depth_m).powi(2)).sqrt();
-        let scale = &mut bench.setup.scale[crate::samples::Channel::Depth as usize];
+        let depth = (1.0 + 0.5 * (swing_m / log_data.setup.sensors.depth_m).powi(2)).sqrt();
+        let scale = &mut log_data.setup.scale[crate::samples::ResidualChannel::Depth as usize];
         *scale = scale.max(depth);
         found.push(noise_found("waves", &sizes, waves.p));
     }
-    if before != (bench.setup.outliers.clone(), bench.setup.scale) {
-        bench.declared = bench.pass(&bench.scope.declared, &[])?;
+    if before != (log_data.setup.outliers.clone(), log_data.setup.scale) {
+        log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
     }
     Some(found)
 }
@@ -432,22 +430,35 @@ fn is_swell(waves: &waves::Waves) -> bool {
     waves.p < search::FAMILY_ERROR / 10.0 && waves.amplitude_mps > 3.0 * waves.amplitude_sigma_mps
 }
 
-fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) -> Found {
+fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) -> FoundEffect {
     let candidate = Candidate { effect, fin: None, onset_s: None };
     let parameters = candidate.info().parameters.iter().zip(sizes);
     let values = parameters
-        .map(|(p, (value, ci95))| Value { name: p.name, unit: p.unit, kind: p.kind, value: *value, ci95: *ci95 })
+        .map(|(p, (value, ci95))| ParameterEstimate {
+            name: p.name,
+            unit: p.unit,
+            kind: p.kind,
+            value: *value,
+            ci95: *ci95,
+        })
         .collect();
     let sizes = sizes.iter().map(|(value, _)| *value).collect();
-    Found { instance: Instance { candidate, sizes }, values, p_value, gain: 0.0, held_gain: None, rivals: Vec::new() }
+    FoundEffect {
+        instance: Instance { candidate, sizes },
+        values,
+        p_value,
+        gain: 0.0,
+        held_gain: None,
+        alternatives: Vec::new(),
+    }
 }
 
-fn scale_notes(bench: &Bench) -> Vec<String> {
-    let channels = crate::samples::Channel::ALL.into_iter();
+fn scale_notes(log_data: &PreparedLog) -> Vec<String> {
+    let channels = crate::samples::ResidualChannel::ALL.into_iter();
     channels
-        .filter(|channel| bench.setup.scale[*channel as usize] > 1.0)
+        .filter(|channel| log_data.setup.scale[*channel as usize] > 1.0)
         .map(|channel| {
-            let scale = bench.setup.scale[channel as usize];
+            let scale = log_data.setup.scale[channel as usize];
             format!("{}: noise taken as {scale:.2} times the declared one", channel.name())
         })
         .collect()

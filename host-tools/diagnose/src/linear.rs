@@ -1,32 +1,6 @@
 //! Small least squares on normal equations: every hypothesis is a choice of columns.
 
-use crate::gram::{Block, Normal, Sum};
-
-/// Something with a Gram matrix and a score.
-pub trait Equations {
-    /// (SᵀS)_ij.
-    fn gram(&self, i: usize, j: usize) -> f64;
-    /// (−Sᵀe)_i.
-    fn score(&self, i: usize) -> f64;
-}
-
-impl Equations for Sum {
-    fn gram(&self, i: usize, j: usize) -> f64 {
-        Self::gram(self, i, j)
-    }
-    fn score(&self, i: usize) -> f64 {
-        Self::score(self, i)
-    }
-}
-
-impl Equations for Block {
-    fn gram(&self, i: usize, j: usize) -> f64 {
-        Self::gram(self, i, j)
-    }
-    fn score(&self, i: usize) -> f64 {
-        Self::score(self, i)
-    }
-}
+use crate::normal_equations::{BlockEquations, NormalEquations};
 
 /// A least-squares fit of some columns.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,15 +23,16 @@ impl Fit {
 
 /// Fits `free` columns with those of `fixed` present by their factor; `None` where the data do not determine them.
 #[must_use]
-pub fn fit(equations: &impl Equations, free: &[usize], fixed: &[(usize, f64)]) -> Option<Fit> {
+pub fn fit(equations: &NormalEquations, free: &[usize], fixed: &[(usize, f64)]) -> Option<Fit> {
     let d = free.len();
     let mut a = vec![0.0; d * d];
     let mut b = vec![0.0; d];
     for (i, &ci) in free.iter().enumerate() {
         for (j, &cj) in free.iter().enumerate() {
-            a[i * d + j] = equations.gram(ci, cj);
+            a[i * d + j] = equations.information(ci, cj);
         }
-        b[i] = equations.score(ci) - fixed.iter().map(|&(c, factor)| equations.gram(ci, c) * factor).sum::<f64>();
+        b[i] =
+            equations.score(ci) - fixed.iter().map(|&(c, factor)| equations.information(ci, c) * factor).sum::<f64>();
     }
     let inverse = invert(&a, d)?;
     let theta: Vec<f64> = (0..d).map(|i| (0..d).map(|j| inverse[i * d + j] * b[j]).sum()).collect();
@@ -66,13 +41,13 @@ pub fn fit(equations: &impl Equations, free: &[usize], fixed: &[(usize, f64)]) -
 
 /// By how much Σ e² falls at given values.
 #[must_use]
-pub fn gain_of(equations: &impl Equations, free: &[usize], theta: &[f64], fixed: &[(usize, f64)]) -> f64 {
+pub fn gain_of(equations: &NormalEquations, free: &[usize], theta: &[f64], fixed: &[(usize, f64)]) -> f64 {
     let all: Vec<(usize, f64)> = free.iter().copied().zip(theta.iter().copied()).chain(fixed.iter().copied()).collect();
     let mut gain = 0.0;
     for &(i, x) in &all {
         gain += 2.0 * x * equations.score(i);
         for &(j, y) in &all {
-            gain -= x * y * equations.gram(i, j);
+            gain -= x * y * equations.information(i, j);
         }
     }
     gain
@@ -85,7 +60,7 @@ const LEAST_INFLATION: f64 = 0.5;
 /// coloured over a block lower the information by it. Neighbouring blocks count by half (Bartlett).
 #[must_use]
 pub fn inflation(
-    normal: &Normal,
+    normal: &BlockEquations,
     choose: impl Fn(usize) -> bool,
     free: &[usize],
     fit: &Fit,
@@ -100,7 +75,7 @@ pub fn inflation(
 
 /// Σ r rᵀ of the blocks' scores at the fit, neighbours by half.
 fn scatter(
-    normal: &Normal,
+    normal: &BlockEquations,
     choose: impl Fn(usize) -> bool,
     free: &[usize],
     fit: &Fit,
@@ -116,8 +91,8 @@ fn scatter(
         let rest: Vec<f64> = free
             .iter()
             .map(|&i| {
-                let known = free.iter().zip(&fit.theta).map(|(&j, x)| block.gram(i, j) * x).sum::<f64>();
-                block.score(i) - known - fixed.iter().map(|&(j, x)| block.gram(i, j) * x).sum::<f64>()
+                let known = free.iter().zip(&fit.theta).map(|(&j, x)| block.information(i, j) * x).sum::<f64>();
+                block.score(i) - known - fixed.iter().map(|&(j, x)| block.information(i, j) * x).sum::<f64>()
             })
             .collect();
         for i in 0..d {
@@ -136,7 +111,7 @@ fn scatter(
 /// One sigma of each free column: the larger of the Hessian's and the sandwich's.
 #[must_use]
 pub fn sigmas(
-    normal: &Normal,
+    normal: &BlockEquations,
     choose: impl Fn(usize) -> bool,
     free: &[usize],
     fit: &Fit,
@@ -212,41 +187,23 @@ fn invert(a: &[f64], d: usize) -> Option<Vec<f64>> {
 mod tests {
     use super::*;
 
-    struct Two;
-    impl Equations for Two {
-        fn gram(&self, i: usize, j: usize) -> f64 {
-            [[4.0, 1.0], [1.0, 2.0]][i][j]
-        }
-        fn score(&self, i: usize) -> f64 {
-            [9.0, 4.0][i]
-        }
-    }
-
     #[test]
     fn val_two_columns_by_hand() {
         // [4 1; 1 2] θ = [9, 4]: θ = (2, 1), gain = 2·9 + 1·4 = 22.
-        let both = fit(&Two, &[0, 1], &[]).unwrap();
+        let two = NormalEquations::new(vec![4.0, 1.0, 2.0], vec![9.0, 4.0]);
+        let both = fit(&two, &[0, 1], &[]).unwrap();
         assert!((both.theta[0] - 2.0).abs() < 1e-12 && (both.theta[1] - 1.0).abs() < 1e-12); // rounding
         assert!((both.gain - 22.0).abs() < 1e-12);
         assert!((both.covariance[0] - 2.0 / 7.0).abs() < 1e-12);
         // With the second present by 1: 4 θ = 9 − 1, and the gain is the same.
-        let one = fit(&Two, &[0], &[(1, 1.0)]).unwrap();
+        let one = fit(&two, &[0], &[(1, 1.0)]).unwrap();
         assert!((one.theta[0] - 2.0).abs() < 1e-12 && (one.gain - 22.0).abs() < 1e-12);
-    }
-
-    struct Same;
-    impl Equations for Same {
-        fn gram(&self, _: usize, _: usize) -> f64 {
-            3.0
-        }
-        fn score(&self, _: usize) -> f64 {
-            1.0
-        }
     }
 
     #[test]
     fn columns_that_are_one_are_not_determined() {
-        assert!(fit(&Same, &[0, 1], &[]).is_none());
-        assert!(fit(&Same, &[0], &[]).is_some());
+        let same = NormalEquations::new(vec![3.0; 3], vec![1.0; 2]);
+        assert!(fit(&same, &[0, 1], &[]).is_none());
+        assert!(fit(&same, &[0], &[]).is_some());
     }
 }

@@ -1,6 +1,6 @@
 //! What is known of the noise before any effect: scale of each channel, isolated outliers of the ranges.
 
-use crate::samples::{Channel, Event, Reading, Samples};
+use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use crate::whitener::Residual;
 use backseat_data::stats::median;
 
@@ -19,7 +19,7 @@ const PASSES: usize = 3;
 /// which whatever is slow (an effect) leaves alone; a median, which outliers leave alone. Never below 1: data are not
 /// trusted more than they were declared.
 #[must_use]
-pub fn scales(residuals: &[Residual]) -> [f64; Channel::COUNT] {
+pub fn scales(residuals: &[Residual]) -> [f64; ResidualChannel::COUNT] {
     std::array::from_fn(|index| {
         let e: Vec<f64> = residuals.iter().filter(|r| r.channel as usize == index).map(Residual::normalised).collect();
         if e.len() < LEAST_SAMPLES {
@@ -37,7 +37,7 @@ pub fn scales(residuals: &[Residual]) -> [f64; Channel::COUNT] {
 /// Acoustic readings, in order, whose range is far from what its neighbours say: (sigmas away, is an outlier).
 #[must_use]
 pub fn outliers(residuals: &[Residual]) -> Vec<(f64, bool)> {
-    let ranges: Vec<&Residual> = residuals.iter().filter(|r| r.channel == Channel::Range).collect();
+    let ranges: Vec<&Residual> = residuals.iter().filter(|r| r.channel == ResidualChannel::Range).collect();
     let mut is_out = vec![false; ranges.len()];
     let mut distances = vec![0.0; ranges.len()];
     // Neighbours that are outliers themselves say nothing: look again without them.
@@ -62,9 +62,10 @@ pub fn outliers(residuals: &[Residual]) -> Vec<(f64, bool)> {
 /// For every acoustic reading, in order, whether its range is an outlier.
 #[must_use]
 pub fn flags(samples: &Samples, residuals: &[Residual]) -> Vec<bool> {
-    let times = residuals.iter().filter(|r| r.channel == Channel::Range).map(|r| r.t_s);
+    let times = residuals.iter().filter(|r| r.channel == ResidualChannel::Range).map(|r| r.t_s);
     let found: Vec<f64> = times.zip(outliers(residuals)).filter(|(_, (_, is))| *is).map(|(t_s, _)| t_s).collect();
-    let acoustic = samples.events.iter().filter(|(_, event)| matches!(event, Event::Reading(Reading::Acoustic { .. })));
+    let acoustic =
+        samples.events.iter().filter(|(_, event)| matches!(event, LogEvent::Reading(Reading::Acoustic { .. })));
     acoustic.map(|(t_s, _)| found.contains(t_s)).collect()
 }
 

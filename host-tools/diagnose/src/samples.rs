@@ -18,7 +18,7 @@ const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 /// Scalar channels of the residual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
-pub enum Channel {
+pub enum ResidualChannel {
     /// Depth, m.
     Depth,
     /// Roll, rad.
@@ -53,7 +53,7 @@ pub enum Channel {
     WaterSpeed,
 }
 
-impl Channel {
+impl ResidualChannel {
     /// Number of channels.
     pub const COUNT: usize = Self::WaterSpeed as usize + 1;
 
@@ -152,7 +152,7 @@ pub struct ShipAtLaunch {
 
 /// A reading or a new input.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Event {
+pub enum LogEvent {
     /// A sensor's reading.
     Reading(Reading),
     /// The commanded actuators hold from here on.
@@ -163,7 +163,7 @@ pub enum Event {
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
     /// (time since the first row in s, what).
-    pub events: Vec<(f64, Event)>,
+    pub events: Vec<(f64, LogEvent)>,
     /// Time of the first row, µs.
     pub start_us: u64,
     /// From the first to the last row, s.
@@ -184,7 +184,7 @@ impl Samples {
         let mut input = ActuatorInput::default();
         for row in &log.rows {
             let t_s = seconds(row.time_us);
-            let mut read = |reading| samples.events.push((t_s, Event::Reading(reading)));
+            let mut read = |reading| samples.events.push((t_s, LogEvent::Reading(reading)));
             if let Some(z) = row.get(Column::Depth) {
                 read(Reading::Depth(z));
             }
@@ -214,7 +214,7 @@ impl Samples {
                         // A ship whose velocity nobody told gives no range rate.
                         let range_rate_mps = range_rate_mps.filter(|_| ship.velocity_variance_m2ps2.is_finite());
                         let reading = Reading::Acoustic { range_m, range_rate_mps, ship };
-                        samples.events.push((seconds(arrival_us), Event::Reading(reading)));
+                        samples.events.push((seconds(arrival_us), LogEvent::Reading(reading)));
                     }
                     None => samples.unusable_packets += 1,
                 }
@@ -227,7 +227,7 @@ impl Samples {
                 *fin = row.get(*column).unwrap_or(*fin);
             }
             if input != before {
-                samples.events.push((t_s, Event::Input(input)));
+                samples.events.push((t_s, LogEvent::Input(input)));
             }
         }
         // Arrivals may lie between rows; the sort is stable, so that order within a row stays.

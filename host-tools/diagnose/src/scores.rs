@@ -1,12 +1,12 @@
 //! Before and after, on held-out data: prediction over several horizons, navigation, whiteness.
 
-use crate::bench::Bench;
 use crate::model::Model;
-use crate::samples::{Channel, Event, Reading};
+use crate::prepared_log::PreparedLog;
+use crate::samples::{LogEvent, Reading, ResidualChannel};
 use crate::statistics::{autocorrelation, ljung_box};
 use crate::whitener::Pass;
 use backseat_core::dynamics::Attitude;
-use backseat_core::effects::{EffectSet, SensorChannel as Sensor, Step};
+use backseat_core::effects::{EffectSet, SensorChannel, Step};
 use backseat_core::navigation::ProcessModel;
 use backseat_core::state::{self, P, PHI, U, VehicleState, Z, wrap_angle};
 use backseat_data::filter::{self, FilterOptions, FilterRun};
@@ -28,24 +28,24 @@ const LAGS: usize = 20;
 /// Fixes until this long after the first one are used; later ones are withheld and compared with, s.
 const FIXES_USED_S: f64 = 30.0;
 /// Channels that are predicted: body velocity, attitude, rates, depth.
-pub const PREDICTED: [Channel; 10] = [
-    Channel::DvlU,
-    Channel::DvlV,
-    Channel::DvlW,
-    Channel::Roll,
-    Channel::Pitch,
-    Channel::Heading,
-    Channel::P,
-    Channel::Q,
-    Channel::R,
-    Channel::Depth,
+pub const PREDICTED: [ResidualChannel; 10] = [
+    ResidualChannel::DvlU,
+    ResidualChannel::DvlV,
+    ResidualChannel::DvlW,
+    ResidualChannel::Roll,
+    ResidualChannel::Pitch,
+    ResidualChannel::Heading,
+    ResidualChannel::P,
+    ResidualChannel::Q,
+    ResidualChannel::R,
+    ResidualChannel::Depth,
 ];
 
 /// How one channel's innovations look on the held-out blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Whiteness {
     /// Which.
-    pub channel: Channel,
+    pub channel: ResidualChannel,
     /// Samples.
     pub count: usize,
     /// Mean normalised innovation squared; 1 if consistent.
@@ -82,7 +82,7 @@ pub struct Scores {
 /// # Errors
 /// If the flight filter refuses the log or the effects.
 pub fn of(
-    bench: &Bench,
+    log_data: &PreparedLog,
     pass: &Pass,
     set: &EffectSet,
     log: &Log,
@@ -90,34 +90,33 @@ pub fn of(
     truth: Option<&Truth>,
     use_dvl: bool,
 ) -> Result<Scores, DataError> {
-    let whiteness = whiteness(bench, pass);
-    let prediction = predictions(bench, pass, set);
-    let tested = whiteness.iter().filter(|w| w.count > 2 * LAGS).count().max(1) as f64;
-    let p = whiteness.iter().map(|w| w.p).fold(1.0, f64::min);
+    let whiteness = whiteness(log_data, pass);
+    let prediction = predictions(log_data, pass, set);
+    let innovation_whiteness_p = whiteness_p(&whiteness);
     let largest = whiteness
         .iter()
         .filter(|w| w.count >= LEAST_FOR_CORRELATION)
         .flat_map(|w| &w.correlation)
         .fold(0.0_f64, |largest, r| largest.max(r.abs()));
     let run = navigate(log, vehicle, set, truth, use_dvl)?;
-    let seconds = |time_us: u64| (time_us as f64 - bench.samples.start_us as f64) * 1e-6;
+    let seconds = |time_us: u64| (time_us as f64 - log_data.samples.start_us as f64) * 1e-6;
     let (against, errors) = match truth {
         Some(truth) => ("truth", against_truth(&run, truth)),
         None => ("withheld GNSS fixes", against_fixes(&run, log)),
     };
     let position_errors: Vec<(f64, f64)> = errors.iter().map(|(time_us, e)| (seconds(*time_us), *e)).collect();
-    let held: Vec<f64> = position_errors.iter().filter(|(t_s, _)| bench.is_held(*t_s)).map(|(_, e)| *e).collect();
+    let held: Vec<f64> = position_errors.iter().filter(|(t_s, _)| log_data.is_held(*t_s)).map(|(_, e)| *e).collect();
     let velocities: Vec<f64> = (0..3).filter_map(|axis| prediction[axis][VELOCITY_HORIZON]).collect();
     let velocity_rmse_mps = if velocities.len() == 3 {
         rms(&velocities)
     } else {
-        truth.and_then(|truth| velocity_against(&run, truth, |time_us| bench.is_held(seconds(time_us))))
+        truth.and_then(|truth| velocity_against(&run, truth, |time_us| log_data.is_held(seconds(time_us))))
     };
     Ok(Scores {
         velocity_rmse_mps,
         position_rmse_m: rms(&held),
         position_against: (!held.is_empty()).then_some(against),
-        innovation_whiteness_p: (p * tested).min(1.0),
+        innovation_whiteness_p,
         max_autocorrelation: largest,
         whiteness,
         prediction,
@@ -127,11 +126,11 @@ pub fn of(
 
 /// Whiteness of each channel on the held-out blocks; sequences stay in their order of time.
 #[must_use]
-pub fn whiteness(bench: &Bench, pass: &Pass) -> Vec<Whiteness> {
-    Channel::ALL
+pub fn whiteness(log_data: &PreparedLog, pass: &Pass) -> Vec<Whiteness> {
+    ResidualChannel::ALL
         .into_iter()
         .filter_map(|channel| {
-            let held = pass.residuals.iter().filter(|r| r.channel == channel && r.used && bench.is_held(r.t_s));
+            let held = pass.residuals.iter().filter(|r| r.channel == channel && r.used && log_data.is_held(r.t_s));
             let e: Vec<f64> = held.map(crate::whitener::Residual::normalised).collect();
             let count = e.len();
             let nis = e.iter().map(|e| e * e).sum::<f64>() / count as f64;
@@ -142,17 +141,24 @@ pub fn whiteness(bench: &Bench, pass: &Pass) -> Vec<Whiteness> {
         .collect()
 }
 
+/// Smallest p of all channels, times the number of channels that are long enough to be tested.
+#[must_use]
+pub fn whiteness_p(whiteness: &[Whiteness]) -> f64 {
+    let tested = whiteness.iter().filter(|w| w.count > 2 * LAGS).count().max(1) as f64;
+    (whiteness.iter().map(|w| w.p).fold(1.0, f64::min) * tested).min(1.0)
+}
+
 /// Runs the model alone from the filter's estimate and compares with what was read then, on held-out blocks.
-fn predictions(bench: &Bench, pass: &Pass, set: &EffectSet) -> Vec<[Option<f64>; HORIZONS_S.len()]> {
+fn predictions(log_data: &PreparedLog, pass: &Pass, set: &EffectSet) -> Vec<[Option<f64>; HORIZONS_S.len()]> {
     let mut squares = vec![[(0.0, 0_u32); HORIZONS_S.len()]; PREDICTED.len()];
-    let Some(model) = Model::new(&bench.setup.parameters, set) else {
+    let Some(model) = Model::new(&log_data.setup.parameters, set) else {
         return vec![[None; HORIZONS_S.len()]; PREDICTED.len()];
     };
-    let events = &bench.samples.events;
+    let events = &log_data.samples.events;
     let mut next_s = 0.0;
     for trace in &pass.trace {
         let longest = HORIZONS_S[HORIZONS_S.len() - 1];
-        if trace.t_s < next_s || !bench.is_held(trace.t_s) || trace.t_s + longest > bench.samples.duration_s {
+        if trace.t_s < next_s || !log_data.is_held(trace.t_s) || trace.t_s + longest > log_data.samples.duration_s {
             continue;
         }
         next_s = trace.t_s + EVERY_S;
@@ -172,8 +178,8 @@ fn predictions(bench: &Bench, pass: &Pass, set: &EffectSet) -> Vec<[Option<f64>;
                 t_s += h_s.max(1e-9);
             }
             match event {
-                Event::Input(new) => input = *new,
-                Event::Reading(reading) => {
+                LogEvent::Input(new) => input = *new,
+                LogEvent::Reading(reading) => {
                     // Readings of half a second about a horizon are its sample.
                     let Some(horizon) = HORIZONS_S.iter().position(|h| (ahead - h).abs() <= 0.5) else { continue };
                     for (channel, error) in errors(&model, *at_s, &x, reading) {
@@ -192,26 +198,26 @@ fn predictions(bench: &Bench, pass: &Pass, set: &EffectSet) -> Vec<[Option<f64>;
 }
 
 /// Reading minus prediction, scalar by scalar.
-fn errors(model: &Model, t_s: f64, x: &VehicleState, reading: &Reading) -> Vec<(Channel, f64)> {
+fn errors(model: &Model, t_s: f64, x: &VehicleState, reading: &Reading) -> Vec<(ResidualChannel, f64)> {
     let at = |i: usize| [x[i], x[i + 1], x[i + 2]];
     let (sensor, first, truth, measured): (_, _, _, &[f64]) = match reading {
-        Reading::Depth(z) => (Sensor::Depth, Channel::Depth, [x[Z], 0.0, 0.0], std::slice::from_ref(z)),
-        Reading::Attitude(euler) => (Sensor::Attitude, Channel::Roll, at(PHI), euler),
-        Reading::Rates(rates) => (Sensor::Rates, Channel::P, at(P), rates),
+        Reading::Depth(z) => (SensorChannel::Depth, ResidualChannel::Depth, [x[Z], 0.0, 0.0], std::slice::from_ref(z)),
+        Reading::Attitude(euler) => (SensorChannel::Attitude, ResidualChannel::Roll, at(PHI), euler),
+        Reading::Rates(rates) => (SensorChannel::Rates, ResidualChannel::P, at(P), rates),
         Reading::Dvl(velocity) => {
             let [north, east] = model.water_mps();
             let rotation = Attitude::new(&state::attitude(x)).rotation();
             let over_ground: Vector3<f64> = rotation.tr_mul(&Vector3::new(north, east, 0.0));
             let through = at(U);
-            (Sensor::Dvl, Channel::DvlU, [0, 1, 2].map(|i| through[i] + over_ground[i]), velocity)
+            (SensorChannel::Dvl, ResidualChannel::DvlU, [0, 1, 2].map(|i| through[i] + over_ground[i]), velocity)
         }
         Reading::Gnss(_) | Reading::Acoustic { .. } => return Vec::new(),
     };
     let predicted = model.read(t_s, sensor, truth).0;
     let error = |(i, measured): (usize, &f64)| {
-        let channel = Channel::ALL[first as usize + i];
+        let channel = ResidualChannel::ALL[first as usize + i];
         let difference = measured - predicted[i];
-        (channel, if sensor == Sensor::Attitude { wrap_angle(difference) } else { difference })
+        (channel, if sensor == SensorChannel::Attitude { wrap_angle(difference) } else { difference })
     };
     measured.iter().enumerate().map(error).collect()
 }

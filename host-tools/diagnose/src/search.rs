@@ -1,9 +1,9 @@
 //! Trace: which hypotheses the data support, by forward selection with refitting, onset search and backward elimination.
 
-use crate::bench::{Bench, Joint, Part};
 use crate::candidates::{self, Candidate, Hypothesis, Instance, set_of};
-use crate::gram::Sum;
 use crate::linear;
+use crate::normal_equations::NormalEquations;
+use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::statistics::{chi2_tail, f_tail};
 use crate::whitener::Pass;
 
@@ -66,19 +66,19 @@ pub fn coarse_onsets(duration_s: f64) -> Vec<f64> {
 
 /// Judges every hypothesis beside the accepted effects.
 #[must_use]
-pub fn round(bench: &Bench, accepted: &[Instance]) -> Option<Round> {
-    let onsets = coarse_onsets(bench.samples.duration_s);
-    let (terms, hypotheses, nuisance) = candidates::catalogue(&bench.scope, accepted, &onsets);
-    let pass = bench.pass(&set_of(&bench.scope.declared, accepted), &terms)?;
-    Some(judge(bench, &pass, &hypotheses, &nuisance))
+pub fn round(log_data: &PreparedLog, accepted: &[Instance]) -> Option<Round> {
+    let onsets = coarse_onsets(log_data.samples.duration_s);
+    let (terms, hypotheses, nuisance) = candidates::catalogue(&log_data.scope, accepted, &onsets);
+    let pass = log_data.pass(&set_of(&log_data.scope.declared, accepted), &terms)?;
+    Some(judge(log_data, &pass, &hypotheses, &nuisance))
 }
 
 /// Judges hypotheses on the normal equations of one pass; `nuisance` columns are refitted with each.
 #[must_use]
-pub fn judge(bench: &Bench, pass: &Pass, hypotheses: &[Hypothesis], nuisance: &[usize]) -> Round {
-    let sum = |part| pass.normal.sum(|block| bench.is_in(part, block));
-    let (train, held, whole) = (sum(Part::Train), sum(Part::Held), sum(Part::Whole));
-    let base = |sum: &Sum| linear::fit(sum, nuisance, &[]).map_or(0.0, |fit| fit.gain);
+pub fn judge(log_data: &PreparedLog, pass: &Pass, hypotheses: &[Hypothesis], nuisance: &[usize]) -> Round {
+    let sum = |part| pass.normal.sum(|block| log_data.is_in(part, block));
+    let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Held), sum(DataPart::Whole));
+    let base = |sum: &NormalEquations| linear::fit(sum, nuisance, &[]).map_or(0.0, |fit| fit.gain);
     let (base_whole, base_held) = (base(&whole), {
         let fit = linear::fit(&train, nuisance, &[]);
         fit.map_or(0.0, |fit| linear::gain_of(&held, nuisance, &fit.theta, &[]))
@@ -107,14 +107,14 @@ fn evidence(
     pass: &Pass,
     hypothesis: &Hypothesis,
     nuisance: &[usize],
-    [train, held, whole]: [&Sum; 3],
+    [train, held, whole]: [&NormalEquations; 3],
     [base_whole, base_held]: [f64; 2],
 ) -> Option<Evidence> {
     let free: Vec<usize> = nuisance.iter().chain(&hypothesis.free).copied().collect();
     let fixed = &hypothesis.fixed;
     let bounds = hypothesis.candidate.bounds();
     // Values outside what is plausible are held at its edge; the others are fitted again.
-    let bounded = |sum: &Sum| {
+    let bounded = |sum: &NormalEquations| {
         let mut at: Vec<(usize, f64)> = fixed.clone();
         let mut left = free.clone();
         for _ in 0..=bounds.len() {
@@ -163,19 +163,19 @@ pub fn tail(gain: f64, inflation: f64, blocks: usize, degrees: usize) -> f64 {
 
 /// Refines the onset of an event by ever finer searches; the values follow.
 #[must_use]
-pub fn refine_onset(bench: &Bench, others: &[Instance], found: &Instance) -> Option<Instance> {
+pub fn refine_onset(log_data: &PreparedLog, others: &[Instance], found: &Instance) -> Option<Instance> {
     let mut best = found.clone();
-    let duration_s = bench.samples.duration_s;
+    let duration_s = log_data.samples.duration_s;
     let mut cell_s = 0.8 * duration_s / (ONSETS - 1) as f64;
     while cell_s > 1.0 {
         let centre = best.candidate.onset_s?;
         // An event in the first or last part of a log is no event: it was always, or never, there.
         let within = |t_s: &f64| (0.08 * duration_s..=0.92 * duration_s).contains(t_s);
         let onsets: Vec<f64> = (-8..=8).map(|k| centre + cell_s * f64::from(k) / 8.0).filter(within).collect();
-        let (terms, hypotheses) = candidates::event(&bench.scope, others, &best.candidate, &onsets);
-        let pass = bench.pass(&set_of(&bench.scope.declared, others), &terms)?;
+        let (terms, hypotheses) = candidates::event(&log_data.scope, others, &best.candidate, &onsets);
+        let pass = log_data.pass(&set_of(&log_data.scope.declared, others), &terms)?;
         let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
-        let round = judge(bench, &pass, &hypotheses, &nuisance);
+        let round = judge(log_data, &pass, &hypotheses, &nuisance);
         best = round.ladder.first()?.instance.clone();
         cell_s /= 8.0;
     }
@@ -184,9 +184,9 @@ pub fn refine_onset(bench: &Bench, others: &[Instance], found: &Instance) -> Opt
 
 /// Gain of an event at each of several onsets.
 #[must_use]
-pub fn onset_gains(bench: &Bench, others: &[Instance], event: &Candidate, onsets: &[f64]) -> Option<Vec<f64>> {
-    let (terms, hypotheses) = candidates::event(&bench.scope, others, event, onsets);
-    let sum = bench.pass(&set_of(&bench.scope.declared, others), &terms)?.normal.sum(|_| true);
+pub fn onset_gains(log_data: &PreparedLog, others: &[Instance], event: &Candidate, onsets: &[f64]) -> Option<Vec<f64>> {
+    let (terms, hypotheses) = candidates::event(&log_data.scope, others, event, onsets);
+    let sum = log_data.pass(&set_of(&log_data.scope.declared, others), &terms)?.normal.sum(|_| true);
     let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
     let gain = |hypothesis: &Hypothesis| {
         let free: Vec<usize> = nuisance.iter().chain(&hypothesis.free).copied().collect();
@@ -197,8 +197,8 @@ pub fn onset_gains(bench: &Bench, others: &[Instance], event: &Candidate, onsets
 
 /// Fits accepted effects together on the training blocks.
 #[must_use]
-pub fn refit(bench: &Bench, instances: &[Instance]) -> Option<Joint> {
-    bench.fit(instances, Part::Train)
+pub fn refit(log_data: &PreparedLog, instances: &[Instance]) -> Option<JointFit> {
+    log_data.fit(instances, DataPart::Train)
 }
 
 /// Whether two instances are the same cause.

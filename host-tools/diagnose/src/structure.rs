@@ -1,11 +1,11 @@
 //! Structure that no entry accounts for: generic terms of the equations of motion against what is left.
 
-use crate::bench::{Bench, Part};
 use crate::candidates::{Instance, own_terms, set_of};
-use crate::gram::Sum;
 use crate::linear;
+use crate::normal_equations::NormalEquations;
+use crate::prepared_log::{DataPart, PreparedLog};
+use crate::regressors::{GenericTerm, Regressor, Variation, dictionary};
 use crate::search::tail;
-use crate::terms::{Cause, Generic, Term, dictionary};
 use crate::whitener::Pass;
 
 /// Probability of finding structure where there is none, over the whole dictionary. Small, because noise that is
@@ -18,7 +18,7 @@ const MOST_TERMS: usize = 5;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hint {
     /// Which.
-    pub generic: Generic,
+    pub generic: GenericTerm,
     /// Its factor, in SI units of its target per unit of its factor.
     pub value: f64,
     /// By how much Σ e² falls beside the terms before it, over the whole log.
@@ -58,22 +58,23 @@ pub struct Structure {
 /// Looks for generic terms beside the accepted effects. In a swell, what swings with it is left out: the autopilot
 /// answers the swell, and fins and pitch then follow the noise instead of making it.
 #[must_use]
-pub fn find(bench: &Bench, accepted: &[Instance], swell: bool) -> Option<Structure> {
-    let set = set_of(&bench.scope.declared, accepted);
-    let own: Vec<Term> = accepted.iter().flat_map(|instance| own_terms(instance, &set)).collect();
+pub fn find(log_data: &PreparedLog, accepted: &[Instance], swell: bool) -> Option<Structure> {
+    let set = set_of(&log_data.scope.declared, accepted);
+    let own: Vec<Regressor> = accepted.iter().flat_map(|instance| own_terms(instance, &set)).collect();
     let nuisance: Vec<usize> = (0..own.len()).collect();
-    let mut dictionary = dictionary(&bench.scope.present);
+    let mut dictionary = dictionary(&log_data.scope.present);
     dictionary.retain(|generic| !(swell && generic.factor.swings()));
-    let generic =
-        dictionary.iter().map(|generic| Term { cause: Cause::Generic(*generic), onsets_s: vec![f64::NEG_INFINITY] });
-    let pass = bench.pass(&set, &own.into_iter().chain(generic).collect::<Vec<_>>())?;
-    Some(pursue(bench, &pass, &nuisance, &dictionary))
+    let generic = dictionary
+        .iter()
+        .map(|generic| Regressor { cause: Variation::GenericTerm(*generic), onsets_s: vec![f64::NEG_INFINITY] });
+    let pass = log_data.pass(&set, &own.into_iter().chain(generic).collect::<Vec<_>>())?;
+    Some(pursue(log_data, &pass, &nuisance, &dictionary))
 }
 
-fn pursue(bench: &Bench, pass: &Pass, nuisance: &[usize], dictionary: &[Generic]) -> Structure {
-    let sum = |part| pass.normal.sum(|block| bench.is_in(part, block));
-    let (train, held, whole) = (sum(Part::Train), sum(Part::Held), sum(Part::Whole));
-    let fit = |sum: &Sum, columns: &[usize]| linear::fit(sum, columns, &[]);
+fn pursue(log_data: &PreparedLog, pass: &Pass, nuisance: &[usize], dictionary: &[GenericTerm]) -> Structure {
+    let sum = |part| pass.normal.sum(|block| log_data.is_in(part, block));
+    let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Held), sum(DataPart::Whole));
+    let fit = |sum: &NormalEquations, columns: &[usize]| linear::fit(sum, columns, &[]);
     let held_gain =
         |columns: &[usize]| fit(&train, columns).map_or(0.0, |fit| linear::gain_of(&held, columns, &fit.theta, &[]));
     let mut chosen = nuisance.to_vec();

@@ -4,7 +4,7 @@
 //! show by a narrow peak that there are waves and of which period; how large they are follows from the
 //! variance that the measured velocities have in that band beyond their neighbourhood.
 
-use crate::samples::{Channel, Event, Reading, Samples};
+use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use crate::statistics::f_tail;
 use crate::whitener::Residual;
 use std::f64::consts::TAU;
@@ -105,10 +105,11 @@ impl Spectrum {
 /// Looks for waves in the innovations of a pass.
 #[must_use]
 pub fn find(samples: &Samples, residuals: &[Residual]) -> Option<Waves> {
-    let axis = |channel: Channel| -> Vec<(f64, f64)> {
+    let axis = |channel: ResidualChannel| -> Vec<(f64, f64)> {
         residuals.iter().filter(|r| r.channel == channel).map(|r| (r.t_s, r.normalised())).collect()
     };
-    let spectrum = Spectrum::of(&[axis(Channel::DvlU), axis(Channel::DvlV), axis(Channel::DvlW)])?;
+    let spectrum =
+        Spectrum::of(&[axis(ResidualChannel::DvlU), axis(ResidualChannel::DvlV), axis(ResidualChannel::DvlW)])?;
     let bins = spectrum.segments[0].len();
     let mean: Vec<f64> = (0..bins).map(|bin| spectrum.mean(bin)).collect();
     let range =
@@ -133,7 +134,7 @@ pub fn find(samples: &Samples, residuals: &[Residual]) -> Option<Waves> {
 fn size(samples: &Samples, hz: f64) -> Option<(f64, f64, f64, f64)> {
     let mut axes: [Vec<(f64, f64)>; 3] = Default::default();
     for (t_s, event) in &samples.events {
-        if let Event::Reading(Reading::Dvl(velocity)) = event {
+        if let LogEvent::Reading(Reading::Dvl(velocity)) = event {
             for (axis, value) in axes.iter_mut().zip(velocity) {
                 axis.push((*t_s, *value));
             }

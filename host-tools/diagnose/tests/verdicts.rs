@@ -2,8 +2,9 @@
 //! logs are a quarter of an hour, so that a test takes seconds.
 
 use backseat_data::VehicleFile;
-use backseat_diagnose::bench::Bench;
-use backseat_diagnose::diagnosis::{self, Diagnosis, Verdict};
+use backseat_diagnose::diagnosis::{self, Diagnosis};
+use backseat_diagnose::prepared_log::PreparedLog;
+use backseat_diagnose::verdict::Verdict;
 use hil_sim::dataset::{self, Shape, Spec};
 use hil_sim::scenario::Request;
 
@@ -14,8 +15,8 @@ fn diagnose(effects: &[&str], seed: u64, change: impl FnOnce(&mut Spec)) -> Diag
     spec.effects = effects.iter().map(|text| Request::parse(text).unwrap()).collect();
     change(&mut spec);
     let data = dataset::simulate(&spec, seed);
-    let mut bench = Bench::new(&data.log, &VehicleFile::reference(), true).unwrap();
-    diagnosis::run(&mut bench, |_| {}).unwrap()
+    let mut log_data = PreparedLog::new(&data.log, &VehicleFile::reference(), true).unwrap();
+    diagnosis::run(&mut log_data, |_| {}).unwrap()
 }
 
 /// Named first, and every interval, widened by half for one log of many, holds the truth.
@@ -98,9 +99,9 @@ fn without_a_dvl_current_and_hard_iron_stand_in_for_each_other() {
     });
     assert_eq!(d.verdict, Verdict::Ambiguous, "{:?}", d.effects);
     let found = &d.effects[0];
-    let rival = found.rivals.iter().find(|rival| rival.is_possible()).unwrap();
-    let mut names = [found.instance.candidate.effect, rival.instance.candidate.effect];
+    let alternative = found.alternatives.iter().find(|alternative| alternative.is_possible()).unwrap();
+    let mut names = [found.instance.candidate.effect, alternative.instance.candidate.effect];
     names.sort_unstable();
     assert_eq!(names, ["heading_bias", "water_current"]);
-    assert!(rival.separating_manoeuvre.is_some());
+    assert!(alternative.separating_manoeuvre.is_some());
 }

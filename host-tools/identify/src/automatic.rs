@@ -20,7 +20,7 @@ const HORIZON_S: f64 = 50.0;
 const CERTAIN: f64 = 2.0;
 
 /// Where the climb stands.
-struct Standing {
+struct Incumbent {
     parameters: Extended,
     covariance: Option<DMatrix<f64>>,
     vehicle: VehicleParameters,
@@ -39,20 +39,20 @@ pub(crate) fn identify(
     }
     let adapted = aid::refine(&fitted, prior, options, &|share| progress(0.2 * share))?;
     let from = parameters::of(&adapted);
-    let mut standing = Standing { parameters: from, covariance: None, vehicle: adapted, method: Method::Aid };
-    let mut steps = vec![compare("adaptive identification", &held, prior, &standing.vehicle, options)];
+    let mut incumbent = Incumbent { parameters: from, covariance: None, vehicle: adapted, method: Method::Aid };
+    let mut steps = vec![compare("adaptive identification", &held, prior, &incumbent.vehicle, options)];
     steps[0].accepted = steps[0].held_out[1] < steps[0].held_out[0];
     if !steps[0].accepted {
-        (standing.parameters, standing.vehicle) = (parameters::of(prior), *prior);
+        (incumbent.parameters, incumbent.vehicle) = (parameters::of(prior), *prior);
     }
 
     let free = output_error::free(options, options.cross_drag);
-    let attempt = instrumental::solve(&fitted, prior, &standing.parameters, &free, options, &|share| {
+    let attempt = instrumental::solve(&fitted, prior, &incumbent.parameters, &free, options, &|share| {
         progress(0.2 + 0.1 * share);
     });
     if let Ok(solved) = attempt {
         let candidate = (solved.parameters, solved.covariance);
-        steps.push(standing.offer("instrumental variables", Method::Iv, candidate, &held, prior, options));
+        steps.push(incumbent.offer("instrumental variables", Method::Iv, candidate, &held, prior, options));
     }
     for (index, (what, cross)) in [("output error", options.cross_drag), ("output error with d26 and d35", true)]
         .into_iter()
@@ -60,27 +60,27 @@ pub(crate) fn identify(
         .take(if options.cross_drag { 1 } else { 2 })
     {
         let free = output_error::free(options, cross);
-        let attempt = output_error::fit(&fitted, prior, (&standing.parameters, true), &free, options, &|share| {
+        let attempt = output_error::fit(&fitted, prior, (&incumbent.parameters, true), &free, options, &|share| {
             progress(0.3 + 0.35 * (index as f64 + share));
         });
         if let Ok(fit) = attempt {
             let candidate = (fit.parameters, fit.covariance);
-            steps.push(standing.offer(what, Method::OutputError, candidate, &held, prior, options));
+            steps.push(incumbent.offer(what, Method::OutputError, candidate, &held, prior, options));
         }
     }
     progress(1.0);
-    let covariance = standing.covariance.as_ref();
-    let mut estimate = described(Method::Auto, data, prior, options, &standing.parameters, covariance);
+    let covariance = incumbent.covariance.as_ref();
+    let mut estimate = described(Method::Auto, data, prior, options, &incumbent.parameters, covariance);
     estimate.steps = steps;
     estimate.notes.push(format!(
         "settled on {}; fitted to the first {:.0} % of the log, judged on the rest",
-        standing.method,
+        incumbent.method,
         100.0 * FITTED
     ));
     Ok(estimate)
 }
 
-impl Standing {
+impl Incumbent {
     /// Takes a candidate if it predicts the held-out part better.
     fn offer(
         &mut self,

@@ -1,9 +1,9 @@
 //! The log as the methods need it: every channel at every 0.1 s, in stretches without gaps.
 
-use crate::declared::Ideal;
+use crate::declared_effects::EffectRemoval;
 use crate::method::IdentifyError;
 use backseat_core::dynamics::{ActuatorInput, Attitude};
-use backseat_core::effects::{EffectSet, SensorChannel as Sensed};
+use backseat_core::effects::{EffectSet, SensorChannel};
 use backseat_core::state::wrap_angle;
 use backseat_data::{Log, LogRow};
 use nalgebra::{Vector3, Vector6};
@@ -49,11 +49,11 @@ impl IdentificationData {
     /// # Errors
     /// If the log lacks a channel, or has no minute without a gap in any.
     pub fn from_log(log: &Log, effects: &EffectSet) -> Result<Self, IdentifyError> {
-        let mut ideal = Ideal::new(effects, log.rows.first().map_or(0, |row| row.time_us));
-        let attitude = channel(log, &ideal, Sensed::Attitude, LogRow::attitude_rad);
-        let rates = channel(log, &ideal, Sensed::Rates, LogRow::rates_radps);
-        let dvl = channel(log, &ideal, Sensed::Dvl, LogRow::dvl_mps);
-        let current = ideal.water();
+        let mut removal = EffectRemoval::new(effects, log.rows.first().map_or(0, |row| row.time_us));
+        let attitude = channel(log, &removal, SensorChannel::Attitude, LogRow::attitude_rad);
+        let rates = channel(log, &removal, SensorChannel::Rates, LogRow::rates_radps);
+        let dvl = channel(log, &removal, SensorChannel::Dvl, LogRow::dvl_mps);
+        let current = removal.water();
         let inputs: Vec<(u64, ActuatorInput)> =
             log.rows.iter().filter_map(|row| Some((row.time_us, row.actuators()?))).collect();
         for (is_empty, name) in [
@@ -87,7 +87,7 @@ impl IdentificationData {
             let [u, v, w] = core::array::from_fn(|axis| dvl[axis] - water[axis]);
             let [p, q, r] = rates;
             let velocity = Vector6::new(u, v, w, p, q, r);
-            let input = ideal.input(time_us, &inputs[at[3]].1);
+            let input = removal.input(time_us, &inputs[at[3]].1);
             data.samples.push(Sample { time_us, attitude, velocity, input });
         }
         data.close(&mut stretch);
@@ -100,7 +100,7 @@ impl IdentificationData {
             kept as f64 * PERIOD_S,
             data.stretches.len()
         ));
-        let taken = ideal.names();
+        let taken = removal.names();
         if !taken.is_empty() {
             data.notes.push(format!("declared effects taken out of the log: {}", taken.join(", ")));
         }
@@ -153,15 +153,20 @@ impl IdentificationData {
     }
 }
 
-type Channel = Vec<(u64, [f64; 3])>;
+type Readings = Vec<(u64, [f64; 3])>;
 
-fn channel(log: &Log, ideal: &Ideal<'_>, sensed: Sensed, get: impl Fn(&LogRow) -> Option<[f64; 3]>) -> Channel {
+fn channel(
+    log: &Log,
+    removal: &EffectRemoval<'_>,
+    sensor: SensorChannel,
+    get: impl Fn(&LogRow) -> Option<[f64; 3]>,
+) -> Readings {
     let samples = log.rows.iter().filter_map(|row| Some((row.time_us, get(row)?)));
-    samples.map(|(time_us, measured)| (time_us, ideal.reading(sensed, time_us, measured))).collect()
+    samples.map(|(time_us, measured)| (time_us, removal.reading(sensor, time_us, measured))).collect()
 }
 
 /// Value at a time between two samples; `from` is where the last search ended.
-fn interpolated(channel: &Channel, from: &mut usize, time_us: u64, are_angles: bool) -> Option<[f64; 3]> {
+fn interpolated(channel: &Readings, from: &mut usize, time_us: u64, are_angles: bool) -> Option<[f64; 3]> {
     while channel.get(*from + 1).is_some_and(|(next_us, _)| *next_us <= time_us) {
         *from += 1;
     }
@@ -265,7 +270,7 @@ mod tests {
         let mut effects = set(&[("linear_drag", &[2.0]), ("drag_change", &[5.0, 100.0]), ("dvl_scale", &[0.05])]);
         let mut vehicle = backseat_data::VehicleFile::reference().parameters;
         let before = vehicle.linear_surge_ns_per_m;
-        assert_eq!(crate::declared::take_in(&mut vehicle, &mut effects), ["drag_change"]);
+        assert_eq!(crate::declared_effects::fold_into_plant(&mut vehicle, &mut effects), ["drag_change"]);
         assert_eq!(vehicle.linear_surge_ns_per_m, before + 2.0);
         assert_eq!(effects, set(&[("drag_change", &[5.0, 100.0]), ("dvl_scale", &[0.05])]));
         assert_eq!(parameters().filter(|id| effects.get(*id) != 0.0).count(), 3);

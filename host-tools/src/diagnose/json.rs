@@ -1,12 +1,12 @@
 //! The outcome as one JSON object.
 
-use super::Outcome;
+use super::DiagnosisReport;
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
-use backseat_diagnose::diagnosis::Found;
+use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::scores::{HORIZONS_S, PREDICTED, Scores};
 use serde_json::{Map, Value, json};
 
-pub fn text(outcome: &Outcome<'_>) -> String {
+pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     let d = outcome.diagnosis;
     let mut hints: Vec<Value> = d
         .structure
@@ -33,7 +33,7 @@ pub fn text(outcome: &Outcome<'_>) -> String {
     format!("{object}\n")
 }
 
-fn effect(found: &Found) -> Value {
+fn effect(found: &FoundEffect) -> Value {
     let mut parameters = Map::new();
     for value in &found.values {
         let number = if value.kind == ParameterKind::Fin {
@@ -44,16 +44,15 @@ fn effect(found: &Found) -> Value {
         parameters.insert(value.name.to_owned(), number);
     }
     let own = found.instance.candidate.effect;
-    let rivals: Vec<_> =
-        found.rivals.iter().filter(|r| r.is_possible() && r.instance.candidate.effect != own).collect();
-    let mut names: Vec<&str> = rivals.iter().map(|rival| rival.instance.candidate.effect).collect();
+    let alternatives: Vec<_> = found.possible_alternatives().collect();
+    let mut names: Vec<&str> = alternatives.iter().map(|alternative| alternative.instance.candidate.effect).collect();
     names.dedup();
     json!({
         "name": own,
         "parameters": parameters,
         "p_value": found.p_value,
         "ambiguous_with": names,
-        "separating_manoeuvre": rivals.iter().find_map(|rival| rival.separating_manoeuvre),
+        "separating_manoeuvre": alternatives.iter().find_map(|alternative| alternative.separating_manoeuvre),
         "chi_square_gain": found.gain,
         "held_out_gain_per_block": found.held_gain.map(|(mean, ci95)| json!({"value": mean, "ci95": ci95})),
     })

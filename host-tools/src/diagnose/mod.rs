@@ -12,10 +12,10 @@ use backseat_data::importers::{self, Imported};
 use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{Log, Truth, VehicleFile};
-use backseat_diagnose::bench::Bench;
 use backseat_diagnose::diagnosis::{self, Diagnosis};
+use backseat_diagnose::log_models::{LogModelDiagnosis, dead_reckoning, glider, pinger};
+use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
-use backseat_diagnose::{glide, pings, planar, reduced};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -68,7 +68,7 @@ pub struct Args {
 }
 
 /// Everything there is to say.
-pub struct Outcome<'a> {
+pub struct DiagnosisReport<'a> {
     pub log: &'a Log,
     pub diagnosis: &'a Diagnosis,
     pub before: &'a Scores,
@@ -104,7 +104,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         dynamic(args, log, &vehicle, truth.as_ref(), &spinner)?
     } else {
-        reduced(args, log, &vehicle, truth.as_ref(), &spinner)?
+        by_log_model(args, log, &vehicle, truth.as_ref(), &spinner)?
     };
     drop(spinner);
     notes.extend(diagnosis.notes.iter().cloned());
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let source = format!("{} with the effects that `backseat diagnose` found in {name}", vehicle.name);
         augmented(&vehicle, &diagnosis).write(path, &source, existing)?;
     }
-    let outcome = Outcome {
+    let outcome = DiagnosisReport {
         log,
         diagnosis: &diagnosis,
         before: &before,
@@ -148,7 +148,7 @@ fn import(args: &Args) -> anyhow::Result<Imported> {
 }
 
 /// Logs without fins and propeller, each by the plainest model that it supports.
-fn reduced(
+fn by_log_model(
     args: &Args,
     log: &Log,
     vehicle: &VehicleFile,
@@ -159,32 +159,32 @@ fn reduced(
         Some(path) => bail!("{}: {what} is compared with what it logged itself, not with a truth", path.display()),
         None => Ok(()),
     };
-    let (reduced, [before, after]) = if pings::is_for(log) {
+    let found = if pinger::is_for(log) {
         refuse_truth("a pinger's log")?;
         spinner.set("pseudo-ranges");
-        let Some(found) = pings::run(log, vehicle) else {
+        let Some(found) = pinger::run(log, vehicle) else {
             bail!("{}: fewer than 30 pings with a position", args.log.display());
         };
-        (found.reduced, found.scores)
-    } else if glide::is_for(log) {
+        found
+    } else if glider::is_for(log) {
         refuse_truth("a glider's log")?;
         spinner.set("glide");
-        let Some(found) = glide::run(log, vehicle) else {
+        let Some(found) = glider::run(log, vehicle) else {
             bail!("{}: too little steady flight for a model of the glide", args.log.display());
         };
-        (found.reduced, found.scores)
+        found
     } else {
         spinner.set("dead reckoning");
-        let Some(found) = planar::run(log, vehicle, !args.no_dvl, truth) else {
+        let Some(found) = dead_reckoning::run(log, vehicle, !args.no_dvl, truth) else {
             bail!(
-                "{}: neither fins and propeller for the dynamic model, nor heading, speed and GNSS along the way for \
-                 dead reckoning",
+                "{}: the log has neither fins and propeller speed (for the dynamic model) nor heading, speed and GNSS \
+                 fixes under way (for dead reckoning)",
                 args.log.display()
             );
         };
-        (found.reduced, found.scores)
+        found
     };
-    let reduced::Reduced { diagnosis, .. } = reduced;
+    let LogModelDiagnosis { diagnosis, scores: [before, after], .. } = found;
     Ok((diagnosis, before, after))
 }
 
@@ -196,14 +196,14 @@ fn dynamic(
     truth: Option<&Truth>,
     spinner: &Spinner,
 ) -> anyhow::Result<(Diagnosis, Scores, Scores)> {
-    let Some(mut bench) = Bench::new(log, vehicle, !args.no_dvl) else {
+    let Some(mut log_data) = PreparedLog::new(log, vehicle, !args.no_dvl) else {
         bail!("{}: nothing to start from: it needs a GNSS fix and an attitude", args.log.display());
     };
-    let Some(diagnosis) = diagnosis::run(&mut bench, |what| spinner.set(what)) else {
+    let Some(diagnosis) = diagnosis::run(&mut log_data, |what| spinner.set(what)) else {
         bail!("{}: the filter's numbers left the finite", args.log.display());
     };
     spinner.set("before and after");
-    let score = |pass, set| scores::of(&bench, pass, set, log, vehicle, truth, !args.no_dvl);
+    let score = |pass, set| scores::of(&log_data, pass, set, log, vehicle, truth, !args.no_dvl);
     let before = score(&diagnosis.before, &vehicle.effects.set)?;
     let set = diagnosis.set(&vehicle.effects.set);
     let after = if diagnosis.effects.is_empty() { before.clone() } else { score(&diagnosis.after, &set)? };

@@ -1,20 +1,20 @@
 //! The outcome as a page: what was wrong, how it shows, what else was tried, what it is worth.
 
-use super::Outcome;
-use super::text::{headline, number, possible, rows};
+use super::DiagnosisReport;
+use super::text::{headline, number, rows};
 use backseat_data::report::plots::{self, Bar, BarPlot, ErrorPlot, Point, Scale, TimePlot, XyPlot};
 use backseat_data::report::{Provenance, Report, Table};
-use backseat_diagnose::diagnosis::Verdict;
-use backseat_diagnose::picture;
-use backseat_diagnose::samples::Channel;
+use backseat_diagnose::figures;
+use backseat_diagnose::samples::ResidualChannel;
 use backseat_diagnose::scores::{HORIZONS_S, PREDICTED};
+use backseat_diagnose::verdict::Verdict;
 
 /// Hypotheses shown of each round.
 const SHOWN: usize = 10;
 /// Time over which residuals are averaged to be drawn, s.
 const BIN_S: f64 = 20.0;
 
-pub fn html(outcome: &Outcome<'_>) -> String {
+pub fn html(outcome: &DiagnosisReport<'_>) -> String {
     let title = outcome.log.path.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
     let mut report = Report::new(format!("Diagnosis of {title}"), headline(outcome));
     report = effects(report, outcome);
@@ -34,7 +34,7 @@ pub fn html(outcome: &Outcome<'_>) -> String {
 }
 
 /// What was found, in a table and a sentence each.
-fn effects(mut report: Report, outcome: &Outcome<'_>) -> Report {
+fn effects(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     let d = outcome.diagnosis;
     if !d.effects.is_empty() {
         let header = ["effect", "parameter", "value (95 % interval)", "p"];
@@ -57,16 +57,16 @@ fn effects(mut report: Report, outcome: &Outcome<'_>) -> Report {
     for found in &d.effects {
         let info = found.instance.candidate.info();
         report = report.text(&format!("{}: {}. How it shows: {}.", info.name, info.equations, info.signature));
-        for rival in possible(found) {
-            let manoeuvre = rival.separating_manoeuvre.map_or_else(
+        for alternative in found.possible_alternatives() {
+            let manoeuvre = alternative.separating_manoeuvre.map_or_else(
                 || "no manoeuvre is known that separates them".to_owned(),
                 |manoeuvre| format!("what would tell them apart: {manoeuvre}"),
             );
             report = report.text(&format!(
                 "It could as well be {} (values {:.4?}; χ² larger by {:.1}): {manoeuvre}.",
-                rival.instance.candidate.label(),
-                rival.instance.sizes,
-                rival.deficit
+                alternative.instance.candidate.label(),
+                alternative.instance.sizes,
+                alternative.deficit
             ));
         }
     }
@@ -93,7 +93,7 @@ fn effects(mut report: Report, outcome: &Outcome<'_>) -> Report {
     report
 }
 
-fn before_after(mut report: Report, outcome: &Outcome<'_>) -> Report {
+fn before_after(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     let mut table = Table::new(
         "On held-out data: a third of the log in blocks and its last fifth, to which nothing was fitted",
         &["", "before", "after"],
@@ -133,15 +133,15 @@ fn broken(errors: &[(f64, f64)]) -> Vec<Point> {
 }
 
 /// The residual that tells most: in time with the effect over it, against what explains it, its spectrum.
-fn residual(report: Report, outcome: &Outcome<'_>) -> Report {
+fn residual(report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     let d = outcome.diagnosis;
     let has_effect = !d.effects.is_empty();
-    let channel = picture::telling_channel(&d.before, &d.after);
+    let channel = figures::most_changed_channel(&d.before, &d.after);
     let label = format!("{} residual [{}]", channel.name(), channel.unit());
-    let (before, after) = (picture::channel(&d.before, channel), picture::channel(&d.after, channel));
-    let drawn = picture::smooth(before.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
-    let effect = picture::smooth(before.iter().zip(&after).map(|(b, a)| (b.t_s, b.innovation - a.innovation)), BIN_S);
-    let rest = picture::smooth(after.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
+    let (before, after) = (figures::channel(&d.before, channel), figures::channel(&d.after, channel));
+    let drawn = figures::smooth(before.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
+    let effect = figures::smooth(before.iter().zip(&after).map(|(b, a)| (b.t_s, b.innovation - a.innovation)), BIN_S);
+    let rest = figures::smooth(after.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
     let mut series: Vec<plots::Series<'_>> = vec![("what the declared model leaves", &drawn)];
     if has_effect {
         series.push(("what the effect makes of it", &effect));
@@ -159,7 +159,7 @@ fn residual(report: Report, outcome: &Outcome<'_>) -> Report {
         let svg = plots::time_series(&TimePlot { y_label: &label, series: &[("after", &rest)], band: None });
         report = report.figure("What is left with the effect in the model.", svg);
     }
-    let (variable, [line_before, line_after]) = picture::best_variable(&d.before, &d.after, channel);
+    let (variable, [line_before, line_after]) = figures::best_variable(&d.before, &d.after, channel);
     let mut lines: Vec<plots::Series<'_>> = vec![("before", &line_before)];
     if has_effect {
         lines.push(("after", &line_after));
@@ -174,7 +174,7 @@ fn residual(report: Report, outcome: &Outcome<'_>) -> Report {
     if !line_before.is_empty() {
         report = report.figure("The same against the variable that explains most of it, means in bins.", svg);
     }
-    let (white_before, white_after) = (picture::spectrum(&d.before, channel), picture::spectrum(&d.after, channel));
+    let (white_before, white_after) = (figures::spectrum(&d.before, channel), figures::spectrum(&d.after, channel));
     let mut lines: Vec<plots::Series<'_>> = vec![("before", &white_before)];
     if has_effect {
         lines.push(("after", &white_after));
@@ -191,7 +191,7 @@ fn residual(report: Report, outcome: &Outcome<'_>) -> Report {
 }
 
 /// Every hypothesis with its evidence, round by round.
-fn ladder(mut report: Report, outcome: &Outcome<'_>) -> Report {
+fn ladder(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     report = report.section("The ladder of hypotheses").text(
         "Each entry of the catalogue is fitted to the whitened residual. Its evidence is the square root of the χ² it \
          takes away: in sigmas. Beyond the line it would be chance in less than one log of five hundred, all hypotheses counted.",
@@ -219,7 +219,7 @@ fn ladder(mut report: Report, outcome: &Outcome<'_>) -> Report {
 }
 
 /// Prediction by horizon and whiteness by channel.
-fn details(mut report: Report, outcome: &Outcome<'_>) -> Report {
+fn details(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     let has_effect = outcome.diagnosis.verdict != Verdict::None && !outcome.diagnosis.effects.is_empty();
     let mut header = vec!["".to_owned()];
     for horizon in HORIZONS_S {
@@ -255,7 +255,7 @@ fn details(mut report: Report, outcome: &Outcome<'_>) -> Report {
         "Innovations on held-out data: mean normalised square (1 if consistent), Ljung-Box over 20 lags",
         &header,
     );
-    for channel in Channel::ALL {
+    for channel in ResidualChannel::ALL {
         let of = |scores: &backseat_diagnose::scores::Scores| {
             scores.whiteness.iter().find(|w| w.channel == channel).cloned()
         };

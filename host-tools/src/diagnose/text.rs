@@ -1,12 +1,12 @@
 //! The outcome as a page of text.
 
-use super::Outcome;
+use super::DiagnosisReport;
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
-use backseat_diagnose::diagnosis::{Found, Value, Verdict};
-use backseat_diagnose::rivals::Rival;
+use backseat_diagnose::diagnosis::ParameterEstimate;
+use backseat_diagnose::verdict::Verdict;
 use std::fmt::Write as _;
 
-pub fn text(outcome: &Outcome<'_>) -> String {
+pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     let mut out = String::new();
     let _ = writeln!(out, "{}", headline(outcome));
     for found in &outcome.diagnosis.effects {
@@ -15,9 +15,9 @@ pub fn text(outcome: &Outcome<'_>) -> String {
             let _ = writeln!(out, "    {:24} {}", value.name, number(value));
         }
         let _ = writeln!(out, "    {}", found.instance.candidate.info().signature);
-        for rival in possible(found) {
-            let _ = writeln!(out, "    could as well be {}", rival.instance.candidate.label());
-            if let Some(manoeuvre) = rival.separating_manoeuvre {
+        for alternative in found.possible_alternatives() {
+            let _ = writeln!(out, "    could as well be {}", alternative.instance.candidate.label());
+            if let Some(manoeuvre) = alternative.separating_manoeuvre {
                 let _ = writeln!(out, "      to tell them apart: {manoeuvre}");
             }
         }
@@ -43,7 +43,7 @@ pub fn text(outcome: &Outcome<'_>) -> String {
 }
 
 /// The verdict in one sentence.
-pub fn headline(outcome: &Outcome<'_>) -> String {
+pub fn headline(outcome: &DiagnosisReport<'_>) -> String {
     let d = outcome.diagnosis;
     let names: Vec<String> = d.effects.iter().map(|found| found.instance.candidate.label().replace('_', " ")).collect();
     let names = names.join(" and ");
@@ -54,8 +54,8 @@ pub fn headline(outcome: &Outcome<'_>) -> String {
             let others: Vec<String> = d
                 .effects
                 .iter()
-                .flat_map(possible)
-                .map(|rival| rival.instance.candidate.label().replace('_', " "))
+                .flat_map(|found| found.possible_alternatives())
+                .map(|alternative| alternative.instance.candidate.label().replace('_', " "))
                 .collect();
             format!("ambiguous: the model lacks {names}, or {} instead.", others.join(", "))
         }
@@ -78,14 +78,8 @@ pub fn headline(outcome: &Outcome<'_>) -> String {
     }
 }
 
-/// Rivals of another name that the data cannot exclude.
-pub fn possible(found: &Found) -> impl Iterator<Item = &Rival> {
-    let own = found.instance.candidate.effect;
-    found.rivals.iter().filter(move |rival| rival.is_possible() && rival.instance.candidate.effect != own)
-}
-
 /// A value with its interval and unit.
-pub fn number(value: &Value) -> String {
+pub fn number(value: &ParameterEstimate) -> String {
     let unit = if value.unit == "1" { "" } else { value.unit };
     match value.kind {
         ParameterKind::Fin => fin_index(value.value).map_or("–", |fin| FIN_NAMES[fin]).to_owned(),
@@ -109,7 +103,7 @@ pub fn probability(p: f64) -> String {
 }
 
 /// What is compared: name, before, after.
-pub fn rows(outcome: &Outcome<'_>) -> Vec<(String, String, String)> {
+pub fn rows(outcome: &DiagnosisReport<'_>) -> Vec<(String, String, String)> {
     let (a, b) = (outcome.before, outcome.after);
     let some = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
     let against = a.position_against.map_or_else(String::new, |what| format!(" ({what})"));
@@ -127,11 +121,11 @@ pub fn rows(outcome: &Outcome<'_>) -> Vec<(String, String, String)> {
 }
 
 /// Whether there is a model to predict with, beyond what was read.
-pub fn is_predicted(outcome: &Outcome<'_>) -> bool {
+pub fn is_predicted(outcome: &DiagnosisReport<'_>) -> bool {
     outcome.before.prediction.iter().flatten().any(Option::is_some)
 }
 
 /// What the velocity is: predicted ahead, or missing where there is nothing to predict it from.
-fn velocity_name(outcome: &Outcome<'_>) -> String {
+fn velocity_name(outcome: &DiagnosisReport<'_>) -> String {
     if is_predicted(outcome) { "velocity in 10 s [m/s]" } else { "velocity [m/s]" }.to_owned()
 }

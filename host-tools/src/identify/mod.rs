@@ -3,7 +3,7 @@
 mod outcome;
 mod page;
 mod plan;
-mod reduced;
+mod surge_yaw;
 
 use crate::columns::Columns;
 use anyhow::{Context, anyhow, bail};
@@ -12,7 +12,7 @@ use backseat_core::identification::Scale;
 use backseat_data::VehicleFile;
 use backseat_data::console::{self, Progress};
 use backseat_data::output::{self, Existing};
-use backseat_identify::{IdentificationData, Method, Options, identify, take_in, validate};
+use backseat_identify::{IdentificationData, Method, Options, fold_into_plant, identify, validate};
 use clap::ValueEnum;
 use outcome::{HeldOut, Outcome};
 use std::path::{Path, PathBuf};
@@ -128,14 +128,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let began = Instant::now();
     let imported = args.columns.import(path)?;
-    if reduced::is_for(&imported.log) {
-        return reduced::run(args, &imported, page.as_deref(), existing);
+    if surge_yaw::is_for(&imported.log) {
+        return surge_yaw::run(args, &imported, page.as_deref(), existing);
     }
     let mut declared = match &args.vehicle {
         Some(path) => VehicleFile::read(path)?,
         None => VehicleFile::reference(),
     };
-    let left = take_in(&mut declared.parameters, &mut declared.effects.set);
+    let left = fold_into_plant(&mut declared.parameters, &mut declared.effects.set);
     let kept = declared.effects.set;
     declared.effects.ci95.retain(|(id, _)| kept.get(*id) != 0.0);
     let effects = effects(&declared, &args.current)?;

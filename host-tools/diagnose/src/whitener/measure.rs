@@ -1,11 +1,11 @@
 //! Measurement update, scalar by scalar, with the derivatives.
 
 use super::{Filter, Kind, Residual, matrix};
-use crate::gram::NormalBuilder;
-use crate::samples::{Channel, Reading};
-use crate::terms::{Snapshot, Target};
+use crate::normal_equations::BlockEquationsBuilder;
+use crate::regressors::{Snapshot, Target};
+use crate::samples::{Reading, ResidualChannel};
 use backseat_core::dynamics::Attitude;
-use backseat_core::effects::SensorChannel as Sensor;
+use backseat_core::effects::SensorChannel;
 use backseat_core::state::{self, P, PHI, PSI, U, X, Y, Z, wrap_angle};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -13,9 +13,9 @@ type Jacobian = SMatrix<f64, 3, 12>;
 
 /// A reading's prediction, linearised.
 struct Prediction {
-    sensor: Sensor,
+    sensor: SensorChannel,
     /// First channel and number of scalars.
-    first: Channel,
+    first: ResidualChannel,
     count: usize,
     /// h(x) of a perfect sensor.
     truth: [f64; 3],
@@ -29,7 +29,12 @@ struct Prediction {
 
 impl Filter<'_> {
     /// Fuses a reading and records its innovations.
-    pub(super) fn fuse(&mut self, reading: &Reading, residuals: &mut Vec<Residual>, rows: &mut NormalBuilder<'_, '_>) {
+    pub(super) fn fuse(
+        &mut self,
+        reading: &Reading,
+        residuals: &mut Vec<Residual>,
+        rows: &mut BlockEquationsBuilder<'_, '_>,
+    ) {
         let sensors = self.setup.sensors;
         let x = self.x;
         let direct = |sensor, first, at: usize, measured: &[f64], sigma: f64| {
@@ -52,23 +57,24 @@ impl Filter<'_> {
         };
         match reading {
             Reading::Depth(z) => {
-                let prediction = direct(Sensor::Depth, Channel::Depth, Z, &[*z], sensors.depth_m);
+                let prediction = direct(SensorChannel::Depth, ResidualChannel::Depth, Z, &[*z], sensors.depth_m);
                 self.update(&prediction, true, residuals, rows);
             }
             Reading::Attitude(euler) => {
-                let prediction = direct(Sensor::Attitude, Channel::Roll, PHI, euler, sensors.attitude_rad);
+                let prediction =
+                    direct(SensorChannel::Attitude, ResidualChannel::Roll, PHI, euler, sensors.attitude_rad);
                 self.update(&prediction, true, residuals, rows);
             }
             Reading::Rates(rates) => {
-                let prediction = direct(Sensor::Rates, Channel::P, P, rates, sensors.rates_radps);
+                let prediction = direct(SensorChannel::Rates, ResidualChannel::P, P, rates, sensors.rates_radps);
                 self.update(&prediction, true, residuals, rows);
             }
             Reading::Gnss(fix) => {
-                let prediction = direct(Sensor::Gnss, Channel::GnssX, X, fix, sensors.gnss_m);
+                let prediction = direct(SensorChannel::Gnss, ResidualChannel::GnssX, X, fix, sensors.gnss_m);
                 self.update(&prediction, true, residuals, rows);
             }
             Reading::Dvl(velocity) => {
-                let mut prediction = direct(Sensor::Dvl, Channel::DvlU, U, velocity, sensors.dvl_mps);
+                let mut prediction = direct(SensorChannel::Dvl, ResidualChannel::DvlU, U, velocity, sensors.dvl_mps);
                 self.add_bottom_track(&mut prediction);
                 self.update(&prediction, true, residuals, rows);
             }
@@ -109,8 +115,8 @@ impl Filter<'_> {
         }
         let horizontal = (dp.x * dp.x + dp.y * dp.y) / (distance * distance);
         Some(Prediction {
-            sensor: Sensor::Range,
-            first: Channel::Range,
+            sensor: SensorChannel::Range,
+            first: ResidualChannel::Range,
             count: 1,
             truth: [distance, 0.0, 0.0],
             measured: [measured, 0.0, 0.0],
@@ -140,8 +146,8 @@ impl Filter<'_> {
         }
         let horizontal = unit.x * unit.x + unit.y * unit.y;
         Some(Prediction {
-            sensor: Sensor::RangeRate,
-            first: Channel::RangeRate,
+            sensor: SensorChannel::RangeRate,
+            first: ResidualChannel::RangeRate,
             count: 1,
             truth: [rate, 0.0, 0.0],
             measured: [measured, 0.0, 0.0],
@@ -164,7 +170,7 @@ impl Filter<'_> {
         prediction: &Prediction,
         used: bool,
         residuals: &mut Vec<Residual>,
-        rows: &mut NormalBuilder<'_, '_>,
+        rows: &mut BlockEquationsBuilder<'_, '_>,
     ) {
         self.wake();
         let t_s = self.t_s;
@@ -174,13 +180,13 @@ impl Filter<'_> {
         let added = self.model.added_variance(prediction.sensor);
         let x0 = self.x;
         for axis in 0..prediction.count {
-            let channel = Channel::ALL[prediction.first as usize + axis];
+            let channel = ResidualChannel::ALL[prediction.first as usize + axis];
             let scale = self.setup.scale[channel as usize];
             let h: [f64; 12] = std::array::from_fn(|i| jacobian[(axis, i)]);
             let mut moved = self.x - x0;
             moved[PSI] = wrap_angle(moved[PSI]);
             let mut innovation = prediction.measured[axis] - read[axis] - dot(&h, &moved.into());
-            if prediction.sensor == Sensor::Attitude {
+            if prediction.sensor == SensorChannel::Attitude {
                 innovation = wrap_angle(innovation);
             }
             let ph = matrix::apply(&self.p, &h);
@@ -237,13 +243,13 @@ impl Filter<'_> {
             heading: self.x[PSI].sin_cos(),
             input: &self.input,
         };
-        let channel = Channel::ALL[prediction.first as usize + axis];
+        let channel = ResidualChannel::ALL[prediction.first as usize + axis];
         for term in &self.terms {
             let direct = match &term.kind {
-                Kind::Generic { target: Target::Reading(target), factor } if *target == channel => {
+                Kind::GenericTerm { target: Target::Reading(target), factor } if *target == channel => {
                     factor.value(&snapshot)
                 }
-                Kind::Generic { target: Target::Water(north_east), factor } => {
+                Kind::GenericTerm { target: Target::Water(north_east), factor } => {
                     prediction.by_water[usize::from(*north_east)][axis] * factor.value(&snapshot)
                 }
                 Kind::Effects { with, without, unit, channels, water, .. } => {
@@ -263,7 +269,7 @@ impl Filter<'_> {
                     }
                     direct / unit
                 }
-                Kind::Generic { .. } => 0.0,
+                Kind::GenericTerm { .. } => 0.0,
             };
             if direct != 0.0 {
                 let active = term.onsets_s.iter().filter(|onset| **onset <= t_s).count();

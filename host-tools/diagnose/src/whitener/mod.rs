@@ -13,10 +13,10 @@ mod matrix;
 mod measure;
 mod step;
 
-use crate::gram::{Normal, NormalBuilder};
 use crate::model::Model;
-use crate::samples::{Channel, Event, Reading, Samples};
-use crate::terms::{Cause, Target, Term};
+use crate::normal_equations::{BlockEquations, BlockEquationsBuilder};
+use crate::regressors::{Regressor, Target, Variation};
+use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::effects::EffectSet;
 use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
@@ -39,7 +39,7 @@ pub struct Setup {
     /// Depth of the ship's transducer, m.
     pub ship_transducer_depth_m: f64,
     /// By what the noise of each channel exceeds the declared one.
-    pub scale: [f64; Channel::COUNT],
+    pub scale: [f64; ResidualChannel::COUNT],
     /// Acoustic readings (by their place among all) whose range is passed over.
     pub outliers: Vec<bool>,
     /// Length of a block, s.
@@ -52,7 +52,7 @@ pub struct Residual {
     /// Time since the log's start, s.
     pub t_s: f64,
     /// Which scalar.
-    pub channel: Channel,
+    pub channel: ResidualChannel,
     /// Innovation, in the channel's unit.
     pub innovation: f64,
     /// Its standard deviation.
@@ -87,31 +87,31 @@ pub struct Pass {
     pub residuals: Vec<Residual>,
     /// The estimate once a second.
     pub trace: Vec<Trace>,
-    /// Normal equations of the columns, by blocks.
-    pub normal: Normal,
+    /// BlockEquations equations of the columns, by blocks.
+    pub normal: BlockEquations,
 }
 
 /// Runs the filter with `set` over a log; columns follow from `terms` in order.
 ///
 /// `None` if the effects are impossible for this vehicle or the numbers leave the finite.
 #[must_use]
-pub fn run(setup: &Setup, samples: &Samples, set: &EffectSet, terms: &[Term]) -> Option<Pass> {
+pub fn run(setup: &Setup, samples: &Samples, set: &EffectSet, terms: &[Regressor]) -> Option<Pass> {
     let mut filter = Filter::new(setup, samples, set, terms)?;
     let columns = filter.columns();
     let mut residuals = Vec::with_capacity(3 * samples.events.len());
     let mut trace = Vec::new();
     let mut blocks = Vec::new();
     rayon::in_place_scope(|scope| {
-        let mut builder = NormalBuilder::new(columns, setup.block_s, scope);
+        let mut builder = BlockEquationsBuilder::new(columns, setup.block_s, scope);
         for (t_s, event) in &samples.events {
             match event {
-                Event::Input(input) => {
+                LogEvent::Input(input) => {
                     if filter.is_started() {
                         filter.predict(*t_s);
                     }
                     filter.input = *input;
                 }
-                Event::Reading(reading) => {
+                LogEvent::Reading(reading) => {
                     if !filter.start(*t_s, reading) {
                         continue;
                     }
@@ -125,7 +125,11 @@ pub fn run(setup: &Setup, samples: &Samples, set: &EffectSet, terms: &[Term]) ->
         }
         blocks = builder.finish();
     });
-    filter.x.iter().all(|x| x.is_finite()).then(|| Pass { residuals, trace, normal: Normal::collect(columns, blocks) })
+    filter.x.iter().all(|x| x.is_finite()).then(|| Pass {
+        residuals,
+        trace,
+        normal: BlockEquations::collect(columns, blocks),
+    })
 }
 
 /// A term made ready: models with and without it, and where its columns stand.
@@ -145,9 +149,9 @@ enum Kind {
         channels: Vec<backseat_core::effects::SensorChannel>,
         water: bool,
     },
-    Generic {
+    GenericTerm {
         target: Target,
-        factor: crate::terms::Factor,
+        factor: crate::regressors::Factor,
     },
 }
 
@@ -191,14 +195,14 @@ struct Start {
 }
 
 impl<'a> Filter<'a> {
-    fn new(setup: &'a Setup, samples: &Samples, set: &EffectSet, terms: &[Term]) -> Option<Self> {
+    fn new(setup: &'a Setup, samples: &Samples, set: &EffectSet, terms: &[Regressor]) -> Option<Self> {
         let model = Model::new(&setup.parameters, set)?;
         let mut prepared = Vec::with_capacity(terms.len());
         let mut columns = 0;
         for term in terms {
             let kind = match &term.cause {
-                Cause::Generic(generic) => Kind::Generic { target: generic.target, factor: generic.factor },
-                Cause::Effects { with, without, unit } => {
+                Variation::GenericTerm(generic) => Kind::GenericTerm { target: generic.target, factor: generic.factor },
+                Variation::Effects { with, without, unit } => {
                     let with = Box::new(Model::new(&setup.parameters, with)?);
                     let without =
                         if **without == *set { None } else { Some(Box::new(Model::new(&setup.parameters, without)?)) };
@@ -223,7 +227,7 @@ impl<'a> Filter<'a> {
         for (at, column) in order.iter().enumerate() {
             place[*column] = at;
         }
-        let has_dvl = samples.events.iter().any(|(_, event)| matches!(event, Event::Reading(Reading::Dvl(_))));
+        let has_dvl = samples.events.iter().any(|(_, event)| matches!(event, LogEvent::Reading(Reading::Dvl(_))));
         Some(Self {
             setup,
             model,

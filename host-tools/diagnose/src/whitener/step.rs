@@ -2,7 +2,7 @@
 
 use super::matrix::{self, Square};
 use super::{Filter, Kind, STEP_S};
-use crate::terms::{Snapshot, Target};
+use crate::regressors::{Snapshot, Target};
 use backseat_core::effects::Step;
 use backseat_core::navigation::ProcessNoise;
 use backseat_core::state::{PSI, U, VehicleState, X, Z, wrap_angle};
@@ -93,12 +93,12 @@ impl Filter<'_> {
                 continue;
             }
             let df = match &mut term.kind {
-                Kind::Generic { target: Target::Acceleration(dof), factor } => {
+                Kind::GenericTerm { target: Target::Acceleration(dof), factor } => {
                     let mut df = VehicleState::zeros();
                     df[U + usize::from(*dof)] = factor.value(&snapshot);
                     df
                 }
-                Kind::Generic { target: Target::Water(axis), factor } => {
+                Kind::GenericTerm { target: Target::Water(axis), factor } => {
                     let mut df = VehicleState::zeros();
                     df[X + usize::from(*axis)] = factor.value(&snapshot);
                     df

@@ -5,10 +5,11 @@ use super::separability::{self, Separability};
 use anyhow::{Context, anyhow};
 use backseat_core::effects::{self, EffectSet, FIN_NAMES, ParameterKind};
 use backseat_data::VehicleFile;
-use backseat_diagnose::bench::Bench;
 use backseat_diagnose::candidates::{Candidate, beyond};
-use backseat_diagnose::diagnosis::{self, Diagnosis, Found, Verdict};
+use backseat_diagnose::diagnosis::{self, Diagnosis, FoundEffect};
+use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
+use backseat_diagnose::verdict::Verdict;
 use backseat_diagnose::whitener::Pass;
 use hil_sim::dataset::{self, Dataset, Shape, Spec};
 use hil_sim::noise::NoiseKind;
@@ -88,31 +89,31 @@ pub struct Errors {
 /// Simulates, diagnoses and compares.
 pub fn run(build: &str, class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
     let data = dataset::simulate(spec, seed);
-    let mut bench = ready(&data, spec)?;
+    let mut log_data = ready(&data, spec)?;
     let declared_set = spec.vehicle.effects.set;
-    let d = diagnosis::run(&mut bench, |_| {}).context("the filter's numbers left the finite")?;
-    let score = |bench: &Bench, data: &Dataset, pass: &Pass, set: &EffectSet| -> anyhow::Result<Errors> {
-        let scores = scores::of(bench, pass, set, &data.log, &spec.vehicle, Some(&data.truth), spec.dvl);
+    let d = diagnosis::run(&mut log_data, |_| {}).context("a state of the filter is not finite: check the units and signs of the log")?;
+    let score = |log_data: &PreparedLog, data: &Dataset, pass: &Pass, set: &EffectSet| -> anyhow::Result<Errors> {
+        let scores = scores::of(log_data, pass, set, &data.log, &spec.vehicle, Some(&data.truth), spec.dvl);
         Ok(Errors::of(&scores.map_err(|error| anyhow!("{error}"))?))
     };
-    let declared = score(&bench, &data, &d.before, &declared_set)?;
+    let declared = score(&log_data, &data, &d.before, &declared_set)?;
     let set = d.set(&declared_set);
-    let after = if set == declared_set { declared.clone() } else { score(&bench, &data, &d.after, &set)? };
+    let after = if set == declared_set { declared.clone() } else { score(&log_data, &data, &d.after, &set)? };
     let told = match class {
         Class::None => declared.clone(),
         Class::Single | Class::Pair => {
             let set = truth(&spec.vehicle, &data.effects);
-            let pass = bench.pass(&set, &[]).context("the truth is impossible for the model")?;
-            score(&bench, &data, &pass, &set)?
+            let pass = log_data.pass(&set, &[]).context("the truth is impossible for the model")?;
+            score(&log_data, &data, &pass, &set)?
         }
         Class::Outside => {
             let clean = Spec { effects: Vec::new(), ..spec.clone() };
             let data = dataset::simulate(&clean, seed);
-            let bench = ready(&data, spec)?;
-            score(&bench, &data, &bench.declared, &declared_set)?
+            let log_data = ready(&data, spec)?;
+            score(&log_data, &data, &log_data.declared, &declared_set)?
         }
     };
-    let skipped = beyond(&bench.scope);
+    let skipped = beyond(&log_data.scope);
     let reason = |effect: &Effect| skipped.iter().find(|(name, _)| *name == effect.name());
     Ok(Run {
         build: build.to_owned(),
@@ -133,8 +134,8 @@ pub fn run(build: &str, class: Class, spec: &Spec, seed: u64) -> anyhow::Result<
     })
 }
 
-fn ready(data: &Dataset, spec: &Spec) -> anyhow::Result<Bench> {
-    Bench::new(&data.log, &spec.vehicle, spec.dvl).context("the filter cannot start")
+fn ready(data: &Dataset, spec: &Spec) -> anyhow::Result<PreparedLog> {
+    PreparedLog::new(&data.log, &spec.vehicle, spec.dvl).context("the filter cannot start")
 }
 
 fn hint(d: &Diagnosis) -> Option<String> {
@@ -159,15 +160,15 @@ impl Injected {
 }
 
 impl Named {
-    fn of(found: &Found) -> Self {
+    fn of(found: &FoundEffect) -> Self {
         let own = &found.instance.candidate;
-        let value = |value: &diagnosis::Value| {
+        let value = |value: &diagnosis::ParameterEstimate| {
             let ci95 = value.ci95.iter().all(|end| end.is_finite()).then_some(value.ci95.map(digits));
             (value.name.to_owned(), Sized { value: digits(value.value), ci95 })
         };
         let mut ambiguous_with: Vec<String> = Vec::new();
-        for rival in found.rivals.iter().filter(|rival| rival.is_possible()) {
-            ambiguous_with.push(rival.instance.candidate.label());
+        for alternative in found.alternatives.iter().filter(|alternative| alternative.is_possible()) {
+            ambiguous_with.push(alternative.instance.candidate.label());
         }
         Self {
             effect: own.effect.to_owned(),

@@ -3,8 +3,8 @@
 use super::run::{digits, truth};
 use backseat_core::effects::{self, EffectSet, Enters, ParameterKind};
 use backseat_data::VehicleFile;
-use backseat_diagnose::bench::{Bench, Part};
 use backseat_diagnose::candidates::{Candidate, Instance};
+use backseat_diagnose::prepared_log::{DataPart, PreparedLog};
 use backseat_diagnose::search;
 use hil_sim::dataset::{self, Spec};
 use hil_sim::noise::NoiseKind;
@@ -32,29 +32,36 @@ pub fn of(spec: &Spec, seed: u64) -> Vec<Separability> {
     let mut spec = spec.clone();
     spec.noise = NoiseKind::Off;
     let data = dataset::simulate(&spec, seed);
-    let Some(bench) = Bench::new(&data.log, &spec.vehicle, spec.dvl) else { return Vec::new() };
+    let Some(log_data) = PreparedLog::new(&data.log, &spec.vehicle, spec.dvl) else { return Vec::new() };
     let all = truth(&spec.vehicle, &data.effects);
-    let Some(told) = square(&bench, &all) else { return Vec::new() };
-    let one = |place: usize| one(&bench, &spec.vehicle, &data.effects, place, told);
+    let Some(told) = square(&log_data, &all) else { return Vec::new() };
+    let one = |place: usize| one(&log_data, &spec.vehicle, &data.effects, place, told);
     (0..data.effects.len()).filter_map(one).collect()
 }
 
-fn one(bench: &Bench, vehicle: &VehicleFile, effects: &[Effect], place: usize, told: f64) -> Option<Separability> {
+fn one(
+    log_data: &PreparedLog,
+    vehicle: &VehicleFile,
+    effects: &[Effect],
+    place: usize,
+    told: f64,
+) -> Option<Separability> {
     let own = effects[place].name();
     let others: Vec<Instance> =
         effects.iter().enumerate().filter(|(i, _)| *i != place).filter_map(|(_, other)| instance(other)).collect();
-    let round = search::round(bench, &others)?;
+    let round = search::round(log_data, &others)?;
     // An entry of noise, or one that such a log cannot judge, is on no ladder.
     round.ladder.iter().find(|e| e.instance.candidate.effect == own)?;
     let rest: Vec<Effect> = effects.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, e)| e.clone()).collect();
-    let without = square(bench, &truth(vehicle, &rest))?;
-    let rivals: Vec<_> = round.ladder.iter().filter(|e| e.instance.candidate.effect != own && e.gain > 0.0).collect();
-    let top = rivals.iter().map(|e| e.gain).fold(0.0, f64::max);
-    let close = rivals.into_iter().filter(|e| e.gain > top - SHORT.0 - SHORT.1 * top).take(RIVALS);
+    let without = square(log_data, &truth(vehicle, &rest))?;
+    let alternatives: Vec<_> =
+        round.ladder.iter().filter(|e| e.instance.candidate.effect != own && e.gain > 0.0).collect();
+    let top = alternatives.iter().map(|e| e.gain).fold(0.0, f64::max);
+    let close = alternatives.into_iter().filter(|e| e.gain > top - SHORT.0 - SHORT.1 * top).take(RIVALS);
     let fitted = close.filter_map(|e| {
         let mut joint = others.clone();
         joint.push(e.instance.clone());
-        let fitted = bench.fit(&joint, Part::Whole)?;
+        let fitted = log_data.fit(&joint, DataPart::Whole)?;
         Some((fitted.whole_square, e.instance.candidate.effect))
     });
     let (best, competitor) = fitted.fold((without, "none"), |best, next| if next.0 < best.0 { next } else { best });
@@ -66,8 +73,8 @@ fn one(bench: &Bench, vehicle: &VehicleFile, effects: &[Effect], place: usize, t
 }
 
 /// Σ e² with a set of effects.
-fn square(bench: &Bench, set: &EffectSet) -> Option<f64> {
-    Some(bench.pass(set, &[])?.normal.sum(|_| true).square)
+fn square(log_data: &PreparedLog, set: &EffectSet) -> Option<f64> {
+    Some(log_data.pass(set, &[])?.normal.sum(|_| true).square)
 }
 
 /// A true effect as a hypothesis with its values; `None` for an entry of noise.

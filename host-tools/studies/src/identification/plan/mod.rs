@@ -120,7 +120,7 @@ pub struct Plan {
 
 /// A plan as far as it is flown.
 #[derive(Clone)]
-struct Standing {
+struct Incumbent {
     /// Where the last leg begins.
     x: VehicleState,
     /// When it does, s, and what was learned up to there.
@@ -157,15 +157,15 @@ pub fn plan(declared: &VehicleParameters, limits: &Limits, duration_s: f64, seed
     let nothing = Collected::default();
     let mut waypoints: Vec<Waypoint> = Vec::new();
     let mut stood =
-        vec![Standing { x: from, time_s: 0.0, known: nothing.clone(), end: from, end_s: 0.0, collected: nothing }];
+        vec![Incumbent { x: from, time_s: 0.0, known: nothing.clone(), end: from, end_s: 0.0, collected: nothing }];
     let mut target_s = duration_s;
     for _ in 0..FLIGHTS {
-        while let Some(standing) = stood.last()
-            && standing.end_s < (1.0 - LENGTH) * target_s
+        while let Some(incumbent) = stood.last()
+            && incumbent.end_s < (1.0 - LENGTH) * target_s
             && waypoints.len() < MAX_WAYPOINTS
         {
             let latest_s = (1.0 + LENGTH) * target_s;
-            let Some((leg, next)) = planner.next(standing, waypoints.last(), latest_s, &mut random) else { break };
+            let Some((leg, next)) = planner.next(incumbent, waypoints.last(), latest_s, &mut random) else { break };
             waypoints.push(leg);
             stood.push(next);
         }
@@ -193,7 +193,7 @@ pub fn plan(declared: &VehicleParameters, limits: &Limits, duration_s: f64, seed
             });
         }
         target_s += off_s;
-        while stood.last().is_some_and(|standing| standing.end_s > target_s) && !waypoints.is_empty() {
+        while stood.last().is_some_and(|incumbent| incumbent.end_s > target_s) && !waypoints.is_empty() {
             waypoints.pop();
             stood.pop();
         }
@@ -205,16 +205,16 @@ impl Planner<'_> {
     /// The best of the legs tried, and where the plan stands with it; `None` if none stays within the limits and ends before `latest_s`.
     fn next(
         &self,
-        standing: &Standing,
+        incumbent: &Incumbent,
         last: Option<&Waypoint>,
         latest_s: f64,
         random: &mut Stream,
-    ) -> Option<(Waypoint, Standing)> {
-        let legs: Vec<Waypoint> = (0..TRIALS).map(|_| leg(&standing.end, self.limits, self.leg_m, random)).collect();
-        let now = standing.collected.log_determinant();
+    ) -> Option<(Waypoint, Incumbent)> {
+        let legs: Vec<Waypoint> = (0..TRIALS).map(|_| leg(&incumbent.end, self.limits, self.leg_m, random)).collect();
+        let now = incumbent.collected.log_determinant();
         let tried = legs.par_iter().filter_map(|leg| {
-            let after = self.fly(standing, last, leg).filter(|after| after.end_s <= latest_s)?;
-            let gain = (after.collected.log_determinant() - now) / (after.end_s - standing.end_s).max(1.0);
+            let after = self.fly(incumbent, last, leg).filter(|after| after.end_s <= latest_s)?;
+            let gain = (after.collected.log_determinant() - now) / (after.end_s - incumbent.end_s).max(1.0);
             Some((gain, *leg, after))
         });
         let best = tried.reduce_with(|a, b| if b.0 > a.0 { b } else { a });
@@ -222,13 +222,13 @@ impl Planner<'_> {
     }
 
     /// The last leg again and then a new one: the corner is cut, and the propeller does not stop, as in the mission.
-    fn fly(&self, standing: &Standing, last: Option<&Waypoint>, leg: &Waypoint) -> Option<Standing> {
+    fn fly(&self, incumbent: &Incumbent, last: Option<&Waypoint>, leg: &Waypoint) -> Option<Incumbent> {
         let waypoints: Vec<Waypoint> = last.into_iter().chain([leg]).copied().collect();
-        let mut body = Declared { model: self.model, x: standing.x };
+        let mut body = Declared { model: self.model, x: incumbent.x };
         let flown = flight::follow_legs(&mut body, &mut self.steering.clone(), &waypoints, PAIR_S).ok()?;
-        let turn = if last.is_some() { *flown.turns.first()? } else { (0, standing.x) };
+        let turn = if last.is_some() { *flown.turns.first()? } else { (0, incumbent.x) };
         let ends = body.x.rows(state::X, 2).norm() < self.limits.radius_m;
-        let (mut known, (before, after)) = (standing.known.clone(), flown.samples.split_at(turn.0));
+        let (mut known, (before, after)) = (incumbent.known.clone(), flown.samples.split_at(turn.0));
         if !flown.finished || !ends || self.leaves(after, PITCH_SHARE * self.limits.pitch_rad).is_some() {
             return None;
         }
@@ -237,8 +237,8 @@ impl Planner<'_> {
         let mut collected = known.clone();
         self.information.add(after.iter().map(|(sample, _)| sample), &mut collected);
         let seconds = |samples: usize| samples as f64 * backseat_identify::data::PERIOD_S;
-        let time_s = standing.time_s + seconds(before.len());
-        Some(Standing { x: turn.1, time_s, known, end: body.x, end_s: time_s + seconds(after.len()), collected })
+        let time_s = incumbent.time_s + seconds(before.len());
+        Some(Incumbent { x: turn.1, time_s, known, end: body.x, end_s: time_s + seconds(after.len()), collected })
     }
 
     /// The first sample that does not keep this pitch, or the limits of depth.

@@ -6,48 +6,43 @@
 use rayon::Scope;
 use std::sync::{Arc, Mutex};
 
-/// Rows summed into the Gram matrix at a time: its row stays in the cache meanwhile.
+/// Rows summed into the information matrix at a time: its row stays in the cache meanwhile.
 const ROWS: usize = 8;
 
-/// Normal equations of one block.
+/// Normal equations of one block of time, or of several together.
 #[derive(Clone, Debug, Default)]
-pub struct Block {
+pub struct NormalEquations {
     /// Σ SᵀS, full rows of the lower triangle.
-    gram: Vec<f64>,
+    information: Vec<f64>,
     /// −Σ Sᵀe: half the slope of Σ e² by θ, downhill.
     score: Vec<f64>,
     /// Σ e².
     pub square: f64,
-    /// Scalars.
+    /// Number of scalars.
     pub count: usize,
 }
 
-/// Normal equations of all blocks.
+/// Normal equations block by block.
 #[derive(Clone, Debug, Default)]
-pub struct Normal {
+pub struct BlockEquations {
     /// Number of columns.
     pub columns: usize,
     /// In order of time; empty where nothing was measured.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<NormalEquations>,
 }
 
-/// A sum of blocks.
-#[derive(Clone, Debug, Default)]
-pub struct Sum {
-    gram: Vec<f64>,
-    score: Vec<f64>,
-    /// Σ e².
-    pub square: f64,
-    /// Scalars.
-    pub count: usize,
-}
-
-impl Block {
-    /// (SᵀS)_ij.
+impl NormalEquations {
+    /// From the lower triangle of SᵀS, row by row, and −Sᵀe.
     #[must_use]
-    pub fn gram(&self, i: usize, j: usize) -> f64 {
+    pub fn new(information: Vec<f64>, score: Vec<f64>) -> Self {
+        Self { information, score, ..Self::default() }
+    }
+
+    /// (SᵀS)_ij: the information matrix.
+    #[must_use]
+    pub fn information(&self, i: usize, j: usize) -> f64 {
         let (i, j) = (i.max(j), i.min(j));
-        self.gram.get(i * (i + 1) / 2 + j).copied().unwrap_or(0.0)
+        self.information.get(i * (i + 1) / 2 + j).copied().unwrap_or(0.0)
     }
 
     /// (−Sᵀe)_i.
@@ -57,38 +52,24 @@ impl Block {
     }
 }
 
-impl Sum {
-    /// (SᵀS)_ij.
-    #[must_use]
-    pub fn gram(&self, i: usize, j: usize) -> f64 {
-        let (i, j) = (i.max(j), i.min(j));
-        self.gram.get(i * (i + 1) / 2 + j).copied().unwrap_or(0.0)
-    }
-
-    /// (−Sᵀe)_i.
-    #[must_use]
-    pub fn score(&self, i: usize) -> f64 {
-        self.score.get(i).copied().unwrap_or(0.0)
-    }
-}
-
-impl Normal {
-    pub(crate) fn collect(columns: usize, blocks: Vec<Arc<Mutex<Block>>>) -> Self {
-        let take =
-            |block: Arc<Mutex<Block>>| block.lock().map(|mut block| std::mem::take(&mut *block)).unwrap_or_default();
+impl BlockEquations {
+    pub(crate) fn collect(columns: usize, blocks: Vec<Arc<Mutex<NormalEquations>>>) -> Self {
+        let take = |block: Arc<Mutex<NormalEquations>>| {
+            block.lock().map(|mut block| std::mem::take(&mut *block)).unwrap_or_default()
+        };
         Self { columns, blocks: blocks.into_iter().map(take).collect() }
     }
 
     /// Sum of the blocks that `choose` wants.
     #[must_use]
-    pub fn sum(&self, choose: impl Fn(usize) -> bool) -> Sum {
-        let mut sum = Sum {
-            gram: vec![0.0; self.columns * (self.columns + 1) / 2],
+    pub fn sum(&self, choose: impl Fn(usize) -> bool) -> NormalEquations {
+        let mut sum = NormalEquations {
+            information: vec![0.0; self.columns * (self.columns + 1) / 2],
             score: vec![0.0; self.columns],
-            ..Sum::default()
+            ..NormalEquations::default()
         };
         for (_, block) in self.blocks.iter().enumerate().filter(|(index, block)| choose(*index) && block.count > 0) {
-            for (total, part) in sum.gram.iter_mut().zip(&block.gram) {
+            for (total, part) in sum.information.iter_mut().zip(&block.information) {
                 *total += part;
             }
             for (total, part) in sum.score.iter_mut().zip(&block.score) {
@@ -102,16 +83,16 @@ impl Normal {
 }
 
 /// Gathers rows and hands each full block to another thread.
-pub struct NormalBuilder<'s, 'scope> {
+pub struct BlockEquationsBuilder<'s, 'scope> {
     columns: usize,
     block_s: f64,
     scope: &'s Scope<'scope>,
     /// e and S, row by row.
     rows: Vec<f64>,
-    blocks: Vec<Arc<Mutex<Block>>>,
+    blocks: Vec<Arc<Mutex<NormalEquations>>>,
 }
 
-impl<'s, 'scope> NormalBuilder<'s, 'scope> {
+impl<'s, 'scope> BlockEquationsBuilder<'s, 'scope> {
     pub(crate) fn new(columns: usize, block_s: f64, scope: &'s Scope<'scope>) -> Self {
         Self { columns, block_s, scope, rows: Vec::new(), blocks: Vec::new() }
     }
@@ -140,16 +121,16 @@ impl<'s, 'scope> NormalBuilder<'s, 'scope> {
         });
     }
 
-    pub(crate) fn finish(mut self) -> Vec<Arc<Mutex<Block>>> {
+    pub(crate) fn finish(mut self) -> Vec<Arc<Mutex<NormalEquations>>> {
         self.flush();
         self.blocks
     }
 }
 
-fn accumulate(columns: usize, rows: &[f64]) -> Block {
+fn accumulate(columns: usize, rows: &[f64]) -> NormalEquations {
     let width = columns + 1;
-    let mut block = Block {
-        gram: vec![0.0; columns * (columns + 1) / 2],
+    let mut block = NormalEquations {
+        information: vec![0.0; columns * (columns + 1) / 2],
         score: vec![0.0; columns],
         square: 0.0,
         count: rows.len() / width,
@@ -167,7 +148,7 @@ fn accumulate(columns: usize, rows: &[f64]) -> Block {
         let count = group.len() / width;
         let mut at = 0;
         for i in 0..columns {
-            let target = &mut block.gram[at..=at + i];
+            let target = &mut block.information[at..=at + i];
             at += i + 1;
             let factors: [f64; ROWS] = std::array::from_fn(|r| if r < count { group[r * width + 1 + i] } else { 0.0 });
             if factors.iter().all(|factor| *factor == 0.0) {

@@ -1,10 +1,10 @@
 //! θ by Gauss and Newton on whitened rows, and the noise that whitens them.
 
-use super::{ReducedModel, Row};
-use crate::bench::{Bench, Part};
-use crate::gram::{Normal, NormalBuilder};
+use super::model::{LogModel, Row};
 use crate::linear;
-use crate::samples::Channel;
+use crate::normal_equations::{BlockEquations, BlockEquationsBuilder};
+use crate::prepared_log::{DataPart, PreparedLog};
+use crate::samples::ResidualChannel;
 use crate::whitener::{Pass, Residual};
 use backseat_data::stats::median;
 
@@ -25,7 +25,7 @@ const LONGEST_MEMORY_S: f64 = 120.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Which.
-    pub channel: Channel,
+    pub channel: ResidualChannel,
     /// Its standard deviation, in the channel's unit.
     pub sigma: f64,
     /// Its correlation time, s; zero if white.
@@ -55,7 +55,7 @@ impl Noise {
 }
 
 /// Noise of every channel, from what remains with every entry fitted to all of the log.
-pub(super) fn noise(model: &impl ReducedModel, bench: &Bench, calibrated: &[usize]) -> Option<Vec<Noise>> {
+pub(super) fn noise(model: &impl LogModel, log_data: &PreparedLog, calibrated: &[usize]) -> Option<Vec<Noise>> {
     let zero = vec![0.0; model.columns()];
     let rows = model.rows(&zero);
     let mut noise: Vec<Noise> = Vec::new();
@@ -70,14 +70,14 @@ pub(super) fn noise(model: &impl ReducedModel, bench: &Bench, calibrated: &[usiz
     for (_, own) in model.entries() {
         let with: Vec<usize> = columns.iter().chain(&own).copied().collect();
         let Some(fit) = linear::fit(&sum, &with, &[]) else { continue };
-        let by_others = |(i, column): (usize, &usize)| fit.sigma(i).powi(2) * sum.gram(*column, *column);
+        let by_others = |(i, column): (usize, &usize)| fit.sigma(i).powi(2) * sum.information(*column, *column);
         if with.iter().enumerate().map(by_others).fold(0.0, f64::max) < MOST_INFLATED {
             columns = with;
         }
     }
     // The weights move the fit and the fit the weights.
     for _ in 0..3 {
-        let theta = solve(model, bench, &noise, &columns, &zero, Part::Whole)?;
+        let theta = solve(model, log_data, &noise, &columns, &zero, DataPart::Whole)?;
         let rows = model.rows(&theta);
         for noise in &mut noise {
             *noise = of_channel(&rows, noise.channel);
@@ -87,7 +87,7 @@ pub(super) fn noise(model: &impl ReducedModel, bench: &Bench, calibrated: &[usiz
 }
 
 /// Scatter by the median, so that outliers count for little; memory by the correlation of neighbours.
-fn of_channel(rows: &[Row], channel: Channel) -> Noise {
+fn of_channel(rows: &[Row], channel: ResidualChannel) -> Noise {
     let of: Vec<(f64, f64)> = rows.iter().filter(|r| r.channel == channel).map(|r| (r.t_s, r.residual)).collect();
     let middle = median(&of.iter().map(|(_, e)| *e).collect::<Vec<_>>()).unwrap_or(0.0);
     let deviations: Vec<f64> = of.iter().map(|(_, e)| (e - middle).abs()).collect();
@@ -116,7 +116,7 @@ fn of_channel(rows: &[Row], channel: Channel) -> Noise {
 }
 
 /// Whitened residuals and normal equations at θ.
-pub(super) fn pass(model: &impl ReducedModel, noise: &[Noise], theta: &[f64]) -> Pass {
+pub(super) fn pass(model: &impl LogModel, noise: &[Noise], theta: &[f64]) -> Pass {
     let columns = model.columns();
     let block_s = model.block_s();
     let rows = model.rows(theta);
@@ -141,24 +141,24 @@ pub(super) fn pass(model: &impl ReducedModel, noise: &[Noise], theta: &[f64]) ->
     whitened.sort_by(|a, b| a.0.t_s.total_cmp(&b.0.t_s));
     let mut blocks = Vec::new();
     rayon::in_place_scope(|scope| {
-        let mut builder = NormalBuilder::new(columns, block_s, scope);
+        let mut builder = BlockEquationsBuilder::new(columns, block_s, scope);
         for (r, slopes) in &whitened {
             builder.row(r.t_s, r.normalised(), slopes, -1.0 / r.sigma);
         }
         blocks = builder.finish();
     });
     let residuals = whitened.into_iter().map(|(residual, _)| residual).collect();
-    Pass { residuals, trace: Vec::new(), normal: Normal::collect(columns, blocks) }
+    Pass { residuals, trace: Vec::new(), normal: BlockEquations::collect(columns, blocks) }
 }
 
 /// Fits the `free` columns on a part from `start`; the others stay.
 pub(super) fn solve(
-    model: &impl ReducedModel,
-    bench: &Bench,
+    model: &impl LogModel,
+    log_data: &PreparedLog,
     noise: &[Noise],
     free: &[usize],
     start: &[f64],
-    part: Part,
+    part: DataPart,
 ) -> Option<Vec<f64>> {
     /// A step below this many sigmas changes nothing.
     const SMALL: f64 = 1e-3;
@@ -170,7 +170,7 @@ pub(super) fn solve(
     if free.is_empty() {
         return Some(theta);
     }
-    let sum_at = |theta: &[f64]| pass(model, noise, theta).normal.sum(|block| bench.is_in(part, block));
+    let sum_at = |theta: &[f64]| pass(model, noise, theta).normal.sum(|block| log_data.is_in(part, block));
     let mut sum = sum_at(&theta);
     for _ in 0..STEPS {
         let fit = linear::fit(&sum, free, &[])?;

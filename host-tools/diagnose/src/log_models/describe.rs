@@ -1,21 +1,28 @@
-//! What was found, with intervals and rivals, and what remains.
+//! What was found, with intervals and alternatives, and what remains.
 
 use super::fit::{self, Noise};
-use super::{MOST_NAMELESS, NAMELESS, NamedTerm, ReducedModel};
-use crate::bench::{Bench, Part};
+use super::model::LogModel;
+use super::selection::free;
+use crate::alternatives::{Alternative, manoeuvre};
 use crate::candidates::{Hypothesis, Instance};
-use crate::diagnosis::{Found, Value};
+use crate::diagnosis::{FoundEffect, ParameterEstimate};
 use crate::linear::{self, Fit};
-use crate::rivals::{Rival, manoeuvre};
+use crate::prepared_log::{DataPart, PreparedLog};
 use crate::search;
 use crate::statistics::chi2_tail;
+use crate::structure::NamedTerm;
 use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
 use backseat_data::stats::{Z_95, mean_ci95};
 
+/// Probability by chance, all terms counted, below which a term outside the catalogue is reported.
+const OUTSIDE: f64 = 2e-3;
+/// Most terms outside the catalogue that are reported.
+const MOST_OUTSIDE: usize = 3;
+
 pub(super) struct Described<'a, M> {
     pub model: &'a M,
-    pub bench: &'a Bench,
+    pub log_data: &'a PreparedLog,
     pub noise: &'a [Noise],
     /// Fitted on the training blocks.
     pub theta: &'a [f64],
@@ -23,16 +30,16 @@ pub(super) struct Described<'a, M> {
     pub after: &'a Pass,
 }
 
-impl<M: ReducedModel> Described<'_, M> {
-    /// Effects with their values on the training blocks and rivals on all of them; one sigma of every column.
+impl<M: LogModel> Described<'_, M> {
+    /// Effects with their values on the training blocks and alternatives on all of them; one sigma of every column.
     pub(super) fn effects(
         &self,
         calibrated: &[usize],
         chosen: &[Hypothesis],
         all: &[Hypothesis],
         tried: f64,
-    ) -> Option<(Vec<Found>, Vec<f64>)> {
-        let free = super::free(calibrated, chosen);
+    ) -> Option<(Vec<FoundEffect>, Vec<f64>)> {
+        let free = free(calibrated, chosen);
         let mut sigmas = vec![0.0; self.theta.len()];
         for (column, sigma) in free.iter().zip(self.sigmas(&free)?) {
             sigmas[*column] = sigma;
@@ -47,9 +54,9 @@ impl<M: ReducedModel> Described<'_, M> {
                 hypothesis.free.iter().map(|column| (*column, -self.theta[*column])).collect();
             let base = linear::fit(&whole, &others, &away).map_or(0.0, |fit| fit.gain);
             let gain = linear::fit(&whole, &free, &[])?.gain - base;
-            let mut rivals = Vec::new();
-            for rival in all.iter().filter(|h| !chosen.contains(h)) {
-                let columns: Vec<usize> = others.iter().chain(&rival.free).copied().collect();
+            let mut alternatives = Vec::new();
+            for alternative in all.iter().filter(|h| !chosen.contains(h)) {
+                let columns: Vec<usize> = others.iter().chain(&alternative.free).copied().collect();
                 let Some(alone) = linear::fit(&whole, &columns, &away) else { continue };
                 let both: Vec<usize> = columns.iter().chain(&hypothesis.free).copied().collect();
                 let deficit = gain + base - alone.gain;
@@ -61,18 +68,28 @@ impl<M: ReducedModel> Described<'_, M> {
                     // The two are one and the same to the log.
                     None => chi2_tail(deficit, candidate.degrees()),
                 };
-                rivals.push(Rival {
-                    instance: Instance { candidate: rival.candidate, sizes: alone.theta[others.len()..].to_vec() },
+                alternatives.push(Alternative {
+                    instance: Instance {
+                        candidate: alternative.candidate,
+                        sizes: alone.theta[others.len()..].to_vec(),
+                    },
                     deficit,
                     p,
-                    separating_manoeuvre: manoeuvre(&candidate, &rival.candidate),
+                    separating_manoeuvre: manoeuvre(&candidate, &alternative.candidate),
                 });
             }
-            rivals.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
+            alternatives.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
             let values = self.values(hypothesis, &sigmas);
             let p_value = (chi2_tail(gain, candidate.degrees()) * tried).min(1.0);
             let held_gain = self.held_gain(&others, hypothesis);
-            effects.push(Found { instance: self.instance(hypothesis), values, p_value, gain, held_gain, rivals });
+            effects.push(FoundEffect {
+                instance: self.instance(hypothesis),
+                values,
+                p_value,
+                gain,
+                held_gain,
+                alternatives,
+            });
         }
         Some((effects, sigmas))
     }
@@ -82,19 +99,19 @@ impl<M: ReducedModel> Described<'_, M> {
         if free.is_empty() {
             return Some(Vec::new());
         }
-        let train = self.after.normal.sum(|block| self.bench.is_in(Part::Train, block));
+        let train = self.after.normal.sum(|block| self.log_data.is_in(DataPart::Train, block));
         let covariance = linear::fit(&train, free, &[])?.covariance;
         let at = Fit { gain: 0.0, theta: vec![0.0; free.len()], covariance };
-        Some(linear::sigmas(&self.after.normal, |block| self.bench.is_in(Part::Train, block), free, &at, &[]))
+        Some(linear::sigmas(&self.after.normal, |block| self.log_data.is_in(DataPart::Train, block), free, &at, &[]))
     }
 
-    fn values(&self, hypothesis: &Hypothesis, sigmas: &[f64]) -> Vec<Value> {
+    fn values(&self, hypothesis: &Hypothesis, sigmas: &[f64]) -> Vec<ParameterEstimate> {
         let parameters = hypothesis.candidate.info().parameters.iter().zip(&hypothesis.free);
         parameters
             .map(|(parameter, column)| {
                 let (value, half) = (self.theta[*column], Z_95 * sigmas[*column]);
                 let ci95 = [value - half, value + half];
-                Value { name: parameter.name, unit: parameter.unit, kind: ParameterKind::Size, value, ci95 }
+                ParameterEstimate { name: parameter.name, unit: parameter.unit, kind: ParameterKind::Size, value, ci95 }
             })
             .collect()
     }
@@ -117,8 +134,8 @@ impl<M: ReducedModel> Described<'_, M> {
         for column in &hypothesis.free {
             start[*column] = 0.0;
         }
-        let without = fit::solve(self.model, self.bench, self.noise, others, &start, Part::Train)?;
-        let blocks = self.bench.held_gain(&fit::pass(self.model, self.noise, &without), self.after);
+        let without = fit::solve(self.model, self.log_data, self.noise, others, &start, DataPart::Train)?;
+        let blocks = self.log_data.held_gain(&fit::pass(self.model, self.noise, &without), self.after);
         let (low, high) = mean_ci95(&blocks)?;
         Some((blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]))
     }
@@ -147,8 +164,8 @@ impl<M: ReducedModel> Described<'_, M> {
 
     /// Columns without a name beside everything found, one after the other, best first.
     pub(super) fn nameless(&self, free: &[usize]) -> Vec<NamedTerm> {
-        let sum = |part| self.after.normal.sum(|block| self.bench.is_in(part, block));
-        let (train, held, whole) = (sum(Part::Train), sum(Part::Held), sum(Part::Whole));
+        let sum = |part| self.after.normal.sum(|block| self.log_data.is_in(part, block));
+        let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Held), sum(DataPart::Whole));
         let gain = |columns: &[usize]| linear::fit(&whole, columns, &[]).map_or(0.0, |fit| fit.gain);
         let held_gain = |columns: &[usize]| {
             linear::fit(&train, columns, &[]).map_or(0.0, |fit| linear::gain_of(&held, columns, &fit.theta, &[]))
@@ -156,7 +173,7 @@ impl<M: ReducedModel> Described<'_, M> {
         let all = self.model.nameless();
         let mut columns = free.to_vec();
         let mut found: Vec<NamedTerm> = Vec::new();
-        while found.len() < MOST_NAMELESS {
+        while found.len() < MOST_OUTSIDE {
             let (base, held_base) = (gain(&columns), held_gain(&columns));
             let left = all.iter().filter(|(name, _)| found.iter().all(|term| term.name != *name));
             let best = left
@@ -169,7 +186,7 @@ impl<M: ReducedModel> Described<'_, M> {
                     let values = fit.theta[columns.len()..].to_vec();
                     Some((with, NamedTerm { name, values, gain: fit.gain - base, held_gain, p: p.min(1.0) }))
                 })
-                .filter(|(_, term)| term.p < NAMELESS && term.held_gain > 0.0)
+                .filter(|(_, term)| term.p < OUTSIDE && term.held_gain > 0.0)
                 .min_by(|a, b| a.1.p.total_cmp(&b.1.p).then(b.1.gain.total_cmp(&a.1.gain)));
             let Some((with, term)) = best else { break };
             columns = with;

@@ -2,23 +2,23 @@
 //!
 //! A *term* is one column of the whitened regression: how every innovation moves per unit of it.
 
-use crate::samples::Channel;
+use crate::samples::ResidualChannel;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::effects::EffectSet;
 use backseat_core::state::{P, Q, R, THETA, U, V, VehicleState, W, Z};
 
 /// One cause and the columns that follow from it.
 #[derive(Clone, Debug)]
-pub struct Term {
+pub struct Regressor {
     /// What changes.
-    pub cause: Cause,
+    pub cause: Variation,
     /// From when on each of its columns is present, s; one column each.
     pub onsets_s: Vec<f64>,
 }
 
 /// What changes per unit of a term.
 #[derive(Clone, Debug)]
-pub enum Cause {
+pub enum Variation {
     /// The model goes from one set of effects to another, divided by `unit`.
     Effects {
         /// With the term.
@@ -29,12 +29,12 @@ pub enum Cause {
         unit: f64,
     },
     /// A monomial of the state acts where no effect of the catalogue is asked.
-    Generic(Generic),
+    GenericTerm(GenericTerm),
 }
 
 /// A monomial of state and input that adds to an acceleration, a ground velocity or a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Generic {
+pub struct GenericTerm {
     /// Where it adds.
     pub target: Target,
     /// What adds.
@@ -49,7 +49,7 @@ pub enum Target {
     /// Velocity of the water, north or east.
     Water(u8),
     /// What a channel reads.
-    Reading(Channel),
+    Reading(ResidualChannel),
 }
 
 /// A monomial of state, input and time.
@@ -195,7 +195,7 @@ impl Factor {
     }
 }
 
-impl Generic {
+impl GenericTerm {
     /// As written in the report.
     #[must_use]
     pub fn name(&self) -> String {
@@ -215,11 +215,11 @@ impl Generic {
 
 /// The dictionary of generic terms for a log with these channels.
 #[must_use]
-pub fn dictionary(present: &[bool; Channel::COUNT]) -> Vec<Generic> {
+pub fn dictionary(present: &[bool; ResidualChannel::COUNT]) -> Vec<GenericTerm> {
     use Factor as F;
     let mut terms = Vec::new();
     let mut add = |target: Target, factors: &[F]| {
-        terms.extend(factors.iter().map(|factor| Generic { target, factor: *factor }));
+        terms.extend(factors.iter().map(|factor| GenericTerm { target, factor: *factor }));
     };
     let fins = [F::Fin(0), F::Fin(1), F::Fin(2), F::Fin(3)];
     let surge = [
@@ -285,17 +285,17 @@ pub fn dictionary(present: &[bool; Channel::COUNT]) -> Vec<Generic> {
     for axis in 0..2 {
         add(Target::Water(axis), &[F::Time, F::TimeSquared, F::Depth]);
     }
-    let readings: [(Channel, &[F]); 10] = [
-        (Channel::Depth, &[F::Time, F::SinPitch, F::SurgeSquared]),
-        (Channel::Roll, &[F::One, F::Time]),
-        (Channel::Pitch, &[F::Time, F::PitchRate]),
-        (Channel::Heading, &[F::Time, F::YawRate, F::SinTwoHeading, F::CosTwoHeading]),
-        (Channel::P, &[F::Time]),
-        (Channel::Q, &[F::Time]),
-        (Channel::R, &[F::Time, F::YawRate]),
-        (Channel::DvlU, &[F::One, F::PitchRate, F::YawRate]),
-        (Channel::DvlV, &[F::One, F::RollRate, F::YawRate]),
-        (Channel::DvlW, &[F::One, F::RollRate, F::PitchRate]),
+    let readings: [(ResidualChannel, &[F]); 10] = [
+        (ResidualChannel::Depth, &[F::Time, F::SinPitch, F::SurgeSquared]),
+        (ResidualChannel::Roll, &[F::One, F::Time]),
+        (ResidualChannel::Pitch, &[F::Time, F::PitchRate]),
+        (ResidualChannel::Heading, &[F::Time, F::YawRate, F::SinTwoHeading, F::CosTwoHeading]),
+        (ResidualChannel::P, &[F::Time]),
+        (ResidualChannel::Q, &[F::Time]),
+        (ResidualChannel::R, &[F::Time, F::YawRate]),
+        (ResidualChannel::DvlU, &[F::One, F::PitchRate, F::YawRate]),
+        (ResidualChannel::DvlV, &[F::One, F::RollRate, F::YawRate]),
+        (ResidualChannel::DvlW, &[F::One, F::RollRate, F::PitchRate]),
     ];
     for (channel, factors) in readings {
         if present[channel as usize] {

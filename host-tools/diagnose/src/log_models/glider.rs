@@ -8,9 +8,9 @@
 //! and C_D0 is always fitted. Rates of depth and, where there is one, a measured speed through the water are compared
 //! over windows of steady flight; the ways between surfacings with GNSS.
 
-use crate::reduced::{self, Entry, Measures, Nameless, ReducedModel, Row};
-use crate::samples::Channel;
-use crate::scores::Scores;
+use super::model::{Entry, LogModel, Measures, Nameless, Row};
+use super::selection::{self, LogModelDiagnosis};
+use crate::samples::ResidualChannel;
 use backseat_data::log::Column;
 use backseat_data::stats::{mean, median};
 use backseat_data::{Log, VehicleFile};
@@ -80,20 +80,12 @@ struct Way {
     samples: Vec<Sample>,
 }
 
-struct Glide {
+struct Glider {
     windows: Vec<Window>,
     ways: Vec<Way>,
     density: f64,
     has_speed: bool,
     duration_s: f64,
-}
-
-/// What the whole route gave.
-pub struct Outcome {
-    /// Bench and diagnosis.
-    pub reduced: reduced::Reduced,
-    /// Before and after.
-    pub scores: [Scores; 2],
 }
 
 /// Whether a log is a glider's.
@@ -102,7 +94,7 @@ pub fn is_for(log: &Log) -> bool {
     log.has(Column::Ballast) && log.has(Column::Depth) && log.has(Column::Pitch)
 }
 
-impl Glide {
+impl Glider {
     /// Speed through the water and angle of the path, up positive.
     fn fly(&self, sample: &Sample, theta: &[f64]) -> (f64, f64) {
         let pitch = (sample.pitch_rad - theta[2]) / (1.0 + theta[3]);
@@ -163,21 +155,24 @@ impl Glide {
         all
     }
 
-    fn measured(&self) -> Vec<(f64, Channel, f64)> {
+    fn measured(&self) -> Vec<(f64, ResidualChannel, f64)> {
         let mut all = Vec::new();
         for window in &self.windows {
-            all.push((window.t_s, Channel::DepthRate, window.depth_rate_mps));
-            all.extend(window.speed_mps.map(|speed| (window.t_s, Channel::WaterSpeed, speed)));
+            all.push((window.t_s, ResidualChannel::DepthRate, window.depth_rate_mps));
+            all.extend(window.speed_mps.map(|speed| (window.t_s, ResidualChannel::WaterSpeed, speed)));
         }
         for way in &self.ways {
             let velocity = way.moved_m.map(|m| m / way.under_water_s);
-            all.extend([(way.t_s, Channel::GnssX, velocity[0]), (way.t_s, Channel::GnssY, velocity[1])]);
+            all.extend([
+                (way.t_s, ResidualChannel::GnssX, velocity[0]),
+                (way.t_s, ResidualChannel::GnssY, velocity[1]),
+            ]);
         }
         all
     }
 }
 
-impl ReducedModel for Glide {
+impl LogModel for Glider {
     fn columns(&self) -> usize {
         COLUMNS
     }
@@ -191,7 +186,7 @@ impl ReducedModel for Glide {
                 self.predicted(&theta)
             })
             .collect();
-        let row = |(i, (t_s, channel, measured)): (usize, (f64, Channel, f64))| {
+        let row = |(i, (t_s, channel, measured)): (usize, (f64, ResidualChannel, f64))| {
             let slopes = (0..COLUMNS).map(|column| (moved[column][i] - base[i]) / STEPS[column]).collect();
             Row { t_s, channel, residual: measured - base[i], slopes }
         };
@@ -227,15 +222,31 @@ impl ReducedModel for Glide {
     }
 
     fn block_s(&self) -> f64 {
-        crate::bench::BLOCK_S
+        crate::prepared_log::BLOCK_S
+    }
+
+    fn measures(&self, theta: &[f64]) -> Measures {
+        let errors = self.measured().into_iter().zip(self.predicted(theta));
+        let mut measures = Measures { against: Some("GNSS at surfacing"), ..Measures::default() };
+        for ((t_s, channel, measured), predicted) in errors {
+            if matches!(channel, ResidualChannel::DepthRate | ResidualChannel::WaterSpeed) {
+                measures.velocity.push((t_s, measured - predicted));
+            }
+        }
+        for way in &self.ways {
+            let velocity = self.way(way, theta);
+            let missing = [0, 1].map(|axis| way.moved_m[axis] - velocity[axis] * way.under_water_s);
+            measures.position.push((way.t_s, missing[0].hypot(missing[1])));
+        }
+        measures
     }
 }
 
 /// Diagnoses a glider's log; `None` if it has too little steady flight.
 #[must_use]
-pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<Outcome> {
+pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let model = model(log)?;
-    let mut reduced = reduced::run(&model, log, vehicle)?;
+    let mut found = selection::run(&model, log, vehicle)?;
     let mut notes = vec![format!(
         "a glider: steady glide on ballast, pitch and density (Merckelbach et al. 2010), neutral at zero ballast in the \
          mean density of {:.2} kg/m^3; {} windows of {WINDOW_S:.0} s, {} with a measured speed through the water, {} ways \
@@ -245,7 +256,7 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<Outcome> {
         model.windows.iter().filter(|window| window.speed_mps.is_some()).count(),
         model.ways.len()
     )];
-    let drag = |i: usize| PARASITE_DRAG + reduced.theta[i][0];
+    let drag = |i: usize| PARASITE_DRAG + found.theta[i][0];
     notes.push(format!("parasite drag fitted: {:.3} before, {:.3} after", drag(0), drag(1)));
     if !log.has(Column::WaterDensity) {
         notes.push("no density of the water in the log: one value is taken for all depths".to_owned());
@@ -267,30 +278,12 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<Outcome> {
     if let [Some(north), Some(east)] = own {
         notes.push(format!("the glider's own estimate of the current, median: {north:.3} north, {east:.3} east m/s"));
     }
-    notes.append(&mut reduced.diagnosis.notes);
-    reduced.diagnosis.notes = notes;
-    let passes = [&reduced.diagnosis.before, &reduced.diagnosis.after];
-    let scores = [0, 1].map(|i| reduced::scores(&reduced.bench, passes[i], measures(&model, &reduced.theta[i])));
-    Some(Outcome { reduced, scores })
+    notes.append(&mut found.diagnosis.notes);
+    found.diagnosis.notes = notes;
+    Some(found)
 }
 
-fn measures(model: &Glide, theta: &[f64]) -> Measures {
-    let errors = model.measured().into_iter().zip(model.predicted(theta));
-    let mut measures = Measures { against: Some("GNSS at surfacing"), ..Measures::default() };
-    for ((t_s, channel, measured), predicted) in errors {
-        if matches!(channel, Channel::DepthRate | Channel::WaterSpeed) {
-            measures.velocity.push((t_s, measured - predicted));
-        }
-    }
-    for way in &model.ways {
-        let velocity = model.way(way, theta);
-        let missing = [0, 1].map(|axis| way.moved_m[axis] - velocity[axis] * way.under_water_s);
-        measures.position.push((way.t_s, missing[0].hypot(missing[1])));
-    }
-    measures
-}
-
-fn model(log: &Log) -> Option<Glide> {
+fn model(log: &Log) -> Option<Glider> {
     let densities: Vec<f64> = log.column(Column::WaterDensity).map(|(_, density)| density).collect();
     // Without a CTD: brackish or salt, it only scales with the drag that is fitted.
     let density = mean(&densities).unwrap_or(1025.0);
@@ -300,7 +293,7 @@ fn model(log: &Log) -> Option<Glide> {
     let speeds: Vec<(f64, f64)> = log.column(Column::WaterSpeed).map(|(us, speed)| (seconds(log, us), speed)).collect();
     let windows = windows(&samples, BALLAST_SHARE * range, &speeds);
     let has_speed = windows.iter().filter(|window| window.speed_mps.is_some()).count() >= FEWEST / 2;
-    (windows.len() >= FEWEST).then(|| Glide {
+    (windows.len() >= FEWEST).then(|| Glider {
         ways: ways(log, &samples),
         windows,
         density,
@@ -468,7 +461,7 @@ mod tests {
         let log = log();
         assert!(is_for(&log));
         let found = run(&log, &VehicleFile::reference()).unwrap();
-        let d = &found.reduced.diagnosis;
+        let d = &found.diagnosis;
         let names: Vec<&str> = d.effects.iter().map(|found| found.instance.candidate.effect).collect();
         assert!(names.contains(&"water_current") && names.contains(&"buoyancy_offset"), "{names:?}");
         assert_eq!(names.len(), 2, "{names:?}");
@@ -480,7 +473,7 @@ mod tests {
         assert!((value("water_current", 0) - 0.10).abs() < 6e-3, "{}", value("water_current", 0));
         assert!((value("water_current", 1) + 0.05).abs() < 6e-3, "{}", value("water_current", 1));
         // 0.15 from the start; what the balance was made with.
-        assert!((PARASITE_DRAG + found.reduced.theta[1][0] - DRAG).abs() < 3e-3);
+        assert!((PARASITE_DRAG + found.theta[1][0] - DRAG).abs() < 3e-3);
         let [before, after] = &found.scores;
         assert!(after.position_rmse_m.unwrap() < 0.2 * before.position_rmse_m.unwrap());
     }

@@ -1,23 +1,23 @@
 //! What else it could be: entries that explain the same residual as well as an accepted one.
 
-use crate::bench::{Bench, Part};
 use crate::candidates::{self, Candidate, Instance, set_of};
 use crate::linear;
+use crate::prepared_log::{DataPart, PreparedLog};
 use crate::search::{self, Round, is_same, tail};
 use rayon::prelude::*;
 
-/// An entry adds nothing beside a rival if the data would do so by chance with this probability: then the
-/// rival cannot be excluded.
+/// An entry adds nothing beside a alternative if the data would do so by chance with this probability: then the
+/// alternative cannot be excluded.
 const UNDECIDED: f64 = 2e-3;
 /// Rivals that are fitted in full.
-const MOST_RIVALS: usize = 5;
-/// By how much a rival's gain on the linearised problem may fall short to be fitted in full: a number, and a share
+const MOST_ALTERNATIVES: usize = 5;
+/// By how much a alternative's gain on the linearised problem may fall short to be fitted in full: a number, and a share
 /// of the gain for what linearisation is worth.
 const SHORT: (f64, f64) = (60.0, 0.03);
 
 /// An entry that could stand in for an accepted one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rival {
+pub struct Alternative {
     /// What, and with which values.
     pub instance: Instance,
     /// By how much its Σ e² is larger than the accepted one's.
@@ -28,7 +28,7 @@ pub struct Rival {
     pub separating_manoeuvre: Option<&'static str>,
 }
 
-impl Rival {
+impl Alternative {
     /// Whether the data leave it possible.
     #[must_use]
     pub fn is_possible(&self) -> bool {
@@ -38,48 +38,56 @@ impl Rival {
 
 /// Every entry fitted in the place of `accepted[place]`, best first; `round` is the ladder beside the others.
 #[must_use]
-pub fn find(bench: &Bench, accepted: &[Instance], place: usize, round: &Round) -> Vec<Rival> {
-    let accused = &accepted[place];
+pub fn find(log_data: &PreparedLog, accepted: &[Instance], place: usize, round: &Round) -> Vec<Alternative> {
+    let accepted_one = &accepted[place];
     let others: Vec<Instance> =
         accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, instance)| instance.clone()).collect();
     let own_gain = round
         .ladder
         .iter()
-        .find(|e| is_same(&e.instance.candidate, &accused.candidate))
+        .find(|e| is_same(&e.instance.candidate, &accepted_one.candidate))
         .map_or(f64::INFINITY, |e| e.gain);
     let top = round.ladder.iter().map(|e| e.gain).fold(0.0, f64::max).min(own_gain);
     let close = round.ladder.iter().filter(|e| {
-        !is_same(&e.instance.candidate, &accused.candidate)
+        !is_same(&e.instance.candidate, &accepted_one.candidate)
             && !others.iter().any(|other| other.candidate.effect == e.instance.candidate.effect)
             && e.gain > 0.0
             && e.gain > top - SHORT.0 - SHORT.1 * top
     });
-    let close: Vec<_> = close.take(MOST_RIVALS).collect();
+    let close: Vec<_> = close.take(MOST_ALTERNATIVES).collect();
     if close.is_empty() {
         return Vec::new();
     }
-    let Some(own) = bench.fit(accepted, Part::Whole) else { return Vec::new() };
-    let mut rivals: Vec<Rival> =
-        close.into_par_iter().filter_map(|e| rival(bench, accused, &others, &e.instance, own.whole_square)).collect();
-    rivals.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
-    rivals
+    let Some(own) = log_data.fit(accepted, DataPart::Whole) else { return Vec::new() };
+    let mut alternatives: Vec<Alternative> = close
+        .into_par_iter()
+        .filter_map(|e| alternative(log_data, accepted_one, &others, &e.instance, own.whole_square))
+        .collect();
+    alternatives.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
+    alternatives
 }
 
-fn rival(bench: &Bench, accused: &Instance, others: &[Instance], found: &Instance, own: f64) -> Option<Rival> {
+fn alternative(
+    log_data: &PreparedLog,
+    accepted_one: &Instance,
+    others: &[Instance],
+    found: &Instance,
+    own: f64,
+) -> Option<Alternative> {
     let found =
-        if found.candidate.onset_s.is_some() { search::refine_onset(bench, others, found)? } else { found.clone() };
+        if found.candidate.onset_s.is_some() { search::refine_onset(log_data, others, found)? } else { found.clone() };
     let mut instances = others.to_vec();
     instances.push(found);
-    let joint = bench.fit(&instances, Part::Whole)?;
+    let joint = log_data.fit(&instances, DataPart::Whole)?;
     let deficit = joint.whole_square - own;
     let instance = joint.instances.last()?.clone();
-    // What the accepted entry adds to its rival, the rest refitted.
-    let (degrees, gain, inflation, blocks) = if instance.candidate.effect == accused.candidate.effect {
-        (accused.candidate.degrees(), deficit, 1.0, usize::MAX)
+    // What the accepted entry adds to its alternative, the rest refitted.
+    let (degrees, gain, inflation, blocks) = if instance.candidate.effect == accepted_one.candidate.effect {
+        (accepted_one.candidate.degrees(), deficit, 1.0, usize::MAX)
     } else {
-        let set = set_of(&bench.scope.declared, &joint.instances);
-        let (terms, hypotheses) = added(bench, &joint.instances, &accused.candidate);
-        let pass = bench.pass(&set, &terms)?;
+        let set = set_of(&log_data.scope.declared, &joint.instances);
+        let (terms, hypotheses) = added(log_data, &joint.instances, &accepted_one.candidate);
+        let pass = log_data.pass(&set, &terms)?;
         let sum = pass.normal.sum(|_| true);
         let nuisance: Vec<usize> = (0..joint.instances.iter().map(|i| i.sizes.len()).sum()).collect();
         let base = linear::fit(&sum, &nuisance, &[])?.gain;
@@ -88,10 +96,10 @@ fn rival(bench: &Bench, accused: &Instance, others: &[Instance], found: &Instanc
         match linear::fit(&sum, &free, &hypothesis.fixed) {
             Some(fit) => {
                 let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &free, &fit, &hypothesis.fixed);
-                (accused.candidate.degrees(), (fit.gain - base).max(deficit), inflation, blocks)
+                (accepted_one.candidate.degrees(), (fit.gain - base).max(deficit), inflation, blocks)
             }
             // The two are one and the same to working precision.
-            None => (accused.candidate.degrees(), deficit, 1.0, usize::MAX),
+            None => (accepted_one.candidate.degrees(), deficit, 1.0, usize::MAX),
         }
     };
     let p = if blocks == usize::MAX {
@@ -99,16 +107,16 @@ fn rival(bench: &Bench, accused: &Instance, others: &[Instance], found: &Instanc
     } else {
         tail(gain, inflation, blocks, degrees)
     };
-    let separating_manoeuvre = manoeuvre(&accused.candidate, &instance.candidate);
-    Some(Rival { instance, deficit, p, separating_manoeuvre })
+    let separating_manoeuvre = manoeuvre(&accepted_one.candidate, &instance.candidate);
+    Some(Alternative { instance, deficit, p, separating_manoeuvre })
 }
 
 fn added(
-    bench: &Bench,
+    log_data: &PreparedLog,
     instances: &[Instance],
     candidate: &Candidate,
-) -> (Vec<crate::terms::Term>, Vec<candidates::Hypothesis>) {
-    candidates::event(&bench.scope, instances, candidate, &[candidate.onset_s.unwrap_or(0.0)])
+) -> (Vec<crate::regressors::Regressor>, Vec<candidates::Hypothesis>) {
+    candidates::event(&log_data.scope, instances, candidate, &[candidate.onset_s.unwrap_or(0.0)])
 }
 
 /// What separates two entries, as either of them says.

@@ -3,8 +3,8 @@
 use crate::candidates::{Instance, Scope, own_terms, set_of};
 use crate::linear;
 use crate::noise;
-use crate::samples::{Channel, Samples};
-use crate::terms::Term;
+use crate::regressors::Regressor;
+use crate::samples::{ResidualChannel, Samples};
 use crate::whitener::{self, Pass, Setup};
 use backseat_core::effects::EffectSet;
 use backseat_core::navigation::{NavigationConfig, SurfaceNoise};
@@ -21,7 +21,7 @@ const FORECAST_SHARE: f64 = 0.2;
 
 /// Which blocks count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum DataPart {
     /// Where parameters are fitted.
     Train,
     /// Where they are judged.
@@ -31,7 +31,7 @@ pub enum Part {
 }
 
 /// A log, its declared model, and what every pass has in common.
-pub struct Bench {
+pub struct PreparedLog {
     /// Noise, scales and outliers.
     pub setup: Setup,
     /// Readings.
@@ -39,14 +39,14 @@ pub struct Bench {
     /// What the log can say.
     pub scope: Scope,
     /// Scale of each channel's noise before any wave is found.
-    pub own_scale: [f64; Channel::COUNT],
+    pub own_scale: [f64; ResidualChannel::COUNT],
     /// Innovations of the declared model.
     pub declared: Pass,
 }
 
 /// Effects fitted together.
 #[derive(Clone, Debug)]
-pub struct Joint {
+pub struct JointFit {
     /// With their values.
     pub instances: Vec<Instance>,
     /// Σ e² of the blocks fitted and of all.
@@ -59,7 +59,7 @@ pub struct Joint {
     pub pass: Pass,
 }
 
-impl Bench {
+impl PreparedLog {
     /// Makes a log ready; `None` where the filter cannot start (no fix, no attitude).
     #[must_use]
     pub fn new(log: &Log, vehicle: &VehicleFile, use_dvl: bool) -> Option<Self> {
@@ -70,7 +70,7 @@ impl Bench {
             surface: SurfaceNoise::DYNAMIC,
             sensors: vehicle.sensors,
             ship_transducer_depth_m: NavigationConfig::REFERENCE.ship_transducer_depth_m,
-            scale: [1.0; Channel::COUNT],
+            scale: [1.0; ResidualChannel::COUNT],
             outliers: Vec::new(),
             block_s: BLOCK_S,
         };
@@ -99,31 +99,31 @@ impl Bench {
 
     /// Whether a block belongs to a part.
     #[must_use]
-    pub fn is_in(&self, part: Part, block: usize) -> bool {
+    pub fn is_in(&self, part: DataPart, block: usize) -> bool {
         let forecast = block as f64 * self.setup.block_s >= (1.0 - FORECAST_SHARE) * self.samples.duration_s;
         let held = forecast || block % (TRAIN_BLOCKS + HELD_BLOCKS) >= TRAIN_BLOCKS;
         match part {
-            Part::Train => !held,
-            Part::Held => held,
-            Part::Whole => true,
+            DataPart::Train => !held,
+            DataPart::Held => held,
+            DataPart::Whole => true,
         }
     }
 
     /// Whether a time is held out.
     #[must_use]
     pub fn is_held(&self, t_s: f64) -> bool {
-        self.is_in(Part::Held, (t_s / self.setup.block_s) as usize)
+        self.is_in(DataPart::Held, (t_s / self.setup.block_s) as usize)
     }
 
     /// Runs the filter with a set of effects and columns.
     #[must_use]
-    pub fn pass(&self, set: &EffectSet, terms: &[Term]) -> Option<Pass> {
+    pub fn pass(&self, set: &EffectSet, terms: &[Regressor]) -> Option<Pass> {
         whitener::run(&self.setup, &self.samples, set, terms)
     }
 
     /// Fits the sizes of all instances together on a part, by Gauss and Newton from their present values.
     #[must_use]
-    pub fn fit(&self, instances: &[Instance], part: Part) -> Option<Joint> {
+    pub fn fit(&self, instances: &[Instance], part: DataPart) -> Option<JointFit> {
         const MOST_STEPS: usize = 6;
         /// Where a step must be halved more often, the model is no better than its derivative.
         const MOST_HALVINGS: usize = 2;
@@ -132,7 +132,7 @@ impl Bench {
         /// What Σ e² may rise by the rounding of a step and still be no worse.
         const ROUNDING: f64 = 0.05;
         let mut now = instances.to_vec();
-        let mut best: Option<Joint> = None;
+        let mut best: Option<JointFit> = None;
         let mut halvings = 0;
         for _ in 0..=MOST_STEPS {
             let trial = self.evaluate(&now, part);
@@ -173,9 +173,9 @@ impl Bench {
     }
 
     /// One pass at these values, and the step that it suggests.
-    fn evaluate(&self, now: &[Instance], part: Part) -> Option<(Joint, Option<linear::Fit>)> {
+    fn evaluate(&self, now: &[Instance], part: DataPart) -> Option<(JointFit, Option<linear::Fit>)> {
         let set = set_of(&self.scope.declared, now);
-        let own: Vec<Term> = now.iter().flat_map(|instance| own_terms(instance, &set)).collect();
+        let own: Vec<Regressor> = now.iter().flat_map(|instance| own_terms(instance, &set)).collect();
         let sizes = own.len();
         let pass = self.pass(&set, &own)?;
         let sum = pass.normal.sum(|block| self.is_in(part, block));
@@ -185,7 +185,7 @@ impl Bench {
         let at = linear::Fit { gain: 0.0, theta: vec![0.0; sizes], covariance };
         let sigmas = linear::sigmas(&pass.normal, |block| self.is_in(part, block), &free, &at, &[]);
         let whole_square = pass.normal.sum(|_| true).square;
-        Some((Joint { instances: now.to_vec(), square: sum.square, whole_square, sigmas, pass }, fit))
+        Some((JointFit { instances: now.to_vec(), square: sum.square, whole_square, sigmas, pass }, fit))
     }
 
     /// Held-out blocks: by how much Σ e² of each falls from one pass to another.
@@ -193,7 +193,7 @@ impl Bench {
     pub fn held_gain(&self, before: &Pass, after: &Pass) -> Vec<f64> {
         let pairs = before.normal.blocks.iter().zip(&after.normal.blocks).enumerate();
         pairs
-            .filter(|(index, (before, _))| self.is_in(Part::Held, *index) && before.count > 0)
+            .filter(|(index, (before, _))| self.is_in(DataPart::Held, *index) && before.count > 0)
             .map(|(_, (before, after))| before.square - after.square)
             .collect()
     }
@@ -201,8 +201,8 @@ impl Bench {
 
 /// Which channels have samples.
 #[must_use]
-pub fn present(pass: &Pass) -> [bool; Channel::COUNT] {
-    let mut present = [false; Channel::COUNT];
+pub fn present(pass: &Pass) -> [bool; ResidualChannel::COUNT] {
+    let mut present = [false; ResidualChannel::COUNT];
     for residual in &pass.residuals {
         present[residual.channel as usize] = true;
     }

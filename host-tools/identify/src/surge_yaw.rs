@@ -54,13 +54,13 @@ struct Sample {
 
 /// Surge, heading and counts of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ReducedData {
+pub struct SurgeYawData {
     samples: Vec<Sample>,
 }
 
 /// Coefficients with confidence.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ReducedEstimate {
+pub struct SurgeYawEstimate {
     /// In the order of [`NAMES`].
     pub coefficients: [f64; COEFFICIENTS],
     /// 95 % intervals from the residuals' scatter.
@@ -84,7 +84,7 @@ pub struct Prediction {
     pub count: usize,
 }
 
-impl ReducedData {
+impl SurgeYawData {
     /// Whether a log has what this needs.
     #[must_use]
     pub fn is_in(log: &Log) -> bool {
@@ -148,7 +148,7 @@ impl ReducedData {
     ///
     /// # Errors
     /// If too little was measured, or the data determine nothing.
-    pub fn fit(&self) -> Result<ReducedEstimate, IdentifyError> {
+    pub fn fit(&self) -> Result<SurgeYawEstimate, IdentifyError> {
         let segments: Vec<&[Sample]> =
             self.runs().into_iter().flat_map(|run| run.chunks(SEGMENT)).filter(|s| s.len() > 5).collect();
         if segments.len() < 5 {
@@ -203,7 +203,7 @@ impl ReducedData {
             [x[j] - reach, x[j] + reach]
         });
         let samples = segments.iter().map(|segment| segment.len()).sum();
-        Ok(ReducedEstimate { coefficients, ci95, residual: sigma, samples })
+        Ok(SurgeYawEstimate { coefficients, ci95, residual: sigma, samples })
     }
 
     /// Predicts over a horizon from every fifth sample, from what was measured until then.
@@ -236,7 +236,7 @@ impl ReducedData {
     }
 }
 
-impl ReducedEstimate {
+impl SurgeYawEstimate {
     /// What a count is worth if this were the declared vehicle: rad/s of the propeller, rad of the rudder.
     #[must_use]
     pub fn counts(&self, vehicle: &VehicleParameters) -> [f64; 2] {
@@ -395,8 +395,8 @@ mod tests {
             row
         });
         let log = Log { rows: rows.collect(), ..Log::default() };
-        assert!(ReducedData::is_in(&log));
-        let [first, rest] = ReducedData::from_log(&log).split(0.6);
+        assert!(SurgeYawData::is_in(&log));
+        let [first, rest] = SurgeYawData::from_log(&log).split(0.6);
         let fit = first.fit().unwrap();
         // Noise of a hundredth of the signal: thrust, rudder and damping to some percent.
         for j in [0, 5] {
@@ -415,7 +415,7 @@ mod tests {
             row.set(Column::PropCount, 20.0).set(Column::YawFinCount, 0.0);
             row
         });
-        let data = ReducedData::from_log(&Log { rows: rows.collect(), ..Log::default() });
+        let data = SurgeYawData::from_log(&Log { rows: rows.collect(), ..Log::default() });
         assert_eq!(data.measured(), 10);
     }
 }

@@ -6,10 +6,11 @@
 //! stays small against the way between them. Readings that a log holds while the sensor is away are left
 //! out.
 
-use crate::bench::BLOCK_S;
-use crate::reduced::{self, Entry, Measures, Nameless, ReducedModel, Row};
-use crate::samples::Channel;
-use crate::scores::Scores;
+use super::held_readings;
+use super::model::{Entry, LogModel, Measures, Nameless, Row};
+use super::selection::{self, LogModelDiagnosis};
+use crate::prepared_log::BLOCK_S;
+use crate::samples::ResidualChannel;
 use backseat_data::log::Column;
 use backseat_data::stats::median;
 use backseat_data::{Log, Truth, VehicleFile};
@@ -41,21 +42,13 @@ struct Stretch {
     slopes: [[f64; COLUMNS]; 2],
 }
 
-struct Planar {
+struct DeadReckoning {
     stretches: Vec<Stretch>,
     has_dvl: bool,
     apart_s: f64,
 }
 
-/// What the whole route gave.
-pub struct Outcome {
-    /// Bench and diagnosis.
-    pub reduced: reduced::Reduced,
-    /// Before and after.
-    pub scores: [Scores; 2],
-}
-
-impl ReducedModel for Planar {
+impl LogModel for DeadReckoning {
     fn columns(&self) -> usize {
         COLUMNS
     }
@@ -63,7 +56,7 @@ impl ReducedModel for Planar {
     /// What is missing over a stretch, m.
     fn rows(&self, theta: &[f64]) -> Vec<Row> {
         let of = |stretch: &Stretch| {
-            [Channel::GnssX, Channel::GnssY]
+            [ResidualChannel::GnssX, ResidualChannel::GnssY]
                 .into_iter()
                 .enumerate()
                 .map(|(axis, channel)| {
@@ -100,6 +93,33 @@ impl ReducedModel for Planar {
     fn block_s(&self) -> f64 {
         self.apart_s
     }
+
+    /// Velocity missing over each stretch, and the position lost by dead reckoning of ten minutes.
+    fn measures(&self, theta: &[f64]) -> Measures {
+        let mut measures = Measures::default();
+        let has_truth = self.stretches.iter().any(|stretch| stretch.missing_of_truth_m.is_some());
+        let (mut lost_m, mut reckoned_s) = ([0.0; 2], 0.0);
+        for stretch in &self.stretches {
+            let missing = if has_truth { stretch.missing_of_truth_m } else { Some(stretch.missing_m) };
+            let Some(missing) = missing else { continue };
+            if reckoned_s > RECKONED_S {
+                (lost_m, reckoned_s) = ([0.0; 2], 0.0);
+            }
+            reckoned_s += stretch.dt_s;
+            for axis in 0..2 {
+                let error = missing[axis] - dot(&stretch.slopes[axis], theta);
+                lost_m[axis] += error;
+                measures.velocity.push((stretch.t_s, error / stretch.dt_s));
+            }
+            measures.position.push((stretch.t_s, lost_m[0].hypot(lost_m[1])));
+        }
+        measures.against = Some(if has_truth {
+            "truth, dead reckoning of ten minutes"
+        } else {
+            "GNSS fixes, dead reckoning of ten minutes"
+        });
+        measures
+    }
 }
 
 fn dot(slopes: &[f64; COLUMNS], theta: &[f64]) -> f64 {
@@ -110,7 +130,7 @@ fn dot(slopes: &[f64; COLUMNS], theta: &[f64]) -> f64 {
 ///
 /// `use_dvl` false leaves the DVL's velocity out: its surge then serves as nothing, the logged speed is used.
 #[must_use]
-pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth>) -> Option<Outcome> {
+pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth>) -> Option<LogModelDiagnosis> {
     let has_dvl = use_dvl && log.has(Column::DvlU) && log.has(Column::DvlV);
     let apart_s = (log.duration_s() / STRETCHES).clamp(SHORTEST_S, BLOCK_S);
     let held = held(log, has_dvl);
@@ -118,8 +138,8 @@ pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth
     if stretches.len() < FEWEST {
         return None;
     }
-    let model = Planar { stretches, has_dvl, apart_s };
-    let mut reduced = reduced::run(&model, log, vehicle)?;
+    let model = DeadReckoning { stretches, has_dvl, apart_s };
+    let mut found = selection::run(&model, log, vehicle)?;
     let name = if has_dvl { "the DVL's velocity" } else { "the logged speed" };
     let mut notes = vec![format!(
         "no fins and propeller in the log: dead reckoning on the logged heading and {name} is taken as the declared \
@@ -145,38 +165,9 @@ pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth
          whatever it is"
             .to_owned(),
     );
-    notes.append(&mut reduced.diagnosis.notes);
-    reduced.diagnosis.notes = notes;
-    let passes = [&reduced.diagnosis.before, &reduced.diagnosis.after];
-    let scores = [0, 1].map(|i| reduced::scores(&reduced.bench, passes[i], measures(&model, &reduced.theta[i])));
-    Some(Outcome { reduced, scores })
-}
-
-/// Velocity missing over each stretch, and the position lost by dead reckoning of ten minutes.
-fn measures(model: &Planar, theta: &[f64]) -> Measures {
-    let mut measures = Measures::default();
-    let has_truth = model.stretches.iter().any(|stretch| stretch.missing_of_truth_m.is_some());
-    let (mut lost_m, mut reckoned_s) = ([0.0; 2], 0.0);
-    for stretch in &model.stretches {
-        let missing = if has_truth { stretch.missing_of_truth_m } else { Some(stretch.missing_m) };
-        let Some(missing) = missing else { continue };
-        if reckoned_s > RECKONED_S {
-            (lost_m, reckoned_s) = ([0.0; 2], 0.0);
-        }
-        reckoned_s += stretch.dt_s;
-        for axis in 0..2 {
-            let error = missing[axis] - dot(&stretch.slopes[axis], theta);
-            lost_m[axis] += error;
-            measures.velocity.push((stretch.t_s, error / stretch.dt_s));
-        }
-        measures.position.push((stretch.t_s, lost_m[0].hypot(lost_m[1])));
-    }
-    measures.against = Some(if has_truth {
-        "truth, dead reckoning of ten minutes"
-    } else {
-        "GNSS fixes, dead reckoning of ten minutes"
-    });
-    measures
+    notes.append(&mut found.diagnosis.notes);
+    found.diagnosis.notes = notes;
+    Some(found)
 }
 
 /// Horizontal velocity of a row in body axes.
@@ -200,7 +191,7 @@ fn held(log: &Log, has_dvl: bool) -> Vec<[f64; 2]> {
             Some(((row.time_us - start_us) as f64 * 1e-6, vec![u, v, heave]))
         })
         .collect();
-    reduced::held_readings(&series)
+    held_readings::held_readings(&series)
 }
 
 /// Walks over the log and closes a stretch at the first fix that is far enough in time.
@@ -303,7 +294,7 @@ fn without_jumps(stretches: Vec<Stretch>) -> Vec<Stretch> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::Verdict;
+    use crate::verdict::Verdict;
     use backseat_core::state::VehicleState;
     use backseat_data::{LogRow, TruthRow};
 
@@ -354,7 +345,7 @@ mod tests {
     fn val_current_from_heading_and_speed_alone() {
         let (log, truth) = log(0.0, false);
         let found = run(&log, &VehicleFile::reference(), true, Some(&truth)).unwrap();
-        let d = &found.reduced.diagnosis;
+        let d = &found.diagnosis;
         assert_eq!(d.verdict, Verdict::Explained, "{:?} {:?}", d.effects, d.structure.named);
         assert_eq!(d.effects[0].instance.candidate.effect, "water_current");
         for (value, truth) in d.effects[0].values.iter().zip([0.12, -0.08]) {
@@ -372,15 +363,15 @@ mod tests {
     #[test]
     fn a_dvl_turned_and_a_compass_off_are_one_to_dead_reckoning() {
         let (log, _) = log(0.0, true);
-        let with = run(&log, &VehicleFile::reference(), true, None).unwrap().reduced.diagnosis;
+        let with = run(&log, &VehicleFile::reference(), true, None).unwrap().diagnosis;
         assert_eq!(with.verdict, Verdict::Ambiguous, "{:?}", with.effects);
         let found = &with.effects[0];
-        let rival = found.rivals.iter().find(|rival| rival.is_possible()).unwrap();
-        let mut names = [found.instance.candidate.effect, rival.instance.candidate.effect];
+        let alternative = found.alternatives.iter().find(|alternative| alternative.is_possible()).unwrap();
+        let mut names = [found.instance.candidate.effect, alternative.instance.candidate.effect];
         names.sort_unstable();
         assert_eq!(names, ["dvl_misalignment", "heading_bias"]);
         // Without the DVL the current shows again.
-        let without = run(&log, &VehicleFile::reference(), false, None).unwrap().reduced.diagnosis;
+        let without = run(&log, &VehicleFile::reference(), false, None).unwrap().diagnosis;
         assert_eq!(without.effects[0].instance.candidate.effect, "water_current", "{:?}", without.effects);
     }
 
@@ -391,7 +382,7 @@ mod tests {
             let wobble = if i < 1800 { 1e-4 * f64::from(u32::try_from(i % 7).unwrap()) } else { 0.3 };
             row.set(Column::SpeedLog, 1.5 + wobble);
         }
-        let found = run(&log, &VehicleFile::reference(), true, None).unwrap().reduced.diagnosis;
+        let found = run(&log, &VehicleFile::reference(), true, None).unwrap().diagnosis;
         assert!(found.notes.iter().any(|note| note.contains("from 1800 s to 2399 s")), "{:?}", found.notes);
         assert_eq!(found.effects[0].instance.candidate.effect, "water_current");
     }

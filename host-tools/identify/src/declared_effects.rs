@@ -13,7 +13,7 @@ const ROUNDS: usize = 30;
 
 /// Moves the effects on the plant into the vehicle's parameters and out of the set. Those that begin at some time stay in
 /// the set, and their names are returned: they are not taken into account.
-pub fn take_in(vehicle: &mut VehicleParameters, effects: &mut EffectSet) -> Vec<&'static str> {
+pub fn fold_into_plant(vehicle: &mut VehicleParameters, effects: &mut EffectSet) -> Vec<&'static str> {
     let mut left = Vec::new();
     let declared = *effects;
     for (index, info, values) in declared.active() {
@@ -31,13 +31,13 @@ pub fn take_in(vehicle: &mut VehicleParameters, effects: &mut EffectSet) -> Vec<
 }
 
 /// Takes the effects of sensors, water and actuators out of a log, in order of time.
-pub(crate) struct Ideal<'a> {
+pub(crate) struct EffectRemoval<'a> {
     effects: &'a EffectSet,
     epoch_us: u64,
     memory: ActuatorMemory,
 }
 
-impl<'a> Ideal<'a> {
+impl<'a> EffectRemoval<'a> {
     pub fn new(effects: &'a EffectSet, epoch_us: u64) -> Self {
         Self { effects, epoch_us, memory: ActuatorMemory::default() }
     }

@@ -1,6 +1,6 @@
 //! What a reader is shown: the residual that changes most, what it depends on, its spectrum.
 
-use crate::samples::Channel;
+use crate::samples::ResidualChannel;
 use crate::statistics::autocorrelation;
 use crate::whitener::{Pass, Residual, Trace};
 use backseat_core::state::{PSI, R, THETA, U, Z};
@@ -8,15 +8,15 @@ use std::f64::consts::TAU;
 
 /// Values of one channel in order of time: (time in s, innovation, one sigma).
 #[must_use]
-pub fn channel(pass: &Pass, channel: Channel) -> Vec<&Residual> {
+pub fn channel(pass: &Pass, channel: ResidualChannel) -> Vec<&Residual> {
     pass.residuals.iter().filter(|r| r.channel == channel && r.used).collect()
 }
 
 /// The channel whose residual the effects change most; without effects the least white one.
 #[must_use]
-pub fn telling_channel(before: &Pass, after: &Pass) -> Channel {
+pub fn most_changed_channel(before: &Pass, after: &Pass) -> ResidualChannel {
     let square = |pass: &Pass, c| channel(pass, c).iter().map(|r| r.normalised().powi(2)).sum::<f64>();
-    let score = |c: Channel| {
+    let score = |c: ResidualChannel| {
         let change = square(before, c) - square(after, c);
         if change.abs() > 1e-6 {
             return change;
@@ -25,7 +25,7 @@ pub fn telling_channel(before: &Pass, after: &Pass) -> Channel {
         // Far below any change of a sum of squares.
         autocorrelation(&e, 5.min(e.len() / 4)).iter().map(|r| r.abs()).sum::<f64>() * 1e-6
     };
-    Channel::ALL.into_iter().max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(Channel::Heading)
+    ResidualChannel::ALL.into_iter().max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(ResidualChannel::Heading)
 }
 
 /// Means of `values` over `bin_s`: (time in h, mean).
@@ -66,7 +66,7 @@ const BINS: usize = 18;
 
 /// The variable that explains most of a residual, with the residual's mean in bins of it, before and after.
 #[must_use]
-pub fn best_variable(before: &Pass, after: &Pass, of: Channel) -> (&'static str, [Vec<(f64, f64)>; 2]) {
+pub fn best_variable(before: &Pass, after: &Pass, of: ResidualChannel) -> (&'static str, [Vec<(f64, f64)>; 2]) {
     let values = |pass: &Pass, variable: Variable| -> Vec<(f64, f64)> {
         let mut place = 0;
         channel(pass, of)
@@ -122,7 +122,7 @@ fn binned(pairs: &[(f64, f64)]) -> Vec<(f64, f64, f64, f64)> {
 /// Power spectrum of the normalised innovations of a channel: (frequency in Hz, power; 1 if white), in bands of equal
 /// ratio.
 #[must_use]
-pub fn spectrum(pass: &Pass, of: Channel) -> Vec<(f64, f64)> {
+pub fn spectrum(pass: &Pass, of: ResidualChannel) -> Vec<(f64, f64)> {
     const SEGMENT: usize = 512;
     const BANDS: usize = 36;
     let e = channel(pass, of);

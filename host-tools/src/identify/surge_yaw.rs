@@ -7,7 +7,7 @@ use backseat_data::importers::Imported;
 use backseat_data::output::{self, Existing};
 use backseat_data::report::{Provenance, Report, Table};
 use backseat_data::{Column, Log, VehicleFile};
-use backseat_identify::reduced::{NAMES, Prediction, ReducedData, ReducedEstimate, UNITS};
+use backseat_identify::surge_yaw::{NAMES, Prediction, SurgeYawData, SurgeYawEstimate, UNITS};
 use backseat_identify::validation::COLUMNS;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
@@ -20,12 +20,12 @@ const HORIZONS_S: [f64; 3] = [5.0, 10.0, 30.0];
 
 /// Whether a log has counts, and no actuators in SI.
 pub fn is_for(log: &Log) -> bool {
-    ReducedData::is_in(log) && !log.has(Column::PropRpm)
+    SurgeYawData::is_in(log) && !log.has(Column::PropRpm)
 }
 
 struct Found<'a> {
     log: &'a Path,
-    estimate: ReducedEstimate,
+    estimate: SurgeYawEstimate,
     predictions: Vec<Prediction>,
     counts: [f64; 2],
     vehicle: String,
@@ -42,10 +42,10 @@ pub fn run(args: &Args, imported: &Imported, page: Option<&Path>, existing: Exis
         Some(path) => VehicleFile::read(path)?,
         None => VehicleFile::reference(),
     };
-    let data = ReducedData::from_log(&imported.log);
+    let data = SurgeYawData::from_log(&imported.log);
     let [first, rest] = data.split(FITTED);
     let (fitted, judge, judged_on) = match &args.validate {
-        Some(path) => (data, ReducedData::from_log(&args.columns.import(path)?.log), "the other log"),
+        Some(path) => (data, SurgeYawData::from_log(&args.columns.import(path)?.log), "the other log"),
         None => (first, rest, "the last two fifths of the log, held out"),
     };
     let estimate = fitted.fit()?;

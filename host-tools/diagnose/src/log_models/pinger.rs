@@ -4,9 +4,9 @@
 //! the offset as unknown (it is always fitted), the period as the median of the intervals, and the declared speed of
 //! sound. As a range: c (t_k − k T) = (1 + ratio) r_k + c (offset + drift t), by the catalogue's definitions.
 
-use crate::reduced::{self, Entry, Measures, Nameless, ReducedModel, Row};
-use crate::samples::Channel;
-use crate::scores::Scores;
+use super::model::{Entry, LogModel, Measures, Nameless, Row};
+use super::selection::{self, LogModelDiagnosis};
+use crate::samples::ResidualChannel;
 use backseat_core::navigation::NavigationConfig;
 use backseat_data::log::Column;
 use backseat_data::stats::median;
@@ -30,19 +30,11 @@ struct Ping {
     slopes: [f64; COLUMNS],
 }
 
-struct Pings {
+struct Pinger {
     pings: Vec<Ping>,
 }
 
-/// What the whole route gave.
-pub struct Outcome {
-    /// Bench and diagnosis.
-    pub reduced: reduced::Reduced,
-    /// Before and after.
-    pub scores: [Scores; 2],
-}
-
-impl ReducedModel for Pings {
+impl LogModel for Pinger {
     fn columns(&self) -> usize {
         COLUMNS
     }
@@ -53,7 +45,7 @@ impl ReducedModel for Pings {
             .map(|ping| {
                 let known: f64 = ping.slopes.iter().zip(theta).map(|(slope, value)| slope * value).sum();
                 let residual = ping.pseudo_range_m - ping.range_m - known;
-                Row { t_s: ping.t_s, channel: Channel::Range, residual, slopes: ping.slopes.to_vec() }
+                Row { t_s: ping.t_s, channel: ResidualChannel::Range, residual, slopes: ping.slopes.to_vec() }
             })
             .collect()
     }
@@ -78,6 +70,11 @@ impl ReducedModel for Pings {
     fn block_s(&self) -> f64 {
         BLOCK_S
     }
+
+    fn measures(&self, theta: &[f64]) -> Measures {
+        let position = self.rows(theta).into_iter().map(|row| (row.t_s, row.residual)).collect();
+        Measures { position, against: Some("range to the pinger by GNSS"), ..Measures::default() }
+    }
 }
 
 /// Whether a log is one of pings without times of launch.
@@ -88,12 +85,12 @@ pub fn is_for(log: &Log) -> bool {
 
 /// Diagnoses a log of arrivals; `None` if it has too few of them with a position.
 #[must_use]
-pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<Outcome> {
+pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let c = NavigationConfig::REFERENCE.sound_speed_mps;
     let (model, period_s, missed) = pings(log, c)?;
-    let mut reduced = reduced::run(&model, log, vehicle)?;
-    let fitted = &reduced.theta[1];
-    let (drift, sigma) = (fitted[1] * 1e-6, reduced.sigmas[1] * 1e-6);
+    let mut found = selection::run(&model, log, vehicle)?;
+    let fitted = &found.theta[1];
+    let (drift, sigma) = (fitted[1] * 1e-6, found.sigmas[1] * 1e-6);
     let mut notes = vec![
         format!(
             "no times of launch: a pseudo-range model with the pinger's own clock; {} pings with a position, {missed} \
@@ -109,26 +106,20 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<Outcome> {
             period_s * sigma
         ));
     }
-    if reduced.sigmas[2] > 0.0 {
+    if found.sigmas[2] > 0.0 {
         notes.push(format!(
             "fitted: sound travels {:.0} m/s with one sigma of {:.0} m/s",
             c / (1.0 + fitted[2]),
-            c * reduced.sigmas[2]
+            c * found.sigmas[2]
         ));
     }
-    notes.append(&mut reduced.diagnosis.notes);
-    reduced.diagnosis.notes = notes;
-    let passes = [&reduced.diagnosis.before, &reduced.diagnosis.after];
-    let scores = [0, 1].map(|i| {
-        let position = model.rows(&reduced.theta[i]).into_iter().map(|row| (row.t_s, row.residual)).collect();
-        let measures = Measures { position, against: Some("range to the pinger by GNSS"), ..Measures::default() };
-        reduced::scores(&reduced.bench, passes[i], measures)
-    });
-    Some(Outcome { reduced, scores })
+    notes.append(&mut found.diagnosis.notes);
+    found.diagnosis.notes = notes;
+    Some(found)
 }
 
 /// Arrivals with positions, the period assumed, and how many pings were missed.
-fn pings(log: &Log, c: f64) -> Option<(Pings, f64, usize)> {
+fn pings(log: &Log, c: f64) -> Option<(Pinger, f64, usize)> {
     let start_us = log.rows.first()?.time_us;
     let seconds = |time_us: u64| (time_us - start_us) as f64 * 1e-6;
     let arrivals: Vec<f64> = log.rows.iter().filter_map(|row| row.arrival_us()).map(|us| us as f64 * 1e-6).collect();
@@ -175,7 +166,7 @@ fn pings(log: &Log, c: f64) -> Option<(Pings, f64, usize)> {
     for ping in &mut pings {
         ping.pseudo_range_m -= first;
     }
-    (pings.len() >= FEWEST).then_some((Pings { pings }, period_s, missed as usize))
+    (pings.len() >= FEWEST).then_some((Pinger { pings }, period_s, missed as usize))
 }
 
 /// Velocity by the positions before and after, m/s.
@@ -226,7 +217,7 @@ mod tests {
         let log = log(6.0);
         assert!(is_for(&log));
         let found = run(&log, &VehicleFile::reference()).unwrap();
-        let effects = &found.reduced.diagnosis.effects;
+        let effects = &found.diagnosis.effects;
         let value = |name: &str| effects.iter().find(|f| f.instance.candidate.effect == name).map(|f| f.values[0]);
         let ratio = value("sound_speed").unwrap();
         let truth = 1500.0 / 1515.0 - 1.0;
@@ -238,7 +229,7 @@ mod tests {
         assert!((fitted - 8.179 * (1.0 + 6e-6)).abs() < 3e-6, "{fitted}"); // one ms over 220 pings is 4.5 µs a ping
         let [before, after] = found.scores;
         assert!(after.position_rmse_m.unwrap() < 0.6 * before.position_rmse_m.unwrap());
-        assert!(found.reduced.diagnosis.structure.named.is_empty(), "{:?}", found.reduced.diagnosis.structure.named);
+        assert!(found.diagnosis.structure.named.is_empty(), "{:?}", found.diagnosis.structure.named);
     }
 
     #[test]

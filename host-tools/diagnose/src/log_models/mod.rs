@@ -1,0 +1,20 @@
+//! Logs without fins and propeller: each kind has the plainest model that it supports.
+//!
+//! A log model predicts scalars from what was logged and from the effects' sizes; it needs no filter. Its residuals are
+//! taken as first-order Gauss-Markov noise (a receiver's wander, waves, eddies), whose scatter and correlation time are
+//! estimated from the log with every known column fitted. Differencing neighbours by it whitens rows and slopes alike.
+//! From there on all is as with the vehicle's dynamics: hypotheses of the catalogue one by one on training blocks, judged
+//! on held-out ones, forward selection, alternatives; then the terms outside the catalogue that remain.
+
+pub mod dead_reckoning;
+mod describe;
+mod fit;
+pub mod glider;
+mod held_readings;
+mod model;
+pub mod pinger;
+mod selection;
+
+pub use fit::Noise;
+pub use model::{Entry, LogModel, Measures, Nameless, Row};
+pub use selection::LogModelDiagnosis;

@@ -1,0 +1,50 @@
+//! What a log model is: predicted scalars (rows) from what was logged and a vector θ of the effects' sizes.
+
+use crate::samples::ResidualChannel;
+
+/// One scalar: what was read less what the model says, and how the model moves with θ.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Time since the log's start, s.
+    pub t_s: f64,
+    /// Which scalar.
+    pub channel: ResidualChannel,
+    /// Measured minus predicted, in the channel's unit.
+    pub residual: f64,
+    /// ∂predicted/∂θ.
+    pub slopes: Vec<f64>,
+}
+
+/// An entry of the catalogue with the columns of θ that are its sizes.
+pub type Entry = (&'static str, Vec<usize>);
+/// Columns without a name in the catalogue, with what they stand for.
+pub type Nameless = (&'static str, Vec<usize>);
+
+/// A model of a log.
+pub trait LogModel: Sync {
+    /// Length of θ.
+    fn columns(&self) -> usize;
+    /// Rows at θ, in order of time within each channel.
+    fn rows(&self, theta: &[f64]) -> Vec<Row>;
+    /// Columns that every fit has: what the plain model leaves to be calibrated.
+    fn calibrated(&self) -> Vec<usize>;
+    /// What may be found.
+    fn entries(&self) -> Vec<Entry>;
+    /// What may be told of the rest.
+    fn nameless(&self) -> Vec<Nameless>;
+    /// Length of a block, s.
+    fn block_s(&self) -> f64;
+    /// Errors of velocity and position at θ.
+    fn measures(&self, theta: &[f64]) -> Measures;
+}
+
+/// What is scored beside whiteness.
+#[derive(Clone, Debug, Default)]
+pub struct Measures {
+    /// (time in s, error of a velocity in m/s).
+    pub velocity: Vec<(f64, f64)>,
+    /// (time in s, error of a position in m).
+    pub position: Vec<(f64, f64)>,
+    /// What the position is compared with.
+    pub against: Option<&'static str>,
+}

@@ -1,0 +1,156 @@
+//! Diagnosis by a log model: noise, hypotheses one by one, what remains, scores.
+
+use super::describe;
+use super::fit::{self, Noise};
+use super::model::{LogModel, Measures};
+use crate::alternatives::Alternative;
+use crate::candidates::{Candidate, Hypothesis, Scope};
+use crate::diagnosis::Diagnosis;
+use crate::prepared_log::{DataPart, PreparedLog};
+use crate::samples::{ResidualChannel, Samples};
+use crate::scores::{HORIZONS_S, PREDICTED, Scores, whiteness};
+use crate::search::{self, MOST_EFFECTS, Round};
+use crate::structure::Structure;
+use crate::verdict::{self, Conditions};
+use crate::whitener::Setup;
+use backseat_core::effects::EffectSet;
+use backseat_core::navigation::SurfaceNoise;
+use backseat_data::stats::rms;
+use backseat_data::{Log, VehicleFile};
+
+/// Probability of the remaining residuals under whiteness below which they have structure.
+const STRUCTURE: f64 = 1e-4;
+/// Blocks that a log must have for each number of an effect: with fewer, anything fits.
+const BLOCKS_A_NUMBER: usize = 8;
+
+/// A diagnosis by a log model.
+pub struct LogModelDiagnosis {
+    /// The log made ready.
+    pub log_data: PreparedLog,
+    /// What was found.
+    pub diagnosis: Diagnosis,
+    /// θ of the plain model and with the effects.
+    pub theta: [Vec<f64>; 2],
+    /// One sigma of every column of θ with the effects; 0 where it was not fitted.
+    pub sigmas: Vec<f64>,
+    /// Noise taken, by channel.
+    pub noise: Vec<Noise>,
+    /// Before and after, on the held-out blocks.
+    pub scores: [Scores; 2],
+}
+
+/// Diagnoses a log by a log model; `None` where θ cannot be fitted at all.
+#[must_use]
+pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
+    let mut log_data = empty(log, vehicle, model.block_s());
+    let calibrated = model.calibrated();
+    let zero = vec![0.0; model.columns()];
+    let noise = fit::noise(model, &log_data, &calibrated)?;
+    let plain = fit::solve(model, &log_data, &noise, &calibrated, &zero, DataPart::Train)?;
+    log_data.declared = fit::pass(model, &noise, &plain);
+    for residual in &log_data.declared.residuals {
+        log_data.scope.present[residual.channel as usize] = true;
+    }
+    let hypotheses: Vec<Hypothesis> =
+        model.entries().into_iter().map(|(effect, free)| hypothesis(effect, free)).collect();
+    let (mut chosen, mut rounds): (Vec<Hypothesis>, Vec<Round>) = (Vec::new(), Vec::new());
+    let mut theta = plain.clone();
+    let blocks = log_data.declared.normal.blocks.iter().filter(|block| block.count > 0).count();
+    while chosen.len() < MOST_EFFECTS {
+        let left: Vec<Hypothesis> = hypotheses.iter().filter(|h| !chosen.contains(h)).cloned().collect();
+        let round = search::judge(&log_data, &fit::pass(model, &noise, &theta), &left, &free(&calibrated, &chosen));
+        let fitted: usize = chosen.iter().map(|h| h.free.len()).sum();
+        let most = (blocks / BLOCKS_A_NUMBER).saturating_sub(fitted);
+        let stands = |e: &&search::Evidence| round.is_significant(e) && e.degrees <= most;
+        let best = round.ladder.iter().find(stands).map(|e| e.instance.candidate);
+        rounds.push(round);
+        let Some(hypothesis) = best.and_then(|best| left.into_iter().find(|h| h.candidate == best)) else { break };
+        chosen.push(hypothesis);
+        match fit::solve(model, &log_data, &noise, &free(&calibrated, &chosen), &theta, DataPart::Train) {
+            Some(fitted) => theta = fitted,
+            None => {
+                chosen.pop();
+                break;
+            }
+        }
+    }
+    let after = fit::pass(model, &noise, &theta);
+    let tried = rounds.first().map_or(1, |round| round.tried) as f64;
+    let described = describe::Described { model, log_data: &log_data, noise: &noise, theta: &theta, after: &after };
+    let (effects, sigmas) = described.effects(&calibrated, &chosen, &hypotheses, tried)?;
+    let named = described.nameless(&free(&calibrated, &chosen));
+    let is_ambiguous = effects.iter().any(|found| found.alternatives.iter().any(Alternative::is_possible));
+    let tests = whiteness(&log_data, &after);
+    let is_coloured = tests.iter().any(|w| w.p * (tests.len() as f64) < STRUCTURE);
+    let rule = verdict::decide(&Conditions {
+        structure_remains: is_coloured || !named.is_empty(),
+        has_effects: !effects.is_empty(),
+        has_alternatives: is_ambiguous,
+        ..Conditions::default()
+    });
+    let open = described.open(&free(&calibrated, &chosen), hypotheses.iter().filter(|h| !chosen.contains(h)));
+    let held =
+        format!("blocks of {:.0} s: nine of every 27, and the last fifth of the log, are held out", model.block_s());
+    let notes = open.into_iter().chain(noise.iter().map(Noise::describe)).chain([held]).collect();
+    let structure = Structure { named, ..Structure::default() };
+    let before = log_data.declared.clone();
+    let diagnosis = Diagnosis { verdict: rule.verdict, effects, rounds, structure, before, after, notes };
+    let scores = [(&diagnosis.before, &plain), (&diagnosis.after, &theta)]
+        .map(|(pass, theta)| scores(&log_data, pass, model.measures(theta)));
+    Some(LogModelDiagnosis { log_data, diagnosis, theta: [plain, theta], sigmas, noise, scores })
+}
+
+/// Columns free together.
+pub(super) fn free(calibrated: &[usize], chosen: &[Hypothesis]) -> Vec<usize> {
+    calibrated.iter().copied().chain(chosen.iter().flat_map(|h| h.free.clone())).collect()
+}
+
+fn hypothesis(effect: &'static str, free: Vec<usize>) -> Hypothesis {
+    Hypothesis { candidate: Candidate { effect, fin: None, onset_s: None }, free, fixed: Vec::new() }
+}
+
+/// A prepared log without samples of a vehicle's dynamics.
+fn empty(log: &Log, vehicle: &VehicleFile, block_s: f64) -> PreparedLog {
+    let samples = Samples { duration_s: log.duration_s(), ..Samples::default() };
+    let present = [false; ResidualChannel::COUNT];
+    let scope = Scope { present, has_density: false, duration_s: samples.duration_s, declared: EffectSet::NONE };
+    let setup = Setup {
+        parameters: vehicle.parameters,
+        noise: vehicle.noise,
+        surface: SurfaceNoise::DYNAMIC,
+        sensors: vehicle.sensors,
+        ship_transducer_depth_m: 0.0,
+        scale: [1.0; ResidualChannel::COUNT],
+        outliers: Vec::new(),
+        block_s,
+    };
+    PreparedLog {
+        setup,
+        samples,
+        scope,
+        own_scale: [1.0; ResidualChannel::COUNT],
+        declared: crate::whitener::Pass::default(),
+    }
+}
+
+/// Scores of one pass with its errors, on the held-out blocks.
+#[must_use]
+pub fn scores(log_data: &PreparedLog, pass: &crate::whitener::Pass, measures: Measures) -> Scores {
+    let held = |errors: &[(f64, f64)]| {
+        let of: Vec<f64> = errors.iter().filter(|(t_s, _)| log_data.is_held(*t_s)).map(|(_, error)| *error).collect();
+        rms(&of)
+    };
+    let whiteness = whiteness(log_data, pass);
+    let tested = whiteness.len().max(1) as f64;
+    let position_rmse_m = held(&measures.position);
+    Scores {
+        velocity_rmse_mps: held(&measures.velocity),
+        position_rmse_m,
+        position_against: measures.against.filter(|_| position_rmse_m.is_some()),
+        innovation_whiteness_p: (whiteness.iter().map(|w| w.p).fold(1.0, f64::min) * tested).min(1.0),
+        max_autocorrelation: whiteness.iter().flat_map(|w| &w.correlation).fold(0.0, |largest, r| r.abs().max(largest)),
+        whiteness,
+        prediction: vec![[None; HORIZONS_S.len()]; PREDICTED.len()],
+        position_errors: measures.position,
+    }
+}

@@ -1,0 +1,164 @@
+//! The verdict on a log: one table of rules, read from the top; the first one whose condition holds decides.
+
+/// What the log says about the declared model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The declared model leaves nothing significant.
+    None,
+    /// The effects found account for what the declared model leaves.
+    Explained,
+    /// The effects found account for it, and other entries of the catalogue would as well.
+    Ambiguous,
+    /// Structure remains that no entry of the catalogue accounts for.
+    Unexplained,
+}
+
+impl Verdict {
+    /// As in the JSON object.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Explained => "explained",
+            Self::Ambiguous => "ambiguous",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// What the verdict depends on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Conditions {
+    /// Significant terms outside the catalogue remain beside the effects.
+    pub structure_remains: bool,
+    /// Σ e² is larger than the declared noise makes it.
+    pub exceeds_noise: bool,
+    /// As many generic terms as effects explain more than the effects do.
+    pub generic_terms_fit_better: bool,
+    /// The innovations are not white: p below [`LEAST_WHITENESS_P`].
+    pub is_coloured: bool,
+    /// At least one effect of the catalogue was found.
+    pub has_effects: bool,
+    /// An entry of another name could stand in for one that was found.
+    pub has_alternatives: bool,
+}
+
+/// A verdict of "none" is refused below this probability of the held-out innovations under whiteness.
+pub const LEAST_WHITENESS_P: f64 = 1e-12;
+
+/// One row of the table.
+pub struct VerdictRule {
+    /// The condition in words.
+    pub condition: &'static str,
+    /// The condition.
+    pub holds: fn(&Conditions) -> bool,
+    /// What follows.
+    pub verdict: Verdict,
+}
+
+/// The table; its last row always holds.
+pub const RULES: [VerdictRule; 7] = [
+    VerdictRule {
+        condition: "significant terms outside the catalogue remain",
+        holds: |c| c.structure_remains,
+        verdict: Verdict::Unexplained,
+    },
+    VerdictRule {
+        condition: "the residual is larger than the declared noise",
+        holds: |c| c.exceeds_noise,
+        verdict: Verdict::Unexplained,
+    },
+    VerdictRule {
+        condition: "generic terms explain the residual better than the effects found",
+        holds: |c| c.has_effects && c.generic_terms_fit_better,
+        verdict: Verdict::Unexplained,
+    },
+    VerdictRule {
+        condition: "no effect was found and the innovations are not white",
+        holds: |c| !c.has_effects && c.is_coloured,
+        verdict: Verdict::Unexplained,
+    },
+    VerdictRule { condition: "no effect was found", holds: |c| !c.has_effects, verdict: Verdict::None },
+    VerdictRule {
+        condition: "another entry could stand in for an effect found",
+        holds: |c| c.has_alternatives,
+        verdict: Verdict::Ambiguous,
+    },
+    VerdictRule { condition: "effects were found", holds: |_| true, verdict: Verdict::Explained },
+];
+
+/// The first rule that holds.
+#[must_use]
+pub fn decide(conditions: &Conditions) -> &'static VerdictRule {
+    RULES.iter().find(|rule| (rule.holds)(conditions)).unwrap_or(&RULES[RULES.len() - 1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOTHING: Conditions = Conditions {
+        structure_remains: false,
+        exceeds_noise: false,
+        generic_terms_fit_better: false,
+        is_coloured: false,
+        has_effects: false,
+        has_alternatives: false,
+    };
+
+    /// The least that makes each row decide.
+    const ROWS: [Conditions; RULES.len()] = [
+        Conditions { structure_remains: true, ..NOTHING },
+        Conditions { exceeds_noise: true, ..NOTHING },
+        Conditions { generic_terms_fit_better: true, has_effects: true, ..NOTHING },
+        Conditions { is_coloured: true, ..NOTHING },
+        NOTHING,
+        Conditions { has_effects: true, has_alternatives: true, ..NOTHING },
+        Conditions { has_effects: true, ..NOTHING },
+    ];
+
+    #[test]
+    fn each_row_decides_by_its_own_condition() {
+        for (rule, conditions) in RULES.iter().zip(&ROWS) {
+            assert_eq!(decide(conditions).condition, rule.condition);
+        }
+    }
+
+    #[test]
+    fn a_row_above_outranks_every_row_below() {
+        let both = |a: &Conditions, b: &Conditions| Conditions {
+            structure_remains: a.structure_remains || b.structure_remains,
+            exceeds_noise: a.exceeds_noise || b.exceeds_noise,
+            generic_terms_fit_better: a.generic_terms_fit_better || b.generic_terms_fit_better,
+            is_coloured: a.is_coloured || b.is_coloured,
+            has_effects: a.has_effects || b.has_effects,
+            has_alternatives: a.has_alternatives || b.has_alternatives,
+        };
+        for (i, (rule, above)) in RULES.iter().zip(&ROWS).enumerate() {
+            for below in ROWS.iter().skip(i + 1) {
+                let together = both(above, below);
+                if (rule.holds)(&together) {
+                    let decided = RULES.iter().position(|rule| rule.condition == decide(&together).condition);
+                    assert!(decided <= Some(i), "{}: {together:?}", rule.condition);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn none_is_never_said_of_coloured_innovations() {
+        for bits in 0..64_u8 {
+            let bit = |place: u8| bits & (1 << place) != 0;
+            let conditions = Conditions {
+                structure_remains: bit(0),
+                exceeds_noise: bit(1),
+                generic_terms_fit_better: bit(2),
+                is_coloured: bit(3),
+                has_effects: bit(4),
+                has_alternatives: bit(5),
+            };
+            let verdict = decide(&conditions).verdict;
+            assert!(verdict != Verdict::None || !(conditions.is_coloured || conditions.has_effects), "{conditions:?}");
+        }
+    }
+}
