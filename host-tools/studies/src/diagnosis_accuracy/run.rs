@@ -91,7 +91,8 @@ pub fn run(build: &str, class: Class, spec: &Spec, seed: u64) -> anyhow::Result<
     let data = dataset::simulate(spec, seed);
     let mut log_data = ready(&data, spec)?;
     let declared_set = spec.vehicle.effects.set;
-    let d = diagnosis::run(&mut log_data, |_| {}).context("a state of the filter is not finite: check the units and signs of the log")?;
+    let d = diagnosis::run(&mut log_data, |_| {})
+        .context("a state of the filter is not finite: check the units and signs of the log")?;
     let score = |log_data: &PreparedLog, data: &Dataset, pass: &Pass, set: &EffectSet| -> anyhow::Result<Errors> {
         let scores = scores::of(log_data, pass, set, &data.log, &spec.vehicle, Some(&data.truth), spec.dvl);
         Ok(Errors::of(&scores.map_err(|error| anyhow!("{error}"))?))
