@@ -74,9 +74,10 @@ impl VehicleModel {
         })
     }
 
-    /// Takes over plant parameters that differ in anything but inertia and the fins' places; unchecked.
+    /// Takes over plant parameters that differ in anything but the fins' places; unchecked.
     pub(crate) fn retune(&mut self, parameters: &VehicleParameters) {
         self.parameters = *parameters;
+        self.inverse_mass = Vector6::from(parameters.m_diag.map(|m| 1.0 / m));
         self.restoring = Restoring::new(parameters);
         self.propeller = Propeller::new(parameters);
         self.section = FinSection::new(parameters);
@@ -151,6 +152,15 @@ impl VehicleModel {
         }
         columns[(0, 4)] = input.propeller_radps * input.propeller_radps.abs();
         columns
+    }
+
+    /// ∂wrench/∂δ of each fin, order of [`ActuatorInput::fins_rad`]: N and N m per rad.
+    pub(crate) fn fin_wrenches_by_delta(&self, v: &Vector6<f64>, fins_rad: &[f64; FINS]) -> [Vector6<f64>; FINS] {
+        let mut wrenches = [Vector6::zeros(); FINS];
+        for ((wrench, fin), &delta) in wrenches.iter_mut().zip(&self.fins).zip(fins_rad) {
+            *wrench = fin.wrench_by_delta(&self.section, v, delta);
+        }
+        wrenches
     }
 
     /// ∂(actuator wrench)/∂ξ, ξ = [propeller, top, bottom, port, starboard]: N and N m per rad/s or rad.

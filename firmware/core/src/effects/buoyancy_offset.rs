@@ -2,8 +2,9 @@
 //!
 //! Ballast, or water of another density if nothing else follows it.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{Confusion, EffectInfo, Enters, Hooks, Motion, ParameterInfo};
 use crate::dynamics::VehicleParameters;
+use nalgebra::{Vector3, Vector6};
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -24,11 +25,18 @@ pub const INFO: EffectInfo = EffectInfo {
             separating_manoeuvre: "a CTD",
         },
     ],
-    hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
+    hooks: Hooks { plant: Some(plant), wrench_by: Some(wrench_by), ..Hooks::NONE },
 };
 
 fn plant(values: &[f64], _: f64, plant: &mut VehicleParameters) {
     if let [offset] = values {
         plant.displaced_mass_kg += offset;
     }
+}
+
+/// Buoyancy acts against s at the centre of buoyancy, b from the centre of gravity.
+fn wrench_by(_: usize, at: &Motion<'_>) -> Vector6<f64> {
+    let force = at.down * -at.plant.g_mps2;
+    let moment = Vector3::from(at.plant.b_cb_to_cg_m).cross(at.down) * at.plant.g_mps2;
+    Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
 }

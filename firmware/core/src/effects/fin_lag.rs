@@ -11,26 +11,40 @@ pub const INFO: EffectInfo = EffectInfo {
     equations: "delta_dot = (delta_c - delta) / s",
     signature: "rates lag the model where fins move; nothing in steady flight",
     confused_with: &[],
-    hooks: Hooks { input: Some(input), ..Hooks::NONE },
+    hooks: Hooks { input: Some(input), fins_by: Some(fins_by), ..Hooks::NONE },
 };
 
-/// The mean of the fins' angles over the step, from which the impulse on the vehicle follows.
+/// The mean of the fins' angles over the step, from which the impulse on the vehicle follows, and its derivative by the
+/// lag. A lag of zero has a derivative as well: the angle that a small lag would have added.
 fn input(values: &[f64], step: &Step, memory: &mut ActuatorMemory, input: &mut ActuatorInput) {
     let [lag_s] = values else { return };
-    if !(*lag_s > 0.0 && step.h_s > 0.0) {
+    if step.h_s.is_nan() || step.h_s <= 0.0 {
         return;
     }
     let commanded = input.fins_rad;
     let before = memory.fins_rad.unwrap_or(commanded);
-    let decay = libm::exp(-step.h_s / lag_s);
-    let mean = (1.0 - decay) * lag_s / step.h_s;
-    let mut after = commanded;
+    // The part of the gap that is left at the end, its mean, and their derivatives by the lag.
+    let (decay, mean, decay_by, mean_by) = if *lag_s > 0.0 {
+        let steps = step.h_s / lag_s;
+        let decay = libm::exp(-steps);
+        let mean = (1.0 - decay) / steps;
+        (decay, mean, decay * steps / lag_s, (1.0 - decay - steps * decay) / step.h_s)
+    } else {
+        (0.0, 0.0, 0.0, 1.0 / step.h_s)
+    };
+    let (mut after, before_by) = (commanded, memory.fins_by_lag);
     for i in 0..FINS {
         let gap = before[i] - commanded[i];
         after[i] += gap * decay;
         input.fins_rad[i] += gap * mean;
+        memory.mean_by_lag[i] = before_by[i] * mean + gap * mean_by;
+        memory.fins_by_lag[i] = before_by[i] * decay + gap * decay_by;
     }
     memory.fins_rad = Some(after);
+}
+
+fn fins_by(_: usize, memory: &ActuatorMemory) -> [f64; FINS] {
+    memory.mean_by_lag
 }
 
 #[cfg(test)]
@@ -40,7 +54,7 @@ mod tests {
     #[test]
     fn val_a_step_is_followed_exponentially_whatever_the_steps() {
         for steps in [1_u32, 7, 40] {
-            let mut memory = ActuatorMemory { fins_rad: Some([0.0; FINS]) };
+            let mut memory = ActuatorMemory { fins_rad: Some([0.0; FINS]), ..ActuatorMemory::default() };
             let mut area = 0.0;
             let h_s = 0.8 / f64::from(steps);
             for _ in 0..steps {

@@ -1,14 +1,16 @@
 //! How effects enter the models.
 
 use crate::dynamics::{ActuatorInput, FINS, VehicleParameters};
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 
 /// Changes plant parameters at a time, s since the epoch.
 pub type PlantHook = fn(values: &[f64], t_s: f64, plant: &mut VehicleParameters);
 /// ∂(applied wrench)/∂(parameter `index`), N and N m per unit.
-pub type WrenchHook = fn(index: usize, velocity: &Vector6<f64>, input: &ActuatorInput) -> Vector6<f64>;
+pub type WrenchHook = fn(index: usize, at: &Motion<'_>) -> Vector6<f64>;
 /// Turns commands into what actuators do.
 pub type InputHook = fn(values: &[f64], step: &Step, memory: &mut ActuatorMemory, input: &mut ActuatorInput);
+/// ∂(fin angles)/∂(parameter `index`) over the step just taken, rad per unit.
+pub type FinsHook = fn(index: usize, memory: &ActuatorMemory) -> [f64; FINS];
 /// Velocity of the water [north, east], m/s.
 pub type WaterHook = fn(values: &[f64]) -> [f64; 2];
 /// Variance added to each scalar of a channel.
@@ -28,6 +30,9 @@ pub struct Hooks {
     pub wrench_by: Option<WrenchHook>,
     /// Turns what was commanded into what the actuators did over a step.
     pub input: Option<InputHook>,
+    /// ∂(fin angles over the step)/∂(parameter), rad per unit of the parameter `index`, of an entry with `input` that
+    /// may be a state of the filter.
+    pub fins_by: Option<FinsHook>,
     /// Velocity of the water over ground [north, east], m/s: linear in the values.
     pub water: Option<WaterHook>,
     /// Changes what sensors read.
@@ -44,17 +49,37 @@ impl Hooks {
         plant: None,
         wrench_by: None,
         input: None,
+        fins_by: None,
         water: None,
         measure: None,
         variance: None,
         gate_sigma: None,
     };
 
+    /// Whether parameters of the entry that are states change the acceleration.
+    #[must_use]
+    pub const fn accelerates(&self) -> bool {
+        self.wrench_by.is_some() || self.fins_by.is_some()
+    }
+
     /// Whether the filter can hold the entry's parameters as states.
     #[must_use]
     pub const fn may_be_state(&self) -> bool {
-        self.water.is_some() || self.measure.is_some() || self.wrench_by.is_some()
+        self.water.is_some() || self.measure.is_some() || self.accelerates()
     }
+}
+
+/// What the vehicle does at one instant, as the derivatives of its wrench need it.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion<'a> {
+    /// Body velocity through the water, m/s and rad/s.
+    pub velocity: &'a Vector6<f64>,
+    /// s = Rᵀ e3.
+    pub down: &'a Vector3<f64>,
+    /// What the actuators do.
+    pub input: &'a ActuatorInput,
+    /// The plant, effects included.
+    pub plant: &'a VehicleParameters,
 }
 
 /// One step of the process model.
@@ -71,6 +96,10 @@ pub struct Step {
 pub struct ActuatorMemory {
     /// Where the fins were at the end of the last step, rad; `None` before the first.
     pub fins_rad: Option<[f64; FINS]>,
+    /// ∂(fins_rad)/∂(lag), rad/s.
+    pub fins_by_lag: [f64; FINS],
+    /// The same of the mean angle over the last step.
+    pub mean_by_lag: [f64; FINS],
 }
 
 /// What is measured together.

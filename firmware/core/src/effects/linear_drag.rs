@@ -2,8 +2,8 @@
 //!
 //! A fouled hull, an added instrument. Serves as the filter's drag factor: its state is `surge_ns_per_m`.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
-use crate::dynamics::{ActuatorInput, VehicleParameters};
+use super::{Confusion, EffectInfo, Enters, Hooks, Motion, ParameterInfo};
+use crate::dynamics::VehicleParameters;
 use nalgebra::Vector6;
 
 /// The catalogue's entry.
@@ -44,6 +44,6 @@ fn plant(values: &[f64], _: f64, plant: &mut VehicleParameters) {
     }
 }
 
-fn wrench_by(_: usize, velocity: &Vector6<f64>, _: &ActuatorInput) -> Vector6<f64> {
-    Vector6::new(-velocity[0], 0.0, 0.0, 0.0, 0.0, 0.0)
+fn wrench_by(_: usize, at: &Motion<'_>) -> Vector6<f64> {
+    Vector6::new(-at.velocity[0], 0.0, 0.0, 0.0, 0.0, 0.0)
 }

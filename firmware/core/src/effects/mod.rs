@@ -39,7 +39,7 @@ pub mod water_density;
 pub mod waves;
 
 pub use hooks::{
-    ActuatorMemory, GateHook, Hooks, InputHook, Measure, Moment, PlantHook, SensorChannel, Slopes, Step, VarianceHook,
+    ActuatorMemory, FinsHook, GateHook, Hooks, InputHook, Measure, Moment, Motion, PlantHook, SensorChannel, Slopes, Step, VarianceHook,
     WaterHook, WrenchHook,
 };
 pub use info::{Confusion, EffectInfo, Enters, ParameterInfo, ParameterKind};

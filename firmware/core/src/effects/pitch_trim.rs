@@ -2,8 +2,9 @@
 //!
 //! The angle is atan(b_x / b_z), b from the centre of buoyancy to the centre of gravity, beyond what is declared.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{Confusion, EffectInfo, Enters, Hooks, Motion, ParameterInfo};
 use crate::dynamics::VehicleParameters;
+use nalgebra::Vector6;
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
@@ -29,11 +30,21 @@ pub const INFO: EffectInfo = EffectInfo {
             separating_manoeuvre: "two propeller speeds, or a minute at rest",
         },
     ],
-    hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
+    hooks: Hooks { plant: Some(plant), wrench_by: Some(wrench_by), ..Hooks::NONE },
 };
 
 fn plant(values: &[f64], _: f64, plant: &mut VehicleParameters) {
     if let ([angle], [x, _, z]) = (values, &mut plant.b_cb_to_cg_m) {
         *x = *z * libm::tan(libm::atan2(*x, *z) + angle);
     }
+}
+
+/// ∂b_x/∂rad = b_z (1 + (b_x / b_z)²), and the moment B × s of it.
+fn wrench_by(_: usize, at: &Motion<'_>) -> Vector6<f64> {
+    let [x, _, z] = at.plant.b_cb_to_cg_m;
+    if z == 0.0 {
+        return Vector6::zeros();
+    }
+    let moment_nm = at.plant.displaced_mass_kg * at.plant.g_mps2 * (z + x * x / z);
+    Vector6::new(0.0, 0.0, 0.0, 0.0, -moment_nm * at.down.z, moment_nm * at.down.y)
 }

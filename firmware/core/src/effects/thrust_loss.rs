@@ -2,8 +2,8 @@
 //!
 //! Serves as the filter's thrust factor: its state is `k_n_s2_per_rad_m`.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
-use crate::dynamics::{ActuatorInput, VehicleParameters};
+use super::{Confusion, EffectInfo, Enters, Hooks, Motion, ParameterInfo};
+use crate::dynamics::VehicleParameters;
 use nalgebra::Vector6;
 
 /// The catalogue's entry.
@@ -44,6 +44,6 @@ fn plant(values: &[f64], _: f64, plant: &mut VehicleParameters) {
     }
 }
 
-fn wrench_by(_: usize, velocity: &Vector6<f64>, input: &ActuatorInput) -> Vector6<f64> {
-    Vector6::new(-input.propeller_radps * velocity[0], 0.0, 0.0, 0.0, 0.0, 0.0)
+fn wrench_by(_: usize, at: &Motion<'_>) -> Vector6<f64> {
+    Vector6::new(-at.input.propeller_radps * at.velocity[0], 0.0, 0.0, 0.0, 0.0, 0.0)
 }

@@ -62,6 +62,21 @@ pub fn theta_of(parameters: &VehicleParameters) -> Theta {
     ])
 }
 
+/// Multiplies θ_j of a vehicle by a factor; w and B are not factors of anything and stay.
+pub fn scale(parameters: &mut VehicleParameters, j: usize, factor: f64) {
+    let place = match j {
+        M11..D11 => parameters.m_diag.get_mut(j - M11),
+        D11..W => parameters.quadratic_diag.get_mut(j - D11),
+        BETA1 | 17 => parameters.cd.get_mut(j - BETA1),
+        18 | 19 => parameters.cl.get_mut(j - BETA1 - 2),
+        BETA5 => Some(&mut parameters.beta5_n_s2_per_rad2),
+        _ => None,
+    };
+    if let Some(value) = place {
+        *value *= factor;
+    }
+}
+
 /// The vehicle whose θ this is.
 ///
 /// θ holds w and B = ρV g b but neither the mass nor the displacement: the displaced mass stays that of `base`

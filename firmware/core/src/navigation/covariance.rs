@@ -223,22 +223,6 @@ impl Covariance {
         self.columns[target][target] += a * (2.0 * cross + a * variance);
     }
 
-    /// T P Tᵀ with T = I + Σ γ_i e_i e_sourceᵀ over the vehicle's states i, source behind them; `g` is scratch.
-    pub(super) fn shear_vehicle(&mut self, n: usize, source: usize, gamma: &[f64; VEHICLE_STATES], g: &mut Vector) {
-        self.times_row(n, &Row::unit(source), g);
-        let variance = self.get(source, source);
-        let n = n.min(N_MAX);
-        for j in 0..VEHICLE_STATES {
-            let (column, cross) = (&mut self.columns[j], g[j] + gamma[j] * variance);
-            for i in j..VEHICLE_STATES {
-                column[i] += gamma[j] * g[i] + gamma[i] * cross;
-            }
-            for (p, g) in column.iter_mut().zip(g.iter()).take(n).skip(VEHICLE_STATES) {
-                *p += gamma[j] * g;
-            }
-        }
-    }
-
     /// The vehicle block as a full matrix.
     pub(super) fn vehicle_block(&self, full: &mut [[f64; VEHICLE_STATES]; VEHICLE_STATES]) {
         for j in 0..VEHICLE_STATES {

@@ -178,23 +178,24 @@ impl Discretisation {
         add_outer::<8, 2>(&mut self.q, &sets);
     }
 
-    /// Γ by the same rule as Q_d.
+    /// Γ = ∫ e^{F s} ds ∂v̇/∂state, the integral by the same rule as Q_d and once for all states.
     #[inline(never)]
     fn integrate_effects(&mut self, h: f64) {
         let [early, late] = &self.nodes;
         let (_, end) = self.phi.split_at(VELOCITIES);
+        let mut integral: Driven = [[0.0; VEHICLE_STATES]; DRIVING.len() - VELOCITIES];
+        for (k, (((column, early), late), end)) in integral.iter_mut().zip(early).zip(late).zip(end).enumerate() {
+            if let Some(own) = column.get_mut(U + k) {
+                *own = END_WEIGHT * h;
+            }
+            add(column, NODE_WEIGHT * h, early);
+            add(column, NODE_WEIGHT * h, late);
+            add(column, END_WEIGHT * h, end);
+        }
         for effect in self.effects.iter_mut().take(self.effect_count) {
-            let gamma = &mut effect.gamma;
-            *gamma = [0.0; VEHICLE_STATES];
-            for (k, a) in effect.acceleration.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-                if let Some(own) = gamma.get_mut(U + k) {
-                    *own += END_WEIGHT * h * a;
-                }
-                for (columns, weight) in [(&early[..], NODE_WEIGHT), (&late[..], NODE_WEIGHT), (end, END_WEIGHT)] {
-                    if let Some(column) = columns.get(k) {
-                        add(gamma, weight * h * a, column);
-                    }
-                }
+            effect.gamma = [0.0; VEHICLE_STATES];
+            for (a, column) in effect.acceleration.iter().zip(&integral).filter(|(a, _)| **a != 0.0) {
+                add(&mut effect.gamma, *a, column);
             }
         }
     }

@@ -1,25 +1,131 @@
-//! Effects whose size the filter estimates.
+//! What the filter estimates beside the vehicle: effects, parameters of the model, trims of the fins, currents that change.
 
 use super::ConfigError;
 use super::layout::MAX_EFFECTS;
 use crate::effects::ParameterId;
+use crate::identification::theta::{BETA1, BETA5, D11, M11, NAMES};
 
-/// One parameter of an effect as a state: a random walk that starts at its value in the effect set.
+/// What an augmented state stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StateParameter {
+    /// A parameter of an effect of the catalogue, in its unit.
+    Effect(ParameterId),
+    /// Rate of change of the current, 0 north, 1 east, m/s².
+    CurrentRate(u8),
+    /// ln of true over declared θ_j, by the index j in θ. The exponential keeps the parameter's sign, and makes errors of
+    /// 20 % as linear as errors of 2 %.
+    LogFactor(u8),
+    /// Both rudders stand off their commands, rad, positive to starboard (0), or both elevators, positive nose up (1).
+    FinTrim(u8),
+}
+
+/// A log-factor never leaves ± this: a factor of e.
+pub(super) const LARGEST_LOG_FACTOR: f64 = 1.0;
+
+impl StateParameter {
+    /// Its place in the order of the states: current, current rates, other effects, factors, trims.
+    fn order(self) -> usize {
+        match self {
+            Self::Effect(id) if id.effect().hooks.water.is_some() => id.place(),
+            Self::CurrentRate(axis) => 100 + usize::from(axis),
+            Self::Effect(id) => 200 + id.place(),
+            Self::LogFactor(j) => 300 + usize::from(j),
+            Self::FinTrim(axis) => 400 + usize::from(axis),
+        }
+    }
+
+    /// Name of the group: the effect, or what the state is.
+    #[must_use]
+    pub fn group(self) -> &'static str {
+        match self {
+            Self::Effect(id) => id.effect().name,
+            Self::CurrentRate(_) => "current_rate",
+            Self::LogFactor(_) => "log_factor",
+            Self::FinTrim(_) => "fin_trim",
+        }
+    }
+
+    /// Name within the group, as in files and reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Effect(id) => id.info().name,
+            Self::CurrentRate(axis) => ["north_mps2", "east_mps2"].get(usize::from(axis)).copied().unwrap_or_default(),
+            Self::LogFactor(j) => NAMES.get(usize::from(j)).copied().unwrap_or_default(),
+            Self::FinTrim(axis) => ["yaw_rad", "pitch_rad"].get(usize::from(axis)).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Whether it belongs to the vehicle and is kept from one dive to the next; the water is another each time.
+    #[must_use]
+    pub fn is_of_the_vehicle(self) -> bool {
+        match self {
+            Self::Effect(id) => id.effect().hooks.water.is_none(),
+            Self::CurrentRate(_) => false,
+            Self::LogFactor(_) | Self::FinTrim(_) => true,
+        }
+    }
+}
+
+/// One parameter as a state: a random walk that starts at its declared value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectState {
     /// Which.
-    pub parameter: ParameterId,
+    pub parameter: StateParameter,
     /// One sigma at initialisation, in the parameter's unit.
     pub initial_sigma: f64,
     /// √PSD of the random walk, in the parameter's unit per √s.
     pub random_walk_per_sqrt_s: f64,
 }
 
-/// The effect states, in the order of the catalogue.
+/// The augmented states, in their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EffectStates {
     states: [Option<EffectState>; MAX_EFFECTS],
 }
+
+/// One sigma of what nobody declares, for [`EffectStates::robust`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobustPriors {
+    /// Relative one sigma of the parameters of the model, and their walk, 1/√s.
+    pub parameters: [f64; 2],
+    /// Current per axis, m/s, and its walk, m/s/√s.
+    pub current: [f64; 2],
+    /// Rate of change of the current, m/s², and its walk, m/s²/√s; zero: the current has no rate states.
+    pub current_rate: [f64; 2],
+    /// Constant part of the compass error, rad.
+    pub heading_constant_rad: f64,
+    /// Sine and cosine part, rad.
+    pub hard_iron_rad: f64,
+    /// Trim of the rudders and of the elevators, rad.
+    pub fin_trim_rad: f64,
+    /// Displaced mass, kg.
+    pub buoyancy_kg: f64,
+    /// Pitch trim (centre of gravity ahead or astern), rad.
+    pub pitch_trim_rad: f64,
+    /// Servo lag, s.
+    pub fin_lag_s: f64,
+}
+
+impl RobustPriors {
+    /// Parameters 10 %, a current of some tenths of a metre per second, a compass of 2 degrees after calibration, fins set by
+    /// eye, ballast by scale. 2 mm of the reference vehicle's 15 mm lever are 0.13 rad of pitch trim.
+    pub const DEFAULT: Self = Self {
+        parameters: [0.1, 3.0e-5],
+        current: [0.3, 5.0e-5],
+        current_rate: [0.0, 0.0],
+        heading_constant_rad: 0.035,
+        hard_iron_rad: 0.0175,
+        fin_trim_rad: 0.0175,
+        buoyancy_kg: 0.1,
+        pitch_trim_rad: 0.133,
+        fin_lag_s: 0.15,
+    };
+}
+
+/// The parameters that an hour of turns and dives without a DVL shows; the others follow from the covariance of these or
+/// hardly matter (m44, m55, d22 to d55, beta2, beta4).
+const LEARNT: [usize; 8] = [M11, M11 + 1, M11 + 2, D11, D11 + 5, BETA1, BETA1 + 2, BETA5];
 
 impl EffectStates {
     /// None.
@@ -34,7 +140,43 @@ impl EffectStates {
         with(with(Self::NONE, "north_mps"), "east_mps")
     }
 
-    /// These and one more.
+    /// Everything that is usually not known of a vehicle, its compass and the water; zero priors are left out.
+    #[must_use]
+    pub fn robust(priors: &RobustPriors) -> Self {
+        let mut states = if priors.current[0] > 0.0 {
+            Self::water_current(priors.current[0], priors.current[1])
+        } else {
+            Self::NONE
+        };
+        let mut add = |parameter, initial_sigma: f64, random_walk_per_sqrt_s| {
+            if initial_sigma > 0.0 {
+                let state = EffectState { parameter, initial_sigma, random_walk_per_sqrt_s };
+                states = states.with_state(state).unwrap_or(states);
+            }
+        };
+        for axis in [0, 1] {
+            add(StateParameter::CurrentRate(axis), priors.current_rate[0], priors.current_rate[1]);
+            add(StateParameter::FinTrim(axis), priors.fin_trim_rad, 0.0);
+        }
+        for j in LEARNT {
+            add(StateParameter::LogFactor(j as u8), priors.parameters[0], priors.parameters[1]);
+        }
+        for (effect, parameter, sigma) in [
+            ("heading_bias", "const_rad", priors.heading_constant_rad),
+            ("heading_bias", "sin_rad", priors.hard_iron_rad),
+            ("heading_bias", "cos_rad", priors.hard_iron_rad),
+            ("buoyancy_offset", "kg", priors.buoyancy_kg),
+            ("pitch_trim", "rad", priors.pitch_trim_rad),
+            ("fin_lag", "s", priors.fin_lag_s),
+        ] {
+            if let Some(id) = ParameterId::find(effect, parameter) {
+                add(StateParameter::Effect(id), sigma, 0.0);
+            }
+        }
+        states
+    }
+
+    /// These and one more effect.
     ///
     /// # Errors
     /// [`ConfigError::NotAState`] if there is no such parameter, the filter cannot estimate it or does already;
@@ -48,13 +190,22 @@ impl EffectStates {
     ) -> Result<Self, ConfigError> {
         let refused = ConfigError::NotAState { effect, parameter };
         let id = ParameterId::find(effect, parameter).filter(|id| id.effect().hooks.may_be_state()).ok_or(refused)?;
-        if self.iter().any(|state| state.parameter == id) {
-            return Err(refused);
+        self.with_state(EffectState { parameter: StateParameter::Effect(id), initial_sigma, random_walk_per_sqrt_s })
+    }
+
+    /// These and one more.
+    ///
+    /// # Errors
+    /// [`ConfigError::NotAState`] if it is estimated already; [`ConfigError::TooManyEffectStates`].
+    pub fn with_state(self, state: EffectState) -> Result<Self, ConfigError> {
+        let (effect, parameter) = (state.parameter.group(), state.parameter.name());
+        if self.iter().any(|other| other.parameter == state.parameter) {
+            return Err(ConfigError::NotAState { effect, parameter });
         }
-        let mut moving = Some(EffectState { parameter: id, initial_sigma, random_walk_per_sqrt_s });
+        let mut moving = Some(state);
         let mut states = self;
         for place in &mut states.states {
-            let behind = |state: EffectState| moving.is_some_and(|m| m.parameter.place() < state.parameter.place());
+            let behind = |state: EffectState| moving.is_some_and(|m| m.parameter.order() < state.parameter.order());
             if place.is_none_or(behind) {
                 core::mem::swap(place, &mut moving);
             }
@@ -71,18 +222,42 @@ impl EffectStates {
     /// Whether there is none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        self.states[0].is_none()
     }
 
     /// All, in the order in which they stand behind the vehicle's states.
     pub fn iter(&self) -> impl Iterator<Item = &EffectState> {
-        self.states.iter().flatten()
+        self.states.iter().map_while(Option::as_ref)
     }
 
     /// North of `water_current`, if it is estimated.
     #[must_use]
     pub fn current(&self) -> Option<&EffectState> {
-        self.iter().next().filter(|state| state.parameter.effect().hooks.water.is_some())
+        self.iter().next().filter(|state| is_current(state))
+    }
+
+    /// Whether the current's rate of change is estimated.
+    pub(super) fn has_current_rate(&self) -> bool {
+        self.iter().any(|state| matches!(state.parameter, StateParameter::CurrentRate(_)))
+    }
+
+    /// The effects of the catalogue among them: place behind the vehicle's states, and which.
+    pub(super) fn effects(&self) -> impl Iterator<Item = (usize, ParameterId)> + '_ {
+        self.iter().enumerate().filter_map(|(slot, state)| match state.parameter {
+            StateParameter::Effect(id) => Some((slot, id)),
+            _ => None,
+        })
+    }
+
+    /// One sigma of a measured heading that biases of the compass leave, rad.
+    pub(super) fn heading_sigma_rad(&self) -> f64 {
+        let variance: f64 = self
+            .effects()
+            .filter(|(_, id)| id.effect().name == "heading_bias")
+            .filter_map(|(slot, _)| self.iter().nth(slot))
+            .map(|state| state.initial_sigma * state.initial_sigma)
+            .sum();
+        libm::sqrt(variance)
     }
 
     /// The same parameters as states.
@@ -90,15 +265,19 @@ impl EffectStates {
         self.iter().map(|state| state.parameter).eq(other.iter().map(|state| state.parameter))
     }
 
-    /// A current is estimated whole or not at all.
+    /// A current and its rate are estimated whole or not at all.
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        let axes = self.iter().filter(|state| state.parameter.effect().hooks.water.is_some()).count();
+        let rates = self.iter().filter(|state| matches!(state.parameter, StateParameter::CurrentRate(_))).count();
+        let axes = self.iter().filter(|state| is_current(state)).count();
         match self.iter().next() {
-            Some(state) if axes == 1 => Err(ConfigError::NotAState {
-                effect: state.parameter.effect().name,
-                parameter: state.parameter.info().name,
-            }),
+            Some(state) if axes == 1 || rates == 1 || (rates == 2 && axes == 0) => {
+                Err(ConfigError::NotAState { effect: state.parameter.group(), parameter: state.parameter.name() })
+            }
             _ => Ok(()),
         }
     }
+}
+
+fn is_current(state: &EffectState) -> bool {
+    matches!(state.parameter, StateParameter::Effect(id) if id.effect().hooks.water.is_some())
 }

@@ -1,14 +1,18 @@
 //! Effects as the filter applies them: fixed values, overlaid with those that are states.
 
 use super::discretisation::Discretisation;
+use super::effect_states::{LARGEST_LOG_FACTOR, StateParameter};
 use super::estimate::Estimate;
 use super::layout::EFFECTS;
 use super::observation::Observations;
 use super::row::Row;
 use super::{ConfigError, NavigationConfig};
-use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use crate::effects::{ActuatorMemory, CATALOGUE, EffectSet, Hooks, Moment, ParameterKind, SensorChannel, Step};
+use crate::dynamics::{ActuatorInput, Attitude, FINS, VehicleModel, VehicleParameters};
+use crate::effects::{ActuatorMemory, CATALOGUE, EffectSet, Hooks, Moment, Motion, ParameterKind, SensorChannel, Step};
+use crate::identification::regressor::{Regressor, regressor};
+use crate::identification::theta::{self, PARAMETERS, theta_of};
 use crate::state;
+use nalgebra::Vector6;
 
 /// A bit for each entry of the catalogue.
 type Entries = u32;
@@ -19,8 +23,12 @@ pub(super) struct Effects {
     /// Time that `t_s` counts from, µs.
     pub(super) epoch_us: u64,
     plant: Entries,
-    /// Those of `plant` that hold a state.
-    plant_states: Entries,
+    /// States change the plant.
+    retunes: bool,
+    /// States change the acceleration.
+    accelerates: bool,
+    /// States turn the fins.
+    trims: bool,
     input: Entries,
     /// Those that change what a channel's sensors read, or its noise.
     measure: [Entries; SensorChannel::COUNT],
@@ -49,10 +57,9 @@ impl Values {
             *value = *fixed;
             out.len += 1;
         }
-        for (slot, state) in config.effect_states.iter().enumerate() {
-            if state.parameter.effect_index() == index
-                && let (Some(value), Some(place)) =
-                    (out.values.get_mut(state.parameter.index()), out.places.get_mut(state.parameter.index()))
+        for (slot, id) in config.effect_states.effects() {
+            if id.effect_index() == index
+                && let (Some(value), Some(place)) = (out.values.get_mut(id.index()), out.places.get_mut(id.index()))
             {
                 *value = x.get(EFFECTS + slot);
                 *place = Some(EFFECTS + slot);
@@ -64,6 +71,11 @@ impl Values {
     pub(super) fn as_slice(&self) -> &[f64] {
         self.values.get(..self.len).unwrap_or_default()
     }
+}
+
+/// Signs by which a trim turns the fins [top, bottom, port, starboard]: nose to starboard (0), nose up (1).
+fn trimmed(axis: u8) -> [f64; FINS] {
+    if axis == 0 { [1.0, -1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0, -1.0] }
 }
 
 /// The entries of a set of bits, in the order of the catalogue.
@@ -80,12 +92,14 @@ impl Effects {
         Self {
             epoch_us: 0,
             plant: 0,
-            plant_states: 0,
+            retunes: false,
+            accelerates: false,
+            trims: false,
             input: 0,
             measure: [0; SensorChannel::COUNT],
             gate: [0; SensorChannel::COUNT],
             next_onset_s: 0.0,
-            memory: ActuatorMemory { fins_rad: None },
+            memory: ActuatorMemory { fins_rad: None, fins_by_lag: [0.0; FINS], mean_by_lag: [0.0; FINS] },
             declared: None,
         }
     }
@@ -102,15 +116,26 @@ impl Effects {
             present |= 1 << index;
         }
         let mut states: Entries = 0;
-        for state in config.effect_states.iter() {
-            states |= 1 << state.parameter.effect_index();
+        for (_, id) in config.effect_states.effects() {
+            states |= 1 << id.effect_index();
         }
         present |= states;
         let with = |has: fn(&Hooks) -> bool| -> Entries {
             entries(present).filter(|(_, hooks)| has(hooks)).fold(0, |bits, (index, _)| bits | 1 << index)
         };
         self.plant = with(|hooks| hooks.plant.is_some());
-        self.plant_states = self.plant & states;
+        let any = |is: fn(StateParameter) -> bool| config.effect_states.iter().any(|state| is(state.parameter));
+        self.trims = any(|parameter| matches!(parameter, StateParameter::FinTrim(_)));
+        self.retunes = any(|parameter| match parameter {
+            StateParameter::Effect(id) => id.effect().hooks.plant.is_some(),
+            StateParameter::LogFactor(_) => true,
+            _ => false,
+        });
+        self.accelerates = any(|parameter| match parameter {
+            StateParameter::Effect(id) => id.effect().hooks.accelerates(),
+            StateParameter::LogFactor(_) | StateParameter::FinTrim(_) => true,
+            StateParameter::CurrentRate(_) => false,
+        });
         self.input = with(|hooks| hooks.input.is_some());
         self.measure = [0; SensorChannel::COUNT];
         for (index, hooks) in entries(present) {
@@ -151,12 +176,17 @@ impl Effects {
 
     /// Whether the model no longer is what it was made for.
     pub(super) fn is_stale(&self, t_s: f64) -> bool {
-        self.plant_states != 0 || t_s >= self.next_onset_s
+        self.retunes || t_s >= self.next_onset_s
     }
 
     /// Brings the model to the time `t_s` and the present states.
     pub(super) fn retune(&mut self, model: &mut VehicleModel, t_s: f64, config: &NavigationConfig, x: &Estimate) {
         let mut plant = *self.declared();
+        for (at, state) in (EFFECTS..).zip(config.effect_states.iter()) {
+            if let StateParameter::LogFactor(j) = state.parameter {
+                theta::scale(&mut plant, usize::from(j), libm::exp(x.get(at)));
+            }
+        }
         for (index, hooks) in entries(self.plant) {
             if let Some(change) = hooks.plant {
                 change(Values::of(index, config, x).as_slice(), t_s, &mut plant);
@@ -189,35 +219,63 @@ impl Effects {
                 change(Values::of(index, config, x).as_slice(), step, &mut self.memory, &mut input);
             }
         }
+        for (at, state) in (EFFECTS..).zip(config.effect_states.iter()) {
+            if let StateParameter::FinTrim(axis) = state.parameter {
+                for (fin, sign) in input.fins_rad.iter_mut().zip(trimmed(axis)) {
+                    *fin += sign * x.get(at);
+                }
+            }
+        }
         input
     }
 
-    /// Whether any state is one of the plant.
+    /// Whether any state changes the acceleration.
     pub(super) fn accelerate(&self) -> bool {
-        self.plant_states != 0
+        self.accelerates
     }
 
     /// Whether the actuators do not what they are told.
     pub(super) fn actuate(&self) -> bool {
-        self.input != 0
+        self.input != 0 || self.trims
     }
 
-    /// ∂v̇/∂(effect state) of the plant's states, into the step.
+    /// ∂v̇/∂(augmented state) in closed form, into the step. M v̇ + … = 0 is Y θ = h, so that M ∂v̇/∂θ_j = −Y_j.
     #[inline(never)]
     pub(super) fn accelerations(
         &self,
         model: &VehicleModel,
         input: &ActuatorInput,
+        acceleration: &Vector6<f64>,
         config: &NavigationConfig,
         x: &Estimate,
         step: &mut Discretisation,
     ) {
         let velocity = state::velocity(&x.vehicle);
-        let with_hook = config.effect_states.iter().enumerate().filter_map(|(slot, state)| {
-            let by = state.parameter.effect().hooks.wrench_by?;
-            Some((slot, by(state.parameter.index(), &velocity, input)))
-        });
-        for (effect, (slot, wrench)) in step.effects.iter_mut().zip(with_hook) {
+        let down = Attitude::new(&state::attitude(&x.vehicle)).down();
+        let plant = model.parameters();
+        let motion = Motion { velocity: &velocity, down: &down, input, plant };
+        let mut columns = Regressor::zeros();
+        regressor(acceleration, &velocity, &down, &model.actuator_regressor(&velocity, input), &mut columns);
+        let theta = theta_of(plant);
+        let by_fin = model.fin_wrenches_by_delta(&velocity, &input.fins_rad);
+        let turned = |fins: [f64; FINS]| -> Vector6<f64> { by_fin.iter().zip(fins).map(|(by, angle)| by * angle).sum() };
+
+        step.effect_count = 0;
+        for (slot, state) in config.effect_states.iter().enumerate() {
+            let wrench = match state.parameter {
+                StateParameter::LogFactor(j) => {
+                    let j = usize::from(j).min(PARAMETERS - 1);
+                    columns.column(j) * -theta[j]
+                }
+                StateParameter::FinTrim(axis) => turned(trimmed(axis)),
+                StateParameter::Effect(id) => match (id.effect().hooks.wrench_by, id.effect().hooks.fins_by) {
+                    (Some(by), _) => by(id.index(), &motion),
+                    (_, Some(by)) => turned(by(id.index(), &self.memory)),
+                    _ => continue,
+                },
+                StateParameter::CurrentRate(_) => continue,
+            };
+            let Some(effect) = step.effects.get_mut(step.effect_count) else { return };
             effect.slot = slot;
             effect.acceleration = model.acceleration_of(&wrench);
             step.effect_count += 1;
@@ -261,6 +319,23 @@ impl Effects {
                         observation.row.push(*place, column[i]);
                     }
                 }
+            }
+        }
+    }
+
+    /// Keeps what is estimated within what is plausible.
+    pub(super) fn bound(config: &NavigationConfig, x: &mut Estimate) {
+        for (at, state) in (EFFECTS..).zip(config.effect_states.iter()) {
+            let [min, max] = match state.parameter {
+                StateParameter::Effect(id) => [id.info().min, id.info().max],
+                StateParameter::LogFactor(_) => [-LARGEST_LOG_FACTOR, LARGEST_LOG_FACTOR],
+                StateParameter::CurrentRate(_) | StateParameter::FinTrim(_) => continue,
+            };
+            let value = x.get(at);
+            if value < min {
+                x.set_tail(at, &[min]);
+            } else if value > max {
+                x.set_tail(at, &[max]);
             }
         }
     }

@@ -5,6 +5,7 @@
 //! the order, and ν²/S of the scalars are independent.
 
 use super::innovation_monitor::{EXCEEDANCE, largest_sigma};
+use super::effects::Effects;
 use super::observation::{Observation, Refused};
 use super::{
     FusionOutcome, FusionRecord, Fusions, Measurement, NavigationError, Navigator, Sensor, meas_attitude, meas_depth,
@@ -109,6 +110,9 @@ impl Navigator {
             for observation in self.observations.as_mut_slice().iter_mut().skip(axis + 1) {
                 observation.innovation -= observation.row.dot(&self.gain) * innovation;
             }
+        }
+        if !self.config.effect_states.is_empty() {
+            Effects::bound(&self.config, &mut self.x);
         }
         if alert && sensor != Sensor::Range {
             self.leave_at_least(sensor, self.monitor.floor(sensor));

@@ -64,6 +64,9 @@ impl InitialState {
                 ([surge, 0.0, 0.0], [sigma, COMMANDED_SIGMA_MPS, COMMANDED_SIGMA_MPS])
             }
         };
+        // The compass may be off by what its biases may be.
+        let heading = config.effect_states.heading_sigma_rad();
+        let heading_sigma = libm::sqrt(sensors.attitude_rad * sensors.attitude_rad + heading * heading);
         let assemble = |position: [f64; 3], euler: [f64; 3], nu: [f64; 3], omega: [f64; 3]| {
             let mut x = VehicleState::zeros();
             for (i, part) in [position, euler, nu, omega].into_iter().enumerate() {
@@ -75,7 +78,7 @@ impl InitialState {
             state: assemble([fix_m[0], fix_m[1], depth_m], euler_rad, velocity, rates_radps),
             sigma: assemble(
                 [fix_sigma_m, fix_sigma_m, sensors.depth_m],
-                [sensors.attitude_rad; 3],
+                [sensors.attitude_rad, sensors.attitude_rad, heading_sigma],
                 velocity_sigma,
                 [sensors.rates_radps; 3],
             ),

@@ -3,17 +3,17 @@
 use super::CloneId;
 use crate::state::VEHICLE_STATES;
 
-/// Most effect states.
-pub(super) const MAX_EFFECTS: usize = 4;
-/// Most effect states that change the acceleration: those with a `wrench_by`.
-pub(super) const PLANT_STATES: usize = 2;
+/// Most augmented states.
+pub(super) const MAX_EFFECTS: usize = 20;
+/// Most augmented states that change the acceleration.
+pub(super) const PLANT_STATES: usize = 16;
 /// Ship states [x y ψ ẋ ẏ ψ̇].
 pub(super) const SHIP_STATES: usize = 6;
 /// States of one clone: the ship's six, or the vehicle's position and velocity over ground.
 pub(super) const CLONE_STATES: usize = 6;
 /// Clones held at most.
 pub(super) const CLONES: usize = 2;
-/// Most states at one time: 34.
+/// Most states at one time: 50.
 pub(super) const N_MAX: usize = VEHICLE_STATES + MAX_EFFECTS + SHIP_STATES + CLONES * CLONE_STATES;
 /// States behind the vehicle's.
 pub(super) const TAIL: usize = N_MAX - VEHICLE_STATES;
@@ -43,6 +43,7 @@ struct Slot {
 pub(super) struct Layout {
     effects: usize,
     current: bool,
+    current_rate: bool,
     ship: bool,
     slots: [Option<Slot>; CLONES],
     /// Number of clones ever taken; it outlives every reset, so that no old id comes true again.
@@ -51,13 +52,14 @@ pub(super) struct Layout {
 
 impl Layout {
     pub(super) const fn new() -> Self {
-        Self { effects: 0, current: false, ship: false, slots: [None; CLONES], generation: 0 }
+        Self { effects: 0, current: false, current_rate: false, ship: false, slots: [None; CLONES], generation: 0 }
     }
 
-    /// Vehicle and effects only; a current's two states are the first of these.
-    pub(super) fn reset(&mut self, effects: usize, current: bool) {
+    /// Vehicle and effects only; a current's two states are the first of these, its rates the next.
+    pub(super) fn reset(&mut self, effects: usize, current: bool, current_rate: bool) {
         self.effects = effects.min(MAX_EFFECTS);
         self.current = current && self.effects > 1;
+        self.current_rate = self.current && current_rate && self.effects > 3;
         self.ship = false;
         self.slots = [None; CLONES];
     }
@@ -71,6 +73,11 @@ impl Layout {
     /// Where the current's two states stand, if they are estimated.
     pub(super) fn current(&self) -> Option<usize> {
         self.current.then_some(EFFECTS)
+    }
+
+    /// Where the rates of the current stand, if they are estimated.
+    pub(super) fn current_rate(&self) -> Option<usize> {
+        self.current_rate.then_some(EFFECTS + 2)
     }
 
     /// Where the ship stands, if it is known.

@@ -51,7 +51,7 @@ mod tests;
 
 pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, SurfaceNoise};
 pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
-pub use effect_states::{EffectState, EffectStates};
+pub use effect_states::{EffectState, EffectStates, RobustPriors, StateParameter};
 pub use error::{CloneError, ConfigError, NavigationError};
 pub use initial::{InitialShip, InitialSpeed, InitialState};
 pub use measurement::{

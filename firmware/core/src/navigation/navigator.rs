@@ -3,6 +3,7 @@
 use super::covariance::{Covariance, ROWS, Vector};
 use super::digest::Digest;
 use super::discretisation::Discretisation;
+use super::effect_states::StateParameter;
 use super::effects::{Effects, water_of};
 use super::estimate::Estimate;
 use super::innovation_monitor::InnovationMonitor;
@@ -154,13 +155,17 @@ impl Navigator {
         }
         check(initial.state.as_slice(), initial.sigma.as_slice())?;
         let states = self.config.effect_states;
-        self.x.layout.reset(states.len(), states.current().is_some());
+        self.x.layout.reset(states.len(), states.current().is_some(), states.has_current_rate());
         self.x.vehicle = initial.state;
         self.x.wrap_heading();
         self.p.set_vehicle(initial.sigma.as_slice());
         self.w = [0.0; ROWS];
         for (at, state) in (EFFECTS..).zip(states.iter()) {
-            self.x.set_tail(at, &[self.config.effects.get(state.parameter)]);
+            let declared = match state.parameter {
+                StateParameter::Effect(id) => self.config.effects.get(id),
+                _ => 0.0,
+            };
+            self.x.set_tail(at, &[declared]);
             self.p.set_diagonal(at, &[state.initial_sigma]);
         }
         self.effects.restart();
@@ -238,8 +243,8 @@ impl Navigator {
     #[must_use]
     pub fn effect_state(&self, effect: &str, parameter: &str) -> Option<(f64, f64)> {
         let mut states = (EFFECTS..).zip(self.config.effect_states.iter());
-        let (at, _) = states
-            .find(|(_, state)| state.parameter.effect().name == effect && state.parameter.info().name == parameter)?;
+        let (at, _) =
+            states.find(|(_, state)| state.parameter.group() == effect && state.parameter.name() == parameter)?;
         (at < self.dimension()).then(|| (self.x.get(at), libm::sqrt(self.p.get(at, at))))
     }
 

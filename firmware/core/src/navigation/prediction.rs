@@ -5,7 +5,7 @@ use super::propagation::{propagate_double_integrator, propagate_vehicle};
 use super::{NavigationError, Navigator, ProcessModel};
 use crate::dynamics::{ActuatorInput, kinematic_linearise};
 use crate::effects::Step;
-use crate::state::{VEHICLE_STATES, X, Y, Z};
+use crate::state::{self, VEHICLE_STATES, X, Y, Z};
 
 /// Longest step while the gap is at most [`MOST_STEPS`] of them, µs.
 const STEP_US: u64 = 100_000;
@@ -72,10 +72,12 @@ impl Navigator {
         self.step.effect_count = 0;
         let linearisation = match (self.config.process_model, &self.model) {
             (ProcessModel::Dynamic, Some(model)) => {
+                let linearisation = model.linearise(&self.x.vehicle, input);
                 if self.effects.accelerate() {
-                    self.effects.accelerations(model, input, &self.config, &self.x, &mut self.step);
+                    let acceleration = state::velocity(&linearisation.f);
+                    self.effects.accelerations(model, input, &acceleration, &self.config, &self.x, &mut self.step);
                 }
-                model.linearise(&self.x.vehicle, input)
+                linearisation
             }
             _ => kinematic_linearise(&self.x.vehicle),
         };
@@ -92,16 +94,21 @@ impl Navigator {
         self.x.wrap_heading();
         propagate_vehicle(&mut self.p, n, &self.step);
 
-        for effect in self.step.effects.iter().take(self.step.effect_count) {
-            self.p.shear_vehicle(n, EFFECTS + effect.slot, &effect.gamma, &mut self.w);
-        }
         let current = self.x.layout.current();
+        let rate = current.and_then(|_| self.x.layout.current_rate());
         for (at, state) in (EFFECTS..).zip(self.config.effect_states.iter()) {
             let q = state.random_walk_per_sqrt_s * state.random_walk_per_sqrt_s;
             match current.and_then(|current| [X, Y].get(at - current)) {
                 Some(&position) => {
                     self.x.vehicle[position] += self.x.get(at) * step_s;
                     propagate_double_integrator(&mut self.p, n, position, at, q, step_s);
+                    if let Some(rate) = rate.map(|first| first + position - X) {
+                        let change = self.x.get(rate) * step_s;
+                        self.x.vehicle[position] += 0.5 * change * step_s;
+                        self.x.add_tail(at, change);
+                        self.p.shear(n, position, rate, 0.5 * step_s * step_s);
+                        self.p.shear(n, at, rate, step_s);
+                    }
                 }
                 None => self.p.add(at, at, q * step_s),
             }
