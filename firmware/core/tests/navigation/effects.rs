@@ -329,9 +329,11 @@ fn what_does_not_fit_is_refused() {
     assert_eq!(none.with("dvl_scale", "yaw_rad", 0.1, 0.0), Err(refused("dvl_scale", "yaw_rad")));
     let one = none.with("dvl_scale", "ratio", 0.1, 0.0).unwrap();
     assert_eq!(one.with("dvl_scale", "ratio", 0.1, 0.0), Err(refused("dvl_scale", "ratio")));
-    let three =
-        ["p_radps", "q_radps", "r_radps"].into_iter().fold(one, |s, p| s.with("gyro_bias", p, 0.01, 0.0).unwrap());
-    assert_eq!(three.with("depth_bias", "m", 0.1, 0.0), Err(ConfigError::TooManyEffectStates));
+    let full = (0..19).fold(one, |states, j| {
+        let parameter = StateParameter::LogFactor(j);
+        states.with_state(EffectState { parameter, initial_sigma: 0.1, random_walk_per_sqrt_s: 0.0 }).unwrap()
+    });
+    assert_eq!(full.with("depth_bias", "m", 0.1, 0.0), Err(ConfigError::TooManyEffectStates));
     let configure = |config: &NavigationConfig| Navigator::new().configure(config, &model());
     let half_a_current = none.with("water_current", "north_mps", 0.1, 0.0).unwrap();
     let config = NavigationConfig { effect_states: half_a_current, ..NavigationConfig::REFERENCE };

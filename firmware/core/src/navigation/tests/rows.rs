@@ -121,7 +121,7 @@ impl Scene {
             .config
             .effect_states
             .iter()
-            .position(|state| state.parameter.effect().name == effect && state.parameter.info().name == parameter);
+            .position(|state| state.parameter.group() == effect && state.parameter.name() == parameter);
         let fixed = ParameterId::find(effect, parameter).map(|id| self.navigator.config.effects.get(id));
         assert_eq!(slot.is_some(), self.states.contains(&(effect, parameter)));
         slot.map_or(S::from(fixed.expect("catalogued")), |slot| x[EFFECTS + slot])
