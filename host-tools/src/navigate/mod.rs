@@ -20,7 +20,8 @@ use std::time::Instant;
 
 const EXAMPLES: &str = "\
 Examples:
-  backseat navigate log.csv.gz --no-dvl                     dynamic model, ranges only
+  backseat navigate log.csv.gz --no-dvl                     robust model, ranges only
+  backseat navigate log.csv.gz --model nominal              the declared vehicle taken as exact
   backseat navigate log.csv --model kinematic               constant velocity, DVL
   backseat navigate log.csv --truth truth.csv --report out  error against the truth, out/report.html
   backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
@@ -50,7 +51,7 @@ pub struct Args {
     /// Leave acoustic range rates out
     #[arg(long)]
     no_range_rate: bool,
-    /// Estimate a steady water current as well
+    /// Estimate a steady water current as well (the robust model always does)
     #[arg(long)]
     current: bool,
     /// Take the ship from the packets alone instead of its GNSS at full rate
@@ -75,10 +76,13 @@ pub struct Args {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Model {
+    /// The vehicle's own dynamics; what is not known of vehicle, compass and current is estimated
+    Robust,
+    /// The vehicle's own dynamics exactly as the vehicle file declares them
+    #[value(alias = "dynamic")]
+    Nominal,
     /// Constant velocity
     Kinematic,
-    /// The vehicle's own dynamics, driven by fins and propeller
-    Dynamic,
 }
 
 /// What runs over the log.
@@ -149,12 +153,11 @@ fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) 
     let has_attitude = log.rows.iter().any(|row| row.attitude_rad().is_some());
     let has_aiding = log.has(Column::DvlU) || log.has(Column::Range);
     let model = match args.model {
-        Some(Model::Kinematic) => ProcessModel::Kinematic,
-        Some(Model::Dynamic) => ProcessModel::Dynamic,
-        None if has_actuators => ProcessModel::Dynamic,
+        Some(model) => model,
+        None if has_actuators => Model::Robust,
         None if has_attitude && has_aiding => {
             notes.push("the log has no fins and propeller: kinematic model".to_owned());
-            ProcessModel::Kinematic
+            Model::Kinematic
         }
         None if log.has(Column::Heading) && log.has(Column::SpeedLog) => {
             notes.push(
@@ -164,12 +167,16 @@ fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) 
             );
             return Plan::DeadReckoning(Method::HeadingSpeed);
         }
-        None => ProcessModel::Kinematic,
+        None => Model::Kinematic,
     };
-    let mut options = FilterOptions::new(vehicle, model);
+    let mut options = match model {
+        Model::Robust => FilterOptions::robust(vehicle),
+        Model::Nominal => FilterOptions::new(vehicle, ProcessModel::Dynamic),
+        Model::Kinematic => FilterOptions::new(vehicle, ProcessModel::Kinematic),
+    };
     options.use_dvl = !args.no_dvl;
     options.use_range_rate = !args.no_range_rate;
-    if args.current {
+    if args.current && model != Model::Robust {
         options.navigation.effect_states = FilterOptions::water_current();
     }
     if args.packet {
@@ -205,7 +212,8 @@ fn describe(args: &Args, plan: &Plan, vehicle: &VehicleFile) -> String {
         Plan::DeadReckoning(_) => "dead reckoning on logged heading and speed".to_owned(),
         Plan::Filter(options) => {
             let model = match options.navigation.process_model {
-                ProcessModel::Dynamic => "dynamic model",
+                ProcessModel::Dynamic if options.is_robust() => "robust dynamic model",
+                ProcessModel::Dynamic => "nominal dynamic model",
                 ProcessModel::Kinematic => "kinematic model",
             };
             let dvl = if options.use_dvl { "" } else { ", no DVL" };

@@ -1,6 +1,6 @@
 //! What the filter is told before it starts.
 
-use super::{ConfigError, EffectStates};
+use super::{ConfigError, EffectStates, RobustPriors};
 use crate::effects::{EffectError, EffectSet};
 use crate::parameters::Installation;
 
@@ -176,6 +176,26 @@ impl NavigationConfig {
         exceedances: 0,
         range_curvature: 0.0,
     };
+}
+
+/// Process noise of the robust filter over that of the nominal one. What its states do not describe (waves, drag that is
+/// not quadratic, the parameters that are not states) acts most on heave and pitch.
+const ROBUST_NOISE: [f64; 6] = [1.5, 1.5, 10.0, 1.5, 10.0, 1.5];
+
+impl NavigationConfig {
+    /// Turns the nominal filter into the robust one: what is usually not known becomes states, and the process noise grows
+    /// by what those do not describe.
+    pub fn make_robust(&mut self, priors: &RobustPriors) {
+        let [u, v, w, p, q, r] = ROBUST_NOISE;
+        let noise = &mut self.process_noise;
+        for (root, factor) in noise.linear_mps2_per_sqrt_hz.iter_mut().zip([u, v, w]) {
+            *root *= factor;
+        }
+        for (root, factor) in noise.angular_radps2_per_sqrt_hz.iter_mut().zip([p, q, r]) {
+            *root *= factor;
+        }
+        self.effect_states = EffectStates::robust(priors);
+    }
 }
 
 /// Largest value any sigma, root PSD or depth may have: far beyond use, far from overflow.

@@ -258,7 +258,8 @@ impl Effects {
         regressor(acceleration, &velocity, &down, &model.actuator_regressor(&velocity, input), &mut columns);
         let theta = theta_of(plant);
         let by_fin = model.fin_wrenches_by_delta(&velocity, &input.fins_rad);
-        let turned = |fins: [f64; FINS]| -> Vector6<f64> { by_fin.iter().zip(fins).map(|(by, angle)| by * angle).sum() };
+        let turned =
+            |fins: [f64; FINS]| -> Vector6<f64> { by_fin.iter().zip(fins).map(|(by, angle)| by * angle).sum() };
 
         step.effect_count = 0;
         for (slot, state) in config.effect_states.iter().enumerate() {

@@ -4,8 +4,8 @@
 //! corrected by what earlier ones moved. That equals the batch update of the whole vector whatever
 //! the order, and ν²/S of the scalars are independent.
 
-use super::innovation_monitor::{EXCEEDANCE, largest_sigma};
 use super::effects::Effects;
+use super::innovation_monitor::{EXCEEDANCE, largest_sigma};
 use super::observation::{Observation, Refused};
 use super::{
     FusionOutcome, FusionRecord, Fusions, Measurement, NavigationError, Navigator, Sensor, meas_attitude, meas_depth,

@@ -174,7 +174,9 @@ impl<'a> Pass<'a> {
             ConfigError::NotAState { effect, parameter } => {
                 fail(format!("the filter cannot estimate effects.{effect}.{parameter}, or not by itself"))
             }
-            ConfigError::TooManyEffectStates => fail("the filter estimates at most four effects".to_owned()),
+            ConfigError::TooManyEffectStates => {
+                fail("more effects are to be estimated than the filter has room for".to_owned())
+            }
             ConfigError::Plant { key } => fail(format!("with its effects, {key} is outside its range")),
             ConfigError::LayoutChange => fail("the filter refuses other effect states while it runs".to_owned()),
         })?;

@@ -2,7 +2,8 @@
 
 use crate::VehicleFile;
 use backseat_core::navigation::{
-    EffectStates, InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, SurfaceNoise,
+    EffectStates, InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, RobustPriors,
+    StateParameter, SurfaceNoise,
 };
 
 /// Where the ship's state at time of launch comes from.
@@ -51,6 +52,22 @@ impl FilterOptions {
     #[must_use]
     pub fn water_current() -> EffectStates {
         EffectStates::water_current(0.3, 1.0e-4)
+    }
+
+    /// [`Self::new`] of the dynamic model that also estimates what is usually not known of the vehicle, its compass and the
+    /// current.
+    #[must_use]
+    pub fn robust(vehicle: &VehicleFile) -> Self {
+        let mut options = Self::new(vehicle, ProcessModel::Dynamic);
+        options.navigation.make_robust(&RobustPriors::DEFAULT);
+        options
+    }
+
+    /// Whether parameters of the vehicle are estimated.
+    #[must_use]
+    pub fn is_robust(&self) -> bool {
+        let mut states = self.navigation.effect_states.iter();
+        states.any(|state| matches!(state.parameter, StateParameter::LogFactor(_)))
     }
 
     /// Every sensor, centralized, with the noise of the vehicle file (the kinematic model has its

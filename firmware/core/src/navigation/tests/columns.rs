@@ -8,9 +8,10 @@ use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
 use crate::state::VEHICLE_STATES;
 use std::boxed::Box;
 
-const STEP_US: u64 = 20_000;
+/// Short: the filter leaves out how F changes along a step, an error of first order in the step.
+const STEP_US: u64 = 4_000;
 
-/// Half a second with fins that move, from a turn at cruise.
+/// A fifth of a second with fins that move, from a turn at cruise.
 fn flown(states: EffectStates, value: f64) -> Box<Navigator> {
     let mut navigator = Box::new(Navigator::new());
     let config = NavigationConfig { effect_states: states, surface: None, ..NavigationConfig::REFERENCE };
@@ -19,8 +20,8 @@ fn flown(states: EffectStates, value: f64) -> Box<Navigator> {
     let initial = InitialState { state: at.into(), sigma: [1e-6; VEHICLE_STATES].into() };
     navigator.initialise(0, &initial).expect("finite");
     navigator.x.set_tail(EFFECTS, &[value]);
-    for k in 0..25_u64 {
-        let turn = 0.01 * (k / 5) as f64;
+    for k in 0..50_u64 {
+        let turn = 0.01 * (k / 10) as f64;
         let input = ActuatorInput { propeller_radps: 120.0, fins_rad: [0.1 + turn, -0.1, 0.05 - turn, -0.02] };
         navigator.predict((k + 1) * STEP_US, &input).expect("predicts");
     }
@@ -49,13 +50,14 @@ fn val_columns_of_the_augmented_states_are_the_differences() {
             let difference = (above.state_at(i) - below.state_at(i)) / (2.0 * step);
             [filter.covariance(i, EFFECTS) / (step * step), difference]
         });
-        let size = |rows: core::ops::Range<usize>| columns[rows].iter().fold(1e-9, |most: f64, [_, d]| most.max(d.abs()));
+        let size =
+            |rows: core::ops::Range<usize>| columns[rows].iter().fold(1e-9, |most: f64, [_, d]| most.max(d.abs()));
         let name = [state.parameter.group(), state.parameter.name()];
         assert!(size(6..12) > 1e-4, "{name:?} moves nothing");
         for (i, [column, difference]) in columns.iter().enumerate() {
-            // Φ is that of F held over the step; how F changes along the step is left out by the filter: some per cent.
-            let block = size(3 * (i / 3)..3 * (i / 3) + 3);
-            assert!((column - difference).abs() < 0.05 * block, "{name:?} {i}: {column} {difference}");
+            // How F changes along a step is left out: 5 % of the block where roll is stiff, 1 % through the other axes.
+            let tolerance = 0.05 * size(3 * (i / 3)..3 * (i / 3) + 3) + 0.01 * size(6..12);
+            assert!((column - difference).abs() < tolerance, "{name:?} {i}: {column} {difference}");
         }
     }
 }
