@@ -5,7 +5,7 @@
 mod bench;
 
 use backseat_app::App;
-use backseat_app::store::{Recorder, record_start};
+use backseat_app::{Recorder, record_start};
 use backseat_data::output::Existing;
 use backseat_data::session::{Clock, Entry, Event, Meta, Reader, Writer};
 use backseat_data::{Column, Log, LogRow};

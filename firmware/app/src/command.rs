@@ -2,7 +2,6 @@
 
 use crate::parameters::{AppSettings, ControlMode};
 use backseat_core::control::Command;
-use backseat_core::dynamics::ActuatorInput;
 use backseat_wire::Error;
 use backseat_wire::iver::{Servo, ServoBytes, Steer, ToFrontseat};
 
@@ -23,7 +22,7 @@ struct Stopping {
 /// The stop was repeated as often as it is, and never acknowledged.
 pub struct Unanswered;
 
-/// Writes commands and remembers what the actuators were told.
+/// Writes commands and remembers the last one.
 #[derive(Debug)]
 pub struct Commander {
     stopping: Option<Stopping>,
@@ -121,9 +120,4 @@ impl Commander {
         // a buffer for commands holds it
         Ok(ToFrontseat::Stop.emit(&settings.units, buffer).ok())
     }
-}
-
-/// What servo bytes make of the actuators: the quantised command, not the wish.
-pub fn input_of(bytes: &ServoBytes, settings: &AppSettings) -> ActuatorInput {
-    ActuatorInput { propeller_radps: settings.servo.propeller_radps(bytes), fins_rad: settings.servo.fins_rad(bytes) }
 }

@@ -1,47 +1,32 @@
-//! The filter and what feeds it: events in the order of their validity, inputs, initialisation.
+//! The filter: samples in the order of their validity, initialisation, and what holds now.
+//!
+//! A declared delay makes samples older than the present. The filter therefore runs at a horizon, the longest declared delay
+//! ([`horizon_us`]) behind the present: there every sample comes in its order, with the actuators of its time. What steers
+//! and what is reported is the state predicted from there to the present with the actuators' history
+//! ([`Estimator::output`]), as in PX4's ekf2. Without declared delays the horizon is the present. What comes later all the
+//! same is fused at the filter's time, or dropped when it is older than the tolerance.
 
-use crate::acoustics::{Acoustics, body_to_ned};
-use crate::event::Event;
-use crate::held::Held;
+use crate::inputs::installation::{self, arm_along_path_m, body_to_ned, horizon_us, velocity_at_centre};
+use crate::inputs::{AcousticReport, ActuatorHistory, Inputs, Loss, Packet, PacketProgress, Packets, Sample, fresh};
 use crate::parameters::Settings;
-use crate::queue::Queue;
 use crate::store::Navigation;
-use crate::time::UtcClock;
+use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel};
 use backseat_core::navigation::{
-    ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement, NavigationError,
-    Navigator, Sensor, ShipReport,
+    AcousticPath, CloneId, ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement,
+    NavigationConfig, NavigationError, Navigator, ProcessModel, Sensor, ShipEnd, ShipReport, VehicleEnd,
 };
-use backseat_core::state::{P, Q, R, U, V, W, Z};
-use heapless::{Deque, Vec};
+use backseat_core::state::{PHI, PSI, U, V, VehicleState, W, X, Y, Z, wrap_angle};
+use heapless::Vec;
 
 /// Scalar fusions kept for telemetry in one step; a step at full rates has about ten.
 const MAX_RECORDS: usize = 32;
-/// Commands on their way to the actuators.
-const MAX_COMMANDS: usize = 16;
 /// A fix older than this does not initialise, µs.
 const INITIAL_FIX_AGE_US: u64 = 2_500_000;
+/// Step of the prediction to the present, s.
+const OUTPUT_STEP_S: f64 = 0.05;
 
-/// Latest sample of one source, and when it was valid.
-pub type Latest<T> = Option<(u64, T)>;
-
-/// What the last samples said, whether fused or not.
-#[derive(Clone, Copy, Debug)]
-pub struct Samples {
-    pub depth_m: Latest<f64>,
-    pub euler_rad: Latest<[f64; 3]>,
-    pub rates_radps: Latest<[f64; 3]>,
-    pub bottom_mps: Latest<[f64; 3]>,
-    pub water_mps: Latest<[f64; 3]>,
-    pub fix_m: Latest<[f64; 2]>,
-}
-
-impl Samples {
-    const NONE: Self =
-        Self { depth_m: None, euler_rad: None, rates_radps: None, bottom_mps: None, water_mps: None, fix_m: None };
-}
-
-/// Events that could not be used.
+/// Samples that could not be used in their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lateness {
     /// Fused at the filter's time, a little later than they were valid.
@@ -50,19 +35,20 @@ pub struct Lateness {
     pub too_late: u32,
 }
 
-/// The filter, its queue and its inputs.
+/// The filter, and what it needs to begin and to carry on.
 pub struct Estimator {
     navigator: Navigator,
-    acoustics: Acoustics,
-    queue: Queue<Event>,
-    samples: Samples,
-    /// What the actuators do at filter time.
+    model: Option<VehicleModel>,
+    packets: Packets,
+    /// The vehicle at the start of the packet under way.
+    clone: Option<CloneId>,
+    /// What the actuators did at the filter's time.
     input: ActuatorInput,
-    /// What they will do from a later time on.
-    commands: Deque<(u64, ActuatorInput), MAX_COMMANDS>,
+    /// The vehicle at the present.
+    output: VehicleState,
     records: Vec<FusionRecord, MAX_RECORDS>,
     /// Of the last packet, until it was reported.
-    ship: Held<ShipReport>,
+    ship: Option<ShipReport>,
     lateness: Lateness,
     transducer_depth_m: Option<f64>,
     /// From before a reset, until a fix or a range confirms or replaces it.
@@ -73,13 +59,13 @@ impl Estimator {
     pub const fn new() -> Self {
         Self {
             navigator: Navigator::new(),
-            acoustics: Acoustics::new(),
-            queue: Queue::new(),
-            samples: Samples::NONE,
+            model: None,
+            packets: Packets::new(),
+            clone: None,
             input: ActuatorInput { propeller_radps: 0.0, fins_rad: [0.0; FINS] },
-            commands: Deque::new(),
+            output: VehicleState::from_array_storage(nalgebra::ArrayStorage([[0.0; 12]])),
             records: Vec::new(),
-            ship: Held::none(),
+            ship: None,
             lateness: Lateness { late: 0, too_late: 0 },
             transducer_depth_m: None,
             resumed: None,
@@ -96,25 +82,22 @@ impl Estimator {
         self.resumed
     }
 
+    /// The filter, at its horizon.
     pub fn navigator(&self) -> &Navigator {
         &self.navigator
     }
 
-    pub fn acoustics(&self) -> &Acoustics {
-        &self.acoustics
+    /// The vehicle at the time of the last step.
+    pub fn output(&self) -> &VehicleState {
+        &self.output
     }
 
-    pub fn samples(&self) -> &Samples {
-        &self.samples
+    pub fn packets(&self) -> &Packets {
+        &self.packets
     }
 
     pub fn lateness(&self) -> Lateness {
         self.lateness
-    }
-
-    /// Events dropped because the queue was full.
-    pub fn overflows(&self) -> u32 {
-        self.queue.dropped()
     }
 
     /// What became of the scalars of the last step.
@@ -127,16 +110,22 @@ impl Estimator {
         self.ship.take()
     }
 
-    /// What the actuators do now.
+    /// What the actuators did at the end of the last step, before its command.
     pub fn input(&self) -> &ActuatorInput {
         &self.input
     }
 
-    /// Builds the filter anew; what was under way in it is forgotten.
+    /// Builds the filter anew and forgets what was under way in it.
+    ///
+    /// # Errors
+    /// A value that the filter refuses; it is as it was.
     pub fn configure(&mut self, settings: &Settings, model: &VehicleModel) -> Result<(), ConfigError> {
-        self.acoustics.reset();
+        self.packets.reset();
+        self.clone = None;
         self.transducer_depth_m = None;
-        self.navigator.configure(&settings.navigation_config(), model)
+        self.navigator.configure(&settings.navigation_config(), model)?;
+        self.model = Some(model.clone());
+        Ok(())
     }
 
     /// Another vehicle, while the filter runs.
@@ -144,79 +133,69 @@ impl Estimator {
     /// # Errors
     /// The effects do not fit it; the old one stays.
     pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
-        self.navigator.set_model(model)
+        self.navigator.set_model(model)?;
+        self.model = Some(model.clone());
+        Ok(())
     }
 
-    /// Forgets samples, events and inputs.
+    /// Forgets the last step and what was before a reset.
     pub fn reset(&mut self) {
-        let Self { queue, samples, input, commands, records, ship, resumed, .. } = self;
-        *resumed = None;
-        ship.clear();
-        queue.clear();
-        *samples = Samples::NONE;
-        *input = ActuatorInput::default();
-        commands.clear();
-        records.clear();
+        self.resumed = None;
+        self.ship = None;
+        self.input = ActuatorInput::default();
+        self.records.clear();
     }
 
-    /// An event that is valid at `time_us`.
-    pub fn push(&mut self, time_us: u64, event: Event) {
-        self.queue.push(time_us, event);
-    }
-
-    /// The actuators do `input` from `time_us` on.
-    pub fn command(&mut self, time_us: u64, input: &ActuatorInput) {
-        if self.commands.is_full() {
-            self.commands.pop_front();
-        }
-        let _ = self.commands.push_back((time_us, *input));
-    }
-
-    /// Takes everything that is valid until `now_us`, in order, and moves the filter there.
+    /// Takes every sample that is valid until the horizon, in order, moves the filter there and the output to `now_us`.
     ///
     /// # Errors
     /// Why the filter can no longer be used.
-    pub fn step(&mut self, now_us: u64, settings: &Settings, clock: &UtcClock) -> Result<(), NavigationError> {
+    pub fn step(
+        &mut self,
+        now_us: u64,
+        inputs: &mut Inputs,
+        settings: &Settings,
+        clock: &UtcClock,
+    ) -> Result<(), NavigationError> {
+        let horizon_us = now_us.saturating_sub(horizon_us(&settings.app.installation));
         self.records.clear();
-        while let Some((time_us, event)) = self.queue.pop_until(now_us) {
-            self.remember(time_us, &event);
+        while let Some((time_us, sample)) = inputs.next_until(horizon_us) {
             if self.navigator.is_initialised()
-                && let Some(late_s) = self.reach(time_us, settings)?
+                && let Some(late_s) = self.reach(time_us, inputs.actuators(), settings)?
             {
-                self.fuse(&event, late_s, settings, clock);
+                self.fuse(&sample, late_s, settings, clock);
             }
         }
         if self.navigator.is_initialised() {
-            self.predict(now_us)?;
-            self.acoustics.expire(now_us, &mut self.navigator, &settings.app);
+            self.predict(horizon_us, inputs.actuators())?;
+            if self.packets.expire(horizon_us, &settings.app) {
+                self.drop_clone();
+            }
+            self.input = *inputs.actuators().at(now_us);
         } else {
-            self.input_at(now_us);
-            self.initialise(now_us, settings);
+            self.input = *inputs.actuators().at(now_us);
+            self.initialise(horizon_us, inputs, settings);
         }
         match self.navigator.failure() {
             Some(failure) => Err(failure),
-            None => Ok(()),
+            None => {
+                self.predict_output(now_us, inputs.actuators());
+                Ok(())
+            }
         }
     }
 
-    fn remember(&mut self, time_us: u64, event: &Event) {
-        match *event {
-            Event::Depth { depth_m } => self.samples.depth_m = Some((time_us, depth_m)),
-            Event::Attitude { euler_rad } => self.samples.euler_rad = Some((time_us, euler_rad)),
-            Event::Rates { rates_radps } => self.samples.rates_radps = Some((time_us, rates_radps)),
-            Event::BottomTrack { velocity_mps } => self.samples.bottom_mps = Some((time_us, velocity_mps)),
-            Event::Fix { position_m } => self.samples.fix_m = Some((time_us, position_m)),
-            Event::WaterTrack { velocity_mps } => self.samples.water_mps = Some((time_us, velocity_mps)),
-            Event::Acoustic(_) => {}
-        }
-    }
-
-    /// Moves the filter to an event; by how much the event is older than the filter, s, or `None`
+    /// Moves the filter to a sample; by how much the sample is older than the filter, s, or `None`
     /// when it is too old to be used.
-    fn reach(&mut self, time_us: u64, settings: &Settings) -> Result<Option<f64>, NavigationError> {
+    fn reach(
+        &mut self,
+        time_us: u64,
+        actuators: &ActuatorHistory,
+        settings: &Settings,
+    ) -> Result<Option<f64>, NavigationError> {
         let late_us = self.navigator.time_us().saturating_sub(time_us);
         if late_us == 0 {
-            self.predict(time_us)?;
+            self.predict(time_us, actuators)?;
             return Ok(Some(0.0));
         }
         let late_s = late_us as f64 * 1e-6;
@@ -227,84 +206,130 @@ impl Estimator {
     }
 
     /// Predicts to `to_us`, in parts where the actuators change in between.
-    fn predict(&mut self, to_us: u64) -> Result<(), NavigationError> {
-        while let Some(&(time_us, input)) = self.commands.front()
-            && time_us <= to_us
-        {
-            if time_us > self.navigator.time_us() {
-                self.navigator.predict(time_us, &self.input)?;
-            }
-            self.input = input;
-            self.commands.pop_front();
+    fn predict(&mut self, to_us: u64, actuators: &ActuatorHistory) -> Result<(), NavigationError> {
+        let navigator = &mut self.navigator;
+        while let Some(change_us) = actuators.next_change_us(navigator.time_us(), to_us) {
+            navigator.predict(change_us, actuators.at(navigator.time_us()))?;
         }
-        if to_us > self.navigator.time_us() { self.navigator.predict(to_us, &self.input) } else { Ok(()) }
+        if to_us > navigator.time_us() {
+            navigator.predict(to_us, actuators.at(navigator.time_us()))?;
+        }
+        Ok(())
     }
 
-    /// The input at a time, while there is no filter to move along.
-    fn input_at(&mut self, now_us: u64) {
-        while let Some(&(time_us, input)) = self.commands.front()
-            && time_us <= now_us
-        {
-            self.input = input;
-            self.commands.pop_front();
-        }
-    }
-
-    /// Fuses an event that was valid `late_s` ago. Fixes come up to a second late and are carried
-    /// along; the others are late by a step at most, which moves them by less than their noise.
-    fn fuse(&mut self, event: &Event, late_s: f64, settings: &Settings, clock: &UtcClock) {
-        let app = &settings.app;
-        let x = self.navigator.state();
-        let measurement = match *event {
-            Event::Depth { depth_m } if app.use_depth => {
-                Measurement::Depth { z_m: depth_m - body_to_ned(x, &app.installation.depth_arm_m)[2] }
-            }
-            Event::Attitude { euler_rad } if app.use_attitude => Measurement::Attitude { euler_rad },
-            Event::Rates { rates_radps } if app.use_rates => Measurement::Rates { rates_radps },
-            Event::BottomTrack { velocity_mps } if app.use_dvl => Measurement::BottomTrack {
-                velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.installation.dvl_arm_m),
-            },
-            Event::WaterTrack { velocity_mps } if app.use_water_track => Measurement::WaterTrack {
-                velocity_mps: at_centre([x[P], x[Q], x[R]], velocity_mps, &app.installation.dvl_arm_m),
-            },
-            Event::Fix { position_m } if app.use_gnss && x[Z] <= app.gnss_max_depth_m => {
-                let arm_m = body_to_ned(x, &app.installation.gnss_arm_m);
-                let through_water_mps = body_to_ned(x, &[x[U], x[V], x[W]]);
-                let current_mps = self.navigator.current();
-                let along = |i: usize| (through_water_mps[i] + current_mps[i]) * late_s - arm_m[i];
-                Measurement::VehicleGnss { position_m: [position_m[0] + along(0), position_m[1] + along(1)] }
-            }
-            Event::Acoustic(event) => {
-                let Some(fix) = self.acoustics.take(&event, &mut self.navigator, clock, app) else { return };
-                self.hear_depth(fix.transducer_depth_m);
-                self.ship.set(fix.ship);
-                for measurement in [fix.range, fix.range_rate].into_iter().flatten() {
-                    let fusions = self.navigator.fuse(&measurement);
-                    self.record(&fusions);
+    /// Moves the output from the filter's time to the present; the covariance stays that of the horizon.
+    fn predict_output(&mut self, now_us: u64, actuators: &ActuatorHistory) {
+        self.output = *self.navigator.state();
+        let kinematic = self.navigator.config().process_model == ProcessModel::Kinematic;
+        let Some(model) = self.model.as_ref().filter(|_| self.navigator.is_initialised()) else { return };
+        let [north, east] = self.navigator.current();
+        let mut time_us = self.navigator.time_us();
+        while time_us < now_us {
+            let next_us = actuators.next_change_us(time_us, now_us).unwrap_or(now_us);
+            let next_us = next_us.min(time_us.saturating_add(micros(OUTPUT_STEP_S)));
+            let step_s = next_us.saturating_sub(time_us) as f64 * 1e-6;
+            let input = actuators.at(time_us);
+            let slope = |x: &VehicleState| {
+                let mut slope = model.derivative(x, input);
+                if kinematic {
+                    slope.fixed_rows_mut::<6>(U).fill(0.0);
                 }
-                self.navigator.drop_clone(fix.clone);
-                return;
-            }
-            _ => return,
-        };
-        let fusions = self.navigator.fuse(&measurement);
-        self.record(&fusions);
+                slope[X] += north;
+                slope[Y] += east;
+                slope
+            };
+            // Heun's method
+            let first = slope(&self.output);
+            let second = slope(&(self.output + first * step_s));
+            self.output += (first + second) * (0.5 * step_s);
+            self.output[PSI] = wrap_angle(self.output[PSI]);
+            time_us = next_us;
+        }
     }
 
-    /// The ship says how deep its transducer hangs.
-    fn hear_depth(&mut self, depth_m: f64) {
+    /// Fuses a sample that was valid `late_s` before the filter's time.
+    fn fuse(&mut self, sample: &Sample, late_s: f64, settings: &Settings, clock: &UtcClock) {
+        let app = &settings.app;
+        let used = match *sample {
+            Sample::Depth { .. } => app.use_depth,
+            Sample::Attitude { .. } => app.use_attitude,
+            Sample::Rates { .. } => app.use_rates,
+            Sample::BottomTrack { .. } => app.use_dvl,
+            Sample::WaterTrack { .. } => app.use_water_track,
+            Sample::Fix { .. } => app.use_gnss && self.navigator.state()[Z] <= app.gnss_max_depth_m,
+            Sample::Acoustic(ref report) => {
+                self.follow(report, settings, clock);
+                false
+            }
+        };
+        if !used {
+            return;
+        }
+        let x = self.navigator.state();
+        let through_water_mps = body_to_ned(x, &[x[U], x[V], x[W]]);
+        let current_mps = self.navigator.current();
+        let velocity_mps = [through_water_mps[0] + current_mps[0], through_water_mps[1] + current_mps[1]];
+        if let Some(measurement) = installation::measurement(sample, &app.installation, x, velocity_mps, late_s) {
+            self.fuse_measurement(&measurement);
+        }
+    }
+
+    /// A report of the modem: the vehicle is cloned when a packet begins, and its range fused when it is complete.
+    fn follow(&mut self, report: &AcousticReport, settings: &Settings, clock: &UtcClock) {
+        match self.packets.take(report, self.navigator.time_us(), clock, &settings.app) {
+            PacketProgress::Waiting => {}
+            PacketProgress::Lost => self.drop_clone(),
+            PacketProgress::Begins => {
+                self.drop_clone();
+                self.clone = self.navigator.clone_vehicle().ok();
+                if self.clone.is_none() {
+                    self.packets.give_up(Loss::NotReady);
+                }
+            }
+            PacketProgress::Complete(packet) => {
+                self.fuse_packet(&packet, settings);
+                self.drop_clone();
+            }
+        }
+    }
+
+    fn drop_clone(&mut self) {
+        if let Some(clone) = self.clone.take() {
+            self.navigator.drop_clone(clone);
+        }
+    }
+
+    fn fuse_packet(&mut self, packet: &Packet, settings: &Settings) {
+        let Some(clone) = self.clone else { return };
+        let app = &settings.app;
+        let arm_m = &app.installation.transducer_arm_m;
+        let arm_m = arm_along_path_m(self.navigator.state(), arm_m, packet.ship.position_m, packet.transducer_depth_m);
+        self.adopt_ship_depth(packet.transducer_depth_m);
+        self.ship = Some(packet.ship);
+        let path = AcousticPath {
+            vehicle: VehicleEnd::Delayed { clone, bridge_s: packet.bridge_us as f64 * 1e-6 },
+            ship: ShipEnd::Reported(packet.ship),
+        };
+        if app.use_range {
+            self.fuse_measurement(&Measurement::Range { path, range_m: packet.range_m - arm_m });
+        }
+        if let Some(range_rate_mps) = packet.range_rate_mps.filter(|_| app.use_range_rate) {
+            self.fuse_measurement(&Measurement::RangeRate { path, range_rate_mps });
+        }
+    }
+
+    /// The ship's packets say how deep its transducer hangs.
+    fn adopt_ship_depth(&mut self, depth_m: f64) {
         if self.transducer_depth_m != Some(depth_m) {
-            let config = backseat_core::navigation::NavigationConfig {
-                ship_transducer_depth_m: depth_m,
-                ..*self.navigator.config()
-            };
+            let config = NavigationConfig { ship_transducer_depth_m: depth_m, ..*self.navigator.config() };
             if self.navigator.reconfigure(&config).is_ok() {
                 self.transducer_depth_m = Some(depth_m);
             }
         }
     }
 
-    fn record(&mut self, fusions: &Fusions) {
+    fn fuse_measurement(&mut self, measurement: &Measurement) {
+        let fusions: Fusions = self.navigator.fuse(measurement);
         for record in fusions.iter() {
             let confirms = matches!(record.sensor, Sensor::VehicleGnss | Sensor::Range);
             if confirms && record.outcome == FusionOutcome::Fused {
@@ -316,25 +341,31 @@ impl Estimator {
     }
 
     /// Starts the filter (2.3.1.2) once fix (or the position from before a reset), attitude and depth are fresh.
-    fn initialise(&mut self, now_us: u64, settings: &Settings) {
+    fn initialise(&mut self, now_us: u64, inputs: &Inputs, settings: &Settings) {
         let app = &settings.app;
-        let s = &self.samples;
+        let s = inputs.latest();
+        let attitude_age_us = micros(app.attitude_timeout_s);
         let fix_m = fresh(s.fix_m, now_us, INITIAL_FIX_AGE_US);
         let resumed = if fix_m.is_some() { None } else { self.resumed };
         let (Some(fix_m), Some(euler_rad), Some(depth_m)) = (
             fix_m.or(resumed.map(|navigation| navigation.position_m)),
-            fresh(s.euler_rad, now_us, timeout_us(app.attitude_timeout_s)),
-            fresh(s.depth_m, now_us, timeout_us(app.depth_timeout_s)),
+            fresh(s.euler_rad, now_us, attitude_age_us),
+            fresh(s.depth_m, now_us, micros(app.depth_timeout_s)),
         ) else {
             return;
         };
-        let rates_radps = fresh(s.rates_radps, now_us, timeout_us(app.attitude_timeout_s)).unwrap_or_default();
-        let speed = match fresh(s.bottom_mps, now_us, timeout_us(app.attitude_timeout_s)) {
+        let rates_radps = fresh(s.rates_radps, now_us, attitude_age_us).unwrap_or_default();
+        let speed = match fresh(s.bottom_mps, now_us, attitude_age_us) {
             Some(velocity_mps) if app.use_dvl => {
-                InitialSpeed::Dvl(at_centre(rates_radps, velocity_mps, &app.installation.dvl_arm_m))
+                InitialSpeed::Dvl(velocity_at_centre(rates_radps, velocity_mps, &app.installation.dvl_arm_m))
             }
             _ => InitialSpeed::Commanded(steady_speed_mps(&self.input, settings)),
         };
+        let mut x = VehicleState::zeros();
+        x.fixed_rows_mut::<3>(PHI).copy_from_slice(&euler_rad);
+        let depth_m = depth_m - body_to_ned(&x, &app.installation.depth_arm_m)[2];
+        let arm_m = if resumed.is_some() { [0.0; 3] } else { body_to_ned(&x, &app.installation.gnss_arm_m) };
+        let fix_m = [fix_m[0] - arm_m[0], fix_m[1] - arm_m[1]];
         let config = *self.navigator.config();
         let sigma_m = resumed.map_or(config.sensors.gnss_m, |navigation| navigation.sigma_after(now_us));
         let initial = InitialState::from_fix(fix_m, sigma_m, depth_m, euler_rad, rates_radps, speed, &config);
@@ -351,8 +382,8 @@ impl Estimator {
     }
 
     /// A fix that the filter could start from.
-    pub fn has_fix(&self, now_us: u64) -> bool {
-        fresh(self.samples.fix_m, now_us, INITIAL_FIX_AGE_US).is_some()
+    pub fn has_fix(&self, now_us: u64, inputs: &Inputs) -> bool {
+        fresh(inputs.latest().fix_m, now_us, INITIAL_FIX_AGE_US).is_some()
     }
 
     /// Whether any sensor and the filter contradict each other, or have and no fix has said who was right.
@@ -360,25 +391,6 @@ impl Estimator {
         let navigator = &self.navigator;
         Sensor::ALL.into_iter().any(|sensor| navigator.is_suspect(sensor) || navigator.unconfirmed_sigma(sensor) > 0.0)
     }
-}
-
-/// A sample that is younger than `age_us`.
-pub fn fresh<T>(latest: Latest<T>, now_us: u64, age_us: u64) -> Option<T> {
-    latest.filter(|(time_us, _)| now_us.saturating_sub(*time_us) <= age_us).map(|(_, value)| value)
-}
-
-/// Seconds of a timeout as µs.
-pub fn timeout_us(timeout_s: f64) -> u64 {
-    crate::decode::micros(timeout_s)
-}
-
-/// Velocity at the centre of gravity of one measured at an arm: v − ω × r.
-pub fn at_centre(omega: [f64; 3], v: [f64; 3], r: &[f64; 3]) -> [f64; 3] {
-    [
-        v[0] - (omega[1] * r[2] - omega[2] * r[1]),
-        v[1] - (omega[2] * r[0] - omega[0] * r[2]),
-        v[2] - (omega[0] * r[1] - omega[1] * r[0]),
-    ]
 }
 
 /// Speed at which quadratic surge drag balances the thrust, m/s.
@@ -392,23 +404,6 @@ fn steady_speed_mps(input: &ActuatorInput, settings: &Settings) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A sensor ahead of the centre of gravity of a vehicle that yaws to starboard and pitches up
-    /// moves to starboard and upwards by ω × r.
-    #[test]
-    fn val_velocities_move_to_the_centre_of_gravity() {
-        let (q, r, arm_m) = (0.1, 0.2, 0.5);
-        let measured = [1.0, r * arm_m, -q * arm_m];
-        assert_eq!(at_centre([0.0, q, r], measured, &[arm_m, 0.0, 0.0]), [1.0, 0.0, 0.0]);
-    }
-
-    #[test]
-    fn samples_grow_stale() {
-        let latest = Some((1_000, 5));
-        assert_eq!(fresh(latest, 1_500, 500), Some(5));
-        assert_eq!(fresh(latest, 1_501, 500), None);
-        assert_eq!(fresh(latest, 900, 500), Some(5));
-    }
 
     /// sqrt(3e-4 · 100² / 3) = 1 m/s
     #[test]

@@ -26,10 +26,6 @@ impl<T> Held<T> {
         let _ = self.0.push(value);
     }
 
-    pub fn take(&mut self) -> Option<T> {
-        self.0.pop()
-    }
-
     pub fn clear(&mut self) {
         self.0.clear();
     }

@@ -1,12 +1,11 @@
 //! Requests of the host link and their answers.
 
-use crate::app::Backseat;
-use crate::mission::to_wire;
+use crate::backseat::Backseat;
+use crate::mission::{MissionTransfer, to_wire};
 use crate::parameters::PARAMETER_SCHEMA;
 use crate::ring::Ring;
-use crate::wiggle::Wiggle;
-use backseat_core::control::mission::MissionStatus;
-use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Refusal, ToBoard, encode};
+use crate::storage::Asked;
+use backseat_wire::hostlink::{AdoptionEvent, FromBoard, MAX_FRAME, Refusal, Restart, ToBoard, encode};
 use backseat_wire::ship_state::Key;
 
 /// Bytes that may wait for the host: some twenty steps of telemetry.
@@ -26,195 +25,168 @@ pub fn send(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>) {
     }
 }
 
-/// Where a request to store the parameters stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Storing {
-    /// The board has no memory for them.
-    Never,
-    /// Nothing to do.
-    Idle,
-    /// The board is to write them.
-    Waiting,
-    /// The board is to write an adopted vehicle; nobody waits for an answer.
-    Adopted,
+/// What the host has announced and may do.
+pub struct Host {
+    transfer: MissionTransfer,
+    /// Parameters may be written under way until then.
+    unlocked_us: u64,
+    /// A key may come until then.
+    key_us: u64,
+    /// Why the board started.
+    pub last_restart: Option<Restart>,
 }
 
-impl Backseat {
-    /// Carries out one request; `Step` belongs to the clock and is no request.
-    pub fn request(&mut self, request: &ToBoard<'_>, out: &mut Ring<HOST_RING>) {
-        let answer = match *request {
-            ToBoard::Step(_) => return,
-            ToBoard::Hello => {
-                let firmware = concat!("backseat ", env!("CARGO_PKG_VERSION"));
-                FromBoard::Hello { firmware, parameter_schema: PARAMETER_SCHEMA }
-            }
-            ToBoard::ParameterBegin => answer(self.may_write().map(|()| self.parameters.begin())),
-            ToBoard::ParameterSet { name, value } => {
-                let under_way = self.under_way();
-                answer(self.may_write().and_then(|()| self.parameters.set(name, value, under_way)))
-            }
-            ToBoard::ParameterCommit => answer(self.may_write().and_then(|()| self.commit())),
-            ToBoard::Unlock => {
-                self.unlocked_us = self.now_us().saturating_add(UNLOCKED_US);
-                FromBoard::Done
-            }
-            ToBoard::KeyBegin => {
-                self.key_us = self.now_us().saturating_add(KEY_US);
-                FromBoard::Key { set: self.parameters.active().app.acoustic_key.is_set() }
-            }
-            ToBoard::KeySet(key) => answer(self.set_key(key)),
-            ToBoard::ParameterGet { index } => match self.parameters.info(index) {
-                Some(info) => FromBoard::Parameter(info),
-                None => FromBoard::Refused(Refusal::UnknownParameter),
-            },
-            ToBoard::MissionBegin { count } => answer(self.transfer.begin(count)),
-            ToBoard::MissionItem { index, ref waypoint } => answer(self.transfer.item(index, waypoint)),
-            ToBoard::MissionCommit => answer(self.commit_mission()),
-            ToBoard::MissionGet { index } => {
-                let waypoints = self.controller.mission().waypoints();
-                FromBoard::Mission {
-                    index,
-                    count: u16::try_from(waypoints.len()).unwrap_or(u16::MAX),
-                    waypoint: waypoints.get(usize::from(index)).map(to_wire),
-                }
-            }
-            ToBoard::MissionStart => answer(self.start()),
-            ToBoard::HealthGet => FromBoard::Health(self.health()),
-            ToBoard::FinWiggle => answer(self.wiggle()),
-            ToBoard::AdoptionRevert => answer(self.revert_adoption()),
-            ToBoard::MissionStop => {
-                self.stop();
-                FromBoard::Done
-            }
-            ToBoard::ParameterStore => match self.ask_store() {
-                // answered when the board has written them
-                Ok(()) => return,
-                Err(refusal) => FromBoard::Refused(refusal),
-            },
-        };
-        send(out, &answer);
-        if let (ToBoard::Hello, Some(restart)) = (request, self.last_restart.get()) {
-            send(out, &FromBoard::Restart(*restart));
-        }
+impl Host {
+    pub const fn new() -> Self {
+        Self { transfer: MissionTransfer::new(), unlocked_us: 0, key_us: 0, last_restart: None }
     }
 
-    fn now_us(&self) -> u64 {
-        self.last_step_us.unwrap_or(0)
-    }
-
-    /// Under way, and when a mission waits to begin, nothing is written by mistake.
-    fn may_write(&self) -> Result<(), Refusal> {
-        let locked = (self.under_way() || self.armed) && self.now_us() >= self.unlocked_us;
-        if locked { Err(Refusal::Locked) } else { Ok(()) }
+    /// Permissions end.
+    pub fn restart(&mut self) {
+        (self.unlocked_us, self.key_us) = (0, 0);
     }
 
     /// The key may be on its way: nothing that comes from the host is logged.
-    pub fn expects_key(&self) -> bool {
-        self.now_us() < self.key_us
-    }
-
-    fn set_key(&mut self, key: Key) -> Result<(), Refusal> {
-        if self.under_way() || self.armed {
-            return Err(Refusal::UnderWay);
-        }
-        if !self.expects_key() {
-            return Err(Refusal::Sequence);
-        }
-        self.key_us = 0;
-        self.parameters.set_key(key);
-        Ok(())
-    }
-
-    /// Flash is never erased under way.
-    fn ask_store(&mut self) -> Result<(), Refusal> {
-        if self.under_way() || self.armed {
-            return Err(Refusal::UnderWay);
-        }
-        if self.wiggle.get().is_some() {
-            return Err(Refusal::NotReady);
-        }
-        if self.storing != Storing::Idle {
-            return Err(Refusal::NoStore);
-        }
-        self.storing = Storing::Waiting;
-        Ok(())
-    }
-
-    /// The board is writing, or about to.
-    pub fn is_storing(&self) -> bool {
-        matches!(self.storing, Storing::Waiting | Storing::Adopted)
-    }
-
-    /// A mission is being flown.
-    pub fn under_way(&self) -> bool {
-        matches!(self.controller.status(), MissionStatus::Leg(_))
-    }
-
-    /// Activates the staged parameters. When more than live ones changed, navigation starts again
-    /// and waits for a fix.
-    fn commit(&mut self) -> Result<(), Refusal> {
-        let Self { parameters, estimator, controller, .. } = self;
-        let mut rebuilt = false;
-        parameters.commit(|settings, old, rebuild| {
-            rebuilt = rebuild;
-            let taken = !rebuild || super::app::configure(settings, estimator, controller);
-            if !taken {
-                // the old set was valid
-                super::app::configure(old, estimator, controller);
-            }
-            taken
-        })?;
-        self.unconfigured = false;
-        if rebuilt {
-            // what came before may be in other units
-            self.estimator.reset();
-            self.adaptation.restart();
-            self.reset_links();
-        }
-        Ok(())
-    }
-
-    fn commit_mission(&mut self) -> Result<(), Refusal> {
-        if self.under_way() {
-            return Err(Refusal::UnderWay);
-        }
-        self.controller.set_mission(self.transfer.commit()?);
-        Ok(())
-    }
-
-    /// Shows the fins, unless they are needed; they come to rest by themselves.
-    fn wiggle(&mut self) -> Result<(), Refusal> {
-        if self.under_way() || self.armed {
-            return Err(Refusal::UnderWay);
-        }
-        if self.is_storing() {
-            return Err(Refusal::NotReady);
-        }
-        self.wiggle.set(Wiggle::default());
-        Ok(())
-    }
-
-    /// Arms the stored mission: it begins with the first step at which navigation is valid.
-    fn start(&mut self) -> Result<(), Refusal> {
-        if self.under_way() {
-            return Err(Refusal::UnderWay);
-        }
-        if self.controller.mission().waypoints().is_empty() {
-            return Err(Refusal::Sequence);
-        }
-        if !self.modes.may_arm() || self.is_storing() || self.wiggle.get().is_some() {
-            return Err(Refusal::NotReady);
-        }
-        self.frontseat.forget_refusal();
-        self.modes.started();
-        self.armed = true;
-        Ok(())
+    pub fn expects_key(&self, now_us: u64) -> bool {
+        now_us < self.key_us
     }
 }
 
-fn answer(outcome: Result<(), Refusal>) -> FromBoard<'static> {
+/// Carries out one request; `Step` belongs to the clock and is no request.
+pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOST_RING>) {
+    let now_us = backseat.now_us();
+    let answer = match *request {
+        ToBoard::Step(_) => return,
+        ToBoard::Hello => {
+            let firmware = concat!("backseat ", env!("CARGO_PKG_VERSION"));
+            FromBoard::Hello { firmware, parameter_schema: PARAMETER_SCHEMA }
+        }
+        ToBoard::ParameterBegin => outcome(may_write(backseat).map(|()| backseat.parameters.begin())),
+        ToBoard::ParameterSet { name, value } => {
+            let under_way = backseat.steering.under_way();
+            outcome(may_write(backseat).and_then(|()| backseat.parameters.set(name, value, under_way)))
+        }
+        ToBoard::ParameterCommit => outcome(may_write(backseat).and_then(|()| backseat.commit())),
+        ToBoard::Unlock => {
+            backseat.host.unlocked_us = now_us.saturating_add(UNLOCKED_US);
+            FromBoard::Done
+        }
+        ToBoard::KeyBegin => {
+            backseat.host.key_us = now_us.saturating_add(KEY_US);
+            FromBoard::Key { set: backseat.parameters.active().app.acoustic_key.is_set() }
+        }
+        ToBoard::KeySet(key) => outcome(set_key(backseat, key)),
+        ToBoard::ParameterGet { index } => match backseat.parameters.info(index) {
+            Some(info) => FromBoard::Parameter(info),
+            None => FromBoard::Refused(Refusal::UnknownParameter),
+        },
+        ToBoard::MissionBegin { count } => outcome(backseat.host.transfer.begin(count)),
+        ToBoard::MissionItem { index, ref waypoint } => outcome(backseat.host.transfer.item(index, waypoint)),
+        ToBoard::MissionCommit => outcome(commit_mission(backseat)),
+        ToBoard::MissionGet { index } => {
+            let waypoints = backseat.steering.mission().waypoints();
+            FromBoard::Mission {
+                index,
+                count: u16::try_from(waypoints.len()).unwrap_or(u16::MAX),
+                waypoint: waypoints.get(usize::from(index)).map(to_wire),
+            }
+        }
+        ToBoard::MissionStart => outcome(start(backseat)),
+        ToBoard::HealthGet => FromBoard::Health(backseat.link_health()),
+        ToBoard::FinWiggle => outcome(wiggle(backseat)),
+        ToBoard::AdoptionRevert => outcome(revert_adoption(backseat)),
+        ToBoard::MissionStop => {
+            backseat.steering.stop();
+            backseat.modes.stopped();
+            FromBoard::Done
+        }
+        ToBoard::ParameterStore => match store(backseat) {
+            // answered when the board has written them
+            Ok(()) => return,
+            Err(refusal) => FromBoard::Refused(refusal),
+        },
+    };
+    send(out, &answer);
+    if let (ToBoard::Hello, Some(restart)) = (request, backseat.host.last_restart) {
+        send(out, &FromBoard::Restart(restart));
+    }
+}
+
+fn outcome(outcome: Result<(), Refusal>) -> FromBoard<'static> {
     match outcome {
         Ok(()) => FromBoard::Done,
         Err(refusal) => FromBoard::Refused(refusal),
     }
+}
+
+/// Under way, and when a mission waits to begin, nothing is written by mistake.
+fn may_write(backseat: &Backseat) -> Result<(), Refusal> {
+    let locked = backseat.steering.is_engaged() && backseat.now_us() >= backseat.host.unlocked_us;
+    if locked { Err(Refusal::Locked) } else { Ok(()) }
+}
+
+/// No mission is under way or waits to begin.
+fn at_rest(backseat: &Backseat) -> Result<(), Refusal> {
+    if backseat.steering.is_engaged() { Err(Refusal::UnderWay) } else { Ok(()) }
+}
+
+fn set_key(backseat: &mut Backseat, key: Key) -> Result<(), Refusal> {
+    at_rest(backseat)?;
+    if !backseat.host.expects_key(backseat.now_us()) {
+        return Err(Refusal::Sequence);
+    }
+    backseat.host.key_us = 0;
+    backseat.parameters.set_key(key);
+    Ok(())
+}
+
+/// Flash is never erased under way.
+fn store(backseat: &mut Backseat) -> Result<(), Refusal> {
+    at_rest(backseat)?;
+    if backseat.steering.is_wiggling() {
+        return Err(Refusal::NotReady);
+    }
+    backseat.storage.request(Asked::ByHost)
+}
+
+fn commit_mission(backseat: &mut Backseat) -> Result<(), Refusal> {
+    if backseat.steering.under_way() {
+        return Err(Refusal::UnderWay);
+    }
+    backseat.steering.set_mission(backseat.host.transfer.commit()?);
+    Ok(())
+}
+
+/// Shows the fins, unless they are needed.
+fn wiggle(backseat: &mut Backseat) -> Result<(), Refusal> {
+    at_rest(backseat)?;
+    if backseat.storage.is_busy() {
+        return Err(Refusal::NotReady);
+    }
+    backseat.steering.wiggle();
+    Ok(())
+}
+
+/// Arms the stored mission: it begins with the first step at which navigation is valid.
+fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
+    if backseat.steering.under_way() {
+        return Err(Refusal::UnderWay);
+    }
+    if backseat.steering.mission().waypoints().is_empty() {
+        return Err(Refusal::Sequence);
+    }
+    if !backseat.modes.may_arm() || backseat.storage.is_busy() || backseat.steering.is_wiggling() {
+        return Err(Refusal::NotReady);
+    }
+    backseat.links.frontseat.forget_refusal();
+    backseat.modes.started();
+    backseat.steering.arm();
+    Ok(())
+}
+
+/// Uses the set from before the last adoption.
+fn revert_adoption(backseat: &mut Backseat) -> Result<(), Refusal> {
+    let change = backseat.adaptation.revert(AdoptionEvent::RevertedByHost).ok_or(Refusal::NotReady)?;
+    let now_us = backseat.now_us();
+    if backseat.change_vehicle(now_us, &change) { Ok(()) } else { Err(Refusal::NotReady) }
 }

@@ -7,52 +7,58 @@
 //!
 //! | module | concept |
 //! |---|---|
-//! | `app` | the state machine: ports, steps, requests of the host |
-//! | `decode` | one link per device port: bytes to events, requests and configuration |
-//! | `estimator` | the filter, its queue of events, its inputs, initialisation |
-//! | `adaptation` | the adaptive identifier; when its parameters are used, and given up again |
-//! | `acoustics` | from the modem's sentences to ranges |
-//! | `time`, `geodesy` | local time to UTC; latitude and longitude to the local plane |
+//! | `app` | the app from outside: ports, steps, the host link |
+//! | `backseat` | the components, and the one place where their decisions are carried out |
+//! | [`links`] | one link per device port: bytes to raw samples, requests to the device |
+//! | [`inputs`] | the installation: raw samples to measurements; queue, packets, history of the actuators |
+//! | `estimator` | the filter, initialisation, the state at the present |
+//! | `adaptation` | the adaptive identifier and the fault monitor; when identified parameters are used, and given up again |
+//! | `steering`, `command`, `wiggle` | missions, commands to the frontseat, hand-back; the fins on the bench |
 //! | `modes` | mode and reason from facts; when a mission has to end |
-//! | `command` | `$OMP`, `$OMS`, stop and hand-back |
+//! | `host`, `mission`, `telemetry` | requests and their answers; mission transfer; records of each step |
 //! | [`parameters`] | the declared list, transactions |
-//! | `mission` | mission transfer |
-//! | `telemetry` | records of each step |
-//! | `wiggle` | the fins on the bench |
-//! | [`store`] | what survives a reset: parameters in flash, the restart record |
+//! | `storage`, [`store`], `persistence` | requests to store; flash and restart record; how a board serves them |
+//! | `recorded` | what goes into the board log |
+//! | `time`, `geodesy` | local time to UTC; latitude and longitude to the local plane |
 //! | `lockstep`, `pump` | clocks and ports |
-//! | `held` | options that are zero when empty |
 #![no_std]
 
 #[cfg(test)]
 extern crate std;
 
-mod acoustics;
 mod adaptation;
 mod app;
+mod backseat;
 mod command;
-mod decode;
 mod estimator;
-mod event;
 mod geodesy;
 mod health;
 mod held;
 mod host;
+pub mod inputs;
+pub mod links;
 mod lockstep;
 mod mission;
 mod modes;
 pub mod parameters;
+mod persistence;
 mod pump;
-mod queue;
+mod recorded;
 mod ring;
 mod steering;
+mod storage;
 pub mod store;
 mod telemetry;
 mod time;
 mod wiggle;
 
-pub use acoustics::Loss;
 pub use app::{App, STEP_US};
 pub use geodesy::LocalFrame;
 pub use health::Health;
+pub use inputs::Loss;
 pub use pump::{PortFailure, Progress, Pump, START_US};
+pub use recorded::{Recorder, poll_recorded, record_start};
+pub use time::UtcClock;
+
+/// A buffer of this size holds any sentence to frontseat or modem.
+const SENTENCE: usize = 96;

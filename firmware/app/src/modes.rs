@@ -4,8 +4,8 @@
 //! takes effect in the same step; what is better has to last for [`RECOVERY_US`], so that a source that comes and goes
 //! does not make the mode flicker. Initialising is outside this order: it is entered and left at once.
 
-use crate::estimator::timeout_us;
 use crate::parameters::AppSettings;
+use crate::time::micros;
 use backseat_wire::hostlink::{Mode, ModeReason};
 
 /// Better facts have to last this long, µs.
@@ -41,7 +41,7 @@ pub struct Facts {
 
 /// What the facts call for in the mode `now`.
 fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason) {
-    let stale = |age_us: Option<u64>, timeout_s: f64| age_us.is_none_or(|us| us > timeout_us(timeout_s));
+    let stale = |age_us: Option<u64>, timeout_s: f64| age_us.is_none_or(|us| us > micros(timeout_s));
     let attitude = stale(facts.attitude_age_us, settings.attitude_timeout_s);
     let depth = stale(facts.depth_age_us, settings.depth_timeout_s);
     if facts.failed {
@@ -73,7 +73,7 @@ fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason)
         return (Mode::Safe, ModeReason::DepthStale);
     }
     // Without a mission nobody commands it.
-    if facts.mission && facts.refused_us.is_some_and(|us| us > timeout_us(settings.refusal_timeout_s)) {
+    if facts.mission && facts.refused_us.is_some_and(|us| us > micros(settings.refusal_timeout_s)) {
         return (Mode::Safe, ModeReason::FrontseatRefuses);
     }
     // Whichever of the two is right, it is not known where up and down are.

@@ -1,111 +1,257 @@
 //! What goes to the actuators: the controller's commands, the bench's wiggle, the hand-back to the frontseat.
 
-use crate::app::{Backseat, SENTENCE};
-use crate::command::{Unanswered, input_of};
-use crate::decode::micros;
-use crate::parameters::ControlMode;
-use backseat_core::control::mission::MissionStatus;
-use backseat_wire::hostlink::Port;
+use crate::SENTENCE;
+use crate::command::{Commander, Unanswered};
+use crate::links::actuators_of;
+use crate::parameters::{AppSettings, ControlMode};
+use crate::time::micros;
+use crate::wiggle::Wiggle;
+use backseat_core::control::mission::{Mission, MissionStatus};
+use backseat_core::control::{ControlConfig, ControlError, Controller};
+use backseat_core::dynamics::{ActuatorInput, VehicleModel};
+use backseat_core::state::VehicleState;
+use backseat_wire::iver::ServoBytes;
+use heapless::Vec;
 
 /// An echo of the motor that is further from the command shows another's command: what the propeller's rate and the
 /// echo's age make is less but in the first second.
 const MOTOR_COUNTS: u8 = 16;
+/// Neutral of the modes' end of a mission, of the operator's stop, of a wiggle's end, and the step's own command.
+const MOST_SENTENCES: usize = 4;
 
-impl Backseat {
-    /// While the frontseat steers, its echo says what the actuators do.
-    pub(crate) fn hear_echo(&mut self) {
-        let app = &self.parameters.active().app;
-        let own = self.under_way() && app.control_mode == ControlMode::Direct;
-        let Some((time_us, bytes)) = self.frontseat.echo().filter(|(us, _)| self.echo_us != Some(*us)) else { return };
-        self.echo_us = Some(time_us);
-        if own {
-            // Somebody at the frontseat may steer by hand, whatever it acknowledges. The motor is told a steady speed.
-            let obeys = bytes.motor.abs_diff(self.commander.sent().motor) <= MOTOR_COUNTS;
-            self.frontseat.note_obedience(time_us, obeys);
-        } else {
-            let input = input_of(&bytes, app);
-            self.estimator.command(time_us, &input);
-            self.adaptation.command(time_us, &input);
+/// What a step is to send, and what it makes of the actuators.
+#[derive(Default)]
+pub struct Orders {
+    /// To the frontseat, in this order.
+    pub sentences: Vec<Vec<u8, SENTENCE>, MOST_SENTENCES>,
+    /// The actuators do this from a time on, µs.
+    pub actuators: Option<(u64, ActuatorInput)>,
+    /// The frontseat never acknowledged the stop.
+    pub stop_unanswered: bool,
+}
+
+impl Orders {
+    fn send(&mut self, sentence: &[u8]) {
+        // sentences fit, and there are never more
+        if let Ok(sentence) = Vec::from_slice(sentence) {
+            let _ = self.sentences.push(sentence);
+        }
+    }
+}
+
+/// The vehicle as steering needs it.
+pub struct Situation<'a> {
+    /// Time of the step, µs.
+    pub now_us: u64,
+    /// The vehicle now.
+    pub x: &'a VehicleState,
+    /// Current north and east, m/s.
+    pub current_mps: [f64; 2],
+    /// When the frontseat last acknowledged a stop, µs.
+    pub stop_acknowledged_us: Option<u64>,
+}
+
+/// Controller, mission and the commands under way.
+pub struct Steering {
+    controller: Controller,
+    commander: Commander,
+    /// A mission begins as soon as navigation is valid.
+    armed: bool,
+    /// The fins are being shown.
+    wiggle: Option<Wiggle>,
+    /// The frontseat gets control back with the next step.
+    stopping: bool,
+    /// When it last got it, µs.
+    stopped_us: u64,
+    /// Arrival of the last echo that was heard, µs.
+    echo_us: Option<u64>,
+    /// The echoed motor is not the commanded one since then, µs.
+    disobeyed_since_us: Option<u64>,
+}
+
+impl Steering {
+    pub const fn new() -> Self {
+        Self {
+            controller: Controller::new(),
+            commander: Commander::new(),
+            armed: false,
+            wiggle: None,
+            stopping: false,
+            stopped_us: 0,
+            echo_us: None,
+            disobeyed_since_us: None,
         }
     }
 
-    /// Ends a mission: neutral now, `$OMSTOP` until it is acknowledged.
-    pub(crate) fn hand_back(&mut self, now_us: u64) {
+    /// Forgets everything but controller and mission.
+    pub fn restart(&mut self) {
         self.controller.stop();
-        self.send_neutral(now_us);
-        self.frontseat.await_stop();
-        self.commander.stop(now_us);
+        self.commander = Commander::new();
+        self.armed = false;
+        self.wiggle = None;
+        self.stopping = false;
+        self.stopped_us = 0;
+        self.echo_us = None;
+        self.disobeyed_since_us = None;
     }
 
-    /// The operator's stop; the bytes go out with the next step.
-    pub(crate) fn stop(&mut self) {
+    /// Builds the controller.
+    ///
+    /// # Errors
+    /// What it refuses.
+    pub fn configure(&mut self, config: &ControlConfig, model: &VehicleModel) -> Result<(), ControlError> {
+        self.controller.configure(config, model)
+    }
+
+    /// Another vehicle, under way.
+    pub fn set_model(&mut self, model: &VehicleModel) {
+        self.controller.set_model(model);
+    }
+
+    pub fn mission(&self) -> &Mission {
+        self.controller.mission()
+    }
+
+    pub fn set_mission(&mut self, mission: &Mission) {
+        self.controller.set_mission(mission);
+    }
+
+    /// Leg of the mission that is being flown.
+    pub fn leg(&self) -> Option<u16> {
+        match self.controller.status() {
+            MissionStatus::Leg(leg) => Some(leg),
+            MissionStatus::Idle | MissionStatus::Finished => None,
+        }
+    }
+
+    /// A mission is being flown.
+    pub fn under_way(&self) -> bool {
+        self.leg().is_some()
+    }
+
+    /// A mission is being flown or waits to begin.
+    pub fn is_engaged(&self) -> bool {
+        self.under_way() || self.armed
+    }
+
+    /// The fins are being shown.
+    pub fn is_wiggling(&self) -> bool {
+        self.wiggle.is_some()
+    }
+
+    /// The mission begins with the first step at which navigation is valid.
+    pub fn arm(&mut self) {
+        self.disobeyed_since_us = None;
+        self.armed = true;
+    }
+
+    /// Navigation is valid: an armed mission begins.
+    pub fn begin(&mut self, x: &VehicleState) {
+        if self.armed {
+            // an empty mission was refused when it was armed
+            self.armed = self.controller.start(x).is_err();
+        }
+    }
+
+    /// Shows the fins; they come to rest by themselves.
+    pub fn wiggle(&mut self) {
+        self.wiggle = Some(Wiggle::default());
+    }
+
+    /// Ends everything; the bytes go out with the next step.
+    pub fn stop(&mut self) {
         self.controller.stop();
-        self.modes.stopped();
         self.armed = false;
-        self.wiggle.clear();
+        self.wiggle = None;
         self.stopping = true;
     }
 
-    fn send_neutral(&mut self, now_us: u64) {
-        self.send_fins([0.0; 4], now_us);
+    /// The frontseat gets control with the next step.
+    pub fn release(&mut self) {
+        self.stopping = true;
+    }
+
+    /// Since when the frontseat has acknowledged commands and not obeyed, µs.
+    pub fn disobeyed_since_us(&self) -> Option<u64> {
+        self.disobeyed_since_us
+    }
+
+    /// The frontseat's echo of its servo bytes. While the frontseat steers it says what the actuators do, from its
+    /// arrival on.
+    pub fn hear_echo(
+        &mut self,
+        echo: Option<(u64, ServoBytes)>,
+        settings: &AppSettings,
+    ) -> Option<(u64, ActuatorInput)> {
+        let (time_us, bytes) = echo.filter(|(us, _)| self.echo_us != Some(*us))?;
+        self.echo_us = Some(time_us);
+        if !(self.under_way() && settings.control_mode == ControlMode::Direct) {
+            return Some((time_us, actuators_of(&bytes, settings)));
+        }
+        // Somebody at the frontseat may steer by hand, whatever it acknowledges. The motor has a steady speed.
+        let obeys = bytes.motor.abs_diff(self.commander.sent().motor) <= MOTOR_COUNTS;
+        self.disobeyed_since_us = if obeys { None } else { self.disobeyed_since_us.or(Some(time_us)) };
+        None
+    }
+
+    /// Ends a mission: neutral now, `$OMSTOP` until it is acknowledged.
+    pub fn hand_back(&mut self, now_us: u64, settings: &AppSettings, orders: &mut Orders) {
+        self.controller.stop();
+        self.send_fins([0.0; 4], now_us, settings, orders);
+        self.stopped_us = now_us;
+        self.commander.stop(now_us);
     }
 
     /// Fins with the propeller stopped.
-    fn send_fins(&mut self, fins_rad: [f64; 4], now_us: u64) {
+    fn send_fins(&mut self, fins_rad: [f64; 4], now_us: u64, settings: &AppSettings, orders: &mut Orders) {
         let mut buffer = [0; SENTENCE];
-        if let Ok(sentence) = self.commander.fins(fins_rad, &self.parameters.active().app, &mut buffer) {
-            self.push(Port::Frontseat, sentence);
+        if let Ok(sentence) = self.commander.fins(fins_rad, settings, &mut buffer) {
+            orders.send(sentence);
         }
-        self.command_sent(now_us);
+        self.commanded(now_us, settings, orders);
     }
 
-    /// Tells the filter what was sent, as the servo bytes have it.
-    fn command_sent(&mut self, now_us: u64) {
-        let app = &self.parameters.active().app;
-        let effective_us = now_us.saturating_add(micros(app.actuator_delay_s));
-        let input = input_of(&self.commander.sent(), app);
-        self.estimator.command(effective_us, &input);
-        self.adaptation.command(effective_us, &input);
+    /// What the servo bytes sent make of the actuators.
+    fn commanded(&self, now_us: u64, settings: &AppSettings, orders: &mut Orders) {
+        let effective_us = now_us.saturating_add(micros(settings.actuator_delay_s));
+        orders.actuators = Some((effective_us, actuators_of(&self.commander.sent(), settings)));
     }
 
-    /// What the actuators are to do from now on.
-    pub(crate) fn steer(&mut self, now_us: u64) {
+    /// The command of a step.
+    pub fn steer(&mut self, situation: &Situation<'_>, settings: &AppSettings, orders: &mut Orders) {
+        let now_us = situation.now_us;
         if core::mem::take(&mut self.stopping) {
-            self.hand_back(now_us);
+            self.hand_back(now_us, settings, orders);
         }
-        if let Some(wiggle) = self.wiggle.get_mut() {
+        if let Some(wiggle) = &mut self.wiggle {
             if let Some(fins_rad) = wiggle.fins_rad(now_us) {
-                self.send_fins(fins_rad, now_us);
+                self.send_fins(fins_rad, now_us, settings, orders);
                 return;
             }
-            self.wiggle.clear();
-            self.hand_back(now_us);
+            self.wiggle = None;
+            self.hand_back(now_us, settings, orders);
         }
         let mut buffer = [0; SENTENCE];
         if self.under_way() {
-            let navigator = self.estimator.navigator();
-            let command = self.controller.command(now_us, navigator.state(), navigator.current());
+            let command = self.controller.command(now_us, situation.x, situation.current_mps);
             if !matches!(command.status, MissionStatus::Leg(_)) {
                 // The last waypoint: the frontseat carries on when the command's timeout lapses.
-                self.send_neutral(now_us);
+                self.send_fins([0.0; 4], now_us, settings, orders);
                 return;
             }
-            let app = &self.parameters.active().app;
-            let direct = app.control_mode == ControlMode::Direct;
-            if let Ok(Some(sentence)) = self.commander.steer(&command, app, &mut buffer) {
-                self.push(Port::Frontseat, sentence);
+            if let Ok(Some(sentence)) = self.commander.steer(&command, settings, &mut buffer) {
+                orders.send(sentence);
             }
-            if direct {
-                self.command_sent(now_us);
+            if settings.control_mode == ControlMode::Direct {
+                self.commanded(now_us, settings, orders);
             }
             return;
         }
-        let acknowledged = self.frontseat.stop_acknowledged();
-        let app = &self.parameters.active().app;
-        match self.commander.stopping(now_us, acknowledged, app, &mut buffer) {
-            Ok(Some(sentence)) => self.push(Port::Frontseat, sentence),
+        let acknowledged = situation.stop_acknowledged_us.is_some_and(|us| us > self.stopped_us);
+        match self.commander.stopping(now_us, acknowledged, settings, &mut buffer) {
+            Ok(Some(sentence)) => orders.send(sentence),
             Ok(None) => {}
-            Err(Unanswered) => self.modes.stop_unanswered(),
+            Err(Unanswered) => orders.stop_unanswered = true,
         }
     }
 }

@@ -1,7 +1,6 @@
-//! What the board tells the PC about each step.
+//! The records of each step for the host.
 
 use crate::estimator::Estimator;
-use backseat_core::dynamics::ActuatorInput;
 use backseat_core::navigation::{FusionOutcome, FusionRecord, ShipReport};
 use backseat_core::state::{VEHICLE_STATES, X, Y};
 use backseat_wire::hostlink::{FusionTelemetry, Mode, ModeReason, Ship, Telemetry};
@@ -12,7 +11,6 @@ pub fn record(
     utc_us: Option<u64>,
     (mode, reason): (Mode, ModeReason),
     estimator: &Estimator,
-    input: &ActuatorInput,
     leg: Option<u16>,
     rejected_frames: [u32; 4],
 ) -> Telemetry {
@@ -21,7 +19,7 @@ pub fn record(
     let mut sigma = [0.0; VEHICLE_STATES];
     if navigator.is_initialised() {
         for (i, (state, sigma)) in state.iter_mut().zip(&mut sigma).enumerate() {
-            *state = navigator.state()[i];
+            *state = estimator.output()[i];
             *sigma = libm::sqrt(navigator.variance(i));
         }
     }
@@ -34,14 +32,14 @@ pub fn record(
         sigma,
         cov_xy_m2: if navigator.is_initialised() { navigator.covariance(X, Y) } else { 0.0 },
         current_mps: if navigator.is_initialised() { navigator.current() } else { [0.0; 2] },
-        propeller_radps: input.propeller_radps,
-        fins_rad: input.fins_rad,
+        propeller_radps: estimator.input().propeller_radps,
+        fins_rad: estimator.input().fins_rad,
         leg,
         rejected_frames,
     }
 }
 
-/// What a packet told of the ship.
+/// The ship as a packet reports it.
 pub fn ship(time_us: u64, report: &ShipReport) -> Ship {
     let ShipReport { position_m, velocity_mps, position_sigma_m: sigma_m, .. } = *report;
     Ship { time_us, position_m, velocity_mps, sigma_m }

@@ -45,7 +45,15 @@ pub struct UtcClock {
     odd: u32,
 }
 
+impl Default for UtcClock {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl UtcClock {
+    /// Knows nothing of UTC.
+    #[must_use]
     pub const fn new() -> Self {
         Self {
             offset_us: None,
@@ -57,6 +65,13 @@ impl UtcClock {
             resumed_us: None,
             odd: 0,
         }
+    }
+
+    /// A clock that knows UTC at a local time from elsewhere, to the microsecond.
+    #[must_use]
+    pub fn synchronised(local_us: u64, utc_us: u64) -> Self {
+        let offset_us = utc_us.checked_signed_diff(local_us);
+        Self { offset_us, fine: offset_us.is_some(), fine_us: local_us, ..Self::new() }
     }
 
     /// UTC at a local time, µs since 1970; `None` while unknown.
@@ -156,6 +171,11 @@ impl UtcClock {
             self.fine_us = local_us;
         }
     }
+}
+
+/// Seconds as whole microseconds; negative and NaN give 0.
+pub fn micros(seconds: f64) -> u64 {
+    libm::round(seconds * 1e6) as u64
 }
 
 /// a − b as times of day, in (−12 h, 12 h], µs: right whatever the dates say.

@@ -1,8 +1,8 @@
 //! Session logs: everything comes back, and what a cut or a broken byte costs.
 
 use backseat_app::parameters::PARAMETERS;
-use backseat_app::store::{Recorder, record_start};
 use backseat_app::{App, STEP_US};
+use backseat_app::{Recorder, record_start};
 use backseat_data::output::Existing;
 use backseat_data::session::{Attachment, Clock, Damage, Entry, Event, Meta, Reader, Writer};
 use backseat_wire::boardlog::LogRecord;

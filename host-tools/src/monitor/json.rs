@@ -3,7 +3,7 @@
 use super::model::{Model, Severity, words};
 use backseat_core::effects::parameters;
 use backseat_host::PORT_NAMES;
-use backseat_wire::hostlink::{Telemetry, Visibility};
+use backseat_wire::hostlink::{FaultReport, Telemetry, Visibility};
 use serde_json::{Map, Value, json};
 
 /// What is known now; of the events, those after the first `seen`. And how many there are.
@@ -31,6 +31,7 @@ pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
         "gate_sigmas": model.gate_sigmas(),
         "effects": effects(model),
         "identification": identification(model),
+        "fault": model.fault.as_ref().map_or(Value::Null, fault),
         "ports": ports(model),
         "link": link(model, now_us),
         "alarms": alarms,
@@ -107,6 +108,19 @@ fn identification(model: &Model) -> Value {
         "adapted_s": record.adapted_s,
         "parameters": parameters.collect::<Map<_, _>>(),
     })
+}
+
+fn fault(report: &FaultReport) -> Value {
+    let diagnosis = report.diagnosis.as_ref().map(|diagnosis| {
+        json!({
+            "cause": words::cause(diagnosis.cause),
+            "rival": diagnosis.rival.map(words::cause),
+            "magnitude": diagnosis.magnitude,
+            "confidence": diagnosis.confidence,
+            "since_s": diagnosis.since_us as f64 * 1e-6,
+        })
+    });
+    json!({ "state": words::fault_state(report.state), "diagnosis": diagnosis })
 }
 
 fn ports(model: &Model) -> Value {

@@ -1,8 +1,9 @@
 //! The log of a board's memory card: the board on its own clock, its parameters in flash, reset by its watchdog.
 
 use crate::sim::{STEP_US, Sim, difference, replay, scenario};
-use backseat_app::store::{Recorder, Response, RestartRecord, poll_recorded, record_start};
+use backseat_app::store::{Response, RestartRecord};
 use backseat_app::{App, Progress, Pump, START_US};
+use backseat_app::{Recorder, poll_recorded, record_start};
 use backseat_wire::boardlog::LogRecord;
 use backseat_wire::hostlink::{MAX_FRAME, Port, ResetCause, ToBoard, encode};
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};

@@ -14,9 +14,6 @@
 //! than chance" is a paired, one-sided t-test of the logarithm of their error ratios, stretch by stretch
 //! ([`ComparisonEvidence::is_better`]), judged once, at the end of the window. A stored set is one that passed its probation.
 
-use super::Adaptation;
-use crate::app::Backseat;
-use crate::host::Storing;
 use crate::parameters::AppSettings;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::theta::{theta_of, with_theta};
@@ -80,6 +77,11 @@ impl Adoptions {
     pub fn begin(&mut self, comparison: &mut ModelComparison, active: &VehicleParameters) {
         comparison.enter(ModelRole::Active, Some(&theta_of(active)));
         self.frozen_s = 0.0;
+    }
+
+    /// The set in use has passed its probation and is not stored yet; asked once.
+    pub fn take_to_store(&mut self) -> bool {
+        core::mem::take(&mut self.to_store)
     }
 
     /// No more adoptions.
@@ -200,17 +202,5 @@ impl Adoptions {
     pub fn stored(&mut self, now_us: u64, kept: bool) {
         let event = if kept { AdoptionEvent::Stored } else { AdoptionEvent::StoreFailed };
         self.say(now_us, event, &ComparisonEvidence::NONE);
-    }
-}
-
-impl Backseat {
-    /// An adopted set that passed its probation is stored once no mission is under way: flash is never erased before.
-    pub(super) fn ask_to_store_adopted(&mut self) {
-        let idle = !self.under_way() && !self.armed && self.wiggle.get().is_none() && self.storing == Storing::Idle;
-        let Adaptation { adoptions, .. } = &mut self.adaptation;
-        if adoptions.to_store && idle {
-            adoptions.to_store = false;
-            self.storing = Storing::Adopted;
-        }
     }
 }

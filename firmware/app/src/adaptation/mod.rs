@@ -15,19 +15,22 @@
 //! telemetry says which ([`Activity`]). A current that is neither estimated nor zero would be taken for the vehicle's own
 //! motion: switch `app.current_state` on where there may be one.
 
-pub mod adoption;
-mod channels;
+mod adoption;
+mod fault;
+mod samples;
 
-use crate::app::Backseat;
-use crate::estimator::{Estimator, at_centre};
+use crate::inputs::Inputs;
+use crate::inputs::installation::velocity_at_centre;
 use crate::parameters::Settings;
 use adoption::{Adoptions, Decision};
-use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
+use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleParameters};
 use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, Outcome, PARAMETERS};
+use backseat_core::navigation::Navigator;
 use backseat_core::state::Z;
-use backseat_wire::hostlink::{Activity, AdoptionEvent, Identification, Refusal, Visibility};
-use channels::{Channel, Commands};
+use backseat_wire::hostlink::{Activity, Adoption, AdoptionEvent, FaultReport, Identification, Visibility};
+use fault::FaultWatch;
 use nalgebra::{Vector3, Vector6};
+use samples::RecentSamples;
 
 /// How far back a sample lies, µs: two samples of a 3 Hz sensor and the way of its bytes.
 const LAG_US: u64 = 600_000;
@@ -50,17 +53,25 @@ struct Sample {
     input: ActuatorInput,
 }
 
+/// A change of the parameters in use.
+pub struct Change {
+    /// What is to be used.
+    pub vehicle: VehicleParameters,
+    /// Adopted or reverted.
+    pub event: AdoptionEvent,
+}
+
 /// The identifier, what feeds it and what becomes of its estimates.
 pub struct Adaptation {
     identifier: Identifier,
     comparison: ModelComparison,
-    pub(crate) adoptions: Adoptions,
-    attitude: Channel,
-    rates: Channel,
-    velocity: Channel,
+    adoptions: Adoptions,
+    faults: FaultWatch,
+    attitude: RecentSamples,
+    rates: RecentSamples,
+    velocity: RecentSamples,
     /// The velocities kept are through the water.
     water_track: bool,
-    commands: Commands,
     /// The identifier is built from the parameters in use.
     configured: bool,
     activity: Activity,
@@ -74,11 +85,11 @@ impl Adaptation {
             identifier: Identifier::new(),
             comparison: ModelComparison::new(),
             adoptions: Adoptions::new(),
-            attitude: Channel::new(),
-            rates: Channel::new(),
-            velocity: Channel::new(),
+            faults: FaultWatch::new(),
+            attitude: RecentSamples::new(),
+            rates: RecentSamples::new(),
+            velocity: RecentSamples::new(),
             water_track: false,
-            commands: Commands::new(),
             configured: false,
             activity: Activity::Off,
             reported: Activity::Off,
@@ -88,25 +99,20 @@ impl Adaptation {
 
     /// Forgets everything: the next sample starts from the parameters in use.
     pub fn restart(&mut self) {
-        for channel in [&mut self.attitude, &mut self.rates, &mut self.velocity] {
-            channel.clear();
+        for samples in [&mut self.attitude, &mut self.rates, &mut self.velocity] {
+            samples.clear();
         }
-        self.commands.clear();
         self.adoptions.restart();
+        self.faults.restart();
         self.configured = false;
         self.activity = Activity::Off;
         self.reported = Activity::Off;
         self.next_report_us = 0;
     }
 
-    /// The actuators do `input` from `time_us` on.
-    pub fn command(&mut self, time_us: u64, input: &ActuatorInput) {
-        self.commands.push(time_us, input);
-    }
-
-    /// Takes what the sensors said last.
-    fn listen(&mut self, estimator: &Estimator, settings: &Settings) {
-        let samples = estimator.samples();
+    /// Takes the latest samples.
+    fn listen(&mut self, inputs: &Inputs, settings: &Settings) {
+        let samples = inputs.latest();
         self.attitude.take(samples.euler_rad);
         self.rates.take(samples.rates_radps);
         let water_track = settings.app.use_water_track && samples.water_mps.is_some();
@@ -122,17 +128,17 @@ impl Adaptation {
     }
 
     /// All channels at the present sample time, or why there is no sample.
-    fn gather(&self, now_us: u64, estimator: &Estimator, settings: &Settings) -> Result<Sample, Activity> {
-        let navigator = estimator.navigator();
+    fn gather(&self, navigator: &Navigator, inputs: &Inputs, settings: &Settings) -> Result<Sample, Activity> {
         if navigator.state()[Z] < SURFACE_M {
             return Err(Activity::Surfaced);
         }
-        let time_us = now_us.checked_sub(LAG_US).ok_or(Activity::NoAttitude)?;
+        let time_us = navigator.time_us().checked_sub(LAG_US).ok_or(Activity::NoAttitude)?;
         let euler_rad = self.attitude.angles_at(time_us).ok_or(Activity::NoAttitude)?;
         let rates_radps = self.rates.at(time_us).ok_or(Activity::NoAttitude)?;
         let at_instrument = self.velocity.at(time_us).ok_or(Activity::NoVelocity)?;
         let attitude = Vector3::from(euler_rad);
-        let mut velocity = Vector3::from(at_centre(rates_radps, at_instrument, &settings.app.installation.dvl_arm_m));
+        let mut velocity =
+            Vector3::from(velocity_at_centre(rates_radps, at_instrument, &settings.app.installation.dvl_arm_m));
         if !self.water_track {
             if navigator.current_sigma().is_some_and(|sigma| sigma.iter().any(|s| *s > CURRENT_SIGMA_MPS)) {
                 return Err(Activity::NoVelocity);
@@ -146,15 +152,15 @@ impl Adaptation {
             time_us,
             attitude,
             velocity: Vector6::new(velocity.x, velocity.y, velocity.z, p, q, r),
-            input: self.commands.mean(since_us, time_us).ok_or(Activity::NotUnderWay)?,
+            input: inputs.actuators().mean(since_us, time_us).ok_or(Activity::NotUnderWay)?,
         })
     }
 
     /// Builds identifier and comparison from the parameters in use; the noise of a sample is that of its sensor, and more where the
     /// sensor is slower than the samples and its noise with it.
     fn configure(&mut self, settings: &Settings) -> bool {
-        let channels = [&self.attitude, &self.rates, &self.velocity].map(Channel::interval_s);
-        let [Some(attitude_s), Some(rates_s), Some(velocity_s)] = channels else { return false };
+        let intervals = [&self.attitude, &self.rates, &self.velocity].map(RecentSamples::interval_s);
+        let [Some(attitude_s), Some(rates_s), Some(velocity_s)] = intervals else { return false };
         let period_s = PERIOD_US as f64 * 1e-6;
         let noise = |sigma: f64, interval_s: f64| sigma * libm::sqrt((interval_s / period_s).max(1.0));
         let sensors = &settings.navigation.sensors;
@@ -176,50 +182,107 @@ impl Adaptation {
         let noise = [dvl, dvl, dvl, rates, rates, rates];
         self.comparison.configure(sensors.attitude_rad, &noise, &[u, v, w, p, q, r], period_s);
         self.adoptions.begin(&mut self.comparison, &settings.vehicle);
+        self.faults.use_vehicle(&settings.vehicle);
         true
     }
 
-    /// One step; what is to be done with the parameters in use.
-    fn step(&mut self, now_us: u64, under_way: bool, estimator: &Estimator, settings: &Settings) -> Decision {
-        self.listen(estimator, settings);
+    /// One step; the change of the parameters in use that it calls for, to be answered by [`Self::changed`].
+    pub fn step(
+        &mut self,
+        now_us: u64,
+        under_way: bool,
+        inputs: &Inputs,
+        navigator: &Navigator,
+        settings: &Settings,
+    ) -> Option<Change> {
+        self.listen(inputs, settings);
         let gathered = if !settings.app.adapt {
             Err(Activity::Off)
-        } else if !under_way || !estimator.navigator().is_initialised() {
+        } else if !under_way || !navigator.is_initialised() {
             Err(Activity::NotUnderWay)
         } else {
-            self.gather(now_us, estimator, settings)
+            self.gather(navigator, inputs, settings)
         };
         let sample = match gathered {
             Ok(sample) => sample,
             Err(reason) => {
                 self.activity = reason;
                 self.comparison.interrupt();
-                return Decision::Keep;
+                self.faults.interrupt();
+                return None;
             }
         };
         if !self.configured {
             self.configured = self.configure(settings);
             if !self.configured {
                 self.activity = Activity::Off;
-                return Decision::Keep;
+                return None;
             }
         }
-        let report = self.identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, &sample.input);
+        let Sample { time_us, attitude, velocity, input } = &sample;
+        self.faults.sample(*time_us, attitude, velocity, input);
+        let report = self.identifier.sample(*time_us, attitude, velocity, input);
         self.activity = match report.outcome {
             Outcome::Filling | Outcome::WarmingUp => Activity::Starting,
             Outcome::Adapting => Activity::Adapting,
             Outcome::Diverged => Activity::Diverged,
             Outcome::NotConfigured | Outcome::Refused | Outcome::OutOfOrder => {
                 self.comparison.interrupt();
-                return Decision::Keep;
+                return None;
             }
         };
-        let Some(model) = self.identifier.model() else { return Decision::Keep };
-        let ended = self.comparison.sample(model, sample.time_us, &sample.attitude, &sample.velocity, &sample.input);
-        if !ended {
-            return Decision::Keep;
+        let model = self.identifier.model()?;
+        if !self.comparison.sample(model, *time_us, attitude, velocity, input) {
+            return None;
         }
-        self.adoptions.judge(now_us, &self.identifier, &mut self.comparison, &settings.app)
+        match self.adoptions.judge(now_us, &self.identifier, &mut self.comparison, &settings.app) {
+            Decision::Keep => None,
+            Decision::Adopt => {
+                let vehicle = self.adoptions.candidate(&self.comparison, &settings.vehicle)?;
+                Some(Change { vehicle, event: AdoptionEvent::Adopted })
+            }
+            Decision::Revert => self.revert(AdoptionEvent::Reverted),
+        }
+    }
+
+    /// Back to the set from before the last adoption; `None` when there is none.
+    pub fn revert(&self, event: AdoptionEvent) -> Option<Change> {
+        self.adoptions.previous().map(|vehicle| Change { vehicle, event })
+    }
+
+    /// A change was carried out, with what was in use `before` it; or the vehicle was refused.
+    pub fn changed(&mut self, now_us: u64, change: &Change, before: Option<&VehicleParameters>) {
+        let Self { adoptions, comparison, .. } = self;
+        match change.event {
+            AdoptionEvent::Adopted => adoptions.adopted(now_us, comparison, before),
+            event => adoptions.reverted(now_us, comparison, event),
+        }
+        if change.event == AdoptionEvent::RevertedByHost && before.is_some() {
+            adoptions.hold();
+        }
+        if before.is_some() {
+            self.faults.use_vehicle(&change.vehicle);
+        }
+    }
+
+    /// The set in use has passed its probation and is not stored yet; asked once.
+    pub fn take_to_store(&mut self) -> bool {
+        self.adoptions.take_to_store()
+    }
+
+    /// The set in use was written to the board's memory, or could not be.
+    pub fn stored(&mut self, now_us: u64, kept: bool) {
+        self.adoptions.stored(now_us, kept);
+    }
+
+    /// The next verdict for the host.
+    pub fn take_verdict(&mut self) -> Option<Adoption> {
+        self.adoptions.take_verdict()
+    }
+
+    /// Where the fault monitor stands, when there is news.
+    pub fn fault_report(&mut self, now_us: u64) -> Option<FaultReport> {
+        self.faults.report(now_us)
     }
 
     /// The identified parameters for the host, when it is time for them.
@@ -251,66 +314,5 @@ impl Adaptation {
             visibility,
             drifted: self.identifier.drift().drifted(),
         })
-    }
-}
-
-impl Backseat {
-    /// Lets the identifier look on, and uses what has proved better.
-    #[inline(never)]
-    pub(crate) fn adapt(&mut self, now_us: u64) {
-        let under_way = self.under_way();
-        let decision = self.adaptation.step(now_us, under_way, &self.estimator, self.parameters.active());
-        match decision {
-            Decision::Keep => {}
-            Decision::Adopt => self.adopt(now_us),
-            Decision::Revert => {
-                self.revert(now_us, AdoptionEvent::Reverted);
-            }
-        }
-        self.ask_to_store_adopted();
-    }
-
-    /// The candidate becomes the set in use.
-    fn adopt(&mut self, now_us: u64) {
-        let before = self.parameters.active().vehicle;
-        let Adaptation { adoptions, comparison, .. } = &mut self.adaptation;
-        let candidate = adoptions.candidate(comparison, &before);
-        let used = candidate.is_some_and(|vehicle| self.use_vehicle(&vehicle));
-        let Adaptation { adoptions, comparison, .. } = &mut self.adaptation;
-        adoptions.adopted(now_us, comparison, used.then_some(&before));
-    }
-
-    /// The host's request for the set from before the last adoption.
-    pub(crate) fn revert_adoption(&mut self) -> Result<(), Refusal> {
-        let now_us = self.last_step_us.unwrap_or(0);
-        if !self.revert(now_us, AdoptionEvent::RevertedByHost) {
-            return Err(Refusal::NotReady);
-        }
-        self.adaptation.adoptions.hold();
-        Ok(())
-    }
-
-    /// The set from before the last adoption is used again; false when there is none.
-    fn revert(&mut self, now_us: u64, event: AdoptionEvent) -> bool {
-        let Some(vehicle) = self.adaptation.adoptions.previous() else { return false };
-        let used = self.use_vehicle(&vehicle);
-        let Adaptation { adoptions, comparison, .. } = &mut self.adaptation;
-        adoptions.reverted(now_us, comparison, event);
-        used
-    }
-
-    /// Filter and controller take another vehicle under way; false, and nothing changed, when it is none.
-    fn use_vehicle(&mut self, vehicle: &VehicleParameters) -> bool {
-        let Ok(model) = VehicleModel::new(vehicle) else { return false };
-        let before = self.parameters.active().vehicle;
-        if !self.parameters.adopt(vehicle) {
-            return false;
-        }
-        if self.estimator.set_model(&model).is_err() {
-            self.parameters.adopt(&before);
-            return false;
-        }
-        self.controller.set_model(&model);
-        true
     }
 }

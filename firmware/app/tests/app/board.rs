@@ -2,8 +2,8 @@
 
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
-    Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Health, Identification, MAX_FRAME, Port, Refusal, Restart,
-    Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Adoption, Chunk, Decoder, FaultReport, FromBoard, FusionTelemetry, Health, Identification, MAX_FRAME, Port,
+    Refusal, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -55,6 +55,7 @@ pub struct Heard {
     pub adoptions: Vec<Adoption>,
     pub ships: Vec<Ship>,
     pub keys: Vec<bool>,
+    pub faults: Vec<FaultReport>,
 }
 
 /// The host's end of the host link.
@@ -84,6 +85,7 @@ impl Listener {
                 FromBoard::Identification(identification) => heard.identifications.push(identification),
                 FromBoard::Adoption(verdict) => heard.adoptions.push(verdict),
                 FromBoard::Ship(ship) => heard.ships.push(ship),
+                FromBoard::Fault(report) => heard.faults.push(report),
                 FromBoard::Key { set } => {
                     heard.answers.push(Ok(()));
                     heard.keys.push(set);

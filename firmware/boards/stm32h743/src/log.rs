@@ -3,7 +3,7 @@
 //! The app's level writes and never waits; thread mode reads and may take seconds.
 
 use crate::memory::LogQueue;
-use backseat_app::store::Recorder;
+use backseat_app::Recorder;
 use backseat_wire::boardlog::LogRecord;
 use backseat_wire::hostlink::{MAX_FRAME, encode};
 use core::sync::atomic::{AtomicBool, Ordering};

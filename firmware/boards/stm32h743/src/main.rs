@@ -30,8 +30,9 @@ mod uart;
 mod watchdog;
 
 use backseat_app::parameters::Settings;
-use backseat_app::store::{ParameterFlash, Recorder, RestartRecord, poll_recorded, record_start};
+use backseat_app::store::{ParameterFlash, RestartRecord};
 use backseat_app::{App, Progress, Pump};
+use backseat_app::{Recorder, poll_recorded, record_start};
 use backseat_wire::boardlog::LogRecord;
 use backup::BackupMemory;
 use card::Card;

@@ -314,6 +314,63 @@ pub struct Adoption {
     pub gain: [f64; 2],
 }
 
+/// A fault of the vehicle that the board's fault monitor knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FaultCause {
+    /// A fin (0 top, 1 bottom, 2 port, 3 starboard) lost lift and drag; magnitude: the share lost.
+    Fin(u8),
+    /// Surge drag has grown: something hangs on the hull; magnitude: relative increase of d11.
+    Entanglement,
+    /// The propeller pushes less; magnitude: the share of β5 lost.
+    Fouling,
+    /// Water has come in; magnitude: kg.
+    Flooding,
+}
+
+/// Where the fault monitor stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FaultState {
+    /// It learns what is normal.
+    #[default]
+    Learning,
+    /// Nothing is wrong.
+    Quiet,
+    /// Something is wrong; later data have to confirm it.
+    Suspicious,
+    /// The fault is named.
+    Diagnosed,
+}
+
+/// What is wrong with the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FaultDiagnosis {
+    /// The fault that explains most.
+    pub cause: FaultCause,
+    /// Another fault that explains nearly as much.
+    pub rival: Option<FaultCause>,
+    /// See [`FaultCause`].
+    pub magnitude: f64,
+    /// Moment of the water about y over its weight, kg m, positive ahead of the centre of gravity; 0 of other faults.
+    pub moment_kgm: f64,
+    /// Probability of this fault against the next best, 0.5 to 1.
+    pub confidence: f64,
+    /// Board time at which it began to show, µs.
+    pub since_us: u64,
+}
+
+/// Report of the fault monitor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FaultReport {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// Where it stands.
+    pub state: FaultState,
+    /// What is wrong, once it is known.
+    pub diagnosis: Option<FaultDiagnosis>,
+}
+
 /// The ship, as a packet told it that gave a range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ship {
@@ -481,4 +538,6 @@ pub enum FromBoard<'a> {
         /// There is one.
         set: bool,
     },
+    /// When the fault monitor changes its mind, and every ten seconds while a fault is diagnosed.
+    Fault(FaultReport),
 }

@@ -23,6 +23,7 @@ pub const IDENTIFICATION: &str = "identification";
 pub const ADOPTION: &str = "adoption";
 pub const HEALTH: &str = "health";
 pub const SHIP: &str = "ship";
+pub const FAULT: &str = "fault";
 
 /// To the board, or from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -159,6 +159,7 @@ impl Writer {
                 FromBoard::Adoption(verdict) => self.json(format::ADOPTION, time_us, &verdict),
                 FromBoard::Health(health) => self.json(format::HEALTH, time_us, &health),
                 FromBoard::Ship(ship) => self.json(format::SHIP, time_us, &ship),
+                FromBoard::Fault(report) => self.json(format::FAULT, time_us, &report),
                 _ => Ok(()),
             };
         }

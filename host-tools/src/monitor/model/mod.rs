@@ -18,7 +18,8 @@ pub use sources::{Source, Turn};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
-    Decoder, FromBoard, Health, Identification, Mode, ModeReason, Port, Restart, Ship, Telemetry, ToBoard, Waypoint,
+    Decoder, FaultReport, FromBoard, Health, Identification, Mode, ModeReason, Port, Restart, Ship, Telemetry, ToBoard,
+    Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -53,6 +54,8 @@ pub struct Model {
     pub mission: Vec<Waypoint>,
     /// As the last packet told it.
     pub ship: Option<Ship>,
+    /// The fault monitor's last report.
+    pub fault: Option<FaultReport>,
     /// Last counters, and the good frames a second of each device port.
     pub health: Option<Health>,
     pub port_rates: [Meter; 4],
@@ -85,6 +88,7 @@ impl Model {
             last_point: None,
             mission: Vec::new(),
             ship: None,
+            fault: None,
             health: None,
             port_rates: Default::default(),
             losses_rate: Meter::default(),
@@ -252,6 +256,13 @@ impl Model {
                 }
             }
             FromBoard::Ship(ship) => self.ship = Some(ship),
+            FromBoard::Fault(report) => {
+                let before = self.fault.replace(report);
+                if before.is_none_or(|before| before.state != report.state) {
+                    let (severity, text) = words::fault(&report);
+                    self.note(severity, text);
+                }
+            }
             FromBoard::Adoption(verdict) => {
                 self.enquiry.hurry();
                 let (severity, text) = words::adoption(&verdict);
@@ -332,6 +343,7 @@ impl Model {
         self.track.clear();
         self.last_point = None;
         self.ship = None;
+        self.fault = None;
         self.current.clear();
         self.learned.forget();
         self.enquiry.restart();

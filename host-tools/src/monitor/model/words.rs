@@ -2,7 +2,9 @@
 
 use super::Severity;
 use backseat_host::PORT_NAMES;
-use backseat_wire::hostlink::{Activity, Adoption, AdoptionEvent, Mode, ModeReason, Port};
+use backseat_wire::hostlink::{
+    Activity, Adoption, AdoptionEvent, FaultCause, FaultDiagnosis, FaultReport, FaultState, Mode, ModeReason, Port,
+};
 
 /// Hours, minutes, seconds of UTC; without it the board's own time.
 pub fn time_of_day(utc_us: u64, board_us: u64) -> String {
@@ -99,4 +101,51 @@ pub fn adoption(verdict: &Adoption) -> (Severity, String) {
     );
     let by = if compared { format!(" (ln of the error ratio {gain:+.2} ±{sigma:.2})") } else { String::new() };
     (severity, format!("identified parameters {what}{by}"))
+}
+
+/// What the fault monitor reports.
+pub fn fault(report: &FaultReport) -> (Severity, String) {
+    match (&report.diagnosis, report.state) {
+        (Some(diagnosis), _) => (Severity::Critical, format!("fault: {}", diagnosis_text(diagnosis))),
+        (None, FaultState::Learning) => (Severity::Info, "fault monitor: learns what is normal".to_owned()),
+        (None, FaultState::Quiet) => (Severity::Info, "fault monitor: no fault".to_owned()),
+        (None, FaultState::Suspicious | FaultState::Diagnosed) => {
+            (Severity::Warning, "fault monitor: the vehicle no longer moves as before, cause not known yet".to_owned())
+        }
+    }
+}
+
+fn diagnosis_text(diagnosis: &FaultDiagnosis) -> String {
+    let magnitude = diagnosis.magnitude;
+    let size = match diagnosis.cause {
+        FaultCause::Fin(_) => format!("{:.0} % of its lift lost", 100.0 * magnitude),
+        FaultCause::Entanglement => format!("surge drag {:+.0} %", 100.0 * magnitude),
+        FaultCause::Fouling => format!("{:.0} % of the thrust lost", 100.0 * magnitude),
+        FaultCause::Flooding => format!("{magnitude:.2} kg of water"),
+    };
+    let rival = diagnosis.rival.map(|rival| format!(", or {}", cause(rival))).unwrap_or_default();
+    format!("{}, {size}{rival} (confidence {:.2})", cause(diagnosis.cause), diagnosis.confidence)
+}
+
+/// Name of a fault.
+pub const fn cause(cause: FaultCause) -> &'static str {
+    match cause {
+        FaultCause::Fin(0) => "top fin",
+        FaultCause::Fin(1) => "bottom fin",
+        FaultCause::Fin(2) => "port fin",
+        FaultCause::Fin(_) => "starboard fin",
+        FaultCause::Entanglement => "something hangs on the hull",
+        FaultCause::Fouling => "propeller fouled",
+        FaultCause::Flooding => "water in the hull",
+    }
+}
+
+/// Where the fault monitor stands, one word.
+pub const fn fault_state(state: FaultState) -> &'static str {
+    match state {
+        FaultState::Learning => "learning",
+        FaultState::Quiet => "quiet",
+        FaultState::Suspicious => "suspicious",
+        FaultState::Diagnosed => "diagnosed",
+    }
 }

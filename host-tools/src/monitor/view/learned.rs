@@ -1,10 +1,10 @@
 //! The water current, the active effects, and the identified parameters with their trend.
 
 use super::{faint, panel, sparkline};
-use crate::monitor::model::{Identified, Model, words};
+use crate::monitor::model::{Identified, Model, Severity, words};
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::effects::{ParameterKind, fin_index};
-use backseat_wire::hostlink::Visibility;
+use backseat_wire::hostlink::{FaultReport, Visibility};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
@@ -48,9 +48,20 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         }
     }
     lines.push(identifier(model));
+    lines.extend(model.fault.as_ref().map(fault));
     let room = usize::from(inner.height).saturating_sub(lines.len());
     lines.extend(grid(model, room, usize::from(inner.width)));
     frame.render_widget(Paragraph::new(lines), inner);
+}
+
+fn fault(report: &FaultReport) -> Line<'static> {
+    let (severity, text) = words::fault(report);
+    let style = match severity {
+        Severity::Critical => Style::new().fg(Color::Red).add_modifier(Modifier::BOLD),
+        Severity::Warning => Style::new().fg(Color::Yellow),
+        Severity::Info => faint(),
+    };
+    Line::styled(text, style)
 }
 
 fn identifier(model: &Model) -> Line<'static> {

@@ -1,9 +1,6 @@
 //! DVL port: PD0, PD4/PD5 or PD6.
 
-use super::validity_us;
-use crate::estimator::Estimator;
-use crate::event::Event;
-use crate::held::Held;
+use crate::inputs::{Sample, Stamp};
 use crate::parameters::{AppSettings, DvlSource};
 use backseat_wire::dvl::{DvlSample, pd0, pd4, pd6};
 use backseat_wire::{Counts, Error};
@@ -15,18 +12,18 @@ pub struct DvlLink {
     pd6: pd6::Decoder,
     /// Samples handed on, and the last of them.
     samples: u32,
-    last: Held<DvlSample>,
+    last: Option<DvlSample>,
+}
+
+impl Default for DvlLink {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl DvlLink {
     pub const fn new() -> Self {
-        Self {
-            pd0: pd0::Decoder::new(),
-            pd4: pd4::Decoder::new(),
-            pd6: pd6::Decoder::new(0.0),
-            samples: 0,
-            last: Held::none(),
-        }
+        Self { pd0: pd0::Decoder::new(), pd4: pd4::Decoder::new(), pd6: pd6::Decoder::new(0.0), samples: 0, last: None }
     }
 
     /// Starts afresh with the mounting angle of these settings.
@@ -36,14 +33,20 @@ impl DvlLink {
     }
 
     /// Decodes what came in at `time_us`.
-    pub fn receive(&mut self, time_us: u64, bytes: &[u8], settings: &AppSettings, estimator: &mut Estimator) {
+    pub fn receive(
+        &mut self,
+        time_us: u64,
+        bytes: &[u8],
+        settings: &AppSettings,
+        sink: &mut impl FnMut(Stamp, Sample),
+    ) {
         let mut rest = bytes;
         let mounting_rad = settings.dvl_mounting_rad;
         while let Some(outcome) = self.next(&mut rest, settings.dvl_source, mounting_rad) {
             if let Ok(sample) = outcome {
                 self.samples = self.samples.saturating_add(1);
-                self.last.set(sample);
-                push(time_us, &sample, settings, estimator);
+                self.last = Some(sample);
+                push(time_us, &sample, sink);
             }
         }
     }
@@ -67,23 +70,22 @@ impl DvlLink {
         }
     }
 
-    /// Samples handed to the estimator.
+    /// Samples handed on.
     pub fn samples(&self) -> u32 {
         self.samples
     }
 
     /// The last of them.
     pub fn last(&self) -> Option<&DvlSample> {
-        self.last.get()
+        self.last.as_ref()
     }
 }
 
-fn push(time_us: u64, sample: &DvlSample, settings: &AppSettings, estimator: &mut Estimator) {
-    let valid_us = validity_us(time_us, settings.installation.dvl_delay_s);
+fn push(time_us: u64, sample: &DvlSample, sink: &mut impl FnMut(Stamp, Sample)) {
     if let Some(velocity_mps) = sample.bottom_mps {
-        estimator.push(valid_us, Event::BottomTrack { velocity_mps });
+        sink(Stamp::Arrival(time_us), Sample::BottomTrack { velocity_mps });
     }
     if let Some(velocity_mps) = sample.water_mps {
-        estimator.push(valid_us, Event::WaterTrack { velocity_mps });
+        sink(Stamp::Arrival(time_us), Sample::WaterTrack { velocity_mps });
     }
 }

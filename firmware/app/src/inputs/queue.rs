@@ -2,43 +2,44 @@
 
 use heapless::Vec;
 
-/// Events that may wait: a step brings about ten, a babbling port at most some hundred.
-pub const QUEUE_LENGTH: usize = 64;
+/// Samples that may wait: a step brings about ten, a declared delay makes those of two seconds wait, and a babbling port adds
+/// some hundred at most.
+pub const QUEUE_LENGTH: usize = 256;
 
-/// Fixed queue sorted by time; events of equal time keep their order of arrival.
+/// Fixed queue sorted by time; samples of equal time keep their order of arrival.
 #[derive(Clone, Debug)]
 pub struct Queue<T> {
     /// Latest first, so that taking the earliest is cheap.
-    events: Vec<(u64, T), QUEUE_LENGTH>,
+    samples: Vec<(u64, T), QUEUE_LENGTH>,
     dropped: u32,
 }
 
 impl<T> Queue<T> {
     pub const fn new() -> Self {
-        Self { events: Vec::new(), dropped: 0 }
+        Self { samples: Vec::new(), dropped: 0 }
     }
 
-    /// Adds an event; when the queue is full the oldest is dropped and counted.
-    pub fn push(&mut self, time_us: u64, event: T) {
-        if self.events.is_full() {
-            self.events.pop();
+    /// Adds an sample; when the queue is full the oldest is dropped and counted.
+    pub fn push(&mut self, time_us: u64, sample: T) {
+        if self.samples.is_full() {
+            self.samples.pop();
             self.dropped = self.dropped.saturating_add(1);
         }
-        let place = self.events.partition_point(|(other_us, _)| *other_us > time_us);
+        let place = self.samples.partition_point(|(other_us, _)| *other_us > time_us);
         // Equal times: behind those that came before, which stand further towards the end.
-        let _ = self.events.insert(place, (time_us, event));
+        let _ = self.samples.insert(place, (time_us, sample));
     }
 
-    /// The earliest event, if it is valid at `time_us` or before.
+    /// The earliest sample, if it is valid at `time_us` or before.
     pub fn pop_until(&mut self, time_us: u64) -> Option<(u64, T)> {
-        if self.events.last()?.0 <= time_us { self.events.pop() } else { None }
+        if self.samples.last()?.0 <= time_us { self.samples.pop() } else { None }
     }
 
     pub fn clear(&mut self) {
-        self.events.clear();
+        self.samples.clear();
     }
 
-    /// Events dropped because the queue was full.
+    /// Samples dropped because the queue was full.
     pub fn dropped(&self) -> u32 {
         self.dropped
     }

@@ -1,16 +1,13 @@
 //! AHRS port: 3DM-GX3, MIP or OS5000.
 
-use super::validity_us;
-use crate::estimator::Estimator;
-use crate::event::Event;
-use crate::held::Held;
+use crate::inputs::{Sample, Stamp};
 use crate::parameters::{AhrsProtocol, AppSettings, AttitudeSource};
 use backseat_core::state::wrap_angle;
 use backseat_wire::ahrs::{AhrsSample, gx3, mip, os5000::Os5000};
 use backseat_wire::nmea::{Checksum, Framer};
 use backseat_wire::{Counts, Error};
 
-/// An AHRS silent for longer is told (again) to send, µs.
+/// An AHRS that is silent for longer gets the command to send (again), µs.
 const SILENCE_US: u64 = 2_000_000;
 /// MIP sensor packets are asked for at base rate (typically 500 Hz) / this.
 const MIP_DECIMATION: u16 = 50;
@@ -26,7 +23,13 @@ pub struct AhrsLink {
     asked_us: Option<u64>,
     /// Samples handed on, and the last of them.
     samples: u32,
-    last: Held<AhrsSample>,
+    last: Option<AhrsSample>,
+}
+
+impl Default for AhrsLink {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl AhrsLink {
@@ -39,19 +42,25 @@ impl AhrsLink {
             last_us: None,
             asked_us: None,
             samples: 0,
-            last: Held::none(),
+            last: None,
         }
     }
 
     /// Decodes what came in at `time_us`.
-    pub fn receive(&mut self, time_us: u64, bytes: &[u8], settings: &AppSettings, estimator: &mut Estimator) {
+    pub fn receive(
+        &mut self,
+        time_us: u64,
+        bytes: &[u8],
+        settings: &AppSettings,
+        sink: &mut impl FnMut(Stamp, Sample),
+    ) {
         let mut rest = bytes;
         while let Some(outcome) = self.next(&mut rest, settings.ahrs_protocol) {
             if let Ok(Some(sample)) = outcome {
                 self.samples = self.samples.saturating_add(1);
-                self.last.set(sample);
+                self.last = Some(sample);
                 self.last_us = Some(time_us);
-                push(time_us, &sample, settings, estimator);
+                push(time_us, &sample, settings, sink);
             }
         }
     }
@@ -110,24 +119,23 @@ impl AhrsLink {
         [framer, &self.counts]
     }
 
-    /// Samples handed to the estimator.
+    /// Samples handed on.
     pub fn samples(&self) -> u32 {
         self.samples
     }
 
     /// The last of them.
     pub fn last(&self) -> Option<&AhrsSample> {
-        self.last.get()
+        self.last.as_ref()
     }
 }
 
-fn push(time_us: u64, sample: &AhrsSample, settings: &AppSettings, estimator: &mut Estimator) {
-    let valid_us = validity_us(time_us, settings.installation.ahrs_delay_s);
+fn push(time_us: u64, sample: &AhrsSample, settings: &AppSettings, sink: &mut impl FnMut(Stamp, Sample)) {
     if let (Some([roll, pitch, heading]), AttitudeSource::Ahrs) = (sample.euler_rad, settings.attitude_source) {
         let euler_rad = [roll, pitch, wrap_angle(heading + settings.declination_rad)];
-        estimator.push(valid_us, Event::Attitude { euler_rad });
+        sink(Stamp::Arrival(time_us), Sample::Attitude { euler_rad });
     }
     if let Some(rates_radps) = sample.rates_radps {
-        estimator.push(valid_us, Event::Rates { rates_radps });
+        sink(Stamp::Arrival(time_us), Sample::Rates { rates_radps });
     }
 }

@@ -1,11 +1,9 @@
 //! Frontseat port: compass and depth, state, GPS, acknowledgements; and the requests for them.
 
-use super::{micros, validity_us};
-use crate::estimator::Estimator;
-use crate::event::Event;
 use crate::geodesy::LocalFrame;
+use crate::inputs::{Sample, Stamp};
 use crate::parameters::{AppSettings, AttitudeSource, DvlSource};
-use crate::time::UtcClock;
+use crate::time::{UtcClock, micros};
 use backseat_core::state::wrap_angle;
 use backseat_wire::gps::Rmc;
 use backseat_wire::iver::{Acknowledge, Compass, FromFrontseat, FrontseatMode, Request, ServoBytes, ToFrontseat};
@@ -31,12 +29,16 @@ struct Status {
     mode: Option<FrontseatMode>,
     /// Commands are refused since then.
     refused_since_us: Option<u64>,
-    /// The echoed motor is not the commanded one since then.
-    disobeyed_since_us: Option<u64>,
-    /// `$OMSTOP` was acknowledged.
-    stop_acknowledged: bool,
+    /// `$OMSTOP` was last acknowledged.
+    stop_acknowledged_us: Option<u64>,
     /// Fins and motor as the frontseat last echoed them, and when.
     echo: Option<(u64, ServoBytes)>,
+}
+
+impl Default for FrontseatLink {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl FrontseatLink {
@@ -48,8 +50,7 @@ impl FrontseatLink {
                 last_us: None,
                 mode: None,
                 refused_since_us: None,
-                disobeyed_since_us: None,
-                stop_acknowledged: false,
+                stop_acknowledged_us: None,
                 echo: None,
             },
             due_us: [0; 3],
@@ -63,7 +64,7 @@ impl FrontseatLink {
         bytes: &[u8],
         settings: &AppSettings,
         clock: &mut UtcClock,
-        estimator: &mut Estimator,
+        sink: &mut impl FnMut(Stamp, Sample),
     ) {
         let mut rest = bytes;
         while let Some(outcome) = self.framer.feed(&mut rest) {
@@ -71,12 +72,11 @@ impl FrontseatLink {
             let Ok(message) = self.counts.note(FromFrontseat::parse(&sentence, &settings.units)) else { continue };
             self.status.last_us = Some(time_us);
             match message {
-                FromFrontseat::Compass(compass) => push_compass(time_us, &compass, settings, estimator),
-                FromFrontseat::Rmc(rmc) => push_fix(time_us, &rmc, settings, clock, estimator),
+                FromFrontseat::Compass(compass) => push_compass(time_us, &compass, settings, sink),
+                FromFrontseat::Rmc(rmc) => push_fix(time_us, &rmc, settings, clock, sink),
                 FromFrontseat::Dvl(dvl) => {
                     if let (Some(velocity_mps), DvlSource::Frontseat) = (dvl.velocity_mps, settings.dvl_source) {
-                        let valid_us = validity_us(time_us, settings.installation.dvl_delay_s);
-                        estimator.push(valid_us, Event::BottomTrack { velocity_mps });
+                        sink(Stamp::Arrival(time_us), Sample::BottomTrack { velocity_mps });
                     }
                 }
                 FromFrontseat::State(state) => {
@@ -117,36 +117,24 @@ impl FrontseatLink {
         ToFrontseat::Request(request).emit(&settings.units, buffer).map(Some)
     }
 
-    /// Forgets an acknowledgement of `$OMSTOP` that came before.
-    pub fn await_stop(&mut self) {
-        self.status.stop_acknowledged = false;
+    /// When `$OMSTOP` was last acknowledged, µs.
+    pub fn stop_acknowledged_us(&self) -> Option<u64> {
+        self.status.stop_acknowledged_us
     }
 
-    /// `$OMSTOP` was acknowledged since [`Self::await_stop`].
-    pub fn stop_acknowledged(&self) -> bool {
-        self.status.stop_acknowledged
-    }
-
-    /// When the frontseat was last heard.
+    /// When the frontseat was last heard, µs.
     pub fn last_us(&self) -> Option<u64> {
         self.status.last_us
     }
 
-    /// Since when commands are refused, or acknowledged and not obeyed.
+    /// Since when the frontseat refuses commands, µs.
     pub fn refused_since_us(&self) -> Option<u64> {
-        let Status { refused_since_us, disobeyed_since_us, .. } = self.status;
-        refused_since_us.or(disobeyed_since_us)
-    }
-
-    /// The echo of `time_us` shows a motor that does what it was told, or another.
-    pub fn note_obedience(&mut self, time_us: u64, obeys: bool) {
-        let since_us = &mut self.status.disobeyed_since_us;
-        *since_us = if obeys { None } else { since_us.or(Some(time_us)) };
+        self.status.refused_since_us
     }
 
     /// Starts counting refusals afresh.
     pub fn forget_refusal(&mut self) {
-        (self.status.refused_since_us, self.status.disobeyed_since_us) = (None, None);
+        self.status.refused_since_us = None;
     }
 
     /// The echo of fins and motor, and when it came.
@@ -163,7 +151,7 @@ impl FrontseatLink {
 impl Status {
     fn acknowledge(&mut self, time_us: u64, acknowledge: &Acknowledge) {
         match acknowledge.command {
-            Acknowledge::STOP if acknowledge.accepted => self.stop_acknowledged = true,
+            Acknowledge::STOP if acknowledge.accepted => self.stop_acknowledged_us = Some(time_us),
             Acknowledge::SERVO | Acknowledge::STEER => {
                 // A mode that takes no commands refuses whatever the acknowledgement says.
                 let takes = self.mode.is_none_or(FrontseatMode::accepts_commands);
@@ -178,18 +166,24 @@ impl Status {
     }
 }
 
-fn push_compass(time_us: u64, compass: &Compass, settings: &AppSettings, estimator: &mut Estimator) {
+fn push_compass(time_us: u64, compass: &Compass, settings: &AppSettings, sink: &mut impl FnMut(Stamp, Sample)) {
     if let Some(depth_m) = compass.depth_m {
-        estimator.push(validity_us(time_us, settings.installation.depth_delay_s), Event::Depth { depth_m });
+        sink(Stamp::Arrival(time_us), Sample::Depth { depth_m });
     }
     if settings.attitude_source == AttitudeSource::Frontseat {
         let heading_rad = wrap_angle(compass.heading_rad + settings.declination_rad);
         let euler_rad = [compass.roll_rad, compass.pitch_rad, heading_rad];
-        estimator.push(validity_us(time_us, settings.installation.ahrs_delay_s), Event::Attitude { euler_rad });
+        sink(Stamp::Arrival(time_us), Sample::Attitude { euler_rad });
     }
 }
 
-fn push_fix(time_us: u64, rmc: &Rmc, settings: &AppSettings, clock: &mut UtcClock, estimator: &mut Estimator) {
+fn push_fix(
+    time_us: u64,
+    rmc: &Rmc,
+    settings: &AppSettings,
+    clock: &mut UtcClock,
+    sink: &mut impl FnMut(Stamp, Sample),
+) {
     let Some(utc) = rmc.utc else { return };
     // An invalid fix may carry the receiver's free-running clock.
     if !rmc.valid {
@@ -197,9 +191,8 @@ fn push_fix(time_us: u64, rmc: &Rmc, settings: &AppSettings, clock: &mut UtcCloc
     }
     clock.label(time_us, utc.unix_us(), micros(settings.installation.gnss_delay_s));
     let Some([lat_deg, lon_deg]) = rmc.position_deg else { return };
-    let labelled_us =
+    let own_us =
         clock.local_us(utc.unix_us()).filter(|&us| clock.is_fine() && us <= time_us && time_us - us <= FIX_AGE_US);
-    let valid_us = labelled_us.unwrap_or_else(|| validity_us(time_us, settings.installation.gnss_delay_s));
     let position_m = LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg).to_local(lat_deg, lon_deg);
-    estimator.push(valid_us, Event::Fix { position_m });
+    sink(own_us.map_or(Stamp::Arrival(time_us), Stamp::Own), Sample::Fix { position_m });
 }

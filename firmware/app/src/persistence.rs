@@ -1,9 +1,11 @@
 //! The app's side of what survives a reset. The order at start: [`App::restore`], [`App::resume`].
 
-use super::restart::{Navigation, Response, RestartRecord};
-use crate::app::{App, configure};
-use crate::host::{Storing, send};
+use crate::app::App;
+use crate::backseat::Backseat;
+use crate::host::send;
 use crate::parameters::Settings;
+use crate::storage::Asked;
+use crate::store::{Navigation, Response, RestartRecord};
 use backseat_core::state::{U, V, W, X, Y};
 use backseat_wire::hostlink::{FromBoard, Refusal, Restart};
 
@@ -11,40 +13,25 @@ impl App {
     /// The board has a memory for parameters, and this is the set found there, if any; false when
     /// the set is not valid as a whole and the defaults stay.
     pub fn restore(&mut self, found: Option<&Settings>) -> bool {
-        let backseat = &mut self.backseat;
-        backseat.storing = Storing::Idle;
-        let Some(settings) = found else { return true };
-        if !configure(settings, &mut backseat.estimator, &mut backseat.controller) {
-            return false;
-        }
-        backseat.parameters.restore(settings);
-        backseat.adaptation.restart();
-        backseat.reset_links();
-        true
+        self.backseat.storage.fitted();
+        found.is_none_or(|settings| self.backseat.restore(settings))
     }
 
     /// The set that is to be stored, by the host's wish or because it was adopted, until [`Self::stored`] answers.
     #[must_use]
     pub fn to_store(&self) -> Option<&Settings> {
-        self.backseat.is_storing().then(|| self.backseat.parameters.active())
+        self.backseat.storage.is_busy().then(|| self.backseat.parameters.active())
     }
 
     /// The set of [`Self::to_store`] is kept, or could not be.
     pub fn stored(&mut self, kept: bool) {
-        let storing = self.backseat.storing;
-        if self.backseat.is_storing() {
-            self.backseat.storing = Storing::Idle;
-        }
-        match storing {
-            Storing::Waiting => {
+        match self.backseat.storage.done() {
+            Some(Asked::ByHost) => {
                 let answer = if kept { FromBoard::Done } else { FromBoard::Refused(Refusal::StoreFailed) };
                 send(&mut self.host_out, &answer);
             }
-            Storing::Adopted => {
-                let now_us = self.stepped_us().unwrap_or(0);
-                self.backseat.adaptation.adoptions.stored(now_us, kept);
-            }
-            Storing::Never | Storing::Idle => {}
+            Some(Asked::ByAdoption) => self.backseat.adaptation.stored(self.backseat.now_us(), kept),
+            None => {}
         }
     }
 
@@ -52,12 +39,12 @@ impl App {
     /// frontseat gets neutral fins and stop with the first step.
     pub fn resume(&mut self, restart: Restart, response: &Response) {
         let backseat = &mut self.backseat;
-        backseat.last_restart.set(restart);
+        backseat.host.last_restart = Some(restart);
         send(&mut self.host_out, &FromBoard::Restart(restart));
         match *response {
             Response::Fresh => return,
             Response::Resume { navigation, utc_us } => {
-                backseat.unconfigured = backseat.storing != Storing::Never && backseat.parameters.is_default();
+                backseat.unconfigured = backseat.storage.is_fitted() && backseat.parameters.is_default();
                 backseat.estimator.resume(navigation);
                 if let Some(utc_us) = utc_us {
                     backseat.clock.resume(utc_us);
@@ -65,14 +52,15 @@ impl App {
             }
             Response::Safe => backseat.modes.barred(),
         }
-        backseat.stopping = true;
+        backseat.steering.release();
     }
 
     /// The record to keep after a step: the one from before it, carried on. `powered_us` is powered
     /// time.
     #[must_use]
     pub fn restart_record(&self, last: &RestartRecord, powered_us: u64) -> RestartRecord {
-        let navigator = self.estimator().navigator();
+        let Backseat { estimator, clock, .. } = &self.backseat;
+        let navigator = estimator.navigator();
         let known = navigator.is_initialised() && navigator.failure().is_none();
         let navigation = known.then(|| {
             let x = navigator.state();
@@ -81,25 +69,13 @@ impl App {
             Navigation { position_m: [x[X], x[Y]], sigma_m: navigator.horizontal_sigma_m(), speed_mps }
         });
         // a second reset while the filter waits for its sensors loses nothing
-        let now_us = self.stepped_us().unwrap_or(0);
+        let now_us = self.backseat.now_us();
         let waiting = || {
-            let resumed = self.estimator().resumed()?;
+            let resumed = estimator.resumed()?;
             Some(Navigation { sigma_m: resumed.sigma_after(now_us), ..resumed })
         };
         let navigation = navigation.or_else(waiting);
-        let utc_us = self.clock().utc_us(now_us).filter(|_| self.clock().is_fine());
+        let utc_us = clock.utc_us(now_us).filter(|_| clock.is_fine());
         RestartRecord { sequence: last.sequence.wrapping_add(1), powered_us, resets: last.resets, navigation, utc_us }
-    }
-
-    /// Time of the last step; a watchdog is fed by it.
-    #[must_use]
-    pub fn stepped_us(&self) -> Option<u64> {
-        self.backseat.last_step_us
-    }
-
-    /// Whether a mission is being flown.
-    #[must_use]
-    pub fn is_under_way(&self) -> bool {
-        self.backseat.under_way()
     }
 }

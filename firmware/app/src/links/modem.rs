@@ -1,7 +1,6 @@
 //! Modem port: packets as they begin and end, clock; and the modem's configuration.
 
-use crate::estimator::Estimator;
-use crate::event::{AcousticEvent, Event};
+use crate::inputs::{AcousticReport, Sample, Stamp};
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
 use backseat_wire::Counts;
@@ -21,7 +20,7 @@ const MAX_FRAME: usize = 256;
 /// What the modem must be set to: address, packets on the pulse, statistics, packet starts.
 const SETTINGS: [&str; 4] = ["SRC", "SNV", "CST", "RXP"];
 
-/// The modem as it is heard, and what it has been told.
+/// The modem as it is heard, and its configuration.
 pub struct ModemLink {
     framer: Framer,
     counts: Counts,
@@ -34,6 +33,12 @@ struct Configuration {
     /// The next setting to send, and when.
     next: usize,
     next_us: u64,
+}
+
+impl Default for ModemLink {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl ModemLink {
@@ -52,30 +57,30 @@ impl ModemLink {
         bytes: &[u8],
         settings: &AppSettings,
         clock: &mut UtcClock,
-        estimator: &mut Estimator,
+        sink: &mut impl FnMut(Stamp, Sample),
     ) {
         let mut rest = bytes;
         self.framer.set_checksum(Checksum::Optional);
         while let Some(outcome) = self.framer.feed(&mut rest) {
             let Ok(sentence) = outcome else { continue };
             let Ok(message) = self.counts.note(FromModem::parse(&sentence)) else { continue };
-            let event = match message {
-                FromModem::ReceiveBegins { .. } => Some(AcousticEvent::Begins),
-                FromModem::Cycle(_) => Some(AcousticEvent::Cycle),
+            let report = match message {
+                FromModem::ReceiveBegins { .. } => Some(AcousticReport::Begins),
+                FromModem::Cycle(_) => Some(AcousticReport::Cycle),
                 // The ship's state stands in a packet's first frame.
                 FromModem::Received(received) if received.frame == 1 => {
                     let mut frame = [0; MAX_FRAME];
                     let authentic = |frame: &[u8]| ShipState::parse_authentic(frame, &settings.acoustic_key);
                     match received.payload.copy_to(&mut frame).and_then(authentic) {
-                        Ok(ship) => Some(AcousticEvent::Ship(ship)),
+                        Ok(ship) => Some(AcousticReport::Ship(ship)),
                         Err(cause) => {
                             self.counts.note_error(cause);
-                            Some(AcousticEvent::BadData)
+                            Some(AcousticReport::BadData)
                         }
                     }
                 }
                 FromModem::Statistics(statistics) => Some(from_statistics(&statistics, settings)),
-                FromModem::Message { text: "BAD_CRC", .. } => Some(AcousticEvent::BadData),
+                FromModem::Message { text: "BAD_CRC", .. } => Some(AcousticReport::BadData),
                 FromModem::Setting(setting) => {
                     self.configuration.confirm(&setting, settings);
                     None
@@ -91,8 +96,8 @@ impl ModemLink {
                 }
                 _ => None,
             };
-            if let Some(event) = event {
-                estimator.push(time_us, Event::Acoustic(event));
+            if let Some(report) = report {
+                sink(Stamp::Own(time_us), Sample::Acoustic(report));
             }
         }
     }
@@ -148,8 +153,8 @@ fn value<'d>(name: &str, settings: &AppSettings, digits: &'d mut [u8; 3]) -> &'d
     core::str::from_utf8(digits.get(leading..).unwrap_or_default()).unwrap_or_default()
 }
 
-fn from_statistics(statistics: &ReceptionStatistics, settings: &AppSettings) -> AcousticEvent {
-    AcousticEvent::Statistics {
+fn from_statistics(statistics: &ReceptionStatistics, settings: &AppSettings) -> AcousticReport {
+    AcousticReport::Statistics {
         good: statistics.mode == ReceptionStatistics::GOOD,
         synchronous: statistics.clock.is_synchronous(settings.clock_encoding),
         arrival: statistics.arrival,

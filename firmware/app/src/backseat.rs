@@ -1,0 +1,382 @@
+//! Everything but the host link: the components, and the one place where their decisions are carried out.
+//!
+//! ```text
+//! bytes ─> links ─> inputs ─> estimator ─┬─> modes ──────> end of a mission ─┐
+//!           │ ^                          ├─> steering ───> sentences, input ─┼─> Backseat::step applies
+//!           │ └── requests               ├─> adaptation ─> other parameters ─┘
+//!           └─> echo ─> steering         └─> telemetry
+//! ```
+//! Components know the components to their left at most, own their state and return decisions.
+
+use crate::adaptation::{Adaptation, Change};
+use crate::estimator::Estimator;
+use crate::host::{HOST_RING, Host, send};
+use crate::inputs::Inputs;
+use crate::inputs::installation::horizon_us;
+use crate::links::Links;
+use crate::modes::{Facts, Modes};
+use crate::parameters::{ParameterStore, Settings};
+use crate::ring::Ring;
+use crate::steering::{Orders, Situation, Steering};
+use crate::storage::{Asked, Storage};
+use crate::telemetry;
+use crate::time::UtcClock;
+use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use backseat_wire::hostlink::{FromBoard, Health as LinkHealth, Port, Refusal};
+
+/// Attitude or depth may contradict the filter for this long without a mission, µs.
+const ASTRAY_US: u64 = 20_000_000;
+/// Bytes that may wait for one device port: five steps of commands and requests.
+const DEVICE_RING: usize = 512;
+
+/// The components.
+pub struct Backseat {
+    pub parameters: ParameterStore,
+    pub storage: Storage,
+    pub clock: UtcClock,
+    pub links: Links,
+    pub inputs: Inputs,
+    pub estimator: Estimator,
+    pub adaptation: Adaptation,
+    pub modes: Modes,
+    pub steering: Steering,
+    pub host: Host,
+    pub losses: ReceiveLosses,
+    /// Bytes to the device ports, in the order of [`Port::DEVICES`].
+    out: [Ring<DEVICE_RING>; 4],
+    run: Run,
+    /// Reset by a fault, and no stored parameters: those in use may not be those of before.
+    pub unconfigured: bool,
+}
+
+/// What a restart forgets at once.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// Filter and controller are built from the active parameters.
+    configured: bool,
+    last_step_us: Option<u64>,
+    digest: u64,
+}
+
+impl Run {
+    const NONE: Self = Self { configured: false, last_step_us: None, digest: 0 };
+}
+
+/// Losses of received bytes, as the board's drivers count them.
+#[derive(Clone, Copy, Debug)]
+pub struct ReceiveLosses {
+    /// In the order of [`Port::ALL`].
+    since_start: [u32; 5],
+    /// The host does not know yet.
+    news: bool,
+}
+
+impl ReceiveLosses {
+    /// A port's driver has lost bytes so often since start.
+    pub fn note(&mut self, port: Port, since_start: u32) {
+        if let Some(losses) = self.since_start.get_mut(port as usize)
+            && *losses != since_start
+        {
+            *losses = since_start;
+            self.news = true;
+        }
+    }
+}
+
+impl Backseat {
+    pub const fn new() -> Self {
+        Self {
+            parameters: ParameterStore::new(),
+            storage: Storage::new(),
+            clock: UtcClock::new(),
+            links: Links::new(),
+            inputs: Inputs::new(),
+            estimator: Estimator::new(),
+            adaptation: Adaptation::new(),
+            modes: Modes::new(),
+            steering: Steering::new(),
+            host: Host::new(),
+            losses: ReceiveLosses { since_start: [0; 5], news: false },
+            out: [const { Ring::new() }; 4],
+            run: Run::NONE,
+            unconfigured: false,
+        }
+    }
+
+    /// Forgets everything but parameters and mission.
+    pub fn restart(&mut self) {
+        self.links = Links::new();
+        self.links.configure(&self.parameters.active().app);
+        self.clock = UtcClock::new();
+        self.inputs.clear();
+        self.estimator.reset();
+        self.adaptation.restart();
+        self.modes = Modes::new();
+        self.steering.restart();
+        self.host.restart();
+        self.out.iter_mut().for_each(Ring::clear);
+        self.run = Run::NONE;
+    }
+
+    /// Bytes of a device port.
+    pub fn receive(&mut self, port: Port, time_us: u64, bytes: &[u8]) {
+        let Self { parameters, clock, links, inputs, .. } = self;
+        let settings = &parameters.active().app;
+        links.receive(port, time_us, bytes, settings, clock, |stamp, sample| {
+            inputs.take(stamp, sample, &settings.installation);
+        });
+    }
+
+    pub fn ring(&self, port: Port) -> Option<&Ring<DEVICE_RING>> {
+        self.out.get(port as usize)
+    }
+
+    pub fn ring_mut(&mut self, port: Port) -> Option<&mut Ring<DEVICE_RING>> {
+        self.out.get_mut(port as usize)
+    }
+
+    /// Running digest of filter state and covariance.
+    pub fn digest(&self) -> u64 {
+        self.run.digest
+    }
+
+    pub fn last_step_us(&self) -> Option<u64> {
+        self.run.last_step_us
+    }
+
+    /// Time of the last step, µs; 0 before the first.
+    pub fn now_us(&self) -> u64 {
+        self.run.last_step_us.unwrap_or(0)
+    }
+
+    /// One step; false when it is not after the last.
+    pub fn step(&mut self, now_us: u64) -> bool {
+        if self.run.last_step_us.is_some_and(|last_us| now_us <= last_us) {
+            return false;
+        }
+        self.run.last_step_us = Some(now_us);
+        if !self.run.configured {
+            // the active set was checked when it was committed; the defaults are valid
+            self.run.configured = configure(self.parameters.active(), &mut self.estimator, &mut self.steering);
+        }
+        let Self { parameters, links, inputs, estimator, steering, .. } = self;
+        let settings = parameters.active();
+        if let Some((time_us, input)) = steering.hear_echo(links.frontseat.echo(), &settings.app) {
+            inputs.command(time_us, &input);
+        }
+        let failed = estimator.step(now_us, inputs, settings, &self.clock).is_err();
+        // Before it is initialised the filter holds what was before, or nothing.
+        if estimator.navigator().is_initialised() {
+            self.run.digest = estimator.navigator().digest_from(self.run.digest);
+        }
+        let mut orders = Orders::default();
+        self.judge(now_us, failed, &mut orders);
+        self.steer(now_us, &mut orders);
+        self.carry_out(&orders);
+        self.ask(now_us);
+        self.adapt(now_us);
+        true
+    }
+
+    /// The mode of the step, and what follows from it.
+    fn judge(&mut self, now_us: u64, failed: bool, orders: &mut Orders) {
+        let facts = self.facts(now_us, failed);
+        let settings = &self.parameters.active().app;
+        if self.modes.update(now_us, &facts, settings) {
+            self.steering.hand_back(now_us, settings, orders);
+        }
+        if self.modes.ready() {
+            self.steering.begin(self.estimator.output());
+        }
+        // Nobody relies on it, and it does not agree with its sensors: it starts again from them.
+        let astray = self.estimator.unsteerable_since_us().is_some_and(|us| now_us.saturating_sub(us) > ASTRAY_US);
+        let idle = !self.steering.under_way();
+        if failed || (astray && idle && self.estimator.has_fix(self.horizon_us(now_us), &self.inputs)) {
+            self.run.configured = false;
+        }
+    }
+
+    /// The filter's time at `now_us`.
+    fn horizon_us(&self, now_us: u64) -> u64 {
+        now_us.saturating_sub(horizon_us(&self.parameters.active().app.installation))
+    }
+
+    fn facts(&self, now_us: u64, failed: bool) -> Facts {
+        let navigator = self.estimator.navigator();
+        let samples = self.inputs.latest();
+        let frontseat = &self.links.frontseat;
+        let age = |time_us: Option<u64>| time_us.map(|us| now_us.saturating_sub(us));
+        // a sample is handed out when the horizon has come to it
+        let sample_age = |time_us: Option<u64>| time_us.map(|us| self.horizon_us(now_us).saturating_sub(us));
+        let initialised = !failed && navigator.is_initialised();
+        Facts {
+            failed,
+            initialised,
+            attitude_age_us: sample_age(samples.euler_rad.map(|(us, _)| us)),
+            depth_age_us: sample_age(samples.depth_m.map(|(us, _)| us)),
+            frontseat_age_us: age(frontseat.last_us()),
+            refused_us: age(frontseat.refused_since_us().or(self.steering.disobeyed_since_us())),
+            position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
+            resumed: self.unconfigured || self.estimator.resumed().is_some(),
+            suspect: self.estimator.is_suspect(),
+            unsteerable_us: age(self.estimator.unsteerable_since_us()),
+            mission: self.steering.under_way(),
+        }
+    }
+
+    fn steer(&mut self, now_us: u64, orders: &mut Orders) {
+        let situation = Situation {
+            now_us,
+            x: self.estimator.output(),
+            current_mps: self.estimator.navigator().current(),
+            stop_acknowledged_us: self.links.frontseat.stop_acknowledged_us(),
+        };
+        self.steering.steer(&situation, &self.parameters.active().app, orders);
+    }
+
+    fn carry_out(&mut self, orders: &Orders) {
+        let [to_frontseat, ..] = &mut self.out;
+        orders.sentences.iter().for_each(|sentence| to_frontseat.push(sentence));
+        if let Some((time_us, input)) = &orders.actuators {
+            self.inputs.command(*time_us, input);
+        }
+        if orders.stop_unanswered {
+            self.modes.stop_unanswered();
+        }
+    }
+
+    /// Requests and configuration that are due.
+    fn ask(&mut self, now_us: u64) {
+        let Self { links, parameters, out, .. } = self;
+        links.ask(now_us, &parameters.active().app, |port, bytes| {
+            if let Some(ring) = out.get_mut(port as usize) {
+                ring.push(bytes);
+            }
+        });
+    }
+
+    /// Lets the identifier look on, and uses what has proved better.
+    #[inline(never)]
+    fn adapt(&mut self, now_us: u64) {
+        let Self { adaptation, inputs, estimator, parameters, steering, .. } = self;
+        let change = adaptation.step(now_us, steering.under_way(), inputs, estimator.navigator(), parameters.active());
+        if let Some(change) = change {
+            self.change_vehicle(now_us, &change);
+        }
+        // Flash is never erased under way: an adopted set is stored when no mission is.
+        let idle = !self.steering.is_engaged() && !self.steering.is_wiggling() && self.storage.is_idle();
+        if idle && self.adaptation.take_to_store() {
+            // idle a line ago
+            let _ = self.storage.request(Asked::ByAdoption);
+        }
+    }
+
+    /// Carries out a change of the parameters in use; false when the vehicle was refused.
+    pub fn change_vehicle(&mut self, now_us: u64, change: &Change) -> bool {
+        let before = self.parameters.active().vehicle;
+        let used = self.use_vehicle(&change.vehicle);
+        self.adaptation.changed(now_us, change, used.then_some(&before));
+        used
+    }
+
+    /// Filter and controller take another vehicle under way; false, and nothing changed, when it is none.
+    fn use_vehicle(&mut self, vehicle: &VehicleParameters) -> bool {
+        let Ok(model) = VehicleModel::new(vehicle) else { return false };
+        let before = self.parameters.active().vehicle;
+        if !self.parameters.adopt(vehicle) {
+            return false;
+        }
+        if self.estimator.set_model(&model).is_err() {
+            self.parameters.adopt(&before);
+            return false;
+        }
+        self.steering.set_model(&model);
+        true
+    }
+
+    /// Telemetry of the step: each fusion, then the step itself.
+    pub fn report(&mut self, now_us: u64, out: &mut Ring<HOST_RING>) {
+        if core::mem::take(&mut self.losses.news) {
+            send(out, &FromBoard::Health(self.link_health()));
+        }
+        for record in self.estimator.records() {
+            send(out, &FromBoard::Fusion(telemetry::fusion(record)));
+        }
+        if let Some(ship) = self.estimator.take_ship() {
+            send(out, &FromBoard::Ship(telemetry::ship(now_us, &ship)));
+        }
+        let record = telemetry::record(
+            now_us,
+            self.clock.utc_us(now_us),
+            self.modes.present(),
+            &self.estimator,
+            self.steering.leg(),
+            self.links.rejected(&self.parameters.active().app),
+        );
+        send(out, &FromBoard::Telemetry(record));
+        if let Some(identification) = self.adaptation.report(now_us) {
+            send(out, &FromBoard::Identification(identification));
+        }
+        while let Some(verdict) = self.adaptation.take_verdict() {
+            send(out, &FromBoard::Adoption(verdict));
+        }
+        if let Some(report) = self.adaptation.fault_report(now_us) {
+            send(out, &FromBoard::Fault(report));
+        }
+    }
+
+    /// The counters that the host link carries.
+    pub fn link_health(&self) -> LinkHealth {
+        LinkHealth {
+            accepted_frames: Port::DEVICES.map(|port| self.links.accepted(port)),
+            rejected_frames: self.links.rejected(&self.parameters.active().app),
+            pps_edges: self.clock.edges(),
+            synchronised: self.clock.is_fine(),
+            receive_losses: self.losses.since_start,
+        }
+    }
+
+    /// Activates the staged parameters. When more than live ones changed, navigation starts again and waits for a fix.
+    ///
+    /// # Errors
+    /// The set is refused as a whole; the old one stays.
+    pub fn commit(&mut self) -> Result<(), Refusal> {
+        let Self { parameters, estimator, steering, .. } = self;
+        let mut rebuilt = false;
+        parameters.commit(|settings, old, rebuild| {
+            rebuilt = rebuild;
+            let taken = !rebuild || configure(settings, estimator, steering);
+            if !taken {
+                // the old set was valid
+                configure(old, estimator, steering);
+            }
+            taken
+        })?;
+        self.unconfigured = false;
+        if rebuilt {
+            // what came before may be in other units
+            self.inputs.clear();
+            self.estimator.reset();
+            self.adaptation.restart();
+            self.links.configure(&self.parameters.active().app);
+        }
+        Ok(())
+    }
+
+    /// Takes the set that a memory held; false when it is not valid as a whole and the old one stays.
+    pub fn restore(&mut self, settings: &Settings) -> bool {
+        if !configure(settings, &mut self.estimator, &mut self.steering) {
+            return false;
+        }
+        self.parameters.restore(settings);
+        self.adaptation.restart();
+        self.links.configure(&self.parameters.active().app);
+        true
+    }
+}
+
+/// Builds filter and controller from settings; false when one of them refuses.
+fn configure(settings: &Settings, estimator: &mut Estimator, steering: &mut Steering) -> bool {
+    let Ok(model) = VehicleModel::new(&settings.vehicle) else { return false };
+    estimator.configure(settings, &model).is_ok() && steering.configure(&settings.control, &model).is_ok()
+}

@@ -1,0 +1,74 @@
+//! What the links hand on: samples in SI units, in the axes of their sensors.
+
+use backseat_wire::modem::ModemTime;
+use backseat_wire::ship_state::ShipState;
+
+/// What is known of the time at which a sample is valid, µs of the board's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stamp {
+    /// Its last byte arrived then; the declared delay of the sensor has still to be subtracted.
+    Arrival(u64),
+    /// The device itself names this time.
+    Own(u64),
+}
+
+/// One sample of one source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sample {
+    /// Depth of the pressure sensor.
+    Depth {
+        /// Down, m.
+        depth_m: f64,
+    },
+    /// Attitude.
+    Attitude {
+        /// Roll, pitch, true heading, rad.
+        euler_rad: [f64; 3],
+    },
+    /// Angular velocity.
+    Rates {
+        /// p, q, r, rad/s.
+        rates_radps: [f64; 3],
+    },
+    /// DVL velocity over ground at the instrument.
+    BottomTrack {
+        /// Along the instrument's axes, m/s.
+        velocity_mps: [f64; 3],
+    },
+    /// DVL velocity through the water at the instrument.
+    WaterTrack {
+        /// Along the instrument's axes, m/s.
+        velocity_mps: [f64; 3],
+    },
+    /// Position of the vehicle's GNSS antenna.
+    Fix {
+        /// North and east, m.
+        position_m: [f64; 2],
+    },
+    /// From the modem.
+    Acoustic(AcousticReport),
+}
+
+/// What the modem reports about packets, one sentence each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AcousticReport {
+    /// `$CARXP`: a packet begins to arrive.
+    Begins,
+    /// `$CACYC`: the packet was a cycle initialisation, without data.
+    Cycle,
+    /// `$CARXD` with a good ship state.
+    Ship(ShipState),
+    /// `$CARXD` with anything else, or `$CAMSG,BAD_CRC`.
+    BadData,
+    /// `$CACST`.
+    Statistics {
+        /// The packet was good.
+        good: bool,
+        /// Clock and pulse were external.
+        synchronous: bool,
+        /// Time of arrival by the modem's clock.
+        arrival: ModemTime,
+        /// Range rate from the Doppler, positive opening, m/s.
+        range_rate_mps: Option<f64>,
+    },
+}
