@@ -252,8 +252,8 @@ fn a_power_cut_at_any_operation_leaves_the_old_set_or_the_new() {
     for generation in 0..6 {
         let new = set(generation);
         let complete = saved(flash.clone().powered(), &new);
-        // an erase, a write for every word of values, and one for the header
-        assert_eq!(complete.operations, 2 + PARAMETERS.len().div_ceil(4));
+        // an erase, a write for every word of values and the two halves of the key, and one for the header
+        assert_eq!(complete.operations, 2 + (PARAMETERS.len() + 2).div_ceil(4));
         for operation in 0..complete.operations {
             for torn in TORN {
                 let mut cut = store(flash.clone().cut_at(operation, torn, random.next()));
