@@ -155,7 +155,7 @@ fn a_device_that_is_unplugged_is_waited_for() {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let entries = entries(&path);
     let notes = notes(&entries);
-    assert!(notes[0].starts_with("dvl: ") && notes[0].contains("is gone"), "{notes:?}");
+    assert!(notes[0].starts_with("dvl: ") && notes[0].contains("disconnected"), "{notes:?}");
     assert!(notes[1].ends_with("dvl is back"), "{notes:?}");
     assert!(notes.iter().all(|note| text(&output.stderr).contains(note)), "{}", text(&output.stderr));
     assert_eq!(received(&entries, Port::Ahrs), b"meanwhile");
@@ -229,8 +229,8 @@ fn wrong_usage_and_missing_devices_are_told_in_one_line() {
     }
     assert_eq!(program(folder.path(), ["record", "dvl=/dev/null"]).code, Some(2), "no output");
     let complaint = run(&["dvl=/dev/no-such-device"]).complaint("no device");
-    assert!(complaint.contains("/dev/no-such-device: not to be opened as a serial port"), "{complaint}");
+    assert!(complaint.contains("/dev/no-such-device: cannot be opened as a serial port"), "{complaint}");
     let complaint = run(&["dvl=/dev/a", "dvl=/dev/b"]).complaint("twice");
-    assert!(complaint.contains("dvl: named twice"), "{complaint}");
+    assert!(complaint.contains("dvl: this port is named twice"), "{complaint}");
     assert!(!folder.path().join("x.mcap").exists());
 }

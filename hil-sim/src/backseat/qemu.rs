@@ -112,13 +112,13 @@ impl Qemu {
 
     fn check_alive(&mut self) -> Result<(), BackseatError> {
         let Ok(Some(status)) = self.child.try_wait() else { return Ok(()) };
-        let mut said = String::new();
+        let mut message = String::new();
         if let Some(mut stderr) = self.child.stderr.take() {
             // What cannot be read is left out.
-            let _ = stderr.read_to_string(&mut said);
+            let _ = stderr.read_to_string(&mut message);
         }
         // After the first line QEMU prints the registers.
-        Err(BackseatError::Ended { status, said: said.lines().next().unwrap_or("without a word").to_owned() })
+        Err(BackseatError::Ended { status, message: message.lines().next().unwrap_or("no message").to_owned() })
     }
 
     /// Waits until something comes on any line, and takes in all that has come; whether there was any.

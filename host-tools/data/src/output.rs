@@ -1,4 +1,4 @@
-//! Results reach their place whole or not at all, and never replace others without being told.
+//! Results are written whole or not at all, and replace an existing file only on request.
 
 use crate::DataError;
 use std::io::{BufWriter, Write};

@@ -14,7 +14,7 @@ use backseat_wire::ship_state::Key;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// An answer comes within this time, however much else is said.
+/// An answer comes within this time, whatever else is sent.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Nothing is under way on a line that has been silent this long: 190 bytes at 19,200 baud.
 const QUIET: Duration = Duration::from_millis(100);
@@ -55,7 +55,7 @@ pub struct StepOutput {
     pub telemetry: Option<Telemetry>,
     /// What it fused.
     pub fusions: Vec<FusionRecord>,
-    /// What it identified, when it says so.
+    /// What it identified, if it reports that.
     pub identification: Option<Identification>,
     /// Verdicts about the parameters in use.
     pub adoptions: Vec<Adoption>,
@@ -83,7 +83,7 @@ impl<P: Ports> Client<P> {
     /// Writes into `session` from here on what passes, the board's parameters first: what is needed to do it again.
     ///
     /// # Errors
-    /// When the board does not tell its parameters, or the file cannot be written.
+    /// When the board does not send its parameters, or the file cannot be written.
     pub fn record(&mut self, session: Writer) -> Result<(), BackseatError> {
         let parameters = self.parameters()?;
         self.tape.start(session);
@@ -166,7 +166,7 @@ impl<P: Ports> Client<P> {
     /// Waits for the message that `take` makes something of.
     ///
     /// # Errors
-    /// When the backseat is gone, silent, or says other things only.
+    /// When the backseat is gone, silent, or sends other messages only.
     pub fn receive<T>(&mut self, mut take: impl FnMut(FromBoard<'_>) -> Option<T>) -> Result<T, BackseatError> {
         let begun = Instant::now();
         loop {
@@ -196,7 +196,7 @@ impl<P: Ports> Client<P> {
     /// Sends a request that is answered by "done" or a refusal.
     ///
     /// # Errors
-    /// [`BackseatError::Refused`] with what `describe` says of the request.
+    /// [`BackseatError::Refused`] with the request as `describe` names it.
     pub fn request(&mut self, message: &ToBoard<'_>, describe: impl FnOnce() -> String) -> Result<(), BackseatError> {
         self.send(message)?;
         let answer = self.receive(|message| match message {
@@ -239,7 +239,7 @@ impl<P: Ports> Client<P> {
         }
     }
 
-    /// Tells the board the key of the acoustic payloads; none switches authentication off.
+    /// Sends the board the key of the acoustic payloads; none switches authentication off.
     ///
     /// # Errors
     /// When it is refused.
@@ -248,7 +248,7 @@ impl<P: Ports> Client<P> {
         self.request(&ToBoard::KeySet(key), || "the acoustic key".into())
     }
 
-    /// Whether the board has a key of the acoustic payloads, which is all it says of it; one may follow now.
+    /// Whether the board has a key of the acoustic payloads; it never reveals the key. A new one may follow now.
     ///
     /// # Errors
     /// When it does not answer.
@@ -328,7 +328,9 @@ impl<P: Ports> Client<P> {
         self.tape.write_inputs(time_us, pps_us, arrivals)?;
         let mut step = Step { time_us, pps_us: Default::default(), chunks: Default::default() };
         for edge_us in pps_us {
-            step.pps_us.push(*edge_us).map_err(|_| BackseatError::Protocol("nothing: too many PPS edges".into()))?;
+            step.pps_us
+                .push(*edge_us)
+                .map_err(|_| BackseatError::Protocol("none: more PPS edges in one step than a message holds".into()))?;
         }
         for (port, Arrival { time_us, bytes }) in arrivals {
             let chunk = Chunk { port: *port, time_us: *time_us, length: bytes.len() as u16 };
@@ -362,7 +364,7 @@ impl<P: Ports> Client<P> {
             _ => None,
         })?;
         if answered_us != time_us {
-            return Err(BackseatError::Protocol(format!("for {answered_us} µs when asked for {time_us} µs")));
+            return Err(BackseatError::Protocol(format!("it is for {answered_us} µs; expected {time_us} µs")));
         }
         if time_us == 0 {
             self.discard(counts)?;

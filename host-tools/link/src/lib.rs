@@ -50,12 +50,12 @@ pub enum BackseatError {
     #[error("the backseat process ended ({0})")]
     Died(ExitStatus),
     /// The emulated board ended.
-    #[error("the ARM image ended ({status}): {said}")]
+    #[error("the ARM image ended ({status}): {message}")]
     Ended {
         /// Its exit code: 101 panic, 102 fault, 103 unexpected interrupt.
         status: ExitStatus,
-        /// Why, by its own account.
-        said: String,
+        /// Its last message.
+        message: String,
     },
     /// It stopped answering.
     #[error("the backseat sent nothing on its {port:?} port for {seconds} s")]
@@ -65,14 +65,14 @@ pub enum BackseatError {
         /// For how long.
         seconds: u32,
     },
-    /// It says something, but not what it was asked.
-    #[error("no answer from a backseat within {seconds} s")]
+    /// It sent something, but not the answer.
+    #[error("the backseat sent data, but no answer within {seconds} s")]
     Unanswered {
         /// How long was waited.
         seconds: u32,
     },
-    /// It sent what it should not have.
-    #[error("the backseat answered {0}")]
+    /// Its answer does not fit the request.
+    #[error("unexpected answer of the backseat: {0}")]
     Protocol(String),
     /// It refused a request.
     #[error("the backseat refused {request}: {refusal:?}")]
@@ -91,7 +91,7 @@ pub enum BackseatError {
         error: io::Error,
     },
     /// Only the app in this process can be reset by a scenario.
-    #[error("this backseat cannot be reset by the scenario")]
+    #[error("the scenario resets the board, which works with `--backseat host` only")]
     CannotReset,
     /// The session log could not be written.
     #[error(transparent)]

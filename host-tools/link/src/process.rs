@@ -8,7 +8,7 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// A backseat that says nothing for this long is given up.
+/// After this long a silent backseat is given up.
 const PATIENCE_S: u32 = 10;
 const POLL_MS: u32 = 200;
 

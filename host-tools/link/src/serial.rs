@@ -8,7 +8,7 @@ use serialport::{SerialPort, TTYPort};
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
-/// A board that says nothing for this long is given up.
+/// After this long a silent board is given up.
 const PATIENCE: Duration = Duration::from_secs(10);
 const POLL: Duration = Duration::from_millis(200);
 
@@ -25,7 +25,7 @@ impl Serial {
     pub fn open(list: &str) -> anyhow::Result<Self> {
         let paths: Vec<&str> = list.split(',').collect();
         if paths.len() != Port::ALL.len() {
-            bail!("{list}: five ports are needed, as frontseat,dvl,ahrs,modem,host");
+            bail!("{list}: expected five ports separated by commas: frontseat,dvl,ahrs,modem,host");
         }
         let open = |(path, default): (&&str, u32)| {
             let (path, baud) = match path.rsplit_once(':') {

@@ -1,4 +1,4 @@
-//! From what was seen of a board to what is right and wrong with it.
+//! Verdicts on what was observed of a board.
 
 use backseat_app::parameters::PARAMETER_SCHEMA;
 use backseat_host::PORT_NAMES;
@@ -62,7 +62,7 @@ impl fmt::Display for Line {
     }
 }
 
-/// What was seen of a board.
+/// What was observed of a board.
 pub struct Look {
     pub identity: Identity,
     pub parameters: Vec<Declared>,
@@ -101,10 +101,10 @@ fn firmware(identity: &Identity) -> Line {
 
 fn restart(restart: Option<&Restart>) -> Line {
     let Some(Restart { cause, resets, safe }) = restart else {
-        return Line::new(Verdict::Note, "last start", "the board does not know its cause");
+        return Line::new(Verdict::Note, "last start", "cause unknown to the board");
     };
-    let barred = if *safe { "; too many in too short a time: safe mode" } else { "" };
-    let found = format!("{cause:?}, {resets} resets by a fault since power-on{barred}");
+    let barred = if *safe { "; too many in ten minutes: safe mode" } else { "" };
+    let found = format!("{cause:?}; {resets} resets by a fault since power-on{barred}");
     Line::new(Verdict::of(*resets == 0 && !safe), "last start", found)
 }
 
@@ -145,12 +145,12 @@ fn device(look: &Look, port: Port) -> Line {
     };
     let index = port as usize;
     let Some((before, after)) = &look.counters else {
-        // Older firmware tells refused frames only.
+        // Older firmware counts refused frames only.
         let rejected = look.telemetry.last().map_or(0, |record| record.rejected_frames[index]);
         return Line::new(
             Verdict::Note,
             what,
-            format!("{rejected} frames refused since start; good ones are not told"),
+            format!("{rejected} frames refused since start; this firmware does not count good ones"),
         );
     };
     let during = |counts: fn(&Health) -> [u32; 4]| counts(after)[index].saturating_sub(counts(before)[index]);
@@ -164,7 +164,7 @@ fn device(look: &Look, port: Port) -> Line {
         _ => Verdict::Fail,
     };
     let seconds = look.watched.as_secs();
-    let unused = if needed { "" } else { "; not used by the parameters" };
+    let unused = if needed { "" } else { "; the parameters do not use this port" };
     let found = format!(
         "{accepted} good and {rejected} refused frames in {seconds} s ({} and {} since start){unused}",
         all.0, all.1
@@ -176,22 +176,22 @@ fn device(look: &Look, port: Port) -> Line {
 fn losses(look: &Look) -> Line {
     const WHAT: &str = "receive losses";
     let Some((before, after)) = &look.counters else {
-        return Line::new(Verdict::Note, WHAT, "this firmware does not tell");
+        return Line::new(Verdict::Note, WHAT, "this firmware does not report it");
     };
-    let told: Vec<String> = PORT_NAMES
+    let losses: Vec<String> = PORT_NAMES
         .iter()
         .zip(before.receive_losses.iter().zip(after.receive_losses))
         .filter(|(_, (_, all))| *all > 0)
         .map(|(name, (before, all))| format!("{name} {} ({all} since start)", all.saturating_sub(*before)))
         .collect();
-    let verdict = match (told.is_empty(), before.receive_losses == after.receive_losses) {
+    let verdict = match (losses.is_empty(), before.receive_losses == after.receive_losses) {
         (true, _) => Verdict::Pass,
         (false, true) => Verdict::Note,
         (false, false) => Verdict::Fail,
     };
-    let found = match told.is_empty() {
+    let found = match losses.is_empty() {
         true => "none on any port since start".to_owned(),
-        false => format!("in {} s: {}", look.watched.as_secs(), told.join(", ")),
+        false => format!("in {} s: {}", look.watched.as_secs(), losses.join(", ")),
     };
     Line::new(verdict, WHAT, found)
 }
@@ -200,7 +200,7 @@ fn clock(look: &Look) -> Line {
     let verdict = |known| if uses_ranges(look) { Verdict::of(known) } else { Verdict::Note };
     let utc_us = look.telemetry.last().map_or(0, |record| record.utc_us);
     if utc_us == 0 {
-        let found = "not known: no GPS sentence with a valid time yet";
+        let found = "unknown: no GPS sentence with a valid time yet";
         return Line::new(verdict(false), "clock", found);
     }
     let seconds = (utc_us as f64 - look.now_us as f64) * 1e-6;
@@ -217,11 +217,12 @@ fn date(utc_us: u64) -> String {
 
 fn pps(look: &Look) -> Line {
     let Some((before, after)) = &look.counters else {
-        return Line::new(Verdict::Note, "PPS", "this firmware does not tell");
+        return Line::new(Verdict::Note, "PPS", "this firmware does not report it");
     };
     let edges = after.pps_edges.saturating_sub(before.pps_edges);
     let seconds = look.watched.as_secs();
-    let synchronised = if after.synchronised { "UTC rests on them" } else { "UTC does not rest on them" };
+    let synchronised =
+        if after.synchronised { "UTC is synchronised to them" } else { "UTC is not synchronised to them" };
     let found = format!("{edges} edges in {seconds} s, {synchronised}");
     let steady = u64::from(edges).abs_diff(seconds) <= 1 && after.synchronised;
     let verdict = match (steady, uses_ranges(look)) {
@@ -234,7 +235,7 @@ fn pps(look: &Look) -> Line {
 
 fn mode(look: &Look) -> Line {
     let Some(Telemetry { mode, reason, state, sigma, .. }) = look.telemetry.last() else {
-        return Line::new(Verdict::Fail, "mode", "not told");
+        return Line::new(Verdict::Fail, "mode", "not received");
     };
     let verdict = match (mode, reason) {
         (Mode::Navigating, _) => Verdict::Pass,
@@ -259,8 +260,9 @@ fn parameters(parameters: &[Declared]) -> Line {
         .map(|parameter| parameter.name.as_str())
         .collect();
     let own = parameters.iter().filter(|parameter| parameter.value != parameter.default).count();
-    let outside_told = if outside.is_empty() { String::new() } else { format!("; outside: {}", outside.join(", ")) };
-    let found = format!("{} read, {own} of them not at their default{outside_told}", parameters.len());
+    let outside_range =
+        if outside.is_empty() { String::new() } else { format!("; outside their range: {}", outside.join(", ")) };
+    let found = format!("{} read, {own} not at their default{outside_range}", parameters.len());
     Line::new(Verdict::of(outside.is_empty()), "parameters", found)
 }
 

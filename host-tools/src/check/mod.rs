@@ -14,10 +14,10 @@ const EXAMPLES: &str = "\
 Example:
   backseat check /dev/ttyACM0 --wiggle
 
-ok: as it should be; FAIL: not so, and the exit code is 1; note: for you to judge. A sensor that the parameters leave
-unused does not have to be there. --wiggle moves each fin to either side, one second a fin, with the propeller
-commanded to stop; it is refused while a mission runs. Have the propeller's supply off or the blades clear all the
-same, and look whether top, bottom, port and starboard fin move in this order, each to its positive side first.";
+ok: passed. FAIL: failed; the exit code is then 1. note: for you to judge. A sensor that the parameters do not use may be
+missing. --wiggle moves each fin to both sides, one second a fin, with the propeller commanded to stop; it is refused
+while a mission runs. Switch the propeller's supply off or keep clear of the blades all the same. Watch that the top,
+bottom, port and starboard fin move in this order, each to its positive side first.";
 
 /// How long the board is watched: slower sources have a second's period.
 const WATCH: Duration = Duration::from_secs(3);
@@ -35,7 +35,7 @@ pub struct Args {
     wiggle: bool,
 }
 
-/// Looks, judges, tells.
+/// Observes the board, judges and prints.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut board = args.common.connect()?;
     let look = look(&mut board)?;
@@ -84,8 +84,8 @@ fn wiggle(board: &mut Board) -> anyhow::Result<Line> {
     let rests = records.last().is_some_and(|record| record.fins_rad.iter().all(|angle| angle.abs() < 0.02));
     let fins = (0..4).filter(|fin| moved(*fin)).count();
     let about = format!(
-        "{fins} of 4 fins commanded to either side, {}, propeller {}: did they move?",
-        if rests { "at rest again" } else { "not at rest again" },
+        "{fins} of 4 fins commanded to both sides, {}, propeller {}: did they move?",
+        if rests { "back at neutral" } else { "not back at neutral" },
         if still { "stopped" } else { "commanded to turn" },
     );
     let verdict = if fins == 4 && still && rests { Verdict::Pass } else { Verdict::Fail };

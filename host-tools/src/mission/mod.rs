@@ -42,7 +42,7 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum Action {
-    /// Replace the board's mission by that of a file, whole or not at all
+    /// Replace the board's mission by the one in a file, all of it or nothing
     #[command(after_help = "Example:\n  backseat mission put /dev/ttyACM0 survey.toml")]
     Put {
         #[command(flatten)]
@@ -59,17 +59,17 @@ enum Action {
         /// Write it there instead of printing it
         #[arg(value_name = "MISSION.toml", conflicts_with = "out")]
         file: Option<PathBuf>,
-        /// The same
+        /// As the argument above
         #[arg(short, long, value_name = "MISSION.toml")]
         out: Option<PathBuf>,
         /// Replace a file that exists
         #[arg(long)]
         force: bool,
     },
-    /// Fly the stored mission, as soon as navigation is valid
+    /// Start the stored mission as soon as navigation is valid
     #[command(after_help = "Example:\n  backseat mission start /dev/ttyACM0")]
     Start(Common),
-    /// Neutral fins, propeller off, frontseat in charge
+    /// Stop: neutral fins, propeller off, frontseat in charge
     #[command(after_help = "Example:\n  backseat mission stop /dev/ttyACM0")]
     Stop(Common),
 }
@@ -90,19 +90,19 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             path.map_or(Ok(()), |path| output::check(path, existing))?;
             let waypoints = common.connect()?.mission()?;
             if waypoints.is_empty() {
-                bail!("{}: the board has no mission", common.port);
+                bail!("{}: no mission is stored on the board", common.port);
             }
             let text = file::text_of(&waypoints);
             if let Some(path) = path {
                 output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
             }
-            let told = path.map_or(text, |path| format!("{} waypoints to {}\n", waypoints.len(), path.display()));
-            common.say(&json!({"waypoints": waypoints.iter().map(json_of).collect::<Vec<_>>()}), &told)
+            let done = path.map_or(text, |path| format!("{} waypoints to {}\n", waypoints.len(), path.display()));
+            common.say(&json!({"waypoints": waypoints.iter().map(json_of).collect::<Vec<_>>()}), &done)
         }
         Action::Start(common) => {
             let mut board = common.connect()?;
             board.start_mission()?;
-            state(common, &mut board, "the mission waits for navigation to be valid")
+            state(common, &mut board, "armed: the mission begins when navigation is valid")
         }
         Action::Stop(common) => {
             let mut board = common.connect()?;
@@ -112,7 +112,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
 }
 
-/// Where the board stands a moment after the request was carried out.
+/// Prints the board's mode a moment after the request.
 fn state(common: &Common, board: &mut Board, idle: &str) -> anyhow::Result<()> {
     let last = board.listen(MOMENT)?.pop();
     let leg = last.as_ref().and_then(|record| record.leg);

@@ -9,11 +9,11 @@ use serde_json::{Map, Value, json};
 /// What is known now; of the events, those after the first `seen`. And how many there are.
 pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
     let (events, count) = model.journal.since(seen);
-    let told = |severity: Severity, text: &str| json!({"severity": severity.name(), "text": text});
+    let entry = |severity: Severity, text: &str| json!({"severity": severity.name(), "text": text});
     let events: Vec<Value> = events
         .map(|event| json!({"when": event.when, "severity": event.severity.name(), "text": event.text}))
         .collect();
-    let alarms: Vec<Value> = model.alarms(now_us).iter().map(|alarm| told(alarm.severity, &alarm.text)).collect();
+    let alarms: Vec<Value> = model.alarms(now_us).iter().map(|alarm| entry(alarm.severity, &alarm.text)).collect();
     let record = model.telemetry.as_ref();
     let value = json!({
         "time_s": record.map(|record| record.time_us as f64 * 1e-6),

@@ -15,7 +15,7 @@ pub enum News {
     Found,
 }
 
-/// The port without what nobody has read before.
+/// The port, with bytes that arrived before discarded.
 fn fresh(name: &PortName) -> anyhow::Result<HostPort> {
     let port = HostPort::open(name)?;
     port.discard()?;

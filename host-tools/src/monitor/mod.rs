@@ -54,8 +54,8 @@ pub struct Args {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("{text}: not a number"))?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| format!("{text}: not a time"))
+    let seconds: f64 = text.parse().map_err(|_| format!("{text}: expected a number of seconds"))?;
+    Duration::try_from_secs_f64(seconds).map_err(|_| format!("{text}: expected a positive number of seconds"))
 }
 
 /// Board, clock and when to end.
@@ -96,11 +96,11 @@ impl Watch {
     }
 }
 
-/// Watches until it is told to end.
+/// Watches until q, Ctrl-C or the time is over.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let on_terminal = std::io::stdout().is_terminal() && std::io::stdin().is_terminal();
     if !args.json && !on_terminal {
-        bail!("the view needs a terminal; --json is for everything else");
+        bail!("the view needs a terminal; use --json to write to a file or a pipe");
     }
     let name = args.baud.map_or_else(|| args.port.clone(), |baud| args.port.with_baud(baud));
     let link = Link::open(&name)?;

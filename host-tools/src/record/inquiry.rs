@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 /// An answer that has not come by then is asked for again ...
 const PATIENCE: Duration = Duration::from_secs(1);
-/// ... so often, before a board is taken to be mute.
+/// ... this many times, before the board is taken to be silent.
 const ATTEMPTS: u32 = 5;
 
 /// The set as far as it is known.
@@ -24,7 +24,7 @@ impl Inquiry {
         Self { device, decoder: Decoder::new(), values: Vec::new(), asked: None, attempts: 0 }
     }
 
-    /// Asks (again) when it is time; the bytes that went to the board, for they belong to the session.
+    /// Asks (again) when it is time; returns the bytes sent to the board, which belong to the session.
     pub fn ask(&mut self) -> Option<Vec<u8>> {
         if self.attempts >= ATTEMPTS || self.asked.is_some_and(|at| at.elapsed() < PATIENCE) {
             return None;
@@ -39,7 +39,7 @@ impl Inquiry {
         Some(frame.to_vec())
     }
 
-    /// Listens to what the board says; the set, when it is complete.
+    /// Reads the board's bytes; returns the set when it is complete.
     pub fn hear(&mut self, mut bytes: &[u8]) -> Option<Vec<(String, f64)>> {
         while let Some(frame) = self.decoder.feed(&mut bytes) {
             let Ok(FromBoard::Parameter(info)) = frame.and_then(|frame| frame.message()) else { continue };

@@ -13,9 +13,9 @@ use std::sync::mpsc::Sender;
 use std::thread::{JoinHandle, sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// How long a read waits at most: how soon a line hears that it is to stop.
+/// Longest wait of a read, and so the longest time until a line stops.
 const PATIENCE: Duration = Duration::from_millis(100);
-/// How often a lost device is looked for.
+/// Time between two attempts to open a lost device.
 const RETRY: Duration = Duration::from_millis(200);
 
 /// A port of the board and the device on which this machine listens to it: `NAME=PATH` or `NAME=PATH:BAUD`.
@@ -31,13 +31,14 @@ impl FromStr for Source {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let names = || Port::ALL.map(port_name).join(", ");
-        let (name, path) = text.split_once('=').ok_or_else(|| format!("NAME=PATH is expected; names: {}", names()))?;
-        let port = port_named(name).ok_or_else(|| format!("{name}: not one of {}", names()))?;
+        let (name, path) =
+            text.split_once('=').ok_or_else(|| format!("expected NAME=PATH with one of the names {}", names()))?;
+        let port = port_named(name).ok_or_else(|| format!("{name}: expected one of {}", names()))?;
         // A device may have colons in its own name.
         let (path, baud) = match path.rsplit_once(':').filter(|_| !Path::new(path).exists()) {
             Some((path, baud)) => {
                 let rate = baud.parse().ok().filter(|rate| *rate > 0);
-                (path, rate.ok_or_else(|| format!("{baud}: not a baud rate"))?)
+                (path, rate.ok_or_else(|| format!("{baud}: not a baud rate; expected a whole number such as 115200"))?)
             }
             None => (path, DEFAULT_BAUD[port as usize]),
         };
@@ -45,8 +46,8 @@ impl FromStr for Source {
     }
 }
 
-/// What a line has to tell.
-pub enum Told {
+/// An event on a line.
+pub enum LineEvent {
     /// It is open (again); with a second handle of it, to ask the board.
     Opened(TTYPort),
     /// Bytes came.
@@ -56,10 +57,10 @@ pub enum Told {
 }
 
 /// From which line, and when.
-pub struct Telling {
+pub struct LineReport {
     pub line: usize,
     pub at: Instant,
-    pub told: Told,
+    pub event: LineEvent,
 }
 
 impl Source {
@@ -67,10 +68,10 @@ impl Source {
         serialport::new(&self.path, self.baud).timeout(PATIENCE).preserve_dtr_on_open().open_native()
     }
 
-    /// Reads the open device until told to stop, whatever happens to it.
-    pub fn listen(self, line: usize, device: TTYPort, to: Sender<Telling>, stop: Arc<AtomicBool>) -> JoinHandle<()> {
+    /// Reads the device until asked to stop; reopens it when it is lost.
+    pub fn listen(self, line: usize, device: TTYPort, to: Sender<LineReport>, stop: Arc<AtomicBool>) -> JoinHandle<()> {
         spawn(move || {
-            let tell = |told| to.send(Telling { line, at: Instant::now(), told }).is_ok();
+            let send = |event| to.send(LineReport { line, at: Instant::now(), event }).is_ok();
             let mut next = Some(device);
             while !stop.load(Ordering::Relaxed) {
                 let Some(mut device) = next.take().or_else(|| self.open().ok()) else {
@@ -79,14 +80,14 @@ impl Source {
                 };
                 let lost = match device.try_clone_native() {
                     Ok(second) => {
-                        if !tell(Told::Opened(second)) {
+                        if !send(LineEvent::Opened(second)) {
                             return;
                         }
-                        read(&mut device, &stop, |bytes| tell(Told::Bytes(bytes)))
+                        read(&mut device, &stop, |bytes| send(LineEvent::Bytes(bytes)))
                     }
                     Err(error) => error.to_string(),
                 };
-                if !stop.load(Ordering::Relaxed) && !tell(Told::Lost(lost)) {
+                if !stop.load(Ordering::Relaxed) && !send(LineEvent::Lost(lost)) {
                     return;
                 }
             }
@@ -94,7 +95,7 @@ impl Source {
     }
 }
 
-/// Reads until the device is gone, nobody listens any more, or it is time to stop; what became of the device.
+/// Reads until the device is gone, the receiver is closed, or it is time to stop; returns the reason.
 fn read(device: &mut TTYPort, stop: &AtomicBool, mut take: impl FnMut(Vec<u8>) -> bool) -> String {
     let mut buffer = [0; 4096];
     while !stop.load(Ordering::Relaxed) {
@@ -122,7 +123,7 @@ mod tests {
         assert_eq!("modem=/dev/ttyUSB2".parse(), source(Port::Modem, "/dev/ttyUSB2", 19_200));
         assert_eq!("host=/dev/ttyACM0:921600".parse(), source(Port::Host, "/dev/ttyACM0", 921_600));
         assert!("/dev/ttyUSB0".parse::<Source>().unwrap_err().contains("frontseat, dvl, ahrs, modem, host"));
-        assert!("sonar=/dev/ttyUSB0".parse::<Source>().unwrap_err().contains("sonar: not one of"));
+        assert!("sonar=/dev/ttyUSB0".parse::<Source>().unwrap_err().contains("sonar: expected one of"));
         assert!("dvl=/dev/x:fast".parse::<Source>().unwrap_err().contains("fast: not a baud rate"));
     }
 }

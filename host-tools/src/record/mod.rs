@@ -12,7 +12,7 @@ use backseat_wire::hostlink::Port;
 use indicatif::{ProgressBar, ProgressStyle};
 use inquiry::Inquiry;
 pub use line::Source;
-use line::{Telling, Told};
+use line::{LineEvent, LineReport};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,9 +21,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
-/// What is written is on the disk this often; the figures on the screen are as old at most.
+/// The file is flushed and the figures on the screen are renewed this often.
 const INTERVAL: Duration = Duration::from_secs(1);
-/// The next bytes are waited for so long at most.
+/// Longest wait for the next bytes.
 const TICK: Duration = Duration::from_millis(50);
 
 const EXAMPLES: &str = "\
@@ -31,10 +31,10 @@ Examples:
   backseat record host=/dev/ttyACM0 -o dive.mcap
   backseat record frontseat=/dev/ttyUSB0 dvl=/dev/ttyUSB1:9600 ahrs=/dev/ttyUSB2 modem=/dev/ttyUSB3 -o dive.mcap --for 3600
 
-The names are those of the board's ports: frontseat, dvl, ahrs, modem and host. On host this machine is the board's
-other end: it asks for the parameters, and telemetry is decoded into the log. On the others it listens beside the board,
-to what the device sends. A device that is unplugged is waited for; Ctrl-C ends the recording. Whatever happens, what is
-older than a second is in the file: read it with backseat replay, backseat export, or any MCAP tool.";
+The names are those of the board's ports: frontseat, dvl, ahrs, modem and host. On the host port this program talks to the
+board: it asks for the parameters and decodes telemetry into the log. On the other ports it listens beside the board to
+what the device sends. If a device is unplugged, it waits for it. Ctrl-C ends the recording. At any moment the file is
+complete up to the last second: read it with backseat replay, backseat export, or any MCAP tool.";
 
 /// Record serial ports into a session log (MCAP)
 #[derive(clap::Args)]
@@ -57,7 +57,7 @@ pub struct Args {
     json: bool,
 }
 
-/// A line, and what came of it.
+/// A line and its counts.
 struct Line {
     source: Source,
     open: bool,
@@ -87,7 +87,7 @@ enum End {
     Time,
 }
 
-/// Records until it is told to end.
+/// Records until Ctrl-C or the time is over.
 ///
 /// # Errors
 /// A port that cannot be opened, a file that cannot be written.
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         args.seconds.map(|s| Duration::try_from_secs_f64(s).with_context(|| format!("--for {s}"))).transpose()?;
     for (index, source) in args.ports.iter().enumerate() {
         if args.ports[..index].iter().any(|other| other.port == source.port) {
-            bail!("{}: named twice", port_name(source.port));
+            bail!("{}: this port is named twice", port_name(source.port));
         }
     }
     let stop = Arc::new(AtomicBool::new(false));
@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let devices: Vec<_> = args
         .ports
         .iter()
-        .map(|source| source.open().with_context(|| format!("{}: not to be opened as a serial port", source.path)))
+        .map(|source| source.open().with_context(|| format!("{}: cannot be opened as a serial port", source.path)))
         .collect::<anyhow::Result<_>>()?;
     let mut meta = Meta::new(concat!("backseat ", env!("CARGO_PKG_VERSION")), Clock::Host);
     for source in &args.ports {
@@ -115,20 +115,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let writer = Writer::create(&args.output, &meta, existing)?;
 
-    let (to, told) = channel();
+    let (to, reports) = channel();
     let threads: Vec<JoinHandle<()>> = devices
         .into_iter()
         .enumerate()
         .map(|(line, device)| args.ports[line].clone().listen(line, device, to.clone(), Arc::clone(&stop)))
         .collect();
     let mut recording = Recording::new(writer, &args.ports);
-    let outcome = recording.record(&told, &stop, limit);
+    let outcome = recording.record(&reports, &stop, limit);
     stop.store(true, Ordering::Relaxed);
     threads.into_iter().for_each(|thread| {
         let _ = thread.join(); // a panic has been printed
     });
     // what came while the lines were being closed
-    let outcome = outcome.and_then(|end| recording.take_all(&told).map(|()| end));
+    let outcome = outcome.and_then(|end| recording.take_all(&reports).map(|()| end));
     recording.finish(outcome, args)
 }
 
@@ -165,7 +165,7 @@ impl Recording {
 
     fn record(
         &mut self,
-        told: &Receiver<Telling>,
+        reports: &Receiver<LineReport>,
         stop: &AtomicBool,
         limit: Option<Duration>,
     ) -> Result<End, DataError> {
@@ -177,8 +177,8 @@ impl Recording {
             if limit.is_some_and(|limit| self.began.elapsed() >= limit) {
                 return Ok(End::Time);
             }
-            match told.recv_timeout(TICK) {
-                Ok(telling) => self.take(telling)?,
+            match reports.recv_timeout(TICK) {
+                Ok(report) => self.take(report)?,
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
             }
             if let Some(frame) = self.inquiry.as_mut().and_then(Inquiry::ask) {
@@ -192,16 +192,16 @@ impl Recording {
         }
     }
 
-    /// Everything that waits.
-    fn take_all(&mut self, told: &Receiver<Telling>) -> Result<(), DataError> {
-        told.try_iter().try_for_each(|telling| self.take(telling))
+    /// Takes everything that waits.
+    fn take_all(&mut self, reports: &Receiver<LineReport>) -> Result<(), DataError> {
+        reports.try_iter().try_for_each(|report| self.take(report))
     }
 
-    fn take(&mut self, Telling { line: index, at, told }: Telling) -> Result<(), DataError> {
+    fn take(&mut self, LineReport { line: index, at, event }: LineReport) -> Result<(), DataError> {
         let line = &mut self.lines[index];
         let (port, path) = (line.source.port, line.source.path.clone());
-        match told {
-            Told::Opened(device) => {
+        match event {
+            LineEvent::Opened(device) => {
                 let again = line.interruptions > 0;
                 line.open = true;
                 if port == Port::Host {
@@ -209,14 +209,14 @@ impl Recording {
                 }
                 if again { self.say(at, format!("{}: {path} is back", port_name(port))) } else { Ok(()) }
             }
-            Told::Lost(reason) => {
+            LineEvent::Lost(reason) => {
                 (line.open, line.interruptions) = (false, line.interruptions + 1);
                 if port == Port::Host {
                     self.inquiry = None;
                 }
-                self.say(at, format!("{}: {path} is gone ({reason}); waiting for it", port_name(port)))
+                self.say(at, format!("{}: {path} disconnected ({reason}); waiting for it", port_name(port)))
             }
-            Told::Bytes(bytes) => {
+            LineEvent::Bytes(bytes) => {
                 line.bytes += bytes.len() as u64;
                 if port != Port::Host {
                     return self.write(at, Event::Received { port, bytes });
@@ -248,14 +248,14 @@ impl Recording {
         self.bar.tick();
     }
 
-    /// Ends the file and says what came of it.
+    /// Ends the file and prints a summary.
     fn finish(self, outcome: Result<End, DataError>, args: &Args) -> anyhow::Result<()> {
         let Self { writer, lines, parameters, began, bar, .. } = self;
         bar.finish_and_clear();
         let seconds = began.elapsed().as_secs_f64();
         let outcome = outcome.and_then(|end| writer.finish().map(|()| end));
         let end = outcome.with_context(|| {
-            format!("recording ended after {seconds:.0} s; what is in {} can be read", args.output.display())
+            format!("recording ended early, after {seconds:.0} s; {} can be read up to there", args.output.display())
         })?;
         let bytes: u64 = lines.iter().map(|line| line.bytes).sum();
         if args.json {
@@ -288,7 +288,7 @@ impl Recording {
             }
         }
         if lines.iter().any(|line| line.source.port == Port::Host) && parameters.is_none() {
-            text += "\n  the board did not tell its parameters: replay and export will assume the defaults";
+            text += "\n  the board did not send its parameters: replay and export will assume the defaults";
         }
         console::print(format!("{text}\n").as_bytes())
     }

@@ -95,7 +95,7 @@ struct Line {
 impl Line {
     fn open(target: &Source) -> anyhow::Result<Self> {
         let Source { port, path, .. } = target.clone();
-        let unusable = || format!("{path}: not to be opened as a serial port");
+        let unusable = || format!("{path}: cannot be opened as a serial port");
         let mut device = target.open().with_context(unusable)?;
         device.set_timeout(PATIENCE).with_context(unusable)?;
         let (queue, chunks) = sync_channel(QUEUE);

@@ -3,9 +3,10 @@
 use super::run::rms_over_drms;
 use anyhow::Context;
 use backseat_core::navigation::Sensor;
+use backseat_data::output::{self, Existing};
 use backseat_data::report::plots::{
     Ellipse, ErrorPlot, Histogram, Innovation, InnovationPlot, Point, Scale, TimePlot, TrackPlot, error_vs_time,
-    histogram, innovations, time_series, track,
+    histogram, innovations, sheet, time_series, track,
 };
 use backseat_data::report::{Provenance, Report, Table};
 use backseat_data::stats::ErrorSummary;
@@ -66,12 +67,23 @@ pub fn write(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &An
     let command: Vec<String> = std::env::args().skip(1).collect();
     report
         .provenance(Provenance {
-            command: format!("backseat sim {}", command.join(" ")).trim_end(),
+            command: format!("backseat {}", command.join(" ")).trim_end(),
             seed: Some(scenario.settings.seed),
             version: env!("CARGO_PKG_VERSION"),
         })
         .write(path)
         .with_context(|| path.display().to_string())
+}
+
+/// Draws the map and the errors as one picture, SVG, in the place of an earlier one.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn picture(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &Analysis) -> anyhow::Result<()> {
+    let own = error_figure(analysis.configurations.get(..1).unwrap_or_default(), Scale::Linear);
+    let all = error_figure(&analysis.configurations, Scale::Log);
+    let picture = sheet(&[&[map(scenario, flight, analysis)], &[own, all]]);
+    Ok(output::write(path, Existing::Replace, |file| file.write_all(picture.as_bytes()))?)
 }
 
 fn verdict(scenario: &Scenario, flight: &FlightLog, analysis: &Analysis) -> String {

@@ -60,6 +60,9 @@ pub struct Arguments {
     /// Folder for log.csv, truth.csv, session.mcap and report.html [default: a new one in out/].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Draw map and errors as one picture as well; replaces an earlier one.
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
     /// Print one JSON object on stdout.
     #[arg(long)]
     json: bool,
@@ -106,6 +109,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let analysis = analysis::analyse(&scenario, &flight)?;
     let report = folder.join("report.html");
     super::report::write(&report, &scenario, &flight, &analysis)?;
+    if let Some(picture) = &arguments.picture {
+        super::report::picture(picture, &scenario, &flight, &analysis)?;
+    }
     if arguments.json {
         println!("{}", summary_json(&flight, &analysis));
     } else {

@@ -42,7 +42,7 @@ fn a_port_that_is_none_is_told_in_one_line() {
 fn a_port_without_a_board_is_given_up() {
     let silent = Pty::open().unwrap();
     let outcome = program(Path::new("."), ["params", "get", silent.path()]);
-    assert!(outcome.complaint("a silent port").contains("nothing comes from there"), "{}", outcome.stderr);
+    assert!(outcome.complaint("a silent port").contains("no data received"), "{}", outcome.stderr);
     // something else that talks
     let other = Arc::new(Pty::open().unwrap());
     let over = Arc::new(AtomicBool::new(false));

@@ -85,7 +85,7 @@ fn bad_usage_and_bad_files_are_told() {
         (&["replay", &path("none.mcap")][..], "none.mcap"),
         (&["replay", &path("empty")], "empty"),
         (&["replay", &path("text.mcap")], "neither a session"),
-        (&["replay", &session, "--to", "dvl=/dev/null"], "/dev/null: not to be opened as a serial port"),
+        (&["replay", &session, "--to", "dvl=/dev/null"], "/dev/null: cannot be opened as a serial port"),
         (&["replay", &session, "--to", &host, &host], "given twice"),
     ] {
         let (code, stdout, stderr) = backseat(arguments);

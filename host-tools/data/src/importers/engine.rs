@@ -1,4 +1,4 @@
-//! Reads a table by its format: binds the columns, converts rows, says what was dropped and why.
+//! Reads a table by its format: binds the columns, converts rows, reports what was dropped and why.
 
 use super::calendar;
 use super::format::{Format, Known, Role};
@@ -87,8 +87,8 @@ impl<'a> Importer<'a> {
         let used: Vec<&str> = bound.iter().map(|(_, known)| &*known.name).collect();
         notes.insert(0, format!("{}; recognised: {}", format.name, used.join(", ")));
         let spare = format.columns.iter().map(|known| &*known.name);
-        let told: Vec<&str> = if has_local { spare.collect() } else { used };
-        notes.extend(dropped(format, &names, &told));
+        let mentioned: Vec<&str> = if has_local { spare.collect() } else { used };
+        notes.extend(dropped(format, &names, &mentioned));
         notes.extend(format.remarks.iter().map(|&remark| remark.to_owned()));
         Ok(Self {
             path,
@@ -212,14 +212,14 @@ impl<'a> Importer<'a> {
             let count = self.dropped_positions;
             let plural = if count == 1 { "" } else { "s" };
             self.log.notes.push(format!(
-                "{count} position{plural} dropped (no fixes: no satellites, not valid, or the antenna under water)"
+                "{count} position{plural} dropped: no fix (no satellites, not valid, or antenna under water)"
             ));
         }
         Ok(self.log)
     }
 }
 
-/// What a row says about its time.
+/// The time of a row.
 #[derive(Default)]
 struct Time<'a> {
     cell: u64,
@@ -239,9 +239,9 @@ const fn is_global(role: Role) -> bool {
 }
 
 /// One line for every reason for which columns are left out.
-fn dropped(format: &Format, names: &[String], told: &[&str]) -> Vec<String> {
+fn dropped(format: &Format, names: &[String], mentioned: &[&str]) -> Vec<String> {
     let mut lines: Vec<(&str, Vec<&str>)> = Vec::new();
-    for name in names.iter().filter(|name| !name.is_empty() && !told.contains(&name.as_str())) {
+    for name in names.iter().filter(|name| !name.is_empty() && !mentioned.contains(&name.as_str())) {
         let lower = name.to_ascii_lowercase();
         let reason = format.dropped.iter().find(|(part, _)| lower.contains(part));
         let reason = reason.map_or("not part of a vehicle log", |(_, reason)| *reason);

@@ -33,16 +33,16 @@ pub(super) static FLIGHT: Format = Format {
     every_column_needed: false,
     constants: &[],
     dropped: &[
-        ("cmd", "commands: what was measured is there"),
+        ("cmd", "commands; the measured values are used instead"),
         ("lmc", "the glider's own dead reckoning"),
         ("dr_", "the glider's own dead reckoning"),
-        ("pressure", "the depth is there"),
-        ("depth_rate", "the depth is there"),
-        ("fin_rad", "the model of a glide has no rudder"),
-        ("unix", "t_s is there"),
+        ("pressure", "depth_m is used instead"),
+        ("depth_rate", "depth_m is used instead"),
+        ("fin_rad", "the glide model has no rudder"),
+        ("unix", "t_s is used instead"),
     ],
     remarks: &[
-        "the heading and the glider's own current are by magnetic north: the declination shows as a heading_bias",
+        "heading and the glider's own current refer to magnetic north: the declination appears as a heading_bias",
     ],
 };
 
@@ -61,12 +61,12 @@ pub(super) static SCIENCE: Format = Format {
     every_column_needed: false,
     constants: &[],
     dropped: &[
-        ("u_adcp_all", "not quality-controlled: U_adcp_mps is used"),
+        ("u_adcp_all", "not quality-controlled; U_adcp_mps is used instead"),
         ("pressure", "the flight log has the depth"),
         ("ballast", "the flight log has it"),
         ("temp", "contained in the density"),
         ("cond", "contained in the density"),
-        ("unix", "t_s is there"),
+        ("unix", "t_s is used instead"),
     ],
     remarks: &[],
 };

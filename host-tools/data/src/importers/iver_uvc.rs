@@ -56,10 +56,10 @@ const RENAMED_COLUMNS: &[Known] = &[
 
 const DROPPED: &[(&str, &str)] = &[
     ("fin", "servo counts: angle per count and sign unknown"),
-    ("magnetic", "the true heading is there"),
-    ("mag_", "the true heading is there"),
+    ("magnetic", "the true heading is used instead"),
+    ("mag_", "the true heading is used instead"),
     ("dvl", "no body velocity, only fix and altitude"),
-    ("gps", "speed and course of the receiver: the position is used"),
+    ("gps", "speed and course of the receiver; the position is used instead"),
     ("next", "commands of the mission, not measurements"),
     ("goal", "commands of the mission, not measurements"),
 ];
@@ -139,13 +139,13 @@ mod tests {
 
     #[test]
     fn broken_rows_name_line_and_column() {
-        let told = |text: &str| import(text).unwrap_err().to_string();
-        assert!(told(&NATIVE_ROWS.replace("00:00:01.00", "soon")).contains(":4:3: Time:"));
-        assert!(told(&NATIVE_ROWS.replace("10/8/2022", "10/8/2822")).contains("the time is more than a century"));
-        assert!(told(&NATIVE_ROWS.replace("10/8/2022", "8.10.22")).contains(":3:4: Date:"));
-        assert!(told(&RENAMED_ROWS.replace("2.0,25.9", "0.5,25.9")).contains(":4:1: t_s: the time is before"));
-        assert!(told(&RENAMED_ROWS.replace("160,128,22\n1", "160\n1")).contains(":2: 12 cells"));
-        assert!(told(&NATIVE_ROWS.replace("C True Heading", "Heading")).contains("no column C True Heading"));
-        assert!(told(&NATIVE_ROWS.replace("25.90001800", "125.9")).contains(":4:1: Latitude: 125.9 is outside"));
+        let complaint = |text: &str| import(text).unwrap_err().to_string();
+        assert!(complaint(&NATIVE_ROWS.replace("00:00:01.00", "soon")).contains(":4:3: Time:"));
+        assert!(complaint(&NATIVE_ROWS.replace("10/8/2022", "10/8/2822")).contains("the time is more than a century"));
+        assert!(complaint(&NATIVE_ROWS.replace("10/8/2022", "8.10.22")).contains(":3:4: Date:"));
+        assert!(complaint(&RENAMED_ROWS.replace("2.0,25.9", "0.5,25.9")).contains(":4:1: t_s: the time is before"));
+        assert!(complaint(&RENAMED_ROWS.replace("160,128,22\n1", "160\n1")).contains(":2: 12 cells"));
+        assert!(complaint(&NATIVE_ROWS.replace("C True Heading", "Heading")).contains("no column C True Heading"));
+        assert!(complaint(&NATIVE_ROWS.replace("25.90001800", "125.9")).contains(":4:1: Latitude: 125.9 is outside"));
     }
 }

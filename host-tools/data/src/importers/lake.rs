@@ -37,7 +37,7 @@ pub(super) static FORMAT: Format = Format {
     dropped: &[
         ("lat", "north_m and east_m are used"),
         ("lon", "north_m and east_m are used"),
-        ("raw", "velocities made from the positions"),
+        ("raw", "velocities derived from the positions"),
     ],
     remarks: &["turned from forward-left-up to forward-right-down, yaw from east to heading from north"],
 };

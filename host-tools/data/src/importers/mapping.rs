@@ -120,7 +120,7 @@ impl ColumnMap {
             columns.push(Known { name: Cow::Owned(entry.get_ref().column.get_ref().clone()), role });
         }
         if file.columns.is_empty() {
-            return Err(DataError::file(path, "[columns] is empty: nothing would be read but the time"));
+            return Err(DataError::file(path, "[columns] is empty: map at least one column of the vehicle log"));
         }
         Ok(Self {
             format: Format {
@@ -150,7 +150,7 @@ fn time_role(time: &TimeEntry) -> Result<Role, Complaint> {
         Some(base) if base.get_ref() == "epoch" => true,
         Some(base) if base.get_ref() == "start" => false,
         Some(base) => {
-            let message = format!("time.base: {:?} is neither \"start\" nor \"epoch\"", base.get_ref());
+            let message = format!("time.base: {:?}; expected \"start\" or \"epoch\"", base.get_ref());
             return Err((base.span(), message));
         }
     };
@@ -183,11 +183,11 @@ fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
     let sign = entry.sign.as_ref().map_or(1.0, |sign| *sign.get_ref());
     if sign.abs() != 1.0 {
         let span = entry.sign.as_ref().map_or(span, Spanned::span);
-        return Err((span, format!("{name}.sign: {sign} is neither 1 nor -1")));
+        return Err((span, format!("{name}.sign: {sign}; expected 1 or -1")));
     }
     let number = |value: &Option<Spanned<f64>>, key: &str, otherwise: f64| match value {
         Some(value) if !value.get_ref().is_finite() || (key == "scale" && *value.get_ref() == 0.0) => {
-            Err((value.span(), format!("{name}.{key}: {} is no usable number", value.get_ref())))
+            Err((value.span(), format!("{name}.{key}: {} is not a usable number", value.get_ref())))
         }
         value => Ok(value.as_ref().map_or(otherwise, |value| *value.get_ref())),
     };
@@ -195,7 +195,7 @@ fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
     let offset = number(&entry.offset, "offset", 0.0)?;
     match (global, column) {
         (Some(_), _) if scale != 1.0 || offset != 0.0 => {
-            Err((span, format!("{name}: positions are read in degrees as they are")))
+            Err((span, format!("{name}: positions are in degrees; unit, sign, scale and offset do not apply")))
         }
         (Some(role), _) => Ok(role),
         (None, Some(column)) => Ok(Role::Sample { column, scale, offset }),
@@ -208,7 +208,7 @@ fn factor(name: &str, unit: Option<&Spanned<String>>, units: &[(&str, f64)]) -> 
     units.iter().find(|(known, _)| known == unit.get_ref()).map(|(_, factor)| *factor).ok_or_else(|| {
         let known: Vec<&str> = units.iter().map(|(known, _)| *known).collect();
         let also = if name == "time" { ", hms" } else { "" };
-        (unit.span(), format!("{name}.unit: {:?} is none of {}{also}", unit.get_ref(), known.join(", ")))
+        (unit.span(), format!("{name}.unit: {:?}; expected one of {}{also}", unit.get_ref(), known.join(", ")))
     })
 }
 
@@ -241,18 +241,18 @@ mod tests {
     #[test]
     fn what_a_mapping_may_not_say() {
         for (from, to, message) in [
-            ("unit = \"ft\"", "unit = \"kn\"", "map.toml:8:8: columns.depth_m.unit: \"kn\" is none of m, cm"),
+            ("unit = \"ft\"", "unit = \"kn\"", "map.toml:8:8: columns.depth_m.unit: \"kn\"; expected one of m, cm"),
             ("unit = \"ms\"", "unit = \"furlong\"", "map.toml:4:8: time.unit"),
             ("base = \"epoch\"", "base = \"now\"", "map.toml:5:8: time.base"),
-            ("sign = -1", "sign = -2", "map.toml:9:8: columns.depth_m.sign: -2 is neither"),
+            ("sign = -1", "sign = -2", "map.toml:9:8: columns.depth_m.sign: -2; expected"),
             ("offset = 1", "offset = nan", "map.toml:10:10: columns.depth_m.offset: NaN"),
             ("offset = 1", "ofset = 1", "unknown field `ofset`"),
             ("columns.depth_m", "columns.depth_ft", "columns.depth_ft: the vehicle log has no such column"),
             ("separator = \";\"", "separator = \";;\"", "map.toml:1:13: separator: expected one character"),
             ("[time]", "[times]", "unknown field `times`"),
         ] {
-            let told = map(&MAP.replacen(from, to, 1)).unwrap_err();
-            assert!(told.contains(message) && told.lines().count() == 1, "{to}: {told}");
+            let complaint = map(&MAP.replacen(from, to, 1)).unwrap_err();
+            assert!(complaint.contains(message) && complaint.lines().count() == 1, "{to}: {complaint}");
         }
     }
 }

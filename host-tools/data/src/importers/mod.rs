@@ -1,6 +1,6 @@
 //! Logs of other makers, read into a vehicle log.
 //!
-//! A format is a table of names and roles (`format`), read by one engine; formats are told apart by the header line. What is
+//! A format is a table of names and roles (`format`), read by one engine; the header line identifies the format. What is
 //! not known here is read by a column mapping that the user writes ([`ColumnMap`]).
 
 mod calendar;
@@ -44,7 +44,7 @@ pub struct Imported {
     pub log: Log,
 }
 
-/// Reads a vehicle log or any format that is known, told apart by the header line.
+/// Reads a vehicle log or any known format, identified by its header line.
 ///
 /// # Errors
 /// As the reader of the format; a file of no known format is read as a vehicle log.

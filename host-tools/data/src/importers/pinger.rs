@@ -28,9 +28,9 @@ pub(super) static FORMAT: Format = Format {
         ("gps_range", "follows from the position"),
         ("lat", "north_m and east_m are used"),
         ("lon", "north_m and east_m are used"),
-        ("level", "strength of the signal, not when it arrived"),
+        ("level", "signal strength, not an arrival time"),
     ],
-    remarks: &["the pinger lies at the origin of north_m and east_m; its clock is its own"],
+    remarks: &["the pinger lies at the origin of north_m and east_m; its clock is not synchronised"],
 };
 
 #[cfg(test)]

@@ -77,7 +77,7 @@ impl LineSink {
 
 impl Drop for LineSink {
     fn drop(&mut self) {
-        // Nobody is left to hear of an error; after `finish` there is nothing to write.
+        // An error cannot be reported here; after `finish` there is nothing to write.
         let _ = self.flush();
     }
 }

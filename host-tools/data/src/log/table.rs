@@ -14,7 +14,7 @@ pub(crate) struct Table<'a> {
     pub names: &'a [&'a str],
     /// Names that must be there; empty: any one of the known.
     pub required: &'a [&'a str],
-    /// Said when they are not.
+    /// Added to the error when they are missing.
     pub hint: &'a str,
 }
 
@@ -124,7 +124,7 @@ fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings,
         if let Some(known) = close.filter(|known| !is_known(known)) {
             return Err(fail(
                 cell,
-                format!("column {name}: a log has {known}; convert it, or name its unit in a column map"),
+                format!("column {name}: expected {known}; convert it, or give its unit in a column map"),
             ));
         }
     }

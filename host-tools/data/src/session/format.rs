@@ -119,7 +119,7 @@ pub fn from_metadata(mut map: BTreeMap<String, String>) -> Result<Meta, String> 
     let clock = match take("clock")?.as_str() {
         "board" => Clock::Board,
         "host" => Clock::Host,
-        other => return Err(format!("clock `{other}`: board or host expected")),
+        other => return Err(format!("clock `{other}`: expected `board` or `host`")),
     };
     Ok(Meta { program, clock, facts: map })
 }

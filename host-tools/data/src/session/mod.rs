@@ -42,13 +42,13 @@ use std::collections::BTreeMap;
 /// Whose time the times of a session are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
-    /// The board's, exactly as the app was told: the session replays to the bit.
+    /// The board's, exactly as the app received it: the session replays to the bit.
     Board,
     /// A PC's that stood beside: microseconds since 1970 UTC, or since the start of a simulation.
     Host,
 }
 
-/// What a session says about itself.
+/// The description of a session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Meta {
     /// Program and version that wrote it.

@@ -51,7 +51,7 @@ impl Reader {
         Ok(Self { meta, source: Source::Session(Box::new(session)) })
     }
 
-    /// What the session says about itself.
+    /// The session's description.
     #[must_use]
     pub fn meta(&self) -> &Meta {
         &self.meta
@@ -135,8 +135,9 @@ impl Session {
         while session.waiting.is_empty() && !session.ended {
             meta = session.advance()?.or(meta);
         }
-        let meta =
-            meta.ok_or_else(|| DataError::file(path, "an MCAP file, but not a session of ours: no description"))?;
+        let meta = meta.ok_or_else(|| {
+            DataError::file(path, "an MCAP file, but not a session of this program: its description is missing")
+        })?;
         Ok((session, meta))
     }
 

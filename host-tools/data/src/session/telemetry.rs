@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "names with units")]
 pub struct TelemetryRow {
-    /// When it was sent, by the log's clock; until somebody says better, board time.
+    /// When it was sent, by the log's clock; board time until that is known.
     pub t_s: f64,
     /// Board time.
     pub board_t_s: f64,
@@ -126,7 +126,7 @@ impl TelemetryRow {
 /// [`FusionTelemetry`] of one scalar fusion, flat.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FusionRow {
-    /// When it was sent, by the log's clock; until somebody says better, board time.
+    /// When it was sent, by the log's clock; board time until that is known.
     pub t_s: f64,
     /// Board time of the measurement.
     pub board_t_s: f64,

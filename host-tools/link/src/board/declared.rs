@@ -27,13 +27,13 @@ impl Effect {
     #[must_use]
     pub const fn meaning(self) -> &'static str {
         match self {
-            Self::AtOnce => "at once, under way too",
-            Self::Restart => "navigation starts again; not under way",
+            Self::AtOnce => "at once, also during a mission",
+            Self::Restart => "restarts navigation; not during a mission",
         }
     }
 }
 
-/// What a board says about a parameter, and what this program's list adds where it is the same.
+/// A parameter as the board describes it, with help from this program's list if both lists are the same.
 #[derive(Clone, Debug)]
 pub struct Declared {
     /// Name.

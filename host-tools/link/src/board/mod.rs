@@ -74,11 +74,12 @@ impl Board {
             })
         })();
         answered.map_err(|error| match error {
-            BackseatError::Silent { .. } => anyhow!("{port}: nothing comes from there (cable, power, baud rate?)"),
-            BackseatError::Unanswered { .. } => anyhow!("{port}: what comes from there is no backseat's host port"),
+            BackseatError::Silent { .. } => anyhow!("{port}: no data received; check cable, power and baud rate"),
+            BackseatError::Unanswered { .. } => anyhow!("{port}: data received, but not from a backseat's host port"),
             error => anyhow!("{port}: {error}"),
         })?;
-        let (firmware, schema) = hello.with_context(|| format!("{port}: answers, but does not say hello"))?;
+        let (firmware, schema) =
+            hello.with_context(|| format!("{port}: the board answers, but does not identify itself"))?;
         Ok(Self { client, port: port.clone(), identity: Identity { firmware, schema, restart } })
     }
 
@@ -88,7 +89,7 @@ impl Board {
             BackseatError::Silent { seconds, .. } | BackseatError::Unanswered { seconds } => {
                 anyhow!("{}: the board no longer answers (waited {seconds} s)", self.port)
             }
-            error => anyhow!("{}: the connection broke ({error})", self.port),
+            error => anyhow!("{}: connection lost ({error})", self.port),
         }
     }
 
@@ -126,7 +127,7 @@ impl Board {
                     FromBoard::Refused(_) => Some(None),
                     _ => None,
                 })?
-                .with_context(|| format!("{}: the board says nothing about its parameter {index}", self.port))?;
+                .with_context(|| format!("{}: the board does not describe its parameter {index}", self.port))?;
             parameters.push(parameter);
             progress.get_or_insert_with(|| Progress::new("parameters", count)).set(parameters.len());
             if parameters.len() >= count {
@@ -135,7 +136,7 @@ impl Board {
         }
     }
 
-    /// Sets parameters as one transaction: all of them, or none and each refused one told with its range.
+    /// Sets parameters as one transaction: all of them, or none; the error then names each refused one with its range.
     ///
     /// Under way only if they are unlocked first.
     pub fn set_parameters(
@@ -158,10 +159,10 @@ impl Board {
         }
         drop(progress);
         if refused.is_empty() {
-            return self.demand(&ToBoard::ParameterCommit, "the set as a whole, and keeps the old one");
+            return self.demand(&ToBoard::ParameterCommit, "the set as a whole and keeps the old one");
         }
-        let told: Vec<String> = refused.iter().map(|refused| refused.tell(declared)).collect();
-        bail!("the board refused, and keeps the old set: {}", told.join("; "))
+        let refused: Vec<String> = refused.iter().map(|refused| refused.describe(declared)).collect();
+        bail!("the board refused these and keeps the old set: {}", refused.join("; "))
     }
 
     /// Sets the key of the acoustic payloads; none switches authentication off.
@@ -204,12 +205,12 @@ impl Board {
     /// Replaces the mission, whole or not at all.
     pub fn set_mission(&mut self, waypoints: &[Waypoint]) -> anyhow::Result<()> {
         if waypoints.len() > MAX_WAYPOINTS {
-            bail!("{} waypoints; a board takes {MAX_WAYPOINTS}", waypoints.len());
+            bail!("{} waypoints; a board stores {MAX_WAYPOINTS} at most", waypoints.len());
         }
         self.client.set_mission(waypoints).map_err(|error| self.failed(&error))
     }
 
-    /// Has the mission flown.
+    /// Starts the mission.
     pub fn start_mission(&mut self) -> anyhow::Result<()> {
         match self.request(&ToBoard::MissionStart)? {
             Err(Refusal::Sequence) => bail!("the board refused to start: it has no mission (backseat mission put)"),
@@ -223,9 +224,9 @@ impl Board {
         self.demand(&ToBoard::MissionStop, "to stop")
     }
 
-    /// The counters; `None` from firmware that does not tell them.
+    /// The counters; `None` from firmware that does not report them.
     pub fn health(&mut self) -> anyhow::Result<Option<Health>> {
-        // Firmware that does not know the request says nothing; it does know the one behind.
+        // Firmware that does not know this request stays silent; it does know the next one.
         let sent = self.client.send(&ToBoard::HealthGet);
         sent.map_err(|error| self.failed(&error))?;
         let mut health = None;
@@ -263,13 +264,13 @@ impl Board {
 }
 
 impl Refused {
-    fn tell(&self, declared: &[Declared]) -> String {
+    fn describe(&self, declared: &[Declared]) -> String {
         let Self { name, value, refusal } = self;
         let declared = declared.iter().find(|parameter| parameter.name == *name);
         match (refusal, declared) {
-            (Refusal::OutOfRange, Some(parameter)) => format!("{name} = {value} is not {}", parameter.admitted()),
-            (Refusal::UnknownParameter, _) => format!("{name} is no parameter of this board"),
-            (Refusal::UnderWay, _) => format!("{name} cannot change while a mission runs"),
+            (Refusal::OutOfRange, Some(parameter)) => format!("{name} = {value}: expected {}", parameter.admitted()),
+            (Refusal::UnknownParameter, _) => format!("{name}: this board has no such parameter"),
+            (Refusal::UnderWay, _) => format!("{name}: cannot change while a mission runs"),
             (refusal, _) => format!("{name} = {value}: {}", reason(*refusal)),
         }
     }

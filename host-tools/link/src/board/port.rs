@@ -11,7 +11,7 @@ use std::path::Path;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// A board that says nothing for this long is not there: it sends telemetry ten times a second, or is asked.
+/// A board that is silent for this long is not there: it sends telemetry ten times a second, or is asked.
 const PATIENCE: Duration = Duration::from_secs(4);
 const POLL: Duration = Duration::from_millis(100);
 
@@ -62,7 +62,7 @@ impl HostPort {
     pub fn open(name: &PortName) -> anyhow::Result<Self> {
         // A short time-out: reading waits in `read` below, where it is counted.
         let builder = serialport::new(&name.path, name.baud).timeout(POLL).preserve_dtr_on_open();
-        let port = builder.open_native().with_context(|| format!("{name}: not to be opened as a serial port"))?;
+        let port = builder.open_native().with_context(|| format!("{name}: cannot be opened as a serial port"))?;
         Ok(Self(port))
     }
 

@@ -7,12 +7,12 @@ pub const fn reason(refusal: Refusal) -> &'static str {
     match refusal {
         Refusal::UnknownParameter => "it has no such parameter",
         Refusal::OutOfRange => "a number is outside its range",
-        Refusal::Sequence => "items out of order, too many of them, or some missing",
-        Refusal::UnderWay => "a mission runs or waits to begin (backseat mission stop)",
+        Refusal::Sequence => "items arrived out of order, there are too many, or some are missing",
+        Refusal::UnderWay => "a mission runs or is armed; stop it first (backseat mission stop)",
         Refusal::InvalidSet => "the numbers are in range one by one, but not valid together",
-        Refusal::NotReady => "not now: navigation is lost, parameters are being stored, or the fins are being shown",
-        Refusal::NoStore => "it has no memory for them, or is busy with it",
-        Refusal::Locked => "a mission runs or waits to begin: --unlock takes what may change under way",
-        Refusal::StoreFailed => "its memory refused; what was stored before is still there",
+        Refusal::NotReady => "not now: navigation is lost, parameters are being stored, or the fins are being tested",
+        Refusal::NoStore => "it has no flash for parameters, or is still writing them",
+        Refusal::Locked => "a mission runs or is armed; --unlock admits the parameters that may change under way",
+        Refusal::StoreFailed => "writing its flash failed; the set stored before is still there",
     }
 }

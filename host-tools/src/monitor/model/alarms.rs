@@ -34,7 +34,7 @@ pub fn of(model: &Model, now_us: u64) -> Vec<Alarm> {
     if model.restart.is_some_and(|restart| restart.safe) {
         raise(Severity::Critical, "reset too often by faults".into());
     }
-    // of a board that is not heard, nobody knows
+    // nothing is known of a silent board
     if heard {
         sensors(model, now_us, &mut raise);
         ports(model, &mut raise);
@@ -51,12 +51,12 @@ pub fn of(model: &Model, now_us: u64) -> Vec<Alarm> {
 fn link(model: &Model, now_us: u64, raise: &mut impl FnMut(Severity, String)) -> bool {
     if let Some(since_us) = model.away_since_us {
         let seconds = now_us.saturating_sub(since_us) / 1_000_000;
-        raise(Severity::Critical, format!("port gone for {seconds} s; waiting for it to come back"));
+        raise(Severity::Critical, format!("port gone for {seconds} s; waiting for it"));
         return false;
     }
     let heard = match model.silence_s(now_us) {
         None => {
-            raise(Severity::Warning, "no telemetry yet (cable, power, baud rate?)".into());
+            raise(Severity::Warning, "no telemetry yet; check cable, power and baud rate".into());
             false
         }
         Some(seconds) if seconds > SILENT_S => {

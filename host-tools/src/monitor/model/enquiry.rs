@@ -1,4 +1,4 @@
-//! What the board is asked beside what it tells by itself: who it is, its counters, mission and parameters.
+//! Requests to the board beside its telemetry: identity, counters, mission and parameters.
 //!
 //! One question at a time and none that changes anything, so that a slow line or a program that steers the same board
 //! is not disturbed.
@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 /// An answer that takes longer is lost.
 const PATIENCE_US: u64 = 1_000_000;
-/// Between two questions, until everything was told once.
+/// Time between two requests until everything was answered once.
 const HASTE_US: u64 = 20_000;
 /// And then: all parameters take half a minute.
 const LEISURE_US: u64 = 150_000;
@@ -29,7 +29,7 @@ pub struct Enquiry {
     asked: Option<(Question, u64)>,
     health_us: u64,
     next: VecDeque<Question>,
-    /// Everything was told since the start or the last [`Self::hurry`].
+    /// Everything was answered since the start or the last [`Self::hurry`].
     complete: bool,
     next_us: u64,
 }
@@ -155,11 +155,14 @@ mod tests {
         assert_eq!(hellos, 1);
         assert!((58..=61).contains(&healths), "{healths}");
         assert!(waypoints.starts_with(&[0, 1, 2, 0, 1, 2, 0, 1, 2]), "{waypoints:?}");
-        let told: Vec<u64> =
+        let asked: Vec<u64> =
             parameters.iter().filter(|(index, _)| *index == COUNT - 1).map(|(_, us)| us / 1_000_000).collect();
         // 206 questions at 20 ms, then at 150 ms between the counters; begun anew at 50 s
-        assert_eq!(told.len(), 3, "{told:?}");
-        assert!((4..=5).contains(&told[0]) && (34..=44).contains(&told[1]) && (54..=55).contains(&told[2]), "{told:?}");
+        assert_eq!(asked.len(), 3, "{asked:?}");
+        assert!(
+            (4..=5).contains(&asked[0]) && (34..=44).contains(&asked[1]) && (54..=55).contains(&asked[2]),
+            "{asked:?}"
+        );
     }
 
     #[test]

@@ -52,7 +52,7 @@ pub struct Model {
     track: Thinned<[f64; 2]>,
     last_point: Option<[f64; 2]>,
     pub mission: Vec<Waypoint>,
-    /// As the last packet told it.
+    /// From the last packet.
     pub ship: Option<Ship>,
     /// The fault monitor's last report.
     pub fault: Option<FaultReport>,
@@ -63,10 +63,10 @@ pub struct Model {
     pub firmware: Option<String>,
     same_schema: bool,
     pub restart: Option<Restart>,
-    /// The parameters as far as they were told; defaults before.
+    /// The parameters received so far; defaults before.
     settings: Box<Settings>,
-    /// All of them were told.
-    told: bool,
+    /// All of them were received.
+    is_complete: bool,
     pub learned: Learned,
     current: Thinned<f64>,
     pub journal: Journal,
@@ -96,7 +96,7 @@ impl Model {
             same_schema: false,
             restart: None,
             settings: Box::new(Settings::DEFAULT),
-            told: false,
+            is_complete: false,
             learned: Learned::default(),
             current: Thinned::new(TREND),
             journal: Journal::default(),
@@ -176,9 +176,9 @@ impl Model {
         self.settings.navigation.gate_sigma
     }
 
-    /// The parameters in use, once they were all told.
+    /// The parameters in use, once all of them were received.
     pub fn settings(&self) -> Option<&Settings> {
-        self.told.then_some(&*self.settings)
+        self.is_complete.then_some(&*self.settings)
     }
 
     /// The identified parameters beside those in use.
@@ -226,7 +226,7 @@ impl Model {
             FromBoard::Hello { firmware, parameter_schema } => {
                 self.enquiry.hello();
                 self.same_schema = parameter_schema == PARAMETER_SCHEMA;
-                self.told = false;
+                self.is_complete = false;
                 // somebody else may have asked as well
                 if self.firmware.as_deref() != Some(firmware) {
                     let other = if self.same_schema { "" } else { ", with parameters not known here" };
@@ -243,7 +243,7 @@ impl Model {
                 {
                     (parameter.set)(&mut self.settings, info.value);
                 }
-                self.told |= self.same_schema && info.index + 1 == info.count;
+                self.is_complete |= self.same_schema && info.index + 1 == info.count;
             }
             FromBoard::Identification(record) => {
                 let was = self.learned.last().map(|last| last.activity);

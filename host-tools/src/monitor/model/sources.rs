@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 /// A rate is the mean over as many measurements; at 10 Hz two seconds, of ranges several minutes.
 const MEASUREMENTS: usize = 21;
-/// Innovations whose mean square is told.
+/// Innovations of which the mean square is shown.
 const REMEMBERED: f64 = 100.0;
 /// The largest innovation of this time is shown, µs: the eye cannot follow ten a second.
 const SHOWN_US: u64 = 1_000_000;

@@ -14,7 +14,7 @@ pub fn feed(model: &mut Model, now_us: u64, message: &FromBoard<'_>) {
     model.receive(now_us, &frame(message));
 }
 
-/// Steps of the flight below, and what the board says in each of them.
+/// Steps of the flight below and the board's messages in each of them.
 const STEPS: u64 = 900;
 const EPOCH_US: u64 = 1_748_952_000_000_000;
 

@@ -1,4 +1,4 @@
-//! What a board says, in words.
+//! A board's codes in words.
 
 use super::Severity;
 use backseat_host::PORT_NAMES;
@@ -51,7 +51,7 @@ pub const fn reason(reason: ModeReason) -> &'static str {
         ModeReason::PositionUncertain => "position uncertain",
         ModeReason::FilterFailed => "the filter failed numerically",
         ModeReason::Stopped => "stopped by the operator",
-        ModeReason::Restarted => "reset under way, position from before",
+        ModeReason::Restarted => "reset under way; position dates from before",
         ModeReason::Resets => "reset too often",
         ModeReason::StopUnanswered => "the frontseat does not acknowledge the stop",
     }
@@ -81,14 +81,14 @@ pub const fn activity(activity: Activity) -> &'static str {
 /// A verdict about the parameters in use.
 pub fn adoption(verdict: &Adoption) -> (Severity, String) {
     let what = match verdict.event {
-        AdoptionEvent::Adopted => "adopted, they predict better",
+        AdoptionEvent::Adopted => "adopted: they predict better",
         AdoptionEvent::Advised => "predict better; adoption is off",
-        AdoptionEvent::Refused => "do not predict better, kept the set in use",
-        AdoptionEvent::Invalid => "make no valid vehicle, kept the set in use",
-        AdoptionEvent::Reverted => "reverted, the set before predicts better",
+        AdoptionEvent::Refused => "refused: they do not predict better than the set in use",
+        AdoptionEvent::Invalid => "refused: they do not make a valid vehicle",
+        AdoptionEvent::Reverted => "reverted: the previous set predicts better",
         AdoptionEvent::RevertedByHost => "reverted by the host",
-        AdoptionEvent::Stored => "stored in the board's memory",
-        AdoptionEvent::StoreFailed => "not stored, the memory refused them",
+        AdoptionEvent::Stored => "stored in the board's flash",
+        AdoptionEvent::StoreFailed => "not stored: writing the flash failed",
     };
     let severity = match verdict.event {
         AdoptionEvent::Invalid | AdoptionEvent::Reverted | AdoptionEvent::StoreFailed => Severity::Warning,

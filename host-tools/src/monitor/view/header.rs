@@ -86,7 +86,7 @@ fn link(model: &Model, port: &str) -> Line<'static> {
 }
 
 fn ports(model: &Model) -> Line<'static> {
-    let Some(health) = &model.health else { return Line::styled("good frames a second: not told yet", faint()) };
+    let Some(health) = &model.health else { return Line::styled("good frames a second: not received yet", faint()) };
     let mut spans = vec![Span::styled("frames/s ", faint())];
     for (port, rate) in Port::DEVICES.into_iter().zip(&model.port_rates) {
         spans.push(Span::raw(format!(" {} {}", words::port(port), dash(rate.per_s(), 0))));

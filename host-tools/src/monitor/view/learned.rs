@@ -30,7 +30,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         ]));
     }
     match model.settings() {
-        None => lines.push(Line::styled("effects: not told yet", faint())),
+        None => lines.push(Line::styled("effects: not received yet", faint())),
         Some(settings) => {
             for (_, effect, values) in settings.navigation.effects.active() {
                 let values = effect.parameters.iter().zip(values).map(|(parameter, value)| match parameter.kind {
@@ -102,7 +102,7 @@ fn grid(model: &Model, rows: usize, width: usize) -> Vec<Line<'static>> {
 }
 
 fn cell(parameter: &Identified<'_>, width: usize) -> [Span<'static>; 3] {
-    // a change from next to nothing says nothing
+    // a change relative to almost zero is meaningless
     let change = match parameter.change {
         Some(change) if change.abs() < MEANINGLESS => format!("{:+.1}%", change * 100.0),
         _ => format!("{:.3}", parameter.value),

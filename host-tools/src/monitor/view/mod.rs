@@ -122,7 +122,7 @@ struct Panels {
 }
 
 impl Panels {
-    /// The title of a panel takes a row; one of fewer rows than this says nothing.
+    /// The title of a panel takes a row; a panel of fewer rows than this is useless.
     const LEAST: u16 = 3;
 
     fn of(screen: Rect, sources: usize) -> Self {

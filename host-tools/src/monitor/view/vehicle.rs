@@ -1,4 +1,4 @@
-//! Position, attitude, velocity and what the actuators are told.
+//! Position, attitude, velocity and actuator commands.
 
 use super::{faint, panel};
 use crate::monitor::model::Model;
