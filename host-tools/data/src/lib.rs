@@ -12,6 +12,7 @@ pub mod log;
 pub mod output;
 pub mod report;
 pub mod session;
+pub mod smoother;
 pub mod stats;
 pub mod vehicle_file;
 

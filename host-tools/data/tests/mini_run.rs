@@ -151,3 +151,25 @@ fn a_launch_between_rows_and_a_late_row_are_taken_at_their_own_times() {
     let after = filter::run(&log, &VehicleFile::reference(), &options).unwrap();
     assert_eq!(before.digest, after.digest);
 }
+
+/// Information only adds: no smoothed variance exceeds the filtered one, and at the end both are the same.
+#[test]
+fn val_smoothing_never_adds_uncertainty() {
+    let (log, mini) = (log(), mini_run());
+    let mut options = options(&log, &mini, ProcessModel::Dynamic);
+    options.smooth = true;
+    let run = filter::run(&log, &VehicleFile::reference(), &options).unwrap();
+    let smoothed = run.smoothed.unwrap();
+    assert_eq!(smoothed.len(), run.track.len());
+    let mut gain = 0.0_f64;
+    for (after, before) in smoothed.iter().zip(&run.track) {
+        assert_eq!(after.time_us, before.time_us);
+        for i in 0..12 {
+            assert!(after.sigma[i] <= before.sigma[i] * (1.0 + 1.0e-9), "state {i} at {} µs", after.time_us);
+            gain = gain.max(before.sigma[i] / after.sigma[i]);
+        }
+    }
+    assert!(gain > 1.5, "the largest gain is {gain}");
+    let (after, before) = (smoothed.last().unwrap(), run.track.last().unwrap());
+    assert_eq!((after.state, after.sigma), (before.state, before.sigma));
+}

@@ -24,6 +24,7 @@ Examples:
   backseat navigate log.csv.gz --model nominal              the declared vehicle taken as exact
   backseat navigate log.csv --model kinematic               constant velocity, DVL
   backseat navigate log.csv --truth truth.csv --report out  error against the truth, out/report.html
+  backseat navigate log.csv.gz --no-dvl --smooth            the track by the measurements of the whole dive
   backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
   backseat navigate table.csv --columns map.toml            a table of any other maker
 
@@ -57,6 +58,9 @@ pub struct Args {
     /// Take the ship from the packets alone instead of its GNSS at full rate
     #[arg(long)]
     packet: bool,
+    /// Smooth the track after the filter: the best estimate of each time from the whole log
+    #[arg(long)]
+    smooth: bool,
     /// Truth CSV to compare with
     #[arg(long, value_name = "T.csv")]
     truth: Option<PathBuf>,
@@ -113,6 +117,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
     let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
     let errors = compare(&estimate, log, truth.as_ref())?;
+    let smoothed_errors = estimate
+        .smoothed()
+        .zip(truth.as_ref())
+        .map(|(smoothed, truth)| dead_reckoning::errors_against_truth(&outcome::positions(smoothed), truth));
     if let (Some(path), true) = (&args.truth, errors.is_none()) {
         return Err(DataError::file(path, "the truth has no time in common with the estimate").into());
     }
@@ -126,6 +134,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         estimate: &estimate,
         truth: truth.as_ref(),
         errors,
+        smoothed_errors,
         notes,
         read_s,
         wall_s,
@@ -165,6 +174,9 @@ fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) 
                  speed, GNSS withheld after the first fix"
                     .to_owned(),
             );
+            if args.smooth {
+                notes.push("dead reckoning has no covariance: --smooth changes nothing".to_owned());
+            }
             return Plan::DeadReckoning(Method::HeadingSpeed);
         }
         None => Model::Kinematic,
@@ -176,6 +188,7 @@ fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) 
     };
     options.use_dvl = !args.no_dvl;
     options.use_range_rate = !args.no_range_rate;
+    options.smooth = args.smooth;
     if args.current && model != Model::Robust {
         options.navigation.effect_states = FilterOptions::water_current();
     }

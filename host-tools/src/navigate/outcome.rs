@@ -2,7 +2,7 @@
 
 use backseat_core::state::{X, Y};
 use backseat_data::dead_reckoning::Position;
-use backseat_data::filter::FilterRun;
+use backseat_data::filter::{FilterRun, TrackSample};
 use backseat_data::stats::ErrorSummary;
 use backseat_data::{Log, Truth};
 use serde_json::{Map, Value, json};
@@ -43,6 +43,8 @@ pub struct Outcome<'a> {
     pub estimate: &'a Estimate,
     pub truth: Option<&'a Truth>,
     pub errors: Option<Errors>,
+    /// (time µs, horizontal error m) of the smoothed track against the truth.
+    pub smoothed_errors: Option<Vec<(u64, f64)>>,
     pub notes: Vec<String>,
     pub read_s: f64,
     /// Reading the log and running the filter.
@@ -52,12 +54,16 @@ pub struct Outcome<'a> {
 impl Estimate {
     pub fn positions(&self) -> Vec<Position> {
         match self {
-            Self::Filter(run) => run
-                .track
-                .iter()
-                .map(|s| Position { time_us: s.time_us, position_m: [s.state[X], s.state[Y]] })
-                .collect(),
+            Self::Filter(run) => positions(&run.track),
             Self::DeadReckoning(positions) => positions.clone(),
+        }
+    }
+
+    /// The smoothed track, if it was asked for.
+    pub fn smoothed(&self) -> Option<&[TrackSample]> {
+        match self {
+            Self::Filter(run) => run.smoothed.as_deref(),
+            Self::DeadReckoning(_) => None,
         }
     }
 
@@ -69,11 +75,22 @@ impl Estimate {
     }
 }
 
+/// Where a track goes.
+pub fn positions(track: &[TrackSample]) -> Vec<Position> {
+    track.iter().map(|s| Position { time_us: s.time_us, position_m: [s.state[X], s.state[Y]] }).collect()
+}
+
 impl Outcome<'_> {
     pub fn error_summary(&self) -> Option<(Against, ErrorSummary)> {
         let (against, errors) = self.errors.as_ref()?;
         let errors: Vec<f64> = errors.iter().map(|(_, error)| *error).collect();
         Some((*against, ErrorSummary::of(&errors)?))
+    }
+
+    /// Of the smoothed track against the truth.
+    pub fn smoothed_summary(&self) -> Option<ErrorSummary> {
+        let errors: Vec<f64> = self.smoothed_errors.as_ref()?.iter().map(|(_, error)| *error).collect();
+        ErrorSummary::of(&errors)
     }
 
     /// Times faster than the mission.
@@ -82,10 +99,12 @@ impl Outcome<'_> {
     }
 
     pub fn json(&self, report: Option<&Path>, track: Option<&Path>) -> String {
-        let error = self.error_summary().map(|(_, error)| {
+        let summary = |error: ErrorSummary| {
             json!({"median_m": error.median_m, "p95_m": error.p95_m, "max_m": error.max_m, "rms_m": error.rms_m,
                 "samples": error.count})
-        });
+        };
+        let error = self.error_summary().map(|(_, error)| summary(error));
+        let smoothed_error = self.smoothed_summary().map(summary);
         let (mut nis, mut rejected) = (Map::new(), Map::new());
         let mut digest = Value::Null;
         if let Estimate::Filter(run) = self.estimate {
@@ -100,6 +119,7 @@ impl Outcome<'_> {
         let object = json!({
             "configuration": self.description,
             "error": error,
+            "smoothed_error": smoothed_error,
             "error_against": self.errors.as_ref().map(|(against, _)| against.name()),
             "final": {"x_m": x_m, "y_m": y_m},
             "nis": nis,

@@ -47,10 +47,14 @@ pub fn html(outcome: &Outcome<'_>) -> String {
         report = report.text(note);
     }
     if let Some((_, error)) = outcome.error_summary() {
-        let header = ["median [m]", "95 % [m]", "max [m]", "rms [m]", "samples"];
-        let cells = [error.median_m, error.p95_m, error.max_m, error.rms_m].map(|value| format!("{value:.2}"));
-        let cells = cells.into_iter().chain([error.count.to_string()]);
-        report = report.table(Table::new("Horizontal error", &header).row(cells));
+        let header = ["estimate", "median [m]", "95 % [m]", "max [m]", "rms [m]", "samples"];
+        let mut table = Table::new("Horizontal error", &header);
+        for (name, error) in [("filtered", Some(error)), ("smoothed", outcome.smoothed_summary())] {
+            let Some(error) = error else { continue };
+            let cells = [error.median_m, error.p95_m, error.max_m, error.rms_m].map(|value| format!("{value:.2}"));
+            table = table.row([name.to_owned()].into_iter().chain(cells).chain([error.count.to_string()]));
+        }
+        report = report.table(table);
     }
     report = match outcome.estimate {
         Estimate::Filter(run) => innovations(errors(track(report.table(sensors(run)), outcome), outcome), run),
@@ -99,6 +103,11 @@ fn track(report: Report, outcome: &Outcome<'_>) -> Report {
         Estimate::DeadReckoning(_) => Vec::new(),
     };
     let mut lines: Vec<plots::Series<'_>> = vec![("estimate", &estimate)];
+    let smoothed: Vec<Point> =
+        outcome.estimate.smoothed().unwrap_or_default().iter().map(|s| (s.state[X], s.state[Y])).collect();
+    if !smoothed.is_empty() {
+        lines.push(("smoothed", &smoothed));
+    }
     if matches!(outcome.estimate, Estimate::DeadReckoning(_)) {
         lines.push(("GNSS", &fixes));
     }
@@ -130,9 +139,15 @@ fn errors(report: Report, outcome: &Outcome<'_>) -> Report {
         Estimate::DeadReckoning(_) => Vec::new(),
     };
     let has_bound = !bound.is_empty();
+    let error = broken_line(&errors);
+    let mut series: Vec<plots::Series<'_>> = vec![(name, &error)];
+    let smoothed = outcome.smoothed_errors.as_deref().map(broken_line);
+    if let Some(smoothed) = &smoothed {
+        series.push(("smoothed", smoothed));
+    }
     let plot = ErrorPlot {
         y_label: "horizontal error [m]",
-        series: &[(name, &broken_line(&errors))],
+        series: &series,
         bound: has_bound.then_some(("the filter's own 2 DRMS", &bound)),
         scale: Scale::Linear,
     };

@@ -38,6 +38,13 @@ impl Outcome<'_> {
                 error.median_m, error.p95_m, error.max_m, error.count
             );
         }
+        if let Some(error) = self.smoothed_summary() {
+            let _ = writeln!(
+                out,
+                "smoothed           median {:.2} m, 95 % {:.2} m, max {:.2} m   against the truth ({} times)",
+                error.median_m, error.p95_m, error.max_m, error.count
+            );
+        }
         if let Estimate::Filter(run) = self.estimate {
             fixes_before_use(&mut out, run);
         }

@@ -9,7 +9,7 @@ use super::acoustic::{ground_velocity, push_ground_velocity};
 use super::covariance::ROWS;
 use super::layout::{CLONE_STATES, CLONE_VELOCITY, CloneKind, SHIP_STATES};
 use super::row::Row;
-use super::{CloneError, CloneId, Navigator};
+use super::{Appended, CloneError, CloneId, LinearStep, Navigator, Observer};
 use crate::dynamics::Attitude;
 use crate::state::{self, X};
 use nalgebra::Vector3;
@@ -20,6 +20,14 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
+        self.clone_vehicle_observed(&mut ())
+    }
+
+    /// [`Self::clone_vehicle`], showing the states to `observer`.
+    ///
+    /// # Errors
+    /// See [`CloneError`].
+    pub fn clone_vehicle_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
         self.check_clone()?;
         let attitude = Attitude::new(&state::attitude(&self.x.vehicle));
         let velocity = ground_velocity(&self.x, &attitude);
@@ -31,7 +39,7 @@ impl Navigator {
             values[CLONE_VELOCITY + i] = velocity[i];
             push_ground_velocity(&self.x, &attitude, &Vector3::ith(i, 1.0), &mut rows[CLONE_VELOCITY + i]);
         }
-        self.append(CloneKind::Vehicle, &values, &rows)
+        self.append(CloneKind::Vehicle, &values, &rows, observer)
     }
 
     /// Takes a delayed state of the ship at the filter's present time.
@@ -39,25 +47,39 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_ship(&mut self) -> Result<CloneId, CloneError> {
+        self.clone_ship_observed(&mut ())
+    }
+
+    /// [`Self::clone_ship`], showing the states to `observer`.
+    ///
+    /// # Errors
+    /// See [`CloneError`].
+    pub fn clone_ship_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
         self.check_clone()?;
         let at = self.x.layout.ship().ok_or(CloneError::NoShip)?;
         let rows = core::array::from_fn(|i| Row::unit(at + i));
-        self.append(CloneKind::Ship, &self.x.block(at), &rows)
+        self.append(CloneKind::Ship, &self.x.block(at), &rows, observer)
     }
 
     /// Forgets a delayed state; a stale id does nothing.
     pub fn drop_clone(&mut self, id: CloneId) {
+        self.drop_clone_observed(id, &mut ());
+    }
+
+    /// [`Self::drop_clone`], showing it to `observer`.
+    pub fn drop_clone_observed(&mut self, id: CloneId, observer: &mut impl Observer) {
         let n = self.dimension();
         if let Some(at) = self.x.layout.remove_clone(id) {
             self.p.remove(n, at, CLONE_STATES);
             self.w = [0.0; ROWS];
             self.x.remove(n, at, CLONE_STATES);
+            observer.observe(&LinearStep::Remove { at, count: CLONE_STATES });
         }
     }
 
-    pub(super) fn forget_ship(&mut self) {
+    pub(super) fn forget_ship(&mut self, observer: &mut impl Observer) {
         while let Some(id) = self.x.layout.any_clone(CloneKind::Ship) {
-            self.drop_clone(id);
+            self.drop_clone_observed(id, observer);
         }
         if let Some(at) = self.x.layout.ship() {
             let n = self.dimension();
@@ -65,6 +87,7 @@ impl Navigator {
             self.w = [0.0; ROWS];
             self.x.remove(n, at, SHIP_STATES);
             self.x.layout.set_ship(false);
+            observer.observe(&LinearStep::Remove { at, count: SHIP_STATES });
         }
     }
 
@@ -83,12 +106,14 @@ impl Navigator {
         kind: CloneKind,
         values: &[f64; CLONE_STATES],
         rows: &[Row; CLONE_STATES],
+        observer: &mut impl Observer,
     ) -> Result<CloneId, CloneError> {
         let at = self.dimension();
         for (i, row) in rows.iter().enumerate() {
             self.p.append(at + i, row, &mut self.w);
         }
         self.x.set_tail(at, values);
+        observer.observe(&LinearStep::Append(Appended { at, rows }));
         self.x.layout.add_clone(kind, at).ok_or(CloneError::Full)
     }
 }

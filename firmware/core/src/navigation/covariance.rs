@@ -12,6 +12,7 @@ pub(super) const ROWS: usize = N_MAX.next_multiple_of(4);
 /// One number a state, zero behind the last.
 pub(super) type Vector = [f64; ROWS];
 
+#[derive(Clone)]
 pub(super) struct Covariance {
     /// `columns[j][i]` is P_ij for i ≥ j; what stands above the diagonal means nothing.
     pub(super) columns: [Vector; N_MAX],

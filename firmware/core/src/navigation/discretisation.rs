@@ -74,6 +74,7 @@ impl AcceleratingEffect {
 }
 
 /// Φ, Q_d and the increment of one step; scratch of the filter.
+#[derive(Clone)]
 pub(super) struct Discretisation {
     /// [`DRIVING`] columns of Φ.
     pub(super) phi: [Column; DRIVING.len()],

@@ -19,6 +19,7 @@ type Entries = u32;
 const _: () = assert!(CATALOGUE.len() <= Entries::BITS as usize);
 
 /// Which entries are at work, by what they do, and what they remember.
+#[derive(Clone)]
 pub(super) struct Effects {
     /// Time that `t_s` counts from, µs.
     pub(super) epoch_us: u64,

@@ -8,6 +8,7 @@ use core::f64::consts::PI;
 use nalgebra::{ArrayStorage, Vector2};
 
 /// x̂: the vehicle, and behind it whatever the layout says.
+#[derive(Clone)]
 pub(super) struct Estimate {
     pub(super) vehicle: VehicleState,
     pub(super) tail: [f64; TAIL],

@@ -8,8 +8,9 @@ use super::effects::Effects;
 use super::innovation_monitor::{EXCEEDANCE, largest_sigma};
 use super::observation::{Observation, Refused};
 use super::{
-    FusionOutcome, FusionRecord, Fusions, Measurement, NavigationError, Navigator, Sensor, meas_attitude, meas_depth,
-    meas_dvl, meas_range, meas_range_rate, meas_rates, meas_ship_gnss, meas_two_way, meas_vehicle_gnss,
+    FusionOutcome, FusionRecord, Fusions, LinearStep, Measurement, NavigationError, Navigator, Observer, ScalarUpdate,
+    Sensor, meas_attitude, meas_depth, meas_dvl, meas_range, meas_range_rate, meas_rates, meas_ship_gnss, meas_two_way,
+    meas_vehicle_gnss,
 };
 use crate::state::{P, PHI, U, X, Y, Z, wrap_angle};
 use core::ops::Range;
@@ -26,21 +27,26 @@ const FAR_M: f64 = 50.0;
 impl Navigator {
     /// Fuses one measurement and says what became of each of its scalars.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
+        self.fuse_observed(measurement, &mut ())
+    }
+
+    /// [`Self::fuse`], showing each scalar that is used to `observer`.
+    pub fn fuse_observed(&mut self, measurement: &Measurement, observer: &mut impl Observer) -> Fusions {
         let mut fusions = Fusions::none();
-        self.fuse_into(measurement, &mut fusions);
+        self.fuse_into(measurement, &mut fusions, observer);
         fusions
     }
 
     /// The records are written where they are wanted: copying them costs more than a hundred instructions.
     #[inline(never)]
-    fn fuse_into(&mut self, measurement: &Measurement, fusions: &mut Fusions) {
+    fn fuse_into(&mut self, measurement: &Measurement, fusions: &mut Fusions, observer: &mut impl Observer) {
         let (sensor, scalars) = (measurement.sensor(), measurement.scalars());
         if !self.is_initialised() {
             self.refuse(sensor, scalars, FusionOutcome::Invalid, fusions);
             return;
         }
         match self.observe(measurement) {
-            Ok(()) => self.update(sensor, fusions),
+            Ok(()) => self.update(sensor, fusions, observer),
             Err(outcome) => self.refuse(sensor, scalars, outcome, fusions),
         }
     }
@@ -82,7 +88,7 @@ impl Navigator {
         if out.as_slice().iter().all(Observation::is_valid) { Ok(()) } else { Err(FusionOutcome::Invalid) }
     }
 
-    fn update(&mut self, sensor: Sensor, fusions: &mut Fusions) {
+    fn update(&mut self, sensor: Sensor, fusions: &mut Fusions, observer: &mut impl Observer) {
         if self.monitor.alert && sensor == Sensor::VehicleGnss {
             // a fix is judged by the whole of what the position may be wrong
             let [sigma, ..] = self.monitor.floor(Sensor::Range);
@@ -107,6 +113,10 @@ impl Navigator {
                 break;
             }
             fusions.push(self.record(sensor, axis, innovation, variance, FusionOutcome::Fused));
+            if let Some(Observation { row, .. }) = self.observations.as_slice().get(axis) {
+                let gain = self.gain.get(..self.dimension()).unwrap_or_default();
+                observer.observe(&LinearStep::Update(ScalarUpdate { row, gain, innovation, variance }));
+            }
             for observation in self.observations.as_mut_slice().iter_mut().skip(axis + 1) {
                 observation.innovation -= observation.row.dot(&self.gain) * innovation;
             }

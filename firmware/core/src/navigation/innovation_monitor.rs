@@ -153,6 +153,7 @@ pub(super) struct Growth {
 }
 
 /// What the gate remembers of each sensor.
+#[derive(Clone)]
 pub(super) struct InnovationMonitor {
     /// Of the measurement under way, in sigmas.
     pub(super) sigma: f64,

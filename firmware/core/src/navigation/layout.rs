@@ -40,6 +40,7 @@ struct Slot {
 }
 
 /// The blocks in use.
+#[derive(Clone)]
 pub(super) struct Layout {
     effects: usize,
     current: bool,

@@ -12,6 +12,7 @@
 //! observation     ν, h, R of a measurement          meas_*          one aiding source each
 //! acoustic        the ends of an acoustic path      fusion, gate    measurement update
 //! effects, effect_states  what the declared model lacks: fixed, or estimated
+//! observer        each step as a linear map, for a smoother on a host
 //! config, initial, measurement, consistency, error  what the outside sees
 //! ```
 
@@ -43,6 +44,7 @@ mod measurement;
 pub mod models;
 mod navigator;
 mod observation;
+mod observer;
 mod prediction;
 mod propagation;
 mod row;
@@ -58,4 +60,5 @@ pub use measurement::{
     AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,
 };
 pub use navigator::Navigator;
+pub use observer::{Appended, LinearStep, MAX_STATES, Observer, ScalarUpdate, Transition};
 pub use prediction::MAX_GAP_US;

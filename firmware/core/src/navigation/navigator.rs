@@ -10,13 +10,15 @@ use super::innovation_monitor::InnovationMonitor;
 use super::layout::{EFFECTS, SHIP_STATES, SHIP_VELOCITY};
 use super::observation::Observations;
 use super::{
-    ConfigError, InitialShip, InitialState, NavigationConfig, NavigationError, ProcessModel, ProcessNoise, Sensor,
+    ConfigError, InitialShip, InitialState, LinearStep, NavigationConfig, NavigationError, Observer, ProcessModel,
+    ProcessNoise, Sensor,
 };
 use crate::dynamics::VehicleModel;
 use crate::state::{VEHICLE_STATES, VehicleState, X, Y};
 use nalgebra::SMatrix;
 
-/// The centralized extended Kalman filter. Some 18 kB: lives in a static, never passed by value.
+/// The centralized extended Kalman filter. Some 18 kB: lives in a static, never passed by value; a host may copy it.
+#[derive(Clone)]
 pub struct Navigator {
     pub(super) config: NavigationConfig,
     pub(super) model: Option<VehicleModel>,
@@ -181,17 +183,30 @@ impl Navigator {
     /// # Errors
     /// Not initialised, or a value that is not finite (sigma: not positive).
     pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
+        self.initialise_ship_observed(ship, &mut ())
+    }
+
+    /// [`Self::initialise_ship`], showing the states to `observer`.
+    ///
+    /// # Errors
+    /// As [`Self::initialise_ship`].
+    pub fn initialise_ship_observed(
+        &mut self,
+        ship: &InitialShip,
+        observer: &mut impl Observer,
+    ) -> Result<(), NavigationError> {
         if !self.is_initialised() {
             return Err(NavigationError::NotInitialised);
         }
         check(&ship.state, &ship.sigma)?;
-        self.forget_ship();
+        self.forget_ship(observer);
         let (n, at) = (self.dimension(), self.x.layout.ship_place());
         self.p.insert(n, at, SHIP_STATES);
         self.x.insert(n, at, SHIP_STATES);
         self.x.layout.set_ship(true);
         self.x.set_tail(at, &ship.state);
         self.p.set_diagonal(at, &ship.sigma);
+        observer.observe(&LinearStep::Insert { at, count: SHIP_STATES });
         Ok(())
     }
 

@@ -4,6 +4,7 @@ use super::FusionOutcome;
 use super::row::Row;
 
 /// One scalar z = h(x) + v.
+#[derive(Clone)]
 pub(super) struct Observation {
     /// ν = z − h(x̂).
     pub(super) innovation: f64,
@@ -23,6 +24,7 @@ impl Observation {
 }
 
 /// The independent scalars of one measurement, filled in place: half a kilobyte is not worth moving.
+#[derive(Clone)]
 pub(super) struct Observations {
     items: [Observation; 3],
     len: usize,

@@ -2,7 +2,7 @@
 
 use super::layout::{EFFECTS, SHIP_VELOCITY};
 use super::propagation::{propagate_double_integrator, propagate_vehicle};
-use super::{NavigationError, Navigator, ProcessModel};
+use super::{LinearStep, NavigationError, Navigator, Observer, ProcessModel};
 use crate::dynamics::{ActuatorInput, kinematic_linearise};
 use crate::effects::Step;
 use crate::state::{self, VEHICLE_STATES, X, Y, Z};
@@ -24,6 +24,19 @@ impl Navigator {
     /// # Errors
     /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
     pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> Result<(), NavigationError> {
+        self.predict_observed(to_us, input, &mut ())
+    }
+
+    /// [`Self::predict`], showing each step to `observer`.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn predict_observed(
+        &mut self,
+        to_us: u64,
+        input: &ActuatorInput,
+        observer: &mut impl Observer,
+    ) -> Result<(), NavigationError> {
         if let Some(failure) = self.failure {
             return Err(failure);
         }
@@ -44,6 +57,7 @@ impl Navigator {
             let start_s = self.effect_time_s();
             for k in 0..steps {
                 self.predict_step(start_s + k as f64 * step_s, step_s, input);
+                observer.observe(&LinearStep::Transition(self.transition(step_s)));
             }
         }
         self.time_us = to_us;

@@ -11,6 +11,7 @@ mod start;
 pub use options::{FilterOptions, ShipSource, Start};
 
 use crate::log::{Column, Log, LogRow, RADPS_PER_RPM};
+use crate::smoother::Recording;
 use crate::{DataError, VehicleFile};
 use acoustics::{Event, Flights, ShipTrack};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
@@ -54,6 +55,8 @@ pub struct SensorSummary {
 pub struct FilterRun {
     /// The estimate, at the interval asked for and at the end.
     pub track: Vec<TrackSample>,
+    /// The same from the measurements of the whole log, if that was asked for.
+    pub smoothed: Option<Vec<TrackSample>>,
     /// One sigma of the ship's velocity, north and east, m/s, at the times of the track from which on the ship is a state.
     pub ship_velocity_sigma_mps: Vec<(u64, [f64; 2])>,
     /// Every fusion, in order.
@@ -139,7 +142,7 @@ fn drive(
 struct Pass<'a> {
     log: &'a Log,
     options: &'a FilterOptions,
-    navigator: Box<Navigator>,
+    navigator: Recording,
     input: ActuatorInput,
     flights: Flights,
     ship_track: Option<ShipTrack>,
@@ -165,7 +168,7 @@ impl<'a> Pass<'a> {
             }
         }
         let model = VehicleModel::new(&vehicle.parameters).map_err(|e| fail(e.to_string()))?;
-        let mut navigator = Box::new(Navigator::new());
+        let mut navigator = Recording::new(Box::new(Navigator::new()));
         navigator.configure(&options.navigation, &model).map_err(|e| match e {
             ConfigError::OutOfRange { key } => fail(format!("the filter refuses {key}: outside its range")),
             ConfigError::Effect { effect, parameter } => {
@@ -184,6 +187,7 @@ impl<'a> Pass<'a> {
             (options.ship == ShipSource::Packet).then(|| ShipTrack::of(log, options.navigation.sensors.ship_gnss_m));
         let run = FilterRun {
             track: Vec::new(),
+            smoothed: None,
             ship_velocity_sigma_mps: Vec::new(),
             fusions: Vec::with_capacity(2 * log.rows.len()),
             sensors: Vec::new(),
@@ -222,6 +226,9 @@ impl<'a> Pass<'a> {
         self.navigator.initialise(time_us, &initial).map_err(|e| self.failed(e))?;
         if let Some(ship) = ship {
             self.navigator.initialise_ship(&ship).map_err(|e| self.failed(e))?;
+        }
+        if self.options.smooth {
+            self.navigator.keep();
         }
         // What was launched or arrived before the start is lost.
         while time_us > 0 && self.flights.next_until(time_us - 1).is_some() {}
@@ -343,12 +350,13 @@ impl<'a> Pass<'a> {
     }
 
     fn sample(&mut self, is_last: bool) {
-        let navigator = &self.navigator;
-        let time_us = navigator.time_us();
+        let time_us = self.navigator.time_us();
         if time_us < self.next_sample_us && !is_last {
             return;
         }
         self.next_sample_us = time_us + self.options.track_interval_us;
+        self.navigator.sample();
+        let navigator = &self.navigator;
         self.run.digest = navigator.digest_from(self.run.digest);
         if let Some(sigma) = navigator.ship_velocity_sigma_mps() {
             self.run.ship_velocity_sigma_mps.push((time_us, sigma));
@@ -363,6 +371,7 @@ impl<'a> Pass<'a> {
     }
 
     fn finish(mut self) -> FilterRun {
+        self.run.smoothed = self.options.smooth.then(|| self.navigator.smooth());
         if self.unusable > 0 {
             let count = self.unusable;
             self.run.notes.push(format!("{count} packets not used: the ship at their launch is not known"));

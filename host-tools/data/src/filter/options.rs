@@ -45,6 +45,8 @@ pub struct FilterOptions {
     pub start: Option<Start>,
     /// Least time between samples of the track, µs; 0: at every row.
     pub track_interval_us: u64,
+    /// Smooth the track as well.
+    pub smooth: bool,
 }
 
 impl FilterOptions {
@@ -96,6 +98,7 @@ impl FilterOptions {
             ship: ShipSource::Centralized,
             start: None,
             track_interval_us: 1_000_000,
+            smooth: false,
         }
     }
 }

@@ -1,0 +1,215 @@
+//! The smoother against a batch solution of the same linearised model.
+
+use backseat_core::dynamics::{ActuatorInput, VehicleModel};
+use backseat_core::navigation::{
+    AcousticPath, InitialShip, InitialState, LinearStep, Measurement, NavigationConfig, Navigator, Observer, ShipEnd,
+    VehicleEnd,
+};
+use backseat_core::state::{PSI, U, VehicleState};
+use backseat_data::VehicleFile;
+use backseat_data::filter::FilterOptions;
+use backseat_data::smoother::Recording;
+use nalgebra::{DMatrix, DVector};
+
+/// Every error of the model at once: e = A θ + b is the state minus the filter's estimate, where θ holds the errors of
+/// the start and of every step. A measurement is a line of G θ + v = r.
+struct Batch {
+    a: DMatrix<f64>,
+    b: DVector<f64>,
+    /// Covariance of the filter, stepped densely.
+    p: DMatrix<f64>,
+    /// Covariance of θ.
+    prior: DMatrix<f64>,
+    rows: Vec<DVector<f64>>,
+    residuals: Vec<f64>,
+    variances: Vec<f64>,
+    samples: Vec<(DMatrix<f64>, DVector<f64>, VehicleState)>,
+    /// Of the step last seen.
+    transition: Option<DMatrix<f64>>,
+}
+
+impl Batch {
+    /// Adds independent errors of covariance `noise` to e.
+    fn disturb(&mut self, noise: &DMatrix<f64>) {
+        let (n, old) = (self.a.nrows(), self.prior.nrows());
+        self.prior = self.prior.clone().resize(old + n, old + n, 0.0);
+        self.prior.view_mut((old, old), (n, n)).copy_from(noise);
+        self.a = self.a.clone().resize(n, old + n, 0.0);
+        self.a.view_mut((0, old), (n, n)).fill_with_identity();
+    }
+
+    fn map(&mut self, by: &DMatrix<f64>) {
+        (self.a, self.b) = (by * &self.a, by * &self.b);
+        self.p = by * &self.p * by.transpose();
+    }
+
+    /// The filter's covariance, and so the noise of the step it has just taken.
+    fn agree(&mut self, navigator: &Navigator) {
+        let n = navigator.dimension();
+        let p = DMatrix::from_fn(n, n, |i, j| navigator.covariance(i, j));
+        if self.transition.take().is_some() {
+            let noise = &p - &self.p;
+            self.disturb(&noise);
+        }
+        self.p = p;
+    }
+
+    fn solution(&self) -> (DVector<f64>, DMatrix<f64>) {
+        let g = DMatrix::from_fn(self.rows.len(), self.prior.nrows(), |i, j| {
+            self.rows[i].as_slice().get(j).copied().unwrap_or(0.0)
+        });
+        let cross = &self.prior * g.transpose();
+        let noise = DMatrix::from_diagonal(&DVector::from_vec(self.variances.clone()));
+        let solver = (&g * &cross + noise).cholesky().unwrap();
+        let mean = &cross * solver.solve(&DVector::from_vec(self.residuals.clone()));
+        let covariance = &self.prior - &cross * solver.solve(&cross.transpose());
+        (mean, covariance)
+    }
+}
+
+impl Observer for Batch {
+    fn observe(&mut self, step: &LinearStep<'_>) {
+        let n = self.a.nrows();
+        match step {
+            LinearStep::Transition(transition) => {
+                let mut columns = vec![[0.0; 12]; transition.live()];
+                transition.vehicle_rows(&mut columns);
+                let mut phi = DMatrix::identity(n, n);
+                for (j, column) in columns.iter().enumerate() {
+                    (0..12).for_each(|i| phi[(i, j)] = column[i]);
+                }
+                transition.others().for_each(|(i, j, value)| phi[(i, j)] += value);
+                self.map(&phi);
+                self.transition = Some(phi);
+            }
+            LinearStep::Update(update) => {
+                let mut h = DVector::zeros(n);
+                update.row().for_each(|(i, value)| h[i] += value);
+                let gain = DVector::from_column_slice(update.gain);
+                self.rows.push(self.a.tr_mul(&h));
+                self.residuals.push(update.innovation - h.dot(&self.b));
+                self.variances.push(update.variance - h.dot(&(&self.p * &h)));
+                self.b -= &gain * update.innovation;
+                self.p -= &gain * gain.transpose() * update.variance;
+            }
+            LinearStep::Append(states) => {
+                let mut by = DMatrix::identity(n, n).resize(n + states.count(), n, 0.0);
+                for i in 0..states.count() {
+                    states.row(i).for_each(|(j, value)| by[(n + i, j)] += value);
+                }
+                self.map(&by);
+            }
+            LinearStep::Insert { .. } => panic!("the ship is there from the start"),
+            LinearStep::Remove { at, count } => {
+                self.a = self.a.clone().remove_rows(*at, *count);
+                self.b = self.b.clone().remove_rows(*at, *count);
+                self.p = self.p.clone().remove_rows(*at, *count).remove_columns(*at, *count);
+            }
+        }
+    }
+}
+
+fn start() -> Recording {
+    let vehicle = VehicleFile::reference();
+    let mut config = NavigationConfig { gate_sigma: 1.0e3, ..NavigationConfig::REFERENCE };
+    config.process_noise = vehicle.noise;
+    config.effect_states = FilterOptions::water_current();
+    let model = VehicleModel::new(&vehicle.parameters).unwrap();
+    let mut navigator = Box::new(Navigator::new());
+    navigator.configure(&config, &model).unwrap();
+    let mut state = VehicleState::zeros();
+    (state[2], state[PSI], state[U]) = (3.0, 0.4, 1.0);
+    let sigma = VehicleState::from_column_slice(&[1.0, 1.0, 0.1, 0.02, 0.02, 0.02, 0.1, 0.05, 0.05, 0.02, 0.02, 0.02]);
+    navigator.initialise(0, &InitialState { state, sigma }).unwrap();
+    let ship = InitialShip { state: [200.0, 50.0, 0.0, 0.3, 0.2, 0.0], sigma: [0.5, 0.5, 0.1, 0.15, 0.15, 0.01] };
+    navigator.initialise_ship(&ship).unwrap();
+    let mut recording = Recording::new(navigator);
+    recording.keep();
+    recording
+}
+
+/// Four seconds with every kind of step; the readings are off by up to two sigmas.
+#[test]
+fn val_smoother_equals_the_batch_solution() {
+    let mut recording = start();
+    let mut reference = recording.clone_navigator();
+    let n = reference.dimension();
+    let p = DMatrix::from_fn(n, n, |i, j| reference.covariance(i, j));
+    let mut batch = Batch {
+        a: DMatrix::identity(n, n),
+        b: DVector::zeros(n),
+        prior: p.clone(),
+        p,
+        rows: Vec::new(),
+        residuals: Vec::new(),
+        variances: Vec::new(),
+        samples: Vec::new(),
+        transition: None,
+    };
+    let mut clone = None;
+    for k in 1..=40_u64 {
+        let phase = k as f64;
+        let input = ActuatorInput { propeller_radps: 106.0, fins_rad: [0.02 * (0.3 * phase).sin(), 0.0, 0.01, -0.01] };
+        recording.predict(k * 100_000, &input).unwrap();
+        reference.predict_observed(k * 100_000, &input, &mut batch).unwrap();
+        batch.agree(&reference);
+        let state = *reference.state();
+        let mut measurements = Vec::new();
+        if k % 2 == 0 {
+            measurements.push(Measurement::Depth { z_m: state[2] + 0.1 * phase.sin() });
+        }
+        if k % 3 == 0 {
+            let error = 0.03 * phase.cos();
+            measurements
+                .push(Measurement::Attitude { euler_rad: [state[3] + error, state[4] - error, state[5] + error] });
+        }
+        if k % 10 == 0 {
+            let [x, y, ..] = reference.ship_state().unwrap();
+            measurements.push(Measurement::ShipGnss { position_m: [x + 0.6, y - 0.4] });
+        }
+        if let Some(id) = clone.filter(|_| k % 10 == 5) {
+            let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Delayed(id) };
+            measurements.push(Measurement::Range { path, range_m: 205.0 });
+            measurements.push(Measurement::RangeRate { path, range_rate_mps: -0.5 });
+        }
+        for measurement in &measurements {
+            recording.fuse(measurement);
+            reference.fuse_observed(measurement, &mut batch);
+        }
+        match clone {
+            None if k % 10 == 1 => {
+                clone = recording.clone_ship().ok();
+                reference.clone_ship_observed(&mut batch).unwrap();
+            }
+            Some(id) if k % 10 == 5 => {
+                recording.drop_clone(id);
+                reference.drop_clone_observed(id, &mut batch);
+                clone = None;
+            }
+            _ => {}
+        }
+        recording.sample();
+        batch.samples.push((batch.a.clone(), batch.b.clone(), *reference.state()));
+    }
+    assert!(batch.rows.len() > 70, "{} scalars", batch.rows.len());
+    assert_eq!(recording.digest(), reference.digest());
+
+    let (theta, covariance) = batch.solution();
+    let smoothed = recording.smooth();
+    assert_eq!(smoothed.len(), batch.samples.len());
+    let mut moved = 0.0_f64;
+    for (sample, (a, b, filtered)) in smoothed.iter().zip(&batch.samples) {
+        let known = a.ncols();
+        let e = a * theta.rows(0, known) + b;
+        let p = a * covariance.view((0, 0), (known, known)) * a.transpose();
+        for i in 0..12 {
+            // Relative to the uncertainty: the batch inverts a matrix with a condition number of about 1e6.
+            let error = (sample.state[i] - filtered[i] - e[i]) / p[(i, i)].sqrt();
+            assert!(error.abs() < 1.0e-6, "state {i}: {error:e} sigmas");
+            let ratio = sample.sigma[i] / p[(i, i)].sqrt() - 1.0;
+            assert!(ratio.abs() < 1.0e-6, "sigma {i}: {ratio:e}");
+            moved = moved.max(e[i].abs() / p[(i, i)].sqrt());
+        }
+    }
+    assert!(moved > 0.5, "smoothing moved the estimate by {moved} sigmas at most: the test sees nothing");
+}
