@@ -204,3 +204,17 @@ fn usage() {
     let script = mission.run(&["completions", "bash"]);
     assert!(String::from_utf8(script.stdout).unwrap().contains("navigate"));
 }
+
+#[test]
+fn the_smoothed_track_is_judged_beside_the_filtered_one() {
+    let mission = Mission::new();
+    let plain = mission.json(&["--no-dvl", "--truth", "truth.csv"]);
+    assert!(plain["smoothed_error"].is_null());
+    let smoothed = mission.json(&["--no-dvl", "--truth", "truth.csv", "--smooth", "--report", "out"]);
+    assert_eq!(smoothed["error"], plain["error"]);
+    assert_eq!(smoothed["digest"], plain["digest"]);
+    let rms = |error: &serde_json::Value| error["rms_m"].as_f64().unwrap();
+    assert!(rms(&smoothed["smoothed_error"]) < rms(&smoothed["error"]), "{smoothed}");
+    let page = std::fs::read_to_string(mission.path("out/report.html")).unwrap();
+    assert!(page.contains("smoothed"), "the report has a line of the smoothed track");
+}
