@@ -208,9 +208,10 @@ fn usage() {
 #[test]
 fn the_smoothed_track_is_judged_beside_the_filtered_one() {
     let mission = Mission::new();
-    let plain = mission.json(&["--no-dvl", "--truth", "truth.csv"]);
+    let kinematic = ["--model", "kinematic", "--truth", "truth.csv"];
+    let plain = mission.json(&kinematic);
     assert!(plain["smoothed_error"].is_null());
-    let smoothed = mission.json(&["--no-dvl", "--truth", "truth.csv", "--smooth", "--report", "out"]);
+    let smoothed = mission.json(&[&kinematic[..], &["--smooth", "--report", "out"]].concat());
     assert_eq!(smoothed["error"], plain["error"]);
     assert_eq!(smoothed["digest"], plain["digest"]);
     let rms = |error: &serde_json::Value| error["rms_m"].as_f64().unwrap();
