@@ -69,7 +69,7 @@ impl Sea {
     pub fn at(&self, time_s: f64, position_m: [f64; 3]) -> Water {
         let mut water = Water::default();
         for current in &self.currents {
-            let Water { surface_mps, shear_mps_per_m, .. } = water_at(current, time_s);
+            let Water { surface_mps, shear_mps_per_m, .. } = water_at(current, time_s, position_m);
             for axis in 0..2 {
                 water.surface_mps[axis] += surface_mps[axis];
                 water.shear_mps_per_m[axis] += shear_mps_per_m[axis];
@@ -89,13 +89,28 @@ impl Sea {
     }
 }
 
-/// A current at a time since the start, s.
+/// Time in which a current sets in, s.
+const ONSET_S: f64 = 300.0;
+/// Half the width of a front, m.
+const FRONT_M: f64 = 20.0;
+
+/// A current at a time since the start, s, and a place.
+///
+/// From one place to the next the vehicle is carried along with the water around it, as by waves: at 1 m/s and a change
+/// of 0.15 m/s within 40 m it would lag behind by a tenth of that for some seconds.
 #[must_use]
-pub fn water_at(current: &Current, time_s: f64) -> Water {
+pub fn water_at(current: &Current, time_s: f64, [_, east_m, _]: [f64; 3]) -> Water {
     let (sin, cos) = libm::sincos(current.tide_phase_rad + TAU * time_s / current.tide_period_s);
+    let [north, east] = current.gradient_per_s.map(|gradient| gradient * east_m);
+    let begun = if current.onset_s > 0.0 { ((time_s - current.onset_s) / ONSET_S).clamp(0.0, 1.0) } else { 1.0 };
+    let beyond = current.front_east_m.map_or(1.0, |at| 0.5 + 0.5 * libm::tanh((east_m - at) / FRONT_M));
+    let share = begun * beyond;
     Water {
-        surface_mps: [current.north_mps + current.tide_mps * cos, current.east_mps + current.tide_mps * sin],
-        shear_mps_per_m: [current.shear_north_mps_per_m, current.shear_east_mps_per_m],
+        surface_mps: [
+            share * (current.north_mps + current.tide_mps * cos + north),
+            share * (current.east_mps + current.tide_mps * sin + east),
+        ],
+        shear_mps_per_m: [share * current.shear_north_mps_per_m, share * current.shear_east_mps_per_m],
         down_mps: 0.0,
     }
 }
@@ -107,19 +122,31 @@ mod tests {
     #[test]
     fn tide_turns_clockwise_once_a_period_on_top_of_the_steady_current() {
         let current = Current { east_mps: 0.1, tide_mps: 0.2, tide_period_s: 4000.0, ..Current::default() };
-        let quarter = water_at(&current, 1000.0).surface_mps;
+        let quarter = water_at(&current, 1000.0, [0.0; 3]).surface_mps;
         // Rounding of sin and cos only.
         assert!((quarter[0]).abs() < 1e-15 && (quarter[1] - 0.3).abs() < 1e-15);
-        let whole = water_at(&current, 4000.0).surface_mps;
+        let whole = water_at(&current, 4000.0, [0.0; 3]).surface_mps;
         assert!((whole[0] - 0.2).abs() < 1e-15 && (whole[1] - 0.1).abs() < 1e-15);
     }
 
     #[test]
     fn shear_is_linear_below_the_surface() {
         let current = Current { north_mps: 0.1, shear_north_mps_per_m: -0.01, ..Current::default() };
-        let water = water_at(&current, 0.0);
+        let water = water_at(&current, 0.0, [0.0; 3]);
         assert_eq!(water.at_depth(5.0), [0.05, 0.0]);
         assert_eq!(water.at_depth(-1.0), [0.1, 0.0]);
+    }
+
+    #[test]
+    fn a_current_sets_in_and_ends_at_a_front() {
+        let current = Current { north_mps: 0.2, onset_s: 1000.0, front_east_m: Some(450.0), ..Current::default() };
+        let at = |time_s, east_m| water_at(&current, time_s, [0.0, east_m, 0.0]).surface_mps[0];
+        assert_eq!((at(1000.0, 900.0), at(1150.0, 900.0), at(1300.0, 900.0)), (0.0, 0.1, 0.2));
+        assert!(at(2000.0, 350.0) < 1e-4 && (at(2000.0, 450.0) - 0.1).abs() < 1e-12);
+        let gradient = Current { east_mps: 0.1, gradient_per_s: [1e-4, -1e-4], ..Current::default() };
+        let [north, east] = water_at(&gradient, 0.0, [0.0, 500.0, 0.0]).surface_mps;
+        // Rounding of a product and a sum.
+        assert!((north - 0.05).abs() < 1e-15 && (east - 0.05).abs() < 1e-15);
     }
 
     #[test]

@@ -9,11 +9,15 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 /// `[backseat]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Backseat {
     /// The app may fuse DVL velocities (it is simulated and logged either way).
     pub dvl: bool,
+    /// The app may fuse acoustic range rates.
+    pub range_rate: bool,
+    /// The app may fuse body rates.
+    pub rates: bool,
     /// Which law steers.
     pub control_law: ControlLaw,
     /// What is commanded.
@@ -26,6 +30,21 @@ pub struct Backseat {
     /// signs.
     #[serde(deserialize_with = "quantity::share")]
     pub wrong_share: f64,
+}
+
+impl Default for Backseat {
+    fn default() -> Self {
+        Self {
+            dvl: false,
+            range_rate: true,
+            rates: true,
+            control_law: ControlLaw::default(),
+            control_mode: ControlMode::default(),
+            current_state: false,
+            adopt: false,
+            wrong_share: 0.0,
+        }
+    }
 }
 
 /// Which law steers.

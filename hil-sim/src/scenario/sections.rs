@@ -72,7 +72,8 @@ impl Default for Environment {
     }
 }
 
-/// `[environment.current]`: steady part, linear shear with depth and a rotary tide, added up.
+/// `[environment.current]`: steady part, linear shear with depth, change from place to place and a rotary tide, added up;
+/// all of it from its onset on, and on one side of a front.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Current {
@@ -97,6 +98,15 @@ pub struct Current {
     /// Direction the tide flows to at time zero, rad; it turns clockwise.
     #[serde(deserialize_with = "quantity::angle")]
     pub tide_phase_rad: f64,
+    /// Change of the north and of the east current with the distance east, m/s per m.
+    #[serde(deserialize_with = "quantity::shear")]
+    pub gradient_per_s: [f64; 2],
+    /// The current sets in at this time and grows over five minutes, s; 0: it is there from the start.
+    #[serde(deserialize_with = "quantity::delay")]
+    pub onset_s: f64,
+    /// The current flows east of this line only, across a front of some 40 m, m; everywhere if left out.
+    #[serde(deserialize_with = "quantity::coordinate")]
+    pub front_east_m: Option<f64>,
 }
 
 impl Default for Current {
@@ -109,6 +119,9 @@ impl Default for Current {
             tide_mps: 0.0,
             tide_period_s: 44_714.0, // M2, 12.42 h
             tide_phase_rad: 0.0,
+            gradient_per_s: [0.0; 2],
+            onset_s: 0.0,
+            front_east_m: None,
         }
     }
 }
