@@ -2,8 +2,8 @@
 
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    AcousticPath, InitialShip, InitialState, LinearStep, Measurement, NavigationConfig, Navigator, Observer, ShipEnd,
-    VehicleEnd,
+    AcousticPath, EffectStates, InitialShip, InitialState, LinearStep, Measurement, NavigationConfig, Navigator,
+    Observer, RobustPriors, ShipEnd, VehicleEnd,
 };
 use backseat_core::state::{PSI, U, VehicleState};
 use backseat_data::VehicleFile;
@@ -111,9 +111,10 @@ impl Observer for Batch {
 
 fn start() -> Recording {
     let vehicle = VehicleFile::reference();
-    let mut config = NavigationConfig { gate_sigma: 1.0e3, ..NavigationConfig::REFERENCE };
-    config.process_noise = vehicle.noise;
-    config.effect_states = FilterOptions::water_current();
+    // All states that there are; nothing is refused.
+    let states = EffectStates::robust(&RobustPriors { current_rate: [1.0e-4, 1.0e-6], ..RobustPriors::DEFAULT });
+    let config =
+        NavigationConfig { gate_sigma: 1.0e3, effect_states: states, ..FilterOptions::robust(&vehicle).navigation };
     let model = VehicleModel::new(&vehicle.parameters).unwrap();
     let mut navigator = Box::new(Navigator::new());
     navigator.configure(&config, &model).unwrap();

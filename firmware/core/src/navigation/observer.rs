@@ -53,6 +53,7 @@ pub struct Transition<'a> {
     /// Vehicle and effect states: the columns that have entries in the vehicle's rows.
     live: usize,
     current: Option<usize>,
+    current_rate: Option<usize>,
     ship: Option<usize>,
     step_s: f64,
 }
@@ -94,12 +95,19 @@ impl Transition<'_> {
             set(current, &|column| column[X] += self.step_s);
             set(current + 1, &|column| column[Y] += self.step_s);
         }
+        if let Some(rate) = self.current_rate {
+            let half_square = 0.5 * self.step_s * self.step_s;
+            set(rate, &|column| column[X] += half_square);
+            set(rate + 1, &|column| column[Y] += half_square);
+        }
     }
 
     /// Entries (row, column, value) that Φ has beyond the identity outside the vehicle's rows.
     pub fn others(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         let ship = self.ship.map(|at| [0, 1, 2].map(|i| (at + i, at + SHIP_VELOCITY + i, self.step_s)));
-        ship.into_iter().flatten()
+        let current = self.current.zip(self.current_rate);
+        let current = current.map(|(at, rate)| [0, 1].map(|i| (at + i, rate + i, self.step_s)));
+        ship.into_iter().flatten().chain(current.into_iter().flatten())
     }
 }
 
@@ -149,6 +157,7 @@ impl Navigator {
             states: self.dimension(),
             live: EFFECTS + self.config.effect_states.len(),
             current: self.x.layout.current(),
+            current_rate: self.x.layout.current().and_then(|_| self.x.layout.current_rate()),
             ship: self.x.layout.ship(),
             step_s,
         }
