@@ -6,7 +6,7 @@ use crate::host::{self, HOST_RING, send};
 use crate::parameters::Settings;
 use crate::ring::Ring;
 use backseat_wire::Counts;
-use backseat_wire::hostlink::{self, FromBoard, Mode, ModeReason, Port, Step, StepDone, ToBoard};
+use backseat_wire::hostlink::{self, FromBoard, Mode, ModeReason, Oscillator, Port, Step, StepDone, ToBoard};
 
 /// Time between two steps, µs.
 pub const STEP_US: u64 = 100_000;
@@ -65,6 +65,11 @@ impl App {
     /// An edge of the pulse-per-second input.
     pub fn pps(&mut self, time_us: u64) {
         self.backseat.clock.edge(time_us);
+    }
+
+    /// The board's clock counts this oscillator from now on; before, a crystal. One-way ranges need one, or pulse edges.
+    pub fn set_oscillator(&mut self, oscillator: Oscillator) {
+        self.backseat.clock.set_oscillator(oscillator);
     }
 
     /// Navigates, steers and reports; every 0.1 s. A step that is not after the last does nothing.

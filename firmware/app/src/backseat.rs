@@ -107,7 +107,7 @@ impl Backseat {
     pub fn restart(&mut self) {
         self.links = Links::new();
         self.links.configure(&self.parameters.active().app);
-        self.clock = UtcClock::new();
+        self.clock.restart();
         self.inputs.clear();
         self.estimator.reset();
         self.adaptation.restart();
@@ -333,6 +333,7 @@ impl Backseat {
             pps_edges: self.clock.edges(),
             synchronised: self.clock.is_fine(),
             receive_losses: self.losses.since_start,
+            oscillator: self.clock.oscillator(),
         }
     }
 

@@ -6,7 +6,7 @@
 //! then the app steps, its bytes are handed to the ports, and
 //! [`StepDone`](backseat_wire::hostlink::StepDone) answers.
 //!
-//! For [`START_US`] after power-up the pump leaves device bytes in their ports and takes no step
+//! For [`START_US`] after power-up (not after a reset by a fault) the pump leaves device bytes in their ports and takes no step
 //! of its own, so that a simulator's first `Step` finds an untouched app. A `Step` with
 //! `time_us == 0` restarts the app (parameters and mission are kept). A simulator that attaches to
 //! a board that already runs on its own clock sends such a `Step` without chunks before it sends
@@ -69,6 +69,14 @@ impl Pump {
     #[must_use]
     pub const fn new() -> Self {
         Self { clock: Clock::Undecided { until_us: None }, lockstep: Lockstep::new() }
+    }
+
+    /// Takes up the own clock with the next poll, unless a lock-step clock has come: a board that was reset under way has
+    /// no two seconds to wait.
+    pub fn start_at_once(&mut self, now_us: u64) {
+        if let Clock::Undecided { until_us } = &mut self.clock {
+            *until_us = Some(now_us);
+        }
     }
 
     /// Whether time comes from the host.

@@ -10,6 +10,7 @@
 //! ([`day_difference_us`]) do not depend on the date at all.
 
 use backseat_wire::calendar::DAY_US;
+use backseat_wire::hostlink::Oscillator;
 
 /// Labels in a row, agreeing with each other, that replace the present time.
 const CONSISTENT_LABELS: u8 = 3;
@@ -23,6 +24,9 @@ const EDGE_GAP_US: u64 = 1_000_000_000;
 const EDGE_AGE_US: i64 = 10_000_000;
 /// A coarse label is uncertain by its latency; it may differ this much before it counts as odd, µs.
 const COARSE_TOLERANCE_US: i64 = 600_000;
+/// The internal oscillator, 1 %, drifts by 30 ms since an edge of this age, µs: at 2 m/s 6 cm of the way that bridges a
+/// packet's start and its time of arrival.
+const INTERNAL_EDGE_AGE_US: u64 = 3_000_000;
 const SECOND_US: i64 = 1_000_000;
 
 /// UTC against local time.
@@ -43,6 +47,8 @@ pub struct UtcClock {
     resumed_us: Option<i64>,
     /// Labels and edges that did not fit.
     odd: u32,
+    /// What counts local time.
+    oscillator: Oscillator,
 }
 
 impl Default for UtcClock {
@@ -64,6 +70,30 @@ impl UtcClock {
             proposal: None,
             resumed_us: None,
             odd: 0,
+            oscillator: Oscillator::Crystal,
+        }
+    }
+
+    /// Forgets UTC; local time is counted by what counted it before.
+    pub fn restart(&mut self) {
+        *self = Self { oscillator: self.oscillator, ..Self::new() };
+    }
+
+    /// Local time is counted by this from now on.
+    pub fn set_oscillator(&mut self, oscillator: Oscillator) {
+        self.oscillator = oscillator;
+    }
+
+    /// What counts local time.
+    pub fn oscillator(&self) -> Oscillator {
+        self.oscillator
+    }
+
+    /// Whether local time is good enough for one-way ranges: it is counted by a crystal, or pulse edges discipline it.
+    pub fn carries_ranges(&self, local_us: u64) -> bool {
+        match self.oscillator {
+            Oscillator::Crystal => true,
+            Oscillator::Internal => self.fine && local_us.saturating_sub(self.fine_us) <= INTERNAL_EDGE_AGE_US,
         }
     }
 
@@ -281,6 +311,18 @@ mod tests {
         run(&mut clock, 16, 3, NOON_US + 5 * SECOND_US - weeks_us);
         assert_eq!(clock.utc_us(18_250_000), Some(NOON_US + 7 * SECOND_US - weeks_us));
         assert!(clock.odd() > 0);
+    }
+
+    #[test]
+    fn the_internal_oscillator_carries_ranges_on_edges_alone() {
+        let mut clock = UtcClock::new();
+        assert!(clock.carries_ranges(0), "a crystal");
+        clock.set_oscillator(Oscillator::Internal);
+        assert!(!clock.carries_ranges(0));
+        run(&mut clock, 10, 3, NOON_US);
+        assert!(clock.carries_ranges(15_000_000) && !clock.carries_ranges(16_000_000));
+        clock.restart();
+        assert!(clock.oscillator() == Oscillator::Internal && !clock.carries_ranges(15_000_000));
     }
 
     #[test]

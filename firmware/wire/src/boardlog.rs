@@ -7,7 +7,7 @@
 //! sees: handed to an app that starts from [`LogRecord::Start`] and [`LogRecord::Parameters`], they
 //! give the same digests again.
 
-use crate::hostlink::{Port, Restart};
+use crate::hostlink::{Oscillator, Port, Restart};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -71,6 +71,13 @@ pub enum LogRecord<'a> {
         /// How many.
         records: u32,
     },
+    /// The board's clock counts another oscillator from here on. At start it is a crystal.
+    Oscillator {
+        /// From when on.
+        time_us: u64,
+        /// Which.
+        oscillator: Oscillator,
+    },
 }
 
 #[cfg(test)]
@@ -92,6 +99,7 @@ mod tests {
             LogRecord::Edge { time_us: 250_000 },
             LogRecord::Step { time_us: 300_000, digest: 0x0123_4567_89AB_CDEF },
             LogRecord::Lost { records: 3 },
+            LogRecord::Oscillator { time_us: 400_000, oscillator: Oscillator::Internal },
         ];
         let mut log = StdVec::new();
         for record in &records {

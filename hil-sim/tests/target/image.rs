@@ -1,8 +1,7 @@
 //! Builds and runs the ARM images.
 
-use crate::stack::{self, Stack};
 use anyhow::{Context, bail, ensure};
-use object::{Object, ObjectSection};
+use object::{Object, ObjectSection, ObjectSymbol};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -31,15 +30,10 @@ fn tool(variable: &str, name: &str) -> Command {
     command
 }
 
-/// Builds one binary of `backseat-mps2` with the firmware profile, as boards run it; its path.
-pub fn build(binary: &str) -> anyhow::Result<PathBuf> {
-    build_as(binary, "firmware")
-}
-
-/// The same with another profile.
-pub fn build_as(binary: &str, profile: &str) -> anyhow::Result<PathBuf> {
+/// Builds one binary of a board's package as the board runs it; its path.
+pub fn build(package: &str, binary: &str) -> anyhow::Result<PathBuf> {
     let output = tool("CARGO", "cargo")
-        .args(["build", "--package", "backseat-mps2", "--bin", binary, "--profile", profile, "--target", TARGET])
+        .args(["build", "--package", package, "--bin", binary, "--release", "--target", TARGET])
         .args(["--quiet", "--message-format", "json-render-diagnostics"])
         .output()
         .context("cargo")?;
@@ -70,29 +64,43 @@ pub fn run(image: &Path) -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// What an image takes, in bytes.
+/// What an image takes and may take, in bytes.
 pub struct Image {
+    /// Its package.
+    pub name: &'static str,
     /// Code, constants and initial values.
-    pub flash: u64,
-    /// Variables, without stack and DMA buffers.
-    pub ram: u64,
-    /// Variables that do not begin as zero: they take flash as well.
-    pub initialised: u64,
-    /// Its deepest stack.
-    pub stack: Stack,
+    pub flash: Share,
+    /// Variables in DTCM, without the stack.
+    pub dtcm: Share,
+    /// Variables in AXI SRAM.
+    pub axi: Share,
+    /// What its stack may take.
+    pub stack_limit: u32,
 }
 
-/// By the sections and the code of the ELF file.
-pub fn examine(image: &Path) -> anyhow::Result<Image> {
+/// Bytes taken, and their limit.
+pub struct Share {
+    pub taken: u32,
+    pub limit: u32,
+}
+
+/// By the sections and the limits (`memory.x`) of the ELF file.
+pub fn examine(name: &'static str, image: &Path) -> anyhow::Result<Image> {
     let bytes = std::fs::read(image)?;
     let file = object::File::parse(&*bytes)?;
-    let sum = |names: &[&str]| {
-        file.sections().filter(|s| s.name().is_ok_and(|name| names.contains(&name))).map(|s| s.size()).sum()
+    let limit = |symbol: &str| -> anyhow::Result<u32> {
+        let found = file.symbols().find(|candidate| candidate.name() == Ok(symbol));
+        Ok(u32::try_from(found.with_context(|| format!("{name} has no {symbol}: memory.x"))?.address())?)
+    };
+    let share = |names: &[&str], symbol| -> anyhow::Result<Share> {
+        let sizes = file.sections().filter(|s| s.name().is_ok_and(|name| names.contains(&name))).map(|s| s.size());
+        Ok(Share { taken: u32::try_from(sizes.sum::<u64>())?, limit: limit(symbol)? })
     };
     Ok(Image {
-        flash: sum(&[".vector_table", ".text", ".rodata", ".data"]),
-        ram: sum(&[".data", ".bss", ".uninit"]),
-        initialised: sum(&[".data"]),
-        stack: stack::bound(&bytes)?,
+        name,
+        flash: share(&[".vector_table", ".text", ".rodata", ".data"], "_limit_flash")?,
+        dtcm: share(&[".data", ".bss", ".uninit"], "_limit_dtcm")?,
+        axi: share(&[".axisram"], "_limit_axi")?,
+        stack_limit: limit("_limit_stack")?,
     })
 }

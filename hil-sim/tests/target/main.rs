@@ -1,4 +1,4 @@
-//! Gates on the ARM images of `firmware/boards/mps2`: no panic, the same numbers, and what they cost.
+//! Gates on the ARM images: no panic, the same numbers, and what they cost.
 //!
 //! Without QEMU or the ARM target these tests pass over it and say so; with `BACKSEAT_REQUIRE_QEMU` set
 //! in the environment they fail instead.
@@ -10,12 +10,11 @@ mod image;
 mod stack;
 mod thumb;
 
-/// core, wire and app link with a panic handler that does not exist. Compiled for speed: then the compiler sees of
-/// every panic that nothing leads to it, which is so however the board's image is compiled.
+/// core, wire and app link with a panic handler that does not exist.
 #[test]
 fn no_panic_can_be_reached() {
     if image::ready() {
-        image::build_as("nopanic", "release").unwrap_or_else(|error| panic!("{error:#}"));
+        image::build("backseat-mps2", "nopanic").unwrap_or_else(|error| panic!("{error:#}"));
     }
 }
 
@@ -25,7 +24,9 @@ fn val_numbers_are_the_same_on_the_target() {
     if !image::ready() {
         return;
     }
-    let on_target = image::build("vectors").and_then(|image| image::run(&image)).unwrap_or_else(|e| panic!("{e:#}"));
+    let on_target = image::build("backseat-mps2", "vectors")
+        .and_then(|image| image::run(&image))
+        .unwrap_or_else(|e| panic!("{e:#}"));
     let mut here = Vec::new();
     let mut objects = Box::new(exercise::vectors::Objects::new());
     exercise::vectors::run(&mut objects, &mut |name, digest| here.push(format!("{digest:016x} {name}")));
@@ -42,17 +43,19 @@ fn regress_cost() {
         return;
     }
     let measure = || -> anyhow::Result<_> {
-        let text = image::run(&image::build("cost")?)?;
-        let for_speed = image::run(&image::build_as("cost", "release")?)?;
-        Ok((cost::rows(&text, &for_speed), image::examine(&image::build("backseat-mps2")?)?))
+        let rows = cost::rows(&image::run(&image::build("backseat-mps2", "cost")?)?);
+        let [qemu, h743] = ["backseat-mps2", "backseat-stm32h743"].map(|name| image::build(name, name));
+        let (qemu, h743) = (qemu?, h743?);
+        let images = [image::examine("backseat-mps2", &qemu)?, image::examine("backseat-stm32h743", &h743)?];
+        Ok((rows, images, stack::bound(&std::fs::read(&qemu)?)?))
     };
-    let (rows, image) = measure().unwrap_or_else(|error| panic!("{error:#}"));
-    let table = cost::markdown(&rows, &image);
+    let (rows, images, stack) = measure().unwrap_or_else(|error| panic!("{error:#}"));
+    let table = cost::markdown(&rows, &images, &stack);
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results/cost.md");
     if std::env::var_os("BACKSEAT_WRITE_COST").is_some() {
         std::fs::write(path, &table).unwrap();
     }
-    let violations = cost::violations(&rows, &image);
+    let violations = cost::violations(&rows, &images, &stack);
     assert!(violations.is_empty(), "over budget:\n{}", violations.join("\n"));
     let changed = cost::drift(&std::fs::read_to_string(path).unwrap_or_default(), &table);
     assert!(changed.is_empty(), "docs/results/cost.md is out of date; see its second line:\n{}", changed.join("\n"));

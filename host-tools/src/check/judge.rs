@@ -4,7 +4,7 @@ use backseat_app::parameters::PARAMETER_SCHEMA;
 use backseat_host::PORT_NAMES;
 use backseat_link::board::{Declared, Identity};
 use backseat_wire::calendar::DateTime;
-use backseat_wire::hostlink::{Health, Mode, ModeReason, Port, Restart, Telemetry};
+use backseat_wire::hostlink::{Health, Mode, ModeReason, Oscillator, Port, Restart, Telemetry};
 use serde_json::{Value, json};
 use std::fmt;
 use std::time::Duration;
@@ -42,13 +42,18 @@ impl Verdict {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     pub verdict: Verdict,
-    what: &'static str,
+    pub what: &'static str,
     found: String,
 }
 
 impl Line {
     pub fn new(verdict: Verdict, what: &'static str, found: impl Into<String>) -> Self {
         Self { verdict, what, found: found.into() }
+    }
+
+    /// As a row of a Markdown table.
+    pub fn row(&self) -> String {
+        format!("| {} | {} | {} |", self.what, self.verdict.name(), self.found)
     }
 
     pub fn json(&self) -> Value {
@@ -83,6 +88,7 @@ pub fn lines(look: &Look) -> Vec<Line> {
     lines.extend([
         losses(look),
         clock(look),
+        oscillator(look),
         pps(look),
         mode(look),
         parameters(&look.parameters),
@@ -209,10 +215,30 @@ fn clock(look: &Look) -> Line {
     Line::new(if close { Verdict::Pass } else { Verdict::Note }, "clock", found)
 }
 
-fn date(utc_us: u64) -> String {
+/// Date and time of day.
+pub fn date(utc_us: u64) -> String {
     let Ok(DateTime { date, time }) = DateTime::from_unix_us(utc_us) else { return format!("{utc_us} µs") };
     let ((year, month, day), (hour, minute, second, _)) = (date.parts(), time.parts());
     format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+}
+
+/// What counts the board's time: without a crystal one-way ranges need every edge of the pulse per second.
+fn oscillator(look: &Look) -> Line {
+    const WHAT: &str = "oscillator";
+    let Some((_, health)) = &look.counters else {
+        return Line::new(Verdict::Note, WHAT, "this firmware does not report it");
+    };
+    let (found, verdict) = match (health.oscillator, health.synchronised) {
+        (Oscillator::Crystal, _) => ("external, 20 ppm", Verdict::Pass),
+        (Oscillator::Internal, true) => {
+            ("internal, 1 %: no clock at HSE; ranges need the pulse per second", Verdict::Note)
+        }
+        (Oscillator::Internal, false) => (
+            "internal, 1 %: no clock at HSE, and UTC does not rest on the pulse per second: one-way ranges are refused",
+            if uses_ranges(look) { Verdict::Fail } else { Verdict::Note },
+        ),
+    };
+    Line::new(verdict, WHAT, found)
 }
 
 fn pps(look: &Look) -> Line {
@@ -284,6 +310,7 @@ mod tests {
             pps_edges: 0,
             synchronised: false,
             receive_losses,
+            oscillator: Oscillator::Crystal,
         };
         Look {
             identity: Identity { firmware: String::new(), schema: PARAMETER_SCHEMA, restart: None },

@@ -1,5 +1,6 @@
 //! `backseat check`: the board on the bench, looked at over its host port.
 
+mod hil;
 mod judge;
 
 use crate::board::Common;
@@ -8,16 +9,20 @@ use backseat_link::board::{Board, reason};
 use backseat_wire::hostlink::Telemetry;
 use judge::{Line, Look, Verdict};
 use serde_json::json;
+use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 const EXAMPLES: &str = "\
 Example:
   backseat check /dev/ttyACM0 --wiggle
+  backseat check /dev/ttyACM0 --hil --report bench.md --sign-off Name
 
 ok: passed. FAIL: failed; the exit code is then 1. note: for you to judge. A sensor that the parameters do not use may be
 missing. --wiggle moves each fin to both sides, one second a fin, with the propeller commanded to stop; it is refused
 while a mission runs. Switch the propeller's supply off or keep clear of the blades all the same. Watch that the top,
-bottom, port and starboard fin move in this order, each to its positive side first.";
+bottom, port and starboard fin move in this order, each to its positive side first.
+--hil checks a board without devices: join TX and RX of each device port behind its transceiver, and give the PPS input
+1 Hz. It commands the fins, stores the parameters in use, and asks for the reset button.";
 
 /// How long the board is watched: slower sources have a second's period.
 const WATCH: Duration = Duration::from_secs(3);
@@ -31,17 +36,24 @@ pub struct Args {
     #[command(flatten)]
     common: Common,
     /// Move the fins as well, with the propeller stopped
-    #[arg(long)]
+    #[arg(long, conflicts_with = "hil")]
     wiggle: bool,
+    /// Check a board without devices, TX and RX of each device port joined
+    #[arg(long)]
+    hil: bool,
+    /// Write a report of it (Markdown)
+    #[arg(long, value_name = "FILE", requires = "hil")]
+    report: Option<PathBuf>,
+    /// Whoever answers for the report
+    #[arg(long, value_name = "NAME", requires = "report")]
+    sign_off: Option<String>,
 }
 
 /// Observes the board, judges and prints.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let mut board = args.common.connect()?;
-    let look = look(&mut board)?;
-    let mut lines = judge::lines(&look);
-    if args.wiggle {
-        lines.push(wiggle(&mut board)?);
+    let lines = if args.hil { hil::lines(&args.common)? } else { with_devices(args)? };
+    if let Some(path) = &args.report {
+        hil::report(path, &args.common.port.to_string(), &judge::date(now_us()), args.sign_off.as_deref(), &lines)?;
     }
     let failed = lines.iter().filter(|line| line.verdict == Verdict::Fail).count();
     let list: Vec<_> = lines.iter().map(Line::json).collect();
@@ -53,12 +65,26 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
+fn with_devices(args: &Args) -> anyhow::Result<Vec<Line>> {
+    let mut board = args.common.connect()?;
+    let mut lines = judge::lines(&look(&mut board)?);
+    if args.wiggle {
+        lines.push(wiggle(&mut board)?);
+    }
+    Ok(lines)
+}
+
+/// This computer's clock, µs since 1970.
+fn now_us() -> u64 {
+    SystemTime::UNIX_EPOCH.elapsed().map_or(0, |elapsed| elapsed.as_micros() as u64)
+}
+
 fn look(board: &mut Board) -> anyhow::Result<Look> {
     let parameters = board.parameters()?;
     let waypoints = board.mission()?.len();
     let before = board.health()?;
     let telemetry = board.listen(WATCH)?;
-    let now_us = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |elapsed| elapsed.as_micros() as u64);
+    let now_us = now_us();
     let after = board.health()?;
     Ok(Look {
         identity: board.identity.clone(),

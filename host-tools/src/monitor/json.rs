@@ -137,6 +137,7 @@ fn ports(model: &Model) -> Value {
     let mut ports: Map<String, Value> = PORT_NAMES.iter().enumerate().map(of).collect();
     ports.insert("pps_edges".into(), json!(health.pps_edges));
     ports.insert("synchronised".into(), json!(health.synchronised));
+    ports.insert("oscillator".into(), json!(words::oscillator(health.oscillator)));
     Value::Object(ports)
 }
 

@@ -92,6 +92,7 @@ impl Replay {
                 self.input(time_us);
                 self.app.pps(time_us);
             }
+            Event::Oscillator(oscillator) => self.app.set_oscillator(oscillator),
             Event::Restart => {
                 self.input(time_us);
                 self.discard();

@@ -100,6 +100,20 @@ impl Bench {
         self.json(&["params", "get", "PORT", name])["parameters"][0]["value"].as_f64().unwrap()
     }
 
+    /// What the board sends on a device port comes back to it.
+    pub fn join_ports(&mut self) {
+        for port in Port::DEVICES {
+            let (lines, stop) = (self.lines.clone(), Arc::clone(&self.stop));
+            self.threads.push(spawn(move || {
+                let mut buffer = [0; 256];
+                while !stop.load(Ordering::Relaxed) {
+                    let Ok(count) = lines.0[port as usize].read(&mut buffer, 20) else { return };
+                    let _ = lines.0[port as usize].write_all(&buffer[..count]);
+                }
+            }));
+        }
+    }
+
     /// A simulated vehicle on the device ports.
     pub fn simulate(&mut self, scenario: Scenario) {
         self.threads.push(simulate(self.lines.clone(), scenario, Arc::clone(&self.stop)));

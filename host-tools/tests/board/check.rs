@@ -32,6 +32,7 @@ fn a_board_alone_fails_where_it_hears_nothing() {
         ("modem port", "fail"),
         ("receive losses", "ok"),
         ("clock", "fail"),
+        ("oscillator", "ok"),
         ("PPS", "fail"),
         ("mode", "fail"),
         ("parameters", "ok"),
@@ -39,6 +40,35 @@ fn a_board_alone_fails_where_it_hears_nothing() {
     ] {
         assert_eq!(verdict(&report, check).0, expected, "{report}");
     }
+}
+
+/// Each device port hears itself. Nobody can press the reset button here, and there is no pulse per second.
+#[test]
+fn a_board_that_hears_itself_passes_on_every_port_and_is_reported() {
+    let mut bench = Bench::new();
+    bench.join_ports();
+    sleep(Duration::from_secs(4)); // its own clock after two, and a busy machine
+    let arguments = ["check", "PORT", "--hil", "--report", "bench.md", "--sign-off", "A. Engineer", "--json"];
+    let outcome = bench.run(&arguments);
+    assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+    let report: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    for (check, expected) in [
+        ("telemetry", "ok"),
+        ("frontseat TX to RX", "ok"),
+        ("DVL TX to RX", "note"),
+        ("AHRS TX to RX", "ok"),
+        ("modem TX to RX", "ok"),
+        ("oscillator", "ok"),
+        ("PPS input", "fail"),
+        ("fin wiggle", "ok"),
+        ("params store", "fail"), // this computer keeps none
+    ] {
+        assert_eq!(verdict(&report, check).0, expected, "{report}");
+    }
+    let text = bench.read("bench.md");
+    assert!(text.contains("checks failed**") && text.ends_with("Signed off by: A. Engineer\n"), "{text}");
+    // a report is never overwritten
+    assert!(bench.run(&arguments).stderr.contains("bench.md"), "{}", outcome.stderr);
 }
 
 #[test]

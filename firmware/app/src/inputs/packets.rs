@@ -44,6 +44,8 @@ pub enum Loss {
     NotSynchronous,
     /// The board does not know UTC.
     NoTime,
+    /// The board's clock counts its internal oscillator, and no pulse edges discipline it.
+    Undisciplined,
     /// Its time of arrival does not belong to its start.
     Arrival,
     /// Its transmit second, or a later one, was already used.
@@ -227,6 +229,9 @@ impl Packets {
         // what was used, one ahead of which many seconds were used was sent by a clock that has been set back.
         if self.last_transmit_s.is_some_and(|last_s| last_s.wrapping_sub(ship.transmit_s) < REPLAY_S) {
             return Err(Loss::Repeated);
+        }
+        if !clock.carries_ranges(start_us) {
+            return Err(Loss::Undisciplined);
         }
         let start_utc_us = clock.utc_us(start_us).ok_or(Loss::NoTime)?;
         let bridge_us = day_difference_us(arrival.toa_us, start_utc_us);

@@ -120,7 +120,7 @@ impl RestartRecord {
     #[must_use]
     pub fn respond(cause: ResetCause, last: Option<&Self>) -> (Response, Self) {
         let (true, Some(last)) = (is_fault(cause), last) else {
-            // Whoever switches the supply or presses the button begins anew; the sequence goes on,
+            // Whoever switches the supply, presses the button or programs begins anew; the sequence goes on,
             // so that an old record does not win later.
             let sequence = last.map_or(0, |last| last.sequence.wrapping_add(1));
             let mut new = Self { sequence, ..Self::default() };
@@ -165,7 +165,7 @@ impl ResetHistory {
 
 /// Resets that nobody asked for.
 fn is_fault(cause: ResetCause) -> bool {
-    !matches!(cause, ResetCause::PowerOn | ResetCause::Pin)
+    !matches!(cause, ResetCause::PowerOn | ResetCause::Pin | ResetCause::Software)
 }
 
 /// The newer of two slots' records.
@@ -292,11 +292,24 @@ mod tests {
         assert_eq!(last.report(ResetCause::Watchdog), Restart { cause: ResetCause::Watchdog, resets: 4, safe: true });
     }
 
+    /// A programmer resets by software, over and over.
+    #[test]
+    fn whoever_switches_on_resets_or_programs_begins_anew() {
+        for cause in [ResetCause::PowerOn, ResetCause::Pin, ResetCause::Software] {
+            let (response, new) = RestartRecord::respond(cause, Some(&record(7, MINUTE_US)));
+            assert_eq!(
+                (response, new.resets, new.sequence),
+                (Response::Fresh, ResetHistory::default(), 8),
+                "{cause:?}"
+            );
+        }
+    }
+
     /// A board that resets before its first step has no powered time, only the history.
     #[test]
     fn a_board_that_never_steps_ends_in_safe_mode() {
-        let (first, one) = RestartRecord::respond(ResetCause::Software, None);
-        let (second, two) = RestartRecord::respond(ResetCause::Software, Some(&one));
+        let (first, one) = RestartRecord::respond(ResetCause::Watchdog, None);
+        let (second, two) = RestartRecord::respond(ResetCause::Watchdog, Some(&one));
         let (third, _) = RestartRecord::respond(ResetCause::BrownOut, Some(&two));
         let resume = Response::Resume { navigation: None, utc_us: None };
         assert_eq!([first, second, third], [resume, resume, Response::Safe]);

@@ -12,14 +12,17 @@ use embassy_stm32::spi::{Config, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_time::{Delay, Duration, Instant};
 use embedded_hal_bus::spi::ExclusiveDevice;
+use embedded_sdmmc::sdcard::AcquireOpts;
 use embedded_sdmmc::{Mode, RawFile, SdCard, SdCardError, TimeSource, Timestamp, VolumeIdx, VolumeManager};
 use heapless::String;
 use heapless::spsc::Consumer;
 
-/// Until the card has introduced itself ...
-const SLOW: Hertz = Hertz(400_000);
+/// Until the card is identified at most 400 kHz: the HAL makes 375 of it ...
+const SLOW: Hertz = Hertz(375_000);
 /// ... and after: short wires carry it.
-const FAST: Hertz = Hertz(15_000_000);
+const FAST: Hertz = Hertz(12_000_000);
+/// How often a card that does not answer is asked again.
+const TRIES: u32 = 4;
 const BLOCK: usize = 512;
 /// Blocks written before the store is looked at again.
 const BLOCKS_AT_ONCE: usize = 8;
@@ -49,8 +52,61 @@ impl TimeSource for NoClock {
 
 type Error = embedded_sdmmc::Error<SdCardError>;
 
-/// A card with an open file.
-pub struct Card {
+/// What is known of the card.
+#[expect(clippy::large_enum_variant, reason = "there is one, in the main task's static memory")]
+pub enum Card {
+    /// There is none, or it failed.
+    Absent,
+    /// It has not answered yet; how often it is still asked.
+    Unknown(SdCard<Bus, Delay>, u32),
+    /// It has an open file.
+    Open(LogFile),
+}
+
+impl Card {
+    /// Sets up the bus; the card has to be in its socket by now.
+    pub fn new(resources: Resources) -> Self {
+        let Resources { spi, clock, miso, mosi, select } = resources;
+        let mut config = Config::default();
+        config.frequency = SLOW;
+        let mut spi = Spi::new_blocking(spi, clock, mosi, miso, config);
+        let select = Output::new(select, Level::High, Speed::High);
+        // 74 clocks at least before the first command, the card not selected (SD physical layer 6.4.1)
+        if let Err(error) = spi.blocking_write(&[0xFF_u8; 10]) {
+            defmt::warn!("no log: {}", error);
+            return Self::Absent;
+        }
+        let Ok(device) = ExclusiveDevice::new(spi, select, Delay);
+        // One try blocks thread mode for 0.3 s where there is no card.
+        let options = AcquireOpts { acquire_retries: 0, ..AcquireOpts::default() };
+        Self::Unknown(SdCard::new_with_options(device, Delay, options), TRIES)
+    }
+
+    /// Asks the card, opens its next file, or writes to it: a part of the work, so that others come in between.
+    #[must_use]
+    pub fn serve(self, queue: &mut Consumer<'static, u8>) -> Self {
+        match self {
+            Self::Absent => Self::Absent,
+            Self::Unknown(card, tries) => match (card.num_bytes(), tries) {
+                (Ok(bytes), _) => LogFile::open(card, bytes).map_or_else(|error| absent(&error), Self::Open),
+                (Err(error), 0) => absent(&error),
+                (Err(_), 1..) => Self::Unknown(card, tries - 1),
+            },
+            Self::Open(mut file) => match file.write(queue) {
+                Ok(()) => Self::Open(file),
+                Err(error) => absent(&error),
+            },
+        }
+    }
+}
+
+fn absent(error: &impl core::fmt::Debug) -> Card {
+    defmt::warn!("card: {}, no log from here on", defmt::Debug2Format(error));
+    Card::Absent
+}
+
+/// An open file.
+pub struct LogFile {
     volumes: Volumes,
     file: RawFile,
     block: [u8; BLOCK],
@@ -59,20 +115,13 @@ pub struct Card {
     flushed: Instant,
 }
 
-impl Card {
-    /// Opens the next file of a card, which has to be in its socket by now.
+impl LogFile {
+    /// The next file of a card of so many bytes.
     ///
     /// # Errors
-    /// No card, no FAT volume, or a full directory.
-    pub fn open(resources: Resources) -> Result<Self, Error> {
-        let Resources { spi, clock, miso, mosi, select } = resources;
+    /// No FAT volume, or a full directory.
+    fn open(card: SdCard<Bus, Delay>, bytes: u64) -> Result<Self, Error> {
         let mut config = Config::default();
-        config.frequency = SLOW;
-        let spi = Spi::new_blocking(spi, clock, mosi, miso, config);
-        let select = Output::new(select, Level::High, Speed::High);
-        let Ok(device) = ExclusiveDevice::new(spi, select, Delay);
-        let card = SdCard::new(device, Delay);
-        let bytes = card.num_bytes().map_err(Error::DeviceError)?;
         config.frequency = FAST;
         // a frequency that the HAL made once it makes again
         let _ = card.spi(|device| device.bus_mut().set_config(&config));
@@ -99,7 +148,7 @@ impl Card {
     ///
     /// # Errors
     /// The card failed, or is full.
-    pub fn write(&mut self, queue: &mut Consumer<'static, u8>) -> Result<(), Error> {
+    fn write(&mut self, queue: &mut Consumer<'static, u8>) -> Result<(), Error> {
         for _ in 0..BLOCKS_AT_ONCE {
             while self.length < BLOCK
                 && let Some(byte) = queue.dequeue()

@@ -1,5 +1,10 @@
-//! The clock tree: 480 MHz from the 8 MHz that the ST-LINK puts on HSE.
+//! The clock tree: 480 MHz from the 8 MHz that the ST-LINK puts on HSE, and without them from the internal oscillator.
+//!
+//! The ST-LINK may start later than this chip does. The board then starts from the internal oscillator and changes over
+//! when the 8 MHz come: both ways give every bus the same frequency.
 
+use backseat_wire::hostlink::Oscillator;
+use embassy_stm32::pac::rcc::vals::{Pllsrc, Sw};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, HSIPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
     VoltageScale,
@@ -7,50 +12,47 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, pac};
 
-/// HSE counts as dead after so many looks, some 20 ms at 64 MHz.
-const HSE_LOOKS: u32 = 100_000;
+/// Looks before something counts as not coming: some 8 ms at 64 MHz. A PLL locks within 0.15 ms (DS12110).
+const LOOKS: u32 = 100_000;
 
-/// What the core runs from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
-pub enum Source {
-    /// HSE: as good as the crystal of the ST-LINK, some 20 ppm.
-    External,
-    /// HSI, 1 %: there is no clock on HSE. Good enough to steer and talk; between two edges of the
-    /// pulse per second it drifts by up to 10 ms, 15 m of range.
-    Internal,
+/// Switches HSE on and looks whether there is a clock on it; the HAL would wait for it for ever.
+pub fn external() -> Oscillator {
+    switch_on_external();
+    if comes(is_external_ready) { Oscillator::Crystal } else { Oscillator::Internal }
 }
 
-/// Looks whether there is a clock on HSE; the HAL would wait for it for ever.
-pub fn source() -> Source {
-    pac::RCC.cr().modify(|w| {
-        w.set_hsebyp(true);
-        w.set_hseon(true);
-    });
-    for _ in 0..HSE_LOOKS {
-        if pac::RCC.cr().read().hserdy() {
-            return Source::External;
-        }
-    }
-    pac::RCC.cr().modify(|w| w.set_hseon(false));
-    Source::Internal
+/// The bypass first: RM0433 lets it be written while HSE is off alone.
+fn switch_on_external() {
+    pac::RCC.cr().modify(|w| w.set_hsebyp(true));
+    pac::RCC.cr().modify(|w| w.set_hseon(true));
+}
+
+fn is_external_ready() -> bool {
+    pac::RCC.cr().read().hserdy()
+}
+
+fn comes(look: impl Fn() -> bool) -> bool {
+    (0..LOOKS).any(|_| look())
 }
 
 /// Core 480 MHz (VOS0), AXI and AHB 240 MHz, APB 120 MHz, timers 240 MHz (RM0433 8.5, DS12110 5.3.1).
-pub fn config(source: Source) -> Config {
+pub fn config(oscillator: Oscillator) -> Config {
+    let external = oscillator == Oscillator::Crystal;
     let mut config = Config::default();
     let rcc = &mut config.rcc;
     rcc.hsi = Some(HSIPrescaler::DIV1);
-    rcc.hse = (source == Source::External).then_some(Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass });
+    rcc.hse = external.then_some(Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass });
     rcc.csi = false;
     rcc.hsi48 = None;
-    // 8 MHz into the PLL either way: 8 × 120 = 960 MHz, half of it for the core, an eighth for SPI
+    // 8 MHz into the PLL either way: 8 × 120 = 960 MHz, half of it for the core. A tenth for SPI: 96 MHz / 256 are
+    // the 400 kHz at most that a card bears until it is identified.
     rcc.pll1 = Some(Pll {
-        source: if source == Source::External { PllSource::HSE } else { PllSource::HSI },
-        prediv: if source == Source::External { PllPreDiv::DIV1 } else { PllPreDiv::DIV8 },
+        source: if external { PllSource::HSE } else { PllSource::HSI },
+        prediv: if external { PllPreDiv::DIV1 } else { PllPreDiv::DIV8 },
         mul: PllMul::MUL120,
         fracn: None,
         divp: Some(PllDiv::DIV2),
-        divq: Some(PllDiv::DIV8),
+        divq: Some(PllDiv::DIV10),
         divr: None,
     });
     rcc.sys = Sysclk::PLL1_P;
@@ -62,4 +64,62 @@ pub fn config(source: Source) -> Config {
     rcc.apb4_pre = APBPrescaler::DIV2;
     rcc.voltage_scale = VoltageScale::Scale0;
     config
+}
+
+/// What the core runs from, after the HAL has set up the tree.
+pub struct Source {
+    /// HSE has not come yet.
+    waits: bool,
+}
+
+impl Source {
+    /// Goes on waiting for HSE where it has not come: the HAL has switched it off.
+    pub fn new(oscillator: Oscillator) -> Self {
+        let waits = oscillator == Oscillator::Internal;
+        if waits {
+            switch_on_external();
+        }
+        Self { waits }
+    }
+
+    /// Changes over to HSE when it has come; whether it did.
+    ///
+    /// For a tenth of a millisecond the core runs from HSI at 64 MHz and board time stands nearly still; a byte that is
+    /// on a line may be lost.
+    pub fn change_over(&mut self) -> bool {
+        if !self.waits || !is_external_ready() {
+            return false;
+        }
+        self.waits = false;
+        let changed = relock(Pllsrc::HSE, PllPreDiv::DIV1);
+        if !changed {
+            // a clock that comes and goes: not asked again
+            defmt::assert!(relock(Pllsrc::HSI, PllPreDiv::DIV8), "no PLL");
+        }
+        changed
+    }
+}
+
+/// Gives PLL1, which is the only one in use, another source; whether it locks. Source and divider can be written while all
+/// PLLs are off alone (RM0433 8.7.10).
+fn relock(source: Pllsrc, divider: PllPreDiv) -> bool {
+    let rcc = pac::RCC;
+    rcc.cfgr().modify(|w| w.set_sw(Sw::HSI));
+    if !comes(|| rcc.cfgr().read().sws() == Sw::HSI) {
+        return false;
+    }
+    rcc.cr().modify(|w| w.set_pllon(0, false));
+    if !comes(|| !rcc.cr().read().pllrdy(0)) {
+        return false;
+    }
+    rcc.pllckselr().modify(|w| {
+        w.set_pllsrc(source);
+        w.set_divm(0, divider);
+    });
+    rcc.cr().modify(|w| w.set_pllon(0, true));
+    if !comes(|| rcc.cr().read().pllrdy(0)) {
+        return false;
+    }
+    rcc.cfgr().modify(|w| w.set_sw(Sw::PLL1_P));
+    comes(|| rcc.cfgr().read().sws() == Sw::PLL1_P)
 }

@@ -15,7 +15,7 @@
 #![no_main]
 
 #[cfg(not(all(target_arch = "arm", target_os = "none")))]
-compile_error!("an ARM image: cargo build -p backseat-stm32h743 --profile firmware --target thumbv7em-none-eabihf");
+compile_error!("an ARM image: cargo build -p backseat-stm32h743 --release --target thumbv7em-none-eabihf");
 
 mod backup;
 mod card;
@@ -30,12 +30,14 @@ mod uart;
 mod watchdog;
 
 use backseat_app::parameters::Settings;
-use backseat_app::store::{ParameterFlash, RestartRecord};
+use backseat_app::store::{ParameterFlash, Response, RestartRecord};
 use backseat_app::{App, Progress, Pump};
 use backseat_app::{Recorder, poll_recorded, record_start};
 use backseat_wire::boardlog::LogRecord;
+use backseat_wire::hostlink::Oscillator;
 use backup::BackupMemory;
 use card::Card;
+use clocks::Source;
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
@@ -47,6 +49,7 @@ use embassy_time::{Duration, Ticker, with_timeout};
 use flash::StoreFlash;
 use leds::Leds;
 use log::Log;
+use memory::Memory;
 use panic_probe as _;
 use static_cell::ConstStaticCell;
 use time::Clock;
@@ -62,10 +65,8 @@ const CARD_RESETS: u32 = 2;
 /// Most turns of the pump in a tick; each reads up to 256 bytes a port.
 const TURNS: usize = 8;
 
-/// Built at compile time: by value they would pass over the stack.
+/// Built at compile time: by value it would pass over the stack.
 static APP: ConstStaticCell<App> = ConstStaticCell::new(App::new());
-static PUMP: ConstStaticCell<Pump> = ConstStaticCell::new(Pump::new());
-static STORED: ConstStaticCell<Settings> = ConstStaticCell::new(Settings::DEFAULT);
 
 /// A set to store, on its way to thread mode; and whether it was kept, on the way back.
 static TO_STORE: Signal<CriticalSectionRawMutex, Settings> = Signal::new();
@@ -83,13 +84,14 @@ unsafe fn CEC() {
 async fn main(_spawner: Spawner) {
     let mut watchdog = Watchdog::start();
     let cause = supply::reset_cause();
-    let source = clocks::source();
-    let p = embassy_stm32::init(clocks::config(source));
+    let oscillator = clocks::external();
+    let p = embassy_stm32::init(clocks::config(oscillator));
     // SAFETY: nothing in this program writes code.
     let mut core = unsafe { cortex_m::Peripherals::steal() };
     core.SCB.enable_icache();
     let mut clock = Clock::start(p.TIM5, p.PA3);
-    defmt::info!("backseat-stm32h743 {=str}, clock {}, reset by {}", env!("CARGO_PKG_VERSION"), source, cause);
+    defmt::info!("backseat-stm32h743 {=str}, clock: {}, reset by {}", env!("CARGO_PKG_VERSION"), oscillator, cause);
+    let source = clocks::Source::new(oscillator);
     supply::start();
 
     let mut backup = BackupMemory::take();
@@ -100,7 +102,8 @@ async fn main(_spawner: Spawner) {
     defmt::info!("{=u32} resets by a fault since power-on", restart.resets);
     watchdog.feed();
 
-    let (app, pump, stored) = (APP.take(), PUMP.take(), STORED.take());
+    let app = APP.take();
+    let Memory { dma, log, pump, stored } = defmt::unwrap!(memory::take());
     let mut store = defmt::unwrap!(ParameterFlash::new(StoreFlash::new(p.FLASH)));
     let found = store.load(stored);
     match found {
@@ -110,10 +113,14 @@ async fn main(_spawner: Spawner) {
     if !app.restore(found.is_ok().then_some(&*stored)) {
         defmt::error!("the stored parameters do not fit together: defaults");
     }
+    app.set_oscillator(oscillator);
     app.resume(restart, &response);
-    let (dma, queue) = defmt::unwrap!(memory::take());
-    let (mut log, mut records) = Log::new(queue);
+    if response != Response::Fresh {
+        pump.start_at_once(clock.now_us());
+    }
+    let (mut log, mut records) = Log::new(log);
     record_start(&mut log, app, restart, last.map(|last| last.encode()).as_ref().map_or(&[], |bytes| bytes));
+    log.record(&LogRecord::Oscillator { time_us: 0, oscillator });
 
     let resources = uart::Resources {
         frontseat: Wiring { uart: p.USART2, rx: p.PD6, tx: p.PD5, receive: p.DMA1_CH0, transmit: p.DMA2_CH0 },
@@ -137,6 +144,7 @@ async fn main(_spawner: Spawner) {
         pump,
         ports,
         log,
+        source,
         clock,
         watchdog,
         backup,
@@ -149,11 +157,9 @@ async fn main(_spawner: Spawner) {
     spawner.spawn(defmt::unwrap!(run(board)));
 
     let resources = card::Resources { spi: p.SPI1, clock: p.PA5, miso: p.PA6, mosi: p.PB5, select: p.PD14 };
-    let mut card = if restart.resets < CARD_RESETS { opened(Card::open(resources)) } else { None };
-    if card.is_none() {
-        log::stop();
-    }
+    let mut card = if restart.resets < CARD_RESETS { Card::new(resources) } else { Card::Absent };
     loop {
+        // First: what the host waits for.
         if let Ok(settings) = with_timeout(CARD_TICK, TO_STORE.wait()).await {
             let kept = store.save(&settings);
             match kept {
@@ -162,16 +168,11 @@ async fn main(_spawner: Spawner) {
             }
             KEPT.signal(kept.is_ok());
         }
-        if let Some(Err(error)) = card.as_mut().map(|card| card.write(&mut records)) {
-            defmt::error!("card: {}, no log from here on", defmt::Debug2Format(&error));
+        card = card.serve(&mut records);
+        if matches!(card, Card::Absent) {
             log::stop();
-            card = None;
         }
     }
-}
-
-fn opened<E: core::fmt::Debug>(card: Result<Card, E>) -> Option<Card> {
-    card.inspect_err(|error| defmt::warn!("no log: {}", defmt::Debug2Format(error))).ok()
 }
 
 #[embassy_executor::task(pool_size = 5)]
@@ -194,6 +195,7 @@ struct Board {
     pump: &'static mut Pump,
     ports: [SerialPort; 5],
     log: Log,
+    source: Source,
     clock: Clock,
     watchdog: Watchdog,
     backup: BackupMemory,
@@ -210,6 +212,12 @@ struct Board {
 
 impl Board {
     fn tick(&mut self) {
+        if !self.app.is_under_way() && self.source.change_over() {
+            let (time_us, oscillator) = (self.clock.now_us(), Oscillator::Crystal);
+            self.app.set_oscillator(oscillator);
+            self.log.record(&LogRecord::Oscillator { time_us, oscillator });
+            defmt::info!("the clock on HSE has come: changed over");
+        }
         let edge_us = self.clock.take_edge_us();
         if let Some(time_us) = edge_us.filter(|_| !self.pump.is_lockstep()) {
             self.app.pps(time_us);

@@ -3,6 +3,8 @@
 //!
 //! The data cache stays off, so that what DMA writes is what the core reads. DTCM needs none.
 
+use backseat_app::Pump;
+use backseat_app::parameters::Settings;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -25,22 +27,43 @@ pub struct DmaMemory {
     pub transmit: [[u8; STAGE]; 5],
 }
 
+/// All of it.
+pub struct Memory {
+    /// Buffers of the UARTs.
+    pub dma: &'static mut DmaMemory,
+    /// Board log on its way to the card.
+    pub log: &'static mut LogQueue,
+    /// The pump: bytes on their way, and a lock-step message.
+    pub pump: &'static mut Pump,
+    /// The set that was found in flash.
+    pub stored: &'static mut Settings,
+}
+
 /// Not zeroed by the start-up code (`memory.x`, NOLOAD).
 #[unsafe(link_section = ".axisram.dma")]
 static mut DMA: MaybeUninit<DmaMemory> = MaybeUninit::uninit();
 #[unsafe(link_section = ".axisram.log")]
 static mut QUEUE: MaybeUninit<LogQueue> = MaybeUninit::uninit();
+#[unsafe(link_section = ".axisram.pump")]
+static mut PUMP: MaybeUninit<Pump> = MaybeUninit::uninit();
+#[unsafe(link_section = ".axisram.stored")]
+static mut STORED: MaybeUninit<Settings> = MaybeUninit::uninit();
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Hands out both, empty, once.
-pub fn take() -> Option<(&'static mut DmaMemory, &'static mut LogQueue)> {
+/// Hands it out, as new, once.
+pub fn take() -> Option<Memory> {
     if TAKEN.swap(true, Ordering::AcqRel) {
         return None;
     }
     // SAFETY: nobody else gets here again, and bytes of 0 are a DmaMemory.
     unsafe {
-        let (dma, queue) = (&raw mut DMA, &raw mut QUEUE);
+        let (dma, log, pump, stored) = (&raw mut DMA, &raw mut QUEUE, &raw mut PUMP, &raw mut STORED);
         dma.write(MaybeUninit::zeroed());
-        Some(((*dma).assume_init_mut(), (*queue).write(LogQueue::new())))
+        Some(Memory {
+            dma: (*dma).assume_init_mut(),
+            log: (*log).write(LogQueue::new()),
+            pump: (*pump).write(Pump::new()),
+            stored: (*stored).write(Settings::DEFAULT),
+        })
     }
 }

@@ -138,7 +138,7 @@ pub enum ResetCause {
     BrownOut,
     /// The independent watchdog: the navigation step did not run in time.
     Watchdog,
-    /// The firmware reset itself after a panic or a fault.
+    /// A debug probe or programmer. The firmware never resets itself so: its panics and faults end in the watchdog.
     Software,
     /// Anything else.
     Other,
@@ -154,6 +154,17 @@ pub struct Restart {
     pub resets: u32,
     /// Too many of them in too short a time: safe mode.
     pub safe: bool,
+}
+
+/// What the board's clock counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Oscillator {
+    /// A crystal, some 20 ppm; a simulator's or a PC's clock counts as one.
+    #[default]
+    Crystal,
+    /// The chip's own RC oscillator, 1 %: 10 ms from one pulse edge to the next.
+    Internal,
 }
 
 /// The app's record of one step.
@@ -199,6 +210,8 @@ pub struct Health {
     /// Losses of received bytes that the board's drivers noticed, of all five ports ([`Port::ALL`] order): overruns,
     /// full rings, and what the UART itself calls an error.
     pub receive_losses: [u32; 5],
+    /// What the board's clock counts.
+    pub oscillator: Oscillator,
 }
 
 /// One scalar fusion, as `backseat_core::navigation::FusionRecord`.

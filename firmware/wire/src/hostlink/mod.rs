@@ -9,6 +9,6 @@ mod messages;
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use messages::{
     Activity, Adoption, AdoptionEvent, Chunk, FaultCause, FaultDiagnosis, FaultReport, FaultState, FromBoard,
-    FusionTelemetry, Health, Identification, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, ParameterInfo, Port, Refusal,
-    ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Visibility, Waypoint,
+    FusionTelemetry, Health, Identification, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port,
+    Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Visibility, Waypoint,
 };

@@ -1,6 +1,6 @@
 use backseat_wire::Error;
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason,
+    Chunk, Decoder, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason, Oscillator,
     ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 
@@ -80,6 +80,7 @@ fn every_message_survives() {
             rejected_frames: [0; 4],
             pps_edges: 7,
             synchronised: true,
+            oscillator: Oscillator::Internal,
             receive_losses: [0, 1, 300, 70_000, u32::MAX],
         }),
     ];

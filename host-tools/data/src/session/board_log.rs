@@ -132,6 +132,7 @@ impl BoardLog {
             LogRecord::Sent { port, time_us, bytes } => (time_us, Event::Sent { port, bytes: bytes.to_vec() }),
             LogRecord::Edge { time_us } => (time_us, Event::Edge),
             LogRecord::Step { time_us, digest } => (time_us, Event::Step { digest }),
+            LogRecord::Oscillator { time_us, oscillator } => (time_us, Event::Oscillator(oscillator)),
             LogRecord::Lost { records } => (self.time_us, Event::Lost(records)),
         };
         self.time_us = time_us;

@@ -1,7 +1,7 @@
 //! Topics and messages as they stand in the file.
 
 use super::{Clock, Meta, port_name, port_named};
-use backseat_wire::hostlink::{Port, ResetCause, Restart};
+use backseat_wire::hostlink::{Oscillator, Port, ResetCause, Restart};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -57,6 +57,7 @@ pub fn port_of(topic: &str) -> Option<(Port, Direction)> {
 #[serde(tag = "event", rename_all = "lowercase")]
 pub enum Tick {
     Pps { time_us: u64 },
+    Oscillator { time_us: u64, oscillator: Oscillator },
     Restart { time_us: u64 },
     Step { time_us: u64, digest: String },
 }

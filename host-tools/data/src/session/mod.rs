@@ -36,7 +36,7 @@ pub use reader::Reader;
 pub use telemetry::{FusionRow, TelemetryRow};
 pub use writer::Writer;
 
-use backseat_wire::hostlink::{Port, Restart};
+use backseat_wire::hostlink::{Oscillator, Port, Restart};
 use std::collections::BTreeMap;
 
 /// Whose time the times of a session are.
@@ -126,6 +126,8 @@ pub enum Event {
     },
     /// An edge of the pulse per second.
     Edge,
+    /// The board's clock counts this oscillator from here on (board logs).
+    Oscillator(Oscillator),
     /// The lock-step clock went back to zero: the app forgets everything but parameters and mission.
     Restart,
     /// The app took a step.

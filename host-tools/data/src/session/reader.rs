@@ -294,6 +294,7 @@ fn entry(topic: &str, header: &MessageHeader, data: &[u8]) -> Result<Option<Entr
     let event = match topic {
         format::CLOCK => match json(data)? {
             Tick::Pps { .. } => Event::Edge,
+            Tick::Oscillator { oscillator, .. } => Event::Oscillator(oscillator),
             Tick::Restart { .. } => Event::Restart,
             Tick::Step { digest, .. } => {
                 let digest = u64::from_str_radix(&digest, 16).map_err(|_| format!("digest `{digest}`"))?;

@@ -83,6 +83,9 @@ impl Writer {
                 if *port == Port::Host { self.decode(time_us, bytes) } else { Ok(()) }
             }
             Event::Edge => self.json(format::CLOCK, time_us, &Tick::Pps { time_us }),
+            Event::Oscillator(oscillator) => {
+                self.json(format::CLOCK, time_us, &Tick::Oscillator { time_us, oscillator: *oscillator })
+            }
             Event::Restart => self.json(format::CLOCK, time_us, &Tick::Restart { time_us }),
             Event::Step { digest } => {
                 let digest = format!("{digest:016x}");

@@ -140,6 +140,7 @@ impl Decoding {
                 }
                 self.commit();
             }
+            Event::Oscillator(oscillator) => say(Kind::Recorder, format!("the board's clock counts: {oscillator:?}")),
             Event::Start { firmware, restart, .. } => {
                 say(Kind::Start, format!("board started, firmware {firmware}, {:?}", restart.cause));
             }

@@ -3,7 +3,7 @@
 use super::*;
 use backseat_app::parameters::{PARAMETERS, ParameterStore};
 use backseat_core::navigation::Sensor;
-use backseat_wire::hostlink::{Activity, FusionTelemetry, MAX_FRAME, Visibility, encode};
+use backseat_wire::hostlink::{Activity, FusionTelemetry, MAX_FRAME, Oscillator, Visibility, encode};
 
 /// The frame of a message, as it comes over the line.
 pub fn frame(message: &FromBoard<'_>) -> Vec<u8> {
@@ -130,6 +130,7 @@ pub fn flying() -> (Model, u64) {
                     pps_edges: count(1),
                     synchronised: true,
                     receive_losses: [0; 5],
+                    oscillator: Oscillator::Crystal,
                 }),
             );
         }

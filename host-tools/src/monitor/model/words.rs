@@ -3,7 +3,8 @@
 use super::Severity;
 use backseat_host::PORT_NAMES;
 use backseat_wire::hostlink::{
-    Activity, Adoption, AdoptionEvent, FaultCause, FaultDiagnosis, FaultReport, FaultState, Mode, ModeReason, Port,
+    Activity, Adoption, AdoptionEvent, FaultCause, FaultDiagnosis, FaultReport, FaultState, Mode, ModeReason,
+    Oscillator, Port,
 };
 
 /// Hours, minutes, seconds of UTC; without it the board's own time.
@@ -62,6 +63,13 @@ pub fn mode(mode: Mode, why: ModeReason) -> String {
     match reason(why) {
         "" => mode_name(mode).to_owned(),
         why => format!("{}: {why}", mode_name(mode)),
+    }
+}
+
+pub const fn oscillator(oscillator: Oscillator) -> &'static str {
+    match oscillator {
+        Oscillator::Crystal => "crystal",
+        Oscillator::Internal => "internal",
     }
 }
 

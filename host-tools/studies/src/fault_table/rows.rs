@@ -125,7 +125,7 @@ pub fn rows() -> anyhow::Result<Vec<Row>> {
 }
 
 /// Why a packet gave no range, as far as it tells of a fault: every cycle initialisation has statistics that nothing announced.
-const LOSSES: [(Loss, &str); 10] = [
+const LOSSES: [(Loss, &str); 11] = [
     (Loss::NotReady, "not ready"),
     (Loss::Replaced, "replaced"),
     (Loss::TimedOut, "timed out"),
@@ -133,6 +133,7 @@ const LOSSES: [(Loss, &str); 10] = [
     (Loss::Stranger, "stranger"),
     (Loss::NotSynchronous, "not synchronous"),
     (Loss::NoTime, "no time"),
+    (Loss::Undisciplined, "undisciplined clock"),
     (Loss::Arrival, "arrival"),
     (Loss::Repeated, "repeated"),
     (Loss::Absurd, "absurd"),
