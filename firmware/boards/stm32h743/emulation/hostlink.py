@@ -1,0 +1,148 @@
+"""The host link as a PC speaks it (`firmware/wire/src/hostlink`): 0, COBS of (postcard, CRC-32), 0."""
+
+import struct
+import zlib
+from types import SimpleNamespace
+
+HELLO, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET, PARAMETER_STORE, HEALTH_GET = 0, 2, 3, 4, 5, 12, 13
+TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH = 2, 4, 6, 7, 8, 9
+OSCILLATORS = ("crystal", "internal")
+
+
+def varint(value):
+    out = bytearray()
+    while value > 0x7F:
+        out.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes(out + bytes([value]))
+
+
+def frame(message):
+    plain, out = message + struct.pack("<I", zlib.crc32(message)), bytearray()
+    for block in plain.split(b"\0"):
+        assert len(block) < 254, "requests are short"
+        out += bytes([len(block) + 1]) + block
+    return b"\0" + bytes(out) + b"\0"
+
+
+def request(kind, body=b""):
+    return frame(varint(kind) + body)
+
+
+def text(value):
+    return varint(len(value)) + value.encode()
+
+
+class Message:
+    """Fields of a message, read one after the other."""
+
+    def __init__(self, body):
+        self.body, self.at = body, 0
+
+    def integer(self):
+        value = shift = 0
+        while True:
+            byte = self.body[self.at]
+            self.at += 1
+            value |= (byte & 0x7F) << shift
+            shift += 7
+            if byte < 0x80:
+                return value
+
+    def integers(self, count):
+        return [self.integer() for _ in range(count)]
+
+    def text(self):
+        length = self.integer()
+        self.at += length
+        return self.body[self.at - length:self.at].decode()
+
+    def real(self):
+        self.at += 8
+        return struct.unpack_from("<d", self.body, self.at - 8)[0]
+
+
+def unstuffed(block):
+    """COBS undone; nothing when it is cut."""
+    out, at = bytearray(), 0
+    while at < len(block):
+        code = block[at]
+        if at + code > len(block):
+            return b""
+        out += block[at + 1:at + code]
+        at += code
+        if code < 255 and at < len(block):
+            out.append(0)
+    return bytes(out)
+
+
+def messages(data):
+    """(kind, message) of every good frame."""
+    for block in bytes(data).split(b"\0"):
+        plain = unstuffed(block)
+        if len(plain) > 4 and zlib.crc32(plain[:-4]) == int.from_bytes(plain[-4:], "little"):
+            message = Message(plain[:-4])
+            yield message.integer(), message
+
+
+class Host:
+    """A PC at the host port of a machine."""
+
+    def __init__(self, machine):
+        self.machine, self.read = machine, 0
+        self.inbox = []
+
+    def poll(self):
+        """Messages since the last look."""
+        sent = self.machine.host.sent
+        data = bytes(byte for _, byte in sent[self.read:])
+        end = data.rfind(b"\0") + 1
+        self.read += end
+        return list(messages(data[:end]))
+
+    def ask(self, kind, body=b"", answers=(DONE, REFUSED), within_s=5.0):
+        """The answer to a request, and after how long it came, s."""
+        self.poll()
+        self.machine.host.feed(request(kind, body))
+        asked = self.machine.now
+        while self.machine.now < asked + within_s * 1e9:
+            self.machine.run_for(0.02)
+            for answer, message in self.poll():
+                if answer in answers:
+                    return answer, message, (self.machine.now - asked) * 1e-9
+        raise AssertionError(f"request {kind} was not answered within {within_s} s")
+
+    def health(self):
+        _, message, _ = self.ask(HEALTH_GET, answers=(HEALTH,))
+        accepted, rejected = message.integers(4), message.integers(4)
+        edges, synchronised, losses = message.integer(), bool(message.integer()), message.integers(5)
+        return SimpleNamespace(accepted=accepted, rejected=rejected, edges=edges, synchronised=synchronised, losses=losses,
+                               oscillator=OSCILLATORS[message.integer()])
+
+    def telemetry(self, seconds):
+        """Board time and UTC, µs, of each record."""
+        self.poll()
+        self.machine.run_for(seconds)
+        return [message.integers(2) for kind, message in self.poll() if kind == TELEMETRY]
+
+    def parameter(self, name):
+        """Its value; the list is asked from the beginning."""
+        index, count = 0, 1
+        while index < count:
+            _, message, _ = self.ask(PARAMETER_GET, varint(index), answers=(PARAMETER, REFUSED))
+            index, count = message.integer() + 1, message.integer()
+            found, _, value = message.text(), message.text(), message.real()
+            if found == name:
+                return value
+        raise AssertionError(f"the board has no {name}")
+
+    def set(self, name, value):
+        for kind, body in ((PARAMETER_BEGIN, b""), (PARAMETER_SET, text(name) + struct.pack("<d", value)), (PARAMETER_COMMIT, b"")):
+            answer, _, _ = self.ask(kind, body)
+            assert answer == DONE, f"{name} was refused"
+
+    def restarts(self):
+        """Resets by a fault since power-on, as the answer to `Hello` tells them."""
+        _, message, _ = self.ask(HELLO, answers=(RESTART,))
+        _cause, resets = message.integers(2)
+        return resets

@@ -1,0 +1,149 @@
+"""A NUCLEO-H743ZI2: what of the STM32H743 the image uses, at the addresses of RM0433.
+
+What the hardware would not forgive is kept in `complaints`: registers without clock, DMA that cannot reach its memory, wrong
+pins or baud rates, flash words written twice.
+"""
+
+import heapq
+import itertools
+import struct
+
+from bus import NEVER, Plain
+from card import Spi
+from clocks import Pwr, Rcc
+from core import Core, Scs
+from elftools.elf.elffile import ELFFile
+from serial_ports import Dma, Gpio, Usart
+from storage import BackupRam, FlashRegisters, Store
+from timers import Timer, Watchdog
+
+DTCM, DTCM_SIZE, AXI, AXI_SIZE = 0x20000000, 0x20000, 0x24000000, 0x80000
+PAINT = 0xA5
+MMIO_NS = 25.0
+WINDOWS = ((0x40000000, 0x30000), (0x52000000, 0x9000), (0x58000000, 0x27000), (0x5C000000, 0x10000), (0xE0000000, 0x10000))
+
+
+class Machine(Core):
+    """`hse_from`: when the clock on HSE comes, ns. `hse_ppm`, `hsi_ppm`: by how much the oscillators are fast."""
+
+    def __init__(self, image, hse_from=0.0, hse_ppm=0.0, hsi_ppm=0.0, card=None):
+        self.hse_from, self.hse_ppm, self.hsi_ppm, self.card = hse_from, hse_ppm, hsi_ppm, card
+        self.now, self.cause, self.spin_ns, self.longest_gap = 0.0, "power", 2000.0, 0.0
+        self.sequence = itertools.count()
+        self.complaints, self.measured, self.resets, self.faults, self.events = {}, {}, [], [], []
+        self.tree = {"core": 64e6, "timers": 64e6}
+        with open(image, "rb") as file:
+            elf = ELFFile(file)
+            text = elf.get_section_by_name(".text")
+            self.build_core((text["sh_addr"], text.data()))
+            self.map_memory(elf)
+            symbols = elf.get_section_by_name(".symtab")
+            self.stack = [symbols.get_symbol_by_name(name)[0]["st_value"] for name in ("_stack_end", "_stack_start")]
+        self.build_devices()
+        self.reset("power")
+
+    def map_memory(self, elf):
+        self.uc.mem_map(0x08000000, 0x1C0000)
+        for base, size in ((DTCM, DTCM_SIZE), (AXI, AXI_SIZE)):
+            self.uc.mem_map(base, size)
+            self.uc.mem_write(base, bytes([PAINT]) * size)
+        for segment in elf.iter_segments():
+            if segment["p_type"] == "PT_LOAD" and segment["p_filesz"]:
+                self.uc.mem_write(segment["p_paddr"], segment.data())
+        for base, size in WINDOWS:
+            self.uc.mmio_map(base, size, self.read, base, self.write, base)
+        self.store, self.backup = Store(self), BackupRam(self)
+        for part in (self.store, self.backup):
+            self.uc.mmio_map(part.BASE, part.SIZE, part.read, None, part.write, None)
+
+    def build_devices(self):
+        self.active, self.slice.limit = [], 0
+        self.scs, self.rcc, self.pwr = Scs(self, 0xE000E000, 0x1000), Rcc(self, 0x58024400), Pwr(self, 0x58024800)
+        self.flash, self.watchdog = FlashRegisters(self, 0x52002000, 0x1000), Watchdog(self, 0x58004800)
+        self.gpio = {port: Gpio(self, 0x58020000 + 0x400 * k, port) for k, port in enumerate("ABCDEFGH")}
+        self.tim2, self.tim5 = Timer(self, 0x40000000, "TIM2", 28, (0xE8, 0)), Timer(self, 0x40000C00, "TIM5", 50, (0xE8, 3))
+        self.mux = Plain(self, 0x40020800, "DMAMUX1")
+        self.dmas = [Dma(self, 0x40020000, "DMA1", 0, (11, 12, 13, 14, 15, 16, 17, 47), (0xD8, 0)),
+                     Dma(self, 0x40020400, "DMA2", 8, (56, 57, 58, 59, 60, 68, 69, 70), (0xD8, 1))]
+        # receive pin, transmit pin, DMA requests, the device's baud rate: the README's wiring table
+        self.frontseat = Usart(self, 0x40004400, "USART2", 38, (0xE8, 17), "apb1", ("D", 6, 7), ("D", 5, 7), (43, 44), 19200)
+        self.dvl = Usart(self, 0x40004C00, "UART4", 52, (0xE8, 19), "apb1", ("D", 0, 8), ("D", 1, 8), (63, 64), 115200)
+        self.ahrs = Usart(self, 0x40007800, "UART7", 82, (0xE8, 30), "apb1", ("E", 7, 7), ("E", 8, 7), (79, 80), 115200)
+        self.modem = Usart(self, 0x40011400, "USART6", 71, (0xF0, 5), "apb2", ("C", 7, 7), ("C", 6, 7), (71, 72), 19200)
+        self.host = Usart(self, 0x40004800, "USART3", 39, (0xE8, 18), "apb1", ("D", 9, 7), ("D", 8, 7), (45, 46), 115200)
+        self.usarts = [self.frontseat, self.dvl, self.ahrs, self.modem, self.host]
+        self.sources = [self.tim2, self.tim5, self.watchdog, *self.usarts]
+        others = [Plain(self, 0x58000400, "SYSCFG", (0xF4, 1)), Plain(self, 0x5C001000, "DBGMCU", None, {0: 0x20036450}),
+                  Spi(self, 0x40013000)]
+        self.devices = [self.scs, self.rcc, self.pwr, self.flash, self.mux, *self.gpio.values(), *self.dmas, *self.sources, *others]
+        self.pages = {page: device for device in self.devices
+                      for page in range(device.base >> 10, (device.base + device.size) >> 10)}
+
+    def reset(self, cause):
+        """As `clocks.RESET_FLAGS` names it."""
+        if self.now:
+            self.resets.append((self.now, cause))
+        self.cause = cause
+        for device in self.devices:
+            device.reset()
+        for usart in self.usarts:
+            usart.incoming.clear()
+        self.clocks_changed()
+        self.reset_core()
+
+    def complain(self, text):
+        self.complaints.setdefault(text, self.now)
+
+    # The bus.
+    def device(self, address):
+        self.now += MMIO_NS
+        device = self.pages.get(address >> 10)
+        if device is None:
+            self.complain(f"nothing at {address:#x}")
+        elif device.gate and not self.rcc.field(*device.gate):
+            device.complain("no clock")
+        else:
+            return device
+        return None
+
+    def read(self, _, offset, size, base):
+        device = self.device(base + offset)
+        return device.read(base + offset - device.base, size) & ((1 << 8 * size) - 1) if device else 0
+
+    def write(self, _, offset, size, value, base):
+        device = self.device(base + offset)
+        if device:
+            device.write(base + offset - device.base, value, size)
+
+    def pins_changed(self, port):
+        if self.card and port == "D":
+            self.card.select(not self.gpio["D"].is_high(14))
+
+    def clocks_changed(self):
+        for timer in (self.tim2, self.tim5):
+            timer.rebase()
+        self.tree = self.rcc.tree()
+
+    # Time.
+    def at(self, time, action):
+        heapq.heappush(self.events, (time, next(self.sequence), action))
+
+    def next_event(self):
+        return min([source.next_event() for source in self.sources] + [self.events[0][0] if self.events else NEVER])
+
+    def update(self):
+        for source in self.sources:
+            source.update()
+        while self.events and self.events[0][0] <= self.now:
+            heapq.heappop(self.events)[-1]()
+
+    def run_for(self, seconds):
+        self.run(self.now + seconds * 1e9)
+
+    # What it looks like from outside.
+    def stack_used(self):
+        """Bytes of stack that were ever written, and how many there are."""
+        end, start = self.stack
+        memory = bytes(self.uc.mem_read(end, start - end))
+        untouched = len(memory) - len(memory.lstrip(bytes([PAINT])))
+        return len(memory) - untouched, len(memory)

@@ -1,0 +1,187 @@
+"""What the image has to do, one function a scenario; each gets the path of the image and gives the machines it ran."""
+
+import json
+import math
+import os
+import pty
+import random
+import subprocess
+import tty
+
+from card import Card
+from hostlink import DONE, PARAMETER_STORE, Host, messages, request
+from machine import Machine
+
+NEUTRAL = b"$OMP,8080808080,00"
+NOON_S = 1_795_176_000  # 2026-11-20 12:00:00 UTC
+WAIT_S = 2.2  # for a lock-step clock after power-on, and a little
+
+
+def close(value, expected, tolerance):
+    assert abs(value - expected) <= tolerance, f"{value}, not {expected}"
+
+
+def clock_tree(image, _):
+    machine = Machine(image)
+    machine.run_for(0.1)
+    for name, hz in {"core": 480e6, "ahb": 240e6, "apb1": 120e6, "apb2": 120e6, "timers": 240e6}.items():
+        close(machine.tree[name], hz, 1)
+    close(machine.tim5.per_ns() * 1e9, 1e6, 1)
+    watchdog = machine.watchdog
+    assert watchdog.started < 5e6, "the watchdog starts before the clocks are touched"
+    assert watchdog.first_feed - watchdog.started < 0.5 * watchdog.period(), "the first feed is late"
+    close(watchdog.period(), 0.601e9, 1e6)
+    return [machine]
+
+
+def external_clock(image, _):
+    """Never, 60 ms and 1.5 s after power-on: the image runs, says from what, and changes over."""
+    machines = []
+    for hse_from_s, expected in ((math.inf, "internal"), (0.06, "crystal"), (1.5, "crystal")):
+        machine = Machine(image, hse_from=hse_from_s * 1e9)
+        machine.run_for(3)
+        close(machine.tree["core"], 480e6, 1)
+        close(len(Host(machine).telemetry(1)), 10, 1)
+        assert Host(machine).health().oscillator == expected, f"HSE from {hse_from_s} s"
+        machines.append(machine)
+    return machines
+
+
+def hard_fault(image, _):
+    """The reset that follows sends neutral fins within a second; one by a programmer is no fault."""
+    machine = Machine(image)
+    machine.run_for(3)
+    faulted, sent = machine.now, len(machine.frontseat.sent)
+    machine.hard_fault("injected")
+    machine.run_for(1)
+    bytes_sent = machine.frontseat.sent[sent:]
+    line = bytes(byte for _, byte in bytes_sent)
+    assert NEUTRAL in line, f"no neutral fins within 1 s: {line}"
+    end = line.index(NEUTRAL) + len(NEUTRAL)
+    machine.measured["neutral fins after a fault, s"] = (bytes_sent[end][0] - faulted) * 1e-9
+    assert [cause for _, cause in machine.resets] == ["watchdog"], machine.resets
+    assert Host(machine).restarts() == 1
+    for _ in range(3):
+        machine.reset("software")
+        machine.run_for(WAIT_S)
+        assert Host(machine).restarts() == 0, "a programmer's reset counts as a fault"
+    return [machine]
+
+
+def parameter_store(image, _):
+    """Outlasts a reset; a store that the power cut interrupts leaves the set before."""
+    machine = Machine(image)
+    machine.run_for(WAIT_S)
+    host = Host(machine)
+    before = host.parameter("vehicle.mass_kg")
+    host.set("vehicle.mass_kg", before + 0.5)
+    answer, _, machine.measured["params store, s"] = host.ask(PARAMETER_STORE, within_s=10)
+    assert answer == DONE and machine.store.programmed
+    machine.reset("pin")
+    machine.run_for(WAIT_S)
+    close(host.parameter("vehicle.mass_kg"), before + 0.5, 0)
+    host.set("vehicle.mass_kg", before + 1)
+    written = set(machine.store.programmed)
+    machine.host.feed(request(PARAMETER_STORE))
+    while len(machine.store.programmed - written) < 20:
+        machine.run_for(0.001)
+    machine.store.torn.add(max(machine.store.programmed - written))
+    machine.reset("power")
+    machine.run_for(WAIT_S)
+    close(host.parameter("vehicle.mass_kg"), before + 0.5, 0)
+    assert not machine.faults, machine.faults
+    return [machine]
+
+
+def sentence(body):
+    total = 0
+    for byte in body.encode():
+        total ^= byte
+    return f"${body}*{total:02X}\r\n".encode()
+
+
+def pulse_per_second(image, _):
+    """A crystal 50 ppm fast: UTC follows the edges, on the board's own clock."""
+    machine = Machine(image, hse_ppm=50)
+    for second in range(3, 14):
+        def edge(second=second):
+            machine.tim5.edge(3)
+            body = f"GPRMC,12{second // 60:02d}{second % 60:02d}.00,A,4130.0000,N,07040.0000,W,0.0,0.0,201126,,"
+            machine.frontseat.feed(sentence(body), at=machine.now + 0.2e9)
+        machine.at(second * 1e9, edge)
+    machine.run_for(12.5)
+    host, timer = Host(machine), machine.tim5
+    errors = []
+    for time_us, utc_us in host.telemetry(1):
+        true_s = (timer.since + (time_us - timer.count) / timer.per_ns()) * 1e-9
+        errors.append(utc_us * 1e-6 - NOON_S - true_s)
+    assert errors and max(map(abs, errors)) < 60e-6, f"UTC is off by up to {max(map(abs, errors)):.6f} s"
+    machine.measured["UTC error with a crystal 50 ppm fast, µs"] = max(map(abs, errors)) * 1e6
+    health = host.health()
+    assert health.synchronised and health.edges == 11, health
+    return [machine]
+
+
+def log_card(image, _):
+    """With a card a log is written; without one the parameters are stored in time all the same."""
+    with_card = Machine(image, card=Card())
+    with_card.run_for(5)
+    files = with_card.card.volume.files()
+    assert list(files) == ["LOG00000.BSL"], files.keys()
+    kinds = [kind for kind, _ in messages(files["LOG00000.BSL"])]
+    assert kinds[0] == 0 and kinds.count(5) > 15, f"a start and its steps are in the log: {kinds}"
+    with_card.measured["card before it is identified, kHz"] = with_card.card.fastest_unidentified_hz * 1e-3
+    without = Machine(image)
+    without.run_for(0.3)
+    answer, _, without.measured["params store while a card is looked for, s"] = Host(without).ask(PARAMETER_STORE, within_s=4)
+    assert answer == DONE
+    return [with_card, without]
+
+
+def babbling_lines(image, _):
+    """One device sends noise without a pause, another one bytes with framing errors."""
+    machine = Machine(image)
+    machine.run_for(WAIT_S)
+    noise = random.Random(1)
+    machine.dvl.feed(noise.randbytes(3 * 11520))
+    machine.ahrs.feed(noise.randbytes(3 * 11520), error=0x02)
+    close(len(Host(machine).telemetry(3)), 30, 1)
+    health = Host(machine).health()
+    assert health.losses[2] > 0, "framing errors are counted"
+    assert not machine.resets
+    return [machine]
+
+
+def lock_step(image, options):
+    """The simulator flies it at its own clock: the digest of state and covariance is that of the app on this computer."""
+    machine = Machine(image)
+    flight = [*options.simulator, "--minutes", str(options.minutes), "--seed", str(options.seed), "--json"]
+    wanted = subprocess.run([*flight, "--backseat", "host"], capture_output=True, check=True, text=True).stdout
+    ports = []
+    for usart in machine.usarts:
+        ours, theirs = pty.openpty()
+        tty.setraw(ours)
+        tty.setraw(theirs)
+        os.set_blocking(ours, False)
+        ports.append((usart, ours, os.ttyname(theirs), waiting := bytearray()))
+        usart.on_byte = waiting.append
+    paths = ",".join(path for _, _, path, _ in ports)
+    with subprocess.Popen([*flight, "--backseat", paths], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as simulator:
+        while simulator.poll() is None:
+            machine.run_for(0.002)
+            for usart, descriptor, _, waiting in ports:
+                try:
+                    usart.feed(os.read(descriptor, 4096))
+                except BlockingIOError:
+                    pass
+                if waiting:
+                    del waiting[:os.write(descriptor, waiting)]
+        output, errors = simulator.communicate()
+    assert simulator.returncode == 0, errors
+    digests = [json.loads(text)["digest"] for text in (wanted, output)]
+    assert digests[0] == digests[1], f"digest of the app here {digests[0]}, of the image {digests[1]}"
+    machine.measured[f"digest of {options.minutes} minutes with seed {options.seed}"] = digests[1]
+    return [machine]
+
+
+ALL = [lock_step, clock_tree, external_clock, hard_fault, parameter_store, pulse_per_second, log_card, babbling_lines]
