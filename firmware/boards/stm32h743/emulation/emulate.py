@@ -11,27 +11,38 @@ import traceback
 import scenarios
 
 LONGEST_GAP_S = 0.3  # the watchdog resets after 0.6
+REPORT = """# The image on an emulated STM32H743
+
+Written by `firmware/boards/stm32h743/emulation/run --report docs/results/emulation.md`; do not edit. What each scenario
+asks for is in [the emulation's page](../../firmware/boards/stm32h743/emulation/README.md). Time is the emulated board's:
+one cycle an instruction, no wait states.
+
+| scenario | time, s | stack, bytes | longest time between two feeds, ms | measured |
+|---|--:|--:|--:|---|
+"""
+
+
+def shown(measured):
+    return "; ".join(f"{what} {value:.3g}" if isinstance(value, float) else f"{what} {value}" for what, value in measured.items())
 
 
 def fly(job):
-    """Name, what is wrong if anything, what was measured, processor time."""
+    """Name, what is wrong if anything, a table's row for each machine, processor time."""
     name, options = job
     began = time.process_time()
-    lines, wrong = [], None
+    rows, wrong = [], None
     try:
         for machine in getattr(scenarios, name)(options.image, options):
-            used, size = machine.stack_used()
-            lines.append(f"{machine.now * 1e-9:.1f} s of its time, stack {used} of {size} bytes,"
-                         f" longest time between two feeds {machine.longest_gap * 1e-6:.1f} ms")
-            lines += [f"{what}: {value:.3f}" if isinstance(value, float) else f"{what}: {value}" for what, value in machine.measured.items()]
+            used, gap_ms = machine.stack_used(), machine.longest_gap * 1e-6
+            rows.append(f"| {name} | {machine.now * 1e-9:.1f} | {used} | {gap_ms:.1f} | {shown(machine.measured)} |")
             assert not machine.complaints, f"the hardware would not bear: {machine.complaints}"
-            assert machine.longest_gap < LONGEST_GAP_S * 1e9 or machine.faults, "the watchdog was fed late"
-            assert used <= options.stack, f"stack: {used} bytes, limit {options.stack}"
+            assert gap_ms < LONGEST_GAP_S * 1e3, "the watchdog was fed late"
+            assert used <= machine.stack_limit, f"stack: {used} bytes, limit {machine.stack_limit}"
     except AssertionError as error:
         wrong = str(error) or traceback.format_exc()
     except Exception:
         wrong = traceback.format_exc()
-    return name, wrong, lines, time.process_time() - began
+    return name, wrong, rows, time.process_time() - began
 
 
 def main():
@@ -42,21 +53,23 @@ def main():
     parser.add_argument("--simulator", type=shlex.split, default=["target/release/backseat", "sim", "run"])
     parser.add_argument("--minutes", type=float, default=1, help="of the lock-step flight")
     parser.add_argument("--seed", type=int, default=1, help="of the lock-step flight")
-    parser.add_argument("--stack", type=int, default=24 * 1024, help="limit, bytes")
+    parser.add_argument("--report", type=pathlib.Path, help="Markdown file to write")
     options = parser.parse_args()
     unknown = set(options.scenario) - set(names)
     if unknown:
         parser.error(f"no scenario {', '.join(sorted(unknown))}")
     jobs = [(name, options) for name in names if not options.scenario or name in options.scenario]
-    failed = 0
+    failed, table = 0, {}
     # A process each, and not a copy of this one: the emulator looks for the FPU's feature register in its own heap.
     with multiprocessing.get_context("spawn").Pool(min(len(jobs), multiprocessing.cpu_count()), maxtasksperchild=1) as pool:
-        for name, wrong, lines, cpu_s in pool.imap_unordered(fly, jobs, chunksize=1):
+        for name, wrong, rows, cpu_s in pool.imap_unordered(fly, jobs, chunksize=1):
             failed += wrong is not None
-            print(f"{'FAIL' if wrong else 'ok':4}  {name}, {cpu_s:.0f} s of this computer's time", *(f"      {line}" for line in lines), sep="\n")
+            table[name] = rows
+            print(f"{'FAIL' if wrong else 'ok':4}  {name}, {cpu_s:.0f} s of this computer's time", *rows, sep="\n", flush=True)
             if wrong:
-                print(f"      {wrong}")
-            sys.stdout.flush()
+                print(f"      {wrong}", flush=True)
+    if options.report and not failed:
+        options.report.write_text(REPORT + "".join(f"{row}\n" for name in names for row in table.get(name, [])))
     return 1 if failed else 0
 
 

@@ -38,7 +38,8 @@ class Machine(Core):
             self.build_core((text["sh_addr"], text.data()))
             self.map_memory(elf)
             symbols = elf.get_section_by_name(".symtab")
-            self.stack = [symbols.get_symbol_by_name(name)[0]["st_value"] for name in ("_stack_end", "_stack_start")]
+            names = ("_stack_end", "_stack_start", "_limit_stack")
+            *self.stack, self.stack_limit = (symbols.get_symbol_by_name(name)[0]["st_value"] for name in names)
         self.build_devices()
         self.reset("power")
 
@@ -142,8 +143,8 @@ class Machine(Core):
 
     # What it looks like from outside.
     def stack_used(self):
-        """Bytes of stack that were ever written, and how many there are."""
+        """Bytes of stack that were ever written."""
         end, start = self.stack
         memory = bytes(self.uc.mem_read(end, start - end))
         untouched = len(memory) - len(memory.lstrip(bytes([PAINT])))
-        return len(memory) - untouched, len(memory)
+        return len(memory) - untouched
