@@ -149,7 +149,8 @@ pub(super) fn push_ground_velocity(x: &Estimate, attitude: &Attitude, by: &Vecto
 /// PSD of the acceleration over ground in any direction, (m/s²)²/Hz: the largest of the body axes,
 /// because the attitude at the clone is not kept, and the current's walk.
 fn acceleration_psd(config: &NavigationConfig) -> f64 {
-    let largest = config.process_noise.linear_mps2_per_sqrt_hz.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let roots = config.process_noise.linear_mps2_per_sqrt_hz.iter().zip(config.noise_factor);
+    let largest = roots.fold(0.0, |most: f64, (root, factor)| most.max(root * factor));
     let walk = config.effect_states.current().map_or(0.0, |current| current.random_walk_per_sqrt_s);
     largest * largest + walk * walk
 }

@@ -7,14 +7,15 @@
 
 use super::acoustic::{ground_velocity, push_ground_velocity};
 use super::covariance::ROWS;
+use super::filter::Filter;
 use super::layout::{CLONE_STATES, CLONE_VELOCITY, CloneKind, SHIP_STATES};
 use super::row::Row;
-use super::{Appended, CloneError, CloneId, LinearStep, Navigator, Observer};
+use super::{Appended, CloneError, CloneId, LinearStep, Observer};
 use crate::dynamics::Attitude;
 use crate::state::{self, X};
 use nalgebra::Vector3;
 
-impl Navigator {
+impl Filter {
     /// Takes a delayed state of the vehicle at the filter's present time.
     ///
     /// # Errors

@@ -103,6 +103,8 @@ pub struct NavigationConfig {
     pub process_model: ProcessModel,
     /// Process noise that belongs to `process_model`.
     pub process_noise: ProcessNoise,
+    /// Factors on the roots of `process_noise` along u, v, w, p, q, r; 1 but for the robust filter.
+    pub noise_factor: [f64; 6],
     /// Process noise near the surface, if it differs there.
     pub surface: Option<SurfaceNoise>,
     /// Process noise of the ship.
@@ -124,6 +126,8 @@ pub struct NavigationConfig {
     /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first, as in
     /// the thesis.
     pub range_curvature: f64,
+    /// The nominal filter runs beside this one, and their ranges decide between them.
+    pub bank: bool,
 }
 
 impl NavigationConfig {
@@ -131,6 +135,7 @@ impl NavigationConfig {
     pub const REFERENCE: Self = Self {
         process_model: ProcessModel::Dynamic,
         process_noise: ProcessNoise::DYNAMIC,
+        noise_factor: [1.0; 6],
         surface: Some(SurfaceNoise::DYNAMIC),
         ship_noise: ShipNoise { linear_mps2_per_sqrt_hz: 2.0e-2, angular_radps2_per_sqrt_hz: 1.0e-3 },
         sensors: SensorNoise {
@@ -150,12 +155,14 @@ impl NavigationConfig {
         gate_sigma: 5.0,
         exceedances: 3,
         range_curvature: 0.05,
+        bank: false,
     };
 
     /// All zero: of a filter that is not configured, and whose static takes no flash.
     pub(super) const BLANK: Self = Self {
         process_model: ProcessModel::Kinematic,
         process_noise: ProcessNoise { linear_mps2_per_sqrt_hz: [0.0; 3], angular_radps2_per_sqrt_hz: [0.0; 3] },
+        noise_factor: [0.0; 6],
         surface: None,
         ship_noise: ShipNoise { linear_mps2_per_sqrt_hz: 0.0, angular_radps2_per_sqrt_hz: 0.0 },
         sensors: SensorNoise {
@@ -175,6 +182,7 @@ impl NavigationConfig {
         gate_sigma: 0.0,
         exceedances: 0,
         range_curvature: 0.0,
+        bank: false,
     };
 }
 
@@ -186,15 +194,9 @@ impl NavigationConfig {
     /// Turns the nominal filter into the robust one: what is usually not known becomes states, and the process noise grows
     /// by what those do not describe.
     pub fn make_robust(&mut self, priors: &RobustPriors) {
-        let [u, v, w, p, q, r] = ROBUST_NOISE;
-        let noise = &mut self.process_noise;
-        for (root, factor) in noise.linear_mps2_per_sqrt_hz.iter_mut().zip([u, v, w]) {
-            *root *= factor;
-        }
-        for (root, factor) in noise.angular_radps2_per_sqrt_hz.iter_mut().zip([p, q, r]) {
-            *root *= factor;
-        }
+        self.noise_factor = ROBUST_NOISE;
         self.effect_states = EffectStates::robust(priors);
+        self.bank = true;
     }
 }
 
@@ -229,6 +231,9 @@ impl NavigationConfig {
             in_range("surface.depth_m", surface.depth_m, 0.0)?;
             surface.noise.validate()?;
         }
+        for factor in self.noise_factor {
+            in_range("noise_factor", factor, f64::MIN_POSITIVE)?;
+        }
         in_range("ship_noise.linear_mps2_per_sqrt_hz", ship.linear_mps2_per_sqrt_hz, 0.0)?;
         in_range("ship_noise.angular_radps2_per_sqrt_hz", ship.angular_radps2_per_sqrt_hz, 0.0)?;
         in_range("range_curvature", self.range_curvature, 0.0)?;
@@ -246,11 +251,14 @@ impl NavigationConfig {
 }
 
 impl NavigationConfig {
-    /// Process noise of the vehicle at a depth, m.
-    pub(super) fn noise_at(&self, depth_m: f64) -> &ProcessNoise {
+    /// Power spectral densities of the accelerations along u, v, w, p, q, r at a depth, m.
+    pub(super) fn psd_at(&self, depth_m: f64) -> [f64; 6] {
         match &self.surface {
-            Some(surface) if depth_m < surface.depth_m => &surface.noise,
-            _ => &self.process_noise,
+            Some(surface) if depth_m < surface.depth_m => surface.noise.psd(),
+            _ => {
+                let psd = self.process_noise.psd();
+                core::array::from_fn(|i| psd[i] * (self.noise_factor[i] * self.noise_factor[i]))
+            }
         }
     }
 }

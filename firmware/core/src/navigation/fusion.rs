@@ -5,11 +5,12 @@
 //! the order, and ν²/S of the scalars are independent.
 
 use super::effects::Effects;
+use super::filter::Filter;
 use super::innovation_monitor::{EXCEEDANCE, largest_sigma};
 use super::observation::{Observation, Refused};
 use super::{
-    FusionOutcome, FusionRecord, Fusions, LinearStep, Measurement, NavigationError, Navigator, Observer, ScalarUpdate,
-    Sensor, meas_attitude, meas_depth, meas_dvl, meas_range, meas_range_rate, meas_rates, meas_ship_gnss, meas_two_way,
+    FusionOutcome, FusionRecord, Fusions, LinearStep, Measurement, NavigationError, Observer, ScalarUpdate, Sensor,
+    meas_attitude, meas_depth, meas_dvl, meas_range, meas_range_rate, meas_rates, meas_ship_gnss, meas_two_way,
     meas_vehicle_gnss,
 };
 use crate::state::{P, PHI, U, X, Y, Z, wrap_angle};
@@ -24,7 +25,7 @@ pub(super) fn wrap_innovation(sensor: Sensor, innovation: f64) -> f64 {
 /// from the ship a position that may be so wrong would be thrown about by their tangent.
 const FAR_M: f64 = 50.0;
 
-impl Navigator {
+impl Filter {
     /// Fuses one measurement and says what became of each of its scalars.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
         self.fuse_observed(measurement, &mut ())

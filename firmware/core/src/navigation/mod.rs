@@ -27,6 +27,7 @@ mod effect_states;
 mod effects;
 mod error;
 mod estimate;
+mod filter;
 mod fusion;
 mod initial;
 mod innovation_monitor;
@@ -55,6 +56,7 @@ pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, Ship
 pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
 pub use effect_states::{EffectState, EffectStates, RobustPriors, StateParameter};
 pub use error::{CloneError, ConfigError, NavigationError};
+pub use filter::Filter;
 pub use initial::{InitialShip, InitialSpeed, InitialState};
 pub use measurement::{
     AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,

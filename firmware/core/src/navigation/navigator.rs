@@ -1,43 +1,45 @@
-//! The filter itself: state, covariance, and what may be asked of them.
+//! The filter that the vehicle navigates by: one, or a bank of two.
+//!
+//! The robust filter estimates what is not known of the vehicle; where everything is known as declared, its states cost it
+//! half of the accuracy. The bank runs the nominal filter beside it and weighs the two by what their ranges say: w_i is
+//! proportional to the likelihood of filter i's range innovations, its logarithm forgotten by [`MEMORY`] a range. Only
+//! ranges count, because they measure what is wanted; a nominal filter with a wrong model contradicts them long before it
+//! contradicts compass and depth sensor, whose many innovations would drown them. The estimate is the mixture:
+//! x = Σ w_i x_i, P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
+//!
+//! A nominal filter that fails or has lost the vehicle has no weight; the robust one is what all else is asked of.
 
-use super::covariance::{Covariance, ROWS, Vector};
 use super::digest::Digest;
-use super::discretisation::Discretisation;
-use super::effect_states::StateParameter;
-use super::effects::{Effects, water_of};
-use super::estimate::Estimate;
-use super::innovation_monitor::InnovationMonitor;
-use super::layout::{EFFECTS, SHIP_STATES, SHIP_VELOCITY};
-use super::observation::Observations;
+use super::effect_states::EffectStates;
+use super::filter::Filter;
 use super::{
-    ConfigError, InitialShip, InitialState, LinearStep, NavigationConfig, NavigationError, Observer, ProcessModel,
-    ProcessNoise, Sensor,
+    CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Measurement, NavigationConfig,
+    NavigationError, Observer, ProcessModel, ProcessNoise, Sensor,
 };
-use crate::dynamics::VehicleModel;
-use crate::state::{VEHICLE_STATES, VehicleState, X, Y};
-use nalgebra::SMatrix;
+use crate::dynamics::{ActuatorInput, VehicleModel};
+use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
+use core::ops::Deref;
+use nalgebra::{ArrayStorage, SMatrix, Vector2};
 
-/// The centralized extended Kalman filter. Some 18 kB: lives in a static, never passed by value; a host may copy it.
+/// What a range leaves of the evidence before it: fifty ranges, 25 minutes at one every 30 s. A current that sets in later
+/// outweighs them within three ranges.
+const MEMORY: f64 = 0.98;
+
+/// The navigation filter. Some 50 kB: lives in a static, never passed by value; a host may copy it.
+///
+/// What is asked of the main filter alone (augmented states, ship, monitor) is found through [`Deref`].
 #[derive(Clone)]
 pub struct Navigator {
-    pub(super) config: NavigationConfig,
-    pub(super) model: Option<VehicleModel>,
-    pub(super) time_us: u64,
-    initialised: bool,
-    pub(super) failure: Option<NavigationError>,
-    pub(super) x: Estimate,
-    pub(super) p: Covariance,
-    pub(super) monitor: InnovationMonitor,
-    /// What the declared model lacks.
-    pub(super) effects: Effects,
-    /// Scratch of the prediction.
-    pub(super) step: Discretisation,
-    /// Scratch of the update: what the measurement under way observes.
-    pub(super) observations: Observations,
-    /// K of the last update.
-    pub(super) gain: Vector,
-    /// g = P hᵀ of the update under way; zero behind the last state.
-    pub(super) w: Vector,
+    main: Filter,
+    nominal: Filter,
+    /// The bank runs.
+    paired: bool,
+    /// ln of the likelihood ratio of the ranges, nominal over main, with [`MEMORY`].
+    log_ratio: f64,
+    /// Weight of the nominal filter.
+    weight: f64,
+    /// The mixture.
+    state: VehicleState,
 }
 
 impl Navigator {
@@ -45,19 +47,12 @@ impl Navigator {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            config: NavigationConfig::BLANK,
-            model: None,
-            time_us: 0,
-            initialised: false,
-            failure: None,
-            x: Estimate::new(),
-            p: Covariance::new(),
-            monitor: InnovationMonitor::new(),
-            effects: Effects::new(),
-            step: Discretisation::new(),
-            observations: Observations::new(),
-            gain: [0.0; ROWS],
-            w: [0.0; ROWS],
+            main: Filter::new(),
+            nominal: Filter::new(),
+            paired: false,
+            log_ratio: 0.0,
+            weight: 0.0,
+            state: VehicleState::from_array_storage(ArrayStorage([[0.0; VEHICLE_STATES]; 1])),
         }
     }
 
@@ -66,27 +61,13 @@ impl Navigator {
     /// # Errors
     /// The first value out of range, or a vehicle that its effects do not fit; the filter is then as it was.
     pub fn configure(&mut self, config: &NavigationConfig, model: &VehicleModel) -> Result<(), ConfigError> {
-        config.validate()?;
-        self.adopt(config, model)?;
-        self.initialised = false;
-        Ok(())
-    }
-
-    /// Model and configuration together; the effects tie them.
-    fn adopt(&mut self, config: &NavigationConfig, model: &VehicleModel) -> Result<(), ConfigError> {
-        let before = self.config;
-        self.config = *config;
-        let adopted = self.set_model(model);
-        if adopted.is_err() {
-            self.config = before;
-            self.select_effects();
+        self.main.configure(config, model)?;
+        self.paired = false;
+        if config.bank {
+            self.nominal.configure(&nominal(config), model)?;
         }
-        adopted
-    }
-
-    fn select_effects(&mut self) {
-        self.effects.select(&self.config);
-        self.x.water_mps = water_of(&self.config.effects);
+        self.mix();
+        Ok(())
     }
 
     /// Adopts new numbers while running; state and covariance stay.
@@ -95,17 +76,11 @@ impl Navigator {
     /// A value out of range, effect states that come or go, or effects that do not fit the vehicle; the filter is then
     /// as it was.
     pub fn reconfigure(&mut self, config: &NavigationConfig) -> Result<(), ConfigError> {
-        config.validate()?;
-        if !config.effect_states.alike(&self.config.effect_states) {
+        if config.bank != self.main.config().bank {
             return Err(ConfigError::LayoutChange);
         }
-        match (self.model.is_some(), VehicleModel::new(self.effects.declared())) {
-            (true, Ok(declared)) if config.effects != self.config.effects => self.adopt(config, &declared),
-            _ => {
-                self.config = *config;
-                Ok(())
-            }
-        }
+        self.main.reconfigure(config)?;
+        if config.bank { self.nominal.reconfigure(&nominal(config)) } else { Ok(()) }
     }
 
     /// Adopts another vehicle while running.
@@ -113,21 +88,14 @@ impl Navigator {
     /// # Errors
     /// [`ConfigError::Plant`] if the effects do not fit it; the model is then as it was.
     pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
-        self.select_effects();
-        self.effects.adopt(model, &self.config)?;
-        self.model = Some(model.clone());
-        Ok(())
+        self.main.set_model(model)?;
+        if self.main.config().bank { self.nominal.set_model(model) } else { Ok(()) }
     }
 
     /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 if nobody says.
     pub fn set_epoch(&mut self, epoch_us: u64) {
-        self.effects.epoch_us = epoch_us;
-        self.effects.restart();
-    }
-
-    /// s since the epoch.
-    pub(super) fn effect_time_s(&self) -> f64 {
-        1.0e-6 * (self.time_us as i64).wrapping_sub(self.effects.epoch_us as i64) as f64
+        self.main.set_epoch(epoch_us);
+        self.nominal.set_epoch(epoch_us);
     }
 
     /// Changes the process model and its noise while running.
@@ -135,16 +103,8 @@ impl Navigator {
     /// # Errors
     /// A value out of range.
     pub fn set_process_model(&mut self, model: ProcessModel, noise: &ProcessNoise) -> Result<(), ConfigError> {
-        noise.validate()?;
-        self.config.process_model = model;
-        self.config.process_noise = *noise;
-        Ok(())
-    }
-
-    /// The configuration in use.
-    #[must_use]
-    pub fn config(&self) -> &NavigationConfig {
-        &self.config
+        self.nominal.set_process_model(model, noise)?;
+        self.main.set_process_model(model, noise)
     }
 
     /// Starts (or starts again) at `time_us` (2.3.1.2); ship, clones and a failure are forgotten.
@@ -152,29 +112,10 @@ impl Navigator {
     /// # Errors
     /// Not configured, or a value that is not finite (sigma: not positive).
     pub fn initialise(&mut self, time_us: u64, initial: &InitialState) -> Result<(), NavigationError> {
-        if self.model.is_none() {
-            return Err(NavigationError::NotInitialised);
-        }
-        check(initial.state.as_slice(), initial.sigma.as_slice())?;
-        let states = self.config.effect_states;
-        self.x.layout.reset(states.len(), states.current().is_some(), states.has_current_rate());
-        self.x.vehicle = initial.state;
-        self.x.wrap_heading();
-        self.p.set_vehicle(initial.sigma.as_slice());
-        self.w = [0.0; ROWS];
-        for (at, state) in (EFFECTS..).zip(states.iter()) {
-            let declared = match state.parameter {
-                StateParameter::Effect(id) => self.config.effects.get(id),
-                _ => 0.0,
-            };
-            self.x.set_tail(at, &[declared]);
-            self.p.set_diagonal(at, &[state.initial_sigma]);
-        }
-        self.effects.restart();
-        self.monitor = InnovationMonitor::new();
-        self.time_us = time_us;
-        self.failure = None;
-        self.initialised = true;
+        self.main.initialise(time_us, initial)?;
+        self.paired = self.main.config().bank && self.nominal.initialise(time_us, initial).is_ok();
+        self.log_ratio = 0.0;
+        self.mix();
         Ok(())
     }
 
@@ -186,7 +127,7 @@ impl Navigator {
         self.initialise_ship_observed(ship, &mut ())
     }
 
-    /// [`Self::initialise_ship`], showing the states to `observer`.
+    /// [`Self::initialise_ship`], showing the states of the main filter to `observer`.
     ///
     /// # Errors
     /// As [`Self::initialise_ship`].
@@ -195,97 +136,146 @@ impl Navigator {
         ship: &InitialShip,
         observer: &mut impl Observer,
     ) -> Result<(), NavigationError> {
-        if !self.is_initialised() {
-            return Err(NavigationError::NotInitialised);
-        }
-        check(&ship.state, &ship.sigma)?;
-        self.forget_ship(observer);
-        let (n, at) = (self.dimension(), self.x.layout.ship_place());
-        self.p.insert(n, at, SHIP_STATES);
-        self.x.insert(n, at, SHIP_STATES);
-        self.x.layout.set_ship(true);
-        self.x.set_tail(at, &ship.state);
-        self.p.set_diagonal(at, &ship.sigma);
-        observer.observe(&LinearStep::Insert { at, count: SHIP_STATES });
+        self.main.initialise_ship_observed(ship, observer)?;
+        self.paired = self.paired && self.nominal.initialise_ship(ship).is_ok();
         Ok(())
     }
 
-    /// Whether state and covariance mean anything.
-    #[must_use]
-    pub fn is_initialised(&self) -> bool {
-        self.initialised && self.failure.is_none()
+    /// Moves the filter to `to_us` under an input that is constant since the last call; see [`super::MAX_GAP_US`].
+    ///
+    /// # Errors
+    /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
+    pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> Result<(), NavigationError> {
+        self.predict_observed(to_us, input, &mut ())
     }
 
-    /// How the filter failed, if it did; it then refuses everything until initialised again.
-    #[must_use]
-    pub fn failure(&self) -> Option<NavigationError> {
-        self.failure
+    /// [`Self::predict`], showing each step of the main filter to `observer`.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn predict_observed(
+        &mut self,
+        to_us: u64,
+        input: &ActuatorInput,
+        observer: &mut impl Observer,
+    ) -> Result<(), NavigationError> {
+        self.main.predict_observed(to_us, input, observer)?;
+        self.paired = self.paired && self.nominal.predict(to_us, input).is_ok();
+        self.mix();
+        Ok(())
     }
 
-    /// Filter time, µs.
+    /// Fuses one measurement and says what became of each of its scalars in the main filter.
+    pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
+        self.fuse_observed(measurement, &mut ())
+    }
+
+    /// [`Self::fuse`], showing each scalar that the main filter uses to `observer`.
+    pub fn fuse_observed(&mut self, measurement: &Measurement, observer: &mut impl Observer) -> Fusions {
+        let fusions = self.main.fuse_observed(measurement, observer);
+        if self.paired {
+            let other = self.nominal.fuse(measurement);
+            if measurement.sensor() == Sensor::Range {
+                self.weigh(&fusions, &other);
+            }
+            self.paired = self.nominal.failure().is_none();
+        }
+        self.mix();
+        fusions
+    }
+
+    /// Bayes' rule on a range, used or refused; a reading that neither filter can predict says nothing.
+    fn weigh(&mut self, main: &Fusions, nominal: &Fusions) {
+        let log_likelihood =
+            |fusions: &Fusions| fusions.iter().next().map(|record| -0.5 * (record.nis() + libm::log(record.variance)));
+        if let (Some(main), Some(nominal)) = (log_likelihood(main), log_likelihood(nominal))
+            && (nominal - main).is_finite()
+        {
+            self.log_ratio = MEMORY * self.log_ratio + nominal - main;
+        }
+    }
+
+    /// Takes a delayed state of the vehicle at the filter's present time.
+    ///
+    /// # Errors
+    /// See [`CloneError`].
+    pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
+        self.clone_vehicle_observed(&mut ())
+    }
+
+    /// [`Self::clone_vehicle`], showing the states of the main filter to `observer`.
+    ///
+    /// # Errors
+    /// See [`CloneError`].
+    pub fn clone_vehicle_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
+        let id = self.main.clone_vehicle_observed(observer)?;
+        self.paired = self.paired && self.nominal.clone_vehicle() == Ok(id);
+        Ok(id)
+    }
+
+    /// Takes a delayed state of the ship at the filter's present time.
+    ///
+    /// # Errors
+    /// See [`CloneError`].
+    pub fn clone_ship(&mut self) -> Result<CloneId, CloneError> {
+        self.clone_ship_observed(&mut ())
+    }
+
+    /// [`Self::clone_ship`], showing the states of the main filter to `observer`.
+    ///
+    /// # Errors
+    /// See [`CloneError`].
+    pub fn clone_ship_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
+        let id = self.main.clone_ship_observed(observer)?;
+        self.paired = self.paired && self.nominal.clone_ship() == Ok(id);
+        Ok(id)
+    }
+
+    /// Forgets a delayed state; a stale id does nothing.
+    pub fn drop_clone(&mut self, id: CloneId) {
+        self.drop_clone_observed(id, &mut ());
+    }
+
+    /// [`Self::drop_clone`], showing it to `observer`.
+    pub fn drop_clone_observed(&mut self, id: CloneId, observer: &mut impl Observer) {
+        self.main.drop_clone_observed(id, observer);
+        self.nominal.drop_clone(id);
+    }
+
+    fn mix(&mut self) {
+        self.weight = if self.paired { 1.0 / (1.0 + libm::exp(-self.log_ratio)) } else { 0.0 };
+        self.state = *self.main.state();
+        if self.paired {
+            let mut difference = self.nominal.state() - self.main.state();
+            difference[PSI] = wrap_angle(difference[PSI]);
+            self.state += difference * self.weight;
+            self.state[PSI] = wrap_angle(self.state[PSI]);
+        }
+    }
+
+    /// Weight of the nominal filter in the bank, 0 to 1; 0 without a bank.
     #[must_use]
-    pub fn time_us(&self) -> u64 {
-        self.time_us
+    pub fn nominal_weight(&self) -> f64 {
+        self.weight
     }
 
     /// x_v.
     #[must_use]
     pub fn state(&self) -> &VehicleState {
-        &self.x.vehicle
-    }
-
-    /// The ship [x y ψ ẋ ẏ ψ̇], if it is known.
-    #[must_use]
-    pub fn ship_state(&self) -> Option<[f64; SHIP_STATES]> {
-        self.x.layout.ship().map(|at| self.x.block(at))
-    }
-
-    /// Covariance of the ship's north and east, m²: [var x, cov xy, var y], if it is known.
-    #[must_use]
-    pub fn ship_position_covariance(&self) -> Option<[f64; 3]> {
-        let at = self.x.layout.ship()?;
-        Some([self.p.get(at, at), self.p.get(at, at + 1), self.p.get(at + 1, at + 1)])
-    }
-
-    /// One sigma of the ship's velocity, north and east, m/s, if it is known.
-    #[must_use]
-    pub fn ship_velocity_sigma_mps(&self) -> Option<[f64; 2]> {
-        let at = self.x.layout.ship()? + SHIP_VELOCITY;
-        Some([at, at + 1].map(|i| libm::sqrt(self.p.get(i, i))))
-    }
-
-    /// An effect state: value and one sigma, if it is estimated.
-    #[must_use]
-    pub fn effect_state(&self, effect: &str, parameter: &str) -> Option<(f64, f64)> {
-        let mut states = (EFFECTS..).zip(self.config.effect_states.iter());
-        let (at, _) =
-            states.find(|(_, state)| state.parameter.group() == effect && state.parameter.name() == parameter)?;
-        (at < self.dimension()).then(|| (self.x.get(at), libm::sqrt(self.p.get(at, at))))
+        &self.state
     }
 
     /// Current [north, east], m/s: estimated, or as the effect set says.
     #[must_use]
     pub fn current(&self) -> [f64; 2] {
-        self.x.current().into()
+        let [main, nominal] = [&self.main, &self.nominal].map(|filter| Vector2::from(filter.current()));
+        if self.paired { (main + (nominal - main) * self.weight).into() } else { main.into() }
     }
 
-    /// One sigma of the current [north, east], m/s, if it is estimated.
-    #[must_use]
-    pub fn current_sigma(&self) -> Option<[f64; 2]> {
-        let at = self.x.layout.current()?;
-        Some([at, at + 1].map(|i| libm::sqrt(self.p.get(i, i))))
-    }
-
-    /// Number of states at present: vehicle 12, effects, ship 6, clones 6 each, in this order.
-    #[must_use]
-    pub fn dimension(&self) -> usize {
-        self.x.layout.len()
-    }
-
-    /// State `i`; 0 beyond the last.
+    /// State `i`, those behind the vehicle's as the main filter has them; 0 beyond the last.
     #[must_use]
     pub fn state_at(&self, i: usize) -> f64 {
-        if i < self.dimension() { self.x.get(i) } else { 0.0 }
+        self.state.as_slice().get(i).copied().unwrap_or_else(|| self.main.state_at(i))
     }
 
     /// Variance of state `i` (vehicle states come first); 0 beyond the last. See [`Self::covariance`].
@@ -294,15 +284,20 @@ impl Navigator {
         self.covariance(i, i)
     }
 
-    /// Covariance of states `i` and `j`; 0 beyond the last. That of the position covers both stories while ranges are
-    /// unconfirmed, which P itself does not ([`Self::unconfirmed_sigma`]).
+    /// Covariance of states `i` and `j`; 0 beyond the last. That of vehicle states is that of the mixture; that of the
+    /// position covers both accounts while ranges are unconfirmed, which P itself does not ([`Filter::unconfirmed_sigma`]).
     #[must_use]
     pub fn covariance(&self, i: usize, j: usize) -> f64 {
-        if i.max(j) >= self.dimension() {
-            return 0.0;
+        let main = self.main.covariance(i, j);
+        if !self.paired || i.max(j) >= VEHICLE_STATES {
+            return main;
         }
-        let [unconfirmed, ..] = if i == j && i <= Y { self.monitor.floor(Sensor::Range) } else { [0.0; 3] };
-        self.p.get(i, j) + unconfirmed * unconfirmed
+        let apart = |i: usize| {
+            let difference = self.nominal.state_at(i) - self.main.state_at(i);
+            if i == PSI { wrap_angle(difference) } else { difference }
+        };
+        let w = self.weight;
+        (1.0 - w) * main + w * self.nominal.covariance(i, j) + w * (1.0 - w) * apart(i) * apart(j)
     }
 
     /// Copies the vehicle's covariance.
@@ -320,32 +315,6 @@ impl Navigator {
         libm::sqrt(self.variance(X) + self.variance(Y))
     }
 
-    /// Whether one sensor and the filter contradict each other: nothing of it is fused, and what it positions is
-    /// propagated with more noise until it is consistent again, or silent.
-    #[must_use]
-    pub fn is_suspect(&self, sensor: Sensor) -> bool {
-        self.monitor.is_suspect(sensor)
-    }
-
-    /// One sigma below which one sensor does not bring what it positions, because it came back with another story than
-    /// the filter's and no fix has confirmed it; 0 otherwise.
-    #[must_use]
-    pub fn unconfirmed_sigma(&self, sensor: Sensor) -> f64 {
-        self.monitor.floor(sensor).into_iter().fold(0.0, f64::max)
-    }
-
-    /// Since when a suspect sensor has contradicted the filter, µs.
-    #[must_use]
-    pub fn suspect_since_us(&self, sensor: Sensor) -> Option<u64> {
-        self.monitor.suspect_since_us(sensor)
-    }
-
-    /// How often one sensor was taken back after it had been suspect.
-    #[must_use]
-    pub fn recoveries(&self, sensor: Sensor) -> u32 {
-        self.monitor.recoveries(sensor)
-    }
-
     /// 64-bit digest of time, state and covariance, bit for bit (NaN canonicalised).
     #[must_use]
     pub fn digest(&self) -> u64 {
@@ -356,15 +325,38 @@ impl Navigator {
     /// every step covers every step.
     #[must_use]
     pub fn digest_from(&self, running: u64) -> u64 {
-        let mut digest = Digest::from(running);
-        let n = self.dimension();
-        digest.word(self.time_us);
-        digest.word(n as u64);
-        self.x.iter().for_each(|x| digest.number(x));
-        for (j, column) in self.p.columns.iter().enumerate().take(n) {
-            column.iter().take(n).skip(j).for_each(|p| digest.number(*p));
+        let digest = self.main.digest_from(running);
+        if !self.paired {
+            return digest;
         }
+        let mut digest = Digest::from(self.nominal.digest_from(digest));
+        digest.number(self.log_ratio);
         digest.finish()
+    }
+
+    /// Model, Jacobian and discretisation of one step of the main filter. For the cost table only.
+    #[doc(hidden)]
+    pub fn discretise(&mut self, step_s: f64, input: &ActuatorInput) {
+        self.main.discretise(step_s, input);
+    }
+
+    /// State and covariance of the main filter over the step last discretised. For the cost table only.
+    #[doc(hidden)]
+    pub fn propagate(&mut self, step_s: f64) {
+        self.main.propagate(step_s);
+    }
+}
+
+/// The configuration of the nominal filter beside a robust one.
+fn nominal(config: &NavigationConfig) -> NavigationConfig {
+    NavigationConfig { effect_states: EffectStates::NONE, noise_factor: [1.0; 6], ..*config }
+}
+
+impl Deref for Navigator {
+    type Target = Filter;
+
+    fn deref(&self) -> &Filter {
+        &self.main
     }
 }
 
@@ -372,12 +364,4 @@ impl Default for Navigator {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// Every state finite, every sigma positive.
-fn check(state: &[f64], sigma: &[f64]) -> Result<(), NavigationError> {
-    if !state.iter().chain(sigma).all(|value| value.is_finite()) {
-        return Err(NavigationError::NotFinite);
-    }
-    if sigma.iter().any(|sigma| *sigma <= 0.0) { Err(NavigationError::NotPositive) } else { Ok(()) }
 }

@@ -1,14 +1,15 @@
 //! What a smoother on a host needs to know of every step of the filter: the linear map behind it.
 //!
-//! [`Navigator`] hands each of its steps to an [`Observer`]. The board's is `()`, which costs nothing.
+//! [`Filter`] hands each of its steps to an [`Observer`]. The board's is `()`, which costs nothing.
 
 use super::discretisation::{DRIVING, Discretisation};
+use super::filter::Filter;
+use super::layout;
 use super::layout::{EFFECTS, SHIP_VELOCITY};
 use super::row::Row;
-use super::{Navigator, layout};
 use crate::state::{PSI, VEHICLE_STATES, X, Y};
 
-/// Most states of a [`Navigator`].
+/// Most states of a [`Filter`].
 pub const MAX_STATES: usize = layout::N_MAX;
 
 /// Sees every step of a filter in the order in which state and covariance take them.
@@ -149,7 +150,7 @@ impl Appended<'_> {
     }
 }
 
-impl Navigator {
+impl Filter {
     /// Φ of the step last taken.
     pub(super) fn transition(&self, step_s: f64) -> Transition<'_> {
         Transition {

@@ -1,8 +1,9 @@
 //! Time update: the model's step for x̂, Φ P Φᵀ + Q_d for P.
 
+use super::filter::Filter;
 use super::layout::{EFFECTS, SHIP_VELOCITY};
 use super::propagation::{propagate_double_integrator, propagate_vehicle};
-use super::{LinearStep, NavigationError, Navigator, Observer, ProcessModel};
+use super::{LinearStep, NavigationError, Observer, ProcessModel};
 use crate::dynamics::{ActuatorInput, kinematic_linearise};
 use crate::effects::Step;
 use crate::state::{self, VEHICLE_STATES, X, Y, Z};
@@ -11,11 +12,11 @@ use crate::state::{self, VEHICLE_STATES, X, Y, Z};
 const STEP_US: u64 = 100_000;
 /// Most steps of one call.
 const MOST_STEPS: u64 = 600;
-/// Longest gap that one call of [`Navigator::predict`] crosses, µs: the steps are then 1 s long. Over
+/// Longest gap that one call of [`Filter::predict`] crosses, µs: the steps are then 1 s long. Over
 /// longer gaps a linearised model and its covariance mean nothing.
 pub const MAX_GAP_US: u64 = 600_000_000;
 
-impl Navigator {
+impl Filter {
     /// Moves the filter to `to_us` under an input that is constant since the last call.
     ///
     /// The gap is split into equal steps of at most 0.1 s; from one minute on there are 600 steps,
@@ -95,7 +96,7 @@ impl Navigator {
             }
             _ => kinematic_linearise(&self.x.vehicle),
         };
-        self.step.compute(&linearisation, &self.config.noise_at(self.x.vehicle[Z]).psd(), step_s);
+        self.step.compute(&linearisation, &self.config.psd_at(self.x.vehicle[Z]), step_s);
     }
 
     /// State and covariance over the step last discretised. Public for the cost table only.

@@ -2,6 +2,7 @@
 
 extern crate std;
 
+use super::super::filter::Filter;
 use super::super::layout::EFFECTS;
 use super::super::*;
 use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
@@ -12,8 +13,8 @@ use std::boxed::Box;
 const STEP_US: u64 = 4_000;
 
 /// A fifth of a second with fins that move, from a turn at cruise.
-fn flown(states: EffectStates, value: f64) -> Box<Navigator> {
-    let mut navigator = Box::new(Navigator::new());
+fn flown(states: EffectStates, value: f64) -> Box<Filter> {
+    let mut navigator = Box::new(Filter::new());
     let config = NavigationConfig { effect_states: states, surface: None, ..NavigationConfig::REFERENCE };
     navigator.configure(&config, &VehicleModel::new(&VehicleParameters::IVER3).expect("valid")).expect("valid");
     let at = [10.0, -5.0, 3.0, 0.05, -0.1, 0.7, 1.1, 0.08, -0.05, 0.1, -0.06, 0.12];

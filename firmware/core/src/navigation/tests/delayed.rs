@@ -5,6 +5,7 @@
 
 extern crate std;
 
+use super::super::filter::Filter;
 use super::super::*;
 use crate::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
 use crate::state::{PHI, PSI, U, VEHICLE_STATES, VehicleState, X, wrap_angle};
@@ -40,7 +41,7 @@ fn ground_velocity(x: &[f64]) -> (Vector3<f64>, SMatrix<f64, 3, LIVE>) {
 }
 
 impl Plain {
-    fn of(navigator: &Navigator) -> Self {
+    fn of(navigator: &Filter) -> Self {
         let mut plain = Self { x: Box::new(Vector::zeros()), p: Box::new(Matrix::zeros()), velocity_at: None };
         for j in 0..LIVE {
             plain.x[j] = navigator.state_at(j);
@@ -155,7 +156,7 @@ impl Plain {
     }
 
     /// Largest deviation of live state and correlation.
-    fn deviation(&self, navigator: &Navigator) -> f64 {
+    fn deviation(&self, navigator: &Filter) -> f64 {
         let mut worst: f64 = 0.0;
         for j in 0..LIVE {
             let difference = self.x[j] - navigator.state_at(j);
@@ -186,7 +187,7 @@ fn run(case: Case, linearise_again: bool) -> f64 {
         ..NavigationConfig::REFERENCE
     };
     let model = VehicleModel::new(&VehicleParameters::IVER3).expect("valid");
-    let mut navigator = Box::new(Navigator::new());
+    let mut navigator = Box::new(Filter::new());
     navigator.configure(&config, &model).expect("valid");
     let state = VehicleState::from([0.0, 0.0, 3.0, 0.0, -0.03, 0.4, 1.0, 0.0, -0.03, 0.0, 0.0, 0.0]);
     let sigma = VehicleState::from([3.0, 3.0, 0.1, 0.02, 0.02, 0.02, 0.1, 0.05, 0.05, 0.02, 0.02, 0.02]);

@@ -9,6 +9,7 @@ extern crate std;
 mod dual;
 
 use super::super::covariance::ROWS;
+use super::super::filter::Filter;
 use super::super::layout::{CLONE_VELOCITY, CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
 use super::super::*;
 use crate::dynamics::{VehicleModel, VehicleParameters};
@@ -59,7 +60,7 @@ const STATES: [&[(&str, &str)]; 5] = [
 
 /// A filter in no particular state, and which effects are states in it.
 struct Scene {
-    navigator: Box<Navigator>,
+    navigator: Box<Filter>,
     states: &'static [(&'static str, &'static str)],
     vehicle_clone: CloneId,
     ship_clone: CloneId,
@@ -94,7 +95,7 @@ impl Scene {
             surface: None,
             ..NavigationConfig::REFERENCE
         };
-        let mut navigator = Box::new(Navigator::new());
+        let mut navigator = Box::new(Filter::new());
         let model = VehicleModel::new(&VehicleParameters::IVER3).expect("valid");
         navigator.configure(&config, &model).expect("valid");
         let sigma = crate::state::VehicleState::repeat(1.0);
@@ -270,7 +271,7 @@ fn to_body<S: Scalar>(x: &[S], a: Vec3<S>) -> Vec3<S> {
 }
 
 /// The filter's states with a slope of one in one of them.
-fn seeded(navigator: &Navigator, direction: usize) -> Vec<Dual> {
+fn seeded(navigator: &Filter, direction: usize) -> Vec<Dual> {
     let slope = |i: usize| f64::from(u8::from(i == direction));
     navigator.x.iter().enumerate().map(|(i, value)| Dual { value, slope: slope(i) }).collect()
 }

@@ -6,6 +6,7 @@
 extern crate std;
 
 use super::super::discretisation::{DRIVING, Discretisation};
+use super::super::filter::Filter;
 use super::super::layout::{CLONE_STATES, CloneKind, N_MAX};
 use super::super::*;
 use crate::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
@@ -42,7 +43,7 @@ fn theirs(i: usize) -> usize {
 }
 
 /// A filter in the state of `predict_step` before (`X`, `P`) or after it (`X_pred`, `P_pred`), with its ship clone.
-fn navigator(vectors: &Value, x: &str, p: &str) -> (Box<Navigator>, CloneId) {
+fn navigator(vectors: &Value, x: &str, p: &str) -> (Box<Filter>, CloneId) {
     let case = &vectors["predict_step"];
     let config = NavigationConfig {
         ship_noise: ShipNoise { linear_mps2_per_sqrt_hz: 2.0e-2, angular_radps2_per_sqrt_hz: 1.0e-3 },
@@ -50,7 +51,7 @@ fn navigator(vectors: &Value, x: &str, p: &str) -> (Box<Navigator>, CloneId) {
         gate_sigma: 1.0e3,
         ..NavigationConfig::REFERENCE
     };
-    let mut navigator = Box::new(Navigator::new());
+    let mut navigator = Box::new(Filter::new());
     navigator.configure(&config, &model()).expect("valid");
     let one = VehicleState::repeat(1.0);
     navigator.initialise(0, &InitialState { state: one, sigma: one }).expect("valid");
@@ -71,7 +72,7 @@ fn navigator(vectors: &Value, x: &str, p: &str) -> (Box<Navigator>, CloneId) {
 }
 
 /// Largest deviation of state and covariance; covariances in units of the two sigmas.
-fn deviation(navigator: &Navigator, x: &Value, p: &Value) -> (f64, f64) {
+fn deviation(navigator: &Filter, x: &Value, p: &Value) -> (f64, f64) {
     let (x, mut dx, mut dp) = (numbers(x), 0.0_f64, 0.0_f64);
     for j in 0..N {
         let column = numbers(&p[theirs(j)]);
@@ -234,7 +235,7 @@ fn layout_moves_blocks_without_mixing_them() {
     assert_eq!(navigator.ship_state(), Some([7.0; 6]));
     assert!(navigator.dimension() <= N_MAX);
     // A dropped id, an id of the other kind, and ids after a new start.
-    let stale = |navigator: &mut Navigator, id: CloneId| {
+    let stale = |navigator: &mut Filter, id: CloneId| {
         let path = AcousticPath { vehicle: VehicleEnd::Delayed { clone: id, bridge_s: 0.0 }, ship: ShipEnd::Now };
         navigator
             .fuse(&Measurement::Range { path, range_m: 10.0 })

@@ -2,6 +2,7 @@
 
 extern crate std;
 
+use super::super::super::filter::Filter;
 use super::super::super::*;
 use super::reference::Reference;
 use crate::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
@@ -85,7 +86,7 @@ impl Mission {
     }
 
     /// Configures and starts a filter.
-    pub fn start(&self, navigator: &mut Navigator) {
+    pub fn start(&self, navigator: &mut Filter) {
         navigator.configure(&self.config, &self.model).expect("a valid configuration");
         navigator.initialise(0, &initial()).expect("a valid start");
         navigator.initialise_ship(&ship()).expect("a valid ship");
@@ -163,11 +164,11 @@ impl Mission {
     }
 
     /// Takes the clones that are due.
-    pub fn clones(&mut self, navigator: &mut Navigator, reference: &mut Reference) {
-        let vehicle = |navigator: &mut Navigator| navigator.clone_vehicle().expect("room");
-        let ship = |navigator: &mut Navigator| navigator.clone_ship().expect("room");
+    pub fn clones(&mut self, navigator: &mut Filter, reference: &mut Reference) {
+        let vehicle = |navigator: &mut Filter| navigator.clone_vehicle().expect("room");
+        let ship = |navigator: &mut Filter| navigator.clone_ship().expect("room");
         let at = navigator.dimension();
-        let mut take = |clone: &dyn Fn(&mut Navigator) -> CloneId, held: &mut Vec<Held>| {
+        let mut take = |clone: &dyn Fn(&mut Filter) -> CloneId, held: &mut Vec<Held>| {
             let id = clone(navigator);
             reference.clone_with(clone, id);
             held.push(Held { id, at });
@@ -196,7 +197,7 @@ impl Mission {
     }
 
     /// Drops all clones at the end of an exchange.
-    pub fn drop_clones(&mut self, navigator: &mut Navigator, reference: &mut Reference) {
+    pub fn drop_clones(&mut self, navigator: &mut Filter, reference: &mut Reference) {
         if self.slot().1 == 60 {
             for held in self.held.drain(..).rev() {
                 let n = navigator.dimension();

@@ -10,6 +10,7 @@ mod mission;
 mod reference;
 mod spectrum;
 
+use super::super::filter::Filter;
 use super::super::*;
 use mission::{Mission, STEP_US};
 use reference::Reference;
@@ -60,7 +61,7 @@ impl Findings {
         tally: Consistency::new(),
     };
 
-    fn look(&mut self, navigator: &Navigator, reference: &Reference) {
+    fn look(&mut self, navigator: &Filter, reference: &Reference) {
         let n = navigator.dimension();
         self.most_states = self.most_states.max(n);
         self.pivot = self.pivot.min(smallest_pivot(navigator, PRESENT));
@@ -99,7 +100,7 @@ impl Findings {
 /// Flies filter and reference side by side.
 fn fly(steps: u64, print_every: u64) -> Findings {
     let mut mission = Mission::new();
-    let mut navigator = Box::new(Navigator::new());
+    let mut navigator = Box::new(Filter::new());
     mission.start(&mut navigator);
     let mut reference = Reference::of(&navigator, |shadow| mission.start(shadow));
     let mut findings = Findings::START;

@@ -6,8 +6,9 @@
 extern crate std;
 
 use super::super::super::covariance::{ROWS, Vector};
+use super::super::super::filter::Filter;
 use super::super::super::layout::{CloneKind, EFFECTS, N_MAX, SHIP_VELOCITY};
-use super::super::super::{CloneId, FusionOutcome, Fusions, Measurement, Navigator, Sensor};
+use super::super::super::{CloneId, FusionOutcome, Fusions, Measurement, Sensor};
 use crate::dynamics::ActuatorInput;
 use crate::state::{VEHICLE_STATES, X, Y, wrap_angle};
 use std::boxed::Box;
@@ -16,7 +17,7 @@ use std::vec::Vec;
 
 pub struct Reference {
     /// State and functions.
-    shadow: Box<Navigator>,
+    shadow: Box<Filter>,
     /// Rows of S, all of one length.
     s: Vec<Vec<f64>>,
     clones: Vec<CloneId>,
@@ -31,8 +32,8 @@ pub struct Deviation {
 
 impl Reference {
     /// From a filter that has just been started, and how to start another.
-    pub fn of(navigator: &Navigator, start: impl Fn(&mut Navigator)) -> Self {
-        let mut shadow = Box::new(Navigator::new());
+    pub fn of(navigator: &Filter, start: impl Fn(&mut Filter)) -> Self {
+        let mut shadow = Box::new(Filter::new());
         start(&mut shadow);
         let n = navigator.dimension();
         let s = (0..n).map(|i| {
@@ -51,7 +52,7 @@ impl Reference {
         self.shadow.p.set_diagonal(0, &[diagonal; N_MAX][..n]);
     }
 
-    /// One step of the process model, as `Navigator::predict` takes it.
+    /// One step of the process model, as `Filter::predict` takes it.
     pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) {
         let shadow = &mut *self.shadow;
         let h = (to_us - shadow.time_us) as f64 * 1.0e-6;
@@ -179,7 +180,7 @@ impl Reference {
     }
 
     /// Takes the same clone as the filter.
-    pub fn clone_with(&mut self, take: impl Fn(&mut Navigator) -> CloneId, id: CloneId) {
+    pub fn clone_with(&mut self, take: impl Fn(&mut Filter) -> CloneId, id: CloneId) {
         let n = self.s.len();
         self.set_shadow_covariance(1.0);
         assert_eq!(take(&mut self.shadow), id);
@@ -203,7 +204,7 @@ impl Reference {
     }
 
     /// How far the filter is off.
-    pub fn deviation(&self, navigator: &Navigator) -> Deviation {
+    pub fn deviation(&self, navigator: &Filter) -> Deviation {
         let n = self.s.len();
         assert_eq!(n, navigator.dimension());
         let sigma: Vec<f64> = (0..n).map(|i| dot(&self.s[i], &self.s[i]).sqrt()).collect();

@@ -2,19 +2,19 @@
 
 extern crate std;
 
-use super::super::super::Navigator;
+use super::super::super::filter::Filter;
 use std::vec;
 use std::vec::Vec;
 
 /// P_ij / (σ_i σ_j) of the first `n` states.
-fn correlation(navigator: &Navigator, n: usize) -> Vec<Vec<f64>> {
+fn correlation(navigator: &Filter, n: usize) -> Vec<Vec<f64>> {
     let scale: Vec<f64> = (0..n).map(|i| navigator.variance(i).sqrt()).collect();
     (0..n).map(|i| (0..n).map(|j| navigator.covariance(i, j) / (scale[i] * scale[j])).collect()).collect()
 }
 
 /// Smallest pivot of Cholesky's factorisation of the correlation matrix of the first `n` states; the first that is not
 /// positive ends it.
-pub fn smallest_pivot(navigator: &Navigator, n: usize) -> f64 {
+pub fn smallest_pivot(navigator: &Filter, n: usize) -> f64 {
     let mut l = correlation(navigator, n);
     let mut smallest = f64::INFINITY;
     for j in 0..l.len() {
@@ -33,7 +33,7 @@ pub fn smallest_pivot(navigator: &Navigator, n: usize) -> f64 {
 }
 
 /// Least and largest eigenvalue of the correlation matrix of the first `n` states, by Jacobi's rotations.
-pub fn eigenvalue_range(navigator: &Navigator, n: usize) -> (f64, f64) {
+pub fn eigenvalue_range(navigator: &Filter, n: usize) -> (f64, f64) {
     let mut a = correlation(navigator, n);
     for _ in 0..30 {
         let off: f64 = (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a[i][j] * a[i][j]).sum();
@@ -74,7 +74,7 @@ fn rotate(a: &mut [Vec<f64>], p: usize, q: usize) {
 
 #[test]
 fn val_eigenvalues_of_a_filter_that_knows_nothing_of_its_states_together() {
-    let mut navigator = std::boxed::Box::new(Navigator::new());
+    let mut navigator = std::boxed::Box::new(Filter::new());
     super::Mission::new().start(&mut navigator);
     // Uncorrelated: the identity.
     assert_eq!(eigenvalue_range(&navigator, 22), (1.0, 1.0));
