@@ -19,7 +19,7 @@ pub fn record_start<R: Recorder>(recorder: &mut R, app: &App, restart: Restart, 
     let firmware = env!("CARGO_PKG_VERSION");
     recorder.record(&LogRecord::Start { firmware, parameter_schema: PARAMETER_SCHEMA, restart, record });
     for (first, parameters) in (0..).step_by(VALUES).zip(PARAMETERS.chunks(VALUES)) {
-        let values = parameters.iter().map(|parameter| (parameter.get)(app.parameters())).collect();
+        let values = parameters.iter().map(|parameter| parameter.get(app.parameters())).collect();
         recorder.record(&LogRecord::Parameters { first, values });
     }
 }

@@ -1,7 +1,8 @@
 //! The parameter store in a model of NOR flash whose power can be cut at any operation.
 
-use backseat_app::parameters::{Kind, PARAMETERS, Settings};
+use backseat_app::parameters::{PARAMETERS, Settings};
 use backseat_app::store::{Geometry, ParameterFlash, Refused, SaveError, WORD};
+use backseat_core::parameters::Kind;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
 const SECTOR: usize = 4096;
@@ -212,7 +213,7 @@ fn set(seed: u64) -> Settings {
         let share = random.below(1000) as f64 / 1000.0;
         let value = parameter.min + share * (parameter.max - parameter.min);
         let whole = parameter.kind == Kind::Whole;
-        (parameter.set)(&mut settings, if whole { libm::floor(value) } else { value });
+        parameter.set(&mut settings, if whole { libm::floor(value) } else { value });
     }
     settings
 }

@@ -49,7 +49,7 @@ pub fn parameter_store(data: &[u8]) {
     let mut found = Settings::DEFAULT;
     if store.load(&mut found).is_ok() {
         for parameter in PARAMETERS {
-            let value = (parameter.get)(&found);
+            let value = parameter.get(&found);
             assert!(value >= parameter.min && value <= parameter.max, "{} = {value}", parameter.name);
         }
     }

@@ -18,4 +18,4 @@ pub mod vehicle_file;
 
 pub use error::DataError;
 pub use log::{Column, Log, LogRow, LogWriter, Truth, TruthRow, TruthWriter};
-pub use vehicle_file::{BoardFile, BoardParameter, VehicleEffects, VehicleFile};
+pub use vehicle_file::{BoardFile, BoardParameter, VehicleEffects, VehicleFile, parameters_page};

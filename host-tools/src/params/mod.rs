@@ -3,9 +3,10 @@
 mod table;
 
 use crate::board::Common;
+use crate::console;
 use anyhow::{anyhow, bail};
 use backseat_data::output::{self, Existing};
-use backseat_data::{BoardFile, BoardParameter, DataError};
+use backseat_data::{BoardFile, BoardParameter, parameters_page};
 use backseat_link::board::{Board, Declared, number, reason};
 use backseat_wire::ship_state::Key;
 use clap::Subcommand;
@@ -20,10 +21,11 @@ Examples:
   backseat params export /dev/ttyACM0 board.toml
   backseat params import /dev/ttyACM0 identified.toml   a vehicle file, or an exported set
   backseat params store /dev/ttyACM0                    keep them through power-off
+  backseat params docs                                  what every parameter means, without a board
 
 PORT is the board's host port, with :BAUD behind it where that is not 115200. What set and import bring becomes active
-as a whole or not at all. The exported file is a vehicle file (backseat navigate --vehicle reads it) with everything
-else a board is told in a section [app]; import takes such a file, a vehicle file, or a file with [app] alone.";
+as a whole or not at all. The exported file is a vehicle file (backseat navigate --vehicle reads it) with what
+belongs to the board itself in a section [app]; import takes such a file, a vehicle file, or a file with [app] alone.";
 
 const SET: &str = "\
 Examples:
@@ -102,6 +104,9 @@ enum Action {
     /// Keep the active parameters through power-off
     #[command(after_help = "Example:\n  backseat params store /dev/ttyACM0")]
     Store(Common),
+    /// Print the page docs/guide/parameters.md: every parameter with symbol, unit, default, range and meaning
+    #[command(after_help = "Example:\n  backseat params docs > docs/guide/parameters.md")]
+    Docs,
 }
 
 /// What the key of the acoustic payloads is called; it is in no list, because a list is read.
@@ -151,13 +156,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let told = format!("{} parameters to {}\n", list.len(), file.display());
             common.say(&json!({"parameters": list.len(), "file": file}), &told)
         }
-        Action::Import { common, file, unlock } => {
-            let values = BoardFile::read(file)?.flatten();
-            if let Some((name, value)) = values.iter().find(|(_, value)| !value.is_finite()) {
-                return Err(DataError::file(file, format!("{name}: {value} is no finite number")).into());
-            }
-            set(common, &values, None, *unlock)
-        }
+        Action::Import { common, file, unlock } => set(common, &BoardFile::read(file)?.flatten(), None, *unlock),
+        Action::Docs => console::print(parameters_page().as_bytes()),
         Action::Store(common) => {
             let mut board = common.connect()?;
             if let Err(refusal) = board.store_parameters()? {
@@ -232,7 +232,7 @@ fn set(common: &Common, values: &[(String, f64)], key: Option<Key>, unlock: bool
 fn for_file(parameter: &Declared) -> BoardParameter {
     let Declared { name, unit, value, .. } = parameter;
     let range = parameter.range();
-    let parts = [unit, parameter.description(), &range].into_iter().filter(|part| !part.is_empty());
+    let parts = [unit, &range, parameter.description()].into_iter().filter(|part| !part.is_empty());
     let comment = parts.collect::<Vec<_>>().join("; ");
     BoardParameter { name: name.clone(), value: *value, comment }
 }

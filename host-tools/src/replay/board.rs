@@ -134,12 +134,12 @@ impl Replay {
             return Ok(());
         }
         let active = self.app.parameters();
-        let changed: Vec<_> = PARAMETERS.iter().filter(|p| (p.get)(&wanted) != (p.get)(active)).collect();
+        let changed: Vec<_> = PARAMETERS.iter().filter(|p| p.get(&wanted) != p.get(active)).collect();
         if changed.is_empty() {
             return Ok(());
         }
         self.input(self.time_us);
-        let sets = changed.iter().map(|p| ToBoard::ParameterSet { name: p.name, value: (p.get)(&wanted) });
+        let sets = changed.iter().map(|p| ToBoard::ParameterSet { name: p.name, value: p.get(&wanted) });
         for request in
             [ToBoard::Unlock, ToBoard::ParameterBegin].into_iter().chain(sets).chain([ToBoard::ParameterCommit])
         {
@@ -282,7 +282,7 @@ pub fn settings(values: &[(String, f64)]) -> anyhow::Result<Settings> {
         if !(parameter.min..=parameter.max).contains(value) {
             bail!("{name} = {value} is not within {} to {}", parameter.min, parameter.max);
         }
-        (parameter.set)(&mut settings, *value);
+        parameter.set(&mut settings, *value);
     }
     Ok(settings)
 }

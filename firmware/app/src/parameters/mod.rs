@@ -1,74 +1,24 @@
-//! The board's declared parameters: one list with name, unit, range, default and meaning.
+//! The board's parameters: the list that the host reads and writes, and the set that is active.
 //!
 //! What the list reads and writes is [`Settings`], the typed set the app is built from. A set is
 //! changed by a transaction of the host link: begin, stage values, commit. Until the commit
 //! succeeds the old set stays active.
 
+mod list;
 mod settings;
 mod table;
 
+pub use list::{PARAMETERS, Parameter, find};
 pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Settings};
-pub use table::PARAMETERS;
 
 use crate::held::Held;
 use backseat_core::dynamics::VehicleParameters;
+use backseat_core::parameters::joint_check;
 use backseat_wire::hostlink::{ParameterInfo, Refusal};
 use backseat_wire::ship_state::Key;
 
 /// Version of the parameter list: grows with every change of a name, unit or meaning.
-pub const PARAMETER_SCHEMA: u16 = 4;
-
-/// What a parameter's number means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Kind {
-    /// Any number in the range.
-    Real,
-    /// A whole number in the range: a flag, a choice or a count.
-    Whole,
-}
-
-/// A declared parameter.
-#[derive(Debug)]
-pub struct Parameter {
-    /// Name, as the flattened key of the vehicle file where there is one.
-    pub name: &'static str,
-    /// Unit, "1" for none.
-    pub unit: &'static str,
-    /// Real or whole.
-    pub kind: Kind,
-    /// Smallest value allowed.
-    pub min: f64,
-    /// Largest value allowed.
-    pub max: f64,
-    /// Meaning; a board's image leaves it out: the host that shows it has this list as well.
-    #[cfg(not(target_os = "none"))]
-    pub description: &'static str,
-    /// May be changed while a mission runs.
-    pub under_way: bool,
-    /// Reads it from a set.
-    pub get: fn(&Settings) -> f64,
-    /// Writes it to a set; the value was checked before.
-    pub set: fn(&mut Settings, f64),
-}
-
-impl Parameter {
-    /// Its value in a fresh board.
-    #[must_use]
-    pub fn default(&self) -> f64 {
-        (self.get)(&Settings::DEFAULT)
-    }
-
-    pub(crate) fn admits(&self, value: f64) -> bool {
-        value >= self.min && value <= self.max && (self.kind == Kind::Real || libm::trunc(value) == value)
-    }
-}
-
-/// The declared parameter of this name.
-#[must_use]
-pub fn find(name: &str) -> Option<&'static Parameter> {
-    PARAMETERS.iter().find(|parameter| parameter.name == name)
-}
+pub const PARAMETER_SCHEMA: u16 = 5;
 
 /// The active set and the one a transaction prepares.
 #[derive(Clone, Debug)]
@@ -127,11 +77,12 @@ impl ParameterStore {
     }
 
     /// Takes another vehicle over into the active set, and into an open transaction that has not changed it; false, and
-    /// nothing changed, when one of its values is not within its range.
+    /// nothing changed, when one of its values is not within its range or they do not go together.
     pub(crate) fn adopt(&mut self, vehicle: &VehicleParameters) -> bool {
         let Some(active) = self.active_mut() else { return false };
         let old = core::mem::replace(&mut active.vehicle, *vehicle);
-        if !PARAMETERS.iter().all(|parameter| parameter.admits((parameter.get)(active))) {
+        let admitted = PARAMETERS.iter().all(|parameter| parameter.admits(parameter.get(active)));
+        if !admitted || joint_check(&active.vehicle, Some(&active.control)).is_err() {
             active.vehicle = old;
             return false;
         }
@@ -159,19 +110,24 @@ impl ParameterStore {
         if !parameter.admits(value) {
             return Err(Refusal::OutOfRange);
         }
-        (parameter.set)(staged, value);
+        parameter.set(staged, value);
         Ok(())
     }
 
-    /// Activates the staged set if its ranges fit together and `apply` takes it: the staged set, the active one, and
+    /// Activates the staged set if its numbers go together and `apply` takes it: the staged set, the active one, and
     /// whether anything but live parameters changed. When it refuses, the old set stays.
     ///
     /// # Errors
-    /// [`Refusal::Sequence`] without a transaction, [`Refusal::InvalidSet`].
+    /// [`Refusal::Sequence`] without a transaction, [`Refusal::Inconsistent`] by [`joint_check`], [`Refusal::InvalidSet`]
+    /// by `apply`.
     pub fn commit(&mut self, apply: impl FnOnce(&Settings, &Settings, bool) -> bool) -> Result<(), Refusal> {
         let staged = self.staged.get().ok_or(Refusal::Sequence)?;
+        if let Err(inconsistent) = joint_check(&staged.vehicle, Some(&staged.control)) {
+            self.staged.clear();
+            return Err(Refusal::Inconsistent { rule: inconsistent.rule() });
+        }
         let active = self.active();
-        let rebuild = PARAMETERS.iter().any(|p| !p.under_way && (p.get)(staged) != (p.get)(active));
+        let rebuild = PARAMETERS.iter().any(|p| !p.under_way && p.get(staged) != p.get(active));
         let taken = apply(staged, active, rebuild);
         if taken {
             core::mem::swap(&mut self.changed, &mut self.staged);
@@ -189,7 +145,7 @@ impl ParameterStore {
             count: u16::try_from(PARAMETERS.len()).unwrap_or(u16::MAX),
             name: parameter.name,
             unit: parameter.unit,
-            value: (parameter.get)(self.active()),
+            value: parameter.get(self.active()),
             min: parameter.min,
             max: parameter.max,
             default: parameter.default(),
@@ -206,14 +162,14 @@ mod tests {
         for (i, parameter) in PARAMETERS.iter().enumerate() {
             assert!(parameter.min <= parameter.max, "{}", parameter.name);
             assert!(parameter.admits(parameter.default()), "{}: {}", parameter.name, parameter.default());
-            assert!(!parameter.description.is_empty() && !parameter.unit.is_empty());
+            assert!(!parameter.help.is_empty() && !parameter.unit.is_empty());
             assert!(PARAMETERS.iter().skip(i + 1).all(|other| other.name != parameter.name), "{}", parameter.name);
             for value in [parameter.min, parameter.max] {
                 let mut settings = Settings::DEFAULT;
-                (parameter.set)(&mut settings, value);
-                assert_eq!((parameter.get)(&settings), value, "{}", parameter.name);
+                parameter.set(&mut settings, value);
+                assert_eq!(parameter.get(&settings), value, "{}", parameter.name);
                 for other in PARAMETERS.iter().filter(|other| other.name != parameter.name) {
-                    assert_eq!((other.get)(&settings), other.default(), "{} moves {}", parameter.name, other.name);
+                    assert_eq!(other.get(&settings), other.default(), "{} moves {}", parameter.name, other.name);
                 }
             }
         }
@@ -241,6 +197,10 @@ mod tests {
         assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Ok(()));
         assert_eq!(store.commit(|_, _, _| false), Err(Refusal::InvalidSet));
         assert_eq!(store.active().vehicle.mass_kg, 38.0);
+        store.begin();
+        assert_eq!(store.set("vehicle.b_cb_to_cg_m[2]", -0.01, false), Ok(()));
+        assert!(matches!(store.commit(|_, _, _| true), Err(Refusal::Inconsistent { .. })));
+        assert_eq!(store.commit(|_, _, _| true), Err(Refusal::Sequence));
     }
 
     #[test]

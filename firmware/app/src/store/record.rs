@@ -124,7 +124,7 @@ pub(super) fn encode_values(index: usize, settings: &Settings) -> [u8; WORD] {
     let mut word = [0; WORD];
     for (place, slot) in word.as_chunks_mut::<8>().0.iter_mut().zip(slots(index)) {
         *place = match PARAMETERS.get(slot) {
-            Some(parameter) => (parameter.get)(settings).to_le_bytes(),
+            Some(parameter) => parameter.get(settings).to_le_bytes(),
             None => {
                 let half = slot - PARAMETERS.len();
                 settings.app.acoustic_key.halves().get(half).copied().unwrap_or_default()
@@ -142,7 +142,7 @@ pub(super) fn decode_values(word: &[u8; WORD], index: usize, settings: &mut Sett
             Some(parameter) => {
                 let value = f64::from_le_bytes(*bytes);
                 if parameter.admits(value) {
-                    (parameter.set)(settings, value);
+                    parameter.set(settings, value);
                 } else {
                     admitted = false;
                 }

@@ -88,7 +88,7 @@ fn better_parameters_are_used_and_the_host_takes_them_back() {
     let (truth, used) = (*world.model.parameters(), vehicle(&board));
     // DVL noise of 1 cm/s over minutes is below 1 %.
     assert!((speed(&used) / speed(&truth) - 1.0).abs() < 0.03, "{} {}", speed(&used), speed(&truth));
-    assert!(PARAMETERS.iter().all(|p| (p.min..=p.max).contains(&(p.get)(board.app().parameters()))));
+    assert!(PARAMETERS.iter().all(|p| (p.min..=p.max).contains(&p.get(board.app().parameters()))));
 
     request_all(&mut board, &[ToBoard::AdoptionRevert]);
     world.run(&mut board, 1);

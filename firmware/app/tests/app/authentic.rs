@@ -180,7 +180,7 @@ fn the_key_is_written_and_never_read() {
     let settings = format!("{:?}", board.app().parameters());
     assert!(settings.contains("acoustic_key: set"), "{settings}");
     let as_list: Vec<u8> =
-        PARAMETERS.iter().flat_map(|parameter| (parameter.get)(board.app().parameters()).to_le_bytes()).collect();
+        PARAMETERS.iter().flat_map(|parameter| parameter.get(board.app().parameters()).to_le_bytes()).collect();
     assert!(!contains_key(&as_list) && PARAMETERS.iter().all(|parameter| !parameter.name.contains("key")));
 }
 

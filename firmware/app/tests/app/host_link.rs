@@ -4,6 +4,7 @@ use crate::board::{Board, Direct, request_all};
 use crate::flight::{WAYPOINTS, start};
 use crate::world::World;
 use backseat_app::parameters::PARAMETERS;
+use backseat_core::parameters::Inconsistent;
 use backseat_wire::hostlink::{Port, Refusal, ToBoard, Waypoint};
 
 fn ask(board: &mut Direct, message: &ToBoard<'_>) -> Result<(), Refusal> {
@@ -35,12 +36,14 @@ fn a_parameter_transaction_is_all_or_nothing() {
     assert_eq!(value_of(&mut board, "vehicle.mass_kg"), 38.0);
     assert_eq!(value_of(&mut board, "fins.cp_m[0][2]"), -0.14);
     assert_eq!(ask(&mut board, &ToBoard::ParameterCommit), Err(Refusal::Sequence));
-    // in range one by one, but no gain exists for a cruise speed that no propeller reaches
+    // in range one by one, but the vehicle does not reach the cruise speed
     request_all(
         &mut board,
-        &[ToBoard::ParameterBegin, set("propeller.omega_max_radps", 1.0), set("app.cruise_speed_mps", 5.0)],
+        &[ToBoard::ParameterBegin, set("propeller.omega_max_radps", 50.0), set("app.cruise_speed_mps", 5.0)],
     );
-    assert_eq!(ask(&mut board, &ToBoard::ParameterCommit), Err(Refusal::InvalidSet));
+    let refused = ask(&mut board, &ToBoard::ParameterCommit);
+    let Err(Refusal::Inconsistent { rule }) = refused else { panic!("{refused:?}") };
+    assert!(Inconsistent::of_rule(rule).unwrap().parameters().contains(&"app.cruise_speed_mps"));
     assert_eq!(value_of(&mut board, "propeller.omega_max_radps"), 200.0);
     board.request(&ToBoard::ParameterGet { index: PARAMETERS.len() as u16 });
     assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::UnknownParameter)));

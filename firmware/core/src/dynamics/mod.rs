@@ -18,11 +18,12 @@ mod parameters;
 mod propeller;
 mod restoring;
 
+pub use crate::parameters::ParameterError;
 pub use coriolis::{coriolis, coriolis_by_velocity};
 pub use drag::{cross_drag_limit, drag};
 pub use kinematics::{Attitude, MIN_COS_PITCH, kinematic_linearise};
 pub use linearisation::Linearisation;
-pub use parameters::{FinGeometry, ParameterError, VehicleParameters};
+pub use parameters::{FinGeometry, VehicleParameters};
 pub use propeller::Propeller;
 pub use restoring::Restoring;
 

@@ -1,8 +1,8 @@
 //! The vehicle's plant and actuator parameters as one validated set.
 
 use super::{FINS, cross_drag_limit};
+use crate::parameters::{Declaration, ParameterError, VEHICLE, check_with};
 use core::f64::consts::{FRAC_PI_2, PI};
-use core::fmt;
 
 /// Where a fin sits and how it is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,31 +63,6 @@ pub struct VehicleParameters {
     pub omega_max_radps: f64,
 }
 
-/// Why a parameter set was refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ParameterError {
-    /// Key of the vehicle file, e.g. `inertia.m_diag`.
-    pub key: &'static str,
-    /// Position inside an array, 0 for scalars; nested arrays count on (`fins.cp_m`: 3 fin + axis).
-    pub index: usize,
-    /// The value that was refused.
-    pub value: f64,
-    /// Smallest value allowed.
-    pub min: f64,
-    /// Largest value allowed.
-    pub max: f64,
-}
-
-impl fmt::Display for ParameterError {
-    /// Key and index only: formatting of floats is left to the host.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}[{}] is outside its range", self.key, self.index)
-    }
-}
-
-impl core::error::Error for ParameterError {}
-
 impl VehicleParameters {
     /// The reference vehicle: Iver3-like, 0.147 m x 2.0 m, 38 kg. Engineering estimates with the
     /// REMUS-100 values of Prestero (2001) as guide; no maker publishes them.
@@ -122,77 +97,34 @@ impl VehicleParameters {
         omega_max_radps: 200.0,
     };
 
-    /// Checks every value against its physical range.
-    ///
-    /// The ranges span vehicles from a hand-launched glider to a midget submarine; they catch slips (a unit, a
-    /// sign, a missing exponent), not poor estimates. Drag must take energy out of every motion, so that
-    /// d26 and d35 are bounded by [`cross_drag_limit`] of their axes.
+    /// Checks every number against the range that the table of parameters declares. Drag must take energy out of every
+    /// motion, so that d26 and d35 are bounded by [`cross_drag_limit`] of their axes.
     ///
     /// # Errors
     /// The first parameter that is not finite or outside its range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        self.validate_from(0.0)
+        self.validate_from(|declaration| declaration.min)
     }
 
     /// [`Self::validate`] of a vehicle with effects: fitted ones may take more linear drag or advance away than was
     /// declared.
     pub(crate) fn validate_with_effects(&self) -> Result<(), ParameterError> {
-        self.validate_from(-1.0)
+        self.validate_from(|declaration| match declaration.key {
+            "drag.linear_surge_ns_per_m" | "propeller.advance_n_s2_per_rad_m" => -declaration.max,
+            _ => declaration.min,
+        })
     }
 
-    /// `least` is the smallest part of the largest linear drag and advance.
-    fn validate_from(&self, least: f64) -> Result<(), ParameterError> {
-        let scalar = |key, value, range| check(key, 0, value, range);
-
-        scalar("vehicle.length_m", self.length_m, [0.1, 50.0])?;
-        scalar("vehicle.diameter_m", self.diameter_m, [0.01, 10.0])?;
-        scalar("vehicle.mass_kg", self.mass_kg, [0.1, 1.0e5])?;
-        scalar("vehicle.displaced_mass_kg", self.displaced_mass_kg, [0.1, 1.0e5])?;
-        // Fresh water at 100 °C to Dead Sea brine.
-        scalar("vehicle.rho_kg_per_m3", self.rho_kg_per_m3, [950.0, 1300.0])?;
-        // Anywhere on Earth.
-        scalar("vehicle.g_mps2", self.g_mps2, [9.76, 9.84])?;
-        check_from("vehicle.b_cb_to_cg_m", 0, &self.b_cb_to_cg_m, [-1.0, 1.0])?;
-
-        let (m, d) = (self.m_diag.split_at(3), self.quadratic_diag.split_at(3));
-        check_from("inertia.m_diag", 0, m.0, [0.1, 1.0e6])?;
-        check_from("inertia.m_diag", 3, m.1, [1.0e-6, 1.0e7])?;
-        check_from("drag.quadratic_diag", 0, d.0, [1.0e-3, 1.0e6])?;
-        check_from("drag.quadratic_diag", 3, d.1, [1.0e-6, 1.0e7])?;
-        let cross = |a: usize, b: usize| {
-            let limit = cross_drag_limit(self.quadratic_diag[a], self.quadratic_diag[b]);
-            [-limit, limit]
-        };
-        scalar("drag.d26", self.d26, cross(1, 5))?;
-        scalar("drag.d35", self.d35, cross(2, 4))?;
-        scalar("drag.linear_surge_ns_per_m", self.linear_surge_ns_per_m, [least * 1.0e5, 1.0e5])?;
-
-        for (i, fin) in self.fins.iter().enumerate() {
-            check("fins.phi_rad", i, fin.phi_rad, [-2.0 * PI, 2.0 * PI])?;
+    fn validate_from(&self, min: impl Fn(&Declaration) -> f64) -> Result<(), ParameterError> {
+        check_with(VEHICLE, self, min)?;
+        let d = &self.quadratic_diag;
+        for (key, value, max) in
+            [("drag.d26", self.d26, cross_drag_limit(d[1], d[5])), ("drag.d35", self.d35, cross_drag_limit(d[2], d[4]))]
+        {
+            if value.abs() > max {
+                return Err(ParameterError { key, index: 0, value, min: -max, max });
+            }
         }
-        for (i, fin) in self.fins.iter().enumerate() {
-            check_from("fins.cp_m", 3 * i, &fin.cp_m, [-25.0, 25.0])?;
-        }
-        scalar("fins.area_m2", self.fin_area_m2, [1.0e-6, 10.0])?;
-        check_from("fins.cd", 0, &self.cd, [1.0e-6, 100.0])?;
-        // A flat plate of infinite span has 2π per radian; CL must rise with incidence.
-        check("fins.cl", 0, self.cl[0], [1.0e-3, 20.0])?;
-        check("fins.cl", 1, self.cl[1], [-1.0e3, 1.0e3])?;
-        scalar("fins.stall_rad", self.stall_rad, [1.0e-2, PI])?;
-        scalar("fins.delta_max_rad", self.delta_max_rad, [1.0e-3, FRAC_PI_2])?;
-
-        scalar("propeller.beta5_n_s2_per_rad2", self.beta5_n_s2_per_rad2, [1.0e-9, 10.0])?;
-        scalar("propeller.advance_n_s2_per_rad_m", self.advance_n_s2_per_rad_m, [least * 10.0, 10.0])?;
-        scalar("propeller.omega_max_radps", self.omega_max_radps, [1.0, 1.0e4])
+        Ok(())
     }
-}
-
-fn check(key: &'static str, index: usize, value: f64, [min, max]: [f64; 2]) -> Result<(), ParameterError> {
-    // A NaN is in no range; infinities are in none of the finite ones used here.
-    if (min..=max).contains(&value) { Ok(()) } else { Err(ParameterError { key, index, value, min, max }) }
-}
-
-/// `first` is the position of the first value in its array.
-fn check_from(key: &'static str, first: usize, values: &[f64], range: [f64; 2]) -> Result<(), ParameterError> {
-    values.iter().enumerate().try_for_each(|(i, &value)| check(key, first + i, value, range))
 }

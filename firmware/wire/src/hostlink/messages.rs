@@ -429,7 +429,7 @@ pub enum Refusal {
     Sequence,
     /// Not while a mission runs.
     UnderWay,
-    /// The set as a whole is not valid; the old one stays active.
+    /// The filter or the controller cannot be built from the set; the old one stays active.
     InvalidSet,
     /// Not in this mode: navigation has to be valid first.
     NotReady,
@@ -439,6 +439,11 @@ pub enum Refusal {
     StoreFailed,
     /// A mission runs or waits to begin, and parameters are not unlocked.
     Locked,
+    /// Parameters that are each in range do not go together; the old set stays active.
+    Inconsistent {
+        /// The rule that does not hold (`backseat_core::parameters::Inconsistent`).
+        rule: u8,
+    },
 }
 
 /// PC to board.

@@ -1,4 +1,4 @@
-//! A board's parameters as a file: a vehicle file, and what else a board is told in its section `[app]`.
+//! A board's parameters as a file: a vehicle file with a section `[app]` for what belongs to the board itself.
 
 use super::schema::BOARD_SECTION;
 use super::{VehicleFile, read};
@@ -11,7 +11,7 @@ use std::path::Path;
 pub struct BoardFile {
     /// The vehicle, if the file has any section of one (then it has to be whole).
     pub vehicle: Option<VehicleFile>,
-    /// The numbers of `[app]` under their dotted names: `app.use_dvl`, `app.dvl_arm_m[2]`.
+    /// The numbers of `[app]` under their dotted names: `app.use_dvl`.
     pub app: Vec<(String, f64)>,
 }
 
@@ -27,8 +27,7 @@ pub struct BoardParameter {
 }
 
 impl BoardFile {
-    /// Reads such a file. Which names there are and what values they may have is for the board to say, except for
-    /// the vehicle's.
+    /// Reads such a file.
     ///
     /// # Errors
     /// As [`VehicleFile::read`]; if there is nothing in it.
@@ -42,12 +41,11 @@ impl BoardFile {
     /// # Errors
     /// As [`BoardFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
-        let (app, has_vehicle) = read::board_section(text, path)?;
-        if app.is_empty() && !has_vehicle {
+        let file = read::parse(text, path, false)?;
+        if file.app.is_empty() && file.vehicle.is_none() {
             return Err(DataError::file(path, "no parameters: neither the sections of a vehicle nor [app]"));
         }
-        let vehicle = has_vehicle.then(|| VehicleFile::parse(text, path)).transpose()?;
-        Ok(Self { vehicle, app })
+        Ok(file)
     }
 
     /// Every number under its dotted name, the vehicle's first.
@@ -71,39 +69,21 @@ impl BoardFile {
         let (of_vehicle, others): (Vec<_>, Vec<_>) = parameters.iter().partition(|p| names.contains(&p.name));
         vehicle.apply(of_vehicle.iter().map(|p| (&p.name, p.value)))?;
         let mut text = vehicle.to_toml(source);
-        let _ = writeln!(text, "\n[{BOARD_SECTION}]  # what else the board is told");
-        let mut rest = others.as_slice();
-        while let Some((first, _)) = rest.split_first() {
-            let key = key(&first.name).ok_or_else(|| format!("{}: no place in [{BOARD_SECTION}]", first.name))?;
-            let count = rest.iter().take_while(|p| self::key(&p.name) == Some(key)).count();
-            let (group, others) = rest.split_at(count);
-            let values: Vec<f64> = group.iter().map(|p| p.value).collect();
-            let value = match group {
-                [p] if p.name.ends_with(key) => format!("{:?}", p.value),
-                _ if in_order(group) => format!("{values:?}"),
-                _ => return Err(format!("{}: not the beginning of an array in order", first.name)),
-            };
-            let _ = writeln!(text, "{key} = {value}  # {}", first.comment);
-            rest = others;
+        let _ = writeln!(text, "\n[{BOARD_SECTION}]  # what belongs to the board itself");
+        for parameter in others {
+            let key =
+                key(&parameter.name).ok_or_else(|| format!("{}: no place in [{BOARD_SECTION}]", parameter.name))?;
+            let _ = writeln!(text, "{key} = {:?}  # {}", parameter.value, parameter.comment);
         }
         Ok(text)
     }
 }
 
-/// The key in `[app]` of a dotted name, without its index.
+/// The key in `[app]` of a dotted name.
 fn key(name: &str) -> Option<&str> {
     let key = name.strip_prefix(BOARD_SECTION)?.strip_prefix('.')?;
-    let key = key.split('[').next()?;
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
     (!key.is_empty() && key.chars().all(plain)).then_some(key)
-}
-
-/// Names that end in `[0]`, `[1]`, … with nothing left out.
-fn in_order(group: &[&BoardParameter]) -> bool {
-    let is_at = |(index, p): (usize, &&BoardParameter)| {
-        p.name.ends_with(&format!("[{index}]")) && p.name.matches('[').count() == 1
-    };
-    group.iter().enumerate().all(is_at)
 }
 
 #[cfg(test)]
@@ -120,7 +100,7 @@ mod tests {
             .iter()
             .map(|(name, value)| parameter(name, value * (1.0 - 1.0e-13)))
             .collect();
-        let app = [("app.use_dvl", 1.0), ("app.arm_m[0]", -0.1), ("app.arm_m[1]", 1.0 / 3.0), ("app.arm_mm", 1e-300)];
+        let app = [("app.late_tolerance_s", 1e-300), ("app.use_dvl", 1.0), ("app.helm_pitch_max_rad", 1.0 / 3.0)];
         parameters.extend(app.map(|(name, value)| parameter(name, value)));
         parameters
     }
@@ -138,8 +118,8 @@ mod tests {
 
     #[test]
     fn either_half_may_stand_alone() {
-        let file = BoardFile::parse("[app]\nuse_dvl = 1\narm_m = [0, 0.5]\n", Path::new("a.toml")).unwrap();
-        let expected = [("app.use_dvl", 1.0), ("app.arm_m[0]", 0.0), ("app.arm_m[1]", 0.5)];
+        let file = BoardFile::parse("[app]\nuse_dvl = 1\ngate_sigma = 4.5\n", Path::new("a.toml")).unwrap();
+        let expected = [("app.gate_sigma", 4.5), ("app.use_dvl", 1.0)];
         assert_eq!(file.flatten(), expected.map(|(name, value)| (name.to_owned(), value)));
         let text = VehicleFile::reference().to_toml("");
         let file = BoardFile::parse(&text, Path::new("v.toml")).unwrap();
@@ -153,7 +133,8 @@ mod tests {
             ("[app]\n", "b.toml: no parameters"),
             ("app = 3\n", "b.toml:1:7: app: expected a table, found a number"),
             ("[app]\nuse_dvl = true\n", "b.toml:2:11: app.use_dvl: expected a number, found true or false"),
-            ("[app]\narm_m = [1.0, \"x\"]\n", "b.toml:2:15: app.arm_m[1]: expected a number, found a text"),
+            ("[app]\nuse_dvl = 0.5\n", "b.toml:2:11: app.use_dvl: 0.5 is no whole number, or outside 0 to 1 (1)"),
+            ("[app]\nuse_dlv = 1\n", "b.toml:2:1: unknown key use_dlv in [app]; it has"),
             ("[app\n", "b.toml:1:5:"),
             ("[ap]\nuse_dvl = 1\n", "b.toml:1:2: unknown key ap; expected"),
             ("[app]\nuse_dvl = 1\n[vehicle]\nname = \"x\"\n", "b.toml:3:2: [vehicle] lacks length_m"),

@@ -1,23 +1,26 @@
 //! The vehicle file: everything declared about a vehicle, in TOML with units and ranges.
 //!
-//! Sections and keys are those of `vehicles/iver3.toml`. `[noise]` and `[sensors]`, any key in them and
-//! `fins.stall_rad` may be left out; the values of that file then hold. Every other key must be there, and no
-//! other may. `[effects.NAME]` tables hold effects of the catalogue ([`VehicleEffects`]). A section `[app]` is passed over: it is the board's ([`BoardFile`]).
+//! Sections and keys are those of `vehicles/iver3.toml`; the table of parameters in `backseat_core` declares them.
+//! `[noise]`, `[sensors]` and `[installation]`, any key in them and `fins.stall_rad` may be left out; the values of that
+//! file then hold. Every other key must be there, and no other may. `[effects.NAME]` tables hold effects of the catalogue
+//! ([`VehicleEffects`]). A section `[app]` is the board's ([`BoardFile`]); it is checked all the same.
 
 mod board;
 mod effects;
+mod page;
 mod read;
 mod schema;
 
 pub use board::{BoardFile, BoardParameter};
 pub use effects::VehicleEffects;
+pub use page::parameters_page;
 
 use crate::DataError;
 use crate::output::{self, Existing};
+use backseat_app::parameters::{self, Parameter, Settings};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::{ProcessNoise, SensorNoise};
-use backseat_core::parameters::Installation;
-use schema::{FIELDS, Field, SECTIONS, Shape};
+use backseat_core::parameters::{Inconsistent, Installation, SECTIONS, joint_check};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -65,7 +68,8 @@ impl VehicleFile {
     /// # Errors
     /// As [`VehicleFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
-        read::parse(text, path)
+        let file = read::parse(text, path, true)?;
+        file.vehicle.ok_or_else(|| DataError::file(path, "no section of a vehicle"))
     }
 
     /// The text of a vehicle file, with unit and range beside every number; `source` says in its
@@ -76,16 +80,18 @@ impl VehicleFile {
         for line in source.lines() {
             let _ = writeln!(text, "# {line}");
         }
-        for (section, about, _) in SECTIONS {
-            let _ = writeln!(text, "\n[{section}]  # {about}");
-            if section == "vehicle" {
-                let _ = writeln!(text, "name = {}", toml::Value::from(self.name.as_str()));
+        let settings = self.settings();
+        for section in SECTIONS {
+            let _ = writeln!(text, "\n[{}]  # {}", section.name, section.about);
+            match section.name {
+                "vehicle" => writeln!(text, "name = {}", toml::Value::from(self.name.as_str())),
+                "fins" => writeln!(text, "names = {:?}", read::FIN_NAMES),
+                _ => Ok(()),
             }
-            if section == "fins" {
-                text.push_str("names = [\"top\", \"bottom\", \"port\", \"starboard\"]\n");
-            }
-            for field in FIELDS.iter().filter(|field| field.section == section) {
-                let _ = writeln!(text, "{} = {}  # {}", field.key, self.value_text(field), self.comment(field));
+            .ok();
+            for key in schema::keys(section.name) {
+                let (name, value) = (schema::short_key(&key[0]), schema::value_text(key, &settings));
+                let _ = writeln!(text, "{name} = {value}  # {}", schema::comment(key));
             }
         }
         text.push_str(&self.effects.to_toml());
@@ -104,13 +110,10 @@ impl VehicleFile {
     /// (also the names of the board's parameters).
     #[must_use]
     pub fn flatten(&self) -> Vec<(String, f64)> {
-        let mut file = self.clone();
-        let mut pairs = Vec::new();
-        for field in &FIELDS {
-            pairs.extend((0..field.shape.len()).map(|index| (field.dotted(index), *(field.slot)(&mut file, index))));
-        }
-        pairs.extend(self.effects.flatten());
-        pairs
+        let settings = self.settings();
+        let keys = SECTIONS.iter().flat_map(|section| schema::keys(section.name)).flatten();
+        let numbers = keys.map(|parameter| (parameter.name.to_owned(), parameter.get(&settings)));
+        numbers.chain(self.effects.flatten()).collect()
     }
 
     /// Sets numbers by their dotted keys (see [`VehicleFile::flatten`]), all or none.
@@ -119,44 +122,32 @@ impl VehicleFile {
     /// In one line, if a key is unknown or a value is outside its range.
     pub fn apply<K: AsRef<str>>(&mut self, pairs: impl IntoIterator<Item = (K, f64)>) -> Result<(), String> {
         let mut file = self.clone();
-        for (key, value) in pairs {
-            let key = key.as_ref();
-            if let Some(applied) = file.effects.apply(key, value) {
+        let mut settings = self.settings();
+        for (name, value) in pairs {
+            let name = name.as_ref();
+            if let Some(applied) = file.effects.apply(name, value) {
                 applied?;
                 continue;
             }
-            let (field, index) = find(key).ok_or_else(|| format!("unknown parameter {key}"))?;
-            *(field.slot)(&mut file, index) = value;
+            let is_vehicle = |of: &&Parameter| SECTIONS.iter().any(|section| section.name == of.section());
+            let known = parameters::find(name).filter(is_vehicle);
+            let parameter = known.ok_or_else(|| format!("unknown parameter {name}"))?;
+            if !parameter.admits(value) {
+                return Err(schema::complaint(parameter, value));
+            }
+            parameter.set(&mut settings, value);
         }
-        if let Some((field, index, value, [min, max])) = schema::first_outside(&file) {
-            return Err(format!("{}: {value} is outside {min} to {max} ({})", field.dotted(index), field.unit));
-        }
+        joint_check(&settings.vehicle, None).map_err(|inconsistent| in_words(inconsistent, &settings))?;
+        file.take(&settings);
         *self = file;
         Ok(())
     }
+}
 
-    fn value_text(&self, field: &Field) -> String {
-        let mut file = self.clone();
-        let values: Vec<f64> = (0..field.shape.len()).map(|index| *(field.slot)(&mut file, index)).collect();
-        match field.shape {
-            Shape::Scalar => format!("{:?}", values[0]),
-            Shape::Vector(_) => format!("{values:?}"),
-            Shape::Matrix(_, columns) => format!("{:?}", values.chunks(columns).collect::<Vec<_>>()),
-        }
-    }
-
-    /// Unit, meaning and range; members of an array may have different ranges.
-    fn comment(&self, field: &Field) -> String {
-        let mut ranges: Vec<String> = Vec::new();
-        for index in 0..field.shape.len() {
-            let [min, max] = schema::range(self, field, index);
-            let range = format!("{} to {}", short(min), short(max));
-            if !ranges.contains(&range) {
-                ranges.push(range);
-            }
-        }
-        format!("{}; {}; {}", field.unit, field.meaning, ranges.join(", "))
-    }
+/// What does not go together, with the numbers of a set.
+fn in_words(inconsistent: Inconsistent, settings: &Settings) -> String {
+    let value = |name: &str| parameters::find(name).map(|parameter| parameter.get(settings));
+    inconsistent.with_values(value).to_string()
 }
 
 /// A limit as short as it can be told.
@@ -167,11 +158,6 @@ fn short(limit: f64) -> String {
     } else {
         format!("{limit:e}")
     }
-}
-
-/// Field and index of a dotted key.
-fn find(key: &str) -> Option<(&'static Field, usize)> {
-    FIELDS.iter().find_map(|field| (0..field.shape.len()).find(|&i| field.dotted(i) == key).map(|i| (field, i)))
 }
 
 #[cfg(test)]
@@ -188,11 +174,17 @@ mod tests {
         assert_eq!(file.name, "iver3-ref");
     }
 
+    /// `UPDATE_PAGES=1 cargo test -p backseat-data` writes the file anew.
     #[test]
     fn built_in_file_is_as_written() {
         let source: Vec<&str> =
             REFERENCE.lines().take_while(|line| line.starts_with('#')).map(|line| &line[2..]).collect();
-        assert_eq!(VehicleFile::reference().to_toml(&source.join("\n")), REFERENCE);
+        let text = VehicleFile::reference().to_toml(&source.join("\n"));
+        if std::env::var_os("UPDATE_PAGES").is_some() {
+            std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/vehicles/iver3.toml"), text).unwrap();
+        } else {
+            assert_eq!(text, REFERENCE);
+        }
     }
 
     #[test]

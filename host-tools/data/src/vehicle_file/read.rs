@@ -1,19 +1,18 @@
 //! Parsing: every complaint names line, column and what was expected.
 
-use super::VehicleFile;
 use super::effects::{self, VehicleEffects};
-use super::schema::{self, BOARD_SECTION, FIELDS, Field, OPTIONAL, SECTIONS, Shape};
+use super::schema::{self, BOARD_SECTION, OPTIONAL, keys, short_key};
+use super::{BoardFile, VehicleFile, in_words};
 use crate::DataError;
-use backseat_core::dynamics::VehicleParameters;
-use backseat_core::navigation::{NavigationConfig, ProcessNoise};
-use backseat_core::parameters::Installation;
+use backseat_app::parameters::{Parameter, Settings};
+use backseat_core::parameters::{SECTIONS, Shape, joint_check};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Names the fins must have, if they are named.
-const FIN_NAMES: [&str; 4] = ["top", "bottom", "port", "starboard"];
+pub(super) const FIN_NAMES: [&str; 4] = ["top", "bottom", "port", "starboard"];
 
 pub(super) type Value<'i> = Spanned<DeValue<'i>>;
 
@@ -37,16 +36,6 @@ impl Source<'_> {
             // Some of the parser's messages go on in a second line.
             self.error(at, e.message().lines().collect::<Vec<_>>().join("; "))
         })
-    }
-
-    /// A number, or arrays of numbers to any depth, as `name`, `name[0]`, `name[0][1]`.
-    fn flatten(&self, name: String, value: &Value<'_>, into: &mut Vec<(String, f64)>) -> Result<(), DataError> {
-        let DeValue::Array(array) = value.get_ref() else {
-            let number = self.number(value, &name)?;
-            into.push((name, number));
-            return Ok(());
-        };
-        array.iter().enumerate().try_for_each(|(index, value)| self.flatten(format!("{name}[{index}]"), value, into))
     }
 
     pub(super) fn number(&self, value: &Value<'_>, name: &str) -> Result<f64, DataError> {
@@ -75,19 +64,15 @@ impl Source<'_> {
         }
     }
 
-    /// The numbers of a field with their places in the text.
-    fn numbers(&self, field: &Field, value: &Value<'_>) -> Result<Vec<(f64, Range<usize>)>, DataError> {
-        let name = format!("{}.{}", field.section, field.key);
-        let of = |values: &[Value<'_>]| -> Result<Vec<_>, DataError> {
-            values.iter().map(|value| Ok((self.number(value, &name)?, value.span()))).collect()
-        };
-        match field.shape {
-            Shape::Scalar => of(std::slice::from_ref(value)),
-            Shape::Vector(length) => of(self.array(value, length, &name)?),
+    /// The numbers of a key with their places in the text.
+    fn numbers<'v, 'i>(&self, key: &Parameter, value: &'v Value<'i>) -> Result<Vec<&'v Value<'i>>, DataError> {
+        match key.shape {
+            Shape::Scalar => Ok(vec![value]),
+            Shape::Vector(length) => Ok(self.array(value, length, key.key)?.iter().collect()),
             Shape::Matrix(rows, columns) => {
                 let mut all = Vec::with_capacity(rows * columns);
-                for row in self.array(value, rows, &name)? {
-                    all.extend(of(self.array(row, columns, &name)?)?);
+                for row in self.array(value, rows, key.key)? {
+                    all.extend(self.array(row, columns, key.key)?);
                 }
                 Ok(all)
             }
@@ -118,8 +103,7 @@ impl Source<'_> {
             "fins" => Some("names"),
             _ => None,
         };
-        let of_section = FIELDS.iter().filter(|field| field.section == section).map(|field| field.key);
-        let known: Vec<&str> = text_key.into_iter().chain(of_section).collect();
+        let known: Vec<&str> = text_key.into_iter().chain(keys(section).map(|key| short_key(&key[0]))).collect();
         match table.keys().find(|key| !known.contains(&key.get_ref().as_ref())) {
             Some(key) => {
                 let message = format!("unknown key {} in [{section}]; it has {}", key.get_ref(), known.join(", "));
@@ -141,44 +125,15 @@ pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
     }
 }
 
-/// The numbers of the board's own section under their dotted keys, and whether the file has sections of a vehicle.
-pub(super) fn board_section(text: &str, path: &Path) -> Result<(Vec<(String, f64)>, bool), DataError> {
+/// Parses a file; `whole`: it has to have a vehicle.
+pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<BoardFile, DataError> {
     let source = Source { text, path };
     let root = source.root()?;
     let root = root.get_ref();
-    let mut values = Vec::new();
-    if let Some((_, value)) = root.get_key_value(BOARD_SECTION) {
-        let Some(table) = value.get_ref().as_table() else {
-            let message = format!("{BOARD_SECTION}: expected a table, found {}", kind(value.get_ref()));
-            return Err(source.error(value.span(), message));
-        };
-        let mut entries: Vec<_> = table.iter().collect();
-        entries.sort_by_key(|(key, _)| key.span().start);
-        for (key, value) in entries {
-            source.flatten(format!("{BOARD_SECTION}.{}", key.get_ref()), value, &mut values)?;
-        }
-    }
-    Ok((values, root.keys().any(|key| key.get_ref() != BOARD_SECTION)))
-}
-
-pub(super) fn parse(text: &str, path: &Path) -> Result<VehicleFile, DataError> {
-    let source = Source { text, path };
-    let root = source.root()?;
-    let root = root.get_ref();
-    let mut file = VehicleFile {
-        name: String::new(),
-        parameters: VehicleParameters::IVER3,
-        noise: ProcessNoise::DYNAMIC,
-        sensors: NavigationConfig::REFERENCE.sensors,
-        installation: Installation::DEFAULT,
-        effects: VehicleEffects::default(),
-    };
-    let sections = || SECTIONS.map(|(name, ..)| format!("[{name}]")).join(", ");
+    let sections = || SECTIONS.map(|section| format!("[{}]", section.name)).join(", ");
     for (key, value) in root {
-        let known = key.get_ref() == effects::SECTION || SECTIONS.iter().any(|(name, ..)| name == key.get_ref());
-        if key.get_ref() == BOARD_SECTION {
-            continue;
-        }
+        let known = [effects::SECTION, BOARD_SECTION].contains(&key.get_ref().as_ref())
+            || SECTIONS.iter().any(|section| section.name == key.get_ref());
         if !known {
             return Err(source.error(key.span(), format!("unknown key {}; expected {}", key.get_ref(), sections())));
         }
@@ -187,47 +142,99 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<VehicleFile, DataError> {
             return Err(source.error(value.span(), message));
         }
     }
-    let mut places = Vec::new();
-    for (section, _, optional) in SECTIONS {
-        let Some((header, table)) = root.get_key_value(section) else {
-            if optional {
-                continue;
-            }
-            return Err(DataError::file(path, format!("section [{section}] is missing; expected {}", sections())));
-        };
-        let Some(table) = table.get_ref().as_table() else { continue };
-        source.check_keys(section, table)?;
-        for field in FIELDS.iter().filter(|field| field.section == section) {
-            let Some(value) = table.get(field.key) else {
-                if optional || OPTIONAL.contains(&(section, field.key)) {
+    let mut numbers = Numbers { settings: Settings::DEFAULT, places: Vec::new() };
+    let table_of = |section: &str| {
+        root.get_key_value(section).and_then(|(header, table)| Some((header.span(), table.get_ref().as_table()?)))
+    };
+    let mut app = Vec::new();
+    let board = table_of(BOARD_SECTION);
+    if let Some((header, table)) = &board {
+        let first = numbers.places.len();
+        numbers.read(&source, BOARD_SECTION, header, table, false)?;
+        let named =
+            |(parameter, _): &(&'static Parameter, _)| (parameter.name.to_owned(), parameter.get(&numbers.settings));
+        app = numbers.places[first..].iter().map(named).collect();
+    }
+    let mut vehicle = None;
+    if whole || root.keys().any(|key| key.get_ref() != BOARD_SECTION) {
+        let (mut name, mut effects) = (String::new(), VehicleEffects::default());
+        for section in SECTIONS {
+            let Some((header, table)) = table_of(section.name) else {
+                if !section.required {
                     continue;
                 }
-                let message = format!("[{section}] lacks {} ({}): {}", field.key, field.unit, field.meaning);
-                return Err(source.error(header.span(), message));
+                let message = format!("section [{}] is missing; expected {}", section.name, sections());
+                return Err(DataError::file(path, message));
             };
-            for (index, (number, span)) in source.numbers(field, value)?.into_iter().enumerate() {
-                *(field.slot)(&mut file, index) = number;
-                places.push((field.dotted(index), span));
+            numbers.read(&source, section.name, &header, table, section.required)?;
+            match (section.name, table.get("name")) {
+                ("vehicle", Some(value)) => name = source.string(value, "vehicle.name")?,
+                ("vehicle", None) => return Err(source.error(header, "[vehicle] lacks name (a text)")),
+                ("fins", _) => table.get("names").map_or(Ok(()), |names| source.fin_names(names))?,
+                _ => {}
             }
         }
-        match section {
-            "vehicle" => match table.get("name") {
-                Some(name) => file.name = source.string(name, "vehicle.name")?,
-                None => return Err(source.error(header.span(), "[vehicle] lacks name (a text)")),
-            },
-            "fins" => table.get("names").map_or(Ok(()), |names| source.fin_names(names))?,
-            _ => {}
+        if let Some((_, table)) = table_of(effects::SECTION) {
+            effects = VehicleEffects::parse(&source, table)?;
+        }
+        let settings = &numbers.settings;
+        vehicle = Some(VehicleFile {
+            name,
+            parameters: settings.vehicle,
+            noise: settings.navigation.process_noise,
+            sensors: settings.navigation.sensors,
+            installation: settings.app.installation,
+            effects,
+        });
+    }
+    // A file with [app] alone leaves the vehicle to the board.
+    if vehicle.is_some() {
+        let control = board.is_some().then_some(&numbers.settings.control);
+        if let Err(inconsistent) = joint_check(&numbers.settings.vehicle, control) {
+            let named = |(parameter, _): &&(&Parameter, _)| inconsistent.parameters().contains(&parameter.name);
+            let span = numbers.places.iter().find(named).map_or(0..0, |(_, span)| span.clone());
+            return Err(source.error(span, in_words(inconsistent, &numbers.settings)));
         }
     }
-    if let Some(table) = root.get(effects::SECTION).and_then(|value| value.get_ref().as_table()) {
-        file.effects = VehicleEffects::parse(&source, table)?;
-    }
-    match schema::first_outside(&file) {
-        None => Ok(file),
-        Some((field, index, value, [min, max])) => {
-            let name = field.dotted(index);
-            let span = places.iter().find(|(place, _)| *place == name).map_or(0..0, |(_, span)| span.clone());
-            Err(source.error(span, format!("{name}: {value} is outside {min} to {max} ({})", field.unit)))
+    Ok(BoardFile { vehicle, app })
+}
+
+/// The numbers of a file as they are read.
+struct Numbers {
+    settings: Settings,
+    /// Where they stand, in the order of the file.
+    places: Vec<(&'static Parameter, Range<usize>)>,
+}
+
+impl Numbers {
+    /// Reads a section; `required`: only keys that are [`OPTIONAL`] may be left out.
+    fn read(
+        &mut self,
+        source: &Source<'_>,
+        section: &str,
+        header: &Range<usize>,
+        table: &DeTable<'_>,
+        required: bool,
+    ) -> Result<(), DataError> {
+        source.check_keys(section, table)?;
+        for key in keys(section) {
+            let [first, ..] = key else { continue };
+            let Some(value) = table.get(short_key(first)) else {
+                if required && !OPTIONAL.contains(&first.key) {
+                    let message = format!("[{section}] lacks {} ({}): {}", short_key(first), first.unit, first.help);
+                    return Err(source.error(header.clone(), message));
+                }
+                continue;
+            };
+            for (parameter, value) in key.iter().zip(source.numbers(first, value)?) {
+                let number = source.number(value, parameter.name)?;
+                if !parameter.admits(number) {
+                    return Err(source.error(value.span(), schema::complaint(parameter, number)));
+                }
+                parameter.set(&mut self.settings, number);
+                self.places.push((parameter, value.span()));
+            }
         }
+        Ok(())
     }
 }

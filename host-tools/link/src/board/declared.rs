@@ -1,6 +1,7 @@
 //! A parameter as the board declares it.
 
-use backseat_app::parameters::{self, Kind};
+use backseat_app::parameters;
+use backseat_core::parameters::Kind;
 use backseat_wire::hostlink::ParameterInfo;
 use serde_json::{Value, json};
 
@@ -69,7 +70,7 @@ impl Declared {
     /// One sentence of help; empty if the board declares another list than this program.
     #[must_use]
     pub fn description(&self) -> &'static str {
-        self.known.map_or("", |parameter| parameter.description)
+        self.known.map_or("", |parameter| parameter.help)
     }
 
     fn is_whole(&self) -> bool {
@@ -104,7 +105,7 @@ impl Declared {
             "min": self.min,
             "max": self.max,
             "default": self.default,
-            "description": self.known.map(|parameter| parameter.description),
+            "description": self.known.map(|parameter| parameter.help),
             "takes_effect": self.effect().map(Effect::meaning),
         })
     }

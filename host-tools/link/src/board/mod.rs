@@ -11,6 +11,7 @@ pub use refusal::reason;
 use crate::{BackseatError, Client};
 use anyhow::{Context, anyhow, bail};
 use backseat_core::control::mission::MAX_WAYPOINTS;
+use backseat_core::parameters::Inconsistent;
 use backseat_data::console::Progress;
 use backseat_wire::hostlink::{FromBoard, Health, Refusal, Restart, Telemetry, ToBoard, Waypoint};
 use backseat_wire::ship_state::Key;
@@ -159,7 +160,23 @@ impl Board {
         }
         drop(progress);
         if refused.is_empty() {
-            return self.demand(&ToBoard::ParameterCommit, "the set as a whole and keeps the old one");
+            let Err(refusal) = self.request(&ToBoard::ParameterCommit)? else { return Ok(()) };
+            let value = |name: &str| {
+                let new = values.iter().rev().find(|(of, _)| of == name).map(|(_, value)| *value);
+                new.or_else(|| {
+                    declared.iter().find(|parameter| parameter.name == name).map(|parameter| parameter.value)
+                })
+            };
+            let why = match refusal {
+                Refusal::Inconsistent { rule } => {
+                    Inconsistent::of_rule(rule).map(|of| of.with_values(value).to_string())
+                }
+                _ => None,
+            };
+            bail!(
+                "the board refused the set as a whole and keeps the old one: {}",
+                why.unwrap_or_else(|| reason(refusal))
+            );
         }
         let refused: Vec<String> = refused.iter().map(|refused| refused.describe(declared)).collect();
         bail!("the board refused these and keeps the old set: {}", refused.join("; "))

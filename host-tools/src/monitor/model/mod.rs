@@ -241,7 +241,7 @@ impl Model {
                 if let Some(parameter) = parameters::find(info.name)
                     && (parameter.min..=parameter.max).contains(&info.value)
                 {
-                    (parameter.set)(&mut self.settings, info.value);
+                    parameter.set(&mut self.settings, info.value);
                 }
                 self.is_complete |= self.same_schema && info.index + 1 == info.count;
             }

@@ -206,8 +206,8 @@ fn app(objects: &mut Objects) {
     opaque(app.restart_record(&record, opaque(0)).encode());
     app.restart();
     for parameter in PARAMETERS {
-        let value = (parameter.get)(settings);
-        (parameter.set)(settings, opaque(value));
+        let value = parameter.get(settings);
+        parameter.set(settings, opaque(value));
     }
 }
 

@@ -1,0 +1,238 @@
+//! What parameters have to satisfy together.
+
+use crate::control::ControlConfig;
+use crate::dynamics::{VehicleParameters, cross_drag_limit};
+#[cfg(not(target_os = "none"))]
+use core::fmt;
+
+/// One condition on several parameters.
+struct Rule {
+    /// The parameters that do not go together if it does not hold.
+    #[cfg(not(target_os = "none"))]
+    parameters: &'static [&'static str],
+    /// What is wrong then, and what is expected.
+    #[cfg(not(target_os = "none"))]
+    text: &'static str,
+    holds: fn(&VehicleParameters, Option<&ControlConfig>) -> bool,
+}
+
+macro_rules! rule {
+    ([$($parameter:literal),+], $text:literal, $holds:expr) => {
+        Rule {
+            #[cfg(not(target_os = "none"))]
+            parameters: &[$($parameter),+],
+            #[cfg(not(target_os = "none"))]
+            text: $text,
+            holds: $holds,
+        }
+    };
+}
+
+/// Their numbers go over the host link: new ones come last.
+const RULES: [Rule; 9] = [
+    rule!(["vehicle.length_m", "vehicle.diameter_m"], "the hull is thicker than long", |v, _| v.length_m
+        >= v.diameter_m),
+    // An identified m_11 may lie some percent below the dry mass.
+    rule!(
+        ["vehicle.mass_kg", "inertia.m_diag[0]", "inertia.m_diag[1]", "inertia.m_diag[2]"],
+        "rigid body plus added mass is less than half of the dry mass",
+        |v, _| v.m_diag.iter().take(3).all(|m| *m >= 0.5 * v.mass_kg)
+    ),
+    rule!(
+        ["vehicle.mass_kg", "vehicle.displaced_mass_kg"],
+        "the vehicle sinks or floats like a stone or a cork: expected a displaced mass of half to twice the dry mass",
+        |v, _| (0.5 * v.mass_kg..=2.0 * v.mass_kg).contains(&v.displaced_mass_kg)
+    ),
+    rule!(
+        ["vehicle.b_cb_to_cg_m[2]"],
+        "the vehicle is statically unstable: expected the centre of buoyancy above the centre of gravity (more than 0)",
+        |v, _| v.b_cb_to_cg_m[2] > 0.0
+    ),
+    rule!(
+        ["drag.d26", "drag.quadratic_diag[1]", "drag.quadratic_diag[5]"],
+        "drag feeds energy into sway and yaw: expected a smaller d26",
+        |v, _| v.d26.abs() <= cross_drag_limit(v.quadratic_diag[1], v.quadratic_diag[5])
+    ),
+    rule!(
+        ["drag.d35", "drag.quadratic_diag[2]", "drag.quadratic_diag[4]"],
+        "drag feeds energy into heave and pitch: expected a smaller d35",
+        |v, _| v.d35.abs() <= cross_drag_limit(v.quadratic_diag[2], v.quadratic_diag[4])
+    ),
+    rule!(
+        [
+            "vehicle.length_m",
+            "fins.phi_rad[0]",
+            "fins.phi_rad[1]",
+            "fins.phi_rad[2]",
+            "fins.phi_rad[3]",
+            "fins.cp_m[0][0]",
+            "fins.cp_m[1][0]",
+            "fins.cp_m[2][0]",
+            "fins.cp_m[3][0]"
+        ],
+        "the fins cannot steer: expected fins away from the centre of gravity that turn the vehicle in pitch and in yaw",
+        |v, _| fins_steer(v)
+    ),
+    rule!(
+        [
+            "drag.quadratic_diag[0]",
+            "drag.linear_surge_ns_per_m",
+            "propeller.beta5_n_s2_per_rad2",
+            "propeller.advance_n_s2_per_rad_m",
+            "propeller.omega_max_radps"
+        ],
+        "thrust and drag do not balance at a speed of a vehicle: expected a top speed of 0.1 to 30 m/s",
+        |v, _| (0.1..=30.0).contains(&top_speed_mps(v))
+    ),
+    rule!(
+        [
+            "app.cruise_speed_mps",
+            "drag.quadratic_diag[0]",
+            "drag.linear_surge_ns_per_m",
+            "propeller.beta5_n_s2_per_rad2",
+            "propeller.advance_n_s2_per_rad_m",
+            "propeller.omega_max_radps"
+        ],
+        "the vehicle does not reach the cruise speed: expected a lower one, or more thrust",
+        |v, control| control.is_none_or(|control| control.cruise_speed_mps <= top_speed_mps(v))
+    ),
+];
+
+/// Numbers that are each in range but do not go together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Inconsistent {
+    rule: u8,
+}
+
+impl Inconsistent {
+    /// The number of the rule that does not hold, as it goes over the host link.
+    #[must_use]
+    pub const fn rule(self) -> u8 {
+        self.rule
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+impl Inconsistent {
+    /// By [`Self::rule`]; `None`: a rule that is not known here.
+    #[must_use]
+    pub fn of_rule(rule: u8) -> Option<Self> {
+        (usize::from(rule) < RULES.len()).then_some(Self { rule })
+    }
+
+    /// The parameters concerned, by their names.
+    #[must_use]
+    pub fn parameters(self) -> &'static [&'static str] {
+        RULES[usize::from(self.rule)].parameters
+    }
+
+    /// The same with the values at hand: one line for people.
+    #[must_use]
+    pub fn with_values(self, value: impl Fn(&str) -> Option<f64>) -> impl fmt::Display {
+        WithValues { inconsistent: self, value }
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+impl fmt::Display for Inconsistent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "parameters do not go together: {}", RULES[usize::from(self.rule)].text)
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+impl core::error::Error for Inconsistent {}
+
+#[cfg(not(target_os = "none"))]
+struct WithValues<F> {
+    inconsistent: Inconsistent,
+    value: F,
+}
+
+#[cfg(not(target_os = "none"))]
+impl<F: Fn(&str) -> Option<f64>> fmt::Display for WithValues<F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; ", self.inconsistent)?;
+        for (i, name) in self.inconsistent.parameters().iter().enumerate() {
+            let comma = if i == 0 { "" } else { ", " };
+            match (self.value)(name) {
+                Some(value) => write!(f, "{comma}{name} = {value}")?,
+                None => write!(f, "{comma}{name}")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks what parameters that are each in range have to satisfy together; with the controller's where they are known.
+///
+/// # Errors
+/// The first rule that does not hold.
+pub fn joint_check(vehicle: &VehicleParameters, control: Option<&ControlConfig>) -> Result<(), Inconsistent> {
+    match (0..).zip(&RULES).find(|(_, rule)| !(rule.holds)(vehicle, control)) {
+        Some((rule, _)) => Err(Inconsistent { rule }),
+        None => Ok(()),
+    }
+}
+
+/// Whether the lift of the fins makes moments about both pitch and yaw, with levers of a twentieth of the length. The lift
+/// of a fin is along z of its frame, (0, -sin phi, cos phi).
+fn fins_steer(vehicle: &VehicleParameters) -> bool {
+    let (mut pitch, mut yaw) = (0.0, 0.0);
+    for fin in &vehicle.fins {
+        let (sine, cosine) = libm::sincos(fin.phi_rad);
+        pitch += (fin.cp_m[0] * cosine) * (fin.cp_m[0] * cosine);
+        yaw += (fin.cp_m[0] * sine) * (fin.cp_m[0] * sine);
+    }
+    let least = 0.05 * vehicle.length_m;
+    pitch >= least * least && yaw >= least * least
+}
+
+/// Speed at which the drag of straight flight balances the thrust of the fastest propeller, m/s.
+fn top_speed_mps(vehicle: &VehicleParameters) -> f64 {
+    let omega = vehicle.omega_max_radps;
+    let square = vehicle.quadratic_diag[0];
+    let linear = vehicle.linear_surge_ns_per_m + vehicle.advance_n_s2_per_rad_m * omega;
+    let thrust = vehicle.beta5_n_s2_per_rad2 * omega * omega;
+    (libm::sqrt(linear * linear + 4.0 * square * thrust) - linear) / (2.0 * square)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_rule_can_break_and_names_its_parameters() {
+        let iver = VehicleParameters::IVER3;
+        let control = ControlConfig::REFERENCE;
+        assert_eq!(joint_check(&iver, Some(&control)), Ok(()));
+        let broken = [
+            VehicleParameters { diameter_m: 3.0, ..iver },
+            VehicleParameters { m_diag: [18.0, 74.0, 74.0, 0.2, 20.0, 20.0], ..iver },
+            VehicleParameters { displaced_mass_kg: 3.8, ..iver },
+            VehicleParameters { b_cb_to_cg_m: [0.0, 0.0, -0.015], ..iver },
+            VehicleParameters { d26: 100.0, ..iver },
+            VehicleParameters { d35: -100.0, ..iver },
+            VehicleParameters {
+                fins: iver.fins.map(|fin| crate::dynamics::FinGeometry { phi_rad: 0.0, ..fin }),
+                ..iver
+            },
+            VehicleParameters { omega_max_radps: 5.0, ..iver },
+            VehicleParameters { omega_max_radps: 50.0, ..iver },
+        ];
+        for (rule, vehicle) in (0..).zip(&broken) {
+            let refused = joint_check(vehicle, Some(&control)).unwrap_err();
+            assert_eq!((refused.rule(), Inconsistent::of_rule(rule)), (rule, Some(refused)));
+            assert!(!refused.parameters().is_empty());
+        }
+        assert_eq!(joint_check(&broken[8], None), Ok(()));
+        assert_eq!(Inconsistent::of_rule(RULES.len() as u8), None);
+    }
+
+    /// The top speed of the reference vehicle by hand: sqrt(3e-4 / 3) 200 rad/s.
+    #[test]
+    fn val_top_speed() {
+        assert!((top_speed_mps(&VehicleParameters::IVER3) - 2.0).abs() < 1e-12);
+    }
+}
