@@ -1,5 +1,8 @@
 //! Plain statistics of errors and innovations.
 
+use statrs::function::beta::beta_reg;
+use statrs::function::gamma::{gamma_lr, gamma_ur};
+
 /// Value below which a share `q` (0 to 1) of the samples lies, interpolated linearly between order
 /// statistics (type 7 of Hyndman and Fan 1996, the default of NumPy and R); `None` without samples.
 #[must_use]
@@ -95,6 +98,31 @@ pub fn nis_bounds95(n: u64) -> Option<(f64, f64)> {
     Some((cube(-Z_95), cube(Z_95)))
 }
 
+/// Probability that a chi-square variable with `degrees` of freedom exceeds `x`.
+#[must_use]
+pub fn chi_square_tail(x: f64, degrees: usize) -> f64 {
+    if x.is_nan() || x <= 0.0 || degrees == 0 {
+        return 1.0;
+    }
+    if x.is_finite() { gamma_ur(0.5 * degrees as f64, 0.5 * x) } else { 0.0 }
+}
+
+/// Probability that an F variable with `a` and `b` degrees of freedom exceeds `x`.
+#[must_use]
+pub fn f_tail(x: f64, a: f64, b: f64) -> f64 {
+    if x.is_nan() || x <= 0.0 {
+        return 1.0;
+    }
+    // Not by the distribution's own survival function: it loses the digits of a small b / (b + a x).
+    beta_reg(0.5 * b, 0.5 * a, b / (b + a * x))
+}
+
+/// Probability that a Poisson variable of this mean is at least `hits`.
+#[must_use]
+pub fn poisson_tail(hits: usize, mean: f64) -> f64 {
+    if hits == 0 { 1.0 } else { gamma_lr(hits as f64, mean) }
+}
+
 /// How large an error was.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorSummary {
@@ -186,6 +214,42 @@ mod tests {
             // Tolerance: error of the cube-root transformation.
             assert!((bounds.0 - lo).abs() < tolerance && (bounds.1 - hi).abs() < tolerance, "{n}: {bounds:?}");
         }
+    }
+
+    #[test]
+    fn val_chi_square_tail_as_in_tables() {
+        // Abramowitz and Stegun, Table 26.8: upper 5 % and 0.1 % points, to their digits.
+        for (degrees, five, thousandth) in [
+            (1, 3.841_46, 10.827_6),
+            (2, 5.991_46, 13.815_5),
+            (3, 7.814_73, 16.266_2),
+            (5, 11.070_5, 20.515),
+            (6, 12.591_6, 22.457_7),
+        ] {
+            assert!((chi_square_tail(five, degrees) / 0.05 - 1.0).abs() < 1e-4, "{degrees}");
+            assert!((chi_square_tail(thousandth, degrees) / 1e-3 - 1.0).abs() < 1e-3, "{degrees}");
+        }
+        // The tail of two degrees is exp(-x/2), however small.
+        assert!((chi_square_tail(600.0, 2) / (-300.0_f64).exp() - 1.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn val_f_tail_as_in_tables() {
+        // Abramowitz and Stegun, Table 26.9: upper 5 % and 0.1 % points of F(a, b), to their digits.
+        for (a, b, five, thousandth) in [(1.0, 10.0, 4.96, 21.04), (2.0, 20.0, 3.49, 9.95), (3.0, 60.0, 2.76, 6.17)] {
+            assert!((f_tail(five, a, b) / 0.05 - 1.0).abs() < 5e-3, "{a} {b}: {}", f_tail(five, a, b));
+            assert!((f_tail(thousandth, a, b) / 1e-3 - 1.0).abs() < 5e-3, "{a} {b}");
+        }
+        // F(2, b) has the tail (b / (b + 2 x))^(b/2).
+        let closed = (1000.0_f64 / 1040.0).powf(500.0);
+        assert!((f_tail(20.0, 2.0, 1000.0) / closed - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn val_poisson_tail_by_hand() {
+        // P(X >= 2) = 1 - e^-m (1 + m).
+        assert!((poisson_tail(2, 1.0) - (1.0 - 2.0 * (-1.0_f64).exp())).abs() < 1e-12);
+        assert_eq!(poisson_tail(0, 1.0), 1.0);
     }
 
     #[test]

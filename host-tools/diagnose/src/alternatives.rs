@@ -103,7 +103,7 @@ fn alternative(
         }
     };
     let p = if blocks == usize::MAX {
-        crate::statistics::chi2_tail(gain, degrees)
+        backseat_data::stats::chi_square_tail(gain, degrees)
     } else {
         tail(gain, inflation, blocks, degrees)
     };

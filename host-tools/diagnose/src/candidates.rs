@@ -111,7 +111,7 @@ pub fn set_of(declared: &EffectSet, instances: &[Instance]) -> EffectSet {
     instances.iter().fold(*declared, |set, instance| instance.apply(&set))
 }
 
-/// What a log can say about the catalogue.
+/// What a log holds that the entries of the catalogue need.
 #[derive(Clone, Copy, Debug)]
 pub struct Scope {
     /// Channels with samples.
@@ -124,15 +124,18 @@ pub struct Scope {
     pub declared: EffectSet,
 }
 
-/// Entries that no log of this kind can judge, with the reason.
+/// Entries that this log cannot test, with the reason.
 #[must_use]
 pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
     let mut reasons = vec![(
         "depth_bias",
-        "a constant of the depth sensor shows only against a known antenna depth at the surface, which a log does not give",
+        "a constant depth error shows only at the surface, against the sensor's known depth there, which the log does not hold",
     )];
     if !scope.has_density {
-        reasons.push(("water_density", "needs water_density_kg_per_m3 in the log: without it, it is a buoyancy"));
+        reasons.push((
+            "water_density",
+            "the log has no water_density_kg_per_m3; without it, a change of density looks like buoyancy_offset",
+        ));
     }
     if !scope.present[ResidualChannel::Range as usize] {
         for effect in ["sound_speed", "clock_offset", "clock_drift", "range_outliers"] {
@@ -145,7 +148,7 @@ pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
         }
     }
     for (_, info, _) in scope.declared.active() {
-        reasons.push((info.name, "the vehicle file declares it already"));
+        reasons.push((info.name, "the vehicle file already declares it"));
     }
     reasons
 }

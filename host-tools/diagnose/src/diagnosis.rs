@@ -1,23 +1,19 @@
-//! The whole loop: find, trace, add, and round again.
+//! The whole loop: find a significant residual, trace it to effects, add them, and repeat.
 
 use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
 use crate::model::Model;
 use crate::noise;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
-use crate::scores::{whiteness, whiteness_p};
+use crate::scores::{Whiteness, whiteness, whiteness_p};
 use crate::search::{self, MOST_EFFECTS, Round};
-use crate::statistics::chi2_tail;
 use crate::structure::{self, Structure};
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
 use crate::waves;
 use crate::whitener::{Pass, Residual};
 use backseat_core::effects::{EffectSet, ParameterKind};
-use backseat_data::stats::{mean_ci95, wilson_ci95};
+use backseat_data::stats::{Z_95, chi_square_tail, mean_ci95, wilson_ci95};
 use rayon::prelude::*;
-
-/// Two-sided 95 % of a normal variable.
-const Z_95: f64 = backseat_data::stats::Z_95;
 
 /// One parameter of a found effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +33,7 @@ pub struct ParameterEstimate {
 /// An effect that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundEffect {
-    /// What, with its values.
+    /// The effect with its values.
     pub instance: Instance,
     /// Its parameters with intervals, in the order of the catalogue.
     pub values: Vec<ParameterEstimate>,
@@ -64,7 +60,9 @@ impl FoundEffect {
 pub struct Diagnosis {
     /// In one word.
     pub verdict: Verdict,
-    /// What was found, strongest first.
+    /// The condition that decided it.
+    pub reason: &'static str,
+    /// Effects found, strongest first.
     pub effects: Vec<FoundEffect>,
     /// The ladder of every round.
     pub rounds: Vec<Round>,
@@ -74,7 +72,7 @@ pub struct Diagnosis {
     pub before: Pass,
     /// See `before`.
     pub after: Pass,
-    /// What could not be judged, and what was assumed.
+    /// What was not tested, and what was assumed.
     pub notes: Vec<String>,
 }
 
@@ -86,9 +84,9 @@ impl Diagnosis {
     }
 }
 
-/// Diagnoses a log; `progress` is told what is being done.
+/// Diagnoses a log; `progress` receives the name of each step.
 ///
-/// `None` if the numbers leave the finite.
+/// `None` if the filter diverges.
 #[must_use]
 pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
     progress("noise");
@@ -131,11 +129,12 @@ pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let exceeds_noise = exceeds_noise(&joint.pass);
     let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
+    let whitenesses = whiteness(log_data, &joint.pass);
     let rule = verdict::decide(&Conditions {
         structure_remains,
         exceeds_noise,
         generic_terms_fit_better: has_doubtful_effects && generic_is_better(log_data, &accepted, explained, swell)?,
-        is_coloured: whiteness_p(&whiteness(log_data, &joint.pass)) < LEAST_WHITENESS_P,
+        is_coloured: whiteness_p(&whitenesses) < LEAST_WHITENESS_P,
         has_effects: !(found.is_empty() && noise_effects.is_empty()),
         has_alternatives: found.iter().any(|found| found.possible_alternatives().next().is_some()),
     });
@@ -153,11 +152,13 @@ pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option
     let after = if found.is_empty() { log_data.declared.clone() } else { joint.pass };
     let notes = crate::candidates::beyond(&log_data.scope)
         .into_iter()
-        .map(|(effect, reason)| format!("{effect} not judged: {reason}"))
+        .map(|(effect, reason)| format!("{effect} was not tested: {reason}"))
         .chain(scale_notes(log_data))
+        .chain(whitenesses.iter().filter_map(colour_note))
         .collect();
     Some(Diagnosis {
         verdict: rule.verdict,
+        reason: rule.condition,
         effects: found,
         rounds,
         structure,
@@ -249,7 +250,8 @@ fn still_needed(joint: &JointFit) -> Vec<bool> {
                 instance.sizes.iter().zip(&joint.sigmas[at..at + sizes]).map(|(x, s)| (x / s).powi(2)).sum();
             at += sizes;
             // A joint test would need their covariance; the sum bounds it well enough to drop what is nothing.
-            instance.candidate.fin.is_some() && instance.candidate.onset_s.is_some() || chi2_tail(square, sizes) < 1e-3
+            instance.candidate.fin.is_some() && instance.candidate.onset_s.is_some()
+                || chi_square_tail(square, sizes) < 1e-3
         })
         .collect()
 }
@@ -333,7 +335,7 @@ fn describe(
         let sigmas = &joint.sigmas[at..at + instance.sizes.len()];
         at += instance.sizes.len();
         let tried = rounds.first().map_or(1, |round| round.tried) as f64;
-        let p_value = (chi2_tail(gain, instance.candidate.degrees()) * tried).min(1.0);
+        let p_value = (chi_square_tail(gain, instance.candidate.degrees()) * tried).min(1.0);
         let values = values(&instance.candidate, &instance.sizes, sigmas, onset);
         found.push(FoundEffect { instance: instance.clone(), values, p_value, gain, held_gain, alternatives });
     }
@@ -459,7 +461,18 @@ fn scale_notes(log_data: &PreparedLog) -> Vec<String> {
         .filter(|channel| log_data.setup.scale[*channel as usize] > 1.0)
         .map(|channel| {
             let scale = log_data.setup.scale[channel as usize];
-            format!("{}: noise taken as {scale:.2} times the declared one", channel.name())
+            format!("{}: the noise is {scale:.2} times the declared noise; the larger value is used", channel.name())
         })
         .collect()
+}
+
+fn colour_note(whiteness: &Whiteness) -> Option<String> {
+    let colour = whiteness.colour?;
+    Some(format!(
+        "{}: {:.0} % of the innovations' variance is taken as coloured sensor noise (correlation {:.2} from one sample to \
+         the next)",
+        whiteness.channel.name(),
+        100.0 * colour.share,
+        colour.decay
+    ))
 }

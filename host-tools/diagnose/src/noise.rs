@@ -2,7 +2,7 @@
 
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use crate::whitener::Residual;
-use backseat_data::stats::median;
+use backseat_data::stats::{median, poisson_tail};
 
 /// Samples below which a channel's scale is not estimated.
 const LEAST_SAMPLES: usize = 60;
@@ -74,12 +74,5 @@ pub fn flags(samples: &Samples, residuals: &[Residual]) -> Vec<bool> {
 pub fn outlier_tail(hits: usize, count: usize) -> f64 {
     /// Probability that a good range is called one: its neighbours' median adds a quarter to its variance.
     const FALSE_ALARM: f64 = 1e-4;
-    let mean = count as f64 * FALSE_ALARM;
-    let (mut term, mut below) = ((-mean).exp(), 0.0);
-    for k in 0..hits {
-        below += term;
-        term *= mean / (k + 1) as f64;
-    }
-    // Where 1 − below has lost its digits, the first term of the tail is the tail.
-    (1.0 - below).max(term)
+    poisson_tail(hits, count as f64 * FALSE_ALARM)
 }

@@ -3,11 +3,11 @@
 use crate::model::Model;
 use crate::prepared_log::PreparedLog;
 use crate::samples::{LogEvent, Reading, ResidualChannel};
-use crate::statistics::{autocorrelation, ljung_box};
+use crate::statistics::{self, NoiseColour, autocorrelation};
 use crate::whitener::Pass;
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::{EffectSet, SensorChannel, Step};
-use backseat_core::navigation::ProcessModel;
+use backseat_core::navigation::{ProcessModel, models};
 use backseat_core::state::{self, P, PHI, U, VehicleState, Z, wrap_angle};
 use backseat_data::filter::{self, FilterOptions, FilterRun};
 use backseat_data::log::Column;
@@ -50,8 +50,10 @@ pub struct Whiteness {
     pub count: usize,
     /// Mean normalised innovation squared; 1 if consistent.
     pub nis: f64,
-    /// Ljung and Box: probability under whiteness.
+    /// Ljung and Box: probability under whiteness, or under modestly coloured noise where there is a `colour`.
     pub p: f64,
+    /// Coloured part of the noise, where whiteness fails and a modest share explains it.
+    pub colour: Option<NoiseColour>,
     /// Autocorrelation at lags from 1.
     pub correlation: Vec<f64>,
 }
@@ -135,8 +137,8 @@ pub fn whiteness(log_data: &PreparedLog, pass: &Pass) -> Vec<Whiteness> {
             let count = e.len();
             let nis = e.iter().map(|e| e * e).sum::<f64>() / count as f64;
             let correlation = autocorrelation(&e, LAGS.min(count / 4));
-            let p = ljung_box(&correlation, count);
-            (count > 8).then_some(Whiteness { channel, count, nis, p, correlation })
+            let (p, colour) = statistics::whiteness(&correlation, count);
+            (count > 8).then_some(Whiteness { channel, count, nis, p, colour, correlation })
         })
         .collect()
 }
@@ -205,11 +207,10 @@ fn errors(model: &Model, t_s: f64, x: &VehicleState, reading: &Reading) -> Vec<(
         Reading::Attitude(euler) => (SensorChannel::Attitude, ResidualChannel::Roll, at(PHI), euler),
         Reading::Rates(rates) => (SensorChannel::Rates, ResidualChannel::P, at(P), rates),
         Reading::Dvl(velocity) => {
-            let [north, east] = model.water_mps();
-            let rotation = Attitude::new(&state::attitude(x)).rotation();
-            let over_ground: Vector3<f64> = rotation.tr_mul(&Vector3::new(north, east, 0.0));
+            let attitude = Attitude::new(&state::attitude(x));
+            let current = models::bottom_track(&attitude, &model.water_mps().into()).current_in_body;
             let through = at(U);
-            (SensorChannel::Dvl, ResidualChannel::DvlU, [0, 1, 2].map(|i| through[i] + over_ground[i]), velocity)
+            (SensorChannel::Dvl, ResidualChannel::DvlU, [0, 1, 2].map(|i| through[i] + current[i]), velocity)
         }
         Reading::Gnss(_) | Reading::Acoustic { .. } => return Vec::new(),
     };

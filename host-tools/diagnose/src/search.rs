@@ -4,8 +4,8 @@ use crate::candidates::{self, Candidate, Hypothesis, Instance, set_of};
 use crate::linear;
 use crate::normal_equations::NormalEquations;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
-use crate::statistics::{chi2_tail, f_tail};
 use crate::whitener::Pass;
+use backseat_data::stats::{chi_square_tail, f_tail};
 
 /// Probability of naming any effect where there is none, over the whole catalogue.
 pub const FAMILY_ERROR: f64 = 2e-3;
@@ -158,7 +158,7 @@ pub fn tail(gain: f64, inflation: f64, blocks: usize, degrees: usize) -> f64 {
     // Neighbouring blocks share half their weight: two thirds of them are independent.
     let free = (blocks as f64 * 2.0 / 3.0).max(2.0);
     let scattered = f_tail(gain / inflation / degrees as f64, degrees as f64, free);
-    chi2_tail(gain, degrees).max(scattered)
+    chi_square_tail(gain, degrees).max(scattered)
 }
 
 /// Refines the onset of an event by ever finer searches; the values follow.

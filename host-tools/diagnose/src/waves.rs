@@ -5,8 +5,8 @@
 //! variance that the measured velocities have in that band beyond their neighbourhood.
 
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
-use crate::statistics::f_tail;
 use crate::whitener::Residual;
+use backseat_data::stats::f_tail;
 use std::f64::consts::TAU;
 
 /// Length of a segment, s: a swell of 12 s has ten periods in it.

@@ -73,7 +73,7 @@ pub(crate) fn identify(
     let mut estimate = described(Method::Auto, data, prior, options, &incumbent.parameters, covariance);
     estimate.steps = steps;
     estimate.notes.push(format!(
-        "settled on {}; fitted to the first {:.0} % of the log, judged on the rest",
+        "method chosen: {}; fitted to the first {:.0} % of the log, judged on the rest",
         incumbent.method,
         100.0 * FITTED
     ));

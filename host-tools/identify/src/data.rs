@@ -102,7 +102,7 @@ impl IdentificationData {
         ));
         let taken = removal.names();
         if !taken.is_empty() {
-            data.notes.push(format!("declared effects taken out of the log: {}", taken.join(", ")));
+            data.notes.push(format!("declared effects removed from the log: {}", taken.join(", ")));
         }
         Ok(data)
     }

@@ -1,4 +1,4 @@
-//! What the motion shows of each parameter, which only together, and what would show the rest.
+//! Which parameters the motion determines, which only in combination, and which manoeuvres determine the others.
 
 use crate::aid::run_identifier;
 use crate::data::IdentificationData;
@@ -78,12 +78,15 @@ pub(crate) fn described(
         .collect();
     let collinear = correlation(data, &vehicle, &seen).map(|c| groups(&seen, &c)).unwrap_or_default();
     let mut notes = data.notes.clone();
-    notes.push(format!("{} is known and gives the scale", parameters::name(options.scale.parameter())));
+    notes.push(format!(
+        "{} is taken as known: the log holds no forces, so that one parameter must give the scale",
+        parameters::name(options.scale.parameter())
+    ));
     for group in &collinear {
         let last = group.iter().filter_map(|name| (0..EXTENDED).find(|&j| parameters::name(j) == *name)).next_back();
         let names: Vec<&str> = group.clone();
         notes.push(format!(
-            "{} are seen only together; to be told apart by {}",
+            "this log determines only a combination of {}; to separate them: {}",
             names.join(", "),
             last.map_or("", manoeuvre)
         ));

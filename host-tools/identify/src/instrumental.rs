@@ -132,9 +132,9 @@ pub(crate) fn solve(
         }
         let unit = DVector::from_fn(n, |i, _| scale[free[i]]);
         let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * unit[i] * unit[j]);
-        let inverse = scaled
-            .try_inverse()
-            .ok_or_else(|| IdentifyError::Degenerate("instrumental variables: the data determine nothing".into()))?;
+        let inverse = scaled.try_inverse().ok_or_else(|| {
+            IdentifyError::Degenerate("instrumental variables: the data do not determine the parameters".into())
+        })?;
         let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * unit[i] * unit[j]);
         let step = &inverse * right;
         let mut next = solved.parameters;

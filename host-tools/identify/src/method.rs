@@ -57,7 +57,9 @@ impl FromStr for Method {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(|| format!("no method {text}"))
+        Self::ALL.into_iter().find(|method| method.name() == text).ok_or_else(|| {
+            format!("there is no method {text}; the methods are {}", Self::ALL.map(Self::name).join(", "))
+        })
     }
 }
 
@@ -95,7 +97,7 @@ pub enum IdentifyError {
     #[error("the log has no {0}")]
     Missing(&'static str),
     /// No stretch is long enough.
-    #[error("the log has no minute in which attitude, rates and DVL velocity have no gap of a second")]
+    #[error("the log has no minute of attitude, body rates and DVL velocity without a gap of more than 1 s")]
     TooShort,
     /// The prior is unusable.
     #[error("the declared vehicle is unusable: {0}")]
@@ -108,7 +110,7 @@ pub enum IdentifyError {
     Degenerate(String),
 }
 
-/// Identifies a vehicle from its log; `progress` is told the share done, 0 to 1.
+/// Identifies a vehicle from its log; `progress` receives the share done, 0 to 1.
 ///
 /// # Errors
 /// If the prior is unusable or the data determine nothing.

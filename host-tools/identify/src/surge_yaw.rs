@@ -147,7 +147,7 @@ impl SurgeYawData {
     /// Fits the coefficients.
     ///
     /// # Errors
-    /// If too little was measured, or the data determine nothing.
+    /// If too little was measured, or the data do not determine the parameters.
     pub fn fit(&self) -> Result<SurgeYawEstimate, IdentifyError> {
         let segments: Vec<&[Sample]> =
             self.runs().into_iter().flat_map(|run| run.chunks(SEGMENT)).filter(|s| s.len() > 5).collect();
@@ -173,7 +173,9 @@ impl SurgeYawData {
                 damped[(i, i)] *= 1.0 + damping;
             }
             let Some(factor) = damped.cholesky() else {
-                return Err(IdentifyError::Degenerate("surge and yaw: the data determine nothing".into()));
+                return Err(IdentifyError::Degenerate(
+                    "surge and yaw: the data do not determine the parameters".into(),
+                ));
             };
             let mut next = &x + factor.solve(&right);
             // Drag and thrust oppose and drive.

@@ -1,4 +1,4 @@
-//! The outcome as one JSON object.
+//! The diagnosis as one JSON object.
 
 use super::DiagnosisReport;
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
@@ -19,6 +19,7 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     ));
     let object = json!({
         "verdict": d.verdict.name(),
+        "reason": d.reason,
         "effects": d.effects.iter().map(effect).collect::<Vec<_>>(),
         "before": scores(outcome.before),
         "after": scores(outcome.after),

@@ -28,10 +28,10 @@ Examples:
   backseat diagnose glider_flight.csv --with glider_ctd.csv   two logs of one time base
   backseat diagnose table.csv --columns map.toml              a table of any other maker
 
-The log is as for `backseat navigate`, or a glider's, a pinger's or a DVL and AHRS log. Without fins and propeller in it, the
-plainest model that it supports is taken: a glide on ballast, pseudo-ranges of an unsynchronised pinger, or dead reckoning.
-The vehicle file written holds what was declared and the effects that were found: `navigate`, `params import` and the
-simulator take it as it is.";
+The log is one that `backseat navigate` reads, or the log of a glider, of a pinger, or of a DVL with an AHRS. A log without
+fin angles and propeller speed is compared with the plainest model that it supports: a steady glide, the pseudo-ranges of
+a pinger with its own clock, or dead reckoning. The vehicle file written holds the declared vehicle and the effects
+found; `navigate`, `params import` and the simulator read it.";
 
 /// Find out which physical effect the declared model lacks
 #[derive(clap::Args)]
@@ -45,7 +45,7 @@ pub struct Args {
     /// Truth CSV to compare positions with
     #[arg(long, value_name = "T.csv")]
     truth: Option<PathBuf>,
-    /// Leave the DVL out
+    /// Do not use the DVL
     #[arg(long)]
     no_dvl: bool,
     /// A second log of the same time base, joined to the first
@@ -67,7 +67,7 @@ pub struct Args {
     force: bool,
 }
 
-/// Everything there is to say.
+/// What the report shows.
 pub struct DiagnosisReport<'a> {
     pub log: &'a Log,
     pub diagnosis: &'a Diagnosis,
@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let has_actuators = Column::ALL[..=Column::FinStarboard as usize].iter().all(|column| log.has(*column));
     let (diagnosis, before, after) = if has_actuators {
         if args.vehicle.is_none() {
-            notes.push(format!("no vehicle file given: the built-in {} is taken as declared", vehicle.name));
+            notes.push(format!("no --vehicle given: the declared model is the built-in {}", vehicle.name));
         }
         dynamic(args, log, &vehicle, truth.as_ref(), &spinner)?
     } else {
@@ -147,7 +147,7 @@ fn import(args: &Args) -> anyhow::Result<Imported> {
     Ok(imported)
 }
 
-/// Logs without fins and propeller, each by the plainest model that it supports.
+/// Logs without fins and propeller: each kind has its own model.
 fn by_log_model(
     args: &Args,
     log: &Log,
@@ -156,21 +156,30 @@ fn by_log_model(
     spinner: &Spinner,
 ) -> anyhow::Result<(Diagnosis, Scores, Scores)> {
     let refuse_truth = |what: &str| match &args.truth {
-        Some(path) => bail!("{}: {what} is compared with what it logged itself, not with a truth", path.display()),
+        Some(path) => bail!(
+            "{}: --truth cannot be used with {what}, whose errors are computed from the log itself: leave it out",
+            path.display()
+        ),
         None => Ok(()),
     };
     let found = if pinger::is_for(log) {
         refuse_truth("a pinger's log")?;
         spinner.set("pseudo-ranges");
         let Some(found) = pinger::run(log, vehicle) else {
-            bail!("{}: fewer than 30 pings with a position", args.log.display());
+            bail!(
+                "{}: the log has fewer than 30 pings with a GNSS position (gps_x_m, gps_y_m) and the pinger's place (ship_x_m, ship_y_m)",
+                args.log.display()
+            );
         };
         found
     } else if glider::is_for(log) {
         refuse_truth("a glider's log")?;
         spinner.set("glide");
         let Some(found) = glider::run(log, vehicle) else {
-            bail!("{}: too little steady flight for a model of the glide", args.log.display());
+            bail!(
+                "{}: too little steady gliding: the model needs 60 stretches of 16 s below 3 m with constant ballast",
+                args.log.display()
+            );
         };
         found
     } else {
@@ -197,10 +206,16 @@ fn dynamic(
     spinner: &Spinner,
 ) -> anyhow::Result<(Diagnosis, Scores, Scores)> {
     let Some(mut log_data) = PreparedLog::new(log, vehicle, !args.no_dvl) else {
-        bail!("{}: nothing to start from: it needs a GNSS fix and an attitude", args.log.display());
+        bail!(
+            "{}: the filter cannot start: the log needs a GNSS fix (gps_x_m, gps_y_m) and an attitude (roll_rad, pitch_rad, heading_rad)",
+            args.log.display()
+        );
     };
     let Some(diagnosis) = diagnosis::run(&mut log_data, |what| spinner.set(what)) else {
-        bail!("{}: the filter's numbers left the finite", args.log.display());
+        bail!(
+            "{}: the filter diverged: check the units and signs of the log's columns and the vehicle file",
+            args.log.display()
+        );
     };
     spinner.set("before and after");
     let score = |pass, set| scores::of(&log_data, pass, set, log, vehicle, truth, !args.no_dvl);
@@ -210,7 +225,7 @@ fn dynamic(
     Ok((diagnosis, before, after))
 }
 
-/// What was declared, with the effects found and their intervals.
+/// The declared vehicle with the effects found and their intervals.
 fn augmented(vehicle: &VehicleFile, diagnosis: &Diagnosis) -> VehicleFile {
     let mut file = vehicle.clone();
     file.effects.set = diagnosis.set(&vehicle.effects.set);

@@ -1,4 +1,4 @@
-//! The outcome as a page: what was wrong, how it shows, what else was tried, what it is worth.
+//! The diagnosis as an HTML page: effects, before and after, the residual, all hypotheses.
 
 use super::DiagnosisReport;
 use super::text::{headline, number, rows};
@@ -33,12 +33,12 @@ pub fn html(outcome: &DiagnosisReport<'_>) -> String {
     report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
 }
 
-/// What was found, in a table and a sentence each.
+/// Effects found: a table, and a sentence each.
 fn effects(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     let d = outcome.diagnosis;
     if !d.effects.is_empty() {
         let header = ["effect", "parameter", "value (95 % interval)", "p"];
-        let mut table = Table::new("What the declared model lacks", &header);
+        let mut table = Table::new("Effects found", &header);
         for found in &d.effects {
             for (i, value) in found.values.iter().enumerate() {
                 let name = if i == 0 { found.instance.candidate.effect } else { "" };
@@ -56,14 +56,14 @@ fn effects(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     }
     for found in &d.effects {
         let info = found.instance.candidate.info();
-        report = report.text(&format!("{}: {}. How it shows: {}.", info.name, info.equations, info.signature));
+        report = report.text(&format!("{}: {}. {}.", info.name, info.equations, info.signature));
         for alternative in found.possible_alternatives() {
             let manoeuvre = alternative.separating_manoeuvre.map_or_else(
                 || "no manoeuvre is known that separates them".to_owned(),
-                |manoeuvre| format!("what would tell them apart: {manoeuvre}"),
+                |manoeuvre| format!("to separate them: {manoeuvre}"),
             );
             report = report.text(&format!(
-                "It could as well be {} (values {:.4?}; χ² larger by {:.1}): {manoeuvre}.",
+                "It could also be {} (values {:.4?}; χ² larger by {:.1}); {manoeuvre}.",
                 alternative.instance.candidate.label(),
                 alternative.instance.sizes,
                 alternative.deficit
@@ -71,9 +71,8 @@ fn effects(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
         }
     }
     if !d.structure.hints.is_empty() {
-        let header = ["what remains depends on", "χ² gain", "of it held out", "p"];
-        let mut table =
-            Table::new("Structure that no entry of the catalogue accounts for, by what explains most of it", &header);
+        let header = ["the residual depends on", "χ² gain", "held-out gain", "p"];
+        let mut table = Table::new("Structure outside the catalogue, the strongest term first", &header);
         for hint in &d.structure.hints {
             let cells = [format!("{:.0}", hint.gain), format!("{:.0}", hint.held_gain), format!("{:.0e}", hint.p)];
             table = table.row([hint.generic.name()].into_iter().chain(cells));
@@ -81,8 +80,8 @@ fn effects(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
         report = report.table(table);
     }
     if !d.structure.named.is_empty() {
-        let header = ["what remains depends on", "factors", "χ² gain", "of it held out", "p"];
-        let mut table = Table::new("Structure that no entry of the catalogue accounts for", &header);
+        let header = ["the residual depends on", "factors", "χ² gain", "held-out gain", "p"];
+        let mut table = Table::new("Structure outside the catalogue", &header);
         for term in &d.structure.named {
             let factors: Vec<String> = term.values.iter().map(|value| format!("{value:.3}")).collect();
             let numbers = [format!("{:.0}", term.gain), format!("{:.0}", term.held_gain), format!("{:.0e}", term.p)];
@@ -95,7 +94,7 @@ fn effects(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
 
 fn before_after(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     let mut table = Table::new(
-        "On held-out data: a third of the log in blocks and its last fifth, to which nothing was fitted",
+        "Before and after on held-out data: a third of the log in blocks, and its last fifth",
         &["", "before", "after"],
     );
     for (name, before, after) in rows(outcome) {
@@ -132,7 +131,7 @@ fn broken(errors: &[(f64, f64)]) -> Vec<Point> {
     points
 }
 
-/// The residual that tells most: in time with the effect over it, against what explains it, its spectrum.
+/// The residual that the effects change most: in time, against the variable that explains most of it, and its spectrum.
 fn residual(report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     let d = outcome.diagnosis;
     let has_effect = !d.effects.is_empty();
@@ -142,22 +141,22 @@ fn residual(report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     let drawn = figures::smooth(before.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
     let effect = figures::smooth(before.iter().zip(&after).map(|(b, a)| (b.t_s, b.innovation - a.innovation)), BIN_S);
     let rest = figures::smooth(after.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
-    let mut series: Vec<plots::Series<'_>> = vec![("what the declared model leaves", &drawn)];
+    let mut series: Vec<plots::Series<'_>> = vec![("residual of the declared model", &drawn)];
     if has_effect {
-        series.push(("what the effect makes of it", &effect));
+        series.push(("explained by the effect", &effect));
     }
     let over = plots::time_series(&TimePlot { y_label: &label, series: &series, band: None });
     let mut report = report.section("The residual").figure(
         &format!(
             "Innovations of {}, means of {BIN_S:.0} s{}.",
             channel.name(),
-            if has_effect { ", and the effect over them" } else { "" }
+            if has_effect { ", and the part that the effect explains" } else { "" }
         ),
         over,
     );
     if has_effect {
         let svg = plots::time_series(&TimePlot { y_label: &label, series: &[("after", &rest)], band: None });
-        report = report.figure("What is left with the effect in the model.", svg);
+        report = report.figure("Residual with the effect in the model.", svg);
     }
     let (variable, [line_before, line_after]) = figures::best_variable(&d.before, &d.after, channel);
     let mut lines: Vec<plots::Series<'_>> = vec![("before", &line_before)];
@@ -172,7 +171,7 @@ fn residual(report: Report, outcome: &DiagnosisReport<'_>) -> Report {
         ..XyPlot::default()
     });
     if !line_before.is_empty() {
-        report = report.figure("The same against the variable that explains most of it, means in bins.", svg);
+        report = report.figure("The same residual against the variable that explains most of it, means in bins.", svg);
     }
     let (white_before, white_after) = (figures::spectrum(&d.before, channel), figures::spectrum(&d.after, channel));
     let mut lines: Vec<plots::Series<'_>> = vec![("before", &white_before)];
@@ -187,14 +186,15 @@ fn residual(report: Report, outcome: &DiagnosisReport<'_>) -> Report {
         x_scale: Scale::Log,
         y_scale: Scale::Log,
     });
-    report.figure("Spectrum of the normalised innovations: slow structure stands at the left.", svg)
+    report.figure("Spectrum of the normalised innovations; slow structure is at the left.", svg)
 }
 
 /// Every hypothesis with its evidence, round by round.
 fn ladder(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
-    report = report.section("The ladder of hypotheses").text(
-        "Each entry of the catalogue is fitted to the whitened residual. Its evidence is the square root of the χ² it \
-         takes away: in sigmas. Beyond the line it would be chance in less than one log of five hundred, all hypotheses counted.",
+    report = report.section("Hypotheses tested").text(
+        "Each entry of the catalogue is fitted to the whitened residual. Its evidence is the square root of the χ² that it \
+         removes, in sigmas. Beyond the line, chance alone gives such evidence in fewer than one log of five hundred, all \
+         hypotheses counted.",
     );
     for (index, round) in outcome.diagnosis.rounds.iter().enumerate() {
         let shown: Vec<(String, f64)> = round
@@ -211,7 +211,7 @@ fn ladder(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
             plots::bars(&BarPlot { x_label: "evidence [sigma]", bars: &bars, reference: Some(("significant", 4.7)) });
         let caption = match index {
             0 => "Round 1: beside the declared model.".to_owned(),
-            _ => format!("Round {}: beside what was accepted before.", index + 1),
+            _ => format!("Round {}: beside the effects accepted before.", index + 1),
         };
         report = report.figure(&caption, svg);
     }
@@ -229,8 +229,7 @@ fn details(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
         }
     }
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let mut table =
-        Table::new("Prediction by the model alone, root mean square against what was read then, held-out", &header);
+    let mut table = Table::new("Open-loop prediction on held-out data: root-mean-square error by horizon", &header);
     for (place, channel) in PREDICTED.iter().enumerate() {
         let (before, after) = (&outcome.before.prediction[place], &outcome.after.prediction[place]);
         if before.iter().all(Option::is_none) {
@@ -252,7 +251,7 @@ fn details(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     }
     let header = ["channel", "samples", "NIS before", "NIS after", "whiteness p before", "p after"];
     let mut table = Table::new(
-        "Innovations on held-out data: mean normalised square (1 if consistent), Ljung-Box over 20 lags",
+        "Innovations on held-out data: mean normalised innovation squared (NIS, 1 if consistent), Ljung-Box test over 20 lags",
         &header,
     );
     for channel in ResidualChannel::ALL {

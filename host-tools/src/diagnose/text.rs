@@ -1,4 +1,4 @@
-//! The outcome as a page of text.
+//! The diagnosis as text.
 
 use super::DiagnosisReport;
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
@@ -16,17 +16,17 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
         }
         let _ = writeln!(out, "    {}", found.instance.candidate.info().signature);
         for alternative in found.possible_alternatives() {
-            let _ = writeln!(out, "    could as well be {}", alternative.instance.candidate.label());
+            let _ = writeln!(out, "    could also be {}", alternative.instance.candidate.label());
             if let Some(manoeuvre) = alternative.separating_manoeuvre {
-                let _ = writeln!(out, "      to tell them apart: {manoeuvre}");
+                let _ = writeln!(out, "      to separate them: {manoeuvre}");
             }
         }
     }
     for hint in &outcome.diagnosis.structure.hints {
-        let _ = writeln!(out, "  depends on: {} (p {:.1e})", hint.generic.name(), hint.p);
+        let _ = writeln!(out, "  the residual depends on: {} (p {:.1e})", hint.generic.name(), hint.p);
     }
     for term in &outcome.diagnosis.structure.named {
-        let _ = writeln!(out, "\n  depends on: {} (p {:.1e}, {:.3?})", term.name, term.p, term.values);
+        let _ = writeln!(out, "\n  the residual depends on: {} (p {:.1e}, {:.3?})", term.name, term.p, term.values);
     }
     let _ = writeln!(out, "\n  {:28} {:>12} {:>12}", "on held-out data", "before", "after");
     for (name, before, after) in rows(outcome) {
@@ -38,7 +38,7 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     for path in [outcome.vehicle_file, outcome.page].into_iter().flatten() {
         let _ = writeln!(out, "  written: {}", path.display());
     }
-    let _ = writeln!(out, "  {:.0} s of log in {:.1} s", outcome.log.duration_s(), outcome.wall_s);
+    let _ = writeln!(out, "  {:.0} s of log diagnosed in {:.1} s", outcome.log.duration_s(), outcome.wall_s);
     out
 }
 
@@ -48,7 +48,7 @@ pub fn headline(outcome: &DiagnosisReport<'_>) -> String {
     let names: Vec<String> = d.effects.iter().map(|found| found.instance.candidate.label().replace('_', " ")).collect();
     let names = names.join(" and ");
     match d.verdict {
-        Verdict::None => "none: the declared model leaves nothing significant.".to_owned(),
+        Verdict::None => "none: the declared model leaves no significant residual.".to_owned(),
         Verdict::Explained => format!("explained: the model lacks {names}."),
         Verdict::Ambiguous => {
             let others: Vec<String> = d
@@ -72,7 +72,8 @@ pub fn headline(outcome: &DiagnosisReport<'_>) -> String {
                 .map_or_else(String::new, |term| format!(" It depends most on {}.", term.name));
             let beside = if names.is_empty() { String::new() } else { format!(" beside {names}") };
             format!(
-                "unexplained: the model lacks something{beside} that no entry of the catalogue describes.{hint}{named}"
+                "unexplained: a residual remains{beside} that no entry of the catalogue describes ({}).{hint}{named}",
+                d.reason
             )
         }
     }
@@ -93,7 +94,7 @@ pub fn number(value: &ParameterEstimate) -> String {
     }
 }
 
-/// A probability as it is read.
+/// A probability for the report.
 pub fn probability(p: f64) -> String {
     match p {
         p if p < 1e-12 => "< 1e-12".to_owned(),
@@ -102,7 +103,7 @@ pub fn probability(p: f64) -> String {
     }
 }
 
-/// What is compared: name, before, after.
+/// The scores: name, before, after.
 pub fn rows(outcome: &DiagnosisReport<'_>) -> Vec<(String, String, String)> {
     let (a, b) = (outcome.before, outcome.after);
     let some = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
@@ -111,7 +112,7 @@ pub fn rows(outcome: &DiagnosisReport<'_>) -> Vec<(String, String, String)> {
     vec![
         (velocity_name(outcome), some(a.velocity_rmse_mps, 4), some(b.velocity_rmse_mps, 4)),
         (format!("position [m]{against}"), some(a.position_rmse_m, 2), some(b.position_rmse_m, 2)),
-        ("whiteness, p".to_owned(), p(a.innovation_whiteness_p), p(b.innovation_whiteness_p)),
+        ("innovation whiteness, p".to_owned(), p(a.innovation_whiteness_p), p(b.innovation_whiteness_p)),
         (
             "largest autocorrelation".to_owned(),
             format!("{:.3}", a.max_autocorrelation),
@@ -120,12 +121,12 @@ pub fn rows(outcome: &DiagnosisReport<'_>) -> Vec<(String, String, String)> {
     ]
 }
 
-/// Whether there is a model to predict with, beyond what was read.
+/// Whether the model predicts readings ahead of time.
 pub fn is_predicted(outcome: &DiagnosisReport<'_>) -> bool {
     outcome.before.prediction.iter().flatten().any(Option::is_some)
 }
 
-/// What the velocity is: predicted ahead, or missing where there is nothing to predict it from.
+/// The velocity score: predicted ten seconds ahead, or the velocity missing between fixes.
 fn velocity_name(outcome: &DiagnosisReport<'_>) -> String {
     if is_predicted(outcome) { "velocity in 10 s [m/s]" } else { "velocity [m/s]" }.to_owned()
 }

@@ -141,7 +141,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let effects = effects(&declared, &args.current)?;
     let mut data = IdentificationData::from_log(&imported.log, &effects).with_context(|| path.display().to_string())?;
     data.notes
-        .extend(left.iter().map(|name| format!("{name} is declared from some time on, and not taken into account")));
+        .extend(left.iter().map(|name| {
+            format!("{name} has an onset time and is ignored: identification assumes constant parameters")
+        }));
     let options = options(args, &declared);
     let other = match &args.validate {
         Some(path) => {

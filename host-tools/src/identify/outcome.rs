@@ -1,4 +1,4 @@
-//! What an identification gave, as JSON and for the eye.
+//! The result of an identification, as JSON and as text.
 
 use backseat_core::identification::Visibility;
 use backseat_data::VehicleFile;
@@ -17,7 +17,7 @@ pub enum HeldOut {
     Another,
 }
 
-/// Everything there is to say.
+/// What the report shows.
 pub struct Outcome<'a> {
     pub log: &'a Path,
     pub format: &'static str,
@@ -54,7 +54,7 @@ impl Outcome<'_> {
     pub fn source(&self) -> String {
         let name = self.log.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy());
         format!(
-            "Identified by `backseat identify --method {}` from {name}; prior: {}.\nWhat was not seen is as declared.",
+            "Identified by `backseat identify --method {}` from {name}; prior: {}.\nParameters that the log does not show are as declared.",
             self.estimate.method, self.declared.name
         )
     }
@@ -127,10 +127,14 @@ impl Outcome<'_> {
             );
         }
         for unseen in &self.estimate.unseen {
-            let _ = writeln!(out, "{} is not seen; it would be in: {}", unseen.name, unseen.manoeuvre);
+            let _ = writeln!(
+                out,
+                "{} cannot be seen in this log; a manoeuvre that shows it: {}",
+                unseen.name, unseen.manoeuvre
+            );
         }
         for step in &self.estimate.steps {
-            let verdict = if step.accepted { "taken" } else { "left" };
+            let verdict = if step.accepted { "accepted" } else { "rejected" };
             let [before, after] = step.held_out;
             let _ = writeln!(out, "{:<30} held-out error {before:.4} to {after:.4}: {verdict}", step.what);
         }

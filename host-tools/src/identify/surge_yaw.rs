@@ -36,7 +36,10 @@ struct Found<'a> {
 pub fn run(args: &Args, imported: &Imported, page: Option<&Path>, existing: Existing) -> anyhow::Result<()> {
     let Some(path) = args.log.as_deref() else { bail!("no log") };
     if args.out.is_some() {
-        bail!("{}: surge and yaw in servo counts make no vehicle file (--out)", path.display());
+        bail!(
+            "{}: --out is not possible: surge and yaw in servo counts do not determine a vehicle file",
+            path.display()
+        );
     }
     let declared = match &args.vehicle {
         Some(path) => VehicleFile::read(path)?,
@@ -53,7 +56,7 @@ pub fn run(args: &Args, imported: &Imported, page: Option<&Path>, existing: Exis
         HORIZONS_S.iter().filter_map(|horizon| judge.predict(&estimate.coefficients, *horizon)).collect();
     let counts = estimate.counts(&declared.parameters);
     let mut notes = imported.log.notes.clone();
-    notes.push("no propeller speed, fin angles and DVL velocity: surge and yaw alone, in servo counts".to_owned());
+    notes.push("the log has no propeller speed, fin angles and DVL velocity: only surge and yaw are identified, in servo counts".to_owned());
     let found = Found { log: path, estimate, predictions, counts, vehicle: declared.name.clone(), judged_on, notes };
     if let Some(page) = page {
         if let Some(folder) = page.parent() {

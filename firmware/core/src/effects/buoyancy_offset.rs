@@ -12,17 +12,18 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("kg", "kg", 2.0)],
     enters: Enters::Process,
     equations: "rho V += kg",
-    signature: "heave and pitch differ from the model by a constant force: the vehicle flies level at another pitch",
+    signature: "A constant vertical force is missing: in level flight the pitch and the elevator differ from \
+                the model's",
     confused_with: &[
         Confusion {
             effect: "pitch_trim",
-            condition: "one speed",
-            separating_manoeuvre: "two propeller speeds, or a minute at rest",
+            condition: "The log has one speed only",
+            separating_manoeuvre: "Fly at two propeller speeds, or drift for a minute with the propeller stopped",
         },
         Confusion {
             effect: "water_density",
-            condition: "always, unless the log has the density",
-            separating_manoeuvre: "a CTD",
+            condition: "The log has no water density",
+            separating_manoeuvre: "Log the water density (CTD)",
         },
     ],
     hooks: Hooks { plant: Some(plant), wrench_by: Some(wrench_by), ..Hooks::NONE },

@@ -8,11 +8,11 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("ppm", "ppm", 100.0)],
     enters: Enters::Measurement,
     equations: "r_m = r + 1e-6 c ppm t",
-    signature: "range innovations that grow with time",
+    signature: "Range innovations grow in proportion to time",
     confused_with: &[Confusion {
         effect: "clock_offset",
-        condition: "a short log",
-        separating_manoeuvre: "a longer log",
+        condition: "The log is short",
+        separating_manoeuvre: "Record a longer log",
     }],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Range], apply }), ..Hooks::NONE },
 };

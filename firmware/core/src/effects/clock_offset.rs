@@ -8,10 +8,14 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("s", "s", 0.5)],
     enters: Enters::Measurement,
     equations: "r_m = r + c s",
-    signature: "range innovations constant at all ranges",
+    signature: "Range innovations have the same mean at all ranges",
     confused_with: &[
-        Confusion { effect: "sound_speed", condition: "ranges all alike", separating_manoeuvre: "near and far ranges" },
-        Confusion { effect: "clock_drift", condition: "a short log", separating_manoeuvre: "a longer log" },
+        Confusion {
+            effect: "sound_speed",
+            condition: "All ranges are about equal",
+            separating_manoeuvre: "Measure near and far ranges",
+        },
+        Confusion { effect: "clock_drift", condition: "The log is short", separating_manoeuvre: "Record a longer log" },
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Range], apply }), ..Hooks::NONE },
 };

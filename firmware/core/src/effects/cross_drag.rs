@@ -15,11 +15,12 @@ pub const INFO: EffectInfo = EffectInfo {
     ],
     enters: Enters::Process,
     equations: "Y -= d26 |r| r, N -= d26 |v| v; Z -= d35 |q| q, M -= d35 |w| w",
-    signature: "turn rate and sway differ from the model in turns, pitch rate and heave in dives; nothing on straight lines",
+    signature: "In turns, yaw rate and sway differ from the model; in dives, pitch rate and heave differ. On \
+                straight lines nothing differs",
     confused_with: &[Confusion {
         effect: "fin_bias",
-        condition: "turns to one side only",
-        separating_manoeuvre: "turns to both sides",
+        condition: "All turns are to one side",
+        separating_manoeuvre: "Turn to both sides",
     }],
     hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
 };

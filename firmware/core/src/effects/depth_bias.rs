@@ -10,11 +10,11 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("m", "m", 5.0)],
     enters: Enters::Measurement,
     equations: "z_m = z + m",
-    signature: "depth of a surfaced vehicle is not its draught",
+    signature: "At the surface the measured depth differs from the sensor's depth below the waterline",
     confused_with: &[Confusion {
         effect: "sound_speed",
-        condition: "slant ranges only",
-        separating_manoeuvre: "surface, or ranges at several distances",
+        condition: "All ranges are slant ranges from about one distance",
+        separating_manoeuvre: "Surface, or measure ranges at several distances",
     }],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Depth], apply }), ..Hooks::NONE },
 };

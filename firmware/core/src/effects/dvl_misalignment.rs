@@ -8,17 +8,18 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("yaw_rad", "rad", 0.3), ParameterInfo::symmetric("pitch_rad", "rad", 0.3)],
     enters: Enters::Measurement,
     equations: "v_m = Ry(pitch)^T Rz(yaw)^T v",
-    signature: "measured sway (heave) in proportion to surge, which the model does not have; the dead-reckoned track is turned against fixes",
+    signature: "The DVL shows sway or heave in proportion to surge, which the model does not. The \
+                dead-reckoned track is rotated against the fixes",
     confused_with: &[
         Confusion {
             effect: "heading_bias",
-            condition: "its constant part in dead reckoning alone",
-            separating_manoeuvre: "turns with the dynamic model: model sway separates them",
+            condition: "Dead reckoning only: a constant heading bias rotates the track in the same way",
+            separating_manoeuvre: "Turn with fins and propeller in the log: the modelled sway separates them",
         },
         Confusion {
             effect: "pitch_sensor",
-            condition: "its bias and this pitch, without depth",
-            separating_manoeuvre: "depth, dives",
+            condition: "The log has no depth: a pitch bias and a pitch of the DVL look the same",
+            separating_manoeuvre: "Log the depth and dive",
         },
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Dvl], apply }), ..Hooks::NONE },

@@ -12,22 +12,23 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("ratio", "1", 0.1)],
     enters: Enters::Measurement,
     equations: "v_m = (1 + ratio) v",
-    signature: "dead-reckoned track length is not the one between fixes or ranges; DVL minus model is proportional to speed on all headings",
+    signature: "The dead-reckoned distance differs from the distance between fixes or ranges. DVL minus model \
+                is proportional to speed on all headings",
     confused_with: &[
         Confusion {
             effect: "sound_speed",
-            condition: "ranges without fixes: a larger track in a larger range",
-            separating_manoeuvre: "fixes at both ends",
+            condition: "Ranges but no fixes: track and ranges scale together",
+            separating_manoeuvre: "Take GNSS fixes at both ends",
         },
         Confusion {
             effect: "water_current",
-            condition: "lines of a single heading",
-            separating_manoeuvre: "the same line in both directions",
+            condition: "All lines have one heading",
+            separating_manoeuvre: "Fly the same line in both directions",
         },
         Confusion {
             effect: "thrust_loss",
-            condition: "without ranges or fixes, at one propeller speed",
-            separating_manoeuvre: "two propeller speeds, held for minutes each",
+            condition: "No ranges and no fixes, at one propeller speed",
+            separating_manoeuvre: "Hold two propeller speeds for some minutes each",
         },
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Dvl], apply }), ..Hooks::NONE },

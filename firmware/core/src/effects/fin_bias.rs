@@ -9,23 +9,28 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::FIN, ParameterInfo::symmetric("rad", "rad", 0.3)],
     enters: Enters::Process,
     equations: "delta_fin = delta_c + rad",
-    signature: "steady moments that grow with speed squared: the controller holds the fins off their trim; roll, or turn against the rudders",
+    signature: "A steady moment grows with the square of speed. The controller holds the other fins off their \
+                trim, or the vehicle rolls or turns against its rudders",
     confused_with: &[
         Confusion {
             effect: "fin_stuck",
-            condition: "no command of that fin since the onset",
-            separating_manoeuvre: "turns and dives, so that the fin is commanded",
+            condition: "The fin has not been commanded since the onset",
+            separating_manoeuvre: "Turn and dive, so that the fin is commanded",
         },
-        Confusion { effect: "roll_trim", condition: "one speed", separating_manoeuvre: "two propeller speeds" },
+        Confusion {
+            effect: "roll_trim",
+            condition: "The log has one speed only",
+            separating_manoeuvre: "Fly at two propeller speeds",
+        },
         Confusion {
             effect: "pitch_trim",
-            condition: "one speed; port or starboard fin",
-            separating_manoeuvre: "two propeller speeds",
+            condition: "The log has one speed only, and the fin is port or starboard",
+            separating_manoeuvre: "Fly at two propeller speeds",
         },
         Confusion {
             effect: "cross_drag",
-            condition: "turns to one side only",
-            separating_manoeuvre: "turns to both sides",
+            condition: "All turns are to one side",
+            separating_manoeuvre: "Turn to both sides",
         },
     ],
     hooks: Hooks { input: Some(input), ..Hooks::NONE },

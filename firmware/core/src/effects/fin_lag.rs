@@ -9,7 +9,7 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::size("s", "s", 0.0, 5.0)],
     enters: Enters::Process,
     equations: "delta_dot = (delta_c - delta) / s",
-    signature: "rates lag the model where fins move; nothing in steady flight",
+    signature: "Body rates lag behind the model when the fins move. In steady flight nothing differs",
     confused_with: &[],
     hooks: Hooks { input: Some(input), fins_by: Some(fins_by), ..Hooks::NONE },
 };

@@ -9,11 +9,12 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::FIN, ParameterInfo::symmetric("rad", "rad", 0.6), ParameterInfo::ONSET],
     enters: Enters::Process,
     equations: "delta_fin = rad from time_s on",
-    signature: "a step in trim at one time, and moments that follow that fin's command with the opposite sign",
+    signature: "The trim steps at one time. From then on the residual moment follows the fin's command with \
+                the opposite sign",
     confused_with: &[Confusion {
         effect: "fin_bias",
-        condition: "no command of that fin since the onset",
-        separating_manoeuvre: "turns and dives, so that the fin is commanded",
+        condition: "The fin has not been commanded since the onset",
+        separating_manoeuvre: "Turn and dive, so that the fin is commanded",
     }],
     hooks: Hooks { input: Some(input), ..Hooks::NONE },
 };

@@ -12,7 +12,7 @@ pub const INFO: EffectInfo = EffectInfo {
     ],
     enters: Enters::Measurement,
     equations: "omega_m = omega + bias",
-    signature: "measured rates do not integrate to the measured attitude",
+    signature: "The measured body rates do not integrate to the measured attitude",
     confused_with: &[],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Rates], apply }), ..Hooks::NONE },
 };

@@ -16,17 +16,20 @@ pub const INFO: EffectInfo = EffectInfo {
     ],
     enters: Enters::Measurement,
     equations: "psi_m = psi + const + sin sin(psi) + cos cos(psi)",
-    signature: "dead-reckoned direction is off, by an angle that changes with heading as its first harmonic; yaw rate integrates to other turns than the compass shows",
+    signature: "The dead-reckoned track is rotated by an angle that depends on heading as its first harmonic. \
+                The integrated yaw rate differs from the heading change that the compass shows",
     confused_with: &[
         Confusion {
             effect: "water_current",
-            condition: "no DVL bottom track: on north-south lines the cosine part and an east current, the sine part and a north current, leave the same track and white innovations",
-            separating_manoeuvre: "lines across the first ones, bottom lock, or a surfaced GNSS leg on each heading",
+            condition: "There is no DVL bottom track. On north-south lines the cosine part looks like an east \
+                        current and the sine part like a north current",
+            separating_manoeuvre: "Fly lines across the first ones, record DVL bottom track, or fly a surfaced \
+                                   leg with GNSS on each heading",
         },
         Confusion {
             effect: "dvl_misalignment",
-            condition: "the constant part in dead reckoning alone; model sway against the DVL's separates them",
-            separating_manoeuvre: "turns with the dynamic model",
+            condition: "Dead reckoning only: a constant bias rotates the track as a DVL turned in yaw does",
+            separating_manoeuvre: "Turn with fins and propeller in the log: the modelled sway separates them",
         },
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Attitude], apply }), ..Hooks::NONE },

@@ -10,13 +10,18 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("bias_rad", "rad", 0.2), ParameterInfo::symmetric("scale", "1", 0.2)],
     enters: Enters::Measurement,
     equations: "theta_m = (1 + scale) theta + bias",
-    signature: "measured pitch disagrees with depth rate over speed, by a constant and in proportion in dives",
+    signature: "The measured pitch disagrees with depth rate over speed: by a constant (bias), or in \
+                proportion to pitch (scale)",
     confused_with: &[
-        Confusion { effect: "pitch_trim", condition: "straight and level flight only", separating_manoeuvre: "dives" },
+        Confusion {
+            effect: "pitch_trim",
+            condition: "The log has straight and level flight only",
+            separating_manoeuvre: "Dive",
+        },
         Confusion {
             effect: "dvl_misalignment",
-            condition: "the bias and the misalignment's pitch, without depth",
-            separating_manoeuvre: "depth, dives",
+            condition: "The log has no depth: a pitch bias and a pitch of the DVL look the same",
+            separating_manoeuvre: "Log the depth and dive",
         },
     ],
     hooks: Hooks { measure: Some(Measure { channels: &[SensorChannel::Attitude], apply }), ..Hooks::NONE },

@@ -10,7 +10,7 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::size("share", "1", 0.0, 0.5)],
     enters: Enters::Noise,
     equations: "r_m = anything, with probability share",
-    signature: "range innovations far beyond their sigma, without memory",
+    signature: "Single range innovations lie far beyond their sigma, and those next to them do not",
     confused_with: &[],
     hooks: Hooks { gate_sigma: Some(gate_sigma), ..Hooks::NONE },
 };

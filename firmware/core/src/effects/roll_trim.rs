@@ -11,11 +11,12 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("rad", "rad", 0.5)],
     enters: Enters::Process,
     equations: "b_y = b_z tan(atan2(b_y, b_z) + rad)",
-    signature: "a steady roll that falls little with speed",
+    signature: "A steady roll angle that falls only a little with speed",
     confused_with: &[Confusion {
         effect: "fin_bias",
-        condition: "one speed",
-        separating_manoeuvre: "two propeller speeds: a fin's moment grows with speed squared, the trim's falls against it",
+        condition: "The log has one speed only",
+        separating_manoeuvre: "Fly at two propeller speeds: the moment of a fin grows with the square of \
+                               speed, that of the trim does not",
     }],
     hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
 };

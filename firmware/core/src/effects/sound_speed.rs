@@ -12,22 +12,22 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("ratio", "1", 0.05)],
     enters: Enters::Measurement,
     equations: "r_m = (1 + ratio) r",
-    signature: "range innovations in proportion to range",
+    signature: "Range innovations are proportional to range",
     confused_with: &[
         Confusion {
             effect: "clock_offset",
-            condition: "ranges all alike",
-            separating_manoeuvre: "near and far ranges",
+            condition: "All ranges are about equal",
+            separating_manoeuvre: "Measure near and far ranges",
         },
         Confusion {
             effect: "dvl_scale",
-            condition: "ranges without fixes",
-            separating_manoeuvre: "fixes at both ends",
+            condition: "Ranges but no fixes: track and ranges scale together",
+            separating_manoeuvre: "Take GNSS fixes at both ends",
         },
         Confusion {
             effect: "depth_bias",
-            condition: "slant ranges only",
-            separating_manoeuvre: "ranges at several distances",
+            condition: "All ranges are slant ranges from about one distance",
+            separating_manoeuvre: "Measure ranges at several distances",
         },
     ],
     hooks: Hooks {

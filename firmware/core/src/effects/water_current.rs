@@ -11,25 +11,25 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("north_mps", "m/s", 1.5), ParameterInfo::symmetric("east_mps", "m/s", 1.5)],
     enters: Enters::Both,
     equations: "p_dot = R nu + c; bottom track = nu + R^T c; range rate from R nu + c",
-    signature: "position, range and range-rate innovations drift as one constant vector in the world frame on all \
-                headings; bottom track minus model velocity is that vector turned into body axes",
+    signature: "Position, range and range-rate innovations drift by one constant NED velocity on all headings. \
+                DVL bottom track minus modelled velocity is that velocity in body axes",
     confused_with: &[
         Confusion {
             effect: "heading_bias",
-            condition: "no DVL bottom track: on north-south lines its cosine part and an east current, its sine part \
-                        and a north current, leave the same track and white innovations",
-            separating_manoeuvre: "lines across the first ones (a box instead of a lawnmower), bottom lock, or a \
-                                   surfaced GNSS leg on each heading",
+            condition: "There is no DVL bottom track. On north-south lines the cosine part of a heading bias \
+                        looks like an east current, its sine part like a north current",
+            separating_manoeuvre: "Fly lines across the first ones (a box instead of a lawnmower), record DVL \
+                                   bottom track, or fly a surfaced leg with GNSS on each heading",
         },
         Confusion {
             effect: "dvl_scale",
-            condition: "on lines of a single heading: a current along the line is a speed scale",
-            separating_manoeuvre: "the same line in both directions",
+            condition: "All lines have one heading: a current along the line looks like a speed scale",
+            separating_manoeuvre: "Fly the same line in both directions",
         },
         Confusion {
             effect: "thrust_loss",
-            condition: "no DVL, lines of a single heading: slower along the line for either reason",
-            separating_manoeuvre: "the same line in both directions, or a second propeller speed",
+            condition: "There is no DVL, and all lines have one heading: both slow the vehicle along the line",
+            separating_manoeuvre: "Fly the same line in both directions, or at a second propeller speed",
         },
     ],
     hooks: Hooks { water: Some(water), ..Hooks::NONE },

@@ -12,11 +12,12 @@ pub const INFO: EffectInfo = EffectInfo {
     parameters: &[ParameterInfo::symmetric("offset_kg_per_m3", "kg/m^3", 40.0)],
     enters: Enters::Process,
     equations: "rho += offset; rho V, D, M_A, beta5 and k in proportion",
-    signature: "as buoyancy_offset; speed at a given propeller speed stays, thrust and drag changing alike",
+    signature: "As buoyancy_offset. Thrust and drag change alike, so that the speed at a given propeller speed \
+                stays",
     confused_with: &[Confusion {
         effect: "buoyancy_offset",
-        condition: "always, unless the log has the density",
-        separating_manoeuvre: "a CTD",
+        condition: "The log has no water density",
+        separating_manoeuvre: "Log the water density (CTD)",
     }],
     hooks: Hooks { plant: Some(plant), ..Hooks::NONE },
 };

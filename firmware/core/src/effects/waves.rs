@@ -13,7 +13,7 @@ pub const INFO: EffectInfo = EffectInfo {
     ],
     enters: Enters::Noise,
     equations: "v_m = v + a sin(2 pi t / period), any phase and direction",
-    signature: "high-frequency variance of the DVL with a peak at the period",
+    signature: "The spectrum of the DVL innovations has a narrow peak at the wave period",
     confused_with: &[],
     hooks: Hooks { variance: Some(variance), ..Hooks::NONE },
 };

@@ -1,10 +1,9 @@
 //! Logs without fins and propeller: dead reckoning on logged heading and speed against GNSS.
 //!
-//! The plainest model that such a log supports says that between two fixes the vehicle moved along its heading by its
-//! speed (with a DVL: by its velocity over ground). What the fixes show beyond that is put down to a current, a compass
-//! error, a speed scale and (with a DVL) a misalignment. Fixes some way apart in time are compared, so that their noise
-//! stays small against the way between them. Readings that a log holds while the sensor is away are left
-//! out.
+//! The model: between two fixes the vehicle moves along its heading with its logged speed (with a DVL: with its velocity
+//! over ground). The difference to the fixes is explained by a current, a compass error, a speed scale and (with a DVL) a
+//! misalignment. Fixes some time apart are compared, so that their noise is small against the distance between them.
+//! Readings that the log repeats while the sensor is away are left out.
 
 use super::held_readings;
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
@@ -142,28 +141,26 @@ pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth
     let mut found = selection::run(&model, log, vehicle)?;
     let name = if has_dvl { "the DVL's velocity" } else { "the logged speed" };
     let mut notes = vec![format!(
-        "no fins and propeller in the log: dead reckoning on the logged heading and {name} is taken as the declared \
-         model, and only what moves the horizontal position can be judged (a current, the compass, the speed)"
+        "the log has no fin angles and propeller speed: the declared model is dead reckoning on the logged heading and {name}. \
+         Only effects on the horizontal position can be tested (current, compass, speed)"
     )];
     for [from_s, to_s] in held {
         notes.push(format!(
-            "{name} repeats itself without any change from {from_s:.0} s to {to_s:.0} s: taken as held, not measured, and \
+            "{name} does not change at all from {from_s:.0} s to {to_s:.0} s: these readings are held, not measured, and are \
              left out"
         ));
     }
     if has_dvl {
         notes.push(
-            "over ground the DVL sees a current as well: a water_current found beside it is a difference between DVL \
-             and fixes that does not turn with the vehicle"
+            "DVL bottom track includes the current: a water_current found here is a difference between DVL and fixes that is \
+             constant in NED"
                 .to_owned(),
         );
     } else {
-        notes.push("dvl_scale stands for the scale of the logged speed".to_owned());
+        notes.push("dvl_scale means here the scale of the logged speed".to_owned());
     }
     notes.push(
-        "a vehicle at the surface is moved by wind and waves too: a current found there is what moves the vehicle, \
-         whatever it is"
-            .to_owned(),
+        "wind and waves move a vehicle at the surface too: a current found there includes their drift".to_owned(),
     );
     notes.append(&mut found.diagnosis.notes);
     found.diagnosis.notes = notes;

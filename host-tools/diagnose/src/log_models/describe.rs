@@ -9,11 +9,10 @@ use crate::diagnosis::{FoundEffect, ParameterEstimate};
 use crate::linear::{self, Fit};
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::search;
-use crate::statistics::chi2_tail;
 use crate::structure::NamedTerm;
 use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
-use backseat_data::stats::{Z_95, mean_ci95};
+use backseat_data::stats::{Z_95, chi_square_tail, mean_ci95};
 
 /// Probability by chance, all terms counted, below which a term outside the catalogue is reported.
 const OUTSIDE: f64 = 2e-3;
@@ -66,7 +65,7 @@ impl<M: LogModel> Described<'_, M> {
                         search::tail(together.gain - alone.gain, inflation, count, candidate.degrees())
                     }
                     // The two are one and the same to the log.
-                    None => chi2_tail(deficit, candidate.degrees()),
+                    None => chi_square_tail(deficit, candidate.degrees()),
                 };
                 alternatives.push(Alternative {
                     instance: Instance {
@@ -80,7 +79,7 @@ impl<M: LogModel> Described<'_, M> {
             }
             alternatives.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
             let values = self.values(hypothesis, &sigmas);
-            let p_value = (chi2_tail(gain, candidate.degrees()) * tried).min(1.0);
+            let p_value = (chi_square_tail(gain, candidate.degrees()) * tried).min(1.0);
             let held_gain = self.held_gain(&others, hypothesis);
             effects.push(FoundEffect {
                 instance: self.instance(hypothesis),
@@ -147,7 +146,9 @@ impl<M: LogModel> Described<'_, M> {
             let columns: Vec<usize> = free.iter().chain(&h.free).copied().collect();
             let name = h.candidate.effect;
             let Some(fit) = linear::fit(&whole, &columns, &[]) else {
-                return format!("{name} cannot be told from what was found: this log moves alike by either");
+                return format!(
+                    "{name} cannot be separated from the effects found: both change this log in the same way"
+                );
             };
             let at = Fit { gain: 0.0, ..fit.clone() };
             let sigmas = linear::sigmas(&self.after.normal, |_| true, &columns, &at, &[]);

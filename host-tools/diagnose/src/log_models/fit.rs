@@ -38,10 +38,10 @@ impl Noise {
     pub fn describe(&self) -> String {
         let (name, unit) = (self.channel.name(), self.channel.unit());
         let memory = match self.memory_s {
-            0.0 => "from reading to reading".to_owned(),
-            memory_s => format!("with a memory of {memory_s:.0} s"),
+            0.0 => "white".to_owned(),
+            memory_s => format!("correlated over {memory_s:.0} s"),
         };
-        format!("{name}: scatter of {:.2e} {unit} {memory}, taken from the log itself", self.sigma)
+        format!("{name}: noise of {:.2e} {unit}, {memory}, estimated from the log", self.sigma)
     }
 
     /// Share of the last residual that this one holds, and standard deviation of the rest.

@@ -248,9 +248,9 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let model = model(log)?;
     let mut found = selection::run(&model, log, vehicle)?;
     let mut notes = vec![format!(
-        "a glider: steady glide on ballast, pitch and density (Merckelbach et al. 2010), neutral at zero ballast in the \
-         mean density of {:.2} kg/m^3; {} windows of {WINDOW_S:.0} s, {} with a measured speed through the water, {} ways \
-         between fixes",
+        "glider log: steady glide from ballast, pitch and density (Merckelbach et al. 2010), neutral at zero ballast in the \
+         mean density of {:.2} kg/m^3. {} windows of {WINDOW_S:.0} s, {} of them with a measured speed through the water; {} \
+         legs between fixes",
         model.density,
         model.windows.len(),
         model.windows.iter().filter(|window| window.speed_mps.is_some()).count(),
@@ -259,24 +259,24 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let drag = |i: usize| PARASITE_DRAG + found.theta[i][0];
     notes.push(format!("parasite drag fitted: {:.3} before, {:.3} after", drag(0), drag(1)));
     if !log.has(Column::WaterDensity) {
-        notes.push("no density of the water in the log: one value is taken for all depths".to_owned());
+        notes.push("the log has no water density: one value is used at all depths".to_owned());
     }
     if !model.has_speed {
         notes.push(
-            "no measured speed through the water: pitch and drag cannot be told apart, pitch is taken as read"
+            "the log has no speed through the water: a pitch error and drag cannot be separated; pitch is used as measured"
                 .to_owned(),
         );
     }
     if model.has_speed {
-        notes.push("dvl_scale stands for the scale of the measured speed through the water".to_owned());
+        notes.push("dvl_scale means here the scale of the measured speed through the water".to_owned());
     }
     if model.ways.len() > 2 {
-        notes.push("heading_bias: its constant alone is fitted, the ways do not cover the headings".to_owned());
+        notes.push("heading_bias: only its constant is fitted, because the legs do not cover all headings".to_owned());
     }
     let own = [Column::OwnCurrentN, Column::OwnCurrentE]
         .map(|column| median(&log.column(column).map(|(_, value)| value).collect::<Vec<_>>()));
     if let [Some(north), Some(east)] = own {
-        notes.push(format!("the glider's own estimate of the current, median: {north:.3} north, {east:.3} east m/s"));
+        notes.push(format!("current by the glider's own estimate, median: {north:.3} m/s north, {east:.3} m/s east"));
     }
     notes.append(&mut found.diagnosis.notes);
     found.diagnosis.notes = notes;

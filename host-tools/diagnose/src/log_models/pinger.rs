@@ -93,22 +93,22 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let (drift, sigma) = (fitted[1] * 1e-6, found.sigmas[1] * 1e-6);
     let mut notes = vec![
         format!(
-            "no times of launch: a pseudo-range model with the pinger's own clock; {} pings with a position, {missed} \
-             missed between them; the offset is always fitted",
+            "the log has no times of launch: pseudo-ranges of a pinger with its own clock. {} pings with a position, {missed} missed \
+             between them; the clock offset is always fitted",
             model.pings.len()
         ),
-        format!("declared: {c} m/s, and a period of {period_s:.3} s (the median interval)"),
+        format!("declared model: sound speed {c} m/s, ping period {period_s:.3} s (the median interval)"),
     ];
     if sigma > 0.0 {
         notes.push(format!(
-            "fitted: a period of {:.6} s with one sigma of {:.0e} s",
+            "fitted ping period: {:.6} s, one sigma {:.0e} s",
             period_s * (1.0 + drift),
             period_s * sigma
         ));
     }
     if found.sigmas[2] > 0.0 {
         notes.push(format!(
-            "fitted: sound travels {:.0} m/s with one sigma of {:.0} m/s",
+            "fitted sound speed: {:.0} m/s, one sigma {:.0} m/s",
             c / (1.0 + fitted[2]),
             c * found.sigmas[2]
         ));

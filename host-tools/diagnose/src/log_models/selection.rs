@@ -89,12 +89,12 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
         ..Conditions::default()
     });
     let open = described.open(&free(&calibrated, &chosen), hypotheses.iter().filter(|h| !chosen.contains(h)));
-    let held =
-        format!("blocks of {:.0} s: nine of every 27, and the last fifth of the log, are held out", model.block_s());
+    let held = format!("held out: nine of every 27 blocks of {:.0} s, and the last fifth of the log", model.block_s());
     let notes = open.into_iter().chain(noise.iter().map(Noise::describe)).chain([held]).collect();
     let structure = Structure { named, ..Structure::default() };
     let before = log_data.declared.clone();
-    let diagnosis = Diagnosis { verdict: rule.verdict, effects, rounds, structure, before, after, notes };
+    let diagnosis =
+        Diagnosis { verdict: rule.verdict, reason: rule.condition, effects, rounds, structure, before, after, notes };
     let scores = [(&diagnosis.before, &plain), (&diagnosis.after, &theta)]
         .map(|(pass, theta)| scores(&log_data, pass, model.measures(theta)));
     Some(LogModelDiagnosis { log_data, diagnosis, theta: [plain, theta], sigmas, noise, scores })

@@ -3,9 +3,10 @@
 use super::{Filter, Kind, Residual, matrix};
 use crate::normal_equations::BlockEquationsBuilder;
 use crate::regressors::{Snapshot, Target};
-use crate::samples::{Reading, ResidualChannel};
+use crate::samples::{Reading, ResidualChannel, ShipAtLaunch};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::SensorChannel;
+use backseat_core::navigation::models;
 use backseat_core::state::{self, P, PHI, PSI, U, X, Y, Z, wrap_angle};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -93,76 +94,61 @@ impl Filter<'_> {
 
     fn add_bottom_track(&self, prediction: &mut Prediction) {
         let attitude = Attitude::new(&state::attitude(&self.x));
-        let rotation = attitude.rotation();
-        let [north, east] = self.model.water_mps();
-        prediction.by_water = [0, 1].map(|axis| std::array::from_fn(|i| rotation[(axis, i)]));
-        if north == 0.0 && east == 0.0 {
-            return;
+        let track = models::bottom_track(&attitude, &self.model.water_mps().into());
+        prediction.by_water = [0, 1].map(|axis| std::array::from_fn(|i| track.rotation[(axis, i)]));
+        for (truth, current) in prediction.truth.iter_mut().zip(&track.current_in_body) {
+            *truth += current;
         }
-        let over_ground: Vector3<f64> = rotation.tr_mul(&Vector3::new(north, east, 0.0));
-        let by_attitude: Matrix3<f64> = -rotation.tr_mul(&attitude.rotated_by_attitude(&over_ground));
-        for i in 0..3 {
-            prediction.truth[i] += over_ground[i];
-        }
-        prediction.jacobian.fixed_view_mut::<3, 3>(0, PHI).copy_from(&by_attitude);
+        prediction.jacobian.fixed_view_mut::<3, 3>(0, PHI).copy_from(&track.by_attitude);
     }
 
-    fn range(&self, measured: f64, ship: &crate::samples::ShipAtLaunch) -> Option<Prediction> {
-        let (dp, distance) = self.baseline(ship)?;
+    fn range(&self, measured: f64, ship: &ShipAtLaunch) -> Option<Prediction> {
+        let path = models::distance(&self.baseline(ship))?;
         let mut jacobian = Jacobian::zeros();
-        for axis in 0..3 {
-            jacobian[(0, X + axis)] = dp[axis] / distance;
-        }
-        let horizontal = (dp.x * dp.x + dp.y * dp.y) / (distance * distance);
+        jacobian.fixed_view_mut::<1, 3>(0, X).tr_copy_from(&path.direction);
+        let sensors = &self.setup.sensors;
         Some(Prediction {
             sensor: SensorChannel::Range,
             first: ResidualChannel::Range,
             count: 1,
-            truth: [distance, 0.0, 0.0],
+            truth: [path.distance_m, 0.0, 0.0],
             measured: [measured, 0.0, 0.0],
             jacobian,
-            variance: self.setup.sensors.range_m.powi(2) + horizontal * ship.position_variance_m2,
+            variance: sensors.range_m.powi(2) + horizontal(&path.direction) * ship.position_variance_m2,
             by_water: [[0.0; 3]; 2],
         })
     }
 
-    fn range_rate(&self, measured: f64, ship: &crate::samples::ShipAtLaunch) -> Option<Prediction> {
-        let (dp, distance) = self.baseline(ship)?;
+    fn range_rate(&self, measured: f64, ship: &ShipAtLaunch) -> Option<Prediction> {
         let attitude = Attitude::new(&state::attitude(&self.x));
-        let rotation = attitude.rotation();
         let nu = Vector3::new(self.x[U], self.x[U + 1], self.x[U + 2]);
-        let [north, east] = self.model.water_mps();
-        let velocity = rotation * nu + Vector3::new(north - ship.velocity_mps[0], east - ship.velocity_mps[1], 0.0);
-        let unit = dp / distance;
-        let rate = unit.dot(&velocity);
+        let over_ground = models::ground_velocity(&attitude, &nu, &self.model.water_mps().into());
+        let [north, east] = ship.velocity_mps;
+        let dv = over_ground.velocity_mps - Vector3::new(north, east, 0.0);
+        let model = models::range_rate(&self.baseline(ship), &dv)?;
+        let unit = model.by_velocity;
         let mut jacobian = Jacobian::zeros();
-        let by_position = (velocity - unit * rate) / distance;
-        let by_attitude = attitude.rotated_by_attitude(&nu).tr_mul(&unit);
-        let by_velocity = rotation.tr_mul(&unit);
-        for axis in 0..3 {
-            jacobian[(0, X + axis)] = by_position[axis];
-            jacobian[(0, PHI + axis)] = by_attitude[axis];
-            jacobian[(0, U + axis)] = by_velocity[axis];
-        }
-        let horizontal = unit.x * unit.x + unit.y * unit.y;
+        jacobian.fixed_view_mut::<1, 3>(0, X).tr_copy_from(&model.by_position);
+        jacobian.fixed_view_mut::<1, 3>(0, PHI).tr_copy_from(&over_ground.by_attitude.tr_mul(&unit));
+        jacobian.fixed_view_mut::<1, 3>(0, U).tr_copy_from(&over_ground.rotation.tr_mul(&unit));
+        let sensors = &self.setup.sensors;
         Some(Prediction {
             sensor: SensorChannel::RangeRate,
             first: ResidualChannel::RangeRate,
             count: 1,
-            truth: [rate, 0.0, 0.0],
+            truth: [model.range_rate_mps, 0.0, 0.0],
             measured: [measured, 0.0, 0.0],
             jacobian,
-            variance: self.setup.sensors.range_rate_mps.powi(2) + horizontal * ship.velocity_variance_m2ps2,
+            variance: sensors.range_rate_mps.powi(2) + horizontal(&unit) * ship.velocity_variance_m2ps2,
             by_water: [[unit.x, 0.0, 0.0], [unit.y, 0.0, 0.0]],
         })
     }
 
-    /// Vehicle minus ship, and its length, m.
-    fn baseline(&self, ship: &crate::samples::ShipAtLaunch) -> Option<(Vector3<f64>, f64)> {
+    /// Vehicle minus ship, NED, m.
+    fn baseline(&self, ship: &ShipAtLaunch) -> Vector3<f64> {
+        let [north, east] = ship.position_m;
         let depth = self.x[Z] - self.setup.ship_transducer_depth_m;
-        let dp = Vector3::new(self.x[X] - ship.position_m[0], self.x[Y] - ship.position_m[1], depth);
-        let distance = dp.norm();
-        (distance > 1e-3).then_some((dp, distance))
+        Vector3::new(self.x[X] - north, self.x[Y] - east, depth)
     }
 
     fn update(
@@ -279,6 +265,11 @@ impl Filter<'_> {
             }
         }
     }
+}
+
+/// Square of the horizontal part of a unit vector: the share of a horizontal variance that lies along it.
+fn horizontal(unit: &Vector3<f64>) -> f64 {
+    unit.x * unit.x + unit.y * unit.y
 }
 
 #[inline]
