@@ -3,17 +3,19 @@
 //! Offline the same laws run several times over the trajectory that [`crate::smoothing`] makes with the model of the run before;
 //! each run's filter is slower than the last one's, because the model leaves less to it.
 
-use crate::data::{IdentificationData, PERIOD_S};
+use crate::data::IdentificationData;
 use crate::estimate::Estimate;
 use crate::excitation::described;
-use crate::method::{IdentifyError, Method, Options};
+use crate::identifier::run_identifier;
+use crate::options::{IdentifyError, Method, Options};
 use crate::parameters;
+use crate::sample::PERIOD_S;
 use crate::smoothing::{self, CutOffs, Smoothed};
 use backseat_core::dynamics::{Attitude, VehicleModel, VehicleParameters};
 use backseat_core::identification::aid::{AidState, Instant, heun, model_acceleration, rates};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::{PARAMETERS, theta_of, with_theta};
-use backseat_core::identification::{Excitation, IdentificationConfig, Identifier, ParameterBox, Theta, Visibility};
+use backseat_core::identification::{Excitation, ParameterBox, Theta, Visibility};
 use backseat_core::state;
 use nalgebra::Vector6;
 
@@ -31,35 +33,6 @@ const ALPHA_PER_S: f64 = 0.3;
 const AVERAGE_S: f64 = 1000.0;
 /// Bound of the trace of M⁻¹ Y Γ Yᵀ dt², as in the core.
 const STIFFNESS_LIMIT: f64 = 0.3;
-
-/// The identifier's settings for a log.
-#[must_use]
-pub fn config(options: &Options) -> IdentificationConfig {
-    IdentificationConfig {
-        scale: options.scale,
-        box_ratio: options.box_ratio,
-        velocity_noise: options.velocity_noise,
-        roll_pitch_noise_rad: options.roll_pitch_noise_rad,
-        ..IdentificationConfig::DEFAULT
-    }
-}
-
-/// Runs the board's identifier over the samples.
-///
-/// # Errors
-/// If it refuses prior or settings.
-pub fn run_identifier(
-    data: &IdentificationData,
-    prior: &VehicleParameters,
-    options: &Options,
-) -> Result<Box<Identifier>, IdentifyError> {
-    let mut identifier = Box::new(Identifier::new());
-    identifier.configure(&config(options), prior).map_err(IdentifyError::Settings)?;
-    for (sample, since) in data.with_input_since() {
-        identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, since);
-    }
-    Ok(identifier)
-}
 
 /// The board's identifier, as it would have run under way.
 pub(crate) fn online(

@@ -6,7 +6,7 @@ use crate::data::IdentificationData;
 use crate::estimate::{Estimate, Step};
 use crate::excitation::described;
 use crate::instrumental;
-use crate::method::{IdentifyError, Method, Options};
+use crate::options::{IdentifyError, Method, Options};
 use crate::output_error;
 use crate::parameters::{self, Extended};
 use backseat_core::dynamics::VehicleParameters;

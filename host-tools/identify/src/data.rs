@@ -1,7 +1,8 @@
 //! The log as the methods need it: every channel at every 0.1 s, in stretches without gaps.
 
 use crate::declared_effects::EffectRemoval;
-use crate::method::IdentifyError;
+use crate::options::IdentifyError;
+use crate::sample::{PERIOD_S, Sample};
 use backseat_core::dynamics::{ActuatorInput, Attitude};
 use backseat_core::effects::{EffectSet, SensorChannel};
 use backseat_core::state::wrap_angle;
@@ -9,27 +10,12 @@ use backseat_data::{Log, LogRow};
 use nalgebra::{Vector3, Vector6};
 use std::ops::Range;
 
-/// Time between samples, s.
-pub const PERIOD_S: f64 = 0.1;
 /// The same in µs.
 const PERIOD_US: u64 = 100_000;
 /// Longest time between two samples of a channel that is interpolated across, µs.
 const LONGEST_US: u64 = 1_000_000;
 /// Shorter stretches say nothing, samples.
 const SHORTEST: usize = 600;
-
-/// All channels at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// Time, µs.
-    pub time_us: u64,
-    /// Roll, pitch, heading, rad.
-    pub attitude: Vector3<f64>,
-    /// u, v, w through the water and p, q, r, m/s and rad/s.
-    pub velocity: Vector6<f64>,
-    /// What fins and propeller do from this instant until the next sample.
-    pub input: ActuatorInput,
-}
 
 /// A log at 10 Hz.
 #[derive(Clone, Debug, Default, PartialEq)]

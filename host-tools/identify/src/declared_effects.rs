@@ -1,7 +1,7 @@
 //! Effects that a vehicle file declares beside its parameters: taken out of the log, or into the parameters, before anything
 //! is identified. What is left for θ is what the declared effects leave.
 
-use crate::data::PERIOD_S;
+use crate::sample::PERIOD_S;
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::effects::{ActuatorMemory, EffectSet, Moment, ParameterKind, SensorChannel, Step, parameters};
 use backseat_core::parameters::Installation;

@@ -1,6 +1,6 @@
 //! What a method says.
 
-use crate::method::Method;
+use crate::options::Method;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::Visibility;
 

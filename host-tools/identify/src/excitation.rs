@@ -1,9 +1,9 @@
 //! Which parameters the motion determines, which only in combination, and which manoeuvres determine the others.
 
-use crate::aid::run_identifier;
 use crate::data::IdentificationData;
 use crate::estimate::{Estimate, EstimatedParameter, Unseen};
-use crate::method::{Method, Options};
+use crate::identifier::run_identifier;
+use crate::options::{Method, Options};
 use crate::parameters::{self, D26, EXTENDED, Extended, ExtendedRegressor};
 use crate::smoothing;
 use backseat_core::dynamics::{Attitude, VehicleModel, VehicleParameters};

@@ -6,12 +6,13 @@
 //! [`crate::smoothing`], because a product of noisy factors has a mean that no instrument takes out.
 
 use crate::aid;
-use crate::data::{IdentificationData, PERIOD_S, Sample};
+use crate::data::IdentificationData;
 use crate::estimate::Estimate;
 use crate::excitation::described;
-use crate::method::{IdentifyError, Method, Options};
+use crate::options::{IdentifyError, Method, Options};
 use crate::output_error::free;
 use crate::parameters::{self, EXTENDED, Extended, ExtendedRegressor};
+use crate::sample::{PERIOD_S, Sample};
 use crate::smoothing::{self, CutOffs};
 use backseat_core::dynamics::{Attitude, VehicleModel, VehicleParameters};
 use backseat_core::identification::aid::Instant;

@@ -1,16 +1,18 @@
 //! Identification of a vehicle's parameters from a log, on the host.
 //!
-//! Everything starts with [`IdentificationData`], a log resampled at 10 Hz, and a prior; [`identify`] gives an [`Estimate`] by
-//! a [`Method`], and [`validate`] says what a vehicle predicts.
+//! Everything starts with [`IdentificationData`], a log resampled at 10 Hz, and a prior; [`identify`] gives an [`Estimate`]
+//! by a [`Method`], and [`validate`] gives the vehicle's prediction errors.
 //!
 //! ```text
-//! data         the log at 10 Hz, in stretches without gaps      aid       the board's identifier, and refined offline
-//! parameters   θ (21), d26 and d35 as one vector                nullspace NBLS of the thesis, and its noise-whitened form
-//! simulation   free run with sensitivities to θ and start       instrumental  weak form, instruments from the model
-//! smoothing    zero-phase filter; the model's own trajectory    output_error  prediction error, Gauss-Newton
-//! validation   open-loop prediction, held-out comparison        automatic     climbs them, each step on held-out data
-//! declared     effects of the vehicle file: taken out first
-//! estimate     what a method says                               acceleration  4.2.2: from an AHRS's specific force
+//! sample, data      the log at 10 Hz, in stretches without gaps      identifier    the board's adaptive identifier over a log
+//! parameters        θ (21), d26 and d35 as one vector                aid           the same laws offline, without its delay
+//! simulation        free run with sensitivities to θ and start       nullspace     NBLS of the thesis, and noise-whitened
+//! smoothing         zero-phase filter; the model's own trajectory    instrumental  weak form, instruments from the model
+//! validation        open-loop prediction, held-out comparison        output_error  prediction error, Gauss-Newton
+//! declared_effects  effects of the vehicle file, removed first       automatic     tries them, each step on held-out data
+//! estimate          the result of a method                           excitation    what the motion shows of each parameter
+//! acceleration      section 4.2.2: from an AHRS's specific force     surge_yaw     logs in servo counts: surge and yaw only
+//! options, method   settings, and one entrance to all methods
 //! ```
 
 pub mod acceleration;
@@ -20,18 +22,23 @@ pub mod data;
 mod declared_effects;
 pub mod estimate;
 mod excitation;
+pub mod identifier;
 pub mod instrumental;
 mod method;
 pub mod nullspace;
+mod options;
 pub mod output_error;
 pub mod parameters;
+mod sample;
 pub mod simulation;
 pub mod smoothing;
 pub mod surge_yaw;
 pub mod validation;
 
-pub use data::{IdentificationData, Sample};
+pub use data::IdentificationData;
 pub use declared_effects::fold_into_plant;
 pub use estimate::{Estimate, EstimatedParameter, Step, Unseen};
-pub use method::{IdentifyError, Method, Options, identify};
+pub use method::identify;
+pub use options::{IdentifyError, Method, Options};
+pub use sample::{PERIOD_S, Sample};
 pub use validation::{Validation, validate};

@@ -7,11 +7,12 @@
 //! are those of the intervals between samples, to fourth order: with NBLS's central differences the rest that rolling leaves is
 //! larger than the noise, and weights and λ are those of a noise that is not there.
 
-use crate::data::{IdentificationData, PERIOD_S, Sample};
+use crate::data::IdentificationData;
 use crate::estimate::Estimate;
 use crate::excitation::described;
-use crate::method::{IdentifyError, Method, Options};
+use crate::options::{IdentifyError, Method, Options};
 use crate::parameters::{self, D26, D35, EXTENDED, Extended, ExtendedRegressor};
+use crate::sample::{PERIOD_S, Sample};
 use crate::simulation::{self, Output};
 use crate::smoothing::{self, CutOffs};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};

@@ -5,11 +5,12 @@
 //! Schur's complement takes out segment by segment. Outputs are weighted by their own residuals, so that neither noise nor what
 //! the model lacks has to be declared.
 
-use crate::data::{IdentificationData, PERIOD_S, Sample};
+use crate::data::IdentificationData;
 use crate::estimate::Estimate;
 use crate::excitation::described;
-use crate::method::{IdentifyError, Method, Options};
+use crate::options::{IdentifyError, Method, Options};
 use crate::parameters::{self, D26, EXTENDED, Extended};
+use crate::sample::{PERIOD_S, Sample};
 use crate::simulation::{self, COLUMNS, OUTPUT_STATES, OUTPUTS, Output, Sensitive};
 use crate::{aid, smoothing};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};

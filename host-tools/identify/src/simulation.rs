@@ -1,7 +1,7 @@
 //! The model running free, and its sensitivities to the parameters and to where it started.
 
-use crate::data::{PERIOD_S, Sample};
 use crate::parameters::{EXTENDED, extended};
+use crate::sample::{PERIOD_S, Sample};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::state::{self, P, PHI, THETA, U, VehicleState, wrap_angle};

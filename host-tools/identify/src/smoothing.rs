@@ -4,7 +4,7 @@
 //! is not the filtered |v| v. Once a model is there, only what it leaves unexplained needs the filter: the trajectory is the
 //! model's free run plus the filtered difference. What is filtered is then small, and the filter can be slow.
 
-use crate::data::{PERIOD_S, Sample};
+use crate::sample::{PERIOD_S, Sample};
 use crate::simulation::{self, OUTPUTS, Output, half_steps};
 use backseat_core::dynamics::{Attitude, VehicleModel};
 use backseat_core::state::{P, PHI, THETA, VehicleState, wrap_angle};

@@ -6,7 +6,7 @@
 //!
 //! The fit is an output-error fit over segments of some 20 s, each with its own start.
 
-use crate::method::IdentifyError;
+use crate::options::IdentifyError;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::state::wrap_angle;
 use backseat_data::stats::{Z_95, rms};

@@ -1,8 +1,7 @@
 //! What was found, with intervals and alternatives, and what remains.
 
-use super::fit::{self, Noise};
+use super::fit::{self, Noise, free};
 use super::model::LogModel;
-use super::selection::free;
 use crate::alternatives::{Alternative, manoeuvre};
 use crate::candidates::{Hypothesis, Instance};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};

@@ -1,6 +1,7 @@
 //! θ by Gauss and Newton on whitened rows, and the noise that whitens them.
 
 use super::model::{LogModel, Row};
+use crate::candidates::Hypothesis;
 use crate::linear;
 use crate::normal_equations::{BlockEquations, BlockEquationsBuilder};
 use crate::prepared_log::{DataPart, PreparedLog};
@@ -149,6 +150,11 @@ pub(super) fn pass(model: &impl LogModel, noise: &[Noise], theta: &[f64]) -> Pas
     });
     let residuals = whitened.into_iter().map(|(residual, _)| residual).collect();
     Pass { residuals, trace: Vec::new(), normal: BlockEquations::collect(columns, blocks) }
+}
+
+/// Columns free together.
+pub(super) fn free(calibrated: &[usize], chosen: &[Hypothesis]) -> Vec<usize> {
+    calibrated.iter().copied().chain(chosen.iter().flat_map(|h| h.free.clone())).collect()
 }
 
 /// Fits the `free` columns on a part from `start`; the others stay.

@@ -1,7 +1,7 @@
 //! Diagnosis by a log model: noise, hypotheses one by one, what remains, scores.
 
 use super::describe;
-use super::fit::{self, Noise};
+use super::fit::{self, Noise, free};
 use super::model::{LogModel, Measures};
 use crate::alternatives::Alternative;
 use crate::candidates::{Candidate, Hypothesis, Scope};
@@ -98,11 +98,6 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let scores = [(&diagnosis.before, &plain), (&diagnosis.after, &theta)]
         .map(|(pass, theta)| scores(&log_data, pass, model.measures(theta)));
     Some(LogModelDiagnosis { log_data, diagnosis, theta: [plain, theta], sigmas, noise, scores })
-}
-
-/// Columns free together.
-pub(super) fn free(calibrated: &[usize], chosen: &[Hypothesis]) -> Vec<usize> {
-    calibrated.iter().copied().chain(chosen.iter().flat_map(|h| h.free.clone())).collect()
 }
 
 fn hypothesis(effect: &'static str, free: Vec<usize>) -> Hypothesis {

@@ -11,7 +11,7 @@ use backseat_core::identification::{FaultCause, FaultMonitor, FaultState};
 use backseat_data::VehicleFile;
 use backseat_data::console;
 use backseat_data::stats::median;
-use backseat_identify::aid::run_identifier;
+use backseat_identify::identifier::run_identifier;
 use backseat_identify::{IdentificationData, Options};
 use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
 use hil_sim::rng::{Source, Stream};

@@ -6,7 +6,7 @@ use backseat_core::control::mission::{Mission, MissionStatus, Waypoint};
 use backseat_core::control::{ControlConfig, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::state::{self, VehicleState};
-use backseat_identify::data::PERIOD_S;
+use backseat_identify::PERIOD_S;
 use backseat_identify::simulation::runge_kutta;
 use backseat_identify::{IdentificationData, Sample};
 use hil_sim::rng::{Source, Stream};

@@ -236,7 +236,7 @@ impl Planner<'_> {
         self.information.add(before.iter().skip(20).map(|(sample, _)| sample), &mut known);
         let mut collected = known.clone();
         self.information.add(after.iter().map(|(sample, _)| sample), &mut collected);
-        let seconds = |samples: usize| samples as f64 * backseat_identify::data::PERIOD_S;
+        let seconds = |samples: usize| samples as f64 * backseat_identify::PERIOD_S;
         let time_s = incumbent.time_s + seconds(before.len());
         Some(Incumbent { x: turn.1, time_s, known, end: body.x, end_s: time_s + seconds(after.len()), collected })
     }

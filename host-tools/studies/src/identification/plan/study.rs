@@ -119,7 +119,7 @@ fn fly(
             let (mut flight, mut left_s) = (Vec::new(), duration_s);
             while left_s > 1.0 {
                 let stretch = flight::open_loop(&mut True::new(truth, middle, seed), left_s, leaves(limits));
-                left_s -= stretch.len() as f64 * backseat_identify::data::PERIOD_S;
+                left_s -= stretch.len() as f64 * backseat_identify::PERIOD_S;
                 flight.push(stretch);
             }
             Ok(flight)
@@ -137,7 +137,7 @@ fn unseen(truth: &Parameters) -> IdentificationData {
         .map(|step| {
             use super::flight::Body as _;
             let x = body.state();
-            let input = Programme::VALIDATION.input(step as f64 * backseat_identify::data::PERIOD_S);
+            let input = Programme::VALIDATION.input(step as f64 * backseat_identify::PERIOD_S);
             body.step(&input);
             let (attitude, velocity) = (state::attitude(&x), state::velocity(&x));
             (Sample { time_us: step * 100_000, attitude, velocity, input }, x[state::Z])

@@ -6,7 +6,7 @@ use crate::identification::experiment::declared;
 use anyhow::anyhow;
 use backseat_core::identification::Identifier;
 use backseat_core::identification::theta::{BETA1, D11, M11, PARAMETERS, Theta, W, theta_of};
-use backseat_identify::aid::config;
+use backseat_identify::identifier::config;
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{Method, identify};
 use std::ops::Range;
