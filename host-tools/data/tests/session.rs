@@ -179,14 +179,14 @@ fn other_files_are_refused_in_one_line() {
     assert!(refused(b"").contains("is empty"));
     assert!(refused(b"t_s,depth_m\n0,1\n").contains("neither a session"));
     assert!(refused(&[0; 5000]).contains("neither a session"));
-    assert!(refused(b"\x89MCAP0\r\n").contains("no description"));
+    assert!(refused(b"\x89MCAP0\r\n").contains("description is missing"));
     assert!(Reader::open(&folder.path().join("missing")).is_err());
     let huge = [b"\x89MCAP0\r\n\x06".as_slice(), &u64::MAX.to_le_bytes(), b"rest"].concat();
-    assert!(refused(&huge).contains("no description"));
+    assert!(refused(&huge).contains("description is missing"));
     // somebody else's MCAP
     let mut other = mcap::Writer::new(std::io::Cursor::new(Vec::new())).unwrap();
     other.finish().unwrap();
-    assert!(refused(&other.into_inner().into_inner()).contains("no description"));
+    assert!(refused(&other.into_inner().into_inner()).contains("description is missing"));
 }
 
 /// The board's own writer, into memory.
