@@ -1,4 +1,4 @@
-//! `--columns`: how the columns of a table of any other maker are named and scaled.
+//! `--columns`: mapping of the columns of another maker's table.
 
 use backseat_data::DataError;
 use backseat_data::importers::{self, ColumnMap, Imported};
@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
 pub struct Columns {
-    /// How the columns of the log's table are named and scaled: `[time]` column, unit (s, ms, us, min, h, hms), base
-    /// (start or epoch); for each column of the vehicle log, as `[columns.depth_m]`, column, unit, sign, scale, offset
+    /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, hms) and base (start or
+    /// epoch), and for each column of the vehicle log, such as `[columns.depth_m]`, its column, unit, sign, scale, offset
     #[arg(long = "columns", value_name = "MAP.toml")]
     map: Option<PathBuf>,
 }
 
 impl Columns {
-    /// A log by the mapping, or in whichever format it is.
+    /// Reads the log by the mapping, or by its own format.
     ///
     /// # Errors
     /// The log or the mapping cannot be read.

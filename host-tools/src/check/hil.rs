@@ -74,7 +74,7 @@ fn parameter_store(mut board: Board, common: &Common) -> anyhow::Result<Vec<Line
     }
     let stored = Line::new(Verdict::Pass, STORE, format!("stored in {:.1} s", asked.elapsed().as_secs_f64()));
     if !std::io::stdin().is_terminal() {
-        return Ok(vec![stored, Line::new(Verdict::Note, RESET_BUTTON, "nobody at this terminal to press it")]);
+        return Ok(vec![stored, Line::new(Verdict::Note, RESET_BUTTON, "no terminal to ask for it")]);
     }
     let before = board.parameters()?;
     eprintln!("press the reset button of the board (within {} s)", RESET.as_secs());

@@ -156,7 +156,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     console::print(text.as_bytes())
 }
 
-/// The model asked for, or the best that the log supports; says which and why.
+/// The requested model, or the best that the log supports, with the reason.
 fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) -> Plan {
     let has_actuators = Column::ALL[..=Column::FinStarboard as usize].iter().all(|column| log.has(*column));
     let has_attitude = log.rows.iter().any(|row| row.attitude_rad().is_some());

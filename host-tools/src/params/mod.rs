@@ -23,8 +23,8 @@ Examples:
   backseat params store /dev/ttyACM0                    keep them through power-off
   backseat params docs                                  what every parameter means, without a board
 
-PORT is the board's host port, with :BAUD behind it where that is not 115200. What set and import bring becomes active
-as a whole or not at all. The exported file is a vehicle file (backseat navigate --vehicle reads it) with what
+PORT is the board's host port, with :BAUD behind it where that is not 115200. The values of set and import become
+active all together or not at all. The exported file is a vehicle file (backseat navigate --vehicle reads it) with what
 belongs to the board itself in a section [app]; import takes such a file, a vehicle file, or a file with [app] alone.";
 
 const SET: &str = "\
@@ -33,15 +33,17 @@ Examples:
   backseat params set /dev/ttyACM0 installation.sound_speed_mps=1483 --unlock
   backseat params set /dev/ttyACM0 app.acoustic_key=$(openssl rand -hex 16)
 
-The key of the acoustic payloads (32 hexadecimal digits, or none) is shared with the ship and can be written, not read.
-With it only packets with its authentication code count. Not under way; kept through power-off by params store.";
+The key of the acoustic payloads (32 hexadecimal digits, or none) is shared with the ship; it can be written, not read.
+With a key only packets that carry its authentication code are used. It cannot be set during a mission; params store
+keeps it through power-off.";
 
 const GET: &str = "\
 Example:
   backseat params get /dev/ttyACM0 drag fins.cl app.use_dvl
 
-A star: not the default. What takes effect at once may be set under way too; with the others navigation starts again,
-so that they are refused while a mission runs. Meaning and effect are known of boards with this program's list.";
+A star marks values other than the default. Parameters that take effect at once may be set during a mission; the others
+restart navigation and are refused while a mission runs. Meaning and effect are shown if the board has the same
+parameter list as this program.";
 
 /// Get, set, export, import or store the board's parameters
 #[derive(clap::Args)]
@@ -153,8 +155,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 format!("Parameters of a board with {}, list version {}.", firmware(&board), board.identity.schema);
             let text = BoardFile::text_of(&list, name, &source).map_err(|message| anyhow!(message))?;
             output::write(file, existing, |file| file.write_all(text.as_bytes()))?;
-            let told = format!("{} parameters to {}\n", list.len(), file.display());
-            common.say(&json!({"parameters": list.len(), "file": file}), &told)
+            let done = format!("{} parameters to {}\n", list.len(), file.display());
+            common.say(&json!({"parameters": list.len(), "file": file}), &done)
         }
         Action::Import { common, file, unlock } => set(common, &BoardFile::read(file)?.flatten(), None, *unlock),
         Action::Docs => console::print(parameters_page().as_bytes()),
@@ -193,9 +195,9 @@ fn get(common: &Common, names: &[String]) -> anyhow::Result<()> {
     });
     let mut text = if shown.is_empty() { String::new() } else { table::text(&shown) };
     if let Some(has) = key {
-        let told = if has { "set" } else { "not set" };
-        json[KEY] = json!(told);
-        text += &format!("{KEY}  {told}: no board tells it\n");
+        let state = if has { "set" } else { "not set" };
+        json[KEY] = json!(state);
+        text += &format!("{KEY}  {state}; a board never reveals it\n");
     }
     common.say(&json, &text)
 }

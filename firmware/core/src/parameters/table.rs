@@ -127,7 +127,7 @@ pub const SENSORS: &[Row<SensorNoise>] = &[
 pub const FILTER: &[Row<NavigationConfig>] = &[
     row!(choice "app.process_model", "Process model of the filter: 0 dynamic, 1 kinematic.", process_model, [ProcessModel::Dynamic, ProcessModel::Kinematic]),
     row!(real "app.gate_sigma", "", "1", [1.0, 1000.0], "Innovations beyond this many standard deviations are rejected.", gate_sigma),
-    row!(whole "app.rejections_in_a_row", "", "1", [1.0, 1000.0], "So many measurements of one sensor in a row beyond three fifths of the gate make it suspect.", exceedances),
+    row!(whole "app.rejections_in_a_row", "", "1", [1.0, 1000.0], "Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.", exceedances),
 ];
 
 /// The controller's.

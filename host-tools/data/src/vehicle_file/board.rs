@@ -6,7 +6,7 @@ use crate::DataError;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// What a file says about a board: a vehicle, or an `[app]` section, or both.
+/// Contents of a board's file: a vehicle, or an `[app]` section, or both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardFile {
     /// The vehicle, if the file has any section of one (then it has to be whole).

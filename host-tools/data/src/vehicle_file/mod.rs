@@ -150,7 +150,7 @@ fn in_words(inconsistent: Inconsistent, settings: &Settings) -> String {
     inconsistent.with_values(value).to_string()
 }
 
-/// A limit as short as it can be told.
+/// A limit in its shortest form.
 fn short(limit: f64) -> String {
     if limit == 0.0 || (1e-3..1e5).contains(&limit.abs()) {
         let text = format!("{limit:.3}");

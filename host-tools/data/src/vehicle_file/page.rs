@@ -26,7 +26,7 @@ pub fn parameters_page() -> String {
         write_section(&mut page, section.name, &format!("{}.{optional}", sentence(section.about)));
     }
     let effects = "Effects that `diagnose` found, each in a table `[effects.NAME]`; 0 is no effect. \
-                   `backseat effect list` explains them.";
+                   `backseat sim dataset --list` lists them.";
     write_section(&mut page, "effects", effects);
     let app =
         "What belongs to the board itself: filter, aiding, protocols, frontseat, control, modes. May be left out.";
