@@ -24,7 +24,7 @@ const EXAMPLES: &str = "\
 Examples:
   backseat diagnose log.csv.gz                                the built-in vehicle, one page of text
   backseat diagnose log.csv --vehicle iver3.toml --report out out/report.html and out/vehicle.toml
-  backseat diagnose log.csv --no-dvl --truth truth.csv --json as a script wants it
+  backseat diagnose log.csv --no-dvl --truth truth.csv --json one JSON object, for scripts
   backseat diagnose glider_flight.csv --with glider_ctd.csv   two logs of one time base
   backseat diagnose table.csv --columns map.toml              a table of any other maker
 

@@ -26,7 +26,7 @@ Examples:
   backseat identify log.csv --validate other.csv --report out        judged on another log, out/report.html
   backseat identify iver_mission.log                                 surge and yaw of a log in servo counts
   backseat identify table.csv --columns map.toml                     a table of any other maker
-  backseat identify --plan mission.toml --duration 1800              the mission that tells most about the vehicle
+  backseat identify --plan mission.toml --duration 1800              the mission with most information about the vehicle
 
 The log needs prop_rpm, fin_{top,bottom,port,starboard}_rad, roll_rad, pitch_rad, heading_rad, p_radps, q_radps, r_radps
 and dvl_{u,v,w}_mps. DVL velocity is over ground: state the water current (--current, or [effects] of the vehicle
@@ -44,16 +44,16 @@ pub struct Args {
     log: Option<PathBuf>,
     #[command(flatten)]
     columns: Columns,
-    /// How to identify
+    /// Method of identification
     #[arg(long, default_value = "auto")]
     method: Choice,
     /// Vehicle file with the prior, TOML [default: the built-in reference vehicle]
     #[arg(long, value_name = "V.toml")]
     vehicle: Option<PathBuf>,
-    /// Another log to judge by [default: the last fifth of the log, held out]
+    /// Log for validation [default: the last fifth of the log, held out]
     #[arg(long, value_name = "LOG2")]
     validate: Option<PathBuf>,
-    /// The parameter that is known: forces are not measured
+    /// The parameter taken as known: forces are not measured, so one must be
     #[arg(long, default_value = "m11")]
     scale: Known,
     /// Identify the cross drags d26 and d35 too (auto tries by itself)

@@ -1,4 +1,4 @@
-//! `backseat identify --plan`: the mission that tells most about the vehicle.
+//! `backseat identify --plan`: the mission with most information about the vehicle.
 
 use super::Args;
 use crate::mission::file::text_of;
@@ -14,12 +14,12 @@ use std::path::PathBuf;
 /// Planning of a mission
 #[derive(clap::Args)]
 pub struct Planning {
-    /// Instead of a log: write the mission that tells most about the vehicle, TOML for `backseat mission put`
+    /// Instead of a log: write the mission with most information about the vehicle, TOML for `backseat mission put`
     #[arg(long, value_name = "MISSION.toml", conflicts_with = "log")]
     plan: Option<PathBuf>,
     #[command(flatten)]
     limits: LimitArguments,
-    /// Picks the legs that are tried
+    /// Seed of the legs that are tried
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
