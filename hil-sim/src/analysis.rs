@@ -67,6 +67,12 @@ impl Configuration {
         Self { name, track: Vec::new(), error, drms_m: None, nis: NisBySensor::new() }
     }
 
+    /// Root mean square of the error over the filter's own DRMS: above 1, the filter is overconfident.
+    #[must_use]
+    pub fn rms_over_drms(&self) -> Option<f64> {
+        self.drms_m.map(|drms_m| self.error.rms_m / drms_m)
+    }
+
     fn new(name: &'static str, track: Vec<Estimate>, nis: NisBySensor) -> Option<Self> {
         let errors: Vec<f64> = track.iter().map(|estimate| estimate.error_m).collect();
         let variances: Option<Vec<f64>> =

@@ -2,17 +2,9 @@
 
 use crate::rng::{Source, Stream};
 use crate::scenario::Current;
+use crate::scenario::effects::Waves;
 use crate::truth::Water;
 use std::f64::consts::TAU;
-
-/// Waves by their orbital motion at the vehicle's depth.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Waves {
-    /// Amplitude of the orbital velocity, m/s.
-    pub amplitude_mps: f64,
-    /// Period, s.
-    pub period_s: f64,
-}
 
 /// One long-crested wave train in deep water.
 #[derive(Clone, Copy, Debug)]

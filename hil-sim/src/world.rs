@@ -6,28 +6,8 @@ use crate::observation::{Observation, ObservationKind};
 use crate::scenario::Scenario;
 use crate::sensors::Sensors;
 use crate::ship::{ShipEstimator, ShipMotion, ShipTruth};
-use crate::truth::{Actuators, Vehicle, Water};
+use crate::truth::{Actuators, Vehicle, VehicleTruth, Water};
 use std::collections::VecDeque;
-
-/// What the actuators are asked to do; servos and propeller follow at their own pace.
-pub type ActuatorTargets = Actuators;
-
-/// The true state of the vehicle at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VehicleTruth {
-    /// µs since the start of the scenario.
-    pub time_us: u64,
-    /// [x y z | φ θ ψ | u v w | p q r]: NED, Euler angles, velocity through the water, rates; SI.
-    pub state: [f64; 12],
-    /// Velocity over ground in NED, m/s.
-    pub velocity_ned_mps: [f64; 3],
-    /// Velocity over ground in body axes, m/s.
-    pub velocity_over_ground_mps: [f64; 3],
-    /// Current at the vehicle, north and east, m/s.
-    pub current_mps: [f64; 2],
-    /// What the actuators really do.
-    pub actuators: Actuators,
-}
 
 /// The simulated world.
 #[derive(Clone, Debug)]

@@ -2,10 +2,11 @@
 
 use hil_sim::observation::{Downlink, Observation, ObservationKind, TwoWay, Uplink};
 use hil_sim::scenario::{Effect, Exchange, Scenario, Slot};
-use hil_sim::world::{ActuatorTargets, VehicleTruth, World};
+use hil_sim::truth::{Actuators, VehicleTruth};
+use hil_sim::world::World;
 
 /// Straight and level at about 1 m/s.
-const CRUISE: ActuatorTargets = ActuatorTargets { propeller_radps: 106.8, fins_rad: [0.0, 0.0, 0.008, -0.008] };
+const CRUISE: Actuators = Actuators { propeller_radps: 106.8, fins_rad: [0.0, 0.0, 0.008, -0.008] };
 
 /// The survey, starting at depth.
 fn submerged() -> Scenario {

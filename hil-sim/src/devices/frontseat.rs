@@ -8,7 +8,7 @@ use super::geodesy::LocalFrame;
 use super::uart::Uart;
 use crate::faults::{FrontseatFault, FrontseatFaults};
 use crate::observation::{GnssFix, Observation, ObservationKind};
-use crate::world::ActuatorTargets;
+use crate::truth::Actuators;
 use backseat_wire::Error;
 use backseat_wire::calendar::DateTime;
 use backseat_wire::gps::Rmc;
@@ -49,7 +49,7 @@ pub struct Frontseat {
     wanted: Request,
     command: Command,
     error: FrontseatError,
-    targets: ActuatorTargets,
+    targets: Actuators,
     autopilot_us: u64,
     depth_m: f64,
     euler_rad: [f64; 3],
@@ -75,7 +75,7 @@ impl Frontseat {
             wanted: Request::default(),
             command: Command::None,
             error: FrontseatError::None,
-            targets: ActuatorTargets::default(),
+            targets: Actuators::default(),
             autopilot_us: 0,
             depth_m: 0.0,
             euler_rad: [0.0; 3],
@@ -87,7 +87,7 @@ impl Frontseat {
     }
 
     /// What fins and propeller are told at `now_us`.
-    pub fn targets(&mut self, now_us: u64) -> ActuatorTargets {
+    pub fn targets(&mut self, now_us: u64) -> Actuators {
         self.now_us = now_us;
         if self.faults.at(now_us).is_some() {
             self.let_go();
@@ -95,7 +95,7 @@ impl Frontseat {
         match self.command {
             Command::Servo { until_us, .. } | Command::Steer { until_us, .. } if now_us >= until_us => {
                 self.command = Command::None;
-                self.targets = ActuatorTargets::default();
+                self.targets = Actuators::default();
             }
             Command::Steer { steer, .. } if now_us >= self.autopilot_us => {
                 self.autopilot_us = now_us + AUTOPILOT_US;
@@ -120,7 +120,7 @@ impl Frontseat {
     /// Fins and motor are no longer the backseat's.
     fn let_go(&mut self) {
         self.command = Command::None;
-        self.targets = ActuatorTargets::default();
+        self.targets = Actuators::default();
     }
 
     fn is_down(&self, time_us: u64) -> bool {
@@ -167,7 +167,7 @@ impl Frontseat {
             ToFrontseat::Servo(servo) => {
                 let until_us = time_us + u64::from(servo.timeout_s) * 1_000_000;
                 self.command = Command::Servo { bytes: servo.servo, until_us };
-                self.targets = ActuatorTargets {
+                self.targets = Actuators {
                     fins_rad: self.calibration.fins_rad(&servo.servo),
                     propeller_radps: self.calibration.propeller_radps(&servo.servo),
                 };
@@ -180,7 +180,7 @@ impl Frontseat {
             }
             ToFrontseat::Stop => {
                 self.command = Command::None;
-                self.targets = ActuatorTargets::default();
+                self.targets = Actuators::default();
                 (Acknowledge::STOP, 0)
             }
             // No stored missions here: the sounder, the GPS or the file is missing.
@@ -326,7 +326,7 @@ impl Frontseat {
     }
 
     /// Heading to the vertical fins, depth through pitch to the horizontal ones, speed to the motor.
-    fn autopilot(&self, steer: &Steer) -> ActuatorTargets {
+    fn autopilot(&self, steer: &Steer) -> Actuators {
         const FIN_LIMIT_RAD: f64 = 20.0 * PI / 180.0;
         let [_, pitch, heading] = self.euler_rad;
         let [_, q, r] = self.rates_radps;
@@ -338,7 +338,7 @@ impl Frontseat {
         let fins_rad = [yaw, -yaw, nose_up, -nose_up];
         // A fixed table of speed against propeller speed, as a frontseat has one.
         let asked = self.calibration.bytes(fins_rad, 107.0 * steer.speed_mps);
-        ActuatorTargets {
+        Actuators {
             fins_rad: self.calibration.fins_rad(&asked),
             propeller_radps: self.calibration.propeller_radps(&asked),
         }

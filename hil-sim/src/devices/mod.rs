@@ -16,7 +16,7 @@ pub use geodesy::LocalFrame;
 use crate::faults::{Direction, FrontseatFaults, Line, PacketFaults, SensorFaults};
 use crate::observation::Observation;
 use crate::scenario::Scenario;
-use crate::world::ActuatorTargets;
+use crate::truth::Actuators;
 use ahrs::Ahrs;
 use backseat_link::Arrival;
 use backseat_wire::hostlink::{MAX_CHUNKS, Port};
@@ -106,7 +106,7 @@ impl Devices {
     }
 
     /// Lets the devices act up to `now_us`; what fins and propeller are told from then on.
-    pub fn run(&mut self, now_us: u64) -> ActuatorTargets {
+    pub fn run(&mut self, now_us: u64) -> Actuators {
         let [_, from_backseat] = &mut self.lines;
         for (port, (uart, line)) in Port::DEVICES.into_iter().zip(self.from_backseat.iter_mut().zip(from_backseat)) {
             for Arrival { time_us, bytes } in line.pass(std::iter::from_fn(|| uart.pop(now_us)).collect(), now_us) {

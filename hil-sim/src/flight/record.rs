@@ -2,7 +2,7 @@
 
 use crate::observation::{Observation, ObservationKind};
 use crate::ship::ShipTruth;
-use crate::world::{ActuatorTargets, VehicleTruth};
+use crate::truth::{Actuators, VehicleTruth};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
 use backseat_data::{Column, DataError, Log, LogRow, LogWriter, TruthRow, TruthWriter};
@@ -69,7 +69,7 @@ struct Files {
 pub(super) struct Recorder {
     pub(super) flight: FlightLog,
     files: Option<Files>,
-    targets: Option<ActuatorTargets>,
+    targets: Option<Actuators>,
     /// Rows of the present step, in order of time.
     rows: Vec<LogRow>,
 }
@@ -138,7 +138,7 @@ impl Recorder {
     }
 
     /// Fins and propeller as told from `time_us` on; whether that is new.
-    pub(super) fn actuators(&mut self, time_us: u64, targets: ActuatorTargets) -> bool {
+    pub(super) fn actuators(&mut self, time_us: u64, targets: Actuators) -> bool {
         if self.targets == Some(targets) {
             return false;
         }

@@ -6,7 +6,7 @@ use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
 use crate::scenario;
 use crate::scenario::effects::Instruments;
-use crate::world::VehicleTruth;
+use crate::truth::VehicleTruth;
 
 /// Euler angles and body rates with noise, and the errors of compass, pitch sensor and gyros.
 #[derive(Clone, Debug)]

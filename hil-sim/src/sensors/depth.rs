@@ -5,7 +5,7 @@ use crate::noise::{Colour, Colouring, NoiseKind};
 use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
 use crate::scenario;
-use crate::world::VehicleTruth;
+use crate::truth::VehicleTruth;
 
 /// Depth of the centre of gravity with noise and bias.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
 use crate::scenario;
 use crate::scenario::effects::Instruments;
-use crate::world::VehicleTruth;
+use crate::truth::VehicleTruth;
 
 /// Velocity over ground in body axes and altitude over a flat bottom, while it sees the bottom.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use crate::observation::{GnssFix, ObservationKind};
 use crate::rng::{Source, Stream};
 use crate::scenario;
 use crate::ship::ShipTruth;
-use crate::world::VehicleTruth;
+use crate::truth::VehicleTruth;
 
 /// Position of the surfaced vehicle.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ use crate::observation::{Observation, ObservationKind};
 use crate::scenario::Scenario;
 use crate::scenario::effects::Instruments;
 use crate::ship::ShipTruth;
-use crate::world::VehicleTruth;
+use crate::truth::VehicleTruth;
 
 /// When a sensor samples: at the first integration step not before offset + n / rate.
 #[derive(Clone, Debug)]

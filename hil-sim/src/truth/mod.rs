@@ -22,4 +22,4 @@ pub use integrator::runge_kutta_4;
 pub use parameters::{Fin, Parameters};
 pub use plant::{Plant, State, Water};
 pub use undeclared::{DragChange, FinFault, Stuck, Undeclared};
-pub use vehicle::Vehicle;
+pub use vehicle::{Vehicle, VehicleTruth};

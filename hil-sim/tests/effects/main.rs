@@ -6,7 +6,8 @@ mod table;
 
 use hil_sim::observation::{Observation, ObservationKind};
 use hil_sim::scenario::{Effect, Scenario};
-use hil_sim::world::{ActuatorTargets, VehicleTruth, World};
+use hil_sim::truth::{Actuators, VehicleTruth};
+use hil_sim::world::World;
 
 /// Speed of the propeller that holds 1 m/s by the declared drag: 3 u² + 0.369 u² (fins) = 3e-4 ω².
 const CRUISE_RADPS: f64 = 105.97;
@@ -39,8 +40,8 @@ fn with(mut scenario: Scenario, name: &str, values: &[(&str, f64)]) -> Scenario 
 }
 
 /// The propeller at cruise, these fins.
-fn cruise(fins_rad: [f64; 4]) -> ActuatorTargets {
-    ActuatorTargets { propeller_radps: CRUISE_RADPS, fins_rad }
+fn cruise(fins_rad: [f64; 4]) -> Actuators {
+    Actuators { propeller_radps: CRUISE_RADPS, fins_rad }
 }
 
 /// A world flown open-loop: its observations and the truth at every step.
@@ -49,7 +50,7 @@ struct Flown {
     truth: Vec<VehicleTruth>,
 }
 
-fn flown(scenario: &Scenario, targets: ActuatorTargets, seconds: u64) -> Flown {
+fn flown(scenario: &Scenario, targets: Actuators, seconds: u64) -> Flown {
     let mut world = World::new(scenario);
     world.set_actuator_targets(0, targets);
     let (mut observations, mut truth) = (Vec::new(), Vec::new());

@@ -3,7 +3,7 @@
 use super::{CRUISE_RADPS, close, cruise, flown, quiet, with};
 use hil_sim::scenario::Scenario;
 use hil_sim::truth::{Actuators, Plant, State};
-use hil_sim::world::{ActuatorTargets, World};
+use hil_sim::world::World;
 
 /// Quadratic surge drag of hull and four straight fins, N s²/m².
 const DRAG: f64 = 3.0 + 4.0 * 0.5 * 1025.0 * 0.009 * 0.02;
@@ -75,7 +75,7 @@ fn val_trims_turn_a_vehicle_at_rest_to_their_angle() {
     let rest = |name, rad| {
         let mut scenario = with(quiet(), name, &[("rad", rad)]);
         scenario.settings.start.speed_mps = 0.0;
-        *flown(&scenario, ActuatorTargets::default(), 300).truth.last().unwrap()
+        *flown(&scenario, Actuators::default(), 300).truth.last().unwrap()
     };
     // Weight to starboard rolls to starboard; weight ahead puts the nose down.
     close(rest("roll_trim", 0.1).state[3], 0.1, 2e-3); // what is left of the swing

@@ -1,8 +1,11 @@
 //! What goes to the terminal.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
+
+/// Work that is done sooner shows no bar.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Writes to stdout; a reader that has gone (`| head`) is no failure.
 ///
@@ -16,40 +19,44 @@ pub fn print(text: &[u8]) -> anyhow::Result<()> {
     }
 }
 
-/// A progress bar on stderr that appears only where the work takes more than a second.
+/// A progress bar on stderr with the time left, for work of any number of threads.
 pub struct Progress {
-    what: &'static str,
-    length: usize,
     began: Instant,
-    bar: Option<ProgressBar>,
+    bar: ProgressBar,
 }
 
 impl Progress {
     /// A bar of this length; `what` stands before it.
     #[must_use]
-    pub fn new(what: &'static str, length: usize) -> Self {
-        Self { what, length, began: Instant::now(), bar: None }
+    pub fn new(what: impl Into<String>, length: usize) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(length as u64), ProgressDrawTarget::hidden());
+        let style = ProgressStyle::with_template("{msg} {wide_bar} {pos} of {len}, {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.set_message(what.into());
+        Self { began: Instant::now(), bar }
     }
 
     /// So much is done.
-    pub fn set(&mut self, position: usize) {
-        if self.bar.is_none() && self.began.elapsed() > Duration::from_secs(1) {
-            let bar = ProgressBar::new(self.length as u64).with_message(self.what);
-            if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} % {eta}") {
-                bar.set_style(style);
-            }
-            self.bar = Some(bar);
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_position(position as u64);
+    pub fn set(&self, position: usize) {
+        self.show();
+        self.bar.set_position(position as u64);
+    }
+
+    /// One more is done.
+    pub fn advance(&self) {
+        self.show();
+        self.bar.inc(1);
+    }
+
+    fn show(&self) {
+        if self.bar.is_hidden() && self.began.elapsed() > PATIENCE {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        self.bar.finish_and_clear();
     }
 }

@@ -116,7 +116,7 @@ fn decode_log(
     mut take: impl FnMut(&Entry, &mut Decoding) -> anyhow::Result<()>,
 ) -> anyhow::Result<(Decoding, Damage)> {
     let mut reader = Reader::open(path)?;
-    let mut progress = Progress::new("export", usize::try_from(reader.position().1)?);
+    let progress = Progress::new("export", usize::try_from(reader.position().1)?);
     let is_host = reader.meta().clock == Clock::Host;
     let mut base_us = None;
     let mut decoding = Decoding::new(None);

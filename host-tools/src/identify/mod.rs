@@ -16,7 +16,6 @@ use backseat_identify::{IdentificationData, Method, Options, fold_into_plant, id
 use clap::ValueEnum;
 use outcome::{HeldOut, Outcome};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::Instant;
 
 const EXAMPLES: &str = "\
@@ -160,11 +159,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(_) => HeldOut::Another,
         None => HeldOut::LastPart,
     };
-    let progress = Mutex::new(Progress::new("identify", 1000));
+    let progress = Progress::new("identify", 1000);
     let estimate = identify(method, fitted, &declared.parameters, &options, &|share| {
-        if let Ok(mut progress) = progress.lock() {
-            progress.set((share * 1000.0) as usize);
-        }
+        progress.set((share * 1000.0) as usize);
     })?;
     drop(progress);
     let judge = other.as_ref().unwrap_or(&rest);

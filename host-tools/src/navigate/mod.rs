@@ -202,7 +202,7 @@ fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Est
     Ok(match plan {
         Plan::DeadReckoning(method) => Estimate::DeadReckoning(dead_reckoning::run(log, *method)?),
         Plan::Filter(options) => {
-            let mut progress = Progress::new("filter", log.rows.len());
+            let progress = Progress::new("filter", log.rows.len());
             let run = filter::run_with_progress(log, vehicle, options, |row| progress.set(row))?;
             Estimate::Filter(run)
         }

@@ -88,7 +88,7 @@ fn replay(log: &Path) -> anyhow::Result<Replayed> {
     let survey = Survey::of(log)?;
     let mut reader = Reader::open(log)?;
     let meta = reader.meta().clone();
-    let mut progress = Progress::new("replay", reader.position().1 as usize);
+    let progress = Progress::new("replay", reader.position().1 as usize);
     let named = || log.display().to_string();
     let found = match meta.clock {
         Clock::Board => {

@@ -50,7 +50,7 @@ pub fn play(log: &Path, targets: &[Source], realtime: bool) -> anyhow::Result<(V
         lines.push(Line::open(target)?);
     }
     let mut reader = Reader::open(log)?;
-    let mut progress = Progress::new("replay", reader.position().1 as usize);
+    let progress = Progress::new("replay", reader.position().1 as usize);
     let start = Instant::now() + LEAD;
     let mut timeline = Timeline::default();
     while let Some(entry) = reader.next() {

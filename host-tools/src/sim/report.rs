@@ -1,6 +1,5 @@
 //! The report of a flight: one HTML file.
 
-use super::run::rms_over_drms;
 use anyhow::Context;
 use backseat_core::navigation::Sensor;
 use backseat_data::output::{self, Existing};
@@ -113,7 +112,7 @@ fn errors_table(analysis: &Analysis) -> Table {
         let mut cells = vec![configuration.name.to_owned()];
         cells.extend([error.median_m, error.p95_m, error.max_m, error.rms_m].map(|m| format!("{m:.2}")));
         cells.push(configuration.drms_m.map_or(String::new(), |m| format!("{m:.2}")));
-        cells.push(rms_over_drms(configuration).map_or(String::new(), |ratio| format!("{ratio:.2}")));
+        cells.push(configuration.rms_over_drms().map_or(String::new(), |ratio| format!("{ratio:.2}")));
         table.row(cells)
     })
 }

@@ -1,6 +1,7 @@
 //! `backseat sim run`: fly a scenario against a backseat and judge its navigation.
 
 use anyhow::{Context, bail};
+use backseat_data::console::Progress;
 use backseat_data::output::Existing;
 use backseat_data::session::{Attachment, Clock, Meta, Writer};
 use backseat_data::stats::ErrorSummary;
@@ -12,7 +13,6 @@ use hil_sim::faults::{self, Board};
 use hil_sim::flight::{self, FlightLog};
 use hil_sim::scenario::{Request, Scenario, Settings};
 use hil_sim::score::TrackScore;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -91,14 +91,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 
     eprintln!("{}: {ports}", scenario.settings.name);
-    let bar = progress_bar(scenario.settings.duration_s);
-    let progress = |t_s| bar.set_position(t_s as u64);
+    let bar = Progress::new("simulated seconds", scenario.settings.duration_s as usize);
+    let progress = |t_s| bar.set(t_s as usize);
     let flight = if arguments.realtime {
         flight::fly_realtime(&scenario, &mut client, Some(&folder), &stop, progress)
     } else {
         flight::fly(&scenario, &mut client, Some(&folder), &stop, progress)
     };
-    bar.finish_and_clear();
+    drop(bar);
     let flight = flight.with_context(|| format!("flight (what was flown is in {})", folder.display()))?;
     client.end_record()?;
     drop(client);
@@ -248,18 +248,12 @@ fn ports_line(backseat: &Process) -> String {
     ports.join(", ")
 }
 
-fn progress_bar(duration_s: f64) -> ProgressBar {
-    let style =
-        ProgressStyle::with_template("{bar:40} {pos}/{len} s simulated, {per_sec} of them a second, {eta} to go");
-    ProgressBar::new(duration_s as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
-
 fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
     let mut text =
         format!("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "horizontal error [m]", "median", "95 %", "max", "RMS/DRMS");
     for configuration in &analysis.configurations {
         let error = &configuration.error;
-        let ratio = rms_over_drms(configuration).map_or("-".into(), |ratio| format!("{ratio:.2}"));
+        let ratio = configuration.rms_over_drms().map_or("-".into(), |ratio| format!("{ratio:.2}"));
         text += &format!(
             "{:<36} {:>8.2} {:>8.2} {:>8.2} {ratio:>8}\n",
             configuration.name, error.median_m, error.p95_m, error.max_m
@@ -297,11 +291,6 @@ fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
         flight.digest
     );
     text
-}
-
-/// RMS error over the filter's own DRMS: above 1 it believes too much.
-pub(crate) fn rms_over_drms(configuration: &Configuration) -> Option<f64> {
-    configuration.drms_m.map(|drms_m| configuration.error.rms_m / drms_m)
 }
 
 fn summary_json(flight: &FlightLog, analysis: &Analysis) -> Value {

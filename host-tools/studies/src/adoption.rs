@@ -5,6 +5,8 @@
 //! the DVL on.
 
 use crate::EnsembleArguments;
+use crate::ensemble::run_all;
+use crate::table::{markdown_table, with_interval};
 use anyhow::Context;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::theta::{BETA1, BETA5, D11, M11, NAMES, Theta, theta_of};
@@ -14,8 +16,6 @@ use backseat_wire::hostlink::{AdoptionEvent, Visibility};
 use hil_sim::backseat::InProcess;
 use hil_sim::flight::{self, FlightLog};
 use hil_sim::scenario::Scenario;
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
@@ -123,15 +123,9 @@ fn parameter_errors(
 /// # Errors
 /// A flight that fails; a file that cannot be written.
 pub fn run(arguments: &EnsembleArguments) -> anyhow::Result<()> {
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} flights, {eta} to go");
     let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
     let plan: Vec<(u64, Told)> = seeds.flat_map(|seed| Told::ALL.map(|told| (seed, told))).collect();
-    let bar = ProgressBar::new(plan.len() as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let outcomes: Vec<Outcome> = plan
-        .par_iter()
-        .progress_with(bar)
-        .map(|(seed, told)| fly(*seed, *told, arguments.minutes))
-        .collect::<anyhow::Result<_>>()?;
+    let outcomes: Vec<Outcome> = run_all("flights", &plan, |(seed, told)| fly(*seed, *told, arguments.minutes))?;
     let of = |told: Told| -> Vec<&Outcome> {
         plan.iter().zip(&outcomes).filter(|((_, other), _)| *other == told).map(|(_, outcome)| outcome).collect()
     };
@@ -152,14 +146,6 @@ fn medians(outcomes: &[&Outcome]) -> Vec<f64> {
     outcomes.iter().map(|outcome| outcome.error.median_m).collect()
 }
 
-fn with_interval(samples: &[f64]) -> String {
-    match (mean(samples), mean_ci95(samples)) {
-        (Some(mean), Some((low, high))) => format!("{mean:.2} ({low:.2} to {high:.2})"),
-        (Some(mean), None) => format!("{mean:.2}"),
-        _ => String::new(),
-    }
-}
-
 fn markdown(arguments: &EnsembleArguments, rows: &[(Told, Vec<&Outcome>); 3]) -> String {
     let EnsembleArguments { runs, first_seed, .. } = arguments;
     let cut = arguments.minutes.map_or(String::new(), |minutes| format!(" --minutes {minutes}"));
@@ -171,10 +157,12 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(Told, Vec<&Outcome>); 3]) ->
          low, with signs drawn by the seed. Dynamic model, packets every 30 s with range (1 m) and range rate, AHRS 3 Hz (1 degree,\n\
          0.5 degrees/s), DVL 5 Hz (1 cm/s), process noise of the vehicle file. Horizontal error of the backseat's own estimate from the\n\
          loss of the DVL on: mean over the runs of each run's median and 95th percentile, with the 95 % interval of that mean; the\n\
-         median over the runs; adoptions, refusals and reversions a run.\n\n\
-         | told | median [m] | median of medians [m] | 95 % [m] | largest [m] | adopted / refused / reverted |\n|---|---|---|---|---|---|\n",
+         median over the runs; adoptions, refusals and reversions a run.\n\n",
         first_seed + runs - 1
     );
+    let header =
+        ["told", "median [m]", "median of medians [m]", "95 % [m]", "largest [m]", "adopted / refused / reverted"];
+    let mut errors = markdown_table(header);
     for (told, outcomes) in rows {
         let median_m = medians(outcomes);
         let p95_m: Vec<f64> = outcomes.iter().map(|outcome| outcome.error.p95_m).collect();
@@ -184,29 +172,29 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(Told, Vec<&Outcome>); 3]) ->
             mean(&counts).unwrap_or(f64::NAN)
         });
         let [adopted, refused, reverted] = verdicts;
-        let _ = writeln!(
-            text,
-            "| {} | {} | {:.2} | {} | {largest:.1} | {adopted:.1} / {refused:.1} / {reverted:.1} |",
-            told.name(),
-            with_interval(&median_m),
-            median(&median_m).unwrap_or(f64::NAN),
-            with_interval(&p95_m),
-        );
+        errors.add_row([
+            told.name().to_owned(),
+            with_interval(&median_m, 2),
+            format!("{:.2}", median(&median_m).unwrap_or(f64::NAN)),
+            with_interval(&p95_m, 2),
+            format!("{largest:.1}"),
+            format!("{adopted:.1} / {refused:.1} / {reverted:.1}"),
+        ]);
     }
     let [all_true, wrong, improving] =
         rows.each_ref().map(|(_, outcomes)| mean(&medians(outcomes)).unwrap_or(f64::NAN));
     let _ = writeln!(
         text,
-        "\nOf the error that wrong parameters cost ({:.2} m), adoption removes {:.0} %.",
+        "{errors}\n\nOf the error that wrong parameters cost ({:.2} m), adoption removes {:.0} %.",
         wrong - all_true,
         100.0 * (wrong - improving) / (wrong - all_true)
     );
     let _ = writeln!(
         text,
         "\nRoot mean square over the runs of the identified parameters' errors, told and after the twenty minutes, relative to the\n\
-         truth times the factor by which m11, the scale, is told wrong; how often the parameter was excited in the end\n\n\
-         | parameter | told [%] | identified [%] | excited |\n|---|--:|--:|--:|"
+         truth times the factor by which m11, the scale, is told wrong; how often the parameter was excited in the end\n"
     );
+    let mut parameters = markdown_table(["parameter", "told [%]", "identified [%]", "excited"]);
     let improving = &rows[2].1;
     for (i, (name, ..)) in improving.first().map_or(&[][..], |outcome| &outcome.parameters[..]).iter().enumerate() {
         let rms = |pick: fn(&(&'static str, f64, f64, bool)) -> f64| {
@@ -215,9 +203,10 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(Told, Vec<&Outcome>); 3]) ->
         };
         let excited = improving.iter().filter(|outcome| outcome.parameters[i].3).count();
         let (told, identified) = (rms(|p| p.1), rms(|p| p.2));
-        let _ = writeln!(text, "| {name} | {told:.1} | {identified:.1} | {excited} of {} |", improving.len());
+        let excited = format!("{excited} of {}", improving.len());
+        parameters.add_row([(*name).to_owned(), format!("{told:.1}"), format!("{identified:.1}"), excited]);
     }
-    text
+    text + &format!("{parameters}\n")
 }
 
 fn to_json(rows: &[(Told, Vec<&Outcome>); 3]) -> Value {

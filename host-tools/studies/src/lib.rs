@@ -5,11 +5,14 @@
 pub mod adoption;
 pub mod consistency;
 mod diagnosis_accuracy;
+mod ensemble;
 pub mod fault_table;
 pub mod identification;
 pub mod navigation;
 pub mod packet_navigation;
 pub mod reproduce;
+mod store;
+mod table;
 
 use std::path::PathBuf;
 

@@ -7,6 +7,8 @@
 //! with GNSS of 0.5 m at 1 Hz, vehicle GNSS only while surfaced at either end.
 
 use crate::EnsembleArguments;
+use crate::ensemble::run_all;
+use crate::table::{markdown_table, with_interval};
 use anyhow::Context;
 use backseat_core::navigation::ProcessModel;
 use backseat_data::filter::{self, FilterOptions};
@@ -17,11 +19,8 @@ use hil_sim::analysis::{self, Configuration, Nis, NisBySensor};
 use hil_sim::backseat::InProcess;
 use hil_sim::flight::{self, FlightLog};
 use hil_sim::scenario::{Scenario, perturbed};
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
 
 /// A filter of the table.
@@ -66,15 +65,10 @@ impl Row {
 /// # Errors
 /// A flight or a filter that fails; a file that cannot be written.
 pub fn run(arguments: &EnsembleArguments) -> anyhow::Result<()> {
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} flights, {eta} to go");
     let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
     let plan: Vec<(u64, bool)> = seeds.flat_map(|seed| [(seed, false), (seed, true)]).collect();
-    let bar = ProgressBar::new(plan.len() as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let outcomes: Vec<Vec<(&'static str, Configuration, Option<Configuration>)>> = plan
-        .par_iter()
-        .progress_with(bar)
-        .map(|(seed, current)| one_flight(arguments, *seed, *current))
-        .collect::<anyhow::Result<_>>()?;
+    let outcomes: Vec<Vec<(&'static str, Configuration, Option<Configuration>)>> =
+        run_all("flights", &plan, |(seed, current)| one_flight(arguments, *seed, *current))?;
 
     let mut order: Vec<&'static str> = Vec::new();
     let mut rows: BTreeMap<&'static str, (Row, Row)> = BTreeMap::new();
@@ -198,14 +192,6 @@ fn filters(vehicle: &VehicleFile, seed: u64) -> Vec<Filter> {
     ]
 }
 
-fn with_interval(samples: &[f64]) -> String {
-    match (mean(samples), mean_ci95(samples)) {
-        (Some(mean), Some((low, high))) => format!("{mean:.2} ({low:.2} to {high:.2})"),
-        (Some(mean), None) => format!("{mean:.2}"),
-        _ => String::new(),
-    }
-}
-
 fn markdown(arguments: &EnsembleArguments, rows: &[(&str, &Row, &Row)]) -> String {
     let EnsembleArguments { runs, first_seed, .. } = arguments;
     let last_seed = first_seed + runs - 1;
@@ -218,21 +204,22 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(&str, &Row, &Row)]) -> Strin
          GNSS of 0.5 m at 1 Hz, GNSS of the vehicle only while surfaced at either end; truth and filter share the parameters.\n\
          Mean over the runs of each run's median and 95th percentile of the horizontal error, with the 95 % interval of that mean.\n\
          RMS over own DRMS: above 1 the filter believes too much. The floor is the same filter's DRMS when linearised at the truth\n\
-         (flights with noise-free sensors).\n\n\
-         | navigation | median [m] | 95 % [m] | RMS [m] | RMS / own DRMS | RMS / floor |\n|---|---|---|---|---|---|\n"
+         (flights with noise-free sensors).\n\n"
     );
+    let mut errors =
+        markdown_table(["navigation", "median [m]", "95 % [m]", "RMS [m]", "RMS / own DRMS", "RMS / floor"]);
     let ratio = |ratio: Option<f64>| ratio.map_or(String::new(), |ratio| format!("{ratio:.2}"));
     for (name, row, floor) in rows {
-        let _ = writeln!(
-            text,
-            "| {name} | {} | {} | {:.2} | {} | {} |",
-            with_interval(&row.median_m),
-            with_interval(&row.p95_m),
-            mean(&row.rms_m).unwrap_or(f64::NAN),
+        errors.add_row([
+            (*name).to_owned(),
+            with_interval(&row.median_m, 2),
+            with_interval(&row.p95_m, 2),
+            format!("{:.2}", mean(&row.rms_m).unwrap_or(f64::NAN)),
             ratio(row.ratio(&row.drms_m)),
             ratio(row.ratio(&floor.drms_m)),
-        );
+        ]);
     }
+    text += &format!("{errors}\n");
     text += "\nThe kinematic model's loose Q (1, 2, 1 e-2 m/s²/√Hz; 2, 2, 5 e-2 rad/s²/√Hz) has to cover the turns, which a constant velocity\n\
              does not predict: on the lines its NIS of attitude and DVL stays below 1. A Q that fits the lines (4, 8, 4 e-3; 6, 6, 15 e-3)\n\
              contradicts compass and DVL in the turns: by doubting both the filter keeps the vehicle, and knows far less than it could.\n\
@@ -242,8 +229,7 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(&str, &Row, &Row)]) -> Strin
     let sensors: Vec<&str> = backseat_core::navigation::Sensor::ALL.iter().map(|sensor| sensor.name()).collect();
     let sensors: Vec<&str> =
         sensors.into_iter().filter(|sensor| rows.iter().any(|(_, row, _)| row.nis.contains_key(sensor))).collect();
-    let _ = writeln!(text, "| navigation | {} |", sensors.join(" | "));
-    let _ = writeln!(text, "|{}", "---|".repeat(sensors.len() + 1));
+    let mut innovations = markdown_table(["navigation"].iter().chain(&sensors).copied());
     for (name, row, _) in rows.iter().filter(|(_, row, _)| !row.nis.is_empty()) {
         let cells = sensors.iter().map(|sensor| match row.nis.get(sensor).filter(|nis| nis.count > 0) {
             Some(nis) => {
@@ -252,9 +238,9 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(&str, &Row, &Row)]) -> Strin
             }
             None => "-".to_owned(),
         });
-        let _ = writeln!(text, "| {name} | {} |", cells.collect::<Vec<_>>().join(" | "));
+        innovations.add_row(std::iter::once((*name).to_owned()).chain(cells));
     }
-    text
+    text + &format!("{innovations}\n")
 }
 
 fn to_json(rows: &[(&str, &Row, &Row)]) -> Value {

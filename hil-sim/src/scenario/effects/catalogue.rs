@@ -1,8 +1,8 @@
 //! The entries of the catalogue as the simulator makes them happen: names, parameters and signs are those of the
 //! catalogue, plausible amplitudes beside them, equations of the simulator's own.
 
+use super::physics::Waves;
 use super::{Draw, EffectKind, ParameterKind, Physics};
-use crate::environment::Waves;
 use crate::scenario::Current;
 use crate::truth::{DragChange, Stuck};
 

@@ -1,8 +1,16 @@
 //! What the effects change in the simulated world.
 
-use crate::environment::Waves;
 use crate::scenario::Current;
 use crate::truth::{Parameters, Undeclared};
+
+/// Waves by their orbital motion at the vehicle's depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Waves {
+    /// Amplitude of the orbital velocity, m/s.
+    pub amplitude_mps: f64,
+    /// Period, s.
+    pub period_s: f64,
+}
 
 /// Compass errors, rad: the sum of the harmonics of the true heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use super::{palette, plots};
+use super::lettering::{self, printable};
+use super::palette;
 
 /// What made a report: enough to make it again. No date, so that the same input gives the same bytes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -89,7 +90,7 @@ impl Report {
         self
     }
 
-    /// Adds a figure made by one of the functions in [`plots`].
+    /// Adds a figure made by one of the functions in [`plots`](super::plots).
     pub fn figure(mut self, caption: &str, svg: String) -> Self {
         let _ = writeln!(self.body, "<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", escape(caption));
         self
@@ -116,7 +117,7 @@ impl Report {
     pub fn html(&self) -> String {
         let style = include_str!("style.css")
             .replace("@DARK@", &palette::dark_rules())
-            .replace("@PHONE_FONT@", &plots::phone_font().to_string());
+            .replace("@PHONE_FONT@", &lettering::phone_font().to_string());
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n<style>\n{style}</style>\n</head>\n\
@@ -154,13 +155,4 @@ fn escape(text: &str) -> String {
         }
     }
     out
-}
-
-pub(super) fn printable(c: char) -> char {
-    match c {
-        '\n' | '\t' => c,
-        '\u{fffe}' | '\u{ffff}' => char::REPLACEMENT_CHARACTER,
-        c if c.is_control() => char::REPLACEMENT_CHARACTER,
-        c => c,
-    }
 }

@@ -20,6 +20,7 @@
 //! ```
 
 mod html;
+mod lettering;
 mod palette;
 pub mod plots;
 

@@ -146,7 +146,7 @@ impl Board {
         declared: &[Declared],
         unlock: bool,
     ) -> anyhow::Result<()> {
-        let mut progress = Progress::new("parameters", values.len());
+        let progress = Progress::new("parameters", values.len());
         let mut refused = Vec::new();
         if unlock {
             self.demand(&ToBoard::Unlock, "to unlock its parameters")?;

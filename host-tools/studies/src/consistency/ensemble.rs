@@ -1,5 +1,6 @@
 //! The filter over the runs of an ensemble.
 
+use super::block::Block;
 use super::case::Case;
 use super::declared::{Flown, World};
 use super::motion::rotation;
@@ -18,8 +19,8 @@ pub struct Sample {
     pub error: DVector<f64>,
     /// Estimate minus truth of the velocity through the water in NED, m/s.
     pub velocity_ned_mps: [f64; 3],
-    /// Normalised squares, by [`Block::ALL`](super::Block::ALL); NaN where the block has no states or P is not positive.
-    pub nees: [f64; super::Block::ALL.len()],
+    /// Normalised squares, by [`Block::ALL`]; NaN where the block has no states or P is not positive.
+    pub nees: [f64; Block::ALL.len()],
 }
 
 /// Σ ν²/S of one measurement and its number of scalars.
@@ -135,7 +136,7 @@ impl Sample {
             if (3..6).contains(&i) { wrap_angle(error) } else { error }
         });
         let covariance = DMatrix::from_fn(n, n, |i, j| navigator.covariance(i, j));
-        let nees = super::Block::ALL.map(|block| {
+        let nees = Block::ALL.map(|block| {
             let states = block.states(effects.len());
             let (at, count) = (states.start, states.len());
             let part = error.rows(at, count).clone_owned();

@@ -15,6 +15,7 @@
 //! statistics   averages over the runs, chi_square bands  survey   the same for real flights
 //! ```
 
+mod block;
 mod bound;
 mod case;
 mod chi_square;
@@ -25,6 +26,7 @@ mod motion;
 mod statistics;
 mod survey;
 
+pub use block::Block;
 pub use bound::{Bound, Bounds, Least, Moments, bounds};
 pub use case::{Case, Effect, EffectPrior, cases};
 pub use chi_square::Band;
@@ -32,5 +34,5 @@ pub use command::{Arguments, run as run_command};
 pub use declared::{Flown, Truth, World};
 pub use ensemble::{Ensemble, Run, Sample, Square, measurement_names, run, run_in};
 pub use motion::{Motion, Smooth};
-pub use statistics::{Block, Inside, blocks, errors, innovations};
+pub use statistics::{Inside, blocks, errors, innovations};
 pub use survey::surveys;

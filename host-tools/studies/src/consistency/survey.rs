@@ -4,6 +4,7 @@
 //! hull loses buoyancy at the surface, the ship sails its circle, the filters start from a fix. Consistent within the band
 //! nobody can be here; what matters is that no filter believes more than it knows.
 
+use super::block::Block;
 use super::ensemble::{Ensemble, Run, SHIP_IN_PACKETS, Sample, add_square, squares, whole_second};
 use crate::packet_navigation;
 use anyhow::Context;
@@ -105,7 +106,7 @@ fn filtered(scenario: &Scenario, flight: &FlightLog, options: &FilterOptions) ->
     Ok(Run { samples, squares, rejected })
 }
 
-fn true_at(flight: &FlightLog, second: usize) -> Option<&hil_sim::world::VehicleTruth> {
+fn true_at(flight: &FlightLog, second: usize) -> Option<&hil_sim::truth::VehicleTruth> {
     let time_us = 1_000_000 * second as u64;
     let place = flight.samples.binary_search_by_key(&time_us, |sample| sample.truth.time_us).ok()?;
     Some(&flight.samples[place].truth)
@@ -124,7 +125,7 @@ fn on_board(scenario: &Scenario, flight: &FlightLog) -> Run {
         run.samples.push(nees.map(|nees| Sample {
             error: DVector::from_column_slice(error.as_slice()),
             velocity_ned_mps: [f64::NAN; 3],
-            nees: super::Block::ALL.map(|block| if block == super::Block::Horizontal { nees } else { f64::NAN }),
+            nees: Block::ALL.map(|block| if block == Block::Horizontal { nees } else { f64::NAN }),
         }));
     }
     for record in &flight.fusions {

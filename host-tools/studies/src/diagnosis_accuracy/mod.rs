@@ -8,22 +8,22 @@ mod run;
 mod sections;
 mod separability;
 mod sizes;
-mod store;
 mod verdicts;
 
+use crate::ensemble::run_and_keep;
+use crate::store::{Key, Store};
 use anyhow::{Context, bail};
 use backseat_data::console;
 use backseat_data::output::{self, Existing};
-use indicatif::{ProgressBar, ProgressStyle};
 use page::Page;
-use rayon::prelude::*;
+use run::Run;
 use sections::Study;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use store::Store;
 
 /// Seeds below this were seen while `diagnose` was made.
 const FIRST_SEED: u64 = 10_000;
+/// The only study of its file.
+const STUDY: &str = "";
 /// Of these sources: results of others are not mixed with them. To be raised whenever a verdict may change.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-1");
 
@@ -71,10 +71,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 /// Runs what is missing and writes the page; what is to be shown, and whether it was interrupted.
 fn finish(args: &Args) -> anyhow::Result<(String, bool)> {
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
-    let store = Store::open(&args.out.join("runs.jsonl"), VERSION)?;
+    let store = Store::open(Some(&args.out.join("runs.jsonl")), VERSION.to_owned())?;
     let seeds = args.first_seed..args.first_seed.saturating_add(args.runs);
     let interrupted = work(args, &store)?;
-    let runs = store.of(seeds.clone());
+    let runs: Vec<Run> = store.of(STUDY, seeds.clone()).into_iter().map(|(seed, run)| Run { seed, ..run }).collect();
     let page = Page { study: Study::new(&runs), runs: &runs, seeds };
     let (markdown, html) = (page.markdown(), page.html());
     // Made from the runs alone: nothing is lost.
@@ -84,46 +84,15 @@ fn finish(args: &Args) -> anyhow::Result<(String, bool)> {
     Ok((if args.json { page.json() } else { markdown }, interrupted))
 }
 
-/// Runs them on all cores; whether it was interrupted.
-fn work(args: &Args, store: &Store) -> anyhow::Result<bool> {
-    static STOP: AtomicBool = AtomicBool::new(false);
+/// Runs what is missing; whether it was interrupted.
+fn work(args: &Args, store: &Store<Run>) -> anyhow::Result<bool> {
     let seeds = args.first_seed..args.first_seed.saturating_add(args.runs);
-    let pending: Vec<u64> = seeds.filter(|seed| !store.has(*seed)).collect();
-    if pending.is_empty() {
-        return Ok(false);
-    }
-    // Twice ends it at once; what is finished is kept all the same.
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        eprintln!("\nending the runs under way; once more to end at once");
-    })
-    .or_else(already_set)?;
-    let bar = ProgressBar::new(pending.len() as u64);
-    if let Ok(style) = ProgressStyle::with_template("study {wide_bar} {pos} of {len} runs, {eta}") {
-        bar.set_style(style);
-    }
-    bar.tick();
-    // In their order: what an interruption leaves is balanced.
-    pending.iter().par_bridge().try_for_each(|seed| {
-        if STOP.load(Ordering::Relaxed) {
-            return Ok(());
-        }
-        let (class, mut spec) = plan::of(*seed);
+    let jobs: Vec<(Key, ())> = seeds.map(|seed| ((STUDY, seed), ())).filter(|(key, ())| !store.has(*key)).collect();
+    run_and_keep("diagnosis", &jobs, store, |seed, ()| {
+        let (class, mut spec) = plan::of(seed);
         spec.duration_s = args.seconds;
-        let done = run::run(VERSION, class, &spec, *seed).with_context(|| format!("seed {seed}"))?;
-        store.add(&done)?;
-        bar.inc(1);
-        anyhow::Ok(())
-    })?;
-    bar.finish_and_clear();
-    Ok(STOP.load(Ordering::Relaxed))
-}
-
-/// A second study of one process (a test) keeps the handler of the first.
-fn already_set(error: ctrlc::Error) -> Result<(), ctrlc::Error> {
-    if matches!(error, ctrlc::Error::MultipleHandlers) { Ok(()) } else { Err(error) }
+        run::run(class, &spec, seed)
+    })
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::run::Run;
 use super::sections::{Study, Target};
+use crate::table::markdown_table;
 use backseat_data::report::{Provenance, Report, Table};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -102,11 +103,9 @@ fn row(target: &Target) -> Vec<String> {
 }
 
 fn grid(out: &mut String, header: &[&str], rows: &[Vec<String>]) {
-    let _ = writeln!(out, "| {} |", header.join(" | "));
-    let _ = writeln!(out, "|{}", "---|".repeat(header.len()));
-    for row in rows {
-        let _ = writeln!(out, "| {} |", row.join(" | ").replace("|n|", "\\|n\\|"));
-    }
+    let mut table = markdown_table(header.iter().copied());
+    table.add_rows(rows.iter().map(|row| row.iter().map(|cell| cell.replace("|n|", "\\|n\\|"))));
+    let _ = writeln!(out, "{table}");
 }
 
 fn table(caption: &str, header: &[&str], rows: &[Vec<String>]) -> Table {

@@ -1,10 +1,9 @@
 //! One run of the study: a simulated log, what `diagnose` says of it, and what the filter does with that.
 
 use super::plan::Class;
-use super::separability::{self, Separability};
+use super::separability::{self, Separability, digits, truth};
 use anyhow::{Context, anyhow};
-use backseat_core::effects::{self, EffectSet, FIN_NAMES, ParameterKind};
-use backseat_data::VehicleFile;
+use backseat_core::effects::{EffectSet, FIN_NAMES, ParameterKind};
 use backseat_diagnose::candidates::{Candidate, beyond};
 use backseat_diagnose::diagnosis::{self, Diagnosis, FoundEffect};
 use backseat_diagnose::prepared_log::PreparedLog;
@@ -20,8 +19,8 @@ use std::collections::BTreeMap;
 /// A finished run, as it is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
-    /// Digest of the program.
-    pub build: String,
+    /// Kept beside the run, not in it.
+    #[serde(skip)]
     pub seed: u64,
     pub class: Class,
     /// Manoeuvres that excite; else lines to and fro.
@@ -87,7 +86,7 @@ pub struct Errors {
 }
 
 /// Simulates, diagnoses and compares.
-pub fn run(build: &str, class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
+pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
     let data = dataset::simulate(spec, seed);
     let mut log_data = ready(&data, spec)?;
     let declared_set = spec.vehicle.effects.set;
@@ -117,7 +116,6 @@ pub fn run(build: &str, class: Class, spec: &Spec, seed: u64) -> anyhow::Result<
     let skipped = beyond(&log_data.scope);
     let reason = |effect: &Effect| skipped.iter().find(|(name, _)| *name == effect.name());
     Ok(Run {
-        build: build.to_owned(),
         seed,
         class,
         excite: spec.shape == Shape::Excite,
@@ -142,15 +140,6 @@ fn ready(data: &Dataset, spec: &Spec) -> anyhow::Result<PreparedLog> {
 fn hint(d: &Diagnosis) -> Option<String> {
     let first = d.structure.hints.first().filter(|_| d.verdict == Verdict::Unexplained);
     first.map(|hint| hint.generic.name())
-}
-
-/// What was declared, with the entries injected.
-pub fn truth(vehicle: &VehicleFile, injected: &[Effect]) -> EffectSet {
-    injected.iter().fold(vehicle.effects.set, |set, effect| {
-        let Some(info) = effects::find(effect.name()) else { return set };
-        let values: Vec<f64> = info.parameters.iter().map(|p| effect.get(p.name).unwrap_or(0.0)).collect();
-        set.with(info.name, &values).unwrap_or(set)
-    })
 }
 
 impl Injected {
@@ -193,9 +182,4 @@ impl Errors {
             innovation: digits(scores.whiteness.iter().map(|w| w.nis.sqrt()).fold(0.0, f64::max)),
         }
     }
-}
-
-/// Seven significant digits: a line is half as long.
-pub fn digits(value: f64) -> f64 {
-    format!("{value:.6e}").parse().unwrap_or(value)
 }

@@ -1,6 +1,5 @@
 //! How hard a question is, told beforehand from the same log without noise.
 
-use super::run::{digits, truth};
 use backseat_core::effects::{self, EffectSet, Enters, ParameterKind};
 use backseat_data::VehicleFile;
 use backseat_diagnose::candidates::{Candidate, Instance};
@@ -88,4 +87,18 @@ fn instance(effect: &Effect) -> Option<Instance> {
         onset_s: of(ParameterKind::Onset),
     };
     Some(Instance { candidate, sizes: sizes.map(|p| effect.get(p.name).unwrap_or(0.0)).collect() })
+}
+
+/// What was declared, with the entries injected.
+pub fn truth(vehicle: &VehicleFile, injected: &[Effect]) -> EffectSet {
+    injected.iter().fold(vehicle.effects.set, |set, effect| {
+        let Some(info) = effects::find(effect.name()) else { return set };
+        let values: Vec<f64> = info.parameters.iter().map(|p| effect.get(p.name).unwrap_or(0.0)).collect();
+        set.with(info.name, &values).unwrap_or(set)
+    })
+}
+
+/// Seven significant digits: a line is half as long.
+pub fn digits(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
 }

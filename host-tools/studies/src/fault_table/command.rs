@@ -1,10 +1,9 @@
 //! `backseat sim faults`: the fault table.
 
 use super::{Outcome, Row, Summary, fly, markdown, rows, to_json};
+use crate::ensemble::run_all;
 use anyhow::{Context, bail};
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::ThreadPoolBuilder;
-use rayon::prelude::*;
 use std::path::PathBuf;
 
 /// What the command line says.
@@ -45,11 +44,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let again = std::iter::once(arguments.first_seed);
     let plan: Vec<(&Row, u64)> =
         rows.iter().flat_map(|row| seeds.clone().chain(again.clone()).map(move |seed| (row, seed))).collect();
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} flights, {eta} to go");
-    let bar = ProgressBar::new(plan.len() as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs).build().context("threads")?;
-    let outcomes: Vec<Outcome> =
-        pool.install(|| plan.par_iter().progress_with(bar).map(|(row, seed)| fly(row, *seed)).collect());
+    let outcomes: Vec<Outcome> = pool.install(|| run_all("flights", &plan, |(row, seed)| Ok(fly(row, *seed))))?;
     let flights = outcomes.chunks(arguments.runs as usize + 1);
     let summaries: Vec<Summary> = rows
         .iter()

@@ -2,6 +2,7 @@
 
 use super::judge::name;
 use super::{Outcome, Row};
+use crate::table::markdown_table;
 use backseat_data::stats::median;
 use backseat_wire::hostlink::Mode;
 use serde_json::{Value, json};
@@ -120,32 +121,41 @@ impl Summary {
 #[must_use]
 pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
     let passed = summaries.iter().filter(|summary| summary.passes()).count();
-    let mut text = format!(
-        "# Fault table\n\nMade by `{made_by}`. {passed} of {} rows pass.\n\n{INTRODUCTION}\n\
-         | row | error median / max / end [m] | error / own sigma (in any mode); beyond 3 [s] | modes from the fault on | alarms | \
-         commands | limit | |\n|---|--:|--:|---|---|---|---|---|\n",
-        summaries.len()
-    );
+    let mut text =
+        format!("# Fault table\n\nMade by `{made_by}`. {passed} of {} rows pass.\n\n{INTRODUCTION}\n", summaries.len());
+    let mut flights = markdown_table([
+        "row",
+        "error median / max / end [m]",
+        "error / own sigma (in any mode); beyond 3 [s]",
+        "modes from the fault on",
+        "alarms",
+        "commands",
+        "limit",
+        "",
+    ]);
     for summary in summaries {
         let verdict =
             if summary.passes() { "pass".to_owned() } else { format!("**FAIL** {}", summary.broken().join("; ")) };
         let unrevealable = if summary.row.limits.unrevealable.is_some() { " (u)" } else { "" };
-        let _ = writeln!(
-            text,
-            "| [{name}](../../hil-sim/scenarios/faults/{name}.toml){unrevealable} | {:.1} / {:.1} / {:.1} | {:.1} ({:.1}); {:.0} | {} | {} | {} | {} | {verdict} |",
-            median(&summary.of(|outcome| outcome.error_m[0])).unwrap_or(f64::NAN),
+        let median_m = median(&summary.of(|outcome| outcome.error_m[0])).unwrap_or(f64::NAN);
+        let [largest_m, end_m, beyond_s] = [
             summary.largest(|outcome| outcome.error_m[1]),
             summary.largest(|outcome| outcome.end_error_m),
-            summary.largest(|outcome| outcome.ratios[0]),
-            summary.largest(|outcome| outcome.ratios[1]),
             summary.largest(|outcome| outcome.beyond_s),
+        ];
+        let ratios = [0, 1].map(|i| summary.largest(|outcome| outcome.ratios[i]));
+        flights.add_row([
+            format!("[{name}](../../hil-sim/scenarios/faults/{name}.toml){unrevealable}", name = summary.row.name),
+            format!("{median_m:.1} / {largest_m:.1} / {end_m:.1}"),
+            format!("{:.1} ({:.1}); {beyond_s:.0}", ratios[0], ratios[1]),
             summary.modes(),
             summary.alarms(),
             summary.commands(),
             summary.limit(),
-            name = summary.row.name,
-        );
+            verdict,
+        ]);
     }
+    text += &format!("{flights}\n");
     text += "\n## What is injected, and why these limits\n\n";
     for Summary { row, .. } in summaries {
         let faults: Vec<String> = row.scenario.settings.faults.iter().map(ToString::to_string).collect();

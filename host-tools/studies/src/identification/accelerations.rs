@@ -4,16 +4,15 @@
 //! noisy as they were measured, or off by a constant as a compass is. Both accelerations pass the same low-pass filter.
 
 use crate::identification::experiment::Experiment;
+use crate::table::{markdown_table, with_interval};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::EffectSet;
-use backseat_data::stats::{mean, mean_ci95};
 use backseat_identify::PERIOD_S;
 use backseat_identify::acceleration::{Mounting, body_acceleration, specific_force};
 use backseat_identify::simulation::{OUTPUTS, Output};
 use backseat_identify::{IdentificationData, Sample, smoothing};
 use nalgebra::{Vector3, Vector6};
 use rayon::prelude::*;
-use std::fmt::Write as _;
 
 /// Noise of linear velocity, m/s (Table 4.13).
 const DVL_MPS: f64 = 0.013;
@@ -88,19 +87,15 @@ fn errors(seed: u64) -> Option<[[f64; 3]; 3]> {
 /// The table over so many seeds.
 pub fn markdown(runs: u64) -> String {
     let all: Vec<[[f64; 3]; 3]> = (1..=runs).into_par_iter().filter_map(errors).collect();
-    let mut out = format!(
+    let out = format!(
         "Root mean square error of acceleration in m/s², all low-passed at {CUTOFF_HZ} Hz: mean (95 % interval of the mean) over \
-         seeds 1 to {runs}.\n\n| | surge | sway | heave |\n|---|---|---|---|\n"
+         seeds 1 to {runs}.\n\n"
     );
+    let mut table = markdown_table(["", "surge", "sway", "heave"]);
     for (row, name) in NAMES.iter().enumerate() {
-        let cells: Vec<String> = (0..3)
-            .map(|axis| {
-                let values: Vec<f64> = all.iter().map(|errors| errors[row][axis]).collect();
-                let (low, high) = mean_ci95(&values).unwrap_or((f64::NAN, f64::NAN));
-                format!("{:.4} ({low:.4} – {high:.4})", mean(&values).unwrap_or(f64::NAN))
-            })
-            .collect();
-        let _ = writeln!(out, "| {name} | {} |", cells.join(" | "));
+        let of_axis = |axis: usize| all.iter().map(|errors| errors[row][axis]).collect::<Vec<f64>>();
+        let cells = (0..3).map(|axis| with_interval(&of_axis(axis), 4));
+        table.add_row([(*name).to_owned()].into_iter().chain(cells));
     }
-    out
+    format!("{out}{table}\n")
 }

@@ -4,6 +4,8 @@
 //! the monitor sees noisy measurements. Both flights are the same until the diagnosis.
 
 use super::faults::identified;
+use crate::ensemble::run_all;
+use crate::table::{markdown_table, with_interval};
 use anyhow::anyhow;
 use backseat_core::control::mission::{Mission, Waypoint};
 use backseat_core::control::{ControlConfig, ControlLaw, Controller};
@@ -11,12 +13,11 @@ use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::identification::{FaultCause, FaultMonitor};
 use backseat_core::state::{self, VehicleState};
 use backseat_data::VehicleFile;
-use backseat_data::stats::{mean, mean_ci95};
+use backseat_data::stats::mean;
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::{Plant, Scenario};
 use hil_sim::truth::{Actuators, Faults, State, Step, Undeclared, Vehicle, Water};
 use nalgebra::{Vector3, Vector6};
-use rayon::prelude::*;
 use std::fmt::Write as _;
 
 /// The board's step, s.
@@ -196,30 +197,22 @@ fn fly(
 
 /// Both flights of every seed as a table.
 pub fn markdown(runs: u64, first_seed: u64) -> anyhow::Result<String> {
-    let mut out = format!("| fault | law | | {} |\n|---|---|---|---|---|---|---|\n", Errors::NAMES.join(" | "));
+    let mut table = markdown_table(["fault", "law", ""].into_iter().chain(Errors::NAMES));
     let mut notes = String::new();
+    let seeds: Vec<u64> = (first_seed..first_seed + runs).collect();
     for (broken, name) in [(Broken::Fin, "fin lost"), (Broken::Drag, "drag doubled")] {
         for (law, law_name) in [(ControlLaw::Lqr, "LQR"), (ControlLaw::Pd, "PD")] {
-            let pairs: Vec<(Flight, Flight)> = (first_seed..first_seed + runs)
-                .into_par_iter()
-                .map(|seed| {
-                    let with = fly(broken, law, seed, true, None)?;
-                    let without = fly(broken, law, seed, false, with.diagnosed_s)?;
-                    Ok((with, without))
-                })
-                .collect::<anyhow::Result<_>>()?;
+            let pairs = run_all(format!("{name}, {law_name}"), &seeds, |seed| {
+                let with = fly(broken, law, *seed, true, None)?;
+                let without = fly(broken, law, *seed, false, with.diagnosed_s)?;
+                Ok((with, without))
+            })?;
             let good: Vec<&(Flight, Flight)> =
                 pairs.iter().filter(|(with, _)| with.diagnosed_s.is_some_and(|s| s > ONSET_S)).collect();
             let mut line = |what: &str, errors: &dyn Fn(&(Flight, Flight)) -> [f64; 4]| {
-                let cells: Vec<String> = (0..4)
-                    .map(|i| {
-                        let values: Vec<f64> = good.iter().map(|pair| errors(pair)[i]).collect();
-                        let center = mean(&values).unwrap_or(f64::NAN);
-                        let (low, high) = mean_ci95(&values).unwrap_or((f64::NAN, f64::NAN));
-                        format!("{center:.3} ({low:.3} to {high:.3})")
-                    })
-                    .collect();
-                let _ = writeln!(out, "| {name} | {law_name} | {what} | {} |", cells.join(" | "));
+                let of_column = |i: usize| good.iter().map(|pair| errors(pair)[i]).collect::<Vec<f64>>();
+                let cells = (0..4).map(|i| with_interval(&of_column(i), 3));
+                table.add_row([name, law_name, what].map(str::to_owned).into_iter().chain(cells));
             };
             line("before the fault", &|(with, _)| with.sound.values());
             line("with it, not compensated", &|(_, without)| without.after.values());
@@ -238,5 +231,5 @@ pub fn markdown(runs: u64, first_seed: u64) -> anyhow::Result<String> {
             );
         }
     }
-    Ok(format!("{out}\n{notes}"))
+    Ok(format!("{table}\n\n{notes}"))
 }

@@ -3,6 +3,8 @@
 //! Each run identifies the vehicle first, with the board's identifier from a wrong prior on a log of its own; the monitor then
 //! runs with those parameters over another log, in which something breaks at a time that nobody tells.
 
+use crate::ensemble::run_all;
+use crate::table::markdown_table;
 use anyhow::{Context, anyhow};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::effects::EffectSet;
@@ -10,16 +12,13 @@ use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
 use backseat_core::identification::{FaultCause, FaultMonitor, FaultState};
 use backseat_data::VehicleFile;
 use backseat_data::console;
-use backseat_data::stats::median;
+use backseat_data::stats::{median, percentile, wilson_ci95};
 use backseat_identify::identifier::run_identifier;
 use backseat_identify::{IdentificationData, Options};
 use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Request;
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
-use rayon::prelude::*;
 use serde_json::json;
-use std::fmt::Write as _;
 use std::ops::Range;
 
 /// Faults by their names in the simulator.
@@ -169,33 +168,20 @@ fn sound(shape: Shape, seed: u64, vehicle: &VehicleParameters) -> anyhow::Result
     watch(vehicle, &simulate(&spec(shape, SOUND_S), seed))
 }
 
-/// The work of every seed on both cores, in order of the seeds.
+/// The work of every seed, in order of the seeds.
 fn all_seeds<T: Send>(
     name: &str,
     seeds: &Range<u64>,
     work: impl Fn(u64) -> anyhow::Result<T> + Sync,
 ) -> anyhow::Result<Vec<T>> {
-    let bar = ProgressBar::new(seeds.end - seeds.start);
-    if let Ok(style) = ProgressStyle::with_template("{msg:40} {wide_bar} {pos} of {len}, {eta}") {
-        bar.set_style(style);
-    }
-    bar.set_message(name.to_owned());
-    seeds
-        .clone()
-        .into_par_iter()
-        .progress_with(bar)
-        .map(|seed| work(seed).with_context(|| format!("{name}, seed {seed}")))
-        .collect()
+    let all: Vec<u64> = seeds.clone().collect();
+    run_all(name, &all, |seed| work(*seed).with_context(|| format!("{name}, seed {seed}")))
 }
 
-/// Wilson's 95 % interval of a share.
-fn wilson(hits: usize, of: usize) -> [f64; 3] {
-    const Z: f64 = 1.959_964;
-    let n = of as f64;
-    let share = hits as f64 / n;
-    let center: f64 = (share + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
-    let reach = Z / (1.0 + Z * Z / n) * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
-    [share, (center - reach).max(0.0), (center + reach).min(1.0)]
+/// A share with Wilson's 95 % interval.
+fn share(hits: usize, of: usize) -> [f64; 3] {
+    let (low, high) = wilson_ci95(hits as u64, of as u64).unwrap_or((f64::NAN, f64::NAN));
+    [hits as f64 / of as f64, low, high]
 }
 
 fn percent([share, low, high]: [f64; 3]) -> String {
@@ -203,12 +189,6 @@ fn percent([share, low, high]: [f64; 3]) -> String {
 }
 
 /// Value below which a share of the samples lies.
-fn quantile(samples: &mut [f64], share: f64) -> f64 {
-    samples.sort_by(f64::total_cmp);
-    let place = (share * samples.len() as f64) as usize;
-    samples.get(place.min(samples.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
-}
-
 /// What a diagnosis is worth.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Verdict {
@@ -222,7 +202,7 @@ enum Verdict {
 /// Shares of right, one of two and wrong.
 fn shares(verdicts: &[Verdict]) -> [[f64; 3]; 3] {
     [Verdict::Right, Verdict::OneOfTwo, Verdict::Wrong]
-        .map(|kind| wilson(verdicts.iter().filter(|verdict| **verdict == kind).count(), verdicts.len().max(1)))
+        .map(|kind| share(verdicts.iter().filter(|verdict| **verdict == kind).count(), verdicts.len().max(1)))
 }
 
 /// One line of the table.
@@ -251,7 +231,7 @@ fn row(fault: &'static str, shape: &'static str, all: &[Run]) -> Row {
     };
     let first: Vec<_> = found.iter().map(|(fault, _, (_, cause, rival))| verdict(*fault, *cause, *rival)).collect();
     let second: Vec<_> = later.iter().map(|(run, (_, cause, rival, _))| verdict(run.fault, *cause, *rival)).collect();
-    let mut delays: Vec<f64> = found.iter().map(|(_, onset_s, (time_s, ..))| time_s - onset_s).collect();
+    let delays: Vec<f64> = found.iter().map(|(_, onset_s, (time_s, ..))| time_s - onset_s).collect();
     let errors: Vec<f64> = later
         .iter()
         .filter(|(run, (_, cause, ..))| run.fault == *cause)
@@ -262,11 +242,11 @@ fn row(fault: &'static str, shape: &'static str, all: &[Run]) -> Row {
         shape,
         runs: all.len(),
         early: all.len() - runs.len(),
-        detected: wilson(found.len(), runs.len()),
+        detected: share(found.len(), runs.len()),
         isolated: shares(&first),
         isolated_later: shares(&second),
         median_s: median(&delays).unwrap_or(f64::NAN),
-        p95_s: quantile(&mut delays, 0.95),
+        p95_s: percentile(&delays, 0.95).unwrap_or(f64::NAN),
         magnitude_error: median(&errors).unwrap_or(f64::NAN),
     }
 }
@@ -306,39 +286,53 @@ fn sums(watches: &[Watch]) -> (f64, u32, u32) {
 }
 
 fn markdown(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
-    let mut out = String::from(
-        "| fault | motion | runs | detected | of those: right cause / one of two named / wrong | the same 2 min later | delay, median [s] | delay, 95 % [s] | error of the magnitude, \
-         median | alarms before |\n|---|---|---|---|---|---|---|---|---|---|\n",
-    );
+    let mut faults = markdown_table([
+        "fault",
+        "motion",
+        "runs",
+        "detected",
+        "of those: right cause / one of two named / wrong",
+        "the same 2 min later",
+        "delay, median [s]",
+        "delay, 95 % [s]",
+        "error of the magnitude, median",
+        "alarms before",
+    ]);
     for row in rows {
-        let _ = writeln!(
-            out,
-            "| {} | {} | {} | {} | {} | {} | {:.0} | {:.0} | {:.0} % | {} |",
-            row.fault,
-            row.shape,
-            row.runs,
+        faults.add_row([
+            row.fault.to_owned(),
+            row.shape.to_owned(),
+            row.runs.to_string(),
             percent(row.detected),
             row.isolated.map(percent).join(" / "),
             row.isolated_later.map(percent).join(" / "),
-            row.median_s,
-            row.p95_s,
-            100.0 * row.magnitude_error,
-            row.early
-        );
+            format!("{:.0}", row.median_s),
+            format!("{:.0}", row.p95_s),
+            format!("{:.0} %", 100.0 * row.magnitude_error),
+            row.early.to_string(),
+        ]);
     }
-    out.push_str("\n| no fault | hours | logs with an alarm | false alarms | per hour | suspicions that were dropped, per hour |\n|---|---|---|---|---|---|\n");
+    let mut alarms = markdown_table([
+        "no fault",
+        "hours",
+        "logs with an alarm",
+        "false alarms",
+        "per hour",
+        "suspicions that were dropped, per hour",
+    ]);
     for (shape, watches) in quiet {
         let (hours, diagnoses, suspicions) = sums(watches);
         let logs = watches.iter().filter(|watch| watch.diagnoses > 0).count();
-        let _ = writeln!(
-            out,
-            "| {shape} | {hours:.0} | {} | {diagnoses} | {:.4} | {:.3} |",
-            percent(wilson(logs, watches.len())),
-            f64::from(diagnoses) / hours,
-            f64::from(suspicions - diagnoses) / hours
-        );
+        alarms.add_row([
+            (*shape).to_owned(),
+            format!("{hours:.0}"),
+            percent(share(logs, watches.len())),
+            diagnoses.to_string(),
+            format!("{:.4}", f64::from(diagnoses) / hours),
+            format!("{:.3}", f64::from(suspicions - diagnoses) / hours),
+        ]);
     }
-    out
+    format!("{faults}\n\n{alarms}\n")
 }
 
 fn json_text(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {

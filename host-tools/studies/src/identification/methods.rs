@@ -1,15 +1,15 @@
 //! The ensemble table: every method on simulated experiments (IDSIM), errors in cross-validation against the truth.
 
 use super::accelerations;
+use crate::ensemble::run_all;
 use crate::identification::experiment::{Experiment, wrong_prior};
+use crate::table::markdown_table;
 use anyhow::anyhow;
 use backseat_core::effects::EffectSet;
 use backseat_data::console;
 use backseat_data::stats::{mean, mean_ci95, median};
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{IdentificationData, Method, Options, identify, validate};
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
-use rayon::prelude::*;
 use serde_json::json;
 use std::fmt::Write as _;
 
@@ -93,15 +93,7 @@ impl Condition {
 pub fn ensemble(runs: u64) -> anyhow::Result<Vec<(Condition, Vec<[f64; 8]>)>> {
     let jobs: Vec<(Condition, u64)> =
         CONDITIONS.iter().flat_map(|condition| (1..=runs).map(|seed| (*condition, seed))).collect();
-    let bar = ProgressBar::new(jobs.len() as u64);
-    if let Ok(style) = ProgressStyle::with_template("experiments {wide_bar} {pos} of {len}, {eta}") {
-        bar.set_style(style);
-    }
-    let errors: Vec<[f64; 8]> = jobs
-        .par_iter()
-        .progress_with(bar)
-        .map(|(condition, seed)| condition.errors(*seed))
-        .collect::<anyhow::Result<_>>()?;
+    let errors = run_all("experiments", &jobs, |(condition, seed)| condition.errors(*seed))?;
     Ok(CONDITIONS.iter().zip(errors.chunks(runs as usize)).map(|(c, errors)| (*c, errors.to_vec())).collect())
 }
 
@@ -126,28 +118,22 @@ fn markdown(runs: u64, results: &[(Condition, Vec<[f64; 8]>)]) -> String {
         "Mean absolute error of a 1000 s open-loop prediction against the truth, after 5000 s: mean (95 % interval of the mean) \
          over seeds 1 to {runs}; tuning seeds begin at {FIRST_TUNING_SEED}. Roll, pitch in deg, rates in deg/s, velocities in m/s.\n"
     );
-    let _ = writeln!(out, "| | {} |", COLUMNS.map(|name| name.split('_').next().unwrap_or(name)).join(" | "));
-    let _ = writeln!(out, "|---|{}", "---|".repeat(COLUMNS.len()));
+    let header = || [""].into_iter().chain(COLUMNS.map(|name| name.split('_').next().unwrap_or(name)));
+    let (mut means, mut medians) = (markdown_table(header()), markdown_table(header()));
     for (name, row) in PRINTED {
-        let _ = writeln!(out, "| *{name}* | {} |", row.map(|value| value.to_string()).join(" | "));
+        means.add_row([format!("*{name}*")].into_iter().chain(row.map(|value| value.to_string())));
     }
     for (condition, errors) in results {
-        let cells: Vec<String> = (0..8)
-            .map(|index| {
-                let values = column(errors, index);
-                let [center, low, high] = interval(&values);
-                format!("{} ({} – {})", short(center), short(low), short(high))
-            })
-            .collect();
-        let _ = writeln!(out, "| {} | {} |", condition.name(), cells.join(" | "));
+        let columns: Vec<Vec<f64>> = (0..8).map(|index| column(errors, index)).collect();
+        let of_mean = columns.iter().map(|values| {
+            let [center, low, high] = interval(values).map(short);
+            format!("{center} ({low} to {high})")
+        });
+        means.add_row([condition.name()].into_iter().chain(of_mean));
+        let of_median = columns.iter().map(|values| short(median(values).unwrap_or(f64::NAN)));
+        medians.add_row([condition.name()].into_iter().chain(of_median));
     }
-    let _ = writeln!(out, "\nMedians over the same seeds:\n");
-    let _ = writeln!(out, "| | {} |", COLUMNS.map(|name| name.split('_').next().unwrap_or(name)).join(" | "));
-    let _ = writeln!(out, "|---|{}", "---|".repeat(COLUMNS.len()));
-    for (condition, errors) in results {
-        let cells: Vec<String> = (0..8).map(|i| short(median(&column(errors, i)).unwrap_or(f64::NAN))).collect();
-        let _ = writeln!(out, "| {} | {} |", condition.name(), cells.join(" | "));
-    }
+    let _ = writeln!(out, "{means}\n\nMedians over the same seeds:\n\n{medians}");
     let _ = writeln!(out, "\n{}", accelerations::markdown(runs));
     out
 }

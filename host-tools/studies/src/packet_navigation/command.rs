@@ -3,6 +3,7 @@
 use crate::packet_navigation::{Method, NUMBERS, study, thin_fixes};
 use anyhow::{Context, ensure};
 use backseat_core::navigation::{InitialSpeed, InitialState, NavigationConfig, ProcessModel};
+use backseat_data::console::Progress;
 use backseat_data::filter::{FilterOptions, Start};
 use backseat_data::{Column, Log, LogRow};
 use backseat_link::Client;
@@ -11,7 +12,6 @@ use hil_sim::analysis;
 use hil_sim::backseat::InProcess;
 use hil_sim::flight;
 use hil_sim::scenario::Scenario;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
@@ -54,18 +54,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         scenario.settings.duration_s = scenario.settings.duration_s.min(minutes * 60.0);
     }
     let duration_s = scenario.settings.duration_s;
-    let bar = ProgressBar::new(duration_s as u64).with_style(
-        ProgressStyle::with_template("{msg:18} {bar:40} {pos}/{len}, {eta} to go")
-            .unwrap_or_else(|_| ProgressStyle::default_bar()),
-    );
-    bar.set_message("flying, s");
+    let progress = Progress::new("simulated seconds", duration_s as usize);
     let mut client = Client::new(InProcess::new());
     let stop = AtomicBool::new(false);
-    let flight = flight::fly(&scenario, &mut client, None, &stop, |t_s| bar.set_position(t_s as u64))?;
+    let flight = flight::fly(&scenario, &mut client, None, &stop, |t_s| progress.set(t_s as usize))?;
     let truth = analysis::truth_of(&flight);
-    bar.set_message("filtering, runs");
-    bar.set_length(10);
-    bar.set_position(0);
+    drop(progress);
+    let progress = Progress::new("filters", 10);
 
     let mut options = FilterOptions::new(&scenario.vehicle, ProcessModel::Dynamic);
     options.use_dvl = false;
@@ -77,11 +72,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (log, start) = from_first_fix(&flight.log, speed_mps, &options.navigation)
         .context("the flight has no fix, depth, attitude and actuators to start from")?;
     options.start = Some(start);
-    let judge = |log: &Log| study(log, &truth, &scenario.vehicle, &options, &scenario.settings.ship, || bar.inc(1));
+    let judge =
+        |log: &Log| study(log, &truth, &scenario.vehicle, &options, &scenario.settings.ship, || progress.advance());
     let every = Part { heading: "every second".into(), methods: judge(&log)? };
     let rare = thin_fixes(&log, RARE_FIX_S * 1_000_000);
     let rare = Part { heading: format!("every {RARE_FIX_S} s"), methods: judge(&rare)? };
-    bar.finish_and_clear();
+    drop(progress);
 
     let flown = analysis::backseat("packet-fed, as flown on the board", &flight);
     let parts = [every, rare];

@@ -1,8 +1,8 @@
 //! Medians and intervals of the finished runs.
 
 use super::item::{Column, Curves, Item};
-use super::store::Store;
 use super::studies::Measured;
+use crate::store::Store;
 use backseat_data::stats::{median, percentile};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ pub struct Ensemble<'a> {
     pub items: &'a [&'static Item],
     /// Runs that were asked for.
     pub runs: u64,
-    pub store: &'a Store,
+    pub store: &'a Store<Measured>,
 }
 
 /// One cell over the ensemble.
@@ -39,7 +39,7 @@ pub type Line = (&'static str, Vec<(f64, f64)>);
 
 impl Ensemble<'_> {
     fn finished(&self, item: &Item) -> Vec<Measured> {
-        self.store.of(item.study.name, self.runs).into_iter().map(|(_, measured)| measured).collect()
+        self.store.of(item.study.name, 1..self.runs + 1).into_iter().map(|(_, measured)| measured).collect()
     }
 
     /// The table of an item.

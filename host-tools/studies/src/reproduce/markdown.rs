@@ -2,6 +2,7 @@
 
 use super::ensemble::Ensemble;
 use super::text::{grid, seeds, summary};
+use crate::table::markdown_table;
 use std::fmt::Write as _;
 
 pub fn page(ensemble: &Ensemble<'_>) -> String {
@@ -19,25 +20,23 @@ pub fn page(ensemble: &Ensemble<'_>) -> String {
     );
     if items.len() > 1 {
         out += "## Summary\n\n";
-        table(&mut out, &summary(ensemble));
+        write_grid(&mut out, &summary(ensemble));
     }
     for item in *items {
         let ours = ensemble.table(item);
         let _ = writeln!(out, "\n## {}: {}\n", item.id, item.title);
         let _ = writeln!(out, "Taken as: {}.\n", item.taken_as);
         let _ = writeln!(out, "Conditions: {} Runs: {}.\n", item.conditions, seeds(ensemble, &ours));
-        table(&mut out, &grid(item, &ours));
+        write_grid(&mut out, &grid(item, &ours));
         let printed = if item.printed.is_empty() { "The thesis' printed figures are not at hand. " } else { "" };
         let _ = writeln!(out, "\n{printed}{}", item.differs);
     }
     out
 }
 
-fn table(out: &mut String, grid: &[Vec<String>]) {
-    for (index, row) in grid.iter().enumerate() {
-        let _ = writeln!(out, "| {} |", row.join(" | "));
-        if index == 0 {
-            let _ = writeln!(out, "|{}", "---|".repeat(row.len()));
-        }
-    }
+fn write_grid(out: &mut String, grid: &[Vec<String>]) {
+    let Some((header, rows)) = grid.split_first() else { return };
+    let mut table = markdown_table(header.iter().cloned());
+    table.add_rows(rows.iter().cloned());
+    let _ = writeln!(out, "{table}");
 }

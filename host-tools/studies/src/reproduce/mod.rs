@@ -1,7 +1,7 @@
 //! `backseat reproduce`: the thesis' tables and figures beside ours.
 //!
 //! An [`item`] is a table or figure: rows and columns of one of the [`studies`], which simulate. Items share studies, and
-//! a study is run once a seed; finished runs are kept by the [`store`] and become medians and intervals in the
+//! a study is run once a seed; finished runs are kept by the [`store`](crate::store) and become medians and intervals in the
 //! [`ensemble`].
 
 mod ensemble;
@@ -9,20 +9,18 @@ mod item;
 mod markdown;
 mod page;
 mod registry;
-mod store;
 mod studies;
 mod text;
 
+use crate::ensemble::run_and_keep;
+use crate::store::{Key, Store, program_digest};
 use anyhow::{Context, bail};
 use backseat_data::console;
 use backseat_data::output::{self, Existing};
 use ensemble::Ensemble;
-use indicatif::{ProgressBar, ProgressStyle};
 use item::Item;
-use rayon::prelude::*;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use store::{Key, Store};
+use studies::{Measured, Study};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -73,7 +71,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             output::check(path, existing(args))?;
         }
     }
-    let interrupted = work(&pending, &store)?;
+    let interrupted = run_and_keep("reproduce", &pending, &store, |seed, study| (study.run)(seed))?;
     let ensemble = Ensemble { items: &items, runs: args.runs, store: &store };
     if let Some(path) = &page {
         write(args, path, &page::html(&ensemble))?;
@@ -96,10 +94,10 @@ fn existing(args: &Args) -> Existing {
     if args.force { Existing::Replace } else { Existing::Keep }
 }
 
-fn open_store(args: &Args) -> anyhow::Result<Store> {
-    let Some(folder) = &args.report else { return Store::open(None) };
+fn open_store(args: &Args) -> anyhow::Result<Store<Measured>> {
+    let Some(folder) = &args.report else { return Store::open(None, program_digest()?) };
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    Store::open(Some(&folder.join("runs.jsonl")))
+    Store::open(Some(&folder.join("runs.jsonl")), program_digest()?)
 }
 
 /// Writes a result, unless the very same is there already.
@@ -111,8 +109,8 @@ fn write(args: &Args, path: &std::path::Path, text: &str) -> anyhow::Result<()> 
 }
 
 /// Runs of the items' studies that are not there yet, seed by seed: what an interruption leaves is an ensemble of each.
-fn pending(items: &[&'static Item], runs: u64, store: &Store) -> Vec<(Key, &'static studies::Study)> {
-    let mut studies: Vec<&'static studies::Study> = Vec::new();
+fn pending(items: &[&'static Item], runs: u64, store: &Store<Measured>) -> Vec<(Key, &'static Study)> {
+    let mut studies: Vec<&'static Study> = Vec::new();
     for item in items {
         if !studies.iter().any(|study| study.name == item.study.name) {
             studies.push(item.study);
@@ -120,36 +118,4 @@ fn pending(items: &[&'static Item], runs: u64, store: &Store) -> Vec<(Key, &'sta
     }
     let all = (1..=runs).flat_map(|seed| studies.iter().map(move |study| ((study.name, seed), *study)));
     all.filter(|(key, _)| !store.has(*key)).collect()
-}
-
-/// Runs them on all cores; whether it was interrupted.
-fn work(pending: &[(Key, &'static studies::Study)], store: &Store) -> anyhow::Result<bool> {
-    static STOP: AtomicBool = AtomicBool::new(false);
-    if pending.is_empty() {
-        return Ok(false);
-    }
-    // Twice ends it at once; what is finished is kept all the same.
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        eprintln!("\nending the runs under way; once more to end at once");
-    })?;
-    let bar = ProgressBar::new(pending.len() as u64);
-    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos} of {len} runs, {eta}") {
-        bar.set_style(style);
-    }
-    bar.tick();
-    // In their order: seeds are finished one after the other.
-    pending.iter().par_bridge().try_for_each(|(key, study)| {
-        if STOP.load(Ordering::Relaxed) {
-            return Ok(());
-        }
-        let measured = (study.run)(key.1).with_context(|| format!("{}, seed {}", key.0, key.1))?;
-        store.add(*key, &measured)?;
-        bar.inc(1);
-        anyhow::Ok(())
-    })?;
-    bar.finish_and_clear();
-    Ok(STOP.load(Ordering::Relaxed))
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-use super::frame::{WIDTH, clean, shortened};
+use crate::report::lettering::{WIDTH, clean, shortened};
 
 /// A linear axis. A logarithmic one is a linear axis over log10 of the value, with ticks that read as the value.
 #[derive(Clone, Debug)]

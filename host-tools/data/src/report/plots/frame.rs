@@ -1,22 +1,16 @@
 //! The frame that all plots share: legend on top (so that it covers no data), mesh, axes, and the canvas in between.
 //!
-//! plotters rounds to whole pixels. Everything is therefore drawn on a grid of quarter pixels, and the page scales the result; `SUB` appears
-//! wherever a size goes to plotters.
+//! `SUB` appears wherever a size goes to plotters; the page scales the result.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::Axis;
 use super::svg;
+use crate::report::lettering::{SUB, WIDTH, clean, shortened, text_width};
 use crate::report::palette::{AXIS, GRID, Ink, TEXT};
 
-/// Parts of a pixel.
-pub(super) const SUB: i32 = 4;
-/// Width of every figure.
-pub(super) const WIDTH: i32 = 640;
 const FONT: f64 = 15.0;
-/// On a phone the page enlarges the writing. The layout leaves room for this size.
-const PHONE_FONT: f64 = 18.5;
 const LEGEND_ROW: i32 = 26;
 const LEGEND_SWATCH: i32 = 30;
 const MARGIN_RIGHT: i32 = 22;
@@ -27,11 +21,6 @@ const X_LABELS: i32 = 55;
 const IN_MEMORY: &str = "an SVG in memory has no file and no font to fail on";
 
 type Plane = Cartesian2d<Axis, Axis>;
-
-/// Size of the writing on a phone, in the units of the SVG.
-pub(in crate::report) fn phone_font() -> f64 {
-    PHONE_FONT * f64::from(SUB)
-}
 
 /// How an entry of the legend looks.
 #[derive(Clone, Copy, Debug)]
@@ -254,38 +243,4 @@ fn fill(ink: Ink, opacity: f64) -> ShapeStyle {
 fn font(ink: Ink) -> TextStyle<'static> {
     // plotters' SVG divides the size of a font by 1.24.
     ("sans-serif", FONT * 1.24 * f64::from(SUB)).into_font().color(&rgb(ink))
-}
-
-/// Width that some writing takes on a phone, for a wide font: every system has its own.
-fn text_width(text: &str) -> f64 {
-    let share = |c: char| match c {
-        'i' | 'j' | 'l' | 't' | 'f' | 'r' | ' ' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' | '(' | ')' | '[' | ']'
-        | '-' => 0.38,
-        'm' | 'w' | '%' | '@' | '×' | '±' => 0.93,
-        c if c.is_uppercase() => 0.7,
-        _ => 0.61,
-    };
-    text.chars().map(share).sum::<f64>() * PHONE_FONT
-}
-
-/// Cuts writing that does not fit.
-pub(super) fn shortened(text: &str, room: f64) -> String {
-    if text_width(text) <= room {
-        return text.into();
-    }
-    let mut kept = String::new();
-    for c in text.chars() {
-        kept.push(c);
-        if text_width(&kept) + text_width("…") > room {
-            kept.pop();
-            break;
-        }
-    }
-    kept.push('…');
-    kept
-}
-
-/// One line without characters that XML cannot hold; plotters itself escapes the rest.
-pub(super) fn clean(text: &str) -> String {
-    text.chars().map(|c| if c == '\n' || c == '\t' { ' ' } else { crate::report::html::printable(c) }).collect()
 }

@@ -12,7 +12,6 @@ mod time;
 mod track;
 mod xy;
 
-pub(super) use frame::phone_font;
 pub use sheet::sheet;
 pub use statistics::{bars, before_after, histogram};
 pub use time::{error_vs_time, innovations, time_series};

@@ -1,7 +1,7 @@
 //! Several plots as one picture.
 
-use super::frame::SUB;
 use super::svg::attribute;
+use crate::report::lettering::SUB;
 use std::fmt::Write as _;
 
 /// Room around every plot, pixels.

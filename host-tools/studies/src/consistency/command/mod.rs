@@ -5,8 +5,8 @@ mod text;
 
 use crate::consistency::{self, Bounds, Inside};
 use anyhow::Context;
+use backseat_data::console::Progress;
 use backseat_data::stats::median;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -101,27 +101,23 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let cases = consistency::cases(arguments.minutes)?;
     let chunks = u64::from(arguments.minutes) * 30;
     let bounded = cases.iter().filter(|case| case.bounded).count() as u64;
-    let bar = ProgressBar::new((cases.len() as u64 + 2) * arguments.runs + bounded * chunks).with_style(
-        ProgressStyle::with_template("{msg:42} {bar:30} {percent} %, {eta} to go")
-            .unwrap_or_else(|_| ProgressStyle::default_bar()),
-    );
+    let runs = (cases.len() as u64 + 2) * arguments.runs + bounded * chunks;
+    let progress = Progress::new("ensembles", runs as usize);
     let seeds = |model: u64| -> Vec<u64> {
         let first = arguments.first_seed + model * SEEDS_PER_MODEL;
         (first..first + arguments.runs).collect()
     };
     let mut declared = Vec::new();
     for (model, case) in (0..).zip(&cases) {
-        bar.set_message(case.name);
         let seeds = seeds(model);
-        let ensemble = consistency::run(case, &seeds, || bar.inc(1)).context(case.name)?;
-        let bounds = case.bounded.then(|| consistency::bounds(case, &seeds, || bar.inc(1)));
+        let ensemble = consistency::run(case, &seeds, || progress.advance()).context(case.name)?;
+        let bounds = case.bounded.then(|| consistency::bounds(case, &seeds, || progress.advance()));
         let errors = consistency::errors(&ensemble);
         declared.push(Row::of(&ensemble, SETTLED_S, bounds.map(|bounds| Compared::new(errors, &bounds))));
     }
-    bar.set_message("flights of the backseat");
-    let flights = consistency::surveys(arguments.minutes, &seeds(cases.len() as u64), || bar.inc(1))?;
+    let flights = consistency::surveys(arguments.minutes, &seeds(cases.len() as u64), || progress.advance())?;
     let flights: Vec<Row> = flights.iter().map(|ensemble| Row::of(ensemble, SETTLED_S, None)).collect();
-    bar.finish_and_clear();
+    drop(progress);
 
     let text = text::markdown(arguments, &declared, &flights);
     if let Some(path) = &arguments.out {

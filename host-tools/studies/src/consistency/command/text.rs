@@ -2,6 +2,7 @@
 
 use super::{Arguments, QUANTITIES, Row, SEEDS_PER_MODEL, SETTLED_S};
 use crate::consistency::{Block, Inside, measurement_names};
+use crate::table::markdown_table;
 use std::fmt::Write as _;
 
 /// Least share of times inside the pointwise band.
@@ -58,8 +59,7 @@ pub(super) fn markdown(arguments: &Arguments, declared: &[Row], flights: &[Row])
 /// ANEES by block.
 fn errors(text: &mut String, rows: &[Row]) {
     let names: Vec<&str> = Block::ALL.iter().map(|block| block.name()).collect();
-    let _ =
-        writeln!(text, "| ANEES | {} | vehicle's band |\n|---|{}---|", names.join(" | "), "---|".repeat(names.len()));
+    let mut table = markdown_table(["ANEES"].iter().chain(&names).copied().chain(["vehicle's band"]));
     for row in rows {
         let cells = names.iter().map(|name| match row.blocks.iter().find(|block| block.name == *name) {
             Some(block) => {
@@ -78,8 +78,9 @@ fn errors(text: &mut String, rows: &[Row]) {
         });
         let band = row.blocks.iter().find(|block| block.degrees == 12);
         let band = band.map_or("-".to_owned(), |block| format!("{:.2} to {:.2}", block.band.low, block.band.high));
-        let _ = writeln!(text, "| {} | {} | {band} |", row.name, cells.collect::<Vec<_>>().join(" | "));
+        table.add_row([row.name.clone()].into_iter().chain(cells).chain([band]));
     }
+    let _ = writeln!(text, "{table}");
 }
 
 /// ANIS by kind of measurement.
@@ -90,13 +91,14 @@ fn measurements(text: &mut String, rows: &[Row]) {
         let band = inside.mean_band.map_or(String::new(), |band| format!("; {:.3} to {:.3}", band.low, band.high));
         format!("{:.3} ({:.0} %{band})", inside.mean, 100.0 * inside.shares[0])
     };
-    let _ = writeln!(text, "| ANIS | {} | refused |\n|---|{}---|", names.join(" | "), "---|".repeat(names.len()));
+    let mut table = markdown_table(["ANIS"].iter().chain(&names).copied().chain(["refused"]));
     for row in rows {
         let cells = names
             .iter()
             .map(|name| row.innovations.iter().find(|inside| inside.name == *name).map_or("-".to_owned(), cell));
-        let _ = writeln!(text, "| {} | {} | {} |", row.name, cells.collect::<Vec<_>>().join(" | "), row.rejected);
+        table.add_row([row.name.clone()].into_iter().chain(cells).chain([row.rejected.to_string()]));
     }
+    let _ = writeln!(text, "{table}");
 }
 
 fn bounds(text: &mut String, rows: &[Row]) {
@@ -107,9 +109,10 @@ fn bounds(text: &mut String, rows: &[Row]) {
          delayed state. *Along each track*: the recursion for every true track by itself, then averaged; what an estimator reaches\n\
          that loses nothing by linearisation. *Ensemble*: expectations over all tracks first, below which no estimator can be; it is loose\n\
          where the tracks differ much (with an unknown current the bearings to the ship do, we take it, and their average informs about both axes).\n\
-         Median over time, and range; with a finite number of flights the error itself is uncertain (100 flights: about 5 to 7 %).\n\n\
-         | RMSE / bound | position, each track | attitude | velocity | position, ensemble | attitude | velocity |\n|---|---|---|---|---|---|---|\n",
+         Median over time, and range; with a finite number of flights the error itself is uncertain (100 flights: about 5 to 7 %).\n\n",
     );
+    let each = ["RMSE / bound", "position, each track", "attitude", "velocity"];
+    let mut table = markdown_table(each.into_iter().chain(["position, ensemble", "attitude", "velocity"]));
     for row in rows {
         let Some(compared) = &row.bound else { continue };
         let cells = (0..2).flat_map(|bound| (0..QUANTITIES.len()).map(move |quantity| (bound, quantity)));
@@ -117,6 +120,7 @@ fn bounds(text: &mut String, rows: &[Row]) {
             let ratio = compared.ratio(bound, quantity);
             format!("{:.2} ({:.2} to {:.2})", ratio.median, ratio.least, ratio.greatest)
         });
-        let _ = writeln!(text, "| {} | {} |", row.name, cells.collect::<Vec<_>>().join(" | "));
+        table.add_row([row.name.clone()].into_iter().chain(cells));
     }
+    let _ = writeln!(text, "{table}");
 }

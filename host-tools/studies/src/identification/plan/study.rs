@@ -3,7 +3,9 @@
 use super::flight::{self, True};
 use super::information::{Collected, Information};
 use super::{Limits, plan};
+use crate::ensemble::run_all;
 use crate::identification::experiment::{Noise, Programme};
+use crate::table::{markdown_table, with_interval};
 use anyhow::anyhow;
 use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
@@ -11,16 +13,13 @@ use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
 use backseat_core::state::{self, VehicleState};
 use backseat_data::VehicleFile;
 use backseat_data::console;
-use backseat_data::stats::{mean, mean_ci95};
+use backseat_data::stats::mean;
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{IdentificationData, Method, Options, Sample, identify, parameters, validate};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Scenario;
 use hil_sim::truth::Parameters;
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
-use rayon::prelude::*;
 use serde_json::json;
-use std::fmt::Write as _;
 
 /// Noise of linear velocity, m/s.
 const NOISE_MPS: f64 = 0.013;
@@ -186,11 +185,10 @@ fn outcome(
 /// Mean and its 95 % interval; estimates that cannot be flown on are counted instead.
 fn interval(values: &[f64], digits: usize) -> String {
     let usable: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    match (mean(&usable), mean_ci95(&usable)) {
-        _ if usable.len() < values.len() => format!("unusable in {} of {}", values.len() - usable.len(), values.len()),
-        (Some(mean), Some((low, high))) => format!("{mean:.digits$} ({low:.digits$} – {high:.digits$})"),
-        _ => String::from("–"),
+    if usable.len() < values.len() {
+        return format!("unusable in {} of {}", values.len() - usable.len(), values.len());
     }
+    with_interval(&usable, digits)
 }
 
 /// Runs the comparison and prints its tables.
@@ -201,42 +199,42 @@ pub fn run(runs: u64, limits: &Limits, duration_s: f64, as_json: bool) -> anyhow
     let unseen = unseen(&truth);
     let jobs: Vec<(Excitation, u64)> =
         Excitation::ALL.into_iter().flat_map(|excitation| (1..=runs).map(move |seed| (excitation, seed))).collect();
-    let bar = ProgressBar::new(jobs.len() as u64);
-    if let Ok(style) = ProgressStyle::with_template("experiments {wide_bar} {pos} of {len}, {eta}") {
-        bar.set_style(style);
-    }
-    let outcomes: Vec<Outcome> = jobs
-        .par_iter()
-        .progress_with(bar)
-        .map(|(excitation, seed)| outcome(*excitation, &truth, limits, duration_s, &unseen, *seed))
-        .collect::<anyhow::Result<_>>()?;
+    let outcomes = run_all("experiments", &jobs, |(excitation, seed)| {
+        outcome(*excitation, &truth, limits, duration_s, &unseen, *seed)
+    })?;
     if as_json {
         return console::print(json_text(&outcomes, runs).as_bytes());
     }
-    let mut out = String::from(
-        "| excitation | log det of the information | Cramér-Rao, rms [%] | error of the parameters, rms [%] | depths [m] | steepest [deg] | starts |\n|---|---|---|---|---|---|---|\n",
-    );
-    let of = |outcomes: &[Outcome], pick: &dyn Fn(&Outcome) -> f64| -> Vec<f64> { outcomes.iter().map(pick).collect() };
+    let mut learned = markdown_table([
+        "excitation",
+        "log det of the information",
+        "Cramér-Rao, rms [%]",
+        "error of the parameters, rms [%]",
+        "depths [m]",
+        "steepest [deg]",
+        "starts",
+    ]);
+    let mut predicted = markdown_table(["excitation"].into_iter().chain(COLUMNS));
     for (excitation, outcomes) in Excitation::ALL.iter().zip(outcomes.chunks(runs as usize)) {
-        let _ = writeln!(
-            out,
-            "| {} | {} | {} | {} | {:.0} to {:.0} | {:.0} | {:.0} |",
-            excitation.name(),
-            interval(&of(outcomes, &|o| o.log_determinant), 1),
-            interval(&of(outcomes, &|o| o.remaining_percent), 2),
-            interval(&of(outcomes, &|o| o.error_percent), 2),
-            of(outcomes, &|o| o.depth_m[0]).into_iter().fold(f64::INFINITY, f64::min),
-            of(outcomes, &|o| o.depth_m[1]).into_iter().fold(f64::NEG_INFINITY, f64::max),
-            of(outcomes, &|o| o.pitch_deg).into_iter().fold(0.0, f64::max),
-            mean(&of(outcomes, &|o| o.starts as f64)).unwrap_or(f64::NAN),
-        );
+        let of = |pick: &dyn Fn(&Outcome) -> f64| -> Vec<f64> { outcomes.iter().map(pick).collect() };
+        let [shallow, deep, steepest] = [
+            of(&|o| o.depth_m[0]).into_iter().fold(f64::INFINITY, f64::min),
+            of(&|o| o.depth_m[1]).into_iter().fold(f64::NEG_INFINITY, f64::max),
+            of(&|o| o.pitch_deg).into_iter().fold(0.0, f64::max),
+        ];
+        learned.add_row([
+            excitation.name().to_owned(),
+            interval(&of(&|o| o.log_determinant), 1),
+            interval(&of(&|o| o.remaining_percent), 2),
+            interval(&of(&|o| o.error_percent), 2),
+            format!("{shallow:.0} to {deep:.0}"),
+            format!("{steepest:.0}"),
+            format!("{:.0}", mean(&of(&|o| o.starts as f64)).unwrap_or(f64::NAN)),
+        ]);
+        let errors = (0..8).map(|i| interval(&of(&|o| o.validation[i]), 4));
+        predicted.add_row([excitation.name().to_owned()].into_iter().chain(errors));
     }
-    let _ = writeln!(out, "\n| excitation | {} |\n|---|{}", COLUMNS.join(" | "), "---|".repeat(8));
-    for (excitation, outcomes) in Excitation::ALL.iter().zip(outcomes.chunks(runs as usize)) {
-        let cells: Vec<String> = (0..8).map(|i| interval(&of(outcomes, &|o| o.validation[i]), 4)).collect();
-        let _ = writeln!(out, "| {} | {} |", excitation.name(), cells.join(" | "));
-    }
-    console::print(out.as_bytes())
+    console::print(format!("{learned}\n\n{predicted}\n").as_bytes())
 }
 
 fn json_text(outcomes: &[Outcome], runs: u64) -> String {

@@ -8,6 +8,7 @@ mod least_squares;
 mod steering;
 mod survey;
 
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 
 pub use allocation::ALLOCATION;
@@ -28,9 +29,10 @@ pub struct Study {
 }
 
 /// What one run measured.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Measured {
     /// Row, column, value.
+    #[serde(deserialize_with = "with_nan")]
     pub rows: BTreeMap<String, BTreeMap<String, f64>>,
     /// `prefix/row` to points of time (h) and value.
     pub curves: BTreeMap<String, Vec<(f64, f64)>>,
@@ -48,6 +50,27 @@ impl Measured {
     }
 }
 
+/// JSON has no NaN: null.
+fn with_nan<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, BTreeMap<String, f64>>, D::Error> {
+    let rows = BTreeMap::<String, BTreeMap<String, Option<f64>>>::deserialize(from)?;
+    let number = |(column, value): (String, Option<f64>)| (column, value.unwrap_or(f64::NAN));
+    Ok(rows.into_iter().map(|(name, row)| (name, row.into_iter().map(number).collect())).collect())
+}
+
 fn four_digits(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_number_comes_back_as_none() {
+        let mut measured = Measured::default();
+        measured.set("row", "column", f64::NAN);
+        let text = serde_json::to_string(&measured).unwrap();
+        let back: Measured = serde_json::from_str(&text).unwrap();
+        assert!(back.rows["row"]["column"].is_nan(), "{text}");
+    }
 }
