@@ -2,7 +2,6 @@
 
 use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
-use crate::model::Model;
 use crate::noise;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::scores::{Whiteness, whiteness, whiteness_p};
@@ -207,7 +206,7 @@ fn choose(log_data: &PreparedLog, accepted: &[Instance], round: &Round) -> Optio
     // Linear fits may leave what a vehicle can be (a drag that drives).
     let is_possible = |instance: &Instance| {
         let set = instance.apply(&set_of(&log_data.scope.declared, accepted));
-        Model::new(&log_data.setup.parameters, &set).is_some()
+        log_data.setup.model(&set).is_some()
     };
     let standing: Vec<_> = round
         .ladder

@@ -2,11 +2,7 @@
 
 use backseat_core::dynamics::{ActuatorInput, Linearisation, VehicleModel, VehicleParameters};
 use backseat_core::effects::{ActuatorMemory, EffectSet, Moment, ParameterKind, SensorChannel, Step};
-use backseat_core::parameters::Installation;
 use backseat_core::state::{VehicleState, X, Y};
-
-/// Sound speed by which a log's travel times became ranges, m/s.
-pub const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 
 /// Plant, water and actuators under one set of effects.
 #[derive(Clone, Debug)]
@@ -17,6 +13,8 @@ pub struct Model {
     /// The plant before the first onset, between them, after the last.
     plants: Vec<VehicleModel>,
     water: [f64; 2],
+    /// Turned travel times into ranges, m/s.
+    sound_speed_mps: f64,
     memory: ActuatorMemory,
     /// Whether anything stands between command and actuator.
     has_input: bool,
@@ -25,7 +23,7 @@ pub struct Model {
 impl Model {
     /// Builds the plants; `None` where the effects make a parameter impossible (a trial step too far).
     #[must_use]
-    pub fn new(declared: &VehicleParameters, set: &EffectSet) -> Option<Self> {
+    pub fn new(declared: &VehicleParameters, sound_speed_mps: f64, set: &EffectSet) -> Option<Self> {
         let (mut onsets, mut water, mut has_input) = (Vec::new(), [0.0; 2], false);
         for (_, info, values) in set.active() {
             if info.hooks.plant.is_some() {
@@ -50,7 +48,7 @@ impl Model {
             }
             plants.push(VehicleModel::new(&parameters).ok()?);
         }
-        Some(Self { set: *set, onsets, plants, water, memory: ActuatorMemory::default(), has_input })
+        Some(Self { set: *set, onsets, plants, water, sound_speed_mps, memory: ActuatorMemory::default(), has_input })
     }
 
     /// The effects.
@@ -103,7 +101,7 @@ impl Model {
     /// What a sensor would read of a true value, and ∂(read)/∂(true).
     #[must_use]
     pub fn read(&self, t_s: f64, channel: SensorChannel, truth: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
-        let moment = Moment { t_s, sound_speed_mps: SOUND_SPEED_MPS };
+        let moment = Moment { t_s, sound_speed_mps: self.sound_speed_mps };
         let mut reading = truth;
         let mut slope = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         for (_, info, values) in self.set.active() {

@@ -7,7 +7,7 @@ use crate::regressors::Regressor;
 use crate::samples::{ResidualChannel, Samples};
 use crate::whitener::{self, Pass, Setup};
 use backseat_core::effects::EffectSet;
-use backseat_core::navigation::{NavigationConfig, SurfaceNoise};
+use backseat_core::navigation::SurfaceNoise;
 use backseat_data::log::Column;
 use backseat_data::{Log, VehicleFile};
 
@@ -63,13 +63,13 @@ impl PreparedLog {
     /// Makes a log ready; `None` where the filter cannot start (no fix, no attitude).
     #[must_use]
     pub fn new(log: &Log, vehicle: &VehicleFile, use_dvl: bool) -> Option<Self> {
-        let samples = Samples::of(log, &vehicle.sensors, use_dvl);
+        let samples = Samples::of(log, vehicle, use_dvl);
         let mut setup = Setup {
             parameters: vehicle.parameters,
             noise: vehicle.noise,
             surface: SurfaceNoise::DYNAMIC,
             sensors: vehicle.sensors,
-            ship_transducer_depth_m: NavigationConfig::REFERENCE.ship_transducer_depth_m,
+            installation: vehicle.installation,
             scale: [1.0; ResidualChannel::COUNT],
             outliers: Vec::new(),
             block_s: BLOCK_S,

@@ -4,16 +4,11 @@
 //! about the launch), so that only the vehicle has states.
 
 use backseat_core::dynamics::ActuatorInput;
-use backseat_core::navigation::SensorNoise;
-use backseat_core::parameters::Installation;
-use backseat_data::Log;
 use backseat_data::log::{Column, RADPS_PER_RPM};
+use backseat_data::{Log, VehicleFile};
 
 /// Half of the window over which the ship's track about a launch is taken, µs.
 const SHIP_WINDOW_US: u64 = 5_000_000;
-
-/// Speed of sound assumed where a log gives no time of launch, m/s.
-const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 
 /// Scalar channels of the residual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -175,7 +170,7 @@ pub struct Samples {
 impl Samples {
     /// Gathers a log's readings; `use_dvl` false leaves the DVL out.
     #[must_use]
-    pub fn of(log: &Log, sensors: &SensorNoise, use_dvl: bool) -> Self {
+    pub fn of(log: &Log, vehicle: &VehicleFile, use_dvl: bool) -> Self {
         let start_us = log.rows.first().map_or(0, |row| row.time_us);
         let seconds = |time_us: u64| (time_us as f64 - start_us as f64) * 1e-6;
         let ship: Vec<(u64, [f64; 2])> =
@@ -203,13 +198,13 @@ impl Samples {
             let range_m = row.get(Column::Range);
             let range_rate_mps = row.get(Column::RangeRate);
             if range_m.is_some() || range_rate_mps.is_some() {
-                let flight_us = (range_m.unwrap_or(0.0).max(0.0) / SOUND_SPEED_MPS * 1e6) as u64;
+                let flight_us = (range_m.unwrap_or(0.0).max(0.0) / vehicle.installation.sound_speed_mps * 1e6) as u64;
                 let arrival_us = match row.arrival_us() {
                     Some(us) if us.abs_diff(row.time_us) >= 50_000 => us,
                     _ => row.time_us,
                 };
                 let launch_us = row.launch_us().unwrap_or(arrival_us.saturating_sub(flight_us));
-                match ship_at(&ship, launch_us, row.ship_at_launch_m(), sensors.ship_gnss_m) {
+                match ship_at(&ship, launch_us, row.ship_at_launch_m(), vehicle.sensors.ship_gnss_m) {
                     Some(ship) => {
                         // A ship whose velocity nobody told gives no range rate.
                         let range_rate_mps = range_rate_mps.filter(|_| ship.velocity_variance_m2ps2.is_finite());

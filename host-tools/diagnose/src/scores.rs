@@ -153,7 +153,7 @@ pub fn whiteness_p(whiteness: &[Whiteness]) -> f64 {
 /// Runs the model alone from the filter's estimate and compares with what was read then, on held-out blocks.
 fn predictions(log_data: &PreparedLog, pass: &Pass, set: &EffectSet) -> Vec<[Option<f64>; HORIZONS_S.len()]> {
     let mut squares = vec![[(0.0, 0_u32); HORIZONS_S.len()]; PREDICTED.len()];
-    let Some(model) = Model::new(&log_data.setup.parameters, set) else {
+    let Some(model) = log_data.setup.model(set) else {
         return vec![[None; HORIZONS_S.len()]; PREDICTED.len()];
     };
     let events = &log_data.samples.events;

@@ -7,7 +7,6 @@
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};
 use crate::samples::ResidualChannel;
-use backseat_core::navigation::NavigationConfig;
 use backseat_data::log::Column;
 use backseat_data::stats::median;
 use backseat_data::{Log, VehicleFile};
@@ -86,7 +85,7 @@ pub fn is_for(log: &Log) -> bool {
 /// Diagnoses a log of arrivals; `None` if it has too few of them with a position.
 #[must_use]
 pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
-    let c = NavigationConfig::REFERENCE.sound_speed_mps;
+    let c = vehicle.installation.sound_speed_mps;
     let (model, period_s, missed) = pings(log, c)?;
     let mut found = selection::run(&model, log, vehicle)?;
     let fitted = &found.theta[1];

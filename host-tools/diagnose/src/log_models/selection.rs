@@ -114,7 +114,7 @@ fn empty(log: &Log, vehicle: &VehicleFile, block_s: f64) -> PreparedLog {
         noise: vehicle.noise,
         surface: SurfaceNoise::DYNAMIC,
         sensors: vehicle.sensors,
-        ship_transducer_depth_m: 0.0,
+        installation: vehicle.installation,
         scale: [1.0; ResidualChannel::COUNT],
         outliers: Vec::new(),
         block_s,

@@ -28,6 +28,14 @@ struct Prediction {
     by_water: [[f64; 3]; 2],
 }
 
+/// The vehicle's transducer minus the ship's.
+struct Baseline {
+    /// NED, m.
+    dp: Vector3<f64>,
+    /// ∂dp/∂(φ, θ, ψ), m per rad.
+    by_attitude: Matrix3<f64>,
+}
+
 impl Filter<'_> {
     /// Fuses a reading and records its innovations.
     pub(super) fn fuse(
@@ -103,9 +111,11 @@ impl Filter<'_> {
     }
 
     fn range(&self, measured: f64, ship: &ShipAtLaunch) -> Option<Prediction> {
-        let path = models::distance(&self.baseline(ship))?;
+        let baseline = self.baseline(ship);
+        let path = models::distance(&baseline.dp)?;
         let mut jacobian = Jacobian::zeros();
         jacobian.fixed_view_mut::<1, 3>(0, X).tr_copy_from(&path.direction);
+        jacobian.fixed_view_mut::<1, 3>(0, PHI).tr_copy_from(&baseline.by_attitude.tr_mul(&path.direction));
         let sensors = &self.setup.sensors;
         Some(Prediction {
             sensor: SensorChannel::Range,
@@ -124,12 +134,18 @@ impl Filter<'_> {
         let nu = Vector3::new(self.x[U], self.x[U + 1], self.x[U + 2]);
         let over_ground = models::ground_velocity(&attitude, &nu, &self.model.water_mps().into());
         let [north, east] = ship.velocity_mps;
-        let dv = over_ground.velocity_mps - Vector3::new(north, east, 0.0);
-        let model = models::range_rate(&self.baseline(ship), &dv)?;
+        // The transducer moves with ω × arm beside the centre of gravity; the derivatives of that are left out: a tenth of
+        // a radian per second and half a metre of arm move it by 0.05 m/s.
+        let rates = Vector3::new(self.x[P], self.x[P + 1], self.x[P + 2]);
+        let swing = over_ground.rotation * rates.cross(&Vector3::from(self.setup.installation.transducer_arm_m));
+        let dv = over_ground.velocity_mps + swing - Vector3::new(north, east, 0.0);
+        let baseline = self.baseline(ship);
+        let model = models::range_rate(&baseline.dp, &dv)?;
         let unit = model.by_velocity;
         let mut jacobian = Jacobian::zeros();
         jacobian.fixed_view_mut::<1, 3>(0, X).tr_copy_from(&model.by_position);
-        jacobian.fixed_view_mut::<1, 3>(0, PHI).tr_copy_from(&over_ground.by_attitude.tr_mul(&unit));
+        let by_attitude = over_ground.by_attitude.tr_mul(&unit) + baseline.by_attitude.tr_mul(&model.by_position);
+        jacobian.fixed_view_mut::<1, 3>(0, PHI).tr_copy_from(&by_attitude);
         jacobian.fixed_view_mut::<1, 3>(0, U).tr_copy_from(&over_ground.rotation.tr_mul(&unit));
         let sensors = &self.setup.sensors;
         Some(Prediction {
@@ -144,11 +160,14 @@ impl Filter<'_> {
         })
     }
 
-    /// Vehicle minus ship, NED, m.
-    fn baseline(&self, ship: &ShipAtLaunch) -> Vector3<f64> {
+    fn baseline(&self, ship: &ShipAtLaunch) -> Baseline {
         let [north, east] = ship.position_m;
-        let depth = self.x[Z] - self.setup.ship_transducer_depth_m;
-        Vector3::new(self.x[X] - north, self.x[Y] - east, depth)
+        let installation = &self.setup.installation;
+        let arm = Vector3::from(installation.transducer_arm_m);
+        let attitude = Attitude::new(&state::attitude(&self.x));
+        let depth = self.x[Z] - installation.ship_transducer_depth_m;
+        let dp = Vector3::new(self.x[X] - north, self.x[Y] - east, depth) + attitude.rotation() * arm;
+        Baseline { dp, by_attitude: attitude.rotated_by_attitude(&arm) }
     }
 
     fn update(

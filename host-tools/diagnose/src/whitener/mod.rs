@@ -20,6 +20,7 @@ use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::effects::EffectSet;
 use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
+use backseat_core::parameters::Installation;
 use backseat_core::state::VehicleState;
 
 /// Longest step of the filter, s.
@@ -36,14 +37,22 @@ pub struct Setup {
     pub surface: SurfaceNoise,
     /// Sensor noise.
     pub sensors: SensorNoise,
-    /// Depth of the ship's transducer, m.
-    pub ship_transducer_depth_m: f64,
+    /// Where the acoustic transducers sit; the rest of it was applied to the log.
+    pub installation: Installation,
     /// By what the noise of each channel exceeds the declared one.
     pub scale: [f64; ResidualChannel::COUNT],
     /// Acoustic readings (by their place among all) whose range is passed over.
     pub outliers: Vec<bool>,
     /// Length of a block, s.
     pub block_s: f64,
+}
+
+impl Setup {
+    /// The declared vehicle with a set of effects; `None` where they are impossible for it.
+    #[must_use]
+    pub fn model(&self, set: &EffectSet) -> Option<Model> {
+        Model::new(&self.parameters, self.installation.sound_speed_mps, set)
+    }
 }
 
 /// One normalised innovation.
@@ -196,16 +205,15 @@ struct Start {
 
 impl<'a> Filter<'a> {
     fn new(setup: &'a Setup, samples: &Samples, set: &EffectSet, terms: &[Regressor]) -> Option<Self> {
-        let model = Model::new(&setup.parameters, set)?;
+        let model = setup.model(set)?;
         let mut prepared = Vec::with_capacity(terms.len());
         let mut columns = 0;
         for term in terms {
             let kind = match &term.cause {
                 Variation::GenericTerm(generic) => Kind::GenericTerm { target: generic.target, factor: generic.factor },
                 Variation::Effects { with, without, unit } => {
-                    let with = Box::new(Model::new(&setup.parameters, with)?);
-                    let without =
-                        if **without == *set { None } else { Some(Box::new(Model::new(&setup.parameters, without)?)) };
+                    let with = Box::new(setup.model(with)?);
+                    let without = if **without == *set { None } else { Some(Box::new(setup.model(without)?)) };
                     let (mut in_process, mut channels) = (false, Vec::new());
                     for (index, info, values) in with.set().active() {
                         if values != without.as_ref().map_or(set, |without| without.set()).values(index) {
