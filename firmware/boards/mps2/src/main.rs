@@ -5,6 +5,7 @@
 //! | `uart` | the five ports, as `embedded-io` |
 //! | `clock` | board time and the alarm for the next step |
 //! | `interrupts` | vector table and what wakes the loop |
+//! | `slot` | a place in the larger RAM |
 //! | `store` | parameters, in RAM that a reset leaves alone |
 //! | `failure` | what a panic or a fault leaves behind |
 #![no_std]
@@ -16,6 +17,7 @@ compile_error!("an ARM image: cargo build -p backseat-mps2 --release --target th
 mod clock;
 mod failure;
 mod interrupts;
+mod slot;
 mod store;
 mod uart;
 
@@ -23,17 +25,23 @@ use backseat_app::{App, Progress, Pump};
 use clock::Clock;
 use cortex_m_rt::entry;
 use defmt_semihosting as _;
+use slot::Slot;
 use static_cell::ConstStaticCell;
 use store::Store;
 use uart::{Uart, Uarts};
 
-/// Built at compile time: by value it would pass over the stack.
-static APP: ConstStaticCell<App> = ConstStaticCell::new(App::new());
+/// In flash: by value the first app would pass over the stack.
+static NEW: App = App::new();
+/// In the larger RAM, as on the real board.
+// SAFETY: a slot needs no initial value.
+#[unsafe(link_section = ".axisram.app")]
+static APP: Slot<App> = Slot::new();
 static PUMP: ConstStaticCell<Pump> = ConstStaticCell::new(Pump::new());
 
 #[entry]
 fn main() -> ! {
-    let (app, pump) = (APP.take(), PUMP.take());
+    // SAFETY: `main` is entered once, and an app holds no reference to itself.
+    let (app, pump) = (unsafe { APP.fill(&NEW) }, PUMP.take());
     let mut clock = Clock::start();
     let Uarts { mut ports, overruns } = uart::start();
     interrupts::enable();

@@ -6,7 +6,7 @@ use core::mem::MaybeUninit;
 /// Not initialised at start: put it into section `.axisram`.
 pub struct Slot<T>(UnsafeCell<MaybeUninit<T>>);
 
-// SAFETY: the images that use it have one thread and no interrupts.
+// SAFETY: the images that use it have one thread, and no interrupt of theirs touches it.
 unsafe impl<T> Sync for Slot<T> {}
 
 impl<T> Slot<T> {

@@ -51,7 +51,6 @@ use leds::Leds;
 use log::Log;
 use memory::Memory;
 use panic_probe as _;
-use static_cell::ConstStaticCell;
 use time::Clock;
 use uart::{SerialPort, Transmitter, Wiring};
 use watchdog::Watchdog;
@@ -64,9 +63,6 @@ const CARD_TICK: Duration = Duration::from_millis(20);
 const CARD_RESETS: u32 = 2;
 /// Most turns of the pump in a tick; each reads up to 256 bytes a port.
 const TURNS: usize = 8;
-
-/// Built at compile time: by value it would pass over the stack.
-static APP: ConstStaticCell<App> = ConstStaticCell::new(App::new());
 
 /// A set to store, on its way to thread mode; and whether it was kept, on the way back.
 static TO_STORE: Signal<CriticalSectionRawMutex, Settings> = Signal::new();
@@ -102,8 +98,7 @@ async fn main(_spawner: Spawner) {
     defmt::info!("{=u32} resets by a fault since power-on", restart.resets);
     watchdog.feed();
 
-    let app = APP.take();
-    let Memory { dma, log, pump, stored } = defmt::unwrap!(memory::take());
+    let Memory { dma, log, app, pump, stored } = defmt::unwrap!(memory::take());
     let mut store = defmt::unwrap!(ParameterFlash::new(StoreFlash::new(p.FLASH)));
     let found = store.load(stored);
     match found {

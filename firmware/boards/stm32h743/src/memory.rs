@@ -1,10 +1,10 @@
-//! AXI SRAM: what DMA has to reach, and what is large and in no hurry. All other RAM is DTCM, which
-//! DMA does not reach.
+//! AXI SRAM: what DMA has to reach, and what is large: the app as well, which with the robust filter does not fit into
+//! DTCM beside the stack. All other RAM is DTCM, which DMA does not reach.
 //!
 //! The data cache stays off, so that what DMA writes is what the core reads. DTCM needs none.
 
-use backseat_app::Pump;
 use backseat_app::parameters::Settings;
+use backseat_app::{App, Pump};
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -33,6 +33,8 @@ pub struct Memory {
     pub dma: &'static mut DmaMemory,
     /// Board log on its way to the card.
     pub log: &'static mut LogQueue,
+    /// The app.
+    pub app: &'static mut App,
     /// The pump: bytes on their way, and a lock-step message.
     pub pump: &'static mut Pump,
     /// The set that was found in flash.
@@ -44,6 +46,10 @@ pub struct Memory {
 static mut DMA: MaybeUninit<DmaMemory> = MaybeUninit::uninit();
 #[unsafe(link_section = ".axisram.log")]
 static mut QUEUE: MaybeUninit<LogQueue> = MaybeUninit::uninit();
+/// In flash: by value the first app would pass over the stack.
+static NEW: App = App::new();
+#[unsafe(link_section = ".axisram.app")]
+static mut APP: MaybeUninit<App> = MaybeUninit::uninit();
 #[unsafe(link_section = ".axisram.pump")]
 static mut PUMP: MaybeUninit<Pump> = MaybeUninit::uninit();
 #[unsafe(link_section = ".axisram.stored")]
@@ -55,13 +61,16 @@ pub fn take() -> Option<Memory> {
     if TAKEN.swap(true, Ordering::AcqRel) {
         return None;
     }
-    // SAFETY: nobody else gets here again, and bytes of 0 are a DmaMemory.
+    // SAFETY: nobody else gets here again, bytes of 0 are a DmaMemory, and an app holds no reference to itself.
     unsafe {
-        let (dma, log, pump, stored) = (&raw mut DMA, &raw mut QUEUE, &raw mut PUMP, &raw mut STORED);
+        let (dma, log, app, pump) = (&raw mut DMA, &raw mut QUEUE, &raw mut APP, &raw mut PUMP);
+        let stored = &raw mut STORED;
         dma.write(MaybeUninit::zeroed());
+        app.cast::<App>().copy_from_nonoverlapping(&raw const NEW, 1);
         Some(Memory {
             dma: (*dma).assume_init_mut(),
             log: (*log).write(LogQueue::new()),
+            app: (*app).assume_init_mut(),
             pump: (*pump).write(Pump::new()),
             stored: (*stored).write(Settings::DEFAULT),
         })
