@@ -12,6 +12,7 @@ use syn::visit::{self, Visit};
 const KNOWN: &[(&str, &str)] = &[
     ("firmware/app", ""),
     ("firmware/core", ""),
+    ("firmware/core", "dynamics"),
     ("firmware/core", "navigation"),
     ("host-tools/data", ""),
     ("host-tools/data", "vehicle_file"),

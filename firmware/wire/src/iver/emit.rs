@@ -1,4 +1,4 @@
-use super::parse::MAX_TIMEOUT_S;
+use super::parse::{ERROR_CODES, MAX_TIMEOUT_S};
 use super::servo::ServoBytes;
 use super::{
     Acknowledge, Battery, Compass, FromFrontseat, FrontseatDvl, FrontseatError, FrontseatMode, Power, Request, State,
@@ -8,23 +8,6 @@ use crate::ahrs::os5000::Os5000;
 use crate::nmea::{Emitter, within};
 use crate::units::{KNOT_MPS, degrees};
 use crate::{Decimal, Error};
-
-pub(super) const ERROR_CODES: [(FrontseatError, &str); 14] = [
-    (FrontseatError::None, "N"),
-    (FrontseatError::OverPitch, "Sop"),
-    (FrontseatError::TimeLimit, "Stl"),
-    (FrontseatError::Leak, "Sle"),
-    (FrontseatError::NoForwardProgress, "Sfp"),
-    (FrontseatError::DepthExceeded, "Sed"),
-    (FrontseatError::NoUpwardProgress, "Sup"),
-    (FrontseatError::TowFloat, "Stf"),
-    (FrontseatError::SafetyReturn, "Srp"),
-    (FrontseatError::DepthSensorStuck, "Snd"),
-    (FrontseatError::CompassStopped, "Snc"),
-    (FrontseatError::MinimumPower, "Spw"),
-    (FrontseatError::StopAndTransmit, "Sti"),
-    (FrontseatError::Other, "E"),
-];
 
 impl FromFrontseat<'_> {
     /// Writes the sentence with its line end.

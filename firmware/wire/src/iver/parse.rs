@@ -14,6 +14,24 @@ pub(super) const MAX_TIMEOUT_S: u8 = 120;
 /// A DVL value at or below this is invalid.
 const DVL_INVALID: f64 = -3_200.0;
 
+/// Errors of the frontseat and how they are written.
+pub(super) const ERROR_CODES: [(FrontseatError, &str); 14] = [
+    (FrontseatError::None, "N"),
+    (FrontseatError::OverPitch, "Sop"),
+    (FrontseatError::TimeLimit, "Stl"),
+    (FrontseatError::Leak, "Sle"),
+    (FrontseatError::NoForwardProgress, "Sfp"),
+    (FrontseatError::DepthExceeded, "Sed"),
+    (FrontseatError::NoUpwardProgress, "Sup"),
+    (FrontseatError::TowFloat, "Stf"),
+    (FrontseatError::SafetyReturn, "Srp"),
+    (FrontseatError::DepthSensorStuck, "Snd"),
+    (FrontseatError::CompassStopped, "Snc"),
+    (FrontseatError::MinimumPower, "Spw"),
+    (FrontseatError::StopAndTransmit, "Sti"),
+    (FrontseatError::Other, "E"),
+];
+
 impl LengthUnit {
     pub(super) fn metres(self) -> f64 {
         match self {
@@ -90,7 +108,7 @@ fn mode(field: &[u8]) -> Result<FrontseatMode, Error> {
 }
 
 fn error(field: &[u8]) -> FrontseatError {
-    let known = super::emit::ERROR_CODES.iter().find(|(_, code)| code.as_bytes() == field);
+    let known = ERROR_CODES.iter().find(|(_, code)| code.as_bytes() == field);
     known.map_or(FrontseatError::Other, |(error, _)| *error)
 }
 
