@@ -1,8 +1,8 @@
 use super::parse::{ERROR_CODES, MAX_TIMEOUT_S};
 use super::servo::ServoBytes;
 use super::{
-    Acknowledge, Battery, Compass, FromFrontseat, FrontseatDvl, FrontseatError, FrontseatMode, Power, Request, State,
-    ToFrontseat, Units,
+    Acknowledge, Battery, Compass, FromFrontseat, FrontseatDvl, FrontseatMode, Power, Request, State, ToFrontseat,
+    Units,
 };
 use crate::ahrs::os5000::Os5000;
 use crate::nmea::{Emitter, within};
