@@ -65,7 +65,7 @@ pub struct GnssFix {
     pub course_rad: f64,
 }
 
-/// What the ship says about itself in a packet: its own estimate, not the truth.
+/// The ship's state in a packet: its own estimate, not the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShipReport {
     /// North, east at the time of launch, m.
@@ -83,7 +83,7 @@ pub struct ShipReport {
 pub struct Downlink {
     /// Time of launch, µs since the start of the scenario; a whole second.
     pub tol_us: u64,
-    /// Time of arrival as the receiver's clock and detector tell it (with noise and clock error),
+    /// Time of arrival as the receiver's clock and detector measure it (with noise and clock error),
     /// µs; `range_m` is (`toa_us` − `tol_us`) times the declared sound speed, to rounding.
     pub toa_us: u64,
     /// True time at which the packet's last byte has arrived, µs; sentences follow it.

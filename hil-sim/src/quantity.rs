@@ -7,7 +7,7 @@ use backseat_wire::ship_state::Key;
 use serde::de::{Deserialize, Deserializer, Error};
 use std::ops::RangeInclusive;
 
-/// The key of an authentication code. What is wrong with it is said without showing it.
+/// The key of an authentication code. Errors about it do not show it.
 pub fn key<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Key, D::Error> {
     let text = String::deserialize(deserializer)?;
     text.parse().map_err(|_| D::Error::custom("not 32 hexadecimal digits"))

@@ -110,7 +110,7 @@ impl ShipEstimator {
         self.time_s = time_s;
     }
 
-    /// What the ship says about itself at a time; nothing before its first fix.
+    /// The ship's own estimate at a time; none before its first fix.
     #[must_use]
     pub fn report(&self, time_s: f64) -> Option<ShipReport> {
         self.predicted(time_s).map(|e| ShipReport {

@@ -1,4 +1,4 @@
-//! What every command of the board is told and how it answers.
+//! Arguments and output that all commands for a board share.
 
 use backseat_data::console;
 use backseat_link::board::{Board, PortName};

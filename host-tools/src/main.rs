@@ -23,7 +23,7 @@ use std::process::ExitCode;
 /// The backseat of an Iver3-class AUV: simulated missions, recorded missions, and the board on the bench.
 ///
 /// Without a command it flies the simulator's default mission, as `backseat sim run` does: ten 1 km lines without a
-/// DVL, the backseat as a process of its own on five virtual serial ports. Options are those of `backseat sim run`.
+/// DVL, the backseat as a separate process on five virtual serial ports. Options are those of `backseat sim run`.
 #[derive(Parser)]
 #[command(name = "backseat", version, after_help = EXAMPLES)]
 struct Cli {
@@ -50,7 +50,7 @@ enum Command {
     Replay(replay::Args),
     Export(export::Args),
     Reproduce(backseat_studies::reproduce::Args),
-    /// Ensembles of simulations: what makes docs/results
+    /// Ensembles of simulations: the programs behind docs/results
     #[command(subcommand)]
     Studies(backseat_studies::Study),
     Mission(mission::Args),

@@ -72,7 +72,7 @@ fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason)
     if depth {
         return (Mode::Safe, ModeReason::DepthStale);
     }
-    // Without a mission nobody commands it.
+    // Without a mission the board sends no commands.
     if facts.mission && facts.refused_us.is_some_and(|us| us > micros(settings.refusal_timeout_s)) {
         return (Mode::Safe, ModeReason::FrontseatRefuses);
     }

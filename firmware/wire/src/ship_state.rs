@@ -49,7 +49,7 @@ const CODE: usize = 4;
 const CRC_AT: usize = LENGTH - 2;
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
-/// The secret that ship and vehicle share. It is shown to nobody: there is no way to read its bytes but to send it.
+/// The secret that ship and vehicle share. Its bytes cannot be read, only sent.
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Key([u8; 16]);
 

@@ -17,7 +17,7 @@ use tempfile::TempDir;
 const EMULATOR: &str = "qemu-system-arm";
 const PACKAGE: &str = "backseat-mps2";
 const TARGET: &str = "thumbv7em-none-eabihf";
-/// A backseat that says nothing for this long is given up.
+/// After this long a silent backseat is given up.
 const PATIENCE: Duration = Duration::from_secs(10);
 const POLL_MS: u32 = 200;
 /// Bytes come one by one; to wait for some more than the first costs less than to wake for each.

@@ -1,4 +1,4 @@
-//! A 3DM-GX3-25 that streams Euler angles and rates once it is told to.
+//! A 3DM-GX3-25 that streams Euler angles and rates on request.
 
 use super::uart::Uart;
 use crate::observation::{Observation, ObservationKind};

@@ -86,7 +86,7 @@ impl Frontseat {
         }
     }
 
-    /// What fins and propeller are told at `now_us`.
+    /// Commands of fins and propeller at `now_us`.
     pub fn targets(&mut self, now_us: u64) -> Actuators {
         self.now_us = now_us;
         if self.faults.at(now_us).is_some() {

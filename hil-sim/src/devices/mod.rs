@@ -105,7 +105,7 @@ impl Devices {
         lines.chain(self.frontseat.next_us()).chain(self.modem.next_us()).min()
     }
 
-    /// Lets the devices act up to `now_us`; what fins and propeller are told from then on.
+    /// Lets the devices act up to `now_us`; returns the commands of fins and propeller from then on.
     pub fn run(&mut self, now_us: u64) -> Actuators {
         let [_, from_backseat] = &mut self.lines;
         for (port, (uart, line)) in Port::DEVICES.into_iter().zip(self.from_backseat.iter_mut().zip(from_backseat)) {

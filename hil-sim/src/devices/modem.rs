@@ -31,7 +31,7 @@ const CYCLE_LEAD_US: u64 = 5_000_000;
 const CYCLE_DURATION_US: u64 = 900_000;
 /// Bytes of a rate-0 FSK frame.
 const FRAME_BYTES: usize = 32;
-/// The key of somebody who does not have the ship's.
+/// The key of a transmitter that does not have the ship's.
 const FOREIGN_KEY: Key = Key::new([0xA5; 16]);
 /// GPS clock (3) and external synchronous pulse (4), as firmware from 2.0.26038 encodes them.
 const SYNCHRONOUS: ClockMode = ClockMode(3 | 4 << 2);

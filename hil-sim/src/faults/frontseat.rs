@@ -8,9 +8,9 @@ use backseat_wire::iver::FrontseatMode;
 pub enum FrontseatFault {
     /// A safety rule is engaged: every command is refused (`$ACK` 26).
     Refuses,
-    /// It is down: fins and motor let go, nothing said, nothing heard.
+    /// It is down: it sends and hears nothing, fins and motor are off.
     Reboots,
-    /// Its mode is this one; where that takes commands they are acknowledged, and somebody else steers.
+    /// Its mode is this one; where that takes commands they are acknowledged, and another source steers.
     Mode(FrontseatMode),
 }
 

@@ -3,13 +3,13 @@
 //! | module | where it acts |
 //! |---|---|
 //! | `bytes` | on the serial lines, frame by frame, either way |
-//! | `sensors` | on what DVL, AHRS, depth sensor and GNSS say |
+//! | `sensors` | on the readings of DVL, AHRS, depth sensor and GNSS |
 //! | `modem` | on acoustic packets: their time, sender and content |
 //! | `frontseat` | on the frontseat's willingness |
 //! | `backseat` | on the board under test: resets, its clock, its memory |
 //! | `read` | `[[fault]]` in the scenario file |
 //!
-//! The backseat is never told. A fault acts from `from_s` until `until_s`; several may act at once. Each draws from a
+//! The backseat is not informed. A fault acts from `from_s` until `until_s`; several may act at once. Each draws from a
 //! random stream of its own, so that one fault does not change what another does, nor any sensor's noise.
 
 mod backseat;
@@ -77,7 +77,7 @@ pub enum Kind {
         /// How.
         damage: Damage,
     },
-    /// A sensor says what is not.
+    /// A sensor gives wrong readings.
     Sensor(SensorFault),
     /// A packet is not what it should be.
     Packet(PacketFault),
@@ -182,12 +182,12 @@ pub enum SensorFault {
 /// What is wrong with packets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PacketFault {
-    /// What the modem says at a packet's end comes so much later, µs.
+    /// Delay of the modem's sentences at a packet's end, µs.
     Late {
         /// µs.
         delay_us: u64,
     },
-    /// All that the modem says of a packet is said again so much later, µs.
+    /// All sentences of a packet are repeated after this, µs.
     Duplicated {
         /// µs.
         delay_us: u64,
@@ -245,7 +245,7 @@ pub enum BoardFault {
         /// Added, µs.
         offset_us: i64,
     },
-    /// So many of the two stored copies of the parameters are corrupted; nobody notices before a reset.
+    /// Number of the two stored copies of the parameters that are corrupted; it shows at the next reset.
     Flash {
         /// 1 or 2.
         copies: u8,

@@ -8,7 +8,7 @@ use crate::observation::{Downlink, Observation, ObservationKind};
 pub struct Delivery {
     /// Its data and statistics are late by this, µs.
     pub delay_us: u64,
-    /// All of it is said again after this, µs.
+    /// All of it is repeated after this, µs.
     pub again_us: Option<u64>,
     /// Another modem's.
     pub source: Option<u8>,
@@ -35,7 +35,7 @@ impl PacketFaults {
         Self { faults: active(faults, seed, pick), declared_speed_mps }
     }
 
-    /// What the modem measures and the ship says instead.
+    /// Replaced measurements of the modem and contents of the packet.
     pub fn distort(&mut self, observation: &mut Observation) {
         let time_us = observation.time_us;
         let ObservationKind::Downlink(packet) = &mut observation.kind else { return };
@@ -88,7 +88,7 @@ impl PacketFaults {
     }
 }
 
-/// Time of arrival and range as a clock that is ahead tells them.
+/// Time of arrival and range as a clock that is ahead measures them.
 fn lengthen(packet: &mut Downlink, by_s: f64, speed_mps: f64) {
     packet.toa_us = packet.toa_us.saturating_add_signed((by_s * 1e6).round() as i64);
     packet.range_m += by_s * speed_mps;

@@ -79,7 +79,7 @@ macro_rules! written {
         }
 
         impl Written {
-            /// The keys that nobody took.
+            /// The keys that were not used.
             fn left(&self) -> Vec<&'static str> {
                 let mut left = Vec::new();
                 $(if self.$field.is_some() { left.push(stringify!($field)); })*

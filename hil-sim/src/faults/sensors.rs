@@ -1,4 +1,4 @@
-//! Faults of what sensors say.
+//! Faults of sensor readings.
 
 use super::{Active, Fault, Kind, SensorFault, active};
 use crate::observation::{Observation, ObservationKind};
@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Debug)]
 pub struct SensorFaults {
     faults: Vec<Active<SensorFault>>,
-    /// What the AHRS said last before it froze.
+    /// The last reading of the AHRS before it froze.
     last_ahrs: Option<([f64; 3], [f64; 3])>,
 }
 
@@ -40,7 +40,7 @@ impl SensorFaults {
                     *altitude_m = None;
                 }
                 (SensorFault::DvlFalseLock { velocity_mps: wrong }, ObservationKind::Dvl { velocity_mps, .. }) => {
-                    /// One sigma of what is said, m/s: as of a lock on the bottom.
+                    /// One sigma of the reading, m/s: as with bottom lock.
                     const SIGMA_MPS: f64 = 0.01;
                     let noise = random.normals::<3>(SIGMA_MPS);
                     *velocity_mps = Some(core::array::from_fn(|i| wrong[i] + noise[i]));

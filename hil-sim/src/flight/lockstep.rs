@@ -23,7 +23,7 @@ pub struct Watched<'a> {
     pub time_us: u64,
     /// The true vehicle.
     pub truth: &'a VehicleTruth,
-    /// The backseat's record of the step; it says nothing while it is down, or where its clock runs backwards.
+    /// The backseat's record of the step; there is none while it is down, or where its clock runs backwards.
     pub telemetry: Option<&'a Telemetry>,
     /// What it fused, at its own times.
     pub fusions: &'a [FusionRecord],

@@ -137,7 +137,7 @@ impl Recorder {
         self.row(row);
     }
 
-    /// Fins and propeller as told from `time_us` on; whether that is new.
+    /// Fins and propeller as commanded from `time_us` on; whether that is new.
     pub(super) fn actuators(&mut self, time_us: u64, targets: Actuators) -> bool {
         if self.targets == Some(targets) {
             return false;

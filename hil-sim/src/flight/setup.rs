@@ -1,4 +1,4 @@
-//! What the board is told before it flies: its vehicle and its site, as parameters.
+//! The board's parameters before a flight: vehicle and site.
 
 use crate::scenario::{ControlLaw, ControlMode, Scenario};
 
@@ -12,7 +12,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
     let settings = &scenario.settings;
     let environment = &settings.environment;
     let backseat = &settings.backseat;
-    let mut values = scenario.told_vehicle().flatten();
+    let mut values = scenario.declared_vehicle().flatten();
     for (name, value) in &mut values {
         if name == "sensors.depth_m" {
             // Rounding adds the variance of a uniform error.
@@ -40,7 +40,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.adopt", f64::from(u8::from(backseat.adopt))),
         ("app.control_law", control_law),
         ("app.control_mode", f64::from(u8::from(helm))),
-        // A frontseat that steers by itself tells its fins only in its state: the model needs them often.
+        // A frontseat that steers by itself reports its fins only in its state: the model needs them often.
         ("app.status_rate_hz", if helm { 10.0 } else { 1.0 }),
     ];
     values.extend(app.map(|(name, value)| (name.to_owned(), value)));

@@ -26,7 +26,7 @@ pub struct Backseat {
     pub current_state: bool,
     /// Use identified parameters that have predicted better.
     pub adopt: bool,
-    /// Inertia, drag, fins and thrust as told to the backseat are each too high or too low by this share; the seed has the
+    /// The backseat's values of inertia, drag, fins and thrust are each too high or too low by this share; the seed has the
     /// signs.
     #[serde(deserialize_with = "quantity::share")]
     pub wrong_share: f64,
@@ -72,9 +72,9 @@ pub enum ControlMode {
 }
 
 impl Scenario {
-    /// The vehicle as it is told to the backseat: what is declared, wrong by `backseat.wrong_share`.
+    /// The vehicle that the backseat is given: the declared one, wrong by `backseat.wrong_share`.
     #[must_use]
-    pub fn told_vehicle(&self) -> VehicleFile {
+    pub fn declared_vehicle(&self) -> VehicleFile {
         let parameters = perturbed(&self.vehicle.parameters, self.settings.backseat.wrong_share, self.settings.seed);
         VehicleFile { parameters, ..self.vehicle.clone() }
     }

@@ -35,7 +35,7 @@ pub struct FinFault {
 pub struct Undeclared {
     /// Something caught on the hull.
     pub drag_change: DragChange,
-    /// The propeller turns (1 − rate · t) of what it is told, 1/s.
+    /// The propeller turns at (1 − rate · t) of the command, 1/s.
     pub thrust_decay_per_s: f64,
     /// Top, bottom, port, starboard.
     pub fins: [FinFault; 4],

@@ -108,7 +108,7 @@ impl ResidualChannel {
     }
 }
 
-/// What one sensor said at one time.
+/// One sensor's reading at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
     /// Depth, m.
@@ -206,7 +206,7 @@ impl Samples {
                 let launch_us = row.launch_us().unwrap_or(arrival_us.saturating_sub(flight_us));
                 match ship_at(&ship, launch_us, row.ship_at_launch_m(), vehicle.sensors.ship_gnss_m) {
                     Some(ship) => {
-                        // A ship whose velocity nobody told gives no range rate.
+                        // Without the ship's velocity there is no range rate.
                         let range_rate_mps = range_rate_mps.filter(|_| ship.velocity_variance_m2ps2.is_finite());
                         let reading = Reading::Acoustic { range_m, range_rate_mps, ship };
                         samples.events.push((seconds(arrival_us), LogEvent::Reading(reading)));
@@ -231,7 +231,7 @@ impl Samples {
     }
 }
 
-/// A straight line through the ship's fixes about the launch; without fixes what the packet said.
+/// A straight line through the ship's fixes about the launch; without fixes the packet's position.
 fn ship_at(fixes: &[(u64, [f64; 2])], launch_us: u64, told_m: Option<[f64; 2]>, sigma_m: f64) -> Option<ShipAtLaunch> {
     let first = fixes.partition_point(|fix| fix.0 + SHIP_WINDOW_US < launch_us);
     let last = fixes.partition_point(|fix| fix.0 <= launch_us + SHIP_WINDOW_US);

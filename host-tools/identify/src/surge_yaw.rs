@@ -32,7 +32,7 @@ pub const UNITS: [&str; COEFFICIENTS] = ["m/s² per count²", "1/m", "1/s", "1/s
 const SEGMENT: usize = 20;
 /// Longer between two samples is a gap, s.
 const GAP_S: f64 = 3.0;
-/// A speed that keeps its last digit so often is no measurement but what the vehicle was told to go.
+/// A speed that keeps its last digit so often is not a measurement but the commanded speed.
 const FROZEN: usize = 5;
 /// Steps of the integration in one interval.
 const STEPS: usize = 5;

@@ -5,7 +5,7 @@ use crate::{BackseatError, Ports};
 use backseat_wire::hostlink::Port;
 use std::io;
 
-/// Ports of a backseat whose host port somebody else hears and may ask as well.
+/// Ports of a backseat whose host port a second program can read and write.
 ///
 /// What is asked there reaches the board and no session log, so this is for flights that are not replayed to the bit.
 pub struct Tap<P> {
@@ -70,16 +70,16 @@ mod tests {
     use super::*;
     use std::io::{Read, Write};
 
-    /// A board that says the same forever and keeps what it is told.
+    /// A board that repeats one message and keeps the bytes that it receives.
     #[derive(Default)]
     struct Talker {
-        told: Vec<u8>,
+        received: Vec<u8>,
     }
 
     impl Ports for Talker {
         fn write(&mut self, port: Port, bytes: &[u8]) -> Result<(), BackseatError> {
             assert_eq!(port, Port::Host);
-            self.told.extend_from_slice(bytes);
+            self.received.extend_from_slice(bytes);
             Ok(())
         }
 
@@ -105,11 +105,11 @@ mod tests {
         watcher.read_exact(&mut heard).unwrap();
         assert_eq!(&heard, b"telemetry ", "of the host port only");
         watcher.write_all(b"who?").unwrap();
-        while tap.ports.told.is_empty() {
+        while tap.ports.received.is_empty() {
             tap.read(Port::Host, &mut received).unwrap();
         }
-        assert_eq!(tap.ports.told, b"who?");
-        // far beyond what a terminal holds for somebody who does not read
+        assert_eq!(tap.ports.received, b"who?");
+        // far beyond what a terminal holds for a program that does not read
         for _ in 0..10_000 {
             tap.poll(Port::Host, &mut Vec::new()).unwrap();
         }

@@ -1,5 +1,5 @@
 //! `backseat check --hil`: a board on the bench without devices, TX and RX of each device port joined behind its
-//! transceiver, a pulse per second from a generator. And the report that somebody signs.
+//! transceiver, a pulse per second from a generator. And the signed report.
 
 use super::judge::{self, Line, Look, Verdict};
 use super::{look, wiggle};

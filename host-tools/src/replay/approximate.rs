@@ -1,10 +1,10 @@
-//! A session with a PC's times: the app on board time as well as it can be told from the telemetry.
+//! A session with a PC's times: the app on board time, reconstructed from the telemetry.
 //!
-//! The PC reads each byte late, by cable and buffers, and nobody recorded the app's own steps and pulse edges: the replay
+//! The PC reads each byte late, by cable and buffers, and no record holds the app's own steps and pulse edges: the replay
 //! is close to what the board computed, never the same to the bit.
 
 use super::board::{settings, take};
-use super::survey::{Survey, Told, told};
+use super::survey::{ReportedStep, Survey, reported_step};
 use anyhow::bail;
 use backseat_app::{App, START_US, STEP_US};
 use backseat_data::session::{Entry, Event};
@@ -21,7 +21,7 @@ pub struct Approximate {
     /// The PC's clock minus the board's, µs.
     offset_us: i64,
     /// Steps that the board is known to have taken; without telemetry, every 0.1 s from the first byte on.
-    steps: VecDeque<Told>,
+    steps: VecDeque<ReportedStep>,
     has_telemetry: bool,
     next_us: Option<u64>,
     /// UTC minus board time at the last step, µs.
@@ -49,13 +49,13 @@ pub struct Outcome {
 impl Approximate {
     pub fn new(survey: &Survey) -> Self {
         let mut outcome = Outcome::default();
-        let starts = survey.told.windows(2).position(|pair| pair[1].time_us <= pair[0].time_us);
-        let told = &survey.told[..starts.map_or(survey.told.len(), |i| i + 1)];
-        if let Some(last) = told.last().filter(|_| starts.is_some()) {
+        let starts = survey.reported.windows(2).position(|pair| pair[1].time_us <= pair[0].time_us);
+        let reported = &survey.reported[..starts.map_or(survey.reported.len(), |i| i + 1)];
+        if let Some(last) = reported.last().filter(|_| starts.is_some()) {
             let t_s = last.time_us as f64 * 1e-6;
             outcome.notes.push(format!("the board started again after {t_s:.1} s: replayed up to there"));
         }
-        if told.is_empty() {
+        if reported.is_empty() {
             outcome.notes.push(
                 "no telemetry of the board in it: nothing to compare with, and no pulse edges, without \
                                 which acoustic ranges are left out"
@@ -65,13 +65,13 @@ impl Approximate {
         if !survey.has_parameters {
             outcome.notes.push("no parameters of the board in it: the defaults".to_owned());
         }
-        // The telemetry that was read the soonest tells best.
-        let offset = |told: &Told| told.read_us as i64 - told.time_us as i64;
+        // The telemetry that was read soonest after its step is the best.
+        let offset = |step: &ReportedStep| step.read_us as i64 - step.time_us as i64;
         Self {
             app: Box::new(App::new()),
-            offset_us: told.iter().map(offset).min().unwrap_or(0),
-            steps: told.iter().copied().collect(),
-            has_telemetry: !told.is_empty(),
+            offset_us: reported.iter().map(offset).min().unwrap_or(0),
+            steps: reported.iter().copied().collect(),
+            has_telemetry: !reported.is_empty(),
             next_us: None,
             utc_offset_us: None,
             decoder: Decoder::new(),
@@ -79,7 +79,7 @@ impl Approximate {
         }
     }
 
-    /// What the session says next; false when the rest cannot be replayed.
+    /// Takes the session's next entry; false when the rest cannot be replayed.
     pub fn take(&mut self, entry: Entry) -> anyhow::Result<bool> {
         match entry.event {
             Event::Parameters(values) => {
@@ -110,9 +110,9 @@ impl Approximate {
 
     /// Takes the steps that are due before bytes of this time.
     fn advance(&mut self, time_us: u64) {
-        while let Some(told) = self.steps.pop_front_if(|told| told.time_us < time_us) {
-            self.edges(&told);
-            self.step(told.time_us, told.position_m);
+        while let Some(step) = self.steps.pop_front_if(|step| step.time_us < time_us) {
+            self.edges(&step);
+            self.step(step.time_us, step.position_m);
         }
         while let Some(next_us) = self.next_us.filter(|next_us| *next_us < time_us) {
             self.step(next_us, None);
@@ -121,13 +121,13 @@ impl Approximate {
     }
 
     /// The edge since the last step, where UTC rests on edges.
-    fn edges(&mut self, told: &Told) {
-        let offset_us = (told.utc_us != 0).then(|| told.utc_us as i64 - told.time_us as i64);
+    fn edges(&mut self, step: &ReportedStep) {
+        let offset_us = (step.utc_us != 0).then(|| step.utc_us as i64 - step.time_us as i64);
         let before_us = std::mem::replace(&mut self.utc_offset_us, offset_us);
         let (Some(offset_us), Some(before_us)) = (offset_us, before_us) else { return };
-        let since_us = told.utc_us % SECOND_US;
+        let since_us = step.utc_us % SECOND_US;
         if (offset_us - before_us).abs() <= STEADY_US && since_us < STEP_US {
-            self.app.pps(told.time_us.saturating_sub(since_us));
+            self.app.pps(step.time_us.saturating_sub(since_us));
             self.outcome.edges += 1;
         }
     }
@@ -146,7 +146,7 @@ impl Approximate {
         let mut replayed_m = None;
         while let Some(frame) = self.decoder.feed(&mut said) {
             if let Ok(FromBoard::Telemetry(record)) = frame.and_then(|frame| frame.message()) {
-                replayed_m = told(time_us, &record).position_m;
+                replayed_m = reported_step(time_us, &record).position_m;
             }
         }
         match (logged_m, replayed_m) {

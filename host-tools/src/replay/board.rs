@@ -1,4 +1,4 @@
-//! The app as its board had it: started, fed and drained as the session says.
+//! The app as on its board: started, fed and drained as in the session.
 
 use super::compare::{Comparison, Difference, seconds};
 use super::survey::{Stored, Survey};
@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 /// A board that is replayed to the bit.
 pub struct Replay {
     app: Box<App>,
-    /// Said at its start, and not done yet: parameters come before.
+    /// The start, still to be done: parameters come first.
     starting: Option<(Restart, Response)>,
     stored: VecDeque<Stored>,
     lockstep: bool,
@@ -67,7 +67,7 @@ impl Replay {
         replay
     }
 
-    /// What the log says next.
+    /// Takes the log's next entry.
     pub fn take(&mut self, entry: Entry) -> anyhow::Result<()> {
         let Entry { time_us, event } = entry;
         match event {
@@ -146,7 +146,7 @@ impl Replay {
             let mut buffer = [0; MAX_FRAME];
             let frame = encode(&request, &mut buffer).map_err(|error| anyhow!("{error:?}"))?;
             self.app.receive(Port::Host, self.time_us, frame);
-            // nobody asked for these answers
+            // these answers were not asked for
             self.discard();
         }
         if *self.app.parameters() != wanted {
@@ -253,9 +253,7 @@ impl Replay {
         }
         let Comparison { bytes, messages, losses, difference, .. } = self.comparison;
         if losses > 0 {
-            self.outcome
-                .notes
-                .push(format!("{losses} messages of the board tell of received bytes that its drivers lost"));
+            self.outcome.notes.push(format!("the board reports {losses} times that its drivers lost received bytes"));
         }
         Outcome { bytes, messages, record: difference, ..self.outcome }
     }
@@ -277,10 +275,9 @@ pub fn take(app: &mut App, port: Port, limit: usize) -> Vec<u8> {
 pub fn settings(values: &[(String, f64)]) -> anyhow::Result<Settings> {
     let mut settings = Settings::DEFAULT;
     for (name, value) in values {
-        let parameter =
-            parameters::find(name).ok_or_else(|| anyhow!("no parameter of this program is called {name}"))?;
+        let parameter = parameters::find(name).ok_or_else(|| anyhow!("{name}: this program has no such parameter"))?;
         if !(parameter.min..=parameter.max).contains(value) {
-            bail!("{name} = {value} is not within {} to {}", parameter.min, parameter.max);
+            bail!("{name} = {value}: expected {} to {}", parameter.min, parameter.max);
         }
         parameter.set(&mut settings, *value);
     }

@@ -185,7 +185,7 @@ enum Judgement {
     Same,
     /// The same but for what the board's drivers counted.
     Losses,
-    /// The board said this by itself.
+    /// The board sent this without a request.
     OnlyLogged {
         losses: bool,
     },

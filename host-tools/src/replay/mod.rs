@@ -23,12 +23,12 @@ Examples:
   backseat replay LOG00012.BSL --json                the log of a board's memory card
   backseat replay session.mcap --to dvl=/dev/ttyUSB1 ahrs=/dev/ttyUSB2:115200 --realtime
 
-Without --to the app runs in this program, as fast as it can, on all that its board was given: parameters, bytes, pulse
-edges, steps. What it computes and sends is compared with what the board computed and sent; the first difference is told
-with time, record and field, and the exit code is then 1. A session of `backseat record` has the times of a PC instead of
-the board's: it is replayed as well as its telemetry tells the board's time, and the distance is told.
-With --to the bytes that the board received at these ports are written to devices, as fast as they take them, or
-(--realtime) when they came. Ports: frontseat, dvl, ahrs, modem, host.";
+Without --to the app runs in this program, as fast as it can, on everything that the board received: parameters, bytes,
+PPS edges, steps. Its results and the bytes it sends are compared with the board's. The first difference is printed with
+time, record and field, and the exit code is then 1. A session of `backseat record` has the times of a PC instead of the
+board's: the board's time is then reconstructed from its telemetry, and the distance of both estimates is printed.
+With --to the bytes that the board received at these ports are written to devices, as fast as these take them, or with
+--realtime at their recorded times. Ports: frontseat, dvl, ahrs, modem, host.";
 
 /// Replay a session through the flight code, or to ports
 #[derive(clap::Args)]
@@ -39,7 +39,7 @@ pub struct Args {
     /// Write what a port of the board received to a device instead
     #[arg(long, value_name = "NAME=PATH[:BAUD]", num_args = 1..)]
     to: Vec<Source>,
-    /// Each byte when it came
+    /// Write each byte at its recorded time
     #[arg(long, requires = "to")]
     realtime: bool,
     /// Print one JSON object

@@ -14,9 +14,9 @@ pub struct Stored {
     pub kept: bool,
 }
 
-/// What the board said of one step, and when that was read.
+/// The board's report of one step, and when it was read.
 #[derive(Clone, Copy, Debug)]
-pub struct Told {
+pub struct ReportedStep {
     /// The session's clock, µs.
     pub read_us: u64,
     /// Board time, µs.
@@ -37,7 +37,7 @@ pub struct Survey {
     /// What a memory for parameters did, which only its board knew.
     pub stored: VecDeque<Stored>,
     /// Telemetry, step by step.
-    pub told: Vec<Told>,
+    pub reported: Vec<ReportedStep>,
     pub has_parameters: bool,
 }
 
@@ -103,7 +103,7 @@ impl Listener {
             match message {
                 FromBoard::Telemetry(record) => {
                     self.step_us = Some(record.time_us);
-                    survey.told.push(told(read_us, &record));
+                    survey.reported.push(reported_step(read_us, &record));
                 }
                 FromBoard::Adoption(Adoption { time_us, event, .. }) => {
                     let kept = event == AdoptionEvent::Stored;
@@ -125,7 +125,7 @@ impl Listener {
     }
 }
 
-pub fn told(read_us: u64, record: &Telemetry) -> Told {
+pub fn reported_step(read_us: u64, record: &Telemetry) -> ReportedStep {
     let Telemetry { time_us, utc_us, state: [x_m, y_m, ..], sigma, .. } = *record;
-    Told { read_us, time_us, utc_us, position_m: (sigma[0] > 0.0).then_some([x_m, y_m]) }
+    ReportedStep { read_us, time_us, utc_us, position_m: (sigma[0] > 0.0).then_some([x_m, y_m]) }
 }

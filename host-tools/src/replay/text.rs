@@ -17,7 +17,7 @@ impl fmt::Display for Difference {
 }
 
 impl board::Outcome {
-    /// What tells most: a record where there is one.
+    /// The most informative difference: a record where there is one.
     pub fn first_difference(&self) -> Option<&Difference> {
         self.record.as_ref().or(self.step.as_ref())
     }

@@ -8,7 +8,7 @@ use hil_sim::scenario::{Request, effects};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// What the command line says.
+/// Command line.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Examples:
   backseat sim dataset --effect random --seed 1 --hours 1 --out set1
@@ -16,8 +16,8 @@ use std::path::PathBuf;
   backseat sim dataset --effect none --seed 3 --hours 0.5 --out set3 --noise coloured
   backseat sim dataset --list")]
 pub struct Arguments {
-    /// NAME, NAME:parameter=value,…, random (of the catalogue), random-outside (of what is in no catalogue) or none;
-    /// what has no number is drawn by the seed. Can be repeated.
+    /// NAME, or NAME:parameter=value,…; `random` (from the catalogue), `random-outside` (from effects in no catalogue)
+    /// or `none`. The seed draws missing numbers. May be repeated.
     #[arg(long = "effect", value_name = "NAME", required_unless_present = "list")]
     effects: Vec<String>,
     /// Seed of everything: effects, mission, noise.
@@ -41,7 +41,7 @@ pub struct Arguments {
     /// No acoustic ranges.
     #[arg(long)]
     no_ranges: bool,
-    /// The log has the water's density.
+    /// Log the water density (CTD).
     #[arg(long)]
     ctd: bool,
     /// Spectra of the noise.
@@ -50,7 +50,7 @@ pub struct Arguments {
     /// List the effects with their parameters and end.
     #[arg(long)]
     list: bool,
-    /// Print one JSON object on stdout; it does not tell the effects.
+    /// Print one JSON object on stdout; it does not reveal the effects.
     #[arg(long)]
     json: bool,
 }

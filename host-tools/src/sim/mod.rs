@@ -14,9 +14,9 @@ use std::sync::atomic::AtomicBool;
 pub enum Simulation {
     /// Fly a scenario against a backseat and judge its navigation
     Run(run::Arguments),
-    /// Make a measured log of a vehicle that does more than was declared; the truth goes to a folder of its own
+    /// Make the log of a vehicle with undeclared effects; the truth goes to a folder of its own
     Dataset(dataset::Arguments),
-    /// Fly every fault there is and judge how the backseat copes
+    /// Fly every fault of the table and judge how the backseat copes
     Faults(fault_table::Arguments),
 }
 

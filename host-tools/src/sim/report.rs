@@ -87,7 +87,7 @@ pub fn picture(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &
 
 fn verdict(scenario: &Scenario, flight: &FlightLog, analysis: &Analysis) -> String {
     let Some(backseat) = analysis.configurations.first() else {
-        return "The backseat never navigated.".to_owned();
+        return "The backseat never had a position.".to_owned();
     };
     let track = analysis.track.as_ref().map_or(String::new(), |track| {
         format!(
@@ -97,7 +97,7 @@ fn verdict(scenario: &Scenario, flight: &FlightLog, analysis: &Analysis) -> Stri
     });
     let unfinished = if flight.finished { "" } else { " The mission was not flown to its end." };
     format!(
-        "With{} a DVL, on its own estimate, the vehicle knew its place to {:.2} m (median; 95 % {:.2} m) over {:.1} h{track}.{unfinished}",
+        "With{} a DVL, on its own estimate, the horizontal error of the vehicle's position was {:.2} m (median; 95 % {:.2} m) over {:.1} h{track}.{unfinished}",
         if scenario.settings.backseat.dvl { "" } else { "out" },
         backseat.error.median_m,
         backseat.error.p95_m,
@@ -118,7 +118,7 @@ fn errors_table(analysis: &Analysis) -> Table {
 }
 
 fn faults_table(scenario: &Scenario) -> Table {
-    let table = Table::new("What broke (the backseat was not told)", &["fault"]);
+    let table = Table::new("Injected faults (not known to the backseat)", &["fault"]);
     scenario.settings.faults.iter().fold(table, |table, fault| table.row(vec![fault.to_string()]))
 }
 

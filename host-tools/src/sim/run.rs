@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// The session log: all that passed over the ports.
 const SESSION: &str = "session.mcap";
 
-/// What the command line says.
+/// Command line.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(after_help = "Examples:
   backseat sim run
@@ -32,29 +32,29 @@ const SESSION: &str = "session.mcap";
 pub struct Arguments {
     /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption.
     scenario: Option<PathBuf>,
-    /// Which backseat: `host`, the app as a process on virtual serial ports; `qemu`, the ARM image; or a board, as
-    /// the five serial ports frontseat,dvl,ahrs,modem,host with commas between them.
+    /// Backseat to fly: `host`, a Linux process; `qemu`, the ARM image; or a board, by its five serial ports in
+    /// the order frontseat,dvl,ahrs,modem,host.
     #[arg(long, value_name = "host|qemu|PORTS", default_value = "host")]
     backseat: String,
     /// ARM image for `--backseat qemu` [default: built from the sources].
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
-    /// At the speed of the clock instead of in lock-step.
+    /// Fly in real time instead of as fast as possible.
     #[arg(long)]
     realtime: bool,
-    /// With --realtime: a further virtual serial port, on which `backseat monitor` shows the flight.
+    /// With --realtime: open one more serial port, for `backseat monitor`.
     #[arg(long, requires = "realtime")]
     monitor: bool,
     /// Seed of all randomness instead of the scenario's.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Inject an effect: NAME or NAME:parameter=value,…; without numbers the seed draws them. Can be repeated.
+    /// Inject an effect: NAME, or NAME:parameter=value,…; the seed draws missing numbers. May be repeated.
     #[arg(long = "effect", value_name = "NAME", value_parser = Request::parse)]
     effects: Vec<Request>,
-    /// Inject an effect of the catalogue that the seed picks; which, is in truth/effects.json.
+    /// Inject an effect that the seed picks from the catalogue; truth/effects.json names it.
     #[arg(long)]
     random_effect: bool,
-    /// End after this simulated time.
+    /// End after this simulated time, minutes.
     #[arg(long, value_name = "MINUTES", allow_negative_numbers = true)]
     minutes: Option<f64>,
     /// Folder for log.csv, truth.csv, session.mcap and report.html [default: a new one in out/].
@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         flight::fly(&scenario, &mut client, Some(&folder), &stop, progress)
     };
     drop(bar);
-    let flight = flight.with_context(|| format!("flight (what was flown is in {})", folder.display()))?;
+    let flight = flight.with_context(|| format!("flight (the part that was flown is in {})", folder.display()))?;
     client.end_record()?;
     drop(client);
 
@@ -130,14 +130,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn start(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<(Box<dyn Ports>, String)> {
     let faults = &scenario.settings.faults;
     if arguments.realtime && Board::is_touched(faults) {
-        bail!("--realtime: the scenario resets the board or moves its clock, which needs lock-step");
+        bail!("--realtime: this scenario resets the board or moves its clock, which works in lock-step only");
     }
     match arguments.backseat.as_str() {
         "host" | "" if Board::is_reset(faults) => {
             Ok((Box::new(InProcess::new()), "the app in this process, which the scenario can reset".to_owned()))
         }
         _ if Board::is_reset(faults) => {
-            bail!("--backseat {}: only `host` can be reset by the scenario", arguments.backseat)
+            bail!("--backseat {}: this scenario resets the board, which works with `host` only", arguments.backseat)
         }
         "host" | "" => {
             let program = std::env::current_exe().context("this program's own path")?;
@@ -151,14 +151,16 @@ fn start(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<(Box<dyn 
             Ok((Box::new(backseat), format!("{} in QEMU", image.display())))
         }
         ports if ports.starts_with('/') => Ok((Box::new(Serial::open(ports)?), ports.to_owned())),
-        other => bail!("--backseat {other}: `host`, `qemu` or five serial ports (frontseat,dvl,ahrs,modem,host)"),
+        other => {
+            bail!("--backseat {other}: expected `host`, `qemu` or five serial ports (frontseat,dvl,ahrs,modem,host)")
+        }
     }
 }
 
-/// The same ports with one more, whose path it tells.
+/// The same ports with one more, whose path is printed.
 fn watched(backseat: Box<dyn Ports>) -> anyhow::Result<Box<dyn Ports>> {
     let tap = Tap::new(backseat).context("a port to watch from")?;
-    eprintln!("watch it: backseat monitor {}", tap.path());
+    eprintln!("to watch it: backseat monitor {}", tap.path());
     Ok(Box::new(tap))
 }
 
@@ -176,7 +178,7 @@ fn load(arguments: &Arguments) -> anyhow::Result<Scenario> {
     }
     if let Some(minutes) = arguments.minutes {
         if !(minutes > 0.0 && minutes.is_finite()) {
-            bail!("--minutes {minutes}: a positive number is needed");
+            bail!("--minutes {minutes}: expected a positive number");
         }
         scenario.settings.duration_s = scenario.settings.duration_s.min(minutes * 60.0);
     }
@@ -199,13 +201,13 @@ fn folder(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<PathBuf>
         }
     };
     if folder.join("log.csv").exists() {
-        bail!("{}: holds a flight already; choose another --out", folder.display());
+        bail!("{}: this folder holds a flight already; choose another with --out", folder.display());
     }
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     Ok(folder)
 }
 
-/// The session log, with the vehicle that the board is told and the scenario.
+/// The session log, with the scenario and the vehicle that the board is given.
 fn session(arguments: &Arguments, scenario: &Scenario, folder: &Path) -> anyhow::Result<Writer> {
     let Settings { name, seed, .. } = &scenario.settings;
     let clock = if arguments.realtime { Clock::Host } else { Clock::Board };
@@ -223,7 +225,7 @@ fn session(arguments: &Arguments, scenario: &Scenario, folder: &Path) -> anyhow:
             bytes: text.into_bytes(),
         })
     };
-    attach("vehicle.toml", scenario.told_vehicle().to_toml("the vehicle that the backseat was told"))?;
+    attach("vehicle.toml", scenario.declared_vehicle().to_toml("the vehicle that the backseat was given"))?;
     if let Some(path) = arguments.scenario.as_ref().filter(|path| path.is_file()) {
         attach("scenario.toml", std::fs::read_to_string(path).with_context(|| path.display().to_string())?)?;
     }

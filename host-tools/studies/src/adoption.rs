@@ -1,12 +1,12 @@
 //! `backseat studies adoption`: what the backseat gains from using the parameters it identified.
 //!
-//! Each seed flies the scenario `adoption` three times: told the true parameters, told parameters that are wrong and made to keep
-//! them, told wrong ones and allowed to use what it identifies. Judged is the backseat's own horizontal error from the loss of
+//! Each seed flies the scenario `adoption` three times: with the true parameters declared, with wrong ones that it has to
+//! keep, and with wrong ones that it may replace by what it identifies. Judged is the backseat's own horizontal error from the loss of
 //! the DVL on.
 
 use crate::EnsembleArguments;
 use crate::ensemble::run_all;
-use crate::table::{markdown_table, with_interval};
+use crate::table::{markdown_table, with_interval, wrapped};
 use anyhow::Context;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::theta::{BETA1, BETA5, D11, M11, NAMES, Theta, theta_of};
@@ -20,9 +20,9 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
 
-/// How the backseat is told its vehicle.
+/// Which parameters the backseat is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
+pub enum Declared {
     /// The true parameters.
     True,
     /// Wrong ones, to keep.
@@ -31,7 +31,7 @@ pub enum Told {
     Improving,
 }
 
-impl Told {
+impl Declared {
     /// In the order of the table.
     pub const ALL: [Self; 3] = [Self::True, Self::Wrong, Self::Improving];
 
@@ -51,7 +51,7 @@ pub struct Outcome {
     pub error: ErrorSummary,
     /// How often parameters were adopted, refused and reverted.
     pub verdicts: [usize; 3],
-    /// Relative error of each identified parameter but the scale's factor, told and in the end; adapted in the end.
+    /// Relative error of each identified parameter but the scale's factor, at the start and at the end; adapted at the end.
     pub parameters: Vec<(&'static str, f64, f64, bool)>,
 }
 
@@ -59,12 +59,12 @@ pub struct Outcome {
 ///
 /// # Errors
 /// A flight that fails.
-pub fn fly(seed: u64, told: Told, minutes: Option<f64>) -> anyhow::Result<Outcome> {
+pub fn fly(seed: u64, declared: Declared, minutes: Option<f64>) -> anyhow::Result<Outcome> {
     let mut scenario = Scenario::built_in("adoption")?;
     let settings = &mut scenario.settings;
     settings.seed = seed;
-    settings.backseat.adopt = told == Told::Improving;
-    if told == Told::True {
+    settings.backseat.adopt = declared == Declared::Improving;
+    if declared == Declared::True {
         settings.backseat.wrong_share = 0.0;
     }
     if let Some(minutes) = minutes {
@@ -72,12 +72,12 @@ pub fn fly(seed: u64, told: Told, minutes: Option<f64>) -> anyhow::Result<Outcom
     }
     let mut client = Client::new(InProcess::new());
     let flight = flight::fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})
-        .with_context(|| format!("seed {seed}, {}", told.name()))?;
+        .with_context(|| format!("seed {seed}, {}", declared.name()))?;
     let from_s = scenario.settings.sensors.dvl.until_s.unwrap_or(0.0);
     let error = error_from(&flight, from_s).with_context(|| format!("seed {seed}: over before the DVL is lost"))?;
     let count = |event| flight.adoptions.iter().filter(|verdict| verdict.event == event).count();
     let verdicts = [AdoptionEvent::Adopted, AdoptionEvent::Refused, AdoptionEvent::Reverted].map(count);
-    let parameters = parameter_errors(&scenario.vehicle.parameters, &scenario.told_vehicle().parameters, &flight);
+    let parameters = parameter_errors(&scenario.vehicle.parameters, &scenario.declared_vehicle().parameters, &flight);
     Ok(Outcome { error, verdicts, parameters })
 }
 
@@ -94,26 +94,26 @@ fn error_from(flight: &FlightLog, from_s: f64) -> Option<ErrorSummary> {
     ErrorSummary::of(&errors)
 }
 
-/// θ is known up to the factor by which the scale is told wrong, so errors are relative to the truth times that factor.
+/// θ is known up to the factor by which the declared scale is wrong, so errors are relative to the truth times that factor.
 fn parameter_errors(
     vehicle: &VehicleParameters,
-    told: &VehicleParameters,
+    declared: &VehicleParameters,
     flight: &FlightLog,
 ) -> Vec<(&'static str, f64, f64, bool)> {
-    let (truth, told) = (theta_of(vehicle), theta_of(told));
-    let factor = told[M11] / truth[M11];
+    let (truth, declared) = (theta_of(vehicle), theta_of(declared));
+    let factor = declared[M11] / truth[M11];
     let Some(last) = flight.identifications.last() else { return Vec::new() };
     let adapts = |j: usize| !matches!(last.visibility[j], Visibility::Frozen | Visibility::Known);
     let relative = |value: f64, j: usize| value / (factor * truth[j]) - 1.0;
     // What sets the steady speed: thrust over the drag of hull and fins together, which are collinear.
     let fins = 2.0 * vehicle.rho_kg_per_m3 * vehicle.fin_area_m2;
     let speed = |theta: &Theta| (theta[BETA5] / (theta[D11] + fins * theta[BETA1])).sqrt();
-    let [true_speed, told_speed, last_speed] = [&truth, &told, &Theta::from(last.theta)].map(speed);
-    let steady = ("steady speed", told_speed / true_speed - 1.0, last_speed / true_speed - 1.0, adapts(BETA5));
+    let [true_speed, declared_speed, last_speed] = [&truth, &declared, &Theta::from(last.theta)].map(speed);
+    let steady = ("steady speed", declared_speed / true_speed - 1.0, last_speed / true_speed - 1.0, adapts(BETA5));
     let known = |j: &usize| *j != M11 && truth[*j] != 0.0;
     (0..NAMES.len())
         .filter(known)
-        .map(|j| (NAMES[j], relative(told[j], j), relative(last.theta[j], j), adapts(j)))
+        .map(|j| (NAMES[j], relative(declared[j], j), relative(last.theta[j], j), adapts(j)))
         .chain([steady])
         .collect()
 }
@@ -124,15 +124,16 @@ fn parameter_errors(
 /// A flight that fails; a file that cannot be written.
 pub fn run(arguments: &EnsembleArguments) -> anyhow::Result<()> {
     let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
-    let plan: Vec<(u64, Told)> = seeds.flat_map(|seed| Told::ALL.map(|told| (seed, told))).collect();
-    let outcomes: Vec<Outcome> = run_all("flights", &plan, |(seed, told)| fly(*seed, *told, arguments.minutes))?;
-    let of = |told: Told| -> Vec<&Outcome> {
-        plan.iter().zip(&outcomes).filter(|((_, other), _)| *other == told).map(|(_, outcome)| outcome).collect()
+    let plan: Vec<(u64, Declared)> = seeds.flat_map(|seed| Declared::ALL.map(|declared| (seed, declared))).collect();
+    let outcomes: Vec<Outcome> =
+        run_all("flights", &plan, |(seed, declared)| fly(*seed, *declared, arguments.minutes))?;
+    let of = |declared: Declared| -> Vec<&Outcome> {
+        plan.iter().zip(&outcomes).filter(|((_, other), _)| *other == declared).map(|(_, outcome)| outcome).collect()
     };
-    let rows = Told::ALL.map(|told| (told, of(told)));
+    let rows = Declared::ALL.map(|declared| (declared, of(declared)));
     let text = markdown(arguments, &rows);
     if let Some(path) = &arguments.out {
-        std::fs::write(path, &text).with_context(|| path.display().to_string())?;
+        std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
     }
     if arguments.json {
         println!("{}", to_json(&rows));
@@ -146,24 +147,24 @@ fn medians(outcomes: &[&Outcome]) -> Vec<f64> {
     outcomes.iter().map(|outcome| outcome.error.median_m).collect()
 }
 
-fn markdown(arguments: &EnsembleArguments, rows: &[(Told, Vec<&Outcome>); 3]) -> String {
+fn markdown(arguments: &EnsembleArguments, rows: &[(Declared, Vec<&Outcome>); 3]) -> String {
     let EnsembleArguments { runs, first_seed, .. } = arguments;
     let cut = arguments.minutes.map_or(String::new(), |minutes| format!(" --minutes {minutes}"));
     let mut text = format!(
         "# Adoption of identified parameters\n\n\
          Made by `backseat studies adoption --runs {runs} --first-seed {first_seed}{cut}` (seeds {first_seed} to {}).\n\n\
          Scenario `adoption`, closed loop, the app in this process: twenty minutes of turns, dives and speeds of 0.8 to 1.4 m/s with a\n\
-         DVL, then four lines of 1 km without it. Inertia, drag, fins and thrust as told to the backseat are each 10 % too high or too\n\
-         low, with signs drawn by the seed. Dynamic model, packets every 30 s with range (1 m) and range rate, AHRS 3 Hz (1 degree,\n\
+         DVL, then four lines of 1 km without it. The backseat's values of inertia, drag, fins and thrust are each 10 % too high or\n\
+         too low, with signs drawn by the seed. Dynamic model, packets every 30 s with range (1 m) and range rate, AHRS 3 Hz (1 degree,\n\
          0.5 degrees/s), DVL 5 Hz (1 cm/s), process noise of the vehicle file. Horizontal error of the backseat's own estimate from the\n\
          loss of the DVL on: mean over the runs of each run's median and 95th percentile, with the 95 % interval of that mean; the\n\
          median over the runs; adoptions, refusals and reversions a run.\n\n",
         first_seed + runs - 1
     );
     let header =
-        ["told", "median [m]", "median of medians [m]", "95 % [m]", "largest [m]", "adopted / refused / reverted"];
+        ["declared", "median [m]", "median of medians [m]", "95 % [m]", "largest [m]", "adopted / refused / reverted"];
     let mut errors = markdown_table(header);
-    for (told, outcomes) in rows {
+    for (declared, outcomes) in rows {
         let median_m = medians(outcomes);
         let p95_m: Vec<f64> = outcomes.iter().map(|outcome| outcome.error.p95_m).collect();
         let largest = outcomes.iter().map(|outcome| outcome.error.max_m).fold(0.0, f64::max);
@@ -173,7 +174,7 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(Told, Vec<&Outcome>); 3]) ->
         });
         let [adopted, refused, reverted] = verdicts;
         errors.add_row([
-            told.name().to_owned(),
+            declared.name().to_owned(),
             with_interval(&median_m, 2),
             format!("{:.2}", median(&median_m).unwrap_or(f64::NAN)),
             with_interval(&p95_m, 2),
@@ -191,10 +192,10 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(Told, Vec<&Outcome>); 3]) ->
     );
     let _ = writeln!(
         text,
-        "\nRoot mean square over the runs of the identified parameters' errors, told and after the twenty minutes, relative to the\n\
-         truth times the factor by which m11, the scale, is told wrong; how often the parameter was excited in the end\n"
+        "\nRoot mean square over the runs of the identified parameters' errors, as declared and after the twenty minutes, relative to the\n\
+         truth times the factor by which the declared m11, the scale, is wrong; how often the parameter was excited at the end\n"
     );
-    let mut parameters = markdown_table(["parameter", "told [%]", "identified [%]", "excited"]);
+    let mut parameters = markdown_table(["parameter", "declared [%]", "identified [%]", "excited"]);
     let improving = &rows[2].1;
     for (i, (name, ..)) in improving.first().map_or(&[][..], |outcome| &outcome.parameters[..]).iter().enumerate() {
         let rms = |pick: fn(&(&'static str, f64, f64, bool)) -> f64| {
@@ -202,18 +203,18 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(Told, Vec<&Outcome>); 3]) ->
             100.0 * mean(&squares).unwrap_or(f64::NAN).sqrt()
         };
         let excited = improving.iter().filter(|outcome| outcome.parameters[i].3).count();
-        let (told, identified) = (rms(|p| p.1), rms(|p| p.2));
+        let (declared, identified) = (rms(|p| p.1), rms(|p| p.2));
         let excited = format!("{excited} of {}", improving.len());
-        parameters.add_row([(*name).to_owned(), format!("{told:.1}"), format!("{identified:.1}"), excited]);
+        parameters.add_row([(*name).to_owned(), format!("{declared:.1}"), format!("{identified:.1}"), excited]);
     }
     text + &format!("{parameters}\n")
 }
 
-fn to_json(rows: &[(Told, Vec<&Outcome>); 3]) -> Value {
-    let configurations = rows.iter().map(|(told, outcomes)| {
+fn to_json(rows: &[(Declared, Vec<&Outcome>); 3]) -> Value {
+    let configurations = rows.iter().map(|(declared, outcomes)| {
         let median_m = medians(outcomes);
         json!({
-            "name": told.name(),
+            "name": declared.name(),
             "runs": outcomes.len(),
             "median_m": mean(&median_m), "median_ci95_m": mean_ci95(&median_m),
             "medians_m": median_m,

@@ -1,4 +1,4 @@
-//! What makes `docs/results`: ensembles of seeded simulations, and the thesis' tables and figures beside ours.
+//! The programs behind `docs/results`: ensembles of seeded simulations, and the thesis' tables and figures beside ours.
 //!
 //! Every study is one command of `backseat studies`, except [`reproduce`] and [`fault_table`] (`backseat sim faults`).
 
@@ -44,13 +44,13 @@ pub enum Study {
   backseat studies navigation --runs 4 --minutes 60
   backseat studies navigation --first-seed 101 --out docs/results/navigation.md")]
     Navigation(EnsembleArguments),
-    /// What the backseat gains from using the parameters it identified
+    /// Gain of using the parameters that the backseat identified
     #[command(after_help = "Example:
   backseat studies adoption --runs 20 --first-seed 301 --out docs/results/adoption.md")]
     Adoption(EnsembleArguments),
     /// Packet-fed, centralized and information filter on one flight
     PacketNavigation(packet_navigation::Arguments),
-    /// Does the filter know how wrong it is: normalised errors and innovations, and the bound, over an ensemble
+    /// Is the filter's covariance right: normalised errors and innovations, and the Cramér-Rao bound, over an ensemble
     Consistency(consistency::Arguments),
     /// How often `diagnose` finds the right cause: verdicts over simulated logs of undeclared effects
     DiagnosisAccuracy(diagnosis_accuracy::Args),

@@ -1,4 +1,4 @@
-//! How tables and their numbers are written, Markdown.
+//! How pages are written: tables, their numbers, and prose of a width that can be read. Markdown.
 
 use backseat_data::stats::{mean, mean_ci95};
 use comfy_table::{Table, presets};
@@ -10,11 +10,81 @@ pub fn markdown_table<T: Into<String>>(header: impl IntoIterator<Item = T>) -> T
     table
 }
 
-/// Mean and its 95 % interval to so many digits, `1.20 (1.00 to 1.40)`.
+/// Mean and its 95 % interval to this number of digits, `1.20 (1.00 to 1.40)`.
 pub fn with_interval(samples: &[f64], digits: usize) -> String {
     match (mean(samples), mean_ci95(samples)) {
         (Some(mean), Some((low, high))) => format!("{mean:.digits$} ({low:.digits$} to {high:.digits$})"),
         (Some(mean), None) => format!("{mean:.digits$}"),
         _ => String::new(),
+    }
+}
+
+/// Longest line of prose.
+const WIDTH: usize = 118;
+
+/// A page with its paragraphs and list items broken to lines of [`WIDTH`]; tables, headings and code stay as they are.
+pub fn wrapped(page: &str) -> String {
+    let (mut out, mut paragraph, mut fenced) = (String::new(), String::new(), false);
+    for line in page.lines() {
+        let is_item = line.starts_with("- ") || line.starts_with("* ");
+        let is_verbatim = fenced
+            || line.is_empty()
+            || line.starts_with(['|', '#', '!', '<'])
+            || line.starts_with("```")
+            || line.starts_with("    ");
+        if (is_item || is_verbatim) && !paragraph.is_empty() {
+            break_lines(&mut out, &std::mem::take(&mut paragraph));
+        }
+        fenced ^= line.starts_with("```");
+        if is_verbatim {
+            out += line;
+            out.push('\n');
+        } else {
+            paragraph += line.trim_start();
+            paragraph.push(' ');
+        }
+    }
+    break_lines(&mut out, &paragraph);
+    out
+}
+
+/// One paragraph; a list item hangs under its first word.
+fn break_lines(out: &mut String, paragraph: &str) {
+    let indent = if paragraph.starts_with("- ") || paragraph.starts_with("* ") { "  " } else { "" };
+    let mut width = 0;
+    for word in paragraph.split_whitespace() {
+        let length = word.chars().count();
+        if width > 0 && width + 1 + length > WIDTH {
+            out.push('\n');
+            out.push_str(indent);
+            width = indent.len();
+        } else if width > 0 {
+            out.push(' ');
+            width += 1;
+        }
+        out.push_str(word);
+        width += length;
+    }
+    if width > 0 {
+        out.push('\n');
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prose_is_wrapped_and_nothing_else() {
+        let word = "word ".repeat(60);
+        let page =
+            format!("# {word}\n\n{word}\n`code` starts this.\n- {word}\n- item\n\n| {word}|\n\n```\n{word}\n```\n");
+        let wrapped = wrapped(&page);
+        for line in wrapped.lines().filter(|line| line.chars().count() > WIDTH) {
+            assert!(line.starts_with(['#', '|']) || line.trim() == word.trim(), "{line}");
+        }
+        assert!(wrapped.contains("word `code` starts this.\n- word") && wrapped.contains("\n  word"), "{wrapped}");
+        assert!(wrapped.contains("\n- item\n\n|"), "{wrapped}");
+        assert_eq!(page.split_whitespace().collect::<Vec<_>>(), wrapped.split_whitespace().collect::<Vec<_>>());
     }
 }

@@ -53,18 +53,18 @@ fn val_dynamic_filter_with_effects_is_consistent() {
 }
 
 #[test]
-fn val_filter_that_is_told_too_little_noise_is_found_out() {
-    let mut told = case("dynamic");
-    let world = told.clone();
-    // The world stays; the filter hears of half of its compass noise.
-    told.options.navigation.sensors.attitude_rad *= 0.5;
-    let ensemble = run_in(&world, &told.options, &SEEDS.collect::<Vec<_>>(), || {}).unwrap();
+fn val_filter_with_too_little_declared_noise_is_found_out() {
+    let world = case("dynamic");
+    let mut declared = world.clone();
+    // The world stays; the filter assumes half of its compass noise.
+    declared.options.navigation.sensors.attitude_rad *= 0.5;
+    let ensemble = run_in(&world, &declared.options, &SEEDS.collect::<Vec<_>>(), || {}).unwrap();
     let vehicle = of(&blocks(&ensemble, 30), "vehicle");
     assert!(vehicle.shares[0] < 0.1 && vehicle.mean > 1.3, "{} {:?}", vehicle.mean, vehicle.shares);
 }
 
 #[test]
-fn val_ranges_to_first_order_believe_too_much_in_an_unknown_current() {
+fn val_ranges_to_first_order_are_overconfident_in_an_unknown_current() {
     let [first, second] = ["dynamic + current, ranges to first order", "dynamic + current"].map(|name| {
         // Twice the default, and long enough for the position to be learnt, and too much of it to be believed.
         let mut case = Case { duration_s: 360, ..case(name) };

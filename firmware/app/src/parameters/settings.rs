@@ -213,7 +213,7 @@ impl AppSettings {
     };
 }
 
-/// Everything the app is told.
+/// All parameters of the app.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Plant and actuators.

@@ -135,7 +135,7 @@ impl RestartRecord {
         if new.resets.too_many() {
             return (Response::Safe, new);
         }
-        // how long a brown-out lasted nobody knows
+        // the duration of a brown-out is unknown
         let utc_us = last.utc_us.filter(|_| cause == ResetCause::Watchdog);
         let utc_us = utc_us.map(|us| us.saturating_add(WATCHDOG_DOWN_US));
         (Response::Resume { navigation: last.navigation, utc_us }, new)
@@ -163,7 +163,7 @@ impl ResetHistory {
     }
 }
 
-/// Resets that nobody asked for.
+/// Resets without a request.
 fn is_fault(cause: ResetCause) -> bool {
     !matches!(cause, ResetCause::PowerOn | ResetCause::Pin | ResetCause::Software)
 }

@@ -143,7 +143,7 @@ fn an_uncertain_position_degrades_and_then_ends_the_mission() {
 }
 
 #[test]
-fn a_doubted_depth_degrades_and_then_ends_the_mission() {
+fn a_suspect_depth_degrades_and_then_ends_the_mission() {
     let (mut world, mut board) = under_way();
     // a pressure sensor that is 10 m wrong from one moment to the next: 10 m are three sigmas of 0.1 m/s after 33 s
     world.x[Z] += 10.0;
@@ -165,7 +165,7 @@ fn a_doubted_depth_degrades_and_then_ends_the_mission() {
         seconds += 1;
     }
     assert!((5..40).contains(&seconds), "{seconds} s: consistent with the suspicion");
-    assert!(last(&mut board).sigma[Z] > 3.0, "it covers both stories: {}", last(&mut board).sigma[Z]);
+    assert!(last(&mut board).sigma[Z] > 3.0, "it covers both positions: {}", last(&mut board).sigma[Z]);
 }
 
 #[test]

@@ -46,7 +46,7 @@ pub enum ControlLaw {
     LqrOnReference,
 }
 
-/// Everything the controller is told before it runs.
+/// Configuration of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlConfig {
     /// PD or LQR.
@@ -147,7 +147,7 @@ pub enum ControlError {
     NoGain,
 }
 
-/// What a law is told besides the state.
+/// Inputs of a law besides the state.
 #[derive(Clone, Copy, Debug)]
 pub struct LawContext<'a> {
     /// Gains and limits.

@@ -1,4 +1,4 @@
-//! What the identifier is told before it starts.
+//! Configuration of the identifier.
 
 use super::theta::{BETA5, M11};
 use crate::dynamics::ParameterError;

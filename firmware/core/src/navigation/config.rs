@@ -1,4 +1,4 @@
-//! What the filter is told before it starts.
+//! Configuration of the filter.
 
 use super::{ConfigError, EffectStates, RobustPriors};
 use crate::effects::{EffectError, EffectSet};
@@ -96,7 +96,7 @@ pub struct SensorNoise {
     pub ship_gnss_m: f64,
 }
 
-/// Everything the filter is told before it starts.
+/// Everything that the filter is configured with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NavigationConfig {
     /// Kinematic or dynamic.
@@ -121,7 +121,7 @@ pub struct NavigationConfig {
     pub ship_transducer_depth_m: f64,
     /// A scalar innovation beyond this many of its own sigmas is rejected.
     pub gate_sigma: f64,
-    /// So many measurements of one sensor in a row beyond three fifths of the gate, and it is suspect.
+    /// Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.
     pub exceedances: u32,
     /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first, as in
     /// the thesis.

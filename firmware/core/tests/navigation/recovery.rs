@@ -127,7 +127,7 @@ fn used(fusions: &Fusions) -> bool {
 
 #[test]
 fn a_filter_that_is_wrong_is_pulled_in_by_good_ranges() {
-    // 120 m off: an outage of twenty minutes in a current of 0.1 m/s that nobody declared
+    // 120 m off: an outage of twenty minutes in a current of 0.1 m/s that is not declared
     let mut flight = Flight::new(1, [-72.0, 96.0], [0.0; 2]);
     let mut rejected = 0;
     while !flight.range(0.0) {
@@ -140,11 +140,11 @@ fn a_filter_that_is_wrong_is_pulled_in_by_good_ranges() {
     assert_eq!(flight.navigator.recoveries(Sensor::Range), 1);
     flight.ranges(20);
     // The position is that of the ranges: across the line of sight the suspicion that goes on leaves some 10 m. The
-    // covariance covers the other story too.
+    // covariance covers the other position too.
     assert!(flight.error_m() < 27.0, "{}", flight.error_m());
-    let contested_m = flight.navigator.unconfirmed_sigma(Sensor::Range);
-    assert!((25.0..50.0).contains(&contested_m), "two fifths of what was seen of 120 m: {contested_m}");
-    assert!(flight.navigator.horizontal_sigma_m() > contested_m);
+    let unconfirmed_m = flight.navigator.unconfirmed_sigma(Sensor::Range);
+    assert!((25.0..50.0).contains(&unconfirmed_m), "two fifths of what was seen of 120 m: {unconfirmed_m}");
+    assert!(flight.navigator.horizontal_sigma_m() > unconfirmed_m);
     // A fix settles it.
     assert!(flight.fix([0.0; 2]));
     assert_eq!(flight.navigator.unconfirmed_sigma(Sensor::Range), 0.0);
@@ -263,7 +263,7 @@ fn a_bottom_lock_that_stays_false_is_not_navigated_by_in_silence() {
 }
 
 #[test]
-fn a_doubted_source_that_falls_silent_leaves_both_stories_open() {
+fn a_suspect_source_that_falls_silent_stays_unconfirmed() {
     let mut flight = Flight::new(10, [0.0; 2], [0.0; 2]);
     flight.ranges(10);
     for _ in 0..3 {
@@ -272,9 +272,9 @@ fn a_doubted_source_that_falls_silent_leaves_both_stories_open() {
     assert!(flight.suspect());
     flight.run(301);
     assert!(!flight.suspect(), "there is nothing left to suspicion");
-    let contested_m = flight.navigator.unconfirmed_sigma(Sensor::Range);
-    assert!((34.0..38.0).contains(&contested_m), "two fifths of 90 m: {contested_m}");
-    assert!(flight.navigator.horizontal_sigma_m() >= contested_m);
+    let unconfirmed_m = flight.navigator.unconfirmed_sigma(Sensor::Range);
+    assert!((34.0..38.0).contains(&unconfirmed_m), "two fifths of 90 m: {unconfirmed_m}");
+    assert!(flight.navigator.horizontal_sigma_m() >= unconfirmed_m);
 }
 
 #[test]

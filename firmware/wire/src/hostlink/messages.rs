@@ -384,7 +384,7 @@ pub struct FaultReport {
     pub diagnosis: Option<FaultDiagnosis>,
 }
 
-/// The ship, as a packet told it that gave a range.
+/// The ship's state from a packet that gave a range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ship {
     /// Board time at which the packet was complete, µs.

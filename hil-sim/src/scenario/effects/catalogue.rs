@@ -66,7 +66,7 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { true;
     [number("offset_kg_per_m3", [-40.0, 40.0], Draw::Signed(1.0, 8.0))],
     density;
 
-    "thrust_decay", "the propeller turns (1 − rate t) of what it is told",
+    "thrust_decay", "the propeller turns at (1 − rate t) of the command",
     [number("per_hour", [-0.5, 0.5], Draw::Size(0.01, 0.2))],
     |p, v| p.undeclared.thrust_decay_per_s += v[0] / 3600.0;
 

@@ -4,7 +4,7 @@ use super::{Effect, EffectKind, FIN_NAMES};
 use crate::rng::Stream;
 use std::f64::consts::TAU;
 
-/// Where the value of a parameter comes from when nobody gives one. Sizes are log-uniform: as many small ones as
+/// Where the value of a parameter comes from when none is given. Sizes are log-uniform: as many small ones as
 /// large ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Draw {

@@ -2,7 +2,7 @@
 //!
 //! One table ([`all`]) holds every effect by name: the entries of the project's catalogue with its parameters and
 //! signs (biases measured minus true, ratios measured / true − 1), and others that are in no catalogue, so that a
-//! diagnosis can be tried on causes it cannot know. Each entry says what it changes in the simulated [`Physics`];
+//! diagnosis can be tried on causes it cannot know. Each entry states what it changes in the simulated [`Physics`];
 //! nothing of it comes from the backseat's code. To add one: add it to a table and let [`Physics`] have it.
 
 mod catalogue;
@@ -47,7 +47,7 @@ pub struct ParameterKind {
     pub range: [f64; 2],
     /// May be left out, and is then zero.
     pub optional: bool,
-    /// Where a value comes from when nobody gives one.
+    /// Where a value comes from when none is given.
     pub draw: Draw,
 }
 

@@ -24,7 +24,7 @@
 //! A session with [`Clock::Host`] has the times at which a PC read or wrote the bytes, and no steps.
 //!
 //! **Cuts.** Messages are written in chunks, each whole and with a CRC. A file that was cut off is
-//! good up to its last whole chunk; [`Reader::damage`] tells what is missing.
+//! good up to its last whole chunk; [`Reader::damage`] lists what is missing.
 
 mod board_log;
 mod format;

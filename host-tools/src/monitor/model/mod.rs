@@ -227,7 +227,7 @@ impl Model {
                 self.enquiry.hello();
                 self.same_schema = parameter_schema == PARAMETER_SCHEMA;
                 self.is_complete = false;
-                // somebody else may have asked as well
+                // another program may have asked as well
                 if self.firmware.as_deref() != Some(firmware) {
                     let other = if self.same_schema { "" } else { ", with parameters not known here" };
                     self.note(Severity::Info, format!("{firmware}{other}"));
@@ -268,7 +268,7 @@ impl Model {
                 let (severity, text) = words::adoption(&verdict);
                 self.note(severity, text);
             }
-            // Answers to somebody else.
+            // Answers to another program.
             FromBoard::StepDone(_) | FromBoard::Done | FromBoard::Refused(_) | FromBoard::Key { .. } => {}
         }
     }

@@ -72,11 +72,11 @@ pub struct Case {
     pub ship_prior: InitialShip,
     /// Effects, in the order of the filter's states.
     pub effects: Vec<EffectPrior>,
-    /// What an autopilot steers; empty: nobody steers.
+    /// What an autopilot steers; empty: no steering.
     pub legs: Vec<Leg>,
     /// Length, s.
     pub duration_s: u32,
-    /// What the bound assumes to be known is what the filter is told.
+    /// The bound assumes the same knowledge as the filter has.
     pub bounded: bool,
 }
 
@@ -152,7 +152,7 @@ pub fn cases(minutes: u32) -> Result<Vec<Case>, DataError> {
 fn options(vehicle: &VehicleFile, model: ProcessModel, effects: &[EffectPrior], prior: InitialState) -> FilterOptions {
     let mut options = FilterOptions::new(vehicle, model);
     options.use_dvl = false;
-    options.track_interval_us = 3_600_000_000; // nobody looks at it
+    options.track_interval_us = 3_600_000_000; // not used
     options.start = Some(Start { vehicle: prior, ship: Some(ship_prior()) });
     options.navigation.surface = None;
     options.navigation.ship_noise.linear_mps2_per_sqrt_hz = SHIP_NOISE;

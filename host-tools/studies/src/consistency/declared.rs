@@ -259,7 +259,7 @@ impl<'a> World<'a> {
         let opening =
             ((x - s1) * (velocity_mps[0] - v1) + (y - s2) * (velocity_mps[1] - v2) + z * velocity_mps[2]) / range_m;
         let arrival_us = (1e6 * (now_s - (1.0 - share) * STEP_S)).round() as u64;
-        // What a packet says of the ship is a raw fix.
+        // A packet's position of the ship is a raw fix.
         let fix = [s1 + sensors.ship_gnss_m * north, s2 + sensors.ship_gnss_m * east];
         let late_m = SOUND_SPEED_MPS * self.effect(Effect::ClockOffset);
         self.row(arrival_us)

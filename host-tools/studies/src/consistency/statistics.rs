@@ -62,7 +62,7 @@ pub fn blocks(ensemble: &Ensemble, from_s: usize) -> Vec<Inside> {
                 samples.iter().map(|sample| sample.nees[place]).sum::<f64>() / (runs * degrees) as f64
             };
             let averages = moments.iter().map(|(second, samples)| (*second as f64, average(samples)));
-            // A block that nobody tells has no average.
+            // A block that is never reported has no average.
             let averages = averages.filter(|(_, average)| !average.is_nan()).collect();
             (degrees > 0).then(|| Inside::of(block.name(), degrees as u64, runs as u64, averages)).flatten()
         })

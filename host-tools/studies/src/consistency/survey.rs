@@ -2,7 +2,7 @@
 //!
 //! The backseat flies the survey's lines in closed loop, from the surface down and up again; servos and propeller lag, the
 //! hull loses buoyancy at the surface, the ship sails its circle, the filters start from a fix. Consistent within the band
-//! nobody can be here; what matters is that no filter believes more than it knows.
+//! nobody can be here; what matters is that no filter is overconfident.
 
 use super::block::Block;
 use super::ensemble::{Ensemble, Run, SHIP_IN_PACKETS, Sample, add_square, squares, whole_second};
@@ -112,7 +112,7 @@ fn true_at(flight: &FlightLog, second: usize) -> Option<&hil_sim::truth::Vehicle
     Some(&flight.samples[place].truth)
 }
 
-/// What the board itself told: the covariance of the horizontal position only.
+/// The board's own estimate: the covariance of the horizontal position only.
 fn on_board(scenario: &Scenario, flight: &FlightLog) -> Run {
     let mut run = Run::default();
     for sample in &flight.samples {

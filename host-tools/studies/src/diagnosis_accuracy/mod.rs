@@ -12,6 +12,7 @@ mod verdicts;
 
 use crate::ensemble::run_and_keep;
 use crate::store::{Key, Store};
+use crate::table::wrapped;
 use anyhow::{Context, bail};
 use backseat_data::console;
 use backseat_data::output::{self, Existing};
@@ -20,7 +21,7 @@ use run::Run;
 use sections::Study;
 use std::path::PathBuf;
 
-/// Seeds below this were seen while `diagnose` was made.
+/// Seeds below this were used while `diagnose` was developed.
 const FIRST_SEED: u64 = 10_000;
 /// The only study of its file.
 const STUDY: &str = "";
@@ -33,9 +34,9 @@ Examples:
   backseat studies diagnosis-accuracy --out study --runs 40        the first forty runs of it
   backseat studies diagnosis-accuracy --out try --first-seed 100   seeds on which `diagnose` may be tried and changed
 
-Each run is a simulated log of half an hour with an effect that nobody declares, or two, or none, or one that is in no
-catalogue. A finished run is kept in DIR/runs.jsonl at once, and the same command goes on from there; Ctrl-C ends the
-runs under way. The page, DIR/study.md and DIR/study.html, is of what is finished.";
+Each run is a simulated log of half an hour with an undeclared effect, or two, or none, or one that is in no catalogue.
+Finished runs are kept in DIR/runs.jsonl, and the same command resumes there. Ctrl-C stops the runs under way. The page,
+DIR/study.md and DIR/study.html, covers the finished runs.";
 
 /// How often the right cause is found: verdicts over simulated logs of undeclared effects
 #[derive(clap::Args)]
@@ -47,7 +48,7 @@ pub struct Args {
     /// Number of runs
     #[arg(long, value_name = "N", default_value_t = 1600, value_parser = clap::value_parser!(u64).range(1..1_000_000))]
     runs: u64,
-    /// Seed of the first run; those below 10000 were seen while `diagnose` was made
+    /// Seed of the first run; those below 10000 were used while `diagnose` was developed
     #[arg(long, value_name = "S", default_value_t = FIRST_SEED)]
     first_seed: u64,
     /// Length of each log, s.
@@ -63,7 +64,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let (text, interrupted) = finish(args)?;
     console::print(text.as_bytes())?;
     if interrupted {
-        bail!("interrupted: what is shown is of the runs that are finished");
+        bail!("interrupted: the result covers the finished runs only");
     }
     Ok(())
 }
@@ -76,7 +77,7 @@ fn finish(args: &Args) -> anyhow::Result<(String, bool)> {
     let interrupted = work(args, &store)?;
     let runs: Vec<Run> = store.of(STUDY, seeds.clone()).into_iter().map(|(seed, run)| Run { seed, ..run }).collect();
     let page = Page { study: Study::new(&runs), runs: &runs, seeds };
-    let (markdown, html) = (page.markdown(), page.html());
+    let (markdown, html) = (wrapped(&page.markdown()), page.html());
     // Made from the runs alone: nothing is lost.
     for (name, text) in [("study.md", &markdown), ("study.html", &html)] {
         output::write(&args.out.join(name), Existing::Replace, |file| file.write_all(text.as_bytes()))?;

@@ -1,4 +1,4 @@
-//! What a finished run says: was the right cause named?
+//! Verdict on a finished run: was the right cause named?
 
 use super::plan::Class;
 use super::run::{Injected, Run};
@@ -33,7 +33,7 @@ impl Answer {
     }
 }
 
-/// One true effect and what was said of it.
+/// One true effect and the answer of `diagnose`.
 pub struct Case<'a> {
     pub run: &'a Run,
     pub truth: &'a Injected,

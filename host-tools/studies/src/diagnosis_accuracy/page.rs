@@ -19,11 +19,11 @@ impl Page<'_> {
     fn intro(&self) -> String {
         let seeds = &self.seeds;
         format!(
-            "{} of {} runs, seeds {} to {}. Each is a simulated log of half an hour of the reference vehicle with one effect \
-             that nobody declares, or two, or none, or one that is in no catalogue; `diagnose` is given the log and the \
-             declared vehicle alone. Half of the logs have manoeuvres that excite (dives, steps of speed, legs across), half \
-             are lines to and fro; half have coloured noise, half have a DVL. Seeds below {} were seen while `diagnose` was \
-             made, these were not.",
+            "{} of {} runs, seeds {} to {}. Each is a simulated log of half an hour of the reference vehicle with one undeclared \
+             effect, or two, or none, or one that is in no catalogue; `diagnose` is given the log and the declared vehicle \
+             alone. Half of the logs have manoeuvres that excite (dives, steps of speed, legs across), half \
+             are lines to and fro; half have coloured noise, half have a DVL. Seeds below {} were used while `diagnose` was \
+             developed; these were not.",
             self.runs.len(),
             seeds.end - seeds.start,
             seeds.start,

@@ -1,4 +1,4 @@
-//! One run of the study: a simulated log, what `diagnose` says of it, and what the filter does with that.
+//! One run of the study: a simulated log, the verdict of `diagnose`, and the filter's error with the diagnosed vehicle.
 
 use super::plan::Class;
 use super::separability::{self, Separability, digits, truth};

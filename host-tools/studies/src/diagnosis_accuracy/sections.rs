@@ -96,7 +96,7 @@ impl<'a> Study<'a> {
                 share(covered, (0.92..=0.98).contains(&covered.value())),
             ),
             target(
-                "position error after over that of a filter that was told, median of runs correctly named",
+                "position error after diagnosis over that with the true effects declared, median of runs correctly named",
                 "at most 1.15",
                 (
                     middle.map_or_else(|| "–".to_owned(), |middle| format!("{middle:.3} of {} runs", ratios.len())),

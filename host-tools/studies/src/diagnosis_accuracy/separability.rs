@@ -1,4 +1,4 @@
-//! How hard a question is, told beforehand from the same log without noise.
+//! How hard a question is, computed from the same log without noise.
 
 use backseat_core::effects::{self, EffectSet, Enters, ParameterKind};
 use backseat_data::VehicleFile;

@@ -124,7 +124,7 @@ impl Study<'_> {
         }
     }
 
-    /// Position error after over told, of runs in which every effect is named.
+    /// Position error after diagnosis over that with the true effects declared, of runs in which every effect is named.
     pub fn ratios(&self) -> Vec<f64> {
         self.ratios_of(|run| run.class == Class::Single || run.class == Class::Pair, |errors| errors.position_m)
     }
@@ -166,7 +166,7 @@ impl Study<'_> {
             }
         }
         Section {
-            title: "Error after, over that of a filter that was told the truth",
+            title: "Error after diagnosis over the error with the true effects declared",
             text: "On held-out parts, of runs in which every effect injected is named: position of the flight filter against \
                    the truth, and velocity predicted over ten seconds by the model alone. Values are fitted on half of the \
                    log, and on nothing that is held out."

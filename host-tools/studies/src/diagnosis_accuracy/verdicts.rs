@@ -17,9 +17,9 @@ impl Study<'_> {
         }
         rows.push(answers("all", &self.cases(is_single)));
         Section {
-            title: "Single effects: what was injected, what was said",
-            text: "Amplitudes are drawn log-uniformly from what is barely noticed to what is plausible at most, so that some \
-                   cannot be found by anybody: the bands of separability below tell those apart. The last column is the share \
+            title: "Single effects: injected and found",
+            text: "Amplitudes are drawn log-uniformly from barely noticeable to the largest plausible, so that some effects \
+                   cannot be found by any method: the bands of separability below separate those. The last column is the share \
                    named first, whether or not others are possible, with Wilson's 95 % interval."
                 .to_owned(),
             header: answer_header("injected"),
@@ -254,7 +254,7 @@ impl Study<'_> {
         };
         Section {
             title: "Not judged",
-            text: "Effects that logs of their kind cannot show, as `diagnose` says of them; their runs are in no table above."
+            text: "Effects that logs of their kind cannot show, which `diagnose` reports; their runs are in none of the tables above."
                 .to_owned(),
             header: vec!["reason", "logs", "none", "explained", "ambiguous", "unexplained"],
             rows: by.into_iter().map(row).collect(),

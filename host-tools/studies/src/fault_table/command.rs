@@ -2,11 +2,12 @@
 
 use super::{Outcome, Row, Summary, fly, markdown, rows, to_json};
 use crate::ensemble::run_all;
+use crate::table::wrapped;
 use anyhow::{Context, bail};
 use rayon::ThreadPoolBuilder;
 use std::path::PathBuf;
 
-/// What the command line says.
+/// Command line.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Examples:
   backseat sim faults
@@ -66,7 +67,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let text = markdown(&summaries, &made_by);
     if let Some(path) = &arguments.out {
-        std::fs::write(path, &text).with_context(|| path.display().to_string())?;
+        std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
     }
     if arguments.json {
         println!("{}", to_json(&summaries));

@@ -124,7 +124,7 @@ pub fn rows() -> anyhow::Result<Vec<Row>> {
     BUILT_IN.iter().map(row).collect()
 }
 
-/// Why a packet gave no range, as far as it tells of a fault: every cycle initialisation has statistics that nothing announced.
+/// Why a packet gave no range, as far as that indicates a fault: every cycle initialisation has statistics that nothing announced.
 const LOSSES: [(Loss, &str); 11] = [
     (Loss::NotReady, "not ready"),
     (Loss::Replaced, "replaced"),

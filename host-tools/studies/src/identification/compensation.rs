@@ -137,8 +137,8 @@ fn fly(
     let start = State::new([0.0, 0.0, 4.0], [0.0, 0.0, std::f64::consts::FRAC_PI_2], [1.0, 0.0, 0.0], [0.0; 3]);
     let parameters = scenario.truth_parameters();
     let mut vehicle = Vehicle::with(&parameters, &undeclared, start, STEP_S / f64::from(SUBSTEPS), seed);
-    let told = identified(seed)?;
-    let model = VehicleModel::new(&told).map_err(|error| anyhow!("identified vehicle: {error}"))?;
+    let declared = identified(seed)?;
+    let model = VehicleModel::new(&declared).map_err(|error| anyhow!("identified vehicle: {error}"))?;
     let mut controller = Box::new(Controller::new());
     let config = ControlConfig { law, ..ControlConfig::REFERENCE };
     controller.configure(&config, &model).map_err(|error| anyhow!("controller: {error:?}"))?;

@@ -1,7 +1,7 @@
-//! The fault study: simulated vehicles that break under way, and the monitor that is to say what broke.
+//! The fault study: simulated vehicles that break under way, and the monitor that has to name the fault.
 //!
 //! Each run identifies the vehicle first, with the board's identifier from a wrong prior on a log of its own; the monitor then
-//! runs with those parameters over another log, in which something breaks at a time that nobody tells.
+//! runs with those parameters over another log, in which something breaks at a time that is not declared.
 
 use crate::ensemble::run_all;
 use crate::table::markdown_table;

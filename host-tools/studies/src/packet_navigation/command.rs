@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
 
-/// What the command line says.
+/// Command line.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Examples:
   backseat studies packet-navigation
@@ -193,7 +193,7 @@ fn notes(arguments: &Arguments, parts: &[Part], simulated_s: f64) -> String {
     }
     text += "With fixes every second the ship forgets its errors between two packets, and ignoring their correlation costs nothing\n\
              beyond chance. With rare fixes every other packet extrapolates the turning ship and errs outwards (3 m after 30 s\n\
-             even from a perfect velocity): the packet-fed filter takes each such error for a new one and believes too much; the\n\
+             even from a perfect velocity): the packet-fed filter takes each such error for a new one and is overconfident; the\n\
              centralized filter and the DEIF take it back by correlation when the next fix is known.\n";
     text
 }

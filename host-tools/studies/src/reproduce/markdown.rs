@@ -11,8 +11,8 @@ pub fn page(ensemble: &Ensemble<'_>) -> String {
         "# The thesis' tables and figures, reproduced\n\n\
          Made by `backseat reproduce --runs {runs}` (version {}, build {}; seeds 1 to {runs}, methods were tuned on seeds from {} on).\n\
          Every number is from a simulated run, shown as the median and the middle 95 % of the runs, in which another single run, as the\n\
-         thesis reports them, is to be expected. The thesis itself was not at hand: each item says what it was taken to hold, and\n\
-         printed figures appear where they were handed down. *Independent* rows are of an independent implementation of the thesis'\n\
+         thesis reports them, is to be expected. The thesis itself was not at hand: each item states how it was read, and\n\
+         printed figures appear where they are known. *Independent* rows are of an independent implementation of the thesis'\n\
          corrected equations (medians or means of its runs).\n\n",
         env!("CARGO_PKG_VERSION"),
         store.build(),

@@ -28,9 +28,9 @@ Examples:
   backseat reproduce table-4.15 --runs 20      one table
   backseat reproduce figure-3.5 pd-lqr --json
 
-Every run is simulated anew from its seed: seeds 1 to N. With --report each finished run is kept in DIR/runs.jsonl at
-once, and the same command goes on from there; Ctrl-C ends the runs under way and reports what is finished.
-A table or figure may be named as the thesis numbers it; an unknown name lists what there is.";
+Every run is simulated anew from its seed: seeds 1 to N. With --report finished runs are kept in
+DIR/runs.jsonl, and the same command resumes there; Ctrl-C stops the runs under way and reports the finished ones.
+Tables and figures are named as the thesis numbers them; an unknown name prints the list.";
 
 /// Methods were tuned on seeds from here on.
 const FIRST_TUNING_SEED: u64 = 1000;
@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         console::print(format!("\nreport   {}\n", path.display()).as_bytes())?;
     }
     if interrupted {
-        bail!("interrupted: what is shown is of the runs that are finished");
+        bail!("interrupted: the result covers the finished runs only");
     }
     Ok(())
 }

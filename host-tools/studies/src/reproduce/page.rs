@@ -13,7 +13,7 @@ pub fn html(ensemble: &Ensemble<'_>) -> String {
         ensemble.runs
     );
     let mut report = Report::new("The thesis' tables and figures, reproduced", verdict).text(
-        "The thesis itself was not at hand: each item says what it was taken to hold, and printed figures appear where they were \
+        "The thesis itself was not at hand: each item states how it was read, and printed figures appear where they were \
          handed down. Independent rows are of an independent implementation of the thesis' corrected equations.",
     );
     if items > 1 {

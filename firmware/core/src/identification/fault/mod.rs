@@ -12,7 +12,7 @@
 //! all others, or it is dropped.
 //!
 //! Scale: forces are not measured. The masses of the model in use are taken as known, so magnitudes are relative to them, and water
-//! that has come in is told by its weight.
+//! that has come in is recognised by its weight.
 
 mod cause;
 mod evidence;

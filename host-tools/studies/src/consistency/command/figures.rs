@@ -61,7 +61,7 @@ fn bounded(row: &Row, quantity: usize) -> Option<String> {
 
 /// The page.
 pub(super) fn page(path: &Path, arguments: &Arguments, declared: &[Row], flights: &[Row]) -> anyhow::Result<()> {
-    let verdict = format!("{} flights of each model against what the filter itself says.", arguments.runs);
+    let verdict = format!("{} flights of each model against the filter's own covariance.", arguments.runs);
     let mut report = Report::new("Does the filter know how wrong it is?", verdict)
         .figure("Worlds that behave as declared: ANEES of the vehicle's twelve states.", normalised(declared))
         .figure("Real flights: the same.", normalised(flights));

@@ -4,13 +4,14 @@ mod figures;
 mod text;
 
 use crate::consistency::{self, Bounds, Inside};
+use crate::table::wrapped;
 use anyhow::Context;
 use backseat_data::console::Progress;
 use backseat_data::stats::median;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// What the command line says.
+/// Command line.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Examples:
   backseat studies consistency
@@ -121,7 +122,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let text = text::markdown(arguments, &declared, &flights);
     if let Some(path) = &arguments.out {
-        std::fs::write(path, &text).with_context(|| path.display().to_string())?;
+        std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
     }
     if let Some(path) = &arguments.plot {
         std::fs::write(path, figures::normalised(&declared)).with_context(|| path.display().to_string())?;

@@ -11,19 +11,19 @@ const ASKED: f64 = 0.9;
 pub(super) fn markdown(arguments: &Arguments, declared: &[Row], flights: &[Row]) -> String {
     let Arguments { runs, first_seed, minutes, .. } = arguments;
     let mut text = format!(
-        "# Does the filter know how wrong it is?\n\n\
+        "# Is the filter's covariance right?\n\n\
          Made by `backseat studies consistency --runs {runs} --minutes {minutes} --first-seed {first_seed}`: {runs} flights of {minutes} minutes for each row, seeds from\n\
          {first_seed} on for the first row, {SEEDS_PER_MODEL} more for each next one. Everything counts from {SETTLED_S} s on.\n\n\
          *ANEES* is eᵀ P⁻¹ e of the estimate's error e and the filter's own covariance P, averaged over the flights at each second and\n\
-         divided by its degrees of freedom: 1 if the filter knows how wrong it is, above 1 where it believes too much, below where it is\n\
+         divided by its degrees of freedom: 1 if the covariance is right, above 1 where the filter is overconfident, below where it is\n\
          too careful. In brackets the share of seconds at which it lies inside its pointwise 95 % band (χ² of flights times degrees of\n\
-         freedom); below 90 % it says to which side. Positions and effects change slowly, so that a quarter of an hour holds few\n\
+         freedom); below 90 % the side is given. Positions and effects change slowly, so that a quarter of an hour holds few\n\
          independent ones: their shares scatter from seed to seed. *ANIS* is the same of the innovations, ν²/S, with the 95 % band of the\n\
          mean over all flights and times.\n\n\
          ## Worlds that behave as declared\n\n\
          Vehicle and ship start from the prior that the filter is given; accelerations, the ship's course, the walks of the effects and\n\
          every sensor have the declared noise; effects are drawn from their priors. The vehicle moves by the simulator's equations and\n\
-         integrator. Lines, turns, ranges every 30 s. The kinematic model's world is a vehicle that nothing but its declared noise\n\
+         integrator. Lines, turns, ranges every 30 s. The kinematic model's world is a vehicle that only its declared noise\n\
          moves, on a wide circle; its q is small (5, 5, 2 e-3 m/s²/√Hz; 1.5, 1.5, 3 e-5 rad/s²/√Hz), or it would tumble. Currents have\n\
          the filter's default prior of 0.3 m/s, drag 0.3 N s/m (a tenth), the clock 1 ms.\n\n"
     );
@@ -34,7 +34,7 @@ pub(super) fn markdown(arguments: &Arguments, declared: &[Row], flights: &[Row])
     let _ = writeln!(
         text,
         "\n`ranges to first order` is the filter of the thesis: where a current of 0.3 m/s is unknown, the position across a range is soon\n\
-         10 m off, the circle departs from its tangent, and the filter believes more than it knows. The filter of this project takes a\n\
+         10 m off, the circle departs from its tangent, and the filter is overconfident. The filter of this project takes a\n\
          range to second order from where it matters (`range_curvature` of its configuration).\n"
     );
     measurements(&mut text, declared);
@@ -48,7 +48,7 @@ pub(super) fn markdown(arguments: &Arguments, declared: &[Row], flights: &[Row])
     measurements(&mut text, flights);
     text += "\nThe kinematic model's loose Q has to cover turns and the dive, which no constant velocity predicts; everywhere else it is too careful, and so is every model at the surface, where its noise covers waves and the hull out\n\
              of the water. The dynamic models are above the band for some seconds where fins move: presumably the lag of\n\
-             the servos, which nobody declares; that was not tested apart. The ship sails more smoothly than its own estimator allows for (a circle, not white acceleration of\n\
+             the servos, which is not declared; that was not tested separately. The ship sails more smoothly than its own estimator allows for (a circle, not white acceleration of\n\
              0.02 m/s²/√Hz): its position in the packets is a little better than stated (`ship in packets`), its velocity too, and\n\
              ranges and range rates fused with it lie a little below 1. The row `ship from packets` of [navigation.md](navigation.md) is\n\
              lower for another reason: it takes the position in the packet, which the ship has filtered, for a raw fix of 0.5 m. Where it is\n\

@@ -1,4 +1,4 @@
-//! What a motion tells about θ: the normal equations of the accelerations, scaled by what is not known of each parameter.
+//! The information of a motion about θ: the normal equations of the accelerations, scaled by what is not known of each parameter.
 
 use backseat_core::dynamics::{Attitude, VehicleModel, VehicleParameters};
 use backseat_core::identification::aid::{Instant, model_acceleration};

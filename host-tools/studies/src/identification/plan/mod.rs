@@ -1,4 +1,4 @@
-//! `backseat identify --plan`: the mission that tells most about the vehicle in a given time.
+//! `backseat identify --plan`: the mission with most information about the vehicle in a given time.
 //!
 //! A mission is a chain of legs, each with a turn, a depth and a speed: what the board can fly. It is built leg by leg: of many legs
 //! drawn at random, each flown by the board's controller on the declared model from the leg before it on, the one that adds most

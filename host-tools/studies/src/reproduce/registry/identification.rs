@@ -155,7 +155,7 @@ pub const ITEMS: &[Item] = &[
         printed: &[],
         independent: &[],
         curves: &[],
-        differs: "Cross drag that nobody declares is taken up by the parameters that there are as well as these can. The methods \
+        differs: "Undeclared cross drag is absorbed by the other parameters as far as they can. The methods \
                   after AID, which find it, are no part of the thesis: `backseat studies identification`, docs/results/identification.md.",
     },
     Item {

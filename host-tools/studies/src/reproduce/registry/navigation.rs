@@ -79,7 +79,7 @@ pub const ITEMS: &[Item] = &[
         title: "Range noise of 20 m (2.6.2)",
         covers: &[],
         taken_as: "the same filters on ranges of 20 m one sigma, known to the filter",
-        conditions: "The survey with white noise added to its ranges up to 20 m; the filter is told 20 m. All else as before.",
+        conditions: "The survey with white noise added to its ranges up to 20 m; the filter's declared noise is 20 m. All else as before.",
         study: &SURVEY,
         rows: &[
             "kinematic + DVL, 20 m ranges",
@@ -147,7 +147,7 @@ pub const ITEMS: &[Item] = &[
         curves: CURVES,
         differs: "Simulated water is still and its noise white, which sea trials are not. A range rate of 0.1 m/s says little about \
                   a velocity that the model knows to centimetres per second; with ranges of 20 m it says more (study-range-noise-20m). \
-                  A filter with wrong parameters believes too much (RMS / own DRMS above 1), and doubling Q tells it only little of that.",
+                  A filter with wrong parameters is overconfident (RMS / own DRMS above 1), and doubling Q corrects little of that.",
     },
     Item {
         id: "claims-3.2.4",

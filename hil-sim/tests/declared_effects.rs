@@ -1,5 +1,5 @@
-//! Simulator and catalogue agree: a filter that is told what was injected is as consistent as one on a clean log, and
-//! one that is not told is not. The simulator's equations are its own, so that a wrong sign on either side shows.
+//! Simulator and catalogue agree: a filter with the injected effect declared is as consistent as one on a clean log, and
+//! one without is not. The simulator's equations are its own, so that a wrong sign on either side shows.
 
 use backseat_core::effects::{CATALOGUE, Enters};
 use backseat_core::navigation::ProcessModel;
@@ -40,14 +40,14 @@ fn request(name: &str) -> String {
 }
 
 /// Largest excess of any sensor's mean NIS over 1, in standard errors.
-fn excess(log: &Log, told: Option<&Effect>) -> (f64, String) {
+fn excess(log: &Log, declared: Option<&Effect>) -> (f64, String) {
     let vehicle = VehicleFile::reference();
     let mut options = FilterOptions::new(&vehicle, ProcessModel::Dynamic);
-    if let Some(effect) = told {
+    if let Some(effect) = declared {
         let values: Vec<f64> = effect.parameters().map(|(_, value)| value).collect();
         options.navigation.effects = options.navigation.effects.with(effect.name(), &values).unwrap();
     }
-    // The gate makes a filter consistent whatever it is told, by doubting what contradicts it: it is left out.
+    // The gate would hide the inconsistency by refusing what contradicts the filter: it is left out.
     options.navigation.gate_sigma = 1.0e6;
     let run = filter::run(log, &vehicle, &options).unwrap();
     let of = |s: &filter::SensorSummary| {
@@ -62,16 +62,16 @@ fn excess(log: &Log, told: Option<&Effect>) -> (f64, String) {
 const UNNOTICED: &str = "depth_bias";
 
 #[test]
-fn val_a_filter_that_is_told_of_the_effect_is_consistent_again() {
+fn val_a_filter_with_the_effect_declared_is_consistent_again() {
     let entries: Vec<_> = CATALOGUE.iter().filter(|entry| entry.enters != Enters::Noise).collect();
     entries.into_par_iter().for_each(|entry| {
         let mut spec = Spec { duration_s: 900.0, shape: Shape::Excite, ..Spec::new(VehicleFile::reference()) };
         spec.effects = vec![Request::parse(&request(entry.name)).unwrap()];
         let dataset = simulate(&spec, 21);
-        let (untold, told) = (excess(&dataset.log, None), excess(&dataset.log, Some(&dataset.effects[0])));
+        let (undeclared, declared) = (excess(&dataset.log, None), excess(&dataset.log, Some(&dataset.effects[0])));
         // Four standard errors for the largest of eight sensors, one more for the filter's start, which takes the
         // first samples as they are.
-        assert!(told.0 < 5.0, "{} told: {told:?}", entry.name);
-        assert!(entry.name == UNNOTICED || untold.0 > 6.0, "{} untold: {untold:?}", entry.name);
+        assert!(declared.0 < 5.0, "{} declared: {declared:?}", entry.name);
+        assert!(entry.name == UNNOTICED || undeclared.0 > 6.0, "{} undeclared: {undeclared:?}", entry.name);
     });
 }
