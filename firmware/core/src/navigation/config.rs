@@ -188,7 +188,7 @@ impl NavigationConfig {
 
 /// Process noise of the robust filter over that of the nominal one. What its states do not describe (waves, drag that is
 /// not quadratic, the parameters that are not states) acts most on heave and pitch.
-const ROBUST_NOISE: [f64; 6] = [1.5, 1.5, 10.0, 1.5, 10.0, 1.5];
+const ROBUST_NOISE: [f64; 6] = [1.5, 1.5, 5.0, 1.5, 5.0, 1.5];
 
 impl NavigationConfig {
     /// Turns the nominal filter into the robust one: what is usually not known becomes states, and the process noise grows

@@ -91,8 +91,6 @@ pub struct RobustPriors {
     pub parameters: [f64; 2],
     /// Current per axis, m/s, and its walk, m/s/√s.
     pub current: [f64; 2],
-    /// Rate of change of the current, m/s², and its walk, m/s²/√s; zero: the current has no rate states.
-    pub current_rate: [f64; 2],
     /// Constant part of the compass error, rad.
     pub heading_constant_rad: f64,
     /// Sine and cosine part, rad.
@@ -113,7 +111,6 @@ impl RobustPriors {
     pub const DEFAULT: Self = Self {
         parameters: [0.1, 3.0e-5],
         current: [0.3, 5.0e-5],
-        current_rate: [0.0, 0.0],
         heading_constant_rad: 0.035,
         hard_iron_rad: 0.0175,
         fin_trim_rad: 0.0175,
@@ -122,6 +119,10 @@ impl RobustPriors {
         fin_lag_s: 0.15,
     };
 }
+
+/// Rate of change of a tidal current, m/s², and its walk, m/s²/√s. A rotary tide of 0.15 m/s changes by 2e-5 m/s² at most,
+/// and that rate turns once in 12.4 h.
+const TIDE: [f64; 2] = [1.0e-5, 5.0e-8];
 
 /// The parameters that an hour of turns and dives without a DVL shows; the others follow from the covariance of these or
 /// hardly matter (m44, m55, d22 to d55, beta2, beta4).
@@ -155,7 +156,6 @@ impl EffectStates {
             }
         };
         for axis in [0, 1] {
-            add(StateParameter::CurrentRate(axis), priors.current_rate[0], priors.current_rate[1]);
             add(StateParameter::FinTrim(axis), priors.fin_trim_rad, 0.0);
         }
         for j in LEARNT {
@@ -174,6 +174,19 @@ impl EffectStates {
             }
         }
         states
+    }
+
+    /// These with a current that changes steadily ([`TIDE`]), if they have a current.
+    #[must_use]
+    pub(super) fn with_tide(self) -> Self {
+        if self.current().is_none() || self.has_current_rate() {
+            return self;
+        }
+        let [initial_sigma, random_walk_per_sqrt_s] = TIDE;
+        [0, 1].into_iter().fold(self, |states, axis| {
+            let parameter = StateParameter::CurrentRate(axis);
+            states.with_state(EffectState { parameter, initial_sigma, random_walk_per_sqrt_s }).unwrap_or(states)
+        })
     }
 
     /// These and one more effect.

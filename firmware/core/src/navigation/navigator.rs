@@ -1,13 +1,14 @@
-//! The filter that the vehicle navigates by: one, or a bank of two.
+//! The filter that the vehicle navigates by: one, or a bank of three.
 //!
-//! The robust filter estimates what is not known of the vehicle; where everything is known as declared, its states cost it
-//! half of the accuracy. The bank runs the nominal filter beside it and weighs the two by what their ranges say: w_i is
+//! The robust filter estimates what is not known of the vehicle. Its states cost half of the accuracy where everything is
+//! as declared, and it takes the current as nearly steady. The bank runs two more filters beside it: the nominal one, and a
+//! robust one whose current changes steadily, as a tide's does. The three are weighed by what their ranges say: w_i is
 //! proportional to the likelihood of filter i's range innovations, its logarithm forgotten by [`MEMORY`] a range. Only
 //! ranges count, because they measure what is wanted; a nominal filter with a wrong model contradicts them long before it
 //! contradicts compass and depth sensor, whose many innovations would drown them. The estimate is the mixture:
 //! x = Σ w_i x_i, P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
 //!
-//! A nominal filter that fails or has lost the vehicle has no weight; the robust one is what all else is asked of.
+//! A member that fails loses its weight; all that is no vehicle state is asked of the robust filter.
 
 use super::digest::Digest;
 use super::effect_states::EffectStates;
@@ -18,6 +19,7 @@ use super::{
 };
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
+use core::f64::consts::PI;
 use core::ops::Deref;
 use nalgebra::{ArrayStorage, SMatrix, Vector2};
 
@@ -25,21 +27,58 @@ use nalgebra::{ArrayStorage, SMatrix, Vector2};
 /// outweighs them within three ranges.
 const MEMORY: f64 = 0.98;
 
-/// The navigation filter. Some 50 kB: lives in a static, never passed by value; a host may copy it.
+/// The navigation filter. Some 100 kB: lives in a static, never passed by value; a host may copy it.
 ///
 /// What is asked of the main filter alone (augmented states, ship, monitor) is found through [`Deref`].
 #[derive(Clone)]
 pub struct Navigator {
     main: Filter,
-    nominal: Filter,
-    /// The bank runs.
-    paired: bool,
-    /// ln of the likelihood ratio of the ranges, nominal over main, with [`MEMORY`].
-    log_ratio: f64,
-    /// Weight of the nominal filter.
-    weight: f64,
+    others: [Member; OTHERS],
     /// The mixture.
     state: VehicleState,
+}
+
+/// ln of the prior odds of the others against the main filter. Most water changes by less than a tide's rate within a dive,
+/// or no better than a walk can follow: odds of one to ten for a steady change.
+const PRIOR: [f64; OTHERS] = [0.0, -2.3];
+
+/// Filters beside the main one: [`NOMINAL`] and [`TIDAL`].
+const OTHERS: usize = 2;
+/// The vehicle as declared.
+const NOMINAL: usize = 0;
+/// As the main filter, with a current that changes.
+const TIDAL: usize = 1;
+
+/// A filter beside the main one.
+#[derive(Clone)]
+struct Member {
+    filter: Filter,
+    /// It follows the main filter.
+    runs: bool,
+    /// ln of the likelihood ratio of the ranges, this filter's over the main one's, with [`MEMORY`].
+    log_ratio: f64,
+    weight: f64,
+}
+
+impl Member {
+    const NEW: Self = Self { filter: Filter::new(), runs: false, log_ratio: 0.0, weight: 0.0 };
+
+    /// Bayes' rule on a range, used or refused; one that either filter cannot predict says nothing.
+    fn weigh(&mut self, main: &Fusions, own: &Fusions) {
+        let log_likelihood =
+            |fusions: &Fusions| fusions.iter().next().map(|record| -0.5 * (record.nis() + libm::log(record.variance)));
+        if let (Some(main), Some(own)) = (log_likelihood(main), log_likelihood(own))
+            && (own - main).is_finite()
+        {
+            self.log_ratio = MEMORY * self.log_ratio + own - main;
+        }
+    }
+
+    /// Its vehicle state `i` minus the main filter's.
+    fn apart(&self, main: &Filter, i: usize) -> f64 {
+        let difference = self.filter.state_at(i) - main.state_at(i);
+        if i == PSI { wrap_angle(difference) } else { difference }
+    }
 }
 
 impl Navigator {
@@ -48,10 +87,7 @@ impl Navigator {
     pub const fn new() -> Self {
         Self {
             main: Filter::new(),
-            nominal: Filter::new(),
-            paired: false,
-            log_ratio: 0.0,
-            weight: 0.0,
+            others: [const { Member::NEW }; OTHERS],
             state: VehicleState::from_array_storage(ArrayStorage([[0.0; VEHICLE_STATES]; 1])),
         }
     }
@@ -62,9 +98,11 @@ impl Navigator {
     /// The first value out of range, or a vehicle that its effects do not fit; the filter is then as it was.
     pub fn configure(&mut self, config: &NavigationConfig, model: &VehicleModel) -> Result<(), ConfigError> {
         self.main.configure(config, model)?;
-        self.paired = false;
-        if config.bank {
-            self.nominal.configure(&nominal(config), model)?;
+        for (k, member) in self.others.iter_mut().enumerate() {
+            member.runs = false;
+            if config.bank {
+                member.filter.configure(&of_member(k, config), model)?;
+            }
         }
         self.mix();
         Ok(())
@@ -80,7 +118,8 @@ impl Navigator {
             return Err(ConfigError::LayoutChange);
         }
         self.main.reconfigure(config)?;
-        if config.bank { self.nominal.reconfigure(&nominal(config)) } else { Ok(()) }
+        let others = self.others.iter_mut().enumerate().filter(|_| config.bank);
+        others.map(|(k, member)| member.filter.reconfigure(&of_member(k, config))).collect()
     }
 
     /// Adopts another vehicle while running.
@@ -89,13 +128,14 @@ impl Navigator {
     /// [`ConfigError::Plant`] if the effects do not fit it; the model is then as it was.
     pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
         self.main.set_model(model)?;
-        if self.main.config().bank { self.nominal.set_model(model) } else { Ok(()) }
+        let bank = self.main.config().bank;
+        self.others.iter_mut().filter(|_| bank).map(|member| member.filter.set_model(model)).collect()
     }
 
     /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 if nobody says.
     pub fn set_epoch(&mut self, epoch_us: u64) {
         self.main.set_epoch(epoch_us);
-        self.nominal.set_epoch(epoch_us);
+        self.others.iter_mut().for_each(|member| member.filter.set_epoch(epoch_us));
     }
 
     /// Changes the process model and its noise while running.
@@ -103,7 +143,7 @@ impl Navigator {
     /// # Errors
     /// A value out of range.
     pub fn set_process_model(&mut self, model: ProcessModel, noise: &ProcessNoise) -> Result<(), ConfigError> {
-        self.nominal.set_process_model(model, noise)?;
+        self.others.iter_mut().try_for_each(|member| member.filter.set_process_model(model, noise))?;
         self.main.set_process_model(model, noise)
     }
 
@@ -113,8 +153,11 @@ impl Navigator {
     /// Not configured, or a value that is not finite (sigma: not positive).
     pub fn initialise(&mut self, time_us: u64, initial: &InitialState) -> Result<(), NavigationError> {
         self.main.initialise(time_us, initial)?;
-        self.paired = self.main.config().bank && self.nominal.initialise(time_us, initial).is_ok();
-        self.log_ratio = 0.0;
+        let bank = self.main.config().bank;
+        for member in &mut self.others {
+            member.runs = bank && member.filter.initialise(time_us, initial).is_ok();
+            member.log_ratio = 0.0;
+        }
         self.mix();
         Ok(())
     }
@@ -137,7 +180,7 @@ impl Navigator {
         observer: &mut impl Observer,
     ) -> Result<(), NavigationError> {
         self.main.initialise_ship_observed(ship, observer)?;
-        self.paired = self.paired && self.nominal.initialise_ship(ship).is_ok();
+        self.follow(|filter| filter.initialise_ship(ship).is_ok());
         Ok(())
     }
 
@@ -160,7 +203,7 @@ impl Navigator {
         observer: &mut impl Observer,
     ) -> Result<(), NavigationError> {
         self.main.predict_observed(to_us, input, observer)?;
-        self.paired = self.paired && self.nominal.predict(to_us, input).is_ok();
+        self.follow(|filter| filter.predict(to_us, input).is_ok());
         self.mix();
         Ok(())
     }
@@ -173,25 +216,21 @@ impl Navigator {
     /// [`Self::fuse`], showing each scalar that the main filter uses to `observer`.
     pub fn fuse_observed(&mut self, measurement: &Measurement, observer: &mut impl Observer) -> Fusions {
         let fusions = self.main.fuse_observed(measurement, observer);
-        if self.paired {
-            let other = self.nominal.fuse(measurement);
+        for member in self.others.iter_mut().filter(|member| member.runs) {
+            let other = member.filter.fuse(measurement);
             if measurement.sensor() == Sensor::Range {
-                self.weigh(&fusions, &other);
+                member.weigh(&fusions, &other);
             }
-            self.paired = self.nominal.failure().is_none();
+            member.runs = member.filter.failure().is_none();
         }
         self.mix();
         fusions
     }
 
-    /// Bayes' rule on a range, used or refused; a reading that neither filter can predict says nothing.
-    fn weigh(&mut self, main: &Fusions, nominal: &Fusions) {
-        let log_likelihood =
-            |fusions: &Fusions| fusions.iter().next().map(|record| -0.5 * (record.nis() + libm::log(record.variance)));
-        if let (Some(main), Some(nominal)) = (log_likelihood(main), log_likelihood(nominal))
-            && (nominal - main).is_finite()
-        {
-            self.log_ratio = MEMORY * self.log_ratio + nominal - main;
+    /// Lets the other members do what the main filter did; who cannot runs no longer.
+    fn follow(&mut self, mut step: impl FnMut(&mut Filter) -> bool) {
+        for member in self.others.iter_mut().filter(|member| member.runs) {
+            member.runs = step(&mut member.filter);
         }
     }
 
@@ -209,7 +248,7 @@ impl Navigator {
     /// See [`CloneError`].
     pub fn clone_vehicle_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
         let id = self.main.clone_vehicle_observed(observer)?;
-        self.paired = self.paired && self.nominal.clone_vehicle() == Ok(id);
+        self.follow(|filter| filter.clone_vehicle() == Ok(id));
         Ok(id)
     }
 
@@ -227,7 +266,7 @@ impl Navigator {
     /// See [`CloneError`].
     pub fn clone_ship_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
         let id = self.main.clone_ship_observed(observer)?;
-        self.paired = self.paired && self.nominal.clone_ship() == Ok(id);
+        self.follow(|filter| filter.clone_ship() == Ok(id));
         Ok(id)
     }
 
@@ -239,24 +278,36 @@ impl Navigator {
     /// [`Self::drop_clone`], showing it to `observer`.
     pub fn drop_clone_observed(&mut self, id: CloneId, observer: &mut impl Observer) {
         self.main.drop_clone_observed(id, observer);
-        self.nominal.drop_clone(id);
+        self.others.iter_mut().for_each(|member| member.filter.drop_clone(id));
     }
 
     fn mix(&mut self) {
-        self.weight = if self.paired { 1.0 / (1.0 + libm::exp(-self.log_ratio)) } else { 0.0 };
+        let evidence =
+            |(member, prior): (&Member, f64)| if member.runs { member.log_ratio + prior } else { f64::NEG_INFINITY };
+        let most = self.others.iter().zip(PRIOR).map(evidence).fold(0.0, f64::max);
+        let mut sum = libm::exp(-most);
+        for (member, prior) in self.others.iter_mut().zip(PRIOR) {
+            member.weight = libm::exp(evidence((member, prior)) - most);
+            sum += member.weight;
+        }
         self.state = *self.main.state();
-        if self.paired {
-            let mut difference = self.nominal.state() - self.main.state();
-            difference[PSI] = wrap_angle(difference[PSI]);
-            self.state += difference * self.weight;
+        for member in &mut self.others {
+            member.weight /= sum;
+        }
+        for member in self.others.iter().filter(|member| member.runs) {
+            for i in 0..VEHICLE_STATES {
+                self.state[i] += member.weight * member.apart(&self.main, i);
+            }
+        }
+        if self.state[PSI].abs() > PI {
             self.state[PSI] = wrap_angle(self.state[PSI]);
         }
     }
 
-    /// Weight of the nominal filter in the bank, 0 to 1; 0 without a bank.
+    /// Weights of the nominal filter and of the one whose current changes, 0 to 1; 0 without a bank.
     #[must_use]
-    pub fn nominal_weight(&self) -> f64 {
-        self.weight
+    pub fn weights(&self) -> [f64; OTHERS] {
+        [NOMINAL, TIDAL].map(|k| self.others[k].weight)
     }
 
     /// x_v.
@@ -268,8 +319,12 @@ impl Navigator {
     /// Current [north, east], m/s: estimated, or as the effect set says.
     #[must_use]
     pub fn current(&self) -> [f64; 2] {
-        let [main, nominal] = [&self.main, &self.nominal].map(|filter| Vector2::from(filter.current()));
-        if self.paired { (main + (nominal - main) * self.weight).into() } else { main.into() }
+        let main = Vector2::from(self.main.current());
+        let mut current = main;
+        for member in self.others.iter().filter(|member| member.runs) {
+            current += (Vector2::from(member.filter.current()) - main) * member.weight;
+        }
+        current.into()
     }
 
     /// State `i`, those behind the vehicle's as the main filter has them; 0 beyond the last.
@@ -289,15 +344,18 @@ impl Navigator {
     #[must_use]
     pub fn covariance(&self, i: usize, j: usize) -> f64 {
         let main = self.main.covariance(i, j);
-        if !self.paired || i.max(j) >= VEHICLE_STATES {
+        if i.max(j) >= VEHICLE_STATES || !self.others.iter().any(|member| member.runs) {
             return main;
         }
-        let apart = |i: usize| {
-            let difference = self.nominal.state_at(i) - self.main.state_at(i);
-            if i == PSI { wrap_angle(difference) } else { difference }
-        };
-        let w = self.weight;
-        (1.0 - w) * main + w * self.nominal.covariance(i, j) + w * (1.0 - w) * apart(i) * apart(j)
+        let (mut sum, mut own_weight, mut mean_i, mut mean_j) = (0.0, 1.0, 0.0, 0.0);
+        for member in self.others.iter().filter(|member| member.runs) {
+            let (w, a, b) = (member.weight, member.apart(&self.main, i), member.apart(&self.main, j));
+            sum += w * (member.filter.covariance(i, j) + a * b);
+            own_weight -= w;
+            mean_i += w * a;
+            mean_j += w * b;
+        }
+        own_weight * main + sum - mean_i * mean_j
     }
 
     /// Copies the vehicle's covariance.
@@ -325,13 +383,13 @@ impl Navigator {
     /// every step covers every step.
     #[must_use]
     pub fn digest_from(&self, running: u64) -> u64 {
-        let digest = self.main.digest_from(running);
-        if !self.paired {
-            return digest;
+        let mut running = self.main.digest_from(running);
+        for member in self.others.iter().filter(|member| member.runs) {
+            let mut digest = Digest::from(member.filter.digest_from(running));
+            digest.number(member.log_ratio);
+            running = digest.finish();
         }
-        let mut digest = Digest::from(self.nominal.digest_from(digest));
-        digest.number(self.log_ratio);
-        digest.finish()
+        running
     }
 
     /// Model, Jacobian and discretisation of one step of the main filter. For the cost table only.
@@ -347,9 +405,12 @@ impl Navigator {
     }
 }
 
-/// The configuration of the nominal filter beside a robust one.
-fn nominal(config: &NavigationConfig) -> NavigationConfig {
-    NavigationConfig { effect_states: EffectStates::NONE, noise_factor: [1.0; 6], ..*config }
+/// The configuration of a member of the bank.
+fn of_member(k: usize, config: &NavigationConfig) -> NavigationConfig {
+    match k {
+        NOMINAL => NavigationConfig { effect_states: EffectStates::NONE, noise_factor: [1.0; 6], ..*config },
+        _ => NavigationConfig { effect_states: config.effect_states.with_tide(), ..*config },
+    }
 }
 
 impl Deref for Navigator {
