@@ -94,7 +94,7 @@ impl Instance {
         self.candidate.apply(set, &self.sizes)
     }
 
-    /// Whether the filter's own step can show it: a shorter lag is not told from how the model is integrated, and
+    /// Whether the filter's own step can show it: a shorter lag cannot be separated from the step of integration, and
     /// coloured noise that comes back by the autopilot looks like one.
     #[must_use]
     pub fn is_resolved(&self) -> bool {

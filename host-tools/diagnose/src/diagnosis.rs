@@ -167,7 +167,7 @@ pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option
     })
 }
 
-/// Structure beside the accepted effects is tolerated up to this part of what they explain, and up to this much.
+/// Structure beside the accepted effects is tolerated up to this share of their gain, and up to this much.
 const TOLERATED: (f64, f64) = (5e-4, 60.0);
 
 fn tolerated(explained: f64) -> f64 {

@@ -15,7 +15,7 @@ const OUTLIER: f64 = 4.5;
 /// Times that the neighbours are chosen again.
 const PASSES: usize = 3;
 
-/// By what the noise of each channel exceeds the declared one: from differences of successive normalised innovations,
+/// Factor of each channel's noise on the declared one: from differences of successive normalised innovations,
 /// which whatever is slow (an effect) leaves alone; a median, which outliers leave alone. Never below 1: data are not
 /// trusted more than they were declared.
 #[must_use]

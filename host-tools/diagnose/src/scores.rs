@@ -21,7 +21,7 @@ pub const HORIZONS_S: [f64; 3] = [2.0, 10.0, 60.0];
 pub const VELOCITY_HORIZON: usize = 1;
 /// Time between two predictions, s.
 const EVERY_S: f64 = 15.0;
-/// Samples from which on an autocorrelation is told from chance to a twentieth.
+/// Samples from which on an autocorrelation is known to 0.05 (one sigma).
 const LEAST_FOR_CORRELATION: usize = 400;
 /// Lags of the whiteness test.
 const LAGS: usize = 20;

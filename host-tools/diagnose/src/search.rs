@@ -23,7 +23,7 @@ pub struct Evidence {
     pub instance: Instance,
     /// By how much Σ e² falls over the whole log.
     pub gain: f64,
-    /// By what the gain is divided for residuals that are still coloured.
+    /// Divisor of the gain for residuals that are still coloured.
     pub inflation: f64,
     /// Numbers fitted.
     pub degrees: usize,

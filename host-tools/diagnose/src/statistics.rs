@@ -87,6 +87,29 @@ mod tests {
     use super::*;
 
     #[test]
+    fn modestly_coloured_noise_passes_and_strongly_coloured_noise_does_not() {
+        let mut state = 5_u64;
+        // Sum of twelve uniform numbers less six: near enough to normal, one sigma of 1.
+        let mut normal = || {
+            (0..12).fold(-6.0, |sum, _| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                sum + (state >> 11) as f64 / (1_u64 << 53) as f64
+            })
+        };
+        for (share, passes) in [(0.1, true), (0.5, false)] {
+            let (mut process, decay) = (0.0, 0.93_f64);
+            let e: Vec<f64> = (0..9000)
+                .map(|_| {
+                    process = decay * process + (1.0 - decay * decay).sqrt() * normal();
+                    f64::sqrt(1.0 - share) * normal() + f64::sqrt(share) * process
+                })
+                .collect();
+            let (p, colour) = whiteness(&autocorrelation(&e, 20), e.len());
+            assert_eq!((p > 1e-12, colour.is_some()), (passes, passes), "{share}: {p} {colour:?}");
+        }
+    }
+
+    #[test]
     fn whiteness_is_told_from_colour() {
         // A fixed pseudo-random sequence, and the same summed over two.
         let mut state = 1_u64;

@@ -1,5 +1,5 @@
 //! Effects that a vehicle file declares beside its parameters: taken out of the log, or into the parameters, before anything
-//! is identified. What is left for θ is what the declared effects leave.
+//! is identified. θ then describes the vehicle without them.
 
 use crate::sample::PERIOD_S;
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};

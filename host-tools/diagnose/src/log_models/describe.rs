@@ -138,7 +138,7 @@ impl<M: LogModel> Described<'_, M> {
         Some((blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]))
     }
 
-    /// Entries that were not accepted, with what they would be beside those that were: how large they may be.
+    /// Entries that were not accepted, fitted beside those that were: an interval for how large they may be.
     pub(super) fn open<'h>(&self, free: &[usize], left: impl Iterator<Item = &'h Hypothesis>) -> Vec<String> {
         let whole = self.after.normal.sum(|_| true);
         let tell = |h: &Hypothesis| {

@@ -2,7 +2,7 @@
 
 use crate::samples::ResidualChannel;
 
-/// One scalar: what was read less what the model says, and how the model moves with θ.
+/// One scalar: measured minus predicted, and the derivative of the prediction by θ.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// Time since the log's start, s.
@@ -17,7 +17,7 @@ pub struct Row {
 
 /// An entry of the catalogue with the columns of θ that are its sizes.
 pub type Entry = (&'static str, Vec<usize>);
-/// Columns without a name in the catalogue, with what they stand for.
+/// Columns outside the catalogue, with their meaning.
 pub type Nameless = (&'static str, Vec<usize>);
 
 /// A model of a log.
@@ -26,11 +26,11 @@ pub trait LogModel: Sync {
     fn columns(&self) -> usize;
     /// Rows at θ, in order of time within each channel.
     fn rows(&self, theta: &[f64]) -> Vec<Row>;
-    /// Columns that every fit has: what the plain model leaves to be calibrated.
+    /// Columns that every fit has: numbers of the plain model that nobody declares.
     fn calibrated(&self) -> Vec<usize>;
-    /// What may be found.
+    /// Entries of the catalogue that this log can test.
     fn entries(&self) -> Vec<Entry>;
-    /// What may be told of the rest.
+    /// Terms outside the catalogue that may explain the remaining residual.
     fn nameless(&self) -> Vec<Nameless>;
     /// Length of a block, s.
     fn block_s(&self) -> f64;

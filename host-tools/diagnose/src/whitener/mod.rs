@@ -6,8 +6,8 @@
 //! derivatives by every term (a column each): between measurements by the same Jacobian as the
 //! covariance, at a measurement by the same gain. Hence one pass gives ∂e/∂θ of all terms.
 //!
-//! Nothing is gated: with a wrong model a gate locks out good ranges. Isolated outliers are told to it from
-//! outside and are passed over in every pass alike.
+//! Nothing is gated: with a wrong model a gate locks out good ranges. Isolated outliers are
+//! flagged beforehand and skipped in every pass alike.
 
 mod matrix;
 mod measure;
@@ -39,7 +39,7 @@ pub struct Setup {
     pub sensors: SensorNoise,
     /// Where the acoustic transducers sit; the rest of it was applied to the log.
     pub installation: Installation,
-    /// By what the noise of each channel exceeds the declared one.
+    /// Factor of each channel's noise on the declared one.
     pub scale: [f64; ResidualChannel::COUNT],
     /// Acoustic readings (by their place among all) whose range is passed over.
     pub outliers: Vec<bool>,
