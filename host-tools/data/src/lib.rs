@@ -8,6 +8,7 @@ pub mod dead_reckoning;
 pub mod error;
 pub mod filter;
 pub mod importers;
+pub mod inputs;
 pub mod log;
 pub mod output;
 pub mod report;

@@ -9,7 +9,7 @@ use crate::whitener::{self, Pass, Setup};
 use backseat_core::effects::EffectSet;
 use backseat_core::navigation::SurfaceNoise;
 use backseat_data::log::Column;
-use backseat_data::{Log, VehicleFile};
+use backseat_data::{Log, VehicleFile, inputs};
 
 /// Length of a block, s: longer than the coloured part of most residuals, short against a log.
 pub const BLOCK_S: f64 = 20.0;
@@ -63,6 +63,7 @@ impl PreparedLog {
     /// Makes a log ready; `None` where the filter cannot start (no fix, no attitude).
     #[must_use]
     pub fn new(log: &Log, vehicle: &VehicleFile, use_dvl: bool) -> Option<Self> {
+        let log = &*inputs::at_centre(log, &vehicle.installation);
         let samples = Samples::of(log, vehicle, use_dvl);
         let mut setup = Setup {
             parameters: vehicle.parameters,

@@ -9,6 +9,7 @@ use anyhow::{Context, bail};
 use backseat_core::effects::ParameterId;
 use backseat_data::console;
 use backseat_data::importers::{self, Imported};
+use backseat_data::inputs;
 use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{Log, Truth, VehicleFile};
@@ -94,7 +95,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     let imported = import(args)?;
     let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
-    let log = &imported.log;
+    let log = &*inputs::at_centre(&imported.log, &vehicle.installation);
     let mut notes = log.notes.clone();
     let spinner = Spinner::new();
     let has_actuators = Column::ALL[..=Column::FinStarboard as usize].iter().all(|column| log.has(*column));

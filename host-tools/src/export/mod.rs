@@ -25,7 +25,8 @@ Examples:
 
 LOG is a session (backseat record, backseat sim run) or the log of a board's memory card. It is decoded with the parameters
 that stand in it. In the folder of --csv:
-  vehicle_log.csv  what was measured and commanded, as backseat navigate, identify and diagnose read it
+  vehicle_log.csv  raw samples and commands, as backseat navigate, identify and diagnose read them: they apply
+                   the [installation] of the vehicle file (arms, turns, delays), once
   telemetry.csv    the board's estimate at every step    fusion.csv  each of its innovations    events.csv  modes, notes
 t_s counts from the board's start; in a session of backseat record from the first byte. The file of --foxglove opens in
 Foxglove with the layout that is written beside it (Import layout from file): map, 3D, plots.";
@@ -77,7 +78,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             if is_same(path, &args.log) {
                 bail!("{}: is the log itself", path.display());
             }
-            Foxglove::create(path, args.force, utc_offset_us.unwrap_or(0))
+            Foxglove::create(path, args.force, utc_offset_us.map_or(0, |us| i64::try_from(us).unwrap_or(0)))
         })
         .transpose()?;
     let mut board_heard = false;
@@ -125,7 +126,7 @@ fn decode_log(
         let base_us = *base_us.get_or_insert_with(|| {
             let calendar = is_host && entry.time_us > CALENDAR_US;
             if calendar {
-                decoding = Decoding::new(i64::try_from(entry.time_us).ok());
+                decoding = Decoding::new(Some(entry.time_us));
             }
             if calendar { entry.time_us } else { 0 }
         });
@@ -137,7 +138,7 @@ fn decode_log(
 }
 
 /// UTC at the log's time zero, µs since 1970, as the board knew it at the end.
-fn utc_offset_us(path: &Path) -> anyhow::Result<Option<i64>> {
+fn utc_offset_us(path: &Path) -> anyhow::Result<Option<u64>> {
     let (decoding, _) = decode_log(path, |entry, decoding| {
         // nothing but the board's telemetry tells
         if matches!(entry.event, Event::Sent { port: Port::Host, .. }) {

@@ -11,6 +11,7 @@ use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
 use backseat_data::VehicleFile;
 use backseat_data::console::{self, Progress};
+use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
 use backseat_identify::{IdentificationData, Method, Options, fold_into_plant, identify, validate};
 use clap::ValueEnum;
@@ -138,7 +139,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let kept = declared.effects.set;
     declared.effects.ci95.retain(|(id, _)| kept.get(*id) != 0.0);
     let effects = effects(&declared, &args.current)?;
-    let mut data = IdentificationData::from_log(&imported.log, &effects).with_context(|| path.display().to_string())?;
+    let log = inputs::at_centre(&imported.log, &declared.installation);
+    let mut data = IdentificationData::from_log(&log, &effects).with_context(|| path.display().to_string())?;
     data.notes
         .extend(left.iter().map(|name| {
             format!("{name} has an onset time and is ignored: identification assumes constant parameters")
@@ -147,6 +149,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let other = match &args.validate {
         Some(path) => {
             let log = args.columns.import(path)?.log;
+            let log = inputs::at_centre(&log, &declared.installation);
             Some(IdentificationData::from_log(&log, &effects).with_context(|| path.display().to_string())?)
         }
         None => None,

@@ -5,6 +5,8 @@ mod link;
 mod model;
 mod view;
 
+pub use model::words;
+
 use anyhow::{Context, bail};
 use backseat_link::board::PortName;
 use link::{Link, News};

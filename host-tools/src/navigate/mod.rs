@@ -10,6 +10,7 @@ use backseat_core::navigation::ProcessModel;
 use backseat_data::console::{self, Progress};
 use backseat_data::dead_reckoning::{self, Method};
 use backseat_data::filter::{self, FilterOptions, ShipSource};
+use backseat_data::inputs;
 use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
@@ -109,7 +110,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let began = Instant::now();
     let imported = args.columns.import(&args.log)?;
     let read_s = began.elapsed().as_secs_f64();
-    let log = &imported.log;
+    let log = &*inputs::at_centre(&imported.log, &vehicle.installation);
     let mut notes = log.notes.clone();
     let plan = plan(args, log, &vehicle, &mut notes);
     let estimate = estimate(&plan, log, &vehicle)?;

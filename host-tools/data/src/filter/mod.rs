@@ -12,13 +12,14 @@ pub use options::{FilterOptions, ShipSource, Start};
 
 use crate::log::{Column, Log, LogRow, RADPS_PER_RPM};
 use crate::smoother::Recording;
-use crate::{DataError, VehicleFile};
+use crate::{DataError, VehicleFile, inputs};
 use acoustics::{Event, Flights, ShipTrack};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
     AcousticPath, ConfigError, Consistency, FusionRecord, InitialShip, Measurement, NavigationError, Navigator,
     ProcessModel, Sensor, ShipEnd, VehicleEnd,
 };
+use backseat_core::parameters::Installation;
 use backseat_core::state::{VehicleState, X, Y};
 use std::time::{Duration, Instant};
 
@@ -114,6 +115,7 @@ fn drive(
     mut observe: impl FnMut(&Navigator),
 ) -> Result<FilterRun, DataError> {
     let began = Instant::now();
+    let log = &*inputs::at_centre(log, &vehicle.installation);
     let mut pass = Pass::new(log, vehicle, options)?;
     let first_row = pass.start(vehicle)?;
     let rows = &log.rows;
@@ -141,6 +143,7 @@ fn drive(
 /// One pass of the filter over a log.
 struct Pass<'a> {
     log: &'a Log,
+    installation: Installation,
     options: &'a FilterOptions,
     navigator: Recording,
     input: ActuatorInput,
@@ -197,6 +200,7 @@ impl<'a> Pass<'a> {
         };
         Ok(Self {
             log,
+            installation: vehicle.installation,
             options,
             navigator,
             input: ActuatorInput::default(),
@@ -335,6 +339,7 @@ impl<'a> Pass<'a> {
         };
         let path = AcousticPath { vehicle: VehicleEnd::Now, ship };
         if let Some(range_m) = packet.range_m.filter(|_| self.options.use_range) {
+            let range_m = self.range_at_centre_m(range_m, packet.ship_m);
             self.fuse(&Measurement::Range { path, range_m });
         }
         if let Some(range_rate_mps) = packet.range_rate_mps.filter(|_| self.options.use_range_rate) {
@@ -347,6 +352,13 @@ impl<'a> Pass<'a> {
         if let Some(clone) = packet.clone {
             self.navigator.drop_clone(clone);
         }
+    }
+
+    /// The range of the centre of gravity; the ship stands where the packet says, or where the filter has it now.
+    fn range_at_centre_m(&self, range_m: f64, ship_m: Option<[f64; 2]>) -> f64 {
+        let Some(ship_m) = ship_m.or(self.navigator.ship_state().map(|[x, y, ..]| [x, y])) else { return range_m };
+        let depth_m = self.options.navigation.ship_transducer_depth_m;
+        inputs::range_at_centre_m(range_m, self.navigator.state(), &self.installation, ship_m, depth_m)
     }
 
     fn sample(&mut self, is_last: bool) {

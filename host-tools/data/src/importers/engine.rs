@@ -99,7 +99,7 @@ impl<'a> Importer<'a> {
             start_us: None,
             is_short: false,
             dropped_positions: 0,
-            log: Log { path: path.to_owned(), rows: Vec::new(), notes },
+            log: Log { path: path.to_owned(), notes, ..Log::default() },
         })
     }
 

@@ -160,6 +160,8 @@ pub struct Log {
     pub rows: Vec<LogRow>,
     /// What the reader ignored or assumed, one line each.
     pub notes: Vec<String>,
+    /// Samples are those of the centre of gravity ([`inputs::at_centre`](crate::inputs::at_centre)), not of the sensors.
+    pub at_centre: bool,
 }
 
 impl Log {

@@ -19,7 +19,7 @@ impl Log {
         let notes = table::read(path, &Table { names: &names, required: &[], hint }, |time_us, values| {
             rows.push(LogRow { time_us, values: *values });
         })?;
-        let log = Self { path: path.to_owned(), rows, notes };
+        let log = Self { path: path.to_owned(), rows, notes, ..Self::default() };
         log.check_acoustics()?;
         Ok(log)
     }

@@ -102,7 +102,7 @@ fn submerged(log: &Log, truth: &Truth) -> Log {
     let from = truth.rows.iter().find(deep).map_or(0, |row| row.time_us);
     let to = truth.rows.iter().rfind(deep).map_or(0, |row| row.time_us);
     let rows = log.rows.iter().filter(|row| (from..=to).contains(&row.time_us)).copied().collect();
-    Log { rows, path: log.path.clone(), notes: Vec::new() }
+    Log { rows, notes: Vec::new(), ..log.clone() }
 }
 
 /// The log with noise added to its ranges.

@@ -1,24 +1,22 @@
-//! From a session's bytes to what they say: measurements as rows of a vehicle log, and the board's own records.
+//! From a session's bytes to what they say: raw samples as rows of a vehicle log, and the board's own records.
 //!
-//! The devices are decoded as the board is set to decode them: with the parameters that stand in the log, and every
-//! change of them over the host link.
+//! The devices are decoded by the board's own links, with the parameters that stand in the log and every change of them
+//! over the host link. The rows are what the sensors said, when it arrived: the installation is applied by who reads them
+//! ([`backseat_data::inputs`]). A fix stands at its own time, a range at its time of arrival.
 
-mod acoustics;
-mod devices;
-
-use acoustics::Acoustics;
-use backseat_app::LocalFrame;
+use crate::monitor::words;
+use backseat_app::inputs::installation::mounted;
+use backseat_app::inputs::{AcousticReport, Packet, PacketProgress, Packets, Sample, Stamp};
+use backseat_app::links::Links;
 use backseat_app::parameters::{AppSettings, ParameterStore};
+use backseat_app::{LocalFrame, UtcClock};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_data::session::{Entry, Event};
 use backseat_data::{Column, LogRow};
+use backseat_wire::calendar::DAY_US;
 use backseat_wire::hostlink::{
     Adoption, Decoder, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Port, Telemetry, ToBoard,
 };
-use devices::{Ahrs, Dvl, Frontseat, FrontseatSaid, Modem};
-
-/// A fix whose own time differs by more from when it came is placed by when it came, µs.
-const FIX_AGE_US: u64 = 3_000_000;
 
 /// What was found, and when by the log's clock.
 pub struct Found<'a> {
@@ -50,6 +48,7 @@ pub enum Kind {
     Start,
     Mode,
     Adoption,
+    Fault,
     Recorder,
     Loss,
 }
@@ -60,6 +59,7 @@ impl Kind {
             Self::Start => "start",
             Self::Mode => "mode",
             Self::Adoption => "adoption",
+            Self::Fault => "fault",
             Self::Recorder => "recorder",
             Self::Loss => "loss",
         }
@@ -69,55 +69,49 @@ impl Kind {
 /// Decodes a session, entry by entry.
 pub struct Decoding {
     parameters: ParameterStore,
-    /// The log told them.
+    /// The log has them.
     pub parameters_known: bool,
-    frontseat: Frontseat,
-    dvl: Dvl,
-    ahrs: Ahrs,
-    modem: Modem,
-    acoustics: Acoustics,
+    links: Box<Links>,
+    packets: Packets,
+    clock: UtcClock,
     to_board: Decoder,
     from_board: Decoder,
-    board: BoardSaid,
-    /// UTC less the log's time, µs.
-    utc_offset_us: Option<i64>,
+    board: BoardRecords,
 }
 
-/// What the board last said.
+/// The board's last records.
 #[derive(Default)]
-struct BoardSaid {
+struct BoardRecords {
     mode: Option<(Mode, ModeReason)>,
     input: Option<ActuatorInput>,
-    /// It has said what it commands: what the frontseat echoes is not needed.
+    /// Telemetry has the commands: the frontseat's echo is not needed.
     heard: bool,
 }
 
 impl Decoding {
     /// Before the first entry; UTC less the log's time may be known, until the board says better.
-    pub fn new(utc_offset_us: Option<i64>) -> Self {
+    pub fn new(utc_offset_us: Option<u64>) -> Self {
         let parameters = ParameterStore::new();
-        let settings = &parameters.active().app;
+        let mut links = Box::new(Links::new());
+        links.configure(&parameters.active().app);
         Self {
-            dvl: Dvl::new(settings),
-            ahrs: Ahrs::new(),
-            frontseat: Frontseat::new(),
-            modem: Modem::new(),
-            acoustics: Acoustics::default(),
-            to_board: Decoder::new(),
-            from_board: Decoder::new(),
-            board: BoardSaid::default(),
             parameters,
             parameters_known: false,
-            utc_offset_us,
+            links,
+            packets: Packets::new(),
+            clock: utc_offset_us.map_or(UtcClock::new(), |utc_us| UtcClock::synchronised(0, utc_us)),
+            to_board: Decoder::new(),
+            from_board: Decoder::new(),
+            board: BoardRecords::default(),
         }
     }
 
-    /// UTC less the log's time, µs, as far as the log has told.
-    pub const fn utc_offset_us(&self) -> Option<i64> {
-        self.utc_offset_us
+    /// UTC at the log's time zero, µs, as far as the log has it.
+    pub fn utc_offset_us(&self) -> Option<u64> {
+        self.clock.utc_us(0)
     }
 
-    /// Origin of the local frame.
+    /// The local frame.
     pub fn frame(&self) -> LocalFrame {
         frame(&self.parameters.active().app)
     }
@@ -174,41 +168,35 @@ impl Decoding {
             true
         });
         if taken.is_ok() && rebuilt {
-            self.dvl = Dvl::new(&self.parameters.active().app);
-            self.ahrs = Ahrs::new();
+            self.links.configure(&self.parameters.active().app);
         }
     }
 
     fn device(&mut self, port: Port, time_us: u64, bytes: &[u8], out: &mut dyn FnMut(Found<'_>)) {
-        let Self { parameters, frontseat, dvl, ahrs, modem, acoustics, board, utc_offset_us, .. } = self;
+        let Self { parameters, links, packets, clock, board, .. } = self;
         let settings = &parameters.active().app;
-        match port {
-            Port::Dvl => dvl.receive(time_us, bytes, settings, |row| measured(&row, out)),
-            Port::Ahrs => ahrs.receive(time_us, bytes, settings, |row| measured(&row, out)),
-            Port::Frontseat => frontseat.receive(time_us, bytes, settings, |said| match said {
-                FrontseatSaid::Row(row) => measured(&row, out),
-                FrontseatSaid::Echo(input) if !board.heard && board.input != Some(input) => {
-                    board.input = Some(input);
-                    measured(LogRow::new(time_us).set_actuators(&input), out);
+        let mut samples = Vec::new();
+        links.receive(port, time_us, bytes, settings, clock, |stamp, sample| samples.push((stamp, sample)));
+        for (stamp, sample) in samples {
+            if let Sample::Acoustic(report) = &sample {
+                if let PacketProgress::Complete(packet) = follow(packets, report, time_us, clock, settings) {
+                    packet_rows(&packet, out);
                 }
-                FrontseatSaid::Echo(_) => {}
-                FrontseatSaid::Fix { utc_us, position_deg } => {
-                    let own_us = utc_offset_us.and_then(|offset_us| utc_us.checked_add_signed(-offset_us));
-                    let delayed_us = devices::valid_us(time_us, settings.installation.gnss_delay_s);
-                    let time_us = own_us.filter(|us| us.abs_diff(time_us) <= FIX_AGE_US).unwrap_or(delayed_us);
-                    let [lat_deg, lon_deg] = position_deg;
-                    let position_m = frame(settings).to_local(lat_deg, lon_deg);
-                    measured(LogRow::new(time_us).set_all(Column::GpsX, &position_m), out);
-                    out(Found { time_us, what: What::VehicleFix(position_deg) });
-                }
-            }),
-            Port::Modem => modem.receive(bytes, settings, |said| {
-                let Some(packet) = acoustics.take(&said, time_us, *utc_offset_us, settings) else { return };
-                measured(&packet.row, out);
-                measured(&packet.ship, out);
-                out(Found { time_us: packet.launch_us, what: What::ShipFix(packet.ship_deg) });
-            }),
-            Port::Host => {}
+                continue;
+            }
+            let row = row_of(stamp, &sample, settings);
+            if let Sample::Fix { position_m } = sample {
+                let (lat_deg, lon_deg) = frame(settings).to_geodetic(position_m);
+                out(Found { time_us: row.time_us, what: What::VehicleFix([lat_deg, lon_deg]) });
+            }
+            measured(&row, out);
+        }
+        if port == Port::Frontseat
+            && let Some((_, input)) = links.echo(settings)
+            && !board.heard
+            && board.input.replace(input) != Some(input)
+        {
+            measured(LogRow::new(time_us).set_actuators(&input), out);
         }
     }
 
@@ -218,7 +206,7 @@ impl Decoding {
                 Ok(FromBoard::Telemetry(telemetry)) => {
                     self.board.hear(time_us, &telemetry, out);
                     if telemetry.utc_us != 0 {
-                        self.utc_offset_us = telemetry.utc_us.checked_signed_diff(time_us);
+                        self.clock = UtcClock::synchronised(time_us, telemetry.utc_us);
                     }
                 }
                 Ok(FromBoard::Fusion(fusion)) => out(Found { time_us, what: What::Fusion(&fusion) }),
@@ -226,13 +214,17 @@ impl Decoding {
                 Ok(FromBoard::Adoption(verdict)) => {
                     out(Found { time_us, what: What::Event(Kind::Adoption, adoption(&verdict)) });
                 }
+                Ok(FromBoard::Fault(report)) => {
+                    let (_, text) = words::fault(&report);
+                    out(Found { time_us, what: What::Event(Kind::Fault, text) });
+                }
                 _ => {}
             }
         }
     }
 }
 
-impl BoardSaid {
+impl BoardRecords {
     fn hear(&mut self, time_us: u64, telemetry: &Telemetry, out: &mut dyn FnMut(Found<'_>)) {
         self.heard = true;
         let mode = (telemetry.mode, telemetry.reason);
@@ -246,6 +238,59 @@ impl BoardSaid {
         }
         out(Found { time_us, what: What::Telemetry(telemetry) });
     }
+}
+
+/// A raw sample as a row. A fix that does not name its own time is placed by the delay of the receiver.
+fn row_of(stamp: Stamp, sample: &Sample, settings: &AppSettings) -> LogRow {
+    let time_us = match (stamp, sample) {
+        (Stamp::Arrival(_), Sample::Fix { .. }) => mounted(stamp, *sample, &settings.installation).0,
+        (Stamp::Arrival(time_us) | Stamp::Own(time_us), _) => time_us,
+    };
+    let mut row = LogRow::new(time_us);
+    match sample {
+        Sample::Depth { depth_m } => row.set(Column::Depth, *depth_m),
+        Sample::Attitude { euler_rad } => row.set_all(Column::Roll, euler_rad),
+        Sample::Rates { rates_radps } => row.set_all(Column::P, rates_radps),
+        Sample::BottomTrack { velocity_mps } => row.set_all(Column::DvlU, velocity_mps),
+        Sample::Fix { position_m } => row.set_all(Column::GpsX, position_m),
+        // a vehicle log has no column for water track
+        Sample::WaterTrack { .. } | Sample::Acoustic(_) => &mut row,
+    };
+    row
+}
+
+/// Takes a report of the modem. Without UTC the packet stands where the modem reported its start.
+fn follow(
+    packets: &mut Packets,
+    report: &AcousticReport,
+    time_us: u64,
+    clock: &UtcClock,
+    settings: &AppSettings,
+) -> PacketProgress {
+    if let (None, AcousticReport::Statistics { arrival, .. }, Some(start_us)) =
+        (clock.utc_us(time_us), report, packets.began_us())
+    {
+        // of the modem's clock only the time of day counts
+        let provisional = UtcClock::synchronised(start_us, arrival.unix_us(DAY_US));
+        return packets.take(report, time_us, &provisional, settings);
+    }
+    packets.take(report, time_us, clock, settings)
+}
+
+/// The range at its time of arrival, and the ship at the launch: all that a log of the vehicle knows of the ship's track.
+fn packet_rows(packet: &Packet, out: &mut dyn FnMut(Found<'_>)) {
+    let toa_us = packet.start_us.saturating_add_signed(packet.bridge_us);
+    let tol_us = toa_us.saturating_add_signed(-packet.flight_us);
+    let position_m = packet.ship.position_m;
+    let mut row = LogRow::new(toa_us);
+    row.set(Column::Range, packet.range_m)
+        .set(Column::RangeRate, packet.range_rate_mps.unwrap_or(f64::NAN))
+        .set(Column::Tol, tol_us as f64 * 1e-6)
+        .set(Column::Toa, toa_us as f64 * 1e-6)
+        .set_all(Column::ShipX, &position_m);
+    measured(&row, out);
+    measured(LogRow::new(tol_us).set_all(Column::ShipGpsX, &position_m), out);
+    out(Found { time_us: tol_us, what: What::ShipFix(packet.ship_deg) });
 }
 
 fn measured(row: &LogRow, out: &mut dyn FnMut(Found<'_>)) {
