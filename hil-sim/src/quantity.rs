@@ -101,6 +101,24 @@ quantities! {
     factor: 0.0..=10.0;
 }
 
+/// A lever arm within the vehicle, m.
+pub fn arm<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::Error> {
+    three(deserializer, 20.0)
+}
+
+/// Roll, pitch, yaw, rad.
+pub fn turn<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::Error> {
+    three(deserializer, 3.2)
+}
+
+fn three<'de, D: Deserializer<'de>>(deserializer: D, limit: f64) -> Result<[f64; 3], D::Error> {
+    let values = <[f64; 3]>::deserialize(deserializer)?;
+    match values.iter().find(|value| !(-limit..=limit).contains(*value)) {
+        Some(value) => Err(D::Error::custom(format_args!("{value} is not within {} to {limit}", -limit))),
+        None => Ok(values),
+    }
+}
+
 /// An integration step: a divisor of one second, 100 µs to 10 ms.
 pub fn step_us<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
     let step = u64::deserialize(deserializer)?;

@@ -25,6 +25,8 @@ pub struct World {
     estimator: ShipEstimator,
     sensors: Sensors,
     acoustics: Acoustics,
+    /// Of the vehicle.
+    transducer_arm_m: [f64; 3],
 }
 
 impl World {
@@ -50,6 +52,7 @@ impl World {
             estimator: ShipEstimator::new(&settings.ship, ship_sigma),
             sensors: Sensors::new(scenario, &physics.instruments),
             acoustics: Acoustics::new(scenario, &physics.channel),
+            transducer_arm_m: settings.installation.transducer_arm_m,
         }
     }
 
@@ -86,20 +89,14 @@ impl World {
             self.targets = targets;
             self.pending.pop_front();
         }
-        let (from_s, from_m) = (seconds(self.time_us), self.vehicle.state().position_m());
+        let (from_s, from_m) = (seconds(self.time_us), self.transducer_m());
         self.vehicle.step(&self.targets, &self.water);
         self.time_us += self.step_us;
         let to_s = seconds(self.time_us);
         self.water = self.sea.at(to_s, self.vehicle.state().position_m());
         if self.acoustics.busy() {
-            let state = self.vehicle.state();
-            let passage = Passage {
-                from_s,
-                from_m,
-                to_s,
-                to_m: state.position_m(),
-                velocity_mps: state.velocity_ned_mps(&self.water),
-            };
+            let Sender { position_m: to_m, velocity_mps } = self.sender();
+            let passage = Passage { from_s, from_m, to_s, to_m, velocity_mps };
             self.acoustics.arrivals(&passage, &self.estimator, sink);
         }
     }
@@ -116,10 +113,21 @@ impl World {
             });
         }
         if self.acoustics.may_launch(self.time_us) {
-            let state = self.vehicle.state();
-            let sender = Sender { position_m: state.position_m(), velocity_mps: state.velocity_ned_mps(&self.water) };
+            let sender = self.sender();
             self.acoustics.launch(self.time_us, &sender, &self.ship, &self.estimator);
         }
+    }
+
+    /// Where the vehicle's transducer is, NED, m.
+    fn transducer_m(&self) -> [f64; 3] {
+        let at_centre = self.transducer_arm_m == [0.0; 3];
+        if at_centre { self.vehicle.state().position_m() } else { self.truth().position_at(self.transducer_arm_m) }
+    }
+
+    /// The vehicle's transducer as it sends or hears.
+    fn sender(&self) -> Sender {
+        let velocity_mps = self.truth().velocity_at(self.transducer_arm_m);
+        Sender { position_m: self.transducer_m(), velocity_mps }
     }
 
     /// The true state of the vehicle now.

@@ -5,6 +5,7 @@
 
 mod backseat;
 pub mod effects;
+mod installation;
 mod limits;
 mod load;
 mod mission;
@@ -14,6 +15,7 @@ mod vehicle;
 
 pub use backseat::{Backseat, ControlLaw, ControlMode, perturbed};
 pub use effects::{Effect, Effects, Physics, Request};
+pub use installation::Installation;
 pub use limits::{End, Limits};
 pub use mission::{Lawnmower, Line, Mission, MissionWaypoint};
 pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, Slot, Start};
@@ -69,6 +71,9 @@ pub struct Settings {
     /// Sensors.
     #[serde(default)]
     pub sensors: Sensors,
+    /// Where the sensors really sit.
+    #[serde(default)]
+    pub installation: Installation,
     /// Spectra of the noise.
     #[serde(default)]
     pub noise: NoiseKind,

@@ -6,7 +6,7 @@ use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
 use crate::scenario;
 use crate::scenario::effects::Instruments;
-use crate::truth::VehicleTruth;
+use crate::truth::{VehicleTruth, mounting};
 
 /// Euler angles and body rates with noise, and the errors of compass, pitch sensor and gyros.
 #[derive(Clone, Debug)]
@@ -17,6 +17,7 @@ pub(super) struct Ahrs {
     rates_sigma_radps: f64,
     colouring: Option<[Colouring<3>; 2]>,
     instruments: Instruments,
+    turn_rad: [f64; 3],
     /// True and lagged heading at the last sample, unwrapped.
     lagged: Option<(u64, [f64; 2])>,
 }
@@ -26,6 +27,7 @@ impl Ahrs {
         settings: &scenario::Ahrs,
         declared: [f64; 2],
         instruments: &Instruments,
+        turn_rad: [f64; 3],
         noise: NoiseKind,
         seed: u64,
     ) -> Self {
@@ -37,6 +39,7 @@ impl Ahrs {
             rates_sigma_radps: noise.factor() * settings.rates_sigma_radps.unwrap_or(declared[1]),
             colouring: colouring(Source::AttitudeColour).zip(colouring(Source::RatesColour)).map(|(a, r)| [a, r]),
             instruments: *instruments,
+            turn_rad,
             lagged: None,
         }
     }
@@ -44,6 +47,7 @@ impl Ahrs {
     pub(super) fn sample(&mut self, vehicle: &VehicleTruth) -> Option<ObservationKind> {
         self.sampler.due(vehicle.time_us).then(|| {
             let [_, _, _, roll, pitch, heading, _, _, _, p, q, r] = vehicle.state;
+            let ([roll, pitch, heading], [p, q, r]) = self.in_its_axes([roll, pitch, heading], [p, q, r]);
             let compass = &self.instruments.compass;
             let (sin, cos) = libm::sincos(heading);
             let (sin2, cos2) = libm::sincos(2.0 * heading);
@@ -66,6 +70,17 @@ impl Ahrs {
                 rates_radps: [p + gyro[0] + rate[0], q + gyro[1] + rate[1], r + gyro[2] + rate[2]],
             }
         })
+    }
+
+    /// Attitude and rates of a turned sensor.
+    fn in_its_axes(&self, euler_rad: [f64; 3], rates_radps: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        if self.turn_rad == [0.0; 3] {
+            return (euler_rad, rates_radps);
+        }
+        (
+            mounting::turned(euler_rad, self.turn_rad),
+            mounting::into_frame(&mounting::rotation(self.turn_rad), rates_radps),
+        )
     }
 
     /// The heading behind the compass' lag, which is exact for a heading that changes evenly between samples.

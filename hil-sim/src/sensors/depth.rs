@@ -7,7 +7,7 @@ use crate::rng::{Source, Stream};
 use crate::scenario;
 use crate::truth::VehicleTruth;
 
-/// Depth of the centre of gravity with noise and bias.
+/// Depth of the sensor with noise and bias.
 #[derive(Clone, Debug)]
 pub(super) struct Depth {
     pub(super) sampler: Sampler,
@@ -15,6 +15,7 @@ pub(super) struct Depth {
     sigma_m: f64,
     colouring: Option<Colouring<1>>,
     bias_m: f64,
+    arm_m: [f64; 3],
 }
 
 impl Depth {
@@ -22,6 +23,7 @@ impl Depth {
         settings: &scenario::Depth,
         declared_sigma_m: f64,
         bias_m: f64,
+        arm_m: [f64; 3],
         noise: NoiseKind,
         seed: u64,
     ) -> Self {
@@ -31,6 +33,7 @@ impl Depth {
             sigma_m: noise.factor() * settings.sigma_m.unwrap_or(declared_sigma_m),
             colouring: noise.colour(Colour::DEPTH).map(|colour| Colouring::new(colour, seed, Source::DepthColour)),
             bias_m,
+            arm_m,
         }
     }
 
@@ -40,7 +43,7 @@ impl Depth {
             if let Some(colouring) = &mut self.colouring {
                 noise = colouring.mix(noise, self.sigma_m, vehicle.time_us);
             }
-            ObservationKind::Depth { depth_m: vehicle.state[2] + self.bias_m + noise[0] }
+            ObservationKind::Depth { depth_m: vehicle.position_at(self.arm_m)[2] + self.bias_m + noise[0] }
         })
     }
 }

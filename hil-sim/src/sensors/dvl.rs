@@ -6,7 +6,7 @@ use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
 use crate::scenario;
 use crate::scenario::effects::Instruments;
-use crate::truth::VehicleTruth;
+use crate::truth::{VehicleTruth, mounting};
 
 /// Velocity over ground in body axes and altitude over a flat bottom, while it sees the bottom.
 #[derive(Clone, Debug)]
@@ -18,8 +18,10 @@ pub(super) struct Dvl {
     bottom_depth_m: f64,
     /// (1 + scale) Ry(pitch)ᵀ Rz(yaw)ᵀ: true body velocity to what is measured.
     mounting: [[f64; 3]; 3],
-    /// Where it is minus where it is declared.
+    /// Where it is.
     lever_m: [f64; 3],
+    /// How it is turned, if it is.
+    turn: Option<mounting::Rotation>,
     colouring: Option<Colouring<3>>,
 }
 
@@ -28,6 +30,7 @@ impl Dvl {
         settings: &scenario::Dvl,
         declared_sigma_mps: f64,
         instruments: &Instruments,
+        installation: &scenario::Installation,
         bottom_depth_m: f64,
         noise: NoiseKind,
         seed: u64,
@@ -43,7 +46,8 @@ impl Dvl {
             settings: *settings,
             bottom_depth_m,
             mounting: mounting.map(|row| row.map(|element| gain * element)),
-            lever_m: instruments.dvl_lever_m,
+            lever_m: std::array::from_fn(|i| installation.dvl_arm_m[i] + instruments.dvl_lever_m[i]),
+            turn: (installation.dvl_turn_rad != [0.0; 3]).then(|| mounting::rotation(installation.dvl_turn_rad)),
             colouring: noise.colour(Colour::DVL).map(|colour| Colouring::new(colour, seed, Source::DvlColour)),
         }
     }
@@ -63,6 +67,7 @@ impl Dvl {
             let ([u, v, w], [x, y, z]) = (vehicle.velocity_over_ground_mps, self.lever_m);
             let [.., p, q, r] = vehicle.state;
             let v = [u + q * z - r * y, v + r * x - p * z, w + p * y - q * x];
+            let v = self.turn.as_ref().map_or(v, |turn| mounting::into_frame(turn, v));
             ObservationKind::Dvl {
                 velocity_mps: Some(core::array::from_fn(|i| {
                     let m = &self.mounting[i];

@@ -15,16 +15,24 @@ pub(super) struct VehicleGnss {
     random: Stream,
     sigma_m: f64,
     max_depth_m: f64,
+    arm_m: [f64; 3],
     colouring: Option<Colouring<2>>,
 }
 
 impl VehicleGnss {
-    pub(super) fn new(settings: &scenario::Gnss, declared_sigma_m: f64, noise: NoiseKind, seed: u64) -> Self {
+    pub(super) fn new(
+        settings: &scenario::Gnss,
+        declared_sigma_m: f64,
+        arm_m: [f64; 3],
+        noise: NoiseKind,
+        seed: u64,
+    ) -> Self {
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::VehicleGnss),
             sigma_m: noise.factor() * settings.sigma_m.unwrap_or(declared_sigma_m),
             max_depth_m: settings.max_depth_m,
+            arm_m,
             colouring: noise.colour(Colour::GNSS).map(|colour| Colouring::new(colour, seed, Source::VehicleGnssColour)),
         }
     }
@@ -35,7 +43,8 @@ impl VehicleGnss {
             if let Some(colouring) = &mut self.colouring {
                 noise = colouring.mix(noise, self.sigma_m, vehicle.time_us);
             }
-            let [x, y, z, ..] = vehicle.state;
+            let z = vehicle.state[2];
+            let [x, y, _] = vehicle.position_at(self.arm_m);
             let [north, east, _] = vehicle.velocity_ned_mps;
             let fix = (z < self.max_depth_m).then(|| GnssFix {
                 position_m: [x + noise[0], y + noise[1]],

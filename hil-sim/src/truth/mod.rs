@@ -11,6 +11,7 @@
 mod actuators;
 mod faults;
 mod integrator;
+pub mod mounting;
 mod parameters;
 mod plant;
 mod undeclared;

@@ -2,6 +2,7 @@
 
 use super::actuators::Drive;
 use super::integrator::runge_kutta_4;
+use super::mounting;
 use super::{Actuators, Faults, Parameters, Plant, State, Undeclared, Water};
 use crate::noise::Colouring;
 use crate::rng::{Source, Stream};
@@ -21,6 +22,30 @@ pub struct VehicleTruth {
     pub current_mps: [f64; 2],
     /// What the actuators really do.
     pub actuators: Actuators,
+}
+
+impl VehicleTruth {
+    /// Position of a point of the vehicle, NED, m; the arm is in body axes.
+    #[must_use]
+    pub fn position_at(&self, arm_m: [f64; 3]) -> [f64; 3] {
+        let [x, y, z, roll, pitch, heading, ..] = self.state;
+        if arm_m == [0.0; 3] {
+            return [x, y, z];
+        }
+        let arm = mounting::times(&mounting::rotation([roll, pitch, heading]), arm_m);
+        [x + arm[0], y + arm[1], z + arm[2]]
+    }
+
+    /// Velocity over ground of a point of the vehicle, NED, m/s.
+    #[must_use]
+    pub fn velocity_at(&self, arm_m: [f64; 3]) -> [f64; 3] {
+        let [.., roll, pitch, heading, _, _, _, p, q, r] = self.state;
+        if arm_m == [0.0; 3] {
+            return self.velocity_ned_mps;
+        }
+        let swing = mounting::times(&mounting::rotation([roll, pitch, heading]), mounting::swing([p, q, r], arm_m));
+        core::array::from_fn(|i| self.velocity_ned_mps[i] + swing[i])
+    }
 }
 
 /// The simulated vehicle.
