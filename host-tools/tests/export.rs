@@ -314,7 +314,7 @@ fn nothing_is_written_over_and_bad_files_are_told_in_one_line() {
     for (name, bytes, expected) in [
         ("empty.mcap", b"".as_slice(), "is empty"),
         ("table.csv", b"t_s,depth_m\n0,1\n", "neither a session"),
-        ("magic.mcap", b"\x89MCAP0\r\n", "no description"),
+        ("magic.mcap", b"\x89MCAP0\r\n", "its description is missing"),
     ] {
         std::fs::write(folder.path().join(name), bytes).unwrap();
         let line = complaint(folder.path(), &[name, "--csv", name.trim_end_matches(".csv")]);
