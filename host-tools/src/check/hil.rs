@@ -5,7 +5,6 @@ use super::judge::{self, Line, Look, Verdict};
 use super::{look, wiggle};
 use crate::board::Common;
 use anyhow::Context;
-use backseat_host::PORT_NAMES;
 use backseat_link::board::{Board, reason};
 use backseat_wire::hostlink::{Health, Port, ResetCause};
 use std::fmt::Write as _;
@@ -27,9 +26,7 @@ pub fn lines(common: &Common) -> anyhow::Result<Vec<Line>> {
     let mut lines = judge::lines(&seen);
     lines.retain(|line| WITHOUT_DEVICES.contains(&line.what));
     match &seen.counters {
-        Some((before, after)) => {
-            lines.extend(PORT_NAMES.iter().zip(Port::DEVICES).map(|(_, port)| joined(port, before, after)))
-        }
+        Some((before, after)) => lines.extend(Port::DEVICES.map(|port| joined(port, before, after))),
         None => lines.push(Line::new(Verdict::Fail, "loop-back", "this firmware does not count frames")),
     }
     lines.push(pulse(&seen));
