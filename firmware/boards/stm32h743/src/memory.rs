@@ -56,7 +56,8 @@ static mut PUMP: MaybeUninit<Pump> = MaybeUninit::uninit();
 static mut STORED: MaybeUninit<Settings> = MaybeUninit::uninit();
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Hands it out, as new, once.
+/// Hands it out, as new, once. What passes over the stack here is not to stay in the caller's frame.
+#[inline(never)]
 pub fn take() -> Option<Memory> {
     if TAKEN.swap(true, Ordering::AcqRel) {
         return None;
