@@ -310,6 +310,7 @@ impl Backseat {
             self.clock.utc_us(now_us),
             self.modes.present(),
             &self.estimator,
+            self.inputs.actuators().at(now_us),
             self.steering.leg(),
             self.links.rejected(&self.parameters.active().app),
         );

@@ -11,7 +11,7 @@ use crate::inputs::{AcousticReport, ActuatorHistory, Inputs, Loss, Packet, Packe
 use crate::parameters::Settings;
 use crate::store::Navigation;
 use crate::time::{UtcClock, micros};
-use backseat_core::dynamics::{ActuatorInput, FINS, VehicleModel};
+use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
     AcousticPath, CloneId, ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement,
     NavigationConfig, NavigationError, Navigator, ProcessModel, Sensor, ShipEnd, ShipReport, VehicleEnd,
@@ -42,8 +42,6 @@ pub struct Estimator {
     packets: Packets,
     /// The vehicle at the start of the packet under way.
     clone: Option<CloneId>,
-    /// What the actuators did at the filter's time.
-    input: ActuatorInput,
     /// The vehicle at the present.
     output: VehicleState,
     records: Vec<FusionRecord, MAX_RECORDS>,
@@ -62,7 +60,6 @@ impl Estimator {
             model: None,
             packets: Packets::new(),
             clone: None,
-            input: ActuatorInput { propeller_radps: 0.0, fins_rad: [0.0; FINS] },
             output: VehicleState::from_array_storage(nalgebra::ArrayStorage([[0.0; 12]])),
             records: Vec::new(),
             ship: None,
@@ -110,11 +107,6 @@ impl Estimator {
         self.ship.take()
     }
 
-    /// What the actuators did at the end of the last step, before its command.
-    pub fn input(&self) -> &ActuatorInput {
-        &self.input
-    }
-
     /// Builds the filter anew and forgets what was under way in it.
     ///
     /// # Errors
@@ -142,7 +134,6 @@ impl Estimator {
     pub fn reset(&mut self) {
         self.resumed = None;
         self.ship = None;
-        self.input = ActuatorInput::default();
         self.records.clear();
     }
 
@@ -171,9 +162,7 @@ impl Estimator {
             if self.packets.expire(horizon_us, &settings.app) {
                 self.drop_clone();
             }
-            self.input = *inputs.actuators().at(now_us);
         } else {
-            self.input = *inputs.actuators().at(now_us);
             self.initialise(horizon_us, inputs, settings);
         }
         match self.navigator.failure() {
@@ -359,7 +348,7 @@ impl Estimator {
             Some(velocity_mps) if app.use_dvl => {
                 InitialSpeed::Dvl(velocity_at_centre(rates_radps, velocity_mps, &app.installation.dvl_arm_m))
             }
-            _ => InitialSpeed::Commanded(steady_speed_mps(&self.input, settings)),
+            _ => InitialSpeed::Commanded(steady_speed_mps(inputs.actuators().at(now_us), settings)),
         };
         let mut x = VehicleState::zeros();
         x.fixed_rows_mut::<3>(PHI).copy_from_slice(&euler_rad);

@@ -1,6 +1,7 @@
 //! The records of each step for the host.
 
 use crate::estimator::Estimator;
+use backseat_core::dynamics::ActuatorInput;
 use backseat_core::navigation::{FusionOutcome, FusionRecord, ShipReport};
 use backseat_core::state::{VEHICLE_STATES, X, Y};
 use backseat_wire::hostlink::{FusionTelemetry, Mode, ModeReason, Ship, Telemetry};
@@ -11,6 +12,7 @@ pub fn record(
     utc_us: Option<u64>,
     (mode, reason): (Mode, ModeReason),
     estimator: &Estimator,
+    input: &ActuatorInput,
     leg: Option<u16>,
     rejected_frames: [u32; 4],
 ) -> Telemetry {
@@ -32,8 +34,8 @@ pub fn record(
         sigma,
         cov_xy_m2: if navigator.is_initialised() { navigator.covariance(X, Y) } else { 0.0 },
         current_mps: if navigator.is_initialised() { navigator.current() } else { [0.0; 2] },
-        propeller_radps: estimator.input().propeller_radps,
-        fins_rad: estimator.input().fins_rad,
+        propeller_radps: input.propeller_radps,
+        fins_rad: input.fins_rad,
         leg,
         rejected_frames,
     }

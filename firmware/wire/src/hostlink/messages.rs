@@ -186,9 +186,9 @@ pub struct Telemetry {
     pub cov_xy_m2: f64,
     /// Current north, east, m/s (0 where not estimated).
     pub current_mps: [f64; 2],
-    /// Commanded propeller, rad/s, and fins [top, bottom, port, starboard], rad.
+    /// What the propeller does from this step on, as commanded, rad/s.
     pub propeller_radps: f64,
-    /// Commanded fins, rad.
+    /// The same of the fins [top, bottom, port, starboard], rad.
     pub fins_rad: [f64; 4],
     /// Leg of the mission being followed; `None` when no mission runs.
     pub leg: Option<u16>,
