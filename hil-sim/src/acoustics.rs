@@ -74,6 +74,8 @@ enum FlightKind {
 pub struct Acoustics {
     settings: scenario::Acoustics,
     transducer_depth_m: f64,
+    /// What modem and hardware add to a time of flight, s.
+    delay_s: f64,
     /// What everybody declares, m/s.
     declared_speed_mps: f64,
     /// What it is, m/s.
@@ -95,6 +97,7 @@ impl Acoustics {
         let speed = settings.environment.sound_speed_mps;
         Self {
             transducer_depth_m: settings.ship.transducer_depth_m,
+            delay_s: settings.installation.transducer_delay_s,
             declared_speed_mps: speed,
             true_speed_mps: speed / (1.0 + channel.sound_speed_ratio),
             channel: *channel,
@@ -261,7 +264,8 @@ impl Acoustics {
         // A one-way time is read off the receiver's clock, in units of the declared sound speed.
         let one_way = |tol_us: u64| {
             let clock_s = self.channel.clock_offset_s + self.channel.clock_drift * arrival_s;
-            let range_m = self.declared_speed_mps * (arrival_s - seconds(tol_us) + clock_s) + range_error_m;
+            let range_m =
+                self.declared_speed_mps * (arrival_s - seconds(tol_us) + clock_s + self.delay_s) + range_error_m;
             let toa_us = tol_us.saturating_add_signed((range_m / self.declared_speed_mps * 1.0e6).round() as i64);
             (range_m, toa_us)
         };
@@ -281,7 +285,7 @@ impl Acoustics {
             }
             FlightKind::Return { tol_us, outward_m } => {
                 let true_s = 0.5 * (outward_m + true_range_m) / self.true_speed_mps;
-                let one_way_time_s = true_s + range_error_m / self.declared_speed_mps;
+                let one_way_time_s = true_s + self.delay_s + range_error_m / self.declared_speed_mps;
                 ObservationKind::TwoWay(TwoWay {
                     tol_us,
                     reply_us: micros(flight.left_s),

@@ -57,6 +57,8 @@ pub enum ObservationKind {
 /// A position fix of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GnssFix {
+    /// When it was taken, µs since the start of the scenario.
+    pub time_us: u64,
     /// North, east, m.
     pub position_m: [f64; 2],
     /// Speed over ground, m/s.

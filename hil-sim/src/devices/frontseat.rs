@@ -291,7 +291,7 @@ impl Frontseat {
             ObservationKind::VehicleGnss { fix } => {
                 self.fix = fix;
                 if std::mem::take(&mut self.wanted.gps) {
-                    let utc_us = u64::from(self.start_unix_s) * 1_000_000 + time_us;
+                    let utc_us = u64::from(self.start_unix_s) * 1_000_000 + fix.map_or(time_us, |fix| fix.time_us);
                     self.send(
                         time_us,
                         &FromFrontseat::Rmc(Rmc {

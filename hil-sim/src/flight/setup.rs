@@ -25,10 +25,9 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ControlLaw::LqrOnReference => 2.0,
     };
     let helm = backseat.control_mode == ControlMode::Oms;
-    let app: [(&str, f64); 15] = [
+    let app: [(&str, f64); 14] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
         ("app.origin_lon_deg", environment.origin_longitude_deg),
-        ("installation.sound_speed_mps", environment.sound_speed_mps),
         ("app.declination_rad", environment.magnetic_declination_rad),
         ("app.dvl_mounting_rad", crate::devices::DVL_MOUNTING_RAD),
         ("app.clock_encoding", 1.0), // bit field

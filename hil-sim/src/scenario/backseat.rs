@@ -3,6 +3,7 @@
 use super::Scenario;
 use crate::quantity;
 use backseat_core::dynamics::VehicleParameters;
+use backseat_core::parameters::Installation;
 use backseat_data::VehicleFile;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -72,11 +73,17 @@ pub enum ControlMode {
 }
 
 impl Scenario {
-    /// The vehicle that the backseat is given: the declared one, wrong by `backseat.wrong_share`.
+    /// The vehicle that the backseat is given: the declared one, wrong by `backseat.wrong_share`, with the sound speed of the
+    /// place and the depth of the ship's transducer.
     #[must_use]
     pub fn declared_vehicle(&self) -> VehicleFile {
         let parameters = perturbed(&self.vehicle.parameters, self.settings.backseat.wrong_share, self.settings.seed);
-        VehicleFile { parameters, ..self.vehicle.clone() }
+        let installation = Installation {
+            sound_speed_mps: self.settings.environment.sound_speed_mps,
+            ship_transducer_depth_m: self.settings.ship.transducer_depth_m,
+            ..self.vehicle.installation
+        };
+        VehicleFile { parameters, installation, ..self.vehicle.clone() }
     }
 }
 

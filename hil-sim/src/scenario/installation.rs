@@ -32,7 +32,13 @@ pub struct Installation {
     /// GNSS antenna, m.
     #[serde(deserialize_with = "quantity::arm")]
     pub gnss_arm_m: [f64; 3],
+    /// GNSS, s beyond what the emulated receiver takes by itself.
+    #[serde(deserialize_with = "quantity::delay")]
+    pub gnss_delay_s: f64,
     /// Acoustic transducer, m.
     #[serde(deserialize_with = "quantity::arm")]
     pub transducer_arm_m: [f64; 3],
+    /// What modem and hardware add to every time of flight, s.
+    #[serde(deserialize_with = "quantity::delay")]
+    pub transducer_delay_s: f64,
 }

@@ -45,8 +45,9 @@ impl VehicleGnss {
             }
             let z = vehicle.state[2];
             let [x, y, _] = vehicle.position_at(self.arm_m);
-            let [north, east, _] = vehicle.velocity_ned_mps;
+            let [north, east, _] = vehicle.velocity_at(self.arm_m);
             let fix = (z < self.max_depth_m).then(|| GnssFix {
+                time_us: vehicle.time_us,
                 position_m: [x + noise[0], y + noise[1]],
                 speed_mps: libm::hypot(north, east),
                 course_rad: libm::atan2(east, north).rem_euclid(std::f64::consts::TAU),

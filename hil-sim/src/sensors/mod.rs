@@ -89,8 +89,14 @@ impl Sensors {
             ),
             gnss: gnss::VehicleGnss::new(&sensors.gnss, noise.gnss_m, installation.gnss_arm_m, kind, seed),
             ship_gnss: gnss::ShipGnss::new(&sensors.ship_gnss, noise.ship_gnss_m, kind, seed),
-            delays_us: [installation.depth_delay_s, installation.ahrs_delay_s, installation.dvl_delay_s, 0.0, 0.0]
-                .map(|delay_s| (delay_s * 1.0e6).round() as u64),
+            delays_us: [
+                installation.depth_delay_s,
+                installation.ahrs_delay_s,
+                installation.dvl_delay_s,
+                installation.gnss_delay_s,
+                0.0,
+            ]
+            .map(|delay_s| (delay_s * 1.0e6).round() as u64),
             late: VecDeque::new(),
         }
     }

@@ -1,5 +1,6 @@
 //! Every effect does what its definition says: against closed forms, or against the same world without it.
 
+mod installation;
 mod plant;
 mod sensing;
 mod table;
