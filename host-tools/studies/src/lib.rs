@@ -39,12 +39,12 @@ pub struct EnsembleArguments {
 /// A study, with its options.
 #[derive(clap::Subcommand)]
 pub enum Study {
-    /// Navigation error of every filter over an ensemble of seeded missions
+    /// Error of every filter where vehicle, sensors and water are not as declared, over an ensemble of seeded missions
     #[command(after_help = "Examples:
-  backseat studies navigation --runs 4 --minutes 60
-  backseat studies navigation --first-seed 101 --out docs/results/navigation.md")]
-    Navigation(EnsembleArguments),
-    /// Gain of using the parameters that the backseat identified
+  backseat studies navigation --runs 4 --cases exact,10%,Y
+  backseat studies navigation --runs 20 --store runs.jsonl --out docs/results/navigation.md")]
+    Navigation(navigation::Arguments),
+    /// What the backseat gains from using the parameters it identified
     #[command(after_help = "Example:
   backseat studies adoption --runs 20 --first-seed 301 --out docs/results/adoption.md")]
     Adoption(EnsembleArguments),

@@ -1,0 +1,36 @@
+//! The filters of the table.
+
+use super::cases::Case;
+use backseat_core::navigation::{ProcessModel, RobustPriors};
+use backseat_data::VehicleFile;
+use backseat_data::filter::{FilterOptions, ShipSource};
+
+/// The filters over the log of a case, told this vehicle, in the order of the table.
+pub fn filters(case: &Case, told: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
+    let base = |model| {
+        let mut options = FilterOptions::new(told, model);
+        options.ship = ShipSource::Packet;
+        options.use_dvl = case.from_s > 0.0;
+        options.use_rates = case.rates;
+        options.use_range_rate = false;
+        options
+    };
+    let mut filters = vec![("nominal", base(ProcessModel::Dynamic))];
+    let mut robust = base(ProcessModel::Dynamic);
+    robust.navigation.make_robust(&RobustPriors::DEFAULT);
+    robust.smooth = true;
+    filters.push(("robust", robust));
+    if case.kinematic {
+        let kinematic = base(ProcessModel::Kinematic);
+        let mut stiff = kinematic;
+        stiff.navigation.process_noise.linear_mps2_per_sqrt_hz = [1.0e-3, 1.0e-3, 1.0e-2];
+        let mut tight = kinematic;
+        tight.use_dvl = true;
+        tight.navigation.process_noise.linear_mps2_per_sqrt_hz = [4.0e-3, 8.0e-3, 4.0e-3];
+        tight.navigation.process_noise.angular_radps2_per_sqrt_hz = [6.0e-3, 6.0e-3, 1.5e-2];
+        filters.push(("kinematic, loose Q", kinematic));
+        filters.push(("kinematic, q_u,v = 1e-3", stiff));
+        filters.push(("kinematic + DVL, Q of the straight lines", tight));
+    }
+    filters
+}

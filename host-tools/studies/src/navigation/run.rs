@@ -1,0 +1,153 @@
+//! One seed of one case: a flight in closed loop, and the filters over its measurements.
+
+use super::cases::Case;
+use super::filters;
+use anyhow::Context;
+use backseat_core::state::{X, Y};
+use backseat_data::Truth;
+use backseat_data::filter::{self, FilterRun, TrackSample};
+use backseat_data::stats::ErrorSummary;
+use backseat_link::Client;
+use hil_sim::analysis;
+use hil_sim::backseat::InProcess;
+use hil_sim::flight::{self, FlightLog};
+use hil_sim::scenario::Scenario;
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::AtomicBool;
+
+/// What is kept of a seed: each row of the table.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Run {
+    /// Name and figures, in the order of the table.
+    pub rows: Vec<(String, Measured)>,
+    /// How long it took, s.
+    pub wall_s: f64,
+}
+
+/// One estimate against the truth.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Measured {
+    /// Median of the horizontal error, m.
+    pub median_m: f64,
+    /// 95th percentile, m.
+    pub p95_m: f64,
+    /// Largest, m.
+    pub max_m: f64,
+    /// Root mean square, m.
+    pub rms_m: f64,
+    /// What the filter expects of it (DRMS), m; none without a covariance.
+    pub drms_m: Option<f64>,
+    /// Mean of eᵀ P⁻¹ e / 2 of the position: 1 if the covariance is right.
+    pub anees: Option<f64>,
+    /// Scalars fused. All measurements are good ones.
+    pub fused: u64,
+    /// Scalars refused.
+    pub refused: u64,
+}
+
+/// An estimate against the truth at one time.
+struct Compared {
+    error_m: [f64; 2],
+    /// xx, xy, yy, m².
+    covariance_m2: [f64; 3],
+}
+
+impl Measured {
+    fn of(samples: &[Compared], fused: u64, refused: u64) -> Option<Self> {
+        let errors: Vec<f64> = samples.iter().map(|s| s.error_m[0].hypot(s.error_m[1])).collect();
+        let count = samples.len() as f64;
+        let variance = samples.iter().map(|s| s.covariance_m2[0] + s.covariance_m2[2]).sum::<f64>() / count;
+        let nees = |s: &Compared| {
+            let ([x, y], [xx, xy, yy]) = (s.error_m, s.covariance_m2);
+            (x * x * yy - 2.0 * x * y * xy + y * y * xx) / (xx * yy - xy * xy)
+        };
+        let anees = samples.iter().map(nees).sum::<f64>() / (2.0 * count);
+        Some(Self {
+            drms_m: Some(variance.sqrt()),
+            anees: Some(anees),
+            fused,
+            refused,
+            ..ErrorSummary::of(&errors)?.into()
+        })
+    }
+}
+
+impl From<ErrorSummary> for Measured {
+    fn from(error: ErrorSummary) -> Self {
+        let ErrorSummary { median_m, p95_m, max_m, rms_m, .. } = error;
+        Self { median_m, p95_m, max_m, rms_m, ..Self::default() }
+    }
+}
+
+/// Flies and filters one seed.
+///
+/// # Errors
+/// A flight or a filter that fails.
+pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> {
+    let began = std::time::Instant::now();
+    let scenario = case.scenario(seed, minutes)?;
+    let mut out = Run::default();
+    let flight = fly(&scenario)?;
+    let truth = analysis::truth_of(&flight);
+    let told = scenario.told_vehicle();
+    out.add("closed loop", of_flight(&flight, case.from_s));
+    let steered = analysis::track_of(&scenario, &flight).map(|track| track.cross_track.into());
+    out.add("closed loop, true cross-track error", steered);
+    for (name, options) in filters::filters(case, &told) {
+        let run = filter::run(&flight.log, &told, &options).with_context(|| format!("{name}, seed {seed}"))?;
+        out.add(name, of_track(&run, &run.track, &truth, case.from_s));
+        if let Some(smoothed) = &run.smoothed {
+            out.add(&format!("{name} + smooth"), of_track(&run, smoothed, &truth, case.from_s));
+        }
+    }
+    out.wall_s = began.elapsed().as_secs_f64();
+    Ok(out)
+}
+
+impl Run {
+    fn add(&mut self, name: &str, measured: Option<Measured>) {
+        if let Some(measured) = measured {
+            self.rows.push((name.to_owned(), measured));
+        }
+    }
+}
+
+fn fly(scenario: &Scenario) -> anyhow::Result<FlightLog> {
+    let mut client = Client::new(InProcess::new());
+    let flight = flight::fly(scenario, &mut client, None, &AtomicBool::new(false), |_| {});
+    flight.with_context(|| format!("flight of seed {}", scenario.settings.seed))
+}
+
+/// What the backseat reported in flight.
+fn of_flight(flight: &FlightLog, from_s: f64) -> Option<Measured> {
+    let known = flight
+        .samples
+        .iter()
+        .filter(|sample| sample.telemetry.sigma[0] > 0.0 && sample.truth.time_us as f64 * 1e-6 >= from_s);
+    let samples: Vec<Compared> = known
+        .map(|sample| {
+            let (estimate, truth) = (&sample.telemetry, &sample.truth.state);
+            Compared {
+                error_m: [estimate.state[0] - truth[0], estimate.state[1] - truth[1]],
+                covariance_m2: [estimate.sigma[0].powi(2), estimate.cov_xy_m2, estimate.sigma[1].powi(2)],
+            }
+        })
+        .collect();
+    let fused = flight.fusions.iter().filter(|record| record.fused).count() as u64;
+    Measured::of(&samples, fused, flight.fusions.len() as u64 - fused)
+}
+
+fn of_track(run: &FilterRun, track: &[TrackSample], truth: &Truth, from_s: f64) -> Option<Measured> {
+    let due = track.iter().filter(|sample| sample.time_us as f64 * 1e-6 >= from_s);
+    let samples: Vec<Compared> = due
+        .filter_map(|sample| {
+            let at = truth.at(sample.time_us)?;
+            Some(Compared {
+                error_m: [sample.state[X] - at.state[X], sample.state[Y] - at.state[Y]],
+                covariance_m2: [sample.sigma[X].powi(2), sample.cov_xy_m2, sample.sigma[Y].powi(2)],
+            })
+        })
+        .collect();
+    let count = |of: fn(&filter::SensorSummary) -> u64| run.sensors.iter().map(of).sum();
+    Measured::of(&samples, count(|sensor| sensor.fused), count(|sensor| sensor.rejected))
+}
