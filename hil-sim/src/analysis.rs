@@ -3,10 +3,11 @@
 use crate::flight::FlightLog;
 use crate::scenario::Scenario;
 use crate::score::TrackScore;
+use crate::undeclared::undeclared;
 use backseat_core::navigation::{ProcessModel, Sensor};
 use backseat_data::filter::{self, FilterOptions, FilterRun};
 use backseat_data::stats::ErrorSummary;
-use backseat_data::{DataError, Log, Truth, TruthRow, dead_reckoning};
+use backseat_data::{DataError, Log, Truth, TruthRow, VehicleFile, dead_reckoning};
 use backseat_link::FusionRecord;
 use std::collections::BTreeMap;
 
@@ -115,6 +116,12 @@ pub fn analyse(scenario: &Scenario, flight: &FlightLog) -> Result<Analysis, Data
         let run = filter::run(&flight.log, &scenario.vehicle, &options)?;
         configurations.extend(of_run(name, &run, &truth));
     }
+    let robust = |vehicle: &VehicleFile| FilterOptions { use_dvl: false, ..FilterOptions::robust(vehicle) };
+    let run = filter::run(&flight.log, &scenario.vehicle, &robust(&scenario.vehicle))?;
+    configurations.extend(of_run("robust, no DVL: exact", &run, &truth));
+    let (log, moved, told) = undeclared(scenario, flight, &truth);
+    let run = filter::run(&log, &told, &robust(&told))?;
+    configurations.extend(of_run("robust, no DVL: 10 % wrong + current + heading, none declared", &run, &moved));
     configurations.extend(compass_and_dvl(&flight.log, &truth));
     Ok(Analysis { configurations, track, truth })
 }

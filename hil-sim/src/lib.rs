@@ -17,4 +17,5 @@ pub mod score;
 pub mod sensors;
 pub mod ship;
 pub mod truth;
+mod undeclared;
 pub mod world;

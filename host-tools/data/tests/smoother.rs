@@ -2,8 +2,8 @@
 
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    AcousticPath, EffectStates, InitialShip, InitialState, LinearStep, Measurement, NavigationConfig, Navigator,
-    Observer, RobustPriors, ShipEnd, VehicleEnd,
+    AcousticPath, EffectState, EffectStates, Filter, InitialShip, InitialState, LinearStep, Measurement,
+    NavigationConfig, Navigator, Observer, RobustPriors, ShipEnd, StateParameter, VehicleEnd,
 };
 use backseat_core::state::{PSI, U, VehicleState};
 use backseat_data::VehicleFile;
@@ -44,7 +44,7 @@ impl Batch {
     }
 
     /// The filter's covariance, and so the noise of the step it has just taken.
-    fn agree(&mut self, navigator: &Navigator) {
+    fn agree(&mut self, navigator: &Filter) {
         let n = navigator.dimension();
         let p = DMatrix::from_fn(n, n, |i, j| navigator.covariance(i, j));
         if self.transition.take().is_some() {
@@ -112,9 +112,19 @@ impl Observer for Batch {
 fn start() -> Recording {
     let vehicle = VehicleFile::reference();
     // All states that there are; nothing is refused.
-    let states = EffectStates::robust(&RobustPriors { current_rate: [1.0e-4, 1.0e-6], ..RobustPriors::DEFAULT });
-    let config =
-        NavigationConfig { gate_sigma: 1.0e3, effect_states: states, ..FilterOptions::robust(&vehicle).navigation };
+    let rate = |axis| EffectState {
+        parameter: StateParameter::CurrentRate(axis),
+        initial_sigma: 1.0e-4,
+        random_walk_per_sqrt_s: 1.0e-6,
+    };
+    let robust = EffectStates::robust(&RobustPriors::DEFAULT);
+    let states = robust.with_state(rate(0)).and_then(|states| states.with_state(rate(1))).unwrap();
+    let config = NavigationConfig {
+        gate_sigma: 1.0e3,
+        bank: false,
+        effect_states: states,
+        ..FilterOptions::robust(&vehicle).navigation
+    };
     let model = VehicleModel::new(&vehicle.parameters).unwrap();
     let mut navigator = Box::new(Navigator::new());
     navigator.configure(&config, &model).unwrap();
@@ -133,7 +143,8 @@ fn start() -> Recording {
 #[test]
 fn val_smoother_equals_the_batch_solution() {
     let mut recording = start();
-    let mut reference = recording.clone_navigator();
+    let [Some(main), ..] = recording.members() else { panic!("the filter runs") };
+    let mut reference = main.filter.clone();
     let n = reference.dimension();
     let p = DMatrix::from_fn(n, n, |i, j| reference.covariance(i, j));
     let mut batch = Batch {

@@ -44,7 +44,7 @@ pub enum Study {
   backseat studies navigation --runs 4 --cases exact,10%,Y
   backseat studies navigation --runs 20 --store runs.jsonl --out docs/results/navigation.md")]
     Navigation(navigation::Arguments),
-    /// What the backseat gains from using the parameters it identified
+    /// Gain of using the parameters that the backseat identified
     #[command(after_help = "Example:
   backseat studies adoption --runs 20 --first-seed 301 --out docs/results/adoption.md")]
     Adoption(EnsembleArguments),

@@ -293,6 +293,12 @@ impl Fusions {
         }
     }
 
+    /// ln of the likelihood of the first innovation, without its constant; NaN if it was invalid.
+    #[must_use]
+    pub fn log_likelihood(&self) -> Option<f64> {
+        self.iter().next().map(|record| -0.5 * (record.nis() + libm::log(record.variance)))
+    }
+
     /// The records in component order.
     pub fn iter(&self) -> impl Iterator<Item = &FusionRecord> {
         self.records.iter().flatten()

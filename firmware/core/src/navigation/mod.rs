@@ -61,6 +61,6 @@ pub use initial::{InitialShip, InitialSpeed, InitialState};
 pub use measurement::{
     AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,
 };
-pub use navigator::Navigator;
+pub use navigator::{BankMember, EVIDENCE_MEMORY, MEMBERS, Navigator};
 pub use observer::{Appended, LinearStep, MAX_STATES, Observer, ScalarUpdate, Transition};
 pub use prediction::MAX_GAP_US;

@@ -3,7 +3,7 @@
 //! The robust filter estimates what is not known of the vehicle. Its states cost half of the accuracy where everything is
 //! as declared, and it takes the current as nearly steady. The bank runs two more filters beside it: the nominal one, and a
 //! robust one whose current changes steadily, as a tide's does. The three are weighed by what their ranges say: w_i is
-//! proportional to the likelihood of filter i's range innovations, its logarithm forgotten by [`MEMORY`] a range. Only
+//! proportional to the likelihood of filter i's range innovations, its logarithm forgotten by [`EVIDENCE_MEMORY`] a range. Only
 //! ranges count, because they measure what is wanted; a nominal filter with a wrong model contradicts them long before it
 //! contradicts compass and depth sensor, whose many innovations would drown them. The estimate is the mixture:
 //! x = Σ w_i x_i, P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
@@ -15,7 +15,7 @@ use super::effect_states::EffectStates;
 use super::filter::Filter;
 use super::{
     CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Measurement, NavigationConfig,
-    NavigationError, Observer, ProcessModel, ProcessNoise, Sensor,
+    NavigationError, ProcessModel, ProcessNoise, Sensor,
 };
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
@@ -25,7 +25,7 @@ use nalgebra::{ArrayStorage, SMatrix, Vector2};
 
 /// What a range leaves of the evidence before it: fifty ranges, 25 minutes at one every 30 s. A current that sets in later
 /// outweighs them within three ranges.
-const MEMORY: f64 = 0.98;
+pub const EVIDENCE_MEMORY: f64 = 0.98;
 
 /// The navigation filter. Some 100 kB: lives in a static, never passed by value; a host may copy it.
 ///
@@ -49,13 +49,26 @@ const NOMINAL: usize = 0;
 /// As the main filter, with a current that changes.
 const TIDAL: usize = 1;
 
+/// Filters of a bank.
+pub const MEMBERS: usize = 1 + OTHERS;
+
+/// A filter of the bank, for a smoother.
+pub struct BankMember<'a> {
+    /// The filter.
+    pub filter: &'a Filter,
+    /// ln of the likelihood ratio of the ranges so far, this filter's over the main one's, with [`EVIDENCE_MEMORY`].
+    pub log_ratio: f64,
+    /// ln of its prior odds against the main filter.
+    pub log_prior: f64,
+}
+
 /// A filter beside the main one.
 #[derive(Clone)]
 struct Member {
     filter: Filter,
     /// It follows the main filter.
     runs: bool,
-    /// ln of the likelihood ratio of the ranges, this filter's over the main one's, with [`MEMORY`].
+    /// ln of the likelihood ratio of the ranges, this filter's over the main one's, with [`EVIDENCE_MEMORY`].
     log_ratio: f64,
     weight: f64,
 }
@@ -65,12 +78,10 @@ impl Member {
 
     /// Bayes' rule on a range, used or refused; one that either filter cannot predict says nothing.
     fn weigh(&mut self, main: &Fusions, own: &Fusions) {
-        let log_likelihood =
-            |fusions: &Fusions| fusions.iter().next().map(|record| -0.5 * (record.nis() + libm::log(record.variance)));
-        if let (Some(main), Some(own)) = (log_likelihood(main), log_likelihood(own))
+        if let (Some(main), Some(own)) = (main.log_likelihood(), own.log_likelihood())
             && (own - main).is_finite()
         {
-            self.log_ratio = MEMORY * self.log_ratio + own - main;
+            self.log_ratio = EVIDENCE_MEMORY * self.log_ratio + own - main;
         }
     }
 
@@ -167,19 +178,7 @@ impl Navigator {
     /// # Errors
     /// Not initialised, or a value that is not finite (sigma: not positive).
     pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
-        self.initialise_ship_observed(ship, &mut ())
-    }
-
-    /// [`Self::initialise_ship`], showing the states of the main filter to `observer`.
-    ///
-    /// # Errors
-    /// As [`Self::initialise_ship`].
-    pub fn initialise_ship_observed(
-        &mut self,
-        ship: &InitialShip,
-        observer: &mut impl Observer,
-    ) -> Result<(), NavigationError> {
-        self.main.initialise_ship_observed(ship, observer)?;
+        self.main.initialise_ship(ship)?;
         self.follow(|filter| filter.initialise_ship(ship).is_ok());
         Ok(())
     }
@@ -189,20 +188,7 @@ impl Navigator {
     /// # Errors
     /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
     pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> Result<(), NavigationError> {
-        self.predict_observed(to_us, input, &mut ())
-    }
-
-    /// [`Self::predict`], showing each step of the main filter to `observer`.
-    ///
-    /// # Errors
-    /// As [`Self::predict`].
-    pub fn predict_observed(
-        &mut self,
-        to_us: u64,
-        input: &ActuatorInput,
-        observer: &mut impl Observer,
-    ) -> Result<(), NavigationError> {
-        self.main.predict_observed(to_us, input, observer)?;
+        self.main.predict(to_us, input)?;
         self.follow(|filter| filter.predict(to_us, input).is_ok());
         self.mix();
         Ok(())
@@ -210,12 +196,7 @@ impl Navigator {
 
     /// Fuses one measurement and says what became of each of its scalars in the main filter.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
-        self.fuse_observed(measurement, &mut ())
-    }
-
-    /// [`Self::fuse`], showing each scalar that the main filter uses to `observer`.
-    pub fn fuse_observed(&mut self, measurement: &Measurement, observer: &mut impl Observer) -> Fusions {
-        let fusions = self.main.fuse_observed(measurement, observer);
+        let fusions = self.main.fuse(measurement);
         for member in self.others.iter_mut().filter(|member| member.runs) {
             let other = member.filter.fuse(measurement);
             if measurement.sensor() == Sensor::Range {
@@ -239,15 +220,7 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
-        self.clone_vehicle_observed(&mut ())
-    }
-
-    /// [`Self::clone_vehicle`], showing the states of the main filter to `observer`.
-    ///
-    /// # Errors
-    /// See [`CloneError`].
-    pub fn clone_vehicle_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
-        let id = self.main.clone_vehicle_observed(observer)?;
+        let id = self.main.clone_vehicle()?;
         self.follow(|filter| filter.clone_vehicle() == Ok(id));
         Ok(id)
     }
@@ -257,27 +230,14 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_ship(&mut self) -> Result<CloneId, CloneError> {
-        self.clone_ship_observed(&mut ())
-    }
-
-    /// [`Self::clone_ship`], showing the states of the main filter to `observer`.
-    ///
-    /// # Errors
-    /// See [`CloneError`].
-    pub fn clone_ship_observed(&mut self, observer: &mut impl Observer) -> Result<CloneId, CloneError> {
-        let id = self.main.clone_ship_observed(observer)?;
+        let id = self.main.clone_ship()?;
         self.follow(|filter| filter.clone_ship() == Ok(id));
         Ok(id)
     }
 
     /// Forgets a delayed state; a stale id does nothing.
     pub fn drop_clone(&mut self, id: CloneId) {
-        self.drop_clone_observed(id, &mut ());
-    }
-
-    /// [`Self::drop_clone`], showing it to `observer`.
-    pub fn drop_clone_observed(&mut self, id: CloneId, observer: &mut impl Observer) {
-        self.main.drop_clone_observed(id, observer);
+        self.main.drop_clone(id);
         self.others.iter_mut().for_each(|member| member.filter.drop_clone(id));
     }
 
@@ -302,6 +262,20 @@ impl Navigator {
         if self.state[PSI].abs() > PI {
             self.state[PSI] = wrap_angle(self.state[PSI]);
         }
+    }
+
+    /// The filters that run, the main one first.
+    #[must_use]
+    pub fn members(&self) -> [Option<BankMember<'_>>; MEMBERS] {
+        let mut members = [const { None }; MEMBERS];
+        let main = (true, BankMember { filter: &self.main, log_ratio: 0.0, log_prior: 0.0 });
+        let others = self.others.iter().zip(PRIOR).map(|(member, log_prior)| {
+            (member.runs, BankMember { filter: &member.filter, log_ratio: member.log_ratio, log_prior })
+        });
+        for (place, (runs, member)) in members.iter_mut().zip(core::iter::once(main).chain(others)) {
+            *place = runs.then_some(member);
+        }
+        members
     }
 
     /// Weights of the nominal filter and of the one whose current changes, 0 to 1; 0 without a bank.

@@ -1,12 +1,17 @@
 //! λ and Λ, and how each step of the filter looks from behind.
 
-use super::{Filtered, STRIDE, Vector};
+use super::{Filtered, STRIDE, Step, Vector};
 use crate::filter::TrackSample;
 use backseat_core::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
+
+/// Numbers that are computed together.
+const LANES: usize = 4;
 
 /// What the measurements behind a time say about the estimate at it: its error by them is P λ, and Λ is the covariance
 /// of λ. Zero at the end of the log.
 pub(super) struct Adjoint {
+    /// Whole blocks of four that hold all states; nothing is behind them.
+    width: usize,
     lambda: Vector,
     /// Λ, symmetric.
     information: Vec<Vector>,
@@ -16,11 +21,29 @@ pub(super) struct Adjoint {
 impl Adjoint {
     pub(super) fn new() -> Self {
         let zero = || vec![[0.0; STRIDE]; STRIDE];
-        Self { lambda: [0.0; STRIDE], information: zero(), scratch: zero() }
+        Self { width: STRIDE, lambda: [0.0; STRIDE], information: zero(), scratch: zero() }
+    }
+
+    /// Goes back over the steps; the smoothed samples from the last to the first.
+    pub(super) fn back(&mut self, steps: &[Step]) -> Vec<TrackSample> {
+        let mut smoothed = Vec::new();
+        for step in steps.iter().rev() {
+            match step {
+                Step::Transition(states, columns, others) => self.transition(*states, columns, others),
+                Step::Update { row, gain, innovation, variance } => self.update(row, gain, *innovation, *variance),
+                Step::Append(at, rows) => self.append(*at, rows),
+                Step::Insert(at, count) => self.insert(*at, *count),
+                Step::Remove(at, count) => self.remove(*at, *count),
+                Step::Sample(filtered) => smoothed.push(self.smoothed(filtered)),
+            }
+        }
+        smoothed
     }
 
     /// x was Φ x: λ ← Φᵀ λ, Λ ← Φᵀ Λ Φ.
-    pub(super) fn transition(&mut self, columns: &[[f64; VEHICLE_STATES]], others: &[(usize, usize, f64)]) {
+    fn transition(&mut self, states: usize, columns: &[[f64; VEHICLE_STATES]], others: &[(usize, usize, f64)]) {
+        let width = states.next_multiple_of(LANES).min(STRIDE);
+        self.width = width;
         let after = self.lambda;
         for (j, column) in columns.iter().enumerate() {
             let own = if j < VEHICLE_STATES { 0.0 } else { after[j] };
@@ -29,13 +52,13 @@ impl Adjoint {
         for &(row, column, value) in others {
             self.lambda[column] += value * after[row];
         }
-        times_transposed(&self.information, columns, others, &mut self.scratch);
-        for (i, row) in self.information.iter_mut().enumerate() {
-            row.iter_mut().zip(&self.scratch).for_each(|(to, from)| *to = from[i]);
+        times_transposed(width, &self.information, columns, others, &mut self.scratch);
+        for (i, row) in self.information.iter_mut().enumerate().take(width) {
+            row.iter_mut().zip(&self.scratch).take(width).for_each(|(to, from)| *to = from[i]);
         }
-        times_transposed(&self.information, columns, others, &mut self.scratch);
+        times_transposed(width, &self.information, columns, others, &mut self.scratch);
         // Both halves are computed; one is kept, so that they cannot drift apart.
-        for i in 0..STRIDE {
+        for i in 0..width {
             for j in 0..=i {
                 let value = self.scratch[i][j];
                 (self.information[i][j], self.information[j][i]) = (value, value);
@@ -44,19 +67,20 @@ impl Adjoint {
     }
 
     /// x was x + K ν: with C = 1 − K h, λ ← Cᵀ λ − hᵀ ν/S and Λ ← Cᵀ Λ C + hᵀ h/S.
-    pub(super) fn update(&mut self, row: &[(usize, f64)], gain: &[f64], innovation: f64, variance: f64) {
+    fn update(&mut self, row: &[(usize, f64)], gain: &[f64], innovation: f64, variance: f64) {
         let along: f64 = gain.iter().zip(&self.lambda).map(|(k, l)| k * l).sum();
         for &(i, h) in row {
             self.lambda[i] -= h * (along + innovation / variance);
         }
+        let width = self.width;
         let mut spread = [0.0; STRIDE];
         for (k, information) in gain.iter().zip(&self.information) {
-            spread.iter_mut().zip(information).for_each(|(sum, value)| *sum += k * value);
+            spread.iter_mut().zip(information).take(width).for_each(|(sum, value)| *sum += k * value);
         }
         let square: f64 = gain.iter().zip(&spread).map(|(k, m)| k * m).sum();
         for &(i, h) in row {
-            self.information[i].iter_mut().zip(&spread).for_each(|(value, m)| *value -= h * m);
-            self.information.iter_mut().zip(&spread).for_each(|(row, m)| row[i] -= h * m);
+            self.information[i].iter_mut().zip(&spread).take(width).for_each(|(value, m)| *value -= h * m);
+            self.information.iter_mut().zip(&spread).take(width).for_each(|(row, m)| row[i] -= h * m);
         }
         for &(i, a) in row {
             for &(j, b) in row {
@@ -66,7 +90,7 @@ impl Adjoint {
     }
 
     /// x was \[x; C x\] with C behind `at`.
-    pub(super) fn append(&mut self, at: usize, rows: &[Vec<(usize, f64)>]) {
+    fn append(&mut self, at: usize, rows: &[Vec<(usize, f64)>]) {
         for (from, row) in (at..).zip(rows) {
             for &(i, c) in row {
                 self.lambda[i] += c * self.lambda[from];
@@ -82,21 +106,23 @@ impl Adjoint {
     }
 
     /// `count` states came to stand at `at`: what is known about them says nothing about the others.
-    pub(super) fn insert(&mut self, at: usize, count: usize) {
+    fn insert(&mut self, at: usize, count: usize) {
+        self.width = STRIDE;
         move_up(&mut self.lambda, at, count, 0.0);
         move_up(&mut self.information, at, count, [0.0; STRIDE]);
         self.information.iter_mut().for_each(|row| move_up(row, at, count, 0.0));
     }
 
     /// The `count` states at `at` were forgotten: nothing behind tells of them.
-    pub(super) fn remove(&mut self, at: usize, count: usize) {
+    fn remove(&mut self, at: usize, count: usize) {
+        self.width = STRIDE;
         move_down(&mut self.lambda, at, count, 0.0);
         move_down(&mut self.information, at, count, [0.0; STRIDE]);
         self.information.iter_mut().for_each(|row| move_down(row, at, count, 0.0));
     }
 
     /// x̂ − P λ and P − P Λ P.
-    pub(super) fn smoothed(&self, filtered: &Filtered) -> TrackSample {
+    fn smoothed(&self, filtered: &Filtered) -> TrackSample {
         let dot = |a: &Vector, b: &Vector| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let p = &filtered.covariance;
         let smoothed = |i: usize| filtered.x[i] - dot(&p[i], &self.lambda);
@@ -123,13 +149,15 @@ impl Adjoint {
 
 /// out = Φᵀ a, of all rows.
 fn times_transposed(
+    width: usize,
     a: &[Vector],
     columns: &[[f64; VEHICLE_STATES]],
     others: &[(usize, usize, f64)],
     out: &mut [Vector],
 ) {
-    const LANES: usize = 4;
-    out.copy_from_slice(a);
+    for (out, a) in out.iter_mut().zip(a).take(width) {
+        out[..width].copy_from_slice(&a[..width]);
+    }
     let Some(vehicle) = a.first_chunk::<VEHICLE_STATES>() else { return };
     for (j, (column, out)) in columns.iter().zip(out.iter_mut()).enumerate() {
         // A position drives nothing.
@@ -138,7 +166,7 @@ fn times_transposed(
         if is_identity {
             continue;
         }
-        for (part, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+        for (part, out) in out.as_chunks_mut::<LANES>().0.iter_mut().enumerate().take(width / LANES) {
             let mut sum = if j < VEHICLE_STATES { [0.0; LANES] } else { *out };
             for (factor, row) in column.iter().zip(vehicle) {
                 let row = &row.as_chunks::<LANES>().0[part];

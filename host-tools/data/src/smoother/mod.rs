@@ -8,6 +8,11 @@
 //! The forward pass keeps the calls that moved the filter and a copy of the filter every few hundred of them
 //! ([`Recording`]). Backwards, one stretch after the other is filtered again from its copy, which repeats the first pass
 //! bit for bit, and its steps are kept only until they are smoothed: the tool needs some kB for each second of a log.
+//!
+//! # The bank
+//! The filters of a bank know nothing of each other, so each is smoothed by itself. They are mixed as in flight, by the
+//! likelihood of their ranges: the evidence at a time is that of the ranges before it and, forgotten at the same pace, of
+//! those after it. A filter that failed on the way has no weight from the start.
 
 mod adjoint;
 mod recording;
@@ -16,8 +21,8 @@ pub use recording::Recording;
 
 use crate::filter::TrackSample;
 use adjoint::Adjoint;
-use backseat_core::navigation::{LinearStep, MAX_STATES, Navigator, Observer};
-use backseat_core::state::VEHICLE_STATES;
+use backseat_core::navigation::{EVIDENCE_MEMORY, Filter, LinearStep, MAX_STATES, MEMBERS, Observer};
+use backseat_core::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
 
 /// One number a state, whole blocks of four.
 const STRIDE: usize = MAX_STATES.next_multiple_of(4);
@@ -35,23 +40,23 @@ struct Filtered {
 }
 
 impl Filtered {
-    fn of(navigator: &Navigator) -> Self {
-        let states = navigator.dimension();
+    fn of(filter: &Filter) -> Self {
+        let states = filter.dimension();
         let mut x = [0.0; STRIDE];
         let mut covariance = vec![[0.0; STRIDE]; states];
         for (i, (x, row)) in x.iter_mut().zip(&mut covariance).enumerate() {
-            *x = navigator.state_at(i);
-            row.iter_mut().enumerate().for_each(|(j, p)| *p = navigator.covariance(i, j));
+            *x = filter.state_at(i);
+            row.iter_mut().enumerate().for_each(|(j, p)| *p = filter.covariance(i, j));
         }
-        let (current, fixed_current_mps) = (navigator.current_place(), navigator.current());
-        Self { time_us: navigator.time_us(), states, current, fixed_current_mps, x, covariance }
+        let (current, fixed_current_mps) = (filter.current_place(), filter.current());
+        Self { time_us: filter.time_us(), states, current, fixed_current_mps, x, covariance }
     }
 }
 
 /// One step of the forward pass, as the way back needs it.
 enum Step {
-    /// Columns of the vehicle's rows of Φ, and entries (row, column, value) elsewhere.
-    Transition(Vec<[f64; VEHICLE_STATES]>, Vec<(usize, usize, f64)>),
+    /// Number of states, columns of the vehicle's rows of Φ, and entries (row, column, value) elsewhere.
+    Transition(usize, Vec<[f64; VEHICLE_STATES]>, Vec<(usize, usize, f64)>),
     Update {
         row: Vec<(usize, f64)>,
         gain: Vec<f64>,
@@ -65,54 +70,126 @@ enum Step {
     Sample(Box<Filtered>),
 }
 
-/// The steps of one stretch.
-#[derive(Default)]
-struct Steps(Vec<Step>);
-
-impl Observer for Steps {
-    fn observe(&mut self, step: &LinearStep<'_>) {
-        self.0.push(match step {
+impl Step {
+    fn of(step: &LinearStep<'_>) -> Self {
+        match step {
             LinearStep::Transition(transition) => {
                 let mut columns = vec![[0.0; VEHICLE_STATES]; transition.live()];
                 transition.vehicle_rows(&mut columns);
-                Step::Transition(columns, transition.others().collect())
+                Self::Transition(transition.states(), columns, transition.others().collect())
             }
-            LinearStep::Update(update) => Step::Update {
+            LinearStep::Update(update) => Self::Update {
                 row: update.row().collect(),
                 gain: update.gain.to_vec(),
                 innovation: update.innovation,
                 variance: update.variance,
             },
             LinearStep::Append(states) => {
-                Step::Append(states.at, (0..states.count()).map(|i| states.row(i).collect()).collect())
+                Self::Append(states.at, (0..states.count()).map(|i| states.row(i).collect()).collect())
             }
-            LinearStep::Insert { at, count } => Step::Insert(*at, *count),
-            LinearStep::Remove { at, count } => Step::Remove(*at, *count),
-        });
+            LinearStep::Insert { at, count } => Self::Insert(*at, *count),
+            LinearStep::Remove { at, count } => Self::Remove(*at, *count),
+        }
     }
+}
+
+/// The steps of one filter over one stretch.
+#[derive(Default)]
+struct Steps(Vec<Step>);
+
+impl Observer for Steps {
+    fn observe(&mut self, step: &LinearStep<'_>) {
+        self.0.push(Step::of(step));
+    }
+}
+
+/// One filter of the bank over one stretch.
+struct Stretch {
+    steps: Steps,
+    /// ln of its prior odds against the main filter.
+    log_prior: f64,
+    /// ln of its likelihood ratio to the main filter: of the ranges before each sample, and of each range.
+    evidence: Vec<Evidence>,
+}
+
+#[derive(Clone, Copy)]
+enum Evidence {
+    /// So far, at a sample.
+    Sample(f64),
+    /// Of one range.
+    Range(f64),
 }
 
 impl Recording {
     /// The smoothed estimate at every time that was marked, in order of time.
     #[must_use]
     pub fn smooth(&self) -> Vec<TrackSample> {
-        let mut adjoint = Adjoint::new();
+        let mut adjoints: [Adjoint; MEMBERS] = std::array::from_fn(|_| Adjoint::new());
+        // ln of the likelihood ratio by the ranges that follow.
+        let mut behind = [0.0; MEMBERS];
         let mut smoothed = Vec::new();
         for stretch in (0..self.stretches()).rev() {
-            for step in self.repeat(stretch).0.iter().rev() {
-                match step {
-                    Step::Transition(columns, others) => adjoint.transition(columns, others),
-                    Step::Update { row, gain, innovation, variance } => {
-                        adjoint.update(row, gain, *innovation, *variance);
+            let mut mixtures: Vec<Mixture> = Vec::new();
+            for (member, stretch) in self.repeat(stretch).into_iter().enumerate() {
+                let (adjoint, behind) = (&mut adjoints[member], &mut behind[member]);
+                let Some(stretch) = stretch else {
+                    *behind = f64::NEG_INFINITY;
+                    continue;
+                };
+                let mut log_odds = Vec::new();
+                for evidence in stretch.evidence.iter().rev() {
+                    match evidence {
+                        Evidence::Range(log_ratio) => *behind = log_ratio + EVIDENCE_MEMORY * *behind,
+                        Evidence::Sample(before) => log_odds.push(stretch.log_prior + before + *behind),
                     }
-                    Step::Append(at, rows) => adjoint.append(*at, rows),
-                    Step::Insert(at, count) => adjoint.insert(*at, *count),
-                    Step::Remove(at, count) => adjoint.remove(*at, *count),
-                    Step::Sample(filtered) => smoothed.push(adjoint.smoothed(filtered)),
+                }
+                let samples = adjoint.back(&stretch.steps.0);
+                mixtures.resize_with(samples.len(), Mixture::default);
+                for ((mixture, sample), log_odds) in mixtures.iter_mut().zip(samples).zip(log_odds) {
+                    mixture.0.push((sample, log_odds));
                 }
             }
+            smoothed.extend(mixtures.iter().filter_map(Mixture::estimate));
         }
         smoothed.reverse();
         smoothed
+    }
+}
+
+/// Estimates of one time, with ln of their odds.
+#[derive(Default)]
+struct Mixture(Vec<(TrackSample, f64)>);
+
+impl Mixture {
+    /// Mean and covariance.
+    fn estimate(&self) -> Option<TrackSample> {
+        let best = self.0.iter().map(|(_, log_odds)| *log_odds).fold(f64::NEG_INFINITY, f64::max);
+        let weights: Vec<f64> = self.0.iter().map(|(_, log_odds)| (log_odds - best).exp()).collect();
+        let total: f64 = weights.iter().sum();
+        let (mut mixed, mut sum) = (self.0.first()?.0, weights.first()? / total);
+        for ((sample, _), weight) in self.0.iter().zip(&weights).skip(1) {
+            sum += weight / total;
+            mixed = mixture(&mixed, sample, weight / total / sum);
+        }
+        Some(mixed)
+    }
+}
+
+/// Mean and covariance of two estimates, of which the second has this weight.
+fn mixture(a: &TrackSample, b: &TrackSample, weight: f64) -> TrackSample {
+    let mut apart = b.state - a.state;
+    apart[PSI] = wrap_angle(apart[PSI]);
+    let mut state = a.state + apart * weight;
+    state[PSI] = wrap_angle(state[PSI]);
+    let mixed = |a: f64, b: f64| (1.0 - weight) * a + weight * b;
+    let spread = weight * (1.0 - weight);
+    TrackSample {
+        time_us: a.time_us,
+        state,
+        sigma: VehicleState::from_fn(|i, _| {
+            (mixed(a.sigma[i].powi(2), b.sigma[i].powi(2)) + spread * apart[i].powi(2)).sqrt()
+        }),
+        cov_xy_m2: mixed(a.cov_xy_m2, b.cov_xy_m2) + spread * apart[X] * apart[Y],
+        current_mps: [0, 1].map(|i| mixed(a.current_mps[i], b.current_mps[i])),
     }
 }

@@ -1,12 +1,15 @@
 //! A filter that remembers how it came where it is.
 
-use super::{Filtered, Step, Steps};
+use super::{Evidence, Filtered, Step, Steps, Stretch};
 use backseat_core::dynamics::ActuatorInput;
-use backseat_core::navigation::{CloneError, CloneId, Fusions, InitialShip, Measurement, NavigationError, Navigator};
+use backseat_core::navigation::{
+    CloneError, CloneId, EVIDENCE_MEMORY, Filter, Fusions, InitialShip, MEMBERS, Measurement, NavigationError,
+    Navigator, Sensor,
+};
 use std::ops::{Deref, DerefMut};
 
-/// Calls between two copies of the filter: about a minute of a log.
-const STRETCH: usize = 2_000;
+/// Calls between two copies of the filter: a minute or two of a log.
+const STRETCH: usize = 4_000;
 
 /// A call that moves the filter. Inputs and measurements stand in lists of their own: most calls need neither.
 #[derive(Clone, Copy, Debug)]
@@ -119,43 +122,71 @@ impl Recording {
         self.note(|_| Call::Sample);
     }
 
-    /// A copy of the filter.
-    #[must_use]
-    pub fn clone_navigator(&self) -> Box<Navigator> {
-        self.navigator.clone()
-    }
-
     /// Number of stretches kept.
     pub(super) fn stretches(&self) -> usize {
         self.copies.len()
     }
 
-    /// Filters one stretch again and returns its steps. What was refused the first time is refused again.
-    pub(super) fn repeat(&self, stretch: usize) -> Steps {
-        let mut navigator = self.copies[stretch].clone();
-        let mut steps = Steps::default();
-        for call in self.calls.iter().skip(stretch * STRETCH).take(STRETCH) {
-            match *call {
-                Call::Predict(to_us, input) => {
-                    let _ = navigator.predict_observed(to_us, &self.inputs[input], &mut steps);
+    /// Filters one stretch again, with every filter of the bank that runs all the way. What was refused the first time
+    /// is refused again.
+    pub(super) fn repeat(&self, stretch: usize) -> [Option<Stretch>; MEMBERS] {
+        let before = self.copies[stretch].members();
+        let after = self.copies.get(stretch + 1).unwrap_or(&self.navigator).members();
+        // The main filter's log-likelihood of every range.
+        let mut main = Vec::new();
+        std::array::from_fn(|k| {
+            let (member, end) = (before[k].as_ref()?, after[k].as_ref()?);
+            let mut filter = Box::new(member.filter.clone());
+            let mut out = Stretch { steps: Steps::default(), log_prior: member.log_prior, evidence: Vec::new() };
+            let (mut log_ratio, mut ranges) = (member.log_ratio, main.clone().into_iter());
+            for call in self.calls.iter().skip(stretch * STRETCH).take(STRETCH) {
+                match *call {
+                    Call::Fuse(index) => {
+                        let measurement = &self.measurements[index];
+                        let fusions = filter.fuse_observed(measurement, &mut out.steps);
+                        if measurement.sensor() == Sensor::Range {
+                            let own = fusions.log_likelihood();
+                            if k == 0 {
+                                main.push(own);
+                            } else if let Some(ratio) = log_likelihood_ratio(own, ranges.next().flatten()) {
+                                log_ratio = EVIDENCE_MEMORY * log_ratio + ratio;
+                                out.evidence.push(Evidence::Range(ratio));
+                            }
+                        }
+                    }
+                    Call::Sample => {
+                        out.steps.0.push(Step::Sample(Box::new(Filtered::of(&filter))));
+                        out.evidence.push(Evidence::Sample(log_ratio));
+                    }
+                    ref call => self.move_filter(call, &mut filter, &mut out.steps),
                 }
-                Call::Fuse(index) => {
-                    navigator.fuse_observed(&self.measurements[index], &mut steps);
-                }
-                Call::CloneShip => {
-                    let _ = navigator.clone_ship_observed(&mut steps);
-                }
-                Call::DropClone(id) => navigator.drop_clone_observed(id, &mut steps),
-                Call::InitialiseShip(index) => {
-                    let _ = navigator.initialise_ship_observed(&self.ships[index], &mut steps);
-                }
-                Call::Sample => steps.0.push(Step::Sample(Box::new(Filtered::of(&navigator)))),
             }
-        }
-        let next = self.copies.get(stretch + 1).unwrap_or(&self.navigator);
-        debug_assert_eq!(navigator.digest(), next.digest(), "the second pass takes the steps of the first");
-        steps
+            debug_assert_eq!(filter.digest(), end.filter.digest(), "the second pass takes the steps of the first");
+            Some(out)
+        })
     }
+
+    /// Repeats a call that is no fusion.
+    fn move_filter(&self, call: &Call, filter: &mut Filter, steps: &mut Steps) {
+        match *call {
+            Call::Predict(to_us, input) => {
+                let _ = filter.predict_observed(to_us, &self.inputs[input], steps);
+            }
+            Call::CloneShip => {
+                let _ = filter.clone_ship_observed(steps);
+            }
+            Call::DropClone(id) => filter.drop_clone_observed(id, steps),
+            Call::InitialiseShip(index) => {
+                let _ = filter.initialise_ship_observed(&self.ships[index], steps);
+            }
+            Call::Fuse(_) | Call::Sample => {}
+        }
+    }
+}
+
+/// Bayes' rule as the bank has it: a range that either filter cannot predict says nothing.
+fn log_likelihood_ratio(own: Option<f64>, main: Option<f64>) -> Option<f64> {
+    Some(own? - main?).filter(|ratio| ratio.is_finite())
 }
 
 impl Deref for Recording {
