@@ -119,8 +119,8 @@ pub fn analyse(scenario: &Scenario, flight: &FlightLog) -> Result<Analysis, Data
     let robust = |vehicle: &VehicleFile| FilterOptions { use_dvl: false, ..FilterOptions::robust(vehicle) };
     let run = filter::run(&flight.log, &scenario.vehicle, &robust(&scenario.vehicle))?;
     configurations.extend(of_run("robust, no DVL: exact", &run, &truth));
-    let (log, moved, told) = undeclared(scenario, flight, &truth);
-    let run = filter::run(&log, &told, &robust(&told))?;
+    let (log, moved, declared) = undeclared(scenario, flight, &truth);
+    let run = filter::run(&log, &declared, &robust(&declared))?;
     configurations.extend(of_run("robust, no DVL: 10 % wrong + current + heading, none declared", &run, &moved));
     configurations.extend(compass_and_dvl(&flight.log, &truth));
     Ok(Analysis { configurations, track, truth })

@@ -2,8 +2,8 @@
 //!
 //! A steady current carries vehicle and ship along: their positions and fixes drift, and ranges and what the vehicle
 //! measures in its own frame stay as they are (but for 0.1 m of a range while the sound travels). Only the velocities of
-//! the DVL would change; they are left out. A compass that is off reads every heading wrong. Each parameter of the vehicle
-//! that the filter is told is too high or too low.
+//! the DVL would change; they are left out. A compass that is off reads every heading wrong. Each parameter of the
+//! declared vehicle is too high or too low.
 
 use crate::flight::FlightLog;
 use crate::scenario::{Scenario, perturbed};
@@ -17,7 +17,7 @@ const HEADING_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Share by which every parameter is wrong.
 const WRONG_SHARE: f64 = 0.10;
 
-/// Measurements but for the DVL, truth, and the vehicle as it is told to the filter.
+/// Measurements but for the DVL, truth, and the vehicle as it is declared to the filter.
 #[must_use]
 pub fn undeclared(scenario: &Scenario, flight: &FlightLog, truth: &Truth) -> (Log, Truth, VehicleFile) {
     let (mut log, mut truth) = (flight.log.clone(), truth.clone());

@@ -15,8 +15,6 @@ pub struct Case {
     pub rates: bool,
     /// Errors count from here on, s.
     pub from_s: f64,
-    /// The vehicle has flown the same world once before and starts from what it learnt.
-    pub second_dive: bool,
     /// The kinematic filters of the thesis are in the table as well.
     pub kinematic: bool,
 }
@@ -46,13 +44,6 @@ pub const CASES: &[Case] = &[
     },
     Case { name: "Y", about: Y_ABOUT, apply: everything, ..DEFAULT },
     Case { name: "Y-gyros", about: "Y, with gyro rates of 0.5 degree/s", apply: everything, rates: true, ..DEFAULT },
-    Case {
-        name: "Y-second-dive",
-        about: "Y once more, from what the first dive learnt",
-        apply: everything,
-        second_dive: true,
-        ..DEFAULT
-    },
     Case {
         name: "tide",
         about: "Y with a rotary tide of 0.15 m/s and 12.4 h for its current",

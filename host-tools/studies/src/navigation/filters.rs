@@ -5,10 +5,10 @@ use backseat_core::navigation::{ProcessModel, RobustPriors};
 use backseat_data::VehicleFile;
 use backseat_data::filter::{FilterOptions, ShipSource};
 
-/// The filters over the log of a case, told this vehicle, in the order of the table.
-pub fn filters(case: &Case, told: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
+/// The filters over the log of a case, to which this vehicle is declared, in the order of the table.
+pub fn filters(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
     let base = |model| {
-        let mut options = FilterOptions::new(told, model);
+        let mut options = FilterOptions::new(declared, model);
         options.ship = ShipSource::Packet;
         options.use_dvl = case.from_s > 0.0;
         options.use_rates = case.rates;

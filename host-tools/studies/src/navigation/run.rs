@@ -89,12 +89,12 @@ pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> 
     let mut out = Run::default();
     let flight = fly(&scenario)?;
     let truth = analysis::truth_of(&flight);
-    let told = scenario.told_vehicle();
+    let declared = scenario.declared_vehicle();
     out.add("closed loop", of_flight(&flight, case.from_s));
     let steered = analysis::track_of(&scenario, &flight).map(|track| track.cross_track.into());
     out.add("closed loop, true cross-track error", steered);
-    for (name, options) in filters::filters(case, &told) {
-        let run = filter::run(&flight.log, &told, &options).with_context(|| format!("{name}, seed {seed}"))?;
+    for (name, options) in filters::filters(case, &declared) {
+        let run = filter::run(&flight.log, &declared, &options).with_context(|| format!("{name}, seed {seed}"))?;
         out.add(name, of_track(&run, &run.track, &truth, case.from_s));
         if let Some(smoothed) = &run.smoothed {
             out.add(&format!("{name} + smooth"), of_track(&run, smoothed, &truth, case.from_s));

@@ -72,12 +72,12 @@ pub fn markdown(arguments: &Arguments, results: &Results<'_>) -> String {
          Made by `backseat studies navigation {options}` (seeds {first_seed} to {}).\n\n\
          Ten 1 km lines 100 m apart at 3 m depth, 1 m/s unless a case says otherwise, three hours. Depth 7 Hz with 0.06 m, attitude 3 Hz\n\
          with 1 degree, no gyro rates unless a case says so, no DVL. A packet every 30 s: its range has 1 m, its range rate is not\n\
-         used. GNSS only while surfaced at either end. The ship circles at 600 m and tells its own GNSS position (0.5 m).\n\n\
+         used. GNSS only while surfaced at either end. The ship circles at 600 m; its packets hold its own GNSS position (0.5 m).\n\n\
          Horizontal error: mean over the seeds of each run's median and 95th percentile, with the 95 % interval of that mean. Worst: the\n\
          run with the largest 95th percentile. ANEES: mean of eᵀ P⁻¹ e / 2 of the position, 1 if the covariance is right. RMS / DRMS:\n\
          the error over what the filter expects of it. Refused: share of the measurements, all of them good, that were not used.\n\
          `closed loop` is the backseat's own estimate in flight, on which the LQR steers. The other filters run over the\n\
-         same measurements afterwards; all are told the same wrong vehicle.\n",
+         same measurements afterwards; the same wrong vehicle is declared to all.\n",
         first_seed + runs - 1
     );
     for (case, runs) in results {
