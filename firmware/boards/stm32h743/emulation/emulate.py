@@ -17,8 +17,8 @@ Written by `firmware/boards/stm32h743/emulation/run --report docs/results/emulat
 asks for is in [the emulation's page](../../firmware/boards/stm32h743/emulation/README.md). Time is the emulated board's:
 one cycle an instruction, no wait states.
 
-| scenario | time, s | stack, bytes | longest time between two feeds, ms | measured |
-|---|--:|--:|--:|---|
+| scenario | time, s | stack, bytes | longest time between two feeds, ms | measured | wrong |
+|---|--:|--:|--:|---|---|
 """
 
 
@@ -42,7 +42,8 @@ def fly(job):
         wrong = str(error) or traceback.format_exc()
     except Exception:
         wrong = traceback.format_exc()
-    return name, wrong, rows, time.process_time() - began
+    verdict = (wrong or "").replace("\n", " ").replace("|", "/")
+    return name, wrong, [f"{row} {verdict} |" for row in rows], time.process_time() - began
 
 
 def main():
@@ -68,7 +69,7 @@ def main():
             print(f"{'FAIL' if wrong else 'ok':4}  {name}, {cpu_s:.0f} s of this computer's time", *rows, sep="\n", flush=True)
             if wrong:
                 print(f"      {wrong}", flush=True)
-    if options.report and not failed:
+    if options.report:
         options.report.write_text(REPORT + "".join(f"{row}\n" for name in names for row in table.get(name, [])))
     return 1 if failed else 0
 
