@@ -5,7 +5,7 @@
 
 use crate::observation::{Downlink, Observation, ObservationKind, ShipReport, TwoWay, Uplink};
 use crate::rng::{Source, Stream};
-use crate::scenario::effects::Channel;
+use crate::scenario::effects::AcousticChannel;
 use crate::scenario::{self, Exchange, Scenario};
 use crate::ship::{ShipEstimator, ShipMotion};
 
@@ -80,7 +80,7 @@ pub struct Acoustics {
     declared_speed_mps: f64,
     /// What it is, m/s.
     true_speed_mps: f64,
-    channel: Channel,
+    channel: AcousticChannel,
     range_sigma_m: f64,
     range_rate_sigma_mps: f64,
     noise: Stream,
@@ -92,7 +92,7 @@ pub struct Acoustics {
 impl Acoustics {
     /// The channel of a scenario.
     #[must_use]
-    pub fn new(scenario: &Scenario, channel: &Channel) -> Self {
+    pub fn new(scenario: &Scenario, channel: &AcousticChannel) -> Self {
         let (settings, declared) = (&scenario.settings, &scenario.vehicle.sensors);
         let speed = settings.environment.sound_speed_mps;
         Self {

@@ -1,6 +1,6 @@
 //! From the declared vehicle and the scenario to the parameters of the simulated one.
 
-use super::effects::{Channel, Instruments};
+use super::effects::{AcousticChannel, Instruments};
 use super::{Physics, Scenario};
 use crate::noise::Colour;
 use crate::truth::{Fin, Parameters, State, Undeclared};
@@ -20,7 +20,7 @@ impl Scenario {
             currents: vec![settings.environment.current],
             waves: None,
             instruments: Instruments::default(),
-            channel: Channel::default(),
+            channel: AcousticChannel::default(),
         };
         settings.effects.apply(&mut physics);
         physics

@@ -53,7 +53,7 @@ pub struct Args {
 }
 
 /// What came of it.
-struct Outcome {
+struct ExportSummary {
     tables: Option<[(&'static str, u64); 4]>,
     foxglove: Option<Written>,
     damage: Damage,
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         });
         outcome
     })?;
-    let outcome = Outcome {
+    let outcome = ExportSummary {
         tables: tables.map(Tables::finish).transpose()?,
         foxglove: foxglove.map(Foxglove::finish).transpose()?,
         damage,
@@ -153,7 +153,7 @@ fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-impl Outcome {
+impl ExportSummary {
     fn notes(&self, args: &Args) -> Vec<String> {
         let mut notes = Vec::new();
         let Damage { unfinished, cut_bytes, broken_records } = self.damage;

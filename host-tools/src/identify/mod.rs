@@ -1,8 +1,8 @@
 //! `backseat identify`: a vehicle's parameters from its log.
 
-mod outcome;
 mod page;
 mod plan;
+mod result;
 mod surge_yaw;
 
 use crate::columns::Columns;
@@ -15,7 +15,7 @@ use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
 use backseat_identify::{IdentificationData, Method, Options, fold_into_plant, identify, validate};
 use clap::ValueEnum;
-use outcome::{HeldOut, Outcome};
+use result::{HeldOut, IdentificationResult};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -172,7 +172,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut identified = declared.clone();
     identified.parameters = estimate.vehicle;
     identified.name = format!("{}-identified", declared.name);
-    let outcome = Outcome {
+    let outcome = IdentificationResult {
         log: path,
         format: imported.format,
         estimate: &estimate,

@@ -1,6 +1,6 @@
 //! What an identification gave, as a page.
 
-use super::outcome::{Outcome, seen};
+use super::result::{IdentificationResult, seen};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_data::report::plots::{self, Bar, BarPlot, BeforeAfter, Point, Scale, TimePlot};
 use backseat_data::report::{Provenance, Report, Table};
@@ -19,7 +19,7 @@ const SHOWN: [(usize, &str, f64); 5] = [
     (7, "yaw rate r [deg/s]", 180.0 / std::f64::consts::PI),
 ];
 
-pub fn html(outcome: &Outcome<'_>) -> String {
+pub fn html(outcome: &IdentificationResult<'_>) -> String {
     let estimate = outcome.estimate;
     let title = outcome.log.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
     let verdict = match (outcome.before, outcome.after) {
@@ -66,7 +66,7 @@ pub fn html(outcome: &Outcome<'_>) -> String {
     report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
 }
 
-fn validation(report: Report, outcome: &Outcome<'_>) -> Report {
+fn validation(report: Report, outcome: &IdentificationResult<'_>) -> Report {
     let (Some(before), Some(after)) = (outcome.before, outcome.after) else { return report };
     let header = ["", "declared", "identified"];
     let caption = format!(
@@ -88,7 +88,7 @@ fn validation(report: Report, outcome: &Outcome<'_>) -> Report {
     report.table(table).figure("Open-loop prediction with the declared and with the identified vehicle.", figure)
 }
 
-fn parameters(report: Report, outcome: &Outcome<'_>) -> Report {
+fn parameters(report: Report, outcome: &IdentificationResult<'_>) -> Report {
     let mut table =
         Table::new("Parameters", &["", "unit", "declared", "identified", "95 % from", "to", "what the motion shows"]);
     for p in &outcome.estimate.parameters {
@@ -116,7 +116,7 @@ fn parameters(report: Report, outcome: &Outcome<'_>) -> Report {
 }
 
 /// The first minutes of what was held out, measured and predicted.
-fn motion(mut report: Report, outcome: &Outcome<'_>) -> Report {
+fn motion(mut report: Report, outcome: &IdentificationResult<'_>) -> Report {
     let Some(samples) = outcome.judge.stretches().next() else { return report };
     let samples = &samples[..samples.len().min(SHOWN_S * 10)];
     let (Some(before), Some(after)) =

@@ -1,7 +1,7 @@
 //! `backseat navigate`: the flight filter over a recorded mission.
 
-mod outcome;
 mod page;
+mod result;
 mod text;
 
 use crate::columns::Columns;
@@ -15,7 +15,7 @@ use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
 use clap::ValueEnum;
-use outcome::{Against, Errors, Estimate, Outcome};
+use result::{Against, Errors, Estimate, NavigationResult};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -121,14 +121,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let smoothed_errors = estimate
         .smoothed()
         .zip(truth.as_ref())
-        .map(|(smoothed, truth)| dead_reckoning::errors_against_truth(&outcome::positions(smoothed), truth));
+        .map(|(smoothed, truth)| dead_reckoning::errors_against_truth(&result::positions(smoothed), truth));
     if let (Some(path), true) = (&args.truth, errors.is_none()) {
         return Err(DataError::file(path, "the truth has no time in common with the estimate").into());
     }
     if let Estimate::Filter(run) = &estimate {
         notes.extend(run.notes.iter().cloned());
     }
-    let outcome = Outcome {
+    let outcome = NavigationResult {
         description: describe(args, &plan, &vehicle),
         format: imported.format,
         log,

@@ -1,6 +1,6 @@
 //! What a run gave, as a page.
 
-use super::outcome::{Against, Estimate, Outcome};
+use super::result::{Against, Estimate, NavigationResult};
 use super::text::gnss_distances;
 use backseat_core::navigation::{FusionOutcome, Sensor};
 use backseat_core::state::{X, Y};
@@ -30,7 +30,7 @@ const SHOWN: [(Sensor, &[&str]); 9] = [
     (Sensor::WaterTrack, &["water track u innovation [m/s]", "water track v innovation [m/s]"]),
 ];
 
-pub fn html(outcome: &Outcome<'_>) -> String {
+pub fn html(outcome: &NavigationResult<'_>) -> String {
     let verdict = match outcome.error_summary() {
         Some((against, error)) => format!(
             "Median horizontal error {:.2} m, 95 % {:.2} m against {}; {}.",
@@ -80,7 +80,7 @@ fn sensors(run: &FilterRun) -> Table {
     table
 }
 
-fn track(report: Report, outcome: &Outcome<'_>) -> Report {
+fn track(report: Report, outcome: &NavigationResult<'_>) -> Report {
     let estimate: Vec<Point> =
         outcome.estimate.positions().iter().map(|p| (p.position_m[0], p.position_m[1])).collect();
     let truth: Option<Vec<Point>> =
@@ -121,7 +121,7 @@ fn track(report: Report, outcome: &Outcome<'_>) -> Report {
     report.figure("Track.", svg)
 }
 
-fn errors(report: Report, outcome: &Outcome<'_>) -> Report {
+fn errors(report: Report, outcome: &NavigationResult<'_>) -> Report {
     let (name, caption, errors) = match (&outcome.errors, outcome.estimate) {
         (Some((Against::Truth, errors)), _) => ("against the truth", "Error against time.", errors.clone()),
         (Some((Against::Gnss, errors)), _) => {

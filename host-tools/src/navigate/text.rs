@@ -1,6 +1,6 @@
 //! What a run gave, for the eye.
 
-use super::outcome::{Against, Estimate, Outcome};
+use super::result::{Against, Estimate, NavigationResult};
 use backseat_core::navigation::Sensor;
 use backseat_core::state::{X, Y};
 use backseat_data::filter::FilterRun;
@@ -8,7 +8,7 @@ use backseat_data::stats::{median, nis_bounds95};
 use std::fmt::Write as _;
 use std::path::Path;
 
-impl Outcome<'_> {
+impl NavigationResult<'_> {
     pub fn text(&self, report: Option<&Path>, track: Option<&Path>) -> String {
         let mut out = String::new();
         let _ = writeln!(

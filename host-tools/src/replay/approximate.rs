@@ -27,12 +27,12 @@ pub struct Approximate {
     /// UTC minus board time at the last step, µs.
     utc_offset_us: Option<i64>,
     decoder: Decoder,
-    pub outcome: Outcome,
+    pub outcome: ApproximateReplay,
 }
 
 /// What came of it.
 #[derive(Debug, Default)]
-pub struct Outcome {
+pub struct ApproximateReplay {
     pub steps: usize,
     /// First and last step, board time, µs.
     pub span_us: Option<(u64, u64)>,
@@ -48,7 +48,7 @@ pub struct Outcome {
 
 impl Approximate {
     pub fn new(survey: &Survey) -> Self {
-        let mut outcome = Outcome::default();
+        let mut outcome = ApproximateReplay::default();
         let starts = survey.reported.windows(2).position(|pair| pair[1].time_us <= pair[0].time_us);
         let reported = &survey.reported[..starts.map_or(survey.reported.len(), |i| i + 1)];
         if let Some(last) = reported.last().filter(|_| starts.is_some()) {
@@ -157,7 +157,7 @@ impl Approximate {
     }
 
     /// The session is at its end.
-    pub fn finish(mut self) -> Outcome {
+    pub fn finish(mut self) -> ApproximateReplay {
         self.next_us = None;
         self.advance(u64::MAX);
         self.outcome

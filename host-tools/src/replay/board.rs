@@ -24,12 +24,12 @@ pub struct Replay {
     /// The lock-step clock was set to zero: what comes before its first answer may be from before.
     settling: bool,
     time_us: u64,
-    pub outcome: Outcome,
+    pub outcome: ExactReplay,
 }
 
 /// What came of it.
 #[derive(Debug, Default)]
-pub struct Outcome {
+pub struct ExactReplay {
     pub steps: usize,
     /// Steps whose digest is another.
     pub differing_steps: usize,
@@ -59,7 +59,7 @@ impl Replay {
             comparing: !survey.lockstep,
             settling: false,
             time_us: 0,
-            outcome: Outcome::default(),
+            outcome: ExactReplay::default(),
         };
         if !replay.stored.is_empty() {
             replay.app.restore(None);
@@ -246,7 +246,7 @@ impl Replay {
     }
 
     /// The log is at its end.
-    pub fn finish(mut self) -> Outcome {
+    pub fn finish(mut self) -> ExactReplay {
         self.input(self.time_us);
         if self.comparing {
             self.comparison.finish(self.time_us);
@@ -255,7 +255,7 @@ impl Replay {
         if losses > 0 {
             self.outcome.notes.push(format!("the board reports {losses} times that its drivers lost received bytes"));
         }
-        Outcome { bytes, messages, record: difference, ..self.outcome }
+        ExactReplay { bytes, messages, record: difference, ..self.outcome }
     }
 }
 

@@ -58,9 +58,9 @@ struct Replayed {
 /// What came of it.
 enum Found {
     /// Compared to the bit.
-    Exact(Box<board::Outcome>),
+    Exact(Box<board::ExactReplay>),
     /// Compared in metres.
-    Approximate(approximate::Outcome),
+    Approximate(approximate::ApproximateReplay),
 }
 
 /// Replays.

@@ -16,7 +16,7 @@ impl fmt::Display for Difference {
     }
 }
 
-impl board::Outcome {
+impl board::ExactReplay {
     /// The most informative difference: a record where there is one.
     pub fn first_difference(&self) -> Option<&Difference> {
         self.record.as_ref().or(self.step.as_ref())
@@ -80,8 +80,8 @@ pub fn text(log: &Path, replayed: &Replayed) -> String {
     text
 }
 
-fn exact(outcome: &board::Outcome, text: &mut String) {
-    let board::Outcome { steps, differing_steps, bytes, messages, .. } = outcome;
+fn exact(outcome: &board::ExactReplay, text: &mut String) {
+    let board::ExactReplay { steps, differing_steps, bytes, messages, .. } = outcome;
     let _ = if outcome.first_difference().is_none() {
         writeln!(
             text,
@@ -98,7 +98,7 @@ fn exact(outcome: &board::Outcome, text: &mut String) {
 const NOT_EXACT: &str =
     "the session has the times of a PC, which reads late, and not the app's own steps and pulse edges";
 
-fn distance(outcome: &approximate::Outcome, text: &mut String) {
+fn distance(outcome: &approximate::ApproximateReplay, text: &mut String) {
     let _ = writeln!(text, "not to the bit: {NOT_EXACT}");
     if let Some([median_m, p95_m, max_m]) = quantiles(&outcome.distances_m) {
         let _ = writeln!(

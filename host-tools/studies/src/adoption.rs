@@ -46,7 +46,7 @@ impl Declared {
 
 /// One flight, judged.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub struct AdoptionFlight {
     /// Horizontal error from the loss of the DVL on.
     pub error: ErrorSummary,
     /// How often parameters were adopted, refused and reverted.
@@ -59,7 +59,7 @@ pub struct Outcome {
 ///
 /// # Errors
 /// A flight that fails.
-pub fn fly(seed: u64, declared: Declared, minutes: Option<f64>) -> anyhow::Result<Outcome> {
+pub fn fly(seed: u64, declared: Declared, minutes: Option<f64>) -> anyhow::Result<AdoptionFlight> {
     let mut scenario = Scenario::built_in("adoption")?;
     let settings = &mut scenario.settings;
     settings.seed = seed;
@@ -78,7 +78,7 @@ pub fn fly(seed: u64, declared: Declared, minutes: Option<f64>) -> anyhow::Resul
     let count = |event| flight.adoptions.iter().filter(|verdict| verdict.event == event).count();
     let verdicts = [AdoptionEvent::Adopted, AdoptionEvent::Refused, AdoptionEvent::Reverted].map(count);
     let parameters = parameter_errors(&scenario.vehicle.parameters, &scenario.declared_vehicle().parameters, &flight);
-    Ok(Outcome { error, verdicts, parameters })
+    Ok(AdoptionFlight { error, verdicts, parameters })
 }
 
 fn error_from(flight: &FlightLog, from_s: f64) -> Option<ErrorSummary> {
@@ -125,9 +125,9 @@ fn parameter_errors(
 pub fn run(arguments: &EnsembleArguments) -> anyhow::Result<()> {
     let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
     let plan: Vec<(u64, Declared)> = seeds.flat_map(|seed| Declared::ALL.map(|declared| (seed, declared))).collect();
-    let outcomes: Vec<Outcome> =
+    let outcomes: Vec<AdoptionFlight> =
         run_all("flights", &plan, |(seed, declared)| fly(*seed, *declared, arguments.minutes))?;
-    let of = |declared: Declared| -> Vec<&Outcome> {
+    let of = |declared: Declared| -> Vec<&AdoptionFlight> {
         plan.iter().zip(&outcomes).filter(|((_, other), _)| *other == declared).map(|(_, outcome)| outcome).collect()
     };
     let rows = Declared::ALL.map(|declared| (declared, of(declared)));
@@ -143,11 +143,11 @@ pub fn run(arguments: &EnsembleArguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn medians(outcomes: &[&Outcome]) -> Vec<f64> {
+fn medians(outcomes: &[&AdoptionFlight]) -> Vec<f64> {
     outcomes.iter().map(|outcome| outcome.error.median_m).collect()
 }
 
-fn markdown(arguments: &EnsembleArguments, rows: &[(Declared, Vec<&Outcome>); 3]) -> String {
+fn markdown(arguments: &EnsembleArguments, rows: &[(Declared, Vec<&AdoptionFlight>); 3]) -> String {
     let EnsembleArguments { runs, first_seed, .. } = arguments;
     let cut = arguments.minutes.map_or(String::new(), |minutes| format!(" --minutes {minutes}"));
     let mut text = format!(
@@ -210,7 +210,7 @@ fn markdown(arguments: &EnsembleArguments, rows: &[(Declared, Vec<&Outcome>); 3]
     text + &format!("{parameters}\n")
 }
 
-fn to_json(rows: &[(Declared, Vec<&Outcome>); 3]) -> Value {
+fn to_json(rows: &[(Declared, Vec<&AdoptionFlight>); 3]) -> Value {
     let configurations = rows.iter().map(|(declared, outcomes)| {
         let median_m = medians(outcomes);
         json!({

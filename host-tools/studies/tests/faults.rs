@@ -3,7 +3,7 @@
 //! The quick rows fly as they stand in `docs/results/fault_table.md`, one seed each; `backseat sim faults` flies all of them.
 
 use backseat_link::Client;
-use backseat_studies::fault_table::{Judge, Outcome, Row, Summary, fly, markdown, rows};
+use backseat_studies::fault_table::{Judge, JudgedFlight, Row, Summary, fly, markdown, rows};
 use hil_sim::backseat::InProcess;
 use hil_sim::flight;
 use hil_sim::scenario::{Scenario, Settings};
@@ -26,7 +26,7 @@ fn row(name: &str) -> Row {
     rows().unwrap().into_iter().find(|row| row.name == name).unwrap()
 }
 
-fn fly_all(rows: &[Row]) -> Vec<(&'static str, Outcome)> {
+fn fly_all(rows: &[Row]) -> Vec<(&'static str, JudgedFlight)> {
     std::thread::scope(|scope| {
         let flights: Vec<_> = rows.iter().map(|row| (row.name, scope.spawn(move || fly(row, 1)))).collect();
         flights.into_iter().map(|(name, flight)| (name, flight.join().unwrap())).collect()

@@ -9,7 +9,7 @@ use backseat_core::state::{PSI, VehicleState, wrap_angle};
 use backseat_data::filter::{self, FilterOptions, Start};
 use backseat_data::{Column, Log, LogRow, VehicleFile};
 use backseat_studies::packet_navigation::{
-    Arrival, Deif, DeifError, DeifRun, Delta, OWN, Packet, deltas, lose, packets, reports, walk,
+    Deif, DeifError, DeifRun, Delta, OWN, Packet, PacketArrival, deltas, lose, packets, reports, walk,
 };
 use hil_sim::observation::ObservationKind;
 use hil_sim::scenario::Scenario;
@@ -59,7 +59,7 @@ fn model() -> VehicleModel {
 }
 
 /// The centralized filter's mean and covariance of vehicle and current at each arrival.
-fn centralized_arrivals(log: &Log, options: &FilterOptions) -> Vec<Arrival> {
+fn centralized_arrivals(log: &Log, options: &FilterOptions) -> Vec<PacketArrival> {
     let start = options.start.unwrap();
     let mut navigator = Box::new(Navigator::new());
     navigator.configure(&options.navigation, &model()).unwrap();
@@ -96,7 +96,7 @@ fn centralized_arrivals(log: &Log, options: &FilterOptions) -> Vec<Arrival> {
                 (true, _) => navigator.covariance(i, j),
                 (false, diagonal) => f64::from(u8::from(diagonal)),
             });
-            arrivals.push(Arrival { time_us: row.time_us, moments: (mean, covariance) });
+            arrivals.push(PacketArrival { time_us: row.time_us, moments: (mean, covariance) });
         }
         if launches.iter().any(|packet| packet.launch_us == row.time_us) {
             clone = Some(navigator.clone_ship().unwrap());
@@ -106,7 +106,7 @@ fn centralized_arrivals(log: &Log, options: &FilterOptions) -> Vec<Arrival> {
 }
 
 /// Worst difference of a mean in units of its sigma, and of a covariance as a correlation.
-fn worst(ours: &[Arrival], theirs: &[Arrival]) -> [f64; 2] {
+fn worst(ours: &[PacketArrival], theirs: &[PacketArrival]) -> [f64; 2] {
     assert_eq!(ours.len(), theirs.len());
     let mut worst = [0.0_f64; 2];
     for (a, b) in ours.iter().zip(theirs) {

@@ -24,7 +24,7 @@ use crate::inputs::installation::velocity_at_centre;
 use crate::parameters::Settings;
 use adoption::{Adoptions, Decision};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleParameters};
-use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, Outcome, PARAMETERS};
+use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, PARAMETERS, SampleOutcome};
 use backseat_core::navigation::Navigator;
 use backseat_core::state::Z;
 use backseat_wire::hostlink::{Activity, Adoption, AdoptionEvent, FaultReport, Identification, Visibility};
@@ -223,10 +223,10 @@ impl Adaptation {
         self.faults.sample(*time_us, attitude, velocity, input);
         let report = self.identifier.sample(*time_us, attitude, velocity, input);
         self.activity = match report.outcome {
-            Outcome::Filling | Outcome::WarmingUp => Activity::Starting,
-            Outcome::Adapting => Activity::Adapting,
-            Outcome::Diverged => Activity::Diverged,
-            Outcome::NotConfigured | Outcome::Refused | Outcome::OutOfOrder => {
+            SampleOutcome::Filling | SampleOutcome::WarmingUp => Activity::Starting,
+            SampleOutcome::Adapting => Activity::Adapting,
+            SampleOutcome::Diverged => Activity::Diverged,
+            SampleOutcome::NotConfigured | SampleOutcome::Refused | SampleOutcome::OutOfOrder => {
                 self.comparison.interrupt();
                 return None;
             }

@@ -19,7 +19,7 @@ const FASTEST: [f64; 6] = [30.0, 30.0, 30.0, 10.0, 10.0, 10.0];
 /// What became of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Outcome {
+pub enum SampleOutcome {
     /// [`Identifier::configure`] has not succeeded.
     NotConfigured,
     /// A value is not finite, or beyond what a vehicle can do.
@@ -40,7 +40,7 @@ pub enum Outcome {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
     /// What became of it.
-    pub outcome: Outcome,
+    pub outcome: SampleOutcome,
     /// Δv = v̂ − v of the filtered sample, m/s and rad/s; zero unless warming up or adapting.
     pub velocity_error: Vector6<f64>,
     /// The gains were scaled down for stability.
@@ -150,17 +150,21 @@ impl Identifier {
         velocity: &Vector6<f64>,
         input: &ActuatorInput,
     ) -> Report {
-        let mut report =
-            Report { outcome: Outcome::NotConfigured, velocity_error: Vector6::zeros(), limited: false, projected: 0 };
+        let mut report = Report {
+            outcome: SampleOutcome::NotConfigured,
+            velocity_error: Vector6::zeros(),
+            limited: false,
+            projected: 0,
+        };
         let (Some(model), Some(bounds)) = (&self.model, &self.bounds) else { return report };
 
         if !is_plausible(attitude, velocity, input, model.parameters()) {
-            report.outcome = Outcome::Refused;
+            report.outcome = SampleOutcome::Refused;
             return report;
         }
         if let Some(last_us) = self.last_us {
             let Some(elapsed_us) = time_us.checked_sub(last_us).filter(|&elapsed| elapsed > 0) else {
-                report.outcome = Outcome::OutOfOrder;
+                report.outcome = SampleOutcome::OutOfOrder;
                 return report;
             };
             let periods = elapsed_us as f64 * 1.0e-6 / self.config.period_s;
@@ -173,7 +177,7 @@ impl Identifier {
         self.last_us = Some(time_us);
 
         let measured = Measured { time_us, velocity: *velocity, down: Attitude::new(attitude).down(), input: *input };
-        report.outcome = Outcome::Filling;
+        report.outcome = SampleOutcome::Filling;
         let Some(filtered) = self.filter.push(&measured) else { return report };
         let Some(then) = self.previous.replace(filtered) else {
             self.state.velocity = filtered.velocity;
@@ -209,12 +213,12 @@ impl Identifier {
         if !next.velocity.iter().chain(next.theta.iter()).all(|value| value.is_finite()) {
             self.previous = None;
             self.filter.restart();
-            report.outcome = Outcome::Diverged;
+            report.outcome = SampleOutcome::Diverged;
             return report;
         }
         self.state = next;
         report.velocity_error = next.velocity - filtered.velocity;
-        report.outcome = if adapting { Outcome::Adapting } else { Outcome::WarmingUp };
+        report.outcome = if adapting { SampleOutcome::Adapting } else { SampleOutcome::WarmingUp };
         if adapting {
             self.adapted_s += dt;
             self.average(dt);

@@ -32,7 +32,7 @@ pub use drift::DriftMonitor;
 pub use excitation::{Excitation, ParameterExcitation, Visibility};
 pub use fault::{Diagnosis, FaultCause, FaultMonitor, FaultState};
 pub use filter::{DELAY, Measured, PreFilter};
-pub use identifier::{Identifier, Outcome, Report};
+pub use identifier::{Identifier, Report, SampleOutcome};
 pub use model_comparison::{ComparisonEvidence, FEWEST_STRETCHES, HORIZON_STEPS, ModelComparison, ModelRole};
 pub use projection::ParameterBox;
 pub use theta::{PARAMETERS, Theta};

@@ -5,7 +5,7 @@ use super::support::{Random, VEHICLE, model};
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::identification::theta::{B1, M11, NAMES, theta_of};
 use backseat_core::identification::{
-    ConfigError, DELAY, IdentificationConfig, Identifier, Outcome, PARAMETERS, Scale, Visibility,
+    ConfigError, DELAY, IdentificationConfig, Identifier, PARAMETERS, SampleOutcome, Scale, Visibility,
 };
 use backseat_core::state;
 use nalgebra::{Vector3, Vector6};
@@ -19,7 +19,7 @@ fn identifier() -> Identifier {
 }
 
 /// A steady sample, and its outcome.
-fn steady(identifier: &mut Identifier, time_us: u64) -> Outcome {
+fn steady(identifier: &mut Identifier, time_us: u64) -> SampleOutcome {
     let velocity = Vector6::new(1.5, 0.01, 0.02, 0.001, -0.002, 0.003);
     let input = ActuatorInput { propeller_radps: 120.0, fins_rad: [0.01, -0.01, 0.02, -0.02] };
     identifier.sample(time_us, &Vector3::new(0.02, -0.03, 1.0), &velocity, &input).outcome
@@ -28,7 +28,7 @@ fn steady(identifier: &mut Identifier, time_us: u64) -> Outcome {
 #[test]
 fn nothing_happens_before_it_is_configured() {
     let mut identifier = Identifier::new();
-    assert_eq!(steady(&mut identifier, 0), Outcome::NotConfigured);
+    assert_eq!(steady(&mut identifier, 0), SampleOutcome::NotConfigured);
     assert_eq!(identifier.estimate(), None);
     assert_eq!(identifier.parameters(), None);
     assert!(identifier.excitation().iter().all(|parameter| parameter.visibility == Visibility::Frozen));
@@ -40,32 +40,32 @@ fn a_gap_empties_the_filter_and_keeps_the_estimate() {
     let window = 2 * DELAY as u64 + 1;
     let mut time_us = 0;
     let outcomes = |identifier: &mut Identifier, time_us: &mut u64, count: u64| {
-        let mut last = Outcome::NotConfigured;
+        let mut last = SampleOutcome::NotConfigured;
         for _ in 0..count {
             last = steady(identifier, *time_us);
             *time_us += 100_000;
         }
         last
     };
-    assert_eq!(outcomes(&mut identifier, &mut time_us, window), Outcome::Filling);
-    assert_eq!(outcomes(&mut identifier, &mut time_us, 1), Outcome::WarmingUp);
-    assert_eq!(outcomes(&mut identifier, &mut time_us, 60), Outcome::Adapting);
+    assert_eq!(outcomes(&mut identifier, &mut time_us, window), SampleOutcome::Filling);
+    assert_eq!(outcomes(&mut identifier, &mut time_us, 1), SampleOutcome::WarmingUp);
+    assert_eq!(outcomes(&mut identifier, &mut time_us, 60), SampleOutcome::Adapting);
     let estimate = identifier.estimate();
 
     // One lost sample is a gap; one late by 30 ms is not.
     time_us += 100_000;
-    assert_eq!(outcomes(&mut identifier, &mut time_us, 1), Outcome::Filling);
+    assert_eq!(outcomes(&mut identifier, &mut time_us, 1), SampleOutcome::Filling);
     assert_eq!(identifier.restarts(), 1);
-    assert_eq!(outcomes(&mut identifier, &mut time_us, window - 1), Outcome::Filling);
+    assert_eq!(outcomes(&mut identifier, &mut time_us, window - 1), SampleOutcome::Filling);
     assert_eq!(identifier.estimate(), estimate);
     time_us += 30_000;
-    assert_eq!(outcomes(&mut identifier, &mut time_us, 1), Outcome::Adapting);
+    assert_eq!(outcomes(&mut identifier, &mut time_us, 1), SampleOutcome::Adapting);
     assert_eq!(identifier.restarts(), 1);
 
     // Time that stands still or runs back is refused and changes nothing.
-    assert_eq!(steady(&mut identifier, time_us - 100_000), Outcome::OutOfOrder);
-    assert_eq!(steady(&mut identifier, 0), Outcome::OutOfOrder);
-    assert_eq!(outcomes(&mut identifier, &mut time_us, 1), Outcome::Adapting);
+    assert_eq!(steady(&mut identifier, time_us - 100_000), SampleOutcome::OutOfOrder);
+    assert_eq!(steady(&mut identifier, 0), SampleOutcome::OutOfOrder);
+    assert_eq!(outcomes(&mut identifier, &mut time_us, 1), SampleOutcome::Adapting);
 }
 
 #[test]
@@ -81,7 +81,10 @@ fn absurd_values_are_refused_and_leave_no_trace() {
             ActuatorInput { propeller_radps: values[9], fins_rad: [values[10], values[11], values[12], values[13]] };
         let velocity = Vector6::from_column_slice(&values[3..9]);
         let attitude = Vector3::from_column_slice(&values[..3]);
-        assert_eq!(disturbed.sample(step * 100_000 + 50_000, &attitude, &velocity, &input).outcome, Outcome::Refused);
+        assert_eq!(
+            disturbed.sample(step * 100_000 + 50_000, &attitude, &velocity, &input).outcome,
+            SampleOutcome::Refused
+        );
     }
     assert_eq!(disturbed.state(), clean.state());
     assert_eq!(disturbed.estimate(), clean.estimate());
@@ -96,7 +99,7 @@ fn wild_motion_leaves_theta_in_its_box() {
     for step in 0..5000_u64 {
         let velocity = Vector6::from([30.0, 30.0, 30.0, 10.0, 10.0, 10.0].map(|scale| random.within(scale)));
         let report = identifier.sample(step * 100_000, &random.attitude(), &velocity, &random.input());
-        assert!(!matches!(report.outcome, Outcome::Refused | Outcome::Diverged));
+        assert!(!matches!(report.outcome, SampleOutcome::Refused | SampleOutcome::Diverged));
         limited += u32::from(report.limited);
         projected |= report.projected;
     }

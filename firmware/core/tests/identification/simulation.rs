@@ -3,7 +3,7 @@
 use super::support::{Random, VEHICLE, model};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
 use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
-use backseat_core::identification::{IdentificationConfig, Identifier, Outcome};
+use backseat_core::identification::{IdentificationConfig, Identifier, SampleOutcome};
 use backseat_core::state::{self, VehicleState};
 use core::f64::consts::TAU;
 
@@ -122,7 +122,10 @@ pub fn identify(
             attitude[axis] += random.normal(noise.roll_pitch_rad);
         }
         let report = identifier.sample(step * 100_000, &attitude, &velocity, &since);
-        assert!(matches!(report.outcome, Outcome::Filling | Outcome::WarmingUp | Outcome::Adapting), "{report:?}");
+        assert!(
+            matches!(report.outcome, SampleOutcome::Filling | SampleOutcome::WarmingUp | SampleOutcome::Adapting),
+            "{report:?}"
+        );
         x = if held {
             advance(&truth, &x, &EXCITATION.input(time_s))
         } else {

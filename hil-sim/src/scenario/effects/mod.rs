@@ -14,7 +14,7 @@ mod read;
 mod request;
 
 pub use draw::Draw;
-pub use physics::{Channel, Compass, Instruments, Physics, Waves};
+pub use physics::{AcousticChannel, Compass, Instruments, Physics, Waves};
 pub use request::Request;
 
 use std::fmt;

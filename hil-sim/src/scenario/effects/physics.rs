@@ -46,7 +46,7 @@ pub struct Instruments {
 
 /// Errors of acoustic ranges.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Channel {
+pub struct AcousticChannel {
     /// True travel times are (1 + ratio) of what the declared sound speed gives.
     pub sound_speed_ratio: f64,
     /// Receiver's clock minus true time at time zero, s.
@@ -71,5 +71,5 @@ pub struct Physics {
     /// The vehicle's instruments.
     pub instruments: Instruments,
     /// Acoustics.
-    pub channel: Channel,
+    pub channel: AcousticChannel,
 }

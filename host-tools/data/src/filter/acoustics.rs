@@ -19,7 +19,7 @@ const UNKNOWN_SPEED_MPS: f64 = 100.0;
 
 /// Half a packet's flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Event {
+pub(super) enum AcousticEvent {
     /// It reaches the vehicle. At one time arrivals come before launches, as a clone is taken after
     /// all updates of its time.
     Arrival,
@@ -44,7 +44,7 @@ pub(super) struct Packet {
 pub(super) struct Flights {
     pub packets: Vec<Packet>,
     /// (time, what, packet), in order.
-    events: Vec<(u64, Event, usize)>,
+    events: Vec<(u64, AcousticEvent, usize)>,
     next: usize,
 }
 
@@ -53,15 +53,15 @@ impl Flights {
         let packets: Vec<Packet> = log.rows.iter().filter_map(packet).collect();
         let mut events = Vec::with_capacity(2 * packets.len());
         for (index, packet) in packets.iter().enumerate() {
-            events.push((packet.arrival_us, Event::Arrival, index));
-            events.push((packet.launch_us, Event::Launch, index));
+            events.push((packet.arrival_us, AcousticEvent::Arrival, index));
+            events.push((packet.launch_us, AcousticEvent::Launch, index));
         }
         events.sort_by_key(|&(time_us, event, index)| (time_us, event as u8, index));
         Self { packets, events, next: 0 }
     }
 
     /// The next event at or before `until_us`.
-    pub fn next_until(&mut self, until_us: u64) -> Option<(u64, Event, usize)> {
+    pub fn next_until(&mut self, until_us: u64) -> Option<(u64, AcousticEvent, usize)> {
         let event = *self.events.get(self.next).filter(|(time_us, ..)| *time_us <= until_us)?;
         self.next += 1;
         Some(event)

@@ -13,7 +13,7 @@ pub use options::{FilterOptions, ShipSource, Start};
 use crate::log::{Column, Log, LogRow, RADPS_PER_RPM};
 use crate::smoother::Recording;
 use crate::{DataError, VehicleFile, inputs};
-use acoustics::{Event, Flights, ShipTrack};
+use acoustics::{AcousticEvent, Flights, ShipTrack};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
     AcousticPath, ConfigError, Consistency, FusionRecord, InitialShip, Measurement, NavigationError, Navigator,
@@ -314,11 +314,11 @@ impl<'a> Pass<'a> {
         while let Some((time_us, event, index)) = self.flights.next_until(until_us) {
             self.move_to(time_us)?;
             match event {
-                Event::Launch if self.ship_track.is_none() => {
+                AcousticEvent::Launch if self.ship_track.is_none() => {
                     self.flights.packets[index].clone = self.navigator.clone_ship().ok();
                 }
-                Event::Launch => {}
-                Event::Arrival => self.arrive(index),
+                AcousticEvent::Launch => {}
+                AcousticEvent::Arrival => self.arrive(index),
             }
         }
         Ok(())

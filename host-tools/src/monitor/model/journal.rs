@@ -28,7 +28,7 @@ impl Severity {
 
 /// One event.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Event {
+pub struct JournalEntry {
     /// Time of day, or the board's own time where UTC is not known.
     pub when: String,
     pub severity: Severity,
@@ -38,7 +38,7 @@ pub struct Event {
 /// The events.
 #[derive(Default)]
 pub struct Journal {
-    events: VecDeque<Event>,
+    events: VecDeque<JournalEntry>,
     /// Of all that ever happened.
     count: u64,
 }
@@ -48,7 +48,7 @@ impl Journal {
         if self.events.len() == CAPACITY {
             self.events.pop_front();
         }
-        self.events.push_back(Event { when, severity, text: text.into() });
+        self.events.push_back(JournalEntry { when, severity, text: text.into() });
         self.count += 1;
     }
 
@@ -57,12 +57,12 @@ impl Journal {
     }
 
     /// The newest first.
-    pub fn newest(&self) -> impl Iterator<Item = &Event> {
+    pub fn newest(&self) -> impl Iterator<Item = &JournalEntry> {
         self.events.iter().rev()
     }
 
     /// Events after the first `seen` of all, and how many there are now.
-    pub fn since(&self, seen: u64) -> (impl Iterator<Item = &Event>, u64) {
+    pub fn since(&self, seen: u64) -> (impl Iterator<Item = &JournalEntry>, u64) {
         let new = usize::try_from(self.count.saturating_sub(seen)).unwrap_or(usize::MAX).min(self.events.len());
         (self.events.iter().skip(self.events.len() - new), self.count)
     }

@@ -19,7 +19,7 @@
 //! estimator reaches that loses nothing by linearisation.
 
 use super::case::{Case, Effect};
-use super::declared::{AHRS_STEPS, Arrival, DEPTH_STEPS, DVL_STEPS, GRID_STEPS, SECOND_STEPS, World};
+use super::declared::{AHRS_STEPS, DEPTH_STEPS, DVL_STEPS, GRID_STEPS, RangeArrival, SECOND_STEPS, World};
 use super::motion::{self, Smooth};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
@@ -293,7 +293,7 @@ impl Track<'_> {
     }
 
     /// What is measured at the present step, and what arrived on the way to it.
-    fn measured(&self, arrival: Option<Arrival>) -> Vec<Measured> {
+    fn measured(&self, arrival: Option<RangeArrival>) -> Vec<Measured> {
         let (layout, case, steps) = (self.layout, self.case, self.world.steps);
         let sensors = &case.options.navigation.sensors;
         let mut y = DVector::zeros(layout.len());

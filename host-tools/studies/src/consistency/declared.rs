@@ -58,7 +58,7 @@ pub(super) struct Packet {
 
 /// A packet arrived, in truth.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arrival {
+pub(super) struct RangeArrival {
     /// Of the vehicle, at arrival, m.
     pub position_m: [f64; 3],
     /// Over ground, m/s.
@@ -89,7 +89,7 @@ pub struct World<'a> {
     pub(super) actuators: Actuators,
     pub(super) packet: Option<Packet>,
     /// What arrived in the last step.
-    pub(super) arrival: Option<Arrival>,
+    pub(super) arrival: Option<RangeArrival>,
     random: Random,
     rows: Vec<LogRow>,
 }
@@ -249,7 +249,7 @@ impl<'a> World<'a> {
         let (position_m, _) = ahead(share);
         let velocity_mps = self.state.velocity_ned_mps(&self.water());
         self.packet = None;
-        self.arrival = Some(Arrival { position_m, velocity_mps, ship: packet.ship });
+        self.arrival = Some(RangeArrival { position_m, velocity_mps, ship: packet.ship });
 
         let sensors = self.case.options.navigation.sensors;
         let [range, rate, north, east] = self.random.acoustics.normals::<4>(1.0);

@@ -74,8 +74,8 @@ impl Run {
     /// velocity after ten seconds, or position.
     pub fn raises_error(&self) -> bool {
         let raises = |with: Option<f64>, without: Option<f64>| with.zip(without).is_some_and(|(a, b)| a >= 1.2 * b);
-        raises(self.declared.velocity_mps, self.told.velocity_mps)
-            || raises(self.declared.position_m, self.told.position_m)
+        raises(self.declared.velocity_mps, self.declaring_truth.velocity_mps)
+            || raises(self.declared.position_m, self.declaring_truth.position_m)
     }
 }
 

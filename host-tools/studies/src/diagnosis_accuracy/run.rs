@@ -40,7 +40,8 @@ pub struct Run {
     /// catalogue: of the declared model on the same log flown without the effect).
     pub declared: Errors,
     pub after: Errors,
-    pub told: Errors,
+    #[serde(alias = "told")] // its key in results stored before
+    pub declaring_truth: Errors,
     /// First thing that an unexplained rest depends on.
     pub hint: Option<String>,
 }
@@ -99,7 +100,7 @@ pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
     let declared = score(&log_data, &data, &d.before, &declared_set)?;
     let set = d.set(&declared_set);
     let after = if set == declared_set { declared.clone() } else { score(&log_data, &data, &d.after, &set)? };
-    let told = match class {
+    let declaring_truth = match class {
         Class::None => declared.clone(),
         Class::Single | Class::Pair => {
             let set = truth(&spec.vehicle, &data.effects);
@@ -128,7 +129,7 @@ pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
         separability: if class == Class::Outside { Vec::new() } else { separability::of(spec, seed) },
         declared,
         after,
-        told,
+        declaring_truth,
         hint: hint(&d),
     })
 }

@@ -33,8 +33,8 @@ pub fn of(spec: &Spec, seed: u64) -> Vec<Separability> {
     let data = dataset::simulate(&spec, seed);
     let Some(log_data) = PreparedLog::new(&data.log, &spec.vehicle, spec.dvl) else { return Vec::new() };
     let all = truth(&spec.vehicle, &data.effects);
-    let Some(told) = square(&log_data, &all) else { return Vec::new() };
-    let one = |place: usize| one(&log_data, &spec.vehicle, &data.effects, place, told);
+    let Some(declared_square) = square(&log_data, &all) else { return Vec::new() };
+    let one = |place: usize| one(&log_data, &spec.vehicle, &data.effects, place, declared_square);
     (0..data.effects.len()).filter_map(one).collect()
 }
 
@@ -43,7 +43,7 @@ fn one(
     vehicle: &VehicleFile,
     effects: &[Effect],
     place: usize,
-    told: f64,
+    declared_square: f64,
 ) -> Option<Separability> {
     let own = effects[place].name();
     let others: Vec<Instance> =
@@ -66,7 +66,7 @@ fn one(
     let (best, competitor) = fitted.fold((without, "none"), |best, next| if next.0 < best.0 { next } else { best });
     Some(Separability {
         effect: own.to_owned(),
-        value: digits((best - told).max(0.0).sqrt()),
+        value: digits((best - declared_square).max(0.0).sqrt()),
         competitor: competitor.to_owned(),
     })
 }

@@ -136,7 +136,11 @@ impl Study<'_> {
                 && run.verdict != "none"
                 && run.injected.iter().all(|truth| run.found.iter().any(|found| found.effect == truth.effect))
         };
-        self.runs.iter().filter(named).filter_map(|run| Some(error(&run.after)? / error(&run.told)?)).collect()
+        self.runs
+            .iter()
+            .filter(named)
+            .filter_map(|run| Some(error(&run.after)? / error(&run.declaring_truth)?))
+            .collect()
     }
 
     pub fn after(&self) -> Section {

@@ -202,8 +202,8 @@ impl Study<'_> {
                 format!("{}: {}", injected.map_or("", |injected| injected.effect.as_str()), sizes.join(", ")),
                 flown(run),
                 run.found.iter().map(|found| found.effect.as_str()).collect::<Vec<_>>().join(", "),
-                ratio(run.declared.position_m, run.told.position_m),
-                ratio(run.after.position_m, run.told.position_m),
+                ratio(run.declared.position_m, run.declaring_truth.position_m),
+                ratio(run.after.position_m, run.declaring_truth.position_m),
             ]
         };
         Section {

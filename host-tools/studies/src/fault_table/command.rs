@@ -1,6 +1,6 @@
 //! `backseat sim faults`: the fault table.
 
-use super::{Outcome, Row, Summary, fly, markdown, rows, to_json};
+use super::{JudgedFlight, Row, Summary, fly, markdown, rows, to_json};
 use crate::ensemble::run_all;
 use crate::table::wrapped;
 use anyhow::{Context, bail};
@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let plan: Vec<(&Row, u64)> =
         rows.iter().flat_map(|row| seeds.clone().chain(again.clone()).map(move |seed| (row, seed))).collect();
     let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs).build().context("threads")?;
-    let outcomes: Vec<Outcome> = pool.install(|| run_all("flights", &plan, |(row, seed)| Ok(fly(row, *seed))))?;
+    let outcomes: Vec<JudgedFlight> = pool.install(|| run_all("flights", &plan, |(row, seed)| Ok(fly(row, *seed))))?;
     let flights = outcomes.chunks(arguments.runs as usize + 1);
     let summaries: Vec<Summary> = rows
         .iter()

@@ -70,7 +70,7 @@ pub struct Judge {
 
 /// What a flight came to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
+pub struct JudgedFlight {
     /// Its seed.
     pub seed: u64,
     /// Horizontal error from the first fault on: median and largest, m.
@@ -232,11 +232,11 @@ impl Judge {
 
     /// The flight is over; `lost_packets` by cause. Everything is held against `limits`.
     #[must_use]
-    pub fn finish(self, seed: u64, flight: &FlightLog, lost_packets: &[(&str, u32)], limits: &Limits) -> Outcome {
+    pub fn finish(self, seed: u64, flight: &FlightLog, lost_packets: &[(&str, u32)], limits: &Limits) -> JudgedFlight {
         let error_m = [median(&self.errors_m), self.errors_m.iter().copied().reduce(f64::max)];
         let ended = self.leg.is_some() && self.commands.stops > 0;
         let flown = flight.finished && !ended && self.leg == Some(self.last_leg);
-        let mut outcome = Outcome {
+        let mut outcome = JudgedFlight {
             seed,
             error_m: error_m.map(|error| error.unwrap_or(f64::NAN)),
             end_error_m: self.end_error_m.unwrap_or(f64::NAN),
@@ -272,7 +272,7 @@ impl Judge {
     }
 }
 
-impl Outcome {
+impl JudgedFlight {
     /// Everything in which the flight breaks its row's limits.
     fn broken(&self, limits: &Limits, violations: &mut BTreeSet<String>) {
         let mut check = |holds: bool, what: String| {

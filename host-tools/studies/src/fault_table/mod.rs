@@ -14,6 +14,6 @@ mod table;
 
 pub use command::{Arguments, run};
 pub use commands::CommandWatch;
-pub use judge::{Judge, Outcome, Spell};
+pub use judge::{Judge, JudgedFlight, Spell};
 pub use rows::{Row, fly, rows};
 pub use table::{Summary, markdown, to_json};

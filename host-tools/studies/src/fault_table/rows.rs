@@ -1,6 +1,6 @@
 //! The rows of the fault table, and how one is flown.
 
-use super::{Judge, Outcome};
+use super::{Judge, JudgedFlight};
 use anyhow::Context;
 use backseat_app::Loss;
 use backseat_link::Client;
@@ -141,13 +141,13 @@ const LOSSES: [(Loss, &str); 11] = [
 
 /// Flies a row in lock-step, the app in this process. A panic, or a flight that fails, is an outcome.
 #[must_use]
-pub fn fly(row: &Row, seed: u64) -> Outcome {
+pub fn fly(row: &Row, seed: u64) -> JudgedFlight {
     catch_unwind(AssertUnwindSafe(|| flown(row, seed)))
         .unwrap_or_else(|_| Err(anyhow::anyhow!("panic")))
         .unwrap_or_else(|error| failed(seed, &format!("{error:#}")))
 }
 
-fn flown(row: &Row, seed: u64) -> anyhow::Result<Outcome> {
+fn flown(row: &Row, seed: u64) -> anyhow::Result<JudgedFlight> {
     let mut scenario = row.scenario.clone();
     scenario.settings.seed = seed;
     let mut client = Client::new(InProcess::new());
@@ -158,8 +158,8 @@ fn flown(row: &Row, seed: u64) -> anyhow::Result<Outcome> {
     Ok(judge.finish(seed, &flight, &lost, &row.limits))
 }
 
-fn failed(seed: u64, why: &str) -> Outcome {
-    Outcome {
+fn failed(seed: u64, why: &str) -> JudgedFlight {
+    JudgedFlight {
         seed,
         error_m: [f64::NAN; 2],
         end_error_m: f64::NAN,

@@ -1,7 +1,7 @@
 //! The fault table: one line a row, over all its seeds.
 
 use super::judge::name;
-use super::{Outcome, Row};
+use super::{JudgedFlight, Row};
 use crate::table::markdown_table;
 use backseat_data::stats::median;
 use backseat_wire::hostlink::Mode;
@@ -15,7 +15,7 @@ pub struct Summary {
     /// The row.
     pub row: Row,
     /// One a seed.
-    pub outcomes: Vec<Outcome>,
+    pub outcomes: Vec<JudgedFlight>,
 }
 
 impl Summary {
@@ -25,11 +25,11 @@ impl Summary {
         self.outcomes.iter().all(|outcome| outcome.violations.is_empty())
     }
 
-    fn of(&self, pick: impl Fn(&Outcome) -> f64) -> Vec<f64> {
+    fn of(&self, pick: impl Fn(&JudgedFlight) -> f64) -> Vec<f64> {
         self.outcomes.iter().map(pick).collect()
     }
 
-    fn largest(&self, pick: impl Fn(&Outcome) -> f64) -> f64 {
+    fn largest(&self, pick: impl Fn(&JudgedFlight) -> f64) -> f64 {
         self.of(pick).into_iter().reduce(f64::max).unwrap_or(f64::NAN)
     }
 
@@ -190,7 +190,7 @@ came between; no deeper than 10 m in missions at 3 m; the same digest when flown
 /// Everything, for scripts.
 #[must_use]
 pub fn to_json(summaries: &[Summary]) -> Value {
-    let flight = |outcome: &Outcome| {
+    let flight = |outcome: &JudgedFlight| {
         let modes: Vec<Value> = outcome
             .spells
             .iter()

@@ -50,4 +50,4 @@ pub use information::{Information, NotPositive, Step};
 pub use packet_fed::{PacketFed, reports};
 pub use ship::{Delta, NUMBERS, STATES, ShipInformation};
 pub use study::{Difference, Method, study, thin_fixes};
-pub use walk::{Arrival, DeifRun, OnVehicle, Packet, deltas, lose, packets, walk};
+pub use walk::{DeifRun, OnVehicle, Packet, PacketArrival, deltas, lose, packets, walk};

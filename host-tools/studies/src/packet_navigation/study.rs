@@ -3,7 +3,7 @@
 use super::deif::Deif;
 use super::packet_fed::{PacketFed, reports};
 use super::ship::{Delta, NUMBERS};
-use super::walk::{Arrival, DeifRun, deltas, packets, walk};
+use super::walk::{DeifRun, PacketArrival, deltas, packets, walk};
 use anyhow::{Context, anyhow};
 use backseat_core::dynamics::VehicleModel;
 use backseat_core::state::{PSI, VEHICLE_STATES, X, Y, wrap_angle};
@@ -25,7 +25,7 @@ pub struct Difference {
 }
 
 impl Difference {
-    fn of(arrivals: &[Arrival], centralized: &[TrackSample]) -> Option<Self> {
+    fn of(arrivals: &[PacketArrival], centralized: &[TrackSample]) -> Option<Self> {
         let mut worst = Self::default();
         for arrival in arrivals {
             let at = centralized.binary_search_by_key(&arrival.time_us, |sample| sample.time_us).ok()?;

@@ -134,7 +134,7 @@ pub fn walk(log: &Log, packets: &[Packet], filter: &mut impl OnVehicle) -> anyho
 
 /// Estimate of vehicle and current right after a packet.
 #[derive(Clone, Debug)]
-pub struct Arrival {
+pub struct PacketArrival {
     /// Time of arrival, µs.
     pub time_us: u64,
     /// Mean and covariance.
@@ -148,7 +148,7 @@ pub struct DeifRun<'a> {
     points: Option<&'a [TrackSample]>,
     use_range_rate: bool,
     /// After each packet.
-    pub arrivals: Vec<Arrival>,
+    pub arrivals: Vec<PacketArrival>,
 }
 
 impl<'a> DeifRun<'a> {
@@ -177,7 +177,7 @@ impl OnVehicle for DeifRun<'_> {
         if let Some(range_rate_mps) = row.get(Column::RangeRate).filter(|_| self.use_range_rate) {
             self.deif.range_rate(range_rate_mps)?;
         }
-        self.arrivals.push(Arrival { time_us: self.deif.time_us(), moments: self.deif.moments()? });
+        self.arrivals.push(PacketArrival { time_us: self.deif.time_us(), moments: self.deif.moments()? });
         Ok(())
     }
 

@@ -54,7 +54,7 @@ impl Excitation {
 
 type Flight = Vec<Vec<(Sample, f64)>>;
 
-struct Outcome {
+struct PlanResult {
     log_determinant: f64,
     remaining_percent: f64,
     depth_m: [f64; 2],
@@ -152,7 +152,7 @@ fn outcome(
     duration_s: f64,
     unseen: &IdentificationData,
     seed: u64,
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<PlanResult> {
     let declared = VehicleFile::reference().parameters;
     let model = VehicleModel::new(&declared).map_err(|error| anyhow!("vehicle: {error}"))?;
     let prior = wrong_prior(WRONG, seed);
@@ -168,7 +168,7 @@ fn outcome(
     let validation = validate(&estimate.vehicle, unseen).map_or([f64::NAN; 8], |v| v.mean_absolute);
     let depths = all().map(|(_, depth_m)| *depth_m);
     let from_m = if excitation == Excitation::OpenLoopFree { DEEP_M - limits.middle_m() } else { 0.0 };
-    Ok(Outcome {
+    Ok(PlanResult {
         log_determinant: collected.log_determinant(),
         remaining_percent: collected.remaining_percent(),
         depth_m: [
@@ -216,7 +216,7 @@ pub fn run(runs: u64, limits: &Limits, duration_s: f64, as_json: bool) -> anyhow
     ]);
     let mut predicted = markdown_table(["excitation"].into_iter().chain(COLUMNS));
     for (excitation, outcomes) in Excitation::ALL.iter().zip(outcomes.chunks(runs as usize)) {
-        let of = |pick: &dyn Fn(&Outcome) -> f64| -> Vec<f64> { outcomes.iter().map(pick).collect() };
+        let of = |pick: &dyn Fn(&PlanResult) -> f64| -> Vec<f64> { outcomes.iter().map(pick).collect() };
         let [shallow, deep, steepest] = [
             of(&|o| o.depth_m[0]).into_iter().fold(f64::INFINITY, f64::min),
             of(&|o| o.depth_m[1]).into_iter().fold(f64::NEG_INFINITY, f64::max),
@@ -237,9 +237,9 @@ pub fn run(runs: u64, limits: &Limits, duration_s: f64, as_json: bool) -> anyhow
     console::print(format!("{learned}\n\n{predicted}\n").as_bytes())
 }
 
-fn json_text(outcomes: &[Outcome], runs: u64) -> String {
+fn json_text(outcomes: &[PlanResult], runs: u64) -> String {
     let rows = Excitation::ALL.iter().zip(outcomes.chunks(runs as usize)).map(|(excitation, outcomes)| {
-        let of = |pick: fn(&Outcome) -> f64| mean(&outcomes.iter().map(pick).collect::<Vec<_>>());
+        let of = |pick: fn(&PlanResult) -> f64| mean(&outcomes.iter().map(pick).collect::<Vec<_>>());
         json!({
             "name": excitation.name(),
             "log_determinant": of(|o| o.log_determinant),

@@ -5,7 +5,9 @@ use crate::motion;
 use crate::random::Random;
 use crate::row;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, ModelRole, Outcome, theta};
+use backseat_core::identification::{
+    IdentificationConfig, Identifier, ModelComparison, ModelRole, SampleOutcome, theta,
+};
 use core::hint::black_box;
 
 /// Seven hundred samples: the filter's window fills, the gains settle for a minute, and the last five seconds adapt.
@@ -27,8 +29,8 @@ pub fn measure(identifier: &mut Identifier, comparison: &mut ModelComparison) {
         let (report, instructions) =
             count(|| black_box(&mut *identifier).sample(time_us, black_box(&attitude), black_box(&velocity), &input));
         match report.outcome {
-            Outcome::WarmingUp => warming.0 = warming.0.max(instructions),
-            Outcome::Adapting => adapting.0 = adapting.0.max(instructions),
+            SampleOutcome::WarmingUp => warming.0 = warming.0.max(instructions),
+            SampleOutcome::Adapting => adapting.0 = adapting.0.max(instructions),
             _ => {}
         }
         prediction

@@ -36,7 +36,7 @@ impl Against {
 }
 
 /// Everything there is to say about a run.
-pub struct Outcome<'a> {
+pub struct NavigationResult<'a> {
     pub description: String,
     pub format: &'static str,
     pub log: &'a Log,
@@ -80,7 +80,7 @@ pub fn positions(track: &[TrackSample]) -> Vec<Position> {
     track.iter().map(|s| Position { time_us: s.time_us, position_m: [s.state[X], s.state[Y]] }).collect()
 }
 
-impl Outcome<'_> {
+impl NavigationResult<'_> {
     pub fn error_summary(&self) -> Option<(Against, ErrorSummary)> {
         let (against, errors) = self.errors.as_ref()?;
         let errors: Vec<f64> = errors.iter().map(|(_, error)| *error).collect();

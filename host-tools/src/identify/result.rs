@@ -18,7 +18,7 @@ pub enum HeldOut {
 }
 
 /// What the report shows.
-pub struct Outcome<'a> {
+pub struct IdentificationResult<'a> {
     pub log: &'a Path,
     pub format: &'static str,
     pub estimate: &'a Estimate,
@@ -49,7 +49,7 @@ pub const fn seen(visibility: Visibility) -> &'static str {
     }
 }
 
-impl Outcome<'_> {
+impl IdentificationResult<'_> {
     /// First lines of the vehicle file.
     pub fn source(&self) -> String {
         let name = self.log.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy());
