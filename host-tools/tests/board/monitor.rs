@@ -165,7 +165,7 @@ fn the_terminal_is_restored_by_key_and_by_signal() {
     for how in ["q", "\x03", "TERM"] {
         let mut screen = Screen::start(silent.path());
         screen.shows("\x1b[?1049h");
-        screen.shows("cable, power, baud rate");
+        screen.shows("cable, power and baud rate");
         assert_ne!(stty(&screen.terminal), screen.before, "raw");
         if how == "TERM" {
             let id = screen.child.id().to_string();
@@ -193,5 +193,5 @@ fn without_a_terminal_or_a_port_it_says_so() {
     // silence is told, not an error
     let outcome = run(&["monitor", silent.path(), "--json", "--for", "1.2"]);
     let objects = objects(&outcome.good("a silent port"));
-    assert_eq!(objects[0]["alarms"][0]["text"], "no telemetry yet (cable, power, baud rate?)");
+    assert_eq!(objects[0]["alarms"][0]["text"], "no telemetry yet; check cable, power and baud rate");
 }

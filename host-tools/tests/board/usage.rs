@@ -58,7 +58,7 @@ fn a_port_without_a_board_is_given_up() {
     let outcome = program(Path::new("."), ["check", other.path()]);
     over.store(true, Ordering::Relaxed);
     talker.join().unwrap();
-    assert!(outcome.complaint("another device").contains("no backseat's host port"), "{}", outcome.stderr);
+    assert!(outcome.complaint("another device").contains("not from a backseat's host port"), "{}", outcome.stderr);
 }
 
 #[test]
