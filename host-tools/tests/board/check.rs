@@ -101,7 +101,7 @@ fn a_vehicle_on_the_bench_passes_and_shows_its_fins() {
     assert!(outcome.stdout.contains("FAIL  fin wiggle       refused: a mission runs"), "{}", outcome.stdout);
     // nor is anything written by mistake; unlocked, what may change there
     let line = bench.complaint(&["params", "set", "PORT", "installation.sound_speed_mps=1501"]);
-    assert!(line.contains("a mission runs or is armed: --unlock"), "{line}");
+    assert!(line.contains("a mission runs or is armed; --unlock"), "{line}");
     bench.good(&["params", "set", "PORT", "installation.sound_speed_mps=1501", "--unlock"]);
     let line = bench.complaint(&["params", "set", "PORT", "vehicle.mass_kg=39", "--unlock"]);
     assert!(line.contains("vehicle.mass_kg cannot change while a mission runs"), "{line}");
