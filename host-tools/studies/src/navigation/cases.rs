@@ -19,8 +19,7 @@ pub struct Case {
     pub kinematic: bool,
 }
 
-const DEFAULT: Case =
-    Case { name: "", about: "", apply: |_, _| {}, rates: false, from_s: 0.0, second_dive: false, kinematic: false };
+const DEFAULT: Case = Case { name: "", about: "", apply: |_, _| {}, rates: false, from_s: 0.0, kinematic: false };
 
 /// Speed of the undeclared current, m/s.
 const CURRENT_MPS: f64 = 0.15;
