@@ -2,8 +2,9 @@
 
 use crate::backseat::Backseat;
 use crate::health::Health;
-use crate::host::{self, HOST_RING, send};
+use crate::host::{HOST_RING, send};
 use crate::parameters::Settings;
+use crate::requests;
 use crate::ring::Ring;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{self, FromBoard, Mode, ModeReason, Oscillator, Port, Step, StepDone, ToBoard};
@@ -56,7 +57,7 @@ impl App {
             let Ok(frame) = outcome else { continue };
             match self.host_counts.note(frame.message::<ToBoard<'_>>()) {
                 Ok(ToBoard::Step(step)) => self.announced = Some(step),
-                Ok(request) => host::answer(&mut self.backseat, &request, &mut self.host_out),
+                Ok(request) => requests::answer(&mut self.backseat, &request, &mut self.host_out),
                 Err(_) => {}
             }
         }

@@ -15,7 +15,7 @@
 //! | `adaptation` | the adaptive identifier and the fault monitor; when identified parameters are used, and given up again |
 //! | `steering`, `command`, `wiggle` | missions, commands to the frontseat, hand-back; the fins on the bench |
 //! | `modes` | mode and reason from facts; when a mission has to end |
-//! | `host`, `mission`, `telemetry` | requests and their answers; mission transfer; records of each step |
+//! | `requests`, `host`, `mission`, `telemetry` | requests and their answers; mission transfer; records of each step |
 //! | [`parameters`] | the declared list, transactions |
 //! | `storage`, [`store`], `persistence` | requests to store; flash and restart record; how a board serves them |
 //! | `recorded` | what goes into the board log |
@@ -44,6 +44,7 @@ pub mod parameters;
 mod persistence;
 mod pump;
 mod recorded;
+mod requests;
 mod ring;
 mod steering;
 mod storage;

@@ -1,0 +1,154 @@
+//! Requests of the host and their answers.
+
+use crate::backseat::Backseat;
+use crate::host::{HOST_RING, send};
+use crate::mission::to_wire;
+use crate::parameters::PARAMETER_SCHEMA;
+use crate::ring::Ring;
+use crate::storage::Asked;
+use backseat_wire::hostlink::{AdoptionEvent, FromBoard, Refusal, ToBoard};
+use backseat_wire::ship_state::Key;
+
+/// Parameters stay unlocked this long, µs.
+const UNLOCKED_US: u64 = 60_000_000;
+/// The key comes within this time of its announcement, µs.
+const KEY_US: u64 = 2_000_000;
+
+/// Carries out one request; `Step` belongs to the clock and is no request.
+pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOST_RING>) {
+    let now_us = backseat.now_us();
+    let answer = match *request {
+        ToBoard::Step(_) => return,
+        ToBoard::Hello => {
+            let firmware = concat!("backseat ", env!("CARGO_PKG_VERSION"));
+            FromBoard::Hello { firmware, parameter_schema: PARAMETER_SCHEMA }
+        }
+        ToBoard::ParameterBegin => outcome(may_write(backseat).map(|()| backseat.parameters.begin())),
+        ToBoard::ParameterSet { name, value } => {
+            let under_way = backseat.steering.under_way();
+            outcome(may_write(backseat).and_then(|()| backseat.parameters.set(name, value, under_way)))
+        }
+        ToBoard::ParameterCommit => outcome(may_write(backseat).and_then(|()| backseat.commit())),
+        ToBoard::Unlock => {
+            backseat.host.unlocked_us = now_us.saturating_add(UNLOCKED_US);
+            FromBoard::Done
+        }
+        ToBoard::KeyBegin => {
+            backseat.host.key_us = now_us.saturating_add(KEY_US);
+            FromBoard::Key { set: backseat.parameters.active().app.acoustic_key.is_set() }
+        }
+        ToBoard::KeySet(key) => outcome(set_key(backseat, key)),
+        ToBoard::ParameterGet { index } => match backseat.parameters.info(index) {
+            Some(info) => FromBoard::Parameter(info),
+            None => FromBoard::Refused(Refusal::UnknownParameter),
+        },
+        ToBoard::MissionBegin { count } => outcome(backseat.host.transfer.begin(count)),
+        ToBoard::MissionItem { index, ref waypoint } => outcome(backseat.host.transfer.item(index, waypoint)),
+        ToBoard::MissionCommit => outcome(commit_mission(backseat)),
+        ToBoard::MissionGet { index } => {
+            let waypoints = backseat.steering.mission().waypoints();
+            FromBoard::Mission {
+                index,
+                count: u16::try_from(waypoints.len()).unwrap_or(u16::MAX),
+                waypoint: waypoints.get(usize::from(index)).map(to_wire),
+            }
+        }
+        ToBoard::MissionStart => outcome(start(backseat)),
+        ToBoard::HealthGet => FromBoard::Health(backseat.link_health()),
+        ToBoard::FinWiggle => outcome(wiggle(backseat)),
+        ToBoard::AdoptionRevert => outcome(revert_adoption(backseat)),
+        ToBoard::MissionStop => {
+            backseat.steering.stop();
+            backseat.modes.stopped();
+            FromBoard::Done
+        }
+        ToBoard::ParameterStore => match store(backseat) {
+            // answered when the board has written them
+            Ok(()) => return,
+            Err(refusal) => FromBoard::Refused(refusal),
+        },
+    };
+    send(out, &answer);
+    if let (ToBoard::Hello, Some(restart)) = (request, backseat.host.last_restart) {
+        send(out, &FromBoard::Restart(restart));
+    }
+}
+
+fn outcome(outcome: Result<(), Refusal>) -> FromBoard<'static> {
+    match outcome {
+        Ok(()) => FromBoard::Done,
+        Err(refusal) => FromBoard::Refused(refusal),
+    }
+}
+
+/// Under way, and when a mission waits to begin, nothing is written by mistake.
+fn may_write(backseat: &Backseat) -> Result<(), Refusal> {
+    let locked = backseat.steering.is_engaged() && backseat.now_us() >= backseat.host.unlocked_us;
+    if locked { Err(Refusal::Locked) } else { Ok(()) }
+}
+
+/// No mission is under way or waits to begin.
+fn at_rest(backseat: &Backseat) -> Result<(), Refusal> {
+    if backseat.steering.is_engaged() { Err(Refusal::UnderWay) } else { Ok(()) }
+}
+
+fn set_key(backseat: &mut Backseat, key: Key) -> Result<(), Refusal> {
+    at_rest(backseat)?;
+    if !backseat.host.expects_key(backseat.now_us()) {
+        return Err(Refusal::Sequence);
+    }
+    backseat.host.key_us = 0;
+    backseat.parameters.set_key(key);
+    Ok(())
+}
+
+/// Flash is never erased under way.
+fn store(backseat: &mut Backseat) -> Result<(), Refusal> {
+    at_rest(backseat)?;
+    if backseat.steering.is_wiggling() {
+        return Err(Refusal::NotReady);
+    }
+    backseat.storage.request(Asked::ByHost)
+}
+
+fn commit_mission(backseat: &mut Backseat) -> Result<(), Refusal> {
+    if backseat.steering.under_way() {
+        return Err(Refusal::UnderWay);
+    }
+    backseat.steering.set_mission(backseat.host.transfer.commit()?);
+    Ok(())
+}
+
+/// Shows the fins, unless they are needed.
+fn wiggle(backseat: &mut Backseat) -> Result<(), Refusal> {
+    at_rest(backseat)?;
+    if backseat.storage.is_busy() {
+        return Err(Refusal::NotReady);
+    }
+    backseat.steering.wiggle();
+    Ok(())
+}
+
+/// Arms the stored mission: it begins with the first step at which navigation is valid.
+fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
+    if backseat.steering.under_way() {
+        return Err(Refusal::UnderWay);
+    }
+    if backseat.steering.mission().waypoints().is_empty() {
+        return Err(Refusal::Sequence);
+    }
+    if !backseat.modes.may_arm() || backseat.storage.is_busy() || backseat.steering.is_wiggling() {
+        return Err(Refusal::NotReady);
+    }
+    backseat.links.frontseat.forget_refusal();
+    backseat.modes.started();
+    backseat.steering.arm();
+    Ok(())
+}
+
+/// Uses the set from before the last adoption.
+fn revert_adoption(backseat: &mut Backseat) -> Result<(), Refusal> {
+    let change = backseat.adaptation.revert(AdoptionEvent::RevertedByHost).ok_or(Refusal::NotReady)?;
+    let now_us = backseat.now_us();
+    if backseat.change_vehicle(now_us, &change) { Ok(()) } else { Err(Refusal::NotReady) }
+}
