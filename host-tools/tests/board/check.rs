@@ -104,7 +104,7 @@ fn a_vehicle_on_the_bench_passes_and_shows_its_fins() {
     assert!(line.contains("a mission runs or is armed; --unlock"), "{line}");
     bench.good(&["params", "set", "PORT", "installation.sound_speed_mps=1501", "--unlock"]);
     let line = bench.complaint(&["params", "set", "PORT", "vehicle.mass_kg=39", "--unlock"]);
-    assert!(line.contains("vehicle.mass_kg cannot change while a mission runs"), "{line}");
+    assert!(line.contains("vehicle.mass_kg: cannot change while a mission runs"), "{line}");
     assert!(bench.complaint(&["mission", "put", "PORT", "m.toml"]).contains("a mission runs"));
     assert!(bench.good(&["mission", "stop", "PORT"]).contains("Stopped"));
 }
