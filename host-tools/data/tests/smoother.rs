@@ -3,7 +3,7 @@
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
     AcousticPath, EffectState, EffectStates, Filter, InitialShip, InitialState, LinearStep, Measurement,
-    NavigationConfig, Navigator, Observer, RobustPriors, ShipEnd, StateParameter, VehicleEnd,
+    NavigationConfig, Navigator, Observer, Priors, ShipEnd, StateParameter, VehicleEnd,
 };
 use backseat_core::state::{PSI, U, VehicleState};
 use backseat_data::VehicleFile;
@@ -117,7 +117,7 @@ fn start() -> Recording {
         initial_sigma: 1.0e-4,
         random_walk_per_sqrt_s: 1.0e-6,
     };
-    let robust = EffectStates::robust(&RobustPriors::DEFAULT);
+    let robust = EffectStates::robust(&Priors::DEFAULT);
     let states = robust.with_state(rate(0)).and_then(|states| states.with_state(rate(1))).unwrap();
     let config = NavigationConfig {
         gate_sigma: 1.0e3,

@@ -5,9 +5,9 @@ use super::table::APP;
 use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::{self, ParameterId, ParameterKind};
-use backseat_core::navigation::{NavigationConfig, ProcessNoise, SensorNoise};
+use backseat_core::navigation::{NavigationConfig, Priors, ProcessNoise, SensorNoise};
 use backseat_core::parameters::{
-    CONTROL, Declaration, FILTER, INSTALLATION, Installation, Kind, NOISE, Row, SENSORS, Shape, VEHICLE, count,
+    CONTROL, Declaration, FILTER, INSTALLATION, Installation, Kind, NOISE, PRIOR, Row, SENSORS, Shape, VEHICLE, count,
 };
 use core::ops::Deref;
 
@@ -28,6 +28,7 @@ enum Access {
     Vehicle(&'static Row<VehicleParameters>),
     Noise(&'static Row<ProcessNoise>),
     Sensors(&'static Row<SensorNoise>),
+    Prior(&'static Row<Priors>),
     Installation(&'static Row<Installation>),
     Effect(ParameterId),
     Filter(&'static Row<NavigationConfig>),
@@ -51,6 +52,7 @@ impl Parameter {
             Access::Vehicle(row) => (row.get)(&settings.vehicle, self.element),
             Access::Noise(row) => (row.get)(&settings.navigation.process_noise, self.element),
             Access::Sensors(row) => (row.get)(&settings.navigation.sensors, self.element),
+            Access::Prior(row) => (row.get)(&settings.navigation.priors, self.element),
             Access::Installation(row) => (row.get)(&settings.app.installation, self.element),
             Access::Effect(id) => settings.navigation.effects.get(id),
             Access::Filter(row) => (row.get)(&settings.navigation, self.element),
@@ -65,6 +67,7 @@ impl Parameter {
             Access::Vehicle(row) => (row.set)(&mut settings.vehicle, self.element, value),
             Access::Noise(row) => (row.set)(&mut settings.navigation.process_noise, self.element, value),
             Access::Sensors(row) => (row.set)(&mut settings.navigation.sensors, self.element, value),
+            Access::Prior(row) => (row.set)(&mut settings.navigation.priors, self.element, value),
             Access::Installation(row) => (row.set)(&mut settings.app.installation, self.element, value),
             Access::Effect(id) => settings.navigation.effects.set(id, value),
             Access::Filter(row) => (row.set)(&mut settings.navigation, self.element, value),
@@ -89,6 +92,7 @@ impl Parameter {
 const COUNT: usize = count(VEHICLE)
     + count(NOISE)
     + count(SENSORS)
+    + count(PRIOR)
     + count(INSTALLATION)
     + effects::PARAMETERS
     + count(FILTER)
@@ -117,6 +121,7 @@ const UNNAMED: [Parameter; COUNT] = {
     push!(VEHICLE as Access::Vehicle);
     push!(NOISE as Access::Noise);
     push!(SENSORS as Access::Sensors);
+    push!(PRIOR as Access::Prior);
     push!(INSTALLATION as Access::Installation);
     let mut place = 0;
     while place < effects::PARAMETERS {

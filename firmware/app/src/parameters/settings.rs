@@ -108,6 +108,8 @@ pub struct AppSettings {
     /// Measurements that are older than the filter by more than this are dropped, s.
     pub late_tolerance_s: f64,
 
+    /// Estimate what the declaration leaves open ([`backseat_core::navigation::Priors`]).
+    pub robust: bool,
     /// Estimate the water current.
     pub current_state: bool,
     /// One sigma of the current at the start, m/s per axis.
@@ -187,6 +189,7 @@ impl AppSettings {
         declination_rad: 0.0,
         dvl_mounting_rad: 0.0,
         late_tolerance_s: 1.0,
+        robust: true,
         current_state: false,
         current_initial_sigma_mps: 0.2,
         current_random_walk_mps_per_sqrt_s: 1.0e-4,
@@ -243,7 +246,9 @@ impl Settings {
         if config.process_model == ProcessModel::Kinematic && config.surface.is_some() {
             config.surface = Some(SurfaceNoise::KINEMATIC);
         }
-        if self.app.current_state {
+        if self.app.robust && config.process_model == ProcessModel::Dynamic {
+            config.make_robust();
+        } else if self.app.current_state {
             let app = &self.app;
             config.effect_states =
                 EffectStates::water_current(app.current_initial_sigma_mps, app.current_random_walk_mps_per_sqrt_s);

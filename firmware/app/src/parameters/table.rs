@@ -12,7 +12,8 @@ use core::f64::consts::PI;
 #[rustfmt::skip] // a row a line, to be read as a table
 pub(super) const APP: &[Row<AppSettings>] = &[
     // filter
-    row!(flag "app.current_state", "Estimate a horizontal water current as two states of the filter.", current_state),
+    row!(flag "app.robust", "Estimate what the declaration leaves open (section prior); otherwise the vehicle is taken as declared.", robust),
+    row!(flag "app.current_state", "Estimate a horizontal water current as two states of the filter, if it is not robust.", current_state),
     row!(real "app.current_initial_sigma_mps", "", "m/s", [0.001, 5.0], "Standard deviation of the current at the start, per axis.", current_initial_sigma_mps),
     row!(real "app.current_random_walk_mps_per_sqrt_s", "", "m/s/sqrt(s)", [0.0, 0.1], "Random walk of the current, per axis.", current_random_walk_mps_per_sqrt_s),
     row!(live real "app.late_tolerance_s", "", "s", [0.0, 5.0], "A measurement that is older than the filter by more than this is dropped; a younger one is fused late.", late_tolerance_s),

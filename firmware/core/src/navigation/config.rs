@@ -1,6 +1,6 @@
 //! Configuration of the filter.
 
-use super::{ConfigError, EffectStates, RobustPriors};
+use super::{ConfigError, EffectStates, Priors};
 use crate::effects::{EffectError, EffectSet};
 use crate::parameters::Installation;
 
@@ -126,7 +126,9 @@ pub struct NavigationConfig {
     /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first, as in
     /// the thesis.
     pub range_curvature: f64,
-    /// The nominal filter runs beside this one, and their ranges decide between them.
+    /// What [`Self::make_robust`] makes states of.
+    pub priors: Priors,
+    /// A nominal and a tidal filter run beside this one, and their ranges decide between the three.
     pub bank: bool,
 }
 
@@ -155,6 +157,7 @@ impl NavigationConfig {
         gate_sigma: 5.0,
         exceedances: 3,
         range_curvature: 0.05,
+        priors: Priors::DEFAULT,
         bank: false,
     };
 
@@ -182,6 +185,7 @@ impl NavigationConfig {
         gate_sigma: 0.0,
         exceedances: 0,
         range_curvature: 0.0,
+        priors: Priors::KNOWN,
         bank: false,
     };
 }
@@ -193,9 +197,9 @@ const ROBUST_NOISE: [f64; 6] = [1.5, 1.5, 5.0, 1.5, 5.0, 1.5];
 impl NavigationConfig {
     /// Turns the nominal filter into the robust one: what is usually not known becomes states, and the process noise grows
     /// by what those do not describe.
-    pub fn make_robust(&mut self, priors: &RobustPriors) {
+    pub fn make_robust(&mut self) {
         self.noise_factor = ROBUST_NOISE;
-        self.effect_states = EffectStates::robust(priors);
+        self.effect_states = EffectStates::robust(&self.priors);
         self.bank = true;
     }
 }

@@ -84,15 +84,23 @@ pub struct EffectStates {
     states: [Option<EffectState>; MAX_EFFECTS],
 }
 
-/// One sigma of what nobody declares, for [`EffectStates::robust`].
+/// Section `[prior]` of the vehicle file: one sigma of what the declaration leaves open. Zero means known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RobustPriors {
-    /// Relative one sigma of the parameters of the model, and their walk, 1/√s.
-    pub parameters: [f64; 2],
-    /// Current per axis, m/s, and its walk, m/s/√s.
-    pub current: [f64; 2],
+pub struct Priors {
+    /// Relative one sigma of m11, m22, m33.
+    pub mass: [f64; 3],
+    /// Relative one sigma of d11 and d66.
+    pub drag: [f64; 2],
+    /// Relative one sigma of beta1, beta3, beta5.
+    pub actuators: [f64; 3],
+    /// Walk of the parameters, 1/√s.
+    pub walk_per_sqrt_s: f64,
+    /// Current per axis, m/s.
+    pub current_mps: f64,
+    /// Its walk, m/s/√s.
+    pub current_walk_mps_per_sqrt_s: f64,
     /// Constant part of the compass error, rad.
-    pub heading_constant_rad: f64,
+    pub heading_rad: f64,
     /// Sine and cosine part, rad.
     pub hard_iron_rad: f64,
     /// Trim of the rudders and of the elevators, rad.
@@ -105,28 +113,44 @@ pub struct RobustPriors {
     pub fin_lag_s: f64,
 }
 
-impl RobustPriors {
+impl Priors {
     /// Parameters 10 %, a current of some tenths of a metre per second, a compass of 2 degrees after calibration, fins set by
     /// eye, ballast by scale. 2 mm of the reference vehicle's 15 mm lever are 0.13 rad of pitch trim.
     pub const DEFAULT: Self = Self {
-        parameters: [0.1, 3.0e-5],
-        current: [0.3, 5.0e-5],
-        heading_constant_rad: 0.035,
+        mass: [0.1; 3],
+        drag: [0.1; 2],
+        actuators: [0.1; 3],
+        walk_per_sqrt_s: 3.0e-5,
+        current_mps: 0.3,
+        current_walk_mps_per_sqrt_s: 5.0e-5,
+        heading_rad: 0.035,
         hard_iron_rad: 0.0175,
         fin_trim_rad: 0.0175,
         buoyancy_kg: 0.1,
         pitch_trim_rad: 0.133,
         fin_lag_s: 0.15,
     };
+
+    /// Everything known.
+    pub(super) const KNOWN: Self = Self {
+        mass: [0.0; 3],
+        drag: [0.0; 2],
+        actuators: [0.0; 3],
+        walk_per_sqrt_s: 0.0,
+        current_mps: 0.0,
+        current_walk_mps_per_sqrt_s: 0.0,
+        heading_rad: 0.0,
+        hard_iron_rad: 0.0,
+        fin_trim_rad: 0.0,
+        buoyancy_kg: 0.0,
+        pitch_trim_rad: 0.0,
+        fin_lag_s: 0.0,
+    };
 }
 
 /// Rate of change of a tidal current, m/s², and its walk, m/s²/√s. A rotary tide of 0.15 m/s changes by 2e-5 m/s² at most,
 /// and that rate turns once in 12.4 h.
 const TIDE: [f64; 2] = [1.0e-5, 5.0e-8];
-
-/// The parameters that an hour of turns and dives without a DVL shows; the others follow from the covariance of these or
-/// hardly matter (m44, m55, d22 to d55, beta2, beta4).
-const LEARNT: [usize; 8] = [M11, M11 + 1, M11 + 2, D11, D11 + 5, BETA1, BETA1 + 2, BETA5];
 
 impl EffectStates {
     /// None.
@@ -141,11 +165,12 @@ impl EffectStates {
         with(with(Self::NONE, "north_mps"), "east_mps")
     }
 
-    /// Everything that is usually not known of a vehicle, its compass and the water; zero priors are left out.
+    /// What `priors` leave open. Of the parameters of the model these are the ones that an hour of turns and dives without a
+    /// DVL shows; the others follow from the covariance of these or hardly matter (m44 to m66, d22 to d55, beta2, beta4).
     #[must_use]
-    pub fn robust(priors: &RobustPriors) -> Self {
-        let mut states = if priors.current[0] > 0.0 {
-            Self::water_current(priors.current[0], priors.current[1])
+    pub fn robust(priors: &Priors) -> Self {
+        let mut states = if priors.current_mps > 0.0 {
+            Self::water_current(priors.current_mps, priors.current_walk_mps_per_sqrt_s)
         } else {
             Self::NONE
         };
@@ -158,11 +183,21 @@ impl EffectStates {
         for axis in [0, 1] {
             add(StateParameter::FinTrim(axis), priors.fin_trim_rad, 0.0);
         }
-        for j in LEARNT {
-            add(StateParameter::LogFactor(j as u8), priors.parameters[0], priors.parameters[1]);
+        let ([m11, m22, m33], [d11, d66], [beta1, beta3, beta5]) = (priors.mass, priors.drag, priors.actuators);
+        for (j, sigma) in [
+            (M11, m11),
+            (M11 + 1, m22),
+            (M11 + 2, m33),
+            (D11, d11),
+            (D11 + 5, d66),
+            (BETA1, beta1),
+            (BETA1 + 2, beta3),
+            (BETA5, beta5),
+        ] {
+            add(StateParameter::LogFactor(j as u8), sigma, priors.walk_per_sqrt_s);
         }
         for (effect, parameter, sigma) in [
-            ("heading_bias", "const_rad", priors.heading_constant_rad),
+            ("heading_bias", "const_rad", priors.heading_rad),
             ("heading_bias", "sin_rad", priors.hard_iron_rad),
             ("heading_bias", "cos_rad", priors.hard_iron_rad),
             ("buoyancy_offset", "kg", priors.buoyancy_kg),
@@ -178,7 +213,7 @@ impl EffectStates {
 
     /// These with a current that changes steadily ([`TIDE`]), if they have a current.
     #[must_use]
-    pub(super) fn with_tide(self) -> Self {
+    pub fn with_tide(self) -> Self {
         if self.current().is_none() || self.has_current_rate() {
             return self;
         }

@@ -54,7 +54,7 @@ mod tests;
 
 pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, SurfaceNoise};
 pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
-pub use effect_states::{EffectState, EffectStates, RobustPriors, StateParameter};
+pub use effect_states::{EffectState, EffectStates, Priors, StateParameter};
 pub use error::{CloneError, ConfigError, NavigationError};
 pub use filter::Filter;
 pub use initial::{InitialShip, InitialSpeed, InitialState};

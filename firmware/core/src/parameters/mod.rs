@@ -18,6 +18,6 @@ pub use installation::Installation;
 pub use joint::{Inconsistent, joint_check};
 pub(crate) use row::check_with;
 pub use row::{Declaration, Kind, ParameterError, Row, Shape, check, count};
-pub use table::{CONTROL, FILTER, INSTALLATION, NOISE, SENSORS, VEHICLE};
+pub use table::{CONTROL, FILTER, INSTALLATION, NOISE, PRIOR, SENSORS, VEHICLE};
 #[cfg(not(target_os = "none"))]
 pub use table::{SECTIONS, Section};

@@ -6,7 +6,7 @@
 use super::{Installation, Row, Shape};
 use crate::control::{AllocationMethod, ControlConfig, ControlLaw};
 use crate::dynamics::VehicleParameters;
-use crate::navigation::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise};
+use crate::navigation::{NavigationConfig, Priors, ProcessModel, ProcessNoise, SensorNoise};
 use crate::row;
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -24,7 +24,7 @@ pub struct Section {
 
 /// The sections in the order of a file. `[effects]` is the catalogue's ([`crate::effects`]).
 #[cfg(not(target_os = "none"))]
-pub const SECTIONS: [Section; 8] = {
+pub const SECTIONS: [Section; 9] = {
     const fn section(name: &'static str, about: &'static str, required: bool) -> Section {
         Section { name, about, required }
     }
@@ -36,6 +36,7 @@ pub const SECTIONS: [Section; 8] = {
         section("propeller", "thrust = beta5 omega |omega| - k omega u", true),
         section("noise", "process noise: square root of the acceleration power spectral density", false),
         section("sensors", "one sigma, white", false),
+        section("prior", "one sigma of what the declaration leaves open; 0: known", false),
         section("installation", "lever arms from the centre of gravity, turns and delays of the sensors", false),
     ]
 };
@@ -120,6 +121,23 @@ pub const SENSORS: &[Row<SensorNoise>] = &[
     row!(real "sensors.range_rate_mps", "sigma_rho_dot", "m/s", [1.0e-3, 10.0], "Noise of the acoustic range rate.", range_rate_mps),
     row!(real "sensors.gnss_m", "sigma_g", "m", [1.0e-3, 100.0], "Noise of a fix of the surfaced vehicle per axis.", gnss_m),
     row!(real "sensors.ship_gnss_m", "sigma_s", "m", [1.0e-3, 100.0], "Noise of a fix of the ship per axis.", ship_gnss_m),
+];
+
+/// What the robust filter estimates. Zero means known. 1 of a parameter is a factor of e: a prior wider than that is none.
+#[rustfmt::skip]
+pub const PRIOR: &[Row<Priors>] = &[
+    row!(vector[0, 3 of 3] "prior.mass", "", "1", [0.0, 1.0], "Relative sigma of m_11, m_22, m_33.", mass),
+    row!(vector[0, 2 of 2] "prior.drag", "", "1", [0.0, 1.0], "Relative sigma of d_11, d_66.", drag),
+    row!(vector[0, 3 of 3] "prior.actuators", "", "1", [0.0, 1.0], "Relative sigma of beta_1, beta_3, beta_5.", actuators),
+    row!(real "prior.walk_per_sqrt_s", "", "1/sqrt(s)", [0.0, 0.01], "Random walk of these parameters.", walk_per_sqrt_s),
+    row!(real "prior.current_mps", "", "m/s", [0.0, 5.0], "Sigma of the water current at the start, per axis.", current_mps),
+    row!(real "prior.current_walk_mps_per_sqrt_s", "", "m/s/sqrt(s)", [0.0, 0.1], "Random walk of the current, per axis.", current_walk_mps_per_sqrt_s),
+    row!(real "prior.heading_rad", "", "rad", [0.0, 0.5], "Sigma of the constant part of the compass error.", heading_rad),
+    row!(real "prior.hard_iron_rad", "", "rad", [0.0, 0.5], "Sigma of the sine and of the cosine part of the compass error.", hard_iron_rad),
+    row!(real "prior.fin_trim_rad", "", "rad", [0.0, 0.3], "Sigma of the angle by which both rudders, or both elevators, stand off their commands.", fin_trim_rad),
+    row!(real "prior.buoyancy_kg", "", "kg", [0.0, 2.0], "Sigma of the displaced mass.", buoyancy_kg),
+    row!(real "prior.pitch_trim_rad", "", "rad", [0.0, 0.5], "Sigma of the angle of b, from the vertical, in pitch.", pitch_trim_rad),
+    row!(real "prior.fin_lag_s", "", "s", [0.0, 2.0], "Sigma of the lag of the fins.", fin_lag_s),
 ];
 
 /// The filter's own.

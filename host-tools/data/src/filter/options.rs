@@ -2,8 +2,7 @@
 
 use crate::VehicleFile;
 use backseat_core::navigation::{
-    EffectStates, InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, RobustPriors,
-    StateParameter, SurfaceNoise,
+    EffectStates, InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, StateParameter, SurfaceNoise,
 };
 
 /// Where the ship's state at time of launch comes from.
@@ -61,7 +60,7 @@ impl FilterOptions {
     #[must_use]
     pub fn robust(vehicle: &VehicleFile) -> Self {
         let mut options = Self::new(vehicle, ProcessModel::Dynamic);
-        options.navigation.make_robust(&RobustPriors::DEFAULT);
+        options.navigation.make_robust();
         options
     }
 
@@ -86,6 +85,7 @@ impl FilterOptions {
                 process_noise,
                 surface: Some(surface),
                 sensors: vehicle.sensors,
+                priors: vehicle.priors,
                 effects: vehicle.effects.set,
                 sound_speed_mps: vehicle.installation.sound_speed_mps,
                 ship_transducer_depth_m: vehicle.installation.ship_transducer_depth_m,

@@ -19,7 +19,7 @@ use crate::DataError;
 use crate::output::{self, Existing};
 use backseat_app::parameters::{self, Parameter, Settings};
 use backseat_core::dynamics::VehicleParameters;
-use backseat_core::navigation::{ProcessNoise, SensorNoise};
+use backseat_core::navigation::{Priors, ProcessNoise, SensorNoise};
 use backseat_core::parameters::{Inconsistent, Installation, SECTIONS, joint_check};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -38,6 +38,8 @@ pub struct VehicleFile {
     pub noise: ProcessNoise,
     /// One-sigma noise of the sensors.
     pub sensors: SensorNoise,
+    /// One sigma of what the declaration leaves open.
+    pub priors: Priors,
     /// Where the sensors sit, how they are turned and how late they are.
     pub installation: Installation,
     /// What it does beyond what is declared.

@@ -183,6 +183,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<BoardFile, D
             parameters: settings.vehicle,
             noise: settings.navigation.process_noise,
             sensors: settings.navigation.sensors,
+            priors: settings.navigation.priors,
             installation: settings.app.installation,
             effects,
         });

@@ -30,6 +30,7 @@ impl VehicleFile {
             navigation: NavigationConfig {
                 process_noise: self.noise,
                 sensors: self.sensors,
+                priors: self.priors,
                 effects: self.effects.set,
                 ..NavigationConfig::REFERENCE
             },
@@ -43,6 +44,7 @@ impl VehicleFile {
         self.parameters = settings.vehicle;
         self.noise = settings.navigation.process_noise;
         self.sensors = settings.navigation.sensors;
+        self.priors = settings.navigation.priors;
         self.installation = settings.app.installation;
     }
 }

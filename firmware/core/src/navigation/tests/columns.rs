@@ -31,7 +31,7 @@ fn flown(states: EffectStates, value: f64) -> Box<Filter> {
 
 #[test]
 fn val_columns_of_the_augmented_states_are_the_differences() {
-    for state in EffectStates::robust(&RobustPriors::DEFAULT).iter() {
+    for state in EffectStates::robust(&Priors::DEFAULT).iter() {
         let accelerates = match state.parameter {
             StateParameter::Effect(id) => id.effect().hooks.accelerates(),
             StateParameter::LogFactor(_) | StateParameter::FinTrim(_) => true,
