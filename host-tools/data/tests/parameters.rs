@@ -24,6 +24,7 @@ fn file_with(parameter: &Parameter, value: f64) -> String {
     file.parameters = settings.vehicle;
     file.noise = settings.navigation.process_noise;
     file.sensors = settings.navigation.sensors;
+    file.priors = settings.navigation.priors;
     file.installation = settings.app.installation;
     let mut text = file.to_toml("");
     if parameter.section() == "app" {
