@@ -1,7 +1,7 @@
 //! The filters of the table.
 
 use super::cases::Case;
-use backseat_core::navigation::{ProcessModel, RobustPriors};
+use backseat_core::navigation::ProcessModel;
 use backseat_data::VehicleFile;
 use backseat_data::filter::{FilterOptions, ShipSource};
 
@@ -17,7 +17,7 @@ pub fn filters(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, Filter
     };
     let mut filters = vec![("nominal", base(ProcessModel::Dynamic))];
     let mut robust = base(ProcessModel::Dynamic);
-    robust.navigation.make_robust(&RobustPriors::DEFAULT);
+    robust.navigation.make_robust();
     robust.smooth = true;
     filters.push(("robust", robust));
     if case.kinematic {
