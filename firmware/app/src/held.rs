@@ -7,6 +7,12 @@ use heapless::Vec;
 #[derive(Clone, Debug)]
 pub struct Held<T>(Vec<T, 1>);
 
+impl<T> Default for Held<T> {
+    fn default() -> Self {
+        Self::none()
+    }
+}
+
 impl<T> Held<T> {
     pub const fn none() -> Self {
         Self(Vec::new())

@@ -1,5 +1,6 @@
 //! The host link's state: queue of messages, permissions.
 
+use crate::held::Held;
 use crate::mission::MissionTransfer;
 use crate::ring::Ring;
 use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Restart, encode};
@@ -25,12 +26,12 @@ pub struct Host {
     /// A key may come until then.
     pub key_us: u64,
     /// Why the board started.
-    pub last_restart: Option<Restart>,
+    pub last_restart: Held<Restart>,
 }
 
 impl Host {
     pub const fn new() -> Self {
-        Self { transfer: MissionTransfer::new(), unlocked_us: 0, key_us: 0, last_restart: None }
+        Self { transfer: MissionTransfer::new(), unlocked_us: 0, key_us: 0, last_restart: Held::none() }
     }
 
     /// Permissions end.

@@ -39,7 +39,7 @@ impl App {
     /// frontseat gets neutral fins and stop with the first step.
     pub fn resume(&mut self, restart: Restart, response: &Response) {
         let backseat = &mut self.backseat;
-        backseat.host.last_restart = Some(restart);
+        backseat.host.last_restart.set(restart);
         send(&mut self.host_out, &FromBoard::Restart(restart));
         match *response {
             Response::Fresh => return,

@@ -69,7 +69,7 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOS
         },
     };
     send(out, &answer);
-    if let (ToBoard::Hello, Some(restart)) = (request, backseat.host.last_restart) {
+    if let (ToBoard::Hello, Some(&restart)) = (request, backseat.host.last_restart.get()) {
         send(out, &FromBoard::Restart(restart));
     }
 }

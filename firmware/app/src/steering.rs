@@ -2,6 +2,7 @@
 
 use crate::SENTENCE;
 use crate::command::{Commander, Unanswered};
+use crate::held::Held;
 use crate::links::actuators_of;
 use crate::parameters::{AppSettings, ControlMode};
 use crate::time::micros;
@@ -58,7 +59,7 @@ pub struct Steering {
     /// A mission begins as soon as navigation is valid.
     armed: bool,
     /// The fins are being shown.
-    wiggle: Option<Wiggle>,
+    wiggle: Held<Wiggle>,
     /// The frontseat gets control back with the next step.
     stopping: bool,
     /// When it last got it, µs.
@@ -75,7 +76,7 @@ impl Steering {
             controller: Controller::new(),
             commander: Commander::new(),
             armed: false,
-            wiggle: None,
+            wiggle: Held::none(),
             stopping: false,
             stopped_us: 0,
             echo_us: None,
@@ -88,7 +89,7 @@ impl Steering {
         self.controller.stop();
         self.commander = Commander::new();
         self.armed = false;
-        self.wiggle = None;
+        self.wiggle.clear();
         self.stopping = false;
         self.stopped_us = 0;
         self.echo_us = None;
@@ -136,7 +137,7 @@ impl Steering {
 
     /// The fins are being shown.
     pub fn is_wiggling(&self) -> bool {
-        self.wiggle.is_some()
+        self.wiggle.get().is_some()
     }
 
     /// The mission begins with the first step at which navigation is valid.
@@ -155,14 +156,14 @@ impl Steering {
 
     /// Shows the fins; they come to rest by themselves.
     pub fn wiggle(&mut self) {
-        self.wiggle = Some(Wiggle::default());
+        self.wiggle.set(Wiggle::default());
     }
 
     /// Ends everything; the bytes go out with the next step.
     pub fn stop(&mut self) {
         self.controller.stop();
         self.armed = false;
-        self.wiggle = None;
+        self.wiggle.clear();
         self.stopping = true;
     }
 
@@ -223,12 +224,12 @@ impl Steering {
         if core::mem::take(&mut self.stopping) {
             self.hand_back(now_us, settings, orders);
         }
-        if let Some(wiggle) = &mut self.wiggle {
+        if let Some(wiggle) = self.wiggle.get_mut() {
             if let Some(fins_rad) = wiggle.fins_rad(now_us) {
                 self.send_fins(fins_rad, now_us, settings, orders);
                 return;
             }
-            self.wiggle = None;
+            self.wiggle.clear();
             self.hand_back(now_us, settings, orders);
         }
         let mut buffer = [0; SENTENCE];

@@ -100,7 +100,7 @@ pub fn examine(name: &'static str, image: &Path) -> anyhow::Result<Image> {
         name,
         flash: share(&[".vector_table", ".text", ".rodata", ".data"], "_limit_flash")?,
         dtcm: share(&[".data", ".bss", ".uninit"], "_limit_dtcm")?,
-        axi: share(&[".axisram"], "_limit_axi")?,
+        axi: share(&[".axisram", ".axizero"], "_limit_axi")?,
         stack_limit: limit("_limit_stack")?,
     })
 }

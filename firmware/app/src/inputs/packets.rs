@@ -7,6 +7,7 @@
 
 use super::sample::AcousticReport;
 use crate::geodesy::LocalFrame;
+use crate::held::Held;
 use crate::parameters::AppSettings;
 use crate::time::{UtcClock, day_difference_us, micros};
 use backseat_core::navigation::ShipReport;
@@ -95,7 +96,7 @@ pub struct Packet {
 
 /// What a report made of the packet under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "handed over one by one, never kept")]
+#[allow(clippy::large_enum_variant, reason = "handed over one by one, never kept")]
 pub enum PacketProgress {
     /// Nothing yet.
     Waiting,
@@ -110,7 +111,7 @@ pub enum PacketProgress {
 /// The packet under way.
 #[derive(Debug, Default)]
 pub struct Packets {
-    pending: Option<Pending>,
+    pending: Held<Pending>,
     last_transmit_s: Option<u32>,
     losses: [u32; Loss::COUNT],
 }
@@ -119,7 +120,7 @@ impl Packets {
     /// None was ever heard.
     #[must_use]
     pub const fn new() -> Self {
-        Self { pending: None, last_transmit_s: None, losses: [0; Loss::COUNT] }
+        Self { pending: Held::none(), last_transmit_s: None, losses: [0; Loss::COUNT] }
     }
 
     /// Packets lost for one cause.
@@ -130,13 +131,13 @@ impl Packets {
 
     /// Forgets the packet under way and which were used.
     pub fn reset(&mut self) {
-        self.pending = None;
+        self.pending.clear();
         self.last_transmit_s = None;
     }
 
     /// Gives up the packet under way.
     pub fn give_up(&mut self, loss: Loss) {
-        self.pending = None;
+        self.pending.clear();
         let count = &mut self.losses[loss as usize];
         *count = count.saturating_add(1);
     }
@@ -144,7 +145,7 @@ impl Packets {
     /// Gives up a packet whose rest has not come by `now_us`; true when there was one.
     pub fn expire(&mut self, now_us: u64, settings: &AppSettings) -> bool {
         let timeout_us = micros(settings.packet_timeout_s);
-        let expired = self.pending.is_some_and(|pending| now_us.saturating_sub(pending.start_us) > timeout_us);
+        let expired = self.pending.get().is_some_and(|pending| now_us.saturating_sub(pending.start_us) > timeout_us);
         if expired {
             self.give_up(Loss::TimedOut);
         }
@@ -154,7 +155,7 @@ impl Packets {
     /// When the packet under way began, µs.
     #[must_use]
     pub fn began_us(&self) -> Option<u64> {
-        self.pending.map(|pending| pending.start_us)
+        self.pending.get().map(|pending| pending.start_us)
     }
 
     /// Takes one report of `now_us`; the last one of a packet completes it.
@@ -183,20 +184,20 @@ impl Packets {
     ) -> Result<PacketProgress, Loss> {
         match *report {
             AcousticReport::Begins => {
-                if self.pending.is_some() {
+                if self.pending.get().is_some() {
                     self.give_up(Loss::Replaced);
                 }
-                self.pending = Some(Pending { start_us: now_us, ship: None, arrival: None });
+                self.pending.set(Pending { start_us: now_us, ship: None, arrival: None });
                 return Ok(PacketProgress::Begins);
             }
             AcousticReport::Cycle => return Err(Loss::Cycle),
             AcousticReport::BadData => return Err(Loss::Bad),
             AcousticReport::Ship(ship) if ship.source != settings.ship_address => return Err(Loss::Stranger),
             AcousticReport::Ship(ship) => {
-                self.pending.as_mut().ok_or(Loss::Unannounced)?.ship = Some(ship);
+                self.pending.get_mut().ok_or(Loss::Unannounced)?.ship = Some(ship);
             }
             AcousticReport::Statistics { good, synchronous, arrival, range_rate_mps } => {
-                let pending = self.pending.as_mut().ok_or(Loss::Unannounced)?;
+                let pending = self.pending.get_mut().ok_or(Loss::Unannounced)?;
                 let start_utc_us = clock.utc_us(pending.start_us).ok_or(Loss::NoTime)?;
                 if !good {
                     return Err(Loss::Bad);
@@ -205,11 +206,11 @@ impl Packets {
                 pending.arrival = Some(Arrival { toa_us, synchronous, range_rate_mps });
             }
         }
-        let Some(Pending { start_us, ship: Some(ship), arrival: Some(arrival) }) = self.pending else {
+        let Some(&Pending { start_us, ship: Some(ship), arrival: Some(arrival) }) = self.pending.get() else {
             return Ok(PacketProgress::Waiting);
         };
         let packet = self.evaluate(start_us, &ship, &arrival, clock, settings)?;
-        self.pending = None;
+        self.pending.clear();
         self.last_transmit_s = Some(ship.transmit_s);
         Ok(PacketProgress::Complete(packet))
     }

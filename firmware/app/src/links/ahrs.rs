@@ -1,5 +1,6 @@
 //! AHRS port: 3DM-GX3, MIP or OS5000.
 
+use crate::held::Held;
 use crate::inputs::{Sample, Stamp};
 use crate::parameters::{AhrsProtocol, AppSettings, AttitudeSource};
 use backseat_core::state::wrap_angle;
@@ -23,7 +24,7 @@ pub struct AhrsLink {
     asked_us: Option<u64>,
     /// Samples handed on, and the last of them.
     samples: u32,
-    last: Option<AhrsSample>,
+    last: Held<AhrsSample>,
 }
 
 impl Default for AhrsLink {
@@ -42,7 +43,7 @@ impl AhrsLink {
             last_us: None,
             asked_us: None,
             samples: 0,
-            last: None,
+            last: Held::none(),
         }
     }
 
@@ -58,7 +59,7 @@ impl AhrsLink {
         while let Some(outcome) = self.next(&mut rest, settings.ahrs_protocol) {
             if let Ok(Some(sample)) = outcome {
                 self.samples = self.samples.saturating_add(1);
-                self.last = Some(sample);
+                self.last.set(sample);
                 self.last_us = Some(time_us);
                 push(time_us, &sample, settings, sink);
             }
@@ -126,7 +127,7 @@ impl AhrsLink {
 
     /// The last of them.
     pub fn last(&self) -> Option<&AhrsSample> {
-        self.last.as_ref()
+        self.last.get()
     }
 }
 

@@ -1,5 +1,6 @@
 //! DVL port: PD0, PD4/PD5 or PD6.
 
+use crate::held::Held;
 use crate::inputs::{Sample, Stamp};
 use crate::parameters::{AppSettings, DvlSource};
 use backseat_wire::dvl::{DvlSample, pd0, pd4, pd6};
@@ -12,7 +13,7 @@ pub struct DvlLink {
     pd6: pd6::Decoder,
     /// Samples handed on, and the last of them.
     samples: u32,
-    last: Option<DvlSample>,
+    last: Held<DvlSample>,
 }
 
 impl Default for DvlLink {
@@ -23,7 +24,13 @@ impl Default for DvlLink {
 
 impl DvlLink {
     pub const fn new() -> Self {
-        Self { pd0: pd0::Decoder::new(), pd4: pd4::Decoder::new(), pd6: pd6::Decoder::new(0.0), samples: 0, last: None }
+        Self {
+            pd0: pd0::Decoder::new(),
+            pd4: pd4::Decoder::new(),
+            pd6: pd6::Decoder::new(0.0),
+            samples: 0,
+            last: Held::none(),
+        }
     }
 
     /// Starts afresh with the mounting angle of these settings.
@@ -45,7 +52,7 @@ impl DvlLink {
         while let Some(outcome) = self.next(&mut rest, settings.dvl_source, mounting_rad) {
             if let Ok(sample) = outcome {
                 self.samples = self.samples.saturating_add(1);
-                self.last = Some(sample);
+                self.last.set(sample);
                 push(time_us, &sample, sink);
             }
         }
@@ -77,7 +84,7 @@ impl DvlLink {
 
     /// The last of them.
     pub fn last(&self) -> Option<&DvlSample> {
-        self.last.as_ref()
+        self.last.get()
     }
 }
 

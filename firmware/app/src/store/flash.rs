@@ -4,7 +4,7 @@
 //! last the header, which commits it. Until then the other copy is the newest; a power cut at any
 //! moment leaves the old set or the new one.
 
-use super::record::{Header, Refused, WORD, WORDS, decode_values, digest, encode_values};
+use super::record::{Header, Refused, WORD, WORDS, admits_values, decode_values, digest, encode_values};
 use crate::parameters::Settings;
 use embedded_storage::nor_flash::NorFlash;
 
@@ -69,21 +69,20 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// Reads the newest usable copy into `settings` and returns its sequence number.
     ///
     /// # Errors
-    /// Without a usable copy: what is wrong with either. `settings` keeps what it has.
+    /// Without a usable copy: what is wrong with either. `settings` keeps what it has, or has the defaults when a copy can
+    /// no longer be read the second time.
     pub fn load(&mut self, settings: &mut Settings) -> Result<u32, [Refused; 2]> {
-        let mut scratch = Settings::DEFAULT;
-        let copies = [0, 1].map(|half| self.examine(half, &mut scratch));
+        let copies = [0, 1].map(|half| self.examine(half, None));
         if let (Err(first), Err(second)) = (copies[0].usable, copies[1].usable) {
             return Err([first, second]);
         }
         let newest = newest_of(&copies);
-        scratch = Settings::DEFAULT;
-        // once more, so that the scratch holds this copy alone
-        let Copy { sequence: Some(sequence), usable: Ok(()) } = self.examine(newest, &mut scratch) else {
-            return Err([Refused::Unreadable; 2]);
-        };
-        *settings = scratch;
-        Ok(sequence)
+        // a set is too large for a second one on the stack
+        if let Copy { sequence: Some(sequence), usable: Ok(()) } = self.examine(newest, Some(settings)) {
+            return Ok(sequence);
+        }
+        *settings = Settings::DEFAULT;
+        Err([Refused::Unreadable; 2])
     }
 
     /// Saves a set; returns its sequence number. Takes as long as the flash takes to erase a sector.
@@ -91,8 +90,7 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// # Errors
     /// [`SaveError`]; the old set stays what [`Self::load`] finds.
     pub fn save(&mut self, settings: &Settings) -> Result<u32, SaveError<F::Error>> {
-        let mut scratch = Settings::DEFAULT;
-        let copies = [0, 1].map(|half| self.examine(half, &mut scratch));
+        let copies = [0, 1].map(|half| self.examine(half, None));
         let target = 1 - newest_of(&copies);
         let last = match copies.map(|copy| copy.sequence) {
             [Some(a), Some(b)] => Some(if is_newer(b, a) { b } else { a }),
@@ -117,14 +115,14 @@ impl<F: NorFlash> ParameterFlash<F> {
         }
         header[28..].copy_from_slice(&crc.finalize().to_le_bytes());
         self.flash.write(start, &header).map_err(SaveError::Flash)?;
-        match self.examine(target, &mut scratch) {
+        match self.examine(target, None) {
             Copy { sequence: Some(found), usable: Ok(()) } if found == sequence => Ok(sequence),
             _ => Err(SaveError::Verify),
         }
     }
 
-    /// Reads one copy; `into` is only to be used when the copy is usable.
-    fn examine(&mut self, half: u32, into: &mut Settings) -> Copy {
+    /// Checks one copy and reads it into `into`, which is only to be used when the copy is usable.
+    fn examine(&mut self, half: u32, mut into: Option<&mut Settings>) -> Copy {
         let start = self.half * half;
         let mut word = [0; WORD];
         if self.flash.read(start, &mut word).is_err() {
@@ -148,7 +146,10 @@ impl<F: NorFlash> ParameterFlash<F> {
             }
             crc.update(&word);
             if present {
-                in_range &= decode_values(&word, i, into);
+                in_range &= admits_values(&word, i);
+                if let Some(settings) = into.as_deref_mut() {
+                    decode_values(&word, i, settings);
+                }
             }
         }
         if crc.finalize() != expected {

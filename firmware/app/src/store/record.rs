@@ -134,23 +134,20 @@ pub(super) fn encode_values(index: usize, settings: &Settings) -> [u8; WORD] {
     word
 }
 
-/// Takes a word of values over, as far as they are in range; whether all were.
-pub(super) fn decode_values(word: &[u8; WORD], index: usize, settings: &mut Settings) -> bool {
-    let mut admitted = true;
+/// Whether the values of a word are in range.
+pub(super) fn admits_values(word: &[u8; WORD], index: usize) -> bool {
+    let values = word.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
+    values.zip(slots(index)).all(|(value, slot)| PARAMETERS.get(slot).is_none_or(|parameter| parameter.admits(value)))
+}
+
+/// Takes a word of values over.
+pub(super) fn decode_values(word: &[u8; WORD], index: usize, settings: &mut Settings) {
     for (bytes, slot) in word.as_chunks::<8>().0.iter().zip(slots(index)) {
         match PARAMETERS.get(slot) {
-            Some(parameter) => {
-                let value = f64::from_le_bytes(*bytes);
-                if parameter.admits(value) {
-                    parameter.set(settings, value);
-                } else {
-                    admitted = false;
-                }
-            }
+            Some(parameter) => parameter.set(settings, f64::from_le_bytes(*bytes)),
             None => settings.app.acoustic_key = settings.app.acoustic_key.with_half(slot - PARAMETERS.len(), *bytes),
         }
     }
-    admitted
 }
 
 /// The values of a word.

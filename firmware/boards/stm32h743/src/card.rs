@@ -83,19 +83,26 @@ impl Card {
     }
 
     /// Asks the card, opens its next file, or writes to it: a part of the work, so that others come in between.
-    #[must_use]
-    pub fn serve(self, queue: &mut Consumer<'static, u8>) -> Self {
+    pub fn serve(&mut self, queue: &mut Consumer<'static, u8>) {
         match self {
-            Self::Absent => Self::Absent,
-            Self::Unknown(card, tries) => match (card.num_bytes(), tries) {
-                (Ok(bytes), _) => LogFile::open(card, bytes).map_or_else(|error| absent(&error), Self::Open),
-                (Err(error), 0) => absent(&error),
-                (Err(_), 1..) => Self::Unknown(card, tries - 1),
-            },
-            Self::Open(mut file) => match file.write(queue) {
-                Ok(()) => Self::Open(file),
-                Err(error) => absent(&error),
-            },
+            Self::Absent => {}
+            Self::Unknown(..) => self.look(),
+            Self::Open(file) => {
+                if let Err(error) = file.write(queue) {
+                    *self = absent(&error);
+                }
+            }
+        }
+    }
+
+    /// Its file passes over the stack here and nowhere else.
+    #[inline(never)]
+    fn look(&mut self) {
+        let Self::Unknown(card, tries) = core::mem::replace(self, Self::Absent) else { return };
+        match (card.num_bytes(), tries) {
+            (Ok(bytes), _) => *self = LogFile::open(card, bytes).map_or_else(|error| absent(&error), Self::Open),
+            (Err(error), 0) => *self = absent(&error),
+            (Err(_), 1..) => *self = Self::Unknown(card, tries - 1),
         }
     }
 }

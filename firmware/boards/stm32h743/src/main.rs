@@ -45,6 +45,7 @@ use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
+use embassy_sync::zerocopy_channel::{Channel, Sender};
 use embassy_time::{Duration, Ticker, with_timeout};
 use flash::StoreFlash;
 use leds::Leds;
@@ -64,8 +65,7 @@ const CARD_RESETS: u32 = 2;
 /// Most turns of the pump in a tick; each reads up to 256 bytes a port.
 const TURNS: usize = 8;
 
-/// A set to store, on its way to thread mode; and whether it was kept, on the way back.
-static TO_STORE: Signal<CriticalSectionRawMutex, Settings> = Signal::new();
+/// Whether a set was kept, on the way back from thread mode.
 static KEPT: Signal<CriticalSectionRawMutex, bool> = Signal::new();
 
 static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
@@ -98,8 +98,9 @@ async fn main(_spawner: Spawner) {
     defmt::info!("{=u32} resets by a fault since power-on", restart.resets);
     watchdog.feed();
 
-    let Memory { dma, log, app, pump, stored } = defmt::unwrap!(memory::take());
+    let Memory { dma, log, app, pump, settings, to_store } = defmt::unwrap!(memory::take());
     let mut store = defmt::unwrap!(ParameterFlash::new(StoreFlash::new(p.FLASH)));
+    let [stored] = &mut *settings;
     let found = store.load(stored);
     match found {
         Ok(sequence) => defmt::info!("parameter set {=u32}", sequence),
@@ -134,6 +135,8 @@ async fn main(_spawner: Spawner) {
     for transmitter in transmitters {
         spawner.spawn(defmt::unwrap!(transmit(transmitter)));
     }
+    // what was loaded from flash is done with: from now on the place of a set on its way to thread mode
+    let (to_store, mut from_app) = to_store.write(Channel::new(settings)).split();
     let board = Board {
         app,
         pump,
@@ -146,6 +149,7 @@ async fn main(_spawner: Spawner) {
         leds,
         powered_us: record.powered_us,
         record,
+        to_store,
         storing: false,
         warning: restart.resets > 0,
     };
@@ -155,15 +159,16 @@ async fn main(_spawner: Spawner) {
     let mut card = if restart.resets < CARD_RESETS { Card::new(resources) } else { Card::Absent };
     loop {
         // First: what the host waits for.
-        if let Ok(settings) = with_timeout(CARD_TICK, TO_STORE.wait()).await {
-            let kept = store.save(&settings);
+        if let Ok(settings) = with_timeout(CARD_TICK, from_app.receive()).await {
+            let kept = store.save(settings);
+            from_app.receive_done();
             match kept {
                 Ok(sequence) => defmt::info!("parameter set {=u32} kept", sequence),
                 Err(error) => defmt::error!("parameters not kept: {}", error),
             }
             KEPT.signal(kept.is_ok());
         }
-        card = card.serve(&mut records);
+        card.serve(&mut records);
         if matches!(card, Card::Absent) {
             log::stop();
         }
@@ -199,6 +204,8 @@ struct Board {
     leds: Leds,
     /// Powered time at this start, µs.
     powered_us: u64,
+    /// A set to store, on its way to thread mode.
+    to_store: Sender<'static, CriticalSectionRawMutex, Settings>,
     /// Thread mode has a set to store.
     storing: bool,
     /// The board was reset by a fault, or could not keep its parameters.
@@ -252,9 +259,11 @@ impl Board {
         }
         if let Some(settings) = self.app.to_store()
             && !self.storing
+            && let Some(place) = self.to_store.try_send()
         {
             self.storing = true;
-            TO_STORE.signal(*settings);
+            *place = *settings;
+            self.to_store.send_done();
         }
         self.leds.show(self.app, now_us, self.warning);
         self.ports.iter().for_each(|port| port.report(self.app));

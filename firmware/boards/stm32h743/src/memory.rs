@@ -7,6 +7,8 @@ use backseat_app::parameters::Settings;
 use backseat_app::{App, Pump};
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::zerocopy_channel::Channel;
 
 /// Received bytes that may wait in a ring: 0.18 s at 115,200 baud; the pump looks every millisecond.
 const RING: usize = 2048;
@@ -18,6 +20,9 @@ const LOG: usize = 65_536;
 
 /// The board log on its way to the card.
 pub type LogQueue = heapless::spsc::Queue<u8, LOG>;
+
+/// A set on its way from the app to thread mode, which stores it.
+pub type SettingsChannel = Channel<'static, CriticalSectionRawMutex, Settings>;
 
 /// Buffers of the five UARTs.
 pub struct DmaMemory {
@@ -37,8 +42,10 @@ pub struct Memory {
     pub app: &'static mut App,
     /// The pump: bytes on their way, and a lock-step message.
     pub pump: &'static mut Pump,
-    /// The set that was found in flash.
-    pub stored: &'static mut Settings,
+    /// Place of the set that was found in flash, and later of one that is to be stored.
+    pub settings: &'static mut [Settings; 1],
+    /// The way of a set to thread mode.
+    pub to_store: &'static mut MaybeUninit<SettingsChannel>,
 }
 
 /// Not zeroed by the start-up code (`memory.x`, NOLOAD).
@@ -46,15 +53,22 @@ pub struct Memory {
 static mut DMA: MaybeUninit<DmaMemory> = MaybeUninit::uninit();
 #[unsafe(link_section = ".axisram.log")]
 static mut QUEUE: MaybeUninit<LogQueue> = MaybeUninit::uninit();
-/// In flash: by value the first app would pass over the stack.
-static NEW: App = App::new();
-#[unsafe(link_section = ".axisram.app")]
-static mut APP: MaybeUninit<App> = MaybeUninit::uninit();
+/// A first app is zero bytes alone: of another one this section refuses to be assembled. So it neither takes flash nor
+/// passes over the stack.
+#[unsafe(link_section = ".bss.axisram.app")]
+static mut APP: App = App::new();
 #[unsafe(link_section = ".axisram.pump")]
 static mut PUMP: MaybeUninit<Pump> = MaybeUninit::uninit();
-#[unsafe(link_section = ".axisram.stored")]
-static mut STORED: MaybeUninit<Settings> = MaybeUninit::uninit();
+#[unsafe(link_section = ".axisram.settings")]
+static mut SETTINGS: MaybeUninit<[Settings; 1]> = MaybeUninit::uninit();
+static mut TO_STORE: MaybeUninit<SettingsChannel> = MaybeUninit::uninit();
 static TAKEN: AtomicBool = AtomicBool::new(false);
+
+unsafe extern "C" {
+    // of memory.x, around the sections `.bss.axisram`
+    static mut _axi_zero_start: u64;
+    static mut _axi_zero_end: u64;
+}
 
 /// Hands it out, as new, once. What passes over the stack here is not to stay in the caller's frame.
 #[inline(never)]
@@ -62,18 +76,20 @@ pub fn take() -> Option<Memory> {
     if TAKEN.swap(true, Ordering::AcqRel) {
         return None;
     }
-    // SAFETY: nobody else gets here again, bytes of 0 are a DmaMemory, and an app holds no reference to itself.
+    // SAFETY: nobody else gets here again, bytes of 0 are a DmaMemory, and the first app is bytes of 0.
     unsafe {
         let (dma, log, app, pump) = (&raw mut DMA, &raw mut QUEUE, &raw mut APP, &raw mut PUMP);
-        let stored = &raw mut STORED;
+        let (settings, to_store) = (&raw mut SETTINGS, &raw mut TO_STORE);
         dma.write(MaybeUninit::zeroed());
-        app.cast::<App>().copy_from_nonoverlapping(&raw const NEW, 1);
+        let zero = &raw mut _axi_zero_start;
+        zero.write_bytes(0, (&raw mut _axi_zero_end).offset_from_unsigned(zero));
         Some(Memory {
             dma: (*dma).assume_init_mut(),
             log: (*log).write(LogQueue::new()),
-            app: (*app).assume_init_mut(),
+            app: &mut *app,
             pump: (*pump).write(Pump::new()),
-            stored: (*stored).write(Settings::DEFAULT),
+            settings: (*settings).write([Settings::DEFAULT]),
+            to_store: &mut *to_store,
         })
     }
 }

@@ -7,9 +7,10 @@ use crate::identification::theta::{BETA1, BETA5, D11, M11, NAMES};
 
 /// What an augmented state stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
 pub enum StateParameter {
     /// A parameter of an effect of the catalogue, in its unit.
-    Effect(ParameterId),
+    Effect(ParameterId) = 1, // an Option's None is zero
     /// Rate of change of the current, 0 north, 1 east, m/s².
     CurrentRate(u8),
     /// ln of true over declared θ_j, by the index j in θ. The exponential keeps the parameter's sign, and makes errors of

@@ -129,8 +129,8 @@ impl Navigator {
             return Err(ConfigError::LayoutChange);
         }
         self.main.reconfigure(config)?;
-        let others = self.others.iter_mut().enumerate().filter(|_| config.bank);
-        others.map(|(k, member)| member.filter.reconfigure(&of_member(k, config))).collect()
+        let mut others = self.others.iter_mut().enumerate().filter(|_| config.bank);
+        others.try_for_each(|(k, member)| member.filter.reconfigure(&of_member(k, config)))
     }
 
     /// Adopts another vehicle while running.
@@ -140,7 +140,7 @@ impl Navigator {
     pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
         self.main.set_model(model)?;
         let bank = self.main.config().bank;
-        self.others.iter_mut().filter(|_| bank).map(|member| member.filter.set_model(model)).collect()
+        self.others.iter_mut().filter(|_| bank).try_for_each(|member| member.filter.set_model(model))
     }
 
     /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 if nobody says.
