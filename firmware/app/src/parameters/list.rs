@@ -100,7 +100,7 @@ const COUNT: usize = count(VEHICLE)
     + count(CONTROL);
 
 /// The list but for its names.
-const UNNAMED: [Parameter; COUNT] = {
+static UNNAMED: [Parameter; COUNT] = {
     let mut list = [effect(0); COUNT];
     let mut length = 0;
     macro_rules! push {
