@@ -23,7 +23,9 @@ pub struct Backseat {
     pub control_law: ControlLaw,
     /// What is commanded.
     pub control_mode: ControlMode,
-    /// Estimate a water current.
+    /// The app estimates what the declaration leaves open; otherwise it takes the vehicle as declared.
+    pub robust: bool,
+    /// Estimate a water current, if it is not robust.
     pub current_state: bool,
     /// Use identified parameters that have predicted better.
     pub adopt: bool,
@@ -41,6 +43,7 @@ impl Default for Backseat {
             rates: true,
             control_law: ControlLaw::default(),
             control_mode: ControlMode::default(),
+            robust: true,
             current_state: false,
             adopt: false,
             wrong_share: 0.0,
