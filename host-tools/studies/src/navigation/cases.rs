@@ -15,11 +15,11 @@ pub struct Case {
     pub rates: bool,
     /// Errors count from here on, s.
     pub from_s: f64,
-    /// The kinematic filters of the thesis are in the table as well.
-    pub kinematic: bool,
+    /// The world is as declared: the kinematic filters of the thesis and the bounds are in the table as well.
+    pub is_declared: bool,
 }
 
-const DEFAULT: Case = Case { name: "", about: "", apply: |_, _| {}, rates: false, from_s: 0.0, kinematic: false };
+const DEFAULT: Case = Case { name: "", about: "", apply: |_, _| {}, rates: false, from_s: 0.0, is_declared: false };
 
 /// Speed of the undeclared current, m/s.
 const CURRENT_MPS: f64 = 0.15;
@@ -30,7 +30,7 @@ const DVL_S: f64 = 1200.0;
 
 /// All, in the order of the table.
 pub const CASES: &[Case] = &[
-    Case { name: "exact", about: "truth and filter share the parameters, still water", kinematic: true, ..DEFAULT },
+    Case { name: "exact", about: "truth and filter share the parameters, still water", is_declared: true, ..DEFAULT },
     Case { name: "exact-gyros", about: "exact, with gyro rates of 0.5 degree/s", rates: true, ..DEFAULT },
     Case { name: "5%", about: "inertia, drag, fins and thrust each 5 % off", apply: |s, _| share(s, 0.05), ..DEFAULT },
     Case { name: "10%", about: "each 10 % off", apply: |s, _| share(s, 0.10), ..DEFAULT },

@@ -5,6 +5,23 @@ use backseat_core::navigation::ProcessModel;
 use backseat_data::VehicleFile;
 use backseat_data::filter::{FilterOptions, ShipSource};
 
+/// The robust filter without the bank.
+const ALONE: &str = "robust without its bank";
+
+fn alone(mut robust: FilterOptions) -> FilterOptions {
+    robust.navigation.bank = false;
+    robust.smooth = false;
+    robust
+}
+
+/// The filters whose covariance over measurements without noise is the bound: they stay at the truth, and their
+/// covariance is that of the problem linearised there.
+pub fn bounds(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
+    let names = [("nominal", "bound of the nominal problem (DRMS)"), (ALONE, "bound of the robust problem (DRMS)")];
+    let filters = filters(case, declared).into_iter();
+    filters.filter_map(|(name, options)| Some((names.iter().find(|(of, _)| *of == name)?.1, options))).collect()
+}
+
 /// The filters over the log of a case, to which this vehicle is declared, in the order of the table.
 pub fn filters(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
     let base = |model| {
@@ -20,7 +37,8 @@ pub fn filters(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, Filter
     robust.navigation.make_robust();
     robust.smooth = true;
     filters.push(("robust", robust));
-    if case.kinematic {
+    if case.is_declared {
+        filters.push((ALONE, alone(robust)));
         let kinematic = base(ProcessModel::Kinematic);
         let mut stiff = kinematic;
         stiff.navigation.process_noise.linear_mps2_per_sqrt_hz = [1.0e-3, 1.0e-3, 1.0e-2];

@@ -100,6 +100,14 @@ pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> 
             out.add(&format!("{name} + smooth"), of_track(&run, smoothed, &truth, case.from_s));
         }
     }
+    if case.is_declared {
+        let quiet = fly(&without_sensor_noise(&scenario))?;
+        let truth = analysis::truth_of(&quiet);
+        for (name, options) in filters::bounds(case, &declared) {
+            let run = filter::run(&quiet.log, &declared, &options).with_context(|| format!("{name}, seed {seed}"))?;
+            out.add(name, of_track(&run, &run.track, &truth, case.from_s));
+        }
+    }
     out.wall_s = began.elapsed().as_secs_f64();
     Ok(out)
 }
@@ -110,6 +118,20 @@ impl Run {
             self.rows.push((name.to_owned(), measured));
         }
     }
+}
+
+fn without_sensor_noise(scenario: &Scenario) -> Scenario {
+    let mut quiet = scenario.clone();
+    let sensors = &mut quiet.settings.sensors;
+    sensors.depth.sigma_m = Some(0.0);
+    sensors.ahrs.attitude_sigma_rad = Some(0.0);
+    sensors.ahrs.rates_sigma_radps = Some(0.0);
+    sensors.dvl.sigma_mps = Some(0.0);
+    sensors.gnss.sigma_m = Some(0.0);
+    sensors.ship_gnss.sigma_m = Some(0.0);
+    quiet.settings.acoustics.range_sigma_m = Some(0.0);
+    quiet.settings.acoustics.range_rate_sigma_mps = Some(0.0);
+    quiet
 }
 
 fn fly(scenario: &Scenario) -> anyhow::Result<FlightLog> {

@@ -23,8 +23,13 @@ impl Row<'_> {
 
     /// Root mean square error of all runs over that which the filter expects of them.
     fn rms_over_drms(&self) -> Option<f64> {
-        let drms: Option<Vec<f64>> = self.runs.iter().map(|(_, m)| m.drms_m.map(|drms| drms * drms)).collect();
-        Some((mean(&self.all(|m| m.rms_m * m.rms_m))? / mean(&drms?)?).sqrt())
+        Some(mean(&self.all(|m| m.rms_m * m.rms_m))?.sqrt() / self.drms_m()?)
+    }
+
+    /// What the filter expects.
+    fn drms_m(&self) -> Option<f64> {
+        let squares: Option<Vec<f64>> = self.runs.iter().map(|(_, m)| m.drms_m.map(|drms| drms * drms)).collect();
+        mean(&squares?).map(f64::sqrt)
     }
 
     fn anees(&self) -> Option<f64> {
@@ -74,8 +79,10 @@ pub fn markdown(arguments: &Arguments, results: &Results<'_>) -> String {
          with 1 degree, no gyro rates unless a case says so, no DVL. A packet every 30 s: its range has 1 m, its range rate is not\n\
          used. GNSS only while surfaced at either end. The ship circles at 600 m; its packets hold its own GNSS position (0.5 m).\n\n\
          Horizontal error: mean over the seeds of each run's median and 95th percentile, with the 95 % interval of that mean. Worst: the\n\
-         run with the largest 95th percentile. ANEES: mean of eᵀ P⁻¹ e / 2 of the position, 1 if the covariance is right. RMS / DRMS:\n\
-         the error over what the filter expects of it. Refused: share of the measurements, all of them good, that were not used.\n\
+         run with the largest 95th percentile. DRMS: root mean square error that the filter expects. ANEES: mean of\n\
+         eᵀ P⁻¹ e / 2 of the position, 1 if the covariance is right. RMS / DRMS: the error over what the filter expects. Bound: DRMS of\n\
+         a filter over measurements without noise, which keep it at the truth: what no estimator of the same problem can beat.\n\
+         Refused: share of the measurements, all of them good, that were not used.\n\
          `closed loop` is the backseat's own estimate in flight, on which the LQR steers. The other filters run over the\n\
          same measurements afterwards; the same wrong vehicle is declared to all.\n",
         first_seed + runs - 1
@@ -87,6 +94,7 @@ pub fn markdown(arguments: &Arguments, results: &Results<'_>) -> String {
             "median [m]",
             "95 % [m]",
             "worst run: median, 95 % [m] (seed)",
+            "DRMS [m]",
             "ANEES",
             "RMS / DRMS",
             "refused",
@@ -104,6 +112,7 @@ pub fn markdown(arguments: &Arguments, results: &Results<'_>) -> String {
                 with_interval(&row.all(|m| m.median_m), 2),
                 with_interval(&row.all(|m| m.p95_m), 2),
                 worst,
+                number(row.drms_m()),
                 number(row.anees()),
                 number(row.rms_over_drms()),
                 refused,
@@ -131,7 +140,7 @@ pub fn json(results: &Results<'_>) -> Value {
                 "median_m": mean(&median_m), "median_ci95_m": mean_ci95(&median_m),
                 "p95_m": mean(&p95_m), "p95_ci95_m": mean_ci95(&p95_m),
                 "worst": row.worst().map(|(seed, m)| json!({"seed": seed, "median_m": m.median_m, "p95_m": m.p95_m})),
-                "anees": row.anees(),
+                "drms_m": row.drms_m(), "anees": row.anees(),
                 "rms_over_drms": row.rms_over_drms(),
                 "refused": refused, "measurements": all,
             })
