@@ -132,7 +132,8 @@ impl Adoptions {
             if evidence.stretches < window {
                 return Decision::Keep;
             }
-            if evidence.is_better() && settings.adopt && !self.held {
+            // The robust filter estimates these parameters itself: one estimator of a thing.
+            if evidence.is_better() && settings.adopt && !settings.robust && !self.held {
                 self.evidence = evidence;
                 return Decision::Adopt;
             }

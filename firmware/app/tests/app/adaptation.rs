@@ -71,7 +71,7 @@ fn vehicle(board: &Direct) -> VehicleParameters {
 
 #[test]
 fn better_parameters_are_used_and_the_host_takes_them_back() {
-    let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.adopt", 1.0)]);
+    let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.robust", 0.0), ("app.adopt", 1.0)]);
     assert_eq!(vehicle(&board), VehicleParameters::IVER3);
     board.request(&ToBoard::AdoptionRevert);
     assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::NotReady)));
@@ -103,7 +103,7 @@ fn better_parameters_are_used_and_the_host_takes_them_back() {
 
 #[test]
 fn what_predicts_no_better_is_refused() {
-    let (mut world, mut board) = under_way(None, &[("app.adopt", 1.0)]);
+    let (mut world, mut board) = under_way(None, &[("app.robust", 0.0), ("app.adopt", 1.0)]);
     for _ in 0..3 {
         let refused = verdict(&mut world, &mut board, 900).expect("a verdict");
         assert_eq!((refused.event, refused.changes), (AdoptionEvent::Refused, 0), "{refused:?}");
@@ -113,7 +113,7 @@ fn what_predicts_no_better_is_refused() {
 
 #[test]
 fn what_proves_worse_afterwards_is_given_up() {
-    let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.adopt", 1.0)]);
+    let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.robust", 0.0), ("app.adopt", 1.0)]);
     let adopted = verdict(&mut world, &mut board, 900).expect("a verdict");
     assert_eq!(adopted.event, AdoptionEvent::Adopted);
     // From here on the vehicle is as it was told at first.
@@ -182,7 +182,7 @@ fn nothing_adapts_without_velocity_or_at_the_surface() {
 
 #[test]
 fn what_passed_its_probation_is_stored_once_the_mission_is_over() {
-    let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.adopt", 1.0)]);
+    let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.robust", 0.0), ("app.adopt", 1.0)]);
     board.app_mut().restore(None);
     while verdict(&mut world, &mut board, 900).expect("a verdict").event != AdoptionEvent::Adopted {}
     assert_eq!(board.app().to_store(), None);
