@@ -31,7 +31,13 @@ struct Line<R> {
 /// Finished runs, in memory and, if there is a file, in it.
 pub struct Store<R> {
     build: String,
-    state: Mutex<(Option<File>, BTreeMap<(String, u64), R>)>,
+    kept: Mutex<Kept<R>>,
+}
+
+struct Kept<R> {
+    file: Option<File>,
+    /// By study and seed.
+    runs: BTreeMap<(String, u64), R>,
 }
 
 impl<R: Clone + Serialize + DeserializeOwned> Store<R> {
@@ -41,7 +47,7 @@ impl<R: Clone + Serialize + DeserializeOwned> Store<R> {
     /// A file that cannot be read or written, or has a line that is no run.
     pub fn open(path: Option<&Path>, build: String) -> anyhow::Result<Self> {
         let mut runs = BTreeMap::new();
-        let Some(path) = path else { return Ok(Self { build, state: Mutex::new((None, runs)) }) };
+        let Some(path) = path else { return Ok(Self { build, kept: Mutex::new(Kept { file: None, runs }) }) };
         let name = || path.display().to_string();
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).with_context(name)?;
         let mut text = String::new();
@@ -61,7 +67,7 @@ impl<R: Clone + Serialize + DeserializeOwned> Store<R> {
                 None => bail!(place()),
             }
         }
-        Ok(Self { build, state: Mutex::new((Some(file), runs)) })
+        Ok(Self { build, kept: Mutex::new(Kept { file: Some(file), runs }) })
     }
 
     /// Which build or version of the program the runs are of.
@@ -71,7 +77,7 @@ impl<R: Clone + Serialize + DeserializeOwned> Store<R> {
 
     /// Whether a run is there.
     pub fn has(&self, (study, seed): Key) -> bool {
-        self.state.lock().is_ok_and(|state| state.1.contains_key(&(study.to_owned(), seed)))
+        self.kept.lock().is_ok_and(|kept| kept.runs.contains_key(&(study.to_owned(), seed)))
     }
 
     /// Keeps a finished run. What goes on is what a later reader of the file will see, to the bit.
@@ -82,18 +88,18 @@ impl<R: Clone + Serialize + DeserializeOwned> Store<R> {
         let line = Line { build: self.build.clone(), study: study.to_owned(), seed, run: run.clone() };
         let line = format!("{}\n", serde_json::to_string(&line)?);
         let Line { run, .. } = serde_json::from_str(&line).context("a run that cannot be read back")?;
-        let mut state = self.state.lock().map_err(|_| anyhow::anyhow!("a run panicked"))?;
-        if let Some(file) = &mut state.0 {
+        let mut kept = self.kept.lock().map_err(|_| anyhow::anyhow!("a run panicked"))?;
+        if let Some(file) = &mut kept.file {
             file.write_all(line.as_bytes())?;
         }
-        state.1.insert((study.to_owned(), seed), run);
+        kept.runs.insert((study.to_owned(), seed), run);
         Ok(())
     }
 
     /// The finished runs of a study with these seeds, in order.
     pub fn of(&self, study: &str, seeds: Range<u64>) -> Vec<(u64, R)> {
-        let Ok(state) = self.state.lock() else { return Vec::new() };
-        let runs = state.1.range((study.to_owned(), seeds.start)..(study.to_owned(), seeds.end));
+        let Ok(kept) = self.kept.lock() else { return Vec::new() };
+        let runs = kept.runs.range((study.to_owned(), seeds.start)..(study.to_owned(), seeds.end));
         runs.map(|((_, seed), run)| (*seed, run.clone())).collect()
     }
 }
