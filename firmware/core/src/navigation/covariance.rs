@@ -48,6 +48,11 @@ impl Covariance {
         &mut self.columns[column.min(N_MAX - 1)][row.min(N_MAX - 1)]
     }
 
+    /// P_ij = a.
+    pub(super) fn set(&mut self, i: usize, j: usize, a: f64) {
+        *self.at_mut(i, j) = a;
+    }
+
     /// P_ij += a.
     pub(super) fn add(&mut self, i: usize, j: usize, a: f64) {
         *self.at_mut(i, j) += a;

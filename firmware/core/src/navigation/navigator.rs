@@ -15,7 +15,7 @@ use super::effect_states::EffectStates;
 use super::filter::Filter;
 use super::{
     CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Measurement, NavigationConfig,
-    NavigationError, ProcessModel, ProcessNoise, Sensor,
+    NavigationError, Posterior, ProcessModel, ProcessNoise, Sensor,
 };
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
@@ -171,6 +171,15 @@ impl Navigator {
         }
         self.mix();
         Ok(())
+    }
+
+    /// Starts from what an earlier dive has learnt of the vehicle: call it after [`Self::initialise`], before the first
+    /// prediction. The nominal filter stays with the declaration.
+    pub fn start_from(&mut self, posterior: &Posterior) {
+        self.main.start_from(posterior);
+        if let Some(tidal) = self.others.get_mut(TIDAL) {
+            tidal.filter.start_from(posterior);
+        }
     }
 
     /// Makes the ship known (again) at the filter's present time; ship clones are forgotten.

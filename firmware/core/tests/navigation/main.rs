@@ -8,4 +8,5 @@ mod invariance;
 mod mini_run;
 mod order;
 mod recovery;
+mod robust;
 mod support;

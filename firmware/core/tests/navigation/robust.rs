@@ -1,0 +1,100 @@
+//! The robust filter from outside: priors, separability, the bank, and what one dive leaves to the next.
+
+use super::support::*;
+use backseat_core::dynamics::ActuatorInput;
+use backseat_core::navigation::*;
+
+fn robust(change: impl FnOnce(&mut Priors)) -> NavigationConfig {
+    let mut config = NavigationConfig::REFERENCE;
+    change(&mut config.priors);
+    config.make_robust();
+    config
+}
+
+/// Two minutes of depth, attitude and ranges at cruise.
+fn flown(config: &NavigationConfig, posterior: Option<&Posterior>) -> Box<Navigator> {
+    let mut navigator = navigator(config);
+    navigator.initialise(0, &initial()).unwrap();
+    if let Some(posterior) = posterior {
+        navigator.start_from(posterior);
+    }
+    let report =
+        ShipReport { position_m: [300.0, 0.0], velocity_mps: [0.0; 2], position_sigma_m: 0.5, velocity_sigma_mps: 0.1 };
+    let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(report) };
+    for k in 1..=1200_u64 {
+        let turn = if k % 300 < 150 { 0.05 } else { -0.05 };
+        let input = ActuatorInput { propeller_radps: 106.0, fins_rad: [turn, -turn, 0.0, 0.0] };
+        navigator.predict(k * 100_000, &input).unwrap();
+        let x = *navigator.state();
+        navigator.fuse(&Measurement::Depth { z_m: x[2] });
+        navigator.fuse(&Measurement::Attitude { euler_rad: [x[3], x[4], x[5]] });
+        if k % 300 == 0 {
+            let range_m = ((x[0] - 300.0).powi(2) + x[1].powi(2) + x[2].powi(2)).sqrt();
+            navigator.fuse(&Measurement::Range { path, range_m });
+        }
+    }
+    navigator
+}
+
+#[test]
+fn a_prior_of_zero_means_known() {
+    assert_eq!(robust(|_| {}).effect_states.len(), 18);
+    let known = robust(|priors| {
+        priors.mass = [0.0; 3];
+        priors.current_mps = 0.0;
+    });
+    assert_eq!(known.effect_states.len(), 13);
+    assert!(known.effect_states.current().is_none());
+    assert!(known.effect_states.iter().all(|state| state.parameter.name() != "m11"));
+    // Without a current there is none that changes either.
+    assert_eq!(known.effect_states.with_tide(), known.effect_states);
+}
+
+#[test]
+fn too_short_a_log_separates_little_and_says_so() {
+    let navigator = flown(&robust(|_| {}), None);
+    let estimates: Vec<StateEstimate> = navigator.estimates().collect();
+    assert_eq!(estimates.len(), 18);
+    for estimate in &estimates {
+        assert!(estimate.sigma <= estimate.prior_sigma * 1.001 && estimate.correlation <= 1.0, "{estimate:?}");
+    }
+    let separable = |name| estimates.iter().find(|estimate| estimate.parameter.name() == name).unwrap().is_separable();
+    // Two minutes at one speed: neither the mass nor a compass that is off by a constant.
+    assert!(!separable("m11") && !separable("const_rad") && !separable("beta1"));
+}
+
+#[test]
+fn the_next_dive_starts_from_what_was_learnt_of_the_vehicle() {
+    let config = robust(|_| {});
+    let first = flown(&config, None);
+    let mut posterior = Posterior::NONE;
+    first.posterior(&mut posterior);
+    let mut second = navigator(&config);
+    second.initialise(0, &initial()).unwrap();
+    second.start_from(&posterior);
+    for (kept, learnt) in second.estimates().zip(first.estimates()) {
+        if kept.parameter.is_of_the_vehicle() {
+            assert_eq!((kept.value, kept.sigma), (learnt.value, learnt.sigma));
+        } else {
+            assert_eq!((kept.value, kept.sigma), (0.0, kept.prior_sigma), "the water is another");
+        }
+    }
+    // It is a covariance: the filter goes on from it.
+    let second = flown(&config, Some(&posterior));
+    let summed = |navigator: &Navigator| navigator.estimates().map(|e| e.sigma / e.prior_sigma).sum::<f64>();
+    assert!(summed(&second) < summed(&first));
+}
+
+#[test]
+fn the_bank_mixes_means_and_covariances() {
+    let config = robust(|_| {});
+    let navigator = flown(&config, None);
+    let [nominal, tidal] = navigator.weights();
+    assert!(nominal > 0.0 && tidal > 0.0 && nominal + tidal < 1.0);
+    // The mixture of three covariances lies between them, but for the spread of the means.
+    let alone = flown(&NavigationConfig { bank: false, ..config }, None);
+    let nominal = flown(&NavigationConfig::REFERENCE, None);
+    assert!(navigator.variance(0) < alone.variance(0) * 1.5 && navigator.variance(0) > nominal.variance(0));
+    assert_eq!(alone.weights(), [0.0; 2]);
+    assert_ne!(navigator.digest(), alone.digest());
+}
