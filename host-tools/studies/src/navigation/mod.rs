@@ -12,6 +12,7 @@ mod table;
 
 use crate::ensemble::run_and_keep;
 use crate::store::{Key, Store, program_digest};
+use crate::table::wrapped;
 use anyhow::{Context, bail};
 use cases::{CASES, Case};
 use run::Run;
@@ -67,7 +68,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         cases.iter().map(|case| (*case, store.of(case.name, seeds.clone()))).collect();
     let text = table::markdown(arguments, &results);
     if let Some(path) = &arguments.out {
-        std::fs::write(path, &text).with_context(|| path.display().to_string())?;
+        std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
     }
     if arguments.json {
         println!("{}", table::json(&results));

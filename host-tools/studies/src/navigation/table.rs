@@ -88,7 +88,7 @@ pub fn markdown(arguments: &Arguments, results: &Results<'_>) -> String {
         first_seed + runs - 1
     );
     for (case, runs) in results {
-        let _ = write!(text, "\n## {}\n\n{}. {} runs.\n\n", case.name, capitalised(case.about), runs.len());
+        let _ = write!(text, "\n## {}\n\n{}. Runs: {}.\n\n", case.name, capitalised(case.about), runs.len());
         let mut table = markdown_table([
             "filter",
             "median [m]",
