@@ -81,7 +81,7 @@ pub fn markdown(arguments: &Arguments, results: &Results<'_>) -> String {
          Horizontal error: mean over the seeds of each run's median and 95th percentile, with the 95 % interval of that mean. Worst: the\n\
          run with the largest 95th percentile. DRMS: root mean square error that the filter expects. ANEES: mean of\n\
          eᵀ P⁻¹ e / 2 of the position, 1 if the covariance is right. RMS / DRMS: the error over what the filter expects. Bound: DRMS of\n\
-         a filter over measurements without noise, which keep it at the truth: what no estimator of the same problem can beat.\n\
+         a filter over measurements without noise, which keep it at the truth: no estimator errs less on average over the same prior.\n\
          Refused: share of the measurements, all of them good, that were not used.\n\
          `closed loop` is the backseat's own estimate in flight, on which the LQR steers. The other filters run over the\n\
          same measurements afterwards; the same wrong vehicle is declared to all.\n",
