@@ -12,7 +12,7 @@
 //! ```
 //!
 //! The same code runs on the board and in the host tools. A vehicle log therefore holds raw samples, and the
-//! [`Installation`](backseat_core::parameters::Installation) of the vehicle file is applied by whoever reads it: nothing is
+//! [`Installation`] of the vehicle file is applied by whoever reads it: nothing is
 //! ever corrected twice.
 //!
 //! Lever arms are corrected with attitude and rates as the filter has them. Their errors count little: 0.5 m of arm and

@@ -212,7 +212,7 @@ impl EffectStates {
         states
     }
 
-    /// These with a current that changes steadily ([`TIDE`]), if they have a current.
+    /// These with a current that changes steadily, if they have a current.
     #[must_use]
     pub fn with_tide(self) -> Self {
         if self.current().is_none() || self.has_current_rate() {

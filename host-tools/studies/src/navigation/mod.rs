@@ -1,8 +1,8 @@
 //! `backseat studies navigation`: every filter in worlds that nobody declared, over an ensemble of seeded missions.
 //!
-//! Each case is one world: parameters, water, compass and fins differ from what the vehicle file says ([`cases`]). Each seed is
+//! Each case is one world: parameters, water, compass and fins differ from what the vehicle file says (`cases`). Each seed is
 //! flown once in closed loop by the backseat in this process, steered by the LQR on its own estimate. Its measurements
-//! then go through the filters of the table ([`filters`]). Finished runs are kept, so that a study that was
+//! then go through the filters of the table (`filters`). Finished runs are kept, so that a study that was
 //! interrupted goes on where it was.
 
 mod cases;

@@ -1,8 +1,8 @@
 //! `backseat reproduce`: the thesis' tables and figures beside ours.
 //!
-//! An [`item`] is a table or figure: rows and columns of one of the [`studies`], which simulate. Items share studies, and
-//! a study is run once a seed; finished runs are kept by the [`store`](crate::store) and become medians and intervals in the
-//! [`ensemble`].
+//! An `item` is a table or figure: rows and columns of one of the `studies`, which simulate. Items share studies, and
+//! a study is run once a seed; finished runs are kept by the `store` and become medians and intervals in the
+//! `ensemble`.
 
 mod ensemble;
 mod item;
