@@ -49,7 +49,6 @@ impl Write for Memory<'_> {
 /// A hundred seconds with everything switched on: the dearest cycle under way, and the first one.
 pub fn measure(app: &mut App, pump: &mut Pump, frames: &mut Frames) {
     let everything = [
-        ("app.current_state", 1.0),
         ("app.use_dvl", 1.0),
         ("app.use_water_track", 1.0),
         ("app.use_range_rate", 1.0),
