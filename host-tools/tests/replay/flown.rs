@@ -163,14 +163,16 @@ fn a_cut_session(path: &Path) {
     assert!(steps > 500 && steps < 2000, "{said}");
     assert!(said["notes"][0].as_str().unwrap().contains("cut off"), "{said}");
     // and one with a hole: nothing is held against the board after it
-    let mut broken = bytes;
-    let middle = broken.len() / 2;
-    broken[middle] ^= 0xFF;
     let hole = path.with_file_name("hole.mcap");
-    std::fs::write(&hole, &broken).unwrap();
-    let (code, said, _) = replay(&hole, &[]);
-    assert_eq!(code, 0, "{said}");
-    assert!(said["notes"].to_string().contains("compared up to"), "{said}");
+    // Some bytes belong to an index that no reader needs: the first one from the middle on that it does.
+    let noticed = (0..20).any(|k| {
+        let mut broken = bytes.clone();
+        broken[bytes.len() / 2 + 3000 * k] ^= 0xFF;
+        std::fs::write(&hole, &broken).unwrap();
+        let (code, said, _) = replay(&hole, &[]);
+        code == 0 && said["notes"].to_string().contains("compared up to")
+    });
+    assert!(noticed, "no damaged byte is noticed");
     let entries: Vec<Entry> = Reader::open(&hole).unwrap().map(Result::unwrap).collect();
     assert!(entries.len() > 1000);
 }
