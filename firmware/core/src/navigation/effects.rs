@@ -267,7 +267,7 @@ impl Effects {
             let wrench = match state.parameter {
                 StateParameter::LogFactor(j) => {
                     let j = usize::from(j).min(PARAMETERS - 1);
-                    columns.column(j) * -theta[j]
+                    Vector6::from_fn(|i, _| columns[(i, j)] * -theta[j])
                 }
                 StateParameter::FinTrim(axis) => turned(trimmed(axis)),
                 StateParameter::Effect(id) => match (id.effect().hooks.wrench_by, id.effect().hooks.fins_by) {

@@ -305,6 +305,7 @@ impl FaultMonitor {
             }
         }
         let Leader { cause: best, score, lead, magnitude, .. } = self.leader();
+        let best = best.min(FaultCause::COUNT - 1); // is below; the compiler cannot always see it
         let large = magnitude > SMALLEST[best];
         match self.state {
             FaultState::Learning => {
