@@ -294,8 +294,8 @@ impl Filter {
         self.covariance(i, i)
     }
 
-    /// Covariance of states `i` and `j`; 0 beyond the last. That of the position covers both stories while ranges are
-    /// unconfirmed, which P itself does not ([`Self::unconfirmed_sigma`]).
+    /// Covariance of states `i` and `j`; 0 beyond the last. While ranges are unconfirmed, that of the position also
+    /// covers the place before them, which P itself does not ([`Self::unconfirmed_sigma`]).
     #[must_use]
     pub fn covariance(&self, i: usize, j: usize) -> f64 {
         if i.max(j) >= self.dimension() {
@@ -327,8 +327,8 @@ impl Filter {
         self.monitor.is_suspect(sensor)
     }
 
-    /// One sigma below which one sensor does not bring what it positions, because it came back with another story than
-    /// the filter's and no fix has confirmed it; 0 otherwise.
+    /// The least sigma that one sensor's measurements can reach, because the sensor came back in contradiction to the
+    /// filter and no fix has confirmed it yet; 0 otherwise.
     #[must_use]
     pub fn unconfirmed_sigma(&self, sensor: Sensor) -> f64 {
         self.monitor.floor(sensor).into_iter().fold(0.0, f64::max)

@@ -209,7 +209,7 @@ impl Filter {
     #[cold]
     #[inline(never)]
     fn weigh(&mut self, sensor: Sensor, ratio: f64) -> bool {
-        // One packet, one story: where its range is not believed, its range rate means another geometry.
+        // Range and range rate of a packet share one geometry: without the range, the rate means nothing.
         if sensor == Sensor::RangeRate && self.monitor.is_suspect(Sensor::Range) {
             return false;
         }

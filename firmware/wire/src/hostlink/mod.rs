@@ -4,11 +4,14 @@
 //! ([`Step`]); its answer carries what the board sent and its digest ([`StepDone`]).
 
 mod codec;
+mod identification;
 mod messages;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
+pub use identification::{
+    Activity, Adoption, AdoptionEvent, FaultCause, FaultDiagnosis, FaultReport, FaultState, Identification, Visibility,
+};
 pub use messages::{
-    Activity, Adoption, AdoptionEvent, Chunk, FaultCause, FaultDiagnosis, FaultReport, FaultState, FromBoard,
-    FusionTelemetry, Health, Identification, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port,
-    Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Visibility, Waypoint,
+    Chunk, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port,
+    Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
 };

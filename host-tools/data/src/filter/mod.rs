@@ -247,7 +247,7 @@ impl<'a> Pass<'a> {
             NavigationError::NotPositive => "the filter's covariance is no longer positive at",
             NavigationError::NotInitialised => "the filter is not initialised at",
             NavigationError::TimeBackwards => "time goes back after",
-            NavigationError::InvalidInput => "the actuators are no numbers at",
+            NavigationError::InvalidInput => "a fin angle or the propeller speed is not a finite number at",
         };
         DataError::file(&self.log.path, format!("{what} t_s {t_s}"))
     }

@@ -1,0 +1,156 @@
+//! What the board learns about the vehicle: identified parameters, their adoption, faults.
+
+use serde::{Deserialize, Serialize};
+
+/// What the identifier does with the motion, and why it rests where it rests.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Activity {
+    /// Switched off, or its settings are unusable.
+    #[default]
+    Off,
+    /// No mission under way, or navigation is not valid.
+    NotUnderWay,
+    /// At the surface, where the model does not hold.
+    Surfaced,
+    /// No velocity from the DVL, or the current that it has to be corrected for is not known well enough.
+    NoVelocity,
+    /// Attitude or rates are missing.
+    NoAttitude,
+    /// Its filter fills, or its gains settle.
+    Starting,
+    /// The estimate moves.
+    Adapting,
+    /// The laws gave no finite number.
+    Diverged,
+}
+
+/// What the motion shows of one identified parameter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Visibility {
+    /// Nothing but noise depends on it: it stays where it is.
+    #[default]
+    Frozen,
+    /// Held at its declared value: it is the scale.
+    Known,
+    /// It adapts, but other parameters explain its effect as well.
+    Collinear,
+    /// It adapts, and its effect is its own.
+    Separate,
+}
+
+/// The identified parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identification {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// What the identifier does.
+    pub activity: Activity,
+    /// Time it has adapted, s.
+    pub adapted_s: f64,
+    /// θ: m11…m66, d11…d66, w, B1…B3, β1…β5, SI.
+    pub theta: [f64; 21],
+    /// What the recent motion shows of each.
+    pub visibility: [Visibility; 21],
+    /// Drifted against its own noise, bit j for θ_j.
+    pub drifted: u32,
+}
+
+/// What happened to the parameters in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AdoptionEvent {
+    /// Identified parameters predicted better and are in use.
+    Adopted,
+    /// They predicted better, but adoption is switched off.
+    Advised,
+    /// They did not predict better than the set in use by more than chance gives.
+    Refused,
+    /// They make no valid vehicle.
+    Invalid,
+    /// The set before predicted better: it is in use again.
+    Reverted,
+    /// The host asked for the set before: it is in use again.
+    RevertedByHost,
+    /// The set in use was written to the board's memory.
+    Stored,
+    /// The board's memory refused it.
+    StoreFailed,
+}
+
+/// A verdict about the parameters in use.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Adoption {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// What happened.
+    pub event: AdoptionEvent,
+    /// How often parameters have been adopted or reverted.
+    pub changes: u16,
+    /// Stretches of open-loop prediction that it rests on.
+    pub stretches: u16,
+    /// Mean squared prediction error of the set in use before, in units of what a perfect model has.
+    pub error_active: f64,
+    /// The same of the set it was compared with.
+    pub error_other: f64,
+    /// Mean of ln(error of the set in use / error of the other) over the stretches, and its standard error.
+    pub gain: [f64; 2],
+}
+
+/// A fault of the vehicle that the board's fault monitor knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FaultCause {
+    /// A fin (0 top, 1 bottom, 2 port, 3 starboard) lost lift and drag; magnitude: the share lost.
+    Fin(u8),
+    /// Surge drag has grown: something hangs on the hull; magnitude: relative increase of d11.
+    Entanglement,
+    /// The propeller pushes less; magnitude: the share of β5 lost.
+    Fouling,
+    /// Water has come in; magnitude: kg.
+    Flooding,
+}
+
+/// Where the fault monitor stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FaultState {
+    /// It learns what is normal.
+    #[default]
+    Learning,
+    /// Nothing is wrong.
+    Quiet,
+    /// Something is wrong; later data have to confirm it.
+    Suspicious,
+    /// The fault is named.
+    Diagnosed,
+}
+
+/// What is wrong with the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FaultDiagnosis {
+    /// The fault that explains most.
+    pub cause: FaultCause,
+    /// Another fault that explains nearly as much.
+    pub rival: Option<FaultCause>,
+    /// See [`FaultCause`].
+    pub magnitude: f64,
+    /// Moment of the water about y over its weight, kg m, positive ahead of the centre of gravity; 0 of other faults.
+    pub moment_kgm: f64,
+    /// Probability of this fault against the next best, 0.5 to 1.
+    pub confidence: f64,
+    /// Board time at which it began to show, µs.
+    pub since_us: u64,
+}
+
+/// Report of the fault monitor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FaultReport {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// Where it stands.
+    pub state: FaultState,
+    /// What is wrong, once it is known.
+    pub diagnosis: Option<FaultDiagnosis>,
+}
