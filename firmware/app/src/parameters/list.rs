@@ -7,7 +7,7 @@ use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::{self, ParameterId, ParameterKind};
 use backseat_core::navigation::{NavigationConfig, Priors, ProcessNoise, SensorNoise};
 use backseat_core::parameters::{
-    CONTROL, Declaration, FILTER, INSTALLATION, Installation, Kind, NOISE, PRIOR, Row, SENSORS, Shape, VEHICLE, count,
+    Declaration, INSTALLATION, Installation, Kind, NOISE, PRIOR, Row, SENSORS, Shape, VEHICLE, count,
 };
 use core::ops::Deref;
 
@@ -95,16 +95,16 @@ const COUNT: usize = count(VEHICLE)
     + count(PRIOR)
     + count(INSTALLATION)
     + effects::PARAMETERS
-    + count(FILTER)
+    + count(NavigationConfig::ROWS)
     + count(APP)
-    + count(CONTROL);
+    + count(ControlConfig::ROWS);
 
 /// The list but for its names.
 static UNNAMED: [Parameter; COUNT] = {
     let mut list = [effect(0); COUNT];
     let mut length = 0;
     macro_rules! push {
-        ($rows:ident as $access:path) => {
+        ($rows:path as $access:path) => {
             let mut row = 0;
             while row < $rows.len() {
                 let declaration = $rows[row].declaration;
@@ -128,9 +128,9 @@ static UNNAMED: [Parameter; COUNT] = {
         list[length] = effect(place);
         (place, length) = (place + 1, length + 1);
     }
-    push!(FILTER as Access::Filter);
+    push!(NavigationConfig::ROWS as Access::Filter);
     push!(APP as Access::App);
-    push!(CONTROL as Access::Control);
+    push!(ControlConfig::ROWS as Access::Control);
     list
 };
 

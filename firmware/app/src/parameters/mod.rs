@@ -82,7 +82,7 @@ impl ParameterStore {
         let Some(active) = self.active_mut() else { return false };
         let old = core::mem::replace(&mut active.vehicle, *vehicle);
         let admitted = PARAMETERS.iter().all(|parameter| parameter.admits(parameter.get(active)));
-        if !admitted || joint_check(&active.vehicle, Some(&active.control)).is_err() {
+        if !admitted || joint_check(&active.vehicle, Some(active.control.cruise_speed_mps)).is_err() {
             active.vehicle = old;
             return false;
         }
@@ -122,7 +122,7 @@ impl ParameterStore {
     /// by `apply`.
     pub fn commit(&mut self, apply: impl FnOnce(&Settings, &Settings, bool) -> bool) -> Result<(), Refusal> {
         let staged = self.staged.get().ok_or(Refusal::Sequence)?;
-        if let Err(inconsistent) = joint_check(&staged.vehicle, Some(&staged.control)) {
+        if let Err(inconsistent) = joint_check(&staged.vehicle, Some(staged.control.cruise_speed_mps)) {
             self.staged.clear();
             return Err(Refusal::Inconsistent { rule: inconsistent.rule() });
         }

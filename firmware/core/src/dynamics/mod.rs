@@ -14,25 +14,20 @@ mod drag;
 mod fins;
 mod kinematics;
 mod linearisation;
-mod parameters;
 mod propeller;
 mod restoring;
 
-pub use crate::parameters::ParameterError;
+pub use crate::parameters::{FINS, FinGeometry, ParameterError, VehicleParameters, cross_drag_limit};
 pub use coriolis::{coriolis, coriolis_by_velocity};
-pub use drag::{cross_drag_limit, drag};
+pub use drag::drag;
 pub use kinematics::{Attitude, MIN_COS_PITCH, kinematic_linearise};
 pub use linearisation::Linearisation;
-pub use parameters::{FinGeometry, VehicleParameters};
 pub use propeller::Propeller;
 pub use restoring::Restoring;
 
 use crate::state::{self, U, VehicleState};
 use fins::{Fin, FinSection};
 use nalgebra::{Matrix6x2, SMatrix, Vector3, Vector6};
-
-/// Number of fins; their order everywhere is top, bottom, port, starboard.
-pub const FINS: usize = 4;
 
 /// Number of inputs: propeller, top, bottom, port, starboard.
 pub const INPUTS: usize = 1 + FINS;

@@ -1,8 +1,9 @@
 //! Configuration of the filter.
 
-use super::{ConfigError, EffectStates, Priors};
+use super::{ConfigError, EffectStates, Priors, ProcessNoise, SensorNoise};
 use crate::effects::{EffectError, EffectSet};
-use crate::parameters::Installation;
+use crate::parameters::{Installation, Row};
+use crate::row;
 
 /// How the vehicle's velocity evolves between measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,28 +13,6 @@ pub enum ProcessModel {
     Kinematic,
     /// The vehicle's 6-DOF dynamics driven by fins and propeller (3.2)-(3.24).
     Dynamic,
-}
-
-/// Square roots of the acceleration power spectral densities of the vehicle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ProcessNoise {
-    /// u, v, w: m/s²/√Hz.
-    pub linear_mps2_per_sqrt_hz: [f64; 3],
-    /// p, q, r: rad/s²/√Hz.
-    pub angular_radps2_per_sqrt_hz: [f64; 3],
-}
-
-impl ProcessNoise {
-    /// Dynamic model: what the model leaves unexplained of the reference vehicle.
-    pub const DYNAMIC: Self = Self {
-        linear_mps2_per_sqrt_hz: [3.0e-3, 2.0e-3, 2.0e-3],
-        angular_radps2_per_sqrt_hz: [3.0e-3, 1.0e-3, 1.0e-3],
-    };
-    /// Kinematic model with a DVL ("loose"): covers the vehicle's manoeuvres.
-    pub const KINEMATIC: Self = Self {
-        linear_mps2_per_sqrt_hz: [1.0e-2, 2.0e-2, 1.0e-2],
-        angular_radps2_per_sqrt_hz: [2.0e-2, 2.0e-2, 5.0e-2],
-    };
 }
 
 /// Process noise near the surface, where the hydrodynamics of the model do not hold: parts of the hull leave
@@ -73,27 +52,6 @@ pub struct ShipNoise {
     pub linear_mps2_per_sqrt_hz: f64,
     /// √PSD of the heading acceleration, rad/s²/√Hz.
     pub angular_radps2_per_sqrt_hz: f64,
-}
-
-/// One-sigma white noise of each sensor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorNoise {
-    /// Depth, m.
-    pub depth_m: f64,
-    /// Roll, pitch, heading, rad.
-    pub attitude_rad: f64,
-    /// p, q, r, rad/s.
-    pub rates_radps: f64,
-    /// DVL velocity per axis, m/s.
-    pub dvl_mps: f64,
-    /// Acoustic range, m.
-    pub range_m: f64,
-    /// Acoustic range rate, m/s.
-    pub range_rate_mps: f64,
-    /// GNSS of the surfaced vehicle per axis, m.
-    pub gnss_m: f64,
-    /// GNSS of the ship per axis, m.
-    pub ship_gnss_m: f64,
 }
 
 /// Everything that the filter is configured with.
@@ -160,6 +118,14 @@ impl NavigationConfig {
         priors: Priors::DEFAULT,
         bank: false,
     };
+
+    /// Its rows of the table of parameters that are no part of another section.
+    #[rustfmt::skip] // a row a line, to be read as a table
+    pub const ROWS: &[Row<Self>] = &[
+        row!(choice "app.process_model", "Process model of the filter: 0 dynamic, 1 kinematic.", process_model, [ProcessModel::Dynamic, ProcessModel::Kinematic]),
+        row!(real "app.gate_sigma", "", "1", [1.0, 1000.0], "Innovations beyond this many standard deviations are rejected.", gate_sigma),
+        row!(whole "app.rejections_in_a_row", "", "1", [1.0, 1000.0], "Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.", exceedances),
+    ];
 
     /// All zero: of a filter that is not configured, and whose static takes no flash.
     pub(super) const BLANK: Self = Self {
@@ -230,10 +196,10 @@ impl NavigationConfig {
         for (key, value) in positive {
             in_range(key, value, f64::MIN_POSITIVE)?;
         }
-        self.process_noise.validate()?;
+        validate_noise(&self.process_noise)?;
         if let Some(surface) = &self.surface {
             in_range("surface.depth_m", surface.depth_m, 0.0)?;
-            surface.noise.validate()?;
+            validate_noise(&surface.noise)?;
         }
         for factor in self.noise_factor {
             in_range("noise_factor", factor, f64::MIN_POSITIVE)?;
@@ -267,22 +233,18 @@ impl NavigationConfig {
     }
 }
 
-impl ProcessNoise {
-    pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        for value in self.linear_mps2_per_sqrt_hz {
-            in_range("process_noise.linear_mps2_per_sqrt_hz", value, 0.0)?;
-        }
-        for value in self.angular_radps2_per_sqrt_hz {
-            in_range("process_noise.angular_radps2_per_sqrt_hz", value, 0.0)?;
-        }
-        Ok(())
+/// Checks every number of a process noise.
+///
+/// # Errors
+/// The first value that is not finite or outside its range.
+pub(super) fn validate_noise(noise: &ProcessNoise) -> Result<(), ConfigError> {
+    for value in noise.linear_mps2_per_sqrt_hz {
+        in_range("process_noise.linear_mps2_per_sqrt_hz", value, 0.0)?;
     }
-
-    /// Power spectral densities of the accelerations along u, v, w, p, q, r.
-    pub(super) fn psd(&self) -> [f64; 6] {
-        let ([u, v, w], [p, q, r]) = (self.linear_mps2_per_sqrt_hz, self.angular_radps2_per_sqrt_hz);
-        [u, v, w, p, q, r].map(|root| root * root)
+    for value in noise.angular_radps2_per_sqrt_hz {
+        in_range("process_noise.angular_radps2_per_sqrt_hz", value, 0.0)?;
     }
+    Ok(())
 }
 
 fn in_range(key: &'static str, value: f64, min: f64) -> Result<(), ConfigError> {

@@ -1,5 +1,6 @@
 //! The filter itself: state, covariance, and what may be asked of them.
 
+use super::config::validate_noise;
 use super::covariance::{Covariance, ROWS, Vector};
 use super::digest::Digest;
 use super::discretisation::Discretisation;
@@ -11,7 +12,7 @@ use super::layout::{EFFECTS, SHIP_STATES, SHIP_VELOCITY};
 use super::observation::Observations;
 use super::{
     ConfigError, InitialShip, InitialState, LinearStep, NavigationConfig, NavigationError, Observer, ProcessModel,
-    ProcessNoise, Sensor,
+    ProcessNoise, Sensor, Transition,
 };
 use crate::dynamics::VehicleModel;
 use crate::state::{VEHICLE_STATES, VehicleState, X, Y};
@@ -135,7 +136,7 @@ impl Filter {
     /// # Errors
     /// A value out of range.
     pub fn set_process_model(&mut self, model: ProcessModel, noise: &ProcessNoise) -> Result<(), ConfigError> {
-        noise.validate()?;
+        validate_noise(noise)?;
         self.config.process_model = model;
         self.config.process_noise = *noise;
         Ok(())
@@ -274,6 +275,25 @@ impl Filter {
     pub fn current_sigma(&self) -> Option<[f64; 2]> {
         let at = self.x.layout.current()?;
         Some([at, at + 1].map(|i| libm::sqrt(self.p.get(i, i))))
+    }
+
+    /// Place of the current's two states, if it is estimated.
+    #[must_use]
+    pub fn current_place(&self) -> Option<usize> {
+        self.x.layout.current()
+    }
+
+    /// Φ of the step last taken, for an observer.
+    pub(super) fn transition(&self, step_s: f64) -> Transition<'_> {
+        Transition {
+            step: &self.step,
+            states: self.dimension(),
+            live: EFFECTS + self.config.effect_states.len(),
+            current: self.x.layout.current(),
+            current_rate: self.x.layout.current().and_then(|_| self.x.layout.current_rate()),
+            ship: self.x.layout.ship(),
+            step_s,
+        }
     }
 
     /// Number of states at present: vehicle 12, effects, ship 6, clones 6 each, in this order.

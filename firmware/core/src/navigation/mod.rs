@@ -76,9 +76,10 @@ mod row;
 #[cfg(test)]
 mod tests;
 
-pub use config::{NavigationConfig, ProcessModel, ProcessNoise, SensorNoise, ShipNoise, SurfaceNoise};
+pub use crate::parameters::{Priors, ProcessNoise, SensorNoise};
+pub use config::{NavigationConfig, ProcessModel, ShipNoise, SurfaceNoise};
 pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
-pub use effect_states::{EffectState, EffectStates, Priors, StateParameter};
+pub use effect_states::{EffectState, EffectStates, StateParameter};
 pub use error::{CloneError, ConfigError, NavigationError};
 pub use estimates::{Posterior, StateEstimate};
 pub use filter::Filter;

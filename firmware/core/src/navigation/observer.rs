@@ -1,15 +1,14 @@
 //! What a smoother on a host needs to know of every step of the filter: the linear map behind it.
 //!
-//! [`Filter`] hands each of its steps to an [`Observer`]. The board's is `()`, which costs nothing.
+//! [`super::Filter`] hands each of its steps to an [`Observer`]. The board's is `()`, which costs nothing.
 
 use super::discretisation::{DRIVING, Discretisation};
-use super::filter::Filter;
 use super::layout;
 use super::layout::{EFFECTS, SHIP_VELOCITY};
 use super::row::Row;
 use crate::state::{PSI, VEHICLE_STATES, X, Y};
 
-/// Most states of a [`Filter`].
+/// Most states of a [`super::Filter`].
 pub const MAX_STATES: usize = layout::N_MAX;
 
 /// Sees every step of a filter in the order in which state and covariance take them.
@@ -49,14 +48,14 @@ pub enum LinearStep<'a> {
 
 /// Φ of one prediction step: the identity, but for the vehicle's rows and a few entries besides.
 pub struct Transition<'a> {
-    step: &'a Discretisation,
-    states: usize,
+    pub(super) step: &'a Discretisation,
+    pub(super) states: usize,
     /// Vehicle and effect states: the columns that have entries in the vehicle's rows.
-    live: usize,
-    current: Option<usize>,
-    current_rate: Option<usize>,
-    ship: Option<usize>,
-    step_s: f64,
+    pub(super) live: usize,
+    pub(super) current: Option<usize>,
+    pub(super) current_rate: Option<usize>,
+    pub(super) ship: Option<usize>,
+    pub(super) step_s: f64,
 }
 
 impl Transition<'_> {
@@ -147,26 +146,5 @@ impl Appended<'_> {
     /// Row `i` of C: (state, coefficient).
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.rows.get(i).into_iter().flat_map(Row::iter)
-    }
-}
-
-impl Filter {
-    /// Φ of the step last taken.
-    pub(super) fn transition(&self, step_s: f64) -> Transition<'_> {
-        Transition {
-            step: &self.step,
-            states: self.dimension(),
-            live: EFFECTS + self.config.effect_states.len(),
-            current: self.x.layout.current(),
-            current_rate: self.x.layout.current().and_then(|_| self.x.layout.current_rate()),
-            ship: self.x.layout.ship(),
-            step_s,
-        }
-    }
-
-    /// Place of the current's two states, if it is estimated.
-    #[must_use]
-    pub fn current_place(&self) -> Option<usize> {
-        self.x.layout.current()
     }
 }

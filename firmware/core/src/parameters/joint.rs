@@ -1,7 +1,7 @@
 //! What parameters have to satisfy together.
 
-use crate::control::ControlConfig;
-use crate::dynamics::{VehicleParameters, cross_drag_limit};
+use super::row::check_with;
+use super::{Declaration, ParameterError, VEHICLE, VehicleParameters};
 #[cfg(not(target_os = "none"))]
 use core::fmt;
 
@@ -13,7 +13,8 @@ struct Rule {
     /// What is wrong then, and what is expected.
     #[cfg(not(target_os = "none"))]
     text: &'static str,
-    holds: fn(&VehicleParameters, Option<&ControlConfig>) -> bool,
+    /// By the vehicle and, where it is known, the cruise speed, m/s.
+    holds: fn(&VehicleParameters, Option<f64>) -> bool,
 }
 
 macro_rules! rule {
@@ -94,7 +95,7 @@ const RULES: [Rule; 9] = [
             "propeller.omega_max_radps"
         ],
         "the vehicle does not reach the cruise speed: expected a lower one, or more thrust",
-        |v, control| control.is_none_or(|control| control.cruise_speed_mps <= top_speed_mps(v))
+        |v, cruise_speed_mps| cruise_speed_mps.is_none_or(|speed_mps| speed_mps <= top_speed_mps(v))
     ),
 ];
 
@@ -165,15 +166,75 @@ impl<F: Fn(&str) -> Option<f64>> fmt::Display for WithValues<F> {
     }
 }
 
-/// Checks what parameters that are each in range have to satisfy together; with the controller's where they are known.
+/// Checks what parameters that are each in range have to satisfy together; with the controller's cruise speed, m/s, where
+/// it is known.
 ///
 /// # Errors
 /// The first rule that does not hold.
-pub fn joint_check(vehicle: &VehicleParameters, control: Option<&ControlConfig>) -> Result<(), Inconsistent> {
-    match (0..).zip(&RULES).find(|(_, rule)| !(rule.holds)(vehicle, control)) {
+pub fn joint_check(vehicle: &VehicleParameters, cruise_speed_mps: Option<f64>) -> Result<(), Inconsistent> {
+    match (0..).zip(&RULES).find(|(_, rule)| !(rule.holds)(vehicle, cruise_speed_mps)) {
         Some((rule, _)) => Err(Inconsistent { rule }),
         None => Ok(()),
     }
+}
+
+impl VehicleParameters {
+    /// Checks every number against the range that the table of parameters declares. Drag must take energy out of every
+    /// motion, so that d26 and d35 are bounded by [`cross_drag_limit`] of their axes.
+    ///
+    /// # Errors
+    /// The first parameter that is not finite or outside its range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        self.validate_from(|declaration| declaration.min)
+    }
+
+    /// [`Self::validate`] of a vehicle with effects: fitted ones may take more linear drag or advance away than was
+    /// declared.
+    pub(crate) fn validate_with_effects(&self) -> Result<(), ParameterError> {
+        self.validate_from(|declaration| match declaration.key {
+            "drag.linear_surge_ns_per_m" | "propeller.advance_n_s2_per_rad_m" => -declaration.max,
+            _ => declaration.min,
+        })
+    }
+
+    fn validate_from(&self, min: impl Fn(&Declaration) -> f64) -> Result<(), ParameterError> {
+        check_with(VEHICLE, self, min)?;
+        let d = &self.quadratic_diag;
+        for (key, value, max) in
+            [("drag.d26", self.d26, cross_drag_limit(d[1], d[5])), ("drag.d35", self.d35, cross_drag_limit(d[2], d[4]))]
+        {
+            if value.abs() > max {
+                return Err(ParameterError { key, index: 0, value, min: -max, max });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Largest |d26| (of d22, d66) or |d35| (of d33, d55) for which drag takes energy out of every motion.
+///
+/// The drag power of a coupled pair with speeds a and b is d_a a³ + d_b b³ ± d_ab (a b² + a² b);
+/// with the sign that feeds the motion and t = a/b it stays positive while
+/// |d_ab| ≤ (d_a t³ + d_b)/(t² + t) for all t > 0. The minimum of the right-hand side lies at the only
+/// positive root of t⁴ + 2t³ − 2κt − κ, κ = d_b/d_a. 98.8 for the reference vehicle's d26.
+///
+/// Both arguments must be positive.
+#[must_use]
+pub fn cross_drag_limit(d_a: f64, d_b: f64) -> f64 {
+    let kappa = d_b / d_a;
+    // The quartic is convex for t > 0 and not negative at max(1, κ): Newton falls monotonically
+    // on the root, by a quarter a step at first.
+    let mut t = if kappa > 1.0 { kappa } else { 1.0 };
+    for _ in 0..100 {
+        let value = ((t + 2.0) * t * t - 2.0 * kappa) * t - kappa;
+        let slope = (4.0 * t + 6.0) * t * t - 2.0 * kappa;
+        let next = t - value / slope;
+        if next.is_nan() || next >= t {
+            break;
+        }
+        t = next;
+    }
+    (d_a * t * t * t + d_b) / (t * t + t)
 }
 
 /// Whether the lift of the fins makes moments about both pitch and yaw, with levers of a twentieth of the length. The lift
@@ -205,8 +266,8 @@ mod tests {
     #[test]
     fn every_rule_can_break_and_names_its_parameters() {
         let iver = VehicleParameters::IVER3;
-        let control = ControlConfig::REFERENCE;
-        assert_eq!(joint_check(&iver, Some(&control)), Ok(()));
+        let cruise_speed_mps = Some(1.0);
+        assert_eq!(joint_check(&iver, cruise_speed_mps), Ok(()));
         let broken = [
             VehicleParameters { diameter_m: 3.0, ..iver },
             VehicleParameters { m_diag: [18.0, 74.0, 74.0, 0.2, 20.0, 20.0], ..iver },
@@ -214,15 +275,12 @@ mod tests {
             VehicleParameters { b_cb_to_cg_m: [0.0, 0.0, -0.015], ..iver },
             VehicleParameters { d26: 100.0, ..iver },
             VehicleParameters { d35: -100.0, ..iver },
-            VehicleParameters {
-                fins: iver.fins.map(|fin| crate::dynamics::FinGeometry { phi_rad: 0.0, ..fin }),
-                ..iver
-            },
+            VehicleParameters { fins: iver.fins.map(|fin| super::super::FinGeometry { phi_rad: 0.0, ..fin }), ..iver },
             VehicleParameters { omega_max_radps: 5.0, ..iver },
             VehicleParameters { omega_max_radps: 50.0, ..iver },
         ];
         for (rule, vehicle) in (0..).zip(&broken) {
-            let refused = joint_check(vehicle, Some(&control)).unwrap_err();
+            let refused = joint_check(vehicle, cruise_speed_mps).unwrap_err();
             assert_eq!((refused.rule(), Inconsistent::of_rule(rule)), (rule, Some(refused)));
             assert!(!refused.parameters().is_empty());
         }

@@ -1,12 +1,10 @@
 //! The table of what is declared, a section of the vehicle file after the other.
 //!
 //! The ranges span vehicles from a hand-launched glider to a midget submarine. They catch slips (a unit, a sign, a missing
-//! exponent), not poor estimates. What numbers have to satisfy together is checked by [`super::joint_check`].
+//! exponent), not poor estimates. What numbers have to satisfy together is checked by [`super::joint_check`]. The rows of section `[app]` stand with the
+//! structs that they fill: [`crate::navigation::NavigationConfig`], [`crate::control::ControlConfig`], and the app's own.
 
-use super::{Installation, Row, Shape};
-use crate::control::{AllocationMethod, ControlConfig, ControlLaw};
-use crate::dynamics::VehicleParameters;
-use crate::navigation::{NavigationConfig, Priors, ProcessModel, ProcessNoise, SensorNoise};
+use super::{Installation, Priors, ProcessNoise, Row, SensorNoise, Shape, VehicleParameters};
 use crate::row;
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -138,25 +136,4 @@ pub const PRIOR: &[Row<Priors>] = &[
     row!(real "prior.buoyancy_kg", "", "kg", [0.0, 2.0], "Sigma of the displaced mass.", buoyancy_kg),
     row!(real "prior.pitch_trim_rad", "", "rad", [0.0, 0.5], "Sigma of the angle of b, from the vertical, in pitch.", pitch_trim_rad),
     row!(real "prior.fin_lag_s", "", "s", [0.0, 2.0], "Sigma of the lag of the fins.", fin_lag_s),
-];
-
-/// The filter's own.
-#[rustfmt::skip]
-pub const FILTER: &[Row<NavigationConfig>] = &[
-    row!(choice "app.process_model", "Process model of the filter: 0 dynamic, 1 kinematic.", process_model, [ProcessModel::Dynamic, ProcessModel::Kinematic]),
-    row!(real "app.gate_sigma", "", "1", [1.0, 1000.0], "Innovations beyond this many standard deviations are rejected.", gate_sigma),
-    row!(whole "app.rejections_in_a_row", "", "1", [1.0, 1000.0], "Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.", exceedances),
-];
-
-/// The controller's.
-#[rustfmt::skip]
-pub const CONTROL: &[Row<ControlConfig>] = &[
-    row!(choice "app.control_law", "Control law: 0 PD, 1 LQR, 2 LQR about the reference trajectory.", law, [ControlLaw::Pd, ControlLaw::Lqr, ControlLaw::LqrOnReference]),
-    row!(choice "app.allocation", "Fin allocation: 0 decoupled, 1 six degrees of freedom.", allocation, [AllocationMethod::Decoupled, AllocationMethod::SixDof]),
-    row!(real "app.fin_limit_rad", "", "rad", [0.01, 1.0], "Largest fin angle that the controller commands.", limits.fin_rad),
-    row!(real "app.fin_rate_radps", "", "rad/s", [0.01, 50.0], "Largest rate of a fin.", limits.fin_rate_radps),
-    row!(real "app.propeller_limit_radps", "", "rad/s", [1.0, 1000.0], "Largest propeller speed that the controller commands.", limits.propeller_radps),
-    row!(real "app.propeller_rate_radps2", "", "rad/s^2", [0.1, 10000.0], "Largest acceleration of the propeller.", limits.propeller_radps2),
-    row!(real "app.turn_radius_m", "", "m", [0.0, 500.0], "Radius of the turns at waypoints.", turn_radius_m),
-    row!(real "app.cruise_speed_mps", "", "m/s", [0.3, 5.0], "Speed through the water for which the first gain is computed.", cruise_speed_mps),
 ];

@@ -1,8 +1,9 @@
 //! The vehicle's plant and actuator parameters as one validated set.
 
-use super::{FINS, cross_drag_limit};
-use crate::parameters::{Declaration, ParameterError, VEHICLE, check_with};
 use core::f64::consts::{FRAC_PI_2, PI};
+
+/// Number of fins; their order everywhere is top, bottom, port, starboard.
+pub const FINS: usize = 4;
 
 /// Where a fin sits and how it is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,35 +97,4 @@ impl VehicleParameters {
         advance_n_s2_per_rad_m: 0.0,
         omega_max_radps: 200.0,
     };
-
-    /// Checks every number against the range that the table of parameters declares. Drag must take energy out of every
-    /// motion, so that d26 and d35 are bounded by [`cross_drag_limit`] of their axes.
-    ///
-    /// # Errors
-    /// The first parameter that is not finite or outside its range.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        self.validate_from(|declaration| declaration.min)
-    }
-
-    /// [`Self::validate`] of a vehicle with effects: fitted ones may take more linear drag or advance away than was
-    /// declared.
-    pub(crate) fn validate_with_effects(&self) -> Result<(), ParameterError> {
-        self.validate_from(|declaration| match declaration.key {
-            "drag.linear_surge_ns_per_m" | "propeller.advance_n_s2_per_rad_m" => -declaration.max,
-            _ => declaration.min,
-        })
-    }
-
-    fn validate_from(&self, min: impl Fn(&Declaration) -> f64) -> Result<(), ParameterError> {
-        check_with(VEHICLE, self, min)?;
-        let d = &self.quadratic_diag;
-        for (key, value, max) in
-            [("drag.d26", self.d26, cross_drag_limit(d[1], d[5])), ("drag.d35", self.d35, cross_drag_limit(d[2], d[4]))]
-        {
-            if value.abs() > max {
-                return Err(ParameterError { key, index: 0, value, min: -max, max });
-            }
-        }
-        Ok(())
-    }
 }
