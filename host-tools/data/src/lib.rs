@@ -15,6 +15,7 @@ pub mod report;
 pub mod session;
 pub mod smoother;
 pub mod stats;
+pub mod track;
 pub mod vehicle_file;
 
 pub use error::DataError;

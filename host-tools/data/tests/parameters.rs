@@ -57,7 +57,7 @@ fn navigate_import_and_board_accept_and_refuse_the_same() {
             let mut settings = Settings::DEFAULT;
             parameter.set(&mut settings, value);
             let too_slow = parameter.section() != "app" && joint_check(&settings.vehicle, None).is_ok();
-            let too_slow = too_slow && joint_check(&settings.vehicle, Some(&settings.control)).is_err();
+            let too_slow = too_slow && joint_check(&settings.vehicle, Some(settings.control.cruise_speed_mps)).is_err();
             assert_eq!(
                 navigate.is_ok(),
                 board || (too_slow && parameter.admits(value)),

@@ -8,6 +8,7 @@ mod acoustics;
 mod options;
 mod start;
 
+pub use crate::track::TrackSample;
 pub use options::{FilterOptions, ShipSource, Start};
 
 use crate::log::{Column, Log, LogRow, RADPS_PER_RPM};
@@ -22,21 +23,6 @@ use backseat_core::navigation::{
 use backseat_core::parameters::Installation;
 use backseat_core::state::{VehicleState, X, Y};
 use std::time::{Duration, Instant};
-
-/// The estimate at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrackSample {
-    /// Time, µs.
-    pub time_us: u64,
-    /// Vehicle state.
-    pub state: VehicleState,
-    /// One sigma of each vehicle state.
-    pub sigma: VehicleState,
-    /// Covariance of x and y, m².
-    pub cov_xy_m2: f64,
-    /// Current north, east, m/s (zero where it is not a state).
-    pub current_mps: [f64; 2],
-}
 
 /// How one sensor agreed with the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -403,22 +389,5 @@ impl<'a> Pass<'a> {
             }
         }
         self.run
-    }
-}
-
-impl TrackSample {
-    /// Length of the semi-axes (m, larger first) of the one-sigma ellipse of the position and the
-    /// bearing of the larger, rad from north.
-    #[must_use]
-    pub fn ellipse(&self) -> ([f64; 2], f64) {
-        let (a, b, c) = (self.sigma[X].powi(2), self.cov_xy_m2, self.sigma[Y].powi(2));
-        let (mean, half) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
-        ([(mean + half).sqrt(), (mean - half).max(0.0).sqrt()], 0.5 * (2.0 * b).atan2(a - c))
-    }
-
-    /// √(σx² + σy²), the filter's own bound of the horizontal error (DRMS), m.
-    #[must_use]
-    pub fn drms_m(&self) -> f64 {
-        self.sigma[X].hypot(self.sigma[Y])
     }
 }

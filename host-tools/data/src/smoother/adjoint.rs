@@ -1,7 +1,7 @@
 //! λ and Λ, and how each step of the filter looks from behind.
 
 use super::{Filtered, STRIDE, Step, Vector};
-use crate::filter::TrackSample;
+use crate::track::TrackSample;
 use backseat_core::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
 
 /// Numbers that are computed together.

@@ -19,7 +19,7 @@ mod recording;
 
 pub use recording::Recording;
 
-use crate::filter::TrackSample;
+use crate::track::TrackSample;
 use adjoint::Adjoint;
 use backseat_core::navigation::{EVIDENCE_MEMORY, Filter, LinearStep, MAX_STATES, MEMBERS, Observer};
 use backseat_core::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};

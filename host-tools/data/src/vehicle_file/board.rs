@@ -41,11 +41,11 @@ impl BoardFile {
     /// # Errors
     /// As [`BoardFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
-        let file = read::parse(text, path, false)?;
-        if file.app.is_empty() && file.vehicle.is_none() {
+        let read::Contents { vehicle, app } = read::parse(text, path, false)?;
+        if app.is_empty() && vehicle.is_none() {
             return Err(DataError::file(path, "no parameters: neither the sections of a vehicle nor [app]"));
         }
-        Ok(file)
+        Ok(Self { vehicle, app })
     }
 
     /// Every number under its dotted name, the vehicle's first.

@@ -3,7 +3,7 @@
 //! One table an effect of the catalogue, its parameters as keys: a number, or `{ value = …, ci95 = [low, high] }` where an
 //! interval is known; a fin by its name.
 
-use super::read::{Source, Value, kind};
+use super::source::{Source, Value, kind};
 use crate::DataError;
 use backseat_core::effects::{
     CATALOGUE, EffectSet, FIN_NAMES, ParameterId, ParameterInfo, ParameterKind, fin_index, fin_value, find, parameters,

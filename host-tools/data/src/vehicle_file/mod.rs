@@ -10,6 +10,7 @@ mod effects;
 mod page;
 mod read;
 mod schema;
+mod source;
 
 pub use board::{BoardFile, BoardParameter};
 pub use effects::VehicleEffects;
@@ -19,6 +20,7 @@ use crate::DataError;
 use crate::output::{self, Existing};
 use backseat_app::parameters::{self, Parameter, Settings};
 use backseat_core::dynamics::VehicleParameters;
+use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::{Priors, ProcessNoise, SensorNoise};
 use backseat_core::parameters::{Inconsistent, Installation, SECTIONS, joint_check};
 use std::fmt::Write as _;
@@ -87,7 +89,7 @@ impl VehicleFile {
             let _ = writeln!(text, "\n[{}]  # {}", section.name, section.about);
             match section.name {
                 "vehicle" => writeln!(text, "name = {}", toml::Value::from(self.name.as_str())),
-                "fins" => writeln!(text, "names = {:?}", read::FIN_NAMES),
+                "fins" => writeln!(text, "names = {:?}", FIN_NAMES),
                 _ => Ok(()),
             }
             .ok();

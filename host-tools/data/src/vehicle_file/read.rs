@@ -2,68 +2,17 @@
 
 use super::effects::{self, VehicleEffects};
 use super::schema::{self, BOARD_SECTION, OPTIONAL, keys, short_key};
-use super::{BoardFile, VehicleFile, in_words};
+use super::source::{Source, Value, kind};
+use super::{VehicleFile, in_words};
 use crate::DataError;
 use backseat_app::parameters::{Parameter, Settings};
+use backseat_core::effects::FIN_NAMES;
 use backseat_core::parameters::{SECTIONS, Shape, joint_check};
 use std::ops::Range;
 use std::path::Path;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
-
-/// Names the fins must have, if they are named.
-pub(super) const FIN_NAMES: [&str; 4] = ["top", "bottom", "port", "starboard"];
-
-pub(super) type Value<'i> = Spanned<DeValue<'i>>;
-
-/// A text with its origin, to say where in it something is wrong.
-pub(super) struct Source<'a> {
-    text: &'a str,
-    path: &'a Path,
-}
+use toml::de::DeTable;
 
 impl Source<'_> {
-    pub(super) fn error(&self, span: Range<usize>, message: impl Into<String>) -> DataError {
-        let before = self.text.get(..span.start).unwrap_or(self.text);
-        let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
-        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-        DataError::at(self.path, line as u64, column as u64, message)
-    }
-
-    fn root(&self) -> Result<Spanned<DeTable<'_>>, DataError> {
-        DeTable::parse(self.text).map_err(|e| {
-            let at = e.span().unwrap_or(0..0);
-            // Some of the parser's messages go on in a second line.
-            self.error(at, e.message().lines().collect::<Vec<_>>().join("; "))
-        })
-    }
-
-    pub(super) fn number(&self, value: &Value<'_>, name: &str) -> Result<f64, DataError> {
-        let parsed = match value.get_ref() {
-            DeValue::Float(float) => float.as_str().parse().ok(),
-            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64),
-            other => {
-                let message = format!("{name}: expected a number, found {}", kind(other));
-                return Err(self.error(value.span(), message));
-            }
-        };
-        parsed.ok_or_else(|| self.error(value.span(), format!("{name}: not a number that fits")))
-    }
-
-    pub(super) fn array<'v, 'i>(
-        &self,
-        value: &'v Value<'i>,
-        length: usize,
-        name: &str,
-    ) -> Result<&'v [Value<'i>], DataError> {
-        let expected = format!("{name}: expected an array of {length}");
-        match value.get_ref() {
-            DeValue::Array(array) if array.len() == length => Ok(array),
-            DeValue::Array(array) => Err(self.error(value.span(), format!("{expected}, found {}", array.len()))),
-            other => Err(self.error(value.span(), format!("{expected}, found {}", kind(other)))),
-        }
-    }
-
     /// The numbers of a key with their places in the text.
     fn numbers<'v, 'i>(&self, key: &Parameter, value: &'v Value<'i>) -> Result<Vec<&'v Value<'i>>, DataError> {
         match key.shape {
@@ -79,13 +28,7 @@ impl Source<'_> {
         }
     }
 
-    fn string(&self, value: &Value<'_>, name: &str) -> Result<String, DataError> {
-        match value.get_ref() {
-            DeValue::String(text) => Ok(text.clone().into_owned()),
-            other => Err(self.error(value.span(), format!("{name}: expected a text, found {}", kind(other)))),
-        }
-    }
-
+    /// Refuses fins in another order.
     fn fin_names(&self, value: &Value<'_>) -> Result<(), DataError> {
         for (name, expected) in self.array(value, 4, "fins.names")?.iter().zip(FIN_NAMES) {
             if self.string(name, "fins.names")? != expected {
@@ -114,19 +57,16 @@ impl Source<'_> {
     }
 }
 
-pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
-    match value {
-        DeValue::String(_) => "a text",
-        DeValue::Integer(_) | DeValue::Float(_) => "a number",
-        DeValue::Boolean(_) => "true or false",
-        DeValue::Datetime(_) => "a date",
-        DeValue::Array(_) => "an array",
-        DeValue::Table(_) => "a table",
-    }
+/// What is in a file.
+pub(super) struct Contents {
+    /// The vehicle, if the file has any section of one.
+    pub(super) vehicle: Option<VehicleFile>,
+    /// The numbers of `[app]` under their dotted names.
+    pub(super) app: Vec<(String, f64)>,
 }
 
 /// Parses a file; `whole`: it has to have a vehicle.
-pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<BoardFile, DataError> {
+pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, DataError> {
     let source = Source { text, path };
     let root = source.root()?;
     let root = root.get_ref();
@@ -190,14 +130,14 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<BoardFile, D
     }
     // A file with [app] alone leaves the vehicle to the board.
     if vehicle.is_some() {
-        let control = board.is_some().then_some(&numbers.settings.control);
-        if let Err(inconsistent) = joint_check(&numbers.settings.vehicle, control) {
+        let cruise_speed_mps = board.is_some().then_some(numbers.settings.control.cruise_speed_mps);
+        if let Err(inconsistent) = joint_check(&numbers.settings.vehicle, cruise_speed_mps) {
             let named = |(parameter, _): &&(&Parameter, _)| inconsistent.parameters().contains(&parameter.name);
             let span = numbers.places.iter().find(named).map_or(0..0, |(_, span)| span.clone());
             return Err(source.error(span, in_words(inconsistent, &numbers.settings)));
         }
     }
-    Ok(BoardFile { vehicle, app })
+    Ok(Contents { vehicle, app })
 }
 
 /// The numbers of a file as they are read.

@@ -1,0 +1,76 @@
+//! The text of a vehicle file, and what is wrong where in it.
+
+use crate::DataError;
+use std::ops::Range;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+pub(super) type Value<'i> = Spanned<DeValue<'i>>;
+
+/// A text with its origin, to say where in it something is wrong.
+pub(super) struct Source<'a> {
+    pub(super) text: &'a str,
+    pub(super) path: &'a Path,
+}
+
+impl Source<'_> {
+    pub(super) fn error(&self, span: Range<usize>, message: impl Into<String>) -> DataError {
+        let before = self.text.get(..span.start).unwrap_or(self.text);
+        let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
+        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+        DataError::at(self.path, line as u64, column as u64, message)
+    }
+
+    pub(super) fn root(&self) -> Result<Spanned<DeTable<'_>>, DataError> {
+        DeTable::parse(self.text).map_err(|e| {
+            let at = e.span().unwrap_or(0..0);
+            // Some of the parser's messages go on in a second line.
+            self.error(at, e.message().lines().collect::<Vec<_>>().join("; "))
+        })
+    }
+
+    pub(super) fn number(&self, value: &Value<'_>, name: &str) -> Result<f64, DataError> {
+        let parsed = match value.get_ref() {
+            DeValue::Float(float) => float.as_str().parse().ok(),
+            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64),
+            other => {
+                let message = format!("{name}: expected a number, found {}", kind(other));
+                return Err(self.error(value.span(), message));
+            }
+        };
+        parsed.ok_or_else(|| self.error(value.span(), format!("{name}: not a number that fits")))
+    }
+
+    pub(super) fn array<'v, 'i>(
+        &self,
+        value: &'v Value<'i>,
+        length: usize,
+        name: &str,
+    ) -> Result<&'v [Value<'i>], DataError> {
+        let expected = format!("{name}: expected an array of {length}");
+        match value.get_ref() {
+            DeValue::Array(array) if array.len() == length => Ok(array),
+            DeValue::Array(array) => Err(self.error(value.span(), format!("{expected}, found {}", array.len()))),
+            other => Err(self.error(value.span(), format!("{expected}, found {}", kind(other)))),
+        }
+    }
+
+    pub(super) fn string(&self, value: &Value<'_>, name: &str) -> Result<String, DataError> {
+        match value.get_ref() {
+            DeValue::String(text) => Ok(text.clone().into_owned()),
+            other => Err(self.error(value.span(), format!("{name}: expected a text, found {}", kind(other)))),
+        }
+    }
+}
+
+pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}
