@@ -39,7 +39,7 @@ fn a_parameter_transaction_is_all_or_nothing() {
     // in range one by one, but the vehicle does not reach the cruise speed
     request_all(
         &mut board,
-        &[ToBoard::ParameterBegin, set("propeller.omega_max_radps", 50.0), set("app.cruise_speed_mps", 5.0)],
+        &[ToBoard::ParameterBegin, set("propeller.omega_max_radps", 50.0), set("app.cruise_speed_mps", 3.0)],
     );
     let refused = ask(&mut board, &ToBoard::ParameterCommit);
     let Err(Refusal::Inconsistent { rule }) = refused else { panic!("{refused:?}") };

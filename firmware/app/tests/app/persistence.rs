@@ -68,7 +68,7 @@ fn a_stored_set_is_taken_up_and_one_that_does_not_fit_is_not() {
 
     // no gain exists for a cruise speed that no propeller reaches
     settings.vehicle.omega_max_radps = 1.0;
-    settings.control.cruise_speed_mps = 5.0;
+    settings.control.cruise_speed_mps = 3.0;
     let mut board = Direct::new(None);
     assert!(!board.app_mut().restore(Some(&settings)));
     assert_eq!(ask(&mut board, &STORE), None);

@@ -30,16 +30,6 @@ impl ActuatorLimits {
     pub(super) const NONE: Self =
         Self { fin_rad: 0.0, fin_rate_radps: 0.0, propeller_radps: 0.0, propeller_radps2: 0.0 };
 
-    /// Finite, positive and in order.
-    #[must_use]
-    pub fn is_valid(&self) -> bool {
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        positive(self.fin_rad)
-            && positive(self.fin_rate_radps)
-            && positive(self.propeller_radps)
-            && positive(self.propeller_radps2)
-    }
-
     /// These limits inside those of the vehicle.
     #[must_use]
     pub fn within(&self, vehicle: &VehicleParameters) -> Self {

@@ -23,7 +23,7 @@ pub use allocation::AllocationMethod;
 pub use controller::{Command, Controller, HelmCommand};
 
 use crate::dynamics::{ActuatorInput, VehicleModel};
-use crate::parameters::Row;
+use crate::parameters::{ParameterError, Row, check};
 use crate::row;
 use crate::state::{self, VehicleState};
 use allocation::{Datum, allocate};
@@ -95,7 +95,7 @@ impl ControlConfig {
         row!(real "app.propeller_limit_radps", "", "rad/s", [1.0, 1000.0], "Largest propeller speed that the controller commands.", limits.propeller_radps),
         row!(real "app.propeller_rate_radps2", "", "rad/s^2", [0.1, 10000.0], "Largest acceleration of the propeller.", limits.propeller_radps2),
         row!(real "app.turn_radius_m", "", "m", [0.0, 500.0], "Radius of the turns at waypoints.", turn_radius_m),
-        row!(real "app.cruise_speed_mps", "", "m/s", [0.3, 5.0], "Speed through the water for which the first gain is computed.", cruise_speed_mps),
+        row!(real "app.cruise_speed_mps", "", "m/s", [Mission::MIN_SPEED_MPS, Mission::MAX_SPEED_MPS], "Speed through the water for which the first gain is computed.", cruise_speed_mps),
     ];
 
     /// All zero: of a controller that is not configured, and whose static takes no flash.
@@ -114,13 +114,11 @@ impl ControlConfig {
     /// Checks what does not depend on the vehicle.
     ///
     /// # Errors
-    /// The first group with a value that is not finite or has the wrong sign.
+    /// The first parameter outside its range, or gains that are not finite or have the wrong sign.
     pub fn validate(&self) -> Result<(), ControlError> {
         let not_negative = |values: &[f64]| values.iter().all(|x| x.is_finite() && *x >= 0.0);
         let (g, pd, s) = (&self.guidance, &self.pd, &self.speed);
-        if !self.limits.is_valid() {
-            return Err(ControlError::Limits);
-        }
+        check(Self::ROWS, self).map_err(ControlError::OutOfRange)?;
         let angles = |x: f64| (0.0..core::f64::consts::FRAC_PI_2).contains(&x);
         if !not_negative(&[
             g.kappa_psi,
@@ -137,25 +135,18 @@ impl ControlConfig {
         {
             return Err(ControlError::Gains);
         }
-        if !not_negative(&[self.turn_radius_m])
-            || !(Mission::MIN_SPEED_MPS..=Mission::MAX_SPEED_MPS).contains(&self.cruise_speed_mps)
-        {
-            return Err(ControlError::Cruise);
-        }
         Ok(())
     }
 }
 
 /// Why a configuration was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ControlError {
-    /// A limit is not finite or not positive.
-    Limits,
+    /// A parameter is not finite or outside its range.
+    OutOfRange(ParameterError),
     /// A gain or weight is not finite or has the wrong sign.
     Gains,
-    /// Turn radius or cruise speed is out of range.
-    Cruise,
     /// The vehicle has no straight level flight at the cruise speed.
     NoTrim,
     /// The Riccati equation has no stabilising solution for these weights.

@@ -2,7 +2,7 @@
 
 use super::{ConfigError, EffectStates, Priors, ProcessNoise, SensorNoise};
 use crate::effects::{EffectError, EffectSet};
-use crate::parameters::{Installation, Row};
+use crate::parameters::{INSTALLATION, Installation, NOISE, ParameterError, Row, SENSORS, check};
 use crate::row;
 
 /// How the vehicle's velocity evolves between measurements.
@@ -170,36 +170,25 @@ impl NavigationConfig {
     }
 }
 
-/// Largest value any sigma, root PSD or depth may have: far beyond use, far from overflow.
+/// Largest value of what is no parameter: far beyond use, far from overflow.
 const LARGEST: f64 = 1.0e6;
 
 impl NavigationConfig {
-    /// Checks every number.
+    /// Checks every number: by its row of the table of parameters where it has one, and what states, effects and noise
+    /// have to satisfy together.
     ///
     /// # Errors
     /// The first value that is not finite or outside its range. Noise must be positive, process
     /// noise of the ship and the walks of effect states may be zero.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let (sensors, ship) = (&self.sensors, &self.ship_noise);
-        let positive = [
-            ("sensors.depth_m", sensors.depth_m),
-            ("sensors.attitude_rad", sensors.attitude_rad),
-            ("sensors.rates_radps", sensors.rates_radps),
-            ("sensors.dvl_mps", sensors.dvl_mps),
-            ("sensors.range_m", sensors.range_m),
-            ("sensors.range_rate_mps", sensors.range_rate_mps),
-            ("sensors.gnss_m", sensors.gnss_m),
-            ("sensors.ship_gnss_m", sensors.ship_gnss_m),
-            ("gate_sigma", self.gate_sigma),
-            ("sound_speed_mps", self.sound_speed_mps),
-        ];
-        for (key, value) in positive {
-            in_range(key, value, f64::MIN_POSITIVE)?;
-        }
-        validate_noise(&self.process_noise)?;
+        let Self { sound_speed_mps, ship_transducer_depth_m, ship_noise: ship, .. } = *self;
+        check(Self::ROWS, self)?;
+        check(SENSORS, &self.sensors)?;
+        check(INSTALLATION, &Installation { sound_speed_mps, ship_transducer_depth_m, ..Installation::DEFAULT })?;
+        check(NOISE, &self.process_noise)?;
         if let Some(surface) = &self.surface {
             in_range("surface.depth_m", surface.depth_m, 0.0)?;
-            validate_noise(&surface.noise)?;
+            check(NOISE, &surface.noise)?;
         }
         for factor in self.noise_factor {
             in_range("noise_factor", factor, f64::MIN_POSITIVE)?;
@@ -207,7 +196,6 @@ impl NavigationConfig {
         in_range("ship_noise.linear_mps2_per_sqrt_hz", ship.linear_mps2_per_sqrt_hz, 0.0)?;
         in_range("ship_noise.angular_radps2_per_sqrt_hz", ship.angular_radps2_per_sqrt_hz, 0.0)?;
         in_range("range_curvature", self.range_curvature, 0.0)?;
-        in_range("ship_transducer_depth_m", self.ship_transducer_depth_m, -LARGEST)?;
         for state in self.effect_states.iter() {
             in_range("effect_states.initial_sigma", state.initial_sigma, f64::MIN_POSITIVE)?;
             in_range("effect_states.random_walk_per_sqrt_s", state.random_walk_per_sqrt_s, 0.0)?;
@@ -233,20 +221,7 @@ impl NavigationConfig {
     }
 }
 
-/// Checks every number of a process noise.
-///
-/// # Errors
-/// The first value that is not finite or outside its range.
-pub(super) fn validate_noise(noise: &ProcessNoise) -> Result<(), ConfigError> {
-    for value in noise.linear_mps2_per_sqrt_hz {
-        in_range("process_noise.linear_mps2_per_sqrt_hz", value, 0.0)?;
-    }
-    for value in noise.angular_radps2_per_sqrt_hz {
-        in_range("process_noise.angular_radps2_per_sqrt_hz", value, 0.0)?;
-    }
-    Ok(())
-}
-
-fn in_range(key: &'static str, value: f64, min: f64) -> Result<(), ConfigError> {
-    if (min..=LARGEST).contains(&value) { Ok(()) } else { Err(ConfigError::OutOfRange { key }) }
+fn in_range(key: &'static str, value: f64, min: f64) -> Result<(), ParameterError> {
+    let max = LARGEST;
+    if (min..=max).contains(&value) { Ok(()) } else { Err(ParameterError { key, index: 0, value, min, max }) }
 }

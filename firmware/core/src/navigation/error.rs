@@ -1,14 +1,14 @@
 //! Why the filter refuses something.
 
+use crate::parameters::ParameterError;
+
 /// Why a configuration was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConfigError {
-    /// The named value is not finite or outside its range.
-    OutOfRange {
-        /// Field of [`super::NavigationConfig`], e.g. `sensors.depth_m`.
-        key: &'static str,
-    },
+    /// The named value is not finite or outside its range. What is no parameter goes by its field of
+    /// [`super::NavigationConfig`].
+    OutOfRange(ParameterError),
     /// An effect's value is not plausible.
     Effect {
         /// The effect.
@@ -32,6 +32,12 @@ pub enum ConfigError {
     },
     /// Effect states cannot come or go while the filter runs: configure and initialise again.
     LayoutChange,
+}
+
+impl From<ParameterError> for ConfigError {
+    fn from(refused: ParameterError) -> Self {
+        Self::OutOfRange(refused)
+    }
 }
 
 /// Why a prediction was refused, or how the filter failed.

@@ -1,6 +1,5 @@
 //! The filter itself: state, covariance, and what may be asked of them.
 
-use super::config::validate_noise;
 use super::covariance::{Covariance, ROWS, Vector};
 use super::digest::Digest;
 use super::discretisation::Discretisation;
@@ -15,8 +14,8 @@ use super::{
     ProcessNoise, Sensor, Transition,
 };
 use crate::dynamics::VehicleModel;
-use crate::state::{VEHICLE_STATES, VehicleState, X, Y};
-use nalgebra::SMatrix;
+use crate::parameters::{self, NOISE};
+use crate::state::{VehicleState, Y};
 
 /// The centralized extended Kalman filter. Some 18 kB: lives in a static, never passed by value; a host may copy it.
 #[derive(Clone)]
@@ -136,7 +135,7 @@ impl Filter {
     /// # Errors
     /// A value out of range.
     pub fn set_process_model(&mut self, model: ProcessModel, noise: &ProcessNoise) -> Result<(), ConfigError> {
-        validate_noise(noise)?;
+        parameters::check(NOISE, noise)?;
         self.config.process_model = model;
         self.config.process_noise = *noise;
         Ok(())
@@ -323,21 +322,6 @@ impl Filter {
         }
         let [unconfirmed, ..] = if i == j && i <= Y { self.monitor.floor(Sensor::Range) } else { [0.0; 3] };
         self.p.get(i, j) + unconfirmed * unconfirmed
-    }
-
-    /// Copies the vehicle's covariance.
-    pub fn vehicle_covariance(&self, out: &mut SMatrix<f64, 12, 12>) {
-        for j in 0..VEHICLE_STATES {
-            for i in 0..VEHICLE_STATES {
-                out[(i, j)] = self.covariance(i, j);
-            }
-        }
-    }
-
-    /// √(σx² + σy²) of the vehicle (DRMS), m.
-    #[must_use]
-    pub fn horizontal_sigma_m(&self) -> f64 {
-        libm::sqrt(self.variance(X) + self.variance(Y))
     }
 
     /// Whether one sensor and the filter contradict each other: nothing of it is fused, and what it positions is

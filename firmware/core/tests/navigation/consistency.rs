@@ -162,7 +162,7 @@ fn val_innovations_and_errors_are_as_large_as_the_filter_says() {
 fn val_bridge_over_seconds_is_as_uncertain_as_it_says() {
     // White acceleration alike on all axes, a range far better than the bridge, attitude known.
     let mut config = NavigationConfig { process_model: ProcessModel::Kinematic, ..NavigationConfig::REFERENCE };
-    config.process_noise = ProcessNoise { linear_mps2_per_sqrt_hz: [0.05; 3], angular_radps2_per_sqrt_hz: [1e-9; 3] };
+    config.process_noise = ProcessNoise { linear_mps2_per_sqrt_hz: [0.05; 3], angular_radps2_per_sqrt_hz: [1e-6; 3] };
     config.sensors.range_m = 0.01;
     config.gate_sigma = 100.0;
     let mut initial = initial();

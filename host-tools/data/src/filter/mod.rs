@@ -20,7 +20,7 @@ use backseat_core::navigation::{
     AcousticPath, ConfigError, Consistency, FusionRecord, InitialShip, Measurement, NavigationError, Navigator,
     ProcessModel, Sensor, ShipEnd, VehicleEnd,
 };
-use backseat_core::parameters::Installation;
+use backseat_core::parameters::{Installation, ParameterError};
 use backseat_core::state::{VehicleState, X, Y};
 use std::time::{Duration, Instant};
 
@@ -159,7 +159,9 @@ impl<'a> Pass<'a> {
         let model = VehicleModel::new(&vehicle.parameters).map_err(|e| fail(e.to_string()))?;
         let mut navigator = Recording::new(Box::new(Navigator::new()));
         navigator.configure(&options.navigation, &model).map_err(|e| match e {
-            ConfigError::OutOfRange { key } => fail(format!("the filter refuses {key}: outside its range")),
+            ConfigError::OutOfRange(ParameterError { key, value, min, max, .. }) => {
+                fail(format!("{key} = {value}: expected {min} to {max}"))
+            }
             ConfigError::Effect { effect, parameter } => {
                 fail(format!("effects.{effect}.{parameter} is outside its range"))
             }

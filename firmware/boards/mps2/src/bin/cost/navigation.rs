@@ -93,7 +93,7 @@ fn begin(navigator: &mut Navigator, effects: EffectSet, effect_states: EffectSta
         effects,
         effect_states,
         // nothing is rejected
-        gate_sigma: 1.0e6,
+        gate_sigma: 1.0e3,
         ..NavigationConfig::REFERENCE
     };
     let state = VehicleState::from(STATE);
