@@ -48,7 +48,7 @@ fn excess(log: &Log, declared: Option<&Effect>) -> (f64, String) {
         options.navigation.effects = options.navigation.effects.with(effect.name(), &values).unwrap();
     }
     // The gate would hide the inconsistency by refusing what contradicts the filter: it is left out.
-    options.navigation.gate_sigma = 1.0e6;
+    options.navigation.gate_sigma = 1.0e3;
     let run = filter::run(log, &vehicle, &options).unwrap();
     let of = |s: &filter::SensorSummary| {
         assert_eq!(s.rejected, 0);

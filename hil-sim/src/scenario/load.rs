@@ -14,9 +14,6 @@ const BUILT_IN: [(&str, &str); 5] = [
     ("adoption", include_str!("../../scenarios/adoption.toml")),
 ];
 
-/// The vehicle of the built-in scenarios.
-const BUILT_IN_VEHICLE: &str = include_str!("../../scenarios/iver3.toml");
-
 impl Scenario {
     /// Reads a scenario file and the vehicle file it names.
     ///
@@ -52,10 +49,7 @@ impl Scenario {
     /// # Errors
     /// As [`Self::load`].
     pub fn with_built_in_vehicle(text: &str, path: &str) -> Result<Self, DataError> {
-        Ok(Self {
-            settings: Settings::parse(text, Path::new(path))?,
-            vehicle: VehicleFile::parse(BUILT_IN_VEHICLE, Path::new("iver3.toml"))?,
-        })
+        Ok(Self { settings: Settings::parse(text, Path::new(path))?, vehicle: VehicleFile::reference() })
     }
 }
 
