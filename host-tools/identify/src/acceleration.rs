@@ -1,8 +1,9 @@
 //! Acceleration of the body from an AHRS: (4.2.2), corrected.
 //!
 //! An accelerometer feels specific force, dv/dt less gravity, at its own place and in its own axes:
-//! a_m = R_wb (dv_m/dt − g e3), with v_m the sensor's velocity in the world. The thesis' (4.10) has the sign of the rotation's
-//! derivative wrong, and its (4.13)-(4.20) contradict Table 4.4: level and at rest a sensor reads −9.81 m/s² in heave.
+//! a_m = R_wb (dv_m/dt − g e3), with v_m the sensor's velocity in the world. The thesis' (4.10) has the sign of the
+//! rotation's derivative wrong, and its (4.13)-(4.20) contradict Table 4.4: level and at rest a sensor reads −9.81 m/s²
+//! in heave.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -79,8 +80,8 @@ mod tests {
 
     #[test]
     fn val_the_acceleration_is_that_of_a_motion_in_the_world() {
-        // A sensor fixed to a body whose position and attitude are smooth functions of time; everything it reads and the body's
-        // acceleration by differences in the world frame, none of the formulas above.
+        // A sensor fixed to a body whose position and attitude are smooth functions of time; everything it reads and
+        // the body's acceleration by differences in the world frame, none of the formulas above.
         let g = 9.81;
         let mounting = Mounting {
             lever_m: Vector3::new(0.4, -0.1, 0.05),

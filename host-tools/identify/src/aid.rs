@@ -1,7 +1,7 @@
 //! Adaptive identification over a log: the board's identifier as it runs under way, and offline without its delay.
 //!
-//! Offline the same laws run several times over the trajectory that [`crate::smoothing`] makes with the model of the run before;
-//! each run's filter is slower than the last one's, because the model leaves less to it.
+//! Offline the same laws run several times over the trajectory that [`crate::smoothing`] makes with the model of the
+//! run before; each run's filter is slower than the last one's, because the model leaves less to it.
 
 use crate::data::IdentificationData;
 use crate::estimate::Estimate;

@@ -1,5 +1,5 @@
-//! The automatic method: adaptive identification, instrumental variables, output error, output error with cross drag; a step is
-//! taken only where the last fifth of the log, which nothing was fitted to, is predicted better.
+//! The automatic method: adaptive identification, instrumental variables, output error, output error with cross drag; a
+//! step is taken only where the last fifth of the log, which nothing was fitted to, is predicted better.
 
 use crate::aid;
 use crate::data::IdentificationData;

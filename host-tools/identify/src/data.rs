@@ -29,8 +29,9 @@ pub struct IdentificationData {
 }
 
 impl IdentificationData {
-    /// Resamples a log: attitude, rates and DVL linearly interpolated, commands held. DVL velocity is over ground; what the
-    /// water does, and all else that sensors and actuators are declared to do beyond the vehicle's parameters, is in `effects`.
+    /// Resamples a log: attitude, rates and DVL linearly interpolated, commands held. DVL velocity is over ground; what
+    /// the water does, and all else that sensors and actuators are declared to do beyond the vehicle's parameters, is
+    /// in `effects`.
     ///
     /// # Errors
     /// If the log lacks a channel, or has no minute without a gap in any.

@@ -1,5 +1,5 @@
-//! Effects that a vehicle file declares beside its parameters: taken out of the log, or into the parameters, before anything
-//! is identified. θ then describes the vehicle without them.
+//! Effects that a vehicle file declares beside its parameters: taken out of the log, or into the parameters, before
+//! anything is identified. θ then describes the vehicle without them.
 
 use crate::sample::PERIOD_S;
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
@@ -11,8 +11,8 @@ const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 /// Rounds of the fixed point: effects change a reading by less than a third of itself.
 const ROUNDS: usize = 30;
 
-/// Moves the effects on the plant into the vehicle's parameters and out of the set. Those that begin at some time stay in
-/// the set, and their names are returned: they are not taken into account.
+/// Moves the effects on the plant into the vehicle's parameters and out of the set. Those that begin at some time stay
+/// in the set, and their names are returned: they are not taken into account.
 pub fn fold_into_plant(vehicle: &mut VehicleParameters, effects: &mut EffectSet) -> Vec<&'static str> {
     let mut left = Vec::new();
     let declared = *effects;

@@ -94,7 +94,8 @@ pub(crate) fn described(
     Estimate { method, parameters, vehicle, collinear, unseen, steps: Vec::new(), notes }
 }
 
-/// Correlation of the errors that least squares on the accelerations would make: every axis weighted by its own scatter.
+/// Correlation of the errors that least squares on the accelerations would make: every axis weighted by its own
+/// scatter.
 fn correlation(data: &IdentificationData, vehicle: &VehicleParameters, seen: &[usize]) -> Option<DMatrix<f64>> {
     let model = VehicleModel::new(vehicle).ok()?;
     let theta = theta_of(vehicle);
@@ -117,18 +118,18 @@ fn correlation(data: &IdentificationData, vehicle: &VehicleParameters, seen: &[u
     let scale = parameters::scale(vehicle);
     let count = rows.len().max(1) as f64;
     let weight = energy.map(|energy| count / energy.max(1.0e-12));
-    let mut gram = SMatrix::<f64, EXTENDED, EXTENDED>::zeros();
+    let mut gram_matrix = SMatrix::<f64, EXTENDED, EXTENDED>::zeros();
     for row in &rows {
         let mut weighted = *row;
         for (axis, weight) in weight.iter().enumerate() {
             weighted.row_mut(axis).scale_mut(*weight / count);
         }
-        gram.gemm_tr(1.0, &weighted, row, 1.0);
+        gram_matrix.gemm_tr(1.0, &weighted, row, 1.0);
     }
     let matrix = DMatrix::from_fn(seen.len(), seen.len(), |i, j| {
         let (a, b) = (seen[i], seen[j]);
         // A thousandth of the accelerations as noise, and the box as the prior.
-        gram[(a, b)] * scale[a] * scale[b] * 1.0e6 + if a == b { 1.0 } else { 0.0 }
+        gram_matrix[(a, b)] * scale[a] * scale[b] * 1.0e6 + if a == b { 1.0 } else { 0.0 }
     });
     let inverse = matrix.cholesky()?.inverse();
     Some(DMatrix::from_fn(seen.len(), seen.len(), |i, j| inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt()))

@@ -1,9 +1,9 @@
 //! Weak form with instrumental variables.
 //!
-//! Each equation of motion is multiplied by a window that vanishes at its ends and integrated over it: by parts, so that no
-//! acceleration is needed. Least squares on such rows would be biased, for the rows hold the noise of what they are fitted to;
-//! the instruments, the same rows of the model's free run, do not. The rows themselves are those of the trajectory of
-//! [`crate::smoothing`], because a product of noisy factors has a mean that no instrument takes out.
+//! Each equation of motion is multiplied by a window that vanishes at its ends and integrated over it: by parts, so
+//! that no acceleration is needed. Least squares on such rows would be biased, for the rows hold the noise of what they
+//! are fitted to; the instruments, the same rows of the model's free run, do not. The rows themselves are those of the
+//! trajectory of [`crate::smoothing`], because a product of noisy factors has a mean that no instrument takes out.
 
 use crate::aid;
 use crate::data::IdentificationData;
@@ -43,7 +43,8 @@ pub(crate) struct Solved {
     pub covariance: DMatrix<f64>,
 }
 
-/// Integral over a window of the equations of motion times sin², by Simpson's rule in every period, whose input is constant.
+/// Integral over a window of the equations of motion times sin², by Simpson's rule in every period, whose input is
+/// constant.
 fn integrate(model: &VehicleModel, samples: &[Sample], states: &[VehicleState]) -> (ExtendedRegressor, Vector6<f64>) {
     let length_s = WINDOW as f64 * PERIOD_S;
     let (mut rows, mut known) = (ExtendedRegressor::zeros(), Vector6::zeros());

@@ -1,7 +1,7 @@
 //! Identification of a vehicle's parameters from a log, on the host.
 //!
-//! Everything starts with [`IdentificationData`], a log resampled at 10 Hz, and a prior; [`identify`] gives an [`Estimate`]
-//! by a [`Method`], and [`validate`] gives the vehicle's prediction errors.
+//! Everything starts with [`IdentificationData`], a log resampled at 10 Hz, and a prior; [`identify`] gives an
+//! [`Estimate`] by a [`Method`], and [`validate`] gives the vehicle's prediction errors.
 //!
 //! ```text
 //! sample, data      the log at 10 Hz, in stretches without gaps      identifier    the board's adaptive identifier over a log
@@ -12,7 +12,7 @@
 //! declared_effects  effects of the vehicle file, removed first       automatic     tries them, each step on held-out data
 //! estimate          the result of a method                           excitation    what the motion shows of each parameter
 //! acceleration      section 4.2.2: from an AHRS's specific force     surge_yaw     logs in servo counts: surge and yaw only
-//! options, method   settings, and one entrance to all methods
+//! options, method   settings, and one entrance to all methods        plan          the mission with most information
 //! ```
 
 pub mod acceleration;
@@ -29,6 +29,7 @@ pub mod nullspace;
 mod options;
 pub mod output_error;
 pub mod parameters;
+pub mod plan;
 mod sample;
 pub mod simulation;
 pub mod smoothing;

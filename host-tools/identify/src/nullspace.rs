@@ -1,11 +1,13 @@
-//! Nullspace least squares: W θ = 0 stacks the equations of motion at every sample, and θ is the direction that W shrinks most.
+//! Nullspace least squares: W θ = 0 stacks the equations of motion at every sample, and θ is the direction that W
+//! shrinks most.
 //!
-//! As the thesis has it (NBLS, 4.3), every column of W is as noisy as it is and all noise counts alike: total least squares whose
-//! bias grows with the noise until drags change sign. The noise-whitened form (GTLS) weights each axis by its own residual and takes
-//! out of Wᵀ W what sensor noise of known size puts into it: (Wᵀ W − λ Σ) θ = 0, generalised total least squares with λ = 1, or less
-//! where the noise is less than declared. It needs no hard filter against the noise, and so distorts the motion less. Its rows
-//! are those of the intervals between samples, to fourth order: with NBLS's central differences the rest that rolling leaves is
-//! larger than the noise, and weights and λ are those of a noise that is not there.
+//! As the thesis has it (NBLS, 4.3), every column of W is as noisy as it is and all noise counts alike: total least
+//! squares whose bias grows with the noise until drags change sign. The noise-whitened form (GTLS) weights each axis by
+//! its own residual and takes out of Wᵀ W what sensor noise of known size puts into it: (Wᵀ W − λ Σ) θ = 0, generalised
+//! total least squares with λ = 1, or less where the noise is less than declared. It needs no hard filter against the
+//! noise, and so distorts the motion less. Its rows are those of the intervals between samples, to fourth order: with
+//! NBLS's central differences the rest that rolling leaves is larger than the noise, and weights and λ are those of a
+//! noise that is not there.
 
 use crate::data::IdentificationData;
 use crate::estimate::Estimate;
@@ -70,8 +72,8 @@ impl Filtered {
     }
 }
 
-/// Everything through one filter, fins and propeller too: linear relations survive a filter that all share. The input of an
-/// instant is `held` until the next, or else the mean of before and after.
+/// Everything through one filter, fins and propeller too: linear relations survive a filter that all share. The input
+/// of an instant is `held` until the next, or else the mean of before and after.
 fn filtered(samples: &[Sample], cutoff_hz: f64, held: bool) -> Vec<Filtered> {
     let all: CutOffs = [cutoff_hz; simulation::OUTPUTS];
     let outputs: Vec<Output> = samples.iter().map(simulation::measured).collect();
@@ -168,8 +170,8 @@ pub fn unit_length(normal: &SMatrix<f64, COLUMNS, COLUMNS>) -> SVector<f64, COLU
     normal.diagonal().map(|square| if square > 0.0 { 1.0 / square.sqrt() } else { 1.0 })
 }
 
-/// The direction that Wᵀ W shrinks most, columns multiplied by `sizes` first, with the eigenvalues of the scaled matrix in
-/// ascending order. Its scale and sign are those of `known` = (column, value).
+/// The direction that Wᵀ W shrinks most, columns multiplied by `sizes` first, with the eigenvalues of the scaled matrix
+/// in ascending order. Its scale and sign are those of `known` = (column, value).
 #[must_use]
 pub fn nullspace(
     normal: &SMatrix<f64, COLUMNS, COLUMNS>,

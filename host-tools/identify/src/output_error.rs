@@ -1,9 +1,9 @@
 //! Prediction-error (output-error) method: the parameters whose free run comes closest to what was measured.
 //!
 //! The log is cut into segments that start where they please (multiple shooting without continuity: each start, eight
-//! numbers, is estimated too). Gauss-Newton with Levenberg's damping on normal equations that are bordered by the starts, which
-//! Schur's complement takes out segment by segment. Outputs are weighted by their own residuals, so that neither noise nor what
-//! the model lacks has to be declared.
+//! numbers, is estimated too). Gauss-Newton with Levenberg's damping on normal equations that are bordered by the
+//! starts, which Schur's complement takes out segment by segment. Outputs are weighted by their own residuals, so that
+//! neither noise nor what the model lacks has to be declared.
 
 use crate::data::IdentificationData;
 use crate::estimate::Estimate;
@@ -199,7 +199,8 @@ pub fn fit(
     let mut sigma = declared_sigma(options);
     let mut parameters = *from;
     let scale = parameters::scale(prior);
-    // A plausible error of each parameter as one weak measurement of its start: settles what the data leave open, and nothing else.
+    // A plausible error of each parameter as one weak measurement of its start: settles what the data leave open, and
+    // nothing else.
     let ridge = DVector::from_fn(free.len(), |i, _| scale[free[i]].powi(-2));
     let reference = *from;
     let mut covariance = DMatrix::zeros(EXTENDED, EXTENDED);
@@ -326,8 +327,8 @@ fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     Some(step.component_mul(&scale))
 }
 
-/// Covariance of the parameters: the larger of the information's inverse and of the one that takes the segments' gradients
-/// as they scatter, which holds with coloured residuals too.
+/// Covariance of the parameters: the larger of the information's inverse and of the one that takes the segments'
+/// gradients as they scatter, which holds with coloured residuals too.
 fn spread(evaluated: &[Evaluated], free: &[usize], ridge: &DVector<f64>) -> Result<DMatrix<f64>, IdentifyError> {
     let mut matrix = DMatrix::from_diagonal(ridge);
     let mut scatter = DMatrix::zeros(free.len(), free.len());
@@ -352,8 +353,8 @@ fn spread(evaluated: &[Evaluated], free: &[usize], ridge: &DVector<f64>) -> Resu
     Ok(covariance)
 }
 
-/// Squared prediction error of every segment of `length_s` in units of `sigma` and a mean over outputs and samples; each
-/// segment's start is fitted to it. Infinite where the model cannot run.
+/// Squared prediction error of every segment of `length_s` in units of `sigma` and a mean over outputs and samples;
+/// each segment's start is fitted to it. Infinite where the model cannot run.
 #[must_use]
 pub fn held_out(data: &IdentificationData, vehicle: &VehicleParameters, sigma: &Output, length_s: f64) -> Vec<f64> {
     let Ok(model) = VehicleModel::new(vehicle) else { return vec![f64::INFINITY; segments(data, length_s).len()] };

@@ -70,8 +70,8 @@ pub fn with(base: &VehicleParameters, parameters: &Extended) -> VehicleParameter
     VehicleParameters { d26: parameters[D26], d35: parameters[D35], ..with_theta(base, &theta) }
 }
 
-/// Size of a plausible error of each parameter: its own magnitude, for B1 and B2 that of B3, for d26 and d35 a tenth of the
-/// drag that couples with them.
+/// Size of a plausible error of each parameter: its own magnitude, for B1 and B2 that of B3, for d26 and d35 a tenth of
+/// the drag that couples with them.
 #[must_use]
 pub fn scale(prior: &VehicleParameters) -> Extended {
     let mut scale = of(prior).abs();
@@ -84,7 +84,8 @@ pub fn scale(prior: &VehicleParameters) -> Extended {
     scale
 }
 
-/// Moves parameters into the core's box around the prior, and the cross drags to where drag takes energy out of every motion.
+/// Moves parameters into the core's box around the prior, and the cross drags to where drag takes energy out of every
+/// motion.
 pub fn project(prior: &VehicleParameters, ratio: [f64; 2], parameters: &mut Extended) {
     let mut theta: Theta = parameters.fixed_rows::<PARAMETERS>(0).into_owned();
     ParameterBox::around(prior, ratio).project(&mut theta);

@@ -88,7 +88,8 @@ pub const fn half_steps(samples: usize) -> usize {
     if samples == 0 { 0 } else { STEPS * (samples - 1) + 1 }
 }
 
-/// Adds a matrix (by columns) times a vector: written out, because the library's product of such sizes takes three times as long.
+/// Adds a matrix (by columns) times a vector: written out, because the library's product of such sizes takes three
+/// times as long.
 fn add_product(matrix: &[[f64; OUTPUTS]], vector: &[f64], sum: &mut [f64; OUTPUTS]) {
     for (column, factor) in matrix.iter().zip(vector) {
         for (sum, element) in sum.iter_mut().zip(column) {

@@ -1,8 +1,9 @@
 //! Noise taken out of a log without delay.
 //!
-//! A low-pass filter takes noise out of what passes through the regressor, and with it some of the motion: |v| v of a filtered v
-//! is not the filtered |v| v. Once a model is there, only what it leaves unexplained needs the filter: the trajectory is the
-//! model's free run plus the filtered difference. What is filtered is then small, and the filter can be slow.
+//! A low-pass filter takes noise out of what passes through the regressor, and with it some of the motion: |v| v of a
+//! filtered v is not the filtered |v| v. Once a model is there, only what it leaves unexplained needs the filter: the
+//! trajectory is the model's free run plus the filtered difference. What is filtered is then small, and the filter can
+//! be slow.
 
 use crate::sample::{PERIOD_S, Sample};
 use crate::simulation::{self, OUTPUTS, Output, half_steps};
@@ -93,8 +94,9 @@ fn integrated_attitude(states: &[VehicleState]) -> Vec<Vector2<f64>> {
 }
 
 /// The trajectory of a stretch by a model's free run and the filtered difference to the measurements. Where the model's
-/// run leaves what vehicles do, the measured velocities are filtered without it, at [`PLAIN`]. Roll and pitch are integrals of
-/// these rates and the filtered difference to the measured angles: gyros are far quieter than what measures angles.
+/// run leaves what vehicles do, the measured velocities are filtered without it, at [`PLAIN`]. Roll and pitch are
+/// integrals of these rates and the filtered difference to the measured angles: gyros are far quieter than what
+/// measures angles.
 #[must_use]
 pub fn with_model(model: &VehicleModel, samples: &[Sample], cutoffs_hz: &CutOffs) -> Smoothed {
     let Some(first) = samples.first() else { return Smoothed { states: Vec::new(), model: Vec::new() } };

@@ -1,8 +1,8 @@
 //! Surge and yaw alone, of a log that knows speed, heading and servo counts but neither propeller speed nor fin angles.
 //!
-//! u̇ = k n|n| − d2 |u| u − d1 u and ṙ = −(a0 + a1 |u|) r + b |u| u (δ − δ0), ψ̇ = r; n and δ in counts. Forces are not measured:
-//! all coefficients are per mass and per inertia, and with a declared vehicle k and b give what a count is worth. The
-//! rudder's moment per inertia contains sway, which nothing measures.
+//! u̇ = k n|n| − d2 |u| u − d1 u and ṙ = −(a0 + a1 |u|) r + b |u| u (δ − δ0), ψ̇ = r; n and δ in counts. Forces are not
+//! measured: all coefficients are per mass and per inertia, and with a declared vehicle k and b give what a count is
+//! worth. The rudder's moment per inertia contains sway, which nothing measures.
 //!
 //! The fit is an output-error fit over segments of some 20 s, each with its own start.
 
@@ -251,7 +251,8 @@ impl SurgeYawEstimate {
     }
 }
 
-/// Speed, heading and yaw rate at the sample `at`; the rate is that of the samples around it (`at` 1) or before (`at` 2).
+/// Speed, heading and yaw rate at the sample `at`; the rate is that of the samples around it (`at` 1) or before (`at`
+/// 2).
 fn start(samples: &[Sample], at: usize) -> [f64; 3] {
     let first = samples[0];
     let Some(last) = samples.get(2).or(samples.last()) else { return [0.0; 3] };

@@ -6,7 +6,8 @@ use anyhow::bail;
 use backseat_data::VehicleFile;
 use backseat_data::console;
 use backseat_data::output::{self, Existing};
-use backseat_studies::identification::plan::{self, LimitArguments};
+use backseat_identify::plan;
+use backseat_studies::identification::LimitArgs;
 use backseat_wire::hostlink::Waypoint;
 use serde_json::json;
 use std::path::PathBuf;
@@ -18,7 +19,7 @@ pub struct Planning {
     #[arg(long, value_name = "MISSION.toml", conflicts_with = "log")]
     plan: Option<PathBuf>,
     #[command(flatten)]
-    limits: LimitArguments,
+    limits: LimitArgs,
     /// Seed of the legs that are tried
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,

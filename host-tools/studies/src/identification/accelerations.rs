@@ -1,7 +1,7 @@
 //! The thesis' choice of 4.2: acceleration from a differentiated DVL or from an AHRS's specific force.
 //!
-//! The accelerometer itself is perfect here and its lever arm known; only the roll and pitch by which gravity is taken out are as
-//! noisy as they were measured, or off by a constant as a compass is. Both accelerations pass the same low-pass filter.
+//! The accelerometer itself is perfect here and its lever arm known. Gravity is removed by a measured roll and pitch,
+//! with noise or with a constant error. Both accelerations pass the same low-pass filter.
 
 use crate::identification::experiment::Experiment;
 use crate::table::{markdown_table, with_interval};

@@ -1,14 +1,15 @@
 //! The commands of these studies.
 
-use super::plan::{self, LimitArguments};
-use super::{compensation, faults, methods};
+use super::{compensation, excitation_planning, faults, methods};
+use anyhow::bail;
 use backseat_data::console;
+use backseat_identify::plan::Limits;
 
 /// Arguments of the study of methods.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   backseat studies identification --runs 10")]
-pub struct MethodArguments {
+pub struct MethodArgs {
     /// Seeds of each method
     #[arg(long, value_name = "N", default_value_t = 10)]
     runs: u64,
@@ -17,7 +18,7 @@ pub struct MethodArguments {
     json: bool,
 }
 
-impl MethodArguments {
+impl MethodArgs {
     /// Runs the ensemble and prints the table.
     ///
     /// # Errors
@@ -31,7 +32,7 @@ impl MethodArguments {
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   backseat studies fault-detection --runs 200")]
-pub struct FaultArguments {
+pub struct FaultArgs {
     /// Flights with each fault
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(2..))]
     runs: u64,
@@ -50,7 +51,7 @@ fn positive(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite()).ok_or("a positive number".to_owned())
 }
 
-impl FaultArguments {
+impl FaultArgs {
     /// Runs the flights and prints the tables.
     ///
     /// # Errors
@@ -65,27 +66,54 @@ impl FaultArguments {
     }
 }
 
+/// Length and limits of a planned mission.
+#[derive(clap::Args)]
+pub struct LimitArgs {
+    /// Length of the planned mission, s
+    #[arg(long, value_name = "S", default_value_t = 1800.0)]
+    pub duration: f64,
+    /// Shallowest and deepest of the planned mission, m
+    #[arg(long, value_name = "MIN,MAX", value_delimiter = ',', default_value = "3,20")]
+    pub depth: Vec<f64>,
+    /// Slowest and fastest of the planned mission, m/s
+    #[arg(long, value_name = "MIN,MAX", value_delimiter = ',', default_value = "0.7,1.5")]
+    pub speed: Vec<f64>,
+}
+
+impl LimitArgs {
+    /// As limits of a plan.
+    ///
+    /// # Errors
+    /// If depth or speed is not two numbers.
+    pub fn limits(&self) -> anyhow::Result<Limits> {
+        let (&[shallow, deep], &[slow, fast]) = (&self.depth[..], &self.speed[..]) else {
+            bail!("--depth and --speed take two numbers each, smallest and largest");
+        };
+        Ok(Limits { depth_m: [shallow, deep], speed_mps: [slow, fast], ..Limits::DEFAULT })
+    }
+}
+
 /// Arguments of the study of planned missions.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   backseat studies plan --runs 10 --duration 1800")]
-pub struct PlanArguments {
+pub struct PlanArgs {
     /// Seeds of each mission
     #[arg(long, value_name = "N", default_value_t = 10)]
     runs: u64,
     #[command(flatten)]
-    limits: LimitArguments,
+    limits: LimitArgs,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-impl PlanArguments {
+impl PlanArgs {
     /// Runs the ensemble and prints the table.
     ///
     /// # Errors
     /// A plan that is not found, or an identification that fails.
     pub fn run(&self) -> anyhow::Result<()> {
-        plan::run_study(self.runs, &self.limits.limits()?, self.limits.duration, self.json)
+        excitation_planning::run(self.runs, &self.limits.limits()?, self.limits.duration, self.json)
     }
 }

@@ -1,7 +1,7 @@
-//! What a diagnosis is good for: the same flight with a fault, steered on the old model and on the one with the fault in it.
+//! Gain of a fault diagnosis: the same flight with a fault, steered on the old model and on the model with the fault.
 //!
-//! The true vehicle is the simulator's, steered by the board's controller on its true state, so that only control is compared;
-//! the monitor sees noisy measurements. Both flights are the same until the diagnosis.
+//! The true vehicle is the simulator's, steered by the board's controller on its true state, so that only control is
+//! compared; the monitor sees noisy measurements. Both flights are the same until the diagnosis.
 
 use super::faults::identified;
 use crate::ensemble::run_all;
@@ -30,10 +30,10 @@ const FLIGHT_S: f64 = 1800.0;
 const ONSET_S: f64 = 700.0;
 /// From this long after the diagnosis on the flights are compared, s.
 const SETTLED_S: f64 = 60.0;
-/// Time between two looks at the diagnosis, whose magnitude becomes better, steps.
+/// Time between two updates of the diagnosed magnitude, which improves with time, steps.
 const RENEWAL: u64 = 200;
 
-/// What breaks.
+/// The fault.
 #[derive(Clone, Copy, Debug)]
 enum Broken {
     /// A whole fin, picked by the seed.
@@ -42,7 +42,7 @@ enum Broken {
     Drag,
 }
 
-/// Root mean square of what is to be small.
+/// Root mean squares of the control errors.
 #[derive(Clone, Copy, Debug, Default)]
 struct Errors {
     cross_m: f64,
@@ -79,7 +79,7 @@ impl Squares {
 
 /// One flight, or two that differ after the diagnosis.
 struct Flight {
-    /// When it was known what broke, s.
+    /// Time of the diagnosis, s.
     diagnosed_s: Option<f64>,
     right: bool,
     /// Before the fault.

@@ -1,7 +1,7 @@
-//! The fault study: simulated vehicles that break under way, and the monitor that has to name the fault.
+//! The fault study: simulated vehicles with a fault under way, and the diagnosis of the fault monitor.
 //!
-//! Each run identifies the vehicle first, with the board's identifier from a wrong prior on a log of its own; the monitor then
-//! runs with those parameters over another log, in which something breaks at a time that is not declared.
+//! Each run identifies the vehicle first, with the board's identifier from a wrong prior on a log of its own; the
+//! monitor then runs with those parameters over another log, in which something breaks at a time that is not declared.
 
 use crate::ensemble::run_all;
 use crate::table::markdown_table;
@@ -34,17 +34,17 @@ const SOUND_S: f64 = 7200.0;
 /// Seeds of identification logs are those of the runs plus this.
 const OTHER_SEEDS: u64 = 500_000;
 
-/// A diagnosis is looked at again after this time, s: magnitudes become better.
+/// A diagnosis is evaluated again after this time, s: its magnitude improves.
 const LATER_S: f64 = 120.0;
 
 /// How the vehicle moves when it breaks.
 const SHAPES: [(Shape, &str); 2] = [(Shape::Excite, "dives, turns, speeds"), (Shape::Lawnmower, "lawnmower")];
 
-/// What the monitor made of a log.
+/// Diagnoses of the monitor over a log.
 struct Watch {
-    /// First diagnosis: time, s, cause, its rival.
+    /// First diagnosis: time, s, cause, alternative.
     diagnosed: Option<(f64, FaultCause, Option<FaultCause>)>,
-    /// What it had become [`LATER_S`] later: time, s, cause, its rival, magnitude.
+    /// The same [`LATER_S`] later: time, s, cause, alternative, magnitude.
     later: Option<(f64, FaultCause, Option<FaultCause>, f64)>,
     /// Diagnoses in all; after each it learns anew.
     diagnoses: u32,
@@ -57,7 +57,7 @@ struct Run {
     onset_s: f64,
     fault: FaultCause,
     magnitude: f64,
-    /// How fast it becomes so large, 1/s.
+    /// Rate at which it grows to its size, 1/s.
     rate_per_s: f64,
     watch: Watch,
 }
@@ -189,7 +189,7 @@ fn percent([share, low, high]: [f64; 3]) -> String {
 }
 
 /// Value below which a share of the samples lies.
-/// What a diagnosis is worth.
+/// Correctness of a diagnosis.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Verdict {
     /// The cause, and no other.
@@ -251,7 +251,8 @@ fn row(fault: &'static str, shape: &'static str, all: &[Run]) -> Row {
     }
 }
 
-/// Runs the study and prints its tables: every fault `runs` times, half of them in either motion, and `hours` without fault.
+/// Runs the study and prints its tables: every fault `runs` times, half of them in either motion, and `hours` without
+/// fault.
 pub fn run(runs: u64, hours: f64, first_seed: u64, as_json: bool) -> anyhow::Result<()> {
     let seeds = first_seed..first_seed + runs.div_ceil(2);
     let quiet_seeds = first_seed..first_seed + (0.5 * hours * 3600.0 / SOUND_S).ceil() as u64;

@@ -1,4 +1,4 @@
-//! The ensemble table: every method on simulated experiments (IDSIM), errors in cross-validation against the truth.
+//! The ensemble table: every method on simulated experiments, errors in cross-validation against the truth.
 
 use super::accelerations;
 use crate::ensemble::run_all;
@@ -60,7 +60,7 @@ const CONDITIONS: [Condition; 17] = [
     worse_prior(Method::Auto),
 ];
 
-/// What the thesis (Table 4.15) and an independent implementation of its equations reached.
+/// Results of the thesis (Table 4.15) and of an independent implementation of its equations.
 const PRINTED: [(&str, [f64; 8]); 3] = [
     ("thesis, Table 4.15", [0.78, 0.43, 0.53, 0.13, 0.15, 0.0055, 0.0024, 0.0022]),
     ("independent AID, 1.2 cm/s", [0.017, 0.038, 0.011, 0.006, 0.007, 0.0011, 0.0001, 0.0002]),

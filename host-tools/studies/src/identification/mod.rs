@@ -3,9 +3,10 @@
 mod accelerations;
 mod command;
 mod compensation;
+mod excitation_planning;
 pub mod experiment;
 mod faults;
 mod methods;
-pub mod plan;
+mod plan_flight;
 
-pub use command::{FaultArguments, MethodArguments, PlanArguments};
+pub use command::{FaultArgs, LimitArgs, MethodArgs, PlanArgs};

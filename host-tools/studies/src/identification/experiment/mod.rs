@@ -1,8 +1,9 @@
-//! IDSIM: the identification experiment of the thesis' chapter 4, simulated with this crate's own truth model.
+//! The identification experiment of the thesis' chapter 4, simulated with the simulator's own plant.
 //!
-//! Open-loop inputs at 10 Hz, held from sample to sample, move a vehicle that nothing else disturbs; velocity, rates, roll and
-//! pitch are measured at 10 Hz with white noise (Table 4.13). The vehicle is that of the reference numbers
-//! (`firmware/core/tests/data/README.md`). The inputs are sums of sines of incommensurate periods instead of Table 4.14's.
+//! Open-loop inputs at 10 Hz, held from sample to sample, move a vehicle that nothing else disturbs; velocity, rates,
+//! roll and pitch are measured at 10 Hz with white noise (Table 4.13). The vehicle is that of the reference numbers
+//! (`firmware/core/tests/data/README.md`). The inputs are sums of sines of incommensurate periods instead of Table
+//! 4.14's.
 //!
 //! It starts deep: open loop, depth wanders by hundreds of metres, and the surface is no part of the experiment.
 
@@ -92,7 +93,8 @@ impl Experiment {
         let mut state = State::new([0.0, 0.0, START_DEPTH_M], [0.0; 3], [0.5, 0.0, 0.0], [0.0; 3]);
         let (mut ahrs, mut dvl) = (Stream::new(seed, Source::Ahrs), Stream::new(seed, Source::Dvl));
         let samples = (self.duration_s / PERIOD_S).round() as u64 + 1;
-        let mut run = Run { log: Log { path: PathBuf::from("idsim"), ..Log::default() }, truth: Truth::default() };
+        let mut run =
+            Run { log: Log { path: PathBuf::from("simulated experiment"), ..Log::default() }, truth: Truth::default() };
         for sample in 0..samples {
             let time_us = sample * 100_000;
             let input = self.programme.input(sample as f64 * PERIOD_S);

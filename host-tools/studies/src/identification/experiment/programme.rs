@@ -8,9 +8,9 @@ use core::f64::consts::TAU;
 pub struct Programme([f64; 7]);
 
 impl Programme {
-    /// What is identified on.
+    /// Inputs of the identification.
     pub const IDENTIFICATION: Self = Self([97.0, 41.0, 37.0, 13.0, 29.0, 11.0, 5.3]);
-    /// What the estimate has to predict: other frequencies.
+    /// Inputs of the validation: other frequencies.
     pub const VALIDATION: Self = Self([71.0, 31.0, 53.0, 17.0, 43.0, 9.0, 6.7]);
 
     /// Commands at a time, s.

@@ -1,10 +1,11 @@
-//! The information of a motion about θ: the normal equations of the accelerations, scaled by what is not known of each parameter.
+//! The Fisher information of a motion about θ: normal equations of the accelerations, scaled by the prior of each
+//! parameter.
 
+use crate::{Sample, parameters};
 use backseat_core::dynamics::{Attitude, VehicleModel, VehicleParameters};
 use backseat_core::identification::aid::{Instant, model_acceleration};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::{M11, PARAMETERS, Theta, theta_of};
-use backseat_identify::{Sample, parameters};
 use nalgebra::SMatrix;
 
 /// Parameters but the scale.
@@ -13,13 +14,13 @@ const UNKNOWN: usize = PARAMETERS - 1;
 const FIRST: usize = M11 + 1;
 /// Share of its size by which a parameter may be wrong before anything is measured.
 const PRIOR: f64 = 0.3;
-/// Noise of an acceleration that sensors of Table 4.13 leave in a second, m/s² and rad/s²; about a thousandth of what a vehicle
-/// does is left to the model besides.
+/// Noise of an acceleration averaged over a second with the sensors of Table 4.13, m/s² and rad/s², and an allowance
+/// for the error of the model, about a thousandth of the acceleration.
 const NOISE: [f64; 6] = [0.015, 0.015, 0.015, 0.003, 0.003, 0.003];
 
 type Matrix = SMatrix<f64, UNKNOWN, UNKNOWN>;
 
-/// Collects information about a vehicle.
+/// Collects the information about one vehicle.
 pub struct Information<'a> {
     model: &'a VehicleModel,
     theta: Theta,
@@ -37,6 +38,8 @@ impl Default for Collected {
 }
 
 impl<'a> Information<'a> {
+    /// About the vehicle of this model, with priors from its declaration.
+    #[must_use]
     pub fn new(model: &'a VehicleModel, declared: &VehicleParameters) -> Self {
         let scale = parameters::scale(declared);
         Self { model, theta: theta_of(declared), scale: core::array::from_fn(|j| PRIOR * scale[j]) }
@@ -69,7 +72,8 @@ impl<'a> Information<'a> {
 }
 
 impl Collected {
-    /// Logarithm of the determinant: D-optimal is largest. Nothing known beyond the prior is 0.
+    /// Logarithm of the determinant; a D-optimal design has the largest. 0: nothing is known beyond the prior.
+    #[must_use]
     pub fn log_determinant(&self) -> f64 {
         self.0
             .cholesky()
@@ -77,6 +81,7 @@ impl Collected {
     }
 
     /// Root mean square of the standard deviations that are left (Cramér-Rao), relative to each parameter's size, %.
+    #[must_use]
     pub fn remaining_percent(&self) -> f64 {
         self.0.cholesky().map_or(f64::NAN, |factor| 100.0 * PRIOR * (factor.inverse().trace() / UNKNOWN as f64).sqrt())
     }

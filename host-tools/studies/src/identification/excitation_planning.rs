@@ -1,8 +1,6 @@
-//! The plan against the thesis' open-loop inputs and a plain lawnmower, in equal time.
+//! Planned missions against the thesis' open-loop inputs and a plain lawnmower, in equal time.
 
-use super::flight::{self, True};
-use super::information::{Collected, Information};
-use super::{Limits, plan};
+use super::plan_flight::{self, True};
 use crate::ensemble::run_all;
 use crate::identification::experiment::{Noise, Programme};
 use crate::table::{markdown_table, with_interval};
@@ -14,6 +12,7 @@ use backseat_core::state::{self, VehicleState};
 use backseat_data::VehicleFile;
 use backseat_data::console;
 use backseat_data::stats::mean;
+use backseat_identify::plan::{self, Body as _, Collected, Information, Limits, plan};
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{IdentificationData, Method, Options, Sample, identify, parameters, validate};
 use hil_sim::rng::{Source, Stream};
@@ -97,10 +96,10 @@ fn fly(
     let steered = |waypoints: &[Waypoint]| -> anyhow::Result<Flight> {
         let model = VehicleModel::new(prior).map_err(|error| anyhow!("prior: {error}"))?;
         let mut body = True::new(truth, middle, seed);
-        Ok(vec![flight::follow(&mut body, &mut *flight::controller(&model)?, waypoints, duration_s)?])
+        Ok(vec![plan::follow(&mut body, &mut *plan::controller(&model)?, waypoints, duration_s)?])
     };
     match excitation {
-        // Planned with what is known before: the wrong prior.
+        // The plan is made with the wrong prior.
         Excitation::Planned => steered(&plan(prior, limits, duration_s, seed)?.waypoints),
         Excitation::Lawnmower => {
             let lines = Lawnmower {
@@ -117,24 +116,23 @@ fn fly(
         Excitation::OpenLoopWithin => {
             let (mut flight, mut left_s) = (Vec::new(), duration_s);
             while left_s > 1.0 {
-                let stretch = flight::open_loop(&mut True::new(truth, middle, seed), left_s, leaves(limits));
+                let stretch = plan_flight::open_loop(&mut True::new(truth, middle, seed), left_s, leaves(limits));
                 left_s -= stretch.len() as f64 * backseat_identify::PERIOD_S;
                 flight.push(stretch);
             }
             Ok(flight)
         }
         Excitation::OpenLoopFree => {
-            Ok(vec![flight::open_loop(&mut True::new(truth, DEEP_M, seed), duration_s, |_| false)])
+            Ok(vec![plan_flight::open_loop(&mut True::new(truth, DEEP_M, seed), duration_s, |_| false)])
         }
     }
 }
 
-/// What the estimate has to predict: other open-loop inputs, 600 s.
+/// Validation data for the estimate: other open-loop inputs, 600 s.
 fn unseen(truth: &Parameters) -> IdentificationData {
     let mut body = True::new(truth, DEEP_M, 0);
     let samples: Vec<(Sample, f64)> = (0..6000_u64)
         .map(|step| {
-            use super::flight::Body as _;
             let x = body.state();
             let input = Programme::VALIDATION.input(step as f64 * backseat_identify::PERIOD_S);
             body.step(&input);
@@ -142,7 +140,7 @@ fn unseen(truth: &Parameters) -> IdentificationData {
             (Sample { time_us: step * 100_000, attitude, velocity, input }, x[state::Z])
         })
         .collect();
-    flight::measured(&[samples], &Noise::NONE, 0)
+    plan_flight::measured(&[samples], &Noise::NONE, 0)
 }
 
 fn outcome(
@@ -160,7 +158,7 @@ fn outcome(
     let all = || flight.iter().flatten();
     let mut collected = Collected::default();
     Information::new(&model, &declared).add(all().map(|(sample, _)| sample), &mut collected);
-    let data = flight::measured(&flight, &Noise::table_4_13(NOISE_MPS), seed);
+    let data = plan_flight::measured(&flight, &Noise::table_4_13(NOISE_MPS), seed);
     let estimate = identify(Method::Iv, &data, &prior, &Options::DEFAULT, &|_| {})?;
     let (value, size) = (parameters::of(&estimate.vehicle), parameters::scale(&declared));
     let errors = parameters::of(&declared) - value;

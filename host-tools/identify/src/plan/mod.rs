@@ -1,31 +1,32 @@
-//! `backseat identify --plan`: the mission with most information about the vehicle in a given time.
+//! Planning: the mission with most information about the vehicle in a given time.
 //!
-//! A mission is a chain of legs, each with a turn, a depth and a speed: what the board can fly. It is built leg by leg: of many legs
-//! drawn at random, each flown by the board's controller on the declared model from the leg before it on, the one that adds most
-//! to the logarithm of the determinant of the information (D-optimal) in its time is kept, among those that stay within the
-//! limits. Roll by differential fins is not in it: a mission cannot ask for it.
+//! A mission is a chain of legs, each with a turn, a depth and a speed: this is what the board can fly. It is built leg
+//! by leg. Many legs are drawn at random, and the board's controller flies each of them on the declared model, from the
+//! leg before it on. Of those that stay within the limits, the leg is kept that adds most to the logarithm of the
+//! determinant of the information (D-optimal) for its time. Roll by differential fins is not excited: a mission cannot
+//! command it.
 
 mod flight;
 mod information;
-mod study;
 
-pub use study::run as run_study;
+pub use flight::{Body, Followed, controller, exact_sample, follow};
+pub use information::{Collected, Information};
 
-use anyhow::{Context, bail, ensure};
-use backseat_core::control::Controller;
-use backseat_core::control::mission::{MAX_WAYPOINTS, Waypoint};
-use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use crate::{PERIOD_S, Sample};
+use backseat_core::control::mission::{MAX_WAYPOINTS, Mission, MissionError, Waypoint};
+use backseat_core::control::{ControlError, Controller};
+use backseat_core::dynamics::{ParameterError, VehicleModel, VehicleParameters};
 use backseat_core::state::{self, VehicleState};
-use backseat_identify::Sample;
 use flight::Declared;
-use hil_sim::rng::{Source, Stream};
-use information::{Collected, Information};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Legs tried for each that is kept.
 const TRIALS: usize = 48;
-/// Shortest and longest leg of half an hour, m: some 100 of the 128 waypoints that a mission has. Longer plans have longer legs.
+/// Shortest and longest leg of half an hour, m: some 100 of the 128 waypoints that a mission has. Longer plans have
+/// longer legs.
 const LEG_M: [f64; 2] = [12.0, 40.0];
 /// That half hour, s.
 const USUAL_S: f64 = 1800.0;
@@ -33,17 +34,46 @@ const USUAL_S: f64 = 1800.0;
 const PAIR_S: f64 = 300.0;
 /// A plan is as long as it was asked for to this share.
 const LENGTH: f64 = 0.02;
-/// Share of the pitch limit that a plan uses, and distance of its depths from their limits, m: the vehicle overshoots, and is not
-/// quite the declared one (pitch was steeper by an eighth where that was wrong by 30 %).
+/// Share of the pitch limit that a plan uses, and distance of its depths from their limits, m: the vehicle overshoots,
+/// and is not quite the declared one (pitch was steeper by an eighth where that was wrong by 30 %).
 const PITCH_SHARE: f64 = 0.8;
 const DEPTH_MARGIN_M: f64 = 0.5;
-/// Flights of the whole plan, each followed by other legs from where it left the limits, more or fewer where it was too short or
-/// too long.
+/// Flights of the whole plan, each followed by other legs from where it left the limits, more or fewer where it was too
+/// short or too long.
 const FLIGHTS: usize = 20;
 /// Turns tried, rad.
 const TURNS: [f64; 6] = [0.0, 0.35, 0.8, FRAC_PI_2, 2.0, 2.6];
 
-/// What a plan must keep.
+/// ChaCha stream of the legs that are drawn; another number gives other plans.
+const STREAM: u64 = 13;
+
+/// Why there is no plan.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// The depths are no range, or lie outside what is allowed.
+    #[error("depths {} to {} m: expected two depths of 1 to 300 m, at least 1 m apart, the shallower first", .0[0], .0[1])]
+    Depth([f64; 2]),
+    /// The speeds are no range, or lie outside what a mission may ask for.
+    #[error("speeds {} to {} m/s: expected two speeds of 0.5 to 3 m/s, the slower first", .0[0], .0[1])]
+    Speed([f64; 2]),
+    /// The duration is too short or too long.
+    #[error("duration {0} s: expected 120 to 7200 s")]
+    Duration(f64),
+    /// A parameter of the declared vehicle is outside its range.
+    #[error("declared vehicle: {0}")]
+    Vehicle(ParameterError),
+    /// The controller refuses the declared vehicle.
+    #[error("the controller refuses the declared vehicle: {0:?}")]
+    Controller(ControlError),
+    /// The controller refuses the mission.
+    #[error("the controller refuses the mission: {0:?}")]
+    Mission(MissionError),
+    /// The search ended without one.
+    #[error("no plan of {0:.0} s within the limits was found; try another seed, or wider limits")]
+    NotFound(f64),
+}
+
+/// Limits that a plan must keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Shallowest and deepest, m.
@@ -60,51 +90,26 @@ impl Limits {
     /// A test range: 3 to 20 m deep, 0.7 to 1.5 m/s, 25°, 250 m.
     pub const DEFAULT: Self = Self { depth_m: [3.0, 20.0], speed_mps: [0.7, 1.5], pitch_rad: 0.436, radius_m: 250.0 };
 
-    fn check(&self) -> anyhow::Result<()> {
+    fn check(&self) -> Result<(), PlanError> {
         let [shallow, deep] = self.depth_m;
         let [slow, fast] = self.speed_mps;
-        ensure!(
-            shallow >= 1.0 && deep > shallow + 1.0 && deep <= 300.0,
-            "--depth takes two depths of 1 to 300 m, 1 m apart"
-        );
-        ensure!(slow >= 0.5 && fast > slow && fast <= 3.0, "--speed takes two speeds of 0.5 to 3 m/s");
+        if !(shallow >= 1.0 && deep > shallow + 1.0 && deep <= 300.0) {
+            return Err(PlanError::Depth(self.depth_m));
+        }
+        if !(slow >= Mission::MIN_SPEED_MPS && fast > slow && fast <= Mission::MAX_SPEED_MPS) {
+            return Err(PlanError::Speed(self.speed_mps));
+        }
         Ok(())
     }
 
-    /// Depth in the middle.
+    /// Depth in the middle, m.
+    #[must_use]
     pub fn middle_m(&self) -> f64 {
         0.5 * (self.depth_m[0] + self.depth_m[1])
     }
 }
 
-/// Length and limits of a planned mission.
-#[derive(clap::Args)]
-pub struct LimitArguments {
-    /// Length of the planned mission, s
-    #[arg(long, value_name = "S", default_value_t = 1800.0)]
-    pub duration: f64,
-    /// Shallowest and deepest of the planned mission, m
-    #[arg(long, value_name = "MIN,MAX", value_delimiter = ',', default_value = "3,20")]
-    pub depth: Vec<f64>,
-    /// Slowest and fastest of the planned mission, m/s
-    #[arg(long, value_name = "MIN,MAX", value_delimiter = ',', default_value = "0.7,1.5")]
-    pub speed: Vec<f64>,
-}
-
-impl LimitArguments {
-    /// As limits of a plan.
-    ///
-    /// # Errors
-    /// If depth or speed is not two numbers.
-    pub fn limits(&self) -> anyhow::Result<Limits> {
-        let (&[shallow, deep], &[slow, fast]) = (&self.depth[..], &self.speed[..]) else {
-            bail!("--depth and --speed take two numbers each, smallest and largest");
-        };
-        Ok(Limits { depth_m: [shallow, deep], speed_mps: [slow, fast], ..Limits::DEFAULT })
-    }
-}
-
-/// A mission and what it promises.
+/// A mission and what is expected of it.
 pub struct Plan {
     /// Its waypoints.
     pub waypoints: Vec<Waypoint>,
@@ -140,11 +145,16 @@ struct Planner<'a> {
     leg_m: [f64; 2],
 }
 
-/// Plans a mission of `duration_s` for the declared vehicle.
-pub fn plan(declared: &VehicleParameters, limits: &Limits, duration_s: f64, seed: u64) -> anyhow::Result<Plan> {
+/// Plans a mission of `duration_s` for the declared vehicle; the same seed gives the same plan.
+///
+/// # Errors
+/// Limits, duration or vehicle outside their ranges, or no plan that keeps the limits.
+pub fn plan(declared: &VehicleParameters, limits: &Limits, duration_s: f64, seed: u64) -> Result<Plan, PlanError> {
     limits.check()?;
-    ensure!((120.0..=7200.0).contains(&duration_s), "--duration takes 120 to 7200 s");
-    let model = VehicleModel::new(declared).map_err(|error| anyhow::anyhow!("declared vehicle: {error}"))?;
+    if !(120.0..=7200.0).contains(&duration_s) {
+        return Err(PlanError::Duration(duration_s));
+    }
+    let model = VehicleModel::new(declared).map_err(PlanError::Vehicle)?;
     let planner = Planner {
         model: &model,
         information: Information::new(&model, declared),
@@ -152,7 +162,8 @@ pub fn plan(declared: &VehicleParameters, limits: &Limits, duration_s: f64, seed
         limits,
         leg_m: LEG_M.map(|length| length * f64::max(1.0, duration_s / USUAL_S)),
     };
-    let mut random = Stream::new(seed, Source::Mission);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(STREAM);
     let from = flight::start(limits.middle_m());
     let nothing = Collected::default();
     let mut waypoints: Vec<Waypoint> = Vec::new();
@@ -171,8 +182,7 @@ pub fn plan(declared: &VehicleParameters, limits: &Limits, duration_s: f64, seed
         }
         // Once more in one flight, as the board will fly it.
         let mut body = Declared { model: &model, x: from };
-        let flown = flight::follow_legs(&mut body, &mut planner.steering.clone(), &waypoints, 2.0 * duration_s)
-            .context("the plan")?;
+        let flown = flight::follow_legs(&mut body, &mut planner.steering.clone(), &waypoints, 2.0 * duration_s)?;
         if let Some(sample) = planner.leaves(&flown.samples, limits.pitch_rad) {
             // Where the corner into that leg was cut matters too.
             let legs = flown.turns.iter().take_while(|turn| turn.0 <= sample).count().saturating_sub(1);
@@ -198,17 +208,18 @@ pub fn plan(declared: &VehicleParameters, limits: &Limits, duration_s: f64, seed
             stood.pop();
         }
     }
-    bail!("no plan of {duration_s:.0} s within the limits was found; another --seed, or wider limits, may help")
+    Err(PlanError::NotFound(duration_s))
 }
 
 impl Planner<'_> {
-    /// The best of the legs tried, and where the plan stands with it; `None` if none stays within the limits and ends before `latest_s`.
+    /// The best of the legs tried, and the plan with it; `None` if none stays within the limits and ends before
+    /// `latest_s`.
     fn next(
         &self,
         incumbent: &Incumbent,
         last: Option<&Waypoint>,
         latest_s: f64,
-        random: &mut Stream,
+        random: &mut ChaCha8Rng,
     ) -> Option<(Waypoint, Incumbent)> {
         let legs: Vec<Waypoint> = (0..TRIALS).map(|_| leg(&incumbent.end, self.limits, self.leg_m, random)).collect();
         let now = incumbent.collected.log_determinant();
@@ -236,7 +247,7 @@ impl Planner<'_> {
         self.information.add(before.iter().skip(20).map(|(sample, _)| sample), &mut known);
         let mut collected = known.clone();
         self.information.add(after.iter().map(|(sample, _)| sample), &mut collected);
-        let seconds = |samples: usize| samples as f64 * backseat_identify::PERIOD_S;
+        let seconds = |samples: usize| samples as f64 * PERIOD_S;
         let time_s = incumbent.time_s + seconds(before.len());
         Some(Incumbent { x: turn.1, time_s, known, end: body.x, end_s: time_s + seconds(after.len()), collected })
     }
@@ -251,21 +262,21 @@ impl Planner<'_> {
 }
 
 /// A leg from where the vehicle is; extremes of depth and speed as often as what lies between.
-fn leg(x: &VehicleState, limits: &Limits, leg_m: [f64; 2], random: &mut Stream) -> Waypoint {
+fn leg(x: &VehicleState, limits: &Limits, leg_m: [f64; 2], random: &mut ChaCha8Rng) -> Waypoint {
     let mut within = |[low, high]: [f64; 2]| {
-        let share = (1.6 * random.uniform() - 0.3).clamp(0.0, 1.0);
+        let share = (1.6 * random.random::<f64>() - 0.3).clamp(0.0, 1.0);
         low + share * (high - low)
     };
     let [shallow, deep] = limits.depth_m;
     let depth_m = within([shallow + DEPTH_MARGIN_M, deep - DEPTH_MARGIN_M]);
     let speed_mps = within(limits.speed_mps);
     let length_m = within(leg_m);
-    let turn = TURNS[((TURNS.len() as f64 * random.uniform()) as usize).min(TURNS.len() - 1)];
-    let sign = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
+    let turn = TURNS[((TURNS.len() as f64 * random.random::<f64>()) as usize).min(TURNS.len() - 1)];
+    let sign = if random.random::<f64>() < 0.5 { -1.0 } else { 1.0 };
     let out = x.rows(state::X, 2).norm();
     let mut course = x[state::PSI] + sign * turn;
     if out + length_m > limits.radius_m {
-        course = (-x[state::Y]).atan2(-x[state::X]) + sign * 0.3 * PI * random.uniform();
+        course = (-x[state::Y]).atan2(-x[state::X]) + sign * 0.3 * PI * random.random::<f64>();
     }
     Waypoint {
         x_m: x[state::X] + length_m * course.cos(),
@@ -278,7 +289,7 @@ fn leg(x: &VehicleState, limits: &Limits, leg_m: [f64; 2], random: &mut Stream) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_core::control::mission::{Lawnmower, Mission};
+    use backseat_core::control::mission::Lawnmower;
     use backseat_data::VehicleFile;
 
     #[test]
