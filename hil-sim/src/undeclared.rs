@@ -1,8 +1,8 @@
-//! A flight as it would be in a world that nobody declared, from its own measurements.
+//! A flight in an undeclared world, from its own measurements.
 //!
 //! A steady current carries vehicle and ship along: their positions and fixes drift, and ranges and what the vehicle
-//! measures in its own frame stay as they are (but for 0.1 m of a range while the sound travels). Only the velocities of
-//! the DVL would change; they are left out. A compass that is off reads every heading wrong. Each parameter of the
+//! measures in its own frame stay as they are (but for 0.1 m of a range while the sound travels). Only the velocities
+//! of the DVL would change; they are left out. A compass that is off reads every heading wrong. Each parameter of the
 //! declared vehicle is too high or too low.
 
 use crate::flight::FlightLog;

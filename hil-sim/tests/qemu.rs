@@ -150,7 +150,7 @@ fn val_a_better_vehicle_over_the_host_link_helps_as_predicted() {
 }
 
 #[test]
-fn bytes_that_nobody_fetches_are_counted_and_told() {
+fn bytes_that_nobody_reads_are_counted_and_reported() {
     const SENT: usize = 6000;
     /// What the image's queue holds.
     const KEPT: u32 = 2047;
@@ -178,12 +178,12 @@ fn bytes_that_nobody_fetches_are_counted_and_told() {
     client
         .send(&ToBoard::Step(Step { time_us: 100_000, pps_us: Default::default(), chunks: Default::default() }))
         .unwrap();
-    let told = client.receive(|message| match message {
+    let reported = client.receive(|message| match message {
         FromBoard::Health(health) => Some(health.receive_losses == losses),
         FromBoard::StepDone(_) => Some(false),
         _ => None,
     });
-    assert!(told.unwrap());
+    assert!(reported.unwrap());
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn complaint(image: &str) -> String {
 }
 
 #[test]
-fn an_image_that_is_none_is_told_in_one_line() {
+fn a_file_that_is_no_image_is_refused_in_one_line() {
     assert!(complaint("nowhere.elf").contains("nowhere.elf: no such image"));
     if image().is_some() {
         let text = complaint(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"));

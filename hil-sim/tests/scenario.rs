@@ -1,4 +1,4 @@
-//! Scenario files: what is accepted, and how what is not is told.
+//! Scenario files: what is accepted, and the errors for everything else.
 
 use hil_sim::scenario::{Scenario, Settings};
 use std::path::Path;
@@ -76,7 +76,7 @@ fn effects_are_read_by_name_and_checked() {
 }
 
 #[test]
-fn missing_files_are_told_apart() {
+fn a_missing_scenario_and_a_missing_vehicle_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
     assert!(Scenario::load(&path).unwrap_err().to_string().contains("mine.toml: "));

@@ -68,7 +68,8 @@ impl App {
         self.backseat.clock.edge(time_us);
     }
 
-    /// The board's clock counts this oscillator from now on; before, a crystal. One-way ranges need one, or pulse edges.
+    /// The board's clock counts this oscillator from now on; before, a crystal. One-way ranges need one, or pulse
+    /// edges.
     pub fn set_oscillator(&mut self, oscillator: Oscillator) {
         self.backseat.clock.set_oscillator(oscillator);
     }
@@ -144,12 +145,12 @@ impl App {
         self.backseat.losses.note(port, since_start);
     }
 
-    /// The key may be on its way: what the host port receives is not for any log.
+    /// The host may be sending the key: bytes of the host port must not be logged now.
     pub(crate) fn expects_key(&self) -> bool {
         self.backseat.host.expects_key(self.backseat.now_us())
     }
 
-    /// Time of the last step; a watchdog is fed by it.
+    /// Time of the last step, µs; a board feeds its watchdog as it advances.
     #[must_use]
     pub fn stepped_us(&self) -> Option<u64> {
         self.backseat.last_step_us()

@@ -22,7 +22,7 @@ use crate::storage::{Asked, Storage};
 use crate::telemetry;
 use crate::time::UtcClock;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_wire::hostlink::{FromBoard, Health as LinkHealth, Port, Refusal};
+use backseat_wire::hostlink::{self, FromBoard, Port, Refusal};
 
 /// Attitude or depth may contradict the filter for this long without a mission, µs.
 const ASTRAY_US: u64 = 20_000_000;
@@ -45,11 +45,11 @@ pub struct Backseat {
     /// Bytes to the device ports, in the order of [`Port::DEVICES`].
     out: [Ring<DEVICE_RING>; 4],
     run: Run,
-    /// Reset by a fault, and no stored parameters: those in use may not be those of before.
+    /// Reset by a fault without stored parameters: those in use may differ from those before the reset.
     pub unconfigured: bool,
 }
 
-/// What a restart forgets at once.
+/// State that a restart clears.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     /// Filter and controller are built from the active parameters.
@@ -67,7 +67,7 @@ impl Run {
 pub struct ReceiveLosses {
     /// In the order of [`Port::ALL`].
     since_start: [u32; 5],
-    /// The host does not know yet.
+    /// Not yet reported to the host.
     news: bool,
 }
 
@@ -165,7 +165,7 @@ impl Backseat {
             inputs.command(time_us, &input);
         }
         let failed = estimator.step(now_us, inputs, settings, &self.clock).is_err();
-        // Before it is initialised the filter holds what was before, or nothing.
+        // Before it is initialised the filter holds an old state, or none.
         if estimator.navigator().is_initialised() {
             self.run.digest = estimator.navigator().digest_from(self.run.digest);
         }
@@ -188,7 +188,7 @@ impl Backseat {
         if self.modes.ready() {
             self.steering.begin(self.estimator.output());
         }
-        // Nobody relies on it, and it does not agree with its sensors: it starts again from them.
+        // No mission relies on it, and it contradicts its sensors: it starts again from them.
         let astray = self.estimator.unsteerable_since_us().is_some_and(|us| now_us.saturating_sub(us) > ASTRAY_US);
         let idle = !self.steering.under_way();
         if failed || (astray && idle && self.estimator.has_fix(self.horizon_us(now_us), &self.inputs)) {
@@ -206,7 +206,7 @@ impl Backseat {
         let samples = self.inputs.latest();
         let frontseat = &self.links.frontseat;
         let age = |time_us: Option<u64>| time_us.map(|us| now_us.saturating_sub(us));
-        // a sample is handed out when the horizon has come to it
+        // a sample is fused when the horizon reaches it
         let sample_age = |time_us: Option<u64>| time_us.map(|us| self.horizon_us(now_us).saturating_sub(us));
         let initialised = !failed && navigator.is_initialised();
         Facts {
@@ -255,7 +255,7 @@ impl Backseat {
         });
     }
 
-    /// Lets the identifier look on, and uses what has proved better.
+    /// One step of the identifier; uses parameters that have proved better.
     #[inline(never)]
     fn adapt(&mut self, now_us: u64) {
         let Self { adaptation, inputs, estimator, parameters, steering, .. } = self;
@@ -279,7 +279,7 @@ impl Backseat {
         used
     }
 
-    /// Filter and controller take another vehicle under way; false, and nothing changed, when it is none.
+    /// Gives filter and controller another vehicle under way; false, and nothing changed, when they refuse it.
     fn use_vehicle(&mut self, vehicle: &VehicleParameters) -> bool {
         let Ok(model) = VehicleModel::new(vehicle) else { return false };
         let before = self.parameters.active().vehicle;
@@ -327,8 +327,8 @@ impl Backseat {
     }
 
     /// The counters that the host link carries.
-    pub fn link_health(&self) -> LinkHealth {
-        LinkHealth {
+    pub fn link_health(&self) -> hostlink::Health {
+        hostlink::Health {
             accepted_frames: Port::DEVICES.map(|port| self.links.accepted(port)),
             rejected_frames: self.links.rejected(&self.parameters.active().app),
             pps_edges: self.clock.edges(),
@@ -356,7 +356,7 @@ impl Backseat {
         })?;
         self.unconfigured = false;
         if rebuilt {
-            // what came before may be in other units
+            // earlier samples may be in other units
             self.inputs.clear();
             self.estimator.reset();
             self.adaptation.restart();

@@ -7,19 +7,19 @@ use backseat_wire::iver::{Servo, ServoBytes, Steer, ToFrontseat};
 
 /// `$OMSTOP` is repeated at this interval until it is acknowledged, µs.
 const STOP_REPEAT_US: u64 = 2_000_000;
-/// How often at most.
+/// Most repetitions.
 const STOP_REPEATS: u8 = 5;
 /// `$OMS` is sent every so many steps.
 const HELM_STEPS: u8 = 5;
 
-/// What is left to do to stop.
+/// Progress of a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Stopping {
     next_us: u64,
     left: u8,
 }
 
-/// The stop was repeated as often as it is, and never acknowledged.
+/// The stop was repeated `STOP_REPEATS` times and never acknowledged.
 pub struct Unanswered;
 
 /// Writes commands and remembers the last one.

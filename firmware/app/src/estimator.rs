@@ -1,10 +1,11 @@
-//! The filter: samples in the order of their validity, initialisation, and what holds now.
+//! The filter: samples in the order of their validity, initialisation, and the state at the present.
 //!
-//! A declared delay makes samples older than the present. The filter therefore runs at a horizon, the longest declared delay
-//! ([`horizon_us`]) behind the present: there every sample comes in its order, with the actuators of its time. What steers
-//! and what is reported is the state predicted from there to the present with the actuators' history
-//! ([`Estimator::output`]), as in PX4's ekf2. Without declared delays the horizon is the present. What comes later all the
-//! same is fused at the filter's time, or dropped when it is older than the tolerance.
+//! A declared delay makes samples older than the present. The filter therefore runs at a horizon, the longest declared
+//! delay ([`horizon_us`]) behind the present: there every sample is fused in its order, with the actuator commands of
+//! its time. From the horizon the state is predicted to the present with the history of the commands
+//! ([`Estimator::output`]), as in PX4's ekf2; this output steers the vehicle and is reported. Without declared delays
+//! the horizon is the present. A sample that is later than its declared delay is fused at the filter's time, or dropped
+//! beyond the tolerance.
 
 use crate::inputs::installation::{self, arm_along_path_m, body_to_ned, horizon_us, velocity_at_centre};
 use crate::inputs::{AcousticReport, ActuatorHistory, Inputs, Loss, Packet, PacketProgress, Packets, Sample, fresh};
@@ -26,7 +27,7 @@ const INITIAL_FIX_AGE_US: u64 = 2_500_000;
 /// Step of the prediction to the present, s.
 const OUTPUT_STEP_S: f64 = 0.05;
 
-/// Samples that could not be used in their order.
+/// Samples that came too late for their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lateness {
     /// Fused at the filter's time, a little later than they were valid.
@@ -35,7 +36,7 @@ pub struct Lateness {
     pub too_late: u32,
 }
 
-/// The filter, and what it needs to begin and to carry on.
+/// The filter with the state for its start and its restart.
 pub struct Estimator {
     navigator: Navigator,
     model: Option<VehicleModel>,
@@ -74,7 +75,7 @@ impl Estimator {
         self.resumed = navigation;
     }
 
-    /// What was before a reset, as long as the position rests on it.
+    /// The state from before a reset, as long as the position rests on it.
     pub fn resumed(&self) -> Option<Navigation> {
         self.resumed
     }
@@ -97,7 +98,7 @@ impl Estimator {
         self.lateness
     }
 
-    /// What became of the scalars of the last step.
+    /// Outcomes of the scalars of the last step.
     pub fn records(&self) -> &[FusionRecord] {
         &self.records
     }
@@ -107,7 +108,7 @@ impl Estimator {
         self.ship.take()
     }
 
-    /// Builds the filter anew and forgets what was under way in it.
+    /// Builds the filter anew and drops its delayed states and pending samples.
     ///
     /// # Errors
     /// A value that the filter refuses; it is as it was.
@@ -307,7 +308,7 @@ impl Estimator {
         }
     }
 
-    /// The ship's packets say how deep its transducer hangs.
+    /// The ship's packets give the depth of its transducer.
     fn adopt_ship_depth(&mut self, depth_m: f64) {
         if self.transducer_depth_m != Some(depth_m) {
             let config = NavigationConfig { ship_transducer_depth_m: depth_m, ..*self.navigator.config() };
@@ -324,7 +325,7 @@ impl Estimator {
             if confirms && record.outcome == FusionOutcome::Fused {
                 self.resumed = None;
             }
-            // beyond the capacity they are fused all the same, only not reported
+            // beyond the capacity they are fused but not reported
             let _ = self.records.push(*record);
         }
     }
@@ -375,7 +376,7 @@ impl Estimator {
         fresh(inputs.latest().fix_m, now_us, INITIAL_FIX_AGE_US).is_some()
     }
 
-    /// Whether any sensor and the filter contradict each other, or have and no fix has said who was right.
+    /// Whether any sensor is suspect, or unconfirmed until a fix decides between it and the filter.
     pub fn is_suspect(&self) -> bool {
         let navigator = &self.navigator;
         Sensor::ALL.into_iter().any(|sensor| navigator.is_suspect(sensor) || navigator.unconfirmed_sigma(sensor) > 0.0)

@@ -12,7 +12,7 @@ use backseat_wire::{Counts, Error};
 #[derive(Clone, Copy)]
 pub struct Health<'a> {
     pub(crate) backseat: &'a Backseat,
-    /// Of the host link's decoder: frames, and what was wrong inside good frames.
+    /// Of the host link's decoder: frames, and errors inside good frames.
     pub(crate) host: [&'a Counts; 2],
     pub(crate) unsent_to_host: u32,
 }

@@ -1,9 +1,9 @@
-//! A value or none, and nothing but zero bytes while there is none.
+//! An optional value whose bytes are all zero while it is absent.
 
 use heapless::Vec;
 
-/// An `Option` for the app's statics. The "none" of an `Option` is whatever its content has no use for, which need not
-/// be zero, and one such byte moves all of the app's initial value from `.bss` into flash.
+/// An `Option` for the app's statics. The compiler may represent `None` by bytes that are not zero; one such byte moves
+/// the app's whole initial value from `.bss` into flash.
 #[derive(Clone, Debug)]
 pub struct Held<T>(Vec<T, 1>);
 

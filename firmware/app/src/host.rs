@@ -17,7 +17,7 @@ pub fn send(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>) {
     }
 }
 
-/// What the host has announced and may do.
+/// Announcements and permissions of the host.
 pub struct Host {
     /// A mission on its way in.
     pub transfer: MissionTransfer,
@@ -39,7 +39,7 @@ impl Host {
         (self.unlocked_us, self.key_us) = (0, 0);
     }
 
-    /// The key may be on its way: nothing that comes from the host is logged.
+    /// The host may be sending the key: its bytes are not logged.
     pub fn expects_key(&self, now_us: u64) -> bool {
         now_us < self.key_us
     }

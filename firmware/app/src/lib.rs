@@ -12,7 +12,7 @@
 //! | [`links`] | one link per device port: bytes to raw samples, requests to the device |
 //! | [`inputs`] | the installation: raw samples to measurements; queue, packets, history of the actuators |
 //! | `estimator` | the filter, initialisation, the state at the present |
-//! | `adaptation` | the adaptive identifier and the fault monitor; when identified parameters are used, and given up again |
+//! | `adaptation` | the adaptive identifier, the fault monitor; when identified parameters are adopted and reverted |
 //! | `steering`, `command`, `wiggle` | missions, commands to the frontseat, hand-back; the fins on the bench |
 //! | `modes` | mode and reason from facts; when a mission has to end |
 //! | `requests`, `host`, `mission`, `telemetry` | requests and their answers; mission transfer; records of each step |

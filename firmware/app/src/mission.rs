@@ -1,7 +1,7 @@
 //! The mission transfer of the host link: begin, items in order, commit.
 
 use backseat_core::control::mission::{MAX_WAYPOINTS, Mission, Waypoint};
-use backseat_wire::hostlink::{Refusal, Waypoint as WireWaypoint};
+use backseat_wire::hostlink::{self, Refusal};
 
 /// A mission on its way in; the stored one stays until the commit.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ impl MissionTransfer {
     }
 
     /// The next waypoint. The last one again is taken as a repetition (its answer was lost).
-    pub fn item(&mut self, index: u16, waypoint: &WireWaypoint) -> Result<(), Refusal> {
+    pub fn item(&mut self, index: u16, waypoint: &hostlink::Waypoint) -> Result<(), Refusal> {
         let waypoint = from_wire(waypoint);
         let have = self.staged.waypoints();
         if index >= self.count {
@@ -51,22 +51,22 @@ impl MissionTransfer {
     }
 }
 
-fn from_wire(waypoint: &WireWaypoint) -> Waypoint {
-    let WireWaypoint { x_m, y_m, depth_m, speed_mps } = *waypoint;
+fn from_wire(waypoint: &hostlink::Waypoint) -> Waypoint {
+    let hostlink::Waypoint { x_m, y_m, depth_m, speed_mps } = *waypoint;
     Waypoint { x_m, y_m, depth_m, speed_mps }
 }
 
 /// As the host link shows it.
-pub fn to_wire(waypoint: &Waypoint) -> WireWaypoint {
+pub fn to_wire(waypoint: &Waypoint) -> hostlink::Waypoint {
     let Waypoint { x_m, y_m, depth_m, speed_mps } = *waypoint;
-    WireWaypoint { x_m, y_m, depth_m, speed_mps }
+    hostlink::Waypoint { x_m, y_m, depth_m, speed_mps }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const A: WireWaypoint = WireWaypoint { x_m: 10.0, y_m: -5.0, depth_m: 3.0, speed_mps: 1.0 };
+    const A: hostlink::Waypoint = hostlink::Waypoint { x_m: 10.0, y_m: -5.0, depth_m: 3.0, speed_mps: 1.0 };
 
     #[test]
     fn in_order_and_complete_or_not_at_all() {
@@ -77,8 +77,8 @@ mod tests {
         assert_eq!(transfer.item(1, &A), Err(Refusal::Sequence));
         assert_eq!(transfer.item(0, &A), Ok(()));
         assert_eq!(transfer.item(0, &A), Ok(()));
-        assert_eq!(transfer.item(1, &WireWaypoint { depth_m: -1.0, ..A }), Err(Refusal::OutOfRange));
-        assert_eq!(transfer.item(1, &WireWaypoint { speed_mps: f64::NAN, ..A }), Err(Refusal::OutOfRange));
+        assert_eq!(transfer.item(1, &hostlink::Waypoint { depth_m: -1.0, ..A }), Err(Refusal::OutOfRange));
+        assert_eq!(transfer.item(1, &hostlink::Waypoint { speed_mps: f64::NAN, ..A }), Err(Refusal::OutOfRange));
         assert_eq!(transfer.commit().err(), Some(Refusal::Sequence));
         assert_eq!(transfer.begin(1), Ok(()));
         assert_eq!(transfer.item(0, &A), Ok(()));

@@ -1,8 +1,9 @@
-//! Where the backseat stands, and why: a state machine of five modes.
+//! Mode of the backseat with its reason: a state machine of five modes.
 //!
-//! [`judge`] says what the facts of a step call for, given the mode (hysteresis of the position's sigma). What is worse
-//! takes effect in the same step; what is better has to last for [`RECOVERY_US`], so that a source that comes and goes
-//! does not make the mode flicker. Initialising is outside this order: it is entered and left at once.
+//! [`judge`] gives the mode that the facts of a step call for; it depends on the present mode by a hysteresis of the
+//! position's sigma. A worse mode takes effect in the same step. A better one has to last for [`RECOVERY_US`], so that
+//! an intermittent source does not make the mode flicker. Initialising is outside this order: it is entered and left at
+//! once.
 
 use crate::parameters::AppSettings;
 use crate::time::micros;
@@ -10,13 +11,13 @@ use backseat_wire::hostlink::{Mode, ModeReason};
 
 /// Better facts have to last this long, µs.
 const RECOVERY_US: u64 = 3_000_000;
-/// Attitude or depth that has contradicted the filter for longer, µs, is nothing to steer by: a heading that a fast turn
-/// led astray is back within half of it.
+/// If attitude or depth has contradicted the filter for longer than this, µs, the vehicle must not be steered by it. A
+/// heading that a fast turn has led astray is back within half of this time.
 const UNSTEERABLE_US: u64 = 10_000_000;
 /// A sigma that was beyond its limit has to fall below this share of it.
 const SIGMA_HYSTERESIS: f64 = 0.8;
 
-/// The facts a mode rests on; ages are `None` while a source was never heard.
+/// Facts that determine the mode; ages are `None` while a source was never heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facts {
     /// The filter failed in this step.
@@ -31,15 +32,15 @@ pub struct Facts {
     pub position_sigma_m: f64,
     /// The position is the one from before a reset, and nothing has confirmed it since.
     pub resumed: bool,
-    /// A sensor and the filter contradict each other, or have and no fix has said who was right.
+    /// A sensor is suspect, or unconfirmed until a fix decides between it and the filter.
     pub suspect: bool,
-    /// How long attitude or depth has, beyond what makes a suspicion.
+    /// How long attitude or depth has contradicted the filter, once it is suspect, µs.
     pub unsteerable_us: Option<u64>,
     /// A mission is under way.
     pub mission: bool,
 }
 
-/// What the facts call for in the mode `now`.
+/// The mode that the facts call for, given the mode `now`.
 fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason) {
     let stale = |age_us: Option<u64>, timeout_s: f64| age_us.is_none_or(|us| us > micros(timeout_s));
     let attitude = stale(facts.attitude_age_us, settings.attitude_timeout_s);
@@ -55,7 +56,7 @@ fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason)
         };
         return (Mode::Initialising, reason);
     }
-    // Above its limit a sigma has to fall clearly below it. Not a number is above every limit.
+    // A sigma above its limit has to fall clearly below it. NaN counts as above every limit.
     let above = |limit_m: f64, was: bool| {
         let limit_m = if was { SIGMA_HYSTERESIS * limit_m } else { limit_m };
         facts.position_sigma_m.is_nan() || facts.position_sigma_m > limit_m
@@ -76,7 +77,7 @@ fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason)
     if facts.mission && facts.refused_us.is_some_and(|us| us > micros(settings.refusal_timeout_s)) {
         return (Mode::Safe, ModeReason::FrontseatRefuses);
     }
-    // Whichever of the two is right, it is not known where up and down are.
+    // Whichever of the two is right, attitude or depth is not known.
     if facts.unsteerable_us.is_some_and(|us| us > UNSTEERABLE_US) {
         return (Mode::Safe, ModeReason::Rejections);
     }

@@ -1,4 +1,4 @@
-//! The app's side of what survives a reset. The order at start: [`App::restore`], [`App::resume`].
+//! State that survives a reset, the app's side. The order at start: [`App::restore`], [`App::resume`].
 
 use crate::app::App;
 use crate::backseat::Backseat;
@@ -55,8 +55,7 @@ impl App {
         backseat.steering.release();
     }
 
-    /// The record to keep after a step: the one from before it, carried on. `powered_us` is powered
-    /// time.
+    /// The record to keep after a step: the one before it, updated. `powered_us` is powered time.
     #[must_use]
     pub fn restart_record(&self, last: &RestartRecord, powered_us: u64) -> RestartRecord {
         let Backseat { estimator, clock, .. } = &self.backseat;

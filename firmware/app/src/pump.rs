@@ -6,12 +6,11 @@
 //! then the app steps, its bytes are handed to the ports, and
 //! [`StepDone`](backseat_wire::hostlink::StepDone) answers.
 //!
-//! For [`START_US`] after power-up (not after a reset by a fault) the pump leaves device bytes in their ports and takes no step
-//! of its own, so that a simulator's first `Step` finds an untouched app. A `Step` with
-//! `time_us == 0` restarts the app (parameters and mission are kept). A simulator that attaches to
-//! a board that already runs on its own clock sends such a `Step` without chunks before it sends
-//! any device bytes, and discards what the device ports have carried before its answer, except the
-//! counts that the answer itself names.
+//! For [`START_US`] after power-up (not after a reset by a fault) the pump leaves device bytes in their ports and takes
+//! no step of its own, so that a simulator's first `Step` finds an untouched app. A `Step` with `time_us == 0` restarts
+//! the app (parameters and mission are kept). A simulator that attaches to a board that already runs on its own clock
+//! sends such a `Step` without chunks before it sends any device bytes, and discards what the device ports have carried
+//! before its answer, except the counts that the answer itself names.
 
 use crate::app::{App, STEP_US};
 use crate::lockstep::Lockstep;
@@ -43,7 +42,7 @@ pub enum Progress {
 
 #[derive(Debug)]
 enum Clock {
-    /// Waiting for either clock; until when, once the first poll has told the time.
+    /// Waits for either clock; until this time, which is known from the first poll on.
     Undecided { until_us: Option<u64> },
     /// The board's own clock, and its next step.
     Own { next_step_us: u64 },
@@ -71,8 +70,8 @@ impl Pump {
         Self { clock: Clock::Undecided { until_us: None }, lockstep: Lockstep::new() }
     }
 
-    /// Takes up the own clock with the next poll, unless a lock-step clock has come: a board that was reset under way has
-    /// no two seconds to wait.
+    /// Takes up the own clock with the next poll, unless a lock-step clock has come: a board that was reset under way
+    /// has no two seconds to wait.
     pub fn start_at_once(&mut self, now_us: u64) {
         if let Clock::Undecided { until_us } = &mut self.clock {
             *until_us = Some(now_us);
@@ -85,8 +84,8 @@ impl Pump {
         matches!(self.clock, Clock::Lockstep { .. })
     }
 
-    /// Whether it still waits for either clock, and leaves in the ports what devices say. A board whose ports cannot hold two
-    /// seconds of it drops it meanwhile: no simulator has sent anything yet.
+    /// Whether it still waits for either clock and leaves the devices' bytes in their ports. A board whose ports cannot
+    /// hold two seconds of bytes drops them meanwhile: no simulator has sent anything yet.
     #[must_use]
     pub fn is_waiting(&self) -> bool {
         matches!(self.clock, Clock::Undecided { .. })
@@ -174,7 +173,7 @@ impl Pump {
             && now_us >= *next_step_us
         {
             app.step(now_us);
-            // A board that was held up goes on from here instead of catching up.
+            // After a delay a board continues from here instead of catching up.
             let late_us = now_us - *next_step_us;
             *next_step_us = next_step_us.saturating_add(STEP_US * (1 + late_us / STEP_US));
             moved = true;

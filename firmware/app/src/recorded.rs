@@ -1,4 +1,4 @@
-//! What goes into the board log, in the order in which the app saw it.
+//! The board log: inputs of the app, in the order in which it received them.
 
 use crate::app::App;
 use crate::parameters::{PARAMETER_SCHEMA, PARAMETERS};
@@ -24,7 +24,7 @@ pub fn record_start<R: Recorder>(recorder: &mut R, app: &App, restart: Restart, 
     }
 }
 
-/// [`Pump::poll`], recorded. Under the host's clock nothing is: the host has it all.
+/// [`Pump::poll`], recorded. Under the host's clock nothing is recorded: the host has every input.
 ///
 /// # Errors
 /// Those of the pump.

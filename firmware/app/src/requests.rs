@@ -81,7 +81,7 @@ fn outcome(outcome: Result<(), Refusal>) -> FromBoard<'static> {
     }
 }
 
-/// Under way, and when a mission waits to begin, nothing is written by mistake.
+/// Refuses writing under way and while a mission waits to begin, unless parameters were unlocked.
 fn may_write(backseat: &Backseat) -> Result<(), Refusal> {
     let locked = backseat.steering.is_engaged() && backseat.now_us() >= backseat.host.unlocked_us;
     if locked { Err(Refusal::Locked) } else { Ok(()) }
@@ -119,7 +119,7 @@ fn commit_mission(backseat: &mut Backseat) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Shows the fins, unless they are needed.
+/// Moves the fins one after the other, unless a mission needs them.
 fn wiggle(backseat: &mut Backseat) -> Result<(), Refusal> {
     at_rest(backseat)?;
     if backseat.storage.is_busy() {

@@ -1,4 +1,4 @@
-//! What goes to the actuators: the controller's commands, the bench's wiggle, the hand-back to the frontseat.
+//! Commands to the actuators: the controller's, the fin check on the bench, the hand-back to the frontseat.
 
 use crate::SENTENCE;
 use crate::command::{Commander, Unanswered};
@@ -14,18 +14,18 @@ use backseat_core::state::VehicleState;
 use backseat_wire::iver::ServoBytes;
 use heapless::Vec;
 
-/// An echo of the motor that is further from the command shows another's command: what the propeller's rate and the
-/// echo's age make is less but in the first second.
+/// An echo of the motor that differs more from the command shows that somebody else commands it. The propeller's rate
+/// and the echo's age cause smaller differences, except in the first second.
 const MOTOR_COUNTS: u8 = 16;
 /// Neutral of the modes' end of a mission, of the operator's stop, of a wiggle's end, and the step's own command.
 const MOST_SENTENCES: usize = 4;
 
-/// What a step is to send, and what it makes of the actuators.
+/// Output of a step: bytes to send, and the actuator commands that follow from them.
 #[derive(Default)]
 pub struct Orders {
     /// To the frontseat, in this order.
     pub sentences: Vec<Vec<u8, SENTENCE>, MOST_SENTENCES>,
-    /// The actuators do this from a time on, µs.
+    /// Actuator command, and the time from which on it holds, µs.
     pub actuators: Option<(u64, ActuatorInput)>,
     /// The frontseat never acknowledged the stop.
     pub stop_unanswered: bool,
@@ -58,7 +58,7 @@ pub struct Steering {
     commander: Commander,
     /// A mission begins as soon as navigation is valid.
     armed: bool,
-    /// The fins are being shown.
+    /// The fin check is under way.
     wiggle: Held<Wiggle>,
     /// The frontseat gets control back with the next step.
     stopping: bool,
@@ -99,7 +99,7 @@ impl Steering {
     /// Builds the controller.
     ///
     /// # Errors
-    /// What it refuses.
+    /// The error of the controller.
     pub fn configure(&mut self, config: &ControlConfig, model: &VehicleModel) -> Result<(), ControlError> {
         self.controller.configure(config, model)
     }
@@ -135,7 +135,7 @@ impl Steering {
         self.under_way() || self.armed
     }
 
-    /// The fins are being shown.
+    /// The fin check is under way.
     pub fn is_wiggling(&self) -> bool {
         self.wiggle.get().is_some()
     }
@@ -154,12 +154,12 @@ impl Steering {
         }
     }
 
-    /// Shows the fins; they come to rest by themselves.
+    /// Starts the fin check, which ends by itself.
     pub fn wiggle(&mut self) {
         self.wiggle.set(Wiggle::default());
     }
 
-    /// Ends everything; the bytes go out with the next step.
+    /// Ends mission and fin check; the bytes go out with the next step.
     pub fn stop(&mut self) {
         self.controller.stop();
         self.armed = false;
@@ -189,7 +189,7 @@ impl Steering {
         if !(self.under_way() && settings.control_mode == ControlMode::Direct) {
             return Some((time_us, actuators_of(&bytes, settings)));
         }
-        // Somebody at the frontseat may steer by hand, whatever it acknowledges. The motor has a steady speed.
+        // Somebody may steer by hand at the frontseat although it acknowledges commands. The motor has a steady speed.
         let obeys = bytes.motor.abs_diff(self.commander.sent().motor) <= MOTOR_COUNTS;
         self.disobeyed_since_us = if obeys { None } else { self.disobeyed_since_us.or(Some(time_us)) };
         None
@@ -212,7 +212,7 @@ impl Steering {
         self.commanded(now_us, settings, orders);
     }
 
-    /// What the servo bytes sent make of the actuators.
+    /// Actuator input that the servo bytes sent give.
     fn commanded(&self, now_us: u64, settings: &AppSettings, orders: &mut Orders) {
         let effective_us = now_us.saturating_add(micros(settings.actuator_delay_s));
         orders.actuators = Some((effective_us, actuators_of(&self.commander.sent(), settings)));

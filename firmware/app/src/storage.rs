@@ -2,7 +2,7 @@
 
 use backseat_wire::hostlink::Refusal;
 
-/// Where a request stands.
+/// State of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Request {
     /// The board has no memory for parameters.
@@ -15,7 +15,7 @@ enum Request {
     Adopted,
 }
 
-/// Who wanted the parameters written.
+/// Origin of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {
     /// The host, which waits for an answer.
@@ -68,7 +68,7 @@ impl Storage {
         Ok(())
     }
 
-    /// The board is done; who had asked.
+    /// The board is done; returns the origin of the request.
     pub fn done(&mut self) -> Option<Asked> {
         let asked = match self.0 {
             Request::NoMemory | Request::Idle => return None,

@@ -1,4 +1,4 @@
-//! A look at the fins on the bench: one after the other to either side, the propeller stopped.
+//! Fin check on the bench: one fin after the other moves to either side, the propeller stopped.
 
 /// How far, rad: seen from across a bench, and harmless.
 const ANGLE_RAD: f64 = 0.15;

@@ -29,8 +29,9 @@ const LONGEST_LEAP_US: u64 = 1 << 40;
 const MOST_STEPS: usize = 500;
 const MOST_PIECES: usize = 2_000;
 
-/// The whole app: after any bytes on all ports at any times, the clock going back or leaping ahead, it is given a mission and
-/// flies it: it navigates where the vehicle is, within its own sigmas, and every command is within limits and rates.
+/// The whole app: after any bytes on all ports at any times, the clock going back or leaping ahead, it is given a
+/// mission and flies it: it navigates where the vehicle is, within its own sigmas, and every command is within limits
+/// and rates.
 pub fn app(data: &[u8]) {
     let recorded = flight::recorded();
     let mut board = Board::new();
@@ -60,7 +61,7 @@ pub fn app(data: &[u8]) {
                 }
             }
             Happening::Lie { wait_us, times, lie } => {
-                let (port, bytes) = lie.told();
+                let (port, bytes) = lie.on_port();
                 for _ in 0..usize::from(times % 16).min(MOST_PIECES - pieces) {
                     pieces += 1;
                     board.wait(u64::from(wait_us));

@@ -38,7 +38,7 @@ fn scenario() -> &'static Scenario {
 pub(crate) struct Board {
     app: Box<App>,
     now_us: u64,
-    /// The latest time that the app was told.
+    /// The latest time that the app has seen.
     latest_us: u64,
     host: Decoder,
     frontseat: Framer,
@@ -207,8 +207,8 @@ pub(crate) fn recorded() -> &'static [(Port, Vec<u8>)] {
     })
 }
 
-/// Prepares the board for a mission that begins now, and flies it; a board that was lied to so well that it does not find
-/// itself has to say so, and flies after its supply was switched.
+/// Prepares the board for a mission that begins now, and flies it; a board that was lied to so well that it does not
+/// find itself has to say so, and flies after its supply was switched.
 ///
 /// # Panics
 /// If it does not navigate, or not where the vehicle is, or commands what it must not.
@@ -222,7 +222,8 @@ pub(crate) fn fly(board: &mut Board) {
 
 /// Flies the mission; false if the board does not find itself, and says so.
 fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
-    // the board's time is a counter that never goes back: one that did has to catch up before the app can be right again
+    // the board's time is a counter that never goes back: one that did has to catch up before the app can be right
+    // again
     let start_us = board.now_us.max(board.latest_us);
     board.now_us = start_us;
     board.prepare();

@@ -42,7 +42,7 @@ fn utc(seconds: u32) -> DateTime {
 
 impl Lie {
     /// On which port, and the bytes.
-    pub(crate) fn told(&self) -> (Port, Vec<u8>) {
+    pub(crate) fn on_port(&self) -> (Port, Vec<u8>) {
         let units = Units::remote_helm(5);
         let buffer = &mut [0; MAX_FRAME];
         let frontseat = |said: FromFrontseat<'_>| {

@@ -1,6 +1,6 @@
 //! The vehicle's WHOI Micro-Modem 2, locked to PPS, hearing the ship's FSK packets.
 //!
-//! A packet is announced when it begins (`$CARXP`) and told when it has ended, seconds later
+//! A packet is announced when it begins (`$CARXP`) and its data follow when it has ended, seconds later
 //! (`$CARXD`, then `$CACST` with time of arrival and Doppler). Each data packet is preceded by its
 //! cycle-initialisation packet.
 

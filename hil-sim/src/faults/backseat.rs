@@ -1,6 +1,6 @@
 //! Faults of the board under test: resets, its clock, its memory.
 
-use super::{BoardFault, Fault, Kind};
+use super::{BoardFault, Fault, FaultKind};
 use backseat_link::Reset;
 use backseat_wire::hostlink::ResetCause;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
@@ -26,9 +26,11 @@ impl Board {
             Self { resets: Vec::new(), clocks: Vec::new(), flash: Vec::new(), zero_us: 0, down_until_us: 0 };
         for fault in faults {
             match fault.kind {
-                Kind::Board(BoardFault::Reset { cause, down_us }) => board.resets.push((fault.from_us, down_us, cause)),
-                Kind::Board(BoardFault::Clock { offset_us }) => board.clocks.push((fault.clone(), offset_us)),
-                Kind::Board(BoardFault::Flash { copies }) => board.flash.push((fault.from_us, copies)),
+                FaultKind::Board(BoardFault::Reset { cause, down_us }) => {
+                    board.resets.push((fault.from_us, down_us, cause))
+                }
+                FaultKind::Board(BoardFault::Clock { offset_us }) => board.clocks.push((fault.clone(), offset_us)),
+                FaultKind::Board(BoardFault::Flash { copies }) => board.flash.push((fault.from_us, copies)),
                 _ => {}
             }
         }
@@ -39,13 +41,13 @@ impl Board {
     /// Whether there are resets: then the board has to be one that can be reset.
     #[must_use]
     pub fn is_reset(faults: &[Fault]) -> bool {
-        faults.iter().any(|fault| matches!(fault.kind, Kind::Board(BoardFault::Reset { .. })))
+        faults.iter().any(|fault| matches!(fault.kind, FaultKind::Board(BoardFault::Reset { .. })))
     }
 
     /// Whether the board itself is touched: resets, its clock, its memory.
     #[must_use]
     pub fn is_touched(faults: &[Fault]) -> bool {
-        faults.iter().any(|fault| matches!(fault.kind, Kind::Board(_)))
+        faults.iter().any(|fault| matches!(fault.kind, FaultKind::Board(_)))
     }
 
     /// The reset that is due by now, once.

@@ -3,7 +3,7 @@
 //! A frame is what a device sends at once. Nothing here makes a line faster than it is: copies and garbage that would not
 //! fit between two frames at the line's speed are not sent.
 
-use super::{Active, Damage, Direction, Fault, Kind, active};
+use super::{Active, Damage, Direction, Fault, FaultKind, active};
 use backseat_link::Arrival;
 use backseat_wire::hostlink::Port;
 use std::collections::VecDeque;
@@ -26,8 +26,8 @@ impl Line {
     /// The line of `port` in one direction.
     #[must_use]
     pub fn new(faults: &[Fault], seed: u64, port: Port, direction: Direction, baud: u32) -> Self {
-        let pick = |kind: &Kind| match *kind {
-            Kind::Line { port: of, direction: way, damage }
+        let pick = |kind: &FaultKind| match *kind {
+            FaultKind::Line { port: of, direction: way, damage }
                 if of == port && (way == direction || way == Direction::Both) =>
             {
                 Some(damage)
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     fn line(damage: Damage) -> Line {
-        let kind = Kind::Line { port: Port::Dvl, direction: Direction::ToBackseat, damage };
+        let kind = FaultKind::Line { port: Port::Dvl, direction: Direction::ToBackseat, damage };
         let fault = Fault { kind, from_us: 1_000_000, until_us: 2_000_000, text: String::new() };
         Line::new(&[fault], 1, Port::Dvl, Direction::ToBackseat, 10_000) // 1 ms a byte
     }

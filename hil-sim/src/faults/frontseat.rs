@@ -1,6 +1,6 @@
 //! Faults of the frontseat.
 
-use super::{Active, Fault, Kind, active};
+use super::{Active, Fault, FaultKind, active};
 use backseat_wire::iver::FrontseatMode;
 
 /// What the frontseat does.
@@ -24,7 +24,7 @@ impl FrontseatFaults {
     /// Those of a scenario.
     #[must_use]
     pub fn new(faults: &[Fault], seed: u64) -> Self {
-        let pick = |kind: &Kind| if let Kind::Frontseat(fault) = kind { Some(*fault) } else { None };
+        let pick = |kind: &FaultKind| if let FaultKind::Frontseat(fault) = kind { Some(*fault) } else { None };
         Self { faults: active(faults, seed, pick) }
     }
 

@@ -42,7 +42,7 @@ use std::path::Path;
 #[serde(try_from = "Written")]
 pub struct Fault {
     /// What breaks.
-    pub kind: Kind,
+    pub kind: FaultKind,
     /// From this time on, µs.
     pub from_us: u64,
     /// Up to this time, µs.
@@ -67,7 +67,7 @@ impl fmt::Display for Fault {
 
 /// What breaks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum FaultKind {
     /// A serial line.
     Line {
         /// Of this port.
@@ -299,7 +299,7 @@ struct Active<T> {
 }
 
 /// The faults that `pick` makes something of, each with its stream.
-fn active<T>(faults: &[Fault], seed: u64, pick: impl Fn(&Kind) -> Option<T>) -> Vec<Active<T>> {
+fn active<T>(faults: &[Fault], seed: u64, pick: impl Fn(&FaultKind) -> Option<T>) -> Vec<Active<T>> {
     let numbered = (0..).zip(faults);
     numbered
         .filter_map(|(index, fault)| {

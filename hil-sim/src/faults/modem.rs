@@ -1,6 +1,6 @@
 //! Faults of acoustic packets.
 
-use super::{Active, Fault, Kind, PacketFault, active};
+use super::{Active, Fault, FaultKind, PacketFault, active};
 use crate::observation::{Downlink, Observation, ObservationKind};
 
 /// How a packet comes out of the modem.
@@ -31,7 +31,7 @@ impl PacketFaults {
     /// Those of a scenario in which everybody declares this sound speed.
     #[must_use]
     pub fn new(faults: &[Fault], seed: u64, declared_speed_mps: f64) -> Self {
-        let pick = |kind: &Kind| if let Kind::Packet(fault) = kind { Some(*fault) } else { None };
+        let pick = |kind: &FaultKind| if let FaultKind::Packet(fault) = kind { Some(*fault) } else { None };
         Self { faults: active(faults, seed, pick), declared_speed_mps }
     }
 

@@ -1,6 +1,6 @@
 //! `[[fault]]`: a name, when it acts, and its numbers.
 
-use super::{BoardFault, Damage, Direction, Fault, FrontseatFault, Kind, ModeName, PacketFault, SensorFault};
+use super::{BoardFault, Damage, Direction, Fault, FaultKind, FrontseatFault, ModeName, PacketFault, SensorFault};
 use crate::quantity;
 use backseat_wire::hostlink::{Port, ResetCause};
 use serde::Deserialize;
@@ -58,7 +58,7 @@ enum PortName {
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Cause {
+enum ResetCauseName {
     #[default]
     Watchdog,
     BrownOut,
@@ -114,7 +114,7 @@ written! {
     offset_s: f64, "quantity::coordinate";
     drift_ppm: f64, "quantity::coordinate";
     mode: ModeName;
-    cause: Cause;
+    cause: ResetCauseName;
     down_s: f64, "quantity::delay";
     copies: u8;
 }
@@ -169,7 +169,7 @@ impl Written {
     }
 
     /// Takes what the name calls for.
-    fn kind(&mut self) -> Result<Kind, String> {
+    fn kind(&mut self) -> Result<FaultKind, String> {
         if let Some(damage) = self.damage()? {
             let port = match need(self.port.take(), "port")? {
                 PortName::Frontseat => Port::Frontseat,
@@ -177,64 +177,68 @@ impl Written {
                 PortName::Ahrs => Port::Ahrs,
                 PortName::Modem => Port::Modem,
             };
-            return Ok(Kind::Line { port, direction: self.direction.take().unwrap_or_default(), damage });
+            return Ok(FaultKind::Line { port, direction: self.direction.take().unwrap_or_default(), damage });
         }
         let delay_us = |this: &mut Self| need(this.delay_s.take(), "delay_s").map(micros);
         Ok(match self.name {
-            Name::DvlNoLock => Kind::Sensor(SensorFault::DvlNoLock),
-            Name::DvlFalseLock => Kind::Sensor(SensorFault::DvlFalseLock {
+            Name::DvlNoLock => FaultKind::Sensor(SensorFault::DvlNoLock),
+            Name::DvlFalseLock => FaultKind::Sensor(SensorFault::DvlFalseLock {
                 velocity_mps: need(self.velocity_mps.take(), "velocity_mps")?,
             }),
-            Name::AhrsFrozen => Kind::Sensor(SensorFault::AhrsFrozen),
-            Name::AhrsNan => Kind::Sensor(SensorFault::AhrsNan),
-            Name::AhrsUpsideDown => Kind::Sensor(SensorFault::AhrsUpsideDown),
-            Name::AhrsTimerRollover => Kind::Sensor(SensorFault::AhrsTimerRollover),
-            Name::DepthJump => Kind::Sensor(SensorFault::DepthJump { depth_m: need(self.depth_m.take(), "depth_m")? }),
-            Name::GnssJump => Kind::Sensor(SensorFault::GnssJump { offset_m: need(self.offset_m.take(), "offset_m")? }),
-            Name::PacketLate => Kind::Packet(PacketFault::Late { delay_us: delay_us(self)? }),
-            Name::PacketDuplicated => Kind::Packet(PacketFault::Duplicated { delay_us: delay_us(self)? }),
+            Name::AhrsFrozen => FaultKind::Sensor(SensorFault::AhrsFrozen),
+            Name::AhrsNan => FaultKind::Sensor(SensorFault::AhrsNan),
+            Name::AhrsUpsideDown => FaultKind::Sensor(SensorFault::AhrsUpsideDown),
+            Name::AhrsTimerRollover => FaultKind::Sensor(SensorFault::AhrsTimerRollover),
+            Name::DepthJump => {
+                FaultKind::Sensor(SensorFault::DepthJump { depth_m: need(self.depth_m.take(), "depth_m")? })
+            }
+            Name::GnssJump => {
+                FaultKind::Sensor(SensorFault::GnssJump { offset_m: need(self.offset_m.take(), "offset_m")? })
+            }
+            Name::PacketLate => FaultKind::Packet(PacketFault::Late { delay_us: delay_us(self)? }),
+            Name::PacketDuplicated => FaultKind::Packet(PacketFault::Duplicated { delay_us: delay_us(self)? }),
             Name::PacketWrongSource => {
-                Kind::Packet(PacketFault::WrongSource { address: need(self.address.take(), "address")? })
+                FaultKind::Packet(PacketFault::WrongSource { address: need(self.address.take(), "address")? })
             }
             Name::PacketWrongSecond => {
                 let offset_s = need(self.offset_s.take(), "offset_s")?;
                 if offset_s.fract() != 0.0 {
                     return Err(format!("offset_s: {offset_s} is no whole second"));
                 }
-                Kind::Packet(PacketFault::WrongSecond { offset_s: offset_s as i32 })
+                FaultKind::Packet(PacketFault::WrongSecond { offset_s: offset_s as i32 })
             }
-            Name::PacketForged => Kind::Packet(PacketFault::Forged),
-            Name::PacketReplayed => Kind::Packet(PacketFault::Replayed),
-            Name::Multipath => Kind::Packet(PacketFault::Multipath {
+            Name::PacketForged => FaultKind::Packet(PacketFault::Forged),
+            Name::PacketReplayed => FaultKind::Packet(PacketFault::Replayed),
+            Name::Multipath => FaultKind::Packet(PacketFault::Multipath {
                 share: need(self.share.take(), "share")?,
                 extra_m: need(self.extra_m.take(), "extra_m")?,
             }),
             Name::ModemClockStep => {
-                Kind::Packet(PacketFault::ClockStep { offset_s: need(self.offset_s.take(), "offset_s")? })
+                FaultKind::Packet(PacketFault::ClockStep { offset_s: need(self.offset_s.take(), "offset_s")? })
             }
             Name::ModemClockDrift => {
-                Kind::Packet(PacketFault::ClockDrift { rate: 1e-6 * need(self.drift_ppm.take(), "drift_ppm")? })
+                FaultKind::Packet(PacketFault::ClockDrift { rate: 1e-6 * need(self.drift_ppm.take(), "drift_ppm")? })
             }
             Name::ShipPosition => {
-                Kind::Packet(PacketFault::ShipPosition { offset_m: need(self.offset_m.take(), "offset_m")? })
+                FaultKind::Packet(PacketFault::ShipPosition { offset_m: need(self.offset_m.take(), "offset_m")? })
             }
-            Name::FrontseatRefuses => Kind::Frontseat(FrontseatFault::Refuses),
-            Name::FrontseatReboots => Kind::Frontseat(FrontseatFault::Reboots),
-            Name::FrontseatMode => Kind::Frontseat(FrontseatFault::Mode(need(self.mode.take(), "mode")?.mode())),
+            Name::FrontseatRefuses => FaultKind::Frontseat(FrontseatFault::Refuses),
+            Name::FrontseatReboots => FaultKind::Frontseat(FrontseatFault::Reboots),
+            Name::FrontseatMode => FaultKind::Frontseat(FrontseatFault::Mode(need(self.mode.take(), "mode")?.mode())),
             Name::Reset => {
                 let cause = match self.cause.take().unwrap_or_default() {
-                    Cause::Watchdog => ResetCause::Watchdog,
-                    Cause::BrownOut => ResetCause::BrownOut,
+                    ResetCauseName::Watchdog => ResetCause::Watchdog,
+                    ResetCauseName::BrownOut => ResetCause::BrownOut,
                 };
                 let down_us = micros(self.down_s.take().unwrap_or(WATCHDOG_DOWN_S));
-                Kind::Board(BoardFault::Reset { cause, down_us })
+                FaultKind::Board(BoardFault::Reset { cause, down_us })
             }
             Name::BoardClock => {
                 let offset_s = need(self.offset_s.take(), "offset_s")?;
-                Kind::Board(BoardFault::Clock { offset_us: (offset_s * 1e6).round() as i64 })
+                FaultKind::Board(BoardFault::Clock { offset_us: (offset_s * 1e6).round() as i64 })
             }
             Name::FlashCorrupted => match need(self.copies.take(), "copies")? {
-                copies @ 1..=2 => Kind::Board(BoardFault::Flash { copies }),
+                copies @ 1..=2 => FaultKind::Board(BoardFault::Flash { copies }),
                 other => return Err(format!("copies: {other} is not 1 or 2")),
             },
             name => return Err(format!("{name:?} is no such fault")),

@@ -1,6 +1,6 @@
 //! Faults of sensor readings.
 
-use super::{Active, Fault, Kind, SensorFault, active};
+use super::{Active, Fault, FaultKind, SensorFault, active};
 use crate::observation::{Observation, ObservationKind};
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ impl SensorFaults {
     /// Those of a scenario.
     #[must_use]
     pub fn new(faults: &[Fault], seed: u64) -> Self {
-        let pick = |kind: &Kind| if let Kind::Sensor(fault) = kind { Some(*fault) } else { None };
+        let pick = |kind: &FaultKind| if let FaultKind::Sensor(fault) = kind { Some(*fault) } else { None };
         Self { faults: active(faults, seed, pick), last_ahrs: None }
     }
 

@@ -32,7 +32,7 @@ pub enum FlightError {
     Data(#[from] DataError),
 }
 
-/// Tells a board its parameters and its mission.
+/// Sends a board its parameters and its mission.
 fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), BackseatError> {
     client.hello()?;
     client.set_parameters(&board_parameters(scenario))?;

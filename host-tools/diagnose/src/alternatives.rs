@@ -9,10 +9,10 @@ use rayon::prelude::*;
 /// An entry adds nothing beside a alternative if the data would do so by chance with this probability: then the
 /// alternative cannot be excluded.
 const UNDECIDED: f64 = 2e-3;
-/// Rivals that are fitted in full.
+/// Competitors that are fitted in full.
 const MOST_ALTERNATIVES: usize = 5;
-/// By how much a alternative's gain on the linearised problem may fall short to be fitted in full: a number, and a share
-/// of the gain for what linearisation is worth.
+/// By how much a alternative's gain on the linearised problem may fall short to be fitted in full: a number, and a
+/// share of the gain for what linearisation is worth.
 const SHORT: (f64, f64) = (60.0, 0.03);
 
 /// An entry that could stand in for an accepted one.

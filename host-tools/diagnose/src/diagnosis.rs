@@ -255,7 +255,7 @@ fn still_needed(joint: &JointFit) -> Vec<bool> {
         .collect()
 }
 
-/// Rivals of every accepted effect; one that explains more takes the effect's place.
+/// Alternatives to every accepted effect; one that explains more takes the effect's place.
 #[allow(clippy::type_complexity)] // used once
 fn settle(
     log_data: &PreparedLog,

@@ -1,8 +1,8 @@
-//! From a session's bytes to what they say: raw samples as rows of a vehicle log, and the board's own records.
+//! Decodes a session's bytes: raw samples as rows of a vehicle log, and the board's own records.
 //!
-//! The devices are decoded by the board's own links, with the parameters that stand in the log and every change of them
-//! over the host link. The rows are what the sensors said, when it arrived: the installation is applied by who reads them
-//! ([`backseat_data::inputs`]). A fix stands at its own time, a range at its time of arrival.
+//! The board's own links decode the devices, with the parameters in the log and every change of them over the host
+//! link. The rows are raw samples at their arrival: the reader applies the installation ([`backseat_data::inputs`]). A
+//! fix is stored at its own time, a range at its time of arrival.
 
 use crate::monitor::words;
 use backseat_app::inputs::installation::mounted;
@@ -18,33 +18,33 @@ use backseat_wire::hostlink::{
     Adoption, Decoder, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Port, Telemetry, ToBoard,
 };
 
-/// What was found, and when by the log's clock.
+/// A decoded record with its time by the log's clock.
 pub struct Found<'a> {
     pub time_us: u64,
     pub what: What<'a>,
 }
 
-/// What was found.
+/// A decoded record.
 pub enum What<'a> {
     /// Measurements, at the row's time.
     Measured(&'a LogRow),
     /// A fix of the vehicle's GPS, degrees.
     VehicleFix([f64; 2]),
-    /// The ship as it said in a packet, degrees.
+    /// The ship's position as sent in a packet, degrees.
     ShipFix([f64; 2]),
     /// The board's record of a step.
     Telemetry(&'a Telemetry),
     /// A scalar fusion of the board.
     Fusion(&'a FusionTelemetry),
-    /// What the board identified.
+    /// Parameters that the board identified.
     Identification(&'a Identification),
-    /// Something that happens now and then.
-    Event(Kind, String),
+    /// An event.
+    Event(EventKind, String),
 }
 
 /// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum EventKind {
     Start,
     Mode,
     Adoption,
@@ -53,7 +53,7 @@ pub enum Kind {
     Loss,
 }
 
-impl Kind {
+impl EventKind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Start => "start",
@@ -134,13 +134,15 @@ impl Decoding {
                 }
                 self.commit();
             }
-            Event::Oscillator(oscillator) => say(Kind::Recorder, format!("the board's clock counts: {oscillator:?}")),
-            Event::Start { firmware, restart, .. } => {
-                say(Kind::Start, format!("board started, firmware {firmware}, {:?}", restart.cause));
+            Event::Oscillator(oscillator) => {
+                say(EventKind::Recorder, format!("the board's clock counts: {oscillator:?}"))
             }
-            Event::Restart => say(Kind::Start, "clock at zero".to_owned()),
-            Event::Note(note) => say(Kind::Recorder, note.clone()),
-            Event::Lost(records) => say(Kind::Loss, format!("{records} records are missing")),
+            Event::Start { firmware, restart, .. } => {
+                say(EventKind::Start, format!("board started, firmware {firmware}, {:?}", restart.cause));
+            }
+            Event::Restart => say(EventKind::Start, "clock at zero".to_owned()),
+            Event::Note(note) => say(EventKind::Recorder, note.clone()),
+            Event::Lost(records) => say(EventKind::Loss, format!("{records} records are missing")),
         }
     }
 
@@ -151,7 +153,7 @@ impl Decoding {
             match frame.and_then(|frame| frame.message()) {
                 Ok(ToBoard::ParameterBegin) => self.parameters.begin(),
                 Ok(ToBoard::ParameterSet { name, value }) => {
-                    // what the board refuses is refused here as well
+                    // the board's own checks apply here as well
                     let _ = self.parameters.set(name, value, false);
                 }
                 Ok(ToBoard::ParameterCommit) => self.commit(),
@@ -212,11 +214,11 @@ impl Decoding {
                 Ok(FromBoard::Fusion(fusion)) => out(Found { time_us, what: What::Fusion(&fusion) }),
                 Ok(FromBoard::Identification(record)) => out(Found { time_us, what: What::Identification(&record) }),
                 Ok(FromBoard::Adoption(verdict)) => {
-                    out(Found { time_us, what: What::Event(Kind::Adoption, adoption(&verdict)) });
+                    out(Found { time_us, what: What::Event(EventKind::Adoption, adoption(&verdict)) });
                 }
                 Ok(FromBoard::Fault(report)) => {
                     let (_, text) = words::fault(&report);
-                    out(Found { time_us, what: What::Event(Kind::Fault, text) });
+                    out(Found { time_us, what: What::Event(EventKind::Fault, text) });
                 }
                 _ => {}
             }
@@ -229,7 +231,7 @@ impl BoardRecords {
         self.heard = true;
         let mode = (telemetry.mode, telemetry.reason);
         if self.mode.replace(mode) != Some(mode) {
-            out(Found { time_us, what: What::Event(Kind::Mode, format!("{:?} ({:?})", mode.0, mode.1)) });
+            out(Found { time_us, what: What::Event(EventKind::Mode, format!("{:?} ({:?})", mode.0, mode.1)) });
         }
         let Telemetry { propeller_radps, fins_rad, .. } = *telemetry;
         let input = ActuatorInput { propeller_radps, fins_rad };
@@ -277,7 +279,7 @@ fn follow(
     packets.take(report, time_us, clock, settings)
 }
 
-/// The range at its time of arrival, and the ship at the launch: all that a log of the vehicle knows of the ship's track.
+/// The range at its time of arrival with the ship's position at the launch, the only ones that the vehicle's log has.
 fn packet_rows(packet: &Packet, out: &mut dyn FnMut(Found<'_>)) {
     let toa_us = packet.start_us.saturating_add_signed(packet.bridge_us);
     let tol_us = toa_us.saturating_add_signed(-packet.flight_us);

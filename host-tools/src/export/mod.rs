@@ -52,7 +52,7 @@ pub struct Args {
     json: bool,
 }
 
-/// What came of it.
+/// Results of an export.
 struct ExportSummary {
     tables: Option<[(&'static str, u64); 4]>,
     foxglove: Option<Written>,
@@ -67,7 +67,7 @@ struct ExportSummary {
 /// # Errors
 /// A log that cannot be read, a file that exists or cannot be written.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    // before anything is made for what is no log
+    // before any output is made for a file that is not a log
     Reader::open(&args.log)?;
     let utc_offset_us = args.foxglove.as_ref().map(|_| utc_offset_us(&args.log)).transpose()?.flatten();
     let mut tables = args.csv.as_ref().map(|folder| Tables::create(folder, args.force)).transpose()?;
@@ -140,7 +140,7 @@ fn decode_log(
 /// UTC at the log's time zero, µs since 1970, as the board knew it at the end.
 fn utc_offset_us(path: &Path) -> anyhow::Result<Option<u64>> {
     let (decoding, _) = decode_log(path, |entry, decoding| {
-        // nothing but the board's telemetry tells
+        // known from the board's telemetry alone
         if matches!(entry.event, Event::Sent { port: Port::Host, .. }) {
             decoding.take(entry, &mut |_| {});
         }
@@ -164,12 +164,12 @@ impl ExportSummary {
             notes.push(format!("{}: {broken_records} broken records were left out", args.log.display()));
         }
         if !self.parameters_known {
-            notes.push("the log does not tell the board's parameters: decoded with the defaults".to_owned());
+            notes.push("the log does not contain the board's parameters; decoded with the default ones".to_owned());
         }
         if !self.board_heard {
-            notes.push("the log has nothing from the board itself: no telemetry".to_owned());
+            notes.push("the log contains no telemetry of the board".to_owned());
         } else if !self.utc_known {
-            notes.push("UTC was never known: times count from the board's start".to_owned());
+            notes.push("UTC is not in the log; times count from the board's start".to_owned());
         }
         notes
     }

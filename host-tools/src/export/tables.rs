@@ -14,13 +14,13 @@ pub const FUSION: &str = "fusion.csv";
 pub const EVENTS: &str = "events.csv";
 const FILES: [&str; 4] = [VEHICLE_LOG, TELEMETRY, FUSION, EVENTS];
 
-/// A range is known this long after its time of arrival at most: rows wait so long to be put in order.
+/// Longest time from the arrival of a range to its report, µs: rows wait so long to be put in order.
 const ORDER_US: u64 = 30_000_000;
 
 /// The files under way.
 pub struct Tables {
     vehicle_log: LogWriter,
-    /// Rows that others may still go before, in order of time.
+    /// Rows that earlier ones may still precede, in order of time.
     waiting: Vec<LogRow>,
     newest_us: u64,
     telemetry: Writer<File>,

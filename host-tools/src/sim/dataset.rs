@@ -15,7 +15,7 @@ use std::path::PathBuf;
   backseat sim dataset --effect water_current --effect fin_stuck:fin=top,rad=0.05 --seed 2 --hours 0.5 --out set2 --excite
   backseat sim dataset --effect none --seed 3 --hours 0.5 --out set3 --noise coloured
   backseat sim dataset --list")]
-pub struct Arguments {
+pub struct Args {
     /// NAME, or NAME:parameter=value,…; `random` (from the catalogue), `random-outside` (from effects in no catalogue)
     /// or `none`. The seed draws missing numbers. May be repeated.
     #[arg(long = "effect", value_name = "NAME", required_unless_present = "list")]
@@ -68,7 +68,7 @@ fn noise(text: &str) -> Result<NoiseKind, String> {
 ///
 /// # Errors
 /// An effect that is unknown, a vehicle file that is wrong, a file that exists or cannot be written.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if arguments.list {
         print!("{}", list());
         return Ok(());

@@ -13,11 +13,11 @@ use std::sync::atomic::AtomicBool;
 #[derive(clap::Subcommand)]
 pub enum Simulation {
     /// Fly a scenario against a backseat and judge its navigation
-    Run(run::Arguments),
+    Run(run::Args),
     /// Make the log of a vehicle with undeclared effects; the truth goes to a folder of its own
-    Dataset(dataset::Arguments),
+    Dataset(dataset::Args),
     /// Fly every fault of the table and judge how the backseat copes
-    Faults(fault_table::Arguments),
+    Faults(fault_table::Args),
 }
 
 impl Simulation {

@@ -29,7 +29,7 @@ const SESSION: &str = "session.mcap";
   backseat sim run --effect water_current:north_mps=0.15 --effect heading_bias:cos_rad=0.035
   backseat sim run my_scenario.toml --minutes 30 --out flight --json
   backseat sim run --realtime --monitor")]
-pub struct Arguments {
+pub struct Args {
     /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption.
     scenario: Option<PathBuf>,
     /// Backseat to fly: `host`, a Linux process; `qemu`, the ARM image; or a board, by its five serial ports in
@@ -72,7 +72,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// A scenario that is wrong, a backseat that dies, a file that cannot be written.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let scenario = load(arguments)?;
     let stop = stop_on_interrupt()?;
     let (backseat, ports) = start(arguments, &scenario)?;
@@ -127,7 +127,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// Starts the backseat asked for; where its ports are.
-fn start(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<(Box<dyn Ports>, String)> {
+fn start(arguments: &Args, scenario: &Scenario) -> anyhow::Result<(Box<dyn Ports>, String)> {
     let faults = &scenario.settings.faults;
     if arguments.realtime && Board::is_touched(faults) {
         bail!("--realtime: this scenario resets the board or moves its clock, which works in lock-step only");
@@ -164,7 +164,7 @@ fn watched(backseat: Box<dyn Ports>) -> anyhow::Result<Box<dyn Ports>> {
     Ok(Box::new(tap))
 }
 
-fn load(arguments: &Arguments) -> anyhow::Result<Scenario> {
+fn load(arguments: &Args) -> anyhow::Result<Scenario> {
     let mut scenario = match &arguments.scenario {
         None => Scenario::built_in("survey")?,
         Some(path) => match path.to_str() {
@@ -192,7 +192,7 @@ fn load(arguments: &Arguments) -> anyhow::Result<Scenario> {
 }
 
 /// The folder asked for, which must not hold a flight yet, or the first free one in `out/`.
-fn folder(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<PathBuf> {
+fn folder(arguments: &Args, scenario: &Scenario) -> anyhow::Result<PathBuf> {
     let folder = match &arguments.out {
         Some(folder) => folder.clone(),
         None => {
@@ -208,7 +208,7 @@ fn folder(arguments: &Arguments, scenario: &Scenario) -> anyhow::Result<PathBuf>
 }
 
 /// The session log, with the scenario and the vehicle that the board is given.
-fn session(arguments: &Arguments, scenario: &Scenario, folder: &Path) -> anyhow::Result<Writer> {
+fn session(arguments: &Args, scenario: &Scenario, folder: &Path) -> anyhow::Result<Writer> {
     let Settings { name, seed, .. } = &scenario.settings;
     let clock = if arguments.realtime { Clock::Host } else { Clock::Board };
     let program = concat!("backseat ", env!("CARGO_PKG_VERSION"));

@@ -1,10 +1,10 @@
 //! `backseat studies adoption`: what the backseat gains from using the parameters it identified.
 //!
-//! Each seed flies the scenario `adoption` three times: with the true parameters declared, with wrong ones that it has to
-//! keep, and with wrong ones that it may replace by what it identifies. Judged is the backseat's own horizontal error from the loss of
-//! the DVL on.
+//! Each seed flies the scenario `adoption` three times: with the true parameters declared, with wrong ones that stay,
+//! and with wrong ones that identified ones may replace. The result is the backseat's own horizontal error after the
+//! loss of the DVL.
 
-use crate::EnsembleArguments;
+use crate::EnsembleArgs;
 use crate::ensemble::run_all;
 use crate::table::{markdown_table, with_interval, wrapped};
 use anyhow::Context;
@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::sync::atomic::AtomicBool;
 
-/// Which parameters the backseat is given.
+/// The parameters declared to the backseat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Declared {
     /// The true parameters.
@@ -44,14 +44,15 @@ impl Declared {
     }
 }
 
-/// One flight, judged.
+/// Results of one flight.
 #[derive(Clone, Debug)]
 pub struct AdoptionFlight {
     /// Horizontal error from the loss of the DVL on.
     pub error: ErrorSummary,
     /// How often parameters were adopted, refused and reverted.
     pub verdicts: [usize; 3],
-    /// Relative error of each identified parameter but the scale's factor, at the start and at the end; adapted at the end.
+    /// Relative error of each identified parameter but the scale's factor, at the start and at the end; adapted at the
+    /// end.
     pub parameters: Vec<(&'static str, f64, f64, bool)>,
 }
 
@@ -94,7 +95,8 @@ fn error_from(flight: &FlightLog, from_s: f64) -> Option<ErrorSummary> {
     ErrorSummary::of(&errors)
 }
 
-/// θ is known up to the factor by which the declared scale is wrong, so errors are relative to the truth times that factor.
+/// θ is known up to the factor by which the declared scale is wrong, so errors are relative to the truth times that
+/// factor.
 fn parameter_errors(
     vehicle: &VehicleParameters,
     declared: &VehicleParameters,
@@ -122,7 +124,7 @@ fn parameter_errors(
 ///
 /// # Errors
 /// A flight that fails; a file that cannot be written.
-pub fn run(arguments: &EnsembleArguments) -> anyhow::Result<()> {
+pub fn run(arguments: &EnsembleArgs) -> anyhow::Result<()> {
     let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
     let plan: Vec<(u64, Declared)> = seeds.flat_map(|seed| Declared::ALL.map(|declared| (seed, declared))).collect();
     let outcomes: Vec<AdoptionFlight> =
@@ -147,8 +149,8 @@ fn medians(outcomes: &[&AdoptionFlight]) -> Vec<f64> {
     outcomes.iter().map(|outcome| outcome.error.median_m).collect()
 }
 
-fn markdown(arguments: &EnsembleArguments, rows: &[(Declared, Vec<&AdoptionFlight>); 3]) -> String {
-    let EnsembleArguments { runs, first_seed, .. } = arguments;
+fn markdown(arguments: &EnsembleArgs, rows: &[(Declared, Vec<&AdoptionFlight>); 3]) -> String {
+    let EnsembleArgs { runs, first_seed, .. } = arguments;
     let cut = arguments.minutes.map_or(String::new(), |minutes| format!(" --minutes {minutes}"));
     let mut text = format!(
         "# Adoption of identified parameters\n\n\

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 /// Which flights an ensemble has, and where its table goes.
 #[derive(clap::Args, Clone, Debug)]
-pub struct EnsembleArguments {
+pub struct EnsembleArgs {
     /// Seeded missions of each row
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
@@ -43,23 +43,23 @@ pub enum Study {
     #[command(after_help = "Examples:
   backseat studies navigation --runs 4 --cases exact,10%,Y
   backseat studies navigation --runs 20 --store runs.jsonl --out docs/results/navigation.md")]
-    Navigation(navigation::Arguments),
+    Navigation(navigation::Args),
     /// Gain of using the parameters that the backseat identified
     #[command(after_help = "Example:
   backseat studies adoption --runs 20 --first-seed 301 --out docs/results/adoption.md")]
-    Adoption(EnsembleArguments),
+    Adoption(EnsembleArgs),
     /// Packet-fed, centralized and information filter on one flight
-    PacketNavigation(packet_navigation::Arguments),
+    PacketNavigation(packet_navigation::Args),
     /// Is the filter's covariance right: normalised errors and innovations, and the Cramér-Rao bound, over an ensemble
-    Consistency(consistency::Arguments),
+    Consistency(consistency::Args),
     /// How often `diagnose` finds the right cause: verdicts over simulated logs of undeclared effects
     DiagnosisAccuracy(diagnosis_accuracy::Args),
     /// Errors of every identification method over an ensemble of simulated experiments
-    Identification(identification::MethodArguments),
+    Identification(identification::MethodArgs),
     /// How soon the fault monitor detects a fault under way, and what compensation gains
-    FaultDetection(identification::FaultArguments),
+    FaultDetection(identification::FaultArgs),
     /// A planned identification mission against a lawnmower and open-loop inputs
-    Plan(identification::PlanArguments),
+    Plan(identification::PlanArgs),
 }
 
 impl Study {

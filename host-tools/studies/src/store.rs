@@ -1,4 +1,4 @@
-//! Finished runs on disk, one JSON line each, written at once: what is there is not run again.
+//! Finished runs on disk, one JSON line each, written at once; a stored run is not repeated.
 //!
 //! A line belongs to one build or version of the program: results of another stay where they are and are not mixed in.
 
@@ -52,7 +52,7 @@ impl<R: Clone + Serialize + DeserializeOwned> Store<R> {
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).with_context(name)?;
         let mut text = String::new();
         file.read_to_string(&mut text).with_context(name)?;
-        // What follows was being written when the program ended.
+        // The program ended while it wrote the rest of this line.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         file.set_len(whole as u64).with_context(name)?;
         for (index, line) in text[..whole].lines().enumerate() {
@@ -80,7 +80,7 @@ impl<R: Clone + Serialize + DeserializeOwned> Store<R> {
         self.kept.lock().is_ok_and(|kept| kept.runs.contains_key(&(study.to_owned(), seed)))
     }
 
-    /// Keeps a finished run. What goes on is what a later reader of the file will see, to the bit.
+    /// Keeps a finished run. Returns it as a later reader of the file will see it, to the bit.
     ///
     /// # Errors
     /// A file that cannot be written.

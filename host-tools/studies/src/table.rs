@@ -1,4 +1,4 @@
-//! How pages are written: tables, their numbers, and prose of a width that can be read. Markdown.
+//! Markdown of the pages: tables, numbers with intervals, and prose of limited width.
 
 use backseat_data::stats::{mean, mean_ci95};
 use comfy_table::{Table, presets};

@@ -1,6 +1,7 @@
 //! Faults by scenario file, and the fault table.
 //!
-//! The quick rows fly as they stand in `docs/results/fault_table.md`, one seed each; `backseat sim faults` flies all of them.
+//! The quick rows fly as they stand in `docs/results/fault_table.md`, one seed each; `backseat sim faults` flies all of
+//! them.
 
 use backseat_link::Client;
 use backseat_studies::fault_table::{Judge, JudgedFlight, Row, Summary, fly, markdown, rows};
@@ -98,7 +99,7 @@ fn an_error_beyond_three_sigmas_in_good_health_is_a_violation() {
 }
 
 #[test]
-fn faults_are_told_wrong_with_file_line_and_key() {
+fn wrong_faults_are_refused_with_file_line_and_key() {
     let text = include_str!("../../../hil-sim/scenarios/faults/lost_ahrs.toml");
     let line = text.lines().position(|line| line == "[[fault]]").unwrap() + 1;
     for (from, to, offset, expected) in [

@@ -9,10 +9,11 @@
 //!                                                         better by more than chance?  ── yes ──> reverted
 //! ```
 //!
-//! A candidate is the averaged estimate at one time, frozen; what it has to predict comes later, so it was not fitted to it.
-//! Candidate and set in use start every stretch of 15 s from the same measurement and get the same inputs. "Better by more
-//! than chance" is a paired, one-sided t-test of the logarithm of their error ratios, stretch by stretch
-//! ([`ComparisonEvidence::is_better`]), judged once, at the end of the window. A stored set is one that passed its probation.
+//! A candidate is the averaged estimate at one time, frozen. It has to predict later motion, to which it was not
+//! fitted. Candidate and set in use start every stretch of 15 s from the same measurement and get the same inputs.
+//! "Better by more than chance" is a paired, one-sided t-test of the logarithm of their error ratios, stretch by
+//! stretch ([`ComparisonEvidence::is_better`]), judged once, at the end of the window. A stored set is one that passed
+//! its probation.
 
 use crate::parameters::AppSettings;
 use backseat_core::dynamics::VehicleParameters;
@@ -28,7 +29,7 @@ const WAITING: usize = 4;
 /// Duration of a stretch, s.
 const STRETCH_S: f64 = HORIZON_STEPS as f64 * 0.1;
 
-/// What is to be done with the set in use.
+/// Decision about the set in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
     /// Nothing.
@@ -68,7 +69,7 @@ impl Adoptions {
         }
     }
 
-    /// The set in use was replaced from outside: what was known about it is worthless.
+    /// The set in use was replaced from outside: the evidence about it is forgotten.
     pub fn restart(&mut self) {
         *self = Self::new();
     }
@@ -132,7 +133,7 @@ impl Adoptions {
             if evidence.stretches < window {
                 return Decision::Keep;
             }
-            // The robust filter estimates these parameters itself: one estimator of a thing.
+            // The robust filter estimates these parameters itself, and each has one estimator only.
             if evidence.is_better() && settings.adopt && !settings.robust && !self.held {
                 self.evidence = evidence;
                 return Decision::Adopt;
@@ -163,7 +164,7 @@ impl Adoptions {
         comparison.theta(ModelRole::Candidate).map(|theta: &Theta| with_theta(active, theta))
     }
 
-    /// The candidate is in use and what was in use before is on its way out; `None`: it makes no valid vehicle.
+    /// Puts the candidate into use; the set before stays in the comparison. `None`: it is not a valid vehicle.
     pub fn adopted(&mut self, now_us: u64, comparison: &mut ModelComparison, before: Option<&VehicleParameters>) {
         let evidence = self.evidence;
         let candidate = comparison.theta(ModelRole::Candidate).copied();
@@ -186,7 +187,7 @@ impl Adoptions {
         self.previous
     }
 
-    /// That set is in use again.
+    /// Returns to that set.
     pub fn reverted(&mut self, now_us: u64, comparison: &mut ModelComparison, event: AdoptionEvent) {
         let evidence = if event == AdoptionEvent::Reverted { self.evidence } else { ComparisonEvidence::NONE };
         if let Some(previous) = self.previous.take() {

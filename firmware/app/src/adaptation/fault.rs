@@ -5,10 +5,10 @@ use backseat_core::identification::{Diagnosis, FaultCause, FaultMonitor, FaultSt
 use backseat_wire::hostlink::{self, FaultReport};
 use nalgebra::{Vector3, Vector6};
 
-/// Time between two reports of a diagnosed fault, whose magnitude becomes better, µs.
+/// Time between two reports of a diagnosed fault, whose magnitude improves with time, µs.
 const REPORT_US: u64 = 10_000_000;
 
-/// The monitor, the vehicle it believes in and what the host knows.
+/// The monitor, the vehicle in use and the state last reported to the host.
 pub struct FaultWatch {
     monitor: FaultMonitor,
     model: Option<VehicleModel>,
@@ -26,7 +26,7 @@ impl FaultWatch {
         *self = Self::new();
     }
 
-    /// The parameters in use are others: what was normal has to be learned again.
+    /// The parameters in use have changed: the monitor learns its quiet means again.
     pub fn use_vehicle(&mut self, vehicle: &VehicleParameters) {
         self.monitor.restart();
         self.model = VehicleModel::new(vehicle).ok();
@@ -50,7 +50,7 @@ impl FaultWatch {
         }
     }
 
-    /// Where it stands, when that is news for the host.
+    /// Its state, when it has changed since the last report to the host.
     pub fn report(&mut self, now_us: u64) -> Option<FaultReport> {
         let state = self.monitor.state();
         let diagnosis = self.monitor.diagnosis();

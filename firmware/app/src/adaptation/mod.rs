@@ -1,19 +1,19 @@
-//! The adaptive identifier beside the filter, and the careful use of what it finds.
+//! The adaptive identifier beside the filter, and the conditions for using its estimates.
 //!
-//! Every step, the attitude, rates, velocity and commands of one recent time ([`LAG_US`] ago, so that all of them have been
-//! heard) go to the identifier, which is slower than the filter and independent of it, and to a comparison of
-//! open-loop predictions. Its estimate is used only after it predicted a stretch of motion that it was not fitted
-//! to better than the parameters in use ([`adoption`]).
+//! In every step the attitude, rates, velocity and commands of one recent time go to the identifier and to a comparison
+//! of open-loop predictions. That time lies [`LAG_US`] back, so that all samples have arrived. The identifier is slower
+//! than the filter and independent of it. Its estimate is used only after it has predicted motion to which it was not
+//! fitted better than the parameters in use did ([`adoption`]).
 //!
-//! | what is given | from |
+//! | input | from |
 //! |---|---|
 //! | attitude, rates | samples of the attitude source, interpolated |
 //! | velocity through the water | water track as it is, or bottom track less the filter's current; the source that the filter fuses |
 //! | fins, propeller | mean of the commands since the sample before, while they act: quantised, delayed by `app.actuator_delay_s` |
 //!
-//! Nothing adapts without velocity, near the surface, without a mission under way or with a current that is not known;
-//! telemetry says which ([`Activity`]). A current that is neither estimated nor zero would be taken for the vehicle's own
-//! motion: switch `app.current_state` on where there may be one.
+//! Adaptation pauses without velocity, near the surface, without a mission under way, or while the current is unknown;
+//! telemetry gives the cause ([`Activity`]). A current that is neither estimated nor zero would be taken for motion of
+//! the vehicle: switch `app.current_state` on where there may be one.
 
 mod adoption;
 mod fault;
@@ -24,7 +24,9 @@ use crate::inputs::installation::velocity_at_centre;
 use crate::parameters::Settings;
 use adoption::{Adoptions, Decision};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleParameters};
-use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, PARAMETERS, SampleOutcome};
+use backseat_core::identification::{
+    self, IdentificationConfig, Identifier, ModelComparison, PARAMETERS, SampleOutcome,
+};
 use backseat_core::navigation::Navigator;
 use backseat_core::state::Z;
 use backseat_wire::hostlink::{Activity, Adoption, AdoptionEvent, FaultReport, Identification, Visibility};
@@ -55,13 +57,13 @@ struct Sample {
 
 /// A change of the parameters in use.
 pub struct Change {
-    /// What is to be used.
+    /// The parameters to use.
     pub vehicle: VehicleParameters,
     /// Adopted or reverted.
     pub event: AdoptionEvent,
 }
 
-/// The identifier, what feeds it and what becomes of its estimates.
+/// The identifier with its inputs, and the use of its estimates.
 pub struct Adaptation {
     identifier: Identifier,
     comparison: ModelComparison,
@@ -156,8 +158,8 @@ impl Adaptation {
         })
     }
 
-    /// Builds identifier and comparison from the parameters in use; the noise of a sample is that of its sensor, and more where the
-    /// sensor is slower than the samples and its noise with it.
+    /// Builds identifier and comparison from the parameters in use; the noise of a sample is that of its sensor, and
+    /// more where the sensor is slower than the samples and its noise with it.
     fn configure(&mut self, settings: &Settings) -> bool {
         let intervals = [&self.attitude, &self.rates, &self.velocity].map(RecentSamples::interval_s);
         let [Some(attitude_s), Some(rates_s), Some(velocity_s)] = intervals else { return false };
@@ -186,7 +188,7 @@ impl Adaptation {
         true
     }
 
-    /// One step; the change of the parameters in use that it calls for, to be answered by [`Self::changed`].
+    /// One step. Returns a change of the parameters in use; the caller answers with [`Self::changed`].
     pub fn step(
         &mut self,
         now_us: u64,
@@ -280,7 +282,7 @@ impl Adaptation {
         self.adoptions.take_verdict()
     }
 
-    /// Where the fault monitor stands, when there is news.
+    /// State of the fault monitor, when it has changed.
     pub fn fault_report(&mut self, now_us: u64) -> Option<FaultReport> {
         self.faults.report(now_us)
     }
@@ -296,13 +298,12 @@ impl Adaptation {
         let theta = self.identifier.estimate().filter(|_| self.configured);
         let mut visibility = [Visibility::Frozen; PARAMETERS];
         if self.configured {
-            use backseat_core::identification::Visibility as Seen;
             for (shown, excitation) in visibility.iter_mut().zip(self.identifier.excitation()) {
                 *shown = match excitation.visibility {
-                    Seen::Known => Visibility::Known,
-                    Seen::Frozen => Visibility::Frozen,
-                    Seen::Collinear => Visibility::Collinear,
-                    Seen::Separate => Visibility::Separate,
+                    identification::Visibility::Known => Visibility::Known,
+                    identification::Visibility::Frozen => Visibility::Frozen,
+                    identification::Visibility::Collinear => Visibility::Collinear,
+                    identification::Visibility::Separate => Visibility::Separate,
                 };
             }
         }

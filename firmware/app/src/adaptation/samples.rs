@@ -1,7 +1,7 @@
 //! Recent samples of a sensor, interpolated.
 //!
-//! Sensors sample at their own rates and are heard late. The last few samples of each are kept, and its value at one time in
-//! the recent past is interpolated, so that attitude, rates and velocity belong together.
+//! Sensors sample at their own rates and are heard late. The last few samples of each are kept, and its value at one
+//! time in the recent past is interpolated, so that attitude, rates and velocity belong together.
 
 use crate::inputs::Latest;
 use backseat_core::state::wrap_angle;

@@ -1,10 +1,10 @@
-//! What the actuators were commanded, each command from a time on.
+//! History of the actuator commands, each with the time from which on it holds.
 
 use backseat_core::dynamics::{ActuatorInput, FINS};
 use heapless::Vec;
 
-/// Commands of 0.1 s each: the identifier looks back 0.7 s, the filter lags by up to 2 s of declared delay, and commands act
-/// up to 1 s after they were sent.
+/// Commands of 0.1 s each: the identifier looks back 0.7 s, the filter lags by up to 2 s of declared delay, and
+/// commands act up to 1 s after they were sent.
 const COMMANDS: usize = 40;
 
 const NEUTRAL: ActuatorInput = ActuatorInput { propeller_radps: 0.0, fins_rad: [0.0; FINS] };
@@ -13,7 +13,7 @@ const NEUTRAL: ActuatorInput = ActuatorInput { propeller_radps: 0.0, fins_rad: [
 pub struct ActuatorHistory {
     /// Oldest first.
     commands: Vec<(u64, ActuatorInput), COMMANDS>,
-    /// What held before the first of them.
+    /// The command before the first of them.
     before: ActuatorInput,
 }
 
@@ -24,7 +24,7 @@ impl Default for ActuatorHistory {
 }
 
 impl ActuatorHistory {
-    /// Neutral since ever.
+    /// Neutral at all times.
     #[must_use]
     pub const fn new() -> Self {
         Self { commands: Vec::new(), before: NEUTRAL }
@@ -36,7 +36,7 @@ impl ActuatorHistory {
         self.before = NEUTRAL;
     }
 
-    /// The actuators do `input` from `time_us` on.
+    /// Adds a command that holds from `time_us` on.
     pub fn push(&mut self, time_us: u64, input: &ActuatorInput) {
         if self.commands.is_full() {
             self.before = self.commands.remove(0).1;
@@ -46,7 +46,7 @@ impl ActuatorHistory {
         let _ = self.commands.insert(place, (time_us, *input));
     }
 
-    /// What the actuators do at a time.
+    /// The command at a time.
     #[must_use]
     pub fn at(&self, time_us: u64) -> &ActuatorInput {
         self.commands.iter().rev().find(|(from_us, _)| *from_us <= time_us).map_or(&self.before, |(_, input)| input)
@@ -58,7 +58,7 @@ impl ActuatorHistory {
         self.commands.iter().map(|(time_us, _)| *time_us).find(|us| *us > from_us && *us <= to_us)
     }
 
-    /// Mean of what the actuators did from one time to a later one; `None` where that is not known from the beginning.
+    /// Mean of the commands from one time to a later one; `None` if the history does not reach back so far.
     #[must_use]
     pub fn mean(&self, from_us: u64, to_us: u64) -> Option<ActuatorInput> {
         if self.commands.first().is_none_or(|(first_us, _)| *first_us > from_us) {

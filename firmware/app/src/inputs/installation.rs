@@ -1,4 +1,4 @@
-//! What the installation makes of a sample: turns and delays at once, lever arms when attitude and rates are known.
+//! Corrections for the installation: turns and delays on arrival, lever arms once attitude and rates are known.
 
 use super::{Sample, Stamp};
 use crate::time::micros;
@@ -42,8 +42,8 @@ pub fn mounted(stamp: Stamp, sample: Sample, installation: &Installation) -> (u6
 
 /// The longest delay that the filter waits for, µs.
 ///
-/// A fix is not waited for: it comes at the surface, names its own time and is carried along with the velocity. A range
-/// is not either: its delayed state is taken when the packet begins.
+/// The filter waits for neither fixes nor ranges. A fix comes at the surface, carries its own time and is moved along
+/// with the velocity. For a range the delayed state is taken when the packet begins.
 #[must_use]
 pub fn horizon_us(installation: &Installation) -> u64 {
     micros(installation.depth_delay_s.max(installation.ahrs_delay_s).max(installation.dvl_delay_s))
@@ -51,8 +51,8 @@ pub fn horizon_us(installation: &Installation) -> u64 {
 
 /// The sample of [`mounted`] as a measurement of the centre of gravity; `None` for the modem's reports.
 ///
-/// `x` is the vehicle at the filter's time, of which attitude and rates are used; a fix is `late_s` older than that and is
-/// moved along with `velocity_ned_mps`, over ground.
+/// `x` is the vehicle at the filter's time, of which attitude and rates are used; a fix is `late_s` older than that and
+/// is moved along with `velocity_ned_mps`, over ground.
 #[must_use]
 pub fn measurement(
     sample: &Sample,
@@ -87,8 +87,8 @@ pub fn velocity_at_centre(omega: [f64; 3], v: [f64; 3], r: &[f64; 3]) -> [f64; 3
     ]
 }
 
-/// How much further from the ship's transducer the vehicle's is than the centre of gravity, m, at the attitude of `x`: the
-/// path turns little within a packet.
+/// How much further from the ship's transducer the vehicle's is than the centre of gravity, m, at the attitude of `x`:
+/// the path turns little within a packet.
 #[must_use]
 pub fn arm_along_path_m(x: &VehicleState, arm_m: &[f64; 3], ship_m: [f64; 2], ship_transducer_depth_m: f64) -> f64 {
     let d = [x[X] - ship_m[0], x[Y] - ship_m[1], x[Z] - ship_transducer_depth_m];
@@ -129,8 +129,8 @@ mod tests {
     use super::*;
     use core::f64::consts::FRAC_PI_2;
 
-    /// A sensor ahead of the centre of gravity of a vehicle that yaws to starboard and pitches up moves to starboard and
-    /// upwards by ω × r.
+    /// A sensor ahead of the centre of gravity of a vehicle that yaws to starboard and pitches up moves to starboard
+    /// and upwards by ω × r.
     #[test]
     fn val_velocities_move_to_the_centre_of_gravity() {
         let (q, r, arm_m) = (0.1, 0.2, 0.5);

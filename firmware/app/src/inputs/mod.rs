@@ -11,12 +11,11 @@
 //!     Measurement of the filter
 //! ```
 //!
-//! The same code runs on the board and in the host tools. A vehicle log therefore holds raw samples, and the
-//! [`Installation`] of the vehicle file is applied by whoever reads it: nothing is
-//! ever corrected twice.
+//! The same code runs on the board and in the host tools. A vehicle log therefore holds raw samples, and every reader
+//! applies the [`Installation`] of the vehicle file once.
 //!
-//! Lever arms are corrected with attitude and rates as the filter has them. Their errors count little: 0.5 m of arm and
-//! 0.5° of attitude are 4 mm, 1 mrad/s of rate is 0.5 mm/s.
+//! Lever arms are corrected with the filter's attitude and rates. Their errors matter little: with an arm of 0.5 m,
+//! 0.5° of attitude is 4 mm, and 1 mrad/s of rate is 0.5 mm/s.
 
 mod actuators;
 pub mod installation;
@@ -106,13 +105,13 @@ impl Inputs {
         &self.actuators
     }
 
-    /// The actuators do `input` from `time_us` on.
+    /// Adds a command that holds from `time_us` on.
     pub fn command(&mut self, time_us: u64, input: &ActuatorInput) {
         self.actuators.push(time_us, input);
     }
 }
 
-/// A sample that is younger than `age_us`.
+/// The sample, if it is younger than `age_us`.
 pub(crate) fn fresh<T>(latest: Latest<T>, now_us: u64, age_us: u64) -> Option<T> {
     latest.filter(|(time_us, _)| now_us.saturating_sub(*time_us) <= age_us).map(|(_, value)| value)
 }

@@ -2,8 +2,8 @@
 //!
 //! A packet is announced at its start (`$CARXP`), but its data (`$CARXD`) and its time of arrival
 //! (`$CACST`) come seconds later, in either order. When both halves are there, range = sound speed · (time of arrival −
-//! transmit second − delay of the modem). Packets that are lost, late, repeated, out of order or absurd leave no trace but a
-//! count by [`Loss`].
+//! transmit second − delay of the modem). Packets that are lost, late, repeated, out of order or implausible are
+//! counted by [`Loss`] and have no other effect.
 
 use super::sample::AcousticReport;
 use crate::geodesy::LocalFrame;
@@ -15,12 +15,12 @@ use backseat_wire::ship_state::ShipState;
 
 /// The start of a packet is reported within this of its time of arrival, µs; statistics further off belong to another.
 const BRIDGE_MAX_US: i64 = 2_000_000;
-/// A transmit second up to this much before the last one used is no news, s: more than the longest flight, 20 km at
-/// 1300 m/s.
+/// A transmit second up to this much before the last one used is a repetition, s: more than the longest flight, 20 km
+/// at 1300 m/s.
 const REPLAY_S: u32 = 16;
-/// A ship further away than this is absurd, m: the local plane ends there.
+/// Largest plausible distance of the ship, m: the local plane ends there.
 const SHIP_MAX_M: f64 = 1.0e5;
-/// A faster ship is absurd, m/s.
+/// Largest plausible speed of the ship, m/s.
 const SHIP_MAX_MPS: f64 = 20.0;
 
 /// Why a packet gave no range.
@@ -86,7 +86,7 @@ pub struct Packet {
     pub range_m: f64,
     /// Range rate from the Doppler, positive opening, m/s.
     pub range_rate_mps: Option<f64>,
-    /// What it says of the ship.
+    /// The ship's state that it carries.
     pub ship: ShipReport,
     /// The ship's latitude and longitude, degrees.
     pub ship_deg: [f64; 2],
@@ -94,13 +94,13 @@ pub struct Packet {
     pub transducer_depth_m: f64,
 }
 
-/// What a report made of the packet under way.
+/// State of the packet under way after a report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "handed over one by one, never kept")]
 pub enum PacketProgress {
     /// Nothing yet.
     Waiting,
-    /// A packet begins; what was known of another is given up.
+    /// A packet begins; an incomplete one before it is given up.
     Begins,
     /// The packet under way gives no range.
     Lost,
@@ -142,7 +142,7 @@ impl Packets {
         *count = count.saturating_add(1);
     }
 
-    /// Gives up a packet whose rest has not come by `now_us`; true when there was one.
+    /// Gives up a packet that is not complete by `now_us`; true when there was one.
     pub fn expire(&mut self, now_us: u64, settings: &AppSettings) -> bool {
         let timeout_us = micros(settings.packet_timeout_s);
         let expired = self.pending.get().is_some_and(|pending| now_us.saturating_sub(pending.start_us) > timeout_us);

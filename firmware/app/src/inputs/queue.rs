@@ -1,9 +1,9 @@
-//! What waits to be fused, in the order of the time it is valid at.
+//! Samples that wait to be fused, in the order of their time of validity.
 
 use heapless::Vec;
 
-/// Samples that may wait: a step brings about ten, a declared delay makes those of two seconds wait, and a babbling port adds
-/// some hundred at most.
+/// Samples that may wait: a step brings about ten, a declared delay makes those of two seconds wait, and a babbling
+/// port adds some hundred at most.
 pub const QUEUE_LENGTH: usize = 256;
 
 /// Fixed queue sorted by time; samples of equal time keep their order of arrival.
@@ -19,7 +19,7 @@ impl<T> Queue<T> {
         Self { samples: Vec::new(), dropped: 0 }
     }
 
-    /// Adds an sample; when the queue is full the oldest is dropped and counted.
+    /// Adds a sample; when the queue is full the oldest is dropped and counted.
     pub fn push(&mut self, time_us: u64, sample: T) {
         if self.samples.is_full() {
             self.samples.pop();

@@ -1,14 +1,14 @@
-//! What the links hand on: samples in SI units, in the axes of their sensors.
+//! Output of the links: samples in SI units, in the axes of their sensors.
 
 use backseat_wire::modem::ModemTime;
 use backseat_wire::ship_state::ShipState;
 
-/// What is known of the time at which a sample is valid, µs of the board's clock.
+/// Time stamp of a sample, µs of the board's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stamp {
-    /// Its last byte arrived then; the declared delay of the sensor has still to be subtracted.
+    /// Arrival of its last byte; the declared delay of the sensor has still to be subtracted.
     Arrival(u64),
-    /// The device itself names this time.
+    /// Time of validity as given by the device.
     Own(u64),
 }
 
@@ -49,7 +49,7 @@ pub enum Sample {
     Acoustic(AcousticReport),
 }
 
-/// What the modem reports about packets, one sentence each.
+/// Reports of the modem about packets, one sentence each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AcousticReport {
     /// `$CARXP`: a packet begins to arrive.

@@ -13,7 +13,7 @@ use backseat_wire::{Counts, Error};
 /// A fix labelled by a fine clock is believed when it is this much older than its sentence at most, µs.
 const FIX_AGE_US: u64 = 3_000_000;
 
-/// The frontseat as it is heard.
+/// State of the frontseat as received.
 pub struct FrontseatLink {
     framer: Framer,
     counts: Counts,
@@ -22,7 +22,7 @@ pub struct FrontseatLink {
     due_us: [u64; 3],
 }
 
-/// What the frontseat says about itself.
+/// Mode and faults that the frontseat reports.
 struct Status {
     /// Any good sentence.
     last_us: Option<u64>,

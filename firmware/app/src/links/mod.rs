@@ -1,7 +1,7 @@
-//! One link per device port: bytes to raw samples, and what the device is asked for.
+//! One link per device port: bytes to raw samples, and the requests to the device.
 //!
-//! A link knows protocols and units, and nothing of where its sensor sits: samples are handed on in the sensor's own axes,
-//! stamped with their arrival or with the time that the device itself gives. [`inputs`](crate::inputs) does the rest.
+//! A link knows protocols and units but not the installation: samples are in the sensor's own axes, stamped with their
+//! arrival or with the time that the device gives. [`inputs`](crate::inputs) does the rest.
 
 mod ahrs;
 mod dvl;
@@ -78,13 +78,13 @@ impl Links {
         self.ahrs.ask(now_us, settings.ahrs_protocol, |bytes| send(Port::Ahrs, bytes));
     }
 
-    /// What the actuators did when the frontseat last echoed its servo bytes, and the echo's arrival, µs.
+    /// Actuator input of the frontseat's last echo of its servo bytes, and the echo's arrival, µs.
     #[must_use]
     pub fn echo(&self, settings: &AppSettings) -> Option<(u64, ActuatorInput)> {
         self.frontseat.echo().map(|(time_us, bytes)| (time_us, actuators_of(&bytes, settings)))
     }
 
-    /// What a port's decoders counted: frames, and what was wrong inside good frames.
+    /// Counters of a port's decoders: frames, and errors inside good frames.
     pub(crate) fn counts(&self, port: Port, settings: &AppSettings) -> [&Counts; 2] {
         static NONE: Counts = Counts::new();
         match port {
@@ -123,7 +123,7 @@ impl Links {
     }
 }
 
-/// What servo bytes make of the actuators: the quantised command, not the wish.
+/// Actuator input that servo bytes give: the quantised command.
 pub(crate) fn actuators_of(bytes: &ServoBytes, settings: &AppSettings) -> ActuatorInput {
     ActuatorInput { propeller_radps: settings.servo.propeller_radps(bytes), fins_rad: settings.servo.fins_rad(bytes) }
 }

@@ -20,7 +20,7 @@ const MAX_FRAME: usize = 256;
 /// What the modem must be set to: address, packets on the pulse, statistics, packet starts.
 const SETTINGS: [&str; 4] = ["SRC", "SNV", "CST", "RXP"];
 
-/// The modem as it is heard, and its configuration.
+/// State of the modem as received, and its configuration.
 pub struct ModemLink {
     framer: Framer,
     counts: Counts,

@@ -118,8 +118,8 @@ impl ParameterStore {
     /// whether anything but live parameters changed. When it refuses, the old set stays.
     ///
     /// # Errors
-    /// [`Refusal::Sequence`] without a transaction, [`Refusal::Inconsistent`] by [`joint_check`], [`Refusal::InvalidSet`]
-    /// by `apply`.
+    /// [`Refusal::Sequence`] without a transaction, [`Refusal::Inconsistent`] by [`joint_check`],
+    /// [`Refusal::InvalidSet`] by `apply`.
     pub fn commit(&mut self, apply: impl FnOnce(&Settings, &Settings, bool) -> bool) -> Result<(), Refusal> {
         let staged = self.staged.get().ok_or(Refusal::Sequence)?;
         if let Err(inconsistent) = joint_check(&staged.vehicle, Some(staged.control.cruise_speed_mps)) {

@@ -10,7 +10,7 @@ use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::modem::{ClockEncoding, DopplerSign};
 use backseat_wire::ship_state::Key;
 
-/// What the AHRS port speaks.
+/// Protocol of the AHRS port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AhrsProtocol {
     /// MicroStrain 3DM-GX3-25, single-byte protocol.
@@ -52,7 +52,7 @@ pub enum ControlMode {
     Helm,
 }
 
-/// What belongs to the app itself.
+/// Settings of the app itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AppSettings {
     /// Origin of the local frame, degrees north.
@@ -70,7 +70,7 @@ pub struct AppSettings {
     pub doppler_sign: DopplerSign,
     /// How the modem's firmware encodes its clock mode.
     pub clock_encoding: ClockEncoding,
-    /// Ranges beyond this are absurd, m.
+    /// Largest plausible range, m.
     pub range_max_m: f64,
     /// Only packets of this modem address count.
     pub ship_address: u8,
@@ -144,7 +144,7 @@ pub struct AppSettings {
     pub command_timeout_s: u8,
     /// From sending a command to the fins' movement, s.
     pub actuator_delay_s: f64,
-    /// What the bytes of `$OMP` mean.
+    /// Calibration of the bytes of `$OMP`.
     pub servo: ServoCalibration,
 
     /// Attitude older than this is stale, s.

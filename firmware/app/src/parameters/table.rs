@@ -1,4 +1,4 @@
-//! What belongs to the app itself: protocols, ports, modes.
+//! Rows of the app itself: protocols, ports, modes.
 
 use super::settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource};
 use backseat_core::identification::Scale;

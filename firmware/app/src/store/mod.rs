@@ -1,10 +1,10 @@
-//! What outlasts a reset or a dive: parameters in flash, the restart record.
+//! State that survives a reset: parameters in flash, the restart record.
 //!
 //! | module | concept |
 //! |---|---|
 //! | `record` | layout of one copy of the parameter set |
 //! | `flash` | two copies in flash, of which a power cut can hurt only one |
-//! | `restart` | the record of each step, and what the resets so far call for |
+//! | `restart` | the record of each step, and how to start after a reset |
 //!
 //! All of it is plain data behind byte slices and `embedded-storage`; the board owns the memory.
 

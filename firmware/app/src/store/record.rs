@@ -106,7 +106,7 @@ pub(super) fn digest() -> Digest<'static, u32> {
     CRC.digest()
 }
 
-/// Tells lists apart whose schema number was forgotten.
+/// Distinguishes lists whose schema number was not raised.
 fn fingerprint() -> u32 {
     let mut crc = digest();
     crc.update(&PARAMETER_SCHEMA.to_le_bytes());

@@ -13,7 +13,7 @@ pub const SAFE_AFTER: usize = 3;
 /// ... within this time, µs, and the board does nothing but keep still.
 pub const SAFE_WITHIN_US: u64 = 600_000_000;
 
-/// Layout of the record; what another firmware left behind is not read.
+/// Layout of the record; a record of another firmware is not read.
 const VERSION: u16 = 1;
 
 /// Resets by a fault since the supply was switched on.
@@ -25,7 +25,7 @@ pub struct ResetHistory {
     pub times_us: [Option<u64>; SAFE_AFTER],
 }
 
-/// What navigation needs to carry on: attitude and depth come from the sensors.
+/// Navigation state to continue from; attitude and depth come from the sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Navigation {
     /// North and east, m.
@@ -36,10 +36,10 @@ pub struct Navigation {
     pub speed_mps: f64,
 }
 
-/// What a board that resets now has to know.
+/// State that a board needs after a reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RestartRecord {
-    /// Counts the records; tells which slot is newer.
+    /// Counts the records; the larger count is the newer slot.
     pub sequence: u32,
     /// Powered time of the record, µs.
     pub powered_us: u64,
@@ -51,19 +51,19 @@ pub struct RestartRecord {
     pub utc_us: Option<u64>,
 }
 
-/// What to do after a start.
+/// How to start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Response {
     /// Begin as new.
     Fresh,
     /// Neutral fins and stop; navigation carries on from here as degraded.
     Resume {
-        /// Where it stood.
+        /// Position before the reset.
         navigation: Option<Navigation>,
         /// UTC of the board's new time 0, to less than half a second, µs since 1970.
         utc_us: Option<u64>,
     },
-    /// Neutral fins and stop; nothing else until the operator says so.
+    /// Neutral fins and stop, until the operator allows more.
     Safe,
 }
 

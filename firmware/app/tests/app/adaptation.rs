@@ -7,7 +7,7 @@ use backseat_app::parameters::PARAMETERS;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_wire::hostlink::{Activity, Adoption, AdoptionEvent, Port, Refusal, ToBoard, Visibility, Waypoint};
 
-/// Inertia, drag and thrust far from what the board is told; faster for the same propeller by a sixth.
+/// Inertia, drag and thrust far from what is declared to the board; faster for the same propeller by a sixth.
 fn other_vehicle() -> VehicleModel {
     let mut other = VehicleParameters::IVER3;
     for (value, factor) in other.m_diag.iter_mut().zip([1.0, 1.15, 0.85, 1.0, 1.2, 0.85]) {
@@ -78,7 +78,7 @@ fn better_parameters_are_used_and_the_host_takes_them_back() {
 
     let adopted = verdict(&mut world, &mut board, 900).expect("a verdict");
     assert_eq!((adopted.event, adopted.changes, adopted.stretches), (AdoptionEvent::Adopted, 1, 10));
-    // It was told 7 % less drag and thrust than there are each; 10 stretches of 15 s show far more than noise does.
+    // 7 % less drag and thrust are declared than there are; 10 stretches of 15 s show far more than noise does.
     assert!(adopted.error_other < 0.6 * adopted.error_active, "{adopted:?}");
     assert!(adopted.gain[0] > 3.5 * adopted.gain[1], "{adopted:?}");
     let speed = |p: &VehicleParameters| {
@@ -94,7 +94,7 @@ fn better_parameters_are_used_and_the_host_takes_them_back() {
     world.run(&mut board, 1);
     let reverted = board.heard().adoptions.pop().expect("a verdict");
     assert_eq!((reverted.event, reverted.changes), (AdoptionEvent::RevertedByHost, 2));
-    // bit for bit what it was told
+    // bit for bit what was declared
     assert_eq!(vehicle(&board), VehicleParameters::IVER3);
     let advised = verdict(&mut world, &mut board, 600).expect("a verdict");
     assert_eq!((advised.event, advised.changes), (AdoptionEvent::Advised, 2));
@@ -116,7 +116,7 @@ fn what_proves_worse_afterwards_is_given_up() {
     let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.robust", 0.0), ("app.adopt", 1.0)]);
     let adopted = verdict(&mut world, &mut board, 900).expect("a verdict");
     assert_eq!(adopted.event, AdoptionEvent::Adopted);
-    // From here on the vehicle is as it was told at first.
+    // From here on the vehicle is as it was declared at first.
     world.model = VehicleModel::new(&VehicleParameters::IVER3).unwrap();
     let mut reverted = verdict(&mut world, &mut board, 600).expect("a verdict");
     if reverted.event == AdoptionEvent::Refused {

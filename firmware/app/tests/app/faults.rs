@@ -48,7 +48,7 @@ fn a_silent_source_ends_the_mission_until_it_is_started_again() {
 }
 
 #[test]
-fn a_stop_that_is_not_acknowledged_is_repeated_and_told() {
+fn a_stop_that_is_not_acknowledged_is_repeated_and_reported() {
     let (mut world, mut board) = under_way();
     world.silent[Port::Frontseat as usize] = true;
     world.run(&mut board, 10);
@@ -56,7 +56,7 @@ fn a_stop_that_is_not_acknowledged_is_repeated_and_told() {
     world.run(&mut board, 20);
     assert_eq!(world.stops, 5);
     let record = last(&mut board);
-    assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::StopUnanswered), "that is told");
+    assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::StopUnanswered), "the host is told");
 }
 
 #[test]

@@ -124,7 +124,7 @@ fn the_counters_tell_what_came_in() {
 }
 
 #[test]
-fn lost_bytes_are_told_once_and_without_being_asked() {
+fn lost_bytes_are_reported_once_and_unasked() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     world.run(&mut board, 1);
     assert_eq!(board.heard().health, None);

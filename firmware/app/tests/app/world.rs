@@ -220,7 +220,7 @@ impl World {
         self.say(Port::Dvl, self.now_us, bytes);
     }
 
-    /// A downlink every 20 s, announced 50 ms after its arrival, told 4 s later; each is preceded
+    /// A downlink every 20 s, announced 50 ms after its arrival, delivered 4 s later; each is preceded
     /// by its cycle initialisation.
     fn sound(&mut self, from_us: u64) {
         let second = from_us.saturating_sub(PHASE_US) / 1_000_000;
@@ -368,7 +368,7 @@ impl World {
         }))
     }
 
-    /// The fix of the last UTC second, told 0.3 s after it (or at once, when that is past).
+    /// The fix of the last UTC second, sent 0.3 s after it (or at once, when that is past).
     fn fix(&mut self) -> (u64, Vec<u8>) {
         let second_us = (self.now_us.saturating_sub(PHASE_US)) / 1_000_000 * 1_000_000 + PHASE_US;
         let (lat_deg, lon_deg) =

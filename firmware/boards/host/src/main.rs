@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
     after_help = "Example:\n  backseat-host --frontseat /dev/ttyUSB0 --dvl /dev/ttyUSB1 --ahrs /dev/ttyUSB2 \\\n      \
                   --modem /dev/ttyUSB3 --host /dev/ttyUSB4 --baud 19200,115200,115200,19200,115200"
 )]
-struct Arguments {
+struct Args {
     /// Iver frontseat computer
     #[arg(long, value_name = "DEVICE")]
     frontseat: PathBuf,
@@ -38,7 +38,7 @@ struct Arguments {
 static STOP: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {
-    match start(Arguments::parse()) {
+    match start(Args::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("backseat-host: {error:#}");
@@ -47,9 +47,9 @@ fn main() -> ExitCode {
     }
 }
 
-fn start(arguments: Arguments) -> Result<()> {
+fn start(arguments: Args) -> Result<()> {
     ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))?;
-    let Arguments { frontseat, dvl, ahrs, modem, host, baud } = arguments;
+    let Args { frontseat, dvl, ahrs, modem, host, baud } = arguments;
     let mut ports = HostPorts::new([frontseat, dvl, ahrs, modem, host]);
     for (PortSettings { baud, .. }, wanted) in ports.ports.iter_mut().zip(baud) {
         *baud = wanted;

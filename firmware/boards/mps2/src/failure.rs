@@ -17,7 +17,7 @@ const TEXT: usize = 160;
 /// Exit codes of the image.
 #[derive(Clone, Copy)]
 #[repr(u32)]
-enum Cause {
+enum ExitCode {
     Panic = 101,
     Fault = 102,
     UnexpectedInterrupt = 103,
@@ -59,7 +59,7 @@ pub fn report_last() {
 }
 
 /// Leaves the record and ends the run.
-fn end(cause: Cause, text: &String<TEXT>) -> ! {
+fn end(cause: ExitCode, text: &String<TEXT>) -> ! {
     cortex_m::interrupt::disable();
     let mut record = Record { magic: MAGIC, cause: cause as u32, length: text.len() as u32, text: [0; TEXT] };
     record.text[..text.len()].copy_from_slice(text.as_bytes());
@@ -77,7 +77,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     }
     // cut when it is longer
     let _ = write!(text, "{}", info.message());
-    end(Cause::Panic, &text)
+    end(ExitCode::Panic, &text)
 }
 
 #[exception]
@@ -94,12 +94,12 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
         scb.hfsr.read(),
         scb.bfar.read()
     );
-    end(Cause::Fault, &text)
+    end(ExitCode::Fault, &text)
 }
 
 #[exception]
 unsafe fn DefaultHandler(number: i16) -> ! {
     let mut text = String::new();
     let _ = write!(text, "unexpected interrupt {number}");
-    end(Cause::UnexpectedInterrupt, &text)
+    end(ExitCode::UnexpectedInterrupt, &text)
 }

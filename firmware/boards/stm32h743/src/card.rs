@@ -41,7 +41,7 @@ pub struct Resources {
     pub select: Peri<'static, PD14>,
 }
 
-/// Files are told apart by their numbers: at start the board does not know the date.
+/// Files are distinguished by their numbers: at start the board does not know the date.
 struct NoClock;
 
 impl TimeSource for NoClock {

@@ -22,7 +22,7 @@ pub struct Clock {
     _pin: Flex<'static>,
     /// Time of the last look; looks come at least once in the counter's 71 minutes.
     last_us: u64,
-    /// Edges that came too fast to be told apart.
+    /// Edges that came too fast to be distinguished.
     lost_edges: u32,
     reported_edges: u32,
 }
@@ -56,9 +56,10 @@ impl Clock {
     /// Board time of an edge of the pulse per second since the last call, µs.
     ///
     /// The timer latches the count at the edge itself, so that nothing depends on how soon it is read: what disciplines
-    /// the clock is the captured count, not the time of the look. The latch keeps it until it is read; a second edge would
-    /// have to come before that. Looks are 1 ms apart and edges 1000 ms, and where no look comes for 600 ms the watchdog
-    /// resets the board: no edge of a pulse per second can be lost. Two between two looks are noise; none is reported.
+    /// the clock is the captured count, not the time of the look. The latch keeps it until it is read; a second edge
+    /// would have to come before that. Looks are 1 ms apart and edges 1000 ms, and where no look comes for 600 ms the
+    /// watchdog resets the board: no edge of a pulse per second can be lost. Two between two looks are noise; none is
+    /// reported.
     pub fn take_edge_us(&mut self) -> Option<u64> {
         let registers = self.timer.regs_gp32();
         if !registers.sr().read().ccif(PPS.index()) {

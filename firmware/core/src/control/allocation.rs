@@ -7,8 +7,9 @@ use nalgebra::{Matrix4, SMatrix, SVector, Vector4, Vector6};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AllocationMethod {
-    /// (3.1.4): yaw to top = −bottom, pitch to port = −starboard, roll to all four alike. For cruciform fins. Where one fin of a
-    /// pair lost its effect the other gives the force alone and rolls the vehicle, which its keel bears.
+    /// (3.1.4), for cruciform fins: yaw by top = −bottom, pitch by port = −starboard, roll by all four alike. If one
+    /// fin of a pair has lost its effect, the other gives the whole force. The restoring moment holds the roll that
+    /// this causes.
     Decoupled,
     /// All four fins for the whole wrench, in the sense of least squares; any arrangement of fins.
     SixDof,
@@ -17,7 +18,7 @@ pub enum AllocationMethod {
 /// Moments about the body axes, N m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
-    /// K. Roll is always counted from what the fins do on their own: their damping is the only one there is.
+    /// K, always on top of the fins' own moment in the inflow: their damping is the only roll damping.
     pub roll_nm: f64,
     /// M.
     pub pitch_nm: f64,
@@ -25,12 +26,12 @@ pub struct Moments {
     pub yaw_nm: f64,
 }
 
-/// What the moments are counted from.
+/// What the moments are relative to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Datum {
-    /// They are what the fins give in total: the inflow's own contribution is cancelled, its damping as well.
+    /// Zero: the moments are the total of the fins. The part due to the inflow is cancelled, its damping included.
     Total,
-    /// They come on top of what the fins would give at these angles in the present inflow: damping stays.
+    /// The moments of the fins at these angles in the present inflow: damping stays.
     Above([f64; FINS]),
 }
 
@@ -84,7 +85,7 @@ pub fn allocate(
     }
 }
 
-/// Sum of the fin wrenches that is wanted.
+/// Wanted sum of the fin wrenches.
 fn target_wrench(model: &VehicleModel, v: &Vector6<f64>, moments: &Moments, datum: &Datum) -> Vector6<f64> {
     let present = |fins: &[f64; FINS]| model.fin_wrenches(v, fins).iter().sum::<Vector6<f64>>();
     let mut target = match datum {
@@ -143,7 +144,7 @@ fn solve_pair<const FIRST: usize, const ROW: usize>(
     target: f64,
     limit_rad: f64,
 ) {
-    // What the two fins have in common makes roll and stays.
+    // The common angle of the two fins makes roll and is kept.
     let common = 0.5 * (fins[FIRST] + fins[FIRST + 1]);
     let start = 0.5 * (fins[FIRST] - fins[FIRST + 1]);
     let mut turn = |delta: f64| {
@@ -238,7 +239,7 @@ fn within_reach(model: &VehicleModel, v: &Vector6<f64>, target: &Vector6<f64>, l
         let slopes = [1, 2, 3, 4].map(|column| by_input[(row, column)]);
         let largest = slopes.iter().fold(0.0_f64, |largest, slope| largest.max(slope.abs()));
         let fins = slopes.map(|slope| {
-            // Fins that act by their drag only are not meant.
+            // Fins that would act by their drag alone are left out.
             if slope.abs() > 0.1 * largest { limit_rad.copysign(sign * slope) } else { 0.0 }
         });
         model.fin_wrenches(v, &fins).iter().map(|wrench| wrench[row]).sum::<f64>()

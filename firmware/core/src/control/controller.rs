@@ -33,7 +33,7 @@ pub struct HelmCommand {
 pub struct Command {
     /// Fins and propeller, always finite and within the limits; neutral unless a mission is under way.
     pub input: ActuatorInput,
-    /// The same wish as heading, depth and speed; `None` unless a mission is under way.
+    /// The same command as heading, depth and speed; `None` unless a mission is under way.
     pub helm: Option<HelmCommand>,
     /// Error about the active leg; zero unless a mission is under way.
     pub error: TrackError,
@@ -90,7 +90,8 @@ impl Controller {
         Ok(())
     }
 
-    /// Adopts another vehicle model while running; its gain is worked out over the next commands, until then the old one stays.
+    /// Adopts another vehicle model while running; its gain is worked out over the next commands, until then the old
+    /// one stays.
     pub fn set_model(&mut self, model: &VehicleModel) {
         self.limiter.set_limits(self.config.limits.within(model.parameters()));
         self.model = Some(model.clone());

@@ -44,15 +44,16 @@ impl GuidanceGains {
     }
 }
 
-/// Turn rate that a vehicle is let go to when one of two vertical fins is left, rad/s.
+/// Fastest turn that is commanded with one of the two vertical fins left, rad/s.
 const LONE_FIN_TURN_RADPS: f64 = 0.15;
 
 /// Fastest turn that a law may ask for, rad/s: no limit while top and bottom fin are whole.
 ///
-/// A hull that its fins just steady is unstable in yaw without one of them (the reference vehicle's deviations grow by 0.4 a second
-/// at 1.3 m/s) and turns nearly as fast at 2° of the other as at 20°, which then takes 4 to 8 s at full deflection to stop the
-/// turn: a law that meets a corner with all it has swings from side to side for ever. Limited, it keeps fin in hand, and turns as fast
-/// as it can still stop. A fin that is lost is diagnosed with some of its lift left, which is why the limit grows slowly with that.
+/// A hull that its fins barely stabilise is unstable in yaw without one of them: at 1.3 m/s, deviations of the
+/// reference vehicle grow by a factor of e^0.4 a second. It turns nearly as fast at 2° of the remaining fin as at 20°,
+/// and stopping the turn takes 4 to 8 s at full deflection. A law without this limit swings from side to side for ever.
+/// With it, some deflection stays in reserve, and the vehicle turns as fast as it can still stop. A lost fin is
+/// diagnosed with some of its lift left; therefore the limit grows slowly with that lift.
 #[must_use]
 pub fn turn_rate_max_radps(model: &VehicleModel) -> f64 {
     let [top, bottom, ..] = model.fin_effectiveness();
@@ -62,7 +63,7 @@ pub fn turn_rate_max_radps(model: &VehicleModel) -> f64 {
 
 /// Slowest water speed for which a crab angle is computed, m/s: below it no heading holds a line.
 const CRAB_MIN_SPEED_MPS: f64 = 0.3;
-/// Largest |sine| of the crab angle (60°): a stronger current cannot be held, but some way is made good.
+/// Largest |sine| of the crab angle (60°): a stronger current sets the vehicle off its line, but it still makes way.
 const CRAB_MAX_SINE: f64 = 0.866_025_403_784_438_6;
 
 /// Crab angle: heading minus course for which the current's push across the line is cancelled, rad.

@@ -1,4 +1,4 @@
-//! What the actuators may be asked for: ranges, fin rate, propeller acceleration.
+//! Limits on the commands to the actuators: ranges, fin rate, propeller acceleration.
 
 use crate::dynamics::{ActuatorInput, FINS, VehicleParameters};
 

@@ -5,10 +5,11 @@
 //! A is the model's analytic Jacobian, fins included: their passive damping stays, without it roll has none. A moment
 //! from the stern comes with a side force, Y = N/x_fin and Z = −M/x_fin, which is in B.
 //!
-//! Steady disturbances: a known current is met by the crab angle (the reference heading turns, so every error is zero
-//! in the steady state). What is not known leaves an offset of disturbance over gain, 5 N m per metre of cross-track
-//! error: 9 cm for a fin bent by 2 degrees, below the filter's own error. So there is no integral action, and nothing to
-//! wind up; a current that is not estimated (0.8 m for each 0.1 m/s across) displaces the estimate by far more.
+//! Steady disturbances: the crab angle compensates a known current (the reference heading turns, so every error is zero
+//! in the steady state). An unknown disturbance leaves an offset of disturbance over gain, 5 N m per metre of
+//! cross-track error: 9 cm for a fin bent by 2 degrees, below the filter's own error. Integral action, which can wind
+//! up, is therefore not needed. An unestimated current (0.8 m for each 0.1 m/s across) displaces the estimate by far
+//! more.
 
 use super::ControlError;
 use super::allocation::{Moments, pitch_lever_m, yaw_lever_m};
@@ -74,12 +75,12 @@ impl LqrWeights {
 
 const RAD_PER_DEG: f64 = core::f64::consts::PI / 180.0;
 
-/// What the regulator asks for.
+/// Output of the regulator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LqrDemand {
     /// dX: thrust above the reference's, N.
     pub thrust_n: f64,
-    /// dM, dN: above what the fins give at the reference's angles.
+    /// dM, dN: above the moments of the fins at the reference's angles, N m.
     pub moments: Moments,
 }
 
@@ -92,9 +93,9 @@ pub struct Lqr {
     solver: RiccatiSolver<12, LQR_INPUTS>,
     /// Trim of the gain that the solver works on.
     pending: Option<Trim>,
-    /// A speed that has no trim or gain; not tried again.
+    /// A speed without trim or gain, which is not tried again.
     refused_mps: Option<f64>,
-    /// The gain in force is of another vehicle.
+    /// The gain in force belongs to another vehicle.
     stale: bool,
 }
 
@@ -199,8 +200,8 @@ impl Lqr {
     }
 
     /// −K · error. Offsets are cut to where heading and pitch weigh against them at the guidance's largest approach
-    /// angles: beyond, the linear law would turn the vehicle in circles. What they and the heading then ask for together is
-    /// cut to where the turn rate weighs against it at `turn_rate_max_radps`.
+    /// angles: beyond, the linear law would turn the vehicle in circles. What they and the heading then ask for
+    /// together is cut to where the turn rate weighs against it at `turn_rate_max_radps`.
     #[must_use]
     pub fn demand(&self, error: &VehicleState, guidance: &GuidanceGains, turn_rate_max_radps: f64) -> LqrDemand {
         let k = &self.gain;

@@ -24,9 +24,9 @@ impl PdGains {
     pub const DEFAULT: Self = Self { kp_psi: 20.0, kd_r: 60.0, kp_theta: 25.0, kd_q: 30.0 };
 
     /// The gains for a leg at `speed_mps`: above 1 m/s Kp grows with u² and Kd with u, as the moments on hull and fins
-    /// do, so that the loop keeps its shape over distance. With fixed gains the hull's own destabilising moment wins and
-    /// the reference vehicle oscillates in pitch from 1.5 m/s. Below 1 m/s the keel's stiffness, which does not depend
-    /// on speed, would win over smaller gains.
+    /// do, so that the loop keeps its shape over distance. With fixed gains the hull's own destabilising moment wins
+    /// and the reference vehicle oscillates in pitch from 1.5 m/s. Below 1 m/s the keel's stiffness, which does not
+    /// depend on speed, would win over smaller gains.
     #[must_use]
     pub fn at_speed(&self, speed_mps: f64) -> Self {
         let scale = speed_mps.max(1.0);

@@ -79,8 +79,8 @@ impl VehicleModel {
         self.section = FinSection::new(parameters);
     }
 
-    /// Gives the fins [top, bottom, port, starboard] these shares of the lift and drag that the parameters say: 1 for a whole
-    /// fin, 0 for a lost one. Values outside 0 to 2, and NaN, count as 1.
+    /// Gives the fins [top, bottom, port, starboard] these shares of the lift and drag that the parameters say: 1 for a
+    /// whole fin, 0 for a lost one. Values outside 0 to 2, and NaN, count as 1.
     pub fn set_fin_effectiveness(&mut self, shares: &[f64; FINS]) {
         for (fin, &share) in self.fins.iter_mut().zip(shares) {
             fin.effectiveness = if (0.0..=2.0).contains(&share) { share } else { 1.0 };

@@ -18,15 +18,15 @@ pub type VarianceHook = fn(values: &[f64], channel: SensorChannel) -> f64;
 /// Gate on a channel, sigmas.
 pub type GateHook = fn(values: &[f64], channel: SensorChannel) -> Option<f64>;
 
-/// The functions of an entry; those that it does not need are absent, which is the identity. The values passed are those
-/// of the entry's parameters, in their order.
+/// The functions of an entry; those that it does not need are absent, which is the identity. The values passed are
+/// those of the entry's parameters, in their order.
 #[derive(Clone, Copy, Debug)]
 pub struct Hooks {
     /// Changes the plant's parameters at time `t_s`; between [`ParameterKind::Onset`](super::ParameterKind::Onset)s it
     /// does not depend on time.
     pub plant: Option<PlantHook>,
-    /// ∂(applied wrench)/∂(parameter), N and N m per unit of the parameter `index`, of an entry with `plant` that may be
-    /// a state of the filter.
+    /// ∂(applied wrench)/∂(parameter), N and N m per unit of the parameter `index`, of an entry with `plant` that may
+    /// be a state of the filter.
     pub wrench_by: Option<WrenchHook>,
     /// Turns what was commanded into what the actuators did over a step.
     pub input: Option<InputHook>,

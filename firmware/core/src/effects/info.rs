@@ -1,4 +1,4 @@
-//! What is said about an effect.
+//! Description of an effect.
 
 use super::Hooks;
 
@@ -36,7 +36,7 @@ pub enum ParameterKind {
     Fin,
     /// When it begins, s since the epoch.
     Onset,
-    /// A time that means nothing while the effect has no size (a period).
+    /// A time without a meaning while the effect has no size (a period).
     Shape,
 }
 
@@ -68,14 +68,14 @@ pub enum Enters {
     Noise,
 }
 
-/// Another effect that data may not tell apart from this one.
+/// Another effect that data may not separate from this one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Confusion {
     /// Name of the other effect.
     pub effect: &'static str,
-    /// When the two cannot be told apart.
+    /// When the two are not separable.
     pub condition: &'static str,
-    /// What to fly, or to log, to tell them apart.
+    /// What to fly, or to log, to separate them.
     pub separating_manoeuvre: &'static str,
 }
 

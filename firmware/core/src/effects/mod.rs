@@ -47,8 +47,7 @@ pub use set::{EffectError, EffectSet, PARAMETERS, ParameterId, parameters};
 
 use crate::dynamics::FINS;
 
-/// Every effect known, in the order in which those present apply. What is there for people to read is left out of a
-/// board's image, which shows it to nobody.
+/// Every known effect, in the order in which those present apply. A board's image leaves out the texts for people.
 pub static CATALOGUE: &[EffectInfo] = &{
     let mut entries = [ENTRIES[0]; ENTRIES.len()];
     let mut i = 0;

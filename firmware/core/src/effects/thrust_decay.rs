@@ -1,4 +1,4 @@
-//! `thrust_decay`: the propeller turns (1 − rate t) of what was commanded, t since the epoch.
+//! `thrust_decay`: the propeller turns at (1 − rate t) times its command, t since the epoch.
 //!
 //! A battery that runs down under an open-loop motor controller.
 

@@ -1,7 +1,7 @@
 //! `water_density`: true minus declared density of the water, as a CTD gives it.
 //!
-//! Buoyancy, drag, fins, thrust and the added mass of translation (for the Munk moment it makes) are proportional to it;
-//! the added inertia of rotation, by which transients change by less than a percent, is left as declared.
+//! Buoyancy, drag, fins, thrust and the added mass of translation (for the Munk moment it makes) are proportional to
+//! it; the added inertia of rotation, by which transients change by less than a percent, is left as declared.
 
 use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
 use crate::dynamics::VehicleParameters;

@@ -1,15 +1,15 @@
 //! The adaptive identifier's laws (4.38)-(4.46), corrected, and Heun's step on measured samples.
 //!
-//! With Δv = v̂ − v, symmetric positive M and V = ½ Δvᵀ M Δv + ½ θ̃ᵀ Γ⁻¹ θ̃ (θ̃ = θ̂ − θ) they give V̇ = −α Δvᵀ M Δv (4.47).
-//! Because Y(ψ2, …) θ̂ = h identically, θ̂ᵀ Γ⁻¹ θ̂ is conserved where h = 0. A parameter with Γ_j = 0 is held, and all of
-//! this stays true with θ̂_j = θ_j.
+//! With Δv = v̂ − v, symmetric positive M and V = ½ Δvᵀ M Δv + ½ θ̃ᵀ Γ⁻¹ θ̃ (θ̃ = θ̂ − θ) they give V̇ = −α Δvᵀ M Δv
+//! (4.47). Because Y(ψ2, …) θ̂ = h identically, θ̂ᵀ Γ⁻¹ θ̂ is conserved where h = 0. A parameter with Γ_j = 0 is held,
+//! and all of this stays true with θ̂_j = θ_j.
 
 use super::regressor::{ActuatorRegressor, known_wrench};
 use super::theta::{B1, BETA1, D11, M11, Theta, W};
 use crate::dynamics::{ActuatorInput, VehicleModel, coriolis};
 use nalgebra::{Vector3, Vector6};
 
-/// What was measured at one instant, as the laws need it: computed once, used by two Heun steps.
+/// The measurements of one instant in the form of the laws: computed once, used by two Heun steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant {
     /// v: body velocity through the water, m/s and rad/s.
@@ -23,7 +23,7 @@ pub struct Instant {
 }
 
 impl Instant {
-    /// From measurements; of `model` only the fins' geometry and what θ does not hold is used.
+    /// From measurements. `model` gives the fins' geometry and the parameters that θ does not hold.
     #[must_use]
     pub fn new(model: &VehicleModel, velocity: &Vector6<f64>, down: &Vector3<f64>, input: &ActuatorInput) -> Self {
         Self {
@@ -35,13 +35,13 @@ impl Instant {
     }
 }
 
-/// Both ends of an interval of dt (s) with one input, each moved dt/6 inwards along the motion of the model θ̂; an end is
-/// v and s = Rᵀ e3.
+/// Both ends of an interval of dt (s) with one input, each moved dt/6 inwards along the motion of the model θ̂; an end
+/// is v and s = Rᵀ e3.
 ///
 /// Between samples ∫ x dt = dt/2 (x₀ + x₁) + dt²/12 (ẋ₀ − ẋ₁) to fourth order, which for what is linear in x is the
-/// trapezoidal rule over the moved ends: Heun's step then integrates to fourth order. Inputs change in steps at the samples, where
-/// ẋ has jumps; these are its values within the interval. Roll, whose fins damp it within an interval or two, moves by them:
-/// without this correction a perfect model misses its acceleration by 8 %.
+/// trapezoidal rule over the moved ends: Heun's step then integrates to fourth order. Inputs change in steps at the
+/// samples, where ẋ has jumps; these are its values within the interval. Roll, whose fins damp it within an interval or
+/// two, moves by them: without this correction a perfect model misses its acceleration by 8 %.
 #[must_use]
 pub fn interval(
     model: &VehicleModel,
@@ -126,7 +126,8 @@ pub fn rates(x: &AidState, alpha: f64, at: &Instant) -> Rates {
     Rates { model_acceleration: psi2, velocity: psi2 - error * alpha, gradient: gradient(&psi2, &error, at) }
 }
 
-/// Heun's step of dt (s) to the measured instant `to`, given the rates at the instant before; `gains` is the diagonal of Γ.
+/// Heun's step of dt (s) to the measured instant `to`, given the rates at the instant before; `gains` is the diagonal
+/// of Γ.
 ///
 /// Euler's is ten times worse in pitch.
 #[must_use]

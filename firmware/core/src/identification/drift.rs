@@ -1,8 +1,8 @@
 //! Drift of the estimates against their own noise.
 //!
-//! A short mean of θ̂_j is compared with a long one in units of the standard deviation of their difference. What leaves
-//! [`THRESHOLD`] of them has drifted: the vehicle changed, or what it does. The long mean then waits until the short one
-//! is back.
+//! A short mean of θ̂_j is compared with a long one. A difference of more than [`THRESHOLD`] standard deviations is a
+//! drift: either the vehicle or its motion has changed. The long mean is then held until the short one has returned to
+//! it.
 
 use super::theta::{PARAMETERS, Theta};
 
@@ -14,7 +14,7 @@ const REFERENCE_S: f64 = 1000.0;
 const SETTLED_S: f64 = 2000.0;
 /// Standard deviations of a drift.
 const THRESHOLD: f64 = 6.0;
-/// Larger deviations count as this many standard deviations in the variance, or a drift would hide itself.
+/// In the variance, deviations are limited to this many standard deviations; otherwise a drift would mask itself.
 const OUTLIER: f64 = 3.0;
 
 /// One parameter's means.
@@ -57,7 +57,7 @@ impl Trace {
 }
 
 impl DriftMonitor {
-    /// Has seen nothing.
+    /// Before the first sample.
     #[must_use]
     pub const fn new() -> Self {
         Self { traces: [Trace::NEW; PARAMETERS] }
@@ -77,7 +77,7 @@ impl DriftMonitor {
         }
     }
 
-    /// Short minus long mean in standard deviations; 0 as long as nothing can be said.
+    /// Short minus long mean in standard deviations; 0 before there are enough samples.
     #[must_use]
     pub fn scores(&self) -> Theta {
         Theta::from(self.traces.each_ref().map(Trace::score))

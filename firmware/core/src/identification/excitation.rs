@@ -1,8 +1,8 @@
-//! Which parameters the motion shows: the means of Yᵀ M⁻¹ Y, the gains that follow and what has to be frozen.
+//! Which parameters the motion excites: means of Yᵀ M⁻¹ Y, the gains that follow, and which parameters are frozen.
 //!
-//! Sensor noise alone fills the columns of Y: on a straight course 4 mm/s of filtered sway are 0.02 rad/s² of the Munk moment.
-//! So Y is also evaluated at measurements disturbed by one sigma, one direction a sample, and what such disturbances make of a
-//! column counts against it.
+//! Sensor noise alone fills the columns of Y: on a straight course 4 mm/s of filtered sway are 0.02 rad/s² of the Munk
+//! moment. So Y is also evaluated at measurements that are disturbed by one sigma, in one direction per sample. The
+//! energy that such disturbances give a column is compared with the column's own.
 
 use super::regressor::Regressor;
 use super::theta::{PARAMETERS, Theta};
@@ -15,8 +15,8 @@ pub enum Visibility {
     Known,
     /// Nothing but noise depends on it: frozen.
     Frozen,
-    /// The motion depends on it, but other parameters explain all of its effect but a thousandth, or but what noise makes of
-    /// it: it adapts, and the prediction with it; its value alone means little.
+    /// The motion depends on it, but other parameters explain all but a thousandth of its effect, or all but the noise.
+    /// It adapts and the prediction improves; its value alone means little.
     Collinear,
     /// Its effect differs from that of all others.
     Separate,
@@ -27,10 +27,10 @@ pub enum Visibility {
 pub struct ParameterExcitation {
     /// The verdict.
     pub visibility: Visibility,
-    /// Effect of an error of half the box on the acceleration, in units of the floor, root mean square; the floor and
-    /// twice the noise are the least.
+    /// Effect of an error of half the box on the acceleration, in units of the floor, root mean square. An excited
+    /// parameter reaches the floor and twice the noise.
     pub strength: f64,
-    /// What sensor noise makes of `strength`.
+    /// `strength` that sensor noise alone would give.
     pub noise: f64,
     /// Share of its effect's energy that no combination of the other parameters explains.
     pub independent: f64,
@@ -43,9 +43,9 @@ impl ParameterExcitation {
 /// Excitation of every parameter, in the order of θ.
 pub type Excitation = [ParameterExcitation; PARAMETERS];
 
-/// A column's energy, and the part of it that is its own, have to be this often the noise's.
+/// A column's energy, and its independent part, must be this many times the noise's.
 const ABOVE_NOISE: f64 = 4.0;
-/// A smaller independent share is left to rounding and to what the model lacks.
+/// A smaller independent share may come from rounding or from errors of the model.
 const INDEPENDENT: f64 = 1.0e-3;
 /// Keeps the correlation matrix invertible; well below [`INDEPENDENT`].
 const RIDGE: f64 = 1.0e-6;
@@ -59,7 +59,7 @@ pub(super) struct ExcitationMonitor {
     /// Squared half width of the box.
     reach: Theta,
     /// Mean of Yᵀ M⁻¹ Y, lower triangle by rows.
-    gram: [f64; row_at(PARAMETERS)],
+    gram_matrix: [f64; row_at(PARAMETERS)],
     /// Mean of Σ_i (reach_j Y_ij / (m_i a_i))².
     strength: Theta,
     /// The same of the change of Y under sensor noise.
@@ -82,7 +82,7 @@ impl ExcitationMonitor {
             inverse_mass: [0.0; 6],
             inverse_floor: [0.0; 6],
             reach: zeros,
-            gram: [0.0; row_at(PARAMETERS)],
+            gram_matrix: [0.0; row_at(PARAMETERS)],
             strength: zeros,
             noise: zeros,
             observed_s: 0.0,
@@ -97,7 +97,7 @@ impl ExcitationMonitor {
             self.inverse_floor[axis] = 1.0 / (force * force);
         }
         self.reach = reach.component_mul(reach);
-        self.gram = [0.0; row_at(PARAMETERS)];
+        self.gram_matrix = [0.0; row_at(PARAMETERS)];
         self.strength.fill(0.0);
         self.noise.fill(0.0);
         self.observed_s = 0.0;
@@ -105,8 +105,8 @@ impl ExcitationMonitor {
     }
 
     /// Mean of Yᵀ M⁻¹ Y, j ≥ k.
-    fn gram(&self, j: usize, k: usize) -> f64 {
-        self.gram.get(row_at(j) + k).copied().unwrap_or(0.0)
+    fn gram_matrix(&self, j: usize, k: usize) -> f64 {
+        self.gram_matrix.get(row_at(j) + k).copied().unwrap_or(0.0)
     }
 
     /// Time averaged so far, s.
@@ -114,13 +114,13 @@ impl ExcitationMonitor {
         self.observed_s
     }
 
-    /// Takes Y of one sample that stands for dt, and Y of the same disturbed in one of `directions` directions that take turns;
-    /// a plain mean at first, with exponential memory later.
+    /// Takes Y of one sample that stands for dt, and Y of the same disturbed in one of `directions` directions that
+    /// take turns; a plain mean at first, with exponential memory later.
     pub(super) fn observe(&mut self, y: &Regressor, disturbed: &Regressor, directions: f64, dt: f64) {
         self.observed_s += dt;
         let weight = dt / self.observed_s.min(self.memory_s);
         let keep = 1.0 - weight;
-        for value in &mut self.gram {
+        for value in &mut self.gram_matrix {
             *value *= keep;
         }
         self.strength *= keep;
@@ -136,7 +136,7 @@ impl ExcitationMonitor {
                     continue;
                 }
                 self.strength[j] += by_floor * self.reach[j] * element * element;
-                for (k, value) in self.gram.iter_mut().skip(row_at(j)).take(j + 1).enumerate() {
+                for (k, value) in self.gram_matrix.iter_mut().skip(row_at(j)).take(j + 1).enumerate() {
                     *value += by_mass * element * y[(axis, k)];
                 }
             }
@@ -150,8 +150,8 @@ impl ExcitationMonitor {
     /// Γ_j = γ / mean(Yᵀ M⁻¹ Y)_jj of what is excited, 0 of what is not and of the known parameter.
     pub(super) fn gains(&self, gamma: f64, known: usize, gains: &mut Theta) {
         for j in 0..PARAMETERS {
-            let adapts = j != known && self.is_excited(j) && self.gram(j, j) > 0.0;
-            gains[j] = if adapts { gamma / self.gram(j, j) } else { 0.0 };
+            let adapts = j != known && self.is_excited(j) && self.gram_matrix(j, j) > 0.0;
+            gains[j] = if adapts { gamma / self.gram_matrix(j, j) } else { 0.0 };
         }
     }
 
@@ -172,12 +172,12 @@ impl ExcitationMonitor {
     pub(super) fn assess(&self, known: usize, excitation: &mut Excitation) {
         let mut correlation = [[0.0; PARAMETERS]; PARAMETERS];
         let used: [bool; PARAMETERS] =
-            core::array::from_fn(|j| j != known && self.is_excited(j) && self.gram(j, j) > 0.0);
+            core::array::from_fn(|j| j != known && self.is_excited(j) && self.gram_matrix(j, j) > 0.0);
         let scale: [f64; PARAMETERS] =
-            core::array::from_fn(|j| if used[j] { 1.0 / libm::sqrt(self.gram(j, j)) } else { 0.0 });
+            core::array::from_fn(|j| if used[j] { 1.0 / libm::sqrt(self.gram_matrix(j, j)) } else { 0.0 });
         for j in 0..PARAMETERS {
             for k in 0..j {
-                let value = self.gram(j, k) * scale[j] * scale[k];
+                let value = self.gram_matrix(j, k) * scale[j] * scale[k];
                 correlation[j][k] = value;
                 correlation[k][j] = value;
             }

@@ -1,12 +1,12 @@
-//! One symmetric low-pass filter for all that enters the regressor, and the delay that it costs.
+//! One symmetric low-pass filter for all signals of the regressor, with its delay.
 //!
 //! Noise in the regressor biases the drags: |v| v of a noisy v does not average out. A symmetric filter delays every
-//! frequency alike, so what happened at once stays simultaneous. Fins and propeller pass through the same filter as v and s:
-//! linear relations between them survive any filter that they share, while unfiltered fins would move a vehicle that hardly
-//! answers to them.
+//! frequency alike, so simultaneous signals stay simultaneous. Fins and propeller pass through the same filter as v and
+//! s: linear relations between them survive any filter that they share, while unfiltered fins would move a vehicle that
+//! hardly answers to them.
 //!
-//! The filter fits a polynomial of fifth order to its window (Savitzky and Golay): of all filters that let such motion pass
-//! as it is, nonlinear terms of it included, the one that lets the least white noise pass.
+//! The filter fits a polynomial of fifth order to its window (Savitzky and Golay): of all filters that let such motion
+//! pass as it is, nonlinear terms of it included, the one that lets the least white noise pass.
 
 use crate::dynamics::ActuatorInput;
 use nalgebra::{Vector3, Vector6};
@@ -16,7 +16,7 @@ pub const DELAY: usize = 20;
 /// Length of the filters.
 const TAPS: usize = 2 * DELAY + 1;
 
-/// One instant of what the identifier is given.
+/// Input of the identifier at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
     /// Time, µs.
@@ -68,7 +68,7 @@ impl PreFilter {
         Self { window: [NOTHING; TAPS], next: 0, filled: 0 }
     }
 
-    /// How much of white noise passes, as a ratio of standard deviations.
+    /// Standard deviation of filtered white noise over that of the noise.
     #[must_use]
     pub fn noise_gain() -> f64 {
         let squares = WEIGHTS.map(|weight| weight * weight);

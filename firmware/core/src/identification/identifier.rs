@@ -13,10 +13,10 @@ use nalgebra::{Vector3, Vector6};
 
 /// λ_max(M⁻¹ Y Γ Yᵀ) dt² above this is unstable with Heun's step; steps that reach it have their gains scaled down.
 const STIFFNESS_LIMIT: f64 = 0.3;
-/// No torpedo moves faster, m/s and rad/s: what does is no measurement.
+/// Largest plausible velocity of a torpedo, m/s and rad/s: beyond it a sample is refused.
 const FASTEST: [f64; 6] = [30.0, 30.0, 30.0, 10.0, 10.0, 10.0];
 
-/// What became of a sample.
+/// Outcome of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SampleOutcome {
@@ -32,14 +32,14 @@ pub enum SampleOutcome {
     WarmingUp,
     /// θ̂ was moved.
     Adapting,
-    /// The laws gave no finite number; θ̂ is what it was.
+    /// The laws gave a number that is not finite; θ̂ is unchanged.
     Diverged,
 }
 
 /// One sample's report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// What became of it.
+    /// Its outcome.
     pub outcome: SampleOutcome,
     /// Δv = v̂ − v of the filtered sample, m/s and rad/s; zero unless warming up or adapting.
     pub velocity_error: Vector6<f64>,
@@ -51,9 +51,9 @@ pub struct Report {
 
 /// Adaptive identification of a vehicle's parameters while it moves.
 ///
-/// Give every sample to [`Self::sample`]; the cost of a call is bounded and does not depend on the data but for gaps, after
-/// which calls are cheaper. [`Self::estimate`] is worth having after some minutes of turns, dives and changes of speed.
-/// Samples lie [`super::DELAY`] periods back when they are used.
+/// Give every sample to [`Self::sample`]. The cost of a call is bounded and does not depend on the data, except that
+/// calls after a gap are cheaper. [`Self::estimate`] is useful after some minutes of turns, dives and changes of speed.
+/// Samples are used [`super::DELAY`] periods late.
 pub struct Identifier {
     config: IdentificationConfig,
     model: Option<VehicleModel>,
@@ -109,7 +109,7 @@ impl Identifier {
     /// Starts afresh from a prior, which also holds what is not identified (geometry, displacement, advance, …).
     ///
     /// # Errors
-    /// What of the settings or of the prior is unusable; nothing is changed then.
+    /// The setting or the property of the prior that is refused; nothing is changed then.
     pub fn configure(&mut self, config: &IdentificationConfig, prior: &VehicleParameters) -> Result<(), ConfigError> {
         config.validate()?;
         let model = VehicleModel::new(prior).map_err(ConfigError::Vehicle)?;
@@ -139,8 +139,8 @@ impl Identifier {
         Ok(())
     }
 
-    /// One sample: time (µs), Euler angles (rad), body velocity through the water (m/s, rad/s), and the mean of what fins and
-    /// propeller did since the sample before.
+    /// One sample: time (µs), Euler angles (rad), body velocity through the water (m/s, rad/s), and the mean of what
+    /// fins and propeller did since the sample before.
     ///
     /// Samples without a velocity are not given; the gap they leave restarts the filter, and θ̂ stays.
     pub fn sample(
@@ -269,7 +269,7 @@ impl Identifier {
         &self.state
     }
 
-    /// What the recent motion shows of each parameter: costs far more than a sample.
+    /// Excitation of each parameter by the recent motion: costs far more than a sample.
     #[must_use]
     pub fn excitation(&self) -> Excitation {
         let mut excitation = UNKNOWN;

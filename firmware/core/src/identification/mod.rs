@@ -1,7 +1,7 @@
 //! Adaptive identification (AID) of the plant and actuator parameters, chapter 4.
 //!
-//! One [`Identifier`] takes attitude, body velocity, fins and propeller at 10 Hz and carries θ̂, 21 parameters, from a prior
-//! to what the motion shows; it reads no clock, never allocates and never panics.
+//! One [`Identifier`] takes attitude, body velocity, fins and propeller at 10 Hz and adapts θ̂, 21 parameters, from a
+//! prior to the measured motion; it reads no clock, never allocates and never panics.
 //!
 //! ```text
 //! theta       the parameters: order, names, and as a vehicle     aid         the laws and Heun's step
@@ -12,8 +12,8 @@
 //! fault       a fin, drag, thrust, water: which one changed
 //! ```
 //!
-//! What can be expected: the predicted motion converges, single parameters only as far as the motion tells them
-//! apart. m44 and β1 (nearly collinear with d11) hardly ever converge.
+//! Convergence: the predicted motion converges, a single parameter only as far as the motion separates it from the
+//! others. m44 and β1 (nearly collinear with d11) hardly ever converge.
 
 pub mod aid;
 mod config;

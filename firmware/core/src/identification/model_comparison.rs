@@ -1,9 +1,9 @@
 //! Parameter sets predict the same motion open loop; which predicts better, and is that more than luck?
 //!
-//! Every [`HORIZON_STEPS`] samples all sets start from the same measured attitude and velocity and are then left alone with fins
-//! and propeller. What they miss is weighed by what a perfect model would miss: sensor noise, and the process noise
-//! that gathers over half the horizon. Stretches are short against the whole and start afresh, so their outcomes are
-//! independent; the logarithm of the ratio of two sets' errors keeps one wild stretch from deciding.
+//! Every [`HORIZON_STEPS`] samples all sets start from the same measured attitude and velocity; from there they are
+//! driven by fins and propeller alone. Their errors are weighed by those of a perfect model: sensor noise, and the
+//! process noise accumulated over half the horizon. Stretches are short and start afresh, so their outcomes are
+//! independent. The logarithm of the ratio of two sets' errors keeps one wild stretch from deciding.
 
 use super::aid::{Instant, model_acceleration};
 use super::theta::Theta;
@@ -15,7 +15,7 @@ use nalgebra::{Vector3, Vector6};
 pub const HORIZON_STEPS: u16 = 150;
 /// Roll, pitch and the axes of v.
 const CHANNELS: usize = 8;
-/// A set that misses by more, in mean weighed squares, is lost and counts as this.
+/// Largest mean weighed square of a prediction: a diverged one counts as this.
 const LOST: f64 = 1.0e4;
 /// Standard errors of the mean: one-sided 1 % by Student's t with the fewest stretches, 0.4 % with thirty.
 const CONFIDENCE: f64 = 2.8;
@@ -24,7 +24,7 @@ pub const FEWEST_STRETCHES: u16 = 10;
 /// A smaller gain is not worth a change: 2 % of the mean squared error.
 const MARGIN: f64 = 0.02;
 
-/// What a parameter set is in a comparison.
+/// Role of a parameter set in a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModelRole {
@@ -87,7 +87,7 @@ impl OpenLoopModel {
         self.roll_pitch_rad = core::array::from_fn(|i| angles[i] + (e1[i] + 2.0 * (e2[i] + e3[i]) + e4[i]) * sixth);
     }
 
-    /// What it misses now, weighed; at most [`LOST`], also where the prediction is no number any more.
+    /// Weighed square of its present error; at most [`LOST`], also where the prediction is not finite.
     fn miss(&self, weight: &[f64; CHANNELS], roll_pitch_rad: [f64; 2], velocity: &Vector6<f64>) -> f64 {
         let mut sum = 0.0;
         for (i, weight) in weight.iter().enumerate() {
@@ -103,7 +103,7 @@ impl OpenLoopModel {
     }
 }
 
-/// What the stretches say about one set against the active one.
+/// Evidence of the stretches for one set against the active one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparisonEvidence {
     /// Stretches.
@@ -172,8 +172,8 @@ impl ModelComparison {
         }
     }
 
-    /// Starts afresh. `noise`: one sigma of a sample of roll and pitch (rad) and v (m/s, rad/s); `density`: root PSD of the
-    /// acceleration along v.
+    /// Starts afresh. `noise`: one sigma of a sample of roll and pitch (rad) and v (m/s, rad/s); `density`: root PSD of
+    /// the acceleration along v.
     pub fn configure(&mut self, roll_pitch_noise_rad: f64, noise: &[f64; 6], density: &[f64; 6], period_s: f64) {
         let half_s = 0.5 * f64::from(HORIZON_STEPS) * period_s;
         let inverse = |variance: f64| if variance > 0.0 { 1.0 / variance } else { 0.0 };
@@ -187,7 +187,8 @@ impl ModelComparison {
         self.step = None;
     }
 
-    /// A set takes a role, or with `None` leaves it; evidence that rests on it is forgotten, and a stretch begins anew.
+    /// Gives a role to a set, or takes it away (`None`). Evidence that rests on the role is forgotten; a new stretch
+    /// begins.
     pub fn enter(&mut self, role: ModelRole, theta: Option<&Theta>) {
         let model = &mut self.models[role as usize];
         model.entered = theta.is_some();
@@ -209,7 +210,7 @@ impl ModelComparison {
         model.entered.then_some(&model.theta)
     }
 
-    /// What is known about candidate or previous against the active set; nothing about the active set itself.
+    /// Evidence for candidate or previous against the active set; none for the active set itself.
     #[must_use]
     pub fn evidence(&self, role: ModelRole) -> ComparisonEvidence {
         match role {
@@ -224,8 +225,9 @@ impl ModelComparison {
         self.step = None;
     }
 
-    /// One sample: Euler angles (rad), velocity through the water, and the mean input since the sample before; `model` is
-    /// where the sets take from what θ does not hold. True at the end of a stretch. Costs four evaluations of the model a set.
+    /// One sample: Euler angles (rad), velocity through the water, and the mean input since the sample before; `model`
+    /// is where the sets take from what θ does not hold. True at the end of a stretch. Costs four evaluations of the
+    /// model a set.
     pub fn sample(
         &mut self,
         model: &VehicleModel,

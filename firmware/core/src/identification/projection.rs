@@ -16,8 +16,8 @@ pub struct ParameterBox {
 impl ParameterBox {
     /// Around a prior: `ratio` times its value, `0 < ratio[0] < 1 < ratio[1]`.
     ///
-    /// What can be zero has a box that a ratio cannot give: w within 5 % of the displaced weight and within twice its own
-    /// magnitude, B1 and B2 within |B3| (a trim of 45°).
+    /// Parameters that may be zero have a box of another kind: w within 5 % of the displaced weight and within twice
+    /// its own magnitude, B1 and B2 within |B3| (a trim of 45°).
     #[must_use]
     pub fn around(prior: &VehicleParameters, ratio: [f64; 2]) -> Self {
         let theta = theta_of(prior);

@@ -67,8 +67,8 @@ pub fn cross_drag_columns(v: &Vector6<f64>) -> SMatrix<f64, 6, 2> {
     columns
 }
 
-/// h(v, ξ): the applied wrench of what the vehicle has beyond θ, N and N m: linear surge drag, advance of the propeller and
-/// cross drag, at their declared values.
+/// h(v, ξ): the applied wrench of what the vehicle has beyond θ, N and N m: linear surge drag, advance of the propeller
+/// and cross drag, at their declared values.
 #[must_use]
 pub fn known_wrench(parameters: &VehicleParameters, v: &Vector6<f64>, input: &ActuatorInput) -> Vector6<f64> {
     let [_, v_, w, _, q, r] = v.data.0[0].map(|component| component.abs() * component);

@@ -26,8 +26,8 @@ pub struct SurfaceNoise {
 }
 
 impl SurfaceNoise {
-    /// Dynamic model of the reference vehicle: a tenth of its buoyancy comes and goes at either end within a second. So large
-    /// that the position is as well known after a dive as the filter says (60 simulated dives).
+    /// Dynamic model of the reference vehicle: a tenth of its buoyancy comes and goes at either end within a second. So
+    /// large that the position is as well known after a dive as the filter says (60 simulated dives).
     pub const DYNAMIC: Self = Self {
         depth_m: 1.0,
         noise: ProcessNoise {
@@ -81,12 +81,12 @@ pub struct NavigationConfig {
     pub gate_sigma: f64,
     /// Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.
     pub exceedances: u32,
-    /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first, as in
-    /// the thesis.
+    /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first,
+    /// as in the thesis.
     pub range_curvature: f64,
-    /// What [`Self::make_robust`] makes states of.
+    /// Priors of the states that [`Self::make_robust`] adds.
     pub priors: Priors,
-    /// A nominal and a tidal filter run beside this one, and their ranges decide between the three.
+    /// A nominal and a tidal filter run beside this one; the three are weighed by their ranges.
     pub bank: bool,
 }
 
@@ -156,13 +156,13 @@ impl NavigationConfig {
     };
 }
 
-/// Process noise of the robust filter over that of the nominal one. What its states do not describe (waves, drag that is
-/// not quadratic, the parameters that are not states) acts most on heave and pitch.
+/// Process noise of the robust filter over that of the nominal one. Waves, drag that is not quadratic and the
+/// parameters that are not states act most on heave and pitch.
 const ROBUST_NOISE: [f64; 6] = [1.5, 1.5, 5.0, 1.5, 5.0, 1.5];
 
 impl NavigationConfig {
-    /// Turns the nominal filter into the robust one: what is usually not known becomes states, and the process noise grows
-    /// by what those do not describe.
+    /// Turns the nominal filter into the robust one: usually unknown quantities become states, and the process noise
+    /// grows to cover the effects that are not states.
     pub fn make_robust(&mut self) {
         self.noise_factor = ROBUST_NOISE;
         self.effect_states = EffectStates::robust(&self.priors);
@@ -170,7 +170,7 @@ impl NavigationConfig {
     }
 }
 
-/// Largest value of what is no parameter: far beyond use, far from overflow.
+/// Largest value of a number that is not in the table of parameters: far beyond use, far from overflow.
 const LARGEST: f64 = 1.0e6;
 
 impl NavigationConfig {

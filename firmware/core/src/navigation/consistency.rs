@@ -1,4 +1,4 @@
-//! Is the filter as good as it says? Normalised innovations and errors squared.
+//! Is the filter consistent? Normalised squares of innovations and errors.
 
 use super::{FusionOutcome, FusionRecord, Sensor};
 use crate::state::VehicleState;

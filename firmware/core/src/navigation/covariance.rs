@@ -87,7 +87,8 @@ impl Covariance {
         if first { self.block::<W, false>(n, k, a, g) } else { self.block::<W, true>(n, k, a, g) }
     }
 
-    /// g += P a (`ADD`) or g = P a, with a from state `k` on; returns W. Four rows at a time are what the registers hold.
+    /// g += P a (`ADD`) or g = P a, with a from state `k` on; returns W. Four rows at a time are what the registers
+    /// hold.
     #[inline(never)]
     fn block<const W: usize, const ADD: bool>(&self, n: usize, k: u8, a: [f64; W], g: &mut Vector) -> usize {
         let (n, k) = (n.min(N_MAX), usize::from(k).min(N_MAX - W));

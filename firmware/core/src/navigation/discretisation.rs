@@ -6,8 +6,9 @@
 //! The columns of e^{F s} that differ from the identity's are summed as one Taylor series, at the
 //! end of the step and at two times inside it; the integral of Q_d is the four-point Lobatto rule
 //! over these (degree 5; its error falls with the sixth power of the step). At 0.1 s and 1 m/s Φ and x agree with
-//! Van Loan's matrix exponential to 1e-6 and Q_d to 1e-5, far closer than holding F over the step (2e-5 in x) or knowing Q, at a tenth of its cost.
-//! A step too long for the series is halved until it is not, and the halves are composed.
+//! Van Loan's matrix exponential to 1e-6 and Q_d to 1e-5, far closer than holding F over the step (2e-5 in x) or
+//! knowing Q, at a tenth of its cost. A step too long for the series is halved until it is not, and the halves are
+//! composed.
 
 use super::layout::PLANT_STATES;
 use crate::dynamics::Linearisation;
@@ -109,8 +110,8 @@ impl Discretisation {
         }
     }
 
-    /// One step of `step_s` seconds (not inlined: the board's compiler then keeps its registers); `psd` are the acceleration power spectral densities of
-    /// u, v, w, p, q, r.
+    /// One step of `step_s` seconds (not inlined: the board's compiler then keeps its registers); `psd` are the
+    /// acceleration power spectral densities of u, v, w, p, q, r.
     #[inline(never)]
     pub(super) fn compute(&mut self, model: &Linearisation, psd: &[f64; 6], step_s: f64) {
         let jacobian = Jacobian::new(model);

@@ -1,4 +1,5 @@
-//! What the filter estimates beside the vehicle: effects, parameters of the model, trims of the fins, currents that change.
+//! What the filter estimates beside the vehicle: effects, parameters of the model, trims of the fins, currents that
+//! change.
 
 use super::layout::MAX_EFFECTS;
 use super::{ConfigError, Priors};
@@ -13,8 +14,8 @@ pub enum StateParameter {
     Effect(ParameterId) = 1, // an Option's None is zero
     /// Rate of change of the current, 0 north, 1 east, m/s².
     CurrentRate(u8),
-    /// ln of true over declared θ_j, by the index j in θ. The exponential keeps the parameter's sign, and makes errors of
-    /// 20 % as linear as errors of 2 %.
+    /// ln of true over declared θ_j, by the index j in θ. The exponential keeps the parameter's sign, and makes errors
+    /// of 20 % as linear as errors of 2 %.
     LogFactor(u8),
     /// Both rudders stand off their commands, rad, positive to starboard (0), or both elevators, positive nose up (1).
     FinTrim(u8),
@@ -85,8 +86,8 @@ pub struct EffectStates {
     states: [Option<EffectState>; MAX_EFFECTS],
 }
 
-/// Rate of change of a tidal current, m/s², and its walk, m/s²/√s. A rotary tide of 0.15 m/s changes by 2e-5 m/s² at most,
-/// and that rate turns once in 12.4 h.
+/// Rate of change of a tidal current, m/s², and its walk, m/s²/√s. A rotary tide of 0.15 m/s changes by 2e-5 m/s² at
+/// most, and that rate turns once in 12.4 h.
 const TIDE: [f64; 2] = [1.0e-5, 5.0e-8];
 
 impl EffectStates {
@@ -102,8 +103,9 @@ impl EffectStates {
         with(with(Self::NONE, "north_mps"), "east_mps")
     }
 
-    /// What `priors` leave open. Of the parameters of the model these are the ones that an hour of turns and dives without a
-    /// DVL shows; the others follow from the covariance of these or hardly matter (m44 to m66, d22 to d55, beta2, beta4).
+    /// What `priors` leave open. Of the parameters of the model these are the ones that an hour of turns and dives
+    /// without a DVL shows; the others follow from the covariance of these or hardly matter (m44 to m66, d22 to d55,
+    /// beta2, beta4).
     #[must_use]
     pub fn robust(priors: &Priors) -> Self {
         let mut states = if priors.current_mps > 0.0 {

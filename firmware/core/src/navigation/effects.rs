@@ -18,7 +18,7 @@ use nalgebra::Vector6;
 type Entries = u32;
 const _: () = assert!(CATALOGUE.len() <= Entries::BITS as usize);
 
-/// Which entries are at work, by what they do, and what they remember.
+/// The entries in use, sorted by what they change, and their memory.
 #[derive(Clone)]
 pub(super) struct Effects {
     /// Time that `t_s` counts from, µs.
@@ -169,13 +169,13 @@ impl Effects {
         Ok(())
     }
 
-    /// The filter's time or states are others: the model is stale, the actuators are where they are told to be.
+    /// Call it after time or states were set: the model is out of date, and the actuators stand at their commands.
     pub(super) fn restart(&mut self) {
         self.memory = ActuatorMemory::default();
         self.next_onset_s = if self.plant == 0 { f64::INFINITY } else { f64::NEG_INFINITY };
     }
 
-    /// Whether the model no longer is what it was made for.
+    /// Whether the model is out of date.
     pub(super) fn is_stale(&self, t_s: f64) -> bool {
         self.retunes || t_s >= self.next_onset_s
     }
@@ -206,7 +206,7 @@ impl Effects {
         }
     }
 
-    /// What the actuators did over a step under a command.
+    /// Actuator input over a step under a command.
     pub(super) fn actuated(
         &mut self,
         commanded: &ActuatorInput,
@@ -235,7 +235,7 @@ impl Effects {
         self.accelerates
     }
 
-    /// Whether the actuators do not what they are told.
+    /// Whether an effect makes the actuators deviate from their commands.
     pub(super) fn actuate(&self) -> bool {
         self.input != 0 || self.trims
     }
@@ -284,7 +284,7 @@ impl Effects {
         }
     }
 
-    /// Turns what ideal sensors would show into what these show, rows of H included.
+    /// Turns the readings of ideal sensors into those of sensors with effects, rows of H included.
     #[inline(never)]
     pub(super) fn observe(
         &self,
@@ -325,7 +325,7 @@ impl Effects {
         }
     }
 
-    /// Keeps what is estimated within what is plausible.
+    /// Keeps the estimated effects within their plausible ranges.
     pub(super) fn bound(config: &NavigationConfig, x: &mut Estimate) {
         for (at, state) in (EFFECTS..).zip(config.effect_states.iter()) {
             let [min, max] = match state.parameter {
@@ -370,7 +370,7 @@ pub(super) fn water_of(effects: &EffectSet) -> [f64; 2] {
     water
 }
 
-/// What an ideal sensor would have read where one with the fixed effects read `measured`, at the epoch.
+/// Reading of an ideal sensor where a sensor with the fixed effects reads `measured`, at the epoch.
 pub(super) fn ideal_reading(config: &NavigationConfig, channel: SensorChannel, measured: [f64; 3]) -> [f64; 3] {
     let moment = Moment { t_s: 0.0, sound_speed_mps: config.sound_speed_mps };
     let mut ideal = measured;

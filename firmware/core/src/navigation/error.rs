@@ -6,8 +6,8 @@ use crate::parameters::ParameterError;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConfigError {
-    /// The named value is not finite or outside its range. What is no parameter goes by its field of
-    /// [`super::NavigationConfig`].
+    /// The named value is not finite or outside its range. A value without a row in the table of parameters is named by
+    /// its field of [`super::NavigationConfig`].
     OutOfRange(ParameterError),
     /// An effect's value is not plausible.
     Effect {
@@ -16,7 +16,7 @@ pub enum ConfigError {
         /// Its parameter.
         parameter: &'static str,
     },
-    /// The filter cannot estimate this parameter, or not without the other half of it, or does already.
+    /// The filter cannot estimate this parameter, or not without its other axis, or estimates it already.
     NotAState {
         /// The effect.
         effect: &'static str,
@@ -25,7 +25,7 @@ pub enum ConfigError {
     },
     /// More effect states than the filter has room for.
     TooManyEffectStates,
-    /// What vehicle and effects make together is outside its range.
+    /// With its effects, a parameter of the vehicle is outside its range.
     Plant {
         /// Key of the vehicle file.
         key: &'static str,

@@ -1,4 +1,5 @@
-//! What the filter has learnt of the vehicle: each estimate with what it is worth, and all of them for the next dive.
+//! What the filter has learnt of the vehicle: each estimate with its quality, and all of them as a prior for the next
+//! dive.
 
 use super::effect_states::{EffectStates, StateParameter};
 use super::filter::Filter;
@@ -25,8 +26,8 @@ pub struct StateEstimate {
 }
 
 impl StateEstimate {
-    /// Whether the motion so far tells it from the prior and from the other estimates. If not, the filter uses it, but it is
-    /// no finding.
+    /// Whether the motion so far separates it from its prior and from the other estimates. If not, the filter uses it,
+    /// but it must not be reported as a finding.
     #[must_use]
     pub fn is_separable(&self) -> bool {
         self.sigma < LEARNT * self.prior_sigma && self.correlation < CORRELATED
@@ -95,8 +96,8 @@ impl Filter {
         }
     }
 
-    /// Starts from what an earlier dive has learnt: call it after `initialise`, before the first prediction. States that the
-    /// earlier dive did not have keep their priors.
+    /// Starts from what an earlier dive has learnt: call it after `initialise`, before the first prediction. States
+    /// that the earlier dive did not have keep their priors.
     pub fn start_from(&mut self, posterior: &Posterior) {
         let states = self.config.effect_states;
         for (at, state) in (EFFECTS..).zip(states.iter()) {

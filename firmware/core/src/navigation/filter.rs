@@ -1,4 +1,4 @@
-//! The filter itself: state, covariance, and what may be asked of them.
+//! The filter itself: state and covariance, and access to them.
 
 use super::covariance::{Covariance, ROWS, Vector};
 use super::digest::Digest;
@@ -324,15 +324,15 @@ impl Filter {
         self.p.get(i, j) + unconfirmed * unconfirmed
     }
 
-    /// Whether one sensor and the filter contradict each other: nothing of it is fused, and what it positions is
-    /// propagated with more noise until it is consistent again, or silent.
+    /// Whether one sensor and the filter contradict each other. The sensor is then not fused, and the states that it
+    /// observes are propagated with more noise until it is consistent again, or silent.
     #[must_use]
     pub fn is_suspect(&self, sensor: Sensor) -> bool {
         self.monitor.is_suspect(sensor)
     }
 
-    /// The least sigma that one sensor's measurements can reach, because the sensor came back in contradiction to the
-    /// filter and no fix has confirmed it yet; 0 otherwise.
+    /// Floor under the sigma of the states that this sensor observes, while the sensor is unconfirmed (it came back in
+    /// contradiction to the filter, and no fix has decided between the two); 0 otherwise.
     #[must_use]
     pub fn unconfirmed_sigma(&self, sensor: Sensor) -> f64 {
         self.monitor.floor(sensor).into_iter().fold(0.0, f64::max)

@@ -21,12 +21,12 @@ pub(super) fn wrap_innovation(sensor: Sensor, innovation: f64) -> f64 {
     if sensor == Sensor::Attitude { wrap_angle(innovation) } else { innovation }
 }
 
-/// Range rates are not used while √(σx² + σy²) is beyond this, m: they bend with the bearing, and at some hundred metres
-/// from the ship a position that may be so wrong would be thrown about by their tangent.
+/// Range rates are not used while √(σx² + σy²) is beyond this, m: they depend nonlinearly on the bearing, and some
+/// hundred metres from the ship their linearisation about so uncertain a position would be wrong.
 const FAR_M: f64 = 50.0;
 
 impl Filter {
-    /// Fuses one measurement and says what became of each of its scalars.
+    /// Fuses one measurement; returns the outcome of each of its scalars.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
         self.fuse_observed(measurement, &mut ())
     }
@@ -91,14 +91,14 @@ impl Filter {
 
     fn update(&mut self, sensor: Sensor, fusions: &mut Fusions, observer: &mut impl Observer) {
         if self.monitor.alert && sensor == Sensor::VehicleGnss {
-            // a fix is judged by the whole of what the position may be wrong
+            // a fix is gated by the whole uncertainty of the position
             let [sigma, ..] = self.monitor.floor(Sensor::Range);
             self.leave_at_least(sensor, [sigma; 3]);
         }
         let mut variance = self.project(0);
         let ratio = self.worst_test_ratio(variance);
         let alert = ratio > EXCEEDANCE || self.monitor.alert;
-        // A rate is a line only near the place it is taken at.
+        // A range rate is linear only near the position.
         let far = sensor == Sensor::RangeRate && self.p.get(X, X) + self.p.get(Y, Y) > FAR_M * FAR_M;
         if far || (alert && !self.weigh(sensor, ratio)) {
             return self.gated(sensor, fusions);
@@ -205,7 +205,7 @@ impl Filter {
         FusionRecord { sensor, axis: axis as u8, time_us: self.time_us, innovation, variance, test_ratio, outcome }
     }
 
-    /// Whether a measurement that is an exceedance, or comes while something is out of order, is used.
+    /// Whether to use a measurement that is an exceedance, or that comes while a sensor is suspect or unconfirmed.
     #[cold]
     #[inline(never)]
     fn weigh(&mut self, sensor: Sensor, ratio: f64) -> bool {
@@ -248,7 +248,7 @@ impl Filter {
         }
     }
 
-    /// What a sensor positions is at least this uncertain, one sigma.
+    /// Puts a floor under the uncertainty of the states that a sensor observes, one sigma.
     fn leave_at_least(&mut self, sensor: Sensor, sigma: [f64; 3]) {
         for (i, sigma) in self.positioned_by(sensor).zip(sigma) {
             let short = sigma * sigma - self.p.get(i, i);

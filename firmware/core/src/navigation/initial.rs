@@ -25,17 +25,17 @@ pub struct InitialState {
     pub sigma: VehicleState,
 }
 
-/// One sigma of a commanded speed as part of it: what an Iver's speed loop and an unknown trim leave.
+/// One sigma of a commanded speed as a share of it: error of an Iver's speed loop with an unknown trim.
 const COMMANDED_SPEED_PART: f64 = 0.1;
-/// Least one sigma of a commanded speed, and that of the sway and heave nobody commands, m/s.
+/// Least one sigma of a commanded speed, and one sigma of sway and heave, which are not commanded, m/s.
 const COMMANDED_SIGMA_MPS: f64 = 0.1;
 
 impl InitialState {
     /// From the last fix (north, east, one sigma per axis), present depth, Euler angles, rates and
     /// speed; depth, attitude, rates and a DVL have their sensors' sigma.
     ///
-    /// What the sensors say is freed of the effects in `config`. A DVL is taken as bottom track: with current states its
-    /// velocity through the water is as uncertain as the current.
+    /// What the sensors say is freed of the effects in `config`. A DVL is taken as bottom track: with current states
+    /// its velocity through the water is as uncertain as the current.
     #[must_use]
     pub fn from_fix(
         fix_m: [f64; 2],
@@ -64,7 +64,7 @@ impl InitialState {
                 ([surge, 0.0, 0.0], [sigma, COMMANDED_SIGMA_MPS, COMMANDED_SIGMA_MPS])
             }
         };
-        // The compass may be off by what its biases may be.
+        // The biases of the compass add to the uncertainty of the heading.
         let heading = config.effect_states.heading_sigma_rad();
         let heading_sigma = libm::sqrt(sensors.attitude_rad * sensors.attitude_rad + heading * heading);
         let assemble = |position: [f64; 3], euler: [f64; 3], nu: [f64; 3], omega: [f64; 3]| {

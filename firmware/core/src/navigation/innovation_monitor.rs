@@ -1,22 +1,23 @@
-//! Innovation monitor: the gate, and what becomes of a source that contradicts the filter for longer than chance allows.
+//! Innovation monitor: the gate, and what becomes of a source that contradicts the filter for longer than chance
+//! allows.
 //!
-//! A measurement is judged as a whole, before any of its scalars is used. Beyond `gate_sigma` of the innovation's own sigma
-//! it is refused. Beyond [`EXCEEDANCE`] of the gate (three sigmas of five) it is used and counted as an *exceedance*; a
-//! smaller innovation ends the run of exceedances.
+//! A measurement is judged as a whole, before any of its scalars is used. Beyond `gate_sigma` of the innovation's own
+//! sigma it is refused. Beyond [`EXCEEDANCE`] of the gate (three sigmas of five) it is used and counted as an
+//! *exceedance*; a smaller innovation ends the run of exceedances.
 //!
-//! `exceedances` of them in a row, over at least [`EXCEEDANCES_US`], mean that the source or the filter is wrong. The source
-//! is then **suspect**:
+//! `exceedances` of them in a row, over at least [`EXCEEDANCES_US`], mean that the source or the filter is wrong. The
+//! source is then **suspect**:
 //!
-//! - Nothing of it is used. One sigma of the states that it observes grows by [`growth`] per second, the rate at which an
-//!   undeclared cause may lead the filter astray. The duration of the contradiction decides what may be believed, not the
-//!   agreement of the readings among themselves.
-//! - It is used again once it has been **consistent** with the grown covariance as often in a row as it took to suspect it.
-//!   If all of these would have been consistent without the growth, the source was wrong for a while and nothing remains.
-//!   Otherwise source and filter disagreed and either may have been right: the source is **unconfirmed**. The filter follows
-//!   it, but the states that it observes keep a sigma of at least [`UNCONFIRMED`] of the disagreement. Of the position this is
-//!   an addition to what the filter reports, because ranges have to triangulate; of other states it is a floor under P.
-//!   After unconfirmed ranges the growth begins again with each range; an unconfirmed velocity or attitude lets the sigma of
-//!   the position grow while nothing measures the position.
+//! - Nothing of it is used. One sigma of the states that it observes grows by [`growth`] per second, the rate at which
+//!   an undeclared cause may lead the filter astray. The duration of the contradiction decides what may be believed,
+//!   not the agreement of the readings among themselves.
+//! - It is used again once it has been **consistent** with the grown covariance as often in a row as it took to suspect
+//!   it. If all of these would have been consistent without the growth, the source was wrong for a while and nothing
+//!   remains. Otherwise source and filter disagreed and either may have been right: the source is **unconfirmed**. The
+//!   filter follows it, but the states that it observes keep a sigma of at least [`UNCONFIRMED`] of the disagreement.
+//!   Of the position this is an addition to what the filter reports, because ranges have to triangulate; of other
+//!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range; an unconfirmed
+//!   velocity or attitude lets the sigma of the position grow while nothing measures the position.
 //! - A fix of the surfaced vehicle confirms every source.
 //! - A suspect source that falls silent becomes unconfirmed.
 
@@ -27,8 +28,8 @@ use super::observation::Observation;
 pub(super) const EXCEEDANCE: f64 = 0.36;
 /// A row of exceedances lasts at least this long, µs: a DVL on a fish, or a depth cell in a wave, is over by then.
 const EXCEEDANCES_US: u64 = 2_000_000;
-/// Least sigma of what an unconfirmed source positions, by the difference: three of it cover that along one line of sight,
-/// and a fifth more for what lay across.
+/// Least sigma of what an unconfirmed source positions, by the difference: three of it cover that along one line of
+/// sight, and a fifth more for what lay across.
 const UNCONFIRMED: f64 = 0.4;
 /// Velocity over ground counts as measured for this long, µs.
 const VELOCITY_US: u64 = 10_000_000;
@@ -41,13 +42,13 @@ const CRUISE_MPS: f64 = 1.5;
 /// Growth of one sigma of what a suspect source positions, in the state's unit per second.
 fn growth(sensor: Sensor) -> f64 {
     match sensor {
-        // heave that trim or a wrong pitch makes
+        // heave by trim or by a wrong pitch
         Sensor::Depth => 0.1,
-        // a turn that the model does not expect, 1 °/s: without a compass for long, nothing else is right either
+        // an unmodelled turn, 1 °/s: without a compass for long, nothing else is right either
         Sensor::Attitude | Sensor::Rates => 2.0e-2,
-        // a drag or a thrust that changes by some percent a minute
+        // drag or thrust that changes by some percent a minute
         Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate => 2.0e-3,
-        // a current that is not declared, or a tide that has turned
+        // an undeclared current, or a tide that has turned
         Sensor::Range => 0.15,
         // the same; but it is the one absolute reference, and the vehicle waits at the surface
         Sensor::VehicleGnss => 0.5,
@@ -55,8 +56,8 @@ fn growth(sensor: Sensor) -> f64 {
     }
 }
 
-/// Largest sigma that suspicion gives to a state that a source positions, in the state's unit: beyond, a linearised filter
-/// means nothing.
+/// Largest sigma that suspicion gives to a state that a source positions, in the state's unit: beyond, a linearised
+/// filter means nothing.
 pub(super) fn largest_sigma(sensor: Sensor) -> f64 {
     match sensor {
         Sensor::Depth => 20.0,
@@ -77,10 +78,10 @@ fn silence_us(sensor: Sensor) -> u64 {
 
 #[derive(Clone, Copy)]
 struct Source {
-    /// Strikes in a row, and the time of the first.
+    /// Exceedances in a row, and the time of the first.
     exceedances: u32,
     since_us: u64,
-    /// The last exceedance, and the last measurement that was none (while anything is out of order).
+    /// Time of the last exceedance, and of the last other measurement (kept while a sensor is suspect or unconfirmed).
     exceedance_us: u64,
     consistent_us: u64,
     suspect: bool,
@@ -95,7 +96,7 @@ struct Source {
     variance: f64,
     /// Worst innovations of the row of exceedances, by scalar.
     worst: [f64; 3],
-    /// What an unconfirmed source leaves at least, one sigma by scalar; 0 when it is not unconfirmed.
+    /// Least one sigma by scalar while the source is unconfirmed; 0 otherwise.
     floor: [f64; 3],
     recoveries: u32,
 }
@@ -148,7 +149,7 @@ pub(super) struct Growth {
     pub(super) positioned: f64,
     /// To the position.
     pub(super) drift: f64,
-    /// What the source positions is at least this uncertain from now on; 0 for nothing new.
+    /// New floor under the sigma of the states that the source observes; 0: unchanged.
     pub(super) floor: [f64; 3],
 }
 
@@ -157,7 +158,7 @@ pub(super) struct Growth {
 pub(super) struct InnovationMonitor {
     /// Of the measurement under way, in sigmas.
     pub(super) sigma: f64,
-    /// Something is out of order with one source at least. The usual way asks no more than this.
+    /// At least one source is suspect or unconfirmed. In normal operation only this flag is read.
     pub(super) alert: bool,
     sources: [Source; Sensor::ALL.len()],
 }
@@ -186,7 +187,7 @@ impl InnovationMonitor {
         self.sources[sensor as usize].recoveries
     }
 
-    /// A exceedance by some innovations, of `variance` at most; with `most` of them in a row suspicion begins.
+    /// An exceedance: its innovations, and their largest `variance`. With `most` of them in a row suspicion begins.
     pub(super) fn exceedance(&mut self, sensor: Sensor, time_us: u64, items: &[Observation], variance: f64, most: u32) {
         let source = &mut self.sources[sensor as usize];
         if source.exceedances == 0 {
@@ -212,8 +213,8 @@ impl InnovationMonitor {
         source.variance.max(variance - source.added)
     }
 
-    /// A measurement that is no exceedance; `alone`: without the suspicion it would not have been one either. Says whether it is
-    /// used; a suspect source is taken back by `most` of them in a row.
+    /// A measurement that is no exceedance; `alone`: without the suspicion it would not have been one either. Says
+    /// whether it is used; a suspect source is taken back by `most` of them in a row.
     pub(super) fn consistent(&mut self, sensor: Sensor, time_us: u64, alone: bool, most: u32) -> bool {
         let source = &mut self.sources[sensor as usize];
         if source.suspect {

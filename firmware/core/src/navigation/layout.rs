@@ -47,7 +47,7 @@ pub(super) struct Layout {
     current_rate: bool,
     ship: bool,
     slots: [Option<Slot>; CLONES],
-    /// Number of clones ever taken; it outlives every reset, so that no old id comes true again.
+    /// Number of clones ever taken; no reset clears it, so that an old id never becomes valid again.
     generation: u32,
 }
 

@@ -5,9 +5,10 @@
 //! ship to vehicle ((2.35)-(2.38), read as range² = xᵀAᵀA x).
 //! Invalid when the ends coincide or the ship is not known.
 //!
-//! A range circle is not its tangent: with σ one sigma of the position across the path, |p| exceeds |p̂| by σ²/2r on average,
-//! with a variance of σ⁴/2r² (the Gaussian second-order filter: Bar-Shalom, Li and Kirubarajan, 2001, 10.3). Where that is
-//! much against the noise, an estimate of first order soon believes too much: see `range_curvature` of the configuration.
+//! A range circle is not its tangent: with σ one sigma of the position across the path, |p| exceeds |p̂| by σ²/2r on
+//! average, with a variance of σ⁴/2r² (the Gaussian second-order filter: Bar-Shalom, Li and Kirubarajan, 2001, 10.3).
+//! Where this is large compared with the noise, a first-order filter becomes overconfident: see `range_curvature` of
+//! the configuration.
 
 use super::acoustic::{Path, by_position, report_variance};
 use super::covariance::Covariance;

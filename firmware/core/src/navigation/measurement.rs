@@ -1,4 +1,4 @@
-//! What can be fused, and the one record that every fusion leaves.
+//! The measurements, and the record of every fusion.
 
 use crate::effects::SensorChannel;
 
@@ -193,7 +193,7 @@ impl Measurement {
         }
     }
 
-    /// What was read, one number a scalar.
+    /// The readings, one number per scalar.
     pub(super) fn readings(&self) -> &[f64] {
         match self {
             Self::Depth { z_m: one }
@@ -233,7 +233,7 @@ impl Measurement {
     }
 }
 
-/// What became of a scalar innovation.
+/// Outcome of a scalar innovation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FusionOutcome {

@@ -1,29 +1,30 @@
 //! Navigation: the centralized extended Kalman filter (CEKF) of chapter 2, made robust.
 //!
-//! A [`Navigator`] is moved through time by [`Navigator::predict`] and corrected by [`Navigator::fuse`]; it reads no clock,
-//! no bytes and never panics.
+//! A [`Navigator`] is moved through time by [`Navigator::predict`] and corrected by [`Navigator::fuse`]; it reads no
+//! clock, no bytes and never panics.
 //!
 //! **State.** Vehicle 12 | augmented states, up to 20 | ship 6 | delayed states, two of 6. The process model is the
 //! vehicle's dynamics driven by fins and propeller; a delayed state keeps what a later acoustic measurement needs.
 //!
-//! **What is not known is estimated.** The nominal filter takes the declared vehicle as exact. With parameters wrong by 10 %
-//! it errs by ten metres, in an undeclared current by thirty. The robust filter ([`NavigationConfig::make_robust`]) makes
-//! states of what the declaration leaves open ([`Priors`]): the logarithms of eight parameters of the model, the current,
-//! the biases of the compass, the trims of the fins, buoyancy, pitch trim and the lag of the servos. The logarithm keeps a
-//! parameter's sign; a linear factor diverges where it does not. Half of these states would be worse than none: thrust and
-//! current without the trims take up what the trims cause and lose the vehicle.
+//! **Unknowns are states.** The nominal filter takes the declared vehicle as exact. With parameters wrong by 10 % it
+//! errs by ten metres, in an undeclared current by thirty. The robust filter ([`NavigationConfig::make_robust`])
+//! estimates what the declaration leaves open ([`Priors`]): the logarithms of eight parameters of the model, the
+//! current, the biases of the compass, the trims of the fins, buoyancy, pitch trim and the lag of the servos. A
+//! logarithm keeps a parameter's sign; a linear factor can lose it and then diverges. Half of these states would be
+//! worse than none: without the trims, thrust and current absorb the effect of the trims, and the position is lost.
 //!
 //! The columns ∂v̇/∂state have closed forms. The plant is Y θ = h with the regressor Y of the identifier, so that
-//! M ∂v̇/∂ ln θ_j = −Y_j θ_j; trims and lag enter by the fins' wrench per angle. Only these columns, the live block and its
-//! cross covariances are computed: a state that does not move costs nothing but its row.
+//! M ∂v̇/∂ ln θ_j = −Y_j θ_j; trims and lag enter by the fins' wrench per angle. Only these columns, the live block and
+//! its cross covariances are computed: a state that does not move costs nothing but its row.
 //!
-//! **The bank.** What is estimated costs accuracy where it is known, and a steady current cannot follow a tide. A
-//! [`Navigator`] therefore runs three filters, robust, nominal and tidal, and mixes them by what their ranges say.
+//! **The bank.** To estimate a known quantity costs accuracy, and a steady current cannot follow a tide. A
+//! [`Navigator`] therefore runs three filters, robust, nominal and tidal, and weighs them by the likelihood of their
+//! ranges.
 //!
-//! **What may be believed.** [`Filter::estimates`] gives each augmented state with its sigma and whether the motion has told
-//! it apart from the others. A current and the speed along a single line, or hard iron and a current on north-south lines,
-//! are not separable: they are used, and are no findings. The first minutes are the worst; a [`Posterior`] lets a dive
-//! start from what the last one has learnt.
+//! **Findings.** [`Filter::estimates`] gives each augmented state with its sigma, and whether the motion has separated
+//! it from the others. A current and the speed along a single line, or hard iron and a current on north-south lines,
+//! are not separable: the filter uses such estimates, but they are not findings. The first minutes are the worst; with
+//! a [`Posterior`] a dive starts from the estimates of the last one.
 //!
 //! ```text
 //! navigator       the bank                          filter          one filter: state and covariance
@@ -36,7 +37,7 @@
 //! innovation_monitor  the gate, and sources that contradict the filter
 //! effects         the catalogue's effects in the filter   effect_states   what is estimated, and its priors
 //! estimates       what was learnt                   observer        each step as a linear map, for a smoother
-//! config, initial, measurement, consistency, error  what the outside sees
+//! config, initial, measurement, consistency, error  the interface
 //! ```
 
 mod acoustic;

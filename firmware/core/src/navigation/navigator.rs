@@ -1,14 +1,14 @@
 //! The filter that the vehicle navigates by: one, or a bank of three.
 //!
-//! The robust filter estimates what is not known of the vehicle. Its states cost half of the accuracy where everything is
-//! as declared, and it takes the current as nearly steady. The bank runs two more filters beside it: the nominal one, and a
-//! robust one whose current changes steadily, as a tide's does. The three are weighed by what their ranges say: w_i is
-//! proportional to the likelihood of filter i's range innovations, its logarithm forgotten by [`EVIDENCE_MEMORY`] a range. Only
-//! ranges count, because they measure what is wanted; a nominal filter with a wrong model contradicts them long before it
-//! contradicts compass and depth sensor, whose many innovations would drown them. The estimate is the mixture:
-//! x = Σ w_i x_i, P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
+//! The robust filter estimates the unknowns of the vehicle. Where everything is as declared its states cost half of the
+//! accuracy, and it takes the current as nearly steady. The bank runs two more filters beside it: the nominal one, and
+//! a robust one whose current changes steadily, as in a tide. The weight w_i is proportional to the likelihood of
+//! filter i's range innovations; its logarithm is forgotten by [`EVIDENCE_MEMORY`] per range. Only ranges count,
+//! because they measure the position: a nominal filter with a wrong model contradicts them long before it contradicts
+//! compass and depth sensor, and those have so many innovations that they would outweigh the ranges. The estimate is
+//! the mixture: x = Σ w_i x_i, P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
 //!
-//! A member that fails loses its weight; all that is no vehicle state is asked of the robust filter.
+//! A member that fails loses its weight. All states behind the vehicle's are those of the robust filter.
 
 use super::digest::Digest;
 use super::effect_states::EffectStates;
@@ -23,13 +23,13 @@ use core::f64::consts::PI;
 use core::ops::Deref;
 use nalgebra::{ArrayStorage, SMatrix, Vector2};
 
-/// What a range leaves of the evidence before it: fifty ranges, 25 minutes at one every 30 s. A current that sets in later
-/// outweighs them within three ranges.
+/// Factor on the earlier evidence with each range: a memory of fifty ranges, 25 minutes at one every 30 s. A current
+/// that sets in later outweighs them within three ranges.
 pub const EVIDENCE_MEMORY: f64 = 0.98;
 
 /// The navigation filter. Some 100 kB: lives in a static, never passed by value; a host may copy it.
 ///
-/// What is asked of the main filter alone (augmented states, ship, monitor) is found through [`Deref`].
+/// Augmented states, ship and monitor are those of the main filter, through [`Deref`].
 #[derive(Clone)]
 pub struct Navigator {
     main: Filter,
@@ -38,8 +38,8 @@ pub struct Navigator {
     state: VehicleState,
 }
 
-/// ln of the prior odds of the others against the main filter. Most water changes by less than a tide's rate within a dive,
-/// or no better than a walk can follow: odds of one to ten for a steady change.
+/// ln of the prior odds of the others against the main filter. Most water changes by less than a tide's rate within a
+/// dive, or no better than a walk can follow: odds of one to ten for a steady change.
 const PRIOR: [f64; OTHERS] = [0.0, -2.3];
 
 /// Filters beside the main one: [`NOMINAL`] and [`TIDAL`].
@@ -76,7 +76,7 @@ struct Member {
 impl Member {
     const NEW: Self = Self { filter: Filter::new(), runs: false, log_ratio: 0.0, weight: 0.0 };
 
-    /// Bayes' rule on a range, used or refused; one that either filter cannot predict says nothing.
+    /// Bayes' rule on a range, used or refused; a range that either filter cannot predict does not count.
     fn weigh(&mut self, main: &Fusions, own: &Fusions) {
         if let (Some(main), Some(own)) = (main.log_likelihood(), own.log_likelihood())
             && (own - main).is_finite()
@@ -203,7 +203,7 @@ impl Navigator {
         Ok(())
     }
 
-    /// Fuses one measurement and says what became of each of its scalars in the main filter.
+    /// Fuses one measurement; returns the outcome of each of its scalars in the main filter.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
         let fusions = self.main.fuse(measurement);
         for member in self.others.iter_mut().filter(|member| member.runs) {
@@ -217,7 +217,7 @@ impl Navigator {
         fusions
     }
 
-    /// Lets the other members do what the main filter did; who cannot runs no longer.
+    /// Repeats a call of the main filter on the other members; a member that refuses it is stopped.
     fn follow(&mut self, mut step: impl FnMut(&mut Filter) -> bool) {
         for member in self.others.iter_mut().filter(|member| member.runs) {
             member.runs = step(&mut member.filter);
@@ -323,7 +323,8 @@ impl Navigator {
     }
 
     /// Covariance of states `i` and `j`; 0 beyond the last. That of vehicle states is that of the mixture; that of the
-    /// position covers both accounts while ranges are unconfirmed, which P itself does not ([`Filter::unconfirmed_sigma`]).
+    /// position covers both accounts while ranges are unconfirmed, which P itself does not
+    /// ([`Filter::unconfirmed_sigma`]).
     #[must_use]
     pub fn covariance(&self, i: usize, j: usize) -> f64 {
         let main = self.main.covariance(i, j);

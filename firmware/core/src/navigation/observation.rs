@@ -1,4 +1,4 @@
-//! What an aiding source hands to the update: ν, h and R of one to three scalars.
+//! Input of the measurement update: ν, h and R of one to three scalars.
 
 use super::FusionOutcome;
 use super::row::Row;
@@ -17,7 +17,7 @@ pub(super) struct Observation {
 impl Observation {
     const NONE: Self = Self { innovation: 0.0, row: Row::EMPTY, variance: 0.0 };
 
-    /// Innovation and noise are numbers that an update can bear.
+    /// Innovation and noise are finite, and the noise is positive.
     pub(super) fn is_valid(&self) -> bool {
         self.innovation.is_finite() && self.variance.is_finite() && self.variance > 0.0
     }

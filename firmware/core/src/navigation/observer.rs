@@ -1,4 +1,4 @@
-//! What a smoother on a host needs to know of every step of the filter: the linear map behind it.
+//! Every step of the filter as a linear map, for a smoother on a host.
 //!
 //! [`super::Filter`] hands each of its steps to an [`Observer`]. The board's is `()`, which costs nothing.
 

@@ -2,12 +2,12 @@
 
 /// Section `[installation]` of the vehicle file.
 ///
-/// A lever arm is the position of the sensor relative to the centre of gravity, body frame, m. A turn is roll, pitch and
-/// yaw (ZYX) of the sensor's axes relative to the body axes, rad: `v_body = R(turn) v_sensor`. A delay is the time from
-/// the moment that a measurement is valid for to the arrival of its last byte, s.
+/// A lever arm is the position of the sensor relative to the centre of gravity, body frame, m. A turn is roll, pitch
+/// and yaw (ZYX) of the sensor's axes relative to the body axes, rad: `v_body = R(turn) v_sensor`. A delay is the time
+/// from the moment that a measurement is valid for to the arrival of its last byte, s.
 ///
-/// Neither attitude nor body rates depend on where the AHRS sits, and depth, position and range have no axes: these
-/// numbers do not exist.
+/// Attitude and body rates do not depend on where the AHRS sits: it has no lever arm. Depth, position and range have no
+/// axes: these sensors have no turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Installation {
     /// DVL: lever arm, m.
@@ -30,17 +30,17 @@ pub struct Installation {
     pub gnss_delay_s: f64,
     /// Acoustic transducer: lever arm, m.
     pub transducer_arm_m: [f64; 3],
-    /// Acoustic transducer: what modem and hardware add to every time of flight (calibrated), s.
+    /// Acoustic transducer: delay of modem and hardware in every time of flight (calibrated), s.
     pub transducer_delay_s: f64,
     /// Sound speed c that turns times of flight into ranges, m/s.
     pub sound_speed_mps: f64,
-    /// Depth of the ship's transducer, m; on the vehicle the ship's packets say it.
+    /// Depth of the ship's transducer, m; on the vehicle the ship's packets give it.
     pub ship_transducer_depth_m: f64,
 }
 
 impl Installation {
-    /// Every sensor at the centre of gravity, in the body axes and without delay, but for the 0.3 s that a GNSS receiver
-    /// takes to compute and send a fix; sound speed of sea water at about 10 °C.
+    /// Every sensor at the centre of gravity, in the body axes and without delay, but for the 0.3 s that a GNSS
+    /// receiver takes to compute and send a fix; sound speed of sea water at about 10 °C.
     pub const DEFAULT: Self = Self {
         dvl_arm_m: [0.0; 3],
         dvl_turn_rad: [0.0; 3],

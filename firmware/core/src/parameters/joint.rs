@@ -1,4 +1,4 @@
-//! What parameters have to satisfy together.
+//! Conditions on several parameters together.
 
 use super::row::check_with;
 use super::{Declaration, ParameterError, VEHICLE, VehicleParameters};
@@ -7,10 +7,10 @@ use core::fmt;
 
 /// One condition on several parameters.
 struct Rule {
-    /// The parameters that do not go together if it does not hold.
+    /// The parameters concerned.
     #[cfg(not(target_os = "none"))]
     parameters: &'static [&'static str],
-    /// What is wrong then, and what is expected.
+    /// What is wrong if it does not hold, and what is expected.
     #[cfg(not(target_os = "none"))]
     text: &'static str,
     /// By the vehicle and, where it is known, the cruise speed, m/s.
@@ -29,7 +29,7 @@ macro_rules! rule {
     };
 }
 
-/// Their numbers go over the host link: new ones come last.
+/// Their numbers go over the host link: add new ones at the end.
 const RULES: [Rule; 9] = [
     rule!(["vehicle.length_m", "vehicle.diameter_m"], "the hull is thicker than long", |v, _| v.length_m
         >= v.diameter_m),
@@ -166,8 +166,8 @@ impl<F: Fn(&str) -> Option<f64>> fmt::Display for WithValues<F> {
     }
 }
 
-/// Checks what parameters that are each in range have to satisfy together; with the controller's cruise speed, m/s, where
-/// it is known.
+/// Checks the joint conditions on parameters that are each in range; those on the cruise speed, m/s, only where it is
+/// known.
 ///
 /// # Errors
 /// The first rule that does not hold.
@@ -237,8 +237,8 @@ pub fn cross_drag_limit(d_a: f64, d_b: f64) -> f64 {
     (d_a * t * t * t + d_b) / (t * t + t)
 }
 
-/// Whether the lift of the fins makes moments about both pitch and yaw, with levers of a twentieth of the length. The lift
-/// of a fin is along z of its frame, (0, -sin phi, cos phi).
+/// Whether the lift of the fins makes moments about both pitch and yaw, with levers of a twentieth of the length. The
+/// lift of a fin is along z of its frame, (0, -sin phi, cos phi).
 fn fins_steer(vehicle: &VehicleParameters) -> bool {
     let (mut pitch, mut yaw) = (0.0, 0.0);
     for fin in &vehicle.fins {

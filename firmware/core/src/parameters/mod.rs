@@ -1,14 +1,14 @@
 //! Everything that is declared about a vehicle: one table.
 //!
-//! A [`Row`] declares a key of the vehicle file: its name, symbol, unit, range, one sentence of help, whether it may change
-//! while a mission runs, and where its numbers are in a struct; the defaults are the constants of that struct. The list of
-//! the board, the vehicle file, the commands `backseat params`, the page docs/guide/parameters.md and the checks of ranges
-//! derive from these rows. The rows of section `[app]` stand with what they configure: the filter
-//! ([`crate::navigation::NavigationConfig::ROWS`]), the controller ([`crate::control::ControlConfig::ROWS`]) and the app
-//! (its protocols and ports). The effects have a catalogue of their own ([`crate::effects`]).
+//! A [`Row`] declares a key of the vehicle file: its name, symbol, unit, range, one sentence of help, whether it may
+//! change while a mission runs, and where its numbers are in a struct; the defaults are the constants of that struct.
+//! The list of the board, the vehicle file, the commands `backseat params`, the page docs/guide/parameters.md and the
+//! checks of ranges derive from these rows. The rows of section `[app]` stand with what they configure: the filter
+//! ([`crate::navigation::NavigationConfig::ROWS`]), the controller ([`crate::control::ControlConfig::ROWS`]) and the
+//! app (its protocols and ports). The effects have a catalogue of their own ([`crate::effects`]).
 //!
-//! To add a parameter: a field and its default, and a row. To add a section: its struct, its rows, its name in `SECTIONS`,
-//! and its place in the app's list.
+//! To add a parameter: a field and its default, and a row. To add a section: its struct, its rows, its name in
+//! `SECTIONS`, and its place in the app's list.
 
 mod installation;
 mod joint;

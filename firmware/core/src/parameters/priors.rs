@@ -30,8 +30,8 @@ pub struct Priors {
 }
 
 impl Priors {
-    /// Parameters 10 %, a current of some tenths of a metre per second, a compass of 2 degrees after calibration, fins set by
-    /// eye, ballast by scale. 2 mm of the reference vehicle's 15 mm lever are 0.13 rad of pitch trim.
+    /// Parameters 10 %, a current of some tenths of a metre per second, a compass of 2 degrees after calibration, fins
+    /// set by eye, ballast by scale. 2 mm of the reference vehicle's 15 mm lever are 0.13 rad of pitch trim.
     pub const DEFAULT: Self = Self {
         mass: [0.1; 3],
         drag: [0.1; 2],

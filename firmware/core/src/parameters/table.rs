@@ -1,8 +1,9 @@
 //! The table of what is declared, a section of the vehicle file after the other.
 //!
-//! The ranges span vehicles from a hand-launched glider to a midget submarine. They catch slips (a unit, a sign, a missing
-//! exponent), not poor estimates. What numbers have to satisfy together is checked by [`super::joint_check`]. The rows of section `[app]` stand with the
-//! structs that they fill: [`crate::navigation::NavigationConfig`], [`crate::control::ControlConfig`], and the app's own.
+//! The ranges span vehicles from a hand-launched glider to a midget submarine. They catch slips (a unit, a sign, a
+//! missing exponent), not poor estimates. What numbers have to satisfy together is checked by [`super::joint_check`].
+//! The rows of section `[app]` stand with the structs that they fill: [`crate::navigation::NavigationConfig`],
+//! [`crate::control::ControlConfig`], and the app's own.
 
 use super::{Installation, Priors, ProcessNoise, Row, SensorNoise, Shape, VehicleParameters};
 use crate::row;
@@ -46,7 +47,8 @@ pub const VEHICLE: &[Row<VehicleParameters>] = &[
     row!(real "vehicle.diameter_m", "D", "m", [0.01, 10.0], "Diameter of the hull.", diameter_m),
     row!(real "vehicle.mass_kg", "m", "kg", [0.1, 1.0e5], "Dry mass.", mass_kg),
     row!(real "vehicle.displaced_mass_kg", "rho V", "kg", [0.1, 1.0e5], "Mass of the displaced water; a vehicle floats if it is more than the mass.", displaced_mass_kg),
-    // From hot fresh water to the brine of the Dead Sea (1240), and as far as effects.water_density takes it from there.
+    // From hot fresh water to the brine of the Dead Sea (1240), and as far as effects.water_density takes it from
+    // there.
     row!(real "vehicle.rho_kg_per_m3", "rho", "kg/m^3", [950.0, 1300.0], "Density of the water.", rho_kg_per_m3),
     // Anywhere on Earth.
     row!(real "vehicle.g_mps2", "g", "m/s^2", [9.76, 9.84], "Acceleration of gravity.", g_mps2),
@@ -70,7 +72,8 @@ pub const VEHICLE: &[Row<VehicleParameters>] = &[
     row!(real "fins.area_m2", "A", "m^2", [1.0e-6, 10.0], "Planform area of one fin.", fin_area_m2),
     row!(vector[0, 1 of 2] "fins.cd", "beta_1", "1", [1.0e-6, 100.0], "Drag coefficient of a fin: beta1 + beta2 alpha^2.", cd),
     row!(vector[1, 1 of 2] "fins.cd", "beta_2", "1/rad^2", [1.0e-6, 100.0], "Drag coefficient of a fin: beta1 + beta2 alpha^2.", cd),
-    // A flat plate of infinite span has 2 pi per radian; lift must rise with incidence, or the fins steer the wrong way.
+    // A flat plate of infinite span has 2 pi per radian; lift must rise with incidence, or the fins steer the wrong
+    // way.
     row!(vector[0, 1 of 2] "fins.cl", "beta_3", "1/rad", [1.0e-3, 20.0], "Lift coefficient of a fin: beta3 alpha + beta4 alpha^3.", cl),
     row!(vector[1, 1 of 2] "fins.cl", "beta_4", "1/rad^3", [-1.0e3, 1.0e3], "Lift coefficient of a fin: beta3 alpha + beta4 alpha^3.", cl),
     row!(real "fins.stall_rad", "alpha_s", "rad", [1.0e-2, PI], "Incidence beyond which lift and drag coefficient keep their values.", stall_rad),
@@ -107,8 +110,8 @@ pub const NOISE: &[Row<ProcessNoise>] = &[
     row!(vector[0, 3 of 3] "noise.angular_radps2_per_sqrt_hz", "sigma_p, sigma_q, sigma_r", "rad/s^2/sqrt(Hz)", [1.0e-6, 10.0], "Acceleration in roll, pitch, yaw that the dynamic model does not explain.", angular_radps2_per_sqrt_hz),
 ];
 
-/// Sensor noise. The lower limits lie well below the resolution of any such sensor: a filter that trusts one without bound
-/// is singular.
+/// Sensor noise. The lower limits lie well below the resolution of any such sensor: a filter that trusts one without
+/// bound is singular.
 #[rustfmt::skip]
 pub const SENSORS: &[Row<SensorNoise>] = &[
     row!(real "sensors.depth_m", "sigma_z", "m", [1.0e-4, 10.0], "Noise of depth.", depth_m),
@@ -121,7 +124,8 @@ pub const SENSORS: &[Row<SensorNoise>] = &[
     row!(real "sensors.ship_gnss_m", "sigma_s", "m", [1.0e-3, 100.0], "Noise of a fix of the ship per axis.", ship_gnss_m),
 ];
 
-/// What the robust filter estimates. Zero means known. 1 of a parameter is a factor of e: a prior wider than that is none.
+/// What the robust filter estimates. Zero means known. 1 of a parameter is a factor of e: a prior wider than that is
+/// none.
 #[rustfmt::skip]
 pub const PRIOR: &[Row<Priors>] = &[
     row!(vector[0, 3 of 3] "prior.mass", "", "1", [0.0, 1.0], "Relative sigma of m_11, m_22, m_33.", mass),

@@ -297,7 +297,8 @@ fn a_lone_vertical_fin_is_enough_when_it_is_known_to_be_alone() {
             };
             let ((_, unknown_m), (finished, known_m)) = (error(false), error(true));
             println!("{law:?}, fin {fin}: across {unknown_m:.2} m, known {known_m:.2} m");
-            // Not told, it swings by metres; the PD's approach to the line is slow (a distance of 20 m) and leaves decimetres.
+            // Without that knowledge it swings by metres; the PD's approach to the line is slow (a distance of 20 m)
+            // and leaves decimetres.
             assert!(finished && known_m < 0.3 && unknown_m > 2.0, "{law:?} {fin}: {unknown_m} m, known {known_m} m");
         }
     }

@@ -9,7 +9,7 @@ use backseat_core::state::{self, VehicleState};
 /// The board's step, s.
 pub const STEP_S: f64 = 0.1;
 
-/// What the water and the actuators do that the controller is not told.
+/// Disturbances of water and actuators that the controller does not know.
 #[derive(Clone, Copy, Debug)]
 pub struct Disturbance {
     /// The vehicle that is flown; the controller is told the reference vehicle.
@@ -81,7 +81,7 @@ pub fn fly(
         faulted.set_fin_effectiveness(&disturbance.fin_shares);
         controller.set_model(&faulted);
     }
-    let told = if disturbance.current_known { disturbance.current_ne_mps } else { [0.0; 2] };
+    let known_ne_mps = if disturbance.current_known { disturbance.current_ne_mps } else { [0.0; 2] };
     let mut scatter = Scatter(5);
     let mut actual_vehicle = VehicleModel::new(&disturbance.vehicle).unwrap();
     actual_vehicle.set_fin_effectiveness(&disturbance.fin_shares);
@@ -89,7 +89,7 @@ pub fn fly(
     let mut samples = Vec::new();
     for step in 0..(longest_s / STEP_S) as u64 {
         let estimate = VehicleState::from_fn(|i, _| x[i] + libm::sqrt(3.0) * disturbance.noise[i] * scatter.unit());
-        let command = controller.command(step * 100_000, &estimate, told);
+        let command = controller.command(step * 100_000, &estimate, known_ne_mps);
         check_limits(&config.limits, &last, &command.input);
         last = command.input;
         samples.push(Sample { time_s: step as f64 * STEP_S, x, command });

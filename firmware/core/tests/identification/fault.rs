@@ -48,7 +48,8 @@ fn diagnosis(broken: &VehicleModel) -> Diagnosis {
     diagnosis
 }
 
-/// Magnitudes within this share: a fin's is uncertain by the noise in its incidence, which the 22° of these inputs exceed tenfold.
+/// Magnitudes within this share: a fin's is uncertain by the noise in its incidence, which the 22° of these inputs
+/// exceed tenfold.
 const TOLERANCE: f64 = 0.15;
 
 #[test]
@@ -89,7 +90,7 @@ fn val_each_fault_is_named_with_its_magnitude() {
 }
 
 #[test]
-fn val_the_fin_that_was_lost_is_told_from_the_others() {
+fn val_the_lost_fin_is_distinguished_from_the_others() {
     for fin in 0..4_u8 {
         let mut broken = model(&VEHICLE);
         let mut shares = [1.0; FINS];

@@ -4,7 +4,7 @@
 use super::support::*;
 use backseat_core::navigation::*;
 
-/// A vehicle on its way, and a filter that hears what it is told to hear.
+/// A vehicle on its way, and a filter with the sensors that are switched on.
 struct Flight {
     truth: Truth,
     config: NavigationConfig,
@@ -15,8 +15,8 @@ struct Flight {
     ship_error_m: [f64; 2],
     /// Added to what the DVL says, m/s; `None`: no DVL.
     dvl_error_mps: Option<f64>,
-    /// Longest time in a row during which nothing was suspect or unconfirmed, √(σx² + σy²) below 30 m (so that the app would call it
-    /// navigating), and the position wrong by more than three of its own sigmas, s.
+    /// Longest time in a row during which nothing was suspect or unconfirmed, √(σx² + σy²) below 30 m (so that the app
+    /// would call it navigating), and the position wrong by more than three of its own sigmas, s.
     dishonest_s: u64,
     dishonest_now_s: u64,
 }

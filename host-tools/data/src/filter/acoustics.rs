@@ -14,7 +14,7 @@ const ROUNDING_US: u64 = 50_000;
 /// turns, long against the noise of its fixes.
 const VELOCITY_WINDOW_US: u64 = 5_000_000;
 
-/// One sigma of a velocity that nobody told: faster than any ship.
+/// One sigma of an unknown velocity: faster than any ship.
 const UNKNOWN_SPEED_MPS: f64 = 100.0;
 
 /// Half a packet's flight.

@@ -44,7 +44,8 @@ pub struct FilterRun {
     pub track: Vec<TrackSample>,
     /// The same from the measurements of the whole log, if that was asked for.
     pub smoothed: Option<Vec<TrackSample>>,
-    /// One sigma of the ship's velocity, north and east, m/s, at the times of the track from which on the ship is a state.
+    /// One sigma of the ship's velocity, north and east, m/s, at the times of the track from which on the ship is a
+    /// state.
     pub ship_velocity_sigma_mps: Vec<(u64, [f64; 2])>,
     /// Every fusion, in order.
     pub fusions: Vec<FusionRecord>,
@@ -135,9 +136,9 @@ struct Pass<'a> {
     input: ActuatorInput,
     flights: Flights,
     ship_track: Option<ShipTrack>,
-    /// Packets whose ship could not be told.
+    /// Packets without a known position of the ship.
     unusable: usize,
-    /// Range rates whose ship velocity could not be told.
+    /// Range rates without a known velocity of the ship.
     unusable_rates: usize,
     consistency: Consistency,
     next_sample_us: u64,

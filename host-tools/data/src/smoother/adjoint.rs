@@ -113,7 +113,7 @@ impl Adjoint {
         self.information.iter_mut().for_each(|row| move_up(row, at, count, 0.0));
     }
 
-    /// The `count` states at `at` were forgotten: nothing behind tells of them.
+    /// The `count` states at `at` were forgotten: no later measurement depends on them.
     fn remove(&mut self, at: usize, count: usize) {
         self.width = STRIDE;
         move_down(&mut self.lambda, at, count, 0.0);

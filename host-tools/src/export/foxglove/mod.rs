@@ -2,7 +2,7 @@
 
 mod messages;
 
-use super::decode::{Found, Kind, What};
+use super::decode::{EventKind, Found, What};
 use anyhow::Context;
 use backseat_app::LocalFrame;
 use backseat_data::output::{Existing, check, write};
@@ -92,7 +92,7 @@ impl Foxglove {
                 self.put("/identification", time_ns, Message { schema: "backseat.Identification", json })
             }
             What::Event(kind, text) => {
-                let warning = matches!(kind, Kind::Loss | Kind::Recorder);
+                let warning = matches!(kind, EventKind::Loss | EventKind::Recorder);
                 self.put("/events", time_ns, messages::log(time_ns, warning, kind.name(), text))
             }
         }

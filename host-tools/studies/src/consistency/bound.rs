@@ -1,22 +1,25 @@
 //! The posterior Cramér-Rao bound by Tichavský's recursion (Tichavský, Muravchik and Nehorai, IEEE Trans. Signal
-//! Processing 46(5), 1998), apart from the filter's code: dense matrices, Jacobians by differences of the simulator's own
-//! integrator at the true states.
+//! Processing 46(5), 1998), apart from the filter's code: dense matrices, Jacobians by differences of the simulator's
+//! own integrator at the true states.
 //!
-//! For x_{k+1} = f(x_k) + w, w ~ N(0, Q), z = h(x) + v, v ~ N(0, R), F = ∂f/∂x and H = ∂h/∂x at the truth, E over the ensemble,
+//! For x_{k+1} = f(x_k) + w, w ~ N(0, Q), z = h(x) + v, v ~ N(0, R), F = ∂f/∂x and H = ∂h/∂x at the truth, E over the
+//! ensemble,
 //!   J_{k+1} = D22 − D21 (J_k + D11)⁻¹ D12,  D11 = E[Fᵀ Q⁻¹ F],  D12 = D21ᵀ = −E[F]ᵀ Q⁻¹,  D22 = Q⁻¹ + E[Hᵀ R⁻¹ H].
-//! It is computed as its inverse P = J⁻¹. With F̄ = E[F] and the excess X = E[(F − F̄)ᵀ Q⁻¹ (F − F̄)], D11 = F̄ᵀ Q⁻¹ F̄ + X, and
-//! the matrix inversion lemma gives
+//! It is computed as its inverse P = J⁻¹. With F̄ = E[F] and the excess X = E[(F − F̄)ᵀ Q⁻¹ (F − F̄)], D11 = F̄ᵀ Q⁻¹ F̄
+//! + X, and the matrix inversion lemma gives
 //!   P_{k+1}⁻¹ = (F̄ (P_k⁻¹ + X)⁻¹ F̄ᵀ + Q)⁻¹ + E[Hᵀ R⁻¹ H],
-//! in which nothing of the size of Q⁻¹ (some 1e11) cancels, and a delayed state, of which Q is singular, needs no special case.
+//! in which nothing of the size of Q⁻¹ (some 1e11) cancels, and a delayed state, of which Q is singular, needs no
+//! special case.
 //!
 //! # Delayed states
-//! A range measured at the arrival of a packet relates the vehicle then to the ship at the launch: at a launch the ship's
-//! four states are copied, the copy stays as it is while the packet travels, and the range informs about vehicle and copy.
+//! A range measured at the arrival of a packet relates the vehicle then to the ship at the launch: at a launch the
+//! ship's four states are copied, the copy stays as it is while the packet travels, and the range informs about vehicle
+//! and copy.
 //!
 //! # Two bounds
-//! *Ensemble*: the above, below which no estimator's mean squared error over the ensemble can be. *Track*: the same recursion
-//! along every single true track, the covariances averaged afterwards. It is not below the first (Jensen), and what an
-//! estimator reaches that loses nothing by linearisation.
+//! *Ensemble*: the above, below which no estimator's mean squared error over the ensemble can be. *Track*: the same
+//! recursion along every single true track, the covariances averaged afterwards. It is not below the first (Jensen),
+//! and an estimator that loses nothing by linearisation reaches it.
 
 use super::case::{Case, Effect};
 use super::declared::{AHRS_STEPS, DEPTH_STEPS, DVL_STEPS, GRID_STEPS, RangeArrival, SECOND_STEPS, World};
@@ -29,7 +32,7 @@ const STEP_S: f64 = 0.01 * GRID_STEPS as f64;
 /// Steps of the grid that are averaged at once.
 const CHUNK: usize = 20;
 
-/// What a step of the recursion takes: averages over an ensemble.
+/// Input of a step of the recursion: averages over an ensemble.
 #[derive(Clone, Debug)]
 pub struct Moments {
     /// F̄.
@@ -41,7 +44,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of the transitions of an ensemble under one Q.
+    /// From the transitions of an ensemble under one Q.
     ///
     /// # Panics
     /// If there is no transition, or Q is singular.
@@ -402,7 +405,7 @@ fn noise(case: &Case, smooth: &Smooth, half: &DMatrix<f64>, whole: &DMatrix<f64>
         let position = match prior.effect {
             Effect::CurrentNorth => 0,
             Effect::CurrentEast => 1,
-            // What they walk within a step moves nothing yet.
+            // Their random walk within the step is not yet felt.
             Effect::LinearDrag | Effect::ClockOffset => continue,
         };
         out[(position, position)] += q * STEP_S.powi(3) / 3.0;

@@ -1,4 +1,4 @@
-//! What is flown and what filters it.
+//! Cases: the world that is flown, and the filter over it.
 
 use super::motion::Motion;
 use backseat_core::navigation::{EffectStates, InitialShip, InitialState, ProcessModel, ProcessNoise};
@@ -22,7 +22,7 @@ pub enum Effect {
     ClockOffset,
 }
 
-/// An effect and what is declared of it: zero on average, of this sigma at the start, then a random walk.
+/// An effect as it is declared: zero on average, with this sigma at the start, then a random walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectPrior {
     /// Which.
@@ -55,7 +55,7 @@ const DRAG: EffectPrior = EffectPrior { effect: Effect::LinearDrag, sigma: 0.3, 
 /// A millisecond: 1.5 m of range.
 const CLOCK: EffectPrior = EffectPrior { effect: Effect::ClockOffset, sigma: 1.0e-3, walk: 1.0e-6 };
 
-/// A world that behaves as declared, and the filter to which that is declared.
+/// A world that behaves as declared, and the filter with this declaration.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// For tables.
@@ -72,7 +72,7 @@ pub struct Case {
     pub ship_prior: InitialShip,
     /// Effects, in the order of the filter's states.
     pub effects: Vec<EffectPrior>,
-    /// What an autopilot steers; empty: no steering.
+    /// Waypoints of the autopilot; empty: no steering.
     pub legs: Vec<Leg>,
     /// Length, s.
     pub duration_s: u32,
@@ -90,8 +90,8 @@ impl Case {
     }
 }
 
-/// Acceleration of the ship, m/s²/√Hz: it drifts by 80 m in a quarter of an hour, so that the geometry stays that of the
-/// mission in every run.
+/// Acceleration of the ship, m/s²/√Hz: it drifts by 80 m in a quarter of an hour, so that the geometry stays that of
+/// the mission in every run.
 const SHIP_NOISE: f64 = 5.0e-3;
 
 /// All cases, each cut to `minutes`.
@@ -126,7 +126,7 @@ pub fn cases(minutes: u32) -> Result<Vec<Case>, DataError> {
     kinematic.vehicle_prior.sigma.fixed_rows_mut::<3>(9).fill(1.0e-4);
     kinematic.options = options(&vehicle, ProcessModel::Kinematic, &[], kinematic.vehicle_prior);
     kinematic.options.use_dvl = true;
-    // Nothing but noise moves this vehicle: as much as leaves it upright for a quarter of an hour.
+    // Only noise moves this vehicle: so little that it stays upright for a quarter of an hour.
     kinematic.options.navigation.process_noise = ProcessNoise {
         linear_mps2_per_sqrt_hz: [5.0e-3, 5.0e-3, 2.0e-3],
         angular_radps2_per_sqrt_hz: [1.5e-5, 1.5e-5, 3.0e-5],

@@ -1,8 +1,8 @@
 //! A world that behaves as it is declared: prior, process noise, ship, effects, sensors.
 //!
 //! Sensors sample at whole multiples of 0.1 s, so that the bound needs no finer grid: depth at 5 Hz, attitude and rates
-//! at 3.3 Hz, DVL at 5 Hz, the ship's GNSS at 1 Hz, a packet from the ship every 30 s. A range is measured at the instant
-//! of its arrival, and belongs to the ship at its launch.
+//! at 3.3 Hz, DVL at 5 Hz, the ship's GNSS at 1 Hz, a packet from the ship every 30 s. A range is measured at the
+//! instant of its arrival, and belongs to the ship at its launch.
 
 use super::case::{Case, Effect};
 use super::motion::Motion;
@@ -32,14 +32,14 @@ pub(super) const PACKET_S: u64 = 30;
 const COMMAND_STEPS: u64 = hil_sim::dataset::COMMAND_US / STEP_US;
 const SOUND_SPEED_MPS: f64 = Installation::DEFAULT.sound_speed_mps;
 
-/// Streams of randomness of what the simulator's own streams do not cover.
+/// Random streams beside the simulator's own.
 const PRIOR: Source = Source::Mission;
 const EFFECTS: Source = Source::Effects;
 
 /// Ship: north, east, and their velocities.
 pub(super) type Ship = [f64; 4];
 
-/// What there was at one whole second.
+/// The true state at one whole second.
 #[derive(Clone, Debug)]
 pub struct Truth {
     /// Vehicle.
@@ -67,7 +67,7 @@ pub(super) struct RangeArrival {
     pub ship: Ship,
 }
 
-/// What was measured and what was.
+/// The measurements and the truth.
 #[derive(Clone, Debug)]
 pub struct Flown {
     /// Measurements and commands.
@@ -88,7 +88,7 @@ pub struct World<'a> {
     pub(super) effects: Vec<f64>,
     pub(super) actuators: Actuators,
     pub(super) packet: Option<Packet>,
-    /// What arrived in the last step.
+    /// Packets that arrived in the last step.
     pub(super) arrival: Option<RangeArrival>,
     random: Random,
     rows: Vec<LogRow>,

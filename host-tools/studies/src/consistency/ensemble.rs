@@ -31,7 +31,7 @@ pub type Square = (f64, u32);
 pub struct Run {
     /// By whole second.
     pub samples: Vec<Option<Sample>>,
-    /// By sensor, in order of time; what the gate refused as well.
+    /// By sensor, in order of time, those refused by the gate included.
     pub squares: BTreeMap<&'static str, Vec<Square>>,
     /// Scalars that were not fused.
     pub rejected: u64,
@@ -54,7 +54,7 @@ pub fn run(case: &Case, seeds: &[u64], progress: impl Fn() + Sync) -> Result<Ens
     run_in(case, &case.options, seeds, progress)
 }
 
-/// Flies a case and filters it by other options than are true of it.
+/// Flies a case and filters it with options other than its own.
 ///
 /// # Errors
 /// A filter that fails.

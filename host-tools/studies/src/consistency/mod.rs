@@ -1,4 +1,4 @@
-//! Does the filter know how wrong it is?
+//! Consistency: is the filter's covariance that of its errors?
 //!
 //! An ensemble of short flights whose truth is drawn as the filter declares it (`declared`): start from the prior P0,
 //! accelerations and walks of the declared power density, sensors with the declared noise, effects from their own
@@ -9,7 +9,7 @@
 //! - no filter's mean squared error can be below the posterior Cramér-Rao bound (`bound`).
 //!
 //! ```text
-//! case         what is flown and what filters it: models, priors, effects
+//! case         worlds and filters: models, priors, effects
 //! declared     the world that behaves as declared       motion   its equations, and their coordinates for the bound
 //! ensemble     runs of filter and world, NEES and NIS   bound    Tichavský's recursion
 //! statistics   averages over the runs, chi_square bands  survey   the same for real flights
@@ -30,7 +30,7 @@ pub use block::Block;
 pub use bound::{Bound, Bounds, Least, Moments, bounds};
 pub use case::{Case, Effect, EffectPrior, cases};
 pub use chi_square::Band;
-pub use command::{Arguments, run as run_command};
+pub use command::{Args, run as run_command};
 pub use declared::{Flown, Truth, World};
 pub use ensemble::{Ensemble, Run, Sample, Square, measurement_names, run, run_in};
 pub use motion::{Motion, Smooth};

@@ -1,8 +1,8 @@
-//! Real flights: nothing is as declared but the sensors.
+//! Closed-loop flights, in which only the sensors are as declared.
 //!
-//! The backseat flies the survey's lines in closed loop, from the surface down and up again; servos and propeller lag, the
-//! hull loses buoyancy at the surface, the ship sails its circle, the filters start from a fix. Consistent within the band
-//! nobody can be here; what matters is that no filter is overconfident.
+//! The backseat flies the survey's lines in closed loop, from the surface down and up again; servos and propeller lag,
+//! the hull loses buoyancy at the surface, the ship sails its circle, the filters start from a fix. No filter can be
+//! consistent within the band here; it must not be overconfident.
 
 use super::block::Block;
 use super::ensemble::{Ensemble, Run, SHIP_IN_PACKETS, Sample, add_square, squares, whole_second};

@@ -2,7 +2,7 @@
 
 use backseat_data::stats::wilson_ci95;
 
-/// Of so many, so many.
+/// A count out of a total.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Share {
     pub hits: usize,
@@ -30,8 +30,8 @@ impl Share {
     }
 }
 
-/// The smallest size from which on the share of hits is at least `level`, by the isotonic fit of hits over sizes (pooling
-/// of adjacent violators: the maximum-likelihood share that never falls with size). `None` if it never is.
+/// The smallest size from which on the share of hits is at least `level`, by the isotonic fit of hits over sizes
+/// (pooling of adjacent violators: the maximum-likelihood share that never falls with size). `None` if it never is.
 pub fn smallest(tried: &[(f64, bool)], level: f64) -> Option<f64> {
     let mut tried = tried.to_vec();
     tried.sort_by(|a, b| a.0.total_cmp(&b.0));

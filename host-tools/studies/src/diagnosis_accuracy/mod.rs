@@ -1,4 +1,5 @@
-//! `backseat studies diagnosis-accuracy`: how often `diagnose` names the right cause, over seeded logs of the simulator.
+//! `backseat studies diagnosis-accuracy`: how often `diagnose` names the right cause, over seeded logs of the
+//! simulator.
 
 mod estimate;
 mod outcome;
@@ -25,7 +26,7 @@ use std::path::PathBuf;
 const FIRST_SEED: u64 = 10_000;
 /// The only study of its file.
 const STUDY: &str = "";
-/// Of these sources: results of others are not mixed with them. To be raised whenever a verdict may change.
+/// Version of the study: results of other versions are not mixed in. Raise it whenever a verdict may change.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-1");
 
 const EXAMPLES: &str = "\
@@ -78,7 +79,7 @@ fn finish(args: &Args) -> anyhow::Result<(String, bool)> {
     let runs: Vec<Run> = store.of(STUDY, seeds.clone()).into_iter().map(|(seed, run)| Run { seed, ..run }).collect();
     let page = Page { study: Study::new(&runs), runs: &runs, seeds };
     let (markdown, html) = (wrapped(&page.markdown()), page.html());
-    // Made from the runs alone: nothing is lost.
+    // The page is made from the runs alone, so that it can be written again.
     for (name, text) in [("study.md", &markdown), ("study.html", &html)] {
         output::write(&args.out.join(name), Existing::Replace, |file| file.write_all(text.as_bytes()))?;
     }

@@ -4,7 +4,7 @@ use super::plan::Class;
 use super::run::{Injected, Run};
 use super::separability::Separability;
 
-/// How a verdict meets one true effect.
+/// Outcome of a verdict for one true effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// Named, and nothing else is possible.
@@ -90,7 +90,7 @@ impl Case<'_> {
         self.truth.parameters.iter().filter(|(name, _)| is_size(name)).map(|(_, v)| v * v).sum::<f64>().sqrt()
     }
 
-    /// Something is found, if only that no entry accounts for it.
+    /// Something is found, be it only structure outside the catalogue.
     pub fn is_detected(&self) -> bool {
         self.answer != Answer::Nothing
     }

@@ -7,7 +7,7 @@ use backseat_data::report::{Provenance, Report, Table};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-/// The page with what it says of itself.
+/// The page with its introduction.
 pub struct Page<'a> {
     pub study: Study<'a>,
     pub runs: &'a [Run],

@@ -1,4 +1,4 @@
-//! What a seed stands for.
+//! The log that belongs to a seed: class, effects, manoeuvres, noise.
 
 use backseat_core::effects::{CATALOGUE, EffectInfo};
 use backseat_data::VehicleFile;
@@ -7,7 +7,7 @@ use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::Request;
 use serde::{Deserialize, Serialize};
 
-/// What a run injects.
+/// The kind of effects that a run injects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {
@@ -17,7 +17,7 @@ pub enum Class {
     Pair,
     /// Nothing.
     None,
-    /// Something that is no entry.
+    /// An effect outside the catalogue.
     Outside,
 }
 
@@ -29,8 +29,8 @@ const ORDER: [Class; 20] = {
 
 /// The class and the log of a seed.
 ///
-/// Runs of a class go through its effects in turn, and those of an effect through manoeuvres, noise and DVL, so that any
-/// number of runs is balanced.
+/// Runs of a class go through its effects in turn, and those of an effect through manoeuvres, noise and DVL, so that
+/// any number of runs is balanced.
 pub fn of(seed: u64) -> (Class, Spec) {
     let (turn, place) = (seed / ORDER.len() as u64, (seed % ORDER.len() as u64) as usize);
     let class = ORDER[place];
@@ -50,14 +50,14 @@ pub fn of(seed: u64) -> (Class, Spec) {
     let has = |wanted: &[&str]| names.iter().any(|name| wanted.contains(name));
     spec.shape = if round.is_multiple_of(2) { Shape::Excite } else { Shape::Lawnmower };
     spec.noise = if (round / 2).is_multiple_of(2) { NoiseKind::Coloured } else { NoiseKind::White };
-    // What only a DVL or a CTD can show is asked where there is one.
+    // Effects that only a DVL or a CTD shows are injected where there is one.
     spec.dvl = has(&["dvl_scale", "dvl_misalignment", "waves"]) || (round / 4).is_multiple_of(2);
     spec.ctd = has(&["water_density"]);
     (class, spec)
 }
 
-/// The effect of a run and how often it was its turn before, counted from its place, so that the effects of one round
-/// do not all fly the same.
+/// The effect of a run, and how often it was flown before, counted from its place in the catalogue: so the effects of
+/// one round differ in manoeuvres and noise.
 fn single(index: u64) -> (Vec<&'static str>, u64) {
     let count = CATALOGUE.len() as u64;
     let entry = index % count;

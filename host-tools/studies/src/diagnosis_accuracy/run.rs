@@ -32,11 +32,11 @@ pub struct Run {
     /// Why a log of this kind cannot judge an effect injected.
     pub not_judged: Option<String>,
     pub verdict: String,
-    /// Strongest first.
+    /// Effects found, the strongest first.
     pub found: Vec<Named>,
     /// Of every true effect that has one.
     pub separability: Vec<Separability>,
-    /// Errors on held-out blocks: of the declared model, with what was found, and with what was injected (out of
+    /// Errors on held-out blocks: of the declared model, with the effects found, and with the effects injected (out of
     /// catalogue: of the declared model on the same log flown without the effect).
     pub declared: Errors,
     pub after: Errors,

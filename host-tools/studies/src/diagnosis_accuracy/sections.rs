@@ -1,4 +1,4 @@
-//! What the page has in common: runs, cases, targets.
+//! Common parts of the page's sections: runs, cases, targets.
 
 use super::estimate::Share;
 use super::outcome::{Answer, Case};
@@ -14,12 +14,12 @@ pub struct Section {
     pub rows: Vec<Vec<String>>,
 }
 
-/// Something that is asked of the study.
+/// A target of the study.
 pub struct Target {
     pub what: &'static str,
     pub asked: &'static str,
     pub found: String,
-    /// `None` where it cannot be said of so few runs.
+    /// `None` if the runs are too few.
     pub reached: Option<bool>,
 }
 
@@ -137,7 +137,7 @@ pub fn in_band(case: &Case<'_>, band: usize) -> bool {
     case.separability().is_some_and(is_in)
 }
 
-/// The declared model is what comes closest: the log hardly shows that there is anything.
+/// The declared model is the closest competitor: the log hardly shows any effect.
 pub fn is_invisible(case: &Case<'_>) -> bool {
     case.separability.is_some_and(|of| of.competitor == "none") && case.separability().is_some_and(|value| value < 5.0)
 }

@@ -1,4 +1,4 @@
-//! How hard a question is, computed from the same log without noise.
+//! Separability of a true effect, computed from the same log without noise.
 
 use backseat_core::effects::{self, EffectSet, Enters, ParameterKind};
 use backseat_data::VehicleFile;
@@ -11,11 +11,11 @@ use hil_sim::scenario::Effect;
 use serde::{Deserialize, Serialize};
 
 /// Competitors on the linearised problem that are fitted in full.
-const RIVALS: usize = 3;
+const COMPETITORS: usize = 3;
 /// By how much their gain may fall short of the best one's there: a number, and a share.
 const SHORT: (f64, f64) = (60.0, 0.2);
 
-/// Distance of a true effect from what comes closest to it.
+/// Distance of a true effect from its closest competitor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Separability {
     /// The effect.
@@ -49,14 +49,14 @@ fn one(
     let others: Vec<Instance> =
         effects.iter().enumerate().filter(|(i, _)| *i != place).filter_map(|(_, other)| instance(other)).collect();
     let round = search::round(log_data, &others)?;
-    // An entry of noise, or one that such a log cannot judge, is on no ladder.
+    // An entry of noise, or one that such a log cannot show, has no competitors.
     round.ladder.iter().find(|e| e.instance.candidate.effect == own)?;
     let rest: Vec<Effect> = effects.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, e)| e.clone()).collect();
     let without = square(log_data, &truth(vehicle, &rest))?;
     let alternatives: Vec<_> =
         round.ladder.iter().filter(|e| e.instance.candidate.effect != own && e.gain > 0.0).collect();
     let top = alternatives.iter().map(|e| e.gain).fold(0.0, f64::max);
-    let close = alternatives.into_iter().filter(|e| e.gain > top - SHORT.0 - SHORT.1 * top).take(RIVALS);
+    let close = alternatives.into_iter().filter(|e| e.gain > top - SHORT.0 - SHORT.1 * top).take(COMPETITORS);
     let fitted = close.filter_map(|e| {
         let mut joint = others.clone();
         joint.push(e.instance.clone());

@@ -1,4 +1,4 @@
-//! Tables of how large: parameters and intervals, the smallest size found, errors that are left.
+//! Tables of sizes: parameters and intervals, the smallest size found, remaining errors.
 
 use super::estimate::{Share, smallest};
 use super::outcome::Answer;

@@ -13,7 +13,7 @@ use std::path::PathBuf;
   backseat sim faults
   backseat sim faults --only dvl_false_lock --runs 1 --json
   backseat sim faults --out docs/results/fault_table.md")]
-pub struct Arguments {
+pub struct Args {
     /// Seeded flights per row.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
@@ -38,7 +38,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// A row that fails; a file that cannot be written.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let rows = chosen(&arguments.only)?;
     let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
     // The first seed twice, for determinism.

@@ -1,4 +1,4 @@
-//! What goes to the frontseat, checked sentence by sentence.
+//! Check of every sentence to the frontseat.
 
 use backseat_core::control::limits::ActuatorLimits;
 use backseat_wire::iver::servo::{LinearServo, ServoCalibration};
@@ -24,7 +24,7 @@ pub struct CommandWatch {
     pub neutral: u32,
     /// `$OMSTOP`.
     pub stops: u32,
-    /// What was wrong, each kind once.
+    /// Violations, each kind once.
     pub violations: BTreeSet<String>,
 }
 
@@ -45,20 +45,21 @@ impl Default for CommandWatch {
 }
 
 impl CommandWatch {
-    /// The board was reset: a sentence may have been cut, and the fins start again from where the frontseat let them.
+    /// The board was reset: a sentence may have been cut, and the fins start again from where the frontseat has put
+    /// them.
     pub fn reset(&mut self, time_us: u64) {
         self.framer = Framer::new(Checksum::Required);
         self.last = (time_us, ServoBytes::NEUTRAL);
     }
 
-    /// What was sent in one step.
+    /// Takes the bytes of one step.
     pub fn hear(&mut self, time_us: u64, mut bytes: &[u8], mission: bool) {
         let mut framer = std::mem::replace(&mut self.framer, Framer::new(Checksum::Required));
         while let Some(outcome) = framer.feed(&mut bytes) {
             match outcome.map(|sentence| ToFrontseat::parse(&sentence, &self.units)) {
                 Ok(Ok(command)) => self.judge(time_us, &command, mission),
                 Ok(Err(error)) | Err(error) => {
-                    self.violations.insert(format!("a sentence that is none ({error:?})"));
+                    self.violations.insert(format!("a malformed sentence ({error:?})"));
                 }
             }
         }
@@ -135,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_rates_and_timeouts_are_told_apart() {
+    fn limits_rates_and_timeouts_are_reported_apart() {
         let step = 100_000;
         let fin = |rad| [rad, 0.0, 0.0, 0.0];
         assert!(sent(&[(step, fin(0.05), 10.0, 2), (2 * step, fin(0.0), 0.0, 2)]).is_empty());

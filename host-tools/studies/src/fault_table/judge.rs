@@ -1,4 +1,4 @@
-//! A flight with faults, watched step by step and judged.
+//! A flight with faults, watched step by step and compared with its limits.
 
 use super::CommandWatch;
 use backseat_core::navigation::Sensor;
@@ -14,8 +14,8 @@ const SIGMAS: f64 = 3.0;
 const HEALTHY_S: f64 = 120.0;
 /// So many rejections of one source in a row ...
 const ROW: u32 = 10;
-/// ... over at least this time, and the mode may not be `navigating`, µs: the two seconds that a fish or a wave may last, and a
-/// few steps.
+/// ... over at least this time, µs, and the mode must not be `navigating`: the two seconds that a fish or a wave may
+/// last, and a few steps.
 const ROW_US: u64 = 2_500_000;
 /// Missions of the table are flown at 3 m; deeper than this the vehicle is no longer steered, m.
 const DEEPEST_M: f64 = 10.0;
@@ -35,7 +35,7 @@ pub struct Spell {
     pub reason: ModeReason,
 }
 
-/// What is remembered of a source.
+/// History of a source.
 #[derive(Clone, Copy, Debug, Default)]
 struct Source {
     rejected_in_a_row: u32,
@@ -68,7 +68,7 @@ pub struct Judge {
     last_us: u64,
 }
 
-/// What a flight came to.
+/// Results of a flight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JudgedFlight {
     /// Its seed.
@@ -91,7 +91,7 @@ pub struct JudgedFlight {
     pub alarms: BTreeMap<String, u32>,
     /// Steering, neutral and stop commands.
     pub commands: [u32; 3],
-    /// What became of the mission.
+    /// How the mission ended.
     pub end: End,
     /// The backseat's digest in the end.
     pub digest: u64,
@@ -165,7 +165,7 @@ impl Judge {
             self.fixed = false;
             return;
         }
-        // One after another, and to its own place in the order: a fix that was fused since speaks for the others.
+        // Rejections in a row of one source; a fix that was fused since clears the others.
         self.fixed |= sensor == Sensor::VehicleGnss;
         if source.rejected_in_a_row >= ROW && !self.fixed {
             let bound = match sensor {
@@ -192,7 +192,7 @@ impl Judge {
             return;
         }
         for (sensor, source) in Sensor::ALL.iter().zip(&self.sources) {
-            // What has fallen silent since is judged by how far the position is off.
+            // A source that has fallen silent since is covered by the limit on the position's error.
             let present = time_us < source.last_us + ROW_US;
             if present && source.rejected_in_a_row >= ROW && time_us >= source.since_us + ROW_US {
                 self.violations.insert(format!("navigating after {ROW} rejections of {} in a row", sensor.name()));
@@ -230,7 +230,7 @@ impl Judge {
         self.longest_beyond_us = self.longest_beyond_us.max(self.beyond_us);
     }
 
-    /// The flight is over; `lost_packets` by cause. Everything is held against `limits`.
+    /// The flight is over; `lost_packets` by cause. Compares everything with `limits`.
     #[must_use]
     pub fn finish(self, seed: u64, flight: &FlightLog, lost_packets: &[(&str, u32)], limits: &Limits) -> JudgedFlight {
         let error_m = [median(&self.errors_m), self.errors_m.iter().copied().reduce(f64::max)];
@@ -273,7 +273,7 @@ impl Judge {
 }
 
 impl JudgedFlight {
-    /// Everything in which the flight breaks its row's limits.
+    /// Every limit of its row that the flight breaks.
     fn broken(&self, limits: &Limits, violations: &mut BTreeSet<String>) {
         let mut check = |holds: bool, what: String| {
             if !holds {

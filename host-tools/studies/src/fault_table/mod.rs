@@ -1,9 +1,9 @@
-//! Fault table: built-in scenarios with faults, flown and judged against the limits that each states.
+//! Fault table: built-in scenarios with faults, flown and compared with the limits that each states.
 //!
 //! | module | |
 //! |---|---|
 //! | `rows` | the built-in rows, and how one is flown |
-//! | `judge`, `commands` | a flight watched step by step; what went to the frontseat |
+//! | `judge`, `commands` | a flight watched step by step; its sentences to the frontseat |
 //! | `table` | the table of all rows |
 
 mod command;
@@ -12,7 +12,7 @@ mod judge;
 mod rows;
 mod table;
 
-pub use command::{Arguments, run};
+pub use command::{Args, run};
 pub use commands::CommandWatch;
 pub use judge::{Judge, JudgedFlight, Spell};
 pub use rows::{Row, fly, rows};

@@ -105,9 +105,9 @@ built_in! {
 pub struct Row {
     /// Its name, that of its file.
     pub name: &'static str,
-    /// What is flown.
+    /// The scenario that is flown.
     pub scenario: Scenario,
-    /// What it must keep.
+    /// The limits that it must keep.
     pub limits: Limits,
 }
 
@@ -124,7 +124,8 @@ pub fn rows() -> anyhow::Result<Vec<Row>> {
     BUILT_IN.iter().map(row).collect()
 }
 
-/// Why a packet gave no range, as far as that indicates a fault: every cycle initialisation has statistics that nothing announced.
+/// Causes of packets without a range that indicate a fault. Not counted: every cycle initialisation has statistics
+/// without a packet.
 const LOSSES: [(Loss, &str); 11] = [
     (Loss::NotReady, "not ready"),
     (Loss::Replaced, "replaced"),

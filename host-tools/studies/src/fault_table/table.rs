@@ -33,7 +33,7 @@ impl Summary {
         self.of(pick).into_iter().reduce(f64::max).unwrap_or(f64::NAN)
     }
 
-    /// What was broken, with the number of flights.
+    /// Broken rules, with the number of flights.
     fn broken(&self) -> Vec<String> {
         let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
         for violation in self.outcomes.iter().flat_map(|outcome| &outcome.violations) {

@@ -1,4 +1,4 @@
-//! What is wrong with the vehicle, its sensors and the water, and nobody declared.
+//! Undeclared errors of the vehicle, its sensors and the water.
 
 use hil_sim::scenario::{Current, Effect, Mission, MissionWaypoint, Scenario};
 use std::f64::consts::TAU;
@@ -198,7 +198,7 @@ fn everything(scenario: &mut Scenario, draw: &mut Draw) {
     let [sin, cos] = draw.direction(degree);
     effect(scenario, "heading_bias", &[("sin_rad", sin), ("cos_rad", cos)]);
     effect(scenario, "fin_lag", &[("s", 0.2)]);
-    // In yaw top and bottom stand off one against the other, in pitch port and starboard.
+    // In yaw top and bottom have opposite offsets, in pitch port and starboard.
     for first in [1.0, 3.0] {
         let sign = draw.sign();
         effect(scenario, "fin_bias", &[("fin", first), ("rad", sign * degree)]);

@@ -14,8 +14,8 @@ fn alone(mut robust: FilterOptions) -> FilterOptions {
     robust
 }
 
-/// The filters whose covariance over measurements without noise is the bound: they stay at the truth, and their
-/// covariance is that of the problem linearised there.
+/// The filters that give the bound: over measurements without noise they stay at the truth, and their covariance is
+/// that of the problem linearised there.
 pub fn bounds(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
     let names = [("nominal", "bound of the nominal problem (DRMS)"), (ALONE, "bound of the robust problem (DRMS)")];
     let filters = filters(case, declared).into_iter();

@@ -1,8 +1,8 @@
-//! `backseat studies navigation`: every filter in worlds that nobody declared, over an ensemble of seeded missions.
+//! `backseat studies navigation`: every filter in undeclared worlds, over an ensemble of seeded missions.
 //!
-//! Each case is one world: parameters, water, compass and fins differ from what the vehicle file says (`cases`). Each seed is
-//! flown once in closed loop by the backseat in this process, steered by the LQR on its own estimate. Its measurements
-//! then go through the filters of the table (`filters`). Finished runs are kept, so that a study that was
+//! Each case is one world: parameters, water, compass and fins differ from what the vehicle file says (`cases`). Each
+//! seed is flown once in closed loop by the backseat in this process, steered by the LQR on its own estimate. Its
+//! measurements then go through the filters of the table (`filters`). Finished runs are kept, so that a study that was
 //! interrupted goes on where it was.
 
 mod cases;
@@ -18,9 +18,9 @@ use cases::{CASES, Case};
 use run::Run;
 use std::path::PathBuf;
 
-/// What the command line says.
+/// Command line.
 #[derive(clap::Args, Clone, Debug)]
-pub struct Arguments {
+pub struct Args {
     /// Seeded missions of each case
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
@@ -51,7 +51,7 @@ pub struct Arguments {
 ///
 /// # Errors
 /// An unknown case; a flight or a filter that fails; a file that cannot be written.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let cases = selected(&arguments.cases)?;
     if let Some(jobs) = arguments.jobs {
         // Fails only if something has used the pool before: its size then stays.

@@ -15,7 +15,7 @@ use hil_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
-/// What is kept of a seed: each row of the table.
+/// Stored results of a seed: each row of the table.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
     /// Name and figures, in the order of the table.
@@ -35,7 +35,7 @@ pub struct Measured {
     pub max_m: f64,
     /// Root mean square, m.
     pub rms_m: f64,
-    /// What the filter expects of it (DRMS), m; none without a covariance.
+    /// Expected by the filter (DRMS), m; none without a covariance.
     pub drms_m: Option<f64>,
     /// Mean of eᵀ P⁻¹ e / 2 of the position: 1 if the covariance is right.
     pub anees: Option<f64>,
@@ -140,7 +140,7 @@ fn fly(scenario: &Scenario) -> anyhow::Result<FlightLog> {
     flight.with_context(|| format!("flight of seed {}", scenario.settings.seed))
 }
 
-/// What the backseat reported in flight.
+/// Estimates that the backseat reported in flight.
 fn of_flight(flight: &FlightLog, from_s: f64) -> Option<Measured> {
     let known = flight
         .samples

@@ -1,6 +1,6 @@
 //! The tables: all rows of all cases over their seeds.
 
-use super::Arguments;
+use super::Args;
 use super::cases::Case;
 use super::run::{Measured, Run};
 use crate::table::{markdown_table, with_interval};
@@ -21,12 +21,12 @@ impl Row<'_> {
         self.runs.iter().map(|(_, measured)| of(measured)).collect()
     }
 
-    /// Root mean square error of all runs over that which the filter expects of them.
+    /// Root mean square error of all runs over the one that the filter expects.
     fn rms_over_drms(&self) -> Option<f64> {
         Some(mean(&self.all(|m| m.rms_m * m.rms_m))?.sqrt() / self.drms_m()?)
     }
 
-    /// What the filter expects.
+    /// Expected by the filter.
     fn drms_m(&self) -> Option<f64> {
         let squares: Option<Vec<f64>> = self.runs.iter().map(|(_, m)| m.drms_m.map(|drms| drms * drms)).collect();
         mean(&squares?).map(f64::sqrt)
@@ -62,9 +62,9 @@ fn rows(runs: &[(u64, Run)]) -> Vec<Row<'_>> {
     rows
 }
 
-/// The tables, with what they mean.
-pub fn markdown(arguments: &Arguments, results: &Results<'_>) -> String {
-    let Arguments { runs, first_seed, .. } = arguments;
+/// The tables with their explanation.
+pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
+    let Args { runs, first_seed, .. } = arguments;
     let mut options = format!("--runs {runs} --first-seed {first_seed}");
     if !arguments.cases.is_empty() {
         let _ = write!(options, " --cases {}", arguments.cases.join(","));
@@ -73,7 +73,7 @@ pub fn markdown(arguments: &Arguments, results: &Results<'_>) -> String {
         let _ = write!(options, " --minutes {minutes}");
     }
     let mut text = format!(
-        "# Navigation in worlds that nobody declared\n\n\
+        "# Navigation with undeclared vehicles, sensors and water\n\n\
          Made by `backseat studies navigation {options}` (seeds {first_seed} to {}).\n\n\
          Ten 1 km lines 100 m apart at 3 m depth, 1 m/s unless a case says otherwise, three hours. Depth 7 Hz with 0.06 m, attitude 3 Hz\n\
          with 1 degree, no gyro rates unless a case says so, no DVL. A packet every 30 s: its range has 1 m, its range rate is not\n\

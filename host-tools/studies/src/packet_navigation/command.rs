@@ -21,7 +21,7 @@ use std::sync::atomic::AtomicBool;
 #[command(after_help = "Examples:
   backseat studies packet-navigation
   backseat studies packet-navigation --seed 7 --minutes 60 --json")]
-pub struct Arguments {
+pub struct Args {
     /// Seed of all randomness.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -46,7 +46,7 @@ struct Part {
 ///
 /// # Errors
 /// A flight or a filter that fails.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let mut scenario = Scenario::built_in("survey")?;
     scenario.settings.seed = arguments.seed;
     if let Some(minutes) = arguments.minutes {
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut options = FilterOptions::new(&scenario.vehicle, ProcessModel::Dynamic);
     options.use_dvl = false;
     options.track_interval_us = 0;
-    // Nobody rejects anything: see the module of the comparison.
+    // No filter rejects measurements: see the module of the comparison.
     options.navigation.gate_sigma = 1e3;
     options.navigation.range_curvature = 1e6; // the information filter is of first order
     let speed_mps = scenario.settings.start.speed_mps;
@@ -172,7 +172,7 @@ fn table(parts: &[Part], flown: Option<&analysis::Configuration>) -> String {
     text
 }
 
-fn notes(arguments: &Arguments, parts: &[Part], simulated_s: f64) -> String {
+fn notes(arguments: &Args, parts: &[Part], simulated_s: f64) -> String {
     let mut text = format!(
         "\nConditions: built-in survey, seed {}, {simulated_s:.0} s flown in lock-step on the backseat's own estimate; dynamic\n\
          model, no DVL, range and range rate every 30 s; no gates, and all start from one fix (the board gates and starts by\n\

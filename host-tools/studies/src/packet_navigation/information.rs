@@ -3,7 +3,7 @@
 
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
-/// A matrix that must be positive definite is not: rounding, or a state of which nothing is known.
+/// A matrix is not positive definite, by rounding or by a state without information.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("an information matrix is not positive definite")]
 pub struct NotPositive;
@@ -28,13 +28,13 @@ pub struct Step<const N: usize, const C: usize, const G: usize> {
 }
 
 impl<const N: usize, const C: usize> Information<N, C> {
-    /// Nothing is known.
+    /// No information.
     #[must_use]
     pub fn none() -> Self {
         Self { lambda: SMatrix::zeros(), eta: SMatrix::zeros() }
     }
 
-    /// State `i` is `value` give or take `sigma`, independent of the others.
+    /// Adds a measurement of state `i`: `value` with `sigma`, independent of the others.
     pub fn know(&mut self, i: usize, value: [f64; C], sigma: f64) {
         let mut h = SVector::zeros();
         h[i] = 1.0;
@@ -67,7 +67,7 @@ impl<const N: usize, const C: usize> Information<N, C> {
     /// x̂ = Λ⁻¹ η and P = Λ⁻¹.
     ///
     /// # Errors
-    /// Of some state nothing is known.
+    /// A state has no information.
     pub fn moments(&self) -> Result<(SMatrix<f64, N, C>, SMatrix<f64, N, N>), NotPositive> {
         let factor = cholesky(self.lambda)?;
         Ok((factor.solve(&self.eta), factor.inverse()))

@@ -16,8 +16,8 @@
 //! and all earlier fixes contribute nothing. The first packet has no predecessor: it carries the ship's prior
 //! and all fixes so far, with s₀ integrated out. Ranges couple x with s_i; they live on the vehicle only,
 //! and the ship's knowledge never needs them, although the centralized filter's estimate of the ship improves
-//! by them: the vehicle keeps s_{i−1} *with* its correlation to x until the next delta takes over. Hence at a time of arrival
-//! both filters hold the same density, provided that
+//! by them: the vehicle keeps s_{i−1} *with* its correlation to x until the next delta takes over. Hence at a time of
+//! arrival both filters hold the same density, provided that
 //! - a delta covers the interval from launch to launch exactly: a fix at the launch belongs before it;
 //! - the ship model is linear (it is), so that its information does not depend on a linearisation point, and the
 //!   vehicle's model is linearised at the same points (below);
@@ -30,10 +30,10 @@
 //!
 //! # Lost packets
 //! A delta continues from the last launch whose packet the ship *knows* to have been received
-//! ([`Delta::origin_us`]): the ship keeps two sums, since that launch and since the last one, and drops the former when an
-//! acknowledgement comes. After a loss the next delta covers both intervals; nothing is resent. The vehicle
-//! refuses a delta that continues from another launch than the one it holds. (If the acknowledgement
-//! itself can be lost, the vehicle must hold every launch it received until a packet continues from a later one.)
+//! ([`Delta::origin_us`]): the ship keeps two sums, since that launch and since the last one, and drops the former when
+//! an acknowledgement comes. After a loss the next delta covers both intervals; nothing is resent. The vehicle refuses
+//! a delta that continues from another launch than the one it holds. (If the acknowledgement itself can be lost, the
+//! vehicle must hold every launch it received until a packet continues from a later one.)
 
 mod command;
 mod deif;
@@ -44,7 +44,7 @@ mod ship;
 mod study;
 mod walk;
 
-pub use command::{Arguments, run};
+pub use command::{Args, run};
 pub use deif::{ALL, Deif, DeifError, Moments, OWN};
 pub use information::{Information, NotPositive, Step};
 pub use packet_fed::{PacketFed, reports};

@@ -12,8 +12,7 @@ use backseat_data::{Column, Log, LogRow};
 use hil_sim::scenario;
 use hil_sim::ship::ShipEstimator;
 
-/// What the simulator's ship, knowing these fixes, says about itself in each packet (before the
-/// payload's rounding).
+/// The simulated ship's report of its own state in each packet, from these fixes (before the payload's rounding).
 #[must_use]
 pub fn reports(log: &Log, packets: &[Packet], ship: &scenario::Ship, fix_sigma_m: f64) -> Vec<Option<ShipReport>> {
     let seconds = |time_us: u64| time_us as f64 * 1e-6;

@@ -1,4 +1,4 @@
-//! What the ship keeps and sends.
+//! The ship's filter and its packets.
 
 use super::information::{Information, NotPositive, Step, cholesky, root};
 use backseat_core::navigation::{InitialShip, NavigationConfig};
@@ -23,7 +23,7 @@ pub struct Delta {
 }
 
 impl Delta {
-    /// What is left when the numbers are sent as 32-bit floats.
+    /// The same, rounded to the 32-bit floats that are sent.
     #[must_use]
     pub fn rounded(&self) -> Self {
         let round = |number: f64| f64::from(number as f32);
@@ -104,7 +104,7 @@ impl ShipInformation {
     /// A fix; one at the time of a launch comes before it.
     ///
     /// # Errors
-    /// Numbers that are none.
+    /// Numbers that are not finite.
     pub fn fix(&mut self, time_us: u64, position_m: [f64; 2]) -> Result<(), NotPositive> {
         for gathering in std::iter::once(&mut self.unacknowledged).chain(&mut self.fresh) {
             gathering.advance(time_us, self.acceleration_psd)?;
@@ -114,10 +114,10 @@ impl ShipInformation {
         Ok(())
     }
 
-    /// What the packet that leaves now carries.
+    /// The delta of the packet that leaves now.
     ///
     /// # Errors
-    /// Numbers that are none, or a second launch at one time.
+    /// Numbers that are not finite, or a second launch at one time.
     pub fn launch(&mut self, launch_us: u64) -> Result<Delta, NotPositive> {
         let gathering = &mut self.unacknowledged;
         gathering.advance(launch_us, self.acceleration_psd)?;

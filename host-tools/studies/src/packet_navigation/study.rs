@@ -1,4 +1,4 @@
-//! The three filters over one log, judged.
+//! The three filters over one log, compared with the truth and with each other.
 
 use super::deif::Deif;
 use super::packet_fed::{PacketFed, reports};
@@ -43,7 +43,7 @@ impl Difference {
     }
 }
 
-/// One filter, judged.
+/// Results of one filter.
 #[derive(Clone, Debug)]
 pub struct Method {
     /// Its name in tables.
@@ -52,7 +52,7 @@ pub struct Method {
     pub bytes: Option<usize>,
     /// Horizontal error, once a second.
     pub error: ErrorSummary,
-    /// The filter's own bound, root mean square, m.
+    /// One sigma by the filter's own covariance, root mean square, m.
     pub drms_m: f64,
     /// From the centralized filter, at arrivals.
     pub difference: Option<Difference>,

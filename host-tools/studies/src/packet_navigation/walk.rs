@@ -1,4 +1,4 @@
-//! A vehicle log as the vehicle and the ship live through it.
+//! A vehicle log in order of time, as vehicle and ship process it.
 
 use super::deif::{Deif, DeifError, Moments};
 use super::information::NotPositive;
@@ -43,11 +43,11 @@ pub fn lose(log: &Log, lost: &[Packet]) -> Log {
     log
 }
 
-/// What the ship's packets bring: it launches all of `launches` and learns of those in `received`.
+/// The deltas in the ship's packets. It sends packets at all of `launches` and learns which of them were `received`.
 /// Without a prior it starts from its first fix.
 ///
 /// # Errors
-/// Numbers that are none.
+/// Numbers that are not finite.
 pub fn deltas(
     log: &Log,
     prior: Option<&InitialShip>,
@@ -80,7 +80,7 @@ pub fn deltas(
     Ok(deltas)
 }
 
-/// A filter on the vehicle that hears packets.
+/// A filter on the vehicle that receives packets.
 pub trait OnVehicle {
     /// Moves to a time.
     ///
@@ -89,12 +89,12 @@ pub trait OnVehicle {
     fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> anyhow::Result<()>;
     /// Fuses the vehicle's own sensors.
     fn fuse(&mut self, row: &LogRow);
-    /// Fuses a packet and what was measured on it.
+    /// Fuses a packet with its range and range rate.
     ///
     /// # Errors
     /// The filter has failed.
     fn arrive(&mut self, packet: &Packet, row: &LogRow) -> anyhow::Result<()>;
-    /// The estimate after all of an instant.
+    /// The estimate after all measurements of one time.
     ///
     /// # Errors
     /// The filter has failed.

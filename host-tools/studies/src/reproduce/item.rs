@@ -1,4 +1,4 @@
-//! What a table or figure of the thesis is to us: rows and columns of one of our studies, and what was printed.
+//! A table or figure of the thesis: rows and columns of one of our studies, beside the printed figures.
 
 use super::studies::Study;
 
@@ -55,7 +55,7 @@ pub struct Item {
     pub id: &'static str,
     pub title: &'static str,
     pub covers: &'static [Covers],
-    /// What we took it to hold; the thesis itself was not at hand.
+    /// Our reading of its contents; the thesis itself was not at hand.
     pub taken_as: &'static str,
     pub conditions: &'static str,
     pub study: &'static Study,
@@ -64,15 +64,15 @@ pub struct Item {
     pub columns: &'static [Column],
     /// The thesis' printed figures; empty where they are not at hand.
     pub printed: &'static [Reported],
-    /// What an independent implementation of the thesis' equations reached.
+    /// Results of an independent implementation of the thesis' equations.
     pub independent: &'static [Reported],
     pub curves: &'static [Curves],
-    /// One line on why ours and theirs differ, or what to make of it.
+    /// One line on why ours and theirs differ, or how to read the item.
     pub differs: &'static str,
 }
 
 impl Item {
-    /// Whether it is meant by an argument: its own name, or that of a table or figure that it covers.
+    /// Whether an argument names it: by its own name, or by a table or figure that it covers.
     pub fn is_meant_by(&self, asked: &str) -> bool {
         self.id == asked || self.covers.iter().any(|covers| covers.holds(asked))
     }

@@ -59,7 +59,7 @@ pub struct Args {
     force: bool,
 }
 
-/// Runs what is missing, and shows it all.
+/// Runs what is missing and shows all items.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let items = registry::selected(&args.items);
     let store = open_store(args)?;
@@ -100,7 +100,7 @@ fn open_store(args: &Args) -> anyhow::Result<Store<Measured>> {
     Store::open(Some(&folder.join("runs.jsonl")), program_digest()?)
 }
 
-/// Writes a result, unless the very same is there already.
+/// Writes a result, unless an identical file exists.
 fn write(args: &Args, path: &std::path::Path, text: &str) -> anyhow::Result<()> {
     if std::fs::read(path).is_ok_and(|there| there == text.as_bytes()) {
         return Ok(());

@@ -20,8 +20,8 @@ const SURFACE_STEPS: u64 = 100;
 const PACKET_STEPS: u64 = 200;
 /// The mission is started here, with navigation valid.
 pub const START_STEP: u64 = 90;
-/// A step with everything: all sensors, the frontseat's state, a packet that completes, and the identifier adapting, which it
-/// does from a minute and some seconds on after the dive.
+/// A step with everything: all sensors, the frontseat's state, a packet that completes, and the identifier adapting,
+/// which it does from a minute and some seconds on after the dive.
 pub const WORST_STEP: u64 = PACKET_STEPS * 5 + 10;
 const SHIP_M: [f64; 2] = [250.0, -150.0];
 const ORIGIN: LocalFrame = LocalFrame::new(41.5, -70.7);
@@ -133,7 +133,7 @@ fn say_frontseat(out: &mut Buffer, k: u64, north_m: f64, depth_m: f64, speed_mps
     }
 }
 
-/// A packet is announced at every 200th step, and told ten steps later.
+/// A packet is announced at every 200th step, and delivered ten steps later.
 fn say_modem(out: &mut Buffer, k: u64) {
     if k >= PACKET_STEPS && k.is_multiple_of(PACKET_STEPS) {
         out.add(|bytes| FromModem::ReceiveBegins { psk: false }.emit(bytes).map(<[u8]>::len));

@@ -47,7 +47,7 @@ impl Objects {
     }
 }
 
-/// Runs everything; `report` is told the name and the digest of each item.
+/// Runs everything; `report` gets the name and the digest of each item.
 pub fn run(objects: &mut Objects, report: &mut dyn FnMut(&str, u64)) {
     let Objects { navigator, controller, identifier, comparison, app, frames } = objects;
     transcendental(report);
@@ -384,8 +384,8 @@ fn identification_run(
     });
 }
 
-/// The whole app from bytes: a hundred seconds with five packets, under way on a mission from the tenth on, adapting from
-/// the ninetieth.
+/// The whole app from bytes: a hundred seconds with five packets, under way on a mission from the tenth on, adapting
+/// from the ninetieth.
 fn voyage(app: &mut App, frames: &mut Frames, report: &mut dyn FnMut(&str, u64)) {
     item(report, "app, 101 s", |digest| {
         feed::set(app, &[("app.use_dvl", 1.0), ("app.use_range_rate", 1.0), ("app.adapt", 1.0)]);

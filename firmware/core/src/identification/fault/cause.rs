@@ -31,10 +31,11 @@ pub struct Diagnosis {
     pub cause: FaultCause,
     /// Its magnitude, see [`FaultCause`].
     pub magnitude: f64,
-    /// Moment of the water about y, over its weight: kg m, ahead of the centre of gravity is positive. 0 of other faults.
+    /// Moment of the water about y, over its weight: kg m, ahead of the centre of gravity is positive. 0 of other
+    /// faults.
     pub moment_kgm: f64,
-    /// Another fault that explains nearly as much: what the vehicle does now does not tell them apart (a speed step tells drag
-    /// from thrust, a dive or a turn one fin from another).
+    /// Another fault that explains nearly as much: the present motion does not separate the two (a speed step separates
+    /// drag from thrust, a dive or a turn one fin from another).
     pub rival: Option<FaultCause>,
     /// Likelihood of this fault against the next best.
     pub confidence: f64,

@@ -1,4 +1,4 @@
-//! What the errors of the observer say about the magnitudes of faults.
+//! Magnitudes of the faults, estimated from the errors of the observer.
 
 use super::FaultCause;
 use nalgebra::{Cholesky, SMatrix, SVector, Vector6};
@@ -13,10 +13,10 @@ pub(super) const MOMENT: usize = 7;
 const LARGEST: [f64; FaultCause::COUNT] = [1.0, 1.0, 1.0, 1.0, 10.0, 1.0, 10.0];
 /// Plausible errors of the parameters in use, in terms of the modes: the prior of the long memory.
 const PRIOR: [f64; MODES] = [0.3, 0.3, 0.3, 0.3, 0.3, 0.2, 0.3, 0.1];
-/// The moment of water is a second magnitude of the same fault: it has to pay for itself.
+/// The moment of the water is a second magnitude of the same fault; its gain has to exceed this.
 const SECOND: f64 = 4.0;
 
-/// What a unit of each fault makes of the observer's error.
+/// Error of the observer per unit of each fault.
 pub(super) type Signature = SMatrix<f64, 6, MODES>;
 
 /// Normal equations of the magnitudes: lower triangle and right side.

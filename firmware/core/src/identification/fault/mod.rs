@@ -1,18 +1,20 @@
-//! Faults from the model's own residual: which single cause explains what the identified parameters no longer do.
+//! Faults from the model's residual: which single cause explains the motion that the identified parameters no longer
+//! predict.
 //!
-//! θ cannot tell one fin from another (β1…β4 are shared), and its averages take a quarter of an hour. So each fault has a
-//! magnitude of its own here, about the parameters in use: the share that each fin lost, surge drag gained, thrust lost, water
-//! taken in. An observer v̂ follows the measured v with the model's acceleration; what a unit of each fault would make of its
-//! error is the signature G, and the errors e = G φ + noise are collected twice as normal equations: with a long memory, whose
-//! φ is what the parameters in use have wrong already, and with a short one, of what is new. The gain in likelihood of every
-//! fault alone, its magnitude within its bounds, is the generalised likelihood ratio of that fault (Willsky and Jones 1976). It is
-//! counted in units of its own mean in quiet times, so that what the model lacks raises the threshold instead of alarms.
+//! θ does not separate one fin from another (β1…β4 are shared), and its averages take a quarter of an hour. So each
+//! fault has a magnitude φ of its own here, relative to the parameters in use: lift and drag lost by each fin, surge
+//! drag gained, thrust lost, water taken in. An observer v̂ follows the measured v with the model's acceleration. The
+//! signature G is the observer's error per unit of each fault. The errors e = G φ + noise are collected as normal
+//! equations with two memories: φ of the long memory is the error that the parameters in use already have, φ of the
+//! short one is the change. The gain in likelihood of each fault alone, with its magnitude within its bounds, is its
+//! generalised likelihood ratio (Willsky and Jones 1976). It is measured in units of its own mean in quiet times: a
+//! deficient model raises the threshold instead of alarms.
 //!
-//! A gain above [`ALARM`] raises a suspicion; data from then on only have to confirm it and to name one fault well before
-//! all others, or it is dropped.
+//! A gain above [`ALARM`] raises a suspicion. Only later data count from then on: they must confirm it and single out
+//! one fault, or it is dropped.
 //!
-//! Scale: forces are not measured. The masses of the model in use are taken as known, so magnitudes are relative to them, and water
-//! that has come in is recognised by its weight.
+//! Scale: forces are not measured. The masses of the model in use are taken as known, so magnitudes are relative to
+//! them, and water that has come in is recognised by its weight.
 
 mod cause;
 mod evidence;
@@ -23,12 +25,12 @@ use crate::dynamics::{ActuatorInput, Attitude, VehicleModel};
 use evidence::{DRAG, Evidence, MODES, MOMENT, Signature, THRUST, WATER};
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
-/// Smaller faults are none: what wears, or was never quite as declared. In the order of [`FaultCause::ALL`].
+/// Smaller changes are wear or errors of the declaration, not faults. In the order of [`FaultCause::ALL`].
 const SMALLEST: [f64; FaultCause::COUNT] = [0.15, 0.15, 0.15, 0.15, 0.15, 0.05, 0.05];
 
 /// Bandwidth of the observer, 1/s.
 const BANDWIDTH_PER_S: f64 = 1.0;
-/// Samples between two that are counted: those between say little new.
+/// Every so many samples one counts: those between carry little new information.
 const STRIDE: u8 = 5;
 /// Longest time between samples, µs; after it the observer starts afresh.
 const LONGEST_US: u64 = 150_000;
@@ -46,9 +48,9 @@ const SETTLED_S: f64 = 300.0;
 const STARTED_S: f64 = 200.0;
 /// Shortest memory of the quiet means once settled, s: a fault raises suspicion long before it has raised them.
 const QUIET_S: f64 = 300.0;
-/// Gain that raises a suspicion, in units of its quiet mean, which for white noise is 1. Seven faults with some 180 independent
-/// short memories an hour, false less than once in 100 hours, take 20 of χ² with one degree of freedom; the rest is for the
-/// mean, which is of few independent values.
+/// Gain that raises a suspicion, in units of its quiet mean, which is 1 for white noise. Seven faults with some 180
+/// independent short memories an hour are to raise less than one false alarm in 100 hours: this takes 20 of χ² with one
+/// degree of freedom. The rest allows for a mean of few independent values.
 const ALARM: f64 = 40.0;
 /// Gain by which one fault has to lead all others.
 const LEAD: f64 = 30.0;
@@ -56,11 +58,11 @@ const LEAD: f64 = 30.0;
 const EARLIEST_S: f64 = 8.0;
 /// A suspicion that names no single fault by then names the best two, s.
 const LATEST_S: f64 = 120.0;
-/// A new fault that leaves a gain below this is not there.
+/// A suspicion whose gain falls below this is dropped.
 const QUIET: f64 = 6.0;
 /// Larger errors count as this many standard deviations in their variance.
 const OUTLIER: f64 = 3.0;
-/// An error whose square is this often the variance counts as half noise.
+/// An error whose square is this many times the variance is taken for half noise.
 const TRUSTED: f64 = 10.0;
 /// Least variance of an error, (m/s)² and (rad/s)².
 const LEAST: f64 = 1.0e-10;
@@ -73,13 +75,13 @@ pub enum FaultState {
     Learning,
     /// Nothing is wrong.
     Quiet,
-    /// Something is; data from now on have to confirm it.
+    /// A fault is suspected; later data have to confirm it.
     Suspicious,
-    /// It is known what.
+    /// One fault is diagnosed.
     Diagnosed,
 }
 
-/// Watches for faults; 1.3 kB, and nothing of it is known before the first sample.
+/// Watches for faults; 1.3 kB.
 pub struct FaultMonitor {
     state: FaultState,
     stride: u8,
@@ -94,7 +96,7 @@ pub struct FaultMonitor {
     variance: [f64; 6],
     recent: Evidence,
     reference: Evidence,
-    /// What the parameters in use have wrong.
+    /// Errors of the parameters in use.
     offset: SVector<f64, MODES>,
     /// Mean gain in quiet times.
     quiet: [f64; FaultCause::COUNT],
@@ -115,7 +117,7 @@ impl Default for FaultMonitor {
 }
 
 impl FaultMonitor {
-    /// Has seen nothing.
+    /// Before the first sample.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -139,7 +141,7 @@ impl FaultMonitor {
         }
     }
 
-    /// Learns anew: the model in use has become another.
+    /// Starts to learn again: another model is in use.
     pub fn restart(&mut self) {
         *self = Self::new();
     }
@@ -155,8 +157,9 @@ impl FaultMonitor {
         self.state
     }
 
-    /// One sample: time (µs), Euler angles (rad), velocity through the water (m/s, rad/s) and what the actuators did since the
-    /// sample before; `model` is the vehicle as it is believed to be. Values that are not finite count as a gap.
+    /// One sample: time (µs), Euler angles (rad), velocity through the water (m/s, rad/s) and what the actuators did
+    /// since the sample before; `model` is the vehicle as it is believed to be. Values that are not finite count as a
+    /// gap.
     pub fn sample(
         &mut self,
         model: &VehicleModel,
@@ -229,8 +232,8 @@ impl FaultMonitor {
         add(MOMENT, &Vector6::new(0.0, 0.0, 0.0, 0.0, -g * down.z, g * down.y));
     }
 
-    /// v̂, which is less noisy than v: noise in the signature of a fin would make its fault look smaller. Once something is wrong,
-    /// v where the two differ by more than noise does.
+    /// v̂, which is less noisy than v: noise in the signature of a fin would make its fault look smaller. On an axis
+    /// where the two differ by more than noise, v.
     fn quiet_velocity(&self, v: &Vector6<f64>) -> Vector6<f64> {
         if matches!(self.state, FaultState::Learning | FaultState::Quiet) {
             return self.observer;
@@ -340,7 +343,7 @@ impl FaultMonitor {
         }
     }
 
-    /// What is wrong, once it is known; its magnitude becomes better with time.
+    /// The diagnosed fault, if there is one; its magnitude improves with time.
     #[must_use]
     pub fn diagnosis(&self) -> Option<Diagnosis> {
         if self.state != FaultState::Diagnosed {

@@ -1,6 +1,6 @@
 //! Figures: normalised errors over time with their band, errors beside their bounds.
 
-use super::{Arguments, QUANTITIES, Row};
+use super::{Args, QUANTITIES, Row};
 use anyhow::Context;
 use backseat_data::report::plots::{ErrorPlot, Point, Scale, TimePlot, error_vs_time, time_series};
 use backseat_data::report::{Provenance, Report};
@@ -60,7 +60,7 @@ fn bounded(row: &Row, quantity: usize) -> Option<String> {
 }
 
 /// The page.
-pub(super) fn page(path: &Path, arguments: &Arguments, declared: &[Row], flights: &[Row]) -> anyhow::Result<()> {
+pub(super) fn page(path: &Path, arguments: &Args, declared: &[Row], flights: &[Row]) -> anyhow::Result<()> {
     let verdict = format!("{} flights of each model against the filter's own covariance.", arguments.runs);
     let mut report = Report::new("Does the filter know how wrong it is?", verdict)
         .figure("Worlds that behave as declared: ANEES of the vehicle's twelve states.", normalised(declared))

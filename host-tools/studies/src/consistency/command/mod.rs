@@ -17,7 +17,7 @@ use std::path::PathBuf;
   backseat studies consistency
   backseat studies consistency --runs 20 --minutes 5
   backseat studies consistency --out docs/results/consistency.md --plot docs/results/consistency.svg --report consistency.html")]
-pub struct Arguments {
+pub struct Args {
     /// Seeded flights of each model.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(2..=10_000))]
     runs: u64,
@@ -45,10 +45,10 @@ pub struct Arguments {
 const SEEDS_PER_MODEL: u64 = 10_000;
 /// The prior has worn off, and every sensor has been heard, s.
 const SETTLED_S: usize = 60;
-/// What errors and bounds are of, and their units.
+/// Quantities of errors and bounds, with their units.
 const QUANTITIES: [(&str, &str); 3] = [("position", "m"), ("attitude", "rad"), ("velocity", "m/s")];
 
-/// What one model came to.
+/// Results of one model.
 struct Row {
     name: String,
     blocks: Vec<Inside>,
@@ -98,7 +98,7 @@ impl Compared {
 ///
 /// # Errors
 /// A flight or a filter that fails; a file that cannot be written.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let cases = consistency::cases(arguments.minutes)?;
     let chunks = u64::from(arguments.minutes) * 30;
     let bounded = cases.iter().filter(|case| case.bounded).count() as u64;
@@ -150,7 +150,7 @@ impl Row {
     }
 }
 
-fn to_json(arguments: &Arguments, declared: &[Row], flights: &[Row]) -> Value {
+fn to_json(arguments: &Args, declared: &[Row], flights: &[Row]) -> Value {
     let inside = |all: &[Inside]| -> Value {
         let one = |inside: &Inside| {
             let [inside_share, below, above] = inside.shares;

@@ -1,6 +1,6 @@
 //! The tables.
 
-use super::{Arguments, QUANTITIES, Row, SEEDS_PER_MODEL, SETTLED_S};
+use super::{Args, QUANTITIES, Row, SEEDS_PER_MODEL, SETTLED_S};
 use crate::consistency::{Block, Inside, measurement_names};
 use crate::table::markdown_table;
 use std::fmt::Write as _;
@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 /// Least share of times inside the pointwise band.
 const ASKED: f64 = 0.9;
 
-pub(super) fn markdown(arguments: &Arguments, declared: &[Row], flights: &[Row]) -> String {
-    let Arguments { runs, first_seed, minutes, .. } = arguments;
+pub(super) fn markdown(arguments: &Args, declared: &[Row], flights: &[Row]) -> String {
+    let Args { runs, first_seed, minutes, .. } = arguments;
     let mut text = format!(
         "# Is the filter's covariance right?\n\n\
          Made by `backseat studies consistency --runs {runs} --minutes {minutes} --first-seed {first_seed}`: {runs} flights of {minutes} minutes for each row, seeds from\n\
@@ -64,7 +64,7 @@ fn errors(text: &mut String, rows: &[Row]) {
         let cells = names.iter().map(|name| match row.blocks.iter().find(|block| block.name == *name) {
             Some(block) => {
                 let [inside, below, above] = block.shares;
-                // Too careful is no danger; too sure is.
+                // A conservative filter is no danger; an overconfident one is.
                 let side = if inside >= ASKED {
                     ""
                 } else if above > below {

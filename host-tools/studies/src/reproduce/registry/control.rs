@@ -1,4 +1,4 @@
-//! Chapter 5: trackline following, and what the thesis leaves to future work.
+//! Chapter 5: trackline following, and the thesis' future work.
 
 use crate::reproduce::item::{Column, Curves, Item, Reported, claim, column, figures};
 use crate::reproduce::studies::STEERING;

@@ -30,7 +30,7 @@ const ERRORS_INSIDE: &[Column] = &[
 const THESIS: Reported =
     Reported { name: "thesis, Table 4.15", values: &[0.78, 0.43, 0.53, 0.13, 0.15, 0.0055, 0.0024, 0.0022] };
 
-const EXPERIMENT: &str = "IDSIM: 5000 s open loop at 10 Hz (sums of sines: Table 4.14 is not at hand), Table 4.13's noise of attitude \
+const EXPERIMENT: &str = "5000 s open loop at 10 Hz (sums of sines: Table 4.14 is not at hand), Table 4.13's noise of attitude \
      (0.25 degrees) and rates (0.01 deg/s), the noise of linear velocity as named; prior wrong by up to 30 % in every parameter \
      but m11, which is known. Judged by the mean absolute error of a 1000 s free run on other inputs against the truth.";
 

@@ -11,12 +11,12 @@ pub fn all() -> impl Iterator<Item = &'static Item> {
     navigation::ITEMS.iter().chain(identification::ITEMS).chain(control::ITEMS)
 }
 
-/// The items that the arguments mean; without arguments all.
+/// The items that the arguments name; without arguments all.
 pub fn selected(asked: &[String]) -> Vec<&'static Item> {
     all().filter(|item| asked.is_empty() || asked.iter().any(|asked| item.is_meant_by(asked))).collect()
 }
 
-/// Refuses a name that means no item, and lists what there is.
+/// Refuses a name without an item, and lists the items.
 pub fn known(asked: &str) -> Result<String, String> {
     if all().any(|item| item.is_meant_by(asked)) {
         return Ok(asked.to_owned());

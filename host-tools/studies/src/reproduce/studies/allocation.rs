@@ -1,4 +1,4 @@
-//! 3.1.4: what the two allocations of moments to fins cost, and what they give.
+//! 3.1.4: cost and accuracy of the two allocations of moments to fins.
 
 use super::{Measured, Study};
 use anyhow::Context;
@@ -40,7 +40,7 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
             }
             began.elapsed().as_secs_f64()
         };
-        // Whatever else runs can only add to it.
+        // Other processes can only make it slower.
         let least_s = (0..REPETITIONS).map(|_| once()).fold(f64::INFINITY, f64::min);
         measured.set(row, "time_us", least_s * 1.0e6 / CASES as f64);
         let (mut wrong, mut wanted, mut within, mut squares) = (0.0, 0.0, 0, 0.0);
@@ -66,7 +66,7 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
     Ok(measured)
 }
 
-/// What a survey asks for: 0.7 to 1.5 m/s ahead, some sideslip and turning, moments that fins of this size can give.
+/// Motions and moments of a survey: 0.7 to 1.5 m/s ahead, some sideslip and turning, moments within the fins' reach.
 fn case(random: &mut Stream) -> Case {
     let surge = 0.7 + 0.8 * random.uniform();
     let velocity = Vector6::new(

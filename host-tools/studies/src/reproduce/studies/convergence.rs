@@ -1,4 +1,4 @@
-//! How the adaptive identifier's parameters and predictions come to those of the vehicle, as it runs.
+//! Convergence of the adaptive identifier's parameters and predictions to those of the vehicle.
 
 use super::identification::Case;
 use super::{Measured, Study};

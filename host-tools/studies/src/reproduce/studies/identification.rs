@@ -1,4 +1,4 @@
-//! Identification on simulated experiments (IDSIM), by every method, at the noises of Table 4.13.
+//! Identification on simulated experiments by every method, at the noises of Table 4.13.
 
 use super::{Measured, Study};
 use crate::identification::experiment::{Experiment, declared, wrong_prior};
@@ -23,7 +23,7 @@ const NOISE: f64 = 0.014;
 /// Parameters that the NBLS of the thesis does not identify: B1, B2.
 const NOT_BY_NBLS: [usize; 2] = [13, 14];
 
-/// One log and what to predict.
+/// One log and its validation data.
 pub struct Case {
     pub data: IdentificationData,
     pub prior: VehicleParameters,

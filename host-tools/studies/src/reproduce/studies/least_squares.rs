@@ -1,7 +1,7 @@
 //! 4.3.2.3: ordinary, total and nullspace least squares in one degree of freedom, surge.
 //!
-//! m u̇ + d |u| u = β ω |ω|, open loop; u is measured with white noise, differentiated and low-passed, ω is known. The scale is
-//! m, so what is sought is d/m and β/m.
+//! m u̇ + d |u| u = β ω |ω|, open loop; u is measured with white noise, differentiated and low-passed, ω is known. The
+//! scale is m, so the unknowns are d/m and β/m.
 
 use super::{Measured, Study};
 use hil_sim::rng::{Source, Stream};
@@ -50,7 +50,7 @@ fn rows(seed: u64, noise_mps: f64) -> Vec<Vector3<f64>> {
         let k3 = slope(u + 0.5 * h * k2);
         u += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + slope(u + h * k3));
     }
-    // What stands at a sample is the mean of the commands before and after it.
+    // The value at a sample is the mean of the commands before and after it.
     let held: Vec<f64> = (0..SAMPLES).map(|k| 0.5 * (thrust[k.saturating_sub(1)] + thrust[k])).collect();
     let (speed, thrust) = (smooth(&smooth(&measured)), smooth(&smooth(&held)));
     let inside = 2 * SMOOTH + 1..SAMPLES - 2 * SMOOTH - 1;

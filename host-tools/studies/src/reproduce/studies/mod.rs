@@ -1,4 +1,4 @@
-//! Simulated studies: everything that the tables and figures show comes from running one of these with a seed.
+//! Simulated studies: all values of the tables and figures come from runs of these, one per seed.
 
 mod allocation;
 mod convergence;
@@ -28,7 +28,7 @@ pub struct Study {
     pub run: fn(u64) -> anyhow::Result<Measured>,
 }
 
-/// What one run measured.
+/// Results of one run.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Measured {
     /// Row, column, value.
