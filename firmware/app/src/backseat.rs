@@ -22,6 +22,7 @@ use crate::storage::{Asked, Storage};
 use crate::telemetry;
 use crate::time::UtcClock;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use backseat_core::parameters::joint_check;
 use backseat_wire::hostlink::{self, FromBoard, Port, Refusal};
 
 /// Attitude or depth may contradict the filter for this long without a mission, µs.
@@ -367,7 +368,9 @@ impl Backseat {
 
     /// Takes the set that a memory held; false when it is not valid as a whole and the old one stays.
     pub fn restore(&mut self, settings: &Settings) -> bool {
-        if !configure(settings, &mut self.estimator, &mut self.steering) {
+        // the set may come from a firmware with other rules
+        let fits = joint_check(&settings.vehicle, Some(settings.control.cruise_speed_mps)).is_ok();
+        if !fits || !configure(settings, &mut self.estimator, &mut self.steering) {
             return false;
         }
         self.parameters.restore(settings);

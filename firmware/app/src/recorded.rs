@@ -73,7 +73,7 @@ struct Recorded<'a, 'r, P, R> {
 
 impl<P, R: Recorder> Recorded<'_, '_, P, R> {
     fn record(&self, record: &LogRecord<'_>) {
-        // nobody holds it: a recorder knows no ports
+        // free: a recorder holds no ports
         if let Ok(mut recorder) = self.recorder.try_borrow_mut() {
             recorder.record(record);
         }

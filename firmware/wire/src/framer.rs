@@ -77,7 +77,7 @@ pub(crate) enum Verdict<T> {
     Frame(usize, T),
     /// No frame begins here.
     Noise,
-    /// It looked like a frame and is none.
+    /// It looked like a frame but is not one.
     Reject(Error),
 }
 

@@ -1,4 +1,4 @@
-//! A data set on disk: `log.csv` and `vehicle.toml` for whoever is to find out, `truth/` for whoever knows.
+//! A data set on disk: `log.csv` and `vehicle.toml` as the input of a diagnosis, `truth/` as the solution.
 
 use super::{Dataset, Spec};
 use crate::scenario::Effect;

@@ -128,7 +128,7 @@ impl Modem {
     }
 
     fn hear_cycle(&mut self, launch_us: u64) {
-        // Some flight of the order of the mission's ranges; nobody may take it for a range.
+        // A time of flight of the order of the mission's ranges, which must not be used as a range.
         let arrival_us = launch_us + 400_000;
         let end_us = arrival_us + CYCLE_DURATION_US;
         let addresses = Addresses { source: SHIP, destination: VEHICLE };

@@ -1,4 +1,4 @@
-//! A second cable to the host port, for whoever watches the flight.
+//! A second connection to the host port, for an observer of the flight.
 
 use crate::pty::Pty;
 use crate::{BackseatError, Ports};

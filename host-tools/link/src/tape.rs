@@ -11,7 +11,7 @@ pub(super) struct Tape {
     session: Option<Writer>,
     /// Bytes from the host port since the last entry: where a pseudo-terminal cuts them is chance.
     heard: Vec<u8>,
-    /// Time of the last step, or of whoever keeps the clock.
+    /// Time of the last step, or of the clock that is in use.
     time_us: u64,
 }
 

@@ -247,7 +247,7 @@ impl Adaptation {
         }
     }
 
-    /// Back to the set from before the last adoption; `None` when there is none.
+    /// Returns to the set from before the last adoption, if there is one.
     pub fn revert(&self, event: AdoptionEvent) -> Option<Change> {
         self.adoptions.previous().map(|vehicle| Change { vehicle, event })
     }

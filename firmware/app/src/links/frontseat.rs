@@ -22,7 +22,7 @@ pub struct FrontseatLink {
     due_us: [u64; 3],
 }
 
-/// Mode and faults that the frontseat reports.
+/// The frontseat's own reports: mode, refusals, acknowledgements, echo.
 struct Status {
     /// Any good sentence.
     last_us: Option<u64>,

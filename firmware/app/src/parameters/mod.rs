@@ -52,7 +52,7 @@ impl ParameterStore {
         self.changed.get().is_none()
     }
 
-    /// Makes a set the active one whose values were in range when it was stored.
+    /// Makes a set the active one that was checked before.
     pub(crate) fn restore(&mut self, settings: &Settings) {
         self.changed.set(*settings);
         self.staged.clear();

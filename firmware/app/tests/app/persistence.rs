@@ -66,7 +66,7 @@ fn a_stored_set_is_taken_up_and_one_that_does_not_fit_is_not() {
     assert_eq!(ask(&mut board, &STORE), None);
     assert_eq!(board.app().to_store(), Some(&settings));
 
-    // no gain exists for a cruise speed that no propeller reaches
+    // in range one by one, but the vehicle does not reach the cruise speed
     settings.vehicle.omega_max_radps = 1.0;
     settings.control.cruise_speed_mps = 3.0;
     let mut board = Direct::new(None);

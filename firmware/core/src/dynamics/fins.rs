@@ -66,7 +66,7 @@ impl FinSection {
 
     /// What the polynomials are evaluated at.
     fn attached(&self, alpha: f64) -> f64 {
-        // No `clamp`: it panics on limits that are none, and NaN is to stay NaN.
+        // No `clamp`: it panics if a limit is NaN, and a NaN of alpha has to stay NaN.
         if alpha > self.stall {
             self.stall
         } else if alpha < -self.stall {

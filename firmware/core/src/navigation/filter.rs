@@ -119,7 +119,7 @@ impl Filter {
         Ok(())
     }
 
-    /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 if nobody says.
+    /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 unless set.
     pub fn set_epoch(&mut self, epoch_us: u64) {
         self.effects.epoch_us = epoch_us;
         self.effects.restart();

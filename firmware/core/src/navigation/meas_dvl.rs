@@ -2,8 +2,8 @@
 //!
 //! ν is the body velocity through the water, c the current in NED, R turns body axes into NED;
 //! m/s, in body axes at the centre of gravity. Without a current bottom track is taken as ν.
-//! Invalid out of bottom lock (bottom track) and in a sheared layer (water track): whoever reads
-//! the DVL judges that.
+//! Invalid out of bottom lock (bottom track) and in a sheared layer (water track); the reader of the
+//! DVL has to check both.
 
 use super::estimate::Estimate;
 use super::models::{BottomTrack, bottom_track};

@@ -143,7 +143,7 @@ impl Navigator {
         self.others.iter_mut().filter(|_| bank).try_for_each(|member| member.filter.set_model(model))
     }
 
-    /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 if nobody says.
+    /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 unless set.
     pub fn set_epoch(&mut self, epoch_us: u64) {
         self.main.set_epoch(epoch_us);
         self.others.iter_mut().for_each(|member| member.filter.set_epoch(epoch_us));

@@ -122,7 +122,7 @@ impl Ensemble {
 
     /// What it means to the vehicle; `mounting_rad` as in [`Coordinates::to_body`].
     pub fn sample(&self, mounting_rad: f64) -> DvlSample {
-        // Without a fixed leader nobody knows the frame.
+        // Without a fixed leader the frame of reference is unknown.
         let frame = self.fixed.map_or(Coordinates::Beam, |fixed| fixed.frame());
         // PD0 has the velocity of bottom and water as the instrument sees them.
         let to_body = |mmps| frame.to_body(velocity_mps(mmps)?.map(|component| 0.0 - component), mounting_rad);

@@ -55,7 +55,7 @@ impl Request {
     /// An effect by name that draws all its numbers.
     ///
     /// # Errors
-    /// If there is none of that name.
+    /// If no effect has that name.
     pub fn named(name: &str) -> Result<Self, String> {
         let kind = find(name).ok_or_else(|| unknown(name))?;
         Ok(Self::Named { kind, given: vec![None; kind.parameters.len()] })

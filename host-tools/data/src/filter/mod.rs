@@ -63,7 +63,7 @@ pub struct FilterRun {
 ///
 /// # Errors
 /// If the log has nothing to start from, lacks the actuators that the dynamic model needs, or the
-/// filter refuses or fails (a gap of more than ten minutes, numbers that are none).
+/// filter refuses or fails (a gap of more than ten minutes, numbers that are not finite).
 pub fn run(log: &Log, vehicle: &VehicleFile, options: &FilterOptions) -> Result<FilterRun, DataError> {
     run_with_progress(log, vehicle, options, |_| {})
 }
@@ -286,7 +286,7 @@ impl<'a> Pass<'a> {
         if self.navigator.ship_state().is_some() {
             self.fuse(&Measurement::ShipGnss { position_m });
         } else {
-            // Refused only by a fix that is no number; the next one will do.
+            // Refused only if the fix is not finite; the next one will do.
             let _ = self.navigator.initialise_ship(&InitialShip::from_fix(position_m, &self.options.navigation));
         }
     }

@@ -117,7 +117,7 @@ impl VehicleEffects {
         text
     }
 
-    /// Sets one value by its dotted name; `None`: there is none of that name.
+    /// Sets one value by its dotted name; `None`: no effect has that name.
     pub(super) fn apply(&mut self, name: &str, value: f64) -> Option<Result<(), String>> {
         let id = parameters().find(|id| dotted(*id) == name)?;
         let ParameterInfo { min, max, unit, .. } = *id.info();

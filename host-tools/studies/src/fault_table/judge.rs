@@ -165,7 +165,7 @@ impl Judge {
             self.fixed = false;
             return;
         }
-        // Rejections in a row of one source; a fix that was fused since clears the others.
+        // Only after consecutive rejections, and unless a fix was fused since: a fix explains the return of any source.
         self.fixed |= sensor == Sensor::VehicleGnss;
         if source.rejected_in_a_row >= ROW && !self.fixed {
             let bound = match sensor {
