@@ -1,5 +1,5 @@
-//! Simulator and catalogue agree: a filter with the injected effect declared is as consistent as one on a clean log, and
-//! one without is not. The simulator's equations are its own, so that a wrong sign on either side shows.
+//! Simulator and catalogue agree: a filter with the injected effect declared is as consistent as one on a clean log,
+//! and one without is not. The simulator's equations are its own, so that a wrong sign on either side shows.
 
 use backseat_core::effects::{CATALOGUE, Enters};
 use backseat_core::navigation::ProcessModel;

@@ -1,11 +1,12 @@
-//! What no input may do, one function a target: cargo-fuzz searches with it, the tracked corpora run through it as a test.
+//! What no input may do, one function a target: cargo-fuzz searches with it, the tracked corpora run through it as a
+//! test.
 //!
-//! Every target asserts more than the absence of a panic. Text: what was parsed is emitted, and the emitted sentence parses
-//! and emits as itself. Streams: where a stream is cut makes no difference, a frame yields one outcome a byte at most,
-//! everything that was handed in is consumed, and after any noise the next good frame is found. Everywhere: no number from
-//! outside is NaN or infinite once it was accepted. Stores: whatever memory holds, a set is whole and in range or refused, and
-//! one can be stored. Files: an error or a result, and what was read can be written and read again. The app: after any bytes
-//! at any times it flies a mission.
+//! Every target asserts more than the absence of a panic. Text: what was parsed is emitted, and the emitted sentence
+//! parses and emits as itself. Streams: where a stream is cut makes no difference, a frame yields one outcome a byte at
+//! most, everything that was handed in is consumed, and after any noise the next good frame is found. Everywhere: no
+//! number from outside is NaN or infinite once it was accepted. Stores: whatever memory holds, a set is whole and in
+//! range or refused, and one can be stored. Files: an error or a result, and what was read can be written and read
+//! again. The app: after any bytes at any times it flies a mission.
 
 #![forbid(unsafe_code)]
 

@@ -37,8 +37,8 @@ pub fn ship_state(data: &[u8]) {
 
 /// The parameter store: whatever its flash holds, a set is valid or refused, the app starts, and a set can be stored.
 ///
-/// The first byte says what the rest is: bytes of both halves, or patches of a store that was in order (place, eight bytes),
-/// and whether the CRCs are right after that.
+/// The first byte says what the rest is: bytes of both halves, or patches of a store that was in order (place, eight
+/// bytes), and whether the CRCs are right after that.
 pub fn parameter_store(data: &[u8]) {
     let Some((how, data)) = data.split_first() else { return };
     let mut flash = if how & 1 == 0 { Flash::holding(data) } else { Flash::patched(data) };

@@ -8,7 +8,8 @@ use backseat_wire::hostlink::{self, FromBoard, MAX_FRAME, ToBoard};
 use std::f64::consts::FRAC_PI_4;
 use std::fmt::Debug;
 
-/// What a decoder makes of `data` and then of `good`: the same wherever the bytes are cut, and at most one outcome a byte.
+/// What a decoder makes of `data` and then of `good`: the same wherever the bytes are cut, and at most one outcome a
+/// byte.
 pub(crate) fn anywhere_cut<T: PartialEq + Debug>(data: &[u8], good: &[u8], run: impl Fn(&[&[u8]]) -> Vec<T>) -> Vec<T> {
     let bytes = [data, good].concat();
     let whole = run(&[&bytes]);

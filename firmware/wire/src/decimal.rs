@@ -37,7 +37,8 @@ impl Decimal {
     /// Reads `[+-]digits[.digits]` with a digit on at least one side of the point and at most 18 in all.
     ///
     /// # Errors
-    /// [`Error::Missing`] when empty, [`Error::Malformed`] for any other character, [`Error::OutOfRange`] for more digits.
+    /// [`Error::Missing`] when empty, [`Error::Malformed`] for any other character, [`Error::OutOfRange`] for more
+    /// digits.
     pub fn parse(text: &[u8]) -> Result<Self, Error> {
         let (negative, digits) = match text {
             [] => return Err(Error::Missing),

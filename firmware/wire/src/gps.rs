@@ -48,7 +48,8 @@ impl Rmc {
     /// Reads the sentence.
     ///
     /// # Errors
-    /// [`Error::Unknown`] for another sentence; [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] by field.
+    /// [`Error::Unknown`] for another sentence; [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] by
+    /// field.
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, Error> {
         if !is_talker(sentence, b"RMC") {
             return Err(Error::Unknown);
@@ -123,7 +124,8 @@ impl Gga {
     /// Reads the sentence.
     ///
     /// # Errors
-    /// [`Error::Unknown`] for another sentence; [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] by field.
+    /// [`Error::Unknown`] for another sentence; [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] by
+    /// field.
     pub fn parse(sentence: &Sentence<'_>) -> Result<Self, Error> {
         if !is_talker(sentence, b"GGA") {
             return Err(Error::Unknown);

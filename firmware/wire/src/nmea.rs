@@ -32,8 +32,9 @@ impl<'a> Sentence<'a> {
     /// Verifies one line, with or without its line end.
     ///
     /// # Errors
-    /// [`Error::Framing`] without `$` or with characters that are not printable, [`Error::Overflow`], [`Error::Checksum`],
-    /// [`Error::ChecksumMissing`], [`Error::Malformed`] when `*` is not followed by one or two hex digits.
+    /// [`Error::Framing`] without `$` or with characters that are not printable, [`Error::Overflow`],
+    /// [`Error::Checksum`], [`Error::ChecksumMissing`], [`Error::Malformed`] when `*` is not followed by one or two hex
+    /// digits.
     pub fn from_line(line: &'a [u8], checksum: Checksum) -> Result<Self, Error> {
         let text = line.trim_ascii_end().strip_prefix(b"$").ok_or(Error::Framing)?;
         if text.len() > MAX_BODY {

@@ -162,7 +162,8 @@ impl ShipState {
     /// Reads the front of a frame, with or without an authentication code, which is not looked at.
     ///
     /// # Errors
-    /// [`Error::Length`] when shorter, [`Error::Unknown`] for another version, [`Error::Checksum`], [`Error::OutOfRange`].
+    /// [`Error::Length`] when shorter, [`Error::Unknown`] for another version, [`Error::Checksum`],
+    /// [`Error::OutOfRange`].
     pub fn parse(frame: &[u8]) -> Result<Self, Error> {
         let payload: &[u8; LENGTH] = frame.first_chunk().ok_or(Error::Length)?;
         let [version, source, sequence, ..] = *payload;

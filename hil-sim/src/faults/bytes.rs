@@ -1,7 +1,7 @@
 //! Faults of a serial line: frames lost, repeated, reordered, late, damaged; lines silent or babbling.
 //!
-//! A frame is what a device sends at once. Nothing here makes a line faster than it is: copies and garbage that would not
-//! fit between two frames at the line's speed are not sent.
+//! A frame is what a device sends at once. Nothing here makes a line faster than it is: copies and garbage that would
+//! not fit between two frames at the line's speed are not sent.
 
 use super::{Active, Damage, Direction, Fault, FaultKind, active};
 use backseat_link::Arrival;

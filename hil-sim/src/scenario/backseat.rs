@@ -29,8 +29,8 @@ pub struct Backseat {
     pub current_state: bool,
     /// Use identified parameters that have predicted better.
     pub adopt: bool,
-    /// The backseat's values of inertia, drag, fins and thrust are each too high or too low by this share; the seed has the
-    /// signs.
+    /// The backseat's values of inertia, drag, fins and thrust are each too high or too low by this share; the seed has
+    /// the signs.
     #[serde(deserialize_with = "quantity::share")]
     pub wrong_share: f64,
 }
@@ -76,8 +76,8 @@ pub enum ControlMode {
 }
 
 impl Scenario {
-    /// The vehicle that the backseat is given: the declared one, wrong by `backseat.wrong_share`, with the sound speed of the
-    /// place and the depth of the ship's transducer.
+    /// The vehicle that the backseat is given: the declared one, wrong by `backseat.wrong_share`, with the sound speed
+    /// of the place and the depth of the ship's transducer.
     #[must_use]
     pub fn declared_vehicle(&self) -> VehicleFile {
         let parameters = perturbed(&self.vehicle.parameters, self.settings.backseat.wrong_share, self.settings.seed);

@@ -3,8 +3,8 @@
 use crate::quantity;
 use serde::Deserialize;
 
-/// `[installation]`: positions from the centre of gravity, body frame; turns are roll, pitch, yaw of the sensor's axes in the
-/// body; data arrive the delay after they were valid.
+/// `[installation]`: positions from the centre of gravity, body frame; turns are roll, pitch, yaw of the sensor's axes
+/// in the body; data arrive the delay after they were valid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Installation {

@@ -72,8 +72,8 @@ impl Default for Environment {
     }
 }
 
-/// `[environment.current]`: steady part, linear shear with depth, change from place to place and a rotary tide, added up;
-/// all of it from its onset on, and on one side of a front.
+/// `[environment.current]`: steady part, linear shear with depth, change from place to place and a rotary tide, added
+/// up; all of it from its onset on, and on one side of a front.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Current {

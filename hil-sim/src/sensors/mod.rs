@@ -115,8 +115,8 @@ impl Sensors {
         next_us.iter().any(|&next_us| time_us >= next_us)
     }
 
-    /// Hands out late samples that arrive now, at the time of their arrival, and what is sampled now, always in the same
-    /// order.
+    /// Hands out late samples that arrive now, at the time of their arrival, and what is sampled now, always in the
+    /// same order.
     pub fn observe(&mut self, vehicle: &VehicleTruth, ship: &ShipTruth, sink: &mut impl FnMut(&Observation)) {
         let time_us = vehicle.time_us;
         let kinds: [Option<ObservationKind>; 5] = [

@@ -229,8 +229,8 @@ impl Plant {
         self.extra_surge = ns_per_m;
     }
 
-    /// Buoyancy, N, and its first moment ahead of the centre of buoyancy, N m; `depth` is that centre's, where the force
-    /// acts: taken elsewhere, heaving and pitching by turns at the surface would create energy.
+    /// Buoyancy, N, and its first moment ahead of the centre of buoyancy, N m; `depth` is that centre's, where the
+    /// force acts: taken elsewhere, heaving and pitching by turns at the surface would create energy.
     ///
     /// Near the surface the hull is taken in three sections, at the Gauss points of its length; each
     /// loses its buoyancy in proportion to how far its diameter is out of the water.

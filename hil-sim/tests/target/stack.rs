@@ -1,9 +1,10 @@
 //! The deepest stack of an image by its machine code: what each function takes of it, and who calls whom.
 //!
-//! A function's frame is the sum of all instructions in it that move the stack pointer down. Calls are branches to other
-//! functions. A call through a register may reach every function whose address the caller, one of its own callers or the
-//! image's constants hold. Formatting and panics are left out: they end the run, and [`super::no_panic_can_be_reached`]
-//! shows that core, wire and app never get there. What cannot be bounded (recursion, a frame of variable size) is an error.
+//! A function's frame is the sum of all instructions in it that move the stack pointer down. Calls are branches to
+//! other functions. A call through a register may reach every function whose address the caller, one of its own callers
+//! or the image's constants hold. Formatting and panics are left out: they end the run, and
+//! [`super::no_panic_can_be_reached`] shows that core, wire and app never get there. What cannot be bounded (recursion,
+//! a frame of variable size) is an error.
 
 use crate::thumb::{Instruction, decode};
 use anyhow::{Context, bail, ensure};

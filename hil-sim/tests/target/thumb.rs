@@ -1,5 +1,5 @@
-//! The few Thumb instructions that move the stack pointer, call, or make the address of a function (Arm v7-M Architecture
-//! Reference Manual, A7.7).
+//! The few Thumb instructions that move the stack pointer, call, or make the address of a function (Arm v7-M
+//! Architecture Reference Manual, A7.7).
 
 /// What an instruction does, as far as it matters here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -64,8 +64,8 @@ fn down(s: &State) -> [f64; 3] {
     s.body_to_ned()[2]
 }
 
-/// Potential of weight and of the buoyancy of a hull taken in three sections, each of which is wetted from half a diameter
-/// above the water on; `gain` is displaced mass gained per metre.
+/// Potential of weight and of the buoyancy of a hull taken in three sections, each of which is wetted from half a
+/// diameter above the water on; `gain` is displaced mass gained per metre.
 fn potential_j(p: &Parameters, gain_kg_per_m: f64, s: &State) -> f64 {
     let (down, z) = (down(s), s.0[2]);
     let centre = z - (0..3).map(|i| p.cb_to_cg_m[i] * down[i]).sum::<f64>();
@@ -100,7 +100,8 @@ fn power_w(p: &Parameters, undeclared: &Undeclared, state: &State, fins_rad: [f6
 #[test]
 fn val_no_energy_without_thrust() {
     let mut random = Stream::new(11, Source::Disturbance);
-    // The hull's compressibility is felt away from the surface; there the emerging sections would need its share of each.
+    // The hull's compressibility is felt away from the surface; there the emerging sections would need its share of
+    // each.
     for (undeclared, depths) in [(undeclared(), [5.0, 50.0]), (Undeclared::default(), [-0.3, 1.5])] {
         for p in [reference(), full()] {
             for _ in 0..2000 {
@@ -115,8 +116,8 @@ fn val_no_energy_without_thrust() {
 
 #[test]
 fn val_nothing_but_drag_and_fins_takes_energy() {
-    // Coriolis and centripetal forces of rigid body and added mass do no work, and weight and buoyancy have a potential, in
-    // and under the surface.
+    // Coriolis and centripetal forces of rigid body and added mass do no work, and weight and buoyancy have a
+    // potential, in and under the surface.
     let mut random = Stream::new(12, Source::Disturbance);
     let mut p = full();
     (p.quadratic_drag, p.d26, p.d35, p.linear_surge_ns_per_m) = ([0.0; 6], 0.0, 0.0, 0.0);
@@ -245,8 +246,8 @@ fn val_place_and_heading_only_turn_the_track() {
     }
 }
 
-/// Where a manoeuvre ends after 0.4 s, integrated at a step. Smooth: no actuator moves, and |v| v, whose second derivative
-/// jumps where v changes its sign, is left to surge.
+/// Where a manoeuvre ends after 0.4 s, integrated at a step. Smooth: no actuator moves, and |v| v, whose second
+/// derivative jumps where v changes its sign, is left to surge.
 fn manoeuvre(velocity: [f64; 3], rates: [f64; 3], rudder: f64, step_s: f64) -> State {
     let p = reference();
     let parameters = Parameters {

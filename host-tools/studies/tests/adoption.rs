@@ -2,8 +2,8 @@
 
 use backseat_studies::adoption::{Declared, fly};
 
-/// Four kilometres without a DVL, after twenty minutes with one. Over twenty seeds adoption takes the median from 12 m to 4 m;
-/// half of what a single flight was wrong by is a weak demand on it.
+/// Four kilometres without a DVL, after twenty minutes with one. Over twenty seeds adoption takes the median from 12 m
+/// to 4 m; half of what a single flight was wrong by is a weak demand on it.
 #[test]
 fn identified_parameters_navigate_better_than_wrong_ones() {
     let [kept, improved] =

@@ -1,4 +1,5 @@
-//! Does the filter know how wrong it is? The short version of `backseat studies consistency`, and the bound's recursion.
+//! Does the filter know how wrong it is? The short version of `backseat studies consistency`, and the bound's
+//! recursion.
 
 use backseat_core::navigation::EffectStates;
 use backseat_studies::consistency::{
@@ -26,8 +27,8 @@ fn consistent(name: &str) {
     let ensemble = flown(&case(name));
     let vehicle = of(&blocks(&ensemble, 30), "vehicle");
     println!("{name}: {:.3} {:?}", vehicle.mean, vehicle.shares);
-    // The full command asks for 90 % of a quarter of an hour. Positions change slowly: these three minutes hold one or two
-    // independent ones, and the share scatters by as much as this leaves.
+    // The full command asks for 90 % of a quarter of an hour. Positions change slowly: these three minutes hold one or
+    // two independent ones, and the share scatters by as much as this leaves.
     assert!(vehicle.shares[0] >= 0.8, "{name}: {:?}", vehicle.shares);
     for inside in innovations(&ensemble) {
         let band = inside.mean_band.unwrap();
@@ -73,7 +74,8 @@ fn val_ranges_to_first_order_are_overconfident_in_an_unknown_current() {
         of(&blocks(&flown(&case), 120), "position")
     });
     println!("{} {}", first.mean, second.mean);
-    // Band of 40 runs of three degrees of freedom: 0.76 to 1.27. So much current is beyond the second order, too, by 1.7.
+    // Band of 40 runs of three degrees of freedom: 0.76 to 1.27. So much current is beyond the second order, too, by
+    // 1.7.
     assert!(first.mean > 4.0 && second.mean < 2.0, "{} {}", first.mean, second.mean);
 }
 
@@ -91,7 +93,8 @@ fn val_errors_are_as_small_as_the_bound() {
         let ratios = (60..errors.len()).map(|second| errors[second][quantity].powi(2) / square(second));
         let ratio = (ratios.sum::<f64>() / (errors.len() - 60) as f64).sqrt();
         println!("{name} {ratio:.3}");
-        // Root of the mean of 40 squares of two or three directions: 1 ± 0.09; position hardly changes in time, so three of these.
+        // Root of the mean of 40 squares of two or three directions: 1 ± 0.09; position hardly changes in time, so
+        // three of these.
         assert!((0.75..1.3).contains(&ratio), "{name}: {ratio}");
     }
 }

@@ -76,8 +76,8 @@ impl Store {
         if OPEN.swap(true, Ordering::AcqRel) {
             return Self(None);
         }
-        // SAFETY: the machine has 16 MB of RAM from 0x6000_0000 on, of which the image has no section here; any bytes are
-        // valid, and nobody gets here twice.
+        // SAFETY: the machine has 16 MB of RAM from 0x6000_0000 on, of which the image has no section here; any bytes
+        // are valid, and nobody gets here twice.
         let ram = unsafe { &mut *(BASE as *mut [u8; CAPACITY]) };
         let Ok(mut flash) = ParameterFlash::new(RamFlash(ram)) else { return Self(None) };
         let mut stored = Settings::DEFAULT;

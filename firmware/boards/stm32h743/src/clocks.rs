@@ -100,8 +100,8 @@ impl Source {
     }
 }
 
-/// Gives PLL1, which is the only one in use, another source; whether it locks. Source and divider can be written while all
-/// PLLs are off alone (RM0433 8.7.10).
+/// Gives PLL1, which is the only one in use, another source; whether it locks. Source and divider can be written while
+/// all PLLs are off alone (RM0433 8.7.10).
 fn relock(source: Pllsrc, divider: PllPreDiv) -> bool {
     let rcc = pac::RCC;
     rcc.cfgr().modify(|w| w.set_sw(Sw::HSI));

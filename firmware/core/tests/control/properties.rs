@@ -154,8 +154,9 @@ fn val_allocation_gives_the_moments_asked_for() {
             };
             for method in [AllocationMethod::Decoupled, AllocationMethod::SixDof] {
                 let got = sum(&allocate(method, &model, &v, &wanted, &datum, 0.5));
-                // Decoupled solves the side force exactly, and leaves moments of drag on the lever of 0.13 m; its roll is
-                // linear. The least squares trade moments for forces that do not quite belong to them, one to a hundred.
+                // Decoupled solves the side force exactly, and leaves moments of drag on the lever of 0.13 m; its roll
+                // is linear. The least squares trade moments for forces that do not quite belong to them, one to a
+                // hundred.
                 let pitch = (got[4] - base[4] - wanted.pitch_nm).abs();
                 let yaw = (got[5] - base[5] - wanted.yaw_nm).abs();
                 let roll = (got[3] - roll_base - wanted.roll_nm).abs();
@@ -235,8 +236,8 @@ fn val_the_partner_of_a_lost_fin_gives_the_force_alone() {
         let wrenches = model.fin_wrenches(&v, &fins);
         assert_eq!(wrenches[lost], Vector6::zeros());
         let wrench: Vector6<f64> = wrenches.iter().sum();
-        // Y = N/x_fin and Z = −M/x_fin with the lever of the stern, −0.85 m. To a hundredth, which no lift curve is known to;
-        // half or twice the force would be what a forgotten share gives.
+        // Y = N/x_fin and Z = −M/x_fin with the lever of the stern, −0.85 m. To a hundredth, which no lift curve is
+        // known to; half or twice the force would be what a forgotten share gives.
         let close = |force: f64, wanted: f64| (force / wanted - 1.0).abs() < 0.01;
         assert!(close(wrench[1], 1.0 / -0.85) && close(wrench[2], 0.8 / -0.85), "{lost} {fins:?} {wrench}");
     }

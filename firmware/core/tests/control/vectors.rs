@@ -129,8 +129,8 @@ fn val_lqr_input_matrix() {
 
 #[test]
 fn val_lqr_at_the_reference_trim() {
-    // The reference linearised at a rounded trim (-0.036 rad, 0.008 rad), we at the exact one: the gains agree as far as
-    // the trims do.
+    // The reference linearised at a rounded trim (-0.036 rad, 0.008 rad), we at the exact one: the gains agree as far
+    // as the trims do.
     let model = model();
     let vectors = vectors();
     let mut lqr = Box::new(Lqr::new());

@@ -41,8 +41,8 @@ fn worst(frequency: f64, gain: f64) -> f64 {
 
 #[test]
 fn val_all_channels_are_delayed_alike_and_low_passed() {
-    // A vehicle's periods pass in phase: what is missing grows with the sixth power of the frequency, by 64 from 10 to 5 s (the
-    // next term takes an eighth off that). Of noise faster than 1 Hz side lobes are left.
+    // A vehicle's periods pass in phase: what is missing grows with the sixth power of the frequency, by 64 from 10 to
+    // 5 s (the next term takes an eighth off that). Of noise faster than 1 Hz side lobes are left.
     let missing = [0.01, 0.02].map(|frequency| worst(frequency, 1.0));
     assert!(missing[0] < 2.0e-4 && (50.0..64.0).contains(&(missing[1] / missing[0])), "{missing:?}");
     for frequency in [0.1, 0.2, 0.3, 0.45] {

@@ -79,8 +79,8 @@ fn val_misses_are_weighed_by_noise_and_process_noise() {
         comparison.sample(&model, step * 100_000, &Vector3::new(0.0, 0.0, 1.0), &at(0.05), &input);
     }
     let evidence = comparison.evidence(ModelRole::Candidate);
-    // 0.05² over the noise 0.01² and what the process adds until the stretch's middle, a mean over eight channels; equal sets gain
-    // nothing.
+    // 0.05² over the noise 0.01² and what the process adds until the stretch's middle, a mean over eight channels;
+    // equal sets gain nothing.
     let middle_s = 0.5 * f64::from(HORIZON_STEPS) * PERIOD_S;
     let expected = 0.05 * 0.05 / (1.0e-4 + 1.0e-4 * middle_s) / 8.0;
     assert_close(&evidence.error, &[expected; 2], 1e-12, "error");

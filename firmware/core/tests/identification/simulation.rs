@@ -47,8 +47,8 @@ impl Noise {
         Self { linear_mps: 0.013, angular_radps: 1.745_329_25e-4, roll_pitch_rad: 4.363_323_13e-3 };
 }
 
-/// One period with the input as a function of the time in it (s), by two classical Runge-Kutta steps: the roll's natural
-/// frequency is 1 Hz.
+/// One period with the input as a function of the time in it (s), by two classical Runge-Kutta steps: the roll's
+/// natural frequency is 1 Hz.
 fn integrate(model: &VehicleModel, x: &VehicleState, input: impl Fn(f64) -> ActuatorInput) -> VehicleState {
     let dt = 0.5 * PERIOD_S;
     let mut x = *x;

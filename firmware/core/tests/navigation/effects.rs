@@ -93,7 +93,8 @@ fn val_columns_of_the_process_are_the_differences() {
                 let column = filter.covariance(i, 12) / (sigma * sigma);
                 let difference = (above.state_at(i) - below.state_at(i)) / (2.0 * sigma);
                 largest = largest.max(difference.abs());
-                // F itself depends on the parameter and moves x by its product with f: h²/2, half a per cent of the column.
+                // F itself depends on the parameter and moves x by its product with f: h²/2, half a per cent of the
+                // column.
                 assert!((column - difference).abs() < 5e-3 * largest.max(1e-3), "{effect} {i} {column} {difference}");
             }
             assert!(largest > 1e-3);
@@ -131,8 +132,8 @@ fn val_fixed_sensor_effects_move_innovations_by_their_definition() {
     assert!((innovation(clocks, both)[0] - 0.002 * distance).abs() < 1e-12);
 }
 
-/// Ten minutes over a square with fixes of the ship, ranges and a DVL through the water and over ground; the sensors and the
-/// plant have `truth`, the filter estimates `states` from zero.
+/// Ten minutes over a square with fixes of the ship, ranges and a DVL through the water and over ground; the sensors
+/// and the plant have `truth`, the filter estimates `states` from zero.
 fn fly(truth: &EffectSet, states: EffectStates, seed: u64, tally: &mut Consistency) -> Box<Navigator> {
     let config = NavigationConfig { effect_states: states, surface: None, ..NavigationConfig::REFERENCE };
     let mut noise = Noise(seed);

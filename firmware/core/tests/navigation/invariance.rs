@@ -1,5 +1,5 @@
-//! Worlds that are the same one seen otherwise: drifting along with the water, turned, in a mirror. The whole filter, with
-//! every sensor that takes part in the change, must come to the same answer.
+//! Worlds that are the same one seen otherwise: drifting along with the water, turned, in a mirror. The whole filter,
+//! with every sensor that takes part in the change, must come to the same answer.
 
 use super::support::*;
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};

@@ -87,7 +87,8 @@ impl<'a> Packet<'a> {
         Ok(Self { set, payload })
     }
 
-    /// The fields in turn; one that is shorter than its header or reaches beyond the payload is [`Error::Offset`] and the last.
+    /// The fields in turn; one that is shorter than its header or reaches beyond the payload is [`Error::Offset`] and
+    /// the last.
     pub fn fields(&self) -> impl Iterator<Item = Result<Field<'a>, Error>> + use<'a> {
         let mut rest = self.payload;
         core::iter::from_fn(move || {
@@ -192,7 +193,8 @@ pub fn emit<'b>(set: u8, fields: &[Field<'_>], buffer: &'b mut [u8]) -> Result<&
     Ok(writer.finish())
 }
 
-/// Writes a sensor data packet (set 80): timer, specific force, rates and attitude (complementary filter), absent ones as 0.
+/// Writes a sensor data packet (set 80): timer, specific force, rates and attitude (complementary filter), absent ones
+/// as 0.
 ///
 /// # Errors
 /// [`Error::BufferFull`].
@@ -214,7 +216,8 @@ fn bytes_of(values: [f64; 3]) -> [[u8; 4]; 3] {
     values.map(|value| (value as f32).to_be_bytes())
 }
 
-/// Writes the command (0C/08) that makes sensor packets of specific force, rates and attitude, at the base rate / `decimation`.
+/// Writes the command (0C/08) that makes sensor packets of specific force, rates and attitude, at the base rate /
+/// `decimation`.
 ///
 /// # Errors
 /// [`Error::BufferFull`].

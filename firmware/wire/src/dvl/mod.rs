@@ -1,7 +1,8 @@
 //! Doppler velocity logs of Teledyne RDI: PD0, PD4, PD5, PD6, and the one sample they all become.
 //!
-//! Instrument axes: y towards beam 3, x towards beam 2, z away from the bottom. PD4, PD5 and PD6 give the velocity of the
-//! vehicle, PD0 that of the bottom relative to the instrument: its signs are opposite. [`DvlSample`] has neither trap.
+//! Instrument axes: y towards beam 3, x towards beam 2, z away from the bottom. PD4, PD5 and PD6 give the velocity of
+//! the vehicle, PD0 that of the bottom relative to the instrument: its signs are opposite. [`DvlSample`] has neither
+//! trap.
 
 pub mod pd0;
 pub mod pd4;
@@ -18,7 +19,8 @@ pub struct DvlSample {
     pub water_mps: Option<[f64; 3]>,
     /// Height above the bottom (mean of the beams that see it), m.
     pub altitude_m: Option<f64>,
-    /// Difference of the two vertical velocities of the beam pairs, m/s: a measure of quality. `None` in a three-beam solution.
+    /// Difference of the two vertical velocities of the beam pairs, m/s: a measure of quality. `None` in a three-beam
+    /// solution.
     pub error_mps: Option<f64>,
     /// Roll, pitch, heading of the instrument's own sensors, rad.
     pub attitude_rad: Option<[f64; 3]>,
@@ -74,7 +76,8 @@ impl Coordinates {
 
     /// Body velocity [forward, starboard, down] of x, y, z on the wire (vehicle relative to bottom or water).
     ///
-    /// `mounting_rad` is the direction of beam 3 in the vehicle, positive from forward to starboard (rotation about body z).
+    /// `mounting_rad` is the direction of beam 3 in the vehicle, positive from forward to starboard (rotation about
+    /// body z).
     pub fn to_body(self, xyz: [f64; 3], mounting_rad: f64) -> Option<[f64; 3]> {
         let [x, y, z] = xyz;
         let (sine, cosine) = self.mounting(mounting_rad)?;

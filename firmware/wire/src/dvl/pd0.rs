@@ -109,8 +109,8 @@ impl Ensemble {
     /// Reads a whole ensemble with its checksum.
     ///
     /// # Errors
-    /// [`Error::Framing`] without `7F 7F`, [`Error::Length`], [`Error::Checksum`], [`Error::Offset`] for a block beyond the
-    /// ensemble or too short for its fields.
+    /// [`Error::Framing`] without `7F 7F`, [`Error::Length`], [`Error::Checksum`], [`Error::Offset`] for a block beyond
+    /// the ensemble or too short for its fields.
     pub fn parse(frame: &[u8]) -> Result<Self, Error> {
         match examine(frame) {
             Verdict::Frame(length, ensemble) if length == frame.len() => Ok(ensemble),
@@ -146,8 +146,8 @@ impl Ensemble {
         }
     }
 
-    /// The ensemble of an instrument that measured `sample`, in its frame; velocities in a frame that is not fixed to the
-    /// vehicle are left invalid.
+    /// The ensemble of an instrument that measured `sample`, in its frame; velocities in a frame that is not fixed to
+    /// the vehicle are left invalid.
     pub fn from_sample(sample: &DvlSample, ensemble: u32, mounting_rad: f64) -> Self {
         let from_body = |body: Option<[f64; 3]>, error: Option<f64>| {
             let Some([x, y, z]) = body.and_then(|body| sample.frame.from_body(body, mounting_rad)) else {

@@ -68,7 +68,8 @@ impl Record {
     /// Reads a whole record with its checksum.
     ///
     /// # Errors
-    /// [`Error::Framing`] without sync byte, [`Error::Unknown`] for another structure, [`Error::Length`], [`Error::Checksum`].
+    /// [`Error::Framing`] without sync byte, [`Error::Unknown`] for another structure, [`Error::Length`],
+    /// [`Error::Checksum`].
     pub fn parse(frame: &[u8]) -> Result<Self, Error> {
         match examine(frame) {
             Verdict::Frame(length, record) if length == frame.len() => Ok(record),
@@ -105,8 +106,8 @@ impl Record {
         }
     }
 
-    /// The record of an instrument that measured `sample`: PD5 when `extended`. Velocities in a frame that is not fixed to
-    /// the vehicle are left invalid.
+    /// The record of an instrument that measured `sample`: PD5 when `extended`. Velocities in a frame that is not fixed
+    /// to the vehicle are left invalid.
     pub fn from_sample(sample: &DvlSample, extended: bool, mounting_rad: f64) -> Self {
         let from_body = |body: Option<[f64; 3]>, error: Option<f64>| {
             let Some(xyz) = body.and_then(|body| sample.frame.from_body(body, mounting_rad)) else {

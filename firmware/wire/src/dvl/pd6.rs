@@ -1,5 +1,5 @@
-//! Teledyne PD6: sets of text lines, without checksum, so that every field is checked for its range and every line for its
-//! number of fields. Prefer PD0 or PD4 on a noisy link.
+//! Teledyne PD6: sets of text lines, without checksum, so that every field is checked for its range and every line for
+//! its number of fields. Prefer PD0 or PD4 on a noisy link.
 
 use super::{Coordinates, DvlSample, INVALID, error_mps, to_mmps, velocity_mps};
 use crate::calendar::{DAY_US, TimeOfDay};
@@ -37,8 +37,8 @@ struct Set {
 }
 
 impl Decoder {
-    /// An empty decoder; `mounting_rad` as in [`Coordinates::to_body`], applied to `:BI` and `:WI`. Without those, `:BS` and
-    /// `:WS` are taken as they are.
+    /// An empty decoder; `mounting_rad` as in [`Coordinates::to_body`], applied to `:BI` and `:WI`. Without those,
+    /// `:BS` and `:WS` are taken as they are.
     pub const fn new(mounting_rad: f64) -> Self {
         Self { line: Line::new(), set: Set::new(mounting_rad), counts: Counts::new() }
     }

@@ -1,7 +1,7 @@
 //! Frames of the host link: `00`, COBS of (postcard message, CRC-32 little-endian), `00`.
 //!
-//! The leading delimiter parts a frame from noise before it; empty frames are nothing. COBS is our own, because postcard's
-//! can panic.
+//! The leading delimiter parts a frame from noise before it; empty frames are nothing. COBS is our own, because
+//! postcard's can panic.
 
 use crate::framer::at;
 use crate::{Counts, Error};
@@ -16,8 +16,8 @@ pub const MAX_FRAME: usize = MAX_MESSAGE + 16;
 /// The CRC of every frame, and of all that a board keeps: its table is in an image once.
 pub static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CRC_BYTES: usize = 4;
-/// Where the plain bytes are put, far enough behind that COBS can be written in front of them: delimiter, and a code byte
-/// for each 254 bytes begun.
+/// Where the plain bytes are put, far enough behind that COBS can be written in front of them: delimiter, and a code
+/// byte for each 254 bytes begun.
 const PLAIN_AT: usize = 1 + (MAX_MESSAGE + CRC_BYTES).div_ceil(254) + 1;
 
 /// Writes one message as a frame.

@@ -38,7 +38,8 @@ pub struct Units {
 impl Units {
     /// By major version of Remote Helm: feet before 5, metres from 5.
     ///
-    /// Only `$OMS` is known to change; the two of `$OSI` are taken to change with it (check on the bench), `$C` stays in feet.
+    /// Only `$OMS` is known to change; the two of `$OSI` are taken to change with it (check on the bench), `$C` stays
+    /// in feet.
     pub const fn remote_helm(major: u8) -> Self {
         let unit = if major < 5 { LengthUnit::Feet } else { LengthUnit::Metres };
         Self { command_depth: unit, status_depth: unit, status_altitude: unit, compass_depth: LengthUnit::Feet }
@@ -235,7 +236,8 @@ pub enum Battery {
     Discharging,
 }
 
-/// `$DVL`. Values of -3200 and below are invalid. Axes and reference of the velocity are not public: check on the bench.
+/// `$DVL`. Values of -3200 and below are invalid. Axes and reference of the velocity are not public: check on the
+/// bench.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrontseatDvl {

@@ -45,7 +45,8 @@ impl<'a> FromFrontseat<'a> {
     /// Reads what the frontseat sent.
     ///
     /// # Errors
-    /// [`Error::Unknown`] for another sentence; [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] by field.
+    /// [`Error::Unknown`] for another sentence; [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] by
+    /// field.
     pub fn parse(sentence: &Sentence<'a>, units: &Units) -> Result<Self, Error> {
         let mut fields = sentence.fields();
         match sentence.id() {
@@ -170,7 +171,8 @@ impl<'a> ToFrontseat<'a> {
     /// Reads what the backseat sent.
     ///
     /// # Errors
-    /// [`Error::Unknown`] for another sentence; [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] by field.
+    /// [`Error::Unknown`] for another sentence; [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] by
+    /// field.
     pub fn parse(sentence: &Sentence<'a>, units: &Units) -> Result<Self, Error> {
         let mut fields = sentence.fields();
         match sentence.id() {

@@ -1,8 +1,8 @@
 //! Fin and motor bytes of `$OMP` and what they mean on one vehicle.
 //!
 //! Sign, gain and centre are not public and differ between vehicles (a non-stock tail needs its own): a calibration
-//! table, measured on the bench. One count is about a third of a degree, so the angle commanded is not the angle asked for:
-//! use [`ServoCalibration::fins_rad`] of the bytes sent.
+//! table, measured on the bench. One count is about a third of a degree, so the angle commanded is not the angle asked
+//! for: use [`ServoCalibration::fins_rad`] of the bytes sent.
 
 use crate::{Error, hex};
 
@@ -28,7 +28,8 @@ impl ServoBytes {
     }
 }
 
-/// A linear servo: `count = null + counts_per_unit * value`, rounded, and kept within 1 to 254 (some servos ignore the extremes).
+/// A linear servo: `count = null + counts_per_unit * value`, rounded, and kept within 1 to 254 (some servos ignore the
+/// extremes).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LinearServo {
@@ -61,7 +62,8 @@ impl LinearServo {
     }
 }
 
-/// What fin and motor bytes mean. Fin angles are those of the project: positive moves the leading edge towards -z of the fin frame.
+/// What fin and motor bytes mean. Fin angles are those of the project: positive moves the leading edge towards -z of
+/// the fin frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ServoCalibration {
@@ -72,7 +74,8 @@ pub struct ServoCalibration {
 }
 
 impl ServoCalibration {
-    /// A guess to start a bench calibration from: ±45° over the byte, fins to ±30°, propeller to ±200 rad/s, all signs positive.
+    /// A guess to start a bench calibration from: ±45° over the byte, fins to ±30°, propeller to ±200 rad/s, all signs
+    /// positive.
     pub const NOMINAL: Self = Self {
         fins: [LinearServo {
             counts_per_unit: 127.0 / core::f64::consts::FRAC_PI_4,

@@ -14,7 +14,8 @@ pub use statistics::{ModemTime, ReceptionStatistics};
 use crate::Decimal;
 use crate::calendar::{DateTime, TimeOfDay};
 
-/// Whether a positive Doppler speed of `$CADOP` and `$CACST` means that the range shrinks. No public source says: calibrate on a known pass.
+/// Whether a positive Doppler speed of `$CADOP` and `$CACST` means that the range shrinks. No public source says:
+/// calibrate on a known pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DopplerSign {

@@ -113,7 +113,8 @@ impl ReceptionStatistics {
         }
     }
 
-    /// A complete record of a good or bad packet for an emulator, with plausible values in the fields that are not used.
+    /// A complete record of a good or bad packet for an emulator, with plausible values in the fields that are not
+    /// used.
     pub const fn complete(version: Option<u8>, mode: u8, arrival: ModemTime, clock: ClockMode) -> Self {
         Self {
             detector: [Some(1440), Some(25), Some(175)],

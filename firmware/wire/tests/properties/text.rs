@@ -1,4 +1,5 @@
-//! Text sentences: published ones with other characters in them, and positions, angles and speeds on the grid of the wire.
+//! Text sentences: published ones with other characters in them, and positions, angles and speeds on the grid of the
+//! wire.
 
 use crate::generate::{grid, instant, text, time_of_day};
 use backseat_wire::Error;

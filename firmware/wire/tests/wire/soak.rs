@@ -1,4 +1,5 @@
-//! A million bytes that are nothing, or nearly something, for every decoder: nothing panics, and what is found again is good.
+//! A million bytes that are nothing, or nearly something, for every decoder: nothing panics, and what is found again is
+//! good.
 
 use crate::vectors::{Noise, bytes, lines};
 use backseat_wire::ahrs::os5000::Os5000;

@@ -32,7 +32,8 @@ fn val_every_vector_is_taken_and_survives_being_written() {
                 }
                 other => panic!("{line}: {other:?}"),
             };
-            // Ours is the same text, except for the older spelling of manual parking, the mark for "invalid", and commas.
+            // Ours is the same text, except for the older spelling of manual parking, the mark for "invalid", and
+            // commas.
             let own = std::str::from_utf8(written).unwrap().trim_end();
             if !line.contains("Mp,") && !line.contains("-3200") && !line.contains("$OSD,,") {
                 assert_eq!(own, line);

@@ -22,7 +22,8 @@ pub fn sentence(line: &str) -> Sentence<'_> {
     Sentence::from_line(line.as_bytes(), Checksum::Optional).unwrap_or_else(|cause| panic!("{line}: {cause:?}"))
 }
 
-/// Feeds a stream cut in two at every position, with noise before it, and checks that the sentences are always the same.
+/// Feeds a stream cut in two at every position, with noise before it, and checks that the sentences are always the
+/// same.
 pub fn assert_framed_at_every_split(lines: &[&str]) {
     let stream: Vec<u8> =
         lines.iter().flat_map(|line| b"\xFF*~".iter().copied().chain(line.bytes()).chain(*b"\r\n")).collect();

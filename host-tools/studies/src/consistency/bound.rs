@@ -5,8 +5,8 @@
 //! For x_{k+1} = f(x_k) + w, w ~ N(0, Q), z = h(x) + v, v ~ N(0, R), F = ∂f/∂x and H = ∂h/∂x at the truth, E over the
 //! ensemble,
 //!   J_{k+1} = D22 − D21 (J_k + D11)⁻¹ D12,  D11 = E[Fᵀ Q⁻¹ F],  D12 = D21ᵀ = −E[F]ᵀ Q⁻¹,  D22 = Q⁻¹ + E[Hᵀ R⁻¹ H].
-//! It is computed as its inverse P = J⁻¹. With F̄ = E[F] and the excess X = E[(F − F̄)ᵀ Q⁻¹ (F − F̄)], D11 = F̄ᵀ Q⁻¹ F̄
-//! + X, and the matrix inversion lemma gives
+//! It is computed as its inverse P = J⁻¹. With F̄ = E[F] and the excess X = E[(F − F̄)ᵀ Q⁻¹ (F − F̄)],
+//! D11 = F̄ᵀ Q⁻¹ F̄ + X, and the matrix inversion lemma gives
 //!   P_{k+1}⁻¹ = (F̄ (P_k⁻¹ + X)⁻¹ F̄ᵀ + Q)⁻¹ + E[Hᵀ R⁻¹ H],
 //! in which nothing of the size of Q⁻¹ (some 1e11) cancels, and a delayed state, of which Q is singular, needs no
 //! special case.

@@ -39,7 +39,8 @@ fn val_sensitivities_are_the_derivatives_of_the_run() {
         let ((above, step), (below, _)) = (end(1.0), end(-1.0));
         let expected = (above - below) / (2.0 * step);
         let found = run.sensitivity.column(column);
-        // The Jacobian is taken in the middle of steps of 50 ms, in which roll turns by a third of a radian of its oscillation.
+        // The Jacobian is taken in the middle of steps of 50 ms, in which roll turns by a third of a radian of its
+        // oscillation.
         let error = (found - expected).amax() / expected.amax().max(1.0e-3 / step.max(1.0e-4));
         assert!(error < 0.02, "{column}: {error}");
     }

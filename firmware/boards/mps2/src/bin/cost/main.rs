@@ -1,5 +1,5 @@
-//! What everything costs on the target, in instructions. Prints one row a line, `group|name|states|entries|instructions|dense`,
-//! which a host test turns into docs/results/cost.md.
+//! What everything costs on the target, in instructions. Prints one row a line,
+//! `group|name|states|entries|instructions|dense`, which a host test turns into docs/results/cost.md.
 #![no_std]
 #![no_main]
 

@@ -36,7 +36,8 @@ fn ticks() -> u32 {
     ticks
 }
 
-/// Result and instructions of `work`: an instruction takes 64 ns of the machine's time (`-icount shift=6`), a tick 40 ns.
+/// Result and instructions of `work`: an instruction takes 64 ns of the machine's time (`-icount shift=6`), a tick 40
+/// ns.
 #[inline(always)]
 pub fn count<T>(work: impl FnOnce() -> T) -> (T, u32) {
     let before = ticks();
