@@ -7,7 +7,7 @@ use crate::parameters::Settings;
 use crate::requests;
 use crate::ring::Ring;
 use backseat_wire::Counts;
-use backseat_wire::hostlink::{self, FromBoard, Mode, ModeReason, Oscillator, Port, Step, StepDone, ToBoard};
+use backseat_wire::hostlink::{self, FromBoard, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard};
 
 /// Time between two steps, µs.
 pub const STEP_US: u64 = 100_000;
@@ -109,6 +109,30 @@ impl App {
     /// Queues the answer to a lock-step clock message.
     pub fn answer_step(&mut self, done: StepDone) {
         send(&mut self.host_out, &FromBoard::StepDone(done));
+    }
+
+    /// A message of the clock is refused.
+    pub(crate) fn refuse(&mut self, refusal: Refusal) {
+        send(&mut self.host_out, &FromBoard::Refused(refusal));
+    }
+
+    /// Whether a host may take the clock over: nothing is armed, under way, being stopped, tested or stored, and no
+    /// series of resets waits for the operator.
+    #[must_use]
+    pub fn lends_clock(&self) -> bool {
+        self.backseat.is_at_rest()
+    }
+
+    /// Ends a mission, and gives the frontseat control with the next step: neutral fins and stop. For a board that is about
+    /// to end, or whose frontseat did not hear it.
+    pub fn hand_back(&mut self) {
+        self.backseat.steering.stop();
+    }
+
+    /// The host's clock has stopped: starts again on the board's own, with neutral fins and stop.
+    pub(crate) fn take_clock_back(&mut self) {
+        self.restart();
+        self.backseat.steering.release();
     }
 
     /// Running digest of filter state and covariance.

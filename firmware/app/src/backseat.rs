@@ -1,7 +1,7 @@
 //! Everything but the host link: the components, and the one place where their decisions are carried out.
 //!
 //! ```text
-//! bytes ─> links ─> inputs ─> estimator ─┬─> modes ──────> end of a mission ─┐
+//! bytes ─> links ─> inputs ─> estimator ─┬─> modes, safety > end of a mission ─┐
 //!           │ ^                          ├─> steering ───> sentences, input ─┼─> Backseat::step applies
 //!           │ └── requests               ├─> adaptation ─> other parameters ─┘
 //!           └─> echo ─> steering         └─> telemetry
@@ -17,6 +17,7 @@ use crate::links::Links;
 use crate::modes::{Facts, Modes};
 use crate::parameters::{ParameterStore, Settings};
 use crate::ring::Ring;
+use crate::safety::{DepthWitness, Safety, Voyage};
 use crate::steering::{Orders, Situation, Steering};
 use crate::storage::{Asked, Storage};
 use crate::telemetry;
@@ -41,6 +42,9 @@ pub struct Backseat {
     pub adaptation: Adaptation,
     pub modes: Modes,
     pub steering: Steering,
+    pub safety: Safety,
+    pub voyage: Voyage,
+    pub witness: DepthWitness,
     pub host: Host,
     pub losses: ReceiveLosses,
     /// Bytes to the device ports, in the order of [`Port::DEVICES`].
@@ -96,6 +100,9 @@ impl Backseat {
             adaptation: Adaptation::new(),
             modes: Modes::new(),
             steering: Steering::new(),
+            safety: Safety::new(),
+            voyage: Voyage::new(),
+            witness: DepthWitness::new(),
             host: Host::new(),
             losses: ReceiveLosses { since_start: [0; 5], news: false },
             out: [const { Ring::new() }; 4],
@@ -114,6 +121,9 @@ impl Backseat {
         self.adaptation.restart();
         self.modes = Modes::new();
         self.steering.restart();
+        self.safety.restart();
+        self.voyage.end();
+        self.witness.restart();
         self.host.restart();
         self.out.iter_mut().for_each(Ring::clear);
         self.run = Run::NONE;
@@ -139,6 +149,14 @@ impl Backseat {
     /// Running digest of filter state and covariance.
     pub fn digest(&self) -> u64 {
         self.run.digest
+    }
+
+    /// No mission is armed or under way, nothing is being stopped, tested or stored, and no resets wait for the operator.
+    pub fn is_at_rest(&self) -> bool {
+        let Self { steering, storage, modes, .. } = self;
+        !(steering.is_engaged() || steering.is_stopping() || steering.is_wiggling())
+            && !storage.is_busy()
+            && !modes.is_barred()
     }
 
     pub fn last_step_us(&self) -> Option<u64> {
@@ -187,8 +205,9 @@ impl Backseat {
             self.steering.hand_back(now_us, settings, orders);
         }
         if self.modes.ready() {
-            self.steering.begin(self.estimator.output());
+            self.begin();
         }
+        self.keep_safe(now_us, orders);
         // No mission relies on it, and it contradicts its sensors: it starts again from them.
         let astray = self.estimator.unsteerable_since_us().is_some_and(|us| now_us.saturating_sub(us) > ASTRAY_US);
         let idle = !self.steering.under_way();
@@ -346,7 +365,7 @@ impl Backseat {
     pub fn commit(&mut self) -> Result<(), Refusal> {
         let Self { parameters, estimator, steering, .. } = self;
         let mut rebuilt = false;
-        parameters.commit(|settings, old, rebuild| {
+        parameters.commit(steering.is_engaged(), |settings, old, rebuild| {
             rebuilt = rebuild;
             let taken = !rebuild || configure(settings, estimator, steering);
             if !taken {

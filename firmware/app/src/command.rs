@@ -89,6 +89,11 @@ impl Commander {
         ToFrontseat::Servo(servo).emit(&settings.units, buffer)
     }
 
+    /// `$OMSTOP` waits to be acknowledged.
+    pub fn is_stopping(&self) -> bool {
+        self.stopping.is_some()
+    }
+
     /// From now on `$OMSTOP` is sent until it is acknowledged.
     pub fn stop(&mut self, now_us: u64) {
         self.stopping = Some(Stopping { next_us: now_us, left: STOP_REPEATS });

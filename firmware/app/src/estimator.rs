@@ -50,6 +50,8 @@ pub struct Estimator {
     ship: Option<ShipReport>,
     lateness: Lateness,
     transducer_depth_m: Option<f64>,
+    /// When the last range was fused, µs.
+    range_us: Option<u64>,
     /// From before a reset, until a fix or a range confirms or replaces it.
     resumed: Option<Navigation>,
 }
@@ -66,6 +68,7 @@ impl Estimator {
             ship: None,
             lateness: Lateness { late: 0, too_late: 0 },
             transducer_depth_m: None,
+            range_us: None,
             resumed: None,
         }
     }
@@ -96,6 +99,11 @@ impl Estimator {
 
     pub fn lateness(&self) -> Lateness {
         self.lateness
+    }
+
+    /// When the last range was fused, filter's time, µs.
+    pub fn range_us(&self) -> Option<u64> {
+        self.range_us
     }
 
     /// Outcomes of the scalars of the last step.
@@ -134,6 +142,7 @@ impl Estimator {
     /// Forgets the last step and what was before a reset.
     pub fn reset(&mut self) {
         self.resumed = None;
+        self.range_us = None;
         self.ship = None;
         self.records.clear();
     }
@@ -324,6 +333,9 @@ impl Estimator {
             let confirms = matches!(record.sensor, Sensor::VehicleGnss | Sensor::Range);
             if confirms && record.outcome == FusionOutcome::Fused {
                 self.resumed = None;
+            }
+            if record.sensor == Sensor::Range && record.outcome == FusionOutcome::Fused {
+                self.range_us = Some(self.navigator.time_us());
             }
             // beyond the capacity they are fused but not reported
             let _ = self.records.push(*record);

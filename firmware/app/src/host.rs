@@ -3,7 +3,7 @@
 use crate::held::Held;
 use crate::mission::MissionTransfer;
 use crate::ring::Ring;
-use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Restart, encode};
+use backseat_wire::hostlink::{FromBoard, MAX_FRAME, Refusal, Restart, encode};
 
 /// Bytes that may wait for the host: some twenty steps of telemetry.
 pub const HOST_RING: usize = 8192;
@@ -21,6 +21,8 @@ pub fn send(out: &mut Ring<HOST_RING>, message: &FromBoard<'_>) {
 pub struct Host {
     /// A mission on its way in.
     pub transfer: MissionTransfer,
+    /// Why there is no mission: the last one was refused.
+    pub mission_refused: Held<Refusal>,
     /// Parameters may be written under way until then.
     pub unlocked_us: u64,
     /// A key may come until then.
@@ -31,7 +33,13 @@ pub struct Host {
 
 impl Host {
     pub const fn new() -> Self {
-        Self { transfer: MissionTransfer::new(), unlocked_us: 0, key_us: 0, last_restart: Held::none() }
+        Self {
+            transfer: MissionTransfer::new(),
+            mission_refused: Held::none(),
+            unlocked_us: 0,
+            key_us: 0,
+            last_restart: Held::none(),
+        }
     }
 
     /// Permissions end.

@@ -15,6 +15,7 @@
 //! | `adaptation` | the adaptive identifier, the fault monitor; when identified parameters are adopted and reverted |
 //! | `steering`, `command`, `wiggle` | missions, commands to the frontseat, hand-back; the fins on the bench |
 //! | `modes` | mode and reason from facts; when a mission has to end |
+//! | `safety`, `safekeeping` | limits that end a mission though navigation is valid, and what follows |
 //! | `requests`, `host`, `mission`, `telemetry` | requests and their answers; mission transfer; records of each step |
 //! | [`parameters`] | the declared list, transactions |
 //! | `storage`, [`store`], `persistence` | requests to store; flash and restart record; how a board serves them |
@@ -46,6 +47,8 @@ mod pump;
 mod recorded;
 mod requests;
 mod ring;
+mod safekeeping;
+mod safety;
 mod steering;
 mod storage;
 pub mod store;
@@ -57,7 +60,7 @@ pub use app::{App, STEP_US};
 pub use geodesy::LocalFrame;
 pub use health::Health;
 pub use inputs::Loss;
-pub use pump::{PortFailure, Progress, Pump, START_US};
+pub use pump::{PARTIAL_US, PortFailure, Progress, Pump, SILENT_US, START_US};
 pub use recorded::{Recorder, poll_recorded, record_start};
 pub use time::UtcClock;
 

@@ -3,7 +3,7 @@
 use backseat_core::control::mission::{MAX_WAYPOINTS, Mission, Waypoint};
 use backseat_wire::hostlink::{self, Refusal};
 
-/// A mission on its way in; the stored one stays until the commit.
+/// A mission on its way in.
 #[derive(Debug)]
 pub struct MissionTransfer {
     staged: Mission,

@@ -113,13 +113,15 @@ pub struct Modes {
     better_since_us: Option<u64>,
     /// Why the last mission was ended before its time; stays until the next start.
     ended: Option<(Mode, ModeReason)>,
+    /// What is shown while the way back is flown.
+    returning: Option<(Mode, ModeReason)>,
     /// The board was reset too often, and the operator has not taken note of it.
     barred: bool,
 }
 
 impl Modes {
     pub const fn new() -> Self {
-        Self { present: None, better_since_us: None, ended: None, barred: false }
+        Self { present: None, better_since_us: None, ended: None, returning: None, barred: false }
     }
 
     fn standing(&self) -> (Mode, ModeReason) {
@@ -128,7 +130,17 @@ impl Modes {
 
     /// Mode and reason.
     pub fn present(&self) -> (Mode, ModeReason) {
-        if self.barred { (Mode::Safe, ModeReason::Resets) } else { self.ended.unwrap_or(self.standing()) }
+        match (self.barred, self.ended, self.returning, self.standing()) {
+            (true, ..) => (Mode::Safe, ModeReason::Resets),
+            (_, Some(ended), ..) => ended,
+            (_, _, Some(returning), (Mode::Navigating | Mode::Degraded, _)) => returning,
+            (.., standing) => standing,
+        }
+    }
+
+    /// Navigation is valid, with less than it should have.
+    pub fn is_degraded(&self) -> bool {
+        self.standing().0 == Mode::Degraded
     }
 
     /// Whether a mission may begin now.
@@ -160,19 +172,43 @@ impl Modes {
         let ends = facts.mission && !self.ready();
         if ends {
             self.ended = self.present;
+            self.returning = None;
         }
         ends
     }
 
+    /// A limit of safety ended the mission.
+    pub fn ended_by(&mut self, reason: ModeReason) {
+        self.ended = Some((Mode::Safe, reason));
+        self.returning = None;
+    }
+
+    /// A limit of safety makes the mission return.
+    pub fn returns_by(&mut self, reason: ModeReason) {
+        self.returning = Some((Mode::Degraded, reason));
+    }
+
+    /// The way back is over.
+    pub fn returned(&mut self) {
+        if let Some((_, reason)) = self.returning {
+            self.ended_by(reason);
+        }
+    }
+
     /// The operator stopped, and knows of resets.
     pub fn stopped(&mut self) {
-        self.ended = Some((Mode::Safe, ModeReason::Stopped));
+        self.ended_by(ModeReason::Stopped);
         self.barred = false;
     }
 
     /// The frontseat never acknowledged the stop.
     pub fn stop_unanswered(&mut self) {
         self.ended = Some((Mode::Safe, ModeReason::StopUnanswered));
+    }
+
+    /// The board was reset too often, and the operator has not stopped since.
+    pub fn is_barred(&self) -> bool {
+        self.barred
     }
 
     /// The board was reset too often.
@@ -183,6 +219,7 @@ impl Modes {
     /// A mission starts.
     pub fn started(&mut self) {
         self.ended = None;
+        self.returning = None;
     }
 }
 

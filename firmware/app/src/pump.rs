@@ -6,6 +6,11 @@
 //! then the app steps, its bytes are handed to the ports, and
 //! [`StepDone`](backseat_wire::hostlink::StepDone) answers.
 //!
+//! A board that runs on its own clock lends it only at rest ([`App::lends_clock`]), and only for a `Step` that announces
+//! lock-step: `time_us == 0`, no chunks. Any other is refused ([`Refusal::OwnClock`]). A host that sends no step for
+//! [`SILENT_US`], or whose announced bytes do not come for [`PARTIAL_US`], loses the clock: the app restarts, commands
+//! neutral and stop, and steps by the board's time again.
+//!
 //! For [`START_US`] after power-up (not after a reset by a fault) the pump leaves device bytes in their ports and takes
 //! no step of its own, so that a simulator's first `Step` finds an untouched app. A `Step` with `time_us == 0` restarts
 //! the app (parameters and mission are kept). A simulator that attaches to a board that already runs on its own clock
@@ -14,11 +19,15 @@
 
 use crate::app::{App, STEP_US};
 use crate::lockstep::Lockstep;
-use backseat_wire::hostlink::Port;
+use backseat_wire::hostlink::{Port, Refusal, Step};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 
 /// How long after power-up the pump waits for a lock-step clock, µs.
 pub const START_US: u64 = 2_000_000;
+/// A lock-step clock that announces no step for this long is gone, µs.
+pub const SILENT_US: u64 = 30_000_000;
+/// A step whose announced bytes do not come for this long, or whose answer no port takes, is given up, µs.
+pub const PARTIAL_US: u64 = 5_000_000;
 /// Most bytes read from a port at once.
 const READ_LENGTH: usize = 256;
 
@@ -46,8 +55,8 @@ enum Clock {
     Undecided { until_us: Option<u64> },
     /// The board's own clock, and its next step.
     Own { next_step_us: u64 },
-    /// The host's clock, and the last step's time.
-    Lockstep { time_us: u64 },
+    /// The host's clock: the last step's time, and the board's time when a byte of it last moved.
+    Lockstep { time_us: u64, moved_us: u64 },
 }
 
 /// The pump; one per app.
@@ -101,11 +110,12 @@ impl Pump {
     where
         P: Read + ReadReady + Write + WriteReady,
     {
-        let mut moved = self.host(app, ports, now_us)?;
+        let mut moved = self.take_back(app, now_us);
+        moved |= self.host(app, ports, now_us)?;
         moved |= match self.clock {
             Clock::Undecided { .. } => self.wait(now_us),
             Clock::Own { .. } => self.own(app, ports, now_us)?,
-            Clock::Lockstep { .. } => self.collect(app, ports)?,
+            Clock::Lockstep { .. } => self.collect(app, ports, now_us)?,
         };
         moved |= flush(app, ports, &Port::DEVICES)?;
         self.lockstep.finish(app);
@@ -114,8 +124,33 @@ impl Pump {
             (true, _) => Progress::Moved,
             (false, Clock::Undecided { until_us }) => Progress::IdleUntil(*until_us),
             (false, Clock::Own { next_step_us }) => Progress::IdleUntil(Some(*next_step_us)),
-            (false, Clock::Lockstep { .. }) => Progress::IdleUntil(None),
+            (false, Clock::Lockstep { .. }) => Progress::IdleUntil(self.lockstep_ends_us()),
         })
+    }
+
+    /// When the host loses the clock if nothing more comes; `None` on another clock.
+    fn lockstep_ends_us(&self) -> Option<u64> {
+        let Clock::Lockstep { moved_us, .. } = self.clock else { return None };
+        Some(moved_us.saturating_add(if self.lockstep.is_idle() { SILENT_US } else { PARTIAL_US }))
+    }
+
+    /// Returns to the own clock when the host's has stopped.
+    fn take_back(&mut self, app: &mut App, now_us: u64) -> bool {
+        let ends = self.lockstep_ends_us().is_some_and(|ends_us| now_us >= ends_us);
+        if ends {
+            self.lockstep = Lockstep::new();
+            self.clock = Clock::Own { next_step_us: now_us };
+            app.take_clock_back();
+        }
+        ends
+    }
+
+    /// Whether a step of the host's is taken.
+    fn admits(&self, app: &App, step: &Step) -> bool {
+        match self.clock {
+            Clock::Undecided { .. } | Clock::Lockstep { .. } => true,
+            Clock::Own { .. } => step.time_us == 0 && step.chunks.is_empty() && app.lends_clock(),
+        }
     }
 
     /// Reads the host port, unless a step is under way: one message of the clock at a time.
@@ -127,7 +162,7 @@ impl Pump {
             return Ok(false);
         }
         let time_us = match self.clock {
-            Clock::Lockstep { time_us } => time_us,
+            Clock::Lockstep { time_us, .. } => time_us,
             _ => now_us,
         };
         let mut buffer = [0; READ_LENGTH];
@@ -135,8 +170,12 @@ impl Pump {
         app.receive(Port::Host, time_us, bytes);
         let moved = !bytes.is_empty();
         if let Some(step) = app.take_announced() {
-            self.clock = Clock::Lockstep { time_us: step.time_us };
-            self.lockstep.begin(app, step);
+            if self.admits(app, &step) {
+                self.clock = Clock::Lockstep { time_us: step.time_us, moved_us: now_us };
+                self.lockstep.begin(app, step);
+            } else {
+                app.refuse(Refusal::OwnClock);
+            }
         }
         Ok(moved)
     }
@@ -182,7 +221,7 @@ impl Pump {
     }
 
     /// Reads the announced chunks as far as they have come.
-    fn collect<P>(&mut self, app: &mut App, ports: &mut [P; 5]) -> Result<bool, PortFailure<P::Error>>
+    fn collect<P>(&mut self, app: &mut App, ports: &mut [P; 5], now_us: u64) -> Result<bool, PortFailure<P::Error>>
     where
         P: Read + ReadReady,
     {
@@ -196,6 +235,11 @@ impl Pump {
             }
             self.lockstep.supply(app, bytes);
             moved = true;
+        }
+        if let Clock::Lockstep { moved_us, .. } = &mut self.clock
+            && moved
+        {
+            *moved_us = now_us;
         }
         Ok(moved)
     }

@@ -5,6 +5,7 @@ use crate::host::{HOST_RING, send};
 use crate::mission::to_wire;
 use crate::parameters::PARAMETER_SCHEMA;
 use crate::ring::Ring;
+use crate::safety;
 use crate::storage::Asked;
 use backseat_wire::hostlink::{AdoptionEvent, FromBoard, Refusal, ToBoard};
 use backseat_wire::ship_state::Key;
@@ -25,8 +26,8 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOS
         }
         ToBoard::ParameterBegin => outcome(may_write(backseat).map(|()| backseat.parameters.begin())),
         ToBoard::ParameterSet { name, value } => {
-            let under_way = backseat.steering.under_way();
-            outcome(may_write(backseat).and_then(|()| backseat.parameters.set(name, value, under_way)))
+            let engaged = backseat.steering.is_engaged();
+            outcome(may_write(backseat).and_then(|()| backseat.parameters.set(name, value, engaged)))
         }
         ToBoard::ParameterCommit => outcome(may_write(backseat).and_then(|()| backseat.commit())),
         ToBoard::Unlock => {
@@ -42,9 +43,18 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOS
             Some(info) => FromBoard::Parameter(info),
             None => FromBoard::Refused(Refusal::UnknownParameter),
         },
-        ToBoard::MissionBegin { count } => outcome(backseat.host.transfer.begin(count)),
-        ToBoard::MissionItem { index, ref waypoint } => outcome(backseat.host.transfer.item(index, waypoint)),
-        ToBoard::MissionCommit => outcome(commit_mission(backseat)),
+        ToBoard::MissionBegin { count } => {
+            let begun = begin_mission(backseat, count);
+            outcome(note_refused_mission(backseat, begun))
+        }
+        ToBoard::MissionItem { index, ref waypoint } => {
+            let taken = backseat.host.transfer.item(index, waypoint);
+            outcome(note_refused_mission(backseat, taken))
+        }
+        ToBoard::MissionCommit => {
+            let committed = commit_mission(backseat);
+            outcome(note_refused_mission(backseat, committed))
+        }
         ToBoard::MissionGet { index } => {
             let waypoints = backseat.steering.mission().waypoints();
             FromBoard::Mission {
@@ -112,11 +122,29 @@ fn store(backseat: &mut Backseat) -> Result<(), Refusal> {
 }
 
 fn commit_mission(backseat: &mut Backseat) -> Result<(), Refusal> {
-    if backseat.steering.under_way() {
-        return Err(Refusal::UnderWay);
-    }
-    backseat.steering.set_mission(backseat.host.transfer.commit()?);
+    at_rest(backseat)?;
+    let mission = backseat.host.transfer.commit()?;
+    safety::check_mission(mission, &backseat.parameters.active().app.safety).map_err(Refusal::Unsafe)?;
+    backseat.steering.set_mission(mission);
     Ok(())
+}
+
+/// Opens a transfer. The operator wants another mission: at rest the stored one is forgotten, so that it is never flown in
+/// the place of one that was refused or did not arrive.
+fn begin_mission(backseat: &mut Backseat, count: u16) -> Result<(), Refusal> {
+    if at_rest(backseat).is_ok() {
+        backseat.steering.clear_mission();
+        backseat.host.mission_refused.clear();
+    }
+    backseat.host.transfer.begin(count)
+}
+
+/// Remembers why there is no mission.
+fn note_refused_mission(backseat: &mut Backseat, taken: Result<(), Refusal>) -> Result<(), Refusal> {
+    if let Err(refusal) = taken {
+        backseat.host.mission_refused.set(refusal);
+    }
+    taken
 }
 
 /// Moves the fins one after the other, unless a mission needs them.
@@ -135,8 +163,9 @@ fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
         return Err(Refusal::UnderWay);
     }
     if backseat.steering.mission().waypoints().is_empty() {
-        return Err(Refusal::Sequence);
+        return Err(backseat.host.mission_refused.get().copied().unwrap_or(Refusal::Sequence));
     }
+    backseat.may_start().map_err(Refusal::Unsafe)?;
     if !backseat.modes.may_arm() || backseat.storage.is_busy() || backseat.steering.is_wiggling() {
         return Err(Refusal::NotReady);
     }

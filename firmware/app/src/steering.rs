@@ -7,7 +7,7 @@ use crate::links::actuators_of;
 use crate::parameters::{AppSettings, ControlMode};
 use crate::time::micros;
 use crate::wiggle::Wiggle;
-use backseat_core::control::mission::{Mission, MissionStatus};
+use backseat_core::control::mission::{Mission, MissionStatus, Waypoint};
 use backseat_core::control::{ControlConfig, ControlError, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::state::VehicleState;
@@ -60,6 +60,10 @@ pub struct Steering {
     armed: bool,
     /// The fin check is under way.
     wiggle: Held<Wiggle>,
+    /// The vehicle waits at the surface: neutral with every step, so that the frontseat does not go on.
+    holding: bool,
+    /// The mission was ended, and its way back is flown.
+    returning: bool,
     /// The frontseat gets control back with the next step.
     stopping: bool,
     /// When it last got it, µs.
@@ -77,6 +81,8 @@ impl Steering {
             commander: Commander::new(),
             armed: false,
             wiggle: Held::none(),
+            holding: false,
+            returning: false,
             stopping: false,
             stopped_us: 0,
             echo_us: None,
@@ -90,6 +96,8 @@ impl Steering {
         self.commander = Commander::new();
         self.armed = false;
         self.wiggle.clear();
+        self.holding = false;
+        self.returning = false;
         self.stopping = false;
         self.stopped_us = 0;
         self.echo_us = None;
@@ -117,6 +125,15 @@ impl Steering {
         self.controller.set_mission(mission);
     }
 
+    pub fn clear_mission(&mut self) {
+        self.controller.clear_mission();
+    }
+
+    /// Where the leg ends.
+    pub fn leg_target(&self) -> Option<&Waypoint> {
+        self.mission().waypoints().get(usize::from(self.leg()?))
+    }
+
     /// Leg of the mission that is being flown.
     pub fn leg(&self) -> Option<u16> {
         match self.controller.status() {
@@ -135,6 +152,16 @@ impl Steering {
         self.under_way() || self.armed
     }
 
+    /// The frontseat is being given control, and has not acknowledged it.
+    pub fn is_stopping(&self) -> bool {
+        self.stopping || self.holding || self.commander.is_stopping()
+    }
+
+    /// The way back is flown.
+    pub fn is_returning(&self) -> bool {
+        self.returning
+    }
+
     /// The fin check is under way.
     pub fn is_wiggling(&self) -> bool {
         self.wiggle.get().is_some()
@@ -143,7 +170,18 @@ impl Steering {
     /// The mission begins with the first step at which navigation is valid.
     pub fn arm(&mut self) {
         self.disobeyed_since_us = None;
+        self.holding = false;
         self.armed = true;
+    }
+
+    /// The mission does not begin.
+    pub fn disarm(&mut self) {
+        self.armed = false;
+    }
+
+    /// It begins with the next step at which navigation is valid.
+    pub fn is_armed(&self) -> bool {
+        self.armed
     }
 
     /// Navigation is valid: an armed mission begins.
@@ -163,8 +201,28 @@ impl Steering {
     pub fn stop(&mut self) {
         self.controller.stop();
         self.armed = false;
+        self.holding = false;
         self.wiggle.clear();
         self.stopping = true;
+    }
+
+    /// Ends the mission and waits: neutral with every step, the frontseat does not take over.
+    pub fn hold(&mut self) {
+        self.controller.stop();
+        self.holding = true;
+    }
+
+    /// Ends the mission: neutral now and no stop, so that the frontseat goes on when the command lapses.
+    pub fn lapse(&mut self, now_us: u64, settings: &AppSettings, orders: &mut Orders) {
+        self.controller.stop();
+        self.send_fins([0.0; 4], now_us, settings, orders);
+    }
+
+    /// Ends the mission and flies straight to a place; the mission is forgotten. False when there is no way.
+    pub fn return_to(&mut self, place: Waypoint, x: &VehicleState) -> bool {
+        let under_way = self.controller.set_single_leg(place).is_ok() && self.controller.start(x).is_ok();
+        self.returning = under_way;
+        under_way
     }
 
     /// The frontseat gets control with the next step.
@@ -198,6 +256,9 @@ impl Steering {
     /// Ends a mission: neutral now, `$OMSTOP` until it is acknowledged.
     pub fn hand_back(&mut self, now_us: u64, settings: &AppSettings, orders: &mut Orders) {
         self.controller.stop();
+        if core::mem::take(&mut self.returning) {
+            self.controller.clear_mission();
+        }
         self.send_fins([0.0; 4], now_us, settings, orders);
         self.stopped_us = now_us;
         self.commander.stop(now_us);
@@ -235,6 +296,10 @@ impl Steering {
         let mut buffer = [0; SENTENCE];
         if self.under_way() {
             let command = self.controller.command(now_us, situation.x, situation.current_mps);
+            if !matches!(command.status, MissionStatus::Leg(_)) && self.returning {
+                self.hand_back(now_us, settings, orders);
+                return;
+            }
             if !matches!(command.status, MissionStatus::Leg(_)) {
                 // The last waypoint: the frontseat carries on when the command's timeout lapses.
                 self.send_fins([0.0; 4], now_us, settings, orders);
@@ -246,6 +311,10 @@ impl Steering {
             if settings.control_mode == ControlMode::Direct {
                 self.commanded(now_us, settings, orders);
             }
+            return;
+        }
+        if self.holding {
+            self.send_fins([0.0; 4], now_us, settings, orders);
             return;
         }
         let acknowledged = situation.stop_acknowledged_us.is_some_and(|us| us > self.stopped_us);

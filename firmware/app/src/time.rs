@@ -119,6 +119,11 @@ impl UtcClock {
         self.fine
     }
 
+    /// The last PPS edge, local time, µs.
+    pub(crate) fn last_edge_us(&self) -> Option<u64> {
+        self.last_edge_us
+    }
+
     /// PPS edges seen.
     pub fn edges(&self) -> u32 {
         self.edges

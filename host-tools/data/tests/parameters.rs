@@ -39,7 +39,8 @@ fn file_with(parameter: &Parameter, value: f64) -> String {
 fn board_takes(values: &[(String, f64)]) -> bool {
     let mut store = ParameterStore::new();
     store.begin();
-    values.iter().all(|(name, value)| store.set(name, *value, false).is_ok()) && store.commit(|_, _, _| true).is_ok()
+    values.iter().all(|(name, value)| store.set(name, *value, false).is_ok())
+        && store.commit(false, |_, _, _| true).is_ok()
 }
 
 #[test]

@@ -7,8 +7,8 @@ use crate::{BackseatError, Ports};
 use backseat_core::navigation::Sensor;
 use backseat_data::session::{Event, Writer};
 use backseat_wire::hostlink::{
-    Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Step, StepDone, Telemetry,
-    ToBoard, Waypoint, encode,
+    Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Refusal, Step, StepDone,
+    Telemetry, ToBoard, Waypoint, encode,
 };
 use backseat_wire::ship_state::Key;
 use std::thread::sleep;
@@ -214,7 +214,7 @@ impl<P: Ports> Client<P> {
     pub fn hello(&mut self) -> Result<String, BackseatError> {
         self.send(&ToBoard::Hello)?;
         self.receive(|message| match message {
-            FromBoard::Hello { firmware, .. } => Some(firmware.to_owned()),
+            FromBoard::Hello { firmware, .. } => Some(crate::printable(firmware)),
             _ => None,
         })
     }
@@ -343,8 +343,9 @@ impl<P: Ports> Client<P> {
         let mut fusions = Vec::new();
         let mut identification = None;
         let mut adoptions = Vec::new();
-        let StepDone { time_us: answered_us, sent: counts, digest } = self.receive(|message| match message {
-            FromBoard::StepDone(done) => Some(done),
+        let answer = self.receive(|message| match message {
+            FromBoard::StepDone(done) => Some(Ok(done)),
+            FromBoard::Refused(refusal @ Refusal::OwnClock) => Some(Err(refusal)),
             FromBoard::Telemetry(record) => {
                 telemetry = Some(record);
                 None
@@ -363,6 +364,8 @@ impl<P: Ports> Client<P> {
             }
             _ => None,
         })?;
+        let StepDone { time_us: answered_us, sent: counts, digest } =
+            answer.map_err(|refusal| BackseatError::Refused { request: "a simulator's clock".into(), refusal })?;
         if answered_us != time_us {
             return Err(BackseatError::Protocol(format!("it is for {answered_us} µs; expected {time_us} µs")));
         }

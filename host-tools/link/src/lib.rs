@@ -144,3 +144,10 @@ impl<P: Ports + ?Sized> Ports for Box<P> {
         (**self).reset(reset)
     }
 }
+
+/// Text of a device: control characters, which a terminal would obey, as escapes.
+#[must_use]
+pub fn printable(text: &str) -> String {
+    let escaped = |c: char| if c.is_control() { c.escape_default().collect() } else { String::from(c) };
+    text.chars().map(escaped).collect()
+}

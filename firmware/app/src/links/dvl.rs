@@ -1,7 +1,7 @@
 //! DVL port: PD0, PD4/PD5 or PD6.
 
 use crate::held::Held;
-use crate::inputs::{Sample, Stamp};
+use crate::inputs::{Latest, Sample, Stamp};
 use crate::parameters::{AppSettings, DvlSource};
 use backseat_wire::dvl::{DvlSample, pd0, pd4, pd6};
 use backseat_wire::{Counts, Error};
@@ -14,6 +14,7 @@ pub struct DvlLink {
     /// Samples handed on, and the last of them.
     samples: u32,
     last: Held<DvlSample>,
+    altitude_m: Latest<f64>,
 }
 
 impl Default for DvlLink {
@@ -30,6 +31,7 @@ impl DvlLink {
             pd6: pd6::Decoder::new(0.0),
             samples: 0,
             last: Held::none(),
+            altitude_m: None,
         }
     }
 
@@ -53,6 +55,7 @@ impl DvlLink {
             if let Ok(sample) = outcome {
                 self.samples = self.samples.saturating_add(1);
                 self.last.set(sample);
+                self.altitude_m = sample.altitude_m.map(|altitude_m| (time_us, altitude_m)).or(self.altitude_m);
                 push(time_us, &sample, sink);
             }
         }
@@ -80,6 +83,11 @@ impl DvlLink {
     /// Samples handed on.
     pub fn samples(&self) -> u32 {
         self.samples
+    }
+
+    /// The last altitude, and its arrival, µs.
+    pub fn altitude_m(&self) -> Latest<f64> {
+        self.altitude_m
     }
 
     /// The last of them.

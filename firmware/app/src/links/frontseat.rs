@@ -1,17 +1,23 @@
 //! Frontseat port: compass and depth, state, GPS, acknowledgements; and the requests for them.
 
 use crate::geodesy::LocalFrame;
-use crate::inputs::{Sample, Stamp};
+use crate::inputs::{Latest, Sample, Stamp};
 use crate::parameters::{AppSettings, AttitudeSource, DvlSource};
 use crate::time::{UtcClock, micros};
 use backseat_core::state::wrap_angle;
 use backseat_wire::gps::Rmc;
-use backseat_wire::iver::{Acknowledge, Compass, FromFrontseat, FrontseatMode, Request, ServoBytes, ToFrontseat};
+use backseat_wire::iver::{
+    Acknowledge, Compass, FromFrontseat, FrontseatError, FrontseatMode, Request, ServoBytes, ToFrontseat,
+};
 use backseat_wire::nmea::{Checksum, Framer};
 use backseat_wire::{Counts, Error};
 
 /// A fix labelled by a fine clock is believed when it is this much older than its sentence at most, µs.
 const FIX_AGE_US: u64 = 3_000_000;
+/// Power and leak are asked for this often, µs,
+const POWER_US: u64 = 10_000_000;
+/// and in a step without another request, unless none comes for this long, µs.
+const POWER_WAIT_US: u64 = 2_000_000;
 
 /// State of the frontseat as received.
 pub struct FrontseatLink {
@@ -20,6 +26,8 @@ pub struct FrontseatLink {
     status: Status,
     /// When compass, state and GPS are asked for next.
     due_us: [u64; 3],
+    /// When power is.
+    power_due_us: u64,
 }
 
 /// The frontseat's own reports: mode, refusals, acknowledgements, echo.
@@ -33,6 +41,13 @@ struct Status {
     stop_acknowledged_us: Option<u64>,
     /// Fins and motor as the frontseat last echoed them, and when.
     echo: Option<(u64, ServoBytes)>,
+    /// What it says of leaks: in its power sentence, and as the error of its state.
+    leaks: [bool; 2],
+    /// Its state names too little power as its error.
+    flat: bool,
+    charge_percent: Option<f64>,
+    /// Of its altimeter or its DVL, over the bottom, and its arrival, µs.
+    altitude_m: Latest<f64>,
 }
 
 impl Default for FrontseatLink {
@@ -52,8 +67,13 @@ impl FrontseatLink {
                 refused_since_us: None,
                 stop_acknowledged_us: None,
                 echo: None,
+                leaks: [false; 2],
+                flat: false,
+                charge_percent: None,
+                altitude_m: None,
             },
             due_us: [0; 3],
+            power_due_us: 0,
         }
     }
 
@@ -75,6 +95,7 @@ impl FrontseatLink {
                 FromFrontseat::Compass(compass) => push_compass(time_us, &compass, settings, sink),
                 FromFrontseat::Rmc(rmc) => push_fix(time_us, &rmc, settings, clock, sink),
                 FromFrontseat::Dvl(dvl) => {
+                    self.status.note_altitude(time_us, dvl.altitude_m);
                     if let (Some(velocity_mps), DvlSource::Frontseat) = (dvl.velocity_mps, settings.dvl_source) {
                         sink(Stamp::Arrival(time_us), Sample::BottomTrack { velocity_mps });
                     }
@@ -83,9 +104,16 @@ impl FrontseatLink {
                     self.status.mode = Some(state.mode);
                     self.status.echo = Some((time_us, state.servo));
                     self.status.note_acceptance(time_us, state.mode.accepts_commands());
+                    self.status.note_altitude(time_us, state.altitude_m);
+                    self.status.leaks[1] = state.error == FrontseatError::Leak;
+                    self.status.flat = state.error == FrontseatError::MinimumPower;
                 }
                 FromFrontseat::Acknowledge(acknowledge) => self.status.acknowledge(time_us, &acknowledge),
-                FromFrontseat::Power(_) | FromFrontseat::Gga(_) => {}
+                FromFrontseat::Power(power) => {
+                    self.status.leaks[0] = power.leak;
+                    self.status.charge_percent = Some(power.percent);
+                }
+                FromFrontseat::Gga(_) => {}
             }
         }
     }
@@ -109,11 +137,17 @@ impl FrontseatLink {
             *next_us = next_us.saturating_add(period_us).max(now_us.saturating_sub(period_us));
         }
         let [compass, state, gps] = due;
-        if !(compass || state || gps) {
+        let other = compass || state || gps;
+        let waited = now_us >= self.power_due_us.saturating_add(POWER_WAIT_US);
+        let power = now_us >= self.power_due_us && (!other || waited);
+        if !(other || power) {
             return Ok(None);
         }
+        if power {
+            self.power_due_us = now_us.saturating_add(POWER_US);
+        }
         let dvl = compass && settings.dvl_source == DvlSource::Frontseat;
-        let request = Request { gps, compass, state, dvl, ..Request::default() };
+        let request = Request { gps, compass, state, power, dvl, ..Request::default() };
         ToFrontseat::Request(request).emit(&settings.units, buffer).map(Some)
     }
 
@@ -125,6 +159,21 @@ impl FrontseatLink {
     /// When the frontseat was last heard, µs.
     pub fn last_us(&self) -> Option<u64> {
         self.status.last_us
+    }
+
+    /// Whether it reports water in the hull.
+    pub fn leaks(&self) -> bool {
+        self.status.leaks.contains(&true)
+    }
+
+    /// Charge of its battery, %; `None` while it has not said.
+    pub fn charge_percent(&self) -> Option<f64> {
+        if self.status.flat { Some(0.0) } else { self.status.charge_percent }
+    }
+
+    /// Altitude over the bottom, m, and its arrival, µs.
+    pub fn altitude_m(&self) -> Latest<f64> {
+        self.status.altitude_m
     }
 
     /// Since when the frontseat refuses commands, µs.
@@ -158,6 +207,13 @@ impl Status {
                 self.note_acceptance(time_us, acknowledge.accepted && takes);
             }
             _ => {}
+        }
+    }
+
+    /// An altimeter that sees no bottom says zero.
+    fn note_altitude(&mut self, time_us: u64, altitude_m: Option<f64>) {
+        if let Some(altitude_m) = altitude_m.filter(|m| *m > 0.0) {
+            self.altitude_m = Some((time_us, altitude_m));
         }
     }
 

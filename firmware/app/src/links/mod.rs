@@ -10,7 +10,7 @@ mod modem;
 
 pub(crate) use frontseat::FrontseatLink;
 
-use crate::inputs::{Sample, Stamp};
+use crate::inputs::{Latest, Sample, Stamp};
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
 use ahrs::AhrsLink;
@@ -116,6 +116,11 @@ impl Links {
 
     pub(crate) fn dvl_sample(&self) -> Option<&DvlSample> {
         self.dvl.last()
+    }
+
+    /// The DVL's last altitude, and its arrival, µs.
+    pub(crate) fn dvl_altitude_m(&self) -> Latest<f64> {
+        self.dvl.altitude_m()
     }
 
     pub(crate) fn ahrs_sample(&self) -> Option<&AhrsSample> {

@@ -7,8 +7,10 @@ use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::{self, ParameterId, ParameterKind};
 use backseat_core::navigation::{NavigationConfig, Priors, ProcessNoise, SensorNoise};
 use backseat_core::parameters::{
-    Declaration, INSTALLATION, Installation, Kind, NOISE, PRIOR, Row, SENSORS, Shape, VEHICLE, count,
+    Declaration, INSTALLATION, Installation, Kind, NOISE, PRIOR, Row, SAFETY, SENSORS, SafetyLimits, Shape, UnderWay,
+    VEHICLE, count,
 };
+use backseat_wire::hostlink::Refusal;
 use core::ops::Deref;
 
 /// One number of a key.
@@ -34,6 +36,7 @@ enum Access {
     Filter(&'static Row<NavigationConfig>),
     App(&'static Row<AppSettings>),
     Control(&'static Row<ControlConfig>),
+    Safety(&'static Row<SafetyLimits>),
 }
 
 impl Deref for Parameter {
@@ -58,6 +61,7 @@ impl Parameter {
             Access::Filter(row) => (row.get)(&settings.navigation, self.element),
             Access::App(row) => (row.get)(&settings.app, self.element),
             Access::Control(row) => (row.get)(&settings.control, self.element),
+            Access::Safety(row) => (row.get)(&settings.app.safety, self.element),
         }
     }
 
@@ -73,6 +77,16 @@ impl Parameter {
             Access::Filter(row) => (row.set)(&mut settings.navigation, self.element, value),
             Access::App(row) => (row.set)(&mut settings.app, self.element, value),
             Access::Control(row) => (row.set)(&mut settings.control, self.element, value),
+            Access::Safety(row) => (row.set)(&mut settings.app.safety, self.element, value),
+        }
+    }
+
+    /// Whether a value may take the place of another while a mission runs or is armed.
+    pub(super) fn may_become(&self, old: f64, new: f64) -> Result<(), Refusal> {
+        match self.under_way {
+            under_way if under_way.admits(old, new) => Ok(()),
+            UnderWay::Fixed => Err(Refusal::UnderWay),
+            _ => Err(Refusal::Relaxes),
         }
     }
 
@@ -97,7 +111,8 @@ const COUNT: usize = count(VEHICLE)
     + effects::PARAMETERS
     + count(NavigationConfig::ROWS)
     + count(APP)
-    + count(ControlConfig::ROWS);
+    + count(ControlConfig::ROWS)
+    + count(SAFETY);
 
 /// The list but for its names.
 static UNNAMED: [Parameter; COUNT] = {
@@ -131,6 +146,7 @@ static UNNAMED: [Parameter; COUNT] = {
     push!(NavigationConfig::ROWS as Access::Filter);
     push!(APP as Access::App);
     push!(ControlConfig::ROWS as Access::Control);
+    push!(SAFETY as Access::Safety);
     list
 };
 
@@ -147,7 +163,7 @@ const fn effect(place: usize) -> Parameter {
         kind: if matches!(info.kind, ParameterKind::Fin) { Kind::Whole } else { Kind::Real },
         min: info.min.min(0.0),
         max: info.max,
-        under_way: false,
+        under_way: UnderWay::Fixed,
         #[cfg(not(target_os = "none"))]
         symbol: "",
         #[cfg(not(target_os = "none"))]

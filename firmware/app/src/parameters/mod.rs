@@ -18,7 +18,7 @@ use backseat_wire::hostlink::{ParameterInfo, Refusal};
 use backseat_wire::ship_state::Key;
 
 /// Version of the parameter list: grows with every change of a name, unit or meaning.
-pub const PARAMETER_SCHEMA: u16 = 5;
+pub const PARAMETER_SCHEMA: u16 = 6;
 
 /// The active set and the one a transaction prepares.
 #[derive(Clone, Debug)]
@@ -97,37 +97,57 @@ impl ParameterStore {
         self.staged.set(*self.active());
     }
 
-    /// Stages one value.
+    /// Stages one value; `engaged`: a mission runs or is armed.
     ///
     /// # Errors
     /// Why not; what was staged before stays staged.
-    pub fn set(&mut self, name: &str, value: f64, mission_runs: bool) -> Result<(), Refusal> {
-        let staged = self.staged.get_mut().ok_or(Refusal::Sequence)?;
+    pub fn set(&mut self, name: &str, value: f64, engaged: bool) -> Result<(), Refusal> {
+        if self.staged.get().is_none() {
+            return Err(Refusal::Sequence);
+        }
         let parameter = find(name).ok_or(Refusal::UnknownParameter)?;
-        if mission_runs && !parameter.under_way {
+        if engaged && !parameter.under_way.is_live() {
             return Err(Refusal::UnderWay);
         }
         if !parameter.admits(value) {
             return Err(Refusal::OutOfRange);
         }
-        parameter.set(staged, value);
+        if engaged {
+            parameter.may_become(parameter.get(self.active()), value)?;
+        }
+        if let Some(staged) = self.staged.get_mut() {
+            parameter.set(staged, value);
+        }
         Ok(())
     }
 
     /// Activates the staged set if its numbers go together and `apply` takes it: the staged set, the active one, and
-    /// whether anything but live parameters changed. When it refuses, the old set stays.
+    /// whether anything but live parameters changed. When it refuses, the old set stays. `engaged`: a mission runs or is
+    /// armed, which it may not have been when a value was staged.
     ///
     /// # Errors
-    /// [`Refusal::Sequence`] without a transaction, [`Refusal::Inconsistent`] by [`joint_check`],
-    /// [`Refusal::InvalidSet`] by `apply`.
-    pub fn commit(&mut self, apply: impl FnOnce(&Settings, &Settings, bool) -> bool) -> Result<(), Refusal> {
+    /// [`Refusal::Sequence`] without a transaction, [`Refusal::UnderWay`] and [`Refusal::Relaxes`] when engaged,
+    /// [`Refusal::Inconsistent`] by [`joint_check`], [`Refusal::InvalidSet`] by `apply`.
+    pub fn commit(
+        &mut self,
+        engaged: bool,
+        apply: impl FnOnce(&Settings, &Settings, bool) -> bool,
+    ) -> Result<(), Refusal> {
         let staged = self.staged.get().ok_or(Refusal::Sequence)?;
+        if engaged {
+            let active = self.active();
+            let refused = PARAMETERS.iter().find_map(|p| p.may_become(p.get(active), p.get(staged)).err());
+            if let Some(refusal) = refused {
+                self.staged.clear();
+                return Err(refusal);
+            }
+        }
         if let Err(inconsistent) = joint_check(&staged.vehicle, Some(staged.control.cruise_speed_mps)) {
             self.staged.clear();
             return Err(Refusal::Inconsistent { rule: inconsistent.rule() });
         }
         let active = self.active();
-        let rebuild = PARAMETERS.iter().any(|p| !p.under_way && p.get(staged) != p.get(active));
+        let rebuild = PARAMETERS.iter().any(|p| !p.under_way.is_live() && p.get(staged) != p.get(active));
         let taken = apply(staged, active, rebuild);
         if taken {
             core::mem::swap(&mut self.changed, &mut self.staged);
@@ -179,7 +199,7 @@ mod tests {
     fn a_transaction_is_all_or_nothing() {
         let mut store = ParameterStore::new();
         assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Err(Refusal::Sequence));
-        assert_eq!(store.commit(|_, _, _| true), Err(Refusal::Sequence));
+        assert_eq!(store.commit(false, |_, _, _| true), Err(Refusal::Sequence));
         store.begin();
         assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Ok(()));
         assert_eq!(store.set("vehicle.mass", 40.0, false), Err(Refusal::UnknownParameter));
@@ -191,16 +211,16 @@ mod tests {
         assert_eq!(store.active().vehicle.mass_kg, 38.0);
         store.begin();
         assert_eq!(store.set("vehicle.displaced_mass_kg", 38.2, false), Ok(()));
-        assert_eq!(store.commit(|_, _, rebuild| rebuild), Ok(()));
+        assert_eq!(store.commit(false, |_, _, rebuild| rebuild), Ok(()));
         assert_eq!((store.active().vehicle.mass_kg, store.active().vehicle.displaced_mass_kg), (38.0, 38.2));
         store.begin();
         assert_eq!(store.set("vehicle.mass_kg", 40.0, false), Ok(()));
-        assert_eq!(store.commit(|_, _, _| false), Err(Refusal::InvalidSet));
+        assert_eq!(store.commit(false, |_, _, _| false), Err(Refusal::InvalidSet));
         assert_eq!(store.active().vehicle.mass_kg, 38.0);
         store.begin();
         assert_eq!(store.set("vehicle.b_cb_to_cg_m[2]", -0.01, false), Ok(()));
-        assert!(matches!(store.commit(|_, _, _| true), Err(Refusal::Inconsistent { .. })));
-        assert_eq!(store.commit(|_, _, _| true), Err(Refusal::Sequence));
+        assert!(matches!(store.commit(false, |_, _, _| true), Err(Refusal::Inconsistent { .. })));
+        assert_eq!(store.commit(false, |_, _, _| true), Err(Refusal::Sequence));
     }
 
     #[test]
@@ -209,7 +229,7 @@ mod tests {
         store.begin();
         assert_eq!(store.set("vehicle.mass_kg", 39.0, true), Err(Refusal::UnderWay));
         assert_eq!(store.set("installation.sound_speed_mps", 1480.0, true), Ok(()));
-        assert_eq!(store.commit(|_, _, rebuild| !rebuild), Ok(()));
+        assert_eq!(store.commit(false, |_, _, rebuild| !rebuild), Ok(()));
         assert_eq!(store.active().app.installation.sound_speed_mps, 1480.0);
     }
 

@@ -4,7 +4,7 @@ use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::Scale;
 use backseat_core::navigation::{EffectStates, NavigationConfig, ProcessModel, SurfaceNoise};
-use backseat_core::parameters::Installation;
+use backseat_core::parameters::{Installation, SafetyLimits};
 use backseat_wire::iver::Units;
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::modem::{ClockEncoding, DopplerSign};
@@ -159,6 +159,8 @@ pub struct AppSettings {
     pub degraded_sigma_m: f64,
     /// Position sigma from which the position counts as lost, m.
     pub lost_sigma_m: f64,
+    /// What ends a mission though navigation is valid.
+    pub safety: SafetyLimits,
 }
 
 impl AppSettings {
@@ -213,6 +215,7 @@ impl AppSettings {
         refusal_timeout_s: 3.0,
         degraded_sigma_m: 30.0,
         lost_sigma_m: 300.0,
+        safety: SafetyLimits::DEFAULT,
     };
 }
 

@@ -75,10 +75,10 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(whole "app.motor_null", "", "1", [1.0, 254.0], "Motor byte of the stopped propeller.", servo.motor.null),
     row!(real "app.motor_limit_radps", "", "rad/s", [0.0, 1000.0], "Largest propeller speed commanded.", servo.motor.limit),
     // modes
-    row!(live real "app.attitude_timeout_s", "", "s", [0.2, 60.0], "Attitude older than this is stale: navigation is not valid.", attitude_timeout_s),
-    row!(live real "app.depth_timeout_s", "", "s", [0.2, 60.0], "Depth older than this is stale: navigation is not valid.", depth_timeout_s),
-    row!(live real "app.frontseat_timeout_s", "", "s", [0.5, 120.0], "A frontseat that is silent for longer is lost.", frontseat_timeout_s),
-    row!(live real "app.refusal_timeout_s", "", "s", [0.5, 120.0], "Under way, a frontseat that refuses commands for longer ends the mission.", refusal_timeout_s),
-    row!(live real "app.degraded_sigma_m", "", "m", [1.0, 10000.0], "Standard deviation of the position from which navigation counts as degraded.", degraded_sigma_m),
-    row!(live real "app.lost_sigma_m", "", "m", [1.0, 100000.0], "Standard deviation of the position from which the position counts as lost.", lost_sigma_m),
+    row!(at_most real "app.attitude_timeout_s", "", "s", [0.2, 60.0], "Attitude older than this is stale: navigation is not valid.", attitude_timeout_s),
+    row!(at_most real "app.depth_timeout_s", "", "s", [0.2, 60.0], "Depth older than this is stale: navigation is not valid.", depth_timeout_s),
+    row!(at_most real "app.frontseat_timeout_s", "", "s", [0.5, 120.0], "A frontseat that is silent for longer is lost.", frontseat_timeout_s),
+    row!(at_most real "app.refusal_timeout_s", "", "s", [0.5, 120.0], "Under way, a frontseat that refuses commands for longer ends the mission.", refusal_timeout_s),
+    row!(at_most real "app.degraded_sigma_m", "", "m", [1.0, 10000.0], "Standard deviation of the position from which navigation counts as degraded.", degraded_sigma_m),
+    row!(at_most real "app.lost_sigma_m", "", "m", [1.0, 100000.0], "Standard deviation of the position from which the position counts as lost.", lost_sigma_m),
 ];

@@ -281,6 +281,11 @@ impl Pumped {
         self.ports[port as usize].to_board.extend(bytes);
     }
 
+    /// A request on its way to the host port.
+    pub fn ask(&mut self, message: &ToBoard<'_>) {
+        self.send(Port::Host, &frame(message));
+    }
+
     pub fn announce(&mut self, time_us: u64, pps_us: &[u64], arrivals: &[Arrival]) {
         let chunks = arrivals.iter().map(|a| Chunk {
             port: a.port,

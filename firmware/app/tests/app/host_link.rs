@@ -5,7 +5,7 @@ use crate::flight::{WAYPOINTS, start};
 use crate::world::World;
 use backseat_app::parameters::PARAMETERS;
 use backseat_core::parameters::Inconsistent;
-use backseat_wire::hostlink::{Port, Refusal, ToBoard, Waypoint};
+use backseat_wire::hostlink::{ModeReason, Port, Refusal, ToBoard, Waypoint};
 
 fn ask(board: &mut Direct, message: &ToBoard<'_>) -> Result<(), Refusal> {
     board.request(message);
@@ -92,7 +92,7 @@ fn the_mission_is_read_back() {
     request_all(&mut board, &[ToBoard::MissionBegin { count: 2 }]);
     let bad = Waypoint { speed_mps: -1.0, ..WAYPOINTS[0] };
     assert_eq!(ask(&mut board, &ToBoard::MissionItem { index: 0, waypoint: bad }), Err(Refusal::OutOfRange));
-    assert_eq!(ask(&mut board, &ToBoard::MissionCommit), Err(Refusal::Sequence));
+    assert_eq!(ask(&mut board, &ToBoard::MissionCommit), Err(Refusal::UnderWay), "it is armed");
     board.request(&ToBoard::MissionGet { index: 3 });
     assert_eq!(board.heard().waypoints.pop(), Some(Some(WAYPOINTS[3])));
 }
@@ -185,4 +185,65 @@ fn a_stop_ends_the_wiggle_and_a_mission_waits_for_its_end() {
     world.run(&mut board, 1);
     assert_eq!(world.input.fins_rad, [0.0; 4]);
     request_all(&mut board, &[ToBoard::MissionStart]);
+}
+
+/// Whatever unlocks, whenever it was staged: under way a limit of safety becomes stricter or stays.
+#[test]
+fn under_way_a_safety_limit_only_becomes_stricter() {
+    let set = |name, value| ToBoard::ParameterSet { name, value };
+    let limits =
+        [("safety.depth_max_m", 50.0, 200.0), ("safety.altitude_min_m", 3.0, 0.0), ("app.lost_sigma_m", 100.0, 400.0)];
+    // staged at rest, committed under way
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 8);
+    request_all(&mut board, &[ToBoard::ParameterBegin, set("safety.depth_max_m", 200.0)]);
+    start(&mut board);
+    assert_eq!(ask(&mut board, &ToBoard::Unlock), Ok(()));
+    assert_eq!(ask(&mut board, &ToBoard::ParameterCommit), Err(Refusal::Relaxes));
+    request_all(&mut board, &[ToBoard::MissionStop, ToBoard::ParameterBegin, set("vehicle.mass_kg", 39.0)]);
+    world.run(&mut board, 1);
+    request_all(&mut board, &[ToBoard::MissionStart, ToBoard::Unlock]);
+    assert_eq!(ask(&mut board, &ToBoard::ParameterCommit), Err(Refusal::UnderWay));
+    world.run(&mut board, 5);
+    assert!(board.heard().telemetry.last().unwrap().leg.is_some());
+    for (name, strict, lax) in limits {
+        let before = value_of(&mut board, name);
+        request_all(&mut board, &[ToBoard::Unlock, ToBoard::ParameterBegin]);
+        assert_eq!(ask(&mut board, &set(name, lax)), Err(Refusal::Relaxes), "{name}");
+        assert_eq!(value_of(&mut board, name), before);
+        request_all(&mut board, &[set(name, strict), ToBoard::ParameterCommit]);
+        assert_eq!(value_of(&mut board, name), strict);
+    }
+    request_all(&mut board, &[ToBoard::MissionStop, ToBoard::ParameterBegin]);
+    for (name, _, lax) in limits {
+        request_all(&mut board, &[set(name, lax)]);
+    }
+    request_all(&mut board, &[ToBoard::ParameterCommit]);
+}
+
+/// The mission before is never flown in the place of one that was refused, or that did not arrive.
+#[test]
+fn after_a_refused_mission_there_is_none() {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 8);
+    let deep = Waypoint { depth_m: 99.5, ..WAYPOINTS[1] };
+    let bad = Waypoint { speed_mps: -1.0, ..WAYPOINTS[1] };
+    let item = |index, waypoint| ToBoard::MissionItem { index, waypoint };
+    for (messages, refusal) in [
+        (vec![item(0, bad)], Refusal::OutOfRange),
+        (vec![item(0, WAYPOINTS[0]), ToBoard::MissionCommit], Refusal::Sequence),
+        (vec![item(0, WAYPOINTS[0]), item(1, deep), ToBoard::MissionCommit], Refusal::Unsafe(ModeReason::TooDeep)),
+        (vec![item(0, WAYPOINTS[0])], Refusal::Sequence),
+    ] {
+        start(&mut board);
+        request_all(&mut board, &[ToBoard::MissionStop, ToBoard::MissionBegin { count: 2 }]);
+        let answers: Vec<_> = messages.iter().map(|message| ask(&mut board, message)).collect();
+        assert!(answers.last().is_none_or(|answer| *answer == Ok(()) || *answer == Err(refusal)), "{answers:?}");
+        assert_eq!(ask(&mut board, &ToBoard::MissionStart), Err(refusal));
+        board.request(&ToBoard::MissionGet { index: 0 });
+        assert_eq!(board.heard().waypoints.pop(), Some(None));
+        world.run(&mut board, 1);
+        assert!(board.heard().telemetry.last().unwrap().leg.is_none());
+    }
+    start(&mut board);
 }

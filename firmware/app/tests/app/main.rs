@@ -10,6 +10,7 @@ mod host_link;
 mod lockstep;
 mod modes;
 mod persistence;
+mod safety;
 mod streams;
 mod time;
 mod world;

@@ -93,8 +93,11 @@ fn without_a_mission_a_missing_source_is_safe_until_it_is_back() {
 
 #[test]
 fn a_silent_frontseat_ends_the_mission_though_depth_may_be_old() {
-    let (mut world, mut board) = under_way();
+    let (mut world, mut board) = (World::new(), Direct::new(None));
     parameters(&mut board, &[("app.depth_timeout_s", 60.0)]);
+    world.run(&mut board, 8);
+    start(&mut board);
+    world.run(&mut board, 20);
     world.silent[Port::Frontseat as usize] = true;
     let way = until(&mut world, &mut board, (Mode::Safe, ModeReason::FrontseatSilent), 12);
     assert_eq!(way.len(), 2, "{way:?}");
@@ -135,9 +138,12 @@ fn an_uncertain_position_degrades_and_then_ends_the_mission() {
     world.advance(&mut board);
     assert_eq!(shown(&mut board), degraded);
     assert!(leg(&mut board).is_some());
-    // within the limits for three seconds it navigates again
+    // within the limits for three seconds it navigates again; under way the limit cannot be relaxed
+    request_all(&mut board, &[ToBoard::MissionStop]);
     parameters(&mut board, &[("app.degraded_sigma_m", 1000.0)]);
     world.run(&mut board, 2);
+    request_all(&mut board, &[ToBoard::MissionStart]);
+    world.advance(&mut board);
     assert_eq!(shown(&mut board), degraded);
     until(&mut world, &mut board, NAVIGATING, 2);
 }

@@ -13,7 +13,8 @@ use backseat_wire::gps::Rmc;
 use backseat_wire::hostlink::{Port, Telemetry};
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::iver::{
-    Acknowledge, Compass, FromFrontseat, FrontseatError, FrontseatMode, ServoBytes, State, Steer, ToFrontseat, Units,
+    Acknowledge, Battery, Compass, FromFrontseat, FrontseatError, FrontseatMode, Power, ServoBytes, State, Steer,
+    ToFrontseat, Units,
 };
 use backseat_wire::modem::{
     Addresses, ClockMode, Cycle, FromModem, ModemTime, Payload, Received, ReceptionStatistics, Revision, ToModem,
@@ -30,6 +31,8 @@ pub const PHASE_US: u64 = 250_000;
 pub const SOUND_SPEED_MPS: f64 = 1500.0;
 pub const UNITS: Units = Units::remote_helm(5);
 const TRANSDUCER_DEPTH_M: f64 = 2.0;
+/// Mass in heave, added mass included, kg.
+const HEAVE_KG: f64 = 74.0;
 
 pub struct World {
     pub x: VehicleState,
@@ -47,6 +50,19 @@ pub struct World {
     pub settings: Vec<String>,
     /// A DVL with bottom lock is fitted.
     pub dvl: bool,
+    /// Depth of the bottom, for the DVL and the frontseat's altimeter; NaN: out of sight.
+    pub bottom_m: f64,
+    /// The pressure sensor is off by so much, m.
+    pub depth_error_m: f64,
+    /// What it says is a multiple of depth.
+    pub depth_factor: f64,
+    /// What the frontseat says of its power.
+    pub charge_percent: f64,
+    pub leak: bool,
+    /// Pulse edges reach the board.
+    pub pps: bool,
+    /// Weight of water in the hull, N.
+    pub flooding_n: f64,
     pub model: VehicleModel,
     pub input: ActuatorInput,
     now_us: u64,
@@ -132,6 +148,13 @@ impl World {
             stops: 0,
             settings: Vec::new(),
             dvl: false,
+            bottom_m: f64::NAN,
+            depth_error_m: 0.0,
+            depth_factor: 1.0,
+            charge_percent: 90.0,
+            leak: false,
+            pps: true,
+            flooding_n: 0.0,
             model: VehicleModel::new(&VehicleParameters::IVER3).unwrap(),
             input: ActuatorInput::default(),
             now_us: 0,
@@ -155,7 +178,7 @@ impl World {
         arrivals.retain(|arrival| !self.silent[arrival.port as usize]);
         arrivals.sort_by_key(|arrival| arrival.time_us);
         let edge_us = from_us / 1_000_000 * 1_000_000 + PHASE_US;
-        let edges: &[u64] = if from_us < edge_us && edge_us <= self.now_us { &[edge_us] } else { &[] };
+        let edges: &[u64] = if self.pps && from_us < edge_us && edge_us <= self.now_us { &[edge_us] } else { &[] };
         let [to_frontseat, _, _, to_modem] = board.step(self.now_us, edges, &arrivals);
         self.obey(&to_frontseat);
         self.note_settings(&to_modem);
@@ -190,6 +213,7 @@ impl World {
         for _ in 0..2 {
             let half = self.x + self.model.derivative(&self.x, &self.input) * 0.025;
             self.x += self.model.derivative(&half, &self.input) * 0.05;
+            self.x[W] += self.flooding_n / HEAVE_KG * 0.05;
             if self.x[Z] < 0.0 {
                 (self.x[Z], self.x[W]) = (0.0, self.x[W].max(0.0));
             }
@@ -213,8 +237,12 @@ impl World {
             return;
         }
         let velocity_mps = [U, V, W].map(|i| self.x[i] + 0.01 * self.random.normal());
-        let sample =
-            DvlSample { bottom_mps: Some(velocity_mps), frame: Coordinates::Instrument, ..DvlSample::default() };
+        let sample = DvlSample {
+            bottom_mps: Some(velocity_mps),
+            altitude_m: self.altitude_m(),
+            frame: Coordinates::Instrument,
+            ..DvlSample::default()
+        };
         let ensemble = Ensemble::from_sample(&sample, (from_us / STEP_US) as u32, 0.0);
         let bytes = ensemble.emit(&mut [0; MAX_ENSEMBLE]).unwrap().to_vec();
         self.say(Port::Dvl, self.now_us, bytes);
@@ -286,6 +314,10 @@ impl World {
                         let state = self.state();
                         self.say(Port::Frontseat, soon_us, state);
                     }
+                    if request.power {
+                        let power = self.power();
+                        self.say(Port::Frontseat, soon_us, power);
+                    }
                     if request.gps && self.x[Z] < 0.3 {
                         let fix = self.fix();
                         self.say(Port::Frontseat, fix.0, fix.1);
@@ -339,13 +371,34 @@ impl World {
         self.say(Port::Modem, self.now_us + 10_000, bytes);
     }
 
+    fn altitude_m(&self) -> Option<f64> {
+        Some(self.bottom_m - self.x[Z]).filter(|altitude_m| !altitude_m.is_nan())
+    }
+
+    fn pressure_m(&mut self) -> f64 {
+        (self.depth_factor * self.x[Z] + self.depth_error_m + 0.03 * self.random.normal()).max(0.0)
+    }
+
+    fn power(&self) -> Vec<u8> {
+        frontseat(&FromFrontseat::Power(Power {
+            percent: self.charge_percent,
+            remaining_wh: 600.0,
+            power_w: 60.0,
+            voltage_v: 25.0,
+            current_a: -2.0,
+            minutes: 600,
+            battery: Battery::Discharging,
+            leak: self.leak,
+        }))
+    }
+
     fn compass(&mut self) -> Vec<u8> {
         frontseat(&FromFrontseat::Compass(Compass {
             heading_rad: self.heading_rad(),
             pitch_rad: self.x[THETA],
             roll_rad: self.x[PHI],
             temperature_degc: None,
-            depth_m: Some((self.x[Z] + 0.03 * self.random.normal()).max(0.0)),
+            depth_m: Some(self.pressure_m()),
         }))
     }
 
@@ -358,7 +411,7 @@ impl World {
             speed_mps: self.x[U].max(0.0),
             distance_to_next_m: 0.0,
             error: FrontseatError::None,
-            altitude_m: None,
+            altitude_m: self.altitude_m(),
             park_time_s: None,
             declination_rad: None,
             mission: "TEST",

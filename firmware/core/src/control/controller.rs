@@ -4,7 +4,7 @@ use super::allocation::{Datum, allocate};
 use super::guidance::{crab_angle_rad, turn_rate_max_radps};
 use super::limits::{ActuatorLimits, Limiter};
 use super::lqr::Lqr;
-use super::mission::{Mission, MissionError, MissionStatus, Progress};
+use super::mission::{Mission, MissionError, MissionStatus, Progress, Waypoint};
 use super::reference::ReferenceTrajectory;
 use super::speed::propeller_radps;
 use super::trackline::{Segment, TrackError};
@@ -114,6 +114,21 @@ impl Controller {
     pub fn set_mission(&mut self, mission: &Mission) {
         self.mission.clone_from(mission);
         self.progress.stop();
+    }
+
+    /// Forgets the stored mission; one that is under way stops.
+    pub fn clear_mission(&mut self) {
+        self.mission.clear();
+        self.progress.stop();
+    }
+
+    /// Replaces the stored mission by one leg that ends at `waypoint`.
+    ///
+    /// # Errors
+    /// What is wrong with the waypoint; there is no mission then.
+    pub fn set_single_leg(&mut self, waypoint: Waypoint) -> Result<(), MissionError> {
+        self.clear_mission();
+        self.mission.push(waypoint)
     }
 
     /// Starts the stored mission from where the vehicle is.

@@ -15,6 +15,7 @@ mod joint;
 mod noise;
 mod priors;
 mod row;
+mod safety;
 mod table;
 mod vehicle;
 
@@ -22,8 +23,9 @@ pub use installation::Installation;
 pub use joint::{Inconsistent, cross_drag_limit, joint_check};
 pub use noise::{ProcessNoise, SensorNoise};
 pub use priors::Priors;
-pub use row::{Declaration, Kind, ParameterError, Row, Shape, check, count};
-pub use table::{INSTALLATION, NOISE, PRIOR, SENSORS, VEHICLE};
+pub use row::{Declaration, Kind, ParameterError, Row, Shape, UnderWay, check, count};
+pub use safety::SafetyLimits;
+pub use table::{INSTALLATION, NOISE, PRIOR, SAFETY, SENSORS, VEHICLE};
 #[cfg(not(target_os = "none"))]
 pub use table::{SECTIONS, Section};
 pub use vehicle::{FINS, FinGeometry, VehicleParameters};

@@ -12,6 +12,38 @@ pub enum Kind {
     Whole,
 }
 
+/// What may be done to a parameter while a mission runs or is armed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnderWay {
+    /// It stays as it is.
+    Fixed,
+    /// It may change.
+    Free,
+    /// A limit of safety: it may fall, which is stricter.
+    Lower,
+    /// A limit of safety: it may rise, which is stricter.
+    Higher,
+}
+
+impl UnderWay {
+    /// Whether a value may take the place of another.
+    #[must_use]
+    pub fn admits(self, old: f64, new: f64) -> bool {
+        match self {
+            Self::Fixed => new == old,
+            Self::Free => true,
+            Self::Lower => new <= old,
+            Self::Higher => new >= old,
+        }
+    }
+
+    /// Whether a change takes effect at once; after any other navigation starts again.
+    #[must_use]
+    pub fn is_live(self) -> bool {
+        self != Self::Fixed
+    }
+}
+
 /// How the numbers of a key are arranged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
@@ -55,8 +87,8 @@ pub struct Declaration {
     pub min: f64,
     /// Largest value allowed.
     pub max: f64,
-    /// May change while a mission runs.
-    pub under_way: bool,
+    /// Whether it may change while a mission runs.
+    pub under_way: UnderWay,
     /// Symbol in Fossen's notation or the thesis', "" for none. The image of a board has no text for people.
     #[cfg(not(target_os = "none"))]
     pub symbol: &'static str,
@@ -158,10 +190,11 @@ pub(crate) fn check_with<S>(
 /// | `choice` | the place of the field's value in a list; has neither symbol, unit nor range | path of the field, the list |
 /// | `flag` | 0 no, 1 yes; as `choice` | path of the field |
 ///
-/// `live` before the kind: may change while a mission runs.
+/// Before the kind: `live`, may change while a mission runs; `at_most` or `at_least`, a limit of safety that may only
+/// become stricter then.
 #[macro_export]
 macro_rules! row {
-    (@ $live:literal real $key:literal, $symbol:literal, $unit:literal, $range:expr, $help:literal, $($path:tt)+) => {
+    (@ $live:ident real $key:literal, $symbol:literal, $unit:literal, $range:expr, $help:literal, $($path:tt)+) => {
         $crate::row!(
             @ $live elements[$crate::parameters::Shape::Scalar, 0, 1] $key, $symbol, $unit, $range, $help,
             |s, _| s.$($path)+,
@@ -169,7 +202,7 @@ macro_rules! row {
         )
     };
     (
-        @ $live:literal vector[$first:literal, $count:literal of $length:literal]
+        @ $live:ident vector[$first:literal, $count:literal of $length:literal]
         $key:literal, $symbol:literal, $unit:literal, $range:expr, $help:literal, $($path:tt)+
     ) => {
         $crate::row!(
@@ -179,10 +212,10 @@ macro_rules! row {
             |s, i, value| if let Some(place) = s.$($path)+.get_mut(i) { *place = value; }
         )
     };
-    (@ $live:literal elements[$shape:expr, $first:literal, $count:literal] $($rest:tt)+) => {
+    (@ $live:ident elements[$shape:expr, $first:literal, $count:literal] $($rest:tt)+) => {
         $crate::row!(@ $live, $crate::parameters::Kind::Real, $shape, $first, $count, $($rest)+)
     };
-    (@ $live:literal whole $key:literal, $symbol:literal, $unit:literal, $range:expr, $help:literal, $($path:tt)+) => {
+    (@ $live:ident whole $key:literal, $symbol:literal, $unit:literal, $range:expr, $help:literal, $($path:tt)+) => {
         $crate::row!(
             @ $live, $crate::parameters::Kind::Whole, $crate::parameters::Shape::Scalar, 0, 1,
             $key, $symbol, $unit, $range, $help,
@@ -190,7 +223,7 @@ macro_rules! row {
             |s, _, value| s.$($path)+ = value as _
         )
     };
-    (@ $live:literal choice $key:literal, $help:literal, $($path:ident).+, [$($variant:expr),+]) => {
+    (@ $live:ident choice $key:literal, $help:literal, $($path:ident).+, [$($variant:expr),+]) => {
         $crate::row!(
             @ $live, $crate::parameters::Kind::Whole, $crate::parameters::Shape::Scalar, 0, 1,
             $key, "", "1", [0.0, [$($variant),+].len() as f64 - 1.0], $help,
@@ -198,11 +231,11 @@ macro_rules! row {
             |s, _, value| if let Some(v) = [$($variant),+].get(value as usize) { s.$($path).+ = *v; }
         )
     };
-    (@ $live:literal flag $key:literal, $help:literal, $($path:ident).+) => {
+    (@ $live:ident flag $key:literal, $help:literal, $($path:ident).+) => {
         $crate::row!(@ $live choice $key, $help, $($path).+, [false, true])
     };
     (
-        @ $live:literal, $kind:expr, $shape:expr, $first:literal, $count:literal,
+        @ $live:ident, $kind:expr, $shape:expr, $first:literal, $count:literal,
         $key:literal, $symbol:literal, $unit:literal, $range:expr, $help:literal, $get:expr, $set:expr
     ) => {
         $crate::parameters::Row {
@@ -215,7 +248,7 @@ macro_rules! row {
                 kind: $kind,
                 min: $range[0],
                 max: $range[1],
-                under_way: $live,
+                under_way: $crate::parameters::UnderWay::$live,
                 #[cfg(not(target_os = "none"))]
                 symbol: $symbol,
                 #[cfg(not(target_os = "none"))]
@@ -225,6 +258,8 @@ macro_rules! row {
             set: $set,
         }
     };
-    (live $($rest:tt)+) => { $crate::row!(@ true $($rest)+) };
-    ($($rest:tt)+) => { $crate::row!(@ false $($rest)+) };
+    (live $($rest:tt)+) => { $crate::row!(@ Free $($rest)+) };
+    (at_most $($rest:tt)+) => { $crate::row!(@ Lower $($rest)+) };
+    (at_least $($rest:tt)+) => { $crate::row!(@ Higher $($rest)+) };
+    ($($rest:tt)+) => { $crate::row!(@ Fixed $($rest)+) };
 }

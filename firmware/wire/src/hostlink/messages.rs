@@ -125,6 +125,36 @@ pub enum ModeReason {
     Resets,
     /// The frontseat never acknowledged the stop.
     StopUnanswered,
+    /// Water in the hull.
+    Leak,
+    /// Deeper than allowed, or than the leg.
+    TooDeep,
+    /// Too close to the bottom.
+    TooLow,
+    /// The pressure sensor contradicts the model: it jumped, drifts, or the vehicle's weight has changed.
+    DepthDoubtful,
+    /// Pitches too much.
+    PitchExceeded,
+    /// Too fast.
+    SpeedExceeded,
+    /// Does not leave the surface: no water, or no dive.
+    NoWater,
+    /// Outside the fence.
+    OutsideFence,
+    /// The first waypoint is too far away.
+    FirstLegTooLong,
+    /// A leg takes too long.
+    LegTooLong,
+    /// The mission takes too long.
+    MissionTooLong,
+    /// Too little charge.
+    BatteryLow,
+    /// Degraded for too long.
+    DegradedTooLong,
+    /// No acoustic range for too long.
+    ContactLost,
+    /// No precise clock for too long.
+    ClockLost,
 }
 
 /// Why the board started.
@@ -292,6 +322,13 @@ pub enum Refusal {
         /// The rule that does not hold (`backseat_core::parameters::Inconsistent`).
         rule: u8,
     },
+    /// The board keeps its own clock: it is not at rest, or lock-step was not announced (a step at time zero without
+    /// chunks).
+    OwnClock,
+    /// A safety limit may only become stricter while a mission runs or is armed.
+    Relaxes,
+    /// What was asked for is not safe.
+    Unsafe(ModeReason),
 }
 
 /// PC to board.

@@ -22,7 +22,7 @@ use backseat_app::parameters::{self, Parameter, Settings};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::{Priors, ProcessNoise, SensorNoise};
-use backseat_core::parameters::{Inconsistent, Installation, SECTIONS, joint_check};
+use backseat_core::parameters::{Inconsistent, Installation, SECTIONS, SafetyLimits, joint_check};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -44,6 +44,8 @@ pub struct VehicleFile {
     pub priors: Priors,
     /// Where the sensors sit, how they are turned and how late they are.
     pub installation: Installation,
+    /// What ends a mission though navigation is valid.
+    pub safety: SafetyLimits,
     /// What it does beyond what is declared.
     pub effects: VehicleEffects,
 }

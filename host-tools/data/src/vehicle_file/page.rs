@@ -2,7 +2,7 @@
 
 use super::schema::{BOARD_SECTION, range, value_text};
 use backseat_app::parameters::{PARAMETERS, Parameter, Settings};
-use backseat_core::parameters::SECTIONS;
+use backseat_core::parameters::{SECTIONS, UnderWay};
 use std::fmt::Write as _;
 
 const HEAD: &str = "\
@@ -13,6 +13,7 @@ Made by `backseat params docs` from the one table that the board, the vehicle fi
 Names are those of `backseat params`; in a vehicle file the part before the first dot is the section. Symbols are
 Fossen's and the thesis'. A board starts with the defaults; a vehicle file may leave out what the section says. *Live*
 parameters may change while a mission runs; with any other one navigation starts again, so that it is refused then.
+*Live, down* and *live, up* are limits of safety: while a mission runs or is armed they change in that direction only.
 A number outside its range is refused, and so are numbers that do not go together, with the same words on the board
 and in every tool.
 ";
@@ -62,7 +63,12 @@ fn write_row(page: &mut String, name: String, row: &[Parameter]) {
         [one] => format!("{}", one.default()),
         _ => value_text(row, &Settings::DEFAULT),
     };
-    let live = if first.under_way { "live" } else { "" };
+    let live = match first.under_way {
+        UnderWay::Fixed => "",
+        UnderWay::Free => "live",
+        UnderWay::Lower => "live, down",
+        UnderWay::Higher => "live, up",
+    };
     let help = first.help.replace('|', "\\|");
     let _ = writeln!(page, "| `{name}` | {} | {unit} | {default} | {} | {live} | {help} |", first.symbol, range(first));
 }

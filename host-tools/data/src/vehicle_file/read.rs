@@ -125,6 +125,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
             sensors: settings.navigation.sensors,
             priors: settings.navigation.priors,
             installation: settings.app.installation,
+            safety: settings.app.safety,
             effects,
         });
     }

@@ -34,7 +34,7 @@ impl VehicleFile {
                 effects: self.effects.set,
                 ..NavigationConfig::REFERENCE
             },
-            app: AppSettings { installation: self.installation, ..AppSettings::DEFAULT },
+            app: AppSettings { installation: self.installation, safety: self.safety, ..AppSettings::DEFAULT },
             ..Settings::DEFAULT
         }
     }
@@ -46,6 +46,7 @@ impl VehicleFile {
         self.sensors = settings.navigation.sensors;
         self.priors = settings.navigation.priors;
         self.installation = settings.app.installation;
+        self.safety = settings.app.safety;
     }
 }
 

@@ -1,5 +1,6 @@
 //! A parameter as the board declares it.
 
+use crate::printable;
 use backseat_app::parameters;
 use backseat_core::parameters::Kind;
 use backseat_wire::hostlink::ParameterInfo;
@@ -57,8 +58,8 @@ impl Declared {
     /// `known_here`: the board's list has the version of this program's.
     pub fn new(info: &ParameterInfo<'_>, known_here: bool) -> Self {
         Self {
-            name: info.name.to_owned(),
-            unit: info.unit.to_owned(),
+            name: printable(info.name),
+            unit: printable(info.unit),
             value: info.value,
             min: info.min,
             max: info.max,
@@ -79,7 +80,7 @@ impl Declared {
 
     /// When a new value takes effect.
     pub fn effect(&self) -> Option<Effect> {
-        self.known.map(|parameter| if parameter.under_way { Effect::AtOnce } else { Effect::Restart })
+        self.known.map(|parameter| if parameter.under_way.is_live() { Effect::AtOnce } else { Effect::Restart })
     }
 
     /// Smallest and largest value, in words.

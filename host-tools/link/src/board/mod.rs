@@ -6,9 +6,9 @@ mod refusal;
 
 pub use declared::{Declared, Effect, number};
 pub use port::{HostPort, PortName};
-pub use refusal::reason;
+pub use refusal::{mode_reason, reason};
 
-use crate::{BackseatError, Client};
+use crate::{BackseatError, Client, printable};
 use anyhow::{Context, anyhow, bail};
 use backseat_core::control::mission::MAX_WAYPOINTS;
 use backseat_core::parameters::Inconsistent;
@@ -19,6 +19,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 /// Version of the parameter list from which on a board knows a key.
 const KEY_SCHEMA: u16 = 3;
+/// More parameters than any list will have: a device that claims more is no board, and would keep us for ever.
+const MAX_PARAMETERS: usize = 4096;
 /// Asking for this waypoint and those after it is only a way to be answered.
 const FIRST_NONCE: u16 = 0x8000;
 const _: () = assert!(MAX_WAYPOINTS < FIRST_NONCE as usize);
@@ -63,7 +65,7 @@ impl Board {
             client.send(&ToBoard::MissionGet { index: nonce })?;
             client.receive(|message| match message {
                 FromBoard::Hello { firmware, parameter_schema } => {
-                    hello = Some((firmware.to_owned(), parameter_schema));
+                    hello = Some((printable(firmware), parameter_schema));
                     None
                 }
                 FromBoard::Restart(last) => {
@@ -129,6 +131,9 @@ impl Board {
                     _ => None,
                 })?
                 .with_context(|| format!("{}: the board does not describe its parameter {index}", self.port))?;
+            if count > MAX_PARAMETERS {
+                bail!("{}: it claims to have {count} parameters; no board has more than {MAX_PARAMETERS}", self.port);
+            }
             parameters.push(parameter);
             progress.get_or_insert_with(|| Progress::new("parameters", count)).set(parameters.len());
             if parameters.len() >= count {
@@ -221,10 +226,17 @@ impl Board {
 
     /// Replaces the mission, whole or not at all.
     pub fn set_mission(&mut self, waypoints: &[Waypoint]) -> anyhow::Result<()> {
-        if waypoints.len() > MAX_WAYPOINTS {
-            bail!("{} waypoints; a board stores {MAX_WAYPOINTS} at most", waypoints.len());
+        let count = waypoints.len();
+        let sent = self.client.set_mission(waypoints);
+        match sent {
+            Err(BackseatError::Refused { .. }) if count > MAX_WAYPOINTS => {
+                bail!("{count} waypoints; a board stores {MAX_WAYPOINTS} at most, and has no mission now")
+            }
+            Err(BackseatError::Refused { request, refusal }) => {
+                bail!("the board refused {request}: {}; it has no mission now", reason(refusal))
+            }
+            sent => sent.map_err(|error| self.failed(&error)),
         }
-        self.client.set_mission(waypoints).map_err(|error| self.failed(&error))
     }
 
     /// Starts the mission.

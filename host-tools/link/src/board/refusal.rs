@@ -1,7 +1,7 @@
-//! Refusals in words.
+//! Refusals, and reasons of modes, in words.
 
 use backseat_core::parameters::Inconsistent;
-use backseat_wire::hostlink::Refusal;
+use backseat_wire::hostlink::{ModeReason, Refusal};
 
 /// Why the board does not do it.
 #[must_use]
@@ -20,6 +20,51 @@ pub fn reason(refusal: Refusal) -> String {
             Some(inconsistent) => return inconsistent.to_string(),
             None => "parameters do not go together (by a rule of newer firmware than this program)",
         },
+        Refusal::OwnClock => {
+            "it keeps its own clock: a mission runs, is armed or is being stopped, or the resets were not acknowledged \
+             (backseat mission stop), or the simulator did not begin with time zero"
+        }
+        Refusal::Relaxes => "a safety limit may only become stricter while a mission runs or is armed",
+        Refusal::Unsafe(cause) => {
+            return format!("not safe by the limits of its section safety: {}", mode_reason(cause));
+        }
     };
     text.to_owned()
+}
+
+/// Why a mode is what it is; empty where there is nothing to say.
+#[must_use]
+pub const fn mode_reason(reason: ModeReason) -> &'static str {
+    match reason {
+        ModeReason::Nominal => "",
+        ModeReason::NoFix => "no position fix yet",
+        ModeReason::AttitudeStale => "attitude missing or stale",
+        ModeReason::DepthStale => "depth missing or stale",
+        ModeReason::FrontseatSilent => "the frontseat is silent",
+        ModeReason::FrontseatRefuses => "the frontseat refuses commands",
+        ModeReason::Rejections => "a source and the filter contradict each other",
+        ModeReason::PositionUncertain => "position uncertain",
+        ModeReason::FilterFailed => "the filter failed numerically",
+        ModeReason::Stopped => "stopped by the operator",
+        ModeReason::Restarted => "reset under way; position dates from before",
+        ModeReason::Resets => "reset too often",
+        ModeReason::StopUnanswered => "the frontseat does not acknowledge the stop",
+        ModeReason::Leak => "the frontseat reports a leak",
+        ModeReason::TooDeep => "too deep (safety.depth_max_m, depth_below_leg_m)",
+        ModeReason::TooLow => "too close to the bottom (safety.altitude_min_m)",
+        ModeReason::DepthDoubtful => {
+            "depth sensor doubtful, or the weight has changed (safety.depth_jump_m, depth_drift_m)"
+        }
+        ModeReason::PitchExceeded => "pitches too much (safety.pitch_max_rad)",
+        ModeReason::SpeedExceeded => "too fast (safety.speed_max_mps)",
+        ModeReason::NoWater => "does not dive: no water? (safety.dive_time_max_s)",
+        ModeReason::OutsideFence => "outside the fence (safety.fence_radius_m)",
+        ModeReason::FirstLegTooLong => "first waypoint too far away (safety.first_leg_max_m)",
+        ModeReason::LegTooLong => "the leg takes too long (safety.leg_time_factor)",
+        ModeReason::MissionTooLong => "the mission is too long (safety.mission_time_max_s)",
+        ModeReason::BatteryLow => "battery low (safety.battery_min_percent)",
+        ModeReason::DegradedTooLong => "degraded for too long (safety.degraded_time_max_s)",
+        ModeReason::ContactLost => "no acoustic range for too long (safety.contact_time_max_s)",
+        ModeReason::ClockLost => "precise clock lost (safety.clock_time_max_s)",
+    }
 }

@@ -224,14 +224,15 @@ impl Model {
             }
             FromBoard::Health(health) => self.health(now_us, health),
             FromBoard::Hello { firmware, parameter_schema } => {
+                let firmware = backseat_link::printable(firmware);
                 self.enquiry.hello();
                 self.same_schema = parameter_schema == PARAMETER_SCHEMA;
                 self.is_complete = false;
                 // another program may have asked as well
-                if self.firmware.as_deref() != Some(firmware) {
+                if self.firmware.as_deref() != Some(&*firmware) {
                     let other = if self.same_schema { "" } else { ", with parameters not known here" };
                     self.note(Severity::Info, format!("{firmware}{other}"));
-                    self.firmware = Some(firmware.to_owned());
+                    self.firmware = Some(firmware);
                 }
             }
             FromBoard::Restart(restart) => self.restarted(restart),
@@ -243,7 +244,7 @@ impl Model {
                 {
                     parameter.set(&mut self.settings, info.value);
                 }
-                self.is_complete |= self.same_schema && info.index + 1 == info.count;
+                self.is_complete |= self.same_schema && info.index.checked_add(1) == Some(info.count);
             }
             FromBoard::Identification(record) => {
                 let was = self.learned.last().map(|last| last.activity);

@@ -39,24 +39,7 @@ pub const fn mode_name(mode: Mode) -> &'static str {
     }
 }
 
-/// Empty where there is nothing to say.
-pub const fn reason(reason: ModeReason) -> &'static str {
-    match reason {
-        ModeReason::Nominal => "",
-        ModeReason::NoFix => "no position fix yet",
-        ModeReason::AttitudeStale => "attitude missing or stale",
-        ModeReason::DepthStale => "depth missing or stale",
-        ModeReason::FrontseatSilent => "the frontseat is silent",
-        ModeReason::FrontseatRefuses => "the frontseat refuses commands",
-        ModeReason::Rejections => "a source and the filter contradict each other",
-        ModeReason::PositionUncertain => "position uncertain",
-        ModeReason::FilterFailed => "the filter failed numerically",
-        ModeReason::Stopped => "stopped by the operator",
-        ModeReason::Restarted => "reset under way; position dates from before",
-        ModeReason::Resets => "reset too often",
-        ModeReason::StopUnanswered => "the frontseat does not acknowledge the stop",
-    }
-}
+pub use backseat_link::board::mode_reason as reason;
 
 /// Mode and reason.
 pub fn mode(mode: Mode, why: ModeReason) -> String {

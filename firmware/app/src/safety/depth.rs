@@ -1,0 +1,171 @@
+//! The second witness of depth: what pitch and speed make of it.
+//!
+//! Pressure says z. Pitch and speed say how fast the nose points down: -u sin θ. In steady flight the two differ by the
+//! angle of attack, by which a vehicle carries its weight in water, and by the error of the pitch sensor: a constant for
+//! one speed. The witness learns that constant and then sums what pressure departs from it. A sensor that drifts makes the
+//! controller fly the vehicle up or down, which pitch shows; so does a vehicle that takes in water, which has to carry more.
+//! The two cannot be told apart, nor from a current that sinks or rises for minutes: all three are reason to surface.
+
+/// The constant is learned over this time of steady flight, s.
+const LEARN_S: f64 = 60.0;
+/// What was summed is forgotten with this time constant, s: a slower departure than a tenth of the limit in a minute is
+/// the weather.
+const MEMORY_S: f64 = 600.0;
+/// Steady: turns slower than this, rad/s.
+const TURN_RADPS: f64 = 0.03;
+/// Steady: rolls less than this, rad.
+const ROLL_RAD: f64 = 0.3;
+/// Steady: within this of the leg's depth, m.
+const LEVEL_M: f64 = 1.0;
+/// Steady: faster than this, m/s. Below it a vehicle is carried by other forces than its hull's.
+const SPEED_MPS: f64 = 0.4;
+/// A leg that differs by this in speed has a constant of its own, m/s.
+const SAME_SPEED_MPS: f64 = 0.05;
+/// The vehicle is steady after so long without a break, s.
+const SETTLE_S: f64 = 20.0;
+
+/// One step of the vehicle.
+#[derive(Clone, Copy, Debug)]
+pub struct DepthStep {
+    /// Since the last, s.
+    pub dt_s: f64,
+    /// Of the pressure sensor at the centre of gravity, m.
+    pub pressure_m: f64,
+    /// Roll, pitch, rad.
+    pub roll_rad: f64,
+    /// Pitch, rad.
+    pub pitch_rad: f64,
+    /// Yaw rate, rad/s.
+    pub yaw_radps: f64,
+    /// Surge through the water, m/s.
+    pub surge_mps: f64,
+    /// The leg's.
+    pub leg_depth_m: f64,
+    /// The leg's.
+    pub leg_speed_mps: f64,
+}
+
+/// What has been learned and summed in this mission.
+#[derive(Clone, Copy, Debug)]
+pub struct DepthWitness {
+    /// The last depth of the pressure sensor, m.
+    last_m: Option<f64>,
+    /// How long the vehicle has been steady, s.
+    steady_s: f64,
+    /// Speed of the legs for which `rate_mps` holds, m/s; 0 before the first.
+    speed_mps: f64,
+    /// Sum and time of what is being learned.
+    learned_m: f64,
+    learned_s: f64,
+    /// -u sin θ minus the rate of pressure, in steady flight, m/s.
+    rate_mps: f64,
+    /// What has departed from it, m.
+    drift_m: f64,
+}
+
+impl DepthWitness {
+    pub const fn new() -> Self {
+        Self {
+            last_m: None,
+            steady_s: 0.0,
+            speed_mps: 0.0,
+            learned_m: 0.0,
+            learned_s: 0.0,
+            rate_mps: 0.0,
+            drift_m: 0.0,
+        }
+    }
+
+    /// A mission begins, or none is under way.
+    pub fn restart(&mut self) {
+        *self = Self::new();
+    }
+
+    /// By how much the vehicle is deeper than the pressure sensor says, m.
+    pub fn drift_m(&self) -> f64 {
+        self.drift_m
+    }
+
+    /// Another step.
+    pub fn step(&mut self, step: &DepthStep) {
+        let DepthStep { dt_s, pressure_m, .. } = *step;
+        let Some(last_m) = self.last_m.replace(pressure_m) else { return };
+        let steady = step.surge_mps > SPEED_MPS
+            && step.yaw_radps.abs() < TURN_RADPS
+            && step.roll_rad.abs() < ROLL_RAD
+            && (pressure_m - step.leg_depth_m).abs() < LEVEL_M;
+        self.steady_s = if steady { self.steady_s + dt_s } else { 0.0 };
+        if (step.leg_speed_mps - self.speed_mps).abs() > SAME_SPEED_MPS {
+            (self.speed_mps, self.learned_m, self.learned_s, self.drift_m) = (step.leg_speed_mps, 0.0, 0.0, 0.0);
+        }
+        self.drift_m *= 1.0 - (dt_s / MEMORY_S).min(1.0);
+        if self.steady_s < SETTLE_S {
+            return;
+        }
+        // deeper by pitch and speed than by pressure
+        let departed_m = -step.surge_mps * libm::sin(step.pitch_rad) * dt_s - (pressure_m - last_m);
+        if self.learned_s < LEARN_S {
+            self.learned_m += departed_m;
+            self.learned_s += dt_s;
+            self.rate_mps = self.learned_m / self.learned_s;
+        } else {
+            self.drift_m += departed_m - self.rate_mps * dt_s;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEADY: DepthStep = DepthStep {
+        dt_s: 0.1,
+        pressure_m: 3.0,
+        roll_rad: 0.02,
+        pitch_rad: -0.04,
+        yaw_radps: 0.0,
+        surge_mps: 1.0,
+        leg_depth_m: 3.0,
+        leg_speed_mps: 1.0,
+    };
+
+    /// Drift after so many seconds of a flight given by time.
+    fn drift_after(seconds: u32, flight: impl Fn(f64) -> DepthStep) -> f64 {
+        let mut witness = DepthWitness::new();
+        (0..10 * seconds).for_each(|i| witness.step(&flight(0.1 * f64::from(i))));
+        witness.drift_m()
+    }
+
+    /// The angle of attack and the pitch sensor's error are learned.
+    #[test]
+    fn a_constant_pitch_is_no_drift() {
+        assert!(drift_after(3600, |_| STEADY).abs() < 1e-6);
+    }
+
+    /// 5 cm/s of drift from 200 s on: the controller holds what the sensor says, the nose goes down by 0.05 rad. By hand,
+    /// with the memory: 0.05 · 600 · (1 - exp(-200/600)) = 8.5 m after 200 s more.
+    #[test]
+    fn val_a_drifting_sensor_shows_in_pitch() {
+        let flight = |t: f64| DepthStep { pitch_rad: if t < 200.0 { -0.04 } else { -0.0901 }, ..STEADY };
+        let drift_m = drift_after(400, flight);
+        assert!((drift_m - 8.5).abs() < 0.2, "{drift_m}");
+    }
+
+    #[test]
+    fn turns_dives_and_other_speeds_are_not_summed() {
+        let turning = |t: f64| {
+            let turns = t > 200.0 && t % 100.0 < 30.0;
+            DepthStep {
+                yaw_radps: if turns { 0.1 } else { 0.0 },
+                pitch_rad: if turns { -0.2 } else { -0.04 },
+                ..STEADY
+            }
+        };
+        assert!(drift_after(3600, turning).abs() < 0.1);
+        let faster = |t: f64| {
+            let (leg_speed_mps, pitch_rad) = if t < 600.0 { (1.0, -0.04) } else { (1.5, -0.02) };
+            DepthStep { leg_speed_mps, surge_mps: leg_speed_mps, pitch_rad, ..STEADY }
+        };
+        assert!(drift_after(1800, faster).abs() < 0.1);
+    }
+}
