@@ -172,6 +172,16 @@ pub enum SensorFault {
         /// Added, m.
         depth_m: f64,
     },
+    /// Depth drifts.
+    DepthDrift {
+        /// m/s, from the fault's begin on.
+        rate_mps: f64,
+    },
+    /// Depth is multiplied, as by another unit.
+    DepthFactor {
+        /// Factor.
+        factor: f64,
+    },
     /// Fixes of the vehicle are off by so much, north and east, m.
     GnssJump {
         /// Added, m.

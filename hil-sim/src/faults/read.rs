@@ -28,6 +28,8 @@ enum Name {
     AhrsUpsideDown,
     AhrsTimerRollover,
     DepthJump,
+    DepthDrift,
+    DepthFactor,
     GnssJump,
     PacketLate,
     PacketDuplicated,
@@ -108,6 +110,8 @@ written! {
     factor: u32;
     velocity_mps: [f64; 3], "quantity::velocity";
     depth_m: f64, "quantity::coordinate";
+    rate_mps: f64, "quantity::coordinate";
+    ratio: f64, "quantity::length";
     offset_m: [f64; 2], "quantity::coordinate";
     extra_m: f64, "quantity::length";
     address: u8;
@@ -191,6 +195,12 @@ impl Written {
             Name::AhrsTimerRollover => FaultKind::Sensor(SensorFault::AhrsTimerRollover),
             Name::DepthJump => {
                 FaultKind::Sensor(SensorFault::DepthJump { depth_m: need(self.depth_m.take(), "depth_m")? })
+            }
+            Name::DepthDrift => {
+                FaultKind::Sensor(SensorFault::DepthDrift { rate_mps: need(self.rate_mps.take(), "rate_mps")? })
+            }
+            Name::DepthFactor => {
+                FaultKind::Sensor(SensorFault::DepthFactor { factor: need(self.ratio.take(), "ratio")? })
             }
             Name::GnssJump => {
                 FaultKind::Sensor(SensorFault::GnssJump { offset_m: need(self.offset_m.take(), "offset_m")? })

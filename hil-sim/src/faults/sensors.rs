@@ -54,6 +54,10 @@ impl SensorFaults {
                     euler_rad[0] = (euler_rad[0] + 2.0 * PI).rem_euclid(2.0 * PI) - PI;
                 }
                 (SensorFault::DepthJump { depth_m: by_m }, ObservationKind::Depth { depth_m }) => *depth_m += by_m,
+                (SensorFault::DepthDrift { rate_mps }, ObservationKind::Depth { depth_m }) => {
+                    *depth_m += rate_mps * (observation.time_us - fault.from_us) as f64 * 1e-6;
+                }
+                (SensorFault::DepthFactor { factor }, ObservationKind::Depth { depth_m }) => *depth_m *= factor,
                 (SensorFault::GnssJump { offset_m }, ObservationKind::VehicleGnss { fix: Some(fix) }) => {
                     for (place, offset) in fix.position_m.iter_mut().zip(offset_m) {
                         *place += offset;

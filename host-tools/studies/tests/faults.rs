@@ -27,9 +27,9 @@ fn row(name: &str) -> Row {
     rows().unwrap().into_iter().find(|row| row.name == name).unwrap()
 }
 
-fn fly_all(rows: &[Row]) -> Vec<(&'static str, JudgedFlight)> {
+fn fly_all(rows: &[Row]) -> Vec<(String, JudgedFlight)> {
     std::thread::scope(|scope| {
-        let flights: Vec<_> = rows.iter().map(|row| (row.name, scope.spawn(move || fly(row, 1)))).collect();
+        let flights: Vec<_> = rows.iter().map(|row| (row.name.clone(), scope.spawn(move || fly(row, 1)))).collect();
         flights.into_iter().map(|(name, flight)| (name, flight.join().unwrap())).collect()
     })
 }
@@ -41,7 +41,8 @@ fn every_row_is_read_and_says_why_its_limits() {
     for row in &rows {
         assert_eq!(row.scenario.settings.name, row.name, "named as its file");
         assert!(row.limits.why.len() > 20, "{}", row.name);
-        assert_eq!(row.name.starts_with("none"), row.scenario.settings.faults.is_empty(), "{}", row.name);
+        let undisturbed = row.scenario.settings.faults.is_empty() && row.name != "flooding";
+        assert_eq!(row.name.starts_with("none"), undisturbed, "{}", row.name);
         // the same file, read from disk with the vehicle that it names
         let path =
             Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../hil-sim/scenarios/faults/{}.toml", row.name));
@@ -95,7 +96,7 @@ fn an_error_beyond_three_sigmas_in_good_health_is_a_violation() {
     .unwrap();
     let outcome = judge.finish(1, &flight, &[], &row.limits);
     let violations = outcome.violations.join("; ");
-    assert!(violations.contains("beyond 3 sigmas for 150 s while navigating"), "{violations}");
+    assert!(violations.contains("beyond 3 sigmas for 150 s of 600 s, silently"), "{violations}");
 }
 
 #[test]

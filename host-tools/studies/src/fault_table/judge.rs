@@ -6,12 +6,14 @@ use backseat_data::stats::median;
 use backseat_wire::hostlink::{Mode, ModeReason, Telemetry};
 use hil_sim::flight::{FlightLog, Watched};
 use hil_sim::scenario::{End, Limits, Scenario};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-/// An error beyond so many of its own sigmas ...
+/// An error beyond so many of its own sigmas, horizontally or in depth, in a mode that steers, is silent ...
 const SIGMAS: f64 = 3.0;
-/// ... for longer than this while the mode is `navigating` is a defect, s.
-const HEALTHY_S: f64 = 120.0;
+/// ... and for longer than this in sum ...
+pub(super) const SILENT_S: f64 = 120.0;
+/// ... in any window of this length it is a defect, s.
+const WINDOW_S: f64 = 600.0;
 /// So many rejections of one source in a row ...
 const ROW: u32 = 10;
 /// ... over at least this time, µs, and the mode must not be `navigating`: the two seconds that a fish or a wave may
@@ -45,6 +47,35 @@ struct Source {
     last_variance: f64,
 }
 
+/// How long an error has been silent in the last [`WINDOW_S`]: what was better for a moment in between does not count as
+/// having been told.
+#[derive(Clone, Debug, Default)]
+struct Silence {
+    /// End and length of the silent steps in the window, µs.
+    steps: VecDeque<(u64, u64)>,
+    sum_us: u64,
+    most_us: u64,
+}
+
+impl Silence {
+    fn step(&mut self, time_us: u64, dt_us: u64, silent: bool) {
+        while let Some((_, length_us)) =
+            self.steps.pop_front_if(|(end_us, _)| *end_us as f64 <= time_us as f64 - WINDOW_S * 1e6)
+        {
+            self.sum_us -= length_us;
+        }
+        if silent {
+            self.steps.push_back((time_us, dt_us));
+            self.sum_us += dt_us;
+            self.most_us = self.most_us.max(self.sum_us);
+        }
+    }
+
+    fn most_s(&self) -> f64 {
+        self.most_us as f64 * 1e-6
+    }
+}
+
 /// Watches a flight.
 pub struct Judge {
     fault_us: u64,
@@ -58,8 +89,10 @@ pub struct Judge {
     end_error_m: Option<f64>,
     ratios: [f64; 2],
     deepest_m: f64,
-    beyond_us: u64,
-    longest_beyond_us: u64,
+    /// Horizontally, in depth.
+    silence: [Silence; 2],
+    navigating_us: u64,
+    steered_us: u64,
     spells: Vec<Spell>,
     frames: [u32; 4],
     frames_before_reset: [u32; 4],
@@ -79,8 +112,11 @@ pub struct JudgedFlight {
     pub end_error_m: f64,
     /// Largest error over its own sigma while the mode was `navigating`, and in any mode, from the first fault on.
     pub ratios: [f64; 2],
-    /// Longest time with an error beyond three sigmas while the mode was `navigating`, s.
-    pub beyond_s: f64,
+    /// Longest time with an error beyond three sigmas, in sum in any window of 600 s, in a mode that steers: horizontally
+    /// and in depth, s.
+    pub silent_s: [f64; 2],
+    /// Share of the mission's time in which the mode was `navigating`.
+    pub navigating: f64,
     /// Deepest point of the true track, m.
     pub deepest_m: f64,
     /// Modes from the first fault on.
@@ -115,8 +151,9 @@ impl Judge {
             end_error_m: None,
             ratios: [0.0; 2],
             deepest_m: 0.0,
-            beyond_us: 0,
-            longest_beyond_us: 0,
+            silence: Default::default(),
+            navigating_us: 0,
+            steered_us: 0,
             spells: Vec::new(),
             frames: [0; 4],
             frames_before_reset: [0; 4],
@@ -219,15 +256,19 @@ impl Judge {
         if time_us >= self.fault_us {
             *any = any.max(ratio);
         }
-        if *mode != Mode::Navigating {
-            self.beyond_us = 0;
-            return;
+        // Degraded steers as well, if it has a mission; without one nobody goes by it.
+        let steers = *mode == Mode::Navigating || (*mode == Mode::Degraded && telemetry.leg.is_some());
+        let deep = (state[2] - truth[2]).abs() / sigma[2];
+        for (silence, ratio) in self.silence.iter_mut().zip([ratio, deep]) {
+            silence.step(time_us, dt_us, steers && (ratio > SIGMAS || ratio.is_nan()));
         }
-        if time_us >= self.fault_us {
+        if telemetry.leg.is_some() {
+            self.steered_us += dt_us;
+            self.navigating_us += if *mode == Mode::Navigating { dt_us } else { 0 };
+        }
+        if *mode == Mode::Navigating && time_us >= self.fault_us {
             *healthy = healthy.max(ratio);
         }
-        self.beyond_us = if ratio > SIGMAS || ratio.is_nan() { self.beyond_us + dt_us } else { 0 };
-        self.longest_beyond_us = self.longest_beyond_us.max(self.beyond_us);
     }
 
     /// The flight is over; `lost_packets` by cause. Compares everything with `limits`.
@@ -242,7 +283,8 @@ impl Judge {
             end_error_m: self.end_error_m.unwrap_or(f64::NAN),
             ratios: self.ratios,
             deepest_m: self.deepest_m,
-            beyond_s: self.longest_beyond_us as f64 * 1e-6,
+            silent_s: self.silence.each_ref().map(Silence::most_s),
+            navigating: self.navigating_us as f64 / self.steered_us.max(1) as f64,
             spells: self.spells.iter().copied().filter(|s| s.from_us + s.length_us > self.fault_us).collect(),
             fault_us: self.fault_us,
             alarms: self.alarms(lost_packets),
@@ -273,6 +315,12 @@ impl Judge {
 }
 
 impl JudgedFlight {
+    /// The promise was kept: never wrong in silence for long.
+    #[must_use]
+    pub fn is_honest(&self) -> bool {
+        self.silent_s.iter().all(|silent_s| *silent_s <= SILENT_S)
+    }
+
     /// Every limit of its row that the flight breaks.
     fn broken(&self, limits: &Limits, violations: &mut BTreeSet<String>) {
         let mut check = |holds: bool, what: String| {
@@ -286,7 +334,9 @@ impl JudgedFlight {
             check(self.end_error_m <= most_m, format!("error in the end {:.1} m", self.end_error_m));
         }
         if limits.unrevealable.is_none() {
-            check(self.beyond_s <= HEALTHY_S, format!("beyond 3 sigmas for {:.0} s while navigating", self.beyond_s));
+            for (what, silent_s) in ["", " in depth"].iter().zip(self.silent_s) {
+                check(silent_s <= SILENT_S, format!("beyond 3 sigmas{what} for {silent_s:.0} s of 600 s, silently"));
+            }
         }
         check(self.deepest_m <= DEEPEST_M, format!("{:.0} m deep", self.deepest_m));
         let end = self.end;

@@ -3,17 +3,20 @@
 //! | module | |
 //! |---|---|
 //! | `rows` | the built-in rows, and how one is flown |
+//! | `random` | rows drawn by a seed: two or three faults at a time |
 //! | `judge`, `commands` | a flight watched step by step; its sentences to the frontseat |
 //! | `table` | the table of all rows |
 
 mod command;
 mod commands;
 mod judge;
+mod random;
 mod rows;
 mod table;
 
 pub use command::{Args, run};
 pub use commands::CommandWatch;
 pub use judge::{Judge, JudgedFlight, Spell};
+pub use random::drawn;
 pub use rows::{Row, fly, rows};
-pub use table::{Summary, markdown, to_json};
+pub use table::{Summary, markdown, share, to_json};

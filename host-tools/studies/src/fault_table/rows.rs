@@ -69,6 +69,10 @@ built_in! {
     "ahrs_upside_down"
     "ahrs_timer_rollover"
     "depth_jump"
+    "depth_drift"
+    "depth_feet"
+    "depth_metres"
+    "flooding"
     "gnss_jump_20s"
     "gnss_jump"
     "packet_late"
@@ -104,7 +108,7 @@ built_in! {
 #[derive(Clone, Debug)]
 pub struct Row {
     /// Its name, that of its file.
-    pub name: &'static str,
+    pub name: String,
     /// The scenario that is flown.
     pub scenario: Scenario,
     /// The limits that it must keep.
@@ -116,10 +120,10 @@ pub struct Row {
 /// # Errors
 /// A built-in scenario that cannot be read, or has no limits.
 pub fn rows() -> anyhow::Result<Vec<Row>> {
-    let row = |(name, text): &(&'static str, &str)| {
+    let row = |(name, text): &(&str, &str)| {
         let scenario = Scenario::with_built_in_vehicle(text, &format!("faults/{name}.toml"))?;
         let limits = scenario.settings.limits.clone().with_context(|| format!("{name}: has no [limits]"))?;
-        Ok(Row { name, scenario, limits })
+        Ok(Row { name: (*name).to_owned(), scenario, limits })
     };
     BUILT_IN.iter().map(row).collect()
 }
@@ -166,7 +170,8 @@ fn failed(seed: u64, why: &str) -> JudgedFlight {
         end_error_m: f64::NAN,
         ratios: [f64::NAN; 2],
         deepest_m: f64::NAN,
-        beyond_s: f64::NAN,
+        silent_s: [f64::NAN; 2],
+        navigating: f64::NAN,
         spells: Vec::new(),
         fault_us: 0,
         alarms: Default::default(),

@@ -1,6 +1,6 @@
 //! The fault table: one line a row, over all its seeds.
 
-use super::judge::name;
+use super::judge::{SILENT_S, name};
 use super::{JudgedFlight, Row};
 use crate::table::markdown_table;
 use backseat_data::stats::median;
@@ -121,12 +121,15 @@ impl Summary {
 #[must_use]
 pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
     let passed = summaries.iter().filter(|summary| summary.passes()).count();
-    let mut text =
-        format!("# Fault table\n\nMade by `{made_by}`. {passed} of {} rows pass.\n\n{INTRODUCTION}\n", summaries.len());
+    let mut text = format!(
+        "# Fault table\n\nMade by `{made_by}`. {passed} of {} rows pass. {}\n\n{INTRODUCTION}\n",
+        summaries.len(),
+        share(summaries)
+    );
     let mut flights = markdown_table([
         "row",
         "error median / max / end [m]",
-        "error / own sigma (in any mode); beyond 3 [s]",
+        "error / own sigma (in any mode); silent, in depth [s]",
         "modes from the fault on",
         "alarms",
         "commands",
@@ -138,16 +141,17 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
             if summary.passes() { "pass".to_owned() } else { format!("**FAIL** {}", summary.broken().join("; ")) };
         let unrevealable = if summary.row.limits.unrevealable.is_some() { " (u)" } else { "" };
         let median_m = median(&summary.of(|outcome| outcome.error_m[0])).unwrap_or(f64::NAN);
-        let [largest_m, end_m, beyond_s] = [
+        let [largest_m, end_m, silent_s, silent_depth_s] = [
             summary.largest(|outcome| outcome.error_m[1]),
             summary.largest(|outcome| outcome.end_error_m),
-            summary.largest(|outcome| outcome.beyond_s),
+            summary.largest(|outcome| outcome.silent_s[0]),
+            summary.largest(|outcome| outcome.silent_s[1]),
         ];
         let ratios = [0, 1].map(|i| summary.largest(|outcome| outcome.ratios[i]));
         flights.add_row([
             format!("[{name}](../../hil-sim/scenarios/faults/{name}.toml){unrevealable}", name = summary.row.name),
             format!("{median_m:.1} / {largest_m:.1} / {end_m:.1}"),
-            format!("{:.1} ({:.1}); {beyond_s:.0}", ratios[0], ratios[1]),
+            format!("{:.1} ({:.1}); {silent_s:.0}, {silent_depth_s:.0}", ratios[0], ratios[1]),
             summary.modes(),
             summary.alarms(),
             summary.commands(),
@@ -173,16 +177,28 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
     text
 }
 
+/// How many flights were wrong in silence for too long: every row, whether it can be seen on board or not.
+#[must_use]
+pub fn share(summaries: &[Summary]) -> String {
+    let flights = || summaries.iter().flat_map(|summary| &summary.outcomes);
+    let (silent, all) = (flights().filter(|flight| !flight.is_honest()).count(), flights().count());
+    format!(
+        "{silent} of {all} flights ({:.1} %) were silently wrong for more than {SILENT_S:.0} s.",
+        100.0 * silent as f64 / all.max(1) as f64
+    )
+}
+
 const INTRODUCTION: &str = "\
 Every row is a scenario of its own, flown once for each seed in lock-step with the app in this process. Errors are horizontal, of the
 backseat's own estimate, from the first fault to the end of the flight: median over the seeds of each flight's median, largest of
 all, largest at the end. Error over own sigma: along the error, largest while the mode is `navigating` (and in any mode); then the
-longest time without a break for which it is beyond three while `navigating`. Modes: seconds after the first fault, mean time in it, in how many flights where not in all. Alarms: mean
+longest time in sum, in any window of 600 s, for which it is beyond three in a mode that steers (`navigating`, or `degraded` under way),
+horizontally and in depth. Modes: seconds after the first fault, mean time in it, in how many flights where not in all. Alarms: mean
 counts a flight of refused frames, gated measurements, packets without a range. Commands: steering commands a flight, checked one
 by one against angle, rate, speed, acceleration and timeout. (u): see the last section.
 
 A row passes when every flight keeps the row's limits and these rules: no panic; every command within limits and rates, none without
-a mission, each with a timeout of 2 s at most; never `navigating` for more than 120 s with an error beyond three own sigmas (but for
+a mission, each with a timeout of 2 s at most; never more than 120 s of 600 s, in a mode that steers, with an error beyond three own sigmas horizontally or in depth (but for
 (u)); not `navigating` after ten rejections of a source in a row; no source taken back with a covariance scaled to fit, unless a fix
 came between; no deeper than 10 m in missions at 3 m; the same digest when flown again (first seed).
 ";
@@ -201,7 +217,7 @@ pub fn to_json(summaries: &[Summary]) -> Value {
             .collect();
         json!({
             "seed": outcome.seed, "median_m": outcome.error_m[0], "max_m": outcome.error_m[1], "end_m": outcome.end_error_m,
-            "error_over_sigma": {"navigating": outcome.ratios[0], "any": outcome.ratios[1]}, "deepest_m": outcome.deepest_m, "beyond_3_sigma_s": outcome.beyond_s, "modes": modes, "alarms": outcome.alarms,
+            "error_over_sigma": {"navigating": outcome.ratios[0], "any": outcome.ratios[1]}, "deepest_m": outcome.deepest_m, "silent_s": {"horizontal": outcome.silent_s[0], "depth": outcome.silent_s[1]}, "navigating_share": outcome.navigating, "modes": modes, "alarms": outcome.alarms,
             "commands": {"steering": outcome.commands[0], "neutral": outcome.commands[1], "stop": outcome.commands[2]},
             "mission": name(&outcome.end), "digest": format!("{:016x}", outcome.digest), "violations": outcome.violations,
         })
