@@ -12,7 +12,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[command(
     version,
     after_help = "Example:\n  backseat-host --frontseat /dev/ttyUSB0 --dvl /dev/ttyUSB1 --ahrs /dev/ttyUSB2 \\\n      \
-                  --modem /dev/ttyUSB3 --host /dev/ttyUSB4 --baud 19200,115200,115200,19200,115200"
+                  --modem /dev/ttyUSB3 --host /dev/ttyUSB4 --baud 19200,115200,115200,19200,115200 \\\n      \
+                  --store /var/lib/backseat/parameters"
 )]
 struct Args {
     /// Iver frontseat computer
@@ -33,6 +34,9 @@ struct Args {
     /// Baud rates of the five ports, in the order above
     #[arg(long, value_name = "RATE", value_delimiter = ',', num_args = 5, default_values_t = DEFAULT_BAUD)]
     baud: Vec<u32>,
+    /// Keep parameters in this file (`backseat params store`): two copies, of which one is whole at any moment
+    #[arg(long, value_name = "FILE")]
+    store: Option<PathBuf>,
 }
 
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -49,10 +53,11 @@ fn main() -> ExitCode {
 
 fn start(arguments: Args) -> Result<()> {
     ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))?;
-    let Args { frontseat, dvl, ahrs, modem, host, baud } = arguments;
+    let Args { frontseat, dvl, ahrs, modem, host, baud, store } = arguments;
     let mut ports = HostPorts::new([frontseat, dvl, ahrs, modem, host]);
     for (PortSettings { baud, .. }, wanted) in ports.ports.iter_mut().zip(baud) {
         *baud = wanted;
     }
+    ports.store = store;
     run(&ports, &STOP)
 }

@@ -148,6 +148,50 @@ fn a_port_that_vanishes_is_named_in_one_line() {
     assert!(text.starts_with("modem: /dev/") && text.contains("vanished") && !text.contains('\n'), "{text}");
 }
 
+/// A USB adapter that was pulled and plugged in again: the board goes on, says so, and hears the device again.
+#[test]
+fn on_its_own_clock_a_port_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    // each device is a name that can be pointed to another terminal
+    let stop = Arc::new(AtomicBool::new(false));
+    let (mut paths, mut masters) = (Vec::new(), Vec::new());
+    for i in 0..5 {
+        let (master, slave) = TTYPort::pair().unwrap();
+        let link = folder.path().join(format!("port{i}"));
+        std::os::unix::fs::symlink(slave.name().unwrap(), &link).unwrap();
+        paths.push(link);
+        masters.push(master);
+    }
+    let (ports, flag) = (HostPorts::new(paths.clone().try_into().unwrap()), Arc::clone(&stop));
+    let board = spawn(move || run(&ports, &flag));
+    let listens = |master: &mut TTYPort, seconds: u64| {
+        let begun = Instant::now();
+        master.set_timeout(Duration::from_millis(100)).unwrap();
+        while begun.elapsed() < Duration::from_secs(seconds) {
+            if master.read(&mut [0; 256]).is_ok_and(|count| count > 0) {
+                return true;
+            }
+            sleep(Duration::from_millis(20));
+        }
+        false
+    };
+    assert!(listens(&mut masters[0], 10), "the frontseat is asked");
+    let frontseat = Port::Frontseat as usize;
+    drop(masters.remove(frontseat));
+    sleep(Duration::from_millis(500));
+    assert!(!board.is_finished(), "it goes on without");
+    let (master, slave) = TTYPort::pair().unwrap();
+    fs::remove_file(&paths[frontseat]).unwrap();
+    std::os::unix::fs::symlink(slave.name().unwrap(), &paths[frontseat]).unwrap();
+    masters.insert(frontseat, master);
+    drop(slave);
+    assert!(listens(&mut masters[frontseat], 10), "the frontseat is asked again");
+    // and without any port there is nothing to wait for
+    masters.clear();
+    let text = format!("{:#}", board.join().unwrap().unwrap_err());
+    assert_eq!(text, "every port has vanished");
+}
+
 #[test]
 fn what_is_no_port_is_refused() {
     let file = std::env::temp_dir().join(format!("backseat-host-{}", std::process::id()));
