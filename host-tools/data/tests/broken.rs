@@ -107,6 +107,29 @@ fn compressed_logs() {
     assert!(log(&whole[..4]).is_err());
 }
 
+/// A file that decompresses to one endless line, or has columns without end, is refused in bounded memory, and says why.
+#[test]
+fn what_has_no_end_is_refused() {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+    encoder.write_all(b"t_s,depth_m\n0,1\n").unwrap();
+    for _ in 0..64 {
+        encoder.write_all(&[b'1'; 1 << 16]).unwrap();
+    }
+    let small = encoder.finish().unwrap();
+    assert!(small.len() < 1 << 16);
+    let text = complaint(log(&small));
+    assert!(text.contains(":3:") && text.contains("a line is longer than 1024 KiB"), "{text}");
+    let unclosed = format!("t_s,depth_m\n0,\"1\n{}", "0,1\n".repeat(300_000));
+    let text = complaint(log(unclosed.as_bytes()));
+    assert!(text.contains("a quotation mark is not closed"), "{text}");
+    // quoted line ends, doubled marks and marks in the middle of a cell are none of that
+    let quoted = format!("t_s,depth_m,note\n{}", "0,1,\"a \"\"b\"\"\nc\"\n0,1,5\" pipe\n".repeat(100_000));
+    assert_eq!(log(quoted.as_bytes()).unwrap().rows.len(), 200_000);
+    let wide = format!("t_s{}\n0\n", ",x".repeat(5000));
+    let text = complaint(log(wide.as_bytes()));
+    assert!(text.contains("5001 columns; at most 4096 are read"), "{text}");
+}
+
 #[test]
 fn truths() {
     let folder = tempfile::tempdir().unwrap();

@@ -27,7 +27,79 @@ pub(crate) fn open(path: &Path) -> Result<Box<dyn Read>, DataError> {
     let whole = io::Cursor::new(magic).chain(file);
     let mut text: Box<dyn Read> = if is_gzip { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) };
     let mark = first(&mut text, 3).map_err(|e| csv_error(path, 1, &e.into()))?;
-    Ok(if mark == [0xef, 0xbb, 0xbf] { text } else { Box::new(io::Cursor::new(mark).chain(text)) })
+    let start = if mark == [0xef, 0xbb, 0xbf] { Vec::new() } else { mark };
+    Ok(Box::new(Bounded::new(io::Cursor::new(start).chain(text))))
+}
+
+/// Longest record, bytes: a line, or more where a quoted cell holds line ends.
+pub(crate) const MAX_RECORD: u64 = 1 << 20;
+/// Longest text after decompression, bytes: 10 million rows of the widest log are a quarter of it.
+pub(crate) const MAX_TEXT: u64 = 16 << 30;
+/// Most columns.
+pub(crate) const MAX_COLUMNS: usize = 4096;
+/// Most rows.
+pub(crate) const MAX_ROWS: u64 = 100_000_000;
+
+/// A text whose size and records are bounded, whatever a file decompresses to.
+struct Bounded<R> {
+    inner: R,
+    total: u64,
+    record: u64,
+    quote: Quote,
+}
+
+/// Where in a cell the reader is, as far as line ends depend on it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Quote {
+    /// At its begin: a quotation mark opens a quoted cell.
+    Begin,
+    /// In a cell without quotes.
+    Plain,
+    /// In quotes: a line end belongs to the cell.
+    Open,
+    /// After the closing mark, or after the first of a doubled one.
+    Closed,
+}
+
+impl<R> Bounded<R> {
+    fn new(inner: R) -> Self {
+        Self { inner, total: 0, record: 0, quote: Quote::Begin }
+    }
+
+    fn check(&mut self, bytes: &[u8]) -> Result<(), String> {
+        self.total += bytes.len() as u64;
+        if self.total > MAX_TEXT {
+            return Err(format!("the text is longer than {} GiB, decompressed; split the file", MAX_TEXT >> 30));
+        }
+        for byte in bytes {
+            self.record += 1;
+            self.quote = match (byte, self.quote) {
+                (b'"', Quote::Begin | Quote::Closed) => Quote::Open,
+                (b'"', Quote::Open) => Quote::Closed,
+                (_, Quote::Open) => Quote::Open,
+                (b'\n', _) => {
+                    self.record = 0;
+                    Quote::Begin
+                }
+                (b',', _) => Quote::Begin,
+                _ => Quote::Plain,
+            };
+            if self.record > MAX_RECORD {
+                let quoted = if self.quote == Quote::Open { "; a quotation mark is not closed" } else { "" };
+                return Err(format!("a line is longer than {} KiB{quoted}: not a table of numbers", MAX_RECORD >> 10));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<R: Read> Read for Bounded<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        let bytes = buffer.get(..count).unwrap_or_default();
+        self.check(bytes).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, why))?;
+        Ok(count)
+    }
 }
 
 /// Takes the first `count` bytes, fewer at the end.
@@ -95,6 +167,9 @@ struct Bindings {
 
 fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings, DataError> {
     let fail = |cell: usize, message: String| DataError::at(path, 1, cell as u64 + 1, message);
+    if header.len() > MAX_COLUMNS {
+        return Err(fail(MAX_COLUMNS, format!("{} columns; at most {MAX_COLUMNS} are read", header.len())));
+    }
     let names: Vec<String> = header.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect();
     let mut bindings = Bindings { time: usize::MAX, slots: vec![None; names.len()], ignored: Vec::new() };
     for (cell, name) in names.iter().enumerate() {
@@ -157,6 +232,7 @@ pub(crate) fn read<const N: usize>(
     }
     let mut previous_us = None;
     let mut values = [f64::NAN; N];
+    let mut rows = 0;
     loop {
         // The reader's position is one of the line it would read next.
         let line = reader.position().line();
@@ -200,6 +276,10 @@ pub(crate) fn read<const N: usize>(
                 [] => f64::NAN,
                 text => number(text).map_err(|message| at(cell, table.names[slot], message))?,
             };
+        }
+        rows += 1;
+        if rows > MAX_ROWS {
+            return Err(DataError::at(path, line, 0, format!("more than {MAX_ROWS} rows; split the file")));
         }
         row(time_us, &values);
     }
