@@ -165,7 +165,7 @@ impl Decoding {
 
     fn commit(&mut self) {
         let mut rebuilt = false;
-        let taken = self.parameters.commit(|_, _, rebuild| {
+        let taken = self.parameters.commit(false, |_, _, rebuild| {
             rebuilt = rebuild;
             true
         });

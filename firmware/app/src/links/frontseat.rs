@@ -14,9 +14,7 @@ use backseat_wire::{Counts, Error};
 
 /// A fix labelled by a fine clock is believed when it is this much older than its sentence at most, µs.
 const FIX_AGE_US: u64 = 3_000_000;
-/// Power and leak are asked for this often, µs,
-const POWER_US: u64 = 10_000_000;
-/// and in a step without another request, unless none comes for this long, µs.
+/// Power is asked for in a step without another request, unless none comes for this long, µs.
 const POWER_WAIT_US: u64 = 2_000_000;
 
 /// State of the frontseat as received.
@@ -139,12 +137,12 @@ impl FrontseatLink {
         let [compass, state, gps] = due;
         let other = compass || state || gps;
         let waited = now_us >= self.power_due_us.saturating_add(POWER_WAIT_US);
-        let power = now_us >= self.power_due_us && (!other || waited);
+        let power = settings.power_rate_hz > 0.0 && now_us >= self.power_due_us && (!other || waited);
         if !(other || power) {
             return Ok(None);
         }
         if power {
-            self.power_due_us = now_us.saturating_add(POWER_US);
+            self.power_due_us = now_us.saturating_add(micros(1.0 / settings.power_rate_hz));
         }
         let dvl = compass && settings.dvl_source == DvlSource::Frontseat;
         let request = Request { gps, compass, state, power, dvl, ..Request::default() };

@@ -134,6 +134,8 @@ pub struct AppSettings {
     pub status_rate_hz: f64,
     /// `$GPRMC` per second.
     pub gps_rate_hz: f64,
+    /// `$OPI` per second.
+    pub power_rate_hz: f64,
     /// Units of the frontseat's lengths.
     pub units: Units,
     /// `$OMP` or `$OMS`.
@@ -203,6 +205,7 @@ impl AppSettings {
         compass_rate_hz: 7.0,
         status_rate_hz: 1.0,
         gps_rate_hz: 1.0,
+        power_rate_hz: 0.0,
         units: Units::remote_helm(5),
         control_mode: ControlMode::Direct,
         helm_pitch_max_rad: 0.523_598_775_598_298_8,

@@ -51,6 +51,7 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(live real "app.compass_rate_hz", "", "Hz", [0.0, 10.0], "Requests of compass and depth ($C) per second.", compass_rate_hz),
     row!(live real "app.status_rate_hz", "", "Hz", [0.0, 10.0], "Requests of the vehicle's state ($OSI) per second.", status_rate_hz),
     row!(live real "app.gps_rate_hz", "", "Hz", [0.0, 10.0], "Requests of a fix ($GPRMC) per second.", gps_rate_hz),
+    row!(live real "app.power_rate_hz", "", "Hz", [0.0, 1.0], "Requests of charge and leak ($OPI) per second; 0: only the error of $OSI says them.", power_rate_hz),
     row!(choice "app.command_depth_unit", "Unit of the depth in $OMS: 0 metres, 1 feet.", units.command_depth, [LengthUnit::Metres, LengthUnit::Feet]),
     row!(choice "app.status_depth_unit", "Unit of the depth in field 15 of $OSI: 0 metres, 1 feet.", units.status_depth, [LengthUnit::Metres, LengthUnit::Feet]),
     row!(choice "app.status_altitude_unit", "Unit of the altitude in field 9 of $OSI: 0 metres, 1 feet.", units.status_altitude, [LengthUnit::Metres, LengthUnit::Feet]),

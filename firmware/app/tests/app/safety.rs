@@ -61,7 +61,7 @@ fn stopped(world: &mut World, board: &mut Direct, reason: ModeReason) {
 
 #[test]
 fn a_leak_and_a_flat_battery_are_asked_for() {
-    let (mut world, mut board) = flying(&[], 30);
+    let (mut world, mut board) = flying(&[("app.power_rate_hz", 0.1)], 30);
     world.leak = true;
     let took_s = until_ended(&mut world, &mut board, 15, |_, _| {});
     assert!(took_s < 11.0, "asked for every ten seconds: {took_s}");
@@ -77,7 +77,7 @@ fn a_leak_and_a_flat_battery_are_asked_for() {
 /// Low battery: straight back to where the mission began, at the surface, and a stop there.
 #[test]
 fn a_low_battery_brings_the_vehicle_back() {
-    let (mut world, mut board) = flying(&[], 90);
+    let (mut world, mut board) = flying(&[("app.power_rate_hz", 0.1)], 90);
     let home_m = [-30.0, 5.0];
     world.charge_percent = 9.0;
     world.run(&mut board, 25);

@@ -88,7 +88,7 @@ pub fn flying() -> (Model, u64) {
     {
         store.set(name, value, false).unwrap();
     }
-    store.commit(|_, _, _| true).unwrap();
+    store.commit(false, |_, _, _| true).unwrap();
     for index in 0..PARAMETERS.len() {
         feed(&mut model, 0, &FromBoard::Parameter(store.info(index as u16).unwrap()));
     }
