@@ -2,6 +2,7 @@
 
 mod column;
 mod decimal;
+pub mod plausibility;
 mod read;
 mod sink;
 pub(crate) mod table;

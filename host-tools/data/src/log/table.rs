@@ -188,7 +188,12 @@ fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings,
         let found: String = names.join(", ").chars().take(120).collect();
         let separated =
             if names.len() == 1 && found.contains(';') { " (separated by ; instead of a comma?)" } else { "" };
-        return Err(fail(0, format!("no column t_s (time in seconds); found: {found}{separated}")));
+        return Err(fail(
+            0,
+            format!(
+                "no column t_s (time in seconds); found: {found}{separated}; `backseat map` drafts a mapping of other tables"
+            ),
+        ));
     }
     // The same quantity in another unit would be left out silently.
     let stem = |name: &str| name.rsplit_once('_').map(|(stem, _)| stem.to_owned());
@@ -260,7 +265,8 @@ pub(crate) fn read<const N: usize>(
             return Err(at(bindings.time, "t_s", "is empty; every row needs its time".to_owned()));
         }
         if !(0.0..MAX_SECONDS).contains(&time_s) {
-            return Err(at(bindings.time, "t_s", format!("{time_s} is outside 0 to {MAX_SECONDS} s")));
+            let unit = if time_s > MAX_SECONDS { "; in ms, us or ns? A column map states the unit" } else { "" };
+            return Err(at(bindings.time, "t_s", format!("{time_s} is outside 0 to {MAX_SECONDS} s{unit}")));
         }
         let time_us = seconds_to_us(time_s);
         if let Some(previous_us) = previous_us.filter(|&previous_us| time_us < previous_us) {

@@ -1,0 +1,200 @@
+//! Values that no vehicle has: wrong units, marks of no reading, sensors that stand still.
+
+use super::{ColumnSummary, Finding, Severity};
+use crate::log::{Column, Log};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Values of some columns that are plausible, in their units.
+struct Limit {
+    columns: &'static [Column],
+    low: f64,
+    high: f64,
+    /// What values outside could be.
+    guess: &'static str,
+}
+
+/// Wide: beyond every AUV, ship and glider that this project knows.
+const LIMITS: &[Limit] = &[
+    limit(&[Column::Roll], -PI, PI, "is it in degrees?"),
+    limit(&[Column::Pitch], -FRAC_PI_2, FRAC_PI_2, "is it in degrees?"),
+    limit(&[Column::P, Column::Q, Column::R], -2.0, 2.0, "is it in degrees per second?"),
+    limit(
+        &[Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard],
+        -FRAC_PI_2,
+        FRAC_PI_2,
+        "is it in degrees, or in servo counts?",
+    ),
+    limit(&[Column::Depth], -3.0, 11_000.0, "depth is positive down, in metres: wrong sign, or another unit?"),
+    limit(
+        &[Column::DvlU, Column::DvlV, Column::DvlW, Column::SpeedLog, Column::WaterSpeed],
+        -12.0,
+        12.0,
+        "is it in cm/s or mm/s, or the instrument's mark of no reading?",
+    ),
+    limit(&[Column::PropRpm], -6000.0, 6000.0, "is it in rad/s, in degrees per second or in per mille?"),
+    limit(&[Column::Range], 0.0, 30_000.0, "is it in mm, or a travel time?"),
+    limit(&[Column::RangeRate], -20.0, 20.0, "is it in cm/s or mm/s?"),
+    limit(
+        &[Column::GpsX, Column::GpsY, Column::ShipGpsX, Column::ShipGpsY, Column::ShipX, Column::ShipY],
+        -200_000.0,
+        200_000.0,
+        "positions are metres from a local origin: is it a UTM coordinate, or in mm?",
+    ),
+    limit(&[Column::SoundSpeed], 1350.0, 1650.0, "the speed of sound in water is 1400 to 1600 m/s"),
+    limit(&[Column::WaterDensity], 950.0, 1100.0, "water has 995 to 1040 kg/m^3: is it in g/cm^3, or above 1000?"),
+];
+
+/// A fast vehicle turns at 1 rad/s; a heading in degrees seems to turn faster.
+const FASTEST_TURN_RADPS: f64 = 2.0;
+/// A step of a heading that is a wrap in degrees.
+const WRAP: f64 = 100.0;
+/// Median time between samples of a moving sensor from which on the unit of the time is doubted, s.
+const SLOWEST_SENSOR_S: f64 = 30.0;
+const FASTEST_SENSOR_S: f64 = 2.0e-4;
+/// The filter refuses longer gaps, s.
+const LONGEST_GAP_S: f64 = 600.0;
+/// Fewest samples that say something about how a sensor behaves.
+const ENOUGH: usize = 100;
+/// Of sensors that never stand still.
+const RESTLESS: [Column; 8] =
+    [Column::Roll, Column::Pitch, Column::Heading, Column::P, Column::Q, Column::R, Column::DvlU, Column::DvlV];
+
+const fn limit(columns: &'static [Column], low: f64, high: f64, guess: &'static str) -> Limit {
+    Limit { columns, low, high, guess }
+}
+
+pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for summary in columns {
+        findings.extend(range(log, summary));
+        findings.extend(stillness(summary));
+    }
+    findings.extend(heading(log));
+    findings.extend(time(columns));
+    findings.extend(groups(log));
+    findings
+}
+
+/// Values outside what is plausible: some are outliers, one in a hundred is another unit.
+fn range(log: &Log, summary: &ColumnSummary) -> Option<Finding> {
+    let limit = LIMITS.iter().find(|limit| limit.columns.contains(&summary.column))?;
+    let is_outside = |value: f64| !(limit.low..=limit.high).contains(&value);
+    if !is_outside(summary.min) && !is_outside(summary.max) {
+        return None;
+    }
+    let extreme = if is_outside(summary.max) { summary.max } else { summary.min };
+    let outside = log.column(summary.column).filter(|(_, value)| is_outside(*value)).count();
+    let name = summary.column.name();
+    let message = format!("{name} reaches {extreme:.4} ({outside} of {} samples): {}", summary.samples, limit.guess);
+    let severity = if summary.percentile_1_99.into_iter().any(is_outside) || outside == summary.samples {
+        Severity::Suspicious
+    } else {
+        Severity::Remark
+    };
+    Some(Finding { column: Some(summary.column), severity, message })
+}
+
+/// A heading may be unwound, turn after turn; in degrees it starts beyond a turn or seems to spin.
+fn heading(log: &Log) -> Option<Finding> {
+    let largest = log.column(Column::Heading).map(|(_, value)| value.abs()).fold(0.0, f64::max);
+    if largest <= TAU {
+        return None;
+    }
+    let samples: Vec<(u64, f64)> = log.column(Column::Heading).collect();
+    let steps = samples.windows(2).filter(|pair| pair[1].0 > pair[0].0);
+    let (mut fast, mut all) = (0_usize, 0_usize);
+    for pair in steps {
+        let (step, dt_s) = (pair[1].1 - pair[0].1, (pair[1].0 - pair[0].0) as f64 * 1e-6);
+        all += 1;
+        fast += usize::from(step.abs() > FASTEST_TURN_RADPS * dt_s.max(0.5));
+    }
+    // from 360 to 0 in one step; an unwound heading has no such step, one in radians none of this size
+    let wraps =
+        samples.windows(2).any(|pair| (pair[1].1 - pair[0].1).abs() > WRAP && pair[1].0 - pair[0].0 < 2_000_000);
+    let starts_beyond = samples.first().is_some_and(|(_, first)| first.abs() > TAU);
+    (starts_beyond || wraps || fast * 1000 > all).then(|| {
+        let message = format!("heading_rad reaches {largest:.1}: a turn has 6.28 rad; is it in degrees?");
+        Finding::suspicious(Column::Heading, message)
+    })
+}
+
+/// Readings that are held on, and sensors that give one value.
+fn stillness(summary: &ColumnSummary) -> Option<Finding> {
+    if summary.samples < ENOUGH || !RESTLESS.contains(&summary.column) {
+        return None;
+    }
+    let name = summary.column.name();
+    if summary.min == summary.max {
+        let message = format!("{name} is {} in all {} samples: is the sensor connected?", summary.min, summary.samples);
+        return Some(Finding::remark(summary.column, message));
+    }
+    (summary.repeated > 0.6).then(|| {
+        let message = format!(
+            "{name} repeats the value before in {:.0} % of its samples: a slow sensor held on in a faster table? Leave \
+             the held cells empty, or they count as measurements",
+            100.0 * summary.repeated
+        );
+        Finding::remark(summary.column, message)
+    })
+}
+
+/// The unit of the time, and gaps.
+fn time(columns: &[ColumnSummary]) -> Vec<Finding> {
+    let moving = [Column::Depth, Column::Heading, Column::DvlU, Column::SpeedLog, Column::PropRpm];
+    let of_moving = |summary: &&ColumnSummary| moving.contains(&summary.column) && summary.samples > 20;
+    let mut findings = Vec::new();
+    let fastest = columns
+        .iter()
+        .filter(of_moving)
+        .filter(|summary| summary.interval_s > 0.0)
+        .min_by(|a, b| a.interval_s.total_cmp(&b.interval_s));
+    if let Some(fastest) = fastest {
+        let name = fastest.column.name();
+        let guess = match fastest.interval_s {
+            s if s > 2.0e7 => Some("is the time in nanoseconds?"),
+            s if s > 2.0e4 => Some("is the time in microseconds?"),
+            s if s > SLOWEST_SENSOR_S => Some("is the time in milliseconds?"),
+            s if s < FASTEST_SENSOR_S => Some("is the time in hours, or in minutes?"),
+            _ => None,
+        };
+        if let Some(guess) = guess {
+            let message = format!("t_s: {:.3} s between samples of {name}: {guess}", fastest.interval_s);
+            findings.push(Finding { column: None, severity: Severity::Suspicious, message });
+            return findings;
+        }
+    }
+    for summary in columns.iter().filter(of_moving) {
+        let (gap_s, from_s) = summary.longest_gap_s;
+        if gap_s > LONGEST_GAP_S {
+            let name = summary.column.name();
+            let message =
+                format!("{name} has a gap of {gap_s:.0} s from {from_s:.0} s on: the filter stops at gaps over 600 s");
+            findings.push(Finding::remark(summary.column, message));
+        }
+    }
+    findings
+}
+
+/// Columns that are of use only together in one row.
+fn groups(log: &Log) -> Vec<Finding> {
+    const GROUPS: [&[Column]; 6] = [
+        &[Column::Roll, Column::Pitch, Column::Heading],
+        &[Column::P, Column::Q, Column::R],
+        &[Column::DvlU, Column::DvlV, Column::DvlW],
+        &[Column::GpsX, Column::GpsY],
+        &[Column::ShipGpsX, Column::ShipGpsY],
+        &[Column::PropRpm, Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard],
+    ];
+    let mut findings = Vec::new();
+    for group in GROUPS {
+        let is_whole = log.rows.iter().any(|row| group.iter().all(|column| row.get(*column).is_some()));
+        let has_all = group.iter().all(|column| log.has(*column));
+        if is_whole || !has_all {
+            continue;
+        }
+        let names: Vec<&str> = group.iter().map(|column| column.name()).collect();
+        let message = format!("{}: no row has all of them, and the filter uses them only together", names.join(", "));
+        findings.push(Finding::suspicious(group[0], message));
+    }
+    findings
+}

@@ -1,0 +1,116 @@
+use super::*;
+use crate::log::LogRow;
+
+/// Ten minutes of a vehicle that dives up and down along a circle, every sensor at 5 Hz, as it must be.
+fn good() -> Log {
+    let mut log = Log::default();
+    let (mut x, mut y, mut depth) = (0.0_f64, 0.0_f64, 15.0_f64);
+    for k in 0..3000_u64 {
+        let t = k as f64 * 0.2;
+        let (heading, rate) = (0.03 * t, 0.03);
+        let pitch = 0.2 * (0.05 * t).sin();
+        let noise = |salt: u64| ((k * 7919 + salt * 104_729) % 1000) as f64 * 1e-3 - 0.5;
+        let mut row = LogRow::new(k * 200_000);
+        row.set_all(
+            Column::Roll,
+            &[0.01 * noise(1), pitch + 0.005 * noise(2), heading.rem_euclid(std::f64::consts::TAU)],
+        );
+        row.set_all(Column::P, &[0.01 * noise(3), 0.01 * (0.05 * t).cos() + 0.004 * noise(4), rate + 0.004 * noise(5)]);
+        row.set_all(Column::DvlU, &[1.5 + 0.01 * noise(6), 0.01 * noise(7), 0.01 * noise(8)]);
+        row.set(Column::Depth, depth);
+        row.set_all(Column::GpsX, &[x, y]);
+        row.set_all(Column::PropRpm, &[1200.0, 0.05, -0.05, 0.0, 0.0]);
+        (x, y) = (x + 0.3 * heading.cos(), y + 0.3 * heading.sin());
+        depth -= 0.3 * pitch.sin();
+        log.rows.push(row);
+    }
+    log
+}
+
+/// The log with one column changed.
+fn with(column: Column, change: impl Fn(f64) -> f64) -> Log {
+    let mut log = good();
+    for row in &mut log.rows {
+        let value = row.get(column).unwrap();
+        row.set(column, change(value));
+    }
+    log
+}
+
+fn messages(log: &Log) -> String {
+    Examination::of(log).suspicions().map(|finding| finding.message.clone()).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_good_log_is_not_suspicious() {
+    let examination = Examination::of(&good());
+    assert_eq!(examination.findings, []);
+    let depth = examination.columns.iter().find(|summary| summary.column == Column::Depth).unwrap();
+    assert_eq!((depth.samples, depth.filled), (3000, 1.0));
+    assert!((depth.rate_hz().unwrap() - 5.0).abs() < 1e-9);
+}
+
+#[test]
+fn units_and_signs_are_found() {
+    let degrees = |x: f64| x.to_degrees();
+    for (column, change, part) in [
+        (Column::Heading, &degrees as &dyn Fn(f64) -> f64, "heading_rad reaches 3"),
+        (Column::Pitch, &degrees, "pitch_rad reaches 11."),
+        (Column::R, &degrees, "r_radps is 57 times the change of heading_rad: is it in degrees per second?"),
+        (Column::R, &|x| -x, "r_radps is positive where heading_rad falls"),
+        (Column::Heading, &|x| -x, "wrong sign"),
+        (Column::Pitch, &|x| -x, "pitch_rad is positive (nose up) where depth_m grows"),
+        (Column::Depth, &|x| -20.0 - x, "depth_m reaches -3"),
+        (Column::DvlU, &|x| 100.0 * x, "dvl_u_mps reaches 150"),
+        (Column::FinTop, &|x| 2500.0 * x, "fin_top_rad reaches 125"),
+        (Column::GpsX, &|x| 4.0e6 + x, "is it a UTM coordinate"),
+    ] {
+        let found = messages(&with(column, change));
+        assert!(found.contains(part), "{column:?}: expected {part:?} in {found:?}");
+    }
+}
+
+#[test]
+fn swapped_positions_and_other_times_are_found() {
+    let mut log = good();
+    for row in &mut log.rows {
+        let [x, y] = row.gnss_m().unwrap();
+        row.set_all(Column::GpsX, &[y, x]);
+    }
+    assert!(messages(&log).contains("latitude and longitude (x and y) swapped"), "{}", messages(&log));
+    for (factor, guess) in [(1000, "in milliseconds?"), (1_000_000, "in microseconds?")] {
+        let mut log = good();
+        log.rows.iter_mut().for_each(|row| row.time_us *= factor);
+        assert!(messages(&log).contains(guess), "{}", messages(&log));
+    }
+}
+
+#[test]
+fn an_unwound_heading_is_a_heading() {
+    // ten minutes at 0.03 rad/s: almost three turns
+    let mut log = good();
+    for (k, row) in log.rows.iter_mut().enumerate() {
+        row.set(Column::Heading, 0.006 * k as f64);
+    }
+    assert_eq!(messages(&log), "");
+}
+
+#[test]
+fn held_readings_outliers_and_lone_columns() {
+    let mut log = good();
+    for k in 0..log.rows.len() {
+        let held = log.rows[k / 10 * 10].get(Column::Pitch).unwrap();
+        log.rows[k].set(Column::Pitch, held);
+    }
+    log.rows[700].set(Column::DvlU, -32.768);
+    let found = Examination::of(&log);
+    assert!(!found.is_suspicious(), "{:?}", found.findings);
+    let text: Vec<&str> = found.findings.iter().map(|finding| finding.message.as_str()).collect();
+    assert!(text.iter().any(|m| m.starts_with("pitch_rad repeats the value before in 90 %")), "{text:?}");
+    assert!(text.iter().any(|m| m.starts_with("dvl_u_mps reaches -32.7680 (1 of 3000 samples)")), "{text:?}");
+    let mut log = good();
+    for (k, row) in log.rows.iter_mut().enumerate() {
+        row.set(if k % 2 == 0 { Column::Heading } else { Column::Roll }, f64::NAN);
+    }
+    assert!(messages(&log).contains("roll_rad, pitch_rad, heading_rad: no row has all of them"));
+}
