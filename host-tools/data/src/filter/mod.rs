@@ -5,10 +5,12 @@
 //! row on. The filter moves exactly to the times of rows, launches and arrivals.
 
 mod acoustics;
+mod health;
 mod options;
 mod start;
 
 pub use crate::track::TrackSample;
+pub use health::{Health, SensorHealth};
 pub use options::{FilterOptions, ShipSource, Start};
 
 use crate::log::{Column, Log, LogRow, RADPS_PER_RPM};

@@ -1,0 +1,99 @@
+//! Is a run of the filter to be trusted? What it refused, whether its innovations are white, its sigma against the error.
+
+use super::{FilterRun, TrackSample};
+use backseat_core::navigation::{FusionOutcome, Sensor};
+
+/// Fewest scalars of a sensor that are judged.
+const ENOUGH: u64 = 30;
+/// A filter refuses outliers, a few percent; a third of a sensor's measurements are no outliers.
+const MOST_REFUSED: f64 = 0.3;
+/// Mean NIS from which on a sensor contradicts the filter. Fused scalars lie inside the gate, so that it stays small.
+const LARGEST_NIS: f64 = 5.0;
+/// Innovations that hardly change from one to the next and are larger than their sigma: a systematic error.
+const MOST_COLOURED: (f64, f64) = (0.9, 2.0);
+/// Root mean square error over the filter's own DRMS from which on its covariance says nothing.
+const MOST_OVERCONFIDENT: f64 = 4.0;
+
+/// How one sensor agreed with the filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorHealth {
+    /// Which.
+    pub sensor: Sensor,
+    /// Share of its scalars that was refused, 0 to 1.
+    pub refused: f64,
+    /// Correlation of each normalised innovation with the next of its axis, the largest of all axes: 0 if white.
+    pub lag_one: Option<f64>,
+}
+
+/// The verdict.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Health {
+    /// Sensor by sensor.
+    pub sensors: Vec<SensorHealth>,
+    /// Root mean square of the horizontal error over the filter's own DRMS, where the truth is known; 1 if consistent.
+    pub rms_over_drms: Option<f64>,
+    /// Why the result should not be trusted; empty: it may be.
+    pub doubts: Vec<String>,
+}
+
+impl Health {
+    /// Judges a run; `errors` are times (µs) and horizontal errors (m) against the truth, if it is known.
+    #[must_use]
+    pub fn of(run: &FilterRun, errors: Option<&[(u64, f64)]>) -> Self {
+        let mut health = Self::default();
+        for summary in &run.sensors {
+            let total = summary.fused + summary.rejected;
+            let refused = summary.rejected as f64 / total.max(1) as f64;
+            let lag_one = lag_one(run, summary.sensor);
+            health.sensors.push(SensorHealth { sensor: summary.sensor, refused, lag_one });
+            if total < ENOUGH {
+                continue;
+            }
+            let (name, nis) = (summary.sensor.name(), summary.nis.unwrap_or(0.0));
+            if refused > MOST_REFUSED {
+                let percent = 100.0 * refused;
+                health.doubts.push(format!(
+                    "{percent:.0} % of the measurements of {name} were refused: units, signs or the installation?"
+                ));
+            } else if nis > LARGEST_NIS {
+                health.doubts.push(format!("{name} contradicts the filter: mean NIS {nis:.1}, 1 if consistent"));
+            } else if lag_one.is_some_and(|lag_one| lag_one > MOST_COLOURED.0) && nis > MOST_COLOURED.1 {
+                health.doubts.push(format!(
+                    "{name} is off by something that lasts: mean NIS {nis:.1}, its innovations are not white"
+                ));
+            }
+        }
+        health.rms_over_drms = errors.and_then(|errors| rms_over_drms(&run.track, errors));
+        if let Some(ratio) = health.rms_over_drms.filter(|ratio| *ratio > MOST_OVERCONFIDENT) {
+            health.doubts.push(format!("the error is {ratio:.0} times what the filter states (RMS over DRMS)"));
+        }
+        health
+    }
+}
+
+/// Correlation with the next innovation, axis by axis; the largest.
+fn lag_one(run: &FilterRun, sensor: Sensor) -> Option<f64> {
+    let of_axis = |axis: u8| {
+        let fused = run
+            .fusions
+            .iter()
+            .filter(|record| record.sensor == sensor && record.axis == axis && record.outcome == FusionOutcome::Fused);
+        let normalised: Vec<f64> = fused.map(|record| record.innovation / record.variance.sqrt()).collect();
+        let power: f64 = normalised.iter().map(|x| x * x).sum();
+        let lagged: f64 = normalised.windows(2).map(|pair| pair[0] * pair[1]).sum();
+        (normalised.len() as u64 >= ENOUGH && power > 0.0).then(|| lagged / power)
+    };
+    (0..3).filter_map(of_axis).max_by(f64::total_cmp)
+}
+
+/// Errors belong to the samples of the track at their times.
+fn rms_over_drms(track: &[TrackSample], errors: &[(u64, f64)]) -> Option<f64> {
+    let (mut squared_error, mut squared_drms, mut count) = (0.0, 0.0, 0_u64);
+    for (time_us, error) in errors {
+        let Ok(place) = track.binary_search_by_key(time_us, |sample| sample.time_us) else { continue };
+        squared_error += error * error;
+        squared_drms += track[place].drms_m().powi(2);
+        count += 1;
+    }
+    (count >= ENOUGH && squared_drms > 0.0).then(|| (squared_error / squared_drms).sqrt())
+}
