@@ -11,10 +11,11 @@ fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
     era * 146_097 + day_of_era - 719_468
 }
 
-/// `M/D/YYYY` as days since 1970-01-01.
+/// `M/D/YYYY`, or `M/D/YY` of this century, as days since 1970-01-01.
 pub(super) fn date_days(text: &str) -> Option<i64> {
     let mut parts = text.trim().split('/').map(|part| part.parse::<i64>().ok());
     let (month, day, year) = (parts.next()??, parts.next()??, parts.next()??);
+    let year = if (0..100).contains(&year) { 2000 + year } else { year };
     let is_date = (1..=12).contains(&month) && (1..=31).contains(&day) && (1970..=9999).contains(&year);
     (is_date && parts.next().is_none()).then(|| days_from_civil(year, month, day))
 }
@@ -39,6 +40,14 @@ pub(super) fn time_us(text: &str) -> Option<i64> {
     (is_time && parts.next().is_none()).then(|| (hours * 60 + minutes) * 60_000_000 + (seconds * 1e6).round() as i64)
 }
 
+/// `MM:SS[.s]`, as a spreadsheet shows a time of day, as µs since the hour.
+pub(super) fn minutes_us(text: &str) -> Option<i64> {
+    let (minutes, seconds) = text.trim().split_once(':')?;
+    let (minutes, seconds) = (minutes.parse::<i64>().ok()?, seconds.parse::<f64>().ok()?);
+    let is_time = (0..60).contains(&minutes) && (0.0..61.0).contains(&seconds);
+    is_time.then(|| minutes * 60_000_000 + (seconds * 1e6).round() as i64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,6 +57,7 @@ mod tests {
         assert_eq!(date_days("1/1/1970"), Some(0));
         assert_eq!(date_days("10/7/2022"), Some(19_272)); // date -d 2022-10-07 +%s / 86400
         assert_eq!(date_days("2/29/2024"), Some(19_782));
+        assert_eq!(date_days("10/7/22"), Some(19_272));
         assert_eq!(date_days("13/1/2022"), None);
         assert_eq!(date_days("2022-10-07"), None);
         assert_eq!(date_days(""), None);
@@ -60,6 +70,8 @@ mod tests {
         assert_eq!(time_us("12:00:00 AM"), Some(0));
         assert_eq!(time_us("12:30:00 PM"), Some(45_000_000_000));
         assert_eq!(time_us("1:00:00 pm"), Some(46_800_000_000));
+        assert_eq!(minutes_us("17:37.3"), Some(1_057_300_000));
+        assert_eq!((minutes_us("60:00.0"), minutes_us("1:17:37")), (None, None));
         for wrong in ["24:00:00", "12:60:00", "13:00:00 PM", "12:00", "x", "", "é"] {
             assert_eq!(time_us(wrong), None, "{wrong}");
         }

@@ -12,9 +12,11 @@ use std::path::Path;
 /// Water over the antenna from which on no receiver has a fix, m.
 const SUBMERGED_M: f64 = 1.0;
 
+const HOUR_US: i64 = 3_600_000_000;
+
 /// Reads a table of this format.
-pub(super) fn read(path: &Path, format: &Format) -> Result<Log, DataError> {
-    let mut reader = table::lines(ReaderBuilder::new().delimiter(format.separator).quoting(false).trim(Trim::All))
+pub(super) fn read(path: &Path, format: &Format, separator: u8) -> Result<Log, DataError> {
+    let mut reader = table::lines(ReaderBuilder::new().delimiter(separator).quoting(false).trim(Trim::All))
         .from_reader(table::open(path)?);
     let mut record = ByteRecord::new();
     reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, 1, &e))?;
@@ -48,6 +50,9 @@ struct Importer<'a> {
     bound: Vec<(usize, &'a Known)>,
     origin: Option<Origin>,
     start_us: Option<i64>,
+    /// Hours that times without hours have gone through, µs, and the last such time.
+    hours_us: i64,
+    minutes_us: Option<i64>,
     /// The row has fewer cells than the header.
     is_short: bool,
     /// Positions that are no fixes.
@@ -97,6 +102,8 @@ impl<'a> Importer<'a> {
             bound,
             origin: None,
             start_us: None,
+            hours_us: 0,
+            minutes_us: None,
             is_short: false,
             dropped_positions: 0,
             log: Log { path: path.to_owned(), notes, ..Log::default() },
@@ -111,10 +118,12 @@ impl<'a> Importer<'a> {
             return Err(DataError::at(self.path, line, 0, message));
         }
         let mut row = LogRow::new(0);
-        for &(column, value) in self.format.constants {
+        for &(column, value) in self.format.constants.iter() {
             row.set(column, value);
         }
         let mut time = Time::default();
+        let mut quaternion = [None; 4];
+        let mut is_quaternion_enu_flu = false;
         let (mut place, mut is_fix): ([Option<f64>; 2], Option<bool>) = ([None; 2], None);
         for &(cell, known) in &self.bound {
             let text = record.get(cell).unwrap_or_default();
@@ -131,8 +140,11 @@ impl<'a> Importer<'a> {
             }
             match known.role {
                 Role::TimeOfDay => {
-                    let parsed = calendar::time_us(readable());
-                    time.day_us = Some(parsed.ok_or_else(|| fail(format!("{:?} is not HH:MM:SS", readable())))?);
+                    time.day_us = calendar::time_us(readable());
+                    time.minutes_us = calendar::minutes_us(readable());
+                    if time.day_us.or(time.minutes_us).is_none() {
+                        return Err(fail(format!("{:?} is not HH:MM:SS or MM:SS.s", readable())));
+                    }
                 }
                 Role::Date => {
                     let parsed = calendar::date_days(readable());
@@ -160,6 +172,10 @@ impl<'a> Importer<'a> {
                         return Err(fail(format!("{degrees} is outside -{limit} to {limit} degrees")));
                     }
                 }
+                Role::Quaternion { part, is_enu_flu } => {
+                    quaternion[part] = number()?;
+                    is_quaternion_enu_flu = is_enu_flu;
+                }
                 Role::Satellites => is_fix = Some(number()?.is_none_or(|count| count > 0.0)),
                 Role::FixStatus => is_fix = Some(number()? == Some(0.0)),
                 Role::Sample { column, scale, offset } => {
@@ -169,6 +185,11 @@ impl<'a> Importer<'a> {
                     }
                 }
             }
+        }
+        if let [Some(w), Some(x), Some(y), Some(z)] = quaternion
+            && let Some(euler_rad) = euler_rad([w, x, y, z], is_quaternion_enu_flu)
+        {
+            row.set_all(Column::Roll, &euler_rad);
         }
         row.time_us = self.time_us(line, &time)?;
         if let [Some(latitude), Some(longitude)] = place {
@@ -186,10 +207,17 @@ impl<'a> Importer<'a> {
 
     fn time_us(&mut self, line: u64, time: &Time<'_>) -> Result<u64, DataError> {
         let fail = |message: &str| DataError::at(self.path, line, time.cell, format!("{}: {message}", time.name));
-        let absolute_us = match (time.seconds, time.day_us) {
-            (Some(seconds), _) => (seconds * 1e6).round() as i64,
-            (None, Some(day_us)) => time.days.unwrap_or(0) * 86_400_000_000 + day_us,
-            (None, None) => return Err(fail("is empty; every row needs its time")),
+        let absolute_us = match (time.seconds, time.day_us, time.minutes_us) {
+            (Some(seconds), ..) => (seconds * 1e6).round() as i64,
+            (None, Some(day_us), _) => time.days.unwrap_or(0) * 86_400_000_000 + day_us,
+            (None, None, Some(minutes_us)) => {
+                // Half an hour back is the next hour; less is a time that goes back.
+                let is_next_hour = self.minutes_us.is_some_and(|before_us| before_us - minutes_us > HOUR_US / 2);
+                self.hours_us += if is_next_hour { HOUR_US } else { 0 };
+                self.minutes_us = Some(minutes_us);
+                self.hours_us + minutes_us
+            }
+            (None, None, None) => return Err(fail("is empty; every row needs its time")),
         };
         let is_absolute = time.seconds.is_some() && !time.is_epoch;
         let start_us = *self.start_us.get_or_insert(if is_absolute { 0 } else { absolute_us });
@@ -207,6 +235,13 @@ impl<'a> Importer<'a> {
     fn finish(mut self) -> Result<Log, DataError> {
         if self.log.rows.is_empty() {
             return Err(DataError::file(self.path, "no rows after the header"));
+        }
+        if self.minutes_us.is_some() {
+            self.log.notes.push(
+                "times without hours, as a spreadsheet shows them: where they start again an hour is added, so that gaps \
+                 of an hour and more are too short"
+                    .to_owned(),
+            );
         }
         if self.dropped_positions > 0 {
             let count = self.dropped_positions;
@@ -227,7 +262,28 @@ struct Time<'a> {
     seconds: Option<f64>,
     is_epoch: bool,
     day_us: Option<i64>,
+    minutes_us: Option<i64>,
     days: Option<i64>,
+}
+
+/// Roll, pitch, heading of a quaternion (w, x, y, z) from body to the local frame; `None` for one of no length.
+pub(super) fn euler_rad(q: [f64; 4], is_enu_flu: bool) -> Option<[f64; 3]> {
+    let norm = q.iter().map(|part| part * part).sum::<f64>().sqrt();
+    if norm.is_nan() || norm < 1e-6 {
+        return None;
+    }
+    let [w, x, y, z] = q.map(|part| part / norm);
+    let mut m = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ];
+    if is_enu_flu {
+        // rows: north is the second axis, east the first, down against the third; columns: y and z of the body turned round
+        let [east, north, up] = m;
+        m = [[north[0], -north[1], -north[2]], [east[0], -east[1], -east[2]], [-up[0], up[1], up[2]]];
+    }
+    Some([m[2][1].atan2(m[2][2]), -m[2][0].clamp(-1.0, 1.0).asin(), m[1][0].atan2(m[0][0])])
 }
 
 fn is_bound(bound: &[(usize, &Known)], wanted: Column) -> bool {

@@ -12,9 +12,9 @@ pub(super) enum Role {
     Epoch(f64),
     /// Seconds at which a ping arrived: the time of the row and the arrival.
     Arrival,
-    /// `HH:MM:SS`, with or without AM and PM.
+    /// `HH:MM:SS`, with or without AM and PM; or `MM:SS.s`, as spreadsheets show it, which starts again every hour.
     TimeOfDay,
-    /// `M/D/YYYY`.
+    /// `M/D/YYYY` or `M/D/YY`.
     Date,
     /// Degrees.
     Latitude,
@@ -24,6 +24,13 @@ pub(super) enum Role {
     Satellites,
     /// A position beside it is a fix where this is zero.
     FixStatus,
+    /// Part of a quaternion (0: w, 1 to 3: x, y, z) from body to the local frame.
+    Quaternion {
+        /// Which part.
+        part: usize,
+        /// East-north-up and forward-left-up instead of north-east-down and forward-right-down.
+        is_enu_flu: bool,
+    },
     /// (value + `offset`) · `scale` is a sample of the log.
     Sample {
         /// Where it goes.
@@ -44,6 +51,19 @@ impl Role {
     /// A sample times a factor.
     pub(super) const fn scaled(column: Column, scale: f64) -> Self {
         Self::Sample { column, scale, offset: 0.0 }
+    }
+
+    /// What it becomes.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Seconds(_) | Self::Epoch(_) | Self::TimeOfDay => "the time",
+            Self::Arrival => "the time and toa_s",
+            Self::Date => "the date",
+            Self::Latitude | Self::Longitude => "a position, gps_x_m and gps_y_m",
+            Self::Satellites | Self::FixStatus => "whether the position is a fix",
+            Self::Quaternion { .. } => "part of the attitude, roll_rad, pitch_rad and heading_rad",
+            Self::Sample { column, .. } => column.name(),
+        }
     }
 
     /// Whether it gives a row its time.
@@ -71,8 +91,8 @@ pub(super) const fn known(name: &'static str, role: Role) -> Known {
 pub(super) struct Format {
     /// Name in messages.
     pub name: &'static str,
-    /// Between two cells.
-    pub separator: u8,
+    /// What may stand between two cells.
+    pub separators: &'static [u8],
     /// Columns that are read, the preferred ones first where several fill the same place.
     pub columns: Cow<'static, [Known]>,
     /// Names that must be there.
@@ -80,7 +100,7 @@ pub(super) struct Format {
     /// Every column must be there.
     pub every_column_needed: bool,
     /// Samples that every row has.
-    pub constants: &'static [(Column, f64)],
+    pub constants: Cow<'static, [(Column, f64)]>,
     /// Part of a name (lower case), and why such columns are left out.
     pub dropped: &'static [(&'static str, &'static str)],
     /// What a reader of the log must know.

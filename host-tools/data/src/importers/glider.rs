@@ -27,11 +27,11 @@ const FLIGHT_COLUMNS: &[Known] = &[
 /// Attitude, depth, ballast, positions.
 pub(super) static FLIGHT: Format = Format {
     name: "glider flight log",
-    separator: b',',
+    separators: b",",
     columns: Cow::Borrowed(FLIGHT_COLUMNS),
     needed: &["t_s", "pitch_rad", "depth_m", "ballast_cc"],
     every_column_needed: false,
-    constants: &[],
+    constants: Cow::Borrowed(&[]),
     dropped: &[
         ("cmd", "commands; the measured values are used instead"),
         ("lmc", "the glider's own dead reckoning"),
@@ -55,11 +55,11 @@ const SCIENCE_COLUMNS: &[Known] = &[
 /// CTD and current profiler.
 pub(super) static SCIENCE: Format = Format {
     name: "glider science log",
-    separator: b',',
+    separators: b",",
     columns: Cow::Borrowed(SCIENCE_COLUMNS),
     needed: &["t_s", "density_kgm3"],
     every_column_needed: false,
-    constants: &[],
+    constants: Cow::Borrowed(&[]),
     dropped: &[
         ("u_adcp_all", "not quality-controlled; U_adcp_mps is used instead"),
         ("pressure", "the flight log has the depth"),

@@ -1,9 +1,9 @@
 //! Mission logs of the OceanServer Underwater Vehicle Console (Iver2, Iver3, EcoMapper).
 //!
-//! Two dialects: the native text, separated by `;`, and the same columns renamed with units and
-//! separated by commas (repository Mehruza/CIS3590_Project). Columns are found by their names:
-//! their order changed across UVC 2.7, 3.0, 3.1, 3.31, 4.2, 4.5 and 4.7, and older releases have
-//! feet where newer ones have metres.
+//! Two dialects: the native text, separated by `;` (by `,` after a spreadsheet, whose times may be `17:37.3` without the
+//! hour), and the same columns renamed with units (both in repository Mehruza/CIS3590_Project). Columns are found by their
+//! names: their order changed across UVC 2.7, 3.0, 3.1, 3.31, 4.2, 4.5 and 4.7, and older releases have feet where newer
+//! ones have metres.
 
 use super::format::{Format, Known, Role, known};
 use super::{M_PER_FOOT, MPS_PER_KNOT, RAD_PER_DEG};
@@ -34,6 +34,7 @@ const NATIVE_COLUMNS: &[Known] = &[
     known("DFS Depth (m)", Role::plain(Column::Depth)),
     known("DFS Depth (ft)", Role::scaled(Column::Depth, M_PER_FOOT)),
     known("Vehicle Speed (kn)", Role::scaled(Column::SpeedLog, MPS_PER_KNOT)),
+    known("Sound Speed (m/s)", Role::plain(Column::SoundSpeed)),
     known("Motor Speed CMD", count(Column::PropCount)),
     known("Fin Yaw T", count(Column::YawFinCount)),
 ];
@@ -67,11 +68,11 @@ const DROPPED: &[(&str, &str)] = &[
 /// As the vehicle writes it.
 pub(super) static NATIVE: Format = Format {
     name: "Iver UVC mission log",
-    separator: b';',
+    separators: b";,\t",
     columns: Cow::Borrowed(NATIVE_COLUMNS),
     needed: &["Time", "C True Heading", "Vehicle Speed (kn)"],
     every_column_needed: false,
-    constants: &[],
+    constants: Cow::Borrowed(&[]),
     dropped: DROPPED,
     remarks: &[],
 };
@@ -79,11 +80,11 @@ pub(super) static NATIVE: Format = Format {
 /// Columns renamed with their units.
 pub(super) static RENAMED: Format = Format {
     name: "Iver UVC mission log, renamed columns",
-    separator: b',',
+    separators: b",",
     columns: Cow::Borrowed(RENAMED_COLUMNS),
     needed: &["t_s", "heading_true_deg", "speed_log_mps"],
     every_column_needed: false,
-    constants: &[],
+    constants: Cow::Borrowed(&[]),
     dropped: DROPPED,
     remarks: &[],
 };
@@ -99,6 +100,25 @@ mod tests {
         0.0,25.9,-80.1,0.0,0.0,-7.1,90.0,0.0,0.0,0.0,1.0,160,128,22\n\
         1.0,25.9,-80.1,0.0,1.0,-7.1,90.0,0.0,0.0,,1.0,160,128,22\n\
         2.0,25.9,-80.1,0.1,2.1,-7.1,90.0,0.0,0.0,0.1,1.0,160,128,22\n";
+
+    /// The header of a real export in part, times and dates as Excel writes them; the rows are made up.
+    const SPREADSHEET_ROWS: &str = "Latitude,Longitude,Time,Date,Number of Sats,C True Heading,Pitch Angle,Roll Angle,DFS Depth (m),Vehicle Speed (kn),Motor Speed CMD,Fin Yaw T,Date m/d/y   ,Time hh:mm:ss\n\
+        25.90000000,-80.10000000,59:58.5,10/7/22,8,90,1,-1,0.0,2,160,128,10/7/22,11:59:58\n\
+        25.90000000,-80.09999000,59:59.5,10/7/22,8,90,1,-1,0.0,2,160,128,10/7/22,11:59:59\n\
+        25.90000000,-80.09998000,00:00.6,10/7/22,8,90,1,-1,0.0,2,160,128,10/7/22,12:00:00\n";
+
+    #[test]
+    fn a_spreadsheet_took_the_hours_away() {
+        let imported = import(SPREADSHEET_ROWS).unwrap();
+        assert_eq!(imported.format, NATIVE.name);
+        let log = imported.log;
+        assert_eq!(log.rows.iter().map(|row| row.time_us).collect::<Vec<_>>(), [0, 1_000_000, 2_100_000]);
+        assert_eq!(log.rows[0].get(Column::PropCount), Some(32.0));
+        assert!(log.notes.iter().any(|note| note.contains("without hours")), "{:?}", log.notes);
+        // a row that goes back by less than half an hour is no new hour
+        let back = SPREADSHEET_ROWS.replace("00:00.6", "50:00.6");
+        assert!(import(&back).unwrap_err().to_string().contains(":4:3: Time: the time is before"));
+    }
 
     const NATIVE_ROWS: &str = "Latitude;Longitude;Time;Date;Number of Sats;C Magnetic Heading;C True Heading;Pitch Angle;Roll Angle;DFS Depth (ft);Vehicle Speed (kn);Fin Yaw T;DVL -Altitude (m);\n\
         25.90000000;-80.10000000;23:59:59.00;10/7/2022;8;0;0;0;0;1;2;128;3.0;\n\

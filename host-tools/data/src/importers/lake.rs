@@ -29,11 +29,11 @@ const COLUMNS: &[Known] = &[
 /// The one format.
 pub(super) static FORMAT: Format = Format {
     name: "DVL and AHRS log, forward-left-up axes",
-    separator: b',',
+    separators: b",",
     columns: Cow::Borrowed(COLUMNS),
     needed: &["t_s", "yaw_enu_rad", "dvl_fwd_mps", "dvl_left_mps"],
     every_column_needed: false,
-    constants: &[],
+    constants: Cow::Borrowed(&[]),
     dropped: &[
         ("lat", "north_m and east_m are used"),
         ("lon", "north_m and east_m are used"),

@@ -19,7 +19,18 @@ pub(super) const NAME: &str = "table by a column mapping";
 struct File {
     separator: Option<Spanned<String>>,
     time: TimeEntry,
+    #[serde(default)]
     columns: BTreeMap<String, Spanned<Entry>>,
+    quaternion: Option<QuaternionEntry>,
+    #[serde(default)]
+    constants: BTreeMap<String, Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct QuaternionEntry {
+    columns: [String; 4],
+    frames: Spanned<String>,
 }
 
 #[derive(Deserialize)]
@@ -47,7 +58,7 @@ struct Entry {
 ///
 /// [time]
 /// column = "Time (ms)"
-/// unit = "ms"                     # s, ms, us, min, h, or hms for HH:MM:SS
+/// unit = "ms"                     # s, ms, us, ns, min, h, or hms for HH:MM:SS
 /// base = "epoch"                  # the first row is zero; left out: seconds since the start of the log
 ///
 /// [columns.depth_m]               # a column of the vehicle log, or latitude_deg and longitude_deg
@@ -56,10 +67,18 @@ struct Entry {
 /// sign = -1                       # left out: 1
 /// offset = 0.5                    # added before, in the table's unit; left out: 0
 /// scale = 1.02                    # times the unit's factor; left out: 1
+///
+/// [quaternion]                    # instead of roll_rad, pitch_rad, heading_rad: from body to the local frame
+/// columns = ["qw", "qx", "qy", "qz"]
+/// frames = "enu-flu"              # or "ned-frd"
+///
+/// [constants]                     # what every row shares, in the unit of the vehicle log
+/// prop_rpm = 1000.0
 /// ```
 #[derive(Clone, Debug)]
 pub struct ColumnMap {
     format: Format,
+    separator: u8,
 }
 
 /// Units by the ending of a column's name, with what one of them is in the log's own.
@@ -71,11 +90,12 @@ const UNITS: [(&str, &[(&str, f64)]); 9] = [
     ("_per_m3", &[("kg/m^3", 1.0), ("g/cm^3", 1e3)]),
     ("_m3", &[("m^3", 1.0), ("l", 1e-3), ("cc", 1e-6)]),
     ("_m", &[("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("km", 1e3), ("ft", M_PER_FOOT), ("in", M_PER_FOOT / 12.0)]),
-    ("_s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6)]),
+    ("_s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)]),
     ("_deg", &[("deg", 1.0), ("rad", 1.0 / RAD_PER_DEG)]),
 ];
 
-const TIME_UNITS: &[(&str, f64)] = &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)];
+const TIME_UNITS: &[(&str, f64)] =
+    &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0), ("h", 3600.0)];
 
 impl ColumnMap {
     /// Reads a mapping.
@@ -119,21 +139,55 @@ impl ColumnMap {
             let role = entry_role(target, entry).map_err(|(span, message)| at(span, message))?;
             columns.push(Known { name: Cow::Owned(entry.get_ref().column.get_ref().clone()), role });
         }
-        if file.columns.is_empty() {
+        if let Some(quaternion) = &file.quaternion {
+            let is_enu_flu = match quaternion.frames.get_ref().as_str() {
+                "enu-flu" => true,
+                "ned-frd" => false,
+                other => {
+                    let message = format!("quaternion.frames: {other:?}; expected \"enu-flu\" or \"ned-frd\"");
+                    return Err(at(quaternion.frames.span(), message));
+                }
+            };
+            for (part, name) in quaternion.columns.iter().enumerate() {
+                columns.push(Known { name: Cow::Owned(name.clone()), role: Role::Quaternion { part, is_enu_flu } });
+            }
+        }
+        let mut constants = Vec::new();
+        for (target, value) in &file.constants {
+            match Column::from_name(target).filter(|_| value.get_ref().is_finite()) {
+                Some(column) => constants.push((column, *value.get_ref())),
+                None => {
+                    let message =
+                        format!("constants.{target}: expected a column of the vehicle log and a finite number");
+                    return Err(at(value.span(), message));
+                }
+            }
+        }
+        if file.columns.is_empty() && file.quaternion.is_none() {
             return Err(DataError::file(path, "[columns] is empty: map at least one column of the vehicle log"));
         }
         Ok(Self {
             format: Format {
                 name: NAME,
-                separator,
+                separators: &[],
                 columns: Cow::Owned(columns),
                 every_column_needed: true,
                 needed: &[],
-                constants: &[],
+                constants: Cow::Owned(constants),
                 dropped: &[],
                 remarks: &[],
             },
+            separator,
         })
+    }
+
+    /// Columns of the table and what they become.
+    pub fn columns(&self) -> impl Iterator<Item = (&str, &'static str)> {
+        self.format.columns.iter().map(|known| (&*known.name, known.role.name()))
+    }
+
+    pub(super) const fn separator(&self) -> u8 {
+        self.separator
     }
 
     pub(super) const fn format(&self) -> &Format {

@@ -3,21 +3,28 @@
 //! A format is a table of names and roles (`format`), read by one engine; the header line identifies the format. What is
 //! not known here is read by a column mapping that the user writes ([`ColumnMap`]).
 
+mod alog;
 mod calendar;
+mod draft;
 mod engine;
 mod format;
 mod glider;
 mod iver_uvc;
 mod lake;
 mod mapping;
+mod messages;
 mod origin;
 mod pinger;
+mod ros_bag;
 
+pub use draft::{Draft, draft};
 pub use mapping::ColumnMap;
+pub use ros_bag::is_bag;
 
 use crate::{DataError, Log};
 use format::Format;
 use std::f64::consts::PI;
+use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
@@ -49,17 +56,44 @@ pub struct Imported {
 /// # Errors
 /// As the reader of the format; a file of no known format is read as a vehicle log.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
+    let header = header(path)?;
+    if let Some(is_bag) = is_mcap_bag(path)? {
+        return if is_bag {
+            ros_bag::read(path)
+        } else {
+            let message = "a session, not a table: first `backseat export FILE --csv DIR`, then DIR/vehicle_log.csv";
+            Err(DataError::file(path, message))
+        };
+    }
+    if alog::is_alog(&header) {
+        return alog::read(path);
+    }
+    let has = |name: &&str, separator: u8| header.trim().split(char::from(separator)).any(|cell| cell.trim() == *name);
+    let separator_of = |(names, format): &(&[&str], &'static Format)| {
+        let fits = |separator: &u8| names.iter().all(|name| has(name, *separator));
+        format.separators.iter().copied().find(fits).map(|separator| (*format, separator))
+    };
+    match FORMATS.iter().find_map(separator_of) {
+        Some((format, separator)) => Ok(Imported { format: format.name, log: engine::read(path, format, separator)? }),
+        None => Ok(Imported { format: "vehicle log", log: Log::read(path)? }),
+    }
+}
+
+/// Whether an MCAP file is a ROS 2 bag; `None`: it is no MCAP file.
+fn is_mcap_bag(path: &Path) -> Result<Option<bool>, DataError> {
+    let mut beginning = Vec::new();
+    let file = File::open(path).map_err(|e| DataError::io(path, &e))?;
+    let _ = file.take(64).read_to_end(&mut beginning);
+    Ok(is_bag(&beginning))
+}
+
+/// The first line; empty if it cannot be read, which leads to the vehicle log's own complaint.
+fn header(path: &Path) -> Result<String, DataError> {
     /// Far longer than any header.
     const LONGEST_HEADER: u64 = 1 << 16;
     let mut header = Vec::new();
-    // A header that cannot be read leads to the vehicle log's own complaint.
     let _ = BufReader::new(crate::log::table::open(path)?.take(LONGEST_HEADER)).read_until(b'\n', &mut header);
-    let header = String::from_utf8_lossy(&header);
-    let has = |name: &&str, separator: u8| header.trim().split(char::from(separator)).any(|cell| cell.trim() == *name);
-    match FORMATS.iter().find(|(names, format)| names.iter().all(|name| has(name, format.separator))) {
-        Some((_, format)) => Ok(Imported { format: format.name, log: engine::read(path, format)? }),
-        None => Ok(Imported { format: "vehicle log", log: Log::read(path)? }),
-    }
+    Ok(String::from_utf8_lossy(&header).into_owned())
 }
 
 /// Reads a table by a mapping, whatever its header.
@@ -67,7 +101,7 @@ pub fn read(path: &Path) -> Result<Imported, DataError> {
 /// # Errors
 /// Where the table does not fit the mapping.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
-    Ok(Imported { format: mapping::NAME, log: engine::read(path, map.format())? })
+    Ok(Imported { format: mapping::NAME, log: engine::read(path, map.format(), map.separator())? })
 }
 
 #[cfg(test)]

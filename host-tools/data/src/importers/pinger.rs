@@ -19,11 +19,11 @@ const COLUMNS: &[Known] = &[
 /// The one format.
 pub(super) static FORMAT: Format = Format {
     name: "pinger log",
-    separator: b',',
+    separators: b",",
     columns: Cow::Borrowed(COLUMNS),
     needed: &["t_rx_s", "north_m", "east_m"],
     every_column_needed: false,
-    constants: &[(Column::ShipX, 0.0), (Column::ShipY, 0.0)],
+    constants: Cow::Borrowed(&[(Column::ShipX, 0.0), (Column::ShipY, 0.0)]),
     dropped: &[
         ("gps_range", "follows from the position"),
         ("lat", "north_m and east_m are used"),

@@ -1,0 +1,77 @@
+//! Logs of messages, one quantity or one sensor at a time: gathered into the rows of a vehicle log.
+
+use super::origin::Origin;
+use crate::DataError;
+use crate::log::{Column, Log, LogRow};
+use backseat_core::state::wrap_angle;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Messages within this time share a row, µs: roll, pitch and heading are of use only together, and some logs write them
+/// one by one.
+const TOGETHER_US: i64 = 30_000;
+
+/// A vehicle log in the making.
+#[derive(Default)]
+pub(super) struct Gathering {
+    /// Rows with the time of the log that is read, µs.
+    rows: Vec<(i64, LogRow)>,
+    origin: Option<Origin>,
+    /// Messages that were left out, by name, with their count and the reason.
+    left_out: BTreeMap<String, (usize, &'static str)>,
+}
+
+impl Gathering {
+    /// Adds samples of one time.
+    pub(super) fn add(&mut self, time_us: i64, samples: &[(Column, f64)]) {
+        let is_free = |row: &LogRow| samples.iter().all(|(column, _)| row.get(*column).is_none());
+        let last = self.rows.last_mut().filter(|(row_us, row)| (time_us - row_us).abs() <= TOGETHER_US && is_free(row));
+        let row = match last {
+            Some((_, row)) => row,
+            None => {
+                self.rows.push((time_us, LogRow::new(0)));
+                let Some((_, row)) = self.rows.last_mut() else { return };
+                row
+            }
+        };
+        for &(column, value) in samples.iter().filter(|(_, value)| value.is_finite()) {
+            row.set(column, if column == Column::Heading { wrap_angle(value) } else { value });
+        }
+    }
+
+    /// Adds a fix.
+    pub(super) fn add_fix(&mut self, time_us: i64, latitude_deg: f64, longitude_deg: f64) {
+        if !(latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 180.0) {
+            return;
+        }
+        let origin = self.origin.get_or_insert_with(|| Origin::new(latitude_deg, longitude_deg));
+        let [x_m, y_m] = origin.local_m(latitude_deg, longitude_deg);
+        self.add(time_us, &[(Column::GpsX, x_m), (Column::GpsY, y_m)]);
+    }
+
+    /// Counts a message that is left out.
+    pub(super) fn leave_out(&mut self, name: &str, reason: &'static str) {
+        self.left_out.entry(name.to_owned()).or_insert((0, reason)).0 += 1;
+    }
+
+    /// The log, its first row at zero.
+    pub(super) fn finish(mut self, path: &Path, mut notes: Vec<String>) -> Result<Log, DataError> {
+        let mut reasons: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        for (name, (count, reason)) in &self.left_out {
+            reasons.entry(reason).or_default().push(format!("{name} ({count})"));
+        }
+        notes.extend(reasons.into_iter().map(|(reason, names)| format!("left out {}: {reason}", names.join(", "))));
+        self.rows.retain(|(_, row)| !row.is_empty());
+        // messages of several sources may be out of order by some milliseconds
+        self.rows.sort_by_key(|(time_us, _)| *time_us);
+        let Some(start_us) = self.rows.first().map(|(time_us, _)| *time_us) else {
+            let message = format!("nothing in it that a vehicle log holds; {}", notes.join("; "));
+            return Err(DataError::file(path, message));
+        };
+        let rows = self.rows.into_iter().map(|(time_us, mut row)| {
+            row.time_us = (time_us - start_us).unsigned_abs();
+            row
+        });
+        Ok(Log { path: path.to_owned(), rows: rows.collect(), notes, ..Log::default() })
+    }
+}
