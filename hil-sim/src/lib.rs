@@ -5,6 +5,7 @@ pub mod analysis;
 pub mod backseat;
 pub mod dataset;
 pub mod devices;
+pub mod ending;
 pub mod environment;
 pub mod faults;
 pub mod flight;

@@ -1,0 +1,106 @@
+//! How a flight really ended, by the truth: flown, cut short, capsized, given up, never begun.
+
+use crate::flight::{FlightLog, Sample};
+use crate::scenario::Scenario;
+use backseat_core::state::{PHI, THETA, X, Y};
+
+/// A mission that ends this far from its last waypoint was not flown to its end, m: the waypoint is passed within the
+/// radius at which the leg changes, and the vehicle runs on during the epilogue.
+const END_RADIUS_M: f64 = 150.0;
+/// The vehicle heels over for this long before it counts as capsized, s.
+const CAPSIZED_S: usize = 3;
+/// Time after which a mission that has not begun counts as not flown, s.
+const PATIENCE_S: f64 = 120.0;
+
+/// How a flight ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ending {
+    /// The last waypoint was reached.
+    Flown,
+    /// The scenario's time was over, or somebody interrupted it, while the mission was under way.
+    Unfinished,
+    /// The vehicle rolled onto its back and stayed there, from this time on, s.
+    Capsized {
+        /// s since the start.
+        time_s: f64,
+    },
+    /// The backseat ended the mission elsewhere than at its last waypoint.
+    GivenUp {
+        /// Distance of the vehicle from the last waypoint at that time, m.
+        short_of_m: f64,
+    },
+    /// The mission never began.
+    NotFlown,
+}
+
+impl Ending {
+    /// How a flight of this scenario ended.
+    #[must_use]
+    pub fn of(scenario: &Scenario, flight: &FlightLog) -> Self {
+        let samples = &flight.samples;
+        if let Some(time_s) = capsized(samples) {
+            return Self::Capsized { time_s };
+        }
+        if !samples.iter().any(|sample| sample.telemetry.leg.is_some()) {
+            return if flight.simulated_s > PATIENCE_S { Self::NotFlown } else { Self::Unfinished };
+        }
+        if !flight.finished {
+            return Self::Unfinished;
+        }
+        let waypoints = scenario.settings.waypoints();
+        let last_under_way = samples.iter().rfind(|sample| sample.telemetry.leg.is_some());
+        let short_of_m = last_under_way.zip(waypoints.last()).map(|(sample, waypoint)| {
+            (sample.truth.state[X] - waypoint.x_m).hypot(sample.truth.state[Y] - waypoint.y_m)
+        });
+        match short_of_m {
+            Some(short_of_m) if short_of_m > END_RADIUS_M => Self::GivenUp { short_of_m },
+            _ => Self::Flown,
+        }
+    }
+
+    /// Whether what the flight says of navigation and steering is of a vehicle that flew its mission.
+    #[must_use]
+    pub const fn is_trustworthy(self) -> bool {
+        matches!(self, Self::Flown | Self::Unfinished)
+    }
+
+    /// One word for scripts.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Flown => "flown",
+            Self::Unfinished => "unfinished",
+            Self::Capsized { .. } => "capsized",
+            Self::GivenUp { .. } => "given up",
+            Self::NotFlown => "not flown",
+        }
+    }
+
+    /// The headline.
+    #[must_use]
+    pub fn headline(self) -> String {
+        match self {
+            Self::Flown => "mission flown to its end".to_owned(),
+            Self::Unfinished => "mission not finished".to_owned(),
+            Self::Capsized { time_s } => {
+                format!(
+                    "CAPSIZED: the vehicle lies on its back from {time_s:.0} s on; no figure here is of a vehicle that flies"
+                )
+            }
+            Self::GivenUp { short_of_m } => {
+                format!("GIVEN UP: the backseat ended the mission {short_of_m:.0} m from its last waypoint")
+            }
+            Self::NotFlown => "NOT FLOWN: the backseat never began the mission".to_owned(),
+        }
+    }
+}
+
+/// When the vehicle was upside down for [`CAPSIZED_S`] samples, one a second.
+fn capsized(samples: &[Sample]) -> Option<f64> {
+    let is_over = |sample: &Sample| {
+        let [roll, pitch] = [PHI, THETA].map(|angle| sample.truth.state[angle]);
+        roll.cos() * pitch.cos() < 0.0
+    };
+    let first = samples.windows(CAPSIZED_S).find(|window| window.iter().all(is_over))?;
+    first.first().map(|sample| sample.truth.time_us as f64 * 1e-6)
+}
