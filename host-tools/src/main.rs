@@ -2,20 +2,26 @@
 
 mod board;
 mod check;
-mod columns;
 mod diagnose;
 mod export;
 mod identify;
+mod info;
+mod log_input;
+mod map;
 mod mission;
 mod monitor;
 mod navigate;
+mod outcome;
 mod params;
 mod record;
 mod replay;
 mod sim;
+mod uses;
+mod vehicle;
 
 use backseat_data::console;
 use clap::{CommandFactory, Parser, Subcommand};
+use outcome::Outcome;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -36,6 +42,7 @@ Examples:
   backseat                                            fly the default mission
   backseat sim run --minutes 20 --seed 7              its first twenty minutes, other noise
   backseat sim dataset --effect random --seed 1 --hours 1 --out set1
+  backseat info log.csv                               is a log plausible, and what can be done with it?
   backseat diagnose set1/log.csv                      which effect does the declared model lack?
   backseat navigate log.csv --report out              navigation of a recorded mission, out/report.html";
 
@@ -43,6 +50,10 @@ Examples:
 enum Command {
     #[command(subcommand)]
     Sim(sim::Simulation),
+    Info(info::Args),
+    Map(map::Args),
+    #[command(subcommand)]
+    Vehicle(vehicle::Vehicle),
     Navigate(navigate::Args),
     Diagnose(diagnose::Args),
     Identify(identify::Args),
@@ -90,31 +101,34 @@ fn arguments(given: impl Iterator<Item = OsString>) -> Vec<OsString> {
     arguments
 }
 
-/// 0: done; 1: failed, with one line on stderr; 2: bad usage (clap).
+/// 0: done; 1: failed, with one line on stderr; 2: bad usage (clap); 3: done, but not to be trusted.
 fn main() -> ExitCode {
     let result = match Cli::parse_from(arguments(std::env::args_os())).command {
         Command::Sim(simulation) => simulation.run(),
-        Command::Backseat { ports } => sim::backseat(&ports),
+        Command::Info(args) => info::run(&args),
+        Command::Map(args) => map::run(&args).map(Outcome::from),
+        Command::Vehicle(vehicle) => vehicle.run(),
+        Command::Backseat { ports } => sim::backseat(&ports).map(Outcome::from),
         Command::Navigate(args) => navigate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Identify(args) => identify::run(&args),
-        Command::Record(args) => record::run(&args),
-        Command::Replay(args) => replay::run(&args),
-        Command::Export(args) => export::run(&args),
-        Command::Reproduce(args) => backseat_studies::reproduce::run(&args),
-        Command::Studies(study) => study.run(),
-        Command::Mission(args) => mission::run(&args),
-        Command::Params(args) => params::run(&args),
-        Command::Monitor(args) => monitor::run(&args),
-        Command::Check(args) => check::run(&args),
+        Command::Record(args) => record::run(&args).map(Outcome::from),
+        Command::Replay(args) => replay::run(&args).map(Outcome::from),
+        Command::Export(args) => export::run(&args).map(Outcome::from),
+        Command::Reproduce(args) => backseat_studies::reproduce::run(&args).map(Outcome::from),
+        Command::Studies(study) => study.run().map(Outcome::from),
+        Command::Mission(args) => mission::run(&args).map(Outcome::from),
+        Command::Params(args) => params::run(&args).map(Outcome::from),
+        Command::Monitor(args) => monitor::run(&args).map(Outcome::from),
+        Command::Check(args) => check::run(&args).map(Outcome::from),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "backseat", &mut script);
-            console::print(&script)
+            console::print(&script).map(Outcome::from)
         }
     };
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(outcome) => outcome.exit_code(),
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE

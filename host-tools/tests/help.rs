@@ -39,6 +39,9 @@ fn every_command_has_help_an_example_and_json() {
     for name in [
         "sim",
         "studies",
+        "info",
+        "map",
+        "vehicle",
         "navigate",
         "diagnose",
         "identify",

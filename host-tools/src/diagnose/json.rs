@@ -20,6 +20,8 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     let object = json!({
         "verdict": d.verdict.name(),
         "reason": d.reason,
+        "trust": if outcome.doubts.is_empty() { "ok" } else { "suspicious" },
+        "doubts": outcome.doubts,
         "effects": d.effects.iter().map(effect).collect::<Vec<_>>(),
         "before": scores(outcome.before),
         "after": scores(outcome.after),

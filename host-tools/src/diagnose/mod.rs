@@ -4,13 +4,14 @@ mod json;
 mod page;
 mod text;
 
-use crate::columns::Columns;
+use crate::log_input::{LogInput, ReadLog};
+use crate::outcome::Outcome;
+use crate::uses;
 use anyhow::{Context, bail};
 use backseat_core::effects::ParameterId;
 use backseat_data::console;
-use backseat_data::importers::{self, Imported};
+use backseat_data::importers;
 use backseat_data::inputs;
-use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{Log, Truth, VehicleFile};
 use backseat_diagnose::diagnosis::{self, Diagnosis};
@@ -53,7 +54,7 @@ pub struct Args {
     #[arg(long, value_name = "LOG2")]
     with: Option<PathBuf>,
     #[command(flatten)]
-    columns: Columns,
+    input: LogInput,
     /// Write an HTML report and the augmented vehicle file into this folder
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
@@ -75,13 +76,15 @@ pub struct DiagnosisReport<'a> {
     pub before: &'a Scores,
     pub after: &'a Scores,
     pub notes: Vec<String>,
+    /// Why the result should not be trusted.
+    pub doubts: Vec<String>,
     pub vehicle_file: Option<&'a Path>,
     pub page: Option<&'a Path>,
     pub wall_s: f64,
 }
 
 /// Reads, diagnoses, writes.
-pub fn run(args: &Args) -> anyhow::Result<()> {
+pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let page = args.report.as_ref().map(|folder| folder.join("report.html"));
     let vehicle_path = args.out.clone().or_else(|| args.report.as_ref().map(|folder| folder.join("vehicle.toml")));
@@ -93,25 +96,38 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(path) => VehicleFile::read(path)?,
         None => VehicleFile::reference(),
     };
-    let imported = import(args)?;
+    let read = read(args)?;
+    read.explain_failure(|| {
+        diagnose(args, &read, &vehicle, began, [page.as_deref(), vehicle_path.as_deref()], existing)
+    })
+}
+
+/// From the log that was read to what is written: the page and the vehicle file.
+fn diagnose(
+    args: &Args,
+    read: &ReadLog,
+    vehicle: &VehicleFile,
+    began: Instant,
+    [page, vehicle_path]: [Option<&Path>; 2],
+    existing: Existing,
+) -> anyhow::Result<Outcome> {
     let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
-    let log = &*inputs::at_centre(&imported.log, &vehicle.installation);
+    let log = &*inputs::at_centre(&read.log, &vehicle.installation);
     let mut notes = log.notes.clone();
     let spinner = Spinner::new();
-    let has_actuators = Column::ALL[..=Column::FinStarboard as usize].iter().all(|column| log.has(*column));
-    let (diagnosis, before, after) = if has_actuators {
+    let (diagnosis, before, after) = if uses::has_actuators(log) {
         if args.vehicle.is_none() {
             notes.push(format!("no --vehicle given: the declared model is the built-in {}", vehicle.name));
         }
-        dynamic(args, log, &vehicle, truth.as_ref(), &spinner)?
+        dynamic(args, log, vehicle, truth.as_ref(), &spinner)?
     } else {
-        by_log_model(args, log, &vehicle, truth.as_ref(), &spinner)?
+        by_log_model(args, log, vehicle, truth.as_ref(), &spinner)?
     };
     drop(spinner);
     notes.extend(diagnosis.notes.iter().cloned());
 
-    let written = vehicle_path.as_deref().filter(|_| !diagnosis.effects.is_empty());
-    for path in [&page, &vehicle_path].into_iter().flatten() {
+    let written = vehicle_path.filter(|_| !diagnosis.effects.is_empty());
+    for path in [page, vehicle_path].into_iter().flatten() {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         }
@@ -119,7 +135,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(path) = written {
         let name = args.log.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let source = format!("{} with the effects that `backseat diagnose` found in {name}", vehicle.name);
-        augmented(&vehicle, &diagnosis).write(path, &source, existing)?;
+        augmented(vehicle, &diagnosis).write(path, &source, existing)?;
     }
     let outcome = DiagnosisReport {
         log,
@@ -127,25 +143,27 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         before: &before,
         after: &after,
         notes,
+        doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
         vehicle_file: written,
-        page: page.as_deref(),
+        page,
         wall_s: began.elapsed().as_secs_f64(),
     };
-    if let Some(path) = &page {
+    if let Some(path) = page {
         let html = page::html(&outcome);
         output::write(path, existing, |file| file.write_all(html.as_bytes()))?;
     }
     let text = if args.json { json::text(&outcome) } else { text::text(&outcome) };
-    console::print(text.as_bytes())
+    console::print(text.as_bytes())?;
+    Ok(Outcome::doubtful_if(!outcome.doubts.is_empty()))
 }
 
 /// The log, with the one beside it.
-fn import(args: &Args) -> anyhow::Result<Imported> {
-    let mut imported = args.columns.import(&args.log)?;
+fn read(args: &Args) -> anyhow::Result<ReadLog> {
+    let mut read = args.input.read(&args.log)?;
     if let Some(path) = &args.with {
-        imported.log.join(importers::read(path)?.log);
+        read.log.join(importers::read(path)?.log);
     }
-    Ok(imported)
+    Ok(read)
 }
 
 /// Logs without fins and propeller: each kind has its own model.

@@ -16,7 +16,11 @@ const BIN_S: f64 = 20.0;
 
 pub fn html(outcome: &DiagnosisReport<'_>) -> String {
     let title = outcome.log.path.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
-    let mut report = Report::new(format!("Diagnosis of {title}"), headline(outcome));
+    let verdict = match outcome.doubts.as_slice() {
+        [] => headline(outcome),
+        doubts => format!("Do not trust this result: {}. {}", doubts.join("; "), headline(outcome)),
+    };
+    let mut report = Report::new(format!("Diagnosis of {title}"), verdict);
     report = effects(report, outcome);
     report = before_after(report, outcome);
     report = residual(report, outcome);

@@ -8,6 +8,9 @@ use std::fmt::Write as _;
 
 pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     let mut out = String::new();
+    for doubt in &outcome.doubts {
+        let _ = writeln!(out, "DO NOT TRUST: {doubt}");
+    }
     let _ = writeln!(out, "{}", headline(outcome));
     for found in &outcome.diagnosis.effects {
         let _ = writeln!(out, "\n  {}", found.instance.candidate.effect);

@@ -5,7 +5,8 @@ mod plan;
 mod result;
 mod surge_yaw;
 
-use crate::columns::Columns;
+use crate::log_input::{LogInput, ReadLog};
+use crate::outcome::Outcome;
 use anyhow::{Context, anyhow, bail};
 use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
@@ -43,7 +44,7 @@ pub struct Args {
     #[arg(required_unless_present = "plan")]
     log: Option<PathBuf>,
     #[command(flatten)]
-    columns: Columns,
+    input: LogInput,
     /// Method of identification
     #[arg(long, default_value = "auto")]
     method: Choice,
@@ -117,8 +118,8 @@ impl Choice {
 }
 
 /// Reads, identifies, judges, writes.
-pub fn run(args: &Args) -> anyhow::Result<()> {
-    let Some(path) = &args.log else { return args.plan.run(args) };
+pub fn run(args: &Args) -> anyhow::Result<Outcome> {
+    let Some(path) = &args.log else { return args.plan.run(args).map(Outcome::from) };
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let in_report = |name: &str| args.report.as_ref().map(|folder| folder.join(name));
     let page = in_report("report.html");
@@ -127,10 +128,24 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         output::check(path, existing)?;
     }
     let began = Instant::now();
-    let imported = args.columns.import(path)?;
-    if surge_yaw::is_for(&imported.log) {
-        return surge_yaw::run(args, &imported, page.as_deref(), existing);
-    }
+    let read = args.input.read(path)?;
+    read.explain_failure(|| {
+        if surge_yaw::is_for(&read.log) {
+            return surge_yaw::run(args, &read, page.as_deref(), existing);
+        }
+        identify_vehicle(args, &read, path, began, [page.as_deref(), vehicle_path.as_deref()], existing)
+    })
+}
+
+/// From the log that was read to what is written: the page and the vehicle file.
+fn identify_vehicle(
+    args: &Args,
+    read: &ReadLog,
+    path: &Path,
+    began: Instant,
+    [page, vehicle_path]: [Option<&Path>; 2],
+    existing: Existing,
+) -> anyhow::Result<Outcome> {
     let mut declared = match &args.vehicle {
         Some(path) => VehicleFile::read(path)?,
         None => VehicleFile::reference(),
@@ -139,8 +154,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let kept = declared.effects.set;
     declared.effects.ci95.retain(|(id, _)| kept.get(*id) != 0.0);
     let effects = effects(&declared, &args.current)?;
-    let log = inputs::at_centre(&imported.log, &declared.installation);
+    let log = inputs::at_centre(&read.log, &declared.installation);
     let mut data = IdentificationData::from_log(&log, &effects).with_context(|| path.display().to_string())?;
+    data.notes.splice(..0, read.log.notes.iter().cloned());
     data.notes
         .extend(left.iter().map(|name| {
             format!("{name} has an onset time and is ignored: identification assumes constant parameters")
@@ -148,7 +164,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let options = options(args, &declared);
     let other = match &args.validate {
         Some(path) => {
-            let log = args.columns.import(path)?.log;
+            let log = args.input.read(path)?.log;
             let log = inputs::at_centre(&log, &declared.installation);
             Some(IdentificationData::from_log(&log, &effects).with_context(|| path.display().to_string())?)
         }
@@ -169,33 +185,41 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     drop(progress);
     let judge = other.as_ref().unwrap_or(&rest);
     let [before, after] = [&declared.parameters, &estimate.vehicle].map(|vehicle| validate(vehicle, judge));
+    // the way through the identifier's own coordinates rounds
+    let moves = |p: &backseat_identify::EstimatedParameter| (p.value - p.prior).abs() > 1e-9 * p.prior.abs().max(1e-3);
+    let is_changed = estimate.parameters.iter().any(moves);
     let mut identified = declared.clone();
     identified.parameters = estimate.vehicle;
     identified.name = format!("{}-identified", declared.name);
+    // a file that repeats the declared vehicle would be taken for a result
+    let vehicle_path = vehicle_path.filter(|_| is_changed);
     let outcome = IdentificationResult {
         log: path,
-        format: imported.format,
+        format: read.format,
         estimate: &estimate,
         before,
         after,
         held_out,
         judge,
         declared: &declared,
+        is_changed,
+        doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
         wall_s: began.elapsed().as_secs_f64(),
     };
     if let Some(folder) = &args.report {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    if let Some(path) = &vehicle_path {
+    if let Some(path) = vehicle_path {
         identified.write(path, &outcome.source(), existing)?;
     }
-    if let Some(path) = &page {
+    if let Some(path) = page {
         let html = page::html(&outcome);
         output::write(path, existing, |file| file.write_all(html.as_bytes()))?;
     }
-    let written: [Option<&Path>; 2] = [vehicle_path.as_deref(), page.as_deref()];
+    let written = [vehicle_path, page];
     let text = if args.json { outcome.json(written) } else { outcome.text(written) };
-    console::print(text.as_bytes())
+    console::print(text.as_bytes())?;
+    Ok(Outcome::doubtful_if(!outcome.is_changed || !outcome.doubts.is_empty()))
 }
 
 /// The declared effects, with the current that was given instead of the declared one.

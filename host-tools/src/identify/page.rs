@@ -1,6 +1,6 @@
 //! What an identification gave, as a page.
 
-use super::result::{IdentificationResult, seen};
+use super::result::{IdentificationResult, NOTHING, seen};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_data::report::plots::{self, Bar, BarPlot, BeforeAfter, Point, Scale, TimePlot};
 use backseat_data::report::{Provenance, Report, Table};
@@ -23,6 +23,7 @@ pub fn html(outcome: &IdentificationResult<'_>) -> String {
     let estimate = outcome.estimate;
     let title = outcome.log.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
     let verdict = match (outcome.before, outcome.after) {
+        _ if !outcome.is_changed => NOTHING.to_owned(),
         (Some(before), Some(after)) => format!(
             "Surge predicted open loop to {:.4} m/s instead of {:.4}, pitch to {:.3}° instead of {:.3}°, on {}.",
             after.mean_absolute[5],
@@ -32,6 +33,10 @@ pub fn html(outcome: &IdentificationResult<'_>) -> String {
             outcome.held_out.text()
         ),
         _ => "Nothing to judge the estimate by.".to_owned(),
+    };
+    let verdict = match outcome.doubts.as_slice() {
+        [] => verdict,
+        doubts => format!("Do not trust this result: {}. {verdict}", doubts.join("; ")),
     };
     let mut report = Report::new(format!("Identification from {title}"), verdict);
     for note in &estimate.notes {

@@ -17,6 +17,10 @@ pub enum HeldOut {
     Another,
 }
 
+/// The headline of an identification that accepted no step.
+pub const NOTHING: &str = "Nothing identified: no step predicts the held-out data better than the declared vehicle, which \
+                           is unchanged; no vehicle file is written.";
+
 /// What the report shows.
 pub struct IdentificationResult<'a> {
     pub log: &'a Path,
@@ -27,6 +31,10 @@ pub struct IdentificationResult<'a> {
     pub held_out: HeldOut,
     pub judge: &'a IdentificationData,
     pub declared: &'a VehicleFile,
+    /// Any parameter differs from the declared one.
+    pub is_changed: bool,
+    /// Why the result should not be trusted.
+    pub doubts: Vec<String>,
     pub wall_s: f64,
 }
 
@@ -92,6 +100,9 @@ impl IdentificationResult<'_> {
             .collect();
         let object = json!({
             "method": self.estimate.method.name(),
+            "changed": self.is_changed,
+            "trust": if self.is_changed && self.doubts.is_empty() { "ok" } else { "suspicious" },
+            "doubts": self.doubts,
             "parameters": parameters,
             "validation": columns(&self.after),
             "validation_before": columns(&self.before),
@@ -112,6 +123,12 @@ impl IdentificationResult<'_> {
         let _ = writeln!(out, "{} ({}), method {}", self.log.display(), self.format, self.estimate.method);
         for note in &self.estimate.notes {
             let _ = writeln!(out, "note: {note}");
+        }
+        for doubt in &self.doubts {
+            let _ = writeln!(out, "DO NOT TRUST: {doubt}");
+        }
+        if !self.is_changed {
+            let _ = writeln!(out, "\n{NOTHING}");
         }
         let _ = writeln!(out, "\n{:<6} {:>12} {:>12} {:>25}  seen        unit", "", "declared", "identified", "95 %");
         for p in &self.estimate.parameters {

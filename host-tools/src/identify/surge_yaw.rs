@@ -1,9 +1,10 @@
 //! Surge and yaw of a log that has servo counts in place of propeller speed and fin angles.
 
 use super::Args;
+use crate::log_input::ReadLog;
+use crate::outcome::Outcome;
 use anyhow::bail;
 use backseat_data::console;
-use backseat_data::importers::Imported;
 use backseat_data::output::{self, Existing};
 use backseat_data::report::{Provenance, Report, Table};
 use backseat_data::{Column, Log, VehicleFile};
@@ -33,7 +34,7 @@ struct Found<'a> {
     notes: Vec<String>,
 }
 
-pub fn run(args: &Args, imported: &Imported, page: Option<&Path>, existing: Existing) -> anyhow::Result<()> {
+pub fn run(args: &Args, read: &ReadLog, page: Option<&Path>, existing: Existing) -> anyhow::Result<Outcome> {
     let Some(path) = args.log.as_deref() else { bail!("no log") };
     if args.out.is_some() {
         bail!(
@@ -45,17 +46,17 @@ pub fn run(args: &Args, imported: &Imported, page: Option<&Path>, existing: Exis
         Some(path) => VehicleFile::read(path)?,
         None => VehicleFile::reference(),
     };
-    let data = SurgeYawData::from_log(&imported.log);
+    let data = SurgeYawData::from_log(&read.log);
     let [first, rest] = data.split(FITTED);
     let (fitted, judge, judged_on) = match &args.validate {
-        Some(path) => (data, SurgeYawData::from_log(&args.columns.import(path)?.log), "the other log"),
+        Some(path) => (data, SurgeYawData::from_log(&args.input.read(path)?.log), "the other log"),
         None => (first, rest, "the last two fifths of the log, held out"),
     };
     let estimate = fitted.fit()?;
     let predictions: Vec<Prediction> =
         HORIZONS_S.iter().filter_map(|horizon| judge.predict(&estimate.coefficients, *horizon)).collect();
     let counts = estimate.counts(&declared.parameters);
-    let mut notes = imported.log.notes.clone();
+    let mut notes = read.log.notes.clone();
     notes.push("the log has no propeller speed, fin angles and DVL velocity: only surge and yaw are identified, in servo counts".to_owned());
     let found = Found { log: path, estimate, predictions, counts, vehicle: declared.name.clone(), judged_on, notes };
     if let Some(page) = page {
@@ -66,7 +67,8 @@ pub fn run(args: &Args, imported: &Imported, page: Option<&Path>, existing: Exis
         output::write(page, existing, |file| file.write_all(html.as_bytes()))?;
     }
     let text = if args.json { found.json(page) } else { found.text(page) };
-    console::print(text.as_bytes())
+    console::print(text.as_bytes())?;
+    Ok(Outcome::doubtful_if(read.examination.is_suspicious()))
 }
 
 impl Found<'_> {

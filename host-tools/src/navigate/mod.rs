@@ -4,19 +4,20 @@ mod page;
 mod result;
 mod text;
 
-use crate::columns::Columns;
+use crate::log_input::{LogInput, ReadLog};
+use crate::outcome::Outcome;
+use crate::uses::{self, Navigation};
 use anyhow::Context;
 use backseat_core::navigation::ProcessModel;
 use backseat_data::console::{self, Progress};
 use backseat_data::dead_reckoning::{self, Method};
-use backseat_data::filter::{self, FilterOptions, ShipSource};
+use backseat_data::filter::{self, FilterOptions, Health, ShipSource};
 use backseat_data::inputs;
-use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
 use clap::ValueEnum;
 use result::{Against, Errors, Estimate, NavigationResult};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 const EXAMPLES: &str = "\
@@ -43,7 +44,7 @@ pub struct Args {
     #[arg(long, value_name = "V.toml")]
     vehicle: Option<PathBuf>,
     #[command(flatten)]
-    columns: Columns,
+    input: LogInput,
     /// Process model [default: the best that the log supports]
     #[arg(long)]
     model: Option<Model>,
@@ -97,7 +98,7 @@ enum Plan {
 }
 
 /// Reads, runs, compares, writes.
-pub fn run(args: &Args) -> anyhow::Result<()> {
+pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let page = args.report.as_ref().map(|folder| folder.join("report.html"));
     for path in [&page, &args.out].into_iter().flatten() {
@@ -108,12 +109,24 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         None => VehicleFile::reference(),
     };
     let began = Instant::now();
-    let imported = args.columns.import(&args.log)?;
+    let read = args.input.read(&args.log)?;
+    read.explain_failure(|| navigate(args, &read, &vehicle, began, page.as_deref(), existing))
+}
+
+/// From the log that was read to what is written.
+fn navigate(
+    args: &Args,
+    read: &ReadLog,
+    vehicle: &VehicleFile,
+    began: Instant,
+    page: Option<&Path>,
+    existing: Existing,
+) -> anyhow::Result<Outcome> {
     let read_s = began.elapsed().as_secs_f64();
-    let log = &*inputs::at_centre(&imported.log, &vehicle.installation);
+    let log = &*inputs::at_centre(&read.log, &vehicle.installation);
     let mut notes = log.notes.clone();
-    let plan = plan(args, log, &vehicle, &mut notes);
-    let estimate = estimate(&plan, log, &vehicle)?;
+    let plan = plan(args, log, vehicle, &mut notes);
+    let estimate = estimate(&plan, log, vehicle)?;
     let wall_s = began.elapsed().as_secs_f64();
 
     let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
@@ -125,17 +138,21 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let (Some(path), true) = (&args.truth, errors.is_none()) {
         return Err(DataError::file(path, "the truth has no time in common with the estimate").into());
     }
+    let mut health = Health::default();
     if let Estimate::Filter(run) = &estimate {
         notes.extend(run.notes.iter().cloned());
+        health = Health::of(run, errors.as_ref().map(|(_, errors)| &errors[..]));
     }
+    health.doubts.splice(..0, read.examination.suspicions().map(|finding| finding.message.clone()));
     let outcome = NavigationResult {
-        description: describe(args, &plan, &vehicle),
-        format: imported.format,
+        description: describe(args, &plan, vehicle),
+        format: read.format,
         log,
         estimate: &estimate,
         truth: truth.as_ref(),
         errors,
         smoothed_errors,
+        health,
         notes,
         read_s,
         wall_s,
@@ -143,33 +160,28 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(path) = &args.out {
         output::write(path, existing, |file| outcome.write_track(file))?;
     }
-    if let Some(path) = &page {
+    if let Some(path) = page {
         let folder = args.report.as_ref().map_or_else(PathBuf::new, Clone::clone);
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let html = page::html(&outcome);
         output::write(path, existing, |file| file.write_all(html.as_bytes()))?;
     }
-    let text = if args.json {
-        outcome.json(page.as_deref(), args.out.as_deref())
-    } else {
-        outcome.text(page.as_deref(), args.out.as_deref())
-    };
-    console::print(text.as_bytes())
+    let text =
+        if args.json { outcome.json(page, args.out.as_deref()) } else { outcome.text(page, args.out.as_deref()) };
+    console::print(text.as_bytes())?;
+    Ok(Outcome::doubtful_if(!outcome.health.doubts.is_empty()))
 }
 
 /// The requested model, or the best that the log supports, with the reason.
 fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) -> Plan {
-    let has_actuators = Column::ALL[..=Column::FinStarboard as usize].iter().all(|column| log.has(*column));
-    let has_attitude = log.rows.iter().any(|row| row.attitude_rad().is_some());
-    let has_aiding = log.has(Column::DvlU) || log.has(Column::Range);
-    let model = match args.model {
-        Some(model) => model,
-        None if has_actuators => Model::Robust,
-        None if has_attitude && has_aiding => {
+    let model = match (args.model, uses::navigation(log)) {
+        (Some(model), _) => model,
+        (None, Some(Navigation::Dynamic)) => Model::Robust,
+        (None, Some(Navigation::Kinematic)) => {
             notes.push("the log has no fins and propeller: kinematic model".to_owned());
             Model::Kinematic
         }
-        None if log.has(Column::Heading) && log.has(Column::SpeedLog) => {
+        (None, Some(Navigation::DeadReckoning)) => {
             notes.push(
                 "the log has no fins and propeller, no DVL velocity and no ranges: dead reckoning on its heading and \
                  speed, GNSS withheld after the first fix"
@@ -180,7 +192,7 @@ fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) 
             }
             return Plan::DeadReckoning(Method::HeadingSpeed);
         }
-        None => Model::Kinematic,
+        (None, None) => Model::Kinematic,
     };
     let mut options = match model {
         Model::Robust => FilterOptions::robust(vehicle),

@@ -41,6 +41,10 @@ pub fn html(outcome: &NavigationResult<'_>) -> String {
         ),
         None => format!("No truth to compare with; {}.", outcome.description),
     };
+    let verdict = match outcome.health.doubts.as_slice() {
+        [] => verdict,
+        doubts => format!("Do not trust this result: {}. {verdict}", doubts.join("; ")),
+    };
     let title = outcome.log.path.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
     let mut report = Report::new(format!("Navigation of {title}"), verdict);
     for note in &outcome.notes {

@@ -2,7 +2,7 @@
 
 use backseat_core::state::{X, Y};
 use backseat_data::dead_reckoning::Position;
-use backseat_data::filter::{FilterRun, TrackSample};
+use backseat_data::filter::{FilterRun, Health, TrackSample};
 use backseat_data::stats::ErrorSummary;
 use backseat_data::{Log, Truth};
 use serde_json::{Map, Value, json};
@@ -45,6 +45,8 @@ pub struct NavigationResult<'a> {
     pub errors: Option<Errors>,
     /// (time µs, horizontal error m) of the smoothed track against the truth.
     pub smoothed_errors: Option<Vec<(u64, f64)>>,
+    /// Whether the result is to be trusted.
+    pub health: Health,
     pub notes: Vec<String>,
     pub read_s: f64,
     /// Reading the log and running the filter.
@@ -115,6 +117,15 @@ impl NavigationResult<'_> {
             // As text: JSON's numbers are doubles and lose the last bits.
             digest = json!(format!("{:016x}", run.digest));
         }
+        let sensors: Map<String, Value> = self
+            .health
+            .sensors
+            .iter()
+            .map(|sensor| {
+                let value = json!({"refused_share": sensor.refused, "lag_one_correlation": sensor.lag_one});
+                (sensor.sensor.name().to_owned(), value)
+            })
+            .collect();
         let [x_m, y_m] = self.estimate.last_m().unwrap_or([f64::NAN; 2]);
         let object = json!({
             "configuration": self.description,
@@ -124,6 +135,9 @@ impl NavigationResult<'_> {
             "final": {"x_m": x_m, "y_m": y_m},
             "nis": nis,
             "rejected": rejected,
+            "trust": if self.health.doubts.is_empty() { "ok" } else { "suspicious" },
+            "doubts": self.health.doubts,
+            "health": {"sensors": sensors, "rms_over_drms": self.health.rms_over_drms},
             "simulated_s": self.log.duration_s(),
             "wall_s": self.wall_s,
             "digest": digest,

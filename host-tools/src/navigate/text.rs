@@ -73,6 +73,9 @@ impl NavigationResult<'_> {
                 let _ = writeln!(out, "{name:<18} {}", path.display());
             }
         }
+        for doubt in &self.health.doubts {
+            let _ = writeln!(out, "DO NOT TRUST       {doubt}");
+        }
         out
     }
 }

@@ -4,6 +4,7 @@ mod dataset;
 mod report;
 mod run;
 
+use crate::outcome::Outcome;
 use anyhow::{Context, anyhow};
 use backseat_studies::fault_table;
 use std::path::PathBuf;
@@ -21,11 +22,11 @@ pub enum Simulation {
 }
 
 impl Simulation {
-    pub fn run(&self) -> anyhow::Result<()> {
+    pub fn run(&self) -> anyhow::Result<Outcome> {
         match self {
             Self::Run(arguments) => run::run(arguments),
-            Self::Dataset(arguments) => dataset::run(arguments),
-            Self::Faults(arguments) => fault_table::run(arguments),
+            Self::Dataset(arguments) => dataset::run(arguments).map(Outcome::from),
+            Self::Faults(arguments) => fault_table::run(arguments).map(Outcome::from),
         }
     }
 }

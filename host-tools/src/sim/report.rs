@@ -10,6 +10,7 @@ use backseat_data::report::plots::{
 use backseat_data::report::{Provenance, Report, Table};
 use backseat_data::stats::ErrorSummary;
 use hil_sim::analysis::{self, Analysis, Configuration};
+use hil_sim::ending::Ending;
 use hil_sim::flight::FlightLog;
 use hil_sim::scenario::Scenario;
 use std::path::Path;
@@ -21,9 +22,15 @@ const R95_OVER_SIGMA: f64 = 2.447_746_830_680_816;
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &Analysis) -> anyhow::Result<()> {
+pub fn write(
+    path: &Path,
+    scenario: &Scenario,
+    flight: &FlightLog,
+    analysis: &Analysis,
+    ending: Ending,
+) -> anyhow::Result<()> {
     let title = format!("Mission {}", scenario.settings.name);
-    let mut report = Report::new(title, verdict(scenario, flight, analysis)).table(errors_table(analysis));
+    let mut report = Report::new(title, verdict(scenario, flight, analysis, ending)).table(errors_table(analysis));
     if let Some(table) = track_table(analysis) {
         report = report.table(table);
     }
@@ -85,7 +92,10 @@ pub fn picture(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &
     Ok(output::write(path, Existing::Replace, |file| file.write_all(picture.as_bytes()))?)
 }
 
-fn verdict(scenario: &Scenario, flight: &FlightLog, analysis: &Analysis) -> String {
+fn verdict(scenario: &Scenario, flight: &FlightLog, analysis: &Analysis, ending: Ending) -> String {
+    if !ending.is_trustworthy() {
+        return format!("{}.", ending.headline());
+    }
     let Some(backseat) = analysis.configurations.first() else {
         return "The backseat never had a position.".to_owned();
     };
@@ -95,7 +105,7 @@ fn verdict(scenario: &Scenario, flight: &FlightLog, analysis: &Analysis) -> Stri
             track.cross_track.median_m, track.cross_track.p95_m
         )
     });
-    let unfinished = if flight.finished { "" } else { " The mission was not flown to its end." };
+    let unfinished = if ending == Ending::Flown { "" } else { " The mission was not flown to its end." };
     format!(
         "With{} a DVL, on its own estimate, the horizontal error of the vehicle's position was {:.2} m (median; 95 % {:.2} m) over {:.1} h{track}.{unfinished}",
         if scenario.settings.backseat.dvl { "" } else { "out" },

@@ -1,6 +1,9 @@
 //! `backseat sim run`: fly a scenario against a backseat and judge its navigation.
 
+use crate::outcome::Outcome;
+use crate::vehicle::unflyable;
 use anyhow::{Context, bail};
+use backseat_data::VehicleFile;
 use backseat_data::console::Progress;
 use backseat_data::output::Existing;
 use backseat_data::session::{Attachment, Clock, Meta, Writer};
@@ -9,6 +12,7 @@ use backseat_link::{Client, Ports, Process, Serial, Tap};
 use hil_sim::analysis::{self, Analysis, Configuration};
 use hil_sim::backseat::{InProcess, Qemu, build_image};
 use hil_sim::dataset;
+use hil_sim::ending::Ending;
 use hil_sim::faults::{self, Board};
 use hil_sim::flight::{self, FlightLog};
 use hil_sim::scenario::{Request, Scenario, Settings};
@@ -27,11 +31,18 @@ const SESSION: &str = "session.mcap";
   backseat sim run
   backseat sim run survey_current --seed 3
   backseat sim run --effect water_current:north_mps=0.15 --effect heading_bias:cos_rad=0.035
+  backseat sim run --vehicle my_vehicle.toml --minutes 30
   backseat sim run my_scenario.toml --minutes 30 --out flight --json
   backseat sim run --realtime --monitor")]
 pub struct Args {
     /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption.
     scenario: Option<PathBuf>,
+    /// Vehicle file to simulate and to declare, instead of the scenario's; one that does not fly is refused.
+    #[arg(long, value_name = "V.toml")]
+    vehicle: Option<PathBuf>,
+    /// Fly a vehicle that `backseat vehicle check` says does not fly.
+    #[arg(long)]
+    force: bool,
     /// Backseat to fly: `host`, a Linux process; `qemu`, the ARM image; or a board, by its five serial ports in
     /// the order frontseat,dvl,ahrs,modem,host.
     #[arg(long, value_name = "host|qemu|PORTS", default_value = "host")]
@@ -72,8 +83,16 @@ pub struct Args {
 ///
 /// # Errors
 /// A scenario that is wrong, a backseat that dies, a file that cannot be written.
-pub fn run(arguments: &Args) -> anyhow::Result<()> {
+pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
     let scenario = load(arguments)?;
+    if !arguments.force
+        && let Some(reason) = unflyable(&scenario.vehicle)?
+    {
+        bail!(
+            "vehicle {} does not fly: {reason} (`backseat vehicle check` says more, --force flies it)",
+            scenario.vehicle.name
+        );
+    }
     let stop = stop_on_interrupt()?;
     let (backseat, ports) = start(arguments, &scenario)?;
     let folder = folder(arguments, &scenario)?;
@@ -106,16 +125,17 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if flight.samples.is_empty() {
         bail!("interrupted before the first second");
     }
+    let ending = Ending::of(&scenario, &flight);
     let analysis = analysis::analyse(&scenario, &flight)?;
     let report = folder.join("report.html");
-    super::report::write(&report, &scenario, &flight, &analysis)?;
+    super::report::write(&report, &scenario, &flight, &analysis, ending)?;
     if let Some(picture) = &arguments.picture {
         super::report::picture(picture, &scenario, &flight, &analysis)?;
     }
     if arguments.json {
-        println!("{}", summary_json(&flight, &analysis));
+        println!("{}", summary_json(&flight, &analysis, ending));
     } else {
-        print!("{}", summary_text(&flight, &analysis));
+        print!("{}", summary_text(&flight, &analysis, ending));
         println!("\nlog     {}", folder.join("log.csv").display());
         println!("session {}", folder.join(SESSION).display());
         println!("report  {}", report.display());
@@ -123,7 +143,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if stop.load(Ordering::Relaxed) {
         bail!("interrupted after {:.0} s of the mission; the files are complete up to there", flight.simulated_s);
     }
-    Ok(())
+    Ok(Outcome::doubtful_if(!ending.is_trustworthy()))
 }
 
 /// Starts the backseat asked for; where its ports are.
@@ -173,6 +193,9 @@ fn load(arguments: &Args) -> anyhow::Result<Scenario> {
             _ => Scenario::load(path)?,
         },
     };
+    if let Some(path) = &arguments.vehicle {
+        scenario.vehicle = VehicleFile::read(path)?;
+    }
     if let Some(seed) = arguments.seed {
         scenario.settings.seed = seed;
     }
@@ -250,9 +273,10 @@ fn ports_line(backseat: &Process) -> String {
     ports.join(", ")
 }
 
-fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
-    let mut text =
-        format!("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "horizontal error [m]", "median", "95 %", "max", "RMS/DRMS");
+fn summary_text(flight: &FlightLog, analysis: &Analysis, ending: Ending) -> String {
+    let warning = if ending.is_trustworthy() { String::new() } else { format!("{}\n\n", ending.headline()) };
+    let mut text = warning
+        + &format!("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "horizontal error [m]", "median", "95 %", "max", "RMS/DRMS");
     for configuration in &analysis.configurations {
         let error = &configuration.error;
         let ratio = configuration.rms_over_drms().map_or("-".into(), |ratio| format!("{ratio:.2}"));
@@ -284,9 +308,9 @@ fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
         }
         text.push('\n');
     }
-    let ended = if flight.finished { "mission flown to its end" } else { "mission not finished" };
     text += &format!(
-        "\n{ended}: {:.0} s in {:.1} s, {:.0} times real time, digest {:016x}\n",
+        "\n{}: {:.0} s in {:.1} s, {:.0} times real time, digest {:016x}\n",
+        if ending.is_trustworthy() { ending.headline() } else { ending.name().to_owned() },
         flight.simulated_s,
         flight.wall_s,
         flight.simulated_s / flight.wall_s,
@@ -295,7 +319,7 @@ fn summary_text(flight: &FlightLog, analysis: &Analysis) -> String {
     text
 }
 
-fn summary_json(flight: &FlightLog, analysis: &Analysis) -> Value {
+fn summary_json(flight: &FlightLog, analysis: &Analysis, ending: Ending) -> Value {
     let configurations: Vec<Value> = analysis
         .configurations
         .iter()
@@ -320,7 +344,9 @@ fn summary_json(flight: &FlightLog, analysis: &Analysis) -> Value {
         "cross_track_m": track(|track| &track.cross_track),
         "depth_m": track(|track| &track.depth),
         "nis": analysis.configurations.first().map(nis_json),
-        "finished": flight.finished,
+        "finished": matches!(ending, Ending::Flown),
+        "ending": ending.name(),
+        "trust": if ending.is_trustworthy() { "ok" } else { "suspicious" },
         "simulated_s": flight.simulated_s,
         "wall_s": flight.wall_s,
         "digest": format!("{:016x}", flight.digest),

@@ -1,0 +1,147 @@
+//! Files that are no logs of columns: sessions, board logs, vehicle files, mappings, truth.
+
+use super::report::span;
+use backseat_data::importers::{self, ColumnMap};
+use backseat_data::session::{Event, Reader, port_name};
+use backseat_data::{BoardFile, DataError, Log, Truth};
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+/// A file and what it is.
+pub struct Other {
+    file: String,
+    what: &'static str,
+    /// Lines of text.
+    facts: Vec<String>,
+    /// What to do with it.
+    next: &'static str,
+}
+
+impl Other {
+    pub fn text(&self) -> String {
+        let mut out = format!("{}: {}\n", self.file, self.what);
+        for fact in &self.facts {
+            out += &format!("  {fact}\n");
+        }
+        out + &format!("\n{}\n", self.next)
+    }
+
+    pub fn json(&self) -> Value {
+        json!({"file": self.file, "format": self.what, "facts": self.facts, "next": self.next, "verdict": "usable"})
+    }
+}
+
+/// What a file is that is no log of columns; `None` for what may be one.
+///
+/// # Errors
+/// A file that says what it is and is broken.
+pub fn describe(path: &Path) -> anyhow::Result<Option<Other>> {
+    if path.extension().is_some_and(|extension| extension == "toml") {
+        return Ok(Some(settings(path)?));
+    }
+    if is_session(path)? {
+        return Ok(Some(session(path)?));
+    }
+    Ok(truth(path))
+}
+
+/// By the first bytes: MCAP, or no text.
+fn is_session(path: &Path) -> Result<bool, DataError> {
+    let mut head = [0; 64];
+    let mut file = File::open(path).map_err(|e| DataError::io(path, &e))?;
+    let count = file.read(&mut head).map_err(|e| DataError::io(path, &e))?;
+    let is_board_log = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bsl"));
+    Ok(importers::is_bag(&head[..count]) == Some(false) || is_board_log)
+}
+
+fn session(path: &Path) -> anyhow::Result<Other> {
+    let mut reader = Reader::open(path)?;
+    let meta = reader.meta().clone();
+    let mut facts = vec![format!("written by {}", meta.program)];
+    facts.extend(meta.facts.iter().map(|(name, value)| format!("{name}: {value}")));
+    let (mut first_us, mut last_us, mut steps) = (None, 0, 0_u64);
+    let mut bytes: Vec<(String, usize)> = Vec::new();
+    let (mut notes, mut lost) = (Vec::new(), 0_u64);
+    while let Some(entry) = reader.next() {
+        let entry = entry?;
+        first_us = first_us.or(Some(entry.time_us));
+        last_us = last_us.max(entry.time_us);
+        match entry.event {
+            Event::Received { port, bytes: chunk } => add(&mut bytes, format!("to {}", port_name(port)), chunk.len()),
+            Event::Sent { port, bytes: chunk } => add(&mut bytes, format!("from {}", port_name(port)), chunk.len()),
+            Event::Step { .. } => steps += 1,
+            Event::Note(note) => notes.push(note),
+            Event::Lost(count) => lost += u64::from(count),
+            _ => {}
+        }
+    }
+    let span_s = last_us.saturating_sub(first_us.unwrap_or(0)) as f64 * 1e-6;
+    facts.push(format!("{}, {steps} steps of the board", span(span_s)));
+    facts.extend(bytes.iter().map(|(way, count)| format!("{way}: {count} bytes")));
+    facts.extend(reader.attachments().iter().map(|attached| format!("holds {}", attached.name)));
+    facts.extend(notes.into_iter().take(10).map(|note| format!("note: {note}")));
+    if lost > 0 {
+        facts.push(format!("{lost} records were lost while it was written"));
+    }
+    let damage = reader.damage();
+    if damage.unfinished || damage.cut_bytes > 0 || damage.broken_records > 0 {
+        facts.push(format!(
+            "damaged: {} bytes behind the last whole record, {} broken records left out",
+            damage.cut_bytes, damage.broken_records
+        ));
+    }
+    Ok(Other {
+        file: path.display().to_string(),
+        what: "session or board log",
+        facts,
+        next: "`backseat export FILE --csv DIR` makes DIR/vehicle_log.csv for navigate, identify and diagnose;\n\
+               `backseat replay FILE` runs it through the flight code",
+    })
+}
+
+fn add(bytes: &mut Vec<(String, usize)>, way: String, count: usize) {
+    match bytes.iter_mut().find(|(other, _)| *other == way) {
+        Some((_, total)) => *total += count,
+        None => bytes.push((way, count)),
+    }
+}
+
+/// A vehicle file, a board's parameters, or a column mapping.
+fn settings(path: &Path) -> Result<Other, DataError> {
+    let file = path.display().to_string();
+    if let Ok(map) = ColumnMap::read(path) {
+        let facts = map.columns().map(|(column, target)| format!("{column} becomes {target}")).collect();
+        let next = "`backseat info LOG --columns FILE` shows what becomes of a log";
+        return Ok(Other { file, what: "column mapping", facts, next });
+    }
+    let board = BoardFile::read(path)?;
+    let mut facts = Vec::new();
+    if let Some(vehicle) = &board.vehicle {
+        let p = &vehicle.parameters;
+        facts.push(format!("vehicle {}, {} kg", vehicle.name, p.mass_kg));
+        let effects: Vec<&str> = vehicle.effects.set.active().map(|(_, effect, _)| effect.name).collect();
+        if !effects.is_empty() {
+            facts.push(format!("with the effects {}", effects.join(", ")));
+        }
+    }
+    if !board.app.is_empty() {
+        facts.push(format!("{} parameters of [app]", board.app.len()));
+    }
+    let next = "`backseat vehicle check FILE` flies it and names the numbers that do not fit";
+    Ok(Other { file, what: "vehicle file", facts, next })
+}
+
+/// A truth CSV: positions by `x_m` and `y_m`, which no log has.
+fn truth(path: &Path) -> Option<Other> {
+    if Log::read(path).is_ok_and(|log| !log.notes.iter().any(|note| note.contains("x_m, y_m"))) {
+        return None;
+    }
+    let truth = Truth::read(path).ok()?;
+    let (first, last) = (truth.rows.first()?, truth.rows.last()?);
+    let span_s = (last.time_us - first.time_us) as f64 * 1e-6;
+    let facts = vec![format!("{} rows, {}", truth.rows.len(), span(span_s))];
+    let next = "`backseat navigate LOG --truth FILE` compares a log's track with it";
+    Some(Other { file: path.display().to_string(), what: "truth", facts, next })
+}

@@ -1,0 +1,82 @@
+//! How every command reads a log: by its own format or by a column mapping, examined for units, signs and times.
+
+use anyhow::bail;
+use backseat_data::importers::{self, ColumnMap};
+use backseat_data::log::plausibility::Examination;
+use backseat_data::{DataError, Log};
+use std::path::{Path, PathBuf};
+
+#[derive(clap::Args)]
+pub struct LogInput {
+    /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, hms) and base (start or
+    /// epoch), and for each column of the vehicle log, such as `[columns.depth_m]`, its column, unit, sign, scale, offset
+    #[arg(long = "columns", value_name = "MAP.toml")]
+    map: Option<PathBuf>,
+    /// Refuse a log whose units, signs or times look wrong, instead of warning
+    #[arg(long)]
+    strict: bool,
+}
+
+/// A log, how it was understood, and what is doubtful about it.
+pub struct ReadLog {
+    /// Name of its format.
+    pub format: &'static str,
+    /// The log; its notes are those of the reader and, after them, the findings.
+    pub log: Log,
+    /// What the reader recognised, assumed and left out.
+    pub reader_notes: Vec<String>,
+    /// Ranges, rates and what contradicts units and signs.
+    pub examination: Examination,
+}
+
+impl LogInput {
+    /// Reads and examines a log; says on stderr what is doubtful.
+    ///
+    /// # Errors
+    /// The log or the mapping cannot be read; with `--strict`, the log is suspicious.
+    pub fn read(&self, path: &Path) -> anyhow::Result<ReadLog> {
+        let mut read = self.examine(path)?;
+        for finding in &read.examination.findings {
+            eprintln!("warning: {}: {}", path.display(), finding.message);
+            read.log.notes.push(finding.message.clone());
+        }
+        if let Some(first) = read.examination.suspicions().next().filter(|_| self.strict) {
+            bail!("{}: {} (refused by --strict)", path.display(), first.message);
+        }
+        Ok(read)
+    }
+
+    /// Reads and examines a log, and says nothing.
+    ///
+    /// # Errors
+    /// The log or the mapping cannot be read.
+    pub fn examine(&self, path: &Path) -> Result<ReadLog, DataError> {
+        let imported = match &self.map {
+            Some(map) => importers::read_mapped(path, &ColumnMap::read(map)?)?,
+            None => importers::read(path)?,
+        };
+        let examination = Examination::of(&imported.log);
+        let reader_notes = imported.log.notes.clone();
+        Ok(ReadLog { format: imported.format, log: imported.log, reader_notes, examination })
+    }
+
+    /// Whether the log is one of a mapping.
+    pub const fn is_mapped(&self) -> bool {
+        self.map.is_some()
+    }
+
+    /// Whether a suspicious log is an error.
+    pub const fn is_strict(&self) -> bool {
+        self.strict
+    }
+}
+
+impl ReadLog {
+    /// Does the work; if that fails, says what the reader recognised and left out, which is often why.
+    ///
+    /// # Errors
+    /// Those of the work.
+    pub fn explain_failure<T>(&self, work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
+        work().inspect_err(|_| self.reader_notes.iter().for_each(|note| eprintln!("note: {note}")))
+    }
+}

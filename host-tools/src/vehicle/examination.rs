@@ -1,0 +1,325 @@
+//! What a vehicle file describes, examined: trim, turn, dive, stability, a slender body of its size, a short flight.
+
+use super::flight::{self, ShortFlight};
+use super::manoeuvres::{self, Cruise, Dive, Turn};
+use super::stability::{self, Mode};
+use backseat_core::control::trim::Trim;
+use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use backseat_data::VehicleFile;
+use std::f64::consts::PI;
+
+/// Speed of the default mission, m/s.
+pub const MISSION_MPS: f64 = 1.0;
+
+/// A number that does not fit the others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Misfit {
+    /// The vehicle cannot fly with it.
+    pub is_fatal: bool,
+    /// Its key in the vehicle file.
+    pub key: &'static str,
+    pub message: String,
+}
+
+/// A quantity of the file beside that of a slender body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beside {
+    pub what: &'static str,
+    pub key: &'static str,
+    pub unit: &'static str,
+    pub declared: f64,
+    pub slender_body: f64,
+    /// Factors of the slender body's value within which the declared one is usual.
+    usual: [f64; 2],
+}
+
+/// What was found.
+pub struct Findings {
+    pub speed_mps: f64,
+    pub cruises: Vec<Cruise>,
+    pub top_speed_mps: Option<f64>,
+    pub turn: Option<Turn>,
+    pub dive: Option<Dive>,
+    pub modes: Vec<Mode>,
+    pub beside: Vec<Beside>,
+    pub flight: Option<ShortFlight>,
+    pub misfits: Vec<Misfit>,
+}
+
+/// Why a vehicle cannot fly the simulator's missions; `None` if it can.
+///
+/// # Errors
+/// The backseat refuses the vehicle.
+pub fn unflyable(file: &VehicleFile) -> anyhow::Result<Option<String>> {
+    if file.parameters == VehicleParameters::IVER3 {
+        return Ok(None); // flown by every test
+    }
+    let findings = examine(file, MISSION_MPS)?;
+    Ok(findings
+        .misfits
+        .into_iter()
+        .find(|misfit| misfit.is_fatal)
+        .map(|misfit| format!("{}: {}", misfit.key, misfit.message)))
+}
+
+/// Everything there is to say about a vehicle.
+///
+/// # Errors
+/// The backseat refuses the vehicle.
+pub fn examine(file: &VehicleFile, speed_mps: f64) -> anyhow::Result<Findings> {
+    let p = &file.parameters;
+    let model = VehicleModel::new(p).map_err(|error| anyhow::anyhow!("{error}"))?;
+    let cruises = (1..=8).filter_map(|k| manoeuvres::cruise(&model, 0.5 * f64::from(k))).collect();
+    let cruise = manoeuvres::cruise(&model, speed_mps);
+    let beside = beside(p);
+    let mut misfits = plain_misfits(p);
+    misfits.extend(beside.iter().filter_map(Beside::misfit));
+    let mut findings = Findings {
+        speed_mps,
+        cruises,
+        top_speed_mps: manoeuvres::top_speed_mps(&model),
+        turn: cruise.and_then(|cruise| manoeuvres::turn(&model, &cruise, 0.5 * p.delta_max_rad)),
+        dive: cruise.and_then(|cruise| manoeuvres::dive(&model, &cruise, 0.25 * p.delta_max_rad)),
+        modes: cruise.map_or_else(Vec::new, |cruise| stability::modes(&model, &cruise.trim, cruise.rpm * PI / 30.0)),
+        beside,
+        flight: None,
+        misfits,
+    };
+    findings.misfits.extend(motion_misfits(p, &model, &findings));
+    if !findings.misfits.iter().any(|misfit| misfit.is_fatal) {
+        let flight = flight::fly(file)?;
+        findings.misfits.extend(flight_misfits(&flight));
+        findings.flight = Some(flight);
+    }
+    findings.misfits.sort_by_key(|misfit| !misfit.is_fatal);
+    Ok(findings)
+}
+
+/// Numbers that contradict the hull or each other, by themselves.
+fn plain_misfits(p: &VehicleParameters) -> Vec<Misfit> {
+    let mut misfits = Vec::new();
+    let mut add = |is_fatal, key, message| misfits.push(Misfit { is_fatal, key, message });
+    let cylinder_kg = p.rho_kg_per_m3 * 0.25 * PI * p.diameter_m * p.diameter_m * p.length_m;
+    let share = p.displaced_mass_kg / cylinder_kg;
+    if !(0.3..=1.5).contains(&share) {
+        add(
+            true,
+            "vehicle.displaced_mass_kg",
+            format!(
+                "{} kg is {share:.2} times what a cylinder of its length and diameter displaces ({cylinder_kg:.1} kg): \
+                 expected 0.3 to 1.5; check mass, length and diameter",
+                p.displaced_mass_kg
+            ),
+        );
+    }
+    let mean_x = p.fins.iter().map(|fin| fin.cp_m[0]).sum::<f64>() / 4.0;
+    if mean_x > 0.0 {
+        add(
+            false,
+            "fins.cp_m",
+            format!("the fins stand {mean_x:.2} m ahead of the centre of gravity: a wrong sign? Aft is negative"),
+        );
+    } else if -mean_x > 0.7 * p.length_m {
+        add(
+            false,
+            "fins.cp_m",
+            format!("the fins stand {:.2} m aft, outside a hull of {} m about its middle", -mean_x, p.length_m),
+        );
+    }
+    let lean = (p.b_cb_to_cg_m[0] / p.b_cb_to_cg_m[2]).atan();
+    if lean.abs() > 0.35 {
+        let degrees = -lean.to_degrees();
+        add(false, "vehicle.b_cb_to_cg_m", format!("at rest the vehicle lies pitched by {degrees:.0} degrees"));
+    }
+    let floats = p.displaced_mass_kg / p.mass_kg - 1.0;
+    if !(-0.005..=0.03).contains(&floats) {
+        let percent = 100.0 * floats;
+        add(
+            false,
+            "vehicle.displaced_mass_kg",
+            format!("buoyancy is {percent:+.1} % of the weight: survey vehicles are trimmed to 0 to +3 %"),
+        );
+    }
+    misfits
+}
+
+/// Added mass of the spheroid with the hull's length and diameter (Lamb 1932, section 115), moments of inertia of an even
+/// body, drag of a cylinder across the flow.
+fn beside(p: &VehicleParameters) -> Vec<Beside> {
+    let [k1, k2, k3] = lamb(p.length_m / p.diameter_m);
+    let (mass, displaced) = (p.mass_kg, p.displaced_mass_kg);
+    let inertia = |mass: f64| mass * (p.length_m.powi(2) + 0.75 * p.diameter_m.powi(2)) / 12.0;
+    // the same moment of a spheroid, whose volume lies nearer to its middle
+    let spheroid = displaced * (p.length_m.powi(2) + p.diameter_m.powi(2)) / 20.0;
+    let half_rho = 0.5 * p.rho_kg_per_m3;
+    let side = p.diameter_m * p.length_m;
+    let mut rows = Vec::new();
+    let mut add = |what, key, unit, declared, slender_body, usual| {
+        rows.push(Beside { what, key, unit, declared, slender_body, usual });
+    };
+    add("added mass, surge", "inertia.m_diag", "kg", p.m_diag[0] - mass, k1 * displaced, [0.2, 6.0]);
+    add("added mass, sway", "inertia.m_diag", "kg", p.m_diag[1] - mass, k2 * displaced, [0.4, 2.5]);
+    add("added mass, heave", "inertia.m_diag", "kg", p.m_diag[2] - mass, k2 * displaced, [0.4, 2.5]);
+    let rotary = inertia(mass) + k3 * spheroid;
+    add("inertia, pitch", "inertia.m_diag", "kg m^2", p.m_diag[4], rotary, [0.3, 3.0]);
+    add("inertia, yaw", "inertia.m_diag", "kg m^2", p.m_diag[5], rotary, [0.3, 3.0]);
+    let roll = mass * p.diameter_m.powi(2) / 8.0;
+    add("inertia, roll", "inertia.m_diag", "kg m^2", p.m_diag[3], roll, [0.5, 6.0]);
+    // 0.15 and 1.1: torpedo hull with appendages, cylinder across the flow (Hoerner 1965)
+    let frontal = 0.25 * PI * p.diameter_m.powi(2);
+    let total = p.quadratic_diag[0] + p.linear_surge_ns_per_m;
+    add("drag, surge at 1 m/s", "drag.quadratic_diag", "N", total, half_rho * 0.15 * frontal, [0.3, 4.0]);
+    let across = half_rho * 1.1 * side;
+    add("drag, sway", "drag.quadratic_diag", "N s^2/m^2", p.quadratic_diag[1], across, [0.3, 3.0]);
+    add("drag, heave", "drag.quadratic_diag", "N s^2/m^2", p.quadratic_diag[2], across, [0.3, 3.0]);
+    let turning = half_rho * 1.1 * p.diameter_m * p.length_m.powi(4) / 32.0;
+    add("drag, pitch", "drag.quadratic_diag", "N m s^2", p.quadratic_diag[4], turning, [0.2, 6.0]);
+    add("drag, yaw", "drag.quadratic_diag", "N m s^2", p.quadratic_diag[5], turning, [0.2, 6.0]);
+    add("fins, all, of the side", "fins.area_m2", "m^2", 4.0 * p.fin_area_m2, 0.1 * side, [0.2, 3.0]);
+    rows
+}
+
+/// Coefficients of added mass of a prolate spheroid of this length over diameter: along, across, and about an axis across.
+fn lamb(slenderness: f64) -> [f64; 3] {
+    let e2 = 1.0 - 1.0 / (slenderness * slenderness).max(1.0001);
+    let e = e2.sqrt();
+    let logarithm = ((1.0 + e) / (1.0 - e)).ln();
+    let alpha = 2.0 * (1.0 - e2) / (e2 * e) * (0.5 * logarithm - e);
+    let beta = 1.0 / e2 - (1.0 - e2) / (2.0 * e2 * e) * logarithm;
+    let (k1, k2) = (alpha / (2.0 - alpha), beta / (2.0 - beta));
+    let k3 = e2 * e2 * (beta - alpha) / ((2.0 - e2) * (2.0 * e2 - (2.0 - e2) * (beta - alpha)));
+    [k1, k2, k3]
+}
+
+impl Beside {
+    pub fn factor(&self) -> f64 {
+        self.declared / self.slender_body
+    }
+
+    fn misfit(&self) -> Option<Misfit> {
+        let [low, high] = self.usual;
+        (!(low..=high).contains(&self.factor())).then(|| Misfit {
+            is_fatal: false,
+            key: self.key,
+            message: format!(
+                "{}: {:.3} {} is {:.2} times that of a slender body; usual is {low} to {high}",
+                self.what,
+                self.declared,
+                self.unit,
+                self.factor()
+            ),
+        })
+    }
+}
+
+/// What the motion says about the numbers.
+fn motion_misfits(p: &VehicleParameters, model: &VehicleModel, findings: &Findings) -> Vec<Misfit> {
+    let mut misfits = Vec::new();
+    let mut add = |is_fatal, key, message| misfits.push(Misfit { is_fatal, key, message });
+    let speed = findings.speed_mps;
+    match (Trim::solve(model, speed), findings.top_speed_mps) {
+        (None, _) => {
+            let buoyancy_n = (p.displaced_mass_kg - p.mass_kg) * p.g_mps2;
+            add(
+                true,
+                "vehicle.displaced_mass_kg",
+                format!(
+                    "no level flight at {speed} m/s: fins and pitch cannot balance {buoyancy_n:.1} N of buoyancy; check \
+                     displaced mass, b_cb_to_cg_m, fins"
+                ),
+            );
+        }
+        (Some(_), Some(top)) if top < speed => add(
+            true,
+            "propeller.beta5_n_s2_per_rad2",
+            format!("top speed {top:.1} m/s is below {speed} m/s: thrust, drag or largest propeller speed"),
+        ),
+        (Some(_), None) => add(true, "propeller.beta5_n_s2_per_rad2", "the propeller reaches no speed".to_owned()),
+        _ => {}
+    }
+    for mode in findings.modes.iter().filter(|mode| mode.is_violent()) {
+        let message = format!("{}: faster than steering holds; check fin places and area, added mass", mode.words());
+        add(false, "fins.cp_m", message);
+    }
+    if let Some(dive) = findings.dive.filter(|dive| dive.rate_mps < 0.02) {
+        add(
+            false,
+            "fins.cl",
+            format!(
+                "elevators down by {:.0} degrees do not bring the vehicle down ({:.2} m/s): signs of phi_rad, buoyancy, \
+                 fin area",
+                dive.fin_rad.to_degrees(),
+                dive.rate_mps
+            ),
+        );
+    }
+    if findings.turn.is_some_and(|turn| turn.radius_m > 15.0 * p.length_m) {
+        add(false, "fins.area_m2", "the turn is wider than fifteen lengths: fin area, or drag in yaw".to_owned());
+    }
+    misfits
+}
+
+/// What the short flight says.
+fn flight_misfits(flight: &ShortFlight) -> Vec<Misfit> {
+    let [depth_m, wanted_m] = flight.depth_m;
+    let mut misfits = Vec::new();
+    let mut add = |key, message| misfits.push(Misfit { is_fatal: true, key, message });
+    if !flight.ending.is_trustworthy() {
+        add("vehicle", format!("in the simulator: {}", flight.ending.headline()));
+    } else if (depth_m - wanted_m).abs() > 0.5 * wanted_m {
+        add("vehicle", format!("in the simulator it runs at {depth_m:.1} m depth where {wanted_m:.1} m are commanded"));
+    } else if flight.speed_mps < 0.5 * MISSION_MPS {
+        add("vehicle", format!("in the simulator it makes {:.2} m/s where 1.0 is commanded", flight.speed_mps));
+    }
+    misfits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_added_mass_of_a_spheroid() {
+        // Lamb (1932), table of section 115: a/b = 2.99: k1 0.122, k2 0.803, k' 0.465; a/b = 6.01: 0.045, 0.918, 0.764.
+        for (slenderness, expected) in [(2.99, [0.122, 0.803, 0.465]), (6.01, [0.045, 0.918, 0.764])] {
+            for (found, expected) in lamb(slenderness).into_iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-3, "{slenderness}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_reference_vehicle_flies() {
+        let findings = examine(&VehicleFile::reference(), 1.0).unwrap();
+        let fatal: Vec<_> = findings.misfits.iter().filter(|misfit| misfit.is_fatal).collect();
+        assert!(fatal.is_empty(), "{fatal:?}");
+        // thrust and drag alone: 2 m/s (see the joint check); trim drag takes the rest
+        let top = findings.top_speed_mps.unwrap();
+        assert!((1.6..=2.0).contains(&top), "{top}");
+        let flight = findings.flight.unwrap();
+        assert!((flight.depth_m[0] - 3.0).abs() < 0.3, "{flight:?}");
+    }
+
+    #[test]
+    fn vehicles_that_cannot_fly_are_named() {
+        let of = |change: &dyn Fn(&mut VehicleParameters)| {
+            let mut file = VehicleFile::reference();
+            change(&mut file.parameters);
+            unflyable(&file).unwrap().unwrap_or_default()
+        };
+        let heavy =
+            of(&|p| (p.mass_kg, p.displaced_mass_kg, p.m_diag) = (3000.0, 3010.0, [3100.0, 6e3, 6e3, 20.0, 2e3, 2e3]));
+        assert!(heavy.starts_with("vehicle.displaced_mass_kg: 3010 kg is 86"), "{heavy}");
+        let cork = of(&|p| p.displaced_mass_kg = 42.0);
+        assert!(cork.contains("no level flight at 1 m/s"), "{cork}");
+        // Fins at the bow steer, if the file says so: no reason to refuse them, but to ask.
+        let mut file = VehicleFile::reference();
+        file.parameters.fins.iter_mut().for_each(|fin| fin.cp_m[0] = 0.85);
+        let findings = examine(&file, 1.0).unwrap();
+        assert!(
+            findings.misfits.iter().any(|misfit| misfit.message.contains("0.85 m ahead")),
+            "{:?}",
+            findings.misfits
+        );
+    }
+}

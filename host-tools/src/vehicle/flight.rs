@@ -1,0 +1,51 @@
+//! A short flight in the simulator with the backseat steering: what `sim run` will look like.
+
+use backseat_data::VehicleFile;
+use backseat_link::Client;
+use hil_sim::backseat::InProcess;
+use hil_sim::ending::Ending;
+use hil_sim::flight;
+use hil_sim::scenario::Scenario;
+use std::sync::atomic::AtomicBool;
+
+/// Time that is flown, s: surfaced for 60 m of the survey's run-in, then the dive to 3 m.
+const DURATION_S: f64 = 180.0;
+/// Time at the end over which the depth is judged, s.
+const JUDGED_S: usize = 20;
+
+/// How it went.
+#[derive(Clone, Copy, Debug)]
+pub struct ShortFlight {
+    pub duration_s: f64,
+    pub ending: Ending,
+    /// Mean depth of the last seconds, and the depth that was to be held, m.
+    pub depth_m: [f64; 2],
+    /// Largest roll and pitch, rad.
+    pub largest_rad: [f64; 2],
+    /// Mean speed of the last seconds, m/s.
+    pub speed_mps: f64,
+}
+
+/// Flies the beginning of the default mission.
+///
+/// # Errors
+/// The backseat refuses the vehicle.
+pub fn fly(vehicle: &VehicleFile) -> anyhow::Result<ShortFlight> {
+    let mut scenario = Scenario::built_in("survey")?;
+    scenario.settings.duration_s = DURATION_S;
+    scenario.vehicle = vehicle.clone();
+    let wanted_m = scenario.settings.waypoints().iter().map(|waypoint| waypoint.depth_m).fold(0.0, f64::max);
+    let mut client = Client::new(InProcess::new());
+    let flight = flight::fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})?;
+    let samples = &flight.samples;
+    let last = &samples[samples.len().saturating_sub(JUDGED_S)..];
+    let mean = |of: fn(&flight::Sample) -> f64| last.iter().map(of).sum::<f64>() / last.len().max(1) as f64;
+    let largest = |place: usize| samples.iter().map(|sample| sample.truth.state[place].abs()).fold(0.0, f64::max);
+    Ok(ShortFlight {
+        duration_s: DURATION_S,
+        ending: Ending::of(&scenario, &flight),
+        depth_m: [mean(|sample| sample.truth.state[2]), wanted_m],
+        largest_rad: [largest(3), largest(4)],
+        speed_mps: mean(|sample| sample.truth.state[6]),
+    })
+}

@@ -1,0 +1,137 @@
+//! `backseat info`, and the same examination at the start of the commands that read a log: what a wrong unit ends in.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn backseat(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_backseat")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Two minutes of a simulated survey, with attitude and rates times `angle` and times times `time`.
+fn survey(folder: &Path, name: &str, angle: f64, time: f64) {
+    if !folder.join("flight/log.csv").exists() {
+        let output = backseat(folder, &["sim", "run", "--minutes", "4", "--seed", "3", "--out", "flight", "--json"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    let log = std::fs::read_to_string(folder.join("flight/log.csv")).unwrap();
+    let mut lines = log.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let attitude = ["roll_rad", "pitch_rad", "heading_rad"];
+    let scaled = |line: &str| {
+        let cells = line.split(',').zip(&header).map(|(cell, name)| {
+            let factor = if attitude.contains(name) {
+                angle
+            } else if *name == "t_s" {
+                time
+            } else {
+                1.0
+            };
+            match cell.parse::<f64>() {
+                Ok(value) if factor != 1.0 => (value * factor).to_string(),
+                _ => cell.to_owned(),
+            }
+        });
+        cells.collect::<Vec<_>>().join(",")
+    };
+    let rows: Vec<String> = std::iter::once(header.join(",")).chain(lines.map(scaled)).collect();
+    std::fs::write(folder.join(name), rows.join("\n") + "\n").unwrap();
+}
+
+#[test]
+fn a_good_log_is_usable_and_trusted() {
+    let folder = tempfile::tempdir().unwrap();
+    survey(folder.path(), "log.csv", 1.0, 1.0);
+    let output = backseat(folder.path(), &["info", "log.csv", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (json["verdict"].as_str(), json["uses"]["navigate"]["possible"].as_bool()),
+        (Some("usable"), Some(true))
+    );
+    let depth = json["columns"].as_array().unwrap().iter().find(|column| column["name"] == "depth_m").unwrap();
+    // the scenario's depth sensor gives seven samples a second, at whole hundredths of one
+    assert!((depth["rate_hz"].as_f64().unwrap() - 7.0).abs() < 0.2, "{depth}");
+    let told = text(&backseat(folder.path(), &["info", "log.csv"]).stdout);
+    assert!(told.ends_with("\nusable\n") && told.lines().all(|line| line.len() <= 120), "{told}");
+    let output = backseat(folder.path(), &["navigate", "log.csv", "--no-dvl", "--json"]);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((output.status.code(), json["trust"].as_str()), (Some(0), Some("ok")), "{json}");
+    assert_eq!(text(&output.stderr), "");
+}
+
+#[test]
+fn attitude_in_degrees_and_time_in_milliseconds_are_not_trusted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    survey(at, "degrees.csv", 180.0 / std::f64::consts::PI, 1.0);
+    survey(at, "ms.csv", 1.0, 1000.0);
+    for (log, part) in [("degrees.csv", "is it in degrees?"), ("ms.csv", "is the time in milliseconds?")] {
+        let output = backseat(at, &["info", log]);
+        let told = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(3), "{told}");
+        let verdict = told.split("\nsuspicious:").nth(1).unwrap_or_default();
+        assert!(verdict.contains(part), "{told}");
+        assert_eq!(backseat(at, &["info", log, "--strict"]).status.code(), Some(1));
+    }
+    let output = backseat(at, &["navigate", "degrees.csv", "--no-dvl", "--json", "--report", "out"]);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((output.status.code(), json["trust"].as_str()), (Some(3), Some("suspicious")), "{json}");
+    assert!(text(&output.stderr).contains("warning: degrees.csv: heading_rad reaches"), "{}", text(&output.stderr));
+    assert!(std::fs::read_to_string(at.join("out/report.html")).unwrap().contains("Do not trust this result"));
+    let output = backseat(at, &["navigate", "degrees.csv", "--strict"]);
+    assert_eq!((output.status.code(), text(&output.stdout).as_str()), (Some(1), ""));
+    assert!(text(&output.stderr).contains("refused by --strict"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn other_files_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    survey(at, "log.csv", 1.0, 1.0);
+    std::fs::write(at.join("v.toml"), include_str!("../data/vehicles/iver3.toml")).unwrap();
+    std::fs::write(at.join("m.toml"), "[time]\ncolumn = \"t\"\n[columns.depth_m]\ncolumn = \"z\"\n").unwrap();
+    for (file, what) in [
+        ("flight/session.mcap", "session or board log"),
+        ("flight/truth.csv", "truth"),
+        ("v.toml", "vehicle file"),
+        ("m.toml", "column mapping"),
+    ] {
+        let output = backseat(at, &["info", file]);
+        let told = text(&output.stdout);
+        assert!(
+            output.status.success() && told.starts_with(&format!("{file}: {what}\n")),
+            "{told}{}",
+            text(&output.stderr)
+        );
+    }
+    assert_eq!(backseat(at, &["info", "nothing.csv"]).status.code(), Some(1));
+}
+
+#[test]
+fn what_the_reader_left_out_is_said_when_the_command_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), "t_s,depth_m,salinity\n0,1,35\n1,1,35\n").unwrap();
+    let output = backseat(folder.path(), &["navigate", "log.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    let told = text(&output.stderr);
+    assert!(told.starts_with("note: columns not used: salinity\nerror: "), "{told}");
+}
+
+#[test]
+fn an_identification_that_changes_nothing_says_so_and_writes_no_vehicle() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let dataset = "sim dataset --effect none --seed 1 --hours 0.15 --excite --noise off --out set";
+    assert!(backseat(at, &dataset.split(' ').collect::<Vec<_>>()).status.success());
+    let arguments = ["identify", "set/log.csv", "--vehicle", "set/vehicle.toml", "--out", "new.toml", "--json"];
+    let output = backseat(at, &arguments);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    // The declared vehicle is the true one: nothing predicts the held-out data better.
+    assert_eq!((json["changed"].as_bool(), output.status.code()), (Some(false), Some(3)), "{json}");
+    assert!(json["vehicle_file"].is_null() && !at.join("new.toml").exists());
+}
