@@ -40,9 +40,8 @@ pub struct Run {
     /// catalogue: of the declared model on the same log flown without the effect).
     pub declared: Errors,
     pub after: Errors,
-    #[serde(alias = "told")] // its key in results stored before
     pub declaring_truth: Errors,
-    /// First thing that an unexplained rest depends on.
+    /// First term on which the unexplained residual depends.
     pub hint: Option<String>,
 }
 
