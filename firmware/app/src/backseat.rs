@@ -154,9 +154,8 @@ impl Backseat {
     /// No mission is armed or under way, nothing is being stopped, tested or stored, and no resets wait for the operator.
     pub fn is_at_rest(&self) -> bool {
         let Self { steering, storage, modes, .. } = self;
-        !(steering.is_engaged() || steering.is_stopping() || steering.is_wiggling())
-            && !storage.is_busy()
-            && !modes.is_barred()
+        let is_steering = steering.is_engaged() || steering.is_stopping() || steering.is_wiggling();
+        !(is_steering || storage.is_busy() || modes.is_barred())
     }
 
     pub fn last_step_us(&self) -> Option<u64> {
