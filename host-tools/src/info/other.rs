@@ -64,7 +64,7 @@ fn session(path: &Path) -> anyhow::Result<Other> {
     let (mut first_us, mut last_us, mut steps) = (None, 0, 0_u64);
     let mut bytes: Vec<(String, usize)> = Vec::new();
     let (mut notes, mut lost) = (Vec::new(), 0_u64);
-    while let Some(entry) = reader.next() {
+    for entry in reader.by_ref() {
         let entry = entry?;
         first_us = first_us.or(Some(entry.time_us));
         last_us = last_us.max(entry.time_us);

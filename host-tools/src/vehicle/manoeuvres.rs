@@ -48,8 +48,7 @@ pub fn cruise(model: &VehicleModel, speed_mps: f64) -> Option<Cruise> {
 
 /// Fastest level flight, m/s.
 pub fn top_speed_mps(model: &VehicleModel) -> Option<f64> {
-    let reached = (1..=300).map(|k| 0.1 * f64::from(k)).filter(|speed| cruise(model, *speed).is_some());
-    reached.last()
+    (1..=300).rev().map(|k| 0.1 * f64::from(k)).find(|speed| cruise(model, *speed).is_some())
 }
 
 /// Rudders hard over (opposed fins, nose to starboard) from straight flight.
