@@ -20,7 +20,7 @@ class Device:
         return self.r.get(offset, 0)
 
     def field(self, offset, shift, width=1):
-        return self.word(offset) >> shift & ((1 << width) - 1)
+        return self.r.get(offset, 0) >> shift & ((1 << width) - 1)
 
     def read(self, offset, size):
         return self.word(offset & ~3) >> 8 * (offset & 3)

@@ -17,10 +17,10 @@ from unicorn import arm_const as arm
 from unicorn.unicorn_py3.unicorn import uclib
 
 BYTES_PER_INSTRUCTION = 2.7
-LONGEST_SLICE_NS, SHORTEST_SLICE_NS, MASKED_SLICE_NS = 20e3, 50, 400
+LONGEST_SLICE_NS, SHORTEST_SLICE_NS, MASKED_SLICE_NS = 200e3, 50, 400
 HARD_FAULT, RETURN_TRAP = 3, 8
-STACKED = [getattr(arm, f"UC_ARM_REG_{name}") for name in "R0 R1 R2 R3 R12 LR".split()]
-STACKED_DOUBLES = [getattr(arm, f"UC_ARM_REG_D{k}") for k in range(8)]
+ENDLESS = 0xF0000000  # a loop, asleep
+STACKED = "R0 R1 R2 R3 R12 LR".split(), "D0 D1 D2 D3 D4 D5 D6 D7 FPSCR".split()
 FRAME = struct.Struct("<8I8QII")
 HINTS = {0x20: "wfe", 0x30: "wfi", 0x40: "sev"}
 
@@ -36,6 +36,24 @@ void on_block(void *uc, uint64_t address, uint32_t size, struct slice *slice)
 
 class Slice(ctypes.Structure):
     _fields_ = [("executed", ctypes.c_int64), ("limit", ctypes.c_int64)]
+
+
+class Registers:
+    """Some registers at once: Unicorn's own functions for them take most of the time of an interrupt."""
+
+    def __init__(self, uc, names):
+        self.uc, self.count = uc._uch, len(names)
+        self.numbers = (ctypes.c_int * self.count)(*(getattr(arm, f"UC_ARM_REG_{name}") for name in names))
+        self.values = (ctypes.c_uint64 * self.count)()
+        self.places = (ctypes.c_void_p * self.count)(*(ctypes.addressof(self.values) + 8 * k for k in range(self.count)))
+
+    def read(self):
+        uclib.uc_reg_read_batch(self.uc, self.numbers, self.places, self.count)
+        return self.values
+
+    def write(self, values):
+        self.values[:] = values
+        uclib.uc_reg_write_batch(self.uc, self.numbers, self.places, self.count)
 
 
 def compiled_counter():
@@ -135,10 +153,16 @@ class Core:
             if match.start() % 2 == 0:
                 at = code[0] + match.start()
                 self.uc.hook_add(UC_HOOK_CODE, self.on_hint, HINTS[match[0][0]], at, at)
-        self.uc.mem_map(0xF0000000, 0x1000)
-        self.uc.mem_write(0xF0000000, b"\x00\xbf\xfe\xe7")
-        self.uc.emu_start(0xF0000001, 0, count=1)  # builds the CPU
+        self.uc.mem_map(ENDLESS, 0x1000)
+        self.uc.mem_write(ENDLESS, b"\x30\xbf\xfd\xe7")
+        self.uc.hook_add(UC_HOOK_CODE, self.on_hint, "wfi", ENDLESS, ENDLESS)
+        self.uc.emu_start(ENDLESS | 1, 0, count=1)  # builds the CPU
         make_double_precision()
+        self.masks = Registers(self.uc, ("FAULTMASK", "PRIMASK", "BASEPRI"))
+        self.program_counter = Registers(self.uc, ("PC",))
+        self.saved = Registers(self.uc, (*STACKED[0], *STACKED[1], "SP", "XPSR"))
+        self.entered = Registers(self.uc, ("SP", "LR", "XPSR", "IPSR"))
+        self.restored = Registers(self.uc, (*STACKED[0], *STACKED[1], "SP", "XPSR", "IPSR"))
 
     def reset_core(self):
         self.active, self.event, self.fault, self.want_reset = [], False, None, None
@@ -153,6 +177,19 @@ class Core:
     def on_trap(self, uc, number, _):
         self.trap = number
         uc.emu_stop()
+
+    def hook_entry(self, address, times):
+        """Whoever comes to an address stays there until the next reset."""
+        resets = len(self.resets)
+
+        def stay(uc, *_):
+            if len(self.resets) == resets:
+                times.append(self.now)
+                uc.reg_write(arm.UC_ARM_REG_PC, ENDLESS | 1)
+                uc.emu_stop()
+
+        self.uc.hook_add(UC_HOOK_CODE, stay, None, address, address)
+        self.uc.ctl_flush_tb()
 
     def on_hint(self, uc, address, _, kind):
         if kind == "sev":
@@ -173,7 +210,7 @@ class Core:
 
     def reschedule(self):
         """Ends the present slice at its next block."""
-        self.slice.limit = 0
+        self.slice.limit, self.slice_end = 0, 0.0
 
     def exception(self):
         return self.active[-1][0] if self.active else 0
@@ -182,10 +219,10 @@ class Core:
         return self.uc.reg_read(arm.UC_ARM_REG_FAULTMASK) and self.scs.field(Scs.CCR, 8)
 
     def running_priority(self):
-        read = self.uc.reg_read
-        if read(arm.UC_ARM_REG_FAULTMASK):
+        faults, all_but_faults, base = self.masks.read()
+        if faults:
             return -1
-        masked = 0 if read(arm.UC_ARM_REG_PRIMASK) else read(arm.UC_ARM_REG_BASEPRI) & 0xF0 or 256
+        masked = 0 if all_but_faults else base & 0xF0 or 256
         return min([masked] + [priority for _, priority in self.active])
 
     def deliver(self):
@@ -200,32 +237,22 @@ class Core:
         return False
 
     def enter(self, number, priority):
-        uc = self.uc
-        sp = uc.reg_read(arm.UC_ARM_REG_SP)
-        frame, xpsr = (sp - FRAME.size) & ~7, uc.reg_read(arm.UC_ARM_REG_XPSR) | 1 << 24 | (1 << 9 if sp & 4 else 0)
-        core = [uc.reg_read(register) & 0xFFFFFFFF for register in STACKED] + [self.pc, xpsr & 0xFFFFFFFF]
-        doubles = [uc.reg_read(register) for register in STACKED_DOUBLES]
-        uc.mem_write(frame, FRAME.pack(*core, *doubles, uc.reg_read(arm.UC_ARM_REG_FPSCR), 0))
-        uc.reg_write(arm.UC_ARM_REG_SP, frame)
-        uc.reg_write(arm.UC_ARM_REG_LR, 0xFFFFFFE1 if self.active else 0xFFFFFFE9)
+        *core, sp, xpsr = (value & 0xFFFFFFFF for value in self.saved.read())
+        doubles = self.saved.values[len(STACKED[0]):-3]
+        frame, xpsr = (sp - FRAME.size) & ~7, xpsr | 1 << 24 | (1 << 9 if sp & 4 else 0)
+        self.uc.mem_write(frame, FRAME.pack(*core[:len(STACKED[0])], self.pc, xpsr, *doubles, core[-1], 0))
+        self.entered.write((frame, 0xFFFFFFE1 if self.active else 0xFFFFFFE9, 1 << 24 | number, number))
         self.active.append((number, priority))
-        uc.reg_write(arm.UC_ARM_REG_XPSR, 1 << 24 | number)
-        uc.reg_write(arm.UC_ARM_REG_IPSR, number)
         vector = self.scs.word(Scs.VTOR) + 4 * number
-        self.pc = struct.unpack("<I", uc.mem_read(vector, 4))[0] & ~1
+        self.pc = struct.unpack("<I", self.uc.mem_read(vector, 4))[0] & ~1
         self.event = True
 
     def leave(self):
-        uc = self.uc
-        sp = uc.reg_read(arm.UC_ARM_REG_SP)
-        values = FRAME.unpack(uc.mem_read(sp, FRAME.size))
+        sp = self.uc.reg_read(arm.UC_ARM_REG_SP)
+        values = FRAME.unpack(self.uc.mem_read(sp, FRAME.size))
         number, _ = self.active.pop()
-        for register, value in zip(STACKED + STACKED_DOUBLES, values[:6] + values[8:16]):
-            uc.reg_write(register, value)
-        uc.reg_write(arm.UC_ARM_REG_FPSCR, values[16])
-        uc.reg_write(arm.UC_ARM_REG_SP, sp + FRAME.size + (4 if values[7] >> 9 & 1 else 0))
-        uc.reg_write(arm.UC_ARM_REG_XPSR, values[7] & ~(1 << 9))
-        uc.reg_write(arm.UC_ARM_REG_IPSR, self.exception())
+        above = sp + FRAME.size + (4 if values[7] >> 9 & 1 else 0)
+        self.restored.write((*values[:6], *values[8:17], above, values[7] & ~(1 << 9), self.exception()))
         self.pc, self.event = values[6] & ~1, True
         self.scs.pending |= self.scs.level & (1 << number - 16 if number >= 16 else 0)
 
@@ -246,7 +273,10 @@ class Core:
             masked = self.deliver()
             span = min(self.next_event(), until) - self.now
             span = MASKED_SLICE_NS if masked else max(min(span, LONGEST_SLICE_NS), SHORTEST_SLICE_NS)
+            before = self.pc
             self.slice_of(span)
+            if self.pc == before and self.exception() == HARD_FAULT:
+                self.now = min(self.next_event(), until)  # in the loop that ends its handler
             if self.fault:
                 self.hard_fault(self.fault)
                 self.fault = None
@@ -264,19 +294,26 @@ class Core:
 
     def slice_of(self, span):
         """Runs for about this long, ns."""
-        per_ns = self.tree["core"] * 1e-9 * BYTES_PER_INSTRUCTION
+        self.per_ns = self.tree["core"] * 1e-9 * BYTES_PER_INSTRUCTION
         self.trap = self.hint = None
-        self.slice.executed, self.slice.limit = 0, max(8, int(span * per_ns))
+        self.slice.executed, self.slice.limit = 0, max(8, int(span * self.per_ns))
+        self.accounted, self.slice_end = 0, self.now + span
         try:
             self.uc.emu_start(self.pc | 1, 0xFFFFFFF0)
-            self.pc = self.uc.reg_read(arm.UC_ARM_REG_PC) & ~1
+            self.pc = self.program_counter.read()[0] & ~1
         except UcError as error:
             self.pc = self.uc.reg_read(arm.UC_ARM_REG_PC) & ~1
             if self.pc & 0xFFFFFF00 == 0xFFFFFF00:
                 self.trap = RETURN_TRAP
             else:
                 self.fault = f"{error} at {self.pc:#x}"
-        self.now += self.slice.executed / per_ns
+        self.account()
+
+    def account(self):
+        """Time goes on by what was executed since the last call."""
+        executed = self.slice.executed
+        self.now += (executed - self.accounted) / self.per_ns
+        self.accounted = executed
 
     def sleep(self, until):
         while self.now < until and not self.want_reset and self.scs.waiting() is None:

@@ -4,8 +4,8 @@ import struct
 import zlib
 from types import SimpleNamespace
 
-HELLO, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET, PARAMETER_STORE, HEALTH_GET = 0, 2, 3, 4, 5, 12, 13
-TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH = 2, 4, 6, 7, 8, 9
+HELLO, STEP, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET, PARAMETER_STORE, HEALTH_GET = 0, 1, 2, 3, 4, 5, 12, 13
+STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH = 1, 2, 4, 6, 7, 8, 9
 OSCILLATORS = ("crystal", "internal")
 
 
@@ -27,6 +27,11 @@ def frame(message):
 
 def request(kind, body=b""):
     return frame(varint(kind) + body)
+
+
+def step(time_us):
+    """The lock-step clock: a step without edges and bytes."""
+    return request(STEP, varint(time_us) + varint(0) + varint(0))
 
 
 def text(value):

@@ -37,9 +37,9 @@ class Machine(Core):
             text = elf.get_section_by_name(".text")
             self.build_core((text["sh_addr"], text.data()))
             self.map_memory(elf)
-            symbols = elf.get_section_by_name(".symtab")
+            self.symbols = {symbol.name: symbol.entry for symbol in elf.get_section_by_name(".symtab").iter_symbols()}
             names = ("_stack_end", "_stack_start", "_limit_stack")
-            *self.stack, self.stack_limit = (symbols.get_symbol_by_name(name)[0]["st_value"] for name in names)
+            *self.stack, self.stack_limit = (self.symbols[name]["st_value"] for name in names)
         self.build_devices()
         self.reset("power")
 
@@ -97,6 +97,7 @@ class Machine(Core):
 
     # The bus.
     def device(self, address):
+        self.account()
         self.now += MMIO_NS
         device = self.pages.get(address >> 10)
         if device is None:
@@ -124,6 +125,19 @@ class Machine(Core):
         for timer in (self.tim2, self.tim5):
             timer.rebase()
         self.tree = self.rcc.tree()
+        self.reschedule()
+
+    def symbol(self, path):
+        """Address and size of what Rust's mangled path ends in."""
+        found = [entry for name, entry in self.symbols.items() if f"{path}17h" in name and entry["st_size"]]
+        assert len(found) == 1, f"{len(found)} symbols {path}"
+        return found[0]["st_value"], found[0]["st_size"]
+
+    def stick(self, path):
+        """From now on until a reset the function never ends; the time when it begins goes into `stuck`."""
+        self.stuck = []
+        address, _ = self.symbol(path)
+        self.hook_entry(address & ~1, self.stuck)
 
     # Time.
     def at(self, time, action):

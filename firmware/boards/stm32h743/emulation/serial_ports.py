@@ -132,18 +132,22 @@ class Dma(Device):
 
 
 class Usart(Device):
-    """`sent` is what left the pin, with its time; `feed` is what the device at the other end says, at its `baud`."""
+    """`sent` is what left the pin, with its time; `feed` is what the device at the other end says, at its `baud`.
+
+    `haste`: bytes pass so many times as fast as the baud rate says.
+    """
 
     def __init__(self, machine, base, name, irq, gate, bus, rx, tx, requests, baud):
         self.name, self.irq, self.gate, self.bus, self.rx_pin, self.tx_pin = name, irq, gate, bus, rx, tx
         self.requests, self.device_baud = requests, baud
-        self.sent, self.incoming, self.on_byte = [], deque(), None
+        self.sent, self.incoming, self.on_byte, self.haste = [], deque(), None, 1
         super().__init__(machine, base)
 
     def reset(self):
         self.r, self.flags = {}, TC
         self.received, self.queued, self.shifting = deque(), deque(), None
         self.shifted_at = self.idle_at = NEVER
+        self.streams = {}
 
     def depth(self):
         return 16 if self.field(CR1, 29) else 1
@@ -151,10 +155,16 @@ class Usart(Device):
     def baud(self):
         return self.machine.tree[self.bus] / self.word(BRR) if self.word(BRR) else 0
 
+    def byte_ns(self, baud):
+        return 10e9 / (baud * self.haste)
+
     def stream(self, request):
         """The stream that serves a request, if it is enabled."""
-        streams = (s for dma in self.machine.dmas for s in dma.streams)
-        return next((s for s in streams if s.enabled() and s.request() == request), None)
+        known = self.streams.get(request)
+        if known is None or not (known.enabled() and known.request() == request):
+            streams = (s for dma in self.machine.dmas for s in dma.streams)
+            known = self.streams[request] = next((s for s in streams if s.enabled() and s.request() == request), None)
+        return known
 
     def status(self):
         return self.flags | (RXNE if self.received else 0) | (TXE if len(self.queued) < self.depth() else 0)
@@ -180,7 +190,7 @@ class Usart(Device):
 
     def shift(self, at):
         if self.shifting is None and self.queued and self.word(CR1) & 9 == 9:
-            self.shifting, self.shifted_at = self.queued.popleft(), at + 10e9 / self.baud()
+            self.shifting, self.shifted_at = self.queued.popleft(), at + self.byte_ns(self.baud())
             self.flags &= ~TC
             self.machine.reschedule()
 
@@ -189,6 +199,8 @@ class Usart(Device):
 
     def update(self):
         now = self.machine.now
+        if now < self.next_event():
+            return
         while self.shifted_at <= now:
             at, byte = self.shifted_at, self.shifting
             self.shifting, self.shifted_at = None, NEVER
@@ -197,7 +209,7 @@ class Usart(Device):
             if self.shifting is None:
                 self.flags |= TC
             else:
-                self.shifted_at = at + 10e9 / self.baud()
+                self.shifted_at = at + self.byte_ns(self.baud())
         while self.incoming and self.incoming[0][0] <= now:
             self.arrive(*self.incoming.popleft())
         if self.idle_at <= now:
@@ -227,14 +239,14 @@ class Usart(Device):
             self.flags |= OVERRUN
         else:
             self.received.append(byte)
-        self.idle_at = at + 10e9 / self.device_baud
+        self.idle_at = at + self.byte_ns(self.device_baud)
         self.service()
 
     def feed(self, data, at=None, error=0):
         """Bytes from the device, one after the other from a time on, ns."""
         time = max(self.machine.now if at is None else at, self.incoming[-1][0] if self.incoming else 0)
         for byte in data:
-            time += 10e9 / self.device_baud
+            time += self.byte_ns(self.device_baud)
             self.incoming.append((time, byte, error))
         self.machine.reschedule()
 
@@ -249,8 +261,11 @@ class Usart(Device):
 
     def write(self, offset, value, size):
         if offset == ICR:
-            self.flags &= ~value
-            self.line()
+            if self.flags & value:
+                self.flags &= ~value
+                self.line()
+            return
+        if offset == CR1 and value == self.word(CR1):
             return
         if offset == BRR and self.field(CR1, 0):
             self.complain("BRR written while it is enabled")

@@ -15,46 +15,55 @@ class Timer(Device):
     def reset(self):
         self.r = {ARR: 0xFFFFFFFF}
         self.divider, self.count, self.since, self.looked, self.flags = 1, 0, 0.0, 0, 0
+        self.configured()
 
     def per_ns(self):
         return self.machine.tree["timers"] / self.divider * 1e-9
 
     def now(self):
-        running = self.field(CR1, 0)
-        return self.count + int((self.machine.now - self.since) * self.per_ns() + 1e-6) if running else self.count
+        return self.count + int((self.machine.now - self.since) * self.rate + 1e-6) if self.running else self.count
 
     def rebase(self, count=None):
         """Goes on from here: with another rate, or from another count."""
         if count is not None:
             self.looked = count
         self.count, self.since = (self.now() if count is None else count), self.machine.now
+        self.configured()
 
     def captures(self, channel):
         return self.field(CCMR1 + 4 * (channel // 2), 8 * (channel % 2), 2) == 1
 
-    def marks(self):
-        """Counts at which a flag rises: (its bit, count)."""
-        return [(0, 0)] + [(1 + c, self.word(CCR1 + 4 * c)) for c in range(4) if not self.captures(c)]
+    def configured(self):
+        """Keeps what is asked for at every look; `marks` are the counts at which a flag rises: (its bit, count)."""
+        self.rate, self.running, self.period = self.per_ns(), self.field(CR1, 0), self.word(ARR) + 1
+        marks = [(0, 0)] + [(1 + c, self.word(CCR1 + 4 * c)) for c in range(4) if not self.captures(c)]
+        self.marks = [(bit, at) for bit, at in marks if at < self.period]
+        self.due = self.after(self.looked, self.marks)
+        self.alarm = None
+
+    def after(self, count, marks):
+        """The first count behind another one at which a mark stands."""
+        return min((((count - at) // self.period + 1) * self.period + at for _, at in marks), default=NEVER)
 
     def update(self):
-        now, period = self.now(), self.word(ARR) + 1
-        if now > self.looked:
-            for bit, at in self.marks():
-                if at < period and (now - at) // period > (self.looked - at) // period:
+        now = self.now()
+        if now >= self.due:
+            for bit, at in self.marks:
+                if (now - at) // self.period > (self.looked - at) // self.period:
                     self.flags |= 1 << bit
-            self.looked = now
-        self.line()
+            self.due, self.alarm = self.after(now, self.marks), None
+            self.line()
+        self.looked = now
 
     def line(self):
         self.machine.line(self.irq, bool(self.flags & self.word(DIER) & 0x5F))
 
     def next_event(self):
-        if not self.field(CR1, 0):
-            return NEVER
-        now, period = self.now(), self.word(ARR) + 1
-        ahead = [((now - at) // period + 1) * period + at for bit, at in self.marks()
-                 if self.field(DIER, bit) and at < period and not self.flags >> bit & 1]
-        return min((self.since + (at - self.count) / self.per_ns() + 1 for at in ahead), default=NEVER)
+        if self.alarm is None:
+            asked = [(bit, at) for bit, at in self.marks if self.field(DIER, bit) and not self.flags >> bit & 1]
+            at = self.after(self.now(), asked) if self.running else NEVER
+            self.alarm = self.since + (at - self.count) / self.rate + 1
+        return self.alarm
 
     def read(self, offset, size):
         self.update()
@@ -62,12 +71,13 @@ class Timer(Device):
             # Thread mode that looks at the time waits for it: let it pass quickly.
             if not self.machine.active:
                 self.machine.now += self.machine.spin_ns
-            return self.now() % (self.word(ARR) + 1)
+            return self.now() % self.period
         if offset == SR:
             return self.flags
         channel = (offset - CCR1) // 4
         if 0 <= channel < 4 and self.captures(channel):
             self.flags &= ~(2 << channel)
+            self.alarm = None
             self.line()
         return super().read(offset, size)
 
@@ -86,8 +96,13 @@ class Timer(Device):
             if offset == CR1:
                 self.rebase()
             super().write(offset, value, size)
-        self.update()
-        self.machine.reschedule()
+        if offset != SR:
+            self.configured()
+            self.update()
+        self.alarm = None
+        self.line()
+        if self.next_event() < self.machine.slice_end:
+            self.machine.reschedule()
 
     def edge(self, channel):
         """A rising edge at the pin of a channel, 0 to 3."""
@@ -97,7 +112,7 @@ class Timer(Device):
             return
         if self.flags & 2 << channel:
             self.flags |= 0x200 << channel
-        self.r[CCR1 + 4 * channel] = self.now() % (self.word(ARR) + 1)
+        self.r[CCR1 + 4 * channel] = self.now() % self.period
         self.flags |= 2 << channel
         self.line()
 
@@ -137,7 +152,6 @@ class Watchdog(Device):
                     self.machine.longest_gap = max(self.machine.longest_gap, now - self.fed)
                 self.first_feed = self.first_feed or now
                 self.fed, self.expiry = now, now + self.period()
-            self.machine.reschedule()
             return
         if not self.unlocked:
             self.complain(f"register {offset:#x} written while locked")
