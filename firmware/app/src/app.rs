@@ -1,6 +1,7 @@
 //! The app from outside: ports in, steps, ports out.
 
 use crate::backseat::Backseat;
+use crate::estimator::FilterPlace;
 use crate::health::Health;
 use crate::host::{HOST_RING, send};
 use crate::parameters::Settings;
@@ -21,6 +22,7 @@ pub struct App {
     pub(crate) backseat: Backseat,
 }
 
+#[cfg(not(feature = "filter-apart"))]
 impl Default for App {
     fn default() -> Self {
         Self::new()
@@ -29,14 +31,26 @@ impl Default for App {
 
 impl App {
     /// Default parameters, no mission, nothing received.
+    #[cfg(not(feature = "filter-apart"))]
     #[must_use]
     pub const fn new() -> Self {
+        Self::with(FilterPlace::new())
+    }
+
+    /// Default parameters, no mission, nothing received; the filter, a new one, lives where the board has put it.
+    #[cfg(feature = "filter-apart")]
+    #[must_use]
+    pub const fn new(filter: FilterPlace) -> Self {
+        Self::with(filter)
+    }
+
+    const fn with(filter: FilterPlace) -> Self {
         Self {
             decoder: hostlink::Decoder::new(),
             host_counts: Counts::new(),
             host_out: Ring::new(),
             announced: None,
-            backseat: Backseat::new(),
+            backseat: Backseat::new(filter),
         }
     }
 

@@ -9,7 +9,7 @@
 //! Components know the components to their left at most, own their state and return decisions.
 
 use crate::adaptation::{Adaptation, Change};
-use crate::estimator::Estimator;
+use crate::estimator::{Estimator, FilterPlace};
 use crate::host::{HOST_RING, Host, send};
 use crate::inputs::Inputs;
 use crate::inputs::installation::horizon_us;
@@ -89,14 +89,14 @@ impl ReceiveLosses {
 }
 
 impl Backseat {
-    pub const fn new() -> Self {
+    pub const fn new(filter: FilterPlace) -> Self {
         Self {
             parameters: ParameterStore::new(),
             storage: Storage::new(),
             clock: UtcClock::new(),
             links: Links::new(),
             inputs: Inputs::new(),
-            estimator: Estimator::new(),
+            estimator: Estimator::new(filter),
             adaptation: Adaptation::new(),
             modes: Modes::new(),
             steering: Steering::new(),

@@ -36,9 +36,16 @@ pub struct Lateness {
     pub too_late: u32,
 }
 
+/// Where the filter lives: in the app, or by the feature `filter-apart` where a board puts it.
+#[cfg(not(feature = "filter-apart"))]
+pub type FilterPlace = Navigator;
+/// Where the filter lives: where the board puts it.
+#[cfg(feature = "filter-apart")]
+pub type FilterPlace = &'static mut Navigator;
+
 /// The filter with the state for its start and its restart.
 pub struct Estimator {
-    navigator: Navigator,
+    navigator: FilterPlace,
     model: Option<VehicleModel>,
     packets: Packets,
     /// The vehicle at the start of the packet under way.
@@ -57,9 +64,9 @@ pub struct Estimator {
 }
 
 impl Estimator {
-    pub const fn new() -> Self {
+    pub const fn new(navigator: FilterPlace) -> Self {
         Self {
-            navigator: Navigator::new(),
+            navigator,
             model: None,
             packets: Packets::new(),
             clone: None,
@@ -84,6 +91,7 @@ impl Estimator {
     }
 
     /// The filter, at its horizon.
+    #[cfg_attr(feature = "filter-apart", expect(clippy::needless_borrow, reason = "the place is a reference there"))]
     pub fn navigator(&self) -> &Navigator {
         &self.navigator
     }

@@ -22,6 +22,7 @@
 //! | `recorded` | what goes into the board log |
 //! | `time`, `geodesy` | local time to UTC; latitude and longitude to the local plane |
 //! | `lockstep`, `pump` | clocks and ports |
+//! | `step_watch` | what a watchdog is fed by |
 #![no_std]
 
 #[cfg(test)]
@@ -50,6 +51,7 @@ mod ring;
 mod safekeeping;
 mod safety;
 mod steering;
+mod step_watch;
 mod storage;
 pub mod store;
 mod telemetry;
@@ -62,6 +64,7 @@ pub use health::Health;
 pub use inputs::Loss;
 pub use pump::{PARTIAL_US, PortFailure, Progress, Pump, SILENT_US, START_US};
 pub use recorded::{Recorder, poll_recorded, record_start};
+pub use step_watch::StepWatch;
 pub use time::UtcClock;
 
 /// A buffer of this size holds any sentence to frontseat or modem.

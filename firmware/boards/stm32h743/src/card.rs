@@ -53,7 +53,7 @@ impl TimeSource for NoClock {
 type Error = embedded_sdmmc::Error<SdCardError>;
 
 /// What is known of the card.
-#[expect(clippy::large_enum_variant, reason = "there is one, in the main task's static memory")]
+#[expect(clippy::large_enum_variant, reason = "there is one, in a static")]
 pub enum Card {
     /// There is none, or it failed.
     Absent,

@@ -5,7 +5,7 @@
 //! | `clocks`, `time` | clock tree; board time and the pulse per second |
 //! | `uart`, `memory` | the five ports, as `embedded-io`; memory that DMA reaches |
 //! | `flash`, `supply` | the parameter store's sectors; reset cause and supply |
-//! | `backup`, `watchdog` | restart record; watchdog fed by navigation |
+//! | `backup`, `watchdog` | restart record; watchdog |
 //! | `log`, `card` | the board log: into a queue, and from there to a memory card |
 //! | `leds` | what the board shows |
 //!
@@ -31,7 +31,7 @@ mod watchdog;
 
 use backseat_app::parameters::Settings;
 use backseat_app::store::{ParameterFlash, Response, RestartRecord};
-use backseat_app::{App, Progress, Pump};
+use backseat_app::{App, Progress, Pump, StepWatch};
 use backseat_app::{Recorder, poll_recorded, record_start};
 use backseat_wire::boardlog::LogRecord;
 use backseat_wire::hostlink::Oscillator;
@@ -98,7 +98,7 @@ async fn main(_spawner: Spawner) {
     defmt::info!("{=u32} resets by a fault since power-on", restart.resets);
     watchdog.feed();
 
-    let Memory { dma, log, app, pump, settings, to_store } = defmt::unwrap!(memory::take());
+    let Memory { dma, log, app, pump, settings, to_store, card } = defmt::unwrap!(memory::take());
     let mut store = defmt::unwrap!(ParameterFlash::new(StoreFlash::new(p.FLASH)));
     let [stored] = &mut *settings;
     let found = store.load(stored);
@@ -145,6 +145,7 @@ async fn main(_spawner: Spawner) {
         source,
         clock,
         watchdog,
+        steps: StepWatch::new(),
         backup,
         leds,
         powered_us: record.powered_us,
@@ -156,7 +157,7 @@ async fn main(_spawner: Spawner) {
     spawner.spawn(defmt::unwrap!(run(board)));
 
     let resources = card::Resources { spi: p.SPI1, clock: p.PA5, miso: p.PA6, mosi: p.PB5, select: p.PD14 };
-    let mut card = if restart.resets < CARD_RESETS { Card::new(resources) } else { Card::Absent };
+    let card = card.write(if restart.resets < CARD_RESETS { Card::new(resources) } else { Card::Absent });
     loop {
         // First: what the host waits for.
         if let Ok(settings) = with_timeout(CARD_TICK, from_app.receive()).await {
@@ -198,6 +199,7 @@ struct Board {
     source: Source,
     clock: Clock,
     watchdog: Watchdog,
+    steps: StepWatch,
     backup: BackupMemory,
     /// As it was last written.
     record: RestartRecord,
@@ -231,10 +233,9 @@ impl Board {
             devices.iter_mut().for_each(SerialPort::discard);
         }
         for _ in 0..TURNS {
-            let stepped_us = self.app.stepped_us();
             let time_us = self.clock.now_us();
             let Ok(progress) = poll_recorded(self.pump, self.app, &mut self.ports, &mut self.log, time_us);
-            if self.app.stepped_us() != stepped_us {
+            if self.steps.look(self.app, time_us) {
                 self.stepped();
             }
             if progress != Progress::Moved {
@@ -242,7 +243,9 @@ impl Board {
             }
         }
         let now_us = self.clock.now_us();
-        self.watchdog.feed_if_in_time(self.app, self.pump, now_us);
+        if self.steps.is_in_time(self.pump, now_us) {
+            self.watchdog.feed();
+        }
     }
 
     fn stepped(&mut self) {

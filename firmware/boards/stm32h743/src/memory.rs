@@ -1,10 +1,13 @@
-//! AXI SRAM: what DMA has to reach, and what is large: the app as well, which with the robust filter does not fit into
-//! DTCM beside the stack. All other RAM is DTCM, which DMA does not reach.
+//! What lies where. DTCM, which the core reaches without wait states and DMA not at all, holds the filter (state,
+//! covariances, scratch, bank: what a step works on) and the stack. AXI SRAM holds what DMA has to reach, and the rest of
+//! the app, which does not fit beside the filter.
 //!
 //! The data cache stays off, so that what DMA writes is what the core reads. DTCM needs none.
 
+use crate::card::Card;
 use backseat_app::parameters::Settings;
 use backseat_app::{App, Pump};
+use backseat_core::navigation::Navigator;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -46,6 +49,8 @@ pub struct Memory {
     pub settings: &'static mut [Settings; 1],
     /// The way of a set to thread mode.
     pub to_store: &'static mut MaybeUninit<SettingsChannel>,
+    /// Place of the card and its block.
+    pub card: &'static mut MaybeUninit<Card>,
 }
 
 /// Not zeroed by the start-up code (`memory.x`, NOLOAD).
@@ -53,15 +58,23 @@ pub struct Memory {
 static mut DMA: MaybeUninit<DmaMemory> = MaybeUninit::uninit();
 #[unsafe(link_section = ".axisram.log")]
 static mut QUEUE: MaybeUninit<LogQueue> = MaybeUninit::uninit();
-/// A first app is zero bytes alone: of another one this section refuses to be assembled. So it neither takes flash nor
-/// passes over the stack.
-#[unsafe(link_section = ".bss.axisram.app")]
-static mut APP: App = App::new();
+#[unsafe(link_section = ".axisram.app")]
+static mut APP: MaybeUninit<App> = MaybeUninit::uninit();
+/// In flash: by value a new app would pass over the stack. Never used but to be copied.
+// SAFETY: the copy alone is used, and it alone uses the filter.
+#[expect(clippy::deref_addrof, reason = "a reference to a static that changes goes by its address")]
+static NEW: App = App::new(unsafe { &mut *(&raw mut FILTER) });
+/// In DTCM. A new filter is zero bytes alone: of another one this section refuses to be assembled. So it neither takes
+/// flash nor passes over the stack.
+#[unsafe(link_section = ".bss.filter")]
+static mut FILTER: Navigator = Navigator::new();
 #[unsafe(link_section = ".axisram.pump")]
 static mut PUMP: MaybeUninit<Pump> = MaybeUninit::uninit();
 #[unsafe(link_section = ".axisram.settings")]
 static mut SETTINGS: MaybeUninit<[Settings; 1]> = MaybeUninit::uninit();
 static mut TO_STORE: MaybeUninit<SettingsChannel> = MaybeUninit::uninit();
+#[unsafe(link_section = ".axisram.card")]
+static mut CARD: MaybeUninit<Card> = MaybeUninit::uninit();
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
 unsafe extern "C" {
@@ -76,10 +89,11 @@ pub fn take() -> Option<Memory> {
     if TAKEN.swap(true, Ordering::AcqRel) {
         return None;
     }
-    // SAFETY: nobody else gets here again, bytes of 0 are a DmaMemory, and the first app is bytes of 0.
+    // SAFETY: nobody else gets here again, and bytes of 0 are a DmaMemory.
     unsafe {
-        let (dma, log, app, pump) = (&raw mut DMA, &raw mut QUEUE, &raw mut APP, &raw mut PUMP);
-        let (settings, to_store) = (&raw mut SETTINGS, &raw mut TO_STORE);
+        let (dma, log, app, pump) = (&raw mut DMA, &raw mut QUEUE, (&raw mut APP).cast::<App>(), &raw mut PUMP);
+        app.copy_from_nonoverlapping(&raw const NEW, 1);
+        let (settings, to_store, card) = (&raw mut SETTINGS, &raw mut TO_STORE, &raw mut CARD);
         dma.write(MaybeUninit::zeroed());
         let zero = &raw mut _axi_zero_start;
         zero.write_bytes(0, (&raw mut _axi_zero_end).offset_from_unsigned(zero));
@@ -90,6 +104,7 @@ pub fn take() -> Option<Memory> {
             pump: (*pump).write(Pump::new()),
             settings: (*settings).write([Settings::DEFAULT]),
             to_store: &mut *to_store,
+            card: &mut *card,
         })
     }
 }

@@ -29,6 +29,8 @@ const PIPE: usize = 256;
 
 type Outgoing = Pipe<CriticalSectionRawMutex, PIPE>;
 
+/// Zero bytes; not in DTCM, which is the filter's.
+#[unsafe(link_section = ".bss.axisram.outgoing")]
 static OUTGOING: [Outgoing; 5] = [const { Pipe::new() }; 5];
 
 bind_interrupts!(struct Interrupts {
