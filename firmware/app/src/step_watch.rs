@@ -1,12 +1,10 @@
 //! What a watchdog is fed by: a navigation step that ran in time, whatever clock the pump runs on.
 
 use crate::app::{App, STEP_US};
-use crate::pump::{Pump, START_US};
+use crate::pump::{Pump, SILENT_US, START_US};
 
 /// A step later than this is not in time, µs.
 const LATE_US: u64 = 3 * STEP_US;
-/// A simulator may pause for this long, µs.
-const SILENT_US: u64 = 30_000_000;
 
 /// When the last navigation step ran, by the board's own time. No message of a host can feed it, and none can stop a step of
 /// the board's own clock.
