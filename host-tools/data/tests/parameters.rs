@@ -26,6 +26,7 @@ fn file_with(parameter: &Parameter, value: f64) -> String {
     file.sensors = settings.navigation.sensors;
     file.priors = settings.navigation.priors;
     file.installation = settings.app.installation;
+    file.safety = settings.app.safety;
     let mut text = file.to_toml("");
     if parameter.section() == "app" {
         let key = parameter.name.trim_start_matches("app.");
