@@ -354,8 +354,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("odd.csv");
         let text = "Stamp [ns];Depth (ft);Yaw;Pitch;Roll;Rudder;Elevator;Shaft rpm;SOG (kn);Lat;Lon;Battery\n\
-            1600000000000000000;10;270;2;1;5;-5;1000;2;41.0;-70.0;ok\n\
-            1600000000200000000;11;271;2;1;5;-5;1000;2;41.0;-70.0;ok\n";
+            1600000000000000000;1;270;2;1;5;-5;1000;2;41.0;-70.0;ok\n\
+            1600000000200000000;2;271;2;1;5;-5;1000;2;41.0;-70.0;ok\n";
         std::fs::write(&path, text).unwrap();
         let draft = draft(&path).unwrap();
         let map =
@@ -363,7 +363,7 @@ mod tests {
         let log = read_mapped(&path, &map).unwrap().log;
         assert_eq!(log.rows[1].time_us, 200_000);
         let value = |column| log.rows[0].get(column).unwrap();
-        assert!((value(Column::Depth) - 3.048).abs() < 1e-12);
+        assert!((value(Column::Depth) - 0.3048).abs() < 1e-12);
         assert!((value(Column::Heading) + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         assert!((value(Column::SpeedLog) - 2.0 * 1852.0 / 3600.0).abs() < 1e-12);
         assert!((value(Column::FinTop) - 5.0_f64.to_radians()).abs() < 1e-12);

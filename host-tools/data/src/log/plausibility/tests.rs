@@ -60,7 +60,7 @@ fn units_and_signs_are_found() {
         (Column::R, &|x| -x, "r_radps is positive where heading_rad falls"),
         (Column::Heading, &|x| -x, "wrong sign"),
         (Column::Pitch, &|x| -x, "pitch_rad is positive (nose up) where depth_m grows"),
-        (Column::Depth, &|x| -20.0 - x, "depth_m reaches -3"),
+        (Column::Depth, &|x| -20.0 - x, "depth_m reaches -2"),
         (Column::DvlU, &|x| 100.0 * x, "dvl_u_mps reaches 150"),
         (Column::FinTop, &|x| 2500.0 * x, "fin_top_rad reaches 125"),
         (Column::GpsX, &|x| 4.0e6 + x, "is it a UTM coordinate"),
