@@ -2,7 +2,8 @@
 //!
 //! An entry is a constant [`EffectInfo`]: name, parameters with plausible ranges, signature and confusions, and the
 //! [`Hooks`] by which it enters the models. The same entry serves the filter (as a fixed value, or as states where it
-//! varies), identification, diagnosis, the vehicle file and the board's parameters. To add one: write its file, declare
+//! varies), identification, diagnosis, the vehicle file and the board's parameters. What only the analysis of a log needs
+//! stands in [`LOG_CATALOGUE`]. To add an entry: write its file, declare
 //! the module and add its `INFO` to [`CATALOGUE`].
 //!
 //! Every parameter at zero is the declared model. A bias is measured minus true, a ratio measured / true − 1.
@@ -26,6 +27,7 @@ pub mod heading_bias;
 mod hooks;
 mod info;
 pub mod linear_drag;
+mod log_entries;
 pub mod pitch_sensor;
 pub mod pitch_trim;
 pub mod range_outliers;
@@ -89,13 +91,23 @@ const ENTRIES: &[EffectInfo] = &[
     waves::INFO,
 ];
 
+/// Entries that only the analysis of a log knows: corrections of the declared installation, and effects in models of
+/// whole logs. They are no parameters of a board and no states of its filter.
+pub static LOG_CATALOGUE: &[EffectInfo] = log_entries::ENTRIES;
+
 /// Names of the fins, whose parameter values are 1 to 4.
 pub const FIN_NAMES: [&str; FINS] = ["top", "bottom", "port", "starboard"];
 
-/// The entry of that name.
+/// The entry of that name that a board knows.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static EffectInfo> {
     CATALOGUE.iter().find(|effect| effect.name == name)
+}
+
+/// The entry of that name in [`CATALOGUE`] or [`LOG_CATALOGUE`].
+#[must_use]
+pub fn find_of_log(name: &str) -> Option<&'static EffectInfo> {
+    find(name).or_else(|| LOG_CATALOGUE.iter().find(|effect| effect.name == name))
 }
 
 /// Value of a parameter of kind [`ParameterKind::Fin`] that means the fin of that name.
@@ -116,11 +128,12 @@ mod tests {
 
     #[test]
     fn names_are_unique_and_confusions_known() {
-        for (i, effect) in CATALOGUE.iter().enumerate() {
-            assert!(CATALOGUE.iter().skip(i + 1).all(|other| other.name != effect.name), "{}", effect.name);
+        let all: Vec<&EffectInfo> = CATALOGUE.iter().chain(LOG_CATALOGUE).collect();
+        for (i, effect) in all.iter().enumerate() {
+            assert!(all.iter().skip(i + 1).all(|other| other.name != effect.name), "{}", effect.name);
             assert!(!effect.parameters.is_empty() && effect.parameters.len() <= 3, "{}", effect.name);
             for confusion in effect.confused_with {
-                assert!(find(confusion.effect).is_some(), "{}: {}", effect.name, confusion.effect);
+                assert!(find_of_log(confusion.effect).is_some(), "{}: {}", effect.name, confusion.effect);
                 assert_ne!(confusion.effect, effect.name);
             }
             for parameter in effect.parameters {

@@ -1,0 +1,212 @@
+//! Entries of the catalogue that the analysis of a log can name and size, and that no board holds as parameters.
+//!
+//! Two kinds. A wrong place or delay of a sensor is corrected where it is declared, in `[installation]` of the vehicle
+//! file, which board, simulator and tools apply; it needs no second home. The others belong to models of whole logs
+//! (`host-tools/diagnose`, module `log_models`), which have their equations. Neither costs the board a byte or a cycle.
+
+use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+
+const fn entry(
+    name: &'static str,
+    parameters: &'static [ParameterInfo],
+    enters: Enters,
+    equations: &'static str,
+    signature: &'static str,
+    confused_with: &'static [Confusion],
+) -> EffectInfo {
+    EffectInfo { name, parameters, enters, equations, signature, confused_with, hooks: Hooks::NONE }
+}
+
+const fn with(effect: &'static str, condition: &'static str, separating_manoeuvre: &'static str) -> Confusion {
+    Confusion { effect, condition, separating_manoeuvre }
+}
+
+/// Three coordinates of a lever arm, true place minus declared place in body axes; a ship has long ones.
+const ARM: &[ParameterInfo] = &[
+    ParameterInfo::symmetric("x_m", "m", 50.0),
+    ParameterInfo::symmetric("y_m", "m", 50.0),
+    ParameterInfo::symmetric("z_m", "m", 50.0),
+];
+
+/// All of them.
+pub(super) const ENTRIES: &[EffectInfo] = &[
+    entry(
+        "gnss_lever_arm",
+        ARM.split_at(2).0,
+        Enters::Measurement,
+        "fix = p + R (r_g + arm)",
+        "In turns the fixes show a sway of arm_x times the yaw rate that the model lacks. On straight lines the track \
+         is displaced by a constant in body axes",
+        &[
+            with(
+                "dvl_lever_arm",
+                "Dead reckoning: an arm of the DVL or the speed log with the opposite sign leaves the same residual",
+                "Measure either arm with a tape, or turn with fins and propeller in the log",
+            ),
+            with(
+                "heading_lag",
+                "One speed: a heading that is late by tau displaces the track in turns as an arm of speed times tau does",
+                "Turn at two speeds: the lever arm does not depend on speed",
+            ),
+        ],
+    ),
+    entry(
+        "dvl_lever_arm",
+        ARM,
+        Enters::Measurement,
+        "v_m = v + omega x (r_d + arm)",
+        "In turns the DVL shows a sway of arm_x times the yaw rate and a surge of -arm_y times the yaw rate that a \
+         reference velocity does not",
+        &[
+            with(
+                "gnss_lever_arm",
+                "Dead reckoning against fixes: an arm of the antenna with the opposite sign leaves the same residual",
+                "Measure either arm with a tape",
+            ),
+            with(
+                "dvl_delay",
+                "Only slow turns at constant yaw rate: a late velocity in body axes is hardly wrong",
+                "Begin and end turns sharply: the delay shows in the acceleration, the arm in the yaw rate",
+            ),
+        ],
+    ),
+    entry(
+        "transducer_lever_arm",
+        ARM,
+        Enters::Measurement,
+        "range = |p + R (r_t + arm) - p_other|",
+        "The range residual depends on the direction of the other end in body axes: cos(bearing) arm_x + \
+         sin(bearing) arm_y",
+        &[
+            with(
+                "gnss_lever_arm",
+                "Always: ranges see where the transducer is relative to the antenna",
+                "Measure one of the two arms with a tape",
+            ),
+            with(
+                "sound_speed",
+                "All ranges are in one direction and of one length",
+                "Circle the other end, or pass it on both sides",
+            ),
+        ],
+    ),
+    entry(
+        "heading_lag",
+        &[ParameterInfo::symmetric("s", "s", 20.0)],
+        Enters::Measurement,
+        "psi_m(t) = psi(t - s): a pure delay, or the mean delay of a slow compass",
+        "The heading error is proportional to the yaw rate. On straight lines there is none",
+        &[
+            with("gnss_lever_arm", "One speed: speed times lag looks like a lever arm", "Turn at two speeds"),
+            with("dvl_lever_arm", "One speed: speed times lag looks like a lever arm", "Turn at two speeds"),
+        ],
+    ),
+    entry(
+        "dvl_delay",
+        &[ParameterInfo::symmetric("s", "s", 10.0)],
+        Enters::Measurement,
+        "v_m(t) = v(t - s); negative: the time stamps of what it is compared with are the late ones",
+        "The velocity residual is proportional to the acceleration in body axes, at the ends of turns above all",
+        &[with("dvl_lever_arm", "Turns without a beginning or an end in the log", "Begin and end turns sharply")],
+    ),
+    entry(
+        "input_delay",
+        &[ParameterInfo::size("s", "s", 0.0, 10.0)],
+        Enters::Process,
+        "the actuators do at t what was commanded at t - s",
+        "The residual follows the changes of a command and vanishes while it is constant",
+        &[with(
+            "fin_lag",
+            "Commands that change slowly: a delay and a first-order lag of the same time look the same",
+            "Step the command",
+        )],
+    ),
+    entry(
+        "current_tide",
+        &[
+            ParameterInfo::size("amplitude_mps", "m/s", -3.0, 3.0),
+            ParameterInfo::size("period_s", "s", 0.0, 1.0e5),
+            ParameterInfo::symmetric("phase_rad", "rad", 6.3),
+        ],
+        Enters::Process,
+        "current = amplitude (cos, sin)(2 pi t / period + phase), clockwise",
+        "The difference between fixes and dead reckoning grows or turns with time, alike on all headings",
+        &[with("water_current", "A log shorter than a tenth of the period", "Record a longer log")],
+    ),
+    entry(
+        "current_shear",
+        &[ParameterInfo::symmetric("north_per_s", "1/s", 0.5), ParameterInfo::symmetric("east_per_s", "1/s", 0.5)],
+        Enters::Process,
+        "current(z) = current(0) + shear z",
+        "The current found depends on the depth of the dive",
+        &[with("water_current", "One depth only", "Dive to two depths on the same track")],
+    ),
+    entry(
+        "soft_iron",
+        &[ParameterInfo::symmetric("sin2_rad", "rad", 0.3), ParameterInfo::symmetric("cos2_rad", "rad", 0.3)],
+        Enters::Measurement,
+        "psi_m = psi + sin2 sin(2 psi) + cos2 cos(2 psi)",
+        "The dead-reckoned track is rotated by an angle that depends on heading as its second harmonic",
+        &[with("heading_bias", "Fewer than five headings", "Fly a surfaced leg with GNSS on eight headings")],
+    ),
+    entry(
+        "magnetic_declination",
+        &[ParameterInfo::symmetric("rad", "rad", 0.6)],
+        Enters::Measurement,
+        "psi_m = psi + rad, rad = -declination where a magnetic heading is called true",
+        "As a constant heading bias of the size of the local declination",
+        &[with("heading_bias", "Always: it is its constant", "Compare with a model of the earth's field")],
+    ),
+    entry(
+        "depth_scale",
+        &[ParameterInfo::symmetric("ratio", "1", 0.1)],
+        Enters::Measurement,
+        "z_m = (1 + ratio) z",
+        "The depth error grows with depth; the integrated heave shows the true change of depth",
+        &[with("pitch_sensor", "Dives of one slope", "Dive at two pitch angles")],
+    ),
+    entry(
+        "wind",
+        &[ParameterInfo::symmetric("north_mps", "m/s", 40.0), ParameterInfo::symmetric("east_mps", "m/s", 40.0)],
+        Enters::Process,
+        "X, Y = rho_a / 2 A C |w| w, w the wind less the vessel's own velocity in body axes; N from both",
+        "Sway and yaw accelerations are missing that turn with the heading: constant in earth axes over a run",
+        &[with(
+            "water_current",
+            "Velocities over ground only: both drive the vessel towards one side",
+            "Stop the propeller: a current carries the vessel, a wind turns it beam on; or log an anemometer",
+        )],
+    ),
+    entry(
+        "thrust_curve",
+        &[
+            ParameterInfo::size("dead_band", "1", 0.0, 1.0),
+            ParameterInfo::size("slope_n", "N", 0.0, 1.0e5),
+            ParameterInfo::size("saturation", "1", 0.0, 1.0),
+        ],
+        Enters::Process,
+        "T = slope (min(|c|, saturation) - dead_band) sign(c) above the dead band, else 0; c the command",
+        "Small commands do not move the vehicle, large ones make it no faster",
+        &[with(
+            "thrust_loss",
+            "Steady speeds only: thrust that falls with speed looks like a saturation",
+            "Record accelerations from rest at several commands",
+        )],
+    ),
+    entry(
+        "propeller_torque",
+        &[ParameterInfo::symmetric("arm_m", "m", 0.5)],
+        Enters::Process,
+        "K = arm T",
+        "Roll is proportional to thrust",
+        &[with("roll_trim", "One propeller speed only", "Hold two propeller speeds for some minutes each")],
+    ),
+    entry(
+        "compressibility",
+        &[ParameterInfo::symmetric("kg_per_m", "kg/m", 0.5)],
+        Enters::Process,
+        "displaced mass = declared + kg_per_m z",
+        "The buoyancy found depends on depth",
+        &[with("buoyancy_offset", "One depth only", "Dive to two depths")],
+    ),
+];
