@@ -11,6 +11,8 @@ use std::path::Path;
 
 /// Water over the antenna from which on no receiver has a fix, m.
 const SUBMERGED_M: f64 = 1.0;
+/// Time put between two runs of one table, µs: longer than any gap that a model bridges.
+const BETWEEN_RUNS_US: u64 = 100_000_000;
 
 const HOUR_US: i64 = 3_600_000_000;
 
@@ -53,6 +55,8 @@ struct Importer<'a> {
     /// Hours that times without hours have gone through, µs, and the last such time.
     hours_us: i64,
     minutes_us: Option<i64>,
+    /// Label and number of the run, and the time at which it begins, µs.
+    run: (Vec<u8>, u32, u64),
     /// The row has fewer cells than the header.
     is_short: bool,
     /// Positions that are no fixes.
@@ -104,6 +108,7 @@ impl<'a> Importer<'a> {
             start_us: None,
             hours_us: 0,
             minutes_us: None,
+            run: (Vec::new(), 0, 0),
             is_short: false,
             dropped_positions: 0,
             log: Log { path: path.to_owned(), notes, ..Log::default() },
@@ -121,7 +126,7 @@ impl<'a> Importer<'a> {
         for &(column, value) in self.format.constants.iter() {
             row.set(column, value);
         }
-        let mut time = Time::default();
+        let (mut time, mut run) = (Time::default(), None);
         let mut quaternion = [None; 4];
         let mut is_quaternion_enu_flu = false;
         let (mut place, mut is_fix): ([Option<f64>; 2], Option<bool>) = ([None; 2], None);
@@ -176,6 +181,12 @@ impl<'a> Importer<'a> {
                     quaternion[part] = number()?;
                     is_quaternion_enu_flu = is_enu_flu;
                 }
+                Role::Label(column) => {
+                    let digits: String = readable().chars().filter(char::is_ascii_digit).collect();
+                    let complaint = || fail(format!("{:?} holds no number, such as M11", readable()));
+                    row.set(column, digits.parse().map_err(|_| complaint())?);
+                }
+                Role::Run => run = Some(text),
                 Role::Satellites => is_fix = Some(number()?.is_none_or(|count| count > 0.0)),
                 Role::FixStatus => is_fix = Some(number()? == Some(0.0)),
                 Role::Sample { column, scale, offset } => {
@@ -191,6 +202,10 @@ impl<'a> Importer<'a> {
         {
             row.set_all(Column::Roll, &euler_rad);
         }
+        if let Some(label) = run {
+            self.enter_run(label);
+            row.set(Column::Run, f64::from(self.run.1));
+        }
         row.time_us = self.time_us(line, &time)?;
         if let [Some(latitude), Some(longitude)] = place {
             let is_submerged = row.get(Column::Depth).is_some_and(|depth_m| depth_m > SUBMERGED_M);
@@ -205,7 +220,27 @@ impl<'a> Importer<'a> {
         Ok(())
     }
 
+    /// A new label begins a new run, whose times count from its own start.
+    fn enter_run(&mut self, label: &[u8]) {
+        if self.run.1 > 0 && self.run.0 == label {
+            return;
+        }
+        let begins_us = self.log.rows.last().map_or(0, |row| row.time_us + BETWEEN_RUNS_US);
+        self.run = (label.to_vec(), self.run.1 + 1, begins_us);
+        self.start_us = None;
+        let label = String::from_utf8_lossy(label);
+        self.log.notes.push(format!(
+            "run {}: {label}, from {:.0} s of the joined log",
+            self.run.1,
+            begins_us as f64 * 1e-6
+        ));
+    }
+
     fn time_us(&mut self, line: u64, time: &Time<'_>) -> Result<u64, DataError> {
+        if time.cell == 0 {
+            // A table of places.
+            return Ok(0);
+        }
         let fail = |message: &str| DataError::at(self.path, line, time.cell, format!("{}: {message}", time.name));
         let absolute_us = match (time.seconds, time.day_us, time.minutes_us) {
             (Some(seconds), ..) => (seconds * 1e6).round() as i64,
@@ -222,7 +257,7 @@ impl<'a> Importer<'a> {
         let is_absolute = time.seconds.is_some() && !time.is_epoch;
         let start_us = *self.start_us.get_or_insert(if is_absolute { 0 } else { absolute_us });
         let previous_us = self.log.rows.last().map_or(0, |row| row.time_us);
-        match u64::try_from(absolute_us - start_us) {
+        match u64::try_from(absolute_us - start_us).map(|time_us| time_us + self.run.2) {
             // what a vehicle log can hold
             Ok(time_us) if time_us as f64 * 1e-6 >= MAX_SECONDS => {
                 Err(fail("the time is more than a century after the first"))

@@ -10,6 +10,10 @@ pub(super) enum Role {
     Seconds(f64),
     /// Times this factor: seconds since some other start; the first row is zero.
     Epoch(f64),
+    /// The number in a label (`M11` is 11).
+    Label(Column),
+    /// A label of the run: where it changes, the times begin again.
+    Run,
     /// Seconds at which a ping arrived: the time of the row and the arrival.
     Arrival,
     /// `HH:MM:SS`, with or without AM and PM; or `MM:SS.s`, as spreadsheets show it, which starts again every hour.
@@ -58,6 +62,8 @@ impl Role {
         match self {
             Self::Seconds(_) | Self::Epoch(_) | Self::TimeOfDay => "the time",
             Self::Arrival => "the time and toa_s",
+            Self::Label(_) => "the number in the label",
+            Self::Run => "the number of the run",
             Self::Date => "the date",
             Self::Latitude | Self::Longitude => "a position, gps_x_m and gps_y_m",
             Self::Satellites | Self::FixStatus => "whether the position is a fix",

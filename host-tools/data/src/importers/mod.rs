@@ -16,6 +16,8 @@ mod messages;
 mod origin;
 mod pinger;
 mod ros_bag;
+mod runs;
+mod transponders;
 
 pub use draft::{Draft, draft};
 pub use mapping::ColumnMap;
@@ -33,13 +35,19 @@ const MPS_PER_KNOT: f64 = 1852.0 / 3600.0;
 const M_PER_FOOT: f64 = 0.3048;
 
 /// Formats by names of their headers that no other has.
-static FORMATS: [(&[&str], &Format); 6] = [
+static FORMATS: [(&[&str], &Format); 12] = [
     (&["Latitude", "Longitude"], &iver_uvc::NATIVE),
     (&["heading_true_deg", "speed_log_mps"], &iver_uvc::RENAMED),
     (&["t_rx_s"], &pinger::FORMAT),
     (&["yaw_enu_rad"], &lake::FORMAT),
     (&["ballast_cc", "battpos_in"], &glider::FLIGHT),
     (&["density_kgm3"], &glider::SCIENCE),
+    (&["twtt_s", "transponder"], &transponders::RANGES),
+    (&["name", "up_m"], &transponders::PLACES),
+    (&["gt_yaw_rad", "dvl_x_mps"], &runs::DVL_INS),
+    (&["v_mid_mps", "rudder_rad"], &runs::SHIP),
+    (&["wind_true_from_rad"], &runs::SHIP_WIND),
+    (&["cmd_left", "cmd_right"], &runs::THRUSTERS),
 ];
 
 /// A log and how it was understood.

@@ -74,11 +74,55 @@ pub enum Column {
     OwnCurrentN,
     /// Current east that the vehicle itself estimated, m/s.
     OwnCurrentE,
+    /// Height of the antenna of GpsX and GpsY as a depth below the origin, m.
+    GpsZ,
+    /// Two-way travel time of a ping sent at the time of the row, without turn-around, s.
+    TwoWayTime,
+    /// Number of the fixed transponder that the ping or the place belongs to.
+    Station,
+    /// Declared place of that transponder, north, m.
+    StationX,
+    /// Declared place of that transponder, east, m.
+    StationY,
+    /// Declared place of that transponder, depth below the origin, m.
+    StationZ,
+    /// North of the antenna when the reply arrived, m.
+    ReplyGpsX,
+    /// East of the antenna when the reply arrived, m.
+    ReplyGpsY,
+    /// Height of the antenna when the reply arrived, as a depth, m.
+    ReplyGpsZ,
+    /// Roll when the reply arrived, rad.
+    ReplyRoll,
+    /// Pitch when the reply arrived, rad.
+    ReplyPitch,
+    /// Heading when the reply arrived, rad.
+    ReplyHeading,
+    /// Reference velocity over ground north (GNSS, or an inertial solution made afterwards), m/s.
+    RefNorth,
+    /// Reference velocity over ground east, m/s.
+    RefEast,
+    /// Reference velocity down, m/s.
+    RefDown,
+    /// Command of the left thruster, from -1 to 1.
+    ThrusterLeft,
+    /// Command of the right thruster, from -1 to 1.
+    ThrusterRight,
+    /// Rudder angle of a vessel with one rudder, positive turns to starboard, rad.
+    Rudder,
+    /// Measured true wind, speed over ground, m/s.
+    WindSpeed,
+    /// Direction that this wind comes from, clockwise from north, rad.
+    WindFrom,
+    /// Mass of the vessel as the maker of the log states it, kg.
+    Mass,
+    /// Number of the run in a table that holds several, from 1.
+    Run,
 }
 
 impl Column {
     /// Number of columns beside the time.
-    pub const COUNT: usize = Self::OwnCurrentE as usize + 1;
+    pub const COUNT: usize = Self::Run as usize + 1;
 
     /// All columns in the order of a written log.
     pub const ALL: [Self; Self::COUNT] = [
@@ -117,6 +161,28 @@ impl Column {
         Self::WaterSpeed,
         Self::OwnCurrentN,
         Self::OwnCurrentE,
+        Self::GpsZ,
+        Self::TwoWayTime,
+        Self::Station,
+        Self::StationX,
+        Self::StationY,
+        Self::StationZ,
+        Self::ReplyGpsX,
+        Self::ReplyGpsY,
+        Self::ReplyGpsZ,
+        Self::ReplyRoll,
+        Self::ReplyPitch,
+        Self::ReplyHeading,
+        Self::RefNorth,
+        Self::RefEast,
+        Self::RefDown,
+        Self::ThrusterLeft,
+        Self::ThrusterRight,
+        Self::Rudder,
+        Self::WindSpeed,
+        Self::WindFrom,
+        Self::Mass,
+        Self::Run,
     ];
 
     /// Columns written by [`LogWriter`](super::LogWriter) when nothing else is asked for: all
@@ -162,6 +228,28 @@ impl Column {
             Self::WaterSpeed => "water_speed_mps",
             Self::OwnCurrentN => "own_current_north_mps",
             Self::OwnCurrentE => "own_current_east_mps",
+            Self::GpsZ => "gps_z_m",
+            Self::TwoWayTime => "two_way_time_s",
+            Self::Station => "station",
+            Self::StationX => "station_x_m",
+            Self::StationY => "station_y_m",
+            Self::StationZ => "station_z_m",
+            Self::ReplyGpsX => "reply_gps_x_m",
+            Self::ReplyGpsY => "reply_gps_y_m",
+            Self::ReplyGpsZ => "reply_gps_z_m",
+            Self::ReplyRoll => "reply_roll_rad",
+            Self::ReplyPitch => "reply_pitch_rad",
+            Self::ReplyHeading => "reply_heading_rad",
+            Self::RefNorth => "ref_north_mps",
+            Self::RefEast => "ref_east_mps",
+            Self::RefDown => "ref_down_mps",
+            Self::ThrusterLeft => "thruster_left",
+            Self::ThrusterRight => "thruster_right",
+            Self::Rudder => "rudder_rad",
+            Self::WindSpeed => "wind_speed_mps",
+            Self::WindFrom => "wind_from_rad",
+            Self::Mass => "mass_kg",
+            Self::Run => "run",
         }
     }
 
@@ -179,7 +267,7 @@ impl Column {
             Self::Depth | Self::Range | Self::ShipX | Self::ShipY => 4,
             Self::GpsX | Self::GpsY | Self::ShipGpsX | Self::ShipGpsY => 4,
             Self::DvlU | Self::DvlV | Self::DvlW | Self::RangeRate | Self::SpeedLog => 5,
-            Self::Ballast => 9,
+            Self::Ballast | Self::TwoWayTime => 9,
             _ => 6,
         }
     }
