@@ -43,7 +43,7 @@ impl Candidate {
     /// Never: candidates are made from the catalogue.
     #[must_use]
     pub fn info(&self) -> &'static EffectInfo {
-        effects::find(self.effect).expect("candidates come from the catalogue")
+        effects::find_of_log(self.effect).expect("candidates come from the catalogue")
     }
 
     /// Name with the fin, for the ladder of hypotheses.

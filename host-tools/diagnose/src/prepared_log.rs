@@ -17,7 +17,7 @@ pub const BLOCK_S: f64 = 20.0;
 const TRAIN_BLOCKS: usize = 18;
 const HELD_BLOCKS: usize = 9;
 /// The last part of the log is a forecast.
-const FORECAST_SHARE: f64 = 0.2;
+pub const FORECAST_SHARE: f64 = 0.2;
 
 /// Which blocks count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +42,8 @@ pub struct PreparedLog {
     pub own_scale: [f64; ResidualChannel::COUNT],
     /// Innovations of the declared model.
     pub declared: Pass,
+    /// Share at the end of the log that is held out as a forecast.
+    pub forecast_share: f64,
 }
 
 /// Effects fitted together.
@@ -95,13 +97,13 @@ impl PreparedLog {
             duration_s: samples.duration_s,
             declared: set,
         };
-        Some(Self { own_scale: setup.scale, setup, samples, scope, declared })
+        Some(Self { own_scale: setup.scale, setup, samples, scope, declared, forecast_share: FORECAST_SHARE })
     }
 
     /// Whether a block belongs to a part.
     #[must_use]
     pub fn is_in(&self, part: DataPart, block: usize) -> bool {
-        let forecast = block as f64 * self.setup.block_s >= (1.0 - FORECAST_SHARE) * self.samples.duration_s;
+        let forecast = block as f64 * self.setup.block_s >= (1.0 - self.forecast_share) * self.samples.duration_s;
         let held = forecast || block % (TRAIN_BLOCKS + HELD_BLOCKS) >= TRAIN_BLOCKS;
         match part {
             DataPart::Train => !held,

@@ -138,7 +138,7 @@ fn evidence(
     let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &left, &fit, &at);
     let gain = fit.gain - base_whole;
     let held_gain = linear::gain_of(held, &trained_left, &trained.theta, &trained_at) - base_held;
-    let degrees = hypothesis.candidate.degrees();
+    let degrees = hypothesis.candidate.degrees().max(hypothesis.free.len());
     let sizes = hypothesis
         .free
         .iter()

@@ -12,10 +12,13 @@ use backseat_core::effects::ParameterId;
 use backseat_data::console;
 use backseat_data::importers;
 use backseat_data::inputs;
+use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{Log, Truth, VehicleFile};
 use backseat_diagnose::diagnosis::{self, Diagnosis};
-use backseat_diagnose::log_models::{LogModelDiagnosis, dead_reckoning, glider, pinger};
+use backseat_diagnose::log_models::{
+    LogModelDiagnosis, dead_reckoning, glider, pinger, reference_velocity, thruster, transponders,
+};
 use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -28,6 +31,8 @@ Examples:
   backseat diagnose log.csv --vehicle iver3.toml --report out out/report.html and out/vehicle.toml
   backseat diagnose log.csv --no-dvl --truth truth.csv --json one JSON object, for scripts
   backseat diagnose glider_flight.csv --with glider_ctd.csv   two logs of one time base
+  backseat diagnose ranges.csv --with transponders.csv        two-way ranges: lever arm and speed of sound
+  backseat diagnose runs.csv --run 3                          one run of a table that holds several
   backseat diagnose table.csv --columns map.toml              a table of any other maker
 
 The log is one that `backseat navigate` reads, or the log of a glider, of a pinger, or of a DVL with an AHRS. A log without
@@ -53,6 +58,9 @@ pub struct Args {
     /// A second log of the same time base, joined to the first
     #[arg(long, value_name = "LOG2")]
     with: Option<PathBuf>,
+    /// Use this run only, of a table that holds several, counted from 1
+    #[arg(long, value_name = "N")]
+    run: Option<u32>,
     #[command(flatten)]
     input: LogInput,
     /// Write an HTML report and the augmented vehicle file into this folder
@@ -121,7 +129,7 @@ fn diagnose(
         }
         dynamic(args, log, vehicle, truth.as_ref(), &spinner)?
     } else {
-        by_log_model(args, log, vehicle, truth.as_ref(), &spinner)?
+        by_log_model(args, [&read.log, log], vehicle, truth.as_ref(), &spinner)?
     };
     drop(spinner);
     notes.extend(diagnosis.notes.iter().cloned());
@@ -135,7 +143,9 @@ fn diagnose(
     if let Some(path) = written {
         let name = args.log.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let source = format!("{} with the effects that `backseat diagnose` found in {name}", vehicle.name);
-        augmented(vehicle, &diagnosis).write(path, &source, existing)?;
+        let mut file = augmented(vehicle, &diagnosis);
+        notes.extend(install(&mut file, &diagnosis));
+        file.write(path, &source, existing)?;
     }
     let outcome = DiagnosisReport {
         log,
@@ -163,13 +173,23 @@ fn read(args: &Args) -> anyhow::Result<ReadLog> {
     if let Some(path) = &args.with {
         read.log.join(importers::read(path)?.log);
     }
+    if let Some(run) = args.run {
+        read.log.rows.retain(|row| row.get(Column::Run) == Some(f64::from(run)));
+        if read.log.rows.is_empty() {
+            bail!(
+                "{}: there is no run {run}; the notes of a diagnosis without --run list the runs",
+                args.log.display()
+            );
+        }
+    }
     Ok(read)
 }
 
-/// Logs without fins and propeller: each kind has its own model.
+/// Logs without fins and propeller: each kind has its own model. Those of sensors apply the installation themselves, to the
+/// `raw` log.
 fn by_log_model(
     args: &Args,
-    log: &Log,
+    [raw, log]: [&Log; 2],
     vehicle: &VehicleFile,
     truth: Option<&Truth>,
     spinner: &Spinner,
@@ -187,6 +207,37 @@ fn by_log_model(
         let Some(found) = pinger::run(log, vehicle) else {
             bail!(
                 "{}: the log has fewer than 30 pings with a GNSS position (gps_x_m, gps_y_m) and the pinger's place (ship_x_m, ship_y_m)",
+                args.log.display()
+            );
+        };
+        found
+    } else if transponders::is_for(raw) {
+        refuse_truth("travel times to transponders")?;
+        spinner.set("two-way ranges");
+        let Some(found) = transponders::run(raw, vehicle) else {
+            bail!(
+                "{}: the log needs 200 two-way travel times (two_way_time_s) with the antenna's place and the attitude at both \
+                 ends, and the places of the transponders (station_x_m, station_y_m, station_z_m): join their table by --with",
+                args.log.display()
+            );
+        };
+        found
+    } else if reference_velocity::is_for(raw) {
+        refuse_truth("a reference velocity")?;
+        spinner.set("DVL and reference");
+        let Some(found) = reference_velocity::run(raw, vehicle) else {
+            bail!(
+                "{}: the log needs 60 DVL velocities inside runs of the reference velocity with attitude, and at most 12 runs",
+                args.log.display()
+            );
+        };
+        found
+    } else if thruster::is_for(raw) {
+        refuse_truth("a log of thrusters")?;
+        spinner.set("thrust");
+        let Some(found) = thruster::run(raw, vehicle) else {
+            bail!(
+                "{}: the log needs four stretches of 5 s on which both thrusters have the same command above 0.05",
                 args.log.display()
             );
         };
@@ -242,6 +293,41 @@ fn dynamic(
     let set = diagnosis.set(&vehicle.effects.set);
     let after = if diagnosis.effects.is_empty() { before.clone() } else { score(&diagnosis.after, &set)? };
     Ok((diagnosis, before, after))
+}
+
+/// Where `[installation]` of the vehicle file declares what an effect corrects: key, and number of values.
+const INSTALLED: [(&str, &str, usize); 5] = [
+    ("gnss_lever_arm", "installation.gnss_arm_m", 2),
+    ("dvl_lever_arm", "installation.dvl_arm_m", 3),
+    ("transducer_lever_arm", "installation.transducer_arm_m", 3),
+    ("dvl_delay", "installation.dvl_delay_s", 1),
+    ("heading_lag", "installation.ahrs_delay_s", 1),
+];
+
+/// Corrects `[installation]` by the effects found; returns a note for each that it cannot hold.
+fn install(file: &mut VehicleFile, diagnosis: &Diagnosis) -> Vec<String> {
+    let mut notes = Vec::new();
+    for found in &diagnosis.effects {
+        let effect = found.instance.candidate.effect;
+        let Some((_, key, count)) = INSTALLED.iter().find(|(name, ..)| *name == effect) else {
+            if backseat_core::effects::find(effect).is_none() {
+                notes.push(format!("{effect} is no part of a vehicle file: it is written nowhere"));
+            }
+            continue;
+        };
+        let declared = file.flatten();
+        let moved = found.instance.sizes.iter().take(*count).enumerate().map(|(place, size)| {
+            let name = if *count == 1 { (*key).to_owned() } else { format!("{key}[{place}]") };
+            let before = declared.iter().find(|(of, _)| *of == name).map_or(0.0, |(_, value)| *value);
+            (name, before + size)
+        });
+        let moved: Vec<(String, f64)> = moved.collect();
+        match file.apply(moved) {
+            Ok(()) => notes.push(format!("{effect} is written into {key} of the vehicle file")),
+            Err(error) => notes.push(format!("{effect} is not written into the vehicle file: {error}")),
+        }
+    }
+    notes
 }
 
 /// The declared vehicle with the effects found and their intervals.

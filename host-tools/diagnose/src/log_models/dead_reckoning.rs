@@ -24,9 +24,10 @@ const SHORTEST_S: f64 = 5.0;
 /// Time over which dead reckoning runs on when its position is scored, s.
 const RECKONED_S: f64 = 600.0;
 
-/// Columns: current north, east; heading constant, sine, cosine; speed scale; DVL yaw; then those without a name:
-/// heading's second harmonic, current growing with time, compass lag, sway in turns.
-const COLUMNS: usize = 13;
+/// Columns: current north, east; heading constant, sine, cosine; speed scale; DVL yaw; second harmonic of the heading,
+/// sine, cosine; current growing with time, north, east (without a name); delay of the heading; arm of the antenna, ahead,
+/// to starboard; arm of the DVL, the same.
+const COLUMNS: usize = 16;
 
 /// One stretch between two fixes.
 #[derive(Clone)]
@@ -74,19 +75,15 @@ impl LogModel for DeadReckoning {
 
     fn entries(&self) -> Vec<Entry> {
         let mut entries = vec![("water_current", vec![0, 1]), ("heading_bias", vec![2, 3, 4]), ("dvl_scale", vec![5])];
+        entries.extend([("soft_iron", vec![7, 8]), ("heading_lag", vec![11]), ("gnss_lever_arm", vec![12, 13])]);
         if self.has_dvl {
-            entries.push(("dvl_misalignment", vec![6]));
+            entries.extend([("dvl_misalignment", vec![6]), ("dvl_lever_arm", vec![14, 15])]);
         }
         entries
     }
 
     fn nameless(&self) -> Vec<Nameless> {
-        vec![
-            ("heading error ∝ second harmonic of heading", vec![7, 8]),
-            ("a current that grows with time", vec![9, 10]),
-            ("a heading that lags behind the turn", vec![11]),
-            ("sway in turns", vec![12]),
-        ]
+        vec![("a current that grows with time", vec![9, 10])]
     }
 
     fn block_s(&self) -> f64 {
@@ -260,7 +257,7 @@ fn add(
     let (sin, cos) = psi.sin_cos();
     let along = [u * cos - v * sin, u * sin + v * cos];
     let across = [-along[1], along[0]];
-    let starboard = [-sin, cos];
+    let (ahead, starboard) = ([cos, sin], [-sin, cos]);
     for axis in 0..2 {
         let by = &mut slopes[axis];
         by[axis] += dt;
@@ -275,7 +272,12 @@ fn add(
         by[6] += across[axis] * dt;
         // Late by τ, the reading is behind by τ times the turn.
         by[11] += turn_radps * across[axis] * dt;
-        by[12] += turn_radps * starboard[axis] * dt;
+        // An antenna off the point that is reckoned moves around it: ω × arm. Of a DVL's arm the reckoning has too much.
+        let around = [turn_radps * starboard[axis] * dt, -turn_radps * ahead[axis] * dt];
+        for (place, way) in around.into_iter().enumerate() {
+            by[12 + place] += way;
+            by[14 + place] -= way;
+        }
     }
     along
 }

@@ -1,6 +1,6 @@
 //! θ by Gauss and Newton on whitened rows, and the noise that whitens them.
 
-use super::model::{LogModel, Row};
+use super::model::{Entry, LogModel, Row};
 use crate::candidates::Hypothesis;
 use crate::linear;
 use crate::normal_equations::{BlockEquations, BlockEquationsBuilder};
@@ -19,6 +19,8 @@ const LEAST_CORRELATION: f64 = 0.15;
 const FEW: usize = 20;
 /// By how much other columns may widen a column's variance before the two are taken as one.
 const MOST_INFLATED: f64 = 30.0;
+/// The same where effects are known to be coupled, by the numbers that are always fitted above all.
+const MOST_INFLATED_COUPLED: f64 = 1e7;
 /// Longest memory that is taken as noise, s: what is slower is structure.
 const LONGEST_MEMORY_S: f64 = 120.0;
 
@@ -55,36 +57,57 @@ impl Noise {
     }
 }
 
-/// Noise of every channel, from what remains with every entry fitted to all of the log.
-pub(super) fn noise(model: &impl LogModel, log_data: &PreparedLog, calibrated: &[usize]) -> Option<Vec<Noise>> {
-    let zero = vec![0.0; model.columns()];
-    let rows = model.rows(&zero);
+/// Noise of every channel, from what remains with every separable entry fitted to all of the log; and that fit.
+pub(super) fn noise(
+    model: &impl LogModel,
+    log_data: &PreparedLog,
+    calibrated: &[usize],
+) -> Option<(Vec<Noise>, Vec<f64>)> {
+    let guess = model.guess();
+    let rows = model.rows(&guess);
     let mut noise: Vec<Noise> = Vec::new();
     for row in &rows {
         if noise.iter().all(|noise| noise.channel != row.channel) {
-            noise.push(of_channel(&rows, row.channel));
+            let mut first = of_channel(&rows, row.channel);
+            if model.is_coupled() {
+                // What a guess leaves is the effects themselves: it says nothing of the noise's memory.
+                first.memory_s = 0.0;
+            }
+            noise.push(first);
         }
     }
-    // Entries that are nearly the same to the log are taken once.
-    let sum = pass(model, &noise, &zero).normal.sum(|_| true);
-    let mut columns = calibrated.to_vec();
-    for (_, own) in model.entries() {
-        let with: Vec<usize> = columns.iter().chain(&own).copied().collect();
-        let Some(fit) = linear::fit(&sum, &with, &[]) else { continue };
-        let by_others = |(i, column): (usize, &usize)| fit.sigma(i).powi(2) * sum.information(*column, *column);
-        if with.iter().enumerate().map(by_others).fold(0.0, f64::max) < MOST_INFLATED {
-            columns = with;
-        }
-    }
+    let separable = separable(model, &noise, calibrated);
+    let columns: Vec<usize> = calibrated.iter().chain(separable.iter().flat_map(|(_, own)| own)).copied().collect();
     // The weights move the fit and the fit the weights.
+    let mut theta = vec![0.0; model.columns()];
+    for (column, guess) in guess.into_iter().enumerate().filter(|(column, _)| columns.contains(column)) {
+        theta[column] = guess;
+    }
     for _ in 0..3 {
-        let theta = solve(model, log_data, &noise, &columns, &zero, DataPart::Whole)?;
+        theta = solve(model, log_data, &noise, &columns, &theta, DataPart::Whole)?;
         let rows = model.rows(&theta);
         for noise in &mut noise {
             *noise = of_channel(&rows, noise.channel);
         }
     }
-    Some(noise)
+    Some((noise, theta))
+}
+
+/// Entries without those that are nearly the same as others to the log.
+pub(super) fn separable(model: &impl LogModel, noise: &[Noise], calibrated: &[usize]) -> Vec<Entry> {
+    let sum = pass(model, noise, &model.guess()).normal.sum(|_| true);
+    let most = if model.is_coupled() { MOST_INFLATED_COUPLED } else { MOST_INFLATED };
+    let (mut columns, mut entries) = (calibrated.to_vec(), Vec::new());
+    for (name, own) in model.entries() {
+        let with: Vec<usize> = columns.iter().chain(&own).copied().collect();
+        let Some(fit) = linear::fit(&sum, &with, &[]) else { continue };
+        let by_others = |(i, column): (usize, &usize)| fit.sigma(i).powi(2) * sum.information(*column, *column);
+        if with.iter().enumerate().map(by_others).fold(0.0, f64::max) < most {
+            columns = with;
+            entries.push((name, own));
+        }
+    }
+    entries
 }
 
 /// Scatter by the median, so that outliers count for little; memory by the correlation of neighbours.

@@ -13,7 +13,10 @@ pub mod glider;
 mod held_readings;
 mod model;
 pub mod pinger;
+pub mod reference_velocity;
 mod selection;
+pub mod thruster;
+pub mod transponders;
 
 pub use fit::Noise;
 pub use model::{Entry, LogModel, Measures, Nameless, Row};

@@ -1,5 +1,6 @@
 //! What a log model is: predicted scalars (rows) from what was logged and a vector θ of the effects' sizes.
 
+use crate::prepared_log::FORECAST_SHARE;
 use crate::samples::ResidualChannel;
 
 /// One scalar: measured minus predicted, and the derivative of the prediction by θ.
@@ -32,6 +33,19 @@ pub trait LogModel: Sync {
     fn entries(&self) -> Vec<Entry>;
     /// Terms outside the catalogue that may explain the remaining residual.
     fn nameless(&self) -> Vec<Nameless>;
+    /// Whether effects hide each other, so that none stands out alone: they are then fitted together first, and those
+    /// that are not needed are dropped.
+    fn is_coupled(&self) -> bool {
+        false
+    }
+    /// Where a joint fit begins: values that a vehicle may have, at which every column shows.
+    fn guess(&self) -> Vec<f64> {
+        vec![0.0; self.columns()]
+    }
+    /// Share at the end of the log that is held out as a forecast.
+    fn forecast_share(&self) -> f64 {
+        FORECAST_SHARE
+    }
     /// Length of a block, s.
     fn block_s(&self) -> f64;
     /// Errors of velocity and position at θ.

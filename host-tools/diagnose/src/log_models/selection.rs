@@ -6,10 +6,11 @@ use super::model::{LogModel, Measures};
 use crate::alternatives::Alternative;
 use crate::candidates::{Candidate, Hypothesis, Scope};
 use crate::diagnosis::Diagnosis;
+use crate::linear;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::{ResidualChannel, Samples};
 use crate::scores::{HORIZONS_S, PREDICTED, Scores, whiteness};
-use crate::search::{self, MOST_EFFECTS, Round};
+use crate::search::{self, FAMILY_ERROR, MOST_EFFECTS, Round};
 use crate::structure::Structure;
 use crate::verdict::{self, Conditions};
 use crate::whitener::Setup;
@@ -42,10 +43,10 @@ pub struct LogModelDiagnosis {
 /// Diagnoses a log by a log model; `None` where θ cannot be fitted at all.
 #[must_use]
 pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
-    let mut log_data = empty(log, vehicle, model.block_s());
+    let mut log_data = empty(log, vehicle, model);
     let calibrated = model.calibrated();
     let zero = vec![0.0; model.columns()];
-    let noise = fit::noise(model, &log_data, &calibrated)?;
+    let (noise, all_fitted) = fit::noise(model, &log_data, &calibrated)?;
     let plain = fit::solve(model, &log_data, &noise, &calibrated, &zero, DataPart::Train)?;
     log_data.declared = fit::pass(model, &noise, &plain);
     for residual in &log_data.declared.residuals {
@@ -53,8 +54,9 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     }
     let hypotheses: Vec<Hypothesis> =
         model.entries().into_iter().map(|(effect, free)| hypothesis(effect, free)).collect();
-    let (mut chosen, mut rounds): (Vec<Hypothesis>, Vec<Round>) = (Vec::new(), Vec::new());
-    let mut theta = plain.clone();
+    let mut rounds: Vec<Round> = Vec::new();
+    let (mut chosen, mut theta) =
+        if model.is_coupled() { together(model, &log_data, &noise, all_fitted)? } else { (Vec::new(), plain.clone()) };
     let blocks = log_data.declared.normal.blocks.iter().filter(|block| block.count > 0).count();
     while chosen.len() < MOST_EFFECTS {
         let left: Vec<Hypothesis> = hypotheses.iter().filter(|h| !chosen.contains(h)).cloned().collect();
@@ -89,7 +91,8 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
         ..Conditions::default()
     });
     let open = described.open(&free(&calibrated, &chosen), hypotheses.iter().filter(|h| !chosen.contains(h)));
-    let held = format!("held out: nine of every 27 blocks of {:.0} s, and the last fifth of the log", model.block_s());
+    let forecast = if model.forecast_share() > 0.0 { ", and the last fifth of the log" } else { "" };
+    let held = format!("held out: nine of every 27 blocks of {:.0} s{forecast}", model.block_s());
     let notes = open.into_iter().chain(noise.iter().map(Noise::describe)).chain([held]).collect();
     let structure = Structure { named, ..Structure::default() };
     let before = log_data.declared.clone();
@@ -100,12 +103,62 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     Some(LogModelDiagnosis { log_data, diagnosis, theta: [plain, theta], sigmas, noise, scores })
 }
 
+/// All separable entries fitted together on the training blocks, less those that are not significant beside the others.
+fn together(
+    model: &impl LogModel,
+    log_data: &PreparedLog,
+    noise: &[Noise],
+    mut start: Vec<f64>,
+) -> Option<(Vec<Hypothesis>, Vec<f64>)> {
+    let calibrated = model.calibrated();
+    let mut chosen: Vec<Hypothesis> =
+        fit::separable(model, noise, &calibrated).into_iter().map(|(effect, free)| hypothesis(effect, free)).collect();
+    let tried = model.entries().len() as f64;
+    loop {
+        // Twice, because an early step far from the answer may end the first.
+        let free = free(&calibrated, &chosen);
+        let first = fit::solve(model, log_data, noise, &free, &start, DataPart::Train)?;
+        let theta = fit::solve(model, log_data, noise, &free, &first, DataPart::Train)?;
+        if chosen.is_empty() {
+            return Some((chosen, theta));
+        }
+        let is_outside = |h: &Hypothesis| {
+            let bounds = h.candidate.bounds();
+            h.free.iter().zip(bounds).any(|(column, [low, high])| !(low..=high).contains(&theta[*column]))
+        };
+        if let Some(place) = chosen.iter().position(is_outside) {
+            // A delay into the future stands for something else.
+            for column in chosen.remove(place).free {
+                start[column] = 0.0;
+            }
+            continue;
+        }
+        let pass = fit::pass(model, noise, &theta);
+        let whole = pass.normal.sum(|_| true);
+        let all = linear::fit(&whole, &free, &[])?;
+        let (inflation, count) = linear::inflation(&pass.normal, |_| true, &free, &all, &[]);
+        let p = |h: &Hypothesis| {
+            let others: Vec<usize> = free.iter().copied().filter(|column| !h.free.contains(column)).collect();
+            let away: Vec<(usize, f64)> = h.free.iter().map(|column| (*column, -theta[*column])).collect();
+            let without = linear::fit(&whole, &others, &away).map_or(0.0, |fit| fit.gain);
+            search::tail(all.gain - without, inflation, count, h.free.len()) * tried
+        };
+        let weakest = chosen.iter().map(p).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        if weakest.1 < FAMILY_ERROR {
+            return Some((chosen, theta));
+        }
+        for column in chosen.remove(weakest.0).free {
+            start[column] = 0.0;
+        }
+    }
+}
+
 fn hypothesis(effect: &'static str, free: Vec<usize>) -> Hypothesis {
     Hypothesis { candidate: Candidate { effect, fin: None, onset_s: None }, free, fixed: Vec::new() }
 }
 
 /// A prepared log without samples of a vehicle's dynamics.
-fn empty(log: &Log, vehicle: &VehicleFile, block_s: f64) -> PreparedLog {
+fn empty(log: &Log, vehicle: &VehicleFile, model: &impl LogModel) -> PreparedLog {
     let samples = Samples { duration_s: log.duration_s(), ..Samples::default() };
     let present = [false; ResidualChannel::COUNT];
     let scope = Scope { present, has_density: false, duration_s: samples.duration_s, declared: EffectSet::NONE };
@@ -117,7 +170,7 @@ fn empty(log: &Log, vehicle: &VehicleFile, block_s: f64) -> PreparedLog {
         installation: vehicle.installation,
         scale: [1.0; ResidualChannel::COUNT],
         outliers: Vec::new(),
-        block_s,
+        block_s: model.block_s(),
     };
     PreparedLog {
         setup,
@@ -125,6 +178,7 @@ fn empty(log: &Log, vehicle: &VehicleFile, block_s: f64) -> PreparedLog {
         scope,
         own_scale: [1.0; ResidualChannel::COUNT],
         declared: crate::whitener::Pass::default(),
+        forecast_share: model.forecast_share(),
     }
 }
 
