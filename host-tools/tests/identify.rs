@@ -67,6 +67,24 @@ fn json_vehicle_file_and_report_are_as_promised() {
 }
 
 #[test]
+fn the_covariance_is_the_prior_of_the_robust_filter() {
+    let (folder, _) = experiment();
+    for (method, has_covariance) in [("iv", true), ("aid", false)] {
+        let arguments = ["log.csv", "--vehicle", "prior.toml", "--method", method, "--out", &format!("{method}.toml")];
+        let output = backseat(folder.path(), &arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let identified = VehicleFile::read(&folder.path().join(format!("{method}.toml"))).expect("loads");
+        assert_eq!(!identified.learnt.is_none(), has_covariance, "{method}");
+        if has_covariance {
+            let learnt = &identified.learnt;
+            // The scale is as uncertain as it was declared; thrust and drag are tied to it, and to each other.
+            assert_eq!((learnt.dives, learnt.mean, learnt.sigma[0]), (0, [0.0; 16], 0.1));
+            assert!(learnt.sigma[3] <= 0.1 && learnt.sigma[7] <= 0.1 && learnt.correlation(7, 3) > 0.9, "{learnt:?}");
+        }
+    }
+}
+
+#[test]
 fn declared_effects_are_heeded() {
     let folder = tempfile::tempdir().expect("a folder");
     let current = [0.2, -0.15];

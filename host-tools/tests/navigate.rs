@@ -1,6 +1,6 @@
 //! `backseat navigate` as a user runs it.
 
-use backseat_data::{Column, LogRow, LogWriter, Truth, TruthRow, TruthWriter};
+use backseat_data::{Column, LogRow, LogWriter, Truth, TruthRow, TruthWriter, VehicleFile};
 use std::path::PathBuf;
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -121,6 +121,59 @@ fn results_are_written_once() {
     assert!(page.contains("<svg") && page.contains("Innovations"));
     assert!(mission.failure(&args[1..]).contains("exists already"));
     assert!(mission.run(&[&args[..], &["--force"]].concat()).status.success());
+}
+
+#[test]
+fn estimates_have_their_sigma_and_a_short_log_separates_none() {
+    let mission = Mission::new();
+    let log = ["navigate", "log.csv", "--no-dvl", "--report", "report", "--learn", "next.toml"];
+    let output = mission.run(&log);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let row = text.lines().find(|line| line.starts_with("m11 ")).unwrap();
+    assert!(row.contains("10.0 %") && row.ends_with("not separable yet"), "{row}");
+    // Three minutes on one line at one speed show a trim or two.
+    assert!(text.contains(" of 18 estimates") && text.contains("min after the start"), "{text}");
+    let page = std::fs::read_to_string(mission.path("report/report.html")).unwrap();
+    assert!(page.contains(" of 18 estimates") && page.contains("not separable yet"));
+    let log = std::fs::read_to_string(mission.path("log.csv")).unwrap();
+    std::fs::write(mission.path("short.csv"), log.lines().take(30).collect::<Vec<_>>().join("\n") + "\n").unwrap();
+    let output = mission.run(&["navigate", "short.csv", "--no-dvl"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("too short, or its motion too uniform, to separate any estimate"), "{text}");
+    let estimates = mission.json(&["--no-dvl"])["estimates"].clone();
+    assert_eq!(estimates["beta5"]["separable"], false);
+    assert!(estimates["current_north"]["sigma"].as_f64().unwrap() > 0.0);
+    assert!(mission.json(&["--model", "nominal"])["estimates"].is_null());
+
+    // The next dive starts from it.
+    let next = VehicleFile::read(&mission.path("next.toml")).unwrap();
+    assert_eq!((next.learnt.dives, next.parameters), (1, VehicleFile::reference().parameters));
+    let first = mission.json(&["--no-dvl"]);
+    let second = mission.json(&["--no-dvl", "--vehicle", "next.toml"]);
+    let sigma = |run: &serde_json::Value, name: &str| run["estimates"][name]["sigma"].as_f64().unwrap();
+    assert!(sigma(&second, "beta5") < sigma(&first, "beta5"));
+    assert_ne!(first["digest"], second["digest"]);
+    assert!(
+        mission.failure(&["log.csv", "--model", "nominal", "--learn", "no.toml"]).contains("--learn: only the robust")
+    );
+}
+
+#[test]
+fn a_prior_that_makes_no_sense_is_refused_where_it_stands() {
+    let mission = Mission::new();
+    let file = VehicleFile::reference().to_toml("");
+    for (from, to, words) in [
+        ("current_mps = 0.3", "current_mps = -0.3", "prior.current_mps: -0.3 is outside 0 to 5 (m/s)"),
+        ("fin_lag_s = 0.15", "fin_lag_s = nan", "prior.fin_lag_s: NaN is outside 0 to 2 (s)"),
+        ("fin_lag_s = 0.15", "", "[prior] lacks fin_lag_s (s): Sigma of the lag of the fins."),
+    ] {
+        std::fs::write(mission.path("v.toml"), file.replacen(from, to, 1)).unwrap();
+        let error = mission.failure(&["log.csv", "--vehicle", "v.toml"]);
+        assert!(error.contains("v.toml:") && error.contains(words), "{error}");
+    }
+    std::fs::write(mission.path("v.toml"), file.replacen("fin_lag_s = 0.15", "fin_lag_s = 0", 1)).unwrap();
+    assert!(mission.json(&["--vehicle", "v.toml"])["estimates"].get("fin_lag").is_none(), "known");
 }
 
 #[test]

@@ -9,10 +9,12 @@
 //! Components know the components to their left at most, own their state and return decisions.
 
 use crate::adaptation::{Adaptation, Change};
+use crate::app::STEP_US;
 use crate::estimator::{Estimator, FilterPlace};
 use crate::host::{HOST_RING, Host, send};
 use crate::inputs::Inputs;
 use crate::inputs::installation::horizon_us;
+use crate::learning::Learning;
 use crate::links::Links;
 use crate::modes::{Facts, Modes};
 use crate::parameters::{ParameterStore, Settings};
@@ -24,10 +26,15 @@ use crate::telemetry;
 use crate::time::UtcClock;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::parameters::joint_check;
+use backseat_core::state::Z;
 use backseat_wire::hostlink::{self, FromBoard, Port, Refusal};
 
 /// Attitude or depth may contradict the filter for this long without a mission, µs.
 const ASTRAY_US: u64 = 20_000_000;
+/// Time between two reports of the robust filter's estimates, µs.
+const ESTIMATES_US: u64 = 10_000_000;
+/// Deeper than this the vehicle is under water, m.
+const SUBMERGED_M: f64 = 1.0;
 /// Bytes that may wait for one device port: five steps of commands and requests.
 const DEVICE_RING: usize = 512;
 
@@ -40,6 +47,7 @@ pub struct Backseat {
     pub inputs: Inputs,
     pub estimator: Estimator,
     pub adaptation: Adaptation,
+    pub learning: Learning,
     pub modes: Modes,
     pub steering: Steering,
     pub safety: Safety,
@@ -98,6 +106,7 @@ impl Backseat {
             inputs: Inputs::new(),
             estimator: Estimator::new(filter),
             adaptation: Adaptation::new(),
+            learning: Learning::new(),
             modes: Modes::new(),
             steering: Steering::new(),
             safety: Safety::new(),
@@ -119,6 +128,7 @@ impl Backseat {
         self.inputs.clear();
         self.estimator.reset();
         self.adaptation.restart();
+        self.learning = Learning::new();
         self.modes = Modes::new();
         self.steering.restart();
         self.safety.restart();
@@ -193,6 +203,8 @@ impl Backseat {
         self.carry_out(&orders);
         self.ask(now_us);
         self.adapt(now_us);
+        self.learn();
+        self.store();
         true
     }
 
@@ -282,12 +294,43 @@ impl Backseat {
         if let Some(change) = change {
             self.change_vehicle(now_us, &change);
         }
-        // Flash is never erased under way: an adopted set is stored when no mission is.
-        let idle = !self.steering.is_engaged() && !self.steering.is_wiggling() && self.storage.is_idle();
-        if idle && self.adaptation.take_to_store() {
-            // idle a line ago
-            let _ = self.storage.request(Asked::ByAdoption);
+    }
+
+    /// At the end of a dive, keeps what the filter has learnt of the vehicle; not from a filter that contradicts its sensors, nor
+    /// of a vehicle with a fault, which is another after its repair.
+    #[inline(never)]
+    fn learn(&mut self) {
+        let Self { learning, steering, estimator, adaptation, parameters, .. } = self;
+        let submerged = estimator.output()[Z] > SUBMERGED_M;
+        if !learning.ends(steering.under_way(), submerged)
+            || estimator.is_suspect()
+            || estimator.resumed().is_some()
+            || adaptation.has_fault()
+        {
+            return;
         }
+        let dives = parameters.active().learnt.dives.saturating_add(1);
+        if let Some(learnt) = estimator.navigator().learnt(dives)
+            && parameters.learn(&learnt)
+        {
+            learning.kept();
+        }
+    }
+
+    /// Flash is never erased under way: what was adopted or learnt is stored when no mission is.
+    fn store(&mut self) {
+        if self.steering.is_engaged() || self.steering.is_wiggling() || !self.storage.is_idle() {
+            return;
+        }
+        let asked = if self.adaptation.take_to_store() {
+            Asked::Adoption
+        } else if self.learning.take_to_store() {
+            Asked::Learning
+        } else {
+            return;
+        };
+        // idle a line ago
+        let _ = self.storage.request(asked);
     }
 
     /// Carries out a change of the parameters in use; false when the vehicle was refused.
@@ -343,6 +386,18 @@ impl Backseat {
         if let Some(report) = self.adaptation.fault_report(now_us) {
             send(out, &FromBoard::Fault(report));
         }
+        self.report_estimates(now_us, out);
+    }
+
+    #[inline(never)]
+    fn report_estimates(&self, now_us: u64, out: &mut Ring<HOST_RING>) {
+        if now_us % ESTIMATES_US >= STEP_US {
+            return;
+        }
+        let dives = self.parameters.active().learnt.dives;
+        if let Some(estimates) = telemetry::estimates(now_us, self.estimator.navigator(), dives) {
+            send(out, &FromBoard::Estimates(estimates));
+        }
     }
 
     /// The counters that the host link carries.
@@ -387,7 +442,7 @@ impl Backseat {
     /// Takes the set that a memory held; false when it is not valid as a whole and the old one stays.
     pub fn restore(&mut self, settings: &Settings) -> bool {
         // the set may come from a firmware with other rules
-        let fits = joint_check(&settings.vehicle, Some(settings.control.cruise_speed_mps)).is_ok();
+        let fits = joint_check(&settings.vehicle, Some(settings.control.cruise_speed_mps), &settings.learnt).is_ok();
         if !fits || !configure(settings, &mut self.estimator, &mut self.steering) {
             return false;
         }

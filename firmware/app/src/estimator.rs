@@ -381,6 +381,7 @@ impl Estimator {
         let initial = InitialState::from_fix(fix_m, sigma_m, depth_m, euler_rad, rates_radps, speed, &config);
         // refused only for values that are not finite: the next samples come soon
         if self.navigator.initialise(now_us, &initial).is_ok() {
+            self.navigator.start_from(&settings.learnt);
             self.resumed = resumed;
         }
     }

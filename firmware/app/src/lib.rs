@@ -38,6 +38,7 @@ mod health;
 mod held;
 mod host;
 pub mod inputs;
+mod learning;
 pub mod links;
 mod lockstep;
 mod mission;

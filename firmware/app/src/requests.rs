@@ -118,7 +118,7 @@ fn store(backseat: &mut Backseat) -> Result<(), Refusal> {
     if backseat.steering.is_wiggling() {
         return Err(Refusal::NotReady);
     }
-    backseat.storage.request(Asked::ByHost)
+    backseat.storage.request(Asked::Host)
 }
 
 fn commit_mission(backseat: &mut Backseat) -> Result<(), Refusal> {

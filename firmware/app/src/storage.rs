@@ -13,15 +13,19 @@ enum Request {
     ByHost,
     /// The board is to write an adopted vehicle.
     Adopted,
+    /// The board is to write what a dive has learnt.
+    Learnt,
 }
 
 /// Origin of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {
     /// The host, which waits for an answer.
-    ByHost,
+    Host,
     /// An adoption.
-    ByAdoption,
+    Adoption,
+    /// The end of a dive.
+    Learning,
 }
 
 /// The board's memory, as the app sees it.
@@ -50,7 +54,7 @@ impl Storage {
 
     /// The board is writing, or about to.
     pub fn is_busy(&self) -> bool {
-        matches!(self.0, Request::ByHost | Request::Adopted)
+        matches!(self.0, Request::ByHost | Request::Adopted | Request::Learnt)
     }
 
     /// The active set is to be written.
@@ -62,8 +66,9 @@ impl Storage {
             return Err(Refusal::NoStore);
         }
         self.0 = match asked {
-            Asked::ByHost => Request::ByHost,
-            Asked::ByAdoption => Request::Adopted,
+            Asked::Host => Request::ByHost,
+            Asked::Adoption => Request::Adopted,
+            Asked::Learning => Request::Learnt,
         };
         Ok(())
     }
@@ -72,8 +77,9 @@ impl Storage {
     pub fn done(&mut self) -> Option<Asked> {
         let asked = match self.0 {
             Request::NoMemory | Request::Idle => return None,
-            Request::ByHost => Asked::ByHost,
-            Request::Adopted => Asked::ByAdoption,
+            Request::ByHost => Asked::Host,
+            Request::Adopted => Asked::Adoption,
+            Request::Learnt => Asked::Learning,
         };
         self.0 = Request::Idle;
         Some(asked)

@@ -2,9 +2,12 @@
 
 use crate::estimator::Estimator;
 use backseat_core::dynamics::ActuatorInput;
-use backseat_core::navigation::{FusionOutcome, FusionRecord, ShipReport};
+use backseat_core::navigation::{FusionOutcome, FusionRecord, Navigator, ShipReport};
 use backseat_core::state::{VEHICLE_STATES, X, Y};
-use backseat_wire::hostlink::{FusionTelemetry, Mode, ModeReason, Ship, Telemetry};
+use backseat_wire::hostlink::{Estimate, Estimates, FusionTelemetry, Mode, ModeReason, Ship, Telemetry};
+
+/// The nominal filter estimates a current at most, which is in every record.
+const WATER_STATES: usize = 2;
 
 /// The record of a step.
 pub fn record(
@@ -39,6 +42,24 @@ pub fn record(
         leg,
         rejected_frames,
     }
+}
+
+/// What the robust filter estimates; `None`: it does not run.
+pub fn estimates(time_us: u64, navigator: &Navigator, dives: u16) -> Option<Estimates> {
+    let mut estimates = heapless::Vec::new();
+    for estimate in navigator.estimates() {
+        if let Some(place) = estimate.parameter.place() {
+            // there are no more than it has room for
+            let _ = estimates.push(Estimate {
+                place: place as u8,
+                value: estimate.value as f32,
+                sigma: estimate.sigma as f32,
+                separable: estimate.is_separable(),
+            });
+        }
+    }
+    let weights = navigator.weights().map(|weight| weight as f32);
+    (estimates.len() > WATER_STATES).then_some(Estimates { time_us, weights, dives, estimates })
 }
 
 /// The ship as a packet reports it.

@@ -33,6 +33,8 @@ pub struct Backseat {
     /// the signs.
     #[serde(deserialize_with = "quantity::share")]
     pub wrong_share: f64,
+    /// The seed that has them, if it is not the flight's: of a second dive of the same vehicle.
+    pub wrong_seed: Option<u64>,
 }
 
 impl Default for Backseat {
@@ -47,6 +49,7 @@ impl Default for Backseat {
             current_state: false,
             adopt: false,
             wrong_share: 0.0,
+            wrong_seed: None,
         }
     }
 }
@@ -80,7 +83,9 @@ impl Scenario {
     /// of the place and the depth of the ship's transducer.
     #[must_use]
     pub fn declared_vehicle(&self) -> VehicleFile {
-        let parameters = perturbed(&self.vehicle.parameters, self.settings.backseat.wrong_share, self.settings.seed);
+        let backseat = &self.settings.backseat;
+        let seed = backseat.wrong_seed.unwrap_or(self.settings.seed);
+        let parameters = perturbed(&self.vehicle.parameters, backseat.wrong_share, seed);
         let installation = Installation {
             sound_speed_mps: self.settings.environment.sound_speed_mps,
             ship_transducer_depth_m: self.settings.ship.transducer_depth_m,

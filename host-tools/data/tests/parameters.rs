@@ -25,6 +25,7 @@ fn file_with(parameter: &Parameter, value: f64) -> String {
     file.noise = settings.navigation.process_noise;
     file.sensors = settings.navigation.sensors;
     file.priors = settings.navigation.priors;
+    file.learnt = settings.learnt;
     file.installation = settings.app.installation;
     file.safety = settings.app.safety;
     let mut text = file.to_toml("");
@@ -58,8 +59,9 @@ fn navigate_import_and_board_accept_and_refuse_the_same() {
             // The cruise speed is the board's alone: a file without [app] says nothing of it.
             let mut settings = Settings::DEFAULT;
             parameter.set(&mut settings, value);
-            let too_slow = parameter.section() != "app" && joint_check(&settings.vehicle, None).is_ok();
-            let too_slow = too_slow && joint_check(&settings.vehicle, Some(settings.control.cruise_speed_mps)).is_err();
+            let check = |speed_mps| joint_check(&settings.vehicle, speed_mps, &settings.learnt);
+            let too_slow = parameter.section() != "app" && check(None).is_ok();
+            let too_slow = too_slow && check(Some(settings.control.cruise_speed_mps)).is_err();
             assert_eq!(
                 navigate.is_ok(),
                 board || (too_slow && parameter.admits(value)),

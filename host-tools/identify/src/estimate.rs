@@ -3,6 +3,7 @@
 use crate::options::Method;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::Visibility;
+use nalgebra::DMatrix;
 
 /// One identified parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +53,8 @@ pub struct Estimate {
     pub parameters: Vec<EstimatedParameter>,
     /// The vehicle with them.
     pub vehicle: VehicleParameters,
+    /// Covariance of the errors of θ, d26 and d35, where the method has one; zero where a parameter was held.
+    pub covariance: Option<DMatrix<f64>>,
     /// Groups that the motion shows only together.
     pub collinear: Vec<Vec<&'static str>>,
     /// What it does not show.

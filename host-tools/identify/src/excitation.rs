@@ -91,7 +91,8 @@ pub(crate) fn described(
             last.map_or("", manoeuvre)
         ));
     }
-    Estimate { method, parameters, vehicle, collinear, unseen, steps: Vec::new(), notes }
+    let covariance = covariance.cloned();
+    Estimate { method, parameters, vehicle, covariance, collinear, unseen, steps: Vec::new(), notes }
 }
 
 /// Correlation of the errors that least squares on the accelerations would make: every axis weighted by its own

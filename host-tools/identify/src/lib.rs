@@ -12,6 +12,7 @@
 //! declared_effects  effects of the vehicle file, removed first       automatic     tries them, each step on held-out data
 //! estimate          the result of a method                           excitation    what the motion shows of each parameter
 //! acceleration      section 4.2.2: from an AHRS's specific force     surge_yaw     logs in servo counts: surge and yaw only
+//! learnt            the estimate's covariance as a prior for the robust filter
 //! options, method   settings, and one entrance to all methods        plan          the mission with most information
 //! ```
 
@@ -24,6 +25,7 @@ pub mod estimate;
 mod excitation;
 pub mod identifier;
 pub mod instrumental;
+mod learnt;
 mod method;
 pub mod nullspace;
 mod options;
@@ -39,6 +41,7 @@ pub mod validation;
 pub use data::IdentificationData;
 pub use declared_effects::fold_into_plant;
 pub use estimate::{Estimate, EstimatedParameter, Step, Unseen};
+pub use learnt::learnt;
 pub use method::identify;
 pub use options::{IdentifyError, Method, Options};
 pub use sample::{PERIOD_S, Sample};

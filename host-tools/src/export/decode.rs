@@ -15,7 +15,8 @@ use backseat_data::session::{Entry, Event};
 use backseat_data::{Column, LogRow};
 use backseat_wire::calendar::DAY_US;
 use backseat_wire::hostlink::{
-    Adoption, Decoder, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Port, Telemetry, ToBoard,
+    Adoption, Decoder, Estimates, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Port, Telemetry,
+    ToBoard,
 };
 
 /// A decoded record with its time by the log's clock.
@@ -38,6 +39,8 @@ pub enum What<'a> {
     Fusion(&'a FusionTelemetry),
     /// Parameters that the board identified.
     Identification(&'a Identification),
+    /// The estimates of its robust filter.
+    Estimates(&'a Estimates),
     /// An event.
     Event(EventKind, String),
 }
@@ -213,6 +216,7 @@ impl Decoding {
                 }
                 Ok(FromBoard::Fusion(fusion)) => out(Found { time_us, what: What::Fusion(&fusion) }),
                 Ok(FromBoard::Identification(record)) => out(Found { time_us, what: What::Identification(&record) }),
+                Ok(FromBoard::Estimates(record)) => out(Found { time_us, what: What::Estimates(&record) }),
                 Ok(FromBoard::Adoption(verdict)) => {
                     out(Found { time_us, what: What::Event(EventKind::Adoption, adoption(&verdict)) });
                 }

@@ -82,7 +82,7 @@ impl Tables {
                 self.rows[3] += 1;
                 self.events.write_record([&format!("{}", found.time_us as f64 / 1e6), kind.name(), text])?;
             }
-            What::VehicleFix(_) | What::ShipFix(_) | What::Identification(_) => {}
+            What::VehicleFix(_) | What::ShipFix(_) | What::Identification(_) | What::Estimates(_) => {}
         }
         Ok(())
     }

@@ -14,7 +14,7 @@ use backseat_data::VehicleFile;
 use backseat_data::console::{self, Progress};
 use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
-use backseat_identify::{IdentificationData, Method, Options, fold_into_plant, identify, validate};
+use backseat_identify::{IdentificationData, Method, Options, fold_into_plant, identify, learnt, validate};
 use clap::ValueEnum;
 use result::{HeldOut, IdentificationResult};
 use std::path::{Path, PathBuf};
@@ -190,6 +190,7 @@ fn identify_vehicle(
     let is_changed = estimate.parameters.iter().any(moves);
     let mut identified = declared.clone();
     identified.parameters = estimate.vehicle;
+    identified.learnt = learnt(&estimate, &options, &declared.priors);
     identified.name = format!("{}-identified", declared.name);
     // a file that repeats the declared vehicle would be taken for a result
     let vehicle_path = vehicle_path.filter(|_| is_changed);

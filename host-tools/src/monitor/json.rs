@@ -2,6 +2,7 @@
 
 use super::model::{Model, Severity, words};
 use backseat_core::effects::parameters;
+use backseat_data::session::EstimatesRow;
 use backseat_host::PORT_NAMES;
 use backseat_wire::hostlink::{FaultReport, Telemetry, Visibility};
 use serde_json::{Map, Value, json};
@@ -31,6 +32,7 @@ pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
         "gate_sigmas": model.gate_sigmas(),
         "effects": effects(model),
         "identification": identification(model),
+        "estimates": model.estimates.as_ref().map(EstimatesRow::from),
         "fault": model.fault.as_ref().map_or(Value::Null, fault),
         "ports": ports(model),
         "link": link(model, now_us),

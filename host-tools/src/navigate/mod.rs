@@ -1,5 +1,6 @@
 //! `backseat navigate`: the flight filter over a recorded mission.
 
+mod estimates;
 mod page;
 mod result;
 mod text;
@@ -7,11 +8,11 @@ mod text;
 use crate::log_input::{LogInput, ReadLog};
 use crate::outcome::Outcome;
 use crate::uses::{self, Navigation};
-use anyhow::Context;
+use anyhow::{Context, bail};
 use backseat_core::navigation::ProcessModel;
 use backseat_data::console::{self, Progress};
 use backseat_data::dead_reckoning::{self, Method};
-use backseat_data::filter::{self, FilterOptions, Health, ShipSource};
+use backseat_data::filter::{self, FilterOptions, FilterRun, Health, ShipSource};
 use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
@@ -27,6 +28,7 @@ Examples:
   backseat navigate log.csv --model kinematic               constant velocity, DVL
   backseat navigate log.csv --truth truth.csv --report out  error against the truth, out/report.html
   backseat navigate log.csv.gz --no-dvl --smooth            the track by the measurements of the whole dive
+  backseat navigate log.csv.gz --learn next.toml            what it has shown of the vehicle, for the next dive
   backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
   backseat navigate table.csv --columns map.toml            a table of any other maker
 
@@ -66,6 +68,9 @@ pub struct Args {
     /// Truth CSV to compare with
     #[arg(long, value_name = "T.csv")]
     truth: Option<PathBuf>,
+    /// Write the vehicle file with what this dive has shown of the vehicle: the next one starts from it
+    #[arg(long, value_name = "V2.toml")]
+    learn: Option<PathBuf>,
     /// Write an HTML report into this folder
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
@@ -101,7 +106,7 @@ enum Plan {
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let page = args.report.as_ref().map(|folder| folder.join("report.html"));
-    for path in [&page, &args.out].into_iter().flatten() {
+    for path in [&page, &args.out, &args.learn].into_iter().flatten() {
         output::check(path, existing)?;
     }
     let vehicle = match &args.vehicle {
@@ -144,6 +149,15 @@ fn navigate(
         health = Health::of(run, errors.as_ref().map(|(_, errors)| &errors[..]));
     }
     health.doubts.splice(..0, read.examination.suspicions().map(|finding| finding.message.clone()));
+    if let Some(path) = &args.learn {
+        let Estimate::Filter(FilterRun { learnt: Some(learnt), .. }) = &estimate else {
+            bail!(
+                "--learn: only the robust model learns anything of the vehicle (--model robust, a log with fins and propeller)"
+            );
+        };
+        let next = VehicleFile { learnt: **learnt, ..vehicle.clone() };
+        next.write(path, &learnt_from(&args.log, &vehicle), existing)?;
+    }
     let outcome = NavigationResult {
         description: describe(args, &plan, vehicle),
         format: read.format,
@@ -170,6 +184,15 @@ fn navigate(
         if args.json { outcome.json(page, args.out.as_deref()) } else { outcome.text(page, args.out.as_deref()) };
     console::print(text.as_bytes())?;
     Ok(Outcome::doubtful_if(!outcome.health.doubts.is_empty()))
+}
+
+/// First lines of the vehicle file for the next dive.
+fn learnt_from(log: &Path, vehicle: &VehicleFile) -> String {
+    let name = log.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy());
+    format!(
+        "Vehicle {} with what `backseat navigate --learn` has learnt from {name}, in section [learnt].",
+        vehicle.name
+    )
 }
 
 /// The requested model, or the best that the log supports, with the reason.

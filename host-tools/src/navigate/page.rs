@@ -1,5 +1,6 @@
 //! What a run gave, as a page.
 
+use super::estimates;
 use super::result::{Against, Estimate, NavigationResult};
 use super::text::gnss_distances;
 use backseat_core::navigation::{FusionOutcome, Sensor};
@@ -61,7 +62,10 @@ pub fn html(outcome: &NavigationResult<'_>) -> String {
         report = report.table(table);
     }
     report = match outcome.estimate {
-        Estimate::Filter(run) => innovations(errors(track(report.table(sensors(run)), outcome), outcome), run),
+        Estimate::Filter(run) => {
+            let report = track(estimates::section(report.table(sensors(run)), run), outcome);
+            innovations(errors(report, outcome), run)
+        }
         Estimate::DeadReckoning(_) => errors(track(report, outcome), outcome),
     };
     let command: Vec<String> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();

@@ -108,12 +108,13 @@ impl NavigationResult<'_> {
         let error = self.error_summary().map(|(_, error)| summary(error));
         let smoothed_error = self.smoothed_summary().map(summary);
         let (mut nis, mut rejected) = (Map::new(), Map::new());
-        let mut digest = Value::Null;
+        let (mut digest, mut estimates) = (Value::Null, Value::Null);
         if let Estimate::Filter(run) = self.estimate {
             for sensor in &run.sensors {
                 nis.insert(sensor.sensor.name().to_owned(), json!(sensor.nis));
                 rejected.insert(sensor.sensor.name().to_owned(), json!(sensor.rejected));
             }
+            estimates = super::estimates::json(run);
             // As text: JSON's numbers are doubles and lose the last bits.
             digest = json!(format!("{:016x}", run.digest));
         }
@@ -138,6 +139,7 @@ impl NavigationResult<'_> {
             "trust": if self.health.doubts.is_empty() { "ok" } else { "suspicious" },
             "doubts": self.health.doubts,
             "health": {"sensors": sensors, "rms_over_drms": self.health.rms_over_drms},
+            "estimates": estimates,
             "simulated_s": self.log.duration_s(),
             "wall_s": self.wall_s,
             "digest": digest,

@@ -1,5 +1,6 @@
 //! What a run gave, for the eye.
 
+use super::estimates;
 use super::result::{Against, Estimate, NavigationResult};
 use backseat_core::navigation::Sensor;
 use backseat_core::state::{X, Y};
@@ -25,6 +26,7 @@ impl NavigationResult<'_> {
         }
         if let Estimate::Filter(run) = self.estimate {
             sensors(&mut out, run);
+            estimates::text(&mut out, run);
         }
         out.push('\n');
         if let Some((against, error)) = self.error_summary() {

@@ -1,5 +1,6 @@
 //! `backseat params`: the board's parameters, over its host port.
 
+mod learnt;
 mod table;
 
 use crate::board::Common;
@@ -21,6 +22,7 @@ Examples:
   backseat params export /dev/ttyACM0 board.toml
   backseat params import /dev/ttyACM0 identified.toml   a vehicle file, or an exported set
   backseat params store /dev/ttyACM0                    keep them through power-off
+  backseat params learnt /dev/ttyACM0                   what its dives have taught the board of its vehicle
   backseat params docs                                  what every parameter means, without a board
 
 PORT is the board's host port, with :BAUD behind it where that is not 115200. The values of set and import become
@@ -44,6 +46,14 @@ Example:
 A star marks values other than the default. Parameters that take effect at once may be set during a mission; the others
 restart navigation and are refused while a mission runs. Meaning and effect are shown if the board has the same
 parameter list as this program.";
+
+const LEARNT: &str = "\
+Example:
+  backseat params learnt /dev/ttyACM0
+
+At the end of a dive of ten minutes or more the board keeps what its robust filter has learnt of vehicle and compass, with
+sigma and correlations, and starts the next dive from there (parameters learnt.*). It forgets it when another vehicle is
+set, and by backseat params forget. Vehicle files hold the same in a section [learnt]: params export writes it.";
 
 /// Get, set, export, import or store the board's parameters
 #[derive(clap::Args)]
@@ -106,6 +116,12 @@ enum Action {
     /// Keep the active parameters through power-off
     #[command(after_help = "Example:\n  backseat params store /dev/ttyACM0")]
     Store(Common),
+    /// Show what the board has learnt of its vehicle in its dives
+    #[command(after_help = LEARNT)]
+    Learnt(Common),
+    /// Have the board forget what its dives have taught: after a repair, new fins, other ballast
+    #[command(after_help = "Example:\n  backseat params forget /dev/ttyACM0")]
+    Forget(Common),
     /// Print the page docs/guide/parameters.md: every parameter with symbol, unit, default, range and meaning
     #[command(after_help = "Example:\n  backseat params docs > docs/guide/parameters.md")]
     Docs,
@@ -160,6 +176,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         Action::Import { common, file, unlock } => set(common, &BoardFile::read(file)?.flatten(), None, *unlock),
         Action::Docs => console::print(parameters_page().as_bytes()),
+        Action::Learnt(common) => learnt::show(common),
+        Action::Forget(common) => learnt::forget(common),
         Action::Store(common) => {
             let mut board = common.connect()?;
             if let Err(refusal) = board.store_parameters()? {

@@ -106,8 +106,8 @@ impl Listener {
                     survey.reported.push(reported_step(read_us, &record));
                 }
                 FromBoard::Adoption(Adoption { time_us, event, .. }) => {
-                    let kept = event == AdoptionEvent::Stored;
-                    if kept || event == AdoptionEvent::StoreFailed {
+                    let kept = matches!(event, AdoptionEvent::Stored | AdoptionEvent::Learnt);
+                    if kept || matches!(event, AdoptionEvent::StoreFailed | AdoptionEvent::LearntFailed) {
                         survey.stored.push_back(Stored { after_us: Some(time_us), kept });
                     }
                 }

@@ -163,6 +163,27 @@ fn what_identify_writes_is_imported() {
 }
 
 #[test]
+fn what_the_board_has_learnt_is_shown_and_forgotten() {
+    let bench = Bench::new();
+    assert!(bench.good(&["params", "learnt", "PORT"]).contains("nothing learnt"));
+    assert_eq!(bench.json(&["params", "forget", "PORT"])["forgotten"], false);
+    let mut file = VehicleFile::reference();
+    file.learnt.dives = 2;
+    (file.learnt.mean[7], file.learnt.sigma[7], file.learnt.sigma[3]) = (-0.08, 0.02, 0.03);
+    file.learnt.set_correlation(7, 3, 0.9);
+    std::fs::write(bench.path("learnt.toml"), file.to_toml("a test's")).unwrap();
+    bench.good(&["params", "import", "PORT", "learnt.toml"]);
+    let shown = bench.json(&["params", "learnt", "PORT"]);
+    assert_eq!((shown["dives"].as_u64(), &shown["learnt"]["beta5"]["value"]), (Some(2), &(-0.08).into()));
+    assert_eq!(shown["learnt"]["beta5"]["largest_correlation"]["with"], "d11");
+    assert!(shown["learnt"].get("m11").is_none(), "{shown}");
+    assert!(bench.good(&["params", "learnt", "PORT"]).contains("+0.90 with d11"));
+    // This board has no memory: what is forgotten comes back with the next start.
+    assert!(bench.complaint(&["params", "forget", "PORT"]).contains("only until power-off"));
+    assert!(bench.good(&["params", "learnt", "PORT"]).contains("nothing learnt"));
+}
+
+#[test]
 fn a_transfer_that_breaks_off_leaves_the_old_set_active() {
     let bench = Bench::new();
     bench.good(&["params", "set", "PORT", "vehicle.mass_kg=38.5"]);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::spawn;
 
-const COMMANDS: [&[&str]; 10] = [
+const COMMANDS: [&[&str]; 12] = [
     &["mission", "put", "PORT", "m.toml"],
     &["mission", "get", "PORT"],
     &["mission", "start", "PORT"],
@@ -17,6 +17,8 @@ const COMMANDS: [&[&str]; 10] = [
     &["params", "export", "PORT", "x.toml"],
     &["params", "import", "PORT", "v.toml"],
     &["params", "store", "PORT"],
+    &["params", "learnt", "PORT"],
+    &["params", "forget", "PORT"],
     &["check", "PORT"],
 ];
 

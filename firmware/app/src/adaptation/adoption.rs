@@ -205,4 +205,10 @@ impl Adoptions {
         let event = if kept { AdoptionEvent::Stored } else { AdoptionEvent::StoreFailed };
         self.say(now_us, event, &ComparisonEvidence::NONE);
     }
+
+    /// What a dive has learnt was written to the board's memory, or could not be.
+    pub fn learnt(&mut self, now_us: u64, kept: bool) {
+        let event = if kept { AdoptionEvent::Learnt } else { AdoptionEvent::LearntFailed };
+        self.say(now_us, event, &ComparisonEvidence::NONE);
+    }
 }

@@ -50,6 +50,11 @@ impl FaultWatch {
         }
     }
 
+    /// Something is wrong with the vehicle.
+    pub fn has_fault(&self) -> bool {
+        self.monitor.state() == FaultState::Diagnosed
+    }
+
     /// Its state, when it has changed since the last report to the host.
     pub fn report(&mut self, now_us: u64) -> Option<FaultReport> {
         let state = self.monitor.state();

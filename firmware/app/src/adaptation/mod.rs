@@ -277,6 +277,16 @@ impl Adaptation {
         self.adoptions.stored(now_us, kept);
     }
 
+    /// What a dive has learnt was written to the board's memory, or could not be.
+    pub fn learnt(&mut self, now_us: u64, kept: bool) {
+        self.adoptions.learnt(now_us, kept);
+    }
+
+    /// The fault monitor has found something wrong with the vehicle.
+    pub fn has_fault(&self) -> bool {
+        self.faults.has_fault()
+    }
+
     /// The next verdict for the host.
     pub fn take_verdict(&mut self) -> Option<Adoption> {
         self.adoptions.take_verdict()

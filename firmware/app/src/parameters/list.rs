@@ -5,10 +5,10 @@ use super::table::APP;
 use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::{self, ParameterId, ParameterKind};
-use backseat_core::navigation::{NavigationConfig, Priors, ProcessNoise, SensorNoise};
+use backseat_core::navigation::{Learnt, NavigationConfig, Priors, ProcessNoise, SensorNoise};
 use backseat_core::parameters::{
-    Declaration, INSTALLATION, Installation, Kind, NOISE, PRIOR, Row, SAFETY, SENSORS, SafetyLimits, Shape, UnderWay,
-    VEHICLE, count,
+    Declaration, INSTALLATION, Installation, Kind, LEARNT, NOISE, PRIOR, Row, SAFETY, SENSORS, SafetyLimits, Shape,
+    UnderWay, VEHICLE, count,
 };
 use backseat_wire::hostlink::Refusal;
 use core::ops::Deref;
@@ -31,6 +31,7 @@ enum Access {
     Noise(&'static Row<ProcessNoise>),
     Sensors(&'static Row<SensorNoise>),
     Prior(&'static Row<Priors>),
+    Learnt(&'static Row<Learnt>),
     Installation(&'static Row<Installation>),
     Effect(ParameterId),
     Filter(&'static Row<NavigationConfig>),
@@ -56,6 +57,7 @@ impl Parameter {
             Access::Noise(row) => (row.get)(&settings.navigation.process_noise, self.element),
             Access::Sensors(row) => (row.get)(&settings.navigation.sensors, self.element),
             Access::Prior(row) => (row.get)(&settings.navigation.priors, self.element),
+            Access::Learnt(row) => (row.get)(&settings.learnt, self.element),
             Access::Installation(row) => (row.get)(&settings.app.installation, self.element),
             Access::Effect(id) => settings.navigation.effects.get(id),
             Access::Filter(row) => (row.get)(&settings.navigation, self.element),
@@ -72,6 +74,7 @@ impl Parameter {
             Access::Noise(row) => (row.set)(&mut settings.navigation.process_noise, self.element, value),
             Access::Sensors(row) => (row.set)(&mut settings.navigation.sensors, self.element, value),
             Access::Prior(row) => (row.set)(&mut settings.navigation.priors, self.element, value),
+            Access::Learnt(row) => (row.set)(&mut settings.learnt, self.element, value),
             Access::Installation(row) => (row.set)(&mut settings.app.installation, self.element, value),
             Access::Effect(id) => settings.navigation.effects.set(id, value),
             Access::Filter(row) => (row.set)(&mut settings.navigation, self.element, value),
@@ -107,6 +110,7 @@ const COUNT: usize = count(VEHICLE)
     + count(NOISE)
     + count(SENSORS)
     + count(PRIOR)
+    + count(LEARNT)
     + count(INSTALLATION)
     + effects::PARAMETERS
     + count(NavigationConfig::ROWS)
@@ -137,6 +141,7 @@ static UNNAMED: [Parameter; COUNT] = {
     push!(NOISE as Access::Noise);
     push!(SENSORS as Access::Sensors);
     push!(PRIOR as Access::Prior);
+    push!(LEARNT as Access::Learnt);
     push!(INSTALLATION as Access::Installation);
     let mut place = 0;
     while place < effects::PARAMETERS {
@@ -184,8 +189,12 @@ static NAMES: [([u8; NAME], usize); COUNT] = {
         }
     }
     const fn push_index(name: &mut ([u8; NAME], usize), index: usize) {
-        assert!(index < 10, "one digit");
-        push(name, &[b'[', b'0' + index as u8, b']']);
+        assert!(index < 100, "two digits");
+        push(name, b"[");
+        if index >= 10 {
+            push(name, &[b'0' + (index / 10) as u8]);
+        }
+        push(name, &[b'0' + (index % 10) as u8, b']']);
     }
     let mut names = [([0; NAME], 0); COUNT];
     let mut i = 0;

@@ -13,6 +13,7 @@ pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSo
 
 use crate::held::Held;
 use backseat_core::dynamics::VehicleParameters;
+use backseat_core::navigation::Learnt;
 use backseat_core::parameters::joint_check;
 use backseat_wire::hostlink::{ParameterInfo, Refusal};
 use backseat_wire::ship_state::Key;
@@ -82,12 +83,28 @@ impl ParameterStore {
         let Some(active) = self.active_mut() else { return false };
         let old = core::mem::replace(&mut active.vehicle, *vehicle);
         let admitted = PARAMETERS.iter().all(|parameter| parameter.admits(parameter.get(active)));
-        if !admitted || joint_check(&active.vehicle, Some(active.control.cruise_speed_mps)).is_err() {
+        if !admitted || joint_check(&active.vehicle, Some(active.control.cruise_speed_mps), &active.learnt).is_err() {
             active.vehicle = old;
             return false;
         }
+        active.learnt = Learnt::NONE;
         if let Some(staged) = self.staged.get_mut().filter(|staged| staged.vehicle == old) {
             staged.vehicle = *vehicle;
+            staged.learnt = Learnt::NONE;
+        }
+        true
+    }
+
+    /// Keeps what a dive has learnt, unless one of its numbers is not within its range. An open transaction gets it as well.
+    pub(crate) fn learn(&mut self, learnt: &Learnt) -> bool {
+        let Some(active) = self.active_mut() else { return false };
+        let old = core::mem::replace(&mut active.learnt, *learnt);
+        if !PARAMETERS.iter().all(|parameter| parameter.admits(parameter.get(active))) {
+            active.learnt = old;
+            return false;
+        }
+        if let Some(staged) = self.staged.get_mut().filter(|staged| staged.learnt == old) {
+            staged.learnt = *learnt;
         }
         true
     }
@@ -122,7 +139,8 @@ impl ParameterStore {
     }
 
     /// Activates the staged set if its numbers go together and `apply` takes it: the staged set, the active one, and
-    /// whether anything but live parameters changed. When it refuses, the old set stays. `engaged`: a mission runs or is
+    /// whether anything but live parameters changed. When it refuses, the old set stays. What was learnt of a vehicle is
+    /// forgotten when another one is declared and nothing is said of it. `engaged`: a mission runs or is
     /// armed, which it may not have been when a value was staged.
     ///
     /// # Errors
@@ -133,20 +151,22 @@ impl ParameterStore {
         engaged: bool,
         apply: impl FnOnce(&Settings, &Settings, bool) -> bool,
     ) -> Result<(), Refusal> {
-        let staged = self.staged.get().ok_or(Refusal::Sequence)?;
+        let active = self.changed.get().unwrap_or(&Settings::DEFAULT);
+        let staged = self.staged.get_mut().ok_or(Refusal::Sequence)?;
+        if is_another_vehicle(staged, active) && staged.learnt == active.learnt {
+            staged.learnt = Learnt::NONE;
+        }
         if engaged {
-            let active = self.active();
             let refused = PARAMETERS.iter().find_map(|p| p.may_become(p.get(active), p.get(staged)).err());
             if let Some(refusal) = refused {
                 self.staged.clear();
                 return Err(refusal);
             }
         }
-        if let Err(inconsistent) = joint_check(&staged.vehicle, Some(staged.control.cruise_speed_mps)) {
+        if let Err(inconsistent) = joint_check(&staged.vehicle, Some(staged.control.cruise_speed_mps), &staged.learnt) {
             self.staged.clear();
             return Err(Refusal::Inconsistent { rule: inconsistent.rule() });
         }
-        let active = self.active();
         let rebuild = PARAMETERS.iter().any(|p| !p.under_way.is_live() && p.get(staged) != p.get(active));
         let taken = apply(staged, active, rebuild);
         if taken {
@@ -171,6 +191,14 @@ impl ParameterStore {
             default: parameter.default(),
         })
     }
+}
+
+/// Whether what was learnt with one set means something else in the other.
+fn is_another_vehicle(one: &Settings, other: &Settings) -> bool {
+    one.vehicle != other.vehicle
+        || one.navigation.effects != other.navigation.effects
+        || one.app.installation.ahrs_turn_rad != other.app.installation.ahrs_turn_rad
+        || one.app.servo != other.app.servo
 }
 
 #[cfg(test)]

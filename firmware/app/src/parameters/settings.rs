@@ -3,7 +3,7 @@
 use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::Scale;
-use backseat_core::navigation::{EffectStates, NavigationConfig, ProcessModel, SurfaceNoise};
+use backseat_core::navigation::{EffectStates, Learnt, NavigationConfig, ProcessModel, SurfaceNoise};
 use backseat_core::parameters::{Installation, SafetyLimits};
 use backseat_wire::iver::Units;
 use backseat_wire::iver::servo::ServoCalibration;
@@ -229,6 +229,8 @@ pub struct Settings {
     pub vehicle: VehicleParameters,
     /// Filter; its effect states and sound speed come from the app's settings.
     pub navigation: NavigationConfig,
+    /// What the robust filter starts from.
+    pub learnt: Learnt,
     /// Controller.
     pub control: ControlConfig,
     /// The rest.
@@ -240,6 +242,7 @@ impl Settings {
     pub const DEFAULT: Self = Self {
         vehicle: VehicleParameters::IVER3,
         navigation: NavigationConfig::REFERENCE,
+        learnt: Learnt::NONE,
         control: ControlConfig::REFERENCE,
         app: AppSettings::DEFAULT,
     };

@@ -8,7 +8,7 @@ use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_wire::hostlink::{Activity, Adoption, AdoptionEvent, Port, Refusal, ToBoard, Visibility, Waypoint};
 
 /// Inertia, drag and thrust far from what is declared to the board; faster for the same propeller by a sixth.
-fn other_vehicle() -> VehicleModel {
+pub fn other_vehicle() -> VehicleModel {
     let mut other = VehicleParameters::IVER3;
     for (value, factor) in other.m_diag.iter_mut().zip([1.0, 1.15, 0.85, 1.0, 1.2, 0.85]) {
         *value *= factor;
@@ -38,7 +38,7 @@ fn legs() -> Vec<Waypoint> {
 }
 
 /// A vehicle under way with a DVL on a board with these settings.
-fn under_way(model: Option<VehicleModel>, settings: &[(&str, f64)]) -> (World, Direct) {
+pub fn under_way(model: Option<VehicleModel>, settings: &[(&str, f64)]) -> (World, Direct) {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     world.model = model.unwrap_or(world.model);
     world.dvl = true;

@@ -2,8 +2,8 @@
 
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
-    Adoption, Chunk, Decoder, FaultReport, FromBoard, FusionTelemetry, Health, Identification, MAX_FRAME, Port,
-    Refusal, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Adoption, Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, MAX_FRAME,
+    Port, Refusal, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -56,6 +56,7 @@ pub struct Heard {
     pub ships: Vec<Ship>,
     pub keys: Vec<bool>,
     pub faults: Vec<FaultReport>,
+    pub estimates: Vec<Estimates>,
 }
 
 /// The host's end of the host link.
@@ -86,6 +87,7 @@ impl Listener {
                 FromBoard::Adoption(verdict) => heard.adoptions.push(verdict),
                 FromBoard::Ship(ship) => heard.ships.push(ship),
                 FromBoard::Fault(report) => heard.faults.push(report),
+                FromBoard::Estimates(estimates) => heard.estimates.push(estimates),
                 FromBoard::Key { set } => {
                     heard.answers.push(Ok(()));
                     heard.keys.push(set);

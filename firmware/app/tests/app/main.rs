@@ -8,6 +8,7 @@ mod clock_source;
 mod faults;
 mod flight;
 mod host_link;
+mod learning;
 mod lockstep;
 mod modes;
 mod persistence;

@@ -1,14 +1,48 @@
-//! What the filter has learnt of the vehicle: each estimate with its quality, and all of them as a prior for the next
-//! dive.
+//! What the filter estimates beside the vehicle's motion: each estimate with its worth.
 
-use super::effect_states::{EffectStates, StateParameter};
+use super::effect_states::StateParameter;
 use super::filter::Filter;
 use super::layout::{EFFECTS, MAX_EFFECTS};
+use crate::effects::ParameterId;
+use crate::parameters::{LEARNT_NAMES, LEARNT_STATES, LEARNT_UNITS, Learnt};
 
-/// An estimate counts as separable once its sigma is below this part of the prior's.
-const LEARNT: f64 = 0.5;
-/// Beyond this correlation with another estimate, the data know a combination of the two and not the single one.
-const CORRELATED: f64 = 0.9;
+/// Augmented states that have a name of their own: those of [`LEARNT_NAMES`], then those of the water.
+pub const ESTIMATE_NAMES: [&str; MAX_EFFECTS] =
+    with_water(LEARNT_NAMES, ["current_north", "current_east", "current_rate_north", "current_rate_east"]);
+
+/// Their units; of the logarithm of a factor "1".
+pub const ESTIMATE_UNITS: [&str; MAX_EFFECTS] = with_water(LEARNT_UNITS, ["m/s", "m/s", "m/s^2", "m/s^2"]);
+
+const fn with_water(
+    of_vehicle: [&'static str; LEARNT_STATES],
+    of_water: [&'static str; MAX_EFFECTS - LEARNT_STATES],
+) -> [&'static str; MAX_EFFECTS] {
+    let mut all = [""; MAX_EFFECTS];
+    let mut i = 0;
+    while i < MAX_EFFECTS {
+        all[i] = if i < LEARNT_STATES { of_vehicle[i] } else { of_water[i - LEARNT_STATES] };
+        i += 1;
+    }
+    all
+}
+
+impl StateParameter {
+    /// Place among [`ESTIMATE_NAMES`]; `None` of an effect that only a host estimates.
+    #[must_use]
+    pub fn place(self) -> Option<usize> {
+        let axis_of = |id: ParameterId| usize::from(id.info().name != "north_mps");
+        match self {
+            Self::Effect(id) if id.effect().hooks.water.is_some() => Some(LEARNT_STATES + axis_of(id)),
+            Self::CurrentRate(axis) => Some(LEARNT_STATES + 2 + usize::from(axis)).filter(|place| *place < MAX_EFFECTS),
+            _ => Learnt::place(self),
+        }
+    }
+}
+
+/// The one constant of separability. The data must have brought sigma below this part of the prior's: they then say three
+/// times as much as the prior. And no other estimate, were it known exactly, may bring it down by this part again: given it,
+/// sigma is sqrt(1 - r²) of what it was, so that the largest correlation r must be below sqrt(1 - 1/4) = 0.87.
+const HALF: f64 = 0.5;
 
 /// One augmented state as it stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +53,7 @@ pub struct StateEstimate {
     pub value: f64,
     /// One sigma.
     pub sigma: f64,
-    /// One sigma at the start.
+    /// One sigma as declared: of section `[prior]`.
     pub prior_sigma: f64,
     /// Largest correlation with another augmented state, 0 to 1.
     pub correlation: f64,
@@ -30,32 +64,7 @@ impl StateEstimate {
     /// but it must not be reported as a finding.
     #[must_use]
     pub fn is_separable(&self) -> bool {
-        self.sigma < LEARNT * self.prior_sigma && self.correlation < CORRELATED
-    }
-}
-
-/// What one dive has learnt of the vehicle and its compass, as the prior of the next; of the water nothing is kept.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Posterior {
-    states: EffectStates,
-    mean: [f64; MAX_EFFECTS],
-    /// Entries (i, j) with i ≥ j are used.
-    covariance: [[f64; MAX_EFFECTS]; MAX_EFFECTS],
-}
-
-impl Posterior {
-    /// Of a filter without augmented states.
-    pub const NONE: Self =
-        Self { states: EffectStates::NONE, mean: [0.0; MAX_EFFECTS], covariance: [[0.0; MAX_EFFECTS]; MAX_EFFECTS] };
-
-    /// Place of a parameter of the vehicle among the states.
-    fn place(&self, parameter: StateParameter) -> Option<usize> {
-        let found = self.states.iter().position(|state| state.parameter == parameter);
-        found.filter(|_| parameter.is_of_the_vehicle())
-    }
-
-    fn covariance(&self, i: usize, j: usize) -> f64 {
-        self.covariance.get(i.max(j)).and_then(|row| row.get(i.min(j))).copied().unwrap_or(0.0)
+        self.sigma < HALF * self.prior_sigma && 1.0 - self.correlation * self.correlation > HALF * HALF
     }
 }
 
@@ -78,36 +87,5 @@ impl Filter {
                 correlation,
             }
         })
-    }
-
-    /// What has been learnt, for the next dive.
-    pub fn posterior(&self, out: &mut Posterior) {
-        *out = Posterior::NONE;
-        if !self.is_initialised() {
-            return;
-        }
-        out.states = self.config.effect_states;
-        let count = out.states.len();
-        for (i, (mean, row)) in out.mean.iter_mut().zip(&mut out.covariance).enumerate().take(count) {
-            *mean = self.x.get(EFFECTS + i);
-            for (j, covariance) in row.iter_mut().enumerate().take(i + 1) {
-                *covariance = self.p.get(EFFECTS + i, EFFECTS + j);
-            }
-        }
-    }
-
-    /// Starts from what an earlier dive has learnt: call it after `initialise`, before the first prediction. States
-    /// that the earlier dive did not have keep their priors.
-    pub fn start_from(&mut self, posterior: &Posterior) {
-        let states = self.config.effect_states;
-        for (at, state) in (EFFECTS..).zip(states.iter()) {
-            let Some(i) = posterior.place(state.parameter) else { continue };
-            self.x.set_tail(at, &[posterior.mean.get(i).copied().unwrap_or(0.0)]);
-            for (other, earlier) in (EFFECTS..=at).zip(states.iter()) {
-                if let Some(j) = posterior.place(earlier.parameter) {
-                    self.p.set(at, other, posterior.covariance(i, j));
-                }
-            }
-        }
     }
 }

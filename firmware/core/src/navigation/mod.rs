@@ -23,8 +23,8 @@
 //!
 //! **Findings.** [`Filter::estimates`] gives each augmented state with its sigma, and whether the motion has separated
 //! it from the others. A current and the speed along a single line, or hard iron and a current on north-south lines,
-//! are not separable: the filter uses such estimates, but they are not findings. The first minutes are the worst; with
-//! a [`Posterior`] a dive starts from the estimates of the last one.
+//! are not separable: the filter uses such estimates, but they are not findings. The first minutes are the worst; a
+//! dive may start from what the last one has learnt ([`Learnt`]).
 //!
 //! ```text
 //! navigator       the bank                          filter          one filter: state and covariance
@@ -36,7 +36,8 @@
 //! acoustic        the ends of an acoustic path      fusion          measurement update
 //! innovation_monitor  the gate, and sources that contradict the filter
 //! effects         the catalogue's effects in the filter   effect_states   what is estimated, and its priors
-//! estimates       what was learnt                   observer        each step as a linear map, for a smoother
+//! estimates       augmented states, with sigma      observer        each step as a linear map, for a smoother
+//! learnt          the prior that a dive leaves
 //! config, initial, measurement, consistency, error  the interface
 //! ```
 
@@ -57,6 +58,7 @@ mod fusion;
 mod initial;
 mod innovation_monitor;
 mod layout;
+mod learnt;
 mod meas_attitude;
 mod meas_depth;
 mod meas_dvl;
@@ -77,12 +79,13 @@ mod row;
 #[cfg(test)]
 mod tests;
 
+pub use crate::parameters::{LEARNT_NAMES, LEARNT_STATES, LEARNT_UNITS, Learnt, NotPositiveDefinite};
 pub use crate::parameters::{Priors, ProcessNoise, SensorNoise};
 pub use config::{NavigationConfig, ProcessModel, ShipNoise, SurfaceNoise};
 pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
 pub use effect_states::{EffectState, EffectStates, StateParameter};
 pub use error::{CloneError, ConfigError, NavigationError};
-pub use estimates::{Posterior, StateEstimate};
+pub use estimates::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
 pub use filter::Filter;
 pub use initial::{InitialShip, InitialSpeed, InitialState};
 pub use measurement::{

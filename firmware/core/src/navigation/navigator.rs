@@ -14,8 +14,8 @@ use super::digest::Digest;
 use super::effect_states::EffectStates;
 use super::filter::Filter;
 use super::{
-    CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Measurement, NavigationConfig,
-    NavigationError, Posterior, ProcessModel, ProcessNoise, Sensor,
+    CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Learnt, Measurement, NavigationConfig,
+    NavigationError, ProcessModel, ProcessNoise, Sensor,
 };
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
@@ -173,12 +173,12 @@ impl Navigator {
         Ok(())
     }
 
-    /// Starts from what an earlier dive has learnt of the vehicle: call it after [`Self::initialise`], before the first
-    /// prediction. The nominal filter stays with the declaration.
-    pub fn start_from(&mut self, posterior: &Posterior) {
-        self.main.start_from(posterior);
+    /// Starts from what identification or earlier dives have learnt of the vehicle: call it after [`Self::initialise`],
+    /// before the first prediction. The nominal filter stays with the declaration.
+    pub fn start_from(&mut self, learnt: &Learnt) {
+        self.main.start_from(learnt);
         if let Some(tidal) = self.others.get_mut(TIDAL) {
-            tidal.filter.start_from(posterior);
+            tidal.filter.start_from(learnt);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Conditions on several parameters together.
 
 use super::row::check_with;
-use super::{Declaration, ParameterError, VEHICLE, VehicleParameters};
+use super::{Declaration, Learnt, ParameterError, VEHICLE, VehicleParameters};
 #[cfg(not(target_os = "none"))]
 use core::fmt;
 
@@ -13,8 +13,8 @@ struct Rule {
     /// What is wrong if it does not hold, and what is expected.
     #[cfg(not(target_os = "none"))]
     text: &'static str,
-    /// By the vehicle and, where it is known, the cruise speed, m/s.
-    holds: fn(&VehicleParameters, Option<f64>) -> bool,
+    /// By the vehicle, where it is known the cruise speed, m/s, and what was learnt.
+    holds: fn(&VehicleParameters, Option<f64>, &Learnt) -> bool,
 }
 
 macro_rules! rule {
@@ -30,34 +30,34 @@ macro_rules! rule {
 }
 
 /// Their numbers go over the host link: add new ones at the end.
-const RULES: [Rule; 9] = [
-    rule!(["vehicle.length_m", "vehicle.diameter_m"], "the hull is thicker than long", |v, _| v.length_m
+const RULES: [Rule; 10] = [
+    rule!(["vehicle.length_m", "vehicle.diameter_m"], "the hull is thicker than long", |v, _, _| v.length_m
         >= v.diameter_m),
     // An identified m_11 may lie some percent below the dry mass.
     rule!(
         ["vehicle.mass_kg", "inertia.m_diag[0]", "inertia.m_diag[1]", "inertia.m_diag[2]"],
         "rigid body plus added mass is less than half of the dry mass",
-        |v, _| v.m_diag.iter().take(3).all(|m| *m >= 0.5 * v.mass_kg)
+        |v, _, _| v.m_diag.iter().take(3).all(|m| *m >= 0.5 * v.mass_kg)
     ),
     rule!(
         ["vehicle.mass_kg", "vehicle.displaced_mass_kg"],
         "the vehicle sinks or floats like a stone or a cork: expected a displaced mass of half to twice the dry mass",
-        |v, _| (0.5 * v.mass_kg..=2.0 * v.mass_kg).contains(&v.displaced_mass_kg)
+        |v, _, _| (0.5 * v.mass_kg..=2.0 * v.mass_kg).contains(&v.displaced_mass_kg)
     ),
     rule!(
         ["vehicle.b_cb_to_cg_m[2]"],
         "the vehicle is statically unstable: expected the centre of buoyancy above the centre of gravity (more than 0)",
-        |v, _| v.b_cb_to_cg_m[2] > 0.0
+        |v, _, _| v.b_cb_to_cg_m[2] > 0.0
     ),
     rule!(
         ["drag.d26", "drag.quadratic_diag[1]", "drag.quadratic_diag[5]"],
         "drag feeds energy into sway and yaw: expected a smaller d26",
-        |v, _| v.d26.abs() <= cross_drag_limit(v.quadratic_diag[1], v.quadratic_diag[5])
+        |v, _, _| v.d26.abs() <= cross_drag_limit(v.quadratic_diag[1], v.quadratic_diag[5])
     ),
     rule!(
         ["drag.d35", "drag.quadratic_diag[2]", "drag.quadratic_diag[4]"],
         "drag feeds energy into heave and pitch: expected a smaller d35",
-        |v, _| v.d35.abs() <= cross_drag_limit(v.quadratic_diag[2], v.quadratic_diag[4])
+        |v, _, _| v.d35.abs() <= cross_drag_limit(v.quadratic_diag[2], v.quadratic_diag[4])
     ),
     rule!(
         [
@@ -72,7 +72,7 @@ const RULES: [Rule; 9] = [
             "fins.cp_m[3][0]"
         ],
         "the fins cannot steer: expected fins away from the centre of gravity that turn the vehicle in pitch and in yaw",
-        |v, _| fins_steer(v)
+        |v, _, _| fins_steer(v)
     ),
     rule!(
         [
@@ -83,7 +83,7 @@ const RULES: [Rule; 9] = [
             "propeller.omega_max_radps"
         ],
         "thrust and drag do not balance at a speed of a vehicle: expected a top speed of 0.1 to 30 m/s",
-        |v, _| (0.1..=30.0).contains(&top_speed_mps(v))
+        |v, _, _| (0.1..=30.0).contains(&top_speed_mps(v))
     ),
     rule!(
         [
@@ -95,7 +95,12 @@ const RULES: [Rule; 9] = [
             "propeller.omega_max_radps"
         ],
         "the vehicle does not reach the cruise speed: expected a lower one, or more thrust",
-        |v, cruise_speed_mps| cruise_speed_mps.is_none_or(|speed_mps| speed_mps <= top_speed_mps(v))
+        |v, cruise_speed_mps, _| cruise_speed_mps.is_none_or(|speed_mps| speed_mps <= top_speed_mps(v))
+    ),
+    rule!(
+        ["learnt.correlation_m22"],
+        "no covariance has the correlations of [learnt]: expected a positive definite matrix",
+        |_, _, learnt| learnt.check().is_ok()
     ),
 ];
 
@@ -171,8 +176,12 @@ impl<F: Fn(&str) -> Option<f64>> fmt::Display for WithValues<F> {
 ///
 /// # Errors
 /// The first rule that does not hold.
-pub fn joint_check(vehicle: &VehicleParameters, cruise_speed_mps: Option<f64>) -> Result<(), Inconsistent> {
-    match (0..).zip(&RULES).find(|(_, rule)| !(rule.holds)(vehicle, cruise_speed_mps)) {
+pub fn joint_check(
+    vehicle: &VehicleParameters,
+    cruise_speed_mps: Option<f64>,
+    learnt: &Learnt,
+) -> Result<(), Inconsistent> {
+    match (0..).zip(&RULES).find(|(_, rule)| !(rule.holds)(vehicle, cruise_speed_mps, learnt)) {
         Some((rule, _)) => Err(Inconsistent { rule }),
         None => Ok(()),
     }
@@ -266,8 +275,8 @@ mod tests {
     #[test]
     fn every_rule_can_break_and_names_its_parameters() {
         let iver = VehicleParameters::IVER3;
-        let cruise_speed_mps = Some(1.0);
-        assert_eq!(joint_check(&iver, cruise_speed_mps), Ok(()));
+        let (cruise_speed_mps, none) = (Some(1.0), Learnt::NONE);
+        assert_eq!(joint_check(&iver, cruise_speed_mps, &none), Ok(()));
         let broken = [
             VehicleParameters { diameter_m: 3.0, ..iver },
             VehicleParameters { m_diag: [18.0, 74.0, 74.0, 0.2, 20.0, 20.0], ..iver },
@@ -280,11 +289,15 @@ mod tests {
             VehicleParameters { omega_max_radps: 50.0, ..iver },
         ];
         for (rule, vehicle) in (0..).zip(&broken) {
-            let refused = joint_check(vehicle, cruise_speed_mps).unwrap_err();
+            let refused = joint_check(vehicle, cruise_speed_mps, &none).unwrap_err();
             assert_eq!((refused.rule(), Inconsistent::of_rule(rule)), (rule, Some(refused)));
             assert!(!refused.parameters().is_empty());
         }
-        assert_eq!(joint_check(&broken[8], None), Ok(()));
+        assert_eq!(joint_check(&broken[8], None, &none), Ok(()));
+        let mut learnt = Learnt { sigma: [0.1; 16], ..none };
+        learnt.set_correlation(1, 0, 1.0);
+        let refused = joint_check(&iver, None, &learnt).unwrap_err();
+        assert_eq!(usize::from(refused.rule()), broken.len());
         assert_eq!(Inconsistent::of_rule(RULES.len() as u8), None);
     }
 

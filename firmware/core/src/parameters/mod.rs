@@ -12,6 +12,7 @@
 
 mod installation;
 mod joint;
+mod learnt;
 mod noise;
 mod priors;
 mod row;
@@ -21,11 +22,12 @@ mod vehicle;
 
 pub use installation::Installation;
 pub use joint::{Inconsistent, cross_drag_limit, joint_check};
+pub use learnt::{HANDLING, LEARNT, LEARNT_NAMES, LEARNT_STATES, LEARNT_UNITS, Learnt, NotPositiveDefinite};
 pub use noise::{ProcessNoise, SensorNoise};
 pub use priors::Priors;
 pub use row::{Declaration, Kind, ParameterError, Row, Shape, UnderWay, check, count};
 pub use safety::SafetyLimits;
 pub use table::{INSTALLATION, NOISE, PRIOR, SAFETY, SENSORS, VEHICLE};
 #[cfg(not(target_os = "none"))]
-pub use table::{SECTIONS, Section};
+pub use table::{Presence, SECTIONS, Section};
 pub use vehicle::{FINS, FinGeometry, VehicleParameters};

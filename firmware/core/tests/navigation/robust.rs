@@ -12,11 +12,11 @@ fn robust(change: impl FnOnce(&mut Priors)) -> NavigationConfig {
 }
 
 /// Two minutes of depth, attitude and ranges at cruise.
-fn flown(config: &NavigationConfig, posterior: Option<&Posterior>) -> Box<Navigator> {
+fn flown(config: &NavigationConfig, learnt: Option<&Learnt>) -> Box<Navigator> {
     let mut navigator = navigator(config);
     navigator.initialise(0, &initial()).unwrap();
-    if let Some(posterior) = posterior {
-        navigator.start_from(posterior);
+    if let Some(learnt) = learnt {
+        navigator.start_from(learnt);
     }
     let report =
         ShipReport { position_m: [300.0, 0.0], velocity_mps: [0.0; 2], position_sigma_m: 0.5, velocity_sigma_mps: 0.1 };
@@ -67,22 +67,33 @@ fn too_short_a_log_separates_little_and_says_so() {
 fn the_next_dive_starts_from_what_was_learnt_of_the_vehicle() {
     let config = robust(|_| {});
     let first = flown(&config, None);
-    let mut posterior = Posterior::NONE;
-    first.posterior(&mut posterior);
+    let kept = first.learnt(1).expect("a covariance");
+    assert_eq!((kept.dives, kept.check()), (1, Ok(())));
     let mut second = navigator(&config);
     second.initialise(0, &initial()).unwrap();
-    second.start_from(&posterior);
+    second.start_from(&kept);
     for (kept, learnt) in second.estimates().zip(first.estimates()) {
         if kept.parameter.is_of_the_vehicle() {
-            assert_eq!((kept.value, kept.sigma), (learnt.value, learnt.sigma));
+            // Between two dives somebody handles the vehicle: a tenth of the prior's sigma is added.
+            let sigma = learnt.sigma.hypot(0.1 * learnt.prior_sigma).min(learnt.prior_sigma);
+            assert_eq!(kept.value, learnt.value);
+            assert!((kept.sigma / sigma - 1.0).abs() < 1e-12, "{kept:?} {learnt:?}");
+            // It is independent from state to state, so that no correlation grows.
+            assert!(kept.correlation <= learnt.correlation + 1e-12, "{kept:?} {learnt:?}");
         } else {
             assert_eq!((kept.value, kept.sigma), (0.0, kept.prior_sigma), "the water is another");
         }
     }
     // It is a covariance: the filter goes on from it.
-    let second = flown(&config, Some(&posterior));
+    let second = flown(&config, Some(&kept));
     let summed = |navigator: &Navigator| navigator.estimates().map(|e| e.sigma / e.prior_sigma).sum::<f64>();
     assert!(summed(&second) < summed(&first));
+}
+
+#[test]
+fn a_filter_without_states_of_the_vehicle_learns_nothing() {
+    assert_eq!(flown(&NavigationConfig::REFERENCE, None).learnt(1), None);
+    assert_eq!(Navigator::new().learnt(1), None);
 }
 
 #[test]

@@ -1,6 +1,10 @@
 //! What the board learns about the vehicle: identified parameters, their adoption, faults.
 
+use heapless::Vec;
 use serde::{Deserialize, Serialize};
+
+/// Most estimates in one message.
+pub const MAX_ESTIMATES: usize = 20;
 
 /// What the identifier does with the motion, and why it rests where it rests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -57,6 +61,32 @@ pub struct Identification {
     pub drifted: u32,
 }
 
+/// What the robust filter estimates of one parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Which, by its place in `backseat_core::navigation::ESTIMATE_NAMES`.
+    pub place: u8,
+    /// Estimate, in its unit.
+    pub value: f32,
+    /// One sigma.
+    pub sigma: f32,
+    /// The motion tells it from the prior and from the other estimates. If not, it is used, and is no finding.
+    pub separable: bool,
+}
+
+/// The estimates of the robust filter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimates {
+    /// Board time, µs.
+    pub time_us: u64,
+    /// Weights of the nominal filter and of the one whose current changes, 0 to 1; the rest is the robust filter's.
+    pub weights: [f32; 2],
+    /// Dives that it started from.
+    pub dives: u16,
+    /// Its estimates.
+    pub estimates: Vec<Estimate, MAX_ESTIMATES>,
+}
+
 /// What happened to the parameters in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -77,6 +107,10 @@ pub enum AdoptionEvent {
     Stored,
     /// The board's memory refused it.
     StoreFailed,
+    /// What the dive has learnt of the vehicle was written to the board's memory, for the next dive.
+    Learnt,
+    /// The board's memory refused that.
+    LearntFailed,
 }
 
 /// A verdict about the parameters in use.

@@ -1,6 +1,6 @@
 //! The messages of the host link.
 
-use super::identification::{Adoption, FaultReport, Identification};
+use super::identification::{Adoption, Estimates, FaultReport, Identification};
 use crate::ship_state::Key;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -443,4 +443,6 @@ pub enum FromBoard<'a> {
     },
     /// When the fault monitor changes its mind, and every ten seconds while a fault is diagnosed.
     Fault(FaultReport),
+    /// Every ten seconds while the robust filter runs.
+    Estimates(Estimates),
 }

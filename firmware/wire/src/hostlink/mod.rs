@@ -9,7 +9,8 @@ mod messages;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use identification::{
-    Activity, Adoption, AdoptionEvent, FaultCause, FaultDiagnosis, FaultReport, FaultState, Identification, Visibility,
+    Activity, Adoption, AdoptionEvent, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState,
+    Identification, MAX_ESTIMATES, Visibility,
 };
 pub use messages::{
     Chunk, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port,

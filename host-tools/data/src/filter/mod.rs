@@ -19,8 +19,8 @@ use crate::{DataError, VehicleFile, inputs};
 use acoustics::{AcousticEvent, Flights, ShipTrack};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    AcousticPath, ConfigError, Consistency, FusionRecord, InitialShip, Measurement, NavigationError, Navigator,
-    ProcessModel, Sensor, ShipEnd, VehicleEnd,
+    AcousticPath, ConfigError, Consistency, FusionRecord, InitialShip, Learnt, Measurement, NavigationError, Navigator,
+    ProcessModel, Sensor, ShipEnd, StateEstimate, VehicleEnd,
 };
 use backseat_core::parameters::{Installation, ParameterError};
 use backseat_core::state::{VehicleState, X, Y};
@@ -49,6 +49,12 @@ pub struct FilterRun {
     /// One sigma of the ship's velocity, north and east, m/s, at the times of the track from which on the ship is a
     /// state.
     pub ship_velocity_sigma_mps: Vec<(u64, [f64; 2])>,
+    /// The augmented states at the end of the log; none of a filter that is not robust.
+    pub estimates: Vec<StateEstimate>,
+    /// Weights of the nominal filter and of the one whose current changes, at the end.
+    pub weights: [f64; 2],
+    /// What the log has shown of the vehicle, for the next dive.
+    pub learnt: Option<Box<Learnt>>,
     /// Every fusion, in order.
     pub fusions: Vec<FusionRecord>,
     /// Per sensor that had a measurement.
@@ -183,6 +189,9 @@ impl<'a> Pass<'a> {
             track: Vec::new(),
             smoothed: None,
             ship_velocity_sigma_mps: Vec::new(),
+            estimates: Vec::new(),
+            weights: [0.0; 2],
+            learnt: None,
             fusions: Vec::with_capacity(2 * log.rows.len()),
             sensors: Vec::new(),
             digest: 0,
@@ -219,6 +228,7 @@ impl<'a> Pass<'a> {
         }
         self.navigator.set_epoch(self.log.rows.first().map_or(0, |row| row.time_us));
         self.navigator.initialise(time_us, &initial).map_err(|e| self.failed(e))?;
+        self.navigator.start_from(&self.options.learnt);
         if let Some(ship) = ship {
             self.navigator.initialise_ship(&ship).map_err(|e| self.failed(e))?;
         }
@@ -375,6 +385,11 @@ impl<'a> Pass<'a> {
 
     fn finish(mut self) -> FilterRun {
         self.run.smoothed = self.options.smooth.then(|| self.navigator.smooth());
+        if self.options.is_robust() {
+            self.run.estimates = self.navigator.estimates().collect();
+            self.run.weights = self.navigator.weights();
+            self.run.learnt = self.navigator.learnt(self.options.learnt.dives.saturating_add(1)).map(Box::new);
+        }
         if self.unusable > 0 {
             let count = self.unusable;
             self.run.notes.push(format!("{count} packets not used: the ship at their launch is not known"));

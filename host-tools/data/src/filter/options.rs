@@ -2,7 +2,8 @@
 
 use crate::VehicleFile;
 use backseat_core::navigation::{
-    EffectStates, InitialShip, InitialState, NavigationConfig, ProcessModel, ProcessNoise, StateParameter, SurfaceNoise,
+    EffectStates, InitialShip, InitialState, Learnt, NavigationConfig, ProcessModel, ProcessNoise, StateParameter,
+    SurfaceNoise,
 };
 
 /// Where the ship's state at time of launch comes from.
@@ -42,6 +43,8 @@ pub struct FilterOptions {
     /// Where it starts from; `None`: from the log's first fix of the vehicle and what its sensors
     /// say then (2.3.1.2).
     pub start: Option<Start>,
+    /// What the robust filter starts from.
+    pub learnt: Learnt,
     /// Least time between samples of the track, µs; 0: at every row.
     pub track_interval_us: u64,
     /// Smooth the track as well.
@@ -97,6 +100,7 @@ impl FilterOptions {
             use_range_rate: true,
             ship: ShipSource::Centralized,
             start: None,
+            learnt: vehicle.learnt,
             track_interval_us: 1_000_000,
             smooth: false,
         }

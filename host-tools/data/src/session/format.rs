@@ -24,6 +24,7 @@ pub const ADOPTION: &str = "adoption";
 pub const HEALTH: &str = "health";
 pub const SHIP: &str = "ship";
 pub const FAULT: &str = "fault";
+pub const ESTIMATES: &str = "estimates";
 
 /// To the board, or from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,6 +12,7 @@
 //! | `note` | `json` | what the recorder noticed: a port unplugged, records lost |
 //! | `telemetry` | `json` | decoded from `port/host/tx`, named and with units: [`TelemetryRow`] |
 //! | `identification`, `adoption`, `health`, `ship` | `json` | decoded from `port/host/tx` |
+//! | `estimates` | `json` | the robust filter's, by name: [`EstimatesRow`] |
 //!
 //! `<name>` is `frontseat`, `dvl`, `ahrs`, `modem` or `host`. A metadata record `session` at the
 //! front holds [`Meta`]; vehicle file and scenario are attachments.
@@ -33,7 +34,7 @@ mod telemetry;
 mod writer;
 
 pub use reader::Reader;
-pub use telemetry::{FusionRow, TelemetryRow};
+pub use telemetry::{EstimateRow, EstimatesRow, FusionRow, TelemetryRow};
 pub use writer::Writer;
 
 use backseat_wire::hostlink::{Oscillator, Port, Restart};

@@ -1,9 +1,10 @@
 //! The board's records with names and units, as they go into JSON and CSV.
 
 use crate::log::RADPS_PER_RPM;
-use backseat_core::navigation::Sensor;
-use backseat_wire::hostlink::{FusionTelemetry, Mode, ModeReason, Telemetry};
+use backseat_core::navigation::{ESTIMATE_NAMES, Sensor};
+use backseat_wire::hostlink::{Estimate, Estimates, FusionTelemetry, Mode, ModeReason, Telemetry};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// [`Telemetry`] of one step, flat; seven digits, for the exact ones are in the bytes beside it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -162,6 +163,60 @@ impl From<&FusionTelemetry> for FusionRow {
 }
 
 impl FusionRow {
+    /// Sent at this time by the log's clock.
+    #[must_use]
+    pub fn at(self, time_us: u64) -> Self {
+        Self { t_s: seconds(time_us), ..self }
+    }
+}
+
+/// What the robust filter estimates, by name.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EstimatesRow {
+    /// When it was sent, by the log's clock; board time until that is known.
+    pub t_s: f64,
+    /// Board time.
+    pub board_t_s: f64,
+    /// Weight of the nominal filter, 0 to 1.
+    pub weight_nominal: f32,
+    /// Weight of the filter whose current changes, 0 to 1.
+    pub weight_tidal: f32,
+    /// Dives that it started from.
+    pub dives: u16,
+    /// Each estimate, by its name in `backseat_core::navigation::ESTIMATE_NAMES`.
+    pub estimates: BTreeMap<&'static str, EstimateRow>,
+}
+
+/// One of them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct EstimateRow {
+    /// In its unit; of a parameter of the model the logarithm of true over declared.
+    pub value: f32,
+    /// One sigma.
+    pub sigma: f32,
+    /// Whether the motion has told it from the prior and the other estimates. If not, it is used, and is no finding.
+    pub separable: bool,
+}
+
+impl From<&Estimates> for EstimatesRow {
+    fn from(record: &Estimates) -> Self {
+        let named = record.estimates.iter().filter_map(|estimate| {
+            let Estimate { place, value, sigma, separable } = *estimate;
+            Some((*ESTIMATE_NAMES.get(usize::from(place))?, EstimateRow { value, sigma, separable }))
+        });
+        let [weight_nominal, weight_tidal] = record.weights;
+        Self {
+            t_s: seconds(record.time_us),
+            board_t_s: seconds(record.time_us),
+            weight_nominal,
+            weight_tidal,
+            dives: record.dives,
+            estimates: named.collect(),
+        }
+    }
+}
+
+impl EstimatesRow {
     /// Sent at this time by the log's clock.
     #[must_use]
     pub fn at(self, time_us: u64) -> Self {

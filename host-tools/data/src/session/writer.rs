@@ -1,7 +1,7 @@
 //! Writing a session, chunk by chunk.
 
 use super::format::{self, Direction, Note, Parameters, Start, Tick};
-use super::{Attachment, Entry, Event, Meta, TelemetryRow};
+use super::{Attachment, Entry, EstimatesRow, Event, Meta, TelemetryRow};
 use crate::DataError;
 use crate::output::{Existing, check};
 use backseat_wire::hostlink::{Decoder, FromBoard, Port};
@@ -163,6 +163,9 @@ impl Writer {
                 FromBoard::Health(health) => self.json(format::HEALTH, time_us, &health),
                 FromBoard::Ship(ship) => self.json(format::SHIP, time_us, &ship),
                 FromBoard::Fault(report) => self.json(format::FAULT, time_us, &report),
+                FromBoard::Estimates(estimates) => {
+                    self.json(format::ESTIMATES, time_us, &EstimatesRow::from(&estimates).at(time_us))
+                }
                 _ => Ok(()),
             };
         }

@@ -1,8 +1,8 @@
 //! The vehicle file: everything declared about a vehicle, in TOML with units and ranges.
 //!
 //! Sections and keys are those of `vehicles/iver3.toml`; the table of parameters in `backseat_core` declares them.
-//! `[noise]`, `[sensors]` and `[installation]`, any key in them and `fins.stall_rad` may be left out; the values of that
-//! file then hold. Every other key must be there, and no other may. `[effects.NAME]` tables hold effects of the catalogue
+//! `[noise]`, `[sensors]` and `[installation]`, any key in them and `fins.stall_rad` may be left out, `[prior]` and
+//! `[learnt]` as a whole; the values of that file then hold. Every other key must be there, and no other may. `[effects.NAME]` tables hold effects of the catalogue
 //! ([`VehicleEffects`]). A section `[app]` is the board's ([`BoardFile`]); it is checked all the same.
 
 mod board;
@@ -21,7 +21,7 @@ use crate::output::{self, Existing};
 use backseat_app::parameters::{self, Parameter, Settings};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::FIN_NAMES;
-use backseat_core::navigation::{Priors, ProcessNoise, SensorNoise};
+use backseat_core::navigation::{Learnt, Priors, ProcessNoise, SensorNoise};
 use backseat_core::parameters::{Inconsistent, Installation, SECTIONS, SafetyLimits, joint_check};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -42,6 +42,8 @@ pub struct VehicleFile {
     pub sensors: SensorNoise,
     /// One sigma of what the declaration leaves open.
     pub priors: Priors,
+    /// What dives and identification have shown of it.
+    pub learnt: Learnt,
     /// Where the sensors sit, how they are turned and how late they are.
     pub installation: Installation,
     /// What ends a mission though navigation is valid.
@@ -87,7 +89,7 @@ impl VehicleFile {
             let _ = writeln!(text, "# {line}");
         }
         let settings = self.settings();
-        for section in SECTIONS {
+        for section in SECTIONS.iter().filter(|section| section.name != "learnt" || self.learnt != Learnt::NONE) {
             let _ = writeln!(text, "\n[{}]  # {}", section.name, section.about);
             match section.name {
                 "vehicle" => writeln!(text, "name = {}", toml::Value::from(self.name.as_str())),
@@ -143,7 +145,8 @@ impl VehicleFile {
             }
             parameter.set(&mut settings, value);
         }
-        joint_check(&settings.vehicle, None).map_err(|inconsistent| in_words(inconsistent, &settings))?;
+        joint_check(&settings.vehicle, None, &settings.learnt)
+            .map_err(|inconsistent| in_words(inconsistent, &settings))?;
         file.take(&settings);
         *self = file;
         Ok(())
@@ -264,6 +267,66 @@ mod tests {
         assert!(file.apply([("vehicle.mass_kg", 40.0), ("sensors.depth_m", -1.0)]).unwrap_err().contains("outside"));
         assert!(file.apply([("vehicle.mass_kg", f64::NAN)]).is_err());
         assert_eq!(file, before);
+    }
+
+    fn section(name: &str) -> &'static str {
+        let from = REFERENCE.find(&format!("[{name}]")).unwrap();
+        let text = &REFERENCE[from..];
+        text.split("\n\n").next().unwrap()
+    }
+
+    #[test]
+    fn a_prior_is_whole_or_not_there_and_zero_means_known() {
+        let prior = section("prior");
+        let parse = |prior_text: &str| VehicleFile::parse(&REFERENCE.replace(prior, prior_text), Path::new("v.toml"));
+        assert_eq!(parse("").unwrap(), VehicleFile::reference());
+        let header = REFERENCE.lines().position(|line| line.starts_with("[prior]")).unwrap() + 1;
+        for line in prior.lines().skip(1) {
+            let key = line.split(" =").next().unwrap();
+            let without = prior.lines().filter(|other| *other != line).collect::<Vec<_>>().join("\n");
+            let error = parse(&without).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("v.toml:{header}:")), "{error}");
+            assert!(error.contains(&format!("[prior] lacks {key} (")), "{error}");
+            let at = REFERENCE.lines().position(|other| other == line).unwrap() + 1;
+            let (first, rest) = line.split_once(" = ").unwrap();
+            let number = rest.trim_start_matches('[').split([',', ' ', ']']).next().unwrap();
+            for wrong in ["-0.1", "nan", "inf", "\"1\""] {
+                let wrong_line = format!("{first} = {}", rest.replacen(number, wrong, 1));
+                let error = parse(&prior.replace(line, &wrong_line)).unwrap_err().to_string();
+                let expected = if wrong == "\"1\"" { "expected a number, found a text" } else { "is outside 0 to " };
+                assert!(error.starts_with(&format!("v.toml:{at}:")) && error.contains(expected), "{error}");
+                assert!(error.contains(&format!("prior.{key}")), "{error}");
+            }
+            let known = format!("{first} = {}", rest.replacen(number, "0", 1));
+            assert!(parse(&prior.replace(line, &known)).is_ok(), "{known}");
+        }
+        let known = parse(&prior.replace("current_mps = 0.3", "current_mps = 0")).unwrap();
+        assert_eq!(known.priors.current_mps, 0.0);
+    }
+
+    #[test]
+    fn what_was_learnt_is_written_whole_and_checked() {
+        let mut file = VehicleFile::reference();
+        assert!(!file.to_toml("").contains("[learnt]"), "nothing was learnt");
+        file.learnt = Learnt { dives: 3, mean: [0.01; 16], sigma: [0.05; 16], ..Learnt::NONE };
+        file.learnt.set_correlation(7, 3, 0.96);
+        file.learnt.set_correlation(15, 14, -1.0 / 3.0);
+        let text = file.to_toml("");
+        assert_eq!(VehicleFile::parse(&text, Path::new("v.toml")).unwrap(), file);
+        let line = |start: &str| text.lines().position(|line| line.starts_with(start)).unwrap() + 1;
+        let missing = text.replace("fin_lag_sigma_s = 0.05", "");
+        let error = VehicleFile::parse(&missing, Path::new("v.toml")).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("v.toml:{}:", line("[learnt]"))), "{error}");
+        assert!(error.contains("[learnt] lacks fin_lag_sigma_s (s)"), "{error}");
+        // m11 and d11 are both wanted in step with beta5, and against each other.
+        let mut wrong = file.clone();
+        wrong.learnt.set_correlation(3, 0, -0.96);
+        wrong.learnt.set_correlation(7, 0, 0.9);
+        let text = wrong.to_toml("");
+        let error = VehicleFile::parse(&text, Path::new("v.toml")).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("v.toml:{}:", line("correlation_beta5"))), "{error}");
+        assert!(error.contains("learnt.correlation_beta5") && error.contains("0.96 of beta5 and d11"), "{error}");
+        assert!(VehicleFile::reference().apply(wrong.flatten()).is_err());
     }
 
     #[test]

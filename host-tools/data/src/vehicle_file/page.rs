@@ -2,7 +2,7 @@
 
 use super::schema::{BOARD_SECTION, range, value_text};
 use backseat_app::parameters::{PARAMETERS, Parameter, Settings};
-use backseat_core::parameters::{SECTIONS, UnderWay};
+use backseat_core::parameters::{Presence, SECTIONS, UnderWay};
 use std::fmt::Write as _;
 
 const HEAD: &str = "\
@@ -23,7 +23,11 @@ and in every tool.
 pub fn parameters_page() -> String {
     let mut page = HEAD.to_owned();
     for section in SECTIONS {
-        let optional = if section.required { "" } else { " May be left out, whole or in part: the defaults hold." };
+        let optional = match section.presence {
+            Presence::Required => "",
+            Presence::Whole => " May be left out as a whole: the defaults hold. If it is there, so are all its keys.",
+            Presence::Optional => " May be left out, whole or in part: the defaults hold.",
+        };
         write_section(&mut page, section.name, &format!("{}.{optional}", sentence(section.about)));
     }
     let effects = "Effects that `diagnose` found, each in a table `[effects.NAME]`; 0 is no effect. \

@@ -7,7 +7,8 @@ use super::{VehicleFile, in_words};
 use crate::DataError;
 use backseat_app::parameters::{Parameter, Settings};
 use backseat_core::effects::FIN_NAMES;
-use backseat_core::parameters::{SECTIONS, Shape, joint_check};
+use backseat_core::navigation::{LEARNT_NAMES, NotPositiveDefinite};
+use backseat_core::parameters::{Presence, SECTIONS, Shape, joint_check};
 use std::ops::Range;
 use std::path::Path;
 use toml::de::DeTable;
@@ -100,13 +101,13 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
         let (mut name, mut effects) = (String::new(), VehicleEffects::default());
         for section in SECTIONS {
             let Some((header, table)) = table_of(section.name) else {
-                if !section.required {
+                if section.presence != Presence::Required {
                     continue;
                 }
                 let message = format!("section [{}] is missing; expected {}", section.name, sections());
                 return Err(DataError::file(path, message));
             };
-            numbers.read(&source, section.name, &header, table, section.required)?;
+            numbers.read(&source, section.name, &header, table, section.presence != Presence::Optional)?;
             match (section.name, table.get("name")) {
                 ("vehicle", Some(value)) => name = source.string(value, "vehicle.name")?,
                 ("vehicle", None) => return Err(source.error(header, "[vehicle] lacks name (a text)")),
@@ -124,6 +125,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
             noise: settings.navigation.process_noise,
             sensors: settings.navigation.sensors,
             priors: settings.navigation.priors,
+            learnt: settings.learnt,
             installation: settings.app.installation,
             safety: settings.app.safety,
             effects,
@@ -132,7 +134,18 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
     // A file with [app] alone leaves the vehicle to the board.
     if vehicle.is_some() {
         let cruise_speed_mps = board.is_some().then_some(numbers.settings.control.cruise_speed_mps);
-        if let Err(inconsistent) = joint_check(&numbers.settings.vehicle, cruise_speed_mps) {
+        if let Err(NotPositiveDefinite(i, j)) = numbers.settings.learnt.check() {
+            let (name, other) = (LEARNT_NAMES[i], LEARNT_NAMES[j]);
+            let key = format!("learnt.correlation_{name}");
+            let place = numbers.places.iter().find(|(parameter, _)| parameter.key == key);
+            let message = format!(
+                "{key}: parameters do not go together: no covariance has these correlations; the largest is {} of {name} and \
+                 {other}. Expected a positive definite matrix; take the section from a file that a tool wrote, or leave it out",
+                numbers.settings.learnt.correlation(i, j)
+            );
+            return Err(source.error(place.map_or(0..0, |(_, span)| span.clone()), message));
+        }
+        if let Err(inconsistent) = joint_check(&numbers.settings.vehicle, cruise_speed_mps, &numbers.settings.learnt) {
             let named = |(parameter, _): &&(&Parameter, _)| inconsistent.parameters().contains(&parameter.name);
             let span = numbers.places.iter().find(named).map_or(0..0, |(_, span)| span.clone());
             return Err(source.error(span, in_words(inconsistent, &numbers.settings)));

@@ -34,6 +34,7 @@ impl VehicleFile {
                 effects: self.effects.set,
                 ..NavigationConfig::REFERENCE
             },
+            learnt: self.learnt,
             app: AppSettings { installation: self.installation, safety: self.safety, ..AppSettings::DEFAULT },
             ..Settings::DEFAULT
         }
@@ -45,6 +46,7 @@ impl VehicleFile {
         self.noise = settings.navigation.process_noise;
         self.sensors = settings.navigation.sensors;
         self.priors = settings.navigation.priors;
+        self.learnt = settings.learnt;
         self.installation = settings.app.installation;
         self.safety = settings.app.safety;
     }

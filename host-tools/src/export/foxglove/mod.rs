@@ -6,7 +6,7 @@ use super::decode::{EventKind, Found, What};
 use anyhow::Context;
 use backseat_app::LocalFrame;
 use backseat_data::output::{Existing, check, write};
-use backseat_data::session::{FusionRow, TelemetryRow};
+use backseat_data::session::{EstimatesRow, FusionRow, TelemetryRow};
 use backseat_data::{Column, LogRow};
 use backseat_wire::hostlink::{Mode, Telemetry};
 use mcap::records::MessageHeader;
@@ -90,6 +90,10 @@ impl Foxglove {
             What::Identification(record) => {
                 let json = serde_json::to_value(record)?;
                 self.put("/identification", time_ns, Message { schema: "backseat.Identification", json })
+            }
+            What::Estimates(record) => {
+                let json = serde_json::to_value(EstimatesRow::from(*record).at(found.time_us))?;
+                self.put("/estimates", time_ns, Message { schema: "backseat.Estimates", json })
             }
             What::Event(kind, text) => {
                 let warning = matches!(kind, EventKind::Loss | EventKind::Recorder);

@@ -18,8 +18,8 @@ pub use sources::{Source, Turn};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
-    Decoder, FaultReport, FromBoard, Health, Identification, Mode, ModeReason, Port, Restart, Ship, Telemetry, ToBoard,
-    Waypoint,
+    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, Mode, ModeReason, Port, Restart, Ship,
+    Telemetry, ToBoard, Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -68,6 +68,8 @@ pub struct Model {
     /// All of them were received.
     is_complete: bool,
     pub learned: Learned,
+    /// Of the robust filter.
+    pub estimates: Option<Estimates>,
     current: Thinned<f64>,
     pub journal: Journal,
 }
@@ -98,6 +100,7 @@ impl Model {
             settings: Box::new(Settings::DEFAULT),
             is_complete: false,
             learned: Learned::default(),
+            estimates: None,
             current: Thinned::new(TREND),
             journal: Journal::default(),
         }
@@ -257,6 +260,7 @@ impl Model {
                 }
             }
             FromBoard::Ship(ship) => self.ship = Some(ship),
+            FromBoard::Estimates(record) => self.estimates = Some(record),
             FromBoard::Fault(report) => {
                 let before = self.fault.replace(report);
                 if before.is_none_or(|before| before.state != report.state) {
@@ -347,6 +351,7 @@ impl Model {
         self.fault = None;
         self.current.clear();
         self.learned.forget();
+        self.estimates = None;
         self.enquiry.restart();
         self.note(Severity::Warning, "the board started again".into());
     }

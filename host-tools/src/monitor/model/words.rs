@@ -80,9 +80,13 @@ pub fn adoption(verdict: &Adoption) -> (Severity, String) {
         AdoptionEvent::RevertedByHost => "reverted by the host",
         AdoptionEvent::Stored => "stored in the board's flash",
         AdoptionEvent::StoreFailed => "not stored: writing the flash failed",
+        AdoptionEvent::Learnt => "what the dive has learnt is stored for the next one",
+        AdoptionEvent::LearntFailed => "what the dive has learnt is not stored: writing the flash failed",
     };
     let severity = match verdict.event {
-        AdoptionEvent::Invalid | AdoptionEvent::Reverted | AdoptionEvent::StoreFailed => Severity::Warning,
+        AdoptionEvent::Invalid | AdoptionEvent::Reverted | AdoptionEvent::StoreFailed | AdoptionEvent::LearntFailed => {
+            Severity::Warning
+        }
         _ => Severity::Info,
     };
     let [gain, sigma] = verdict.gain;

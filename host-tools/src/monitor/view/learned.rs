@@ -4,7 +4,8 @@ use super::{faint, panel, sparkline};
 use crate::monitor::model::{Identified, Model, Severity, words};
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::effects::{ParameterKind, fin_index};
-use backseat_wire::hostlink::{FaultReport, Visibility};
+use backseat_core::navigation::{ESTIMATE_NAMES, ESTIMATE_UNITS};
+use backseat_wire::hostlink::{Estimate, Estimates, FaultReport, Visibility};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
@@ -17,6 +18,8 @@ const TREND: std::ops::RangeInclusive<usize> = 6..=16;
 /// A change that large is worth a look.
 const LARGE: f64 = 0.1;
 const MEANINGLESS: f64 = 5.0;
+/// Width of an estimate of the robust filter with its remark.
+const ESTIMATE: usize = 58;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let inner = panel(frame, area, "effects and identified parameters", "");
@@ -49,8 +52,12 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     }
     lines.push(identifier(model));
     lines.extend(model.fault.as_ref().map(fault));
+    lines.extend(model.estimates.as_ref().map(robust));
     let room = usize::from(inner.height).saturating_sub(lines.len());
-    lines.extend(grid(model, room, usize::from(inner.width)));
+    let identified = grid(model, room, usize::from(inner.width));
+    let room = room.saturating_sub(identified.len());
+    lines.extend(identified);
+    lines.extend(model.estimates.iter().flat_map(|record| estimates(record, room, usize::from(inner.width))));
     frame.render_widget(Paragraph::new(lines), inner);
 }
 
@@ -74,6 +81,48 @@ fn identifier(model: &Model) -> Line<'static> {
         Span::styled("identification ", Style::new().add_modifier(Modifier::BOLD)),
         Span::raw(format!("{} {:.0} s, {seen}/21", words::activity(record.activity), record.adapted_s)),
     ])
+}
+
+/// The robust filter in one line.
+fn robust(record: &Estimates) -> Line<'static> {
+    let separable = record.estimates.iter().filter(|estimate| estimate.separable).count();
+    let dives = match record.dives {
+        0 => String::new(),
+        1 => ", from a dive before".to_owned(),
+        dives => format!(", from {dives} dives before"),
+    };
+    Line::from(vec![
+        Span::styled("robust filter ", Style::new().add_modifier(Modifier::BOLD)),
+        Span::raw(format!("{separable}/{} separable{dives}", record.estimates.len())),
+    ])
+}
+
+/// Its estimates, as many as fit, those that may be read as findings first.
+fn estimates(record: &Estimates, rows: usize, width: usize) -> Vec<Line<'static>> {
+    let columns = (width / ESTIMATE).max(1);
+    let mut all: Vec<&Estimate> = record.estimates.iter().collect();
+    all.sort_by_key(|estimate| !estimate.separable);
+    let lines = all.chunks(columns).take(rows);
+    lines.map(|line| Line::from(line.iter().flat_map(|estimate| estimate_cell(estimate)).collect::<Vec<_>>())).collect()
+}
+
+fn estimate_cell(estimate: &Estimate) -> [Span<'static>; 3] {
+    let place = usize::from(estimate.place);
+    let name = ESTIMATE_NAMES.get(place).copied().unwrap_or("unknown");
+    let unit = ESTIMATE_UNITS.get(place).copied().unwrap_or_default();
+    let Estimate { value, sigma, separable, .. } = *estimate;
+    let number = match unit {
+        // the logarithm of a factor
+        "1" => format!("{:+.1} ±{:.1} %", 100.0 * value.exp_m1(), 100.0 * sigma),
+        "rad" => format!("{:+.2} ±{:.2}°", value.to_degrees(), sigma.to_degrees()),
+        unit => format!("{value:+.3} ±{sigma:.3} {unit}"),
+    };
+    let (style, remark) = if separable { (Style::new(), "") } else { (faint(), "not separable yet") };
+    [
+        Span::styled(format!("{name:<18} "), style.add_modifier(Modifier::BOLD)),
+        Span::styled(format!("{number:<20} "), style),
+        Span::styled(format!("{remark:<18}"), style),
+    ]
 }
 
 /// All in their order where they fit; else those that moved most.

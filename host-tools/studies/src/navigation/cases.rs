@@ -17,14 +17,29 @@ pub struct Case {
     pub from_s: f64,
     /// The world is as declared: the kinematic filters of the thesis and the bounds are in the table as well.
     pub is_declared: bool,
+    /// A dive before this one, in another current, has taught the filters of the vehicle.
+    pub is_second_dive: bool,
+    /// Flown a second time by the nominal filter, which adopts what the identifier finds.
+    pub is_flown_by_adoption: bool,
 }
 
-const DEFAULT: Case = Case { name: "", about: "", apply: |_, _| {}, rates: false, from_s: 0.0, is_declared: false };
+const DEFAULT: Case = Case {
+    name: "",
+    about: "",
+    apply: |_, _| {},
+    rates: false,
+    from_s: 0.0,
+    is_declared: false,
+    is_second_dive: false,
+    is_flown_by_adoption: false,
+};
 
 /// Speed of the undeclared current, m/s.
 const CURRENT_MPS: f64 = 0.15;
 /// Period of the rotary tide, s.
 const TIDE_S: f64 = 12.4 * 3600.0;
+/// What is added to the seed of a dive for that of the second.
+const SECOND_SEED: u64 = 1_000_000;
 /// When the DVL of the last case is lost, s.
 const DVL_S: f64 = 1200.0;
 
@@ -42,6 +57,7 @@ pub const CASES: &[Case] = &[
         ..DEFAULT
     },
     Case { name: "Y", about: Y_ABOUT, apply: everything, ..DEFAULT },
+    Case { name: "Y-second-dive", about: SECOND_ABOUT, apply: everything, is_second_dive: true, ..DEFAULT },
     Case { name: "Y-gyros", about: "Y, with gyro rates of 0.5 degree/s", apply: everything, rates: true, ..DEFAULT },
     Case {
         name: "tide",
@@ -122,6 +138,7 @@ pub const CASES: &[Case] = &[
             s.settings.sensors.dvl.until_s = Some(DVL_S);
         },
         from_s: DVL_S,
+        is_flown_by_adoption: true,
         ..DEFAULT
     },
 ];
@@ -129,7 +146,20 @@ pub const CASES: &[Case] = &[
 const Y_ABOUT: &str = "10 % + current + heading, hard iron 1 degree, servo lag 0.2 s, fins 1 degree off in yaw and \
                        pitch, buoyancy 0.1 kg, centre of gravity 2 mm ahead or astern";
 
+const SECOND_ABOUT: &str =
+    "The vehicle of Y in another current, after a dive in the first one from which the robust filter starts";
+
 impl Case {
+    /// The second dive of the mission of one seed: another current and other noise. What was learnt is not in it.
+    pub fn second_dive(&self, seed: u64, minutes: Option<f64>) -> anyhow::Result<Scenario> {
+        let mut scenario = self.scenario(seed, minutes)?;
+        scenario.settings.backseat.wrong_seed = Some(seed);
+        scenario.settings.seed = seed + SECOND_SEED;
+        let [north_mps, east_mps] = Draw(scenario.settings.seed).direction(CURRENT_MPS);
+        set_current(&mut scenario, Current { north_mps, east_mps, ..still() });
+        Ok(scenario)
+    }
+
     /// The mission of one seed.
     pub fn scenario(&self, seed: u64, minutes: Option<f64>) -> anyhow::Result<Scenario> {
         let mut scenario = Scenario::built_in("survey")?;

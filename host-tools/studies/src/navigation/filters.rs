@@ -22,20 +22,27 @@ pub fn bounds(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, FilterO
     filters.filter_map(|(name, options)| Some((names.iter().find(|(of, _)| *of == name)?.1, options))).collect()
 }
 
+fn base(case: &Case, declared: &VehicleFile, model: ProcessModel) -> FilterOptions {
+    let mut options = FilterOptions::new(declared, model);
+    options.ship = ShipSource::Packet;
+    options.use_dvl = case.from_s > 0.0;
+    options.use_rates = case.rates;
+    options.use_range_rate = false;
+    options
+}
+
+/// The robust filter.
+pub fn robust(case: &Case, declared: &VehicleFile) -> FilterOptions {
+    let mut options = base(case, declared, ProcessModel::Dynamic);
+    options.navigation.make_robust();
+    options
+}
+
 /// The filters over the log of a case, to which this vehicle is declared, in the order of the table.
 pub fn filters(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
-    let base = |model| {
-        let mut options = FilterOptions::new(declared, model);
-        options.ship = ShipSource::Packet;
-        options.use_dvl = case.from_s > 0.0;
-        options.use_rates = case.rates;
-        options.use_range_rate = false;
-        options
-    };
+    let base = |model| base(case, declared, model);
     let mut filters = vec![("nominal", base(ProcessModel::Dynamic))];
-    let mut robust = base(ProcessModel::Dynamic);
-    robust.navigation.make_robust();
-    robust.smooth = true;
+    let robust = FilterOptions { smooth: true, ..robust(case, declared) };
     filters.push(("robust", robust));
     if case.is_declared {
         filters.push((ALONE, alone(robust)));

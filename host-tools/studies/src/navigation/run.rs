@@ -3,6 +3,7 @@
 use super::cases::Case;
 use super::filters;
 use anyhow::Context;
+use backseat_core::navigation::Learnt;
 use backseat_core::state::{X, Y};
 use backseat_data::Truth;
 use backseat_data::filter::{self, FilterRun, TrackSample};
@@ -85,7 +86,12 @@ impl From<ErrorSummary> for Measured {
 /// A flight or a filter that fails.
 pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> {
     let began = std::time::Instant::now();
-    let scenario = case.scenario(seed, minutes)?;
+    let mut scenario = case.scenario(seed, minutes)?;
+    if case.is_second_dive {
+        let learnt = learnt_in(&scenario, case)?;
+        scenario = case.second_dive(seed, minutes)?;
+        scenario.vehicle.learnt = learnt;
+    }
     let mut out = Run::default();
     let flight = fly(&scenario)?;
     let truth = analysis::truth_of(&flight);
@@ -93,6 +99,11 @@ pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> 
     out.add("closed loop", of_flight(&flight, case.from_s));
     let steered = analysis::track_of(&scenario, &flight).map(|track| track.cross_track.into());
     out.add("closed loop, true cross-track error", steered);
+    if case.is_flown_by_adoption {
+        let mut nominal = scenario.clone();
+        nominal.settings.backseat.robust = false;
+        out.add("closed loop, nominal with adoption", of_flight(&fly(&nominal)?, case.from_s));
+    }
     for (name, options) in filters::filters(case, &declared) {
         let run = filter::run(&flight.log, &declared, &options).with_context(|| format!("{name}, seed {seed}"))?;
         out.add(name, of_track(&run, &run.track, &truth, case.from_s));
@@ -110,6 +121,14 @@ pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> 
     }
     out.wall_s = began.elapsed().as_secs_f64();
     Ok(out)
+}
+
+/// What a dive teaches of the vehicle.
+fn learnt_in(scenario: &Scenario, case: &Case) -> anyhow::Result<Learnt> {
+    let flight = fly(scenario)?;
+    let declared = scenario.declared_vehicle();
+    let run = filter::run(&flight.log, &declared, &filters::robust(case, &declared))?;
+    run.learnt.map(|learnt| *learnt).context("the first dive teaches nothing: it is too short")
 }
 
 impl Run {
