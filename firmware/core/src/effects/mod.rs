@@ -128,9 +128,9 @@ mod tests {
 
     #[test]
     fn names_are_unique_and_confusions_known() {
-        let all: Vec<&EffectInfo> = CATALOGUE.iter().chain(LOG_CATALOGUE).collect();
-        for (i, effect) in all.iter().enumerate() {
-            assert!(all.iter().skip(i + 1).all(|other| other.name != effect.name), "{}", effect.name);
+        let all = || CATALOGUE.iter().chain(LOG_CATALOGUE);
+        for (i, effect) in all().enumerate() {
+            assert!(all().skip(i + 1).all(|other| other.name != effect.name), "{}", effect.name);
             assert!(!effect.parameters.is_empty() && effect.parameters.len() <= 3, "{}", effect.name);
             for confusion in effect.confused_with {
                 assert!(find_of_log(confusion.effect).is_some(), "{}: {}", effect.name, confusion.effect);
