@@ -156,7 +156,7 @@ fn navigate(
             );
         };
         let next = VehicleFile { learnt: **learnt, ..vehicle.clone() };
-        next.write(path, &learnt_from(&args.log, &vehicle), existing)?;
+        next.write(path, &learnt_from(&args.log, vehicle), existing)?;
     }
     let outcome = NavigationResult {
         description: describe(args, &plan, vehicle),
