@@ -295,7 +295,7 @@ mod tests {
                 let (q, r) = (0.15 / 9.0 * (t / 9.0).cos(), turn(t));
                 let rates = Vector3::new(-pitch(t).sin() * r, q, pitch(t).cos() * r);
                 let at_dvl = Vector3::new(1.8, 0.05, 0.0) + rates.cross(&Vector3::new(-1.8, 0.0, 0.1));
-                row.set_all(Column::DvlU, &(at_dvl + 0.01 * Vector3::new(noise(), noise(), noise())).as_slice());
+                row.set_all(Column::DvlU, (at_dvl + 0.01 * Vector3::new(noise(), noise(), noise())).as_slice());
                 log.rows.push(row);
             }
         }
