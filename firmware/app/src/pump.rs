@@ -135,6 +135,7 @@ impl Pump {
     }
 
     /// Returns to the own clock when the host's has stopped.
+    #[inline(never)] // its memory is not to stay on the stack under a step
     fn take_back(&mut self, app: &mut App, now_us: u64) -> bool {
         let ends = self.lockstep_ends_us().is_some_and(|ends_us| now_us >= ends_us);
         if ends {
@@ -154,6 +155,7 @@ impl Pump {
     }
 
     /// Reads the host port, unless a step is under way: one message of the clock at a time.
+    #[inline(never)] // as above
     fn host<P>(&mut self, app: &mut App, ports: &mut [P; 5], now_us: u64) -> Result<bool, PortFailure<P::Error>>
     where
         P: Read + ReadReady,
