@@ -1,5 +1,5 @@
 //! A vehicle whose sensors sit off its centre of gravity, are turned and late, end to end: simulator, bytes, app, export,
-//! navigate, diagnose. With the installation declared nothing is found missing and the errors are those of a vehicle whose
+//! navigate, identify, diagnose, and the ARM image in QEMU. With the installation declared nothing is found missing and the errors are those of a vehicle whose
 //! sensors sit at its centre; each number that is not declared is seen.
 //!
 //! `cargo test -p host-tools --test installation -- --nocapture` prints the figures.
@@ -11,6 +11,7 @@ use backseat_data::filter::{self, FilterOptions};
 use backseat_data::output::Existing;
 use backseat_data::{Log, Truth, VehicleFile};
 use serde_json::Value;
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::LazyLock;
@@ -151,10 +152,26 @@ impl Flight {
     }
 
     fn diagnose(&self, installation: &Installation) -> Value {
-        let file = self.folder.path().join("declared.toml");
-        vehicle(installation).write(&file, "declared", Existing::Replace).unwrap();
+        self.over_the_log("diagnose", installation, &[])
+    }
+
+    /// RMSE of the identified vehicle's motion over the log, by column.
+    fn identify(&self, installation: &Installation) -> Value {
+        self.over_the_log("identify", installation, &["--method", "aid"])["validation"].take()
+    }
+
+    fn over_the_log(&self, command: &str, installation: &Installation, more: &[&str]) -> Value {
+        let file = tempfile::Builder::new().suffix(".toml").tempfile_in(self.folder.path()).unwrap();
+        vehicle(installation).write(file.path(), "declared", Existing::Replace).unwrap();
         let log = self.exported();
-        backseat(&["diagnose", log.to_str().unwrap(), "--vehicle", file.to_str().unwrap()])
+        let arguments = [command, log.to_str().unwrap(), "--vehicle", file.path().to_str().unwrap()];
+        backseat(&[&arguments[..], more].concat())
+    }
+
+    /// Its first minutes once more, by a backseat.
+    fn again(&self, by: &str) -> Value {
+        let scenario = self.folder.path().join("scenario.toml");
+        backseat(&["sim", "run", scenario.to_str().unwrap(), "--minutes", "4", "--backseat", by])
     }
 }
 
@@ -218,4 +235,33 @@ fn each_number_is_seen_when_it_is_not_declared() {
     }
     let diagnosis = installed.diagnose(&Installation::DEFAULT);
     assert_ne!(diagnosis["verdict"], "none", "{diagnosis}");
+}
+
+#[test]
+fn identification_finds_the_vehicle_behind_its_installation() {
+    let [plain, installed] = &*FLIGHTS;
+    let at_centre = plain.identify(&Installation::DEFAULT);
+    let [declared, undeclared] = [&INSTALLED, &Installation::DEFAULT].map(|i| installed.identify(i));
+    println!("at the centre {at_centre}\ndeclared {declared}\nundeclared {undeclared}");
+    let ratio = |a: &Value, b: &Value, column: &str| a[column].as_f64().unwrap() / b[column].as_f64().unwrap();
+    for column in ["roll_deg", "p_degps", "q_degps", "r_degps", "u_mps", "v_mps", "w_mps"] {
+        assert!(ratio(&declared, &at_centre, column) < 1.3, "{column}");
+    }
+    // A turned DVL and AHRS: 57 and 13 times as much.
+    for column in ["u_mps", "r_degps"] {
+        assert!(ratio(&undeclared, &declared, column) > 5.0, "{column}");
+    }
+}
+
+#[test]
+fn the_arm_image_flies_it_to_the_same_bit() {
+    if let Some(missing) = hil_sim::backseat::missing() {
+        assert!(std::env::var_os("BACKSEAT_REQUIRE_QEMU").is_none(), "{missing}");
+        let _ = writeln!(std::io::stderr(), "SKIPPED: {missing}");
+        return;
+    }
+    let [host, arm] = ["host", "qemu"].map(|by| FLIGHTS[1].again(by));
+    assert_eq!(arm["digest"], host["digest"]);
+    assert_eq!(arm["configurations"][0], host["configurations"][0], "error and NIS of the board");
+    assert_ne!(host["configurations"][0]["nis"]["dvl"], Value::Null, "it was navigation that was compared");
 }
