@@ -186,7 +186,12 @@ impl Table {
             ("a row too long", text(&long), vec![format!("{file}:4: "), "cells where the header has".to_owned()]),
             ("the same name twice", text(&repeated), vec![format!("{file}:1:"), format!("{number} appears twice")]),
             ("no text", bytes, in_cell(4, number)),
-            ("a line of a megabyte", self.with(3, number, &"9".repeat(1 << 20)), in_cell(3, number)),
+            ("a cell of half a megabyte", self.with(3, number, &"9".repeat(1 << 19)), in_cell(3, number)),
+            (
+                "a line of a megabyte",
+                self.with(3, number, &"9".repeat(1 << 20)),
+                vec![file.to_owned(), "a line is longer than 1024 KiB".to_owned()],
+            ),
         ];
         // A vehicle log needs no column but the time: without its depth it is one without depth.
         let is_free = |what: &&str| matches!(file, "vehicle.csv") && *what == "column missing";
