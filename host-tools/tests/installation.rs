@@ -170,8 +170,9 @@ impl Flight {
 
     /// Its first minutes once more, by a backseat.
     fn again(&self, by: &str) -> Value {
-        let scenario = self.folder.path().join("scenario.toml");
-        backseat(&["sim", "run", scenario.to_str().unwrap(), "--minutes", "4", "--backseat", by])
+        let [scenario, out] = ["scenario.toml", by].map(|name| self.folder.path().join(name));
+        let [scenario, out] = [scenario.to_str().unwrap(), out.to_str().unwrap()];
+        backseat(&["sim", "run", scenario, "--minutes", "4", "--backseat", by, "--out", out])
     }
 }
 
