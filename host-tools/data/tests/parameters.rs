@@ -50,6 +50,12 @@ fn navigate_import_and_board_accept_and_refuse_the_same() {
     let (mut accepted, mut refused, mut together) = (0, 0, 0);
     for parameter in PARAMETERS.iter().filter(|parameter| parameter.section() != "effects") {
         for value in drawn(parameter) {
+            // What a whole number cannot hold never gets as far as a vehicle file; `[app]` is written as text.
+            let mut held = Settings::DEFAULT;
+            parameter.set(&mut held, value);
+            if parameter.kind == Kind::Whole && parameter.section() != "app" && parameter.get(&held) != value {
+                continue;
+            }
             let text = file_with(parameter, value);
             let navigate = VehicleFile::parse(&text, Path::new("v.toml"));
             let import = BoardFile::parse(&text, Path::new("v.toml"));
