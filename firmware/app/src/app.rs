@@ -7,11 +7,9 @@ use crate::host::{HOST_RING, send};
 use crate::parameters::Settings;
 use crate::requests;
 use crate::ring::Ring;
+use crate::time::STEP_US;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{self, FromBoard, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard};
-
-/// Time between two steps, µs.
-pub const STEP_US: u64 = 100_000;
 
 /// The backseat: lives in a static, never moves, never blocks, never reads a clock.
 pub struct App {

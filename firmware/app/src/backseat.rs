@@ -9,7 +9,6 @@
 //! Components know the components to their left at most, own their state and return decisions.
 
 use crate::adaptation::{Adaptation, Change};
-use crate::app::STEP_US;
 use crate::estimator::{Estimator, FilterPlace};
 use crate::host::{HOST_RING, Host, send};
 use crate::inputs::Inputs;
@@ -23,7 +22,7 @@ use crate::safety::{DepthWitness, Safety, Voyage};
 use crate::steering::{Orders, Situation, Steering};
 use crate::storage::{Asked, Storage};
 use crate::telemetry;
-use crate::time::UtcClock;
+use crate::time::{STEP_US, UtcClock};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::parameters::joint_check;
 use backseat_core::state::Z;

@@ -5,7 +5,7 @@
 //! erase takes seconds. The filter starts from there when it is initialised again, after the next power-up at the latest.
 //! What a dive has learnt until the power fails under way is lost; what those before it have learnt is not.
 
-use crate::app::STEP_US;
+use crate::time::STEP_US;
 
 /// A shorter dive shows less of the vehicle than handling it before the next dive takes away, µs.
 const SHORTEST_DIVE_US: u64 = 600_000_000;

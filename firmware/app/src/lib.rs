@@ -59,14 +59,14 @@ mod telemetry;
 mod time;
 mod wiggle;
 
-pub use app::{App, STEP_US};
+pub use app::App;
 pub use geodesy::LocalFrame;
 pub use health::Health;
 pub use inputs::Loss;
 pub use pump::{PARTIAL_US, PortFailure, Progress, Pump, SILENT_US, START_US};
 pub use recorded::{Recorder, poll_recorded, record_start};
 pub use step_watch::StepWatch;
-pub use time::UtcClock;
+pub use time::{STEP_US, UtcClock};
 
 /// A buffer of this size holds any sentence to frontseat or modem.
 const SENTENCE: usize = 96;

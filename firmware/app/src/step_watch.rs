@@ -1,7 +1,8 @@
 //! What a watchdog is fed by: a navigation step that ran in time, whatever clock the pump runs on.
 
-use crate::app::{App, STEP_US};
+use crate::app::App;
 use crate::pump::{Pump, SILENT_US, START_US};
+use crate::time::STEP_US;
 
 /// A step later than this is not in time, µs.
 const LATE_US: u64 = 3 * STEP_US;

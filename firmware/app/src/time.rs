@@ -12,6 +12,8 @@
 use backseat_wire::calendar::DAY_US;
 use backseat_wire::hostlink::Oscillator;
 
+/// Time between two steps, µs.
+pub const STEP_US: u64 = 100_000;
 /// Labels in a row, agreeing with each other, that replace the present time.
 const CONSISTENT_LABELS: u8 = 3;
 /// How far an edge may lie from the second it is expected at, µs: twice what a 50 ppm crystal

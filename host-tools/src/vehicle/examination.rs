@@ -281,9 +281,10 @@ mod tests {
     #[test]
     fn val_added_mass_of_a_spheroid() {
         // Lamb (1932), table of section 115: a/b = 2.99: k1 0.122, k2 0.803, k' 0.465; a/b = 6.01: 0.045, 0.918, 0.764.
+        // The table rounds a/b to 0.005, which is 0.001 of k' (0.2 a unit of a/b near 3), and the factors to 0.0005.
         for (slenderness, expected) in [(2.99, [0.122, 0.803, 0.465]), (6.01, [0.045, 0.918, 0.764])] {
             for (found, expected) in lamb(slenderness).into_iter().zip(expected) {
-                assert!((found - expected).abs() < 1e-3, "{slenderness}: {found} {expected}");
+                assert!((found - expected).abs() < 1.5e-3, "{slenderness}: {found} {expected}");
             }
         }
     }

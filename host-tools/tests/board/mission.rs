@@ -66,7 +66,7 @@ fn a_planned_mission_is_taken_and_started() {
 }
 
 #[test]
-fn a_bad_mission_changes_nothing() {
+fn a_refused_mission_leaves_none() {
     let bench = Bench::new();
     bench.write("good.toml", MISSION);
     bench.good(&["mission", "put", "PORT", "good.toml"]);
@@ -76,12 +76,16 @@ fn a_bad_mission_changes_nothing() {
     bench.write("long.toml", &MISSION.repeat(65));
     let line = bench.complaint(&["mission", "put", "PORT", "long.toml"]);
     assert!(line.contains("130 waypoints") && line.contains("128"), "{line}");
-    // the file lets zero speed pass, the board does not
+    // these files were refused before the board heard of them
+    assert!(bench.good(&["mission", "get", "PORT"]).ends_with(MISSION));
+    // the file lets zero speed pass, the board does not: nobody may fly the mission before by mistake
     bench.write("still.toml", &MISSION.replace("1.25", "0.0"));
     let line = bench.complaint(&["mission", "put", "PORT", "still.toml"]);
     assert!(line.contains("refused waypoint 1") && line.contains("outside its range"), "{line}");
+    assert!(bench.complaint(&["mission", "get", "PORT"]).contains("no mission"));
+    bench.good(&["mission", "put", "PORT", "good.toml"]);
     // the cable breaks after about two requests
     let outcome = bench.run_until(&["mission", "put", "PORT", "good.toml"], 90);
     outcome.complaint("a broken cable");
-    assert!(bench.good(&["mission", "get", "PORT"]).ends_with(MISSION));
+    assert!(bench.complaint(&["mission", "get", "PORT"]).contains("no mission"));
 }
