@@ -17,8 +17,9 @@
 //! sends such a `Step` without chunks before it sends any device bytes, and discards what the device ports have carried
 //! before its answer, except the counts that the answer itself names.
 
-use crate::app::{App, STEP_US};
+use crate::app::App;
 use crate::lockstep::Lockstep;
+use crate::time::STEP_US;
 use backseat_wire::hostlink::{Port, Refusal, Step};
 use embedded_io::{Read, ReadReady, Write, WriteReady};
 
