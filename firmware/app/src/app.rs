@@ -7,7 +7,6 @@ use crate::host::{HOST_RING, send};
 use crate::parameters::Settings;
 use crate::requests;
 use crate::ring::Ring;
-use crate::time::STEP_US;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{self, FromBoard, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard};
 

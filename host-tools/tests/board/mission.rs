@@ -73,12 +73,15 @@ fn a_refused_mission_leaves_none() {
     bench.write("deep.toml", &MISSION.replace("depth_m = 3.0", "depth_m = -3.0"));
     let line = bench.complaint(&["mission", "put", "PORT", "deep.toml"]);
     assert!(line.contains("deep.toml:10:11: ") && line.contains("depth_m"), "{line}");
+    // the board has not heard of it
+    assert!(bench.good(&["mission", "get", "PORT"]).ends_with(MISSION));
     bench.write("long.toml", &MISSION.repeat(65));
     let line = bench.complaint(&["mission", "put", "PORT", "long.toml"]);
     assert!(line.contains("130 waypoints") && line.contains("128"), "{line}");
-    // these files were refused before the board heard of them
-    assert!(bench.good(&["mission", "get", "PORT"]).ends_with(MISSION));
-    // the file lets zero speed pass, the board does not: nobody may fly the mission before by mistake
+    // the board has refused it: nobody may fly the mission before by mistake
+    assert!(bench.complaint(&["mission", "get", "PORT"]).contains("no mission"));
+    bench.good(&["mission", "put", "PORT", "good.toml"]);
+    // the file lets zero speed pass, the board does not
     bench.write("still.toml", &MISSION.replace("1.25", "0.0"));
     let line = bench.complaint(&["mission", "put", "PORT", "still.toml"]);
     assert!(line.contains("refused waypoint 1") && line.contains("outside its range"), "{line}");
