@@ -75,6 +75,23 @@ fn every_link_leads_somewhere() {
     assert!(dead.is_empty(), "links that lead nowhere:\n{}", dead.join("\n"));
 }
 
+/// A page of the book cannot reach a file that the book does not hold.
+#[test]
+fn links_of_the_book_stay_in_it() {
+    let mut outside = Vec::new();
+    for page in pages().into_iter().filter(|page| page.starts_with("docs")) {
+        let depth = page.components().count() - 2;
+        for (number, line, is_code) in lines(&page) {
+            let leaves = |target: &&str| target.matches("../").count() > depth;
+            let targets = if is_code { Vec::new() } else { links(&line) };
+            outside.extend(
+                targets.iter().filter(|target| leaves(target)).map(|t| format!("{}:{number}: {t}", page.display())),
+            );
+        }
+    }
+    assert!(outside.is_empty(), "links that leave docs/:\n{}", outside.join("\n"));
+}
+
 #[test]
 fn every_page_is_in_the_book() {
     let summary = std::fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();

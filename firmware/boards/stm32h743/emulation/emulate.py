@@ -14,7 +14,7 @@ LONGEST_GAP_S = 0.3  # the watchdog resets after 0.6
 REPORT = """# The image on an emulated STM32H743
 
 Written by `firmware/boards/stm32h743/emulation/run --report docs/results/emulation.md`; do not edit. What each scenario
-asks for is in [the emulation's page](../../firmware/boards/stm32h743/emulation/README.md). Time is the emulated board's:
+asks for is in `firmware/boards/stm32h743/emulation/README.md`. Time is the emulated board's:
 one cycle an instruction, no wait states.
 
 Ten minutes, seed 3, flown once (`run lock_step --minutes 10 --seed 3`, 22 November 2026): the image and `--backseat host`

@@ -149,7 +149,7 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
         ];
         let ratios = [0, 1].map(|i| summary.largest(|outcome| outcome.ratios[i]));
         flights.add_row([
-            format!("[{name}](../../hil-sim/scenarios/faults/{name}.toml){unrevealable}", name = summary.row.name),
+            format!("{}{unrevealable}", summary.row.name),
             format!("{median_m:.1} / {largest_m:.1} / {end_m:.1}"),
             format!("{:.1} ({:.1}); {silent_s:.0}, {silent_depth_s:.0}", ratios[0], ratios[1]),
             summary.modes(),
@@ -189,8 +189,8 @@ pub fn share(summaries: &[Summary]) -> String {
 }
 
 const INTRODUCTION: &str = "\
-Every row is a scenario of its own, flown once for each seed in lock-step with the app in this process. Errors are horizontal, of the
-backseat's own estimate, from the first fault to the end of the flight: median over the seeds of each flight's median, largest of
+Every row is a scenario of its own (`hil-sim/scenarios/faults/ROW.toml`), flown once for each seed in lock-step
+with the app in this process. Errors are horizontal, of the backseat's own estimate, from the first fault to the end of the flight: median over the seeds of each flight's median, largest of
 all, largest at the end. Error over own sigma: along the error, largest while the mode is `navigating` (and in any mode); then the
 longest time in sum, in any window of 600 s, for which it is beyond three in a mode that steers (`navigating`, or `degraded` under way),
 horizontally and in depth. Modes: seconds after the first fault, mean time in it, in how many flights where not in all. Alarms: mean
