@@ -9,8 +9,11 @@ use backseat_data::Truth;
 use backseat_data::filter::{self, FilterRun, TrackSample};
 use backseat_data::stats::ErrorSummary;
 use backseat_link::Client;
+use backseat_link::board::mode_reason;
+use backseat_wire::hostlink::Mode;
 use hil_sim::analysis;
 use hil_sim::backseat::InProcess;
+use hil_sim::ending::Ending;
 use hil_sim::flight::{self, FlightLog};
 use hil_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
@@ -21,6 +24,9 @@ use std::sync::atomic::AtomicBool;
 pub struct Run {
     /// Name and figures, in the order of the table.
     pub rows: Vec<(String, Measured)>,
+    /// Flights that did not fly their mission to its end: which, how they ended and why.
+    #[serde(default)]
+    pub cut_short: Vec<String>,
     /// How long it took, s.
     pub wall_s: f64,
 }
@@ -93,7 +99,7 @@ pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> 
         scenario.vehicle.learnt = learnt;
     }
     let mut out = Run::default();
-    let flight = fly(&scenario)?;
+    let flight = out.fly("closed loop", &scenario)?;
     let truth = analysis::truth_of(&flight);
     let declared = scenario.declared_vehicle();
     out.add("closed loop", of_flight(&flight, case.from_s));
@@ -102,7 +108,8 @@ pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> 
     if case.is_flown_by_adoption {
         let mut nominal = scenario.clone();
         nominal.settings.backseat.robust = false;
-        out.add("closed loop, nominal with adoption", of_flight(&fly(&nominal)?, case.from_s));
+        let flight = out.fly("closed loop, nominal with adoption", &nominal)?;
+        out.add("closed loop, nominal with adoption", of_flight(&flight, case.from_s));
     }
     for (name, options) in filters::filters(case, &declared) {
         let run = filter::run(&flight.log, &declared, &options).with_context(|| format!("{name}, seed {seed}"))?;
@@ -112,7 +119,7 @@ pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> 
         }
     }
     if case.is_declared {
-        let quiet = fly(&without_sensor_noise(&scenario))?;
+        let quiet = out.fly("flight without noise", &without_sensor_noise(&scenario))?;
         let truth = analysis::truth_of(&quiet);
         for (name, options) in filters::bounds(case, &declared) {
             let run = filter::run(&quiet.log, &declared, &options).with_context(|| format!("{name}, seed {seed}"))?;
@@ -132,6 +139,20 @@ fn learnt_in(scenario: &Scenario, case: &Case) -> anyhow::Result<Learnt> {
 }
 
 impl Run {
+    /// A flight; if it was cut short, that is kept.
+    fn fly(&mut self, name: &str, scenario: &Scenario) -> anyhow::Result<FlightLog> {
+        let flight = fly(scenario)?;
+        let ending = Ending::of(scenario, &flight);
+        if !matches!(ending, Ending::Flown | Ending::Unfinished) {
+            let stop = flight.modes.iter().rfind(|change| change.mode == Mode::Safe);
+            let why = stop.map_or(String::new(), |stop| {
+                format!(", {} at {:.0} s", mode_reason(stop.reason), stop.time_us as f64 * 1e-6)
+            });
+            self.cut_short.push(format!("{name}: {}{why}", ending.name()));
+        }
+        Ok(flight)
+    }
+
     fn add(&mut self, name: &str, measured: Option<Measured>) {
         if let Some(measured) = measured {
             self.rows.push((name.to_owned(), measured));

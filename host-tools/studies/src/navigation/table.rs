@@ -119,6 +119,11 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
             ]);
         }
         let _ = writeln!(text, "{table}");
+        let cut = runs.iter().flat_map(|(seed, run)| run.cut_short.iter().map(move |how| format!("seed {seed}, {how}")));
+        let cut: Vec<String> = cut.collect();
+        if !cut.is_empty() {
+            let _ = writeln!(text, "\nNot flown to the end: {}.", cut.join("; "));
+        }
     }
     text
 }
@@ -145,7 +150,8 @@ pub fn json(results: &Results<'_>) -> Value {
                 "refused": refused, "measurements": all,
             })
         });
-        json!({"name": case.name, "rows": rows.collect::<Vec<_>>()})
+        let cut_short: Vec<&String> = runs.iter().flat_map(|(_, run)| &run.cut_short).collect();
+        json!({"name": case.name, "rows": rows.collect::<Vec<_>>(), "cut_short": cut_short})
     });
     json!({"cases": cases.collect::<Vec<_>>()})
 }
