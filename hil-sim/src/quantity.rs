@@ -31,6 +31,12 @@ impl<const N: usize> Numbers for [f64; N] {
     }
 }
 
+impl<const N: usize> Numbers for Vec<[f64; N]> {
+    fn numbers(&self) -> &[f64] {
+        self.as_flattened()
+    }
+}
+
 impl<T: Numbers> Numbers for Option<T> {
     fn numbers(&self) -> &[f64] {
         self.as_ref().map_or(&[], Numbers::numbers)

@@ -18,7 +18,7 @@ use crate::links::Links;
 use crate::modes::{Facts, Modes};
 use crate::parameters::{ParameterStore, Settings};
 use crate::ring::Ring;
-use crate::safety::{DepthWitness, Safety, Voyage};
+use crate::safety::{DepthWitness, Fence, Safety, Voyage};
 use crate::steering::{Orders, Situation, Steering};
 use crate::storage::{Asked, Storage};
 use crate::telemetry;
@@ -52,6 +52,8 @@ pub struct Backseat {
     pub safety: Safety,
     pub voyage: Voyage,
     pub witness: DepthWitness,
+    /// Of the stored mission.
+    pub fence: Fence,
     pub host: Host,
     pub losses: ReceiveLosses,
     /// Bytes to the device ports, in the order of [`Port::DEVICES`].
@@ -111,6 +113,7 @@ impl Backseat {
             safety: Safety::new(),
             voyage: Voyage::new(),
             witness: DepthWitness::new(),
+            fence: Fence::new(),
             host: Host::new(),
             losses: ReceiveLosses { since_start: [0; 5], news: false },
             out: [const { Ring::new() }; 4],
@@ -214,6 +217,7 @@ impl Backseat {
         if self.modes.update(now_us, &facts, settings) {
             self.steering.hand_back(now_us, settings, orders);
         }
+        self.heed_abort(now_us, orders);
         if self.modes.ready() {
             self.begin();
         }

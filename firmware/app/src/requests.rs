@@ -63,6 +63,18 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOS
                 waypoint: waypoints.get(usize::from(index)).map(to_wire),
             }
         }
+        ToBoard::FenceCorner { index, count, corner_m } => {
+            let taken = backseat.host.transfer.corner(index, count, corner_m);
+            outcome(note_refused_mission(backseat, taken))
+        }
+        ToBoard::FenceGet { index } => {
+            let corners_m = backseat.fence.corners_m();
+            FromBoard::Fence {
+                index,
+                count: u8::try_from(corners_m.len()).unwrap_or(u8::MAX),
+                corner_m: corners_m.get(usize::from(index)).copied(),
+            }
+        }
         ToBoard::MissionStart => outcome(start(backseat)),
         ToBoard::HealthGet => FromBoard::Health(backseat.link_health()),
         ToBoard::FinWiggle => outcome(wiggle(backseat)),
@@ -123,9 +135,10 @@ fn store(backseat: &mut Backseat) -> Result<(), Refusal> {
 
 fn commit_mission(backseat: &mut Backseat) -> Result<(), Refusal> {
     at_rest(backseat)?;
-    let mission = backseat.host.transfer.commit()?;
-    safety::check_mission(mission, &backseat.parameters.active().app.safety).map_err(Refusal::Unsafe)?;
+    let (mission, fence) = backseat.host.transfer.commit()?;
+    safety::check_mission(mission, fence, &backseat.parameters.active().app.safety).map_err(Refusal::Unsafe)?;
     backseat.steering.set_mission(mission);
+    backseat.fence.clone_from(fence);
     Ok(())
 }
 
@@ -134,6 +147,7 @@ fn commit_mission(backseat: &mut Backseat) -> Result<(), Refusal> {
 fn begin_mission(backseat: &mut Backseat, count: u16) -> Result<(), Refusal> {
     if at_rest(backseat).is_ok() {
         backseat.steering.clear_mission();
+        backseat.fence.clear();
         backseat.host.mission_refused.clear();
     }
     backseat.host.transfer.begin(count)
@@ -171,7 +185,7 @@ fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
     }
     backseat.links.frontseat.forget_refusal();
     backseat.modes.started();
-    backseat.steering.arm();
+    backseat.steering.arm(backseat.now_us());
     Ok(())
 }
 

@@ -16,6 +16,8 @@ const ALTITUDE_AGE_US: u64 = 3_000_000;
 const FIX_AGE_US: u64 = 2_500_000;
 /// Pulse edges have stopped when none has come for so long, µs.
 const EDGE_AGE_US: u64 = 5_000_000;
+/// An abort is heeded for so long after it was sent, µs: a packet lasts seconds, and the ship says it again.
+const ABORT_AGE_US: u64 = 60_000_000;
 /// Of the largest difference of a source that has come back, the filter keeps this share as its sigma.
 const JUMP_SHARE: f64 = 0.4;
 /// Time of a step for the depth's witness at most, s.
@@ -31,7 +33,14 @@ impl Backseat {
         let x = self.estimator.output();
         let place_m = self.estimator.navigator().is_initialised().then(|| [x[X], x[Y]]);
         let frontseat = &self.links.frontseat;
-        safety::check_start(self.steering.mission(), place_m, frontseat.leaks(), frontseat.charge_percent(), limits)
+        safety::check_start(
+            self.steering.mission(),
+            &self.fence,
+            place_m,
+            frontseat.leaks(),
+            frontseat.charge_percent(),
+            limits,
+        )
     }
 
     /// An armed mission begins, or not.
@@ -46,6 +55,27 @@ impl Backseat {
                 self.modes.ended_by(reason);
             }
         }
+    }
+
+    /// Ends a mission, under way or armed, that the ship aborts.
+    #[inline(never)]
+    pub(crate) fn heed_abort(&mut self, now_us: u64, orders: &mut Orders) {
+        let Some(abort) = self.links.take_abort() else { return };
+        let settings = &self.parameters.active().app;
+        let sent_us = u64::from(abort.transmit_s).saturating_mul(1_000_000);
+        // Sent since the mission was started, and not long ago: a recording is for no other mission. Without UTC it cannot
+        // be told from one.
+        let Some(present_us) = self.clock.utc_us(now_us) else { return };
+        let Some(started_us) = self.clock.utc_us(self.steering.armed_us()) else { return };
+        let is_new = sent_us >= started_us && sent_us.abs_diff(present_us) <= ABORT_AGE_US;
+        if !is_new || !abort.is_for(settings.modem_address) || !self.steering.is_engaged() {
+            return;
+        }
+        self.steering.disarm();
+        if self.steering.under_way() {
+            self.steering.hand_back(now_us, settings, orders);
+        }
+        self.modes.ended_by(ModeReason::Aborted);
     }
 
     /// Ends a mission that breaks a limit.
@@ -64,7 +94,8 @@ impl Backseat {
         let facts = self.safety_facts(now_us, &target);
         let settings = &self.parameters.active().app;
         let Some((reason, action)) = self.safety.judge(now_us, &facts, &settings.safety) else { return };
-        let home = self.voyage.home(&target);
+        // a straight way home that leaves the fence is none
+        let home = self.voyage.home(&target).filter(|home| self.fence.contains_leg(place_m, [home.x_m, home.y_m]));
         match (action, home) {
             (Action::Return, Some(home)) if self.steering.return_to(home, self.estimator.output()) => {
                 self.voyage.new_leg();
@@ -86,7 +117,7 @@ impl Backseat {
 
     fn safety_facts(&mut self, now_us: u64, target: &Waypoint) -> Facts {
         let has_clock = self.has_clock(now_us);
-        let Self { parameters, links, inputs, estimator, steering, modes, voyage, witness, .. } = self;
+        let Self { parameters, links, inputs, estimator, steering, modes, voyage, witness, fence, .. } = self;
         let settings = &parameters.active().app;
         let (navigator, x) = (estimator.navigator(), estimator.output());
         let sink_mps = body_to_ned(x, &[x[U], x[V], x[W]])[2];
@@ -117,6 +148,7 @@ impl Backseat {
             pitch_rad: x[THETA],
             speed_mps: x[U],
             position_m: [x[X], x[Y]],
+            outside_polygon: !fence.contains([x[X], x[Y]]),
             depth_jump_m: navigator.unconfirmed_sigma(Sensor::Depth) / JUMP_SHARE,
             depth_drift_m: witness.drift_m(),
             has_fix: fresh(inputs.latest().fix_m, now_us, FIX_AGE_US).is_some(),

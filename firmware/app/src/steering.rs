@@ -58,6 +58,8 @@ pub struct Steering {
     commander: Commander,
     /// A mission begins as soon as navigation is valid.
     armed: bool,
+    /// When it was armed last, µs.
+    armed_us: u64,
     /// The fin check is under way.
     wiggle: Held<Wiggle>,
     /// The vehicle waits at the surface: neutral with every step, so that the frontseat does not go on.
@@ -80,6 +82,7 @@ impl Steering {
             controller: Controller::new(),
             commander: Commander::new(),
             armed: false,
+            armed_us: 0,
             wiggle: Held::none(),
             holding: false,
             returning: false,
@@ -168,10 +171,16 @@ impl Steering {
     }
 
     /// The mission begins with the first step at which navigation is valid.
-    pub fn arm(&mut self) {
+    pub fn arm(&mut self, now_us: u64) {
         self.disobeyed_since_us = None;
         self.holding = false;
         self.armed = true;
+        self.armed_us = now_us;
+    }
+
+    /// When the mission was started by the host, µs.
+    pub fn armed_us(&self) -> u64 {
+        self.armed_us
     }
 
     /// The mission does not begin.

@@ -18,6 +18,7 @@
 //! calibration, mounting angle, Doppler sign, clock encoding) is an explicit parameter.
 #![no_std]
 
+pub mod abort;
 pub mod ahrs;
 pub mod boardlog;
 pub mod calendar;

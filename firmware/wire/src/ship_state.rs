@@ -85,8 +85,13 @@ impl Key {
         self
     }
 
+    /// SipHash-2-4 of a message by this key.
+    pub(crate) fn hash(&self, message: &[u8]) -> u64 {
+        SipHasher24::new_with_key(&self.0).hash(message)
+    }
+
     fn code(&self, payload: &[u8]) -> [u8; CODE] {
-        (SipHasher24::new_with_key(&self.0).hash(payload) as u32).to_le_bytes()
+        (self.hash(payload) as u32).to_le_bytes()
     }
 }
 

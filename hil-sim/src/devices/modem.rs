@@ -10,6 +10,7 @@ use crate::faults::PacketFaults;
 use crate::observation::{Downlink, Observation, ObservationKind, TwoWay};
 use crate::scenario::{Exchange, Settings};
 use backseat_wire::Decimal;
+use backseat_wire::abort::Abort;
 use backseat_wire::calendar::{DateTime, TimeOfDay};
 use backseat_wire::modem::{
     Addresses, ClockMode, Cycle, DopplerSign, FromModem, ModemTime, Payload, PingReply, Received, ReceptionStatistics,
@@ -155,7 +156,10 @@ impl Modem {
         };
         let mut frame = [0; FRAME_BYTES];
         let key = if delivery.forged { FOREIGN_KEY } else { self.key };
-        let payload = if key.is_set() {
+        let transmit_s = state.transmit_s;
+        let payload = if let Some(destination) = delivery.abort {
+            Abort { destination, transmit_s }.emit_authentic(&key).map(|payload| payload.to_vec())
+        } else if key.is_set() {
             state.emit_authentic(&key).map(|payload| payload.to_vec())
         } else {
             state.emit().map(|payload| payload.to_vec())

@@ -216,6 +216,11 @@ pub enum PacketFault {
     Forged,
     /// The payload of the packet before, sent again as this one.
     Replayed,
+    /// The ship aborts: its packets say so instead of where it is.
+    Abort {
+        /// Modem address of the vehicle; 255 is every one.
+        address: u8,
+    },
     /// A later path is detected.
     Multipath {
         /// Share of packets.

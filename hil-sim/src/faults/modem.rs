@@ -18,6 +18,8 @@ pub struct Delivery {
     pub forged: bool,
     /// Its payload is that of the packet before.
     pub replayed: bool,
+    /// It is an abort for this address.
+    pub abort: Option<u8>,
 }
 
 /// Distorts packets.
@@ -81,6 +83,7 @@ impl PacketFaults {
                 PacketFault::WrongSecond { offset_s } => delivery.second_offset_s += offset_s,
                 PacketFault::Forged => delivery.forged = true,
                 PacketFault::Replayed => delivery.replayed = true,
+                PacketFault::Abort { address } => delivery.abort = Some(address),
                 _ => {}
             }
         }

@@ -37,6 +37,7 @@ enum Name {
     PacketWrongSecond,
     PacketForged,
     PacketReplayed,
+    PacketAbort,
     Multipath,
     ModemClockStep,
     ModemClockDrift,
@@ -219,6 +220,9 @@ impl Written {
             }
             Name::PacketForged => FaultKind::Packet(PacketFault::Forged),
             Name::PacketReplayed => FaultKind::Packet(PacketFault::Replayed),
+            Name::PacketAbort => {
+                FaultKind::Packet(PacketFault::Abort { address: need(self.address.take(), "address")? })
+            }
             Name::Multipath => FaultKind::Packet(PacketFault::Multipath {
                 share: need(self.share.take(), "share")?,
                 extra_m: need(self.extra_m.take(), "extra_m")?,

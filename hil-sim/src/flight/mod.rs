@@ -44,7 +44,7 @@ fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), 
         client.store_parameters()?;
         client.store_parameters()?;
     }
-    client.set_mission(&scenario.settings.waypoints())
+    client.set_fenced_mission(&scenario.settings.waypoints(), &scenario.settings.fence.corners_m)
 }
 
 /// Moves world and devices to `to_us`, stopping wherever a device acts.

@@ -47,6 +47,15 @@ pub struct Lawnmower {
     pub run_out_m: f64,
 }
 
+/// `[fence]`: the polygon that mission and vehicle must not leave; without corners there is none.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fence {
+    /// Corners in order, north and east, m.
+    #[serde(deserialize_with = "quantity::coordinate")]
+    pub corners_m: Vec<[f64; 2]>,
+}
+
 /// One waypoint as it is written.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -17,7 +17,7 @@ pub use backseat::{Backseat, ControlLaw, ControlMode, perturbed};
 pub use effects::{Effect, Effects, Physics, Request};
 pub use installation::Installation;
 pub use limits::{End, Limits};
-pub use mission::{Lawnmower, Line, Mission, MissionWaypoint};
+pub use mission::{Fence, Lawnmower, Line, Mission, MissionWaypoint};
 pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
@@ -56,6 +56,9 @@ pub struct Settings {
     pub start: Start,
     /// What to fly.
     pub mission: Mission,
+    /// The polygon that it must not leave.
+    #[serde(default)]
+    pub fence: Fence,
     /// The backseat under test.
     #[serde(default)]
     pub backseat: Backseat,

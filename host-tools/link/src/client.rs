@@ -272,16 +272,30 @@ impl<P: Ports> Client<P> {
         self.request(&ToBoard::ParameterCommit, || "the parameter set".into())
     }
 
-    /// Stores a mission.
+    /// Stores a mission without a polygon.
     ///
     /// # Errors
     /// When it is refused.
     pub fn set_mission(&mut self, waypoints: &[Waypoint]) -> Result<(), BackseatError> {
+        self.set_fenced_mission(waypoints, &[])
+    }
+
+    /// Stores a mission and the corners of its fence, north and east, m; without corners there is no polygon.
+    ///
+    /// # Errors
+    /// When it is refused.
+    pub fn set_fenced_mission(&mut self, waypoints: &[Waypoint], corners_m: &[[f64; 2]]) -> Result<(), BackseatError> {
         let count = u16::try_from(waypoints.len()).unwrap_or(u16::MAX);
         self.request(&ToBoard::MissionBegin { count }, || format!("a mission of {count} waypoints"))?;
         for (index, waypoint) in (0..).zip(waypoints) {
             self.request(&ToBoard::MissionItem { index, waypoint: *waypoint }, || {
                 format!("waypoint {index}: {waypoint:?}")
+            })?;
+        }
+        let count = u8::try_from(corners_m.len()).unwrap_or(u8::MAX);
+        for (index, corner_m) in (0..=u8::MAX).zip(corners_m) {
+            self.request(&ToBoard::FenceCorner { index, count, corner_m: *corner_m }, || {
+                format!("corner {index} of the fence: {corner_m:?}")
             })?;
         }
         self.request(&ToBoard::MissionCommit, || "the mission".into())

@@ -41,7 +41,7 @@ impl Planning {
             .iter()
             .map(|w| Waypoint { x_m: w.x_m, y_m: w.y_m, depth_m: w.depth_m, speed_mps: w.speed_mps })
             .collect();
-        let text = text_of(&waypoints);
+        let text = text_of(&waypoints, &[]);
         output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
         let ([shallow, deep], steepest) = (plan.depths_m, plan.steepest_rad.to_degrees());
         let (information, remaining) = (plan.collected.log_determinant(), plan.collected.remaining_percent());

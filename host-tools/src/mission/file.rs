@@ -1,8 +1,8 @@
-//! The mission file: the `[mission]` table of a simulator's scenario, or of a file of its own.
+//! The mission file: `[mission]` and `[fence]` of a simulator's scenario, or of a file of its own.
 
 use backseat_data::DataError;
 use backseat_wire::hostlink::Waypoint;
-use hil_sim::scenario::Mission;
+use hil_sim::scenario::{Fence, Mission};
 use serde::Deserialize;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -11,24 +11,35 @@ use std::path::Path;
 #[derive(Deserialize)]
 struct MissionFile {
     mission: Mission,
+    #[serde(default)]
+    fence: Fence,
 }
 
-/// The waypoints of a mission file.
+/// A mission as a board stores it.
+#[derive(Debug, PartialEq)]
+pub struct StoredMission {
+    /// Its legs.
+    pub waypoints: Vec<Waypoint>,
+    /// Corners of its fence, north and east, m.
+    pub fence_m: Vec<[f64; 2]>,
+}
+
+/// The waypoints of a mission file, and its fence.
 ///
 /// # Errors
 /// What is wrong with it, in one line with file, line, column and key.
-pub fn read(path: &Path) -> Result<Vec<Waypoint>, DataError> {
+pub fn read(path: &Path) -> Result<StoredMission, DataError> {
     let text = std::fs::read_to_string(path).map_err(|error| DataError::io(path, &error))?;
     parse(&text, path)
 }
 
-fn parse(text: &str, path: &Path) -> Result<Vec<Waypoint>, DataError> {
+fn parse(text: &str, path: &Path) -> Result<StoredMission, DataError> {
     let file: MissionFile = toml::from_str(text).map_err(|error| complaint(error, text, path))?;
     let waypoints = file.mission.waypoints();
     if waypoints.is_empty() {
         return Err(DataError::file(path, "mission.waypoints: a mission needs at least one"));
     }
-    Ok(waypoints)
+    Ok(StoredMission { waypoints, fence_m: file.fence.corners_m })
 }
 
 fn complaint(mut error: toml::de::Error, text: &str, path: &Path) -> DataError {
@@ -46,8 +57,8 @@ fn complaint(mut error: toml::de::Error, text: &str, path: &Path) -> DataError {
     DataError::at(path, line, column, message)
 }
 
-/// The text of a mission file.
-pub fn text_of(waypoints: &[Waypoint]) -> String {
+/// The text of a mission file; without corners it has no fence.
+pub fn text_of(waypoints: &[Waypoint], fence_m: &[[f64; 2]]) -> String {
     let mut text = String::from(
         "# Mission: waypoints in the local frame (x north, y east); depth and speed are those of the leg that ends there.\n",
     );
@@ -56,6 +67,9 @@ pub fn text_of(waypoints: &[Waypoint]) -> String {
             text,
             "\n[[mission.waypoints]]\nx_m = {x_m:?}\ny_m = {y_m:?}\ndepth_m = {depth_m:?}\nspeed_mps = {speed_mps:?}\n"
         );
+    }
+    if !fence_m.is_empty() {
+        let _ = write!(text, "\n[fence]\ncorners_m = {fence_m:?}\n");
     }
     text
 }
@@ -68,19 +82,22 @@ mod tests {
     fn what_is_written_reads_back_the_same() {
         let waypoints = [(-1.0 / 3.0, 1e5, 0.0, 1.5), (7.0, -0.0, 3.25, 0.1)]
             .map(|(x_m, y_m, depth_m, speed_mps)| Waypoint { x_m, y_m, depth_m, speed_mps });
-        assert_eq!(parse(&text_of(&waypoints), Path::new("m.toml")).unwrap(), waypoints);
+        for fence_m in [vec![], vec![[0.0, -1e5], [1.0 / 3.0, 0.0], [5.0, 5.0]]] {
+            let read = parse(&text_of(&waypoints, &fence_m), Path::new("m.toml")).unwrap();
+            assert_eq!(read, StoredMission { waypoints: waypoints.to_vec(), fence_m });
+        }
     }
 
     #[test]
     fn a_scenario_is_a_mission_file() {
         let text = include_str!("../../../hil-sim/scenarios/survey.toml");
         // ten lines, and the runs before and behind them
-        assert_eq!(parse(text, Path::new("survey.toml")).unwrap().len(), 22);
+        assert_eq!(parse(text, Path::new("survey.toml")).unwrap().waypoints.len(), 22);
     }
 
     #[test]
     fn errors_say_where() {
-        let good = text_of(&[Waypoint { x_m: 1.0, y_m: 2.0, depth_m: 3.0, speed_mps: 1.0 }]);
+        let good = text_of(&[Waypoint { x_m: 1.0, y_m: 2.0, depth_m: 3.0, speed_mps: 1.0 }], &[]);
         let cases = [
             (String::new(), "m.toml", "missing field `mission`"),
             ("[mission]\n".to_owned(), "m.toml:1:1:", "mission"),
@@ -93,6 +110,8 @@ mod tests {
             (good.replace("3.0", "3.0.0"), "m.toml:6:", ""),
             (good.replace("[[mission.waypoints]]", "[mission.lawnmower]"), "m.toml:", "x_m"),
             (good.replace("[[mission.waypoints]]", "[[mission.waypoint]]"), "m.toml:", "waypoint"),
+            (good.clone() + "[fence]\ncorners = []\n", "m.toml:9:1:", "corners"),
+            (good.clone() + "[fence]\ncorners_m = [[1.0, nan]]\n", "m.toml:9:", "outside"),
         ];
         for (text, place, message) in cases {
             let error = parse(&text, Path::new("m.toml")).unwrap_err().to_string();

@@ -8,6 +8,7 @@ use backseat_data::output::{self, Existing};
 use backseat_link::board::Board;
 use backseat_wire::hostlink::Waypoint;
 use clap::Subcommand;
+use file::StoredMission;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -27,7 +28,10 @@ PORT is the board's host port, with :BAUD behind it where that is not 115200. A 
   depth_m = 3.0              # of the leg that ends here; 0 is surfaced
   speed_mps = 1.0
 
-The [mission] table of a simulator's scenario does as well, lawnmower included.";
+  [fence]                    # optional: neither mission nor vehicle leaves this polygon
+  corners_m = [[-50.0, -50.0], [200.0, -50.0], [200.0, 80.0], [-50.0, 80.0]]    # [north, east], at most 32
+
+The [mission] and [fence] of a simulator's scenario do as well, lawnmower included.";
 
 /// A step takes 0.1 s; a few of them.
 const MOMENT: Duration = Duration::from_millis(400);
@@ -78,26 +82,34 @@ enum Action {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.action {
         Action::Put { common, file } => {
-            let waypoints = file::read(file)?;
+            let StoredMission { waypoints, fence_m } = file::read(file)?;
             let mut board = common.connect()?;
-            board.set_mission(&waypoints)?;
-            let text = format!("{} waypoints, {:.0} m\n", waypoints.len(), length_m(&waypoints));
-            common.say(&json!({"waypoints": waypoints.len(), "length_m": length_m(&waypoints)}), &text)
+            board.set_mission(&waypoints, &fence_m)?;
+            let fence = fence_text(&fence_m);
+            let text = format!("{} waypoints, {:.0} m{fence}\n", waypoints.len(), length_m(&waypoints));
+            let (count, corners) = (waypoints.len(), fence_m.len());
+            let json = json!({"waypoints": count, "length_m": length_m(&waypoints), "fence_corners": corners});
+            common.say(&json, &text)
         }
         Action::Get { common, file, out, force } => {
             let existing = if *force { Existing::Replace } else { Existing::Keep };
             let path = file.as_ref().or(out.as_ref());
             path.map_or(Ok(()), |path| output::check(path, existing))?;
-            let waypoints = common.connect()?.mission()?;
+            let mut board = common.connect()?;
+            let waypoints = board.mission()?;
             if waypoints.is_empty() {
                 bail!("{}: no mission is stored on the board", common.port);
             }
-            let text = file::text_of(&waypoints);
+            let fence_m = board.fence()?;
+            let text = file::text_of(&waypoints, &fence_m);
             if let Some(path) = path {
                 output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
             }
-            let done = path.map_or(text, |path| format!("{} waypoints to {}\n", waypoints.len(), path.display()));
-            common.say(&json!({"waypoints": waypoints.iter().map(json_of).collect::<Vec<_>>()}), &done)
+            let fence = fence_text(&fence_m);
+            let done =
+                path.map_or(text, |path| format!("{} waypoints{fence} to {}\n", waypoints.len(), path.display()));
+            let waypoints: Vec<_> = waypoints.iter().map(json_of).collect();
+            common.say(&json!({"waypoints": waypoints, "fence_m": fence_m}), &done)
         }
         Action::Start(common) => {
             let mut board = common.connect()?;
@@ -110,6 +122,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             state(common, &mut board, "stopped: neutral fins, propeller off, frontseat in charge")
         }
     }
+}
+
+fn fence_text(corners_m: &[[f64; 2]]) -> String {
+    if corners_m.is_empty() { String::new() } else { format!(", a fence of {} corners", corners_m.len()) }
 }
 
 /// Prints the board's mode a moment after the request.

@@ -84,6 +84,7 @@ impl Listener {
                     | ToBoard::ParameterCommit
                     | ToBoard::MissionBegin { .. }
                     | ToBoard::MissionItem { .. }
+                    | ToBoard::FenceCorner { .. }
                     | ToBoard::MissionCommit
                     | ToBoard::MissionStart
                     | ToBoard::MissionStop

@@ -16,6 +16,7 @@ use crate::time::UtcClock;
 use ahrs::AhrsLink;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_wire::Counts;
+use backseat_wire::abort::Abort;
 use backseat_wire::ahrs::AhrsSample;
 use backseat_wire::dvl::DvlSample;
 use backseat_wire::hostlink::Port;
@@ -64,6 +65,11 @@ impl Links {
             Port::Modem => self.modem.receive(time_us, bytes, settings, clock, &mut sink),
             Port::Host => {}
         }
+    }
+
+    /// The last authentic abort, once, whoever it is for.
+    pub(crate) fn take_abort(&mut self) -> Option<Abort> {
+        self.modem.take_abort()
     }
 
     /// Requests and configuration that are due, each with its port.

@@ -1,12 +1,14 @@
 //! Modem port: packets as they begin and end, clock; and the modem's configuration.
 
+use crate::held::Held;
 use crate::inputs::{AcousticReport, Sample, Stamp};
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
-use backseat_wire::Counts;
+use backseat_wire::abort::Abort;
 use backseat_wire::modem::{FromModem, ReceptionStatistics, Setting, ToModem};
 use backseat_wire::nmea::{Checksum, Framer};
 use backseat_wire::ship_state::ShipState;
+use backseat_wire::{Counts, Error};
 
 /// Latency of a clock sentence after the second it names, µs.
 const CLOCK_LATENCY_US: u64 = 300_000;
@@ -25,6 +27,8 @@ pub struct ModemLink {
     framer: Framer,
     counts: Counts,
     configuration: Configuration,
+    /// The last authentic abort.
+    abort: Held<Abort>,
 }
 
 /// Which settings the modem has confirmed.
@@ -47,7 +51,15 @@ impl ModemLink {
             framer: Framer::new(Checksum::Required),
             counts: Counts::new(),
             configuration: Configuration { confirmed: [false; SETTINGS.len()], next: 0, next_us: 0 },
+            abort: Held::none(),
         }
+    }
+
+    /// The last authentic abort, once.
+    pub fn take_abort(&mut self) -> Option<Abort> {
+        let abort = self.abort.get().copied();
+        self.abort.clear();
+        abort
     }
 
     /// Decodes what came in at `time_us`.
@@ -67,12 +79,17 @@ impl ModemLink {
             let report = match message {
                 FromModem::ReceiveBegins { .. } => Some(AcousticReport::Begins),
                 FromModem::Cycle(_) => Some(AcousticReport::Cycle),
-                // The ship's state stands in a packet's first frame.
+                // The ship's state, or its abort, stands in a packet's first frame.
                 FromModem::Received(received) if received.frame == 1 => {
                     let mut frame = [0; MAX_FRAME];
-                    let authentic = |frame: &[u8]| ShipState::parse_authentic(frame, &settings.acoustic_key);
-                    match received.payload.copy_to(&mut frame).and_then(authentic) {
-                        Ok(ship) => Some(AcousticReport::Ship(ship)),
+                    let content = received.payload.copy_to(&mut frame).and_then(|frame| content(frame, settings));
+                    match content {
+                        Ok(Content::Ship(ship)) => Some(AcousticReport::Ship(ship)),
+                        Ok(Content::Abort(abort)) => {
+                            self.abort.set(abort);
+                            // it gives no range
+                            Some(AcousticReport::BadData)
+                        }
                         Err(cause) => {
                             self.counts.note_error(cause);
                             Some(AcousticReport::BadData)
@@ -151,6 +168,21 @@ fn value<'d>(name: &str, settings: &AppSettings, digits: &'d mut [u8; 3]) -> &'d
     *digits = [b'0' + address / 100, b'0' + address / 10 % 10, b'0' + address % 10];
     let leading = digits.iter().take(2).take_while(|digit| **digit == b'0').count();
     core::str::from_utf8(digits.get(leading..).unwrap_or_default()).unwrap_or_default()
+}
+
+/// What a frame may hold.
+enum Content {
+    Ship(ShipState),
+    Abort(Abort),
+}
+
+fn content(frame: &[u8], settings: &AppSettings) -> Result<Content, Error> {
+    let key = &settings.acoustic_key;
+    if Abort::is_announced(frame) {
+        Abort::parse_authentic(frame, key).map(Content::Abort)
+    } else {
+        ShipState::parse_authentic(frame, key).map(Content::Ship)
+    }
 }
 
 fn from_statistics(statistics: &ReceptionStatistics, settings: &AppSettings) -> AcousticReport {

@@ -5,9 +5,11 @@
 //! start, [`check_start`] at start. Nothing here enters the filter.
 
 mod depth;
+mod fence;
 mod voyage;
 
 pub use depth::{DepthStep, DepthWitness};
+pub use fence::Fence;
 pub use voyage::{Voyage, seconds};
 
 use crate::time::micros;
@@ -61,6 +63,8 @@ pub struct Facts {
     pub speed_mps: f64,
     /// North and east, m.
     pub position_m: [f64; 2],
+    /// Outside the mission's polygon.
+    pub outside_polygon: bool,
     /// By how much the pressure sensor has come back off the filter's depth, m.
     pub depth_jump_m: f64,
     /// By how much it has drifted off what pitch and speed make of depth, m.
@@ -119,7 +123,7 @@ static LADDER: [Rung; RUNGS] = {
         rung(R::PitchExceeded,   StopAndRise, |_| 3.0,  |f, l| f.pitch_rad.abs() > l.pitch_max_rad),
         rung(R::SpeedExceeded,   StopAndRise, |_| 5.0,  |f, l| f.speed_mps.abs() > l.speed_max_mps),
         rung(R::NoWater,         StopAndRise, |l| l.dive_time_max_s, |f, _| f.leg_depth_m >= DIVE_M && f.pressure_m < SURFACED_M),
-        rung(R::OutsideFence,    StopAndRise, |_| 3.0,  |f, l| distance_m([0.0; 2], f.position_m) > l.fence_radius_m),
+        rung(R::OutsideFence,    StopAndRise, |_| 3.0,  |f, l| f.outside_polygon || distance_m([0.0; 2], f.position_m) > l.fence_radius_m),
         rung(R::LegTooLong,      StopAndRise, |_| 0.0,  |f, l| f.leg_s > l.leg_time_factor * f.leg_expected_s + LEG_SPARE_S),
         rung(R::DegradedTooLong, StopAndRise, |l| l.degraded_time_max_s, |f, _| f.degraded),
         rung(R::BatteryLow,      Return,      |_| 10.0, |f, l| !f.returning && f.charge_percent.is_some_and(|p| p < l.battery_min_percent)),
@@ -166,18 +170,19 @@ impl Safety {
     }
 }
 
-/// Whether a mission keeps the limits by itself.
+/// Whether a mission keeps its fence and the limits by itself.
 ///
 /// # Errors
 /// The limit that it breaks.
-pub fn check_mission(mission: &Mission, limits: &SafetyLimits) -> Result<(), ModeReason> {
+pub fn check_mission(mission: &Mission, fence: &Fence, limits: &SafetyLimits) -> Result<(), ModeReason> {
     let (mut before, mut time_s) = (None::<&Waypoint>, 0.0);
     for waypoint in mission.waypoints() {
         if waypoint.depth_m > limits.depth_max_m - DEPTH_MARGIN_M {
             return Err(ModeReason::TooDeep);
         }
         let place_m = [waypoint.x_m, waypoint.y_m];
-        if distance_m([0.0; 2], place_m) > limits.fence_radius_m {
+        let from_m = before.map_or(place_m, |before| [before.x_m, before.y_m]);
+        if distance_m([0.0; 2], place_m) > limits.fence_radius_m || !fence.contains_leg(from_m, place_m) {
             return Err(ModeReason::OutsideFence);
         }
         time_s += before.map_or(0.0, |before| leg_time_s([before.x_m, before.y_m], waypoint));
@@ -195,6 +200,7 @@ pub fn check_mission(mission: &Mission, limits: &SafetyLimits) -> Result<(), Mod
 /// The limit that speaks against it.
 pub fn check_start(
     mission: &Mission,
+    fence: &Fence,
     place_m: Option<[f64; 2]>,
     leak: bool,
     charge_percent: Option<f64>,
@@ -206,13 +212,13 @@ pub fn check_start(
     if charge_percent.is_some_and(|percent| percent < limits.battery_min_percent) {
         return Err(ModeReason::BatteryLow);
     }
-    check_mission(mission, limits)?;
-    match (place_m, mission.waypoints().first()) {
-        (Some(place_m), Some(first)) if distance_m(place_m, [first.x_m, first.y_m]) > limits.first_leg_max_m => {
-            Err(ModeReason::FirstLegTooLong)
-        }
-        _ => Ok(()),
+    check_mission(mission, fence, limits)?;
+    let Some((place_m, first)) = place_m.zip(mission.waypoints().first()) else { return Ok(()) };
+    let first_m = [first.x_m, first.y_m];
+    if distance_m(place_m, first_m) > limits.first_leg_max_m {
+        return Err(ModeReason::FirstLegTooLong);
     }
+    if fence.contains_leg(place_m, first_m) { Ok(()) } else { Err(ModeReason::OutsideFence) }
 }
 
 /// Time of a leg by its length and speed, s.
@@ -237,6 +243,7 @@ mod tests {
         pitch_rad: -0.05,
         speed_mps: 1.0,
         position_m: [100.0, 50.0],
+        outside_polygon: false,
         depth_jump_m: 0.0,
         depth_drift_m: 0.5,
         has_fix: false,
@@ -277,6 +284,7 @@ mod tests {
             (Facts { speed_mps: 4.1, ..GOOD }, 50, ModeReason::SpeedExceeded, StopAndRise),
             (Facts { pressure_m: 0.1, ..GOOD }, 1200, ModeReason::NoWater, StopAndRise),
             (Facts { position_m: [9_000.0, 9_000.0], ..GOOD }, 30, ModeReason::OutsideFence, StopAndRise),
+            (Facts { outside_polygon: true, ..GOOD }, 30, ModeReason::OutsideFence, StopAndRise),
             (Facts { leg_s: 3_061.0, ..GOOD }, 0, ModeReason::LegTooLong, StopAndRise),
             (Facts { degraded: true, ..GOOD }, 18_000, ModeReason::DegradedTooLong, StopAndRise),
             (Facts { charge_percent: Some(9.0), ..GOOD }, 100, ModeReason::BatteryLow, Return),
@@ -288,8 +296,8 @@ mod tests {
         for (facts, steps, reason, action) in cases {
             assert_eq!(verdict_on(&facts), Some((steps, reason, action)), "{facts:?}");
         }
-        // every rung was met, the bottom's twice
-        assert_eq!(cases.len(), RUNGS + 1);
+        // every rung was met, the bottom's and the fence's twice
+        assert_eq!(cases.len(), RUNGS + 2);
     }
 
     #[test]
@@ -332,7 +340,7 @@ mod tests {
             mission
         };
         let first = Waypoint { x_m: 0.0, y_m: 0.0, depth_m: 3.0, speed_mps: 1.0 };
-        let check = |waypoints: &[Waypoint]| check_mission(&mission(waypoints), &LIMITS);
+        let check = |waypoints: &[Waypoint]| check_mission(&mission(waypoints), &Fence::new(), &LIMITS);
         assert_eq!(check(&[first, Waypoint { x_m: 1000.0, ..first }]), Ok(()));
         assert_eq!(check(&[Waypoint { depth_m: 99.5, ..first }]), Err(ModeReason::TooDeep));
         assert_eq!(check(&[first, Waypoint { y_m: -10_001.0, ..first }]), Err(ModeReason::OutsideFence));
@@ -340,11 +348,24 @@ mod tests {
         assert_eq!(check(&[first, far, first, far, first, far]), Err(ModeReason::MissionTooLong));
 
         let ready = mission(&[first]);
-        let start = |place_m, leak, charge| check_start(&ready, place_m, leak, charge, &LIMITS);
+        let start = |place_m, leak, charge| check_start(&ready, &Fence::new(), place_m, leak, charge, &LIMITS);
         assert_eq!(start(None, false, None), Ok(()));
         assert_eq!(start(Some([1_999.0, 0.0]), false, Some(10.0)), Ok(()));
         assert_eq!(start(Some([2_001.0, 0.0]), false, Some(10.0)), Err(ModeReason::FirstLegTooLong));
         assert_eq!(start(None, true, None), Err(ModeReason::Leak));
         assert_eq!(start(None, false, Some(9.9)), Err(ModeReason::BatteryLow));
+
+        // a triangle around the first waypoint, open to the south of it
+        let mut fence = Fence::new();
+        for corner_m in [[-20.0, 0.0], [50.0, -50.0], [50.0, 50.0]] {
+            fence.push(corner_m).unwrap();
+        }
+        let check = |waypoints: &[Waypoint]| check_mission(&mission(waypoints), &fence, &LIMITS);
+        assert_eq!(check(&[first, Waypoint { x_m: 40.0, ..first }]), Ok(()));
+        assert_eq!(check(&[first, Waypoint { x_m: 60.0, ..first }]), Err(ModeReason::OutsideFence));
+        assert_eq!(check(&[Waypoint { x_m: -30.0, ..first }]), Err(ModeReason::OutsideFence));
+        let start = |place_m| check_start(&ready, &fence, Some(place_m), false, None, &LIMITS);
+        assert_eq!(start([40.0, 20.0]), Ok(()));
+        assert_eq!(start([-30.0, 0.0]), Err(ModeReason::OutsideFence));
     }
 }

@@ -3,11 +3,13 @@
 
 use crate::board::{Arrival, Board, Direct, Random, request_all};
 use crate::faults::{hear, last, under_way};
+use crate::flight::start;
 use crate::world::{SHIP_STATE, START_S, World, frame, modem, received, statistics};
 use backseat_app::Loss;
 use backseat_app::parameters::PARAMETERS;
 use backseat_wire::Error;
-use backseat_wire::hostlink::{Port, Refusal, ToBoard};
+use backseat_wire::abort::{Abort, EVERYBODY};
+use backseat_wire::hostlink::{Mode, ModeReason, Port, Refusal, ToBoard};
 use backseat_wire::modem::{ClockMode, FromModem};
 use backseat_wire::ship_state::{AUTHENTIC_LENGTH, Key, LENGTH, ShipState};
 
@@ -191,4 +193,108 @@ fn no_key_is_taken_under_way() {
     board.request(&ToBoard::KeySet(Key::new(KEY)));
     assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::UnderWay)));
     assert!(!board.app().parameters().app.acoustic_key.is_set());
+}
+
+/// An armed mission under way, with the key, and the UTC second of now.
+fn under_way_with_key() -> (World, Direct, u32) {
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    provision(&mut board, KEY);
+    world.key = Key::new(KEY);
+    world.run(&mut board, 8);
+    start(&mut board);
+    world.run(&mut board, 30);
+    assert!(last(&mut board).leg.is_some());
+    let second = utc_s(&mut board);
+    (world, board, second)
+}
+
+fn utc_s(board: &mut Direct) -> u32 {
+    (last(board).utc_us / 1_000_000) as u32
+}
+
+/// Sends one payload as a packet; true when the frontseat is told to stop in the same step.
+fn hear_abort(world: &mut World, board: &mut Direct, payload: &[u8]) -> bool {
+    world.silent[Port::Modem as usize] = true;
+    let time_us = last(board).time_us + 10_000;
+    let arrival = Arrival { port: Port::Modem, time_us, bytes: packet(payload, time_us).concat() };
+    let [to_frontseat, ..] = board.step(time_us + 1, &[], &[arrival]);
+    world.advance(board);
+    String::from_utf8_lossy(&to_frontseat).contains("OMSTOP")
+}
+
+#[test]
+fn an_authentic_abort_ends_the_mission_and_nothing_else() {
+    let (mut world, mut board, second) = under_way_with_key();
+    let settings = *board.app().parameters();
+    let key = Key::new(KEY);
+    let abort = Abort { destination: 2, transmit_s: second };
+    // another vehicle's, with another key, too old, of tomorrow, of before this mission: nothing
+    let refused = [
+        Abort { destination: 3, ..abort }.emit_authentic(&key),
+        abort.emit_authentic(&Key::new([9; 16])),
+        Abort { transmit_s: second - 25, ..abort }.emit_authentic(&key).map(|mut old| {
+            old[13] ^= 1;
+            old
+        }),
+        Abort { transmit_s: second - 40, ..abort }.emit_authentic(&key),
+        Abort { transmit_s: second + 86_400, ..abort }.emit_authentic(&key),
+    ];
+    for payload in refused {
+        assert!(!hear_abort(&mut world, &mut board, &payload.unwrap()));
+        world.run(&mut board, 2);
+        assert!(last(&mut board).leg.is_some() && world.stops == 0, "{payload:?}");
+    }
+    assert!(hear_abort(&mut world, &mut board, &abort.emit_authentic(&key).unwrap()), "in the same step");
+    let record = last(&mut board);
+    assert_eq!((record.mode, record.reason, record.leg), (Mode::Safe, ModeReason::Aborted, None));
+    world.run(&mut board, 3);
+    assert_eq!(world.stops, 1, "and again, until it is acknowledged");
+    assert_eq!(*board.app().parameters(), settings);
+    // the recording, played again in the next mission
+    world.run(&mut board, 5);
+    request_all(&mut board, &[ToBoard::MissionStart]);
+    world.run(&mut board, 3);
+    for destination in [2, EVERYBODY] {
+        let recorded = Abort { destination, ..abort }.emit_authentic(&key).unwrap();
+        assert!(!hear_abort(&mut world, &mut board, &recorded));
+        world.run(&mut board, 2);
+        assert!(last(&mut board).leg.is_some(), "{destination}");
+    }
+    // a new one to everybody
+    let abort = Abort { destination: EVERYBODY, transmit_s: utc_s(&mut board) };
+    hear_abort(&mut world, &mut board, &abort.emit_authentic(&key).unwrap());
+    assert_eq!(last(&mut board).reason, ModeReason::Aborted);
+}
+
+#[test]
+fn without_a_key_there_is_no_abort() {
+    let (mut world, mut board) = under_way();
+    world.run(&mut board, 5);
+    let abort = Abort { destination: 2, transmit_s: utc_s(&mut board) };
+    hear_abort(&mut world, &mut board, &abort.emit_authentic(&Key::new(KEY)).unwrap());
+    world.run(&mut board, 2);
+    assert!(last(&mut board).leg.is_some());
+}
+
+/// A mission that waits for its first fix is disarmed, and an abort at rest changes nothing that is shown.
+#[test]
+fn an_abort_disarms_a_mission_that_waits() {
+    let key = Key::new(KEY);
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    provision(&mut board, KEY);
+    // attitude is missing, UTC is not
+    world.silent[Port::Ahrs as usize] = true;
+    world.run(&mut board, 8);
+    let abort = |board: &mut Direct| Abort { destination: 2, transmit_s: utc_s(board) }.emit_authentic(&key).unwrap();
+    let payload = abort(&mut board);
+    hear_abort(&mut world, &mut board, &payload);
+    assert_ne!(last(&mut board).reason, ModeReason::Aborted, "there is no mission");
+    start(&mut board);
+    world.run(&mut board, 2);
+    let payload = abort(&mut board);
+    hear_abort(&mut world, &mut board, &payload);
+    assert_eq!(last(&mut board).reason, ModeReason::Aborted);
+    world.silent[Port::Ahrs as usize] = false;
+    world.run(&mut board, 10);
+    assert_eq!((last(&mut board).leg, world.servos), (None, 0));
 }

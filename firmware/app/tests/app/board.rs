@@ -48,6 +48,7 @@ pub struct Heard {
     /// Answers to requests; `Ok` is anything that is no refusal.
     pub answers: Vec<Result<(), Refusal>>,
     pub parameters: Vec<(String, f64)>,
+    pub corners_m: Vec<[f64; 2]>,
     pub waypoints: Vec<Option<Waypoint>>,
     pub restarts: Vec<Restart>,
     pub health: Option<Health>,
@@ -88,6 +89,7 @@ impl Listener {
                 FromBoard::Ship(ship) => heard.ships.push(ship),
                 FromBoard::Fault(report) => heard.faults.push(report),
                 FromBoard::Estimates(estimates) => heard.estimates.push(estimates),
+                FromBoard::Fence { corner_m, .. } => heard.corners_m.extend(corner_m),
                 FromBoard::Key { set } => {
                     heard.answers.push(Ok(()));
                     heard.keys.push(set);

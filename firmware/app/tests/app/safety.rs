@@ -274,3 +274,72 @@ fn lasting_degradation_ends_the_mission() {
     until_ended(&mut world, &mut board, 600, |_, _| {});
     stopped(&mut world, &mut board, ModeReason::DegradedTooLong);
 }
+
+fn put_fenced(board: &mut Direct, waypoints: &[Waypoint], corners_m: &[[f64; 2]]) -> Option<Result<(), Refusal>> {
+    request_all(board, &[ToBoard::MissionBegin { count: waypoints.len() as u16 }]);
+    for (index, waypoint) in (0..).zip(waypoints) {
+        request_all(board, &[ToBoard::MissionItem { index, waypoint: *waypoint }]);
+    }
+    for (index, corner_m) in (0..).zip(corners_m) {
+        request_all(board, &[ToBoard::FenceCorner { index, count: corners_m.len() as u8, corner_m: *corner_m }]);
+    }
+    board.request(&ToBoard::MissionCommit);
+    board.heard().answers.pop()
+}
+
+/// Around [`LONG`], with room for its start at x = -30 m.
+const FENCE: [[f64; 2]; 4] = [[-60.0, -50.0], [2100.0, -50.0], [2100.0, 50.0], [-60.0, 50.0]];
+
+#[test]
+fn a_polygon_is_kept_at_upload_at_start_and_under_way() {
+    let outside = Some(Err(Refusal::Unsafe(ModeReason::OutsideFence)));
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    world.run(&mut board, 10);
+    // at upload: a waypoint outside; a leg across a notch between two that are inside; what is no polygon
+    let near = FENCE.map(|[x_m, y_m]| [x_m.min(1000.0), y_m]);
+    assert_eq!(put_fenced(&mut board, &LONG, &near), outside);
+    let notched = [FENCE[0], FENCE[1], FENCE[2], [1000.0, 50.0], [990.0, -10.0], [980.0, 50.0], FENCE[3]];
+    assert_eq!(put_fenced(&mut board, &LONG, &notched), outside);
+    assert_eq!(put_fenced(&mut board, &LONG, &FENCE[..2]), Some(Err(Refusal::Fence)));
+    board.request(&ToBoard::MissionStart);
+    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::Fence)), "there is no mission");
+    // at start: the vehicle itself is outside
+    let ahead = FENCE.map(|[x_m, y_m]| [x_m.max(-25.0), y_m]);
+    assert_eq!(put_fenced(&mut board, &LONG, &ahead), Some(Ok(())));
+    board.request(&ToBoard::MissionStart);
+    assert_eq!(board.heard().answers.pop(), outside);
+    // under way: a current that sets in carries it across the edge before it is known
+    let narrow = FENCE.map(|[x_m, y_m]| [x_m, y_m.min(8.0)]);
+    let surfaced = Waypoint { x_m: 1900.0, y_m: 5.0, depth_m: 0.0, speed_mps: 1.0 };
+    assert_eq!(put_fenced(&mut board, &[surfaced], &narrow), Some(Ok(())));
+    (0..5).for_each(|index| board.request(&ToBoard::FenceGet { index }));
+    assert_eq!(board.heard().corners_m, narrow);
+    request_all(&mut board, &[ToBoard::MissionStart]);
+    world.run(&mut board, 60);
+    assert_eq!(shown(&mut board), (Mode::Navigating, ModeReason::Nominal));
+    until_ended(&mut world, &mut board, 120, |world, _| world.x[Y] += 0.05);
+    stopped(&mut world, &mut board, ModeReason::OutsideFence);
+    assert!((8.0..20.0).contains(&world.x[Y]), "{} m", world.x[Y]);
+}
+
+/// The straight way home across a headland is none: the vehicle stops instead.
+#[test]
+fn a_way_home_that_leaves_the_fence_is_not_flown() {
+    let leg = |x_m, y_m| Waypoint { x_m, y_m, depth_m: 3.0, speed_mps: 1.0 };
+    // out along x, around the headland's tip at (20, 30), and back on its other side
+    let legs = [leg(40.0, 5.0), leg(40.0, 55.0), leg(-60.0, 55.0)];
+    let corners_m =
+        [[-100.0, -20.0], [80.0, -20.0], [80.0, 90.0], [-100.0, 90.0], [-100.0, 31.0], [20.0, 30.0], [-100.0, 29.0]];
+    let (mut world, mut board) = (World::new(), Direct::new(None));
+    parameters(&mut board, &[("app.power_rate_hz", 0.1)]);
+    world.run(&mut board, 10);
+    assert_eq!(put_fenced(&mut board, &legs, &corners_m), Some(Ok(())));
+    request_all(&mut board, &[ToBoard::MissionStart]);
+    while last(&mut board).leg != Some(2) || world.x[X] > 0.0 {
+        world.run(&mut board, 1);
+        assert!(last(&mut board).leg.is_some(), "{:?}", shown(&mut board));
+    }
+    world.charge_percent = 5.0;
+    until_ended(&mut world, &mut board, 30, |_, _| {});
+    stopped(&mut world, &mut board, ModeReason::BatteryLow);
+}

@@ -10,6 +10,9 @@ pub const MAX_CHUNKS: usize = 32;
 /// Most pulse-per-second edges one [`Step`] may carry.
 pub const MAX_PPS: usize = 2;
 
+/// Most corners of a mission's fence.
+pub const MAX_FENCE_CORNERS: usize = 32;
+
 /// A serial port of the backseat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -155,6 +158,8 @@ pub enum ModeReason {
     ContactLost,
     /// No precise clock for too long.
     ClockLost,
+    /// The ship's acoustic abort.
+    Aborted,
 }
 
 /// Why the board started.
@@ -329,6 +334,8 @@ pub enum Refusal {
     Relaxes,
     /// What was asked for is not safe.
     Unsafe(ModeReason),
+    /// The fence is no simple polygon: fewer than three corners, or two of its edges meet.
+    Fence,
 }
 
 /// PC to board.
@@ -393,6 +400,21 @@ pub enum ToBoard<'a> {
     KeyBegin,
     /// The key of the acoustic payloads; none switches authentication off. Nothing ever gives it back.
     KeySet(Key),
+    /// The next corner of the fence of the mission on its way in: between `MissionBegin` and `MissionCommit`. A mission
+    /// without them has no polygon.
+    FenceCorner {
+        /// Its position, from 0.
+        index: u8,
+        /// How many there are, at most [`MAX_FENCE_CORNERS`].
+        count: u8,
+        /// North and east, m.
+        corner_m: [f64; 2],
+    },
+    /// Ask for one corner of the stored mission's fence.
+    FenceGet {
+        /// Its position, from 0.
+        index: u8,
+    },
 }
 
 /// Board to PC.
@@ -445,4 +467,13 @@ pub enum FromBoard<'a> {
     Fault(FaultReport),
     /// Every ten seconds while the robust filter runs.
     Estimates(Estimates),
+    /// Answer to `FenceGet`.
+    Fence {
+        /// Its position.
+        index: u8,
+        /// How many there are; 0: no polygon.
+        count: u8,
+        /// North and east, m; `None` when there is no such.
+        corner_m: Option<[f64; 2]>,
+    },
 }

@@ -13,6 +13,6 @@ pub use identification::{
     Identification, MAX_ESTIMATES, Visibility,
 };
 pub use messages::{
-    Chunk, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_PPS, Mode, ModeReason, Oscillator, ParameterInfo, Port,
-    Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    Chunk, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, Oscillator,
+    ParameterInfo, Port, Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
 };

@@ -48,6 +48,8 @@ fn every_message_survives() {
         ToBoard::MissionGet { index: 3 },
         ToBoard::MissionStart,
         ToBoard::MissionStop,
+        ToBoard::FenceCorner { index: 31, count: 32, corner_m: [-100_000.0, 0.1] },
+        ToBoard::FenceGet { index: 31 },
     ];
     let info = ParameterInfo {
         index: 1,
@@ -73,6 +75,7 @@ fn every_message_survives() {
         }),
         FromBoard::Parameter(info),
         FromBoard::Mission { index: 0, count: 0, waypoint: None },
+        FromBoard::Fence { index: 31, count: 32, corner_m: Some([-100_000.0, 0.1]) },
         FromBoard::Done,
         FromBoard::Refused(Refusal::UnderWay),
         FromBoard::Health(Health {

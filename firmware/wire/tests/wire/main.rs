@@ -1,5 +1,6 @@
 //! Every protocol against the vectors (`../vectors`, see the README there), literal bytes, and hostile input.
 
+mod abort;
 mod hostlink;
 mod val_dvl;
 mod val_gps;

@@ -13,7 +13,7 @@ use anyhow::{Context, anyhow, bail};
 use backseat_core::control::mission::MAX_WAYPOINTS;
 use backseat_core::parameters::Inconsistent;
 use backseat_data::console::Progress;
-use backseat_wire::hostlink::{FromBoard, Health, Refusal, Restart, Telemetry, ToBoard, Waypoint};
+use backseat_wire::hostlink::{FromBoard, Health, MAX_FENCE_CORNERS, Refusal, Restart, Telemetry, ToBoard, Waypoint};
 use backseat_wire::ship_state::Key;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -224,11 +224,39 @@ impl Board {
         }
     }
 
-    /// Replaces the mission, whole or not at all.
-    pub fn set_mission(&mut self, waypoints: &[Waypoint]) -> anyhow::Result<()> {
-        let count = waypoints.len();
-        let sent = self.client.set_mission(waypoints);
+    /// The corners of the stored mission's fence, north and east, m; none without a polygon, and from firmware that knows
+    /// none.
+    pub fn fence(&mut self) -> anyhow::Result<Vec<[f64; 2]>> {
+        let mut corners_m = Vec::new();
+        loop {
+            let wanted = u8::try_from(corners_m.len())?;
+            // firmware that does not know this request stays silent; it does know the next one
+            let sent = self.client.send(&ToBoard::FenceGet { index: wanted });
+            sent.map_err(|error| self.failed(&error))?;
+            let mut answer = None;
+            self.ask(&ToBoard::MissionGet { index: u16::MAX }, |message| match message {
+                FromBoard::Fence { index, corner_m, .. } if index == wanted => {
+                    answer = corner_m;
+                    None
+                }
+                FromBoard::Mission { index, .. } => (index == u16::MAX).then_some(()),
+                _ => None,
+            })?;
+            let Some(corner_m) = answer else { return Ok(corners_m) };
+            corners_m.push(corner_m);
+        }
+    }
+
+    /// Replaces mission and fence, whole or not at all.
+    pub fn set_mission(&mut self, waypoints: &[Waypoint], corners_m: &[[f64; 2]]) -> anyhow::Result<()> {
+        let (count, corners) = (waypoints.len(), corners_m.len());
+        let sent = self.client.set_fenced_mission(waypoints, corners_m);
         match sent {
+            Err(BackseatError::Refused { .. }) if corners > MAX_FENCE_CORNERS => {
+                bail!(
+                    "a fence of {corners} corners; a board stores {MAX_FENCE_CORNERS} at most, and has no mission now"
+                )
+            }
             Err(BackseatError::Refused { .. }) if count > MAX_WAYPOINTS => {
                 bail!("{count} waypoints; a board stores {MAX_WAYPOINTS} at most, and has no mission now")
             }

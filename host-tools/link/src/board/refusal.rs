@@ -25,6 +25,7 @@ pub fn reason(refusal: Refusal) -> String {
              (backseat mission stop), or the simulator did not begin with time zero"
         }
         Refusal::Relaxes => "a safety limit may only become stricter while a mission runs or is armed",
+        Refusal::Fence => "the fence is no simple polygon: fewer than three corners, or two of its edges meet",
         Refusal::Unsafe(cause) => {
             return format!("not safe by the limits of its section safety: {}", mode_reason(cause));
         }
@@ -58,7 +59,7 @@ pub const fn mode_reason(reason: ModeReason) -> &'static str {
         ModeReason::PitchExceeded => "pitches too much (safety.pitch_max_rad)",
         ModeReason::SpeedExceeded => "too fast (safety.speed_max_mps)",
         ModeReason::NoWater => "does not dive: no water? (safety.dive_time_max_s)",
-        ModeReason::OutsideFence => "outside the fence (safety.fence_radius_m)",
+        ModeReason::OutsideFence => "outside the fence (safety.fence_radius_m, or the mission's [fence])",
         ModeReason::FirstLegTooLong => "first waypoint too far away (safety.first_leg_max_m)",
         ModeReason::LegTooLong => "the leg takes too long (safety.leg_time_factor)",
         ModeReason::MissionTooLong => "the mission is too long (safety.mission_time_max_s)",
@@ -66,5 +67,6 @@ pub const fn mode_reason(reason: ModeReason) -> &'static str {
         ModeReason::DegradedTooLong => "degraded for too long (safety.degraded_time_max_s)",
         ModeReason::ContactLost => "no acoustic range for too long (safety.contact_time_max_s)",
         ModeReason::ClockLost => "precise clock lost (safety.clock_time_max_s)",
+        ModeReason::Aborted => "the ship's acoustic abort",
     }
 }

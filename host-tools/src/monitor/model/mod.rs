@@ -274,7 +274,11 @@ impl Model {
                 self.note(severity, text);
             }
             // Answers to another program.
-            FromBoard::StepDone(_) | FromBoard::Done | FromBoard::Refused(_) | FromBoard::Key { .. } => {}
+            FromBoard::StepDone(_)
+            | FromBoard::Done
+            | FromBoard::Refused(_)
+            | FromBoard::Fence { .. }
+            | FromBoard::Key { .. } => {}
         }
     }
 

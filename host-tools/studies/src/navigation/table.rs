@@ -119,7 +119,8 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
             ]);
         }
         let _ = writeln!(text, "{table}");
-        let cut = runs.iter().flat_map(|(seed, run)| run.cut_short.iter().map(move |how| format!("seed {seed}, {how}")));
+        let cut =
+            runs.iter().flat_map(|(seed, run)| run.cut_short.iter().map(move |how| format!("seed {seed}, {how}")));
         let cut: Vec<String> = cut.collect();
         if !cut.is_empty() {
             let _ = writeln!(text, "\nNot flown to the end: {}.", cut.join("; "));

@@ -23,6 +23,7 @@ use backseat_core::navigation::{
     Sensor, nees_position, nees_vehicle,
 };
 use backseat_core::state::VehicleState;
+use backseat_wire::abort::Abort;
 use backseat_wire::ahrs::{gx3, mip, os5000::Os5000};
 use backseat_wire::calendar::{Date, DateTime, TimeOfDay};
 use backseat_wire::dvl::{DvlSample, pd0, pd4, pd6};
@@ -32,7 +33,7 @@ use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::iver::{FromFrontseat, ToFrontseat, Units};
 use backseat_wire::modem::{ClockEncoding, ClockMode, DopplerSign, FromModem, ToModem};
 use backseat_wire::nmea::{Checksum, Framer, MAX_SENTENCE, Sentence};
-use backseat_wire::ship_state::ShipState;
+use backseat_wire::ship_state::{Key, ShipState};
 use backseat_wire::{Decimal, hex};
 use core::convert::Infallible;
 use core::hint::black_box as opaque;
@@ -389,6 +390,9 @@ fn frames(bytes: &[u8]) {
     opaque(mip::emit_stream(opaque(true), &mut buffer).is_ok());
     if let Ok(ship) = ShipState::parse(bytes) {
         opaque(opaque(ship).emit().is_ok());
+    }
+    if let Ok(abort) = Abort::parse_authentic(bytes, &opaque(Key::new([1; 16]))) {
+        opaque(opaque(abort).emit_authentic(&opaque(Key::new([2; 16]))).is_ok());
     }
     host_frames(bytes, &mut buffer);
 }
