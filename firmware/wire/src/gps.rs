@@ -1,4 +1,4 @@
-//! `$GPRMC` and `$GPGGA`, of any talker.
+//! `$GPRMC`, `$GPGGA`, `$GPGST` and `$HEHDT`, of any talker.
 
 use crate::calendar::{Date, DateTime, TimeOfDay, two};
 use crate::nmea::{Emitter, Fields, Sentence, within};
@@ -42,6 +42,24 @@ pub struct Gga {
     pub altitude_m: Option<f64>,
     /// Geoid above the ellipsoid, m.
     pub geoid_m: Option<f64>,
+}
+
+/// Pseudorange error statistics: how good the receiver believes its position to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Gst {
+    /// UTC time of day of the fix.
+    pub time: Option<TimeOfDay>,
+    /// One sigma of the latitude and of the longitude, m; `None` without a fix.
+    pub sigma_m: Option<[f64; 2]>,
+}
+
+/// True heading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Hdt {
+    /// Clockwise from true north, rad; `None` while the compass has none.
+    pub heading_rad: Option<f64>,
 }
 
 impl Rmc {
@@ -157,6 +175,73 @@ impl Gga {
         emitter.optional_number(self.altitude_m, 3)?.text("M")?;
         emitter.optional_number(self.geoid_m, 3)?.text("M")?;
         emitter.blank()?.blank()?;
+        emitter.finish()
+    }
+}
+
+impl Gst {
+    /// Reads the sentence.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] for another sentence; [`Error::Missing`], [`Error::Malformed`], [`Error::OutOfRange`] by
+    /// field.
+    pub fn parse(sentence: &Sentence<'_>) -> Result<Self, Error> {
+        if !is_talker(sentence, b"GST") {
+            return Err(Error::Unknown);
+        }
+        let mut fields = sentence.fields();
+        let time = fields.optional(TimeOfDay::parse)?;
+        // RMS of the residuals, and the error ellipse's two axes and direction
+        for _ in 0..4 {
+            fields.raw();
+        }
+        let mut sigma_m = || match fields.optional_number()? {
+            Some(sigma_m) => within(sigma_m, 0.0, 1.0e6).map(Some),
+            None => Ok(None),
+        };
+        let (latitude, longitude) = (sigma_m()?, sigma_m()?);
+        Ok(Self { time, sigma_m: latitude.zip(longitude).map(|(latitude, longitude)| [latitude, longitude]) })
+    }
+
+    /// Writes `$GPGST` with its line end.
+    ///
+    /// # Errors
+    /// [`Error::BufferFull`], [`Error::OutOfRange`].
+    pub fn emit<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
+        let mut emitter = Emitter::new(buffer, "GPGST")?;
+        write_time(&mut emitter, self.time)?;
+        emitter.blank()?.blank()?.blank()?.blank()?;
+        for sigma_m in self.sigma_m.map_or([None; 2], |sigma_m| sigma_m.map(Some)) {
+            emitter.optional_number(sigma_m, 3)?;
+        }
+        emitter.blank()?;
+        emitter.finish()
+    }
+}
+
+impl Hdt {
+    /// Reads the sentence.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] for another sentence; [`Error::Malformed`], [`Error::OutOfRange`] by field.
+    pub fn parse(sentence: &Sentence<'_>) -> Result<Self, Error> {
+        if !is_talker(sentence, b"HDT") {
+            return Err(Error::Unknown);
+        }
+        let heading_rad = match sentence.fields().optional_number()? {
+            Some(heading) => Some(radians(within(heading, 0.0, 360.0)?)),
+            None => None,
+        };
+        Ok(Self { heading_rad })
+    }
+
+    /// Writes `$HEHDT` with its line end.
+    ///
+    /// # Errors
+    /// [`Error::BufferFull`], [`Error::OutOfRange`].
+    pub fn emit<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
+        let mut emitter = Emitter::new(buffer, "HEHDT")?;
+        emitter.optional_number(self.heading_rad.map(degrees), 2)?.text("T")?;
         emitter.finish()
     }
 }

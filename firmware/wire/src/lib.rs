@@ -10,7 +10,7 @@
 //! | Iver frontseat | | [`iver::FromFrontseat`], [`iver::ToFrontseat`], [`gps`] through [`nmea::Framer`] |
 //! | DVL | [`dvl::pd0`], [`dvl::pd4`] (also PD5) | [`dvl::pd6`] |
 //! | AHRS | [`ahrs::gx3`], [`ahrs::mip`] | [`ahrs::os5000`] |
-//! | WHOI Micro-Modem | payload [`ship_state`] | [`modem::FromModem`], [`modem::ToModem`] |
+//! | WHOI Micro-Modem | payloads [`ship_state`], [`vehicle_state`] | [`modem::FromModem`], [`modem::ToModem`] |
 //! | PC | [`hostlink`] | |
 //! | memory card | [`boardlog`] | |
 //!
@@ -34,6 +34,7 @@ pub mod modem;
 pub mod nmea;
 pub mod ship_state;
 mod units;
+pub mod vehicle_state;
 mod write;
 
 pub use decimal::Decimal;

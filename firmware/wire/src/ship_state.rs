@@ -44,10 +44,10 @@ pub const VERSION: u8 = 1;
 /// Version with one.
 pub const AUTHENTIC_VERSION: u8 = 2;
 
-const CODE: usize = 4;
+pub(crate) const CODE: usize = 4;
 
 const CRC_AT: usize = LENGTH - 2;
-const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+pub(crate) const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
 /// The secret that ship and vehicle share. Its bytes cannot be read, only sent.
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -90,7 +90,7 @@ impl Key {
         SipHasher24::new_with_key(&self.0).hash(message)
     }
 
-    fn code(&self, payload: &[u8]) -> [u8; CODE] {
+    pub(crate) fn code(&self, payload: &[u8]) -> [u8; CODE] {
         (self.hash(payload) as u32).to_le_bytes()
     }
 }

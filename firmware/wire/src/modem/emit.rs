@@ -1,6 +1,6 @@
 use super::{Addresses, Cycle, FlexibleReceived, Fragment, FromModem, Setting, ToModem, UserBits};
 use crate::Error;
-use crate::calendar::{DateTime, TimeOfDay};
+use crate::calendar::{DateTime, TimeOfDay, write_date};
 use crate::nmea::Emitter;
 
 impl FromModem<'_> {
@@ -43,6 +43,14 @@ impl FromModem<'_> {
                 e.decimal(*speed)?;
             }
             Self::Statistics(statistics) => statistics.write(&mut e)?,
+            Self::TransmitStatistics(statistics) => {
+                if let Some(version) = statistics.version {
+                    e.unsigned(version)?;
+                }
+                e.field(|writer| write_date(statistics.time.date, writer))?;
+                time(&mut e, statistics.time.time, 6)?;
+                e.unsigned(statistics.clock.0)?.unsigned(statistics.mode)?;
+            }
             Self::TimeOfArrival { time: arrival, clock } => {
                 time(&mut e, arrival.to_tenth_ms(), 4)?;
                 e.unsigned(clock.0)?;
@@ -118,6 +126,7 @@ impl FromModem<'_> {
             Self::DataQuality { .. } => "CADQF",
             Self::Doppler(_) => "CADOP",
             Self::Statistics(_) => "CACST",
+            Self::TransmitStatistics(_) => "CAXST",
             Self::TimeOfArrival { .. } => "CATOA",
             Self::Message { .. } => "CAMSG",
             Self::Error(_) => "CAERR",

@@ -104,6 +104,8 @@ pub enum FromModem<'a> {
     Doppler(Decimal),
     /// `$CACST`: reception statistics, with the time of arrival.
     Statistics(ReceptionStatistics),
+    /// `$CAXST`: transmit statistics, with the time of the transmission.
+    TransmitStatistics(TransmitStatistics),
     /// `$CATOA`: time of arrival, ahead of its data.
     TimeOfArrival {
         /// Time.
@@ -299,6 +301,20 @@ pub struct ErrorReport<'a> {
     pub number: i32,
     /// Explanation, perhaps none.
     pub text: &'a str,
+}
+
+/// `$CAXST,version,date,time,clock,mode,…`; later fields are not read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct TransmitStatistics {
+    /// Leading version number, `None` in the oldest form.
+    pub version: Option<u8>,
+    /// When the transmission began.
+    pub time: DateTime,
+    /// Clock mode.
+    pub clock: ClockMode,
+    /// 0 good.
+    pub mode: u8,
 }
 
 /// `$CAMPR`.

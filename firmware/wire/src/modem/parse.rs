@@ -1,9 +1,9 @@
 use super::{
     Acknowledged, Addresses, ClockMode, Cycle, Data, DataRequest, DataTaken, ErrorReport, Flexible, FlexibleReceived,
     FlexibleTaken, Fragment, FromModem, MAX_FRAGMENTS, Payload, PingReply, PingReply2, RATES, Received,
-    ReceptionStatistics, Revision, Setting, TimeReport, ToModem, UserBits,
+    ReceptionStatistics, Revision, Setting, TimeReport, ToModem, TransmitStatistics, UserBits,
 };
-use crate::calendar::{Date, DateTime, TimeOfDay};
+use crate::calendar::{Date, DateTime, TimeOfDay, parse_date};
 use crate::nmea::{Fields, Sentence, parse_flag, parse_integer};
 use crate::{Decimal, Error, hex};
 
@@ -49,6 +49,7 @@ impl<'a> FromModem<'a> {
             b"CADQF" => Ok(Self::DataQuality { quality: f.integer()?, packet_type: f.integer()? }),
             b"CADOP" => Ok(Self::Doppler(f.decimal()?)),
             b"CACST" => Ok(Self::Statistics(ReceptionStatistics::parse(&mut f)?)),
+            b"CAXST" => transmit_statistics(&mut f),
             b"CATOA" => Ok(Self::TimeOfArrival { time: f.time()?, clock: ClockMode(f.integer()?) }),
             b"CAMSG" => Ok(Self::Message { text: some_text(&mut f)?, number: f.integer()? }),
             b"CAERR" => Ok(Self::Error(ErrorReport {
@@ -101,9 +102,8 @@ impl<'a> FromModem<'a> {
                 ],
                 time: f.time()?,
             }),
-            // Echoes and statistics of our own transmissions, a ping's arrival in two field orders, and a packet type
-            // whose layout is not public.
-            b"CACMD" | b"CACMA" | b"CARFP" | b"CAXST" | b"CAMUC" | b"CACFQ" | b"CAMSC" => Err(Error::Unhandled),
+            // Echoes, a ping's arrival in two field orders, and a packet type whose layout is not public.
+            b"CACMD" | b"CACMA" | b"CARFP" | b"CAMUC" | b"CACFQ" | b"CAMSC" => Err(Error::Unhandled),
             _ => Err(Error::Unknown),
         }
     }
@@ -199,6 +199,15 @@ fn clock(f: &mut Fields<'_>) -> Result<DateTime, Error> {
     let date = Date::new(f.integer()?, f.integer()?, f.integer()?)?;
     let time = TimeOfDay::from_parts(f.integer()?, f.integer()?, f.integer()?, 0)?;
     Ok(DateTime { date, time })
+}
+
+/// A version number of two digits at most, or at once the date.
+fn transmit_statistics<'a>(f: &mut Fields<'_>) -> Result<FromModem<'a>, Error> {
+    let first = f.some()?;
+    let (version, date) = if first.len() > 2 { (None, first) } else { (Some(parse_integer(first)?), f.some()?) };
+    let time = DateTime { date: parse_date(date)?, time: f.time()? };
+    let statistics = TransmitStatistics { version, time, clock: ClockMode(f.integer()?), mode: f.integer()? };
+    Ok(FromModem::TransmitStatistics(statistics))
 }
 
 fn user_bits(f: &mut Fields<'_>) -> Result<UserBits, Error> {

@@ -1,6 +1,8 @@
 use crate::vectors::{assert_framed_at_every_split, sentence, sentences};
 use backseat_wire::Error;
-use backseat_wire::gps::{Gga, Rmc};
+use backseat_wire::calendar::TimeOfDay;
+use backseat_wire::gps::{Gga, Gst, Hdt, Rmc};
+use backseat_wire::nmea::{Checksum, Sentence};
 
 const FILE: &str = include_str!("../vectors/gps.nmea");
 
@@ -101,4 +103,18 @@ fn refused_by_cause() {
 fn framed_at_every_split() {
     let lines: Vec<&str> = sentences(FILE).into_iter().map(|(_, line)| line).collect();
     assert_framed_at_every_split(&lines);
+}
+
+/// The example of NMEA 0183 (u-blox and Trimble manuals print it) and a gyrocompass's heading.
+#[test]
+fn val_accuracy_and_heading() {
+    let gst = Gst::parse(&sentence("$GPGST,024603.00,3.2,6.6,4.7,47.3,5.8,5.6,22.0*58")).unwrap();
+    assert_eq!(gst.sigma_m, Some([5.8, 5.6]));
+    assert_eq!(gst.time, Some(TimeOfDay::from_us(9_963_000_000)));
+    let hdt = Hdt::parse(&sentence("$HEHDT,90.00,T*26"));
+    let heading = hdt.unwrap().heading_rad.unwrap();
+    assert!((heading - core::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    let mut buffer = [0; 96];
+    let parsed = Sentence::from_line(gst.emit(&mut buffer).unwrap(), Checksum::Required).unwrap();
+    assert_eq!((Gst::parse(&parsed), Hdt::parse(&parsed)), (Ok(gst), Err(Error::Unknown)));
 }

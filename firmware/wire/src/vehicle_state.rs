@@ -1,0 +1,238 @@
+//! The vehicle's own state, as its acoustic uplink carries it.
+//!
+//! 28 bytes, little-endian, at the front of the 32-byte FSK frame, or all 32 with an authentication code. The first
+//! seven bytes and the code are those of [`crate::ship_state`].
+//!
+//! | offset | type | meaning |
+//! |---|---|---|
+//! | 0 | u8 | version, 3; with an authentication code 4 |
+//! | 1 | u8 | source, the vehicle's modem address |
+//! | 2 | u8 | sequence number, wraps |
+//! | 3 | u32 | transmit second: UTC seconds since 1970 at which the packet leaves |
+//! | 7 | i32 | latitude, 1e-7 degree |
+//! | 11 | i32 | longitude, 1e-7 degree |
+//! | 15 | i16 | velocity over ground north, mm/s |
+//! | 17 | i16 | velocity over ground east, mm/s |
+//! | 19 | u16 | depth, cm |
+//! | 21 | u16 | position accuracy (one sigma per axis), 0.1 m, rounded up; 65535: 6553.5 m or more |
+//! | 23 | u8 | velocity accuracy (one sigma per axis), 0.01 m/s, rounded up; 255: 2.55 m/s or more |
+//! | 24 | u8 | true heading, 1/256 of a turn |
+//! | 25 | u8 | bits 0 to 6: mode as in the host link; bit 7: clock and pulse of the vehicle's modem are good, so that the travel time is a range |
+//! | 26 | u16 | CRC-16/IBM-3740 over bytes 0 to 25 |
+//! | 28 | u32 | version 4 only: authentication code over bytes 0 to 27 |
+//!
+//! Position and velocity are those of the transducer at the transmit second.
+
+use crate::framer::at;
+use crate::nmea::within;
+use crate::ship_state::{CODE, CRC, Key};
+use crate::write::Writer;
+use crate::{Decimal, Error};
+use core::f64::consts::TAU;
+
+/// Bytes of the payload.
+pub const LENGTH: usize = 28;
+/// Bytes of the payload with its authentication code.
+pub const AUTHENTIC_LENGTH: usize = LENGTH + CODE;
+/// Version without an authentication code.
+pub const VERSION: u8 = 3;
+/// Version with one.
+pub const AUTHENTIC_VERSION: u8 = 4;
+
+const CRC_AT: usize = LENGTH - 2;
+const SYNCHRONOUS: u8 = 1 << 7;
+
+/// The vehicle at the time of launch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct VehicleState {
+    /// The vehicle's modem address.
+    pub source: u8,
+    /// Sequence number.
+    pub sequence: u8,
+    /// Time of launch, s since 1970 UTC.
+    pub transmit_s: u32,
+    /// Latitude and longitude, degrees, north and east positive.
+    pub position_deg: [f64; 2],
+    /// Velocity over ground, north and east, m/s.
+    pub velocity_mps: [f64; 2],
+    /// Depth of the transducer, m.
+    pub depth_m: f64,
+    /// One sigma of the position per axis, m.
+    pub position_sigma_m: f64,
+    /// One sigma of the velocity per axis, m/s.
+    pub velocity_sigma_mps: f64,
+    /// True heading, rad, [0, 2 pi).
+    pub heading_rad: f64,
+    /// Mode, as the host link numbers them; below 128.
+    pub mode: u8,
+    /// The packet left on a pulse by a clock that is set: its travel time is a range.
+    pub synchronous: bool,
+}
+
+impl VehicleState {
+    /// Reads a frame as [`Self::parse`] does, if the key is not set or its authentication code is right.
+    ///
+    /// # Errors
+    /// [`Error::Forged`] without a code, or with a wrong one; else those of [`Self::parse`].
+    pub fn parse_authentic(frame: &[u8], key: &Key) -> Result<Self, Error> {
+        let state = Self::parse(frame)?;
+        if key.is_set() {
+            let payload = frame.get(..LENGTH).ok_or(Error::Length)?;
+            let code: [u8; CODE] = at(frame, LENGTH).map_err(|_| Error::Forged)?;
+            if frame.first() != Some(&AUTHENTIC_VERSION)
+                || u32::from_le_bytes(code) != u32::from_le_bytes(key.code(payload))
+            {
+                return Err(Error::Forged);
+            }
+        }
+        Ok(state)
+    }
+
+    /// Reads the front of a frame, with or without an authentication code, which is not looked at.
+    ///
+    /// # Errors
+    /// [`Error::Length`] when shorter, [`Error::Unknown`] for another version, [`Error::Checksum`],
+    /// [`Error::OutOfRange`].
+    pub fn parse(frame: &[u8]) -> Result<Self, Error> {
+        let [version, source, sequence, ..] = *frame else { return Err(Error::Length) };
+        // a ship's packet, shorter, is not a broken one of a vehicle
+        if version != VERSION && version != AUTHENTIC_VERSION {
+            return Err(Error::Unknown);
+        }
+        let payload: &[u8; LENGTH] = frame.first_chunk().ok_or(Error::Length)?;
+        let covered = payload.get(..CRC_AT).ok_or(Error::Length)?;
+        if CRC.checksum(covered) != u16::from_le_bytes(at(payload, CRC_AT)?) {
+            return Err(Error::Checksum);
+        }
+        let angle =
+            |offset| Ok::<_, Error>(Decimal::new(i64::from(i32::from_le_bytes(at(payload, offset)?)), 7).to_f64());
+        let speed = |offset| Ok::<_, Error>(f64::from(i16::from_le_bytes(at(payload, offset)?)) / 1_000.0);
+        let whole = |offset| Ok::<_, Error>(f64::from(u16::from_le_bytes(at(payload, offset)?)));
+        let [velocity_sigma, heading, mode] = at(payload, 23)?;
+        Ok(Self {
+            source,
+            sequence,
+            transmit_s: u32::from_le_bytes(at(payload, 3)?),
+            position_deg: [within(angle(7)?, -90.0, 90.0)?, within(angle(11)?, -180.0, 180.0)?],
+            velocity_mps: [speed(15)?, speed(17)?],
+            depth_m: whole(19)? / 100.0,
+            position_sigma_m: whole(21)? / 10.0,
+            velocity_sigma_mps: f64::from(velocity_sigma) / 100.0,
+            heading_rad: f64::from(heading) * (TAU / 256.0),
+            mode: mode & !SYNCHRONOUS,
+            synchronous: mode & SYNCHRONOUS != 0,
+        })
+    }
+
+    /// The payload, rounded to its resolution, with an authentication code if the key is set; accuracies are rounded up
+    /// and saturate, so does the depth.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for what it cannot carry, [`Error::BufferFull`].
+    pub fn emit<'b>(&self, key: &Key, buffer: &'b mut [u8; AUTHENTIC_LENGTH]) -> Result<&'b [u8], Error> {
+        let mut payload = [0; LENGTH];
+        let version = if key.is_set() { AUTHENTIC_VERSION } else { VERSION };
+        self.write(version, &mut payload)?;
+        let mut writer = Writer::new(buffer);
+        writer.bytes(&payload)?;
+        if key.is_set() {
+            writer.bytes(&key.code(&payload))?;
+        }
+        Ok(writer.finish())
+    }
+
+    fn write(&self, version: u8, payload: &mut [u8; LENGTH]) -> Result<(), Error> {
+        let mut writer = Writer::new(payload);
+        writer.bytes(&[version, self.source, self.sequence])?;
+        writer.bytes(&self.transmit_s.to_le_bytes())?;
+        for (angle, limit) in self.position_deg.into_iter().zip([90.0, 180.0]) {
+            writer.bytes(&(libm::round(within(angle, -limit, limit)? * 1.0e7) as i32).to_le_bytes())?;
+        }
+        for speed in self.velocity_mps {
+            writer.bytes(&(libm::round(within(speed, -32.7, 32.7)? * 1_000.0) as i16).to_le_bytes())?;
+        }
+        // Casts saturate. Never claim to be better than is known; the margin keeps 0.3 / 0.1 at 3.
+        let upward = |value: f64, unit: f64| Ok::<_, Error>(libm::ceil(within(value, 0.0, f64::MAX)? / unit - 1.0e-9));
+        let depth_cm = libm::round(within(self.depth_m, -10.0, f64::MAX)? * 100.0) as u16;
+        writer.bytes(&depth_cm.to_le_bytes())?;
+        writer.bytes(&(upward(self.position_sigma_m, 0.1)? as u16).to_le_bytes())?;
+        writer.byte(upward(self.velocity_sigma_mps, 0.01)? as u8)?;
+        let turns = within(self.heading_rad, -TAU, TAU)? / TAU;
+        writer.byte((libm::round((turns - libm::floor(turns)) * 256.0) as u16 % 256) as u8)?;
+        let mode = if self.mode < SYNCHRONOUS { self.mode } else { return Err(Error::OutOfRange) };
+        writer.byte(mode | if self.synchronous { SYNCHRONOUS } else { 0 })?;
+        let crc = CRC.checksum(writer.written());
+        writer.bytes(&crc.to_le_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ship_state::ShipState;
+
+    const STATE: VehicleState = VehicleState {
+        source: 2,
+        sequence: 250,
+        transmit_s: 1_748_952_060,
+        position_deg: [41.5, -70.7],
+        velocity_mps: [1.0, -0.25],
+        depth_m: 3.0,
+        position_sigma_m: 0.31,
+        velocity_sigma_mps: 0.02,
+        heading_rad: TAU / 4.0,
+        mode: 4,
+        synchronous: true,
+    };
+
+    /// Every byte by hand from the table above: 1748952060 = 0x683EE3FC, 41.5e7 = 0x18BC6EC0, -70.7e7 = -0x2A24_1780.
+    #[test]
+    fn val_the_layout_is_the_tables() {
+        let mut buffer = [0; AUTHENTIC_LENGTH];
+        let bytes = STATE.emit(&Key::NONE, &mut buffer).unwrap();
+        let mut expected: [u8; LENGTH] = [0; LENGTH];
+        let parts: [&[u8]; 10] = [
+            &[3, 2, 250],
+            &1_748_952_060_u32.to_le_bytes(),
+            &415_000_000_i32.to_le_bytes(),
+            &(-707_000_000_i32).to_le_bytes(),
+            &[0xE8, 0x03, 0x06, 0xFF], // 1000, -250
+            &[0x2C, 0x01],             // 300 cm
+            &[4, 0],                   // 0.31 m is more than 0.3
+            &[2],
+            &[64], // east
+            &[0x84],
+        ];
+        let mut at = 0;
+        for part in parts {
+            expected[at..at + part.len()].copy_from_slice(part);
+            at += part.len();
+        }
+        assert_eq!((at, &bytes[..at]), (CRC_AT, &expected[..at]));
+        assert_eq!(bytes.len(), LENGTH);
+        let read = VehicleState::parse(bytes).unwrap();
+        assert_eq!(read, VehicleState { position_sigma_m: 0.4, ..STATE });
+    }
+
+    #[test]
+    fn a_key_is_asked_for_and_a_ships_packet_is_another() {
+        let (key, other) = (Key::new([7; 16]), Key::new([8; 16]));
+        let mut buffer = [0; AUTHENTIC_LENGTH];
+        let plain = STATE.emit(&Key::NONE, &mut buffer).unwrap();
+        assert_eq!(VehicleState::parse_authentic(plain, &key), Err(Error::Forged));
+        let signed = STATE.emit(&key, &mut buffer).unwrap();
+        assert_eq!(signed.len(), AUTHENTIC_LENGTH);
+        assert!(VehicleState::parse_authentic(signed, &key).is_ok());
+        assert_eq!(VehicleState::parse_authentic(signed, &other), Err(Error::Forged));
+        // a bit of the payload, and then of the code
+        for (place, cause) in [(9, Error::Checksum), (30, Error::Forged)] {
+            let mut broken: [u8; AUTHENTIC_LENGTH] = signed.try_into().unwrap();
+            broken[place] ^= 1;
+            assert_eq!(VehicleState::parse_authentic(&broken, &key), Err(cause));
+        }
+        assert!(ShipState::parse(signed).is_err());
+        assert_eq!(VehicleState::parse(&[1; 24]), Err(Error::Unknown));
+        assert_eq!(VehicleState::parse(&[]), Err(Error::Length));
+    }
+}
