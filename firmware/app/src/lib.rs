@@ -65,6 +65,7 @@ pub use health::Health;
 pub use inputs::Loss;
 pub use pump::{PARTIAL_US, PortFailure, Progress, Pump, SILENT_US, START_US};
 pub use recorded::{Recorder, poll_recorded, record_start};
+pub use ring::Ring;
 pub use step_watch::StepWatch;
 pub use time::{STEP_US, UtcClock};
 

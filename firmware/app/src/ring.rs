@@ -9,7 +9,15 @@ pub struct Ring<const N: usize> {
     dropped: u32,
 }
 
+impl<const N: usize> Default for Ring<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<const N: usize> Ring<N> {
+    /// Nothing waits.
+    #[must_use]
     pub const fn new() -> Self {
         Self { bytes: Deque::new(), dropped: 0 }
     }
@@ -27,6 +35,7 @@ impl<const N: usize> Ring<N> {
     }
 
     /// The oldest bytes that lie in one piece.
+    #[must_use]
     pub fn front(&self) -> &[u8] {
         self.bytes.as_slices().0
     }
@@ -38,15 +47,25 @@ impl<const N: usize> Ring<N> {
         }
     }
 
+    /// How many bytes wait.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.bytes.len()
     }
 
+    /// Whether none wait.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// Forgets all of them.
     pub fn clear(&mut self) {
         self.bytes.clear();
     }
 
     /// Frames dropped because the ring was full.
+    #[must_use]
     pub fn dropped(&self) -> u32 {
         self.dropped
     }

@@ -5,38 +5,26 @@ use crate::inputs::{AcousticReport, Sample, Stamp};
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
 use backseat_wire::abort::Abort;
-use backseat_wire::modem::{FromModem, ReceptionStatistics, Setting, ToModem};
+use backseat_wire::modem::{Configuration, FromModem, ReceptionStatistics, Wanted};
 use backseat_wire::nmea::{Checksum, Framer};
 use backseat_wire::ship_state::ShipState;
 use backseat_wire::{Counts, Error};
 
 /// Latency of a clock sentence after the second it names, µs.
 const CLOCK_LATENCY_US: u64 = 300_000;
-/// Settings not confirmed are sent again after this, µs.
-const RETRY_US: u64 = 5_000_000;
-/// After a reboot the modem is left alone for this long, µs.
-const REBOOT_US: u64 = 2_000_000;
 /// Largest frame of any rate, bytes.
 const MAX_FRAME: usize = 256;
 
-/// What the modem must be set to: address, packets on the pulse, statistics, packet starts.
-const SETTINGS: [&str; 4] = ["SRC", "SNV", "CST", "RXP"];
+/// Number of settings.
+const SETTINGS: usize = 4;
 
 /// State of the modem as received, and its configuration.
 pub struct ModemLink {
     framer: Framer,
     counts: Counts,
-    configuration: Configuration,
+    configuration: Configuration<SETTINGS>,
     /// The last authentic abort.
     abort: Held<Abort>,
-}
-
-/// Which settings the modem has confirmed.
-struct Configuration {
-    confirmed: [bool; SETTINGS.len()],
-    /// The next setting to send, and when.
-    next: usize,
-    next_us: u64,
 }
 
 impl Default for ModemLink {
@@ -50,7 +38,7 @@ impl ModemLink {
         Self {
             framer: Framer::new(Checksum::Required),
             counts: Counts::new(),
-            configuration: Configuration { confirmed: [false; SETTINGS.len()], next: 0, next_us: 0 },
+            configuration: Configuration::new(),
             abort: Held::none(),
         }
     }
@@ -99,12 +87,11 @@ impl ModemLink {
                 FromModem::Statistics(statistics) => Some(from_statistics(&statistics, settings)),
                 FromModem::Message { text: "BAD_CRC", .. } => Some(AcousticReport::BadData),
                 FromModem::Setting(setting) => {
-                    self.configuration.confirm(&setting, settings);
+                    self.configuration.confirm(&setting, &wanted(settings));
                     None
                 }
                 FromModem::Revision(revision) if revision.identifier == "INIT" => {
-                    let next_us = time_us.saturating_add(REBOOT_US);
-                    self.configuration = Configuration { confirmed: [false; SETTINGS.len()], next: 0, next_us };
+                    self.configuration.restart(time_us);
                     None
                 }
                 FromModem::TimeReport(report) if report.is_synchronous() => {
@@ -121,7 +108,7 @@ impl ModemLink {
 
     /// The setting that is due, if any.
     pub fn configure<'b>(&mut self, now_us: u64, settings: &AppSettings, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
-        self.configuration.due(now_us, settings, buffer)
+        self.configuration.due(now_us, &wanted(settings), buffer)
     }
 
     /// Frames accepted and rejected by cause: the framer's, and beyond it.
@@ -130,44 +117,9 @@ impl ModemLink {
     }
 }
 
-impl Configuration {
-    fn confirm(&mut self, setting: &Setting<'_>, settings: &AppSettings) {
-        for (name, confirmed) in SETTINGS.iter().zip(&mut self.confirmed) {
-            let mut digits = [0; 3];
-            if *name == setting.name && value(name, settings, &mut digits) == setting.value {
-                *confirmed = true;
-            }
-        }
-    }
-
-    /// The setting that is due, if any: one a step, unconfirmed ones again after a while.
-    fn due<'b>(&mut self, now_us: u64, settings: &AppSettings, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
-        if now_us < self.next_us {
-            return None;
-        }
-        while let (Some(name), Some(confirmed)) = (SETTINGS.get(self.next), self.confirmed.get(self.next)) {
-            self.next += 1;
-            if !confirmed {
-                let mut digits = [0; 3];
-                let value = value(name, settings, &mut digits);
-                return ToModem::Configure(Setting { name, value }).emit(buffer).ok();
-            }
-        }
-        self.next = 0;
-        self.next_us = now_us.saturating_add(RETRY_US);
-        None
-    }
-}
-
-/// Value of a setting as text.
-fn value<'d>(name: &str, settings: &AppSettings, digits: &'d mut [u8; 3]) -> &'d str {
-    if name != "SRC" {
-        return "1";
-    }
-    let address = settings.modem_address;
-    *digits = [b'0' + address / 100, b'0' + address / 10 % 10, b'0' + address % 10];
-    let leading = digits.iter().take(2).take_while(|digit| **digit == b'0').count();
-    core::str::from_utf8(digits.get(leading..).unwrap_or_default()).unwrap_or_default()
+/// What the modem must be set to: address, packets on the pulse, statistics, packet starts.
+fn wanted(settings: &AppSettings) -> [Wanted; SETTINGS] {
+    [("SRC", settings.modem_address), ("SNV", 1), ("CST", 1), ("RXP", 1)]
 }
 
 /// What a frame may hold.

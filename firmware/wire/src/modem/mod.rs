@@ -3,11 +3,13 @@
 //! Layout from GobySoft goby3 `mm_driver`, pyacomms, ros_acomms messages and WHOI's libumutil (2009); WHOI's interface
 //! guide is not public. `CC` goes to the modem, `CA` and `SN` come from it. The checksum is optional towards the modem.
 
+mod configuration;
 mod emit;
 mod parse;
 mod payload;
 mod statistics;
 
+pub use configuration::{Configuration, Wanted};
 pub use payload::{Fragment, Payload};
 pub use statistics::{ModemTime, ReceptionStatistics};
 
