@@ -17,6 +17,8 @@ const TURN_RADPS: f64 = 0.03;
 const ROLL_RAD: f64 = 0.3;
 /// Steady: within this of the leg's depth, m.
 const LEVEL_M: f64 = 1.0;
+/// Steady: deeper than this, m. At the surface waves and buoyancy carry the vehicle, not its hull.
+const SUBMERGED_M: f64 = 1.0;
 /// Steady: faster than this, m/s. Below it a vehicle is carried by other forces than its hull's.
 const SPEED_MPS: f64 = 0.4;
 /// A leg that differs by this in speed has a constant of its own, m/s.
@@ -93,6 +95,7 @@ impl DepthWitness {
         let steady = step.surge_mps > SPEED_MPS
             && step.yaw_radps.abs() < TURN_RADPS
             && step.roll_rad.abs() < ROLL_RAD
+            && pressure_m > SUBMERGED_M
             && (pressure_m - step.leg_depth_m).abs() < LEVEL_M;
         self.steady_s = if steady { self.steady_s + dt_s } else { 0.0 };
         if (step.leg_speed_mps - self.speed_mps).abs() > SAME_SPEED_MPS {
@@ -149,6 +152,16 @@ mod tests {
         let flight = |t: f64| DepthStep { pitch_rad: if t < 200.0 { -0.04 } else { -0.0901 }, ..STEADY };
         let drift_m = drift_after(400, flight);
         assert!((drift_m - 8.5).abs() < 0.2, "{drift_m}");
+    }
+
+    /// A minute at the surface, level, at the speed of the dive that follows: nothing of it is learned.
+    #[test]
+    fn the_surface_teaches_nothing() {
+        let flight = |t: f64| match t {
+            ..60.0 => DepthStep { pressure_m: 0.1, pitch_rad: 0.0, leg_depth_m: 0.0, ..STEADY },
+            _ => STEADY,
+        };
+        assert!(drift_after(3600, flight).abs() < 1e-6);
     }
 
     #[test]
