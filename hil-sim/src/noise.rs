@@ -75,6 +75,11 @@ impl<const N: usize> Colouring<N> {
 
     /// Of white numbers of variance σ², numbers of the same variance, a share of it coloured.
     pub fn mix(&mut self, white: [f64; N], sigma: f64, time_us: u64) -> [f64; N] {
+        self.mix_axes(white, [sigma; N], time_us)
+    }
+
+    /// The same of numbers with a standard deviation each.
+    pub fn mix_axes(&mut self, white: [f64; N], sigma: [f64; N], time_us: u64) -> [f64; N] {
         let dt_s = self.last_us.map_or(0.0, |last| (time_us - last) as f64 * 1e-6);
         self.last_us = Some(time_us);
         let kept = libm::exp(-dt_s / self.colour.tau_s);
@@ -83,7 +88,7 @@ impl<const N: usize> Colouring<N> {
             *state = kept * *state + fresh * self.random.normal();
         }
         let (plain, coloured) = ((1.0 - self.colour.share).sqrt(), self.colour.share.sqrt());
-        core::array::from_fn(|i| plain * white[i] + coloured * sigma * self.state[i])
+        core::array::from_fn(|i| plain * white[i] + coloured * sigma[i] * self.state[i])
     }
 }
 

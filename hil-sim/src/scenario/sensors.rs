@@ -54,9 +54,12 @@ pub struct Ahrs {
     /// Time of the first sample, s; the defaults keep sensors from sampling all at once.
     #[serde(deserialize_with = "quantity::delay")]
     pub offset_s: f64,
-    /// One sigma of each angle, rad; else `sensors.attitude_rad`.
+    /// One sigma of roll, pitch, and heading if it has none of its own, rad; else `sensors.attitude_rad`.
     #[serde(deserialize_with = "quantity::non_negative")]
     pub attitude_sigma_rad: Option<f64>,
+    /// One sigma of heading, rad; else `attitude_sigma_rad`, or `sensors.heading_rad` without one.
+    #[serde(deserialize_with = "quantity::non_negative")]
+    pub heading_sigma_rad: Option<f64>,
     /// One sigma of each rate, rad/s; else `sensors.rates_radps`.
     #[serde(deserialize_with = "quantity::non_negative")]
     pub rates_sigma_radps: Option<f64>,
@@ -64,7 +67,14 @@ pub struct Ahrs {
 
 impl Default for Ahrs {
     fn default() -> Self {
-        Self { fitted: true, rate_hz: 3.0, offset_s: 0.05, attitude_sigma_rad: None, rates_sigma_radps: None }
+        Self {
+            fitted: true,
+            rate_hz: 3.0,
+            offset_s: 0.05,
+            attitude_sigma_rad: None,
+            heading_sigma_rad: None,
+            rates_sigma_radps: None,
+        }
     }
 }
 

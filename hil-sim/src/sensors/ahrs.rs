@@ -7,13 +7,14 @@ use crate::rng::{Source, Stream};
 use crate::scenario;
 use crate::scenario::effects::Instruments;
 use crate::truth::{VehicleTruth, mounting};
+use backseat_core::navigation::SensorNoise;
 
 /// Euler angles and body rates with noise, and the errors of compass, pitch sensor and gyros.
 #[derive(Clone, Debug)]
 pub(super) struct Ahrs {
     pub(super) sampler: Sampler,
     random: Stream,
-    attitude_sigma_rad: f64,
+    attitude_sigma_rad: [f64; 3],
     rates_sigma_radps: f64,
     colouring: Option<[Colouring<3>; 2]>,
     instruments: Instruments,
@@ -25,18 +26,20 @@ pub(super) struct Ahrs {
 impl Ahrs {
     pub(super) fn new(
         settings: &scenario::Ahrs,
-        declared: [f64; 2],
+        declared: &SensorNoise,
         instruments: &Instruments,
         turn_rad: [f64; 3],
         noise: NoiseKind,
         seed: u64,
     ) -> Self {
         let colouring = |source| noise.colour(Colour::AHRS).map(|colour| Colouring::new(colour, seed, source));
+        let mut angles = settings.attitude_sigma_rad.map_or(declared.angles_rad(), |sigma| [sigma; 3]);
+        angles[2] = settings.heading_sigma_rad.unwrap_or(angles[2]);
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Ahrs),
-            attitude_sigma_rad: noise.factor() * settings.attitude_sigma_rad.unwrap_or(declared[0]),
-            rates_sigma_radps: noise.factor() * settings.rates_sigma_radps.unwrap_or(declared[1]),
+            attitude_sigma_rad: angles.map(|sigma| noise.factor() * sigma),
+            rates_sigma_radps: noise.factor() * settings.rates_sigma_radps.unwrap_or(declared.rates_radps),
             colouring: colouring(Source::AttitudeColour).zip(colouring(Source::RatesColour)).map(|(a, r)| [a, r]),
             instruments: *instruments,
             turn_rad,
@@ -54,10 +57,11 @@ impl Ahrs {
             let [first, second] = [compass.first, compass.second];
             let bias = compass.constant + first[0] * sin + first[1] * cos + second[0] * sin2 + second[1] * cos2;
             let heading = self.lag(vehicle.time_us, heading);
-            let mut angle = self.random.normals::<3>(self.attitude_sigma_rad);
+            let unit = self.random.normals::<3>(1.0);
+            let mut angle: [f64; 3] = core::array::from_fn(|axis| self.attitude_sigma_rad[axis] * unit[axis]);
             let mut rate = self.random.normals::<3>(self.rates_sigma_radps);
             if let Some([attitude, rates]) = &mut self.colouring {
-                angle = attitude.mix(angle, self.attitude_sigma_rad, vehicle.time_us);
+                angle = attitude.mix_axes(angle, self.attitude_sigma_rad, vehicle.time_us);
                 rate = rates.mix(rate, self.rates_sigma_radps, vehicle.time_us);
             }
             let ([pitch_bias, pitch_scale], gyro) = (self.instruments.pitch, self.instruments.gyro_radps);

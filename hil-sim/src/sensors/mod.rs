@@ -70,14 +70,7 @@ impl Sensors {
                 kind,
                 seed,
             ),
-            ahrs: ahrs::Ahrs::new(
-                &sensors.ahrs,
-                [noise.attitude_rad, noise.rates_radps],
-                instruments,
-                installation.ahrs_turn_rad,
-                kind,
-                seed,
-            ),
+            ahrs: ahrs::Ahrs::new(&sensors.ahrs, noise, instruments, installation.ahrs_turn_rad, kind, seed),
             dvl: dvl::Dvl::new(
                 &sensors.dvl,
                 noise.dvl_mps,

@@ -101,6 +101,7 @@ impl NavigationConfig {
         sensors: SensorNoise {
             depth_m: 0.06,
             attitude_rad: 0.017_453_292_519_943_295,
+            heading_rad: 0.0,
             rates_radps: 0.008_726_646_259_971_648,
             dvl_mps: 0.01,
             range_m: 1.0,
@@ -137,6 +138,7 @@ impl NavigationConfig {
         sensors: SensorNoise {
             depth_m: 0.0,
             attitude_rad: 0.0,
+            heading_rad: 0.0,
             rates_radps: 0.0,
             dvl_mps: 0.0,
             range_m: 0.0,

@@ -60,7 +60,7 @@ impl Filter {
         out.clear();
         match measurement {
             Measurement::Depth { z_m } => meas_depth::observe(x, *z_m, sigma.depth_m, out),
-            Measurement::Attitude { euler_rad } => meas_attitude::observe(x, euler_rad, sigma.attitude_rad, out),
+            Measurement::Attitude { euler_rad } => meas_attitude::observe(x, euler_rad, &sigma.angles_rad(), out),
             Measurement::Rates { rates_radps } => meas_rates::observe(x, rates_radps, sigma.rates_radps, out),
             Measurement::BottomTrack { velocity_mps } => meas_dvl::observe_bottom(x, velocity_mps, sigma.dvl_mps, out),
             Measurement::WaterTrack { velocity_mps } => meas_dvl::observe_water(x, velocity_mps, sigma.dvl_mps, out),

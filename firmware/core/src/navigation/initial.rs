@@ -66,7 +66,8 @@ impl InitialState {
         };
         // The biases of the compass add to the uncertainty of the heading.
         let heading = config.effect_states.heading_sigma_rad();
-        let heading_sigma = libm::sqrt(sensors.attitude_rad * sensors.attitude_rad + heading * heading);
+        let [roll_sigma, pitch_sigma, compass_sigma] = sensors.angles_rad();
+        let heading_sigma = libm::sqrt(compass_sigma * compass_sigma + heading * heading);
         let assemble = |position: [f64; 3], euler: [f64; 3], nu: [f64; 3], omega: [f64; 3]| {
             let mut x = VehicleState::zeros();
             for (i, part) in [position, euler, nu, omega].into_iter().enumerate() {
@@ -78,7 +79,7 @@ impl InitialState {
             state: assemble([fix_m[0], fix_m[1], depth_m], euler_rad, velocity, rates_radps),
             sigma: assemble(
                 [fix_sigma_m, fix_sigma_m, sensors.depth_m],
-                [sensors.attitude_rad, sensors.attitude_rad, heading_sigma],
+                [roll_sigma, pitch_sigma, heading_sigma],
                 velocity_sigma,
                 [sensors.rates_radps; 3],
             ),

@@ -7,8 +7,8 @@ use super::estimate::Estimate;
 use super::observation::Observations;
 use crate::state::{PHI, wrap_angle};
 
-pub(super) fn observe(x: &Estimate, euler_rad: &[f64; 3], sigma_rad: f64, out: &mut Observations) {
-    for (i, angle) in euler_rad.iter().enumerate() {
+pub(super) fn observe(x: &Estimate, euler_rad: &[f64; 3], sigma_rad: &[f64; 3], out: &mut Observations) {
+    for (i, (angle, sigma_rad)) in euler_rad.iter().zip(sigma_rad).enumerate() {
         out.add_direct(PHI + i, wrap_angle(angle - x.get(PHI + i)), sigma_rad * sigma_rad);
     }
 }

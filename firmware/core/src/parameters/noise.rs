@@ -33,8 +33,10 @@ impl ProcessNoise {
 pub struct SensorNoise {
     /// Depth, m.
     pub depth_m: f64,
-    /// Roll, pitch, heading, rad.
+    /// Roll, pitch, and heading if it has none of its own, rad.
     pub attitude_rad: f64,
+    /// Heading, rad; 0: that of roll and pitch.
+    pub heading_rad: f64,
     /// p, q, r, rad/s.
     pub rates_radps: f64,
     /// DVL velocity per axis, m/s.
@@ -47,4 +49,13 @@ pub struct SensorNoise {
     pub gnss_m: f64,
     /// GNSS of the ship per axis, m.
     pub ship_gnss_m: f64,
+}
+
+impl SensorNoise {
+    /// Of roll, pitch and heading, rad.
+    #[must_use]
+    pub fn angles_rad(&self) -> [f64; 3] {
+        let heading_rad = if self.heading_rad > 0.0 { self.heading_rad } else { self.attitude_rad };
+        [self.attitude_rad, self.attitude_rad, heading_rad]
+    }
 }

@@ -135,6 +135,7 @@ pub const NOISE: &[Row<ProcessNoise>] = &[
 pub const SENSORS: &[Row<SensorNoise>] = &[
     row!(real "sensors.depth_m", "sigma_z", "m", [1.0e-4, 10.0], "Noise of depth.", depth_m),
     row!(real "sensors.attitude_rad", "sigma_phi", "rad", [1.0e-5, 0.5], "Noise of roll, pitch, heading.", attitude_rad),
+    row!(real "sensors.heading_rad", "sigma_psi", "rad", [0.0, 0.5], "Noise of heading, where it differs from that of roll and pitch; 0: it does not.", heading_rad),
     row!(real "sensors.rates_radps", "sigma_omega", "rad/s", [1.0e-6, 0.5], "Noise of p, q, r.", rates_radps),
     row!(real "sensors.dvl_mps", "sigma_d", "m/s", [1.0e-4, 1.0], "Noise of the DVL's velocity per axis.", dvl_mps),
     row!(real "sensors.range_m", "sigma_rho", "m", [1.0e-3, 100.0], "Noise of the acoustic range.", range_m),

@@ -314,7 +314,10 @@ impl Track<'_> {
             out.push(direct(2, 1, sensors.depth_m));
         }
         if due(AHRS_STEPS) {
-            out.push(direct(3, 3, sensors.attitude_rad));
+            out.push(Measured {
+                variances: sensors.angles_rad().map(|sigma| sigma * sigma).to_vec(),
+                ..direct(3, 3, 1.0)
+            });
             let rates = |y: &DVector<f64>| as_vector(motion::rates_by_euler_rates(&part(y, 3)) * part(y, 9));
             out.push(Measured {
                 gradient: motion::gradient(rates, &y, &[3, 4, 9, 10, 11]),

@@ -289,7 +289,9 @@ impl<'a> World<'a> {
             self.row(time_us).set(Column::Depth, depth_m);
         }
         if due(AHRS_STEPS) {
-            let angle = self.random.ahrs.normals::<3>(sensors.attitude_rad);
+            let angle = self.random.ahrs.normals::<3>(1.0);
+            let sigma = sensors.angles_rad();
+            let angle: [f64; 3] = core::array::from_fn(|axis| sigma[axis] * angle[axis]);
             let rate = self.random.ahrs.normals::<3>(sensors.rates_radps);
             let euler_rad = core::array::from_fn(|i| libm::remainder(x[3 + i] + angle[i], std::f64::consts::TAU));
             let rates_radps = core::array::from_fn(|i| x[9 + i] + rate[i]);

@@ -139,7 +139,7 @@ impl Deif {
         }
         for (axis, angle) in row.attitude_rad().into_iter().flatten().enumerate() {
             let here = self.point[PHI + axis];
-            self.information.know(PHI + axis, [here + wrap_angle(angle - here)], sensors.attitude_rad);
+            self.information.know(PHI + axis, [here + wrap_angle(angle - here)], sensors.angles_rad()[axis]);
         }
         for (axis, rate) in row.rates_radps().into_iter().flatten().enumerate() {
             self.information.know(P + axis, [rate], sensors.rates_radps);
