@@ -2,7 +2,7 @@
 
 use crate::observation::ShipReport;
 use crate::rng::{Source, Stream};
-use crate::scenario::Ship;
+use crate::scenario::{Ship, ShipTrack};
 use std::f64::consts::TAU;
 
 /// Periods of the three waves of the wander, as multiples of the scenario's wander period;
@@ -18,8 +18,8 @@ pub struct ShipTruth {
     pub velocity_mps: [f64; 2],
 }
 
-/// The ship's true motion, known in closed form at any time: a circle at constant speed, clockwise
-/// seen from above, and three slow waves per axis of random phase.
+/// The ship's true motion, known in closed form at any time: its track at constant speed, and three slow waves per
+/// axis of random phase.
 #[derive(Clone, Debug)]
 pub struct ShipMotion {
     settings: Ship,
@@ -39,9 +39,30 @@ impl ShipMotion {
     #[must_use]
     pub fn at(&self, time_s: f64) -> ShipTruth {
         let s = &self.settings;
-        let (sin, cos) = libm::sincos(s.bearing_rad + s.speed_mps * time_s / s.radius_m);
+        let turned_rad = if s.track == ShipTrack::Circle { s.speed_mps * time_s / s.radius_m } else { 0.0 };
+        let (sin, cos) = libm::sincos(s.bearing_rad + turned_rad);
         let mut position_m = [s.centre_m[0] + s.radius_m * cos, s.centre_m[1] + s.radius_m * sin];
-        let mut velocity_mps = [-s.speed_mps * sin, s.speed_mps * cos];
+        let mut velocity_mps = [0.0; 2];
+        let along = match s.track {
+            ShipTrack::Circle => {
+                velocity_mps = [-s.speed_mps * sin, s.speed_mps * cos];
+                None
+            }
+            ShipTrack::Station => None,
+            ShipTrack::Drift => Some((s.speed_mps * time_s, s.speed_mps)),
+            ShipTrack::Line => {
+                let way_m = libm::fmod(s.speed_mps * time_s, 2.0 * s.length_m);
+                let is_out = way_m < s.length_m;
+                Some(if is_out { (way_m, s.speed_mps) } else { (2.0 * s.length_m - way_m, -s.speed_mps) })
+            }
+        };
+        if let Some((way_m, speed_mps)) = along {
+            let (sin, cos) = libm::sincos(s.course_rad);
+            for (axis, part) in [cos, sin].into_iter().enumerate() {
+                position_m[axis] += way_m * part;
+                velocity_mps[axis] = speed_mps * part;
+            }
+        }
         // Each wave has a third of the variance; a sinusoid's is half its squared amplitude.
         let amplitude = s.wander_m * libm::sqrt(2.0 / 3.0);
         for axis in 0..2 {
@@ -147,6 +168,21 @@ mod tests {
         // A quarter turn from north is east of the centre, heading south. Rounding of 600 m.
         assert!((quarter.position_m[0] - 500.0).abs() < 1e-10 && (quarter.position_m[1] - 1050.0).abs() < 1e-10);
         assert!((quarter.velocity_mps[0] + 2.0).abs() < 1e-12 && quarter.velocity_mps[1].abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_line_is_steamed_to_and_fro_and_a_station_kept() {
+        let circle = Ship { wander_m: 0.0, radius_m: 100.0, centre_m: [0.0; 2], ..Ship::default() };
+        let east = Ship { course_rad: 0.25 * TAU, length_m: 300.0, ..circle };
+        let at = |track: ShipTrack, time_s: f64| ShipMotion::new(&Ship { track, ..east }, 1).at(time_s);
+        let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9;
+        // 100 m north of the centre, 2 m/s: after 100 s 200 m out, after 200 s 200 m out on the way back.
+        let (out, back) = (at(ShipTrack::Line, 100.0), at(ShipTrack::Line, 200.0));
+        assert!(near(out.position_m, [100.0, 200.0]) && near(out.velocity_mps, [0.0, 2.0]), "{out:?}");
+        assert!(near(back.position_m, [100.0, 200.0]) && near(back.velocity_mps, [0.0, -2.0]), "{back:?}");
+        assert!(near(at(ShipTrack::Drift, 200.0).position_m, [100.0, 400.0]));
+        let kept = at(ShipTrack::Station, 500.0);
+        assert!(near(kept.position_m, [100.0, 0.0]) && near(kept.velocity_mps, [0.0; 2]), "{kept:?}");
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub use effects::{Effect, Effects, Physics, Request};
 pub use installation::Installation;
 pub use limits::{End, Limits};
 pub use mission::{Fence, Lawnmower, Line, Mission, MissionWaypoint};
-pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, Slot, Start};
+pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, ShipTrack, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
 use crate::faults::Fault;

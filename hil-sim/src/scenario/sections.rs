@@ -126,23 +126,46 @@ impl Default for Current {
     }
 }
 
-/// `[ship]`: constant speed on a circle, clockwise seen from above, plus a small wander.
+/// How the ship moves, before its wander.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ShipTrack {
+    /// On the circle about the centre, clockwise seen from above.
+    #[default]
+    Circle,
+    /// It keeps its station, or is moored: at rest where the circle would begin. A buoy's swing is a large wander.
+    Station,
+    /// It drifts from there on a straight course.
+    Drift,
+    /// It steams to and fro from there, along a line on its course.
+    Line,
+}
+
+/// `[ship]`: constant speed on a track, plus a small wander.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Ship {
+    /// How it moves.
+    pub track: ShipTrack,
+    /// Course of a drift or a line, rad.
+    #[serde(deserialize_with = "quantity::angle")]
+    pub course_rad: f64,
+    /// Length of a line, m.
+    #[serde(deserialize_with = "quantity::positive")]
+    pub length_m: f64,
     /// Centre of the circle, north and east, m.
     #[serde(deserialize_with = "quantity::coordinate")]
     pub centre_m: [f64; 2],
-    /// Radius of the circle, m.
+    /// Radius of the circle, m; of the other tracks the distance of their start from the centre.
     #[serde(deserialize_with = "quantity::positive")]
     pub radius_m: f64,
-    /// Speed along the circle, m/s.
+    /// Speed along the track, m/s.
     #[serde(deserialize_with = "quantity::speed")]
     pub speed_mps: f64,
     /// Bearing of the ship from the centre at time zero, rad.
     #[serde(deserialize_with = "quantity::angle")]
     pub bearing_rad: f64,
-    /// Standard deviation of the wander about the circle, per axis, m.
+    /// Standard deviation of the wander about the track, per axis, m.
     #[serde(deserialize_with = "quantity::non_negative")]
     pub wander_m: f64,
     /// Period of the wander, s.
@@ -159,6 +182,9 @@ pub struct Ship {
 impl Default for Ship {
     fn default() -> Self {
         Self {
+            track: ShipTrack::Circle,
+            course_rad: 0.0,
+            length_m: 1000.0,
             centre_m: [500.0, 450.0],
             radius_m: 600.0,
             speed_mps: 2.0,
