@@ -1,5 +1,6 @@
 //! `backseat`: the lab's one command-line tool, one module per subcommand.
 
+mod bench;
 mod board;
 mod check;
 mod diagnose;
@@ -57,6 +58,7 @@ enum Command {
     Navigate(navigate::Args),
     Diagnose(diagnose::Args),
     Identify(identify::Args),
+    Bench(bench::Args),
     Record(record::Args),
     Replay(replay::Args),
     Export(export::Args),
@@ -112,6 +114,7 @@ fn main() -> ExitCode {
         Command::Navigate(args) => navigate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Identify(args) => identify::run(&args),
+        Command::Bench(args) => bench::run(&args).map(Outcome::from),
         Command::Record(args) => record::run(&args).map(Outcome::from),
         Command::Replay(args) => replay::run(&args).map(Outcome::from),
         Command::Export(args) => export::run(&args).map(Outcome::from),

@@ -45,6 +45,7 @@ fn every_command_has_help_an_example_and_json() {
         "navigate",
         "diagnose",
         "identify",
+        "bench",
         "reproduce",
         "record",
         "replay",
