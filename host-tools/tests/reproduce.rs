@@ -58,7 +58,7 @@ fn an_unknown_item_is_refused_with_what_there_is() {
     let output = reproduce(Path::new("."), &["table-9.9"]);
     assert_eq!(output.status.code(), Some(2));
     let message = String::from_utf8_lossy(&output.stderr);
-    for id in ["table-4.15", "figures-2.2-2.12", "pd-lqr", CHEAP] {
+    for id in ["table-4.15", "figures-2.2-2.6", "closed-loop-models", CHEAP] {
         assert!(message.contains(id), "{message}");
     }
     assert_eq!(reproduce(Path::new("."), &[CHEAP, "--runs", "0"]).status.code(), Some(2));

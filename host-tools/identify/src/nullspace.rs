@@ -187,29 +187,53 @@ pub fn nullspace(
     (theta, SVector::from_fn(|i, _| eigen.eigenvalues[order[i]]))
 }
 
-/// NBLS of the thesis.
+/// NBLS of the thesis as it comes out, inside no box: parameters may have any size and sign. `accelerations` are
+/// measured ones of every sample (u, v, w, p, q, r, m/s² and rad/s²); without them velocities are differentiated. All
+/// signals pass a filter of `cutoff_hz` without phase. The parameter `known` of the prior sets the scale.
+///
+/// # Errors
+/// If the prior is unusable.
+pub fn unbounded(
+    data: &IdentificationData,
+    accelerations: Option<&[Vector6<f64>]>,
+    prior: &VehicleParameters,
+    known: usize,
+    cutoff_hz: f64,
+) -> Result<Extended, IdentifyError> {
+    let model = VehicleModel::new(prior).map_err(IdentifyError::Prior)?;
+    let mut normal = SMatrix::<f64, COLUMNS, COLUMNS>::zeros();
+    let mut from = 0;
+    for samples in data.stretches() {
+        let measured = accelerations.and_then(|all| all.get(from..from + samples.len())).map(|of_stretch| {
+            let outputs = of_stretch.iter().map(|a| Output::from_fn(|i, _| a.get(i).copied().unwrap_or(0.0)));
+            smoothing::low_pass(&outputs.collect::<Vec<_>>(), &[cutoff_hz; simulation::OUTPUTS])
+        });
+        from += samples.len();
+        for (k, mut instant) in filtered(samples, cutoff_hz, false).into_iter().enumerate() {
+            if let Some(measured) = measured.as_ref().and_then(|measured| measured.get(k + MARGIN)) {
+                instant.acceleration = measured.fixed_rows::<6>(0).into_owned();
+            }
+            let w = thesis_columns(&instant.rows(&model));
+            normal.gemm_tr(1.0, &w, &w, 1.0);
+        }
+    }
+    let column = ORDER.iter().position(|&j| j == known).unwrap_or(M11);
+    let mut values = parameters::of(prior);
+    let (theta, _) = nullspace(&normal, &unit_length(&normal), (column, values[known]));
+    for (&j, value) in ORDER.iter().zip(theta.iter()) {
+        values[j] = *value;
+    }
+    (values[B1], values[B1 + 1]) = (0.0, 0.0);
+    Ok(values)
+}
+
+/// NBLS of the thesis, kept inside the box.
 pub(crate) fn nbls(
     data: &IdentificationData,
     prior: &VehicleParameters,
     options: &Options,
 ) -> Result<Estimate, IdentifyError> {
-    let model = VehicleModel::new(prior).map_err(IdentifyError::Prior)?;
-    let mut normal = SMatrix::<f64, COLUMNS, COLUMNS>::zeros();
-    for samples in data.stretches() {
-        for instant in filtered(samples, CUTOFF_HZ, false) {
-            let w = thesis_columns(&instant.rows(&model));
-            normal.gemm_tr(1.0, &w, &w, 1.0);
-        }
-    }
-    let known = options.scale.parameter();
-    let column = ORDER.iter().position(|&j| j == known).unwrap_or(M11);
-    let declared = parameters::of(prior);
-    let (theta, _) = nullspace(&normal, &unit_length(&normal), (column, declared[known]));
-    let mut values = declared;
-    for (&j, value) in ORDER.iter().zip(theta.iter()) {
-        values[j] = *value;
-    }
-    (values[B1], values[B1 + 1]) = (0.0, 0.0);
+    let values = unbounded(data, None, prior, options.scale.parameter(), CUTOFF_HZ)?;
     Ok(boxed(Method::Nbls, data, prior, options, values))
 }
 

@@ -7,6 +7,7 @@ pub mod consistency;
 mod diagnosis_accuracy;
 mod ensemble;
 pub mod fault_table;
+pub mod geometry;
 pub mod identification;
 pub mod navigation;
 pub mod packet_navigation;
@@ -48,6 +49,10 @@ pub enum Study {
     #[command(after_help = "Example:
   backseat studies adoption --runs 20 --first-seed 301 --out docs/results/adoption.md")]
     Adoption(EnsembleArgs),
+    /// Where the ship is, against the error of the position and its observability
+    #[command(after_help = "Example:
+  backseat studies geometry --runs 5 --out docs/results/geometry.md")]
+    Geometry(EnsembleArgs),
     /// Packet-fed, centralized and information filter on one flight
     PacketNavigation(packet_navigation::Args),
     /// Is the filter's covariance right: normalised errors and innovations, and the Cramér-Rao bound, over an ensemble
@@ -71,6 +76,7 @@ impl Study {
         match self {
             Self::Navigation(arguments) => navigation::run(arguments),
             Self::Adoption(arguments) => adoption::run(arguments),
+            Self::Geometry(arguments) => geometry::run(arguments),
             Self::PacketNavigation(arguments) => packet_navigation::run(arguments),
             Self::Consistency(arguments) => consistency::run_command(arguments),
             Self::DiagnosisAccuracy(arguments) => diagnosis_accuracy::run(arguments),

@@ -28,6 +28,47 @@ pub struct Cell {
     pub runs: usize,
 }
 
+/// How the medians of an item compare with print.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// Cells with a printed number.
+    pub cells: usize,
+    /// Rows of the cells whose median is above the printed number, a row a cell.
+    pub above: Vec<String>,
+}
+
+impl Verdict {
+    /// Of an item and our table of it; an error that none of the runs has is above print.
+    pub fn of(item: &Item, ours: &Table) -> Self {
+        let mut verdict = Self::default();
+        for (row, cells) in &ours.rows {
+            let Some(printed) = item.printed.of(row) else { continue };
+            for (cell, printed) in cells.iter().zip(printed) {
+                if printed.is_finite() && cell.runs > 0 {
+                    verdict.cells += 1;
+                    if cell.median.is_nan() || cell.median > printed {
+                        verdict.above.push((*row).to_owned());
+                    }
+                }
+            }
+        }
+        verdict
+    }
+
+    /// One sentence; empty where nothing is printed.
+    pub fn text(&self) -> String {
+        match (self.cells, self.above.len()) {
+            (0, _) => String::new(),
+            (cells, 0) => format!("Our median is at or below print in all {cells} cells. "),
+            (cells, above) => {
+                let mut rows = self.above.clone();
+                rows.dedup();
+                format!("Our median is above print in {above} of {cells} cells (rows {}). ", rows.join("; "))
+            }
+        }
+    }
+}
+
 /// An item's cells, row by row.
 pub struct Table {
     pub runs: usize,
@@ -102,10 +143,23 @@ impl Ensemble<'_> {
                 item.columns.iter().zip(reported.values).map(|(c, value)| (c.key.to_owned(), json!(value))).collect();
             json!({"name": reported.name, "columns": values})
         };
-        let printed: Vec<Value> = item.printed.iter().map(reported).collect();
+        let printed: Vec<Value> = item
+            .rows
+            .iter()
+            .filter_map(|row| {
+                let values = item.printed.of(row)?;
+                let values: Map<String, Value> = item
+                    .columns
+                    .iter()
+                    .zip(values)
+                    .map(|(column, value)| (column.key.to_owned(), json!(value)))
+                    .collect();
+                Some(json!({"name": row, "columns": values}))
+            })
+            .collect();
         json!({
-            "id": item.id, "title": item.title, "taken_as": item.taken_as, "conditions": item.conditions,
-            "thesis": if printed.is_empty() { Value::Null } else { printed.into() },
+            "id": item.id, "title": item.title, "thesis": item.thesis, "conditions": item.conditions,
+            "printed": printed,
             "independent": item.independent.iter().map(reported).collect::<Vec<_>>(),
             "runs": table.runs, "rows": rows, "differs": item.differs,
         })
@@ -141,6 +195,9 @@ impl Cell {
             return format!("{} of {}", self.holds, self.runs);
         }
         let failed = self.runs - self.finite;
+        if self.finite == 0 {
+            return format!("none in {failed}");
+        }
         let failed = if failed == 0 { String::new() } else { format!("; none in {failed} of {}", self.runs) };
         let (low, high) = self.interval;
         format!("{} ({} to {}{failed})", short(self.median), short(low), short(high))

@@ -1,5 +1,6 @@
-//! A table or figure of the thesis: rows and columns of one of our studies, beside the printed figures.
+//! A table or figure of the thesis: rows and columns of one of our studies, beside what is printed.
 
+use super::printed;
 use super::studies::Study;
 
 /// Tables, figures or sections of the thesis, by number.
@@ -40,6 +41,32 @@ pub struct Reported {
     pub values: &'static [f64],
 }
 
+/// What the thesis prints of an item's rows.
+#[derive(Clone, Copy, Debug)]
+pub enum Printed {
+    /// No number.
+    Nothing,
+    /// Numbers of some rows.
+    Values(&'static [Reported]),
+    /// Numbers of some rows, below which the text says that the results stay.
+    Below(&'static [Reported]),
+    /// An error table, by its number.
+    Errors(&'static str),
+}
+
+impl Printed {
+    /// Numbers of a row, in the order of the columns; NaN where there is none.
+    pub fn of(&self, row: &str) -> Option<Vec<f64>> {
+        match self {
+            Self::Nothing => None,
+            Self::Values(rows) | Self::Below(rows) => {
+                rows.iter().find(|reported| reported.name == row).map(|reported| reported.values.to_vec())
+            }
+            Self::Errors(table) => printed::errors(table, row),
+        }
+    }
+}
+
 /// Curves of an item's rows over time, medians over the ensemble.
 #[derive(Clone, Copy, Debug)]
 pub struct Curves {
@@ -55,15 +82,16 @@ pub struct Item {
     pub id: &'static str,
     pub title: &'static str,
     pub covers: &'static [Covers],
-    /// Our reading of its contents; the thesis itself was not at hand.
-    pub taken_as: &'static str,
+    /// What the thesis shows there and says of it.
+    pub thesis: &'static str,
+    /// The printed conditions, and in brackets what is ours because the thesis does not say.
     pub conditions: &'static str,
     pub study: &'static Study,
     /// Rows of the study.
     pub rows: &'static [&'static str],
     pub columns: &'static [Column],
-    /// The thesis' printed figures; empty where they are not at hand.
-    pub printed: &'static [Reported],
+    /// The thesis' numbers.
+    pub printed: Printed,
     /// Results of an independent implementation of the thesis' equations.
     pub independent: &'static [Reported],
     pub curves: &'static [Curves],

@@ -8,6 +8,7 @@ mod ensemble;
 mod item;
 mod markdown;
 mod page;
+mod printed;
 mod registry;
 mod studies;
 mod text;
@@ -26,7 +27,7 @@ const EXAMPLES: &str = "\
 Examples:
   backseat reproduce --report out              everything, ten runs each; resumes if it was interrupted
   backseat reproduce table-4.15 --runs 20      one table
-  backseat reproduce figure-3.5 pd-lqr --json
+  backseat reproduce figure-3.5 table-4.12 --json
 
 Every run is simulated anew from its seed: seeds 1 to N. With --report finished runs are kept in
 DIR/runs.jsonl, and the same command resumes there; Ctrl-C stops the runs under way and reports the finished ones.
@@ -71,7 +72,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             output::check(path, existing(args))?;
         }
     }
-    let interrupted = run_and_keep("reproduce", &pending, &store, |seed, study| (study.run)(seed))?;
+    let interrupted = run_and_keep("reproduce", &pending, &store, |seed, study| study.run(seed))?;
     let ensemble = Ensemble { items: &items, runs: args.runs, store: &store };
     if let Some(path) = &page {
         write(args, path, &page::html(&ensemble))?;

@@ -1,6 +1,6 @@
 //! The tables and plots as a page.
 
-use super::ensemble::Ensemble;
+use super::ensemble::{Ensemble, Verdict};
 use super::item::Item;
 use super::text::{grid, seeds, summary};
 use backseat_data::report::plots::{self, Bar, BarPlot, ErrorPlot, Scale, Series};
@@ -13,8 +13,8 @@ pub fn html(ensemble: &Ensemble<'_>) -> String {
         ensemble.runs
     );
     let mut report = Report::new("The thesis' tables and figures, reproduced", verdict).text(
-        "The thesis itself was not at hand: each item states how it was read, and printed figures appear where they were \
-         handed down. Independent rows are of an independent implementation of the thesis' corrected equations.",
+        "Each item is simulated under its printed conditions; what the thesis does not say stands in brackets. Independent rows \
+         are of another implementation of the thesis' corrected equations.",
     );
     if items > 1 {
         report = report.table(table("Summary", &summary(ensemble)));
@@ -23,14 +23,14 @@ pub fn html(ensemble: &Ensemble<'_>) -> String {
         let ours = ensemble.table(item);
         report = report
             .section(&format!("{}: {}", item.id, item.title))
-            .text(&format!("Taken as: {}.", item.taken_as))
+            .text(&format!("Thesis: {}", item.thesis))
             .table(table(
                 &format!("Median (middle 95 % of the runs); runs: {}", seeds(ensemble, &ours)),
                 &grid(item, &ours),
             ));
         report = plots(report, ensemble, item);
-        let printed = if item.printed.is_empty() { "The thesis' printed figures are not at hand. " } else { "" };
-        report = report.text(&format!("{printed}{}", item.differs)).text(&format!("Conditions: {}", item.conditions));
+        let verdict = Verdict::of(item, &ours).text();
+        report = report.text(&format!("{verdict}{}", item.differs)).text(&format!("Conditions: {}", item.conditions));
     }
     let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
     let version = format!("{}, build {}", env!("CARGO_PKG_VERSION"), ensemble.store.build());
@@ -54,7 +54,8 @@ fn plots(mut report: Report, ensemble: &Ensemble<'_>, item: &Item) -> Report {
             .filter_map(|(name, cells)| Some((name, cells.first()?)))
             .map(|(name, cell)| Bar { name, value: cell.median, interval: Some(cell.interval) })
             .collect();
-        let printed = item.printed.first().and_then(|row| Some((row.name, *row.values.first()?)));
+        let first = item.rows.first().and_then(|row| Some((*row, *item.printed.of(row)?.first()?)));
+        let printed = first.filter(|(_, value)| value.is_finite());
         let figure = plots::bars(&BarPlot { x_label: column.header, bars: &bars, reference: printed });
         report = report.figure(&format!("{}: median and middle 95 % of the runs.", column.header), figure);
     }

@@ -1,7 +1,7 @@
 //! Tables for the terminal.
 
-use super::ensemble::{Cell, Ensemble, Table, short};
-use super::item::{Item, Reported};
+use super::ensemble::{Cell, Ensemble, Table, Verdict, short};
+use super::item::{Item, Printed, Reported};
 use std::fmt::Write as _;
 
 /// Every item in full, or (`brief`) a line each.
@@ -17,14 +17,11 @@ pub fn tables(ensemble: &Ensemble<'_>, brief: bool) -> String {
     for item in ensemble.items {
         let table = ensemble.table(item);
         let _ = writeln!(out, "{}: {}\n", item.id, item.title);
-        let _ = writeln!(out, "taken as    {}", item.taken_as);
+        let _ = writeln!(out, "thesis      {}", item.thesis);
         let _ = writeln!(out, "conditions  {}", item.conditions);
         let _ = writeln!(out, "runs        {}; median (middle 95 % of the runs)\n", seeds(ensemble, &table));
         out += &aligned(&grid(item, &table));
-        if item.printed.is_empty() {
-            out += "the thesis' printed figures are not at hand\n";
-        }
-        let _ = writeln!(out, "{}\n", item.differs);
+        let _ = writeln!(out, "{}{}\n", Verdict::of(item, &table).text(), item.differs);
     }
     out
 }
@@ -42,43 +39,49 @@ pub fn seeds(ensemble: &Ensemble<'_>, table: &Table) -> String {
 pub fn grid(item: &Item, table: &Table) -> Vec<Vec<String>> {
     let header = std::iter::once(String::new()).chain(item.columns.iter().map(|column| column.header.to_owned()));
     let mut grid = vec![header.collect::<Vec<_>>()];
+    let reported = |name: String, values: &[f64], prefix: &str| -> Vec<String> {
+        let text = |value: &f64| if value.is_finite() { format!("{prefix}{value}") } else { "–".to_owned() };
+        let missing = item.columns.len().saturating_sub(values.len());
+        let values = values.iter().map(text).chain(std::iter::repeat_n("–".to_owned(), missing));
+        std::iter::once(name).chain(values).collect()
+    };
+    let prefix = if matches!(item.printed, Printed::Below(_)) { "below " } else { "" };
     for (name, cells) in &table.rows {
         let cells = item.columns.iter().zip(cells).map(|(column, cell)| cell.text(column));
         grid.push(std::iter::once((*name).to_owned()).chain(cells).collect());
+        if let Some(values) = item.printed.of(name) {
+            grid.push(reported("– printed".to_owned(), &values, prefix));
+        }
     }
-    let reported = |who: &str, reported: &Reported| -> Vec<String> {
-        let values = reported.values.iter().map(|value| format!("{value}"));
-        let missing = item.columns.len() - reported.values.len();
-        let name = std::iter::once(format!("{who}{}", reported.name));
-        name.chain(values).chain(std::iter::repeat_n("–".to_owned(), missing)).collect()
-    };
-    grid.extend(item.printed.iter().map(|row| reported("", row)));
-    grid.extend(item.independent.iter().map(|row| reported("independent: ", row)));
+    let independent = |row: &Reported| reported(format!("independent: {}", row.name), row.values, "");
+    grid.extend(item.independent.iter().map(independent));
     grid
 }
 
-/// The first column of every row of every item.
+/// An item a line: what is printed of it, and how ours compares, or the first column of our rows.
 pub fn summary(ensemble: &Ensemble<'_>) -> Vec<Vec<String>> {
-    let header = ["item", "row", "what", "thesis", "ours", "runs"];
+    let header = ["item", "what", "ours against print", "runs"];
     let mut grid = vec![header.map(str::to_owned).to_vec()];
     for item in ensemble.items {
         let table = ensemble.table(item);
-        for (name, cells) in &table.rows {
-            let (Some(column), Some(cell)): (_, Option<&Cell>) = (item.columns.first(), cells.first()) else {
-                continue;
-            };
-            let first = std::ptr::eq(name, &table.rows[0].0);
-            let printed =
-                item.printed.first().and_then(|row| row.values.first()).map_or("not at hand".to_owned(), |v| short(*v));
-            grid.push(vec![
-                if first { item.id.to_owned() } else { String::new() },
-                (*name).to_owned(),
-                column.header.to_owned(),
-                if first { printed } else { String::new() },
-                cell.text(column),
-                cell.runs.to_string(),
-            ]);
-        }
+        let verdict = Verdict::of(item, &table);
+        let ours = match (verdict.cells, verdict.above.len()) {
+            (0, _) => {
+                let rows = table.rows.iter().filter_map(|(name, cells)| {
+                    let (column, cell): (_, &Cell) = (item.columns.first()?, cells.first()?);
+                    Some(if column.is_claim {
+                        format!("{name} {}", cell.text(column))
+                    } else {
+                        format!("{name} {}", short(cell.median))
+                    })
+                });
+                let header = item.columns.first().map_or("", |column| column.header);
+                format!("no number printed; ours, {header}: {}", rows.collect::<Vec<_>>().join(", "))
+            }
+            (cells, 0) => format!("at or below print in all {cells} cells"),
+            (cells, above) => format!("above print in {above} of {cells} cells"),
+        };
+        grid.push(vec![item.id.to_owned(), item.title.to_owned(), ours, table.runs.to_string()]);
     }
     grid
 }

@@ -1,19 +1,19 @@
 //! The identification experiment of the thesis' chapter 4, simulated with the simulator's own plant.
 //!
-//! Open-loop inputs at 10 Hz, held from sample to sample, move a vehicle that nothing else disturbs; velocity, rates,
+//! Inputs at 10 Hz, held from sample to sample, move a vehicle that nothing else disturbs; velocity, rates,
 //! roll and pitch are measured at 10 Hz with white noise (Table 4.13). The vehicle is that of the reference numbers
-//! (`firmware/core/tests/data/README.md`). The inputs are sums of sines of incommensurate periods instead of Table
-//! 4.14's.
+//! (`firmware/core/tests/data/README.md`). The inputs are sums of sines of incommensurate periods, or those of Tables
+//! 4.6 and 4.14.
 //!
 //! It starts deep: open loop, depth wanders by hundreds of metres, and the surface is no part of the experiment.
 
 mod programme;
 mod vehicle;
 
-pub use programme::Programme;
+pub use programme::{Motion, OpenLoop, Programme, References};
 pub use vehicle::{declared, wrong_prior};
 
-use backseat_core::dynamics::ActuatorInput;
+use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::state::VehicleState;
 use backseat_data::{Column, Log, LogRow, Truth, TruthRow};
 use hil_sim::rng::{Source, Stream};
@@ -58,7 +58,7 @@ impl Noise {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experiment {
     /// The inputs.
-    pub programme: Programme,
+    pub motion: Motion,
     /// Length, s.
     pub duration_s: f64,
     /// Noise of the sensors.
@@ -72,7 +72,7 @@ impl Experiment {
     #[must_use]
     pub fn identification(linear_mps: f64) -> Self {
         Self {
-            programme: Programme::IDENTIFICATION,
+            motion: Motion::Sines(Programme::IDENTIFICATION),
             duration_s: 5000.0,
             noise: Noise::table_4_13(linear_mps),
             cross_drag: [0.0; 2],
@@ -82,26 +82,42 @@ impl Experiment {
     /// 1000 s of other inputs, measured without error: what an estimate has to predict.
     #[must_use]
     pub fn cross_validation() -> Self {
-        Self { programme: Programme::VALIDATION, duration_s: 1000.0, noise: Noise::NONE, cross_drag: [0.0; 2] }
+        let motion = Motion::Sines(Programme::VALIDATION);
+        Self { motion, duration_s: 1000.0, noise: Noise::NONE, cross_drag: [0.0; 2] }
     }
 
     /// Simulates it; the seed picks the noise.
     #[must_use]
     pub fn run(&self, seed: u64) -> Run {
-        let parameters = vehicle::truth(self.cross_drag);
-        let plant = Plant::new(&parameters);
+        self.simulate(seed, &vehicle::truth(self.cross_drag))
+    }
+
+    /// The same with another vehicle in place of the true one, such as an identified one. Its parameters need not be
+    /// physical; the states may stop being finite.
+    #[must_use]
+    pub fn run_of(&self, vehicle: &VehicleParameters, seed: u64) -> Run {
+        self.simulate(seed, &vehicle::plant_of(vehicle))
+    }
+
+    fn simulate(&self, seed: u64, parameters: &Parameters) -> Run {
+        let plant = Plant::new(parameters);
         let mut state = State::new([0.0, 0.0, START_DEPTH_M], [0.0; 3], [0.5, 0.0, 0.0], [0.0; 3]);
         let (mut ahrs, mut dvl) = (Stream::new(seed, Source::Ahrs), Stream::new(seed, Source::Dvl));
         let samples = (self.duration_s / PERIOD_S).round() as u64 + 1;
-        let mut run =
-            Run { log: Log { path: PathBuf::from("simulated experiment"), ..Log::default() }, truth: Truth::default() };
+        let log = Log { path: PathBuf::from("simulated experiment"), ..Log::default() };
+        let mut run = Run { log, ..Run::default() };
+        let mut before = None;
         for sample in 0..samples {
             let time_us = sample * 100_000;
-            let input = self.programme.input(sample as f64 * PERIOD_S);
             let x = vehicle_state(&state);
+            let input = self.motion.input(sample as f64 * PERIOD_S, &x);
+            let [then, now] = [before.unwrap_or(input), input]
+                .map(|input| plant.acceleration(&state, &actuators(parameters, &input)));
+            run.accelerations.push(core::array::from_fn(|axis| 0.5 * (then[axis] + now[axis])));
+            before = Some(input);
             run.truth.rows.push(TruthRow { time_us, state: x, current_mps: [0.0; 2] });
             run.log.rows.push(measured(time_us, &x, &input, &self.noise, &mut ahrs, &mut dvl));
-            state = advance(&plant, &parameters, &state, &input);
+            state = advance(&plant, parameters, &state, &input);
         }
         run
     }
@@ -114,6 +130,9 @@ pub struct Run {
     pub log: Log,
     /// The true states at the same times.
     pub truth: Truth,
+    /// The true accelerations of u, v, w, p, q, r, m/s² and rad/s²: the mean of just before and just after each sample,
+    /// between which the inputs change.
+    pub accelerations: Vec<[f64; 6]>,
 }
 
 impl Run {
@@ -155,13 +174,18 @@ fn measured(
     row
 }
 
-/// One period of constant inputs; the actuators are there at once.
-fn advance(plant: &Plant, parameters: &Parameters, state: &State, input: &ActuatorInput) -> State {
+/// What the actuators do of a command, at once.
+fn actuators(parameters: &Parameters, input: &ActuatorInput) -> Actuators {
     let limit = parameters.fin_max_rad;
-    let actuators = Actuators {
+    Actuators {
         propeller_radps: input.propeller_radps.clamp(-parameters.propeller_max_radps, parameters.propeller_max_radps),
         fins_rad: input.fins_rad.map(|fin| fin.clamp(-limit, limit)),
-    };
+    }
+}
+
+/// One period of constant inputs; the actuators are there at once.
+fn advance(plant: &Plant, parameters: &Parameters, state: &State, input: &ActuatorInput) -> State {
+    let actuators = actuators(parameters, input);
     let water = Water::default();
     (0..STEPS).fold(*state, |state, _| {
         runge_kutta_4(&state, PERIOD_S / f64::from(STEPS), |x| plant.derivative(x, &actuators, &water, &[0.0; 6]))

@@ -47,6 +47,22 @@ pub(super) fn truth([d26, d35]: [f64; 2]) -> Parameters {
     }
 }
 
+/// The simulator's plant with a vehicle's parameters, physical or not.
+pub(super) fn plant_of(vehicle: &VehicleParameters) -> Parameters {
+    let truth = truth([vehicle.d26, vehicle.d35]);
+    let (area_m2, cd, cl) = (vehicle.fin_area_m2, vehicle.cd, vehicle.cl);
+    Parameters {
+        mass_kg: vehicle.mass_kg,
+        displaced_mass_kg: vehicle.displaced_mass_kg,
+        cb_to_cg_m: vehicle.b_cb_to_cg_m,
+        inertia: vehicle.m_diag,
+        quadratic_drag: vehicle.quadratic_diag,
+        fins: truth.fins.map(|fin| Fin { area_m2, cd, cl, ..fin }),
+        thrust_n_s2_per_rad2: vehicle.beta5_n_s2_per_rad2,
+        ..truth
+    }
+}
+
 /// The vehicle as it would be declared without error; without cross drag.
 #[must_use]
 pub fn declared() -> VehicleParameters {

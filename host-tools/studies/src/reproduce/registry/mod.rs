@@ -32,6 +32,7 @@ pub fn known(asked: &str) -> Result<String, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reproduce::item::Printed;
 
     #[test]
     fn ids_are_unique_and_mean_their_item() {
@@ -69,9 +70,18 @@ mod tests {
     fn reported_rows_have_no_more_columns_than_the_item() {
         for item in all() {
             assert!(!item.rows.is_empty() && !item.columns.is_empty(), "{}", item.id);
-            for reported in item.printed.iter().chain(item.independent) {
+            for reported in item.independent {
                 assert!(reported.values.len() <= item.columns.len(), "{}", item.id);
             }
+            // What is printed of an item is of one of its rows.
+            let printed: Vec<Vec<f64>> = item.rows.iter().filter_map(|row| item.printed.of(row)).collect();
+            assert!(printed.iter().all(|values| values.len() <= item.columns.len()), "{}", item.id);
+            let given = match item.printed {
+                Printed::Nothing => 0,
+                Printed::Values(rows) | Printed::Below(rows) => rows.len(),
+                Printed::Errors(_) => printed.len().max(2),
+            };
+            assert_eq!(printed.len(), given, "{}", item.id);
         }
     }
 }

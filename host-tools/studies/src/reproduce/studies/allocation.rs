@@ -1,84 +1,83 @@
-//! 3.1.4: cost and accuracy of the two allocations of moments to fins.
+//! 3.1.4: time that a simulation takes with each allocation of moments to fins, and how well it follows the lines.
 
-use super::{Measured, Study};
-use anyhow::Context;
-use backseat_core::control::allocation::{AllocationMethod, Datum, Moments, allocate};
+use super::{Kind, Measured, Study, conditions, steering};
+use anyhow::anyhow;
+use backseat_core::control::mission::{Mission, Waypoint};
+use backseat_core::control::{AllocationMethod, ControlConfig, ControlLaw, Controller};
 use backseat_core::dynamics::VehicleModel;
-use backseat_data::VehicleFile;
-use hil_sim::rng::{Source, Stream};
-use nalgebra::Vector6;
-use std::hint::black_box;
+use backseat_core::state::VehicleState;
+use hil_sim::truth::{Actuators, Undeclared, Vehicle, Water};
 use std::time::Instant;
 
-/// Both allocations on random motions and moments.
-pub const ALLOCATION: Study = Study { name: "allocation", run };
+/// Both allocations on the same lines.
+pub const ALLOCATION: Study = Study { name: "allocation", kind: Kind::Own(run) };
 
-/// Motions and moments of a run.
-const CASES: usize = 4000;
-/// Repetitions, of which the fastest counts.
-const REPETITIONS: usize = 10;
-/// Largest fin angle, rad.
-const LIMIT_RAD: f64 = 0.35;
-
-struct Case {
-    velocity: Vector6<f64>,
-    moments: Moments,
-}
+/// Time between commands, s, and steps of the plant in it.
+const STEP_S: f64 = 0.1;
+const SUBSTEPS: u32 = 5;
+/// Length of a simulation, s: two lines and the turn between them.
+const FLIGHT_S: f64 = 2200.0;
+/// Repetitions, of which the fastest counts: other processes can only make it slower.
+const REPETITIONS: usize = 3;
 
 fn run(seed: u64) -> anyhow::Result<Measured> {
-    let vehicle = VehicleFile::reference();
-    let model = VehicleModel::new(&vehicle.parameters).ok().context("the reference vehicle")?;
-    let mut random = Stream::new(seed, Source::Mission);
-    let cases: Vec<Case> = (0..CASES).map(|_| case(&mut random)).collect();
     let mut measured = Measured::default();
-    for (row, method) in [("decoupled", AllocationMethod::Decoupled), ("6-DOF", AllocationMethod::SixDof)] {
-        let give = |case: &Case| allocate(method, &model, &case.velocity, &case.moments, &Datum::Total, LIMIT_RAD);
-        let once = || {
+    let mut least_s = [f64::INFINITY; 2];
+    for _ in 0..REPETITIONS {
+        for (least_s, (row, allocation)) in
+            least_s.iter_mut().zip([("decoupled", AllocationMethod::Decoupled), ("6-DOF", AllocationMethod::SixDof)])
+        {
             let began = Instant::now();
-            for case in &cases {
-                black_box(give(black_box(case)));
-            }
-            began.elapsed().as_secs_f64()
-        };
-        // Other processes can only make it slower.
-        let least_s = (0..REPETITIONS).map(|_| once()).fold(f64::INFINITY, f64::min);
-        measured.set(row, "time_us", least_s * 1.0e6 / CASES as f64);
-        let (mut wrong, mut wanted, mut within, mut squares) = (0.0, 0.0, 0, 0.0);
-        for case in &cases {
-            let fins = give(case);
-            if fins.iter().any(|fin| fin.abs() > LIMIT_RAD - 1.0e-9) {
-                continue;
-            }
-            let wrench: Vector6<f64> = model.fin_wrenches(&case.velocity, &fins).iter().sum();
-            let Moments { pitch_nm, yaw_nm, .. } = case.moments;
-            wrong += (wrench[4] - pitch_nm).powi(2) + (wrench[5] - yaw_nm).powi(2);
-            wanted += pitch_nm * pitch_nm + yaw_nm * yaw_nm;
-            squares += fins.iter().map(|fin| fin * fin).sum::<f64>() / 4.0;
-            within += 1;
+            let [cross_m, depth_m, roll_rad] = fly(seed, allocation)?;
+            *least_s = least_s.min(began.elapsed().as_secs_f64());
+            measured.set(row, "cross_m", cross_m);
+            measured.set(row, "depth_m", depth_m);
+            measured.set(row, "roll_deg", roll_rad.to_degrees());
         }
-        measured.set(row, "moment_error_percent", 100.0 * (wrong / wanted).sqrt());
-        measured.set(row, "fins_deg", (squares / f64::from(within.max(1))).sqrt().to_degrees());
-        measured.set(row, "within_percent", 100.0 * f64::from(within) / CASES as f64);
     }
-    let ratio = measured.rows["6-DOF"]["time_us"] / measured.rows["decoupled"]["time_us"];
-    measured.set("6-DOF", "time_ratio", ratio);
-    measured.set("decoupled", "time_ratio", 1.0);
+    let [decoupled_s, six_s] = least_s;
+    for (row, s) in [("decoupled", decoupled_s), ("6-DOF", six_s)] {
+        measured.set(row, "time_ms", 1.0e3 * s);
+        measured.set(row, "time_ratio", s / decoupled_s);
+    }
     Ok(measured)
 }
 
-/// Motions and moments of a survey: 0.7 to 1.5 m/s ahead, some sideslip and turning, moments within the fins' reach.
-fn case(random: &mut Stream) -> Case {
-    let surge = 0.7 + 0.8 * random.uniform();
-    let velocity = Vector6::new(
-        surge,
-        0.05 * random.normal(),
-        0.05 * random.normal(),
-        0.05 * random.normal(),
-        0.05 * random.normal(),
-        0.1 * random.normal(),
-    );
-    // Lift grows with the square of speed.
-    let moment = 1.5 * surge * surge;
-    let moments = Moments { roll_nm: 0.0, pitch_nm: moment * random.normal(), yaw_nm: moment * random.normal() };
-    Case { velocity, moments }
+/// Root mean squares of the errors across the line and in depth, and of roll: PD on the true state.
+fn fly(seed: u64, allocation: AllocationMethod) -> anyhow::Result<[f64; 3]> {
+    let scenario = steering::scenario_of(&conditions::D_SURVEY, seed)?;
+    let start = scenario.initial_state();
+    let undeclared = Undeclared { no_surface: true, ..Undeclared::default() };
+    let step_s = STEP_S / f64::from(SUBSTEPS);
+    let mut vehicle = Vehicle::with(&scenario.truth_parameters(), &undeclared, start, step_s, seed);
+    let model = VehicleModel::new(&scenario.vehicle.parameters).map_err(|error| anyhow!("{error}"))?;
+    let mut controller = Box::new(Controller::new());
+    let config = ControlConfig { law: ControlLaw::Pd, allocation, ..ControlConfig::REFERENCE };
+    controller.configure(&config, &model).map_err(|error| anyhow!("controller: {error:?}"))?;
+    let mut mission = Mission::new();
+    for waypoint in scenario.settings.waypoints() {
+        let (x_m, y_m, depth_m, speed_mps) = (waypoint.x_m, waypoint.y_m, waypoint.depth_m, waypoint.speed_mps);
+        mission.push(Waypoint { x_m, y_m, depth_m, speed_mps }).map_err(|error| anyhow!("mission: {error:?}"))?;
+    }
+    controller.set_mission(&mission);
+    let state = |vehicle: &Vehicle| {
+        let x = vehicle.state();
+        let parts = [x.position_m(), x.euler_rad(), x.velocity_mps(), x.rates_radps()];
+        VehicleState::from_iterator(parts.into_iter().flatten())
+    };
+    controller.start(&state(&vehicle)).map_err(|error| anyhow!("start: {error:?}"))?;
+    let (mut squares, mut count) = ([0.0; 3], 0.0);
+    for step in 0..(FLIGHT_S / STEP_S) as u64 {
+        let x = state(&vehicle);
+        let command = controller.command(step * 100_000, &x, [0.0; 2]);
+        for (sum, error) in squares.iter_mut().zip([command.error.cross_m, command.error.depth_m, x[3]]) {
+            *sum += error * error;
+        }
+        count += 1.0;
+        let targets = Actuators { propeller_radps: command.input.propeller_radps, fins_rad: command.input.fins_rad };
+        for _ in 0..SUBSTEPS {
+            vehicle.step(&targets, &Water::default());
+        }
+    }
+    Ok(squares.map(|sum| f64::sqrt(sum / count)))
 }

@@ -1,7 +1,7 @@
 //! Scalar against diagonal gains of the adaptive laws, on the same filtered log and at the same limit of stability.
 
 use super::identification::Case;
-use super::{Measured, Study};
+use super::{Kind, Measured, Study};
 use anyhow::Context;
 use backseat_core::dynamics::{Attitude, VehicleModel};
 use backseat_core::identification::ParameterBox;
@@ -13,10 +13,8 @@ use backseat_identify::smoothing::{CutOffs, low_pass};
 use nalgebra::{Vector3, Vector6};
 
 /// Both kinds of gain.
-pub const GAINS: Study = Study { name: "gains", run };
+pub const GAINS: Study = Study { name: "gains", kind: Kind::Own(run) };
 
-/// Noise of linear velocity, m/s.
-const NOISE: f64 = 0.013;
 /// Of roll and pitch, and of v, Hz.
 const CUT_OFFS_HZ: CutOffs = [1.0, 1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
 const ALPHA_PER_S: f64 = 0.3;
@@ -30,7 +28,7 @@ const GAMMA_TIME_S: f64 = 1000.0;
 const AVERAGE: usize = 10_000;
 
 fn run(seed: u64) -> anyhow::Result<Measured> {
-    let case = Case::new(seed, NOISE, 0.3, [0.0; 2])?;
+    let case = Case::table_4_13(seed)?;
     let model = VehicleModel::new(&case.prior).ok().context("the prior")?;
     let instants = instants(&case, &model);
     let prior = theta_of(&case.prior);
@@ -41,14 +39,14 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
     let trace: f64 = energy.iter().sum();
     let scalar = Theta::from_fn(|j, _| mass(j) * PARAMETERS as f64 / trace);
     let mut measured = Measured::default();
-    case.judge(&mut measured, "prior", &case.prior);
+    case.keep_errors(&mut measured, "prior", &case.prior);
     for (row, gains) in [("diagonal gains", diagonal), ("scalar gain", scalar)] {
         let theta = adapt(&case, &instants, &prior, &gains);
-        case.judge(&mut measured, row, &with_theta(&case.prior, &theta));
+        case.keep_errors(&mut measured, row, &with_theta(&case.prior, &theta));
         let truth = theta_of(&crate::identification::experiment::declared());
         let moved = (0..PARAMETERS).filter(|j| truth[*j] != 0.0 && *j != M11);
         let closer = moved.clone().filter(|j| (theta[*j] - truth[*j]).abs() < 0.5 * (prior[*j] - truth[*j]).abs());
-        measured.set(row, "closer_percent", 100.0 * closer.count() as f64 / moved.count() as f64);
+        measured.set(&format!("MAE, {row}"), "closer_percent", 100.0 * closer.count() as f64 / moved.count() as f64);
     }
     Ok(measured)
 }

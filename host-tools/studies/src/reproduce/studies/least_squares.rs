@@ -3,13 +3,13 @@
 //! m u̇ + d |u| u = β ω |ω|, open loop; u is measured with white noise, differentiated and low-passed, ω is known. The
 //! scale is m, so the unknowns are d/m and β/m.
 
-use super::{Measured, Study};
+use super::{Kind, Measured, Study};
 use hil_sim::rng::{Source, Stream};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use std::f64::consts::TAU;
 
 /// Three ways to solve the same equation.
-pub const LEAST_SQUARES: Study = Study { name: "least-squares", run };
+pub const LEAST_SQUARES: Study = Study { name: "least-squares", kind: Kind::Own(run) };
 
 /// Time between samples, s, and their number.
 const PERIOD_S: f64 = 0.1;

@@ -1,31 +1,52 @@
 //! Simulated studies: all values of the tables and figures come from runs of these, one per seed.
 
 mod allocation;
-mod convergence;
+mod conditions;
 mod gains;
 mod identification;
 mod least_squares;
+mod navigation;
 mod steering;
-mod survey;
 
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 
 pub use allocation::ALLOCATION;
-pub use convergence::CONVERGENCE;
 pub use gains::GAINS;
-pub use identification::{ADAPTIVE, NULLSPACE};
+pub use identification::{AID_COARSE_RATES, AID_FINE_RATES, NBLS, NBLS_CUT_OFFS};
 pub use least_squares::LEAST_SQUARES;
+pub use navigation::{D_SEA, D_SURVEY, K_COMPASS, K_DVL, K_FOG, N_NAV};
 pub use steering::STEERING;
-pub use survey::SURVEY;
 
 /// A study: one run a seed.
 #[derive(Debug)]
 pub struct Study {
     /// Name in the file of finished runs.
     pub name: &'static str,
+    /// What is run.
+    pub kind: Kind,
+}
+
+/// Kinds of study.
+#[derive(Debug)]
+pub enum Kind {
+    /// Identification and cross-validation over a grid of noise.
+    Identification(identification::Conditions),
+    /// A flight and its measurements through several filters.
+    Navigation(navigation::Navigation),
+    /// One of its own.
+    Own(fn(u64) -> anyhow::Result<Measured>),
+}
+
+impl Study {
     /// One run.
-    pub run: fn(u64) -> anyhow::Result<Measured>,
+    pub fn run(&self, seed: u64) -> anyhow::Result<Measured> {
+        match &self.kind {
+            Kind::Identification(conditions) => conditions.run(seed),
+            Kind::Navigation(navigation) => navigation.run(seed),
+            Kind::Own(run) => run(seed),
+        }
+    }
 }
 
 /// Results of one run.

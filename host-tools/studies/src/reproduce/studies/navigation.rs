@@ -1,99 +1,267 @@
-//! One survey flown a seed, its measurements through every filter of chapters 2 and 3.
+//! Navigation of chapters 2 to 4: a flight a seed under printed conditions, its measurements through each filter.
 
-use super::Measured;
-use super::Study;
+use super::conditions::{self, Conditions};
 use super::steering::{self, Flown};
+use super::{Kind, Measured, Study};
+use crate::identification::experiment::{Experiment, Motion, Noise, References, declared};
 use anyhow::Context;
-use backseat_core::navigation::{InitialState, ProcessModel};
-use backseat_core::state::{U, V, VehicleState, X, Y};
+use backseat_core::dynamics::VehicleParameters;
+use backseat_core::effects::EffectSet;
+use backseat_core::identification::theta::M11;
+use backseat_core::navigation::{InitialState, ProcessModel, SurfaceNoise};
+use backseat_core::state::{P, U, V, VehicleState, X, Y};
 use backseat_data::dead_reckoning::{self, Method};
 use backseat_data::filter::{self, FilterOptions, FilterRun, Start};
 use backseat_data::stats::{ErrorSummary, mean, percentile};
 use backseat_data::{Column, Log, Truth, VehicleFile};
+use backseat_identify::{IdentificationData, nullspace, parameters, validate};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::perturbed;
+use nalgebra::Vector6;
 
-/// The survey under every filter.
-pub const SURVEY: Study = Study { name: "survey", run };
+/// 2.6.1.
+pub const K_DVL: Study = navigation(
+    "K-DVL",
+    &conditions::K_DVL,
+    &[
+        Filter { row: "range", dvl: true, ..KINEMATIC },
+        Filter { row: "range + range rate", dvl: true, range_rate: true, ..KINEMATIC },
+    ],
+);
+/// 2.6.2 with the gyrocompass.
+pub const K_FOG: Study = navigation(
+    "K-FOG",
+    &conditions::K_FOG,
+    &[
+        Filter { row: "range", ..KINEMATIC },
+        Filter { row: "range + range rate", range_rate: true, ..KINEMATIC },
+        Filter { row: "20 m, range", change: Change::CoarseRanges, ..KINEMATIC },
+        Filter { row: "20 m, range + range rate", range_rate: true, change: Change::CoarseRanges, ..KINEMATIC },
+        Filter { row: "150 m off, range", change: Change::StartedAfar, ..KINEMATIC },
+        Filter { row: "150 m off, range + range rate", range_rate: true, change: Change::StartedAfar, ..KINEMATIC },
+    ],
+);
+/// 2.6.2 with a compass of 1 degree.
+pub const K_COMPASS: Study = navigation(
+    "K-compass",
+    &conditions::K_COMPASS,
+    &[
+        Filter { row: "range", ..KINEMATIC },
+        Filter { row: "range + range rate", range_rate: true, ..KINEMATIC },
+        Filter { row: "range, q = 1e-3", change: Change::StiffNoise, ..KINEMATIC },
+    ],
+);
+/// 3.2.1.
+pub const D_SURVEY: Study = navigation(
+    "D-survey",
+    &conditions::D_SURVEY,
+    &[
+        Filter { row: "dynamic, no DVL", ..DYNAMIC },
+        Filter { row: "kinematic + DVL", dvl: true, ..KINEMATIC },
+        Filter { row: "kinematic, no DVL", ..KINEMATIC },
+        Filter { row: "compass + DVL dead reckoning", change: Change::DeadReckoning, ..KINEMATIC },
+        Filter { row: "dynamic, no DVL, no ranges", change: Change::NoRanges, ..DYNAMIC },
+        Filter { row: "kinematic, no DVL, no ranges", change: Change::NoRanges, ..KINEMATIC },
+    ],
+);
+/// 3.2.2 and 3.2.4.
+pub const D_SEA: Study = navigation(
+    "D-sea",
+    &conditions::D_SEA,
+    &[
+        Filter { row: REFERENCE, dvl: true, ..KINEMATIC },
+        Filter { row: "dynamic, no DVL", ..DYNAMIC },
+        Filter { row: "dynamic, no DVL, range rate", range_rate: true, ..DYNAMIC },
+        Filter { row: "doubled noise", change: Change::DoubledNoise, ..DYNAMIC },
+        Filter { row: "doubled noise, range rate", range_rate: true, change: Change::DoubledNoise, ..DYNAMIC },
+        Filter { row: "mass and drag 5 % wrong", change: Change::WrongMassAndDrag, ..DYNAMIC },
+        Filter {
+            row: "mass and drag 5 % wrong, range rate",
+            range_rate: true,
+            change: Change::WrongMassAndDrag,
+            ..DYNAMIC
+        },
+        Filter { row: "kinematic, no DVL", ..KINEMATIC },
+        Filter { row: "compass + DVL dead reckoning", change: Change::DeadReckoning, ..KINEMATIC },
+    ],
+);
+/// 4.3.2.1 and 4.3.2.2.
+pub const N_NAV: Study = navigation(
+    "N-nav",
+    &conditions::N_NAV,
+    &[
+        Filter { row: "true parameters", ..DYNAMIC },
+        Filter { row: "identified by NBLS", change: Change::Identified, ..DYNAMIC },
+        Filter { row: "10 % wrong", change: Change::AllWrong, ..DYNAMIC },
+    ],
+);
 
-/// Standard deviation of the initial position in 2.6.2, and how far off it is, m.
+/// Distances of 3.2.2 are to this one; it stands before the others.
+const REFERENCE: &str = "kinematic + DVL";
+
+const fn navigation(name: &'static str, conditions: &'static Conditions, filters: &'static [Filter]) -> Study {
+    Study { name, kind: Kind::Navigation(Navigation { conditions, filters }) }
+}
+
+/// A flight and the filters that see its measurements.
+#[derive(Clone, Copy, Debug)]
+pub struct Navigation {
+    conditions: &'static Conditions,
+    filters: &'static [Filter],
+}
+
+/// One filter over the measurements of a flight.
+#[derive(Clone, Copy, Debug)]
+struct Filter {
+    row: &'static str,
+    model: ProcessModel,
+    dvl: bool,
+    range_rate: bool,
+    change: Change,
+}
+
+const KINEMATIC: Filter =
+    Filter { row: "", model: ProcessModel::Kinematic, dvl: false, range_rate: false, change: Change::None };
+const DYNAMIC: Filter = Filter { model: ProcessModel::Dynamic, ..KINEMATIC };
+
+/// What else is different about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Change {
+    None,
+    /// Ranges of 20 m one sigma, which the filter knows.
+    CoarseRanges,
+    /// Started under way, 150 m off on a bearing that the seed picks, without a fix until the end.
+    StartedAfar,
+    /// 1e-3 m/s²/√Hz of surge and sway.
+    StiffNoise,
+    /// Not a filter: heading and DVL added up.
+    DeadReckoning,
+    NoRanges,
+    /// Twice the power of the process noise.
+    DoubledNoise,
+    /// Mass and quadratic drag with errors of 5 %, one sigma; fins and propeller are right.
+    WrongMassAndDrag,
+    /// Every parameter 10 % too high or too low.
+    AllWrong,
+    /// What NBLS finds in the experiment of 4.3.2.1.
+    Identified,
+}
+
+/// Initial error of 2.6.2, m.
 const OFF_M: f64 = 150.0;
 /// Standard deviation of the coarse ranges of 2.6.2, m.
 const COARSE_RANGE_M: f64 = 20.0;
 /// Converged: within this of the truth from then on, m.
 const CONVERGED_M: f64 = 10.0;
+/// The transient of 2.6.2: this long after the start, s.
+const TRANSIENT_S: f64 = 600.0;
 /// Where the vehicle is under way and deep: between these depths there is no fix and no surface, m.
 const SUBMERGED_M: f64 = 2.0;
 /// Time between points of a curve, s.
 const CURVE_S: usize = 60;
 
-fn run(seed: u64) -> anyhow::Result<Measured> {
-    let Flown { scenario, flight, truth } = steering::fly(seed, &steering::LQR_DYNAMIC)?;
-    let vehicle = &scenario.vehicle;
-    let mut study = Survey { log: &flight.log, truth: &truth, measured: Measured::default() };
-
-    let dynamic = options(vehicle, ProcessModel::Dynamic, false);
-    let kinematic = options(vehicle, ProcessModel::Kinematic, false);
-    let with_dvl = options(vehicle, ProcessModel::Kinematic, true);
-    let alone = |options: FilterOptions| FilterOptions { use_range: false, ..options };
-    let mut stiff = kinematic;
-    stiff.navigation.process_noise.linear_mps2_per_sqrt_hz = [1.0e-3, 1.0e-3, 1.0e-2];
-    let with_rate = |options: FilterOptions| FilterOptions { use_range_rate: true, ..options };
-
-    let first = study.filter("dynamic, no DVL", vehicle, &dynamic)?;
-    let aided = study.filter("kinematic + DVL", vehicle, &with_dvl)?;
-    let loose = study.filter("kinematic, no DVL", vehicle, &kinematic)?;
-    let unaided = study.filter("dynamic, no DVL, no ranges", vehicle, &alone(dynamic))?;
-    let drifting = study.filter("kinematic, no DVL, no ranges", vehicle, &alone(kinematic))?;
-    study.filter("kinematic + DVL, no ranges", vehicle, &alone(with_dvl))?;
-    study.filter("kinematic, no DVL, q = 1e-3", vehicle, &stiff)?;
-    study.filter("dynamic, range rate", vehicle, &with_rate(dynamic))?;
-    study.filter("kinematic, no DVL, range rate", vehicle, &with_rate(kinematic))?;
-    study.filter("dynamic, doubled Q", vehicle, &doubled(dynamic))?;
-    let wrong = VehicleFile { parameters: perturbed(&vehicle.parameters, 0.05, seed), ..vehicle.clone() };
-    study.filter("dynamic, parameters 5 % wrong", &wrong, &dynamic)?;
-    study.filter("dynamic, parameters 5 % wrong, doubled Q", &wrong, &doubled(dynamic))?;
-    study.filter("dynamic, parameters 5 % wrong, range rate", &wrong, &with_rate(dynamic))?;
-    study.dead_reckoning("compass + DVL dead reckoning")?;
-
-    study.claims("kinematic + DVL", &aided);
-    study.claims("kinematic, no DVL", &loose);
-    study.claims("dynamic, no DVL", &first);
-    study.claims("kinematic, no DVL, no ranges", &drifting);
-    study.claims("dynamic, no DVL, no ranges", &unaided);
-
-    let submerged = submerged(study.log, study.truth);
-    let mut random = Stream::new(seed, Source::Outliers);
-    let bearing = std::f64::consts::TAU * random.uniform();
-    for (row, options) in [("kinematic + DVL", with_dvl), ("dynamic, no DVL", dynamic)] {
-        study.started_afar(row, vehicle, &options, &submerged, bearing)?;
+impl Navigation {
+    /// Flies, and shows the measurements to every filter.
+    pub fn run(&self, seed: u64) -> anyhow::Result<Measured> {
+        let Flown { scenario, flight, truth } = steering::fly(self.conditions, seed)?;
+        let vehicle = &scenario.vehicle;
+        let mut random = Stream::new(seed, Source::Outliers);
+        let bearing = std::f64::consts::TAU * random.uniform();
+        let coarse = coarse(&flight.log, &mut random, vehicle.sensors.range_m);
+        let submerged = submerged(&flight.log, &truth);
+        let mut survey =
+            Survey { log: &flight.log, truth: &truth, measured: Measured::default(), reference: Vec::new() };
+        for filter in self.filters {
+            if filter.change == Change::DeadReckoning {
+                survey.dead_reckoning(filter.row)?;
+                continue;
+            }
+            let mut declared = vehicle.clone();
+            declared.parameters = changed(&vehicle.parameters, filter.change, seed)?;
+            let mut options = FilterOptions {
+                use_dvl: filter.dvl,
+                use_rates: self.conditions.rates_degps.is_some(),
+                use_range: filter.change != Change::NoRanges,
+                use_range_rate: filter.range_rate,
+                ..FilterOptions::new(&declared, filter.model)
+            };
+            if self.conditions.slow_compass && filter.model == ProcessModel::Kinematic {
+                options.navigation.process_noise = SurfaceNoise::KINEMATIC.noise;
+            }
+            let noise = &mut options.navigation.process_noise;
+            match filter.change {
+                Change::StiffNoise => noise.linear_mps2_per_sqrt_hz = [1.0e-3, 1.0e-3, 1.0e-2],
+                Change::DoubledNoise => {
+                    let roots = noise.linear_mps2_per_sqrt_hz.iter_mut().chain(&mut noise.angular_radps2_per_sqrt_hz);
+                    roots.for_each(|root| *root *= std::f64::consts::SQRT_2);
+                }
+                Change::CoarseRanges => options.navigation.sensors.range_m = COARSE_RANGE_M,
+                _ => {}
+            }
+            let run = match filter.change {
+                Change::StartedAfar => survey.started_afar(filter.row, &declared, &options, &submerged, bearing),
+                Change::CoarseRanges => survey.filter(filter.row, &coarse, &declared, &options),
+                _ => survey.filter(filter.row, &flight.log, &declared, &options),
+            };
+            // A filter that fails has no numbers; the table says how many runs have.
+            let Ok(run) = run else { continue };
+            survey.claims(filter.row, &run);
+            survey.motion(filter.row, &run);
+        }
+        if self.filters.iter().any(|filter| filter.change == Change::Identified) {
+            predicted(&mut survey.measured, seed)?;
+        }
+        Ok(survey.measured)
     }
-    let coarse = coarse(study.log, &mut random, vehicle.sensors.range_m);
-    for (row, mut options) in [
-        ("kinematic + DVL", with_dvl),
-        ("dynamic, no DVL", dynamic),
-        ("dynamic, range rate", with_rate(dynamic)),
-        ("kinematic, no DVL", kinematic),
-    ] {
-        options.navigation.sensors.range_m = COARSE_RANGE_M;
-        let run = filter::run(&coarse, vehicle, &options)?;
-        study.keep(&format!("{row}, 20 m ranges"), &run);
-    }
-    Ok(study.measured)
 }
 
-/// As in the independent implementation's table: attitude without rates, ranges without range rates.
-fn options(vehicle: &VehicleFile, model: ProcessModel, use_dvl: bool) -> FilterOptions {
-    FilterOptions { use_dvl, use_rates: false, use_range_rate: false, ..FilterOptions::new(vehicle, model) }
+/// The filter's parameters.
+fn changed(truth: &VehicleParameters, change: Change, seed: u64) -> anyhow::Result<VehicleParameters> {
+    let mut parameters = *truth;
+    match change {
+        Change::WrongMassAndDrag => {
+            let mut random = Stream::new(seed, Source::Mission);
+            for value in parameters.m_diag.iter_mut().chain(&mut parameters.quadratic_diag) {
+                *value *= 1.0 + 0.05 * random.normal();
+            }
+        }
+        Change::AllWrong => parameters = perturbed(truth, 0.10, seed),
+        Change::Identified => parameters = first_nbls(seed)?,
+        _ => {}
+    }
+    Ok(parameters)
 }
 
-/// Twice the power of the process noise.
-fn doubled(mut options: FilterOptions) -> FilterOptions {
-    let noise = &mut options.navigation.process_noise;
-    for root in noise.linear_mps2_per_sqrt_hz.iter_mut().chain(&mut noise.angular_radps2_per_sqrt_hz) {
-        *root *= std::f64::consts::SQRT_2;
-    }
-    options
+/// 4.3.2.1: NBLS on the references of Table 4.6 with the noise of Table 4.7, whose accelerations are measured.
+fn first_nbls(seed: u64) -> anyhow::Result<VehicleParameters> {
+    let noise = Noise { linear_mps: 0.05, angular_radps: 0.36_f64.to_radians(), roll_pitch_rad: 0.1_f64.to_radians() };
+    let motion = Motion::References(References::TABLE_4_6);
+    let run = Experiment { motion, duration_s: 1800.0, noise, cross_drag: [0.0; 2] }.run(seed);
+    let data = IdentificationData::from_log(&run.log, &EffectSet::NONE)?;
+    let mut random = Stream::new(seed, Source::Disturbance);
+    let (linear, angular) = (0.001, 0.05_f64.to_radians());
+    let sigma = Vector6::new(linear, linear, linear, angular, angular, angular);
+    let accelerations: Vec<Vector6<f64>> =
+        run.accelerations.iter().map(|a| Vector6::from(*a) + sigma.map(|sigma| sigma * random.normal())).collect();
+    let values = nullspace::unbounded(&data, Some(&accelerations), &declared(), M11, 0.3)?;
+    Ok(parameters::with(&declared(), &values))
+}
+
+/// The identified vehicle alone, without noise, along lines.
+fn predicted(measured: &mut Measured, seed: u64) -> anyhow::Result<()> {
+    let lines = Experiment { motion: Motion::Lines, duration_s: 5000.0, noise: Noise::NONE, cross_drag: [0.0; 2] };
+    let data = IdentificationData::from_log(&lines.run(seed).exact_log(), &EffectSet::NONE)?;
+    let errors = validate(&first_nbls(seed)?, &data).map_or([f64::NAN; 8], |errors| errors.mean_absolute);
+    let [_, _, p, q, r, u, v, w] = errors;
+    keep_motion(measured, "identified by NBLS, alone", &[u, v, w, p, q, r]);
+    Ok(())
+}
+
+/// Columns of Table 4.8.
+const MOTION: [&str; 6] = ["u_mps", "v_mps", "w_mps", "p_degps", "q_degps", "r_degps"];
+
+fn keep_motion(measured: &mut Measured, row: &str, errors: &[f64; 6]) {
+    MOTION.iter().zip(errors).for_each(|(column, error)| measured.set(row, column, *error));
 }
 
 /// Rows while the vehicle is deep, so that there is no fix among them.
@@ -121,13 +289,55 @@ struct Survey<'a> {
     log: &'a Log,
     truth: &'a Truth,
     measured: Measured,
+    /// Track of [`REFERENCE`].
+    reference: Vec<(u64, [f64; 2])>,
 }
 
 impl Survey<'_> {
-    fn filter(&mut self, row: &str, vehicle: &VehicleFile, options: &FilterOptions) -> anyhow::Result<FilterRun> {
-        let run = filter::run(self.log, vehicle, options).with_context(|| row.to_owned())?;
+    fn filter(
+        &mut self,
+        row: &str,
+        log: &Log,
+        vehicle: &VehicleFile,
+        options: &FilterOptions,
+    ) -> anyhow::Result<FilterRun> {
+        let run = filter::run(log, vehicle, options).with_context(|| row.to_owned())?;
+        let track: Vec<(u64, [f64; 2])> = run.track.iter().map(|s| (s.time_us, [s.state[X], s.state[Y]])).collect();
+        self.distance(row, &track);
+        if row == REFERENCE {
+            self.reference = track;
+        }
         self.keep(row, &run);
         Ok(run)
+    }
+
+    /// Largest distance to the reference's track while the vehicle is deep.
+    fn distance(&mut self, row: &str, track: &[(u64, [f64; 2])]) {
+        let mut largest = f64::NAN;
+        for (time_us, [x, y]) in track {
+            let after = self.reference.partition_point(|(then_us, _)| then_us <= time_us);
+            let is_deep = self.truth.at(*time_us).is_some_and(|at| at.state[2] > SUBMERGED_M);
+            let around = after.checked_sub(1).and_then(|before| self.reference.get(before..=after));
+            let Some([(from_us, from), (to_us, to)]) = around.filter(|_| is_deep) else { continue };
+            let share = (time_us - from_us) as f64 / (to_us - from_us) as f64;
+            let [rx, ry] = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
+            largest = f64::max(largest, (x - rx).hypot(y - ry));
+        }
+        self.measured.set(row, "to_reference_m", largest);
+    }
+
+    /// Table 4.8: mean absolute errors of the six velocities while the vehicle is deep.
+    fn motion(&mut self, row: &str, run: &FilterRun) {
+        let (mut sum, mut count) = ([0.0; 6], 0.0);
+        for sample in &run.track {
+            let Some(truth) = self.truth.at(sample.time_us).filter(|at| at.state[2] > SUBMERGED_M) else { continue };
+            for (axis, sum) in sum.iter_mut().enumerate() {
+                *sum += (sample.state[U + axis] - truth.state[U + axis]).abs();
+            }
+            count += 1.0;
+        }
+        let in_degrees = |axis: usize, error: f64| if U + axis < P { error } else { error.to_degrees() };
+        keep_motion(&mut self.measured, row, &core::array::from_fn(|axis| in_degrees(axis, sum[axis] / count)));
     }
 
     fn errors(&self, run: &FilterRun) -> Vec<(u64, f64)> {
@@ -149,6 +359,8 @@ impl Survey<'_> {
     fn dead_reckoning(&mut self, row: &str) -> anyhow::Result<()> {
         let positions = dead_reckoning::run(self.log, Method::CompassDvl)?;
         let mut errors = dead_reckoning::errors_against_truth(&positions, self.truth);
+        let track: Vec<(u64, [f64; 2])> = positions.iter().map(|p| (p.time_us, p.position_m)).collect();
+        self.distance(row, &track);
         // As often as the filters' tracks: once a second.
         errors.dedup_by_key(|(time_us, _)| *time_us / 1_000_000);
         self.summary(row, &errors, None);
@@ -161,6 +373,10 @@ impl Survey<'_> {
         self.measured.set(row, "median_m", summary.median_m);
         self.measured.set(row, "p95_m", summary.p95_m);
         self.measured.set(row, "max_m", summary.max_m);
+        let first_us = errors.first().map_or(0, |(time_us, _)| *time_us);
+        let transient = errors.iter().take_while(|(time_us, _)| (time_us - first_us) as f64 * 1e-6 < TRANSIENT_S);
+        let transient: Vec<f64> = transient.map(|(_, error)| *error).collect();
+        self.measured.set(row, "transient_m", percentile(&transient, 0.5).unwrap_or(f64::NAN));
         if let Some(drms) = drms {
             self.measured.set(row, "drms_m", drms);
             self.measured.set(row, "rms_over_drms", summary.rms_m / drms);
@@ -216,37 +432,28 @@ impl Survey<'_> {
         options: &FilterOptions,
         submerged: &Log,
         bearing: f64,
-    ) -> anyhow::Result<()> {
+    ) -> anyhow::Result<FilterRun> {
         let start_us = submerged.rows.first().map_or(0, |row| row.time_us);
         let at = self.truth.at(start_us).context("no truth at the start")?;
         let mut state = at.state;
         state[X] += OFF_M * bearing.cos();
         state[Y] += OFF_M * bearing.sin();
         let sensors = &options.navigation.sensors;
-        let (attitude, rates) = (sensors.attitude_rad, sensors.rates_radps);
-        let sigma =
-            VehicleState::from([OFF_M, OFF_M, 0.1, attitude, attitude, attitude, 0.1, 0.1, 0.1, rates, rates, rates]);
+        let ([roll, pitch, heading], rates) = (sensors.angles_rad(), sensors.rates_radps);
+        let sigma = VehicleState::from([OFF_M, OFF_M, 0.1, roll, pitch, heading, 0.1, 0.1, 0.1, rates, rates, rates]);
         let start = Start { vehicle: InitialState { state, sigma }, ship: None };
         let run = filter::run(submerged, vehicle, &FilterOptions { start: Some(start), ..*options })?;
         let errors = self.errors(&run);
-        let row = format!("{row}, 150 m off");
         let first_s = errors.first().map_or(0.0, |(time_us, _)| *time_us as f64 * 1e-6);
         let since = |time_us: u64| time_us as f64 * 1e-6 - first_s;
         let settled = match errors.iter().rposition(|(_, error)| *error > CONVERGED_M) {
             None => 0.0,
             Some(last) => errors.get(last + 1).map_or(f64::NAN, |(time_us, _)| since(*time_us)),
         };
-        self.measured.set(&row, "converged_s", settled);
-        let half = errors.last().map_or(0.0, |(time_us, _)| 0.5 * since(*time_us));
-        let late: Vec<f64> = errors.iter().filter(|(t, _)| since(*t) > half).map(|(_, error)| *error).collect();
-        if let Some(summary) = ErrorSummary::of(&late) {
-            self.measured.set(&row, "median_m", summary.median_m);
-            self.measured.set(&row, "p95_m", summary.p95_m);
-        }
+        self.keep(row, &run);
+        self.measured.set(row, "converged_s", settled);
         let rejected = run.sensors.iter().find(|s| s.sensor.name() == "range").map_or(0, |s| s.rejected);
-        self.measured.set(&row, "rejected", rejected as f64);
-        let points = errors.iter().map(|(time_us, error)| (since(*time_us) / 3600.0, *error));
-        self.measured.curve("error", &row, points.step_by(CURVE_S));
-        Ok(())
+        self.measured.set(row, "rejected", rejected as f64);
+        Ok(run)
     }
 }

@@ -1,7 +1,9 @@
-//! The survey of chapter 5 flown closed loop, on the backseat's own estimate, by each law and on each filter.
+//! Flights under printed conditions, by the app itself; and chapter 5, by each law and on each filter.
 
-use super::{Measured, Study};
-use anyhow::Context;
+use super::conditions::{self, Conditions};
+use super::{Kind, Measured, Study};
+use crate::identification::experiment::declared;
+use anyhow::{Context, bail};
 use backseat_core::navigation::{ProcessNoise, SurfaceNoise};
 use backseat_data::Truth;
 use backseat_data::stats::ErrorSummary;
@@ -9,31 +11,48 @@ use backseat_link::Client;
 use hil_sim::analysis;
 use hil_sim::backseat::InProcess;
 use hil_sim::flight::{self, FlightLog, board_parameters};
-use hil_sim::scenario::{ControlLaw, Scenario};
+use hil_sim::scenario::{ControlLaw, Exchange, Mission, Scenario, Slot};
 use std::sync::atomic::AtomicBool;
 
-/// Flights of the survey, closed loop.
-pub const STEERING: Study = Study { name: "steering", run };
+/// Flights of chapter 5, closed loop.
+pub const STEERING: Study = Study { name: "steering", kind: Kind::Own(run) };
 
-/// How a survey is flown.
+/// Who steers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Law {
+    Pd,
+    Lqr,
+    LqrOnReference,
+}
+
+impl Law {
+    fn of_scenario(self) -> ControlLaw {
+        match self {
+            Self::Pd => ControlLaw::Pd,
+            Self::Lqr => ControlLaw::Lqr,
+            Self::LqrOnReference => ControlLaw::LqrOnReference,
+        }
+    }
+}
+
+/// On which estimate the vehicle is steered.
 #[derive(Clone, Copy, Debug)]
-pub struct Configuration {
-    name: &'static str,
-    law: ControlLaw,
+struct Estimate {
+    row: &'static str,
+    law: Law,
     kinematic: bool,
     dvl: bool,
 }
 
-/// The default mission.
-pub const LQR_DYNAMIC: Configuration =
-    Configuration { name: "LQR, dynamic, no DVL", law: ControlLaw::Lqr, kinematic: false, dvl: false };
+const DYNAMIC: Estimate =
+    Estimate { row: "LQR on reference, dynamic, no DVL", law: Law::LqrOnReference, kinematic: false, dvl: false };
 
-const FLOWN: [Configuration; 5] = [
-    LQR_DYNAMIC,
-    Configuration { name: "PD, dynamic, no DVL", law: ControlLaw::Pd, ..LQR_DYNAMIC },
-    Configuration { name: "LQR on reference, dynamic, no DVL", law: ControlLaw::LqrOnReference, ..LQR_DYNAMIC },
-    Configuration { name: "LQR, kinematic + DVL", kinematic: true, dvl: true, ..LQR_DYNAMIC },
-    Configuration { name: "LQR, kinematic, no DVL", kinematic: true, ..LQR_DYNAMIC },
+const FLOWN: [Estimate; 5] = [
+    DYNAMIC,
+    Estimate { row: "LQR on line, dynamic, no DVL", law: Law::Lqr, ..DYNAMIC },
+    Estimate { row: "PD, dynamic, no DVL", law: Law::Pd, ..DYNAMIC },
+    Estimate { row: "LQR on reference, kinematic + DVL", kinematic: true, dvl: true, ..DYNAMIC },
+    Estimate { row: "LQR on reference, kinematic, no DVL", kinematic: true, ..DYNAMIC },
 ];
 
 /// A flight, with its truth.
@@ -43,14 +62,46 @@ pub struct Flown {
     pub truth: Truth,
 }
 
-/// Flies the survey of a seed.
-pub fn fly(seed: u64, configuration: &Configuration) -> anyhow::Result<Flown> {
+/// The scenario of printed conditions.
+pub fn scenario_of(conditions: &Conditions, seed: u64) -> anyhow::Result<Scenario> {
     let mut scenario = Scenario::built_in("survey")?;
-    scenario.settings.seed = seed;
-    scenario.settings.backseat.control_law = configuration.law;
-    scenario.settings.backseat.dvl = configuration.dvl;
+    let Conditions { lines, ship: [radius_m, ship_mps], packets_s: [first_s, period_s], .. } = *conditions;
+    let (settings, vehicle) = (&mut scenario.settings, &mut scenario.vehicle);
+    settings.seed = seed;
+    let Mission::Lawnmower(mission) = &mut settings.mission else { bail!("the survey is no lawnmower") };
+    mission.lines = lines.count.try_into()?;
+    (mission.length_m, mission.spacing_m) = (lines.length_m, lines.spacing_m);
+    (mission.depth_m, mission.speed_mps) = (lines.depth_m, lines.speed_mps);
+    let ship = &mut settings.ship;
+    ship.centre_m = [0.5 * lines.length_m, 0.5 * f64::from(lines.count - 1) * lines.spacing_m];
+    (ship.radius_m, ship.speed_mps) = (radius_m, ship_mps);
+    let acoustics = &mut settings.acoustics;
+    (acoustics.first_s, acoustics.period_s) = (first_s, period_s.try_into()?);
+    acoustics.slots =
+        conditions.slots_s.iter().map(|&offset_s| Slot { offset_s, exchange: Exchange::Downlink }).collect();
+    let sensors = &mut settings.sensors;
+    let ([depth_hz, depth_m], [ahrs_hz, tilt_deg, heading_deg]) = (conditions.depth, conditions.attitude);
+    (sensors.depth.rate_hz, sensors.ahrs.rate_hz) = (depth_hz, ahrs_hz);
+    let noise = &mut vehicle.sensors;
+    (noise.depth_m, noise.attitude_rad, noise.heading_rad) = (depth_m, tilt_deg.to_radians(), heading_deg.to_radians());
+    noise.rates_radps = conditions.rates_degps.map_or(noise.rates_radps, f64::to_radians);
+    if conditions.experiment_vehicle {
+        vehicle.parameters = declared();
+    }
+    settings.backseat.rates = conditions.rates_degps.is_some();
+    settings.backseat.robust = false;
+    settings.backseat.control_law = conditions.law.of_scenario();
+    Ok(scenario)
+}
+
+/// Flies under printed conditions.
+pub fn fly(conditions: &Conditions, seed: u64) -> anyhow::Result<Flown> {
+    fly_on(scenario_of(conditions, seed)?, false)
+}
+
+fn fly_on(scenario: Scenario, kinematic: bool) -> anyhow::Result<Flown> {
     let mut parameters = board_parameters(&scenario);
-    if configuration.kinematic {
+    if kinematic {
         parameters.push(("app.process_model".to_owned(), 1.0));
         // Noise that covers what the fins do to follow a noisy estimate: with less, the dive is rejected and lost.
         let ProcessNoise { linear_mps2_per_sqrt_hz: linear, angular_radps2_per_sqrt_hz: angular } =
@@ -64,16 +115,19 @@ pub fn fly(seed: u64, configuration: &Configuration) -> anyhow::Result<Flown> {
     client.hello()?;
     client.set_parameters(&parameters)?;
     client.set_mission(&scenario.settings.waypoints())?;
-    let flight = flight::fly_prepared(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})
-        .with_context(|| configuration.name)?;
+    let flight = flight::fly_prepared(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})?;
     let truth = analysis::truth_of(&flight);
     Ok(Flown { scenario, flight, truth })
 }
 
 fn run(seed: u64) -> anyhow::Result<Measured> {
     let mut measured = Measured::default();
-    for configuration in &FLOWN {
-        keep(&mut measured, configuration.name, &fly(seed, configuration)?);
+    for estimate in &FLOWN {
+        let mut scenario = scenario_of(&conditions::C, seed)?;
+        scenario.settings.backseat.dvl = estimate.dvl;
+        scenario.settings.backseat.control_law = estimate.law.of_scenario();
+        let flown = fly_on(scenario, estimate.kinematic).with_context(|| estimate.row)?;
+        keep(&mut measured, estimate.row, &flown);
     }
     Ok(measured)
 }
