@@ -2,6 +2,7 @@
 //!
 //! Every study is one command of `backseat studies`, except [`reproduce`] and [`fault_table`] (`backseat sim faults`).
 
+pub mod adaptive_control;
 pub mod adoption;
 pub mod consistency;
 mod diagnosis_accuracy;
@@ -49,6 +50,10 @@ pub enum Study {
     #[command(after_help = "Example:
   backseat studies adoption --runs 20 --first-seed 301 --out docs/results/adoption.md")]
     Adoption(EnsembleArgs),
+    /// Gains and feed-forward that follow the filter's parameters, against fixed ones
+    #[command(after_help = "Example:
+  backseat studies adaptive-control --runs 5 --out docs/results/adaptive_control.md")]
+    AdaptiveControl(EnsembleArgs),
     /// Where the ship is, against the error of the position and its observability
     #[command(after_help = "Example:
   backseat studies geometry --runs 5 --out docs/results/geometry.md")]
@@ -76,6 +81,7 @@ impl Study {
         match self {
             Self::Navigation(arguments) => navigation::run(arguments),
             Self::Adoption(arguments) => adoption::run(arguments),
+            Self::AdaptiveControl(arguments) => adaptive_control::run(arguments),
             Self::Geometry(arguments) => geometry::run(arguments),
             Self::PacketNavigation(arguments) => packet_navigation::run(arguments),
             Self::Consistency(arguments) => consistency::run_command(arguments),

@@ -59,6 +59,7 @@ impl Verdict {
     pub fn text(&self) -> String {
         match (self.cells, self.above.len()) {
             (0, _) => String::new(),
+            (1, 0) => "Our median is at or below print. ".to_owned(),
             (cells, 0) => format!("Our median is at or below print in all {cells} cells. "),
             (cells, above) => {
                 let mut rows = self.above.clone();

@@ -313,6 +313,9 @@ impl Survey<'_> {
 
     /// Largest distance to the reference's track while the vehicle is deep.
     fn distance(&mut self, row: &str, track: &[(u64, [f64; 2])]) {
+        if self.reference.is_empty() {
+            return;
+        }
         let mut largest = f64::NAN;
         for (time_us, [x, y]) in track {
             let after = self.reference.partition_point(|(then_us, _)| then_us <= time_us);
