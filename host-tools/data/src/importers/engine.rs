@@ -52,6 +52,8 @@ struct Importer<'a> {
     bound: Vec<(usize, &'a Known)>,
     origin: Option<Origin>,
     start_us: Option<i64>,
+    /// Times are those of a calendar.
+    has_date: bool,
     /// Hours that times without hours have gone through, µs, and the last such time.
     hours_us: i64,
     minutes_us: Option<i64>,
@@ -106,6 +108,7 @@ impl<'a> Importer<'a> {
             bound,
             origin: None,
             start_us: None,
+            has_date: false,
             hours_us: 0,
             minutes_us: None,
             run: (Vec::new(), 0, 0),
@@ -255,6 +258,7 @@ impl<'a> Importer<'a> {
             (None, None, None) => return Err(fail("is empty; every row needs its time")),
         };
         let is_absolute = time.seconds.is_some() && !time.is_epoch;
+        self.has_date = time.is_epoch || time.days.is_some();
         let start_us = *self.start_us.get_or_insert(if is_absolute { 0 } else { absolute_us });
         let previous_us = self.log.rows.last().map_or(0, |row| row.time_us);
         match u64::try_from(absolute_us - start_us).map(|time_us| time_us + self.run.2) {
@@ -271,6 +275,8 @@ impl<'a> Importer<'a> {
         if self.log.rows.is_empty() {
             return Err(DataError::file(self.path, "no rows after the header"));
         }
+        self.log.start_unix_us = self.start_us.filter(|_| self.has_date);
+        self.log.origin_deg = self.origin.as_ref().map(Origin::degrees);
         if self.minutes_us.is_some() {
             self.log.notes.push(
                 "times without hours, as a spreadsheet shows them: where they start again an hour is added, so that gaps \

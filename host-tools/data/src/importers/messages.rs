@@ -11,12 +11,17 @@ use std::path::Path;
 /// one by one.
 const TOGETHER_US: i64 = 30_000;
 
+/// From here on a time counts from 1970 and not from a start, µs: 1973.
+const LEAST_UNIX_US: i64 = 100_000_000_000_000;
+
 /// A vehicle log in the making.
 #[derive(Default)]
 pub(super) struct Gathering {
     /// Rows with the time of the log that is read, µs.
     rows: Vec<(i64, LogRow)>,
     origin: Option<Origin>,
+    /// The first time that a row refers to, µs.
+    first_us: Option<i64>,
     /// Messages that were left out, by name, with their count and the reason.
     left_out: BTreeMap<String, (usize, &'static str)>,
 }
@@ -44,9 +49,37 @@ impl Gathering {
         if !(latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 180.0) {
             return;
         }
-        let origin = self.origin.get_or_insert_with(|| Origin::new(latitude_deg, longitude_deg));
-        let [x_m, y_m] = origin.local_m(latitude_deg, longitude_deg);
+        let [x_m, y_m] = self.local_m([latitude_deg, longitude_deg]);
         self.add(time_us, &[(Column::GpsX, x_m), (Column::GpsY, y_m)]);
+    }
+
+    /// Adds the range of a packet, by its launch and its arrival in µs since 1970, with the ship's place at launch.
+    pub(super) fn add_range(
+        &mut self,
+        [launch_us, arrival_us]: [i64; 2],
+        sound_mps: f64,
+        range_rate_mps: Option<f64>,
+        ship_deg: [f64; 2],
+    ) {
+        let [x_m, y_m] = self.local_m(ship_deg);
+        let travel_s = (arrival_us - launch_us) as f64 * 1e-6;
+        let mut samples = vec![
+            (Column::Range, travel_s * sound_mps),
+            (Column::Tol, launch_us as f64 * 1e-6),
+            (Column::Toa, arrival_us as f64 * 1e-6),
+            (Column::ShipX, x_m),
+            (Column::ShipY, y_m),
+        ];
+        samples.extend(range_rate_mps.map(|rate_mps| (Column::RangeRate, rate_mps)));
+        // the log begins at the launch, so that no time in it is negative
+        self.first_us = Some(self.first_us.map_or(launch_us, |first_us| first_us.min(launch_us)));
+        self.add(arrival_us, &samples);
+    }
+
+    /// North and east of the first place, m.
+    fn local_m(&mut self, [latitude_deg, longitude_deg]: [f64; 2]) -> [f64; 2] {
+        let origin = self.origin.get_or_insert_with(|| Origin::new(latitude_deg, longitude_deg));
+        origin.local_m(latitude_deg, longitude_deg)
     }
 
     /// Counts a message that is left out.
@@ -64,14 +97,28 @@ impl Gathering {
         self.rows.retain(|(_, row)| !row.is_empty());
         // messages of several sources may be out of order by some milliseconds
         self.rows.sort_by_key(|(time_us, _)| *time_us);
-        let Some(start_us) = self.rows.first().map(|(time_us, _)| *time_us) else {
+        let Some(start_us) =
+            self.rows.first().map(|(time_us, _)| self.first_us.map_or(*time_us, |us| us.min(*time_us)))
+        else {
             let message = format!("nothing in it that a vehicle log holds; {}", notes.join("; "));
             return Err(DataError::file(path, message));
         };
         let rows = self.rows.into_iter().map(|(time_us, mut row)| {
             row.time_us = (time_us - start_us).unsigned_abs();
+            for column in [Column::Tol, Column::Toa] {
+                if let Some(time_s) = row.get(column) {
+                    row.set(column, ((time_s * 1e6).round() as i64 - start_us) as f64 / 1e6);
+                }
+            }
             row
         });
-        Ok(Log { path: path.to_owned(), rows: rows.collect(), notes, ..Log::default() })
+        Ok(Log {
+            path: path.to_owned(),
+            rows: rows.collect(),
+            notes,
+            start_unix_us: (start_us > LEAST_UNIX_US).then_some(start_us),
+            origin_deg: self.origin.map(|origin| origin.degrees()),
+            ..Log::default()
+        })
     }
 }

@@ -11,12 +11,15 @@ mod format;
 mod glider;
 mod iver_uvc;
 mod lake;
+mod line_time;
 mod mapping;
 mod messages;
 mod origin;
+mod pd0_file;
 mod pinger;
 mod ros_bag;
 mod runs;
+mod sentences;
 mod transponders;
 
 pub use draft::{Draft, draft};
@@ -50,6 +53,12 @@ static FORMATS: [(&[&str], &Format); 12] = [
     (&["cmd_left", "cmd_right"], &runs::THRUSTERS),
 ];
 
+/// North and east of a place about an origin, both as latitude and longitude in degrees, m.
+#[must_use]
+pub fn local_m(origin_deg: [f64; 2], [latitude_deg, longitude_deg]: [f64; 2]) -> [f64; 2] {
+    origin::Origin::new(origin_deg[0], origin_deg[1]).local_m(latitude_deg, longitude_deg)
+}
+
 /// A log and how it was understood.
 #[derive(Clone, Debug)]
 pub struct Imported {
@@ -76,6 +85,12 @@ pub fn read(path: &Path) -> Result<Imported, DataError> {
     if alog::is_alog(&header) {
         return alog::read(path);
     }
+    if pd0_file::is_pd0(&beginning(path)?) {
+        return pd0_file::read(path);
+    }
+    if sentences::is_sentences(path)? {
+        return sentences::read(path);
+    }
     let has = |name: &&str, separator: u8| header.trim().split(char::from(separator)).any(|cell| cell.trim() == *name);
     let separator_of = |(names, format): &(&[&str], &'static Format)| {
         let fits = |separator: &u8| names.iter().all(|name| has(name, *separator));
@@ -89,10 +104,15 @@ pub fn read(path: &Path) -> Result<Imported, DataError> {
 
 /// Whether an MCAP file is a ROS 2 bag; `None`: it is no MCAP file.
 fn is_mcap_bag(path: &Path) -> Result<Option<bool>, DataError> {
+    Ok(is_bag(&beginning(path)?))
+}
+
+/// The first bytes as they stand in the file.
+fn beginning(path: &Path) -> Result<Vec<u8>, DataError> {
     let mut beginning = Vec::new();
     let file = File::open(path).map_err(|e| DataError::io(path, &e))?;
     let _ = file.take(64).read_to_end(&mut beginning);
-    Ok(is_bag(&beginning))
+    Ok(beginning)
 }
 
 /// The first line; empty if it cannot be read, which leads to the vehicle log's own complaint.

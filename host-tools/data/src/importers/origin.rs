@@ -20,6 +20,11 @@ impl Origin {
         Self { latitude_deg, longitude_deg, m_per_deg: [meridian_m * RAD_PER_DEG, prime_m * cos * RAD_PER_DEG] }
     }
 
+    /// Latitude and longitude, degrees.
+    pub(super) const fn degrees(&self) -> [f64; 2] {
+        [self.latitude_deg, self.longitude_deg]
+    }
+
     /// North and east of the origin, m.
     pub(super) fn local_m(&self, latitude_deg: f64, longitude_deg: f64) -> [f64; 2] {
         let east_deg = (longitude_deg - self.longitude_deg + 540.0).rem_euclid(360.0) - 180.0;

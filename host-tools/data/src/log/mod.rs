@@ -163,6 +163,10 @@ pub struct Log {
     pub notes: Vec<String>,
     /// Samples are those of the centre of gravity ([`inputs::at_centre`](crate::inputs::at_centre)), not of the sensors.
     pub at_centre: bool,
+    /// µs since 1970 of time 0, where the log has a date; of the clock that the log was written by.
+    pub start_unix_us: Option<i64>,
+    /// Latitude and longitude of the origin of its positions, degrees, where it has them.
+    pub origin_deg: Option<[f64; 2]>,
 }
 
 impl Log {

@@ -19,7 +19,9 @@ impl Log {
         let notes = table::read(path, &Table { names: &names, required: &[], hint }, |time_us, values| {
             rows.push(LogRow { time_us, values: *values });
         })?;
-        let log = Self { path: path.to_owned(), rows, notes, ..Self::default() };
+        // seconds since 1970, not since some start: from 1973 on
+        let is_unix = rows.first().is_some_and(|row| row.time_us > 100_000_000_000_000);
+        let log = Self { path: path.to_owned(), rows, notes, start_unix_us: is_unix.then_some(0), ..Self::default() };
         log.check_acoustics()?;
         Ok(log)
     }
