@@ -77,6 +77,8 @@ pub struct Scores {
     pub prediction: Vec<[Option<f64>; HORIZONS_S.len()]>,
     /// (time in s, horizontal error in m), all of the log.
     pub position_errors: Vec<(f64, f64)>,
+    /// The flight filter's track, north and east in m; none of a log without fins and propeller.
+    pub track: Vec<(f64, f64)>,
 }
 
 /// Scores of a pass with its effects.
@@ -123,6 +125,7 @@ pub fn of(
         whiteness,
         prediction,
         position_errors,
+        track: run.track.iter().map(|sample| (sample.state[0], sample.state[1])).collect(),
     })
 }
 

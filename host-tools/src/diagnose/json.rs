@@ -6,8 +6,9 @@ use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::scores::{HORIZONS_S, PREDICTED, Scores};
 use serde_json::{Map, Value, json};
 
+/// The object, on one line.
 pub fn text(outcome: &DiagnosisReport<'_>) -> String {
-    let d = outcome.diagnosis;
+    let d = &outcome.diagnosis;
     let mut hints: Vec<Value> = d
         .structure
         .hints
@@ -19,12 +20,13 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     ));
     let object = json!({
         "verdict": d.verdict.name(),
+        "sentence": super::sentence(outcome),
         "reason": d.reason,
         "trust": if outcome.doubts.is_empty() { "ok" } else { "suspicious" },
         "doubts": outcome.doubts,
         "effects": d.effects.iter().map(effect).collect::<Vec<_>>(),
-        "before": scores(outcome.before),
-        "after": scores(outcome.after),
+        "before": scores(&outcome.before),
+        "after": scores(&outcome.after),
         "vehicle_file": outcome.vehicle_file.map(|path| path.display().to_string()),
         "unexplained_structure": hints,
         "held_out": "a third of the log in blocks, and its last fifth",

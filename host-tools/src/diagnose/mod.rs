@@ -2,7 +2,12 @@
 
 mod json;
 mod page;
+mod sentence;
 mod text;
+
+pub use json::text as json;
+pub use page::html;
+pub use sentence::sentence;
 
 use crate::log_input::{LogInput, ReadLog};
 use crate::outcome::Outcome;
@@ -22,6 +27,7 @@ use backseat_diagnose::log_models::{
 use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -79,15 +85,27 @@ pub struct Args {
 
 /// What the report shows.
 pub struct DiagnosisReport<'a> {
-    pub log: &'a Log,
-    pub diagnosis: &'a Diagnosis,
-    pub before: &'a Scores,
-    pub after: &'a Scores,
+    /// At the centre of gravity.
+    pub log: Cow<'a, Log>,
+    /// Verdict and effects.
+    pub diagnosis: Diagnosis,
+    /// Scores of the declared model on held-out data.
+    pub before: Scores,
+    /// Those with the effects found.
+    pub after: Scores,
+    /// What was assumed and left out.
     pub notes: Vec<String>,
     /// Why the result should not be trusted.
     pub doubts: Vec<String>,
+    /// The declared vehicle with the effects found.
+    pub vehicle: VehicleFile,
+    /// What of the effects stands in its `[installation]`, and what it cannot hold.
+    pub vehicle_notes: Vec<String>,
+    /// Where that vehicle was written.
     pub vehicle_file: Option<&'a Path>,
+    /// Where the report is written.
     pub page: Option<&'a Path>,
+    /// Time taken with reading, s.
     pub wall_s: f64,
 }
 
@@ -99,72 +117,89 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     for path in [&page, &vehicle_path].into_iter().flatten() {
         output::check(path, existing)?;
     }
-    let began = Instant::now();
-    let vehicle = match &args.vehicle {
-        Some(path) => VehicleFile::read(path)?,
-        None => VehicleFile::reference(),
-    };
+    let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
     let read = read(args)?;
-    read.explain_failure(|| {
-        diagnose(args, &read, &vehicle, began, [page.as_deref(), vehicle_path.as_deref()], existing)
-    })
+    read.explain_failure(|| write(args, &read, vehicle.as_ref(), [page.as_deref(), vehicle_path.as_deref()], existing))
 }
 
 /// From the log that was read to what is written: the page and the vehicle file.
-fn diagnose(
+fn write(
     args: &Args,
     read: &ReadLog,
-    vehicle: &VehicleFile,
-    began: Instant,
+    vehicle: Option<&VehicleFile>,
     [page, vehicle_path]: [Option<&Path>; 2],
     existing: Existing,
 ) -> anyhow::Result<Outcome> {
     let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
-    let log = &*inputs::at_centre(&read.log, &vehicle.installation);
-    let mut notes = log.notes.clone();
-    let spinner = Spinner::new();
-    let (diagnosis, before, after) = if uses::has_actuators(log) {
-        if args.vehicle.is_none() {
-            notes.push(format!("no --vehicle given: the declared model is the built-in {}", vehicle.name));
-        }
-        dynamic(args, log, vehicle, truth.as_ref(), &spinner)?
-    } else {
-        by_log_model(args, [&read.log, log], vehicle, truth.as_ref(), &spinner)?
-    };
-    drop(spinner);
-    notes.extend(diagnosis.notes.iter().cloned());
-
-    let written = vehicle_path.filter(|_| !diagnosis.effects.is_empty());
+    let mut outcome = compute(read, vehicle, truth.as_ref(), args.no_dvl)?;
     for path in [page, vehicle_path].into_iter().flatten() {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         }
     }
-    if let Some(path) = written {
-        let name = args.log.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let source = format!("{} with the effects that `backseat diagnose` found in {name}", vehicle.name);
-        let mut file = augmented(vehicle, &diagnosis);
-        notes.extend(install(&mut file, &diagnosis));
-        file.write(path, &source, existing)?;
+    if let Some(path) = vehicle_path.filter(|_| !outcome.diagnosis.effects.is_empty()) {
+        outcome.vehicle.write(path, &outcome.source(), existing)?;
+        outcome.vehicle_file = Some(path);
+        outcome.notes.append(&mut outcome.vehicle_notes);
     }
-    let outcome = DiagnosisReport {
-        log,
-        diagnosis: &diagnosis,
-        before: &before,
-        after: &after,
-        notes,
-        doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
-        vehicle_file: written,
-        page,
-        wall_s: began.elapsed().as_secs_f64(),
-    };
+    outcome.page = page;
     if let Some(path) = page {
         let html = page::html(&outcome);
         output::write(path, existing, |file| file.write_all(html.as_bytes()))?;
     }
-    let text = if args.json { json::text(&outcome) } else { text::text(&outcome) };
+    let text = if args.json { json(&outcome) } else { text::text(&outcome) };
     console::print(text.as_bytes())?;
     Ok(Outcome::doubtful_if(!outcome.doubts.is_empty()))
+}
+
+/// Diagnoses a log that was read; without a vehicle, against the built-in reference.
+///
+/// # Errors
+/// The log fits no model, or the filter cannot start or diverges.
+pub fn compute<'a>(
+    read: &'a ReadLog,
+    declared: Option<&VehicleFile>,
+    truth: Option<&Truth>,
+    no_dvl: bool,
+) -> anyhow::Result<DiagnosisReport<'a>> {
+    let began = Instant::now();
+    let vehicle = &declared.cloned().unwrap_or_else(VehicleFile::reference);
+    let log = inputs::at_centre(&read.log, &vehicle.installation);
+    let mut notes = log.notes.clone();
+    let spinner = Spinner::new();
+    let (diagnosis, before, after) = if uses::has_actuators(&log) {
+        if declared.is_none() {
+            notes.push(format!("no --vehicle given: the declared model is the built-in {}", vehicle.name));
+        }
+        dynamic(&log, vehicle, truth, !no_dvl, &spinner)?
+    } else {
+        by_log_model([&read.log, &log], vehicle, truth, !no_dvl, &spinner)?
+    };
+    drop(spinner);
+    notes.extend(diagnosis.notes.iter().cloned());
+    let mut augmented = augmented(vehicle, &diagnosis);
+    let vehicle_notes = install(&mut augmented, &diagnosis);
+    Ok(DiagnosisReport {
+        log,
+        diagnosis,
+        before,
+        after,
+        notes,
+        doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
+        vehicle: augmented,
+        vehicle_notes,
+        vehicle_file: None,
+        page: None,
+        wall_s: read.read_s + began.elapsed().as_secs_f64(),
+    })
+}
+
+impl DiagnosisReport<'_> {
+    /// First lines of the vehicle file.
+    pub fn source(&self) -> String {
+        let name = self.log.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        format!("{} with the effects that `backseat diagnose` found in {name}", self.vehicle.name)
+    }
 }
 
 /// The log, with the one beside it.
@@ -188,17 +223,16 @@ fn read(args: &Args) -> anyhow::Result<ReadLog> {
 /// Logs without fins and propeller: each kind has its own model. Those of sensors apply the installation themselves, to the
 /// `raw` log.
 fn by_log_model(
-    args: &Args,
     [raw, log]: [&Log; 2],
     vehicle: &VehicleFile,
     truth: Option<&Truth>,
+    use_dvl: bool,
     spinner: &Spinner,
 ) -> anyhow::Result<(Diagnosis, Scores, Scores)> {
-    let refuse_truth = |what: &str| match &args.truth {
-        Some(path) => bail!(
-            "{}: --truth cannot be used with {what}, whose errors are computed from the log itself: leave it out",
-            path.display()
-        ),
+    let refuse_truth = |what: &str| match truth {
+        Some(_) => {
+            bail!("--truth cannot be used with {what}, whose errors are computed from the log itself: leave it out")
+        }
         None => Ok(()),
     };
     let found = if pinger::is_for(log) {
@@ -207,7 +241,7 @@ fn by_log_model(
         let Some(found) = pinger::run(log, vehicle) else {
             bail!(
                 "{}: the log has fewer than 30 pings with a GNSS position (gps_x_m, gps_y_m) and the pinger's place (ship_x_m, ship_y_m)",
-                args.log.display()
+                log.path.display()
             );
         };
         found
@@ -218,7 +252,7 @@ fn by_log_model(
             bail!(
                 "{}: the log needs 200 two-way travel times (two_way_time_s) with the antenna's place and the attitude at both \
                  ends, and the places of the transponders (station_x_m, station_y_m, station_z_m): join their table by --with",
-                args.log.display()
+                log.path.display()
             );
         };
         found
@@ -228,7 +262,7 @@ fn by_log_model(
         let Some(found) = reference_velocity::run(raw, vehicle) else {
             bail!(
                 "{}: the log needs 60 DVL velocities inside runs of the reference velocity with attitude, and at most 12 runs",
-                args.log.display()
+                log.path.display()
             );
         };
         found
@@ -238,7 +272,7 @@ fn by_log_model(
         let Some(found) = thruster::run(raw, vehicle) else {
             bail!(
                 "{}: the log needs four stretches of 5 s on which both thrusters have the same command above 0.05",
-                args.log.display()
+                log.path.display()
             );
         };
         found
@@ -248,17 +282,17 @@ fn by_log_model(
         let Some(found) = glider::run(log, vehicle) else {
             bail!(
                 "{}: too little steady gliding: the model needs 60 stretches of 16 s below 3 m with constant ballast",
-                args.log.display()
+                log.path.display()
             );
         };
         found
     } else {
         spinner.set("dead reckoning");
-        let Some(found) = dead_reckoning::run(log, vehicle, !args.no_dvl, truth) else {
+        let Some(found) = dead_reckoning::run(log, vehicle, use_dvl, truth) else {
             bail!(
                 "{}: the log has neither fins and propeller speed (for the dynamic model) nor heading, speed and GNSS \
                  fixes under way (for dead reckoning)",
-                args.log.display()
+                log.path.display()
             );
         };
         found
@@ -269,26 +303,26 @@ fn by_log_model(
 
 /// The main route: the vehicle's own dynamics.
 fn dynamic(
-    args: &Args,
     log: &Log,
     vehicle: &VehicleFile,
     truth: Option<&Truth>,
+    use_dvl: bool,
     spinner: &Spinner,
 ) -> anyhow::Result<(Diagnosis, Scores, Scores)> {
-    let Some(mut log_data) = PreparedLog::new(log, vehicle, !args.no_dvl) else {
+    let Some(mut log_data) = PreparedLog::new(log, vehicle, use_dvl) else {
         bail!(
             "{}: the filter cannot start: the log needs a GNSS fix (gps_x_m, gps_y_m) and an attitude (roll_rad, pitch_rad, heading_rad)",
-            args.log.display()
+            log.path.display()
         );
     };
     let Some(diagnosis) = diagnosis::run(&mut log_data, |what| spinner.set(what)) else {
         bail!(
             "{}: the filter diverged: check the units and signs of the log's columns and the vehicle file",
-            args.log.display()
+            log.path.display()
         );
     };
     spinner.set("before and after");
-    let score = |pass, set| scores::of(&log_data, pass, set, log, vehicle, truth, !args.no_dvl);
+    let score = |pass, set| scores::of(&log_data, pass, set, log, vehicle, truth, use_dvl);
     let before = score(&diagnosis.before, &vehicle.effects.set)?;
     let set = diagnosis.set(&vehicle.effects.set);
     let after = if diagnosis.effects.is_empty() { before.clone() } else { score(&diagnosis.after, &set)? };

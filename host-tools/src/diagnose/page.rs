@@ -1,8 +1,10 @@
 //! The diagnosis as an HTML page: effects, before and after, the residual, all hypotheses.
 
 use super::DiagnosisReport;
+use super::sentence::{next, sentence};
 use super::text::{headline, number, rows};
-use backseat_data::report::plots::{self, Bar, BarPlot, ErrorPlot, Point, Scale, TimePlot, XyPlot};
+use crate::provenance;
+use backseat_data::report::plots::{self, Bar, BarPlot, ErrorPlot, Point, Scale, TimePlot, TrackPlot, XyPlot};
 use backseat_data::report::{Provenance, Report, Table};
 use backseat_diagnose::figures;
 use backseat_diagnose::samples::ResidualChannel;
@@ -13,17 +15,16 @@ use backseat_diagnose::verdict::Verdict;
 const SHOWN: usize = 10;
 /// Time over which residuals are averaged to be drawn, s.
 const BIN_S: f64 = 20.0;
+/// Time without fixes across which no line is drawn, µs.
+const FIX_GAP_US: u64 = 30_000_000;
 
+/// The page, one file.
 pub fn html(outcome: &DiagnosisReport<'_>) -> String {
     let title = outcome.log.path.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
-    let verdict = match outcome.doubts.as_slice() {
-        [] => headline(outcome),
-        doubts => format!("Do not trust this result: {}. {}", doubts.join("; "), headline(outcome)),
-    };
-    let mut report = Report::new(format!("Diagnosis of {title}"), verdict);
-    report = effects(report, outcome);
-    report = before_after(report, outcome);
+    let mut report = Report::new(format!("Diagnosis of {title}"), sentence(outcome)).warnings(&outcome.doubts);
+    report = before_after(map(report, outcome), outcome);
     report = residual(report, outcome);
+    report = effects(report.section("What was found").text(&headline(outcome)), outcome);
     report = ladder(report, outcome);
     report = details(report, outcome);
     if !outcome.notes.is_empty() {
@@ -32,14 +33,52 @@ pub fn html(outcome: &DiagnosisReport<'_>) -> String {
             report = report.text(note);
         }
     }
-    let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
-    let command = format!("backseat {}", command.join(" "));
+    let (next, why) = next(outcome);
+    report = report.section("Next").text(&format!("{}:", capital(&why))).command(&next);
+    let command = provenance::command();
     report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
+}
+
+/// The flight filter's track before and after, and the fixes.
+fn map(report: Report, outcome: &DiagnosisReport<'_>) -> Report {
+    let (before, after) = (&outcome.before.track, &outcome.after.track);
+    if before.is_empty() {
+        return report;
+    }
+    let fixes = fixes(outcome);
+    let mut lines: Vec<plots::Series<'_>> = vec![("before", before)];
+    if !outcome.diagnosis.effects.is_empty() {
+        lines.push(("after", after));
+    }
+    lines.push(("GNSS fixes", &fixes));
+    let svg = plots::track(&TrackPlot { estimates: &lines, ..TrackPlot::default() });
+    let withheld = if outcome.before.position_against == Some("truth") { "" } else { ", its later fixes withheld" };
+    report.figure(&format!("Track of the flight filter with the declared vehicle and with the effect{withheld}."), svg)
+}
+
+/// North and east; the line breaks where fixes are missing.
+fn fixes(outcome: &DiagnosisReport<'_>) -> Vec<Point> {
+    let (mut points, mut previous_us): (Vec<Point>, Option<u64>) = (Vec::new(), None);
+    for row in &outcome.log.rows {
+        let Some([north_m, east_m]) = row.gnss_m() else { continue };
+        if previous_us.is_some_and(|previous_us| row.time_us - previous_us > FIX_GAP_US) {
+            points.push((f64::NAN, f64::NAN));
+        }
+        points.push((north_m, east_m));
+        previous_us = Some(row.time_us);
+    }
+    points
+}
+
+/// With a capital first letter.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Effects found: a table, and a sentence each.
 fn effects(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
-    let d = outcome.diagnosis;
+    let d = &outcome.diagnosis;
     if !d.effects.is_empty() {
         let header = ["effect", "parameter", "value (95 % interval)", "p"];
         let mut table = Table::new("Effects found", &header);
@@ -137,7 +176,7 @@ fn broken(errors: &[(f64, f64)]) -> Vec<Point> {
 
 /// The residual that the effects change most: in time, against the variable that explains most of it, and its spectrum.
 fn residual(report: Report, outcome: &DiagnosisReport<'_>) -> Report {
-    let d = outcome.diagnosis;
+    let d = &outcome.diagnosis;
     let has_effect = !d.effects.is_empty();
     let channel = figures::most_changed_channel(&d.before, &d.after);
     let label = format!("{} residual [{}]", channel.name(), channel.unit());
@@ -145,23 +184,20 @@ fn residual(report: Report, outcome: &DiagnosisReport<'_>) -> Report {
     let drawn = figures::smooth(before.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
     let effect = figures::smooth(before.iter().zip(&after).map(|(b, a)| (b.t_s, b.innovation - a.innovation)), BIN_S);
     let rest = figures::smooth(after.iter().map(|r| (r.t_s, r.innovation)), BIN_S);
-    let mut series: Vec<plots::Series<'_>> = vec![("residual of the declared model", &drawn)];
+    // the colours of before and after are those of the map
+    let mut series: Vec<plots::Series<'_>> = vec![("before", &drawn)];
     if has_effect {
-        series.push(("explained by the effect", &effect));
+        series.extend([("after", &rest[..]), ("explained by the effect", &effect[..])]);
     }
     let over = plots::time_series(&TimePlot { y_label: &label, series: &series, band: None });
     let mut report = report.section("The residual").figure(
         &format!(
             "Innovations of {}, means of {BIN_S:.0} s{}.",
             channel.name(),
-            if has_effect { ", and the part that the effect explains" } else { "" }
+            if has_effect { ": before, after, and the part that the effect explains" } else { "" }
         ),
         over,
     );
-    if has_effect {
-        let svg = plots::time_series(&TimePlot { y_label: &label, series: &[("after", &rest)], band: None });
-        report = report.figure("Residual with the effect in the model.", svg);
-    }
     let (variable, [line_before, line_after]) = figures::best_variable(&d.before, &d.after, channel);
     let mut lines: Vec<plots::Series<'_>> = vec![("before", &line_before)];
     if has_effect {
@@ -262,7 +298,7 @@ fn details(mut report: Report, outcome: &DiagnosisReport<'_>) -> Report {
         let of = |scores: &backseat_diagnose::scores::Scores| {
             scores.whiteness.iter().find(|w| w.channel == channel).cloned()
         };
-        let (Some(before), Some(after)) = (of(outcome.before), of(outcome.after)) else { continue };
+        let (Some(before), Some(after)) = (of(&outcome.before), of(&outcome.after)) else { continue };
         let p = super::text::probability;
         table = table.row([
             channel.name().to_owned(),

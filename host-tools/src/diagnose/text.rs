@@ -1,6 +1,7 @@
 //! The diagnosis as text.
 
 use super::DiagnosisReport;
+use super::sentence::{next, sentence};
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::ParameterEstimate;
 use backseat_diagnose::verdict::Verdict;
@@ -11,7 +12,7 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     for doubt in &outcome.doubts {
         let _ = writeln!(out, "DO NOT TRUST: {doubt}");
     }
-    let _ = writeln!(out, "{}", headline(outcome));
+    let _ = writeln!(out, "{}\n\n{}", sentence(outcome), headline(outcome));
     for found in &outcome.diagnosis.effects {
         let _ = writeln!(out, "\n  {}", found.instance.candidate.effect);
         for value in &found.values {
@@ -41,13 +42,15 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     for path in [outcome.vehicle_file, outcome.page].into_iter().flatten() {
         let _ = writeln!(out, "  written: {}", path.display());
     }
+    let (command, why) = next(outcome);
+    let _ = writeln!(out, "  next: {command}\n        {why}");
     let _ = writeln!(out, "  {:.0} s of log diagnosed in {:.1} s", outcome.log.duration_s(), outcome.wall_s);
     out
 }
 
-/// The verdict in one sentence.
+/// The verdict by the names of the catalogue.
 pub fn headline(outcome: &DiagnosisReport<'_>) -> String {
-    let d = outcome.diagnosis;
+    let d = &outcome.diagnosis;
     let names: Vec<String> = d.effects.iter().map(|found| found.instance.candidate.label().replace('_', " ")).collect();
     let names = names.join(" and ");
     match d.verdict {
@@ -108,7 +111,7 @@ pub fn probability(p: f64) -> String {
 
 /// The scores: name, before, after.
 pub fn rows(outcome: &DiagnosisReport<'_>) -> Vec<(String, String, String)> {
-    let (a, b) = (outcome.before, outcome.after);
+    let (a, b) = (&outcome.before, &outcome.after);
     let some = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
     let against = a.position_against.map_or_else(String::new, |what| format!(" ({what})"));
     let p = probability;

@@ -78,6 +78,32 @@ impl Report {
         Self { title, body, footer: String::new() }
     }
 
+    /// Says in red, above everything else, why the result is not to be trusted; nothing without a reason.
+    pub fn warnings(mut self, reasons: &[String]) -> Self {
+        if !reasons.is_empty() {
+            let text = format!("Do not trust this result: {}.", reasons.join("; "));
+            self.headline(&text);
+        }
+        self
+    }
+
+    /// A red headline, such as "Capsized", above everything else.
+    #[must_use]
+    pub fn alarm(mut self, text: &str) -> Self {
+        self.headline(text);
+        self
+    }
+
+    fn headline(&mut self, text: &str) {
+        self.body.insert_str(0, &format!("<p class=\"alarm\" role=\"alert\">{}</p>\n", escape(text)));
+    }
+
+    /// Adds a command to be typed.
+    pub fn command(mut self, command: &str) -> Self {
+        let _ = writeln!(self.body, "<pre class=\"scroll\"><code>{}</code></pre>", escape(command));
+        self
+    }
+
     /// Adds a section heading.
     pub fn section(mut self, title: &str) -> Self {
         let _ = writeln!(self.body, "<h2>{}</h2>", escape(title));

@@ -201,5 +201,6 @@ pub fn scores(log_data: &PreparedLog, pass: &crate::whitener::Pass, measures: Me
         whiteness,
         prediction: vec![[None; HORIZONS_S.len()]; PREDICTED.len()],
         position_errors: measures.position,
+        track: Vec::new(),
     }
 }

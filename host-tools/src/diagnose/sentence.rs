@@ -1,0 +1,217 @@
+//! The answer first: the diagnosis in one sentence, in degrees and minutes, and what to do next.
+
+use super::DiagnosisReport;
+use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
+use backseat_diagnose::diagnosis::FoundEffect;
+use backseat_diagnose::scores::Scores;
+use backseat_diagnose::verdict::Verdict;
+
+/// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its names.
+const WORDS: [(&str, &str); 22] = [
+    ("linear_drag", "the hull drags {surge_ns_per_m} more in surge"),
+    ("drag_change", "the hull drags {surge_ns_per_m} more in surge"),
+    ("thrust_loss", "the propeller loses thrust with speed, {k_n_s2_per_rad_m}"),
+    ("thrust_decay", "the propeller loses thrust in time, {per_hour}"),
+    ("roll_trim", "the vehicle is trimmed by {rad} in roll"),
+    ("pitch_trim", "the vehicle is trimmed by {rad} in pitch"),
+    ("buoyancy_offset", "its buoyancy is off by {kg}"),
+    ("fin_lag", "the fins follow their command {s} late"),
+    ("fin_bias", "the {fin} fin stands {rad} off its command"),
+    ("fin_stuck", "the {fin} fin is stuck at {rad}"),
+    ("pitch_sensor", "the pitch sensor is off by {bias_rad} and a factor {scale}"),
+    ("gyro_bias", "the gyros are off by {p_radps}, {q_radps} and {r_radps}"),
+    ("depth_bias", "the depth reads {m} too deep"),
+    ("dvl_misalignment", "the DVL is turned by {yaw_rad} in yaw and {pitch_rad} in pitch"),
+    ("clock_offset", "the clocks are {s} apart"),
+    ("clock_drift", "the clocks drift by {ppm}"),
+    ("range_outliers", "a share of {share} of the ranges is wrong"),
+    ("waves", "waves move the vehicle by {amplitude_mps} every {period_s}"),
+    ("heading_lag", "the heading is {s} late"),
+    ("dvl_delay", "the DVL is {s} late"),
+    ("gnss_lever_arm", "the antenna stands {x_m} ahead and {y_m} to starboard of where it is declared"),
+    ("magnetic_declination", "the compass is off by {rad}"),
+];
+
+/// The diagnosis in one sentence.
+pub fn sentence(outcome: &DiagnosisReport<'_>) -> String {
+    let d = &outcome.diagnosis;
+    let phrases: Vec<String> = d.effects.iter().map(phrase).collect();
+    let found = phrases.join("; ");
+    let mut parts = match d.verdict {
+        Verdict::None => vec!["Nothing found: the declared model leaves no significant residual".to_owned()],
+        Verdict::Unexplained if phrases.is_empty() => {
+            vec![format!("Not explained: {}, and no entry of the catalogue describes what remains", d.reason)]
+        }
+        Verdict::Unexplained => vec![found, format!("that does not explain all of it: {}", d.reason)],
+        Verdict::Explained | Verdict::Ambiguous => vec![found],
+    };
+    parts.extend(gain(&outcome.before, &outcome.after).filter(|_| !phrases.is_empty()));
+    parts.extend(d.effects.iter().filter_map(others));
+    let mut text = parts.join("; ");
+    if let Some(first) = text.get(..1) {
+        let first = first.to_uppercase();
+        text.replace_range(..1, &first);
+    }
+    text + "."
+}
+
+/// One effect with its time in front: "since minute 37 the starboard fin is stuck at 1.0 degree".
+fn phrase(found: &FoundEffect) -> String {
+    let onset = found.values.iter().find(|value| value.kind == ParameterKind::Onset);
+    let when = onset.map_or_else(String::new, |onset| format!("since minute {:.0} ", onset.value / 60.0));
+    let effect = found.instance.candidate.effect;
+    let texts: Vec<(&str, String)> = found
+        .values
+        .iter()
+        .filter(|value| value.kind != ParameterKind::Onset)
+        .map(|value| {
+            let text = match value.kind {
+                ParameterKind::Fin => fin_index(value.value).map_or("unknown", |fin| FIN_NAMES[fin]).to_owned(),
+                _ => quantity(value.value, value.unit),
+            };
+            (value.name, text)
+        })
+        .collect();
+    let value = |name: &str| found.values.iter().find(|value| value.name == name).map_or(0.0, |value| value.value);
+    if effect == "water_current" {
+        return format!("{when}{}", current(value("north_mps"), value("east_mps")));
+    }
+    match WORDS.iter().find(|(name, _)| *name == effect) {
+        Some((_, words)) => {
+            let filled = |text: String, (name, value): &(&str, String)| text.replace(&format!("{{{name}}}"), value);
+            when + &texts.iter().fold((*words).to_owned(), filled)
+        }
+        None => {
+            let listed: Vec<String> = texts.iter().map(|(name, text)| format!("{} {text}", plain(name))).collect();
+            format!("{when}the model lacks {} ({})", plain(effect), listed.join(", "))
+        }
+    }
+}
+
+/// A current by the direction that it sets towards.
+fn current(north_mps: f64, east_mps: f64) -> String {
+    let towards = east_mps.atan2(north_mps).to_degrees().rem_euclid(360.0);
+    format!("a current of {:.2} m/s sets towards {towards:.0} degrees", north_mps.hypot(east_mps))
+}
+
+/// A name without its unit and underscores.
+fn plain(name: &str) -> String {
+    let units = ["_radps", "_rad", "_mps", "_m", "_s", "_kg", "_ns_per_m", "_n_s2_per_rad_m"];
+    let stem = units.iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name);
+    stem.replace('_', " ")
+}
+
+/// A value as people say it: angles in degrees, shares in per cent, three digits at most.
+fn quantity(value: f64, unit: &str) -> String {
+    let (value, unit) = match unit {
+        "rad" => (value.to_degrees(), "degrees"),
+        "rad/s" => (value.to_degrees(), "degrees/s"),
+        "1/h" => (100.0 * value, "% an hour"),
+        "1" => (value, ""),
+        unit => (value, unit),
+    };
+    let digits = (1.0 - value.abs().max(1e-6).log10().floor()).clamp(0.0, 6.0) as usize;
+    let number = format!("{value:.digits$}");
+    let unit = if unit == "degrees" && number.trim_start_matches('-') == "1.0" { "degree" } else { unit };
+    format!("{number} {unit}").trim_end().to_owned()
+}
+
+/// What the effects change on held-out data: of the position where it can be compared, else of the velocity.
+fn gain(before: &Scores, after: &Scores) -> Option<String> {
+    let (what, [before, after], unit, digits) = match [before, after].map(|scores| scores.position_rmse_m) {
+        [Some(before), Some(after)] => ("position error", [before, after], "m", 2),
+        _ => ("velocity error", [before.velocity_rmse_mps?, after.velocity_rmse_mps?], "m/s", 4),
+    };
+    Some(format!("held-out {what} {before:.digits$} -> {after:.digits$} {unit}"))
+}
+
+/// What would fit as well, and what tells it apart.
+fn others(found: &FoundEffect) -> Option<String> {
+    let own = found.instance.candidate;
+    let possible: Vec<_> =
+        found.alternatives.iter().filter(|other| other.is_possible() && other.instance.candidate != own).collect();
+    let name = |fin: usize| format!("the {} fin", FIN_NAMES[fin]);
+    let mut names: Vec<String> = possible
+        .iter()
+        .map(|other| match other.instance.candidate {
+            candidate if candidate.effect == own.effect => candidate.fin.map_or_else(|| plain(own.effect), name),
+            candidate => candidate.label().replace('_', " "),
+        })
+        .collect();
+    names.dedup();
+    let names = names.join(" or ");
+    let manoeuvre = possible.iter().find_map(|other| other.separating_manoeuvre);
+    match (names.as_str(), manoeuvre) {
+        ("", _) => None,
+        (_, None) => Some(format!("{names} would fit almost as well")),
+        (_, Some(manoeuvre)) => {
+            Some(format!("{names} would fit almost as well; to tell them apart: {}", lower(manoeuvre)))
+        }
+    }
+}
+
+/// With a small first letter, unless it begins an abbreviation.
+fn lower(text: &str) -> String {
+    let mut letters = text.chars();
+    match (letters.next(), letters.clone().next()) {
+        (Some(first), Some(second)) if second.is_lowercase() => first.to_lowercase().chain(letters).collect(),
+        _ => text.to_owned(),
+    }
+}
+
+/// The next command, and what it brings.
+pub fn next(outcome: &DiagnosisReport<'_>) -> (String, String) {
+    let log = outcome.log.path.display();
+    let d = &outcome.diagnosis;
+    if d.effects.is_empty() {
+        let why = match d.verdict {
+            Verdict::None => "the track with the declared vehicle, which fits this log",
+            _ => "what the numbers of this log look like: a wrong unit or sign is no entry of the catalogue",
+        };
+        let command = if d.verdict == Verdict::None { "navigate" } else { "info" };
+        return (format!("backseat {command} {log}"), why.to_owned());
+    }
+    match outcome.vehicle_file {
+        Some(file) => {
+            let gain = gain(&outcome.before, &outcome.after).unwrap_or_else(|| "the corrected vehicle".to_owned());
+            (format!("backseat navigate {log} --vehicle {}", file.display()), gain)
+        }
+        None => {
+            (format!("backseat diagnose {log} --report why"), "writes the report and the corrected vehicle".to_owned())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_in_degrees_and_to_the_digits_that_matter() {
+        for (value, unit, expected) in [
+            (0.017_68, "rad", "1.0 degree"),
+            (0.03, "rad", "1.7 degrees"),
+            (-0.000_2, "rad/s", "-0.011 degrees/s"),
+            (0.008_515, "N s^2/(rad m)", "0.0085 N s^2/(rad m)"),
+            (0.25, "1", "0.25"),
+            (12.3, "m", "12 m"),
+        ] {
+            assert_eq!(quantity(value, unit), expected);
+        }
+    }
+
+    #[test]
+    fn a_current_has_a_direction() {
+        assert_eq!(current(0.0, -0.2), "a current of 0.20 m/s sets towards 270 degrees");
+    }
+
+    #[test]
+    fn every_effect_in_words_is_in_the_catalogue_with_those_parameters() {
+        for (effect, words) in WORDS {
+            let info = backseat_core::effects::find_of_log(effect).unwrap_or_else(|| panic!("{effect}"));
+            for name in words.split('{').skip(1).filter_map(|rest| rest.split('}').next()) {
+                assert!(info.parameters.iter().any(|parameter| parameter.name == name), "{effect}: {name}");
+            }
+        }
+    }
+}
