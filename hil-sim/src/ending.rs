@@ -47,11 +47,8 @@ impl Ending {
         if !flight.finished {
             return Self::Unfinished;
         }
-        let waypoints = scenario.settings.waypoints();
         let last_under_way = samples.iter().rfind(|sample| sample.telemetry.leg.is_some());
-        let short_of_m = last_under_way.zip(waypoints.last()).map(|(sample, waypoint)| {
-            (sample.truth.state[X] - waypoint.x_m).hypot(sample.truth.state[Y] - waypoint.y_m)
-        });
+        let short_of_m = last_under_way.and_then(|sample| short_of_m(scenario, &sample.truth.state));
         match short_of_m {
             Some(short_of_m) if short_of_m > END_RADIUS_M => Self::GivenUp { short_of_m },
             _ => Self::Flown,
@@ -93,6 +90,17 @@ impl Ending {
             Self::NotFlown => "NOT FLOWN: the backseat never began the mission".to_owned(),
         }
     }
+}
+
+/// Distance from the last waypoint, m.
+fn short_of_m(scenario: &Scenario, state: &[f64; 12]) -> Option<f64> {
+    let waypoints = scenario.settings.waypoints();
+    waypoints.last().map(|waypoint| (state[X] - waypoint.x_m).hypot(state[Y] - waypoint.y_m))
+}
+
+/// Whether a mission that ends here was flown to its end.
+pub(crate) fn is_at_the_end(scenario: &Scenario, state: &[f64; 12]) -> bool {
+    short_of_m(scenario, state).is_none_or(|short_of_m| short_of_m <= END_RADIUS_M)
 }
 
 /// When the vehicle was upside down for [`CAPSIZED_S`] samples, one a second.

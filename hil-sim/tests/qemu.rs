@@ -10,7 +10,7 @@ use backseat_link::{BackseatError, Client, Ports};
 use backseat_wire::hostlink::{Decoder, FromBoard, Mode, Port, Step, ToBoard};
 use hil_sim::analysis;
 use hil_sim::backseat::{InProcess, Qemu, build_image, missing};
-use hil_sim::flight::{FlightLog, board_parameters, fly, fly_prepared, fly_realtime};
+use hil_sim::flight::{FlightLog, Start, board_parameters, fly, fly_prepared, fly_realtime};
 use hil_sim::scenario::Scenario;
 use std::io::Write as _;
 use std::path::Path;
@@ -191,7 +191,7 @@ fn bytes_that_nobody_reads_are_counted_and_reported() {
 fn arm_navigates_on_its_own_clock() {
     let Some(qemu) = image() else { return };
     let mut client = Client::new(Tap::new(qemu));
-    let flight = fly_realtime(&survey(2.0), &mut client, None, &AtomicBool::new(false), |_| {}).unwrap();
+    let flight = fly_realtime(&survey(2.0), &mut client, Start::AtOnce, None, &AtomicBool::new(false), |_| {}).unwrap();
     assert!(client.ports().digests.is_empty(), "a lock-step without its clock");
     // Once a second, but for what a busy machine misses.
     assert!(flight.samples.len() > 110, "{}", flight.samples.len());

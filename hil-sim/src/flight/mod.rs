@@ -6,7 +6,7 @@ mod record;
 mod setup;
 
 pub use lockstep::{Watched, fly, fly_prepared, fly_watched};
-pub use realtime::fly_realtime;
+pub use realtime::{Start, fly_realtime};
 pub use record::{FlightLog, ModeChange, Sample};
 pub use setup::board_parameters;
 

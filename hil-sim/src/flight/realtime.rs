@@ -3,6 +3,7 @@
 use super::record::{Recorder, Sample};
 use super::{FlightError, FlightLog, advance, prepare};
 use crate::devices::Devices;
+use crate::ending::is_at_the_end;
 use crate::scenario::Scenario;
 use crate::world::World;
 use backseat_link::{BackseatError, Client, FusionRecord, Ports};
@@ -17,6 +18,16 @@ const TICK_US: u64 = 2_000;
 /// A board takes up its own clock two seconds after power-up, when no other has come.
 const PATIENCE: Duration = Duration::from_secs(10);
 
+/// Who starts the mission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// The simulator, at once; the flight ends with the mission.
+    AtOnce,
+    /// Whoever sends `mission start`. A mission that is stopped may be started again: the flight ends when the last
+    /// waypoint was reached, with the scenario's time, or by `stop`.
+    OnRequest,
+}
+
 /// Flies a scenario at the speed of the clock; arguments and result as [`super::fly`].
 ///
 /// # Errors
@@ -24,13 +35,16 @@ const PATIENCE: Duration = Duration::from_secs(10);
 pub fn fly_realtime<P: Ports>(
     scenario: &Scenario,
     client: &mut Client<P>,
+    start: Start,
     folder: Option<&Path>,
     stop: &AtomicBool,
     mut progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
     let mut recorder = Recorder::new(folder)?;
     prepare(scenario, client)?;
-    client.start_mission()?;
+    if start == Start::AtOnce {
+        client.start_mission()?;
+    }
     wait_for_clock(client)?;
 
     let begun = Instant::now();
@@ -62,8 +76,10 @@ pub fn fly_realtime<P: Ports>(
             _ => {}
         })?;
         let Some(telemetry) = latest else { continue };
-        recorder.flight.finished = under_way && telemetry.leg.is_none();
-        under_way |= telemetry.leg.is_some();
+        let has_ended = under_way && telemetry.leg.is_none();
+        recorder.flight.finished =
+            has_ended && (start == Start::AtOnce || is_at_the_end(scenario, &world.truth().state));
+        under_way = telemetry.leg.is_some() || (under_way && start == Start::AtOnce);
         let second = now_us / 1_000_000;
         if second > sampled_s {
             sampled_s = second;

@@ -51,6 +51,11 @@ impl Line {
         Self { verdict, what, found: found.into() }
     }
 
+    /// Check, verdict and what was found.
+    pub fn cells(&self) -> [&str; 3] {
+        [self.what, self.verdict.name(), &self.found]
+    }
+
     /// As a row of a Markdown table.
     pub fn row(&self) -> String {
         format!("| {} | {} | {} |", self.what, self.verdict.name(), self.found)

@@ -2,6 +2,7 @@
 
 mod hil;
 mod judge;
+mod launch;
 
 use crate::board::Common;
 use anyhow::bail;
@@ -15,6 +16,7 @@ use std::time::{Duration, SystemTime};
 const EXAMPLES: &str = "\
 Example:
   backseat check /dev/ttyACM0 --wiggle
+  backseat check /dev/ttyACM0 --report launch.html --sign-off Name
   backseat check /dev/ttyACM0 --hil --report bench.md --sign-off Name
 
 ok: passed. FAIL: failed; the exit code is then 1. note: for you to judge. A sensor that the parameters do not use may be
@@ -41,8 +43,8 @@ pub struct Args {
     /// Check a board without devices, TX and RX of each device port joined
     #[arg(long)]
     hil: bool,
-    /// Write a report of it (Markdown)
-    #[arg(long, value_name = "FILE", requires = "hil")]
+    /// Write a report of it: before a launch the page "go" or "no go" (HTML), with --hil the bench report (Markdown)
+    #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Whoever answers for the report
     #[arg(long, value_name = "NAME", requires = "report")]
@@ -53,11 +55,19 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let lines = if args.hil { hil::lines(&args.common)? } else { with_devices(args)? };
     if let Some(path) = &args.report {
-        hil::report(path, &args.common.port.to_string(), &judge::date(now_us()), args.sign_off.as_deref(), &lines)?;
+        let (port, when) = (args.common.port.to_string(), judge::date(now_us()));
+        if args.hil {
+            hil::report(path, &port, &when, args.sign_off.as_deref(), &lines)?;
+        } else {
+            launch::page(path, &port, &when, args.sign_off.as_deref(), &lines)?;
+        }
     }
     let failed = lines.iter().filter(|line| line.verdict == Verdict::Fail).count();
     let list: Vec<_> = lines.iter().map(Line::json).collect();
-    let table: String = lines.iter().map(|line| format!("{line}\n")).collect();
+    let mut table: String = lines.iter().map(|line| format!("{line}\n")).collect();
+    if !args.hil {
+        table += &format!("\n{}\n", launch::verdict(&lines));
+    }
     args.common.say(&json!({"passed": failed == 0, "checks": list}), &table)?;
     if failed > 0 {
         bail!("{}: {failed} of {} checks failed", args.common.port, lines.len());

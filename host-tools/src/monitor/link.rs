@@ -1,7 +1,8 @@
 //! The host port, through unplugging and replugging.
 
+use anyhow::Context;
 use backseat_link::board::{HostPort, PortName};
-use backseat_link::{BackseatError, Ports};
+use backseat_link::{BackseatError, Ports, Pty};
 use backseat_wire::hostlink::{MAX_FRAME, Port, ToBoard, encode};
 use std::io::ErrorKind;
 
@@ -22,17 +23,56 @@ fn fresh(name: &PortName) -> anyhow::Result<HostPort> {
     Ok(port)
 }
 
-/// A port that comes back.
+/// A port that comes back, and that other commands can use meanwhile.
 pub struct Link {
     name: PortName,
     port: Option<HostPort>,
     retry_us: u64,
+    shared: Shared,
+}
+
+/// A second port with the same board behind it, for `params`, `mission` and the like while this one is taken.
+struct Shared {
+    cable: Pty,
+    /// Of a frame that is not whole yet: frames of two programs must not mix.
+    asked: Vec<u8>,
+}
+
+impl Shared {
+    fn open() -> std::io::Result<Self> {
+        let cable = Pty::open()?;
+        cable.never_block()?;
+        Ok(Self { cable, asked: Vec::new() })
+    }
+
+    /// Hands on what the board said, as far as somebody reads it; whole frames that are asked there.
+    fn relay(&mut self, heard: &[u8]) -> Vec<u8> {
+        if !heard.is_empty() {
+            let _ = self.cable.offer(heard);
+        }
+        let mut buffer = [0; 256];
+        if let Ok(count) = self.cable.read(&mut buffer, 0) {
+            self.asked.extend_from_slice(&buffer[..count]);
+        }
+        if self.asked.len() > 4 * MAX_FRAME {
+            // nobody's frame is so long
+            self.asked.clear();
+        }
+        let whole = self.asked.iter().rposition(|byte| *byte == 0).map_or(0, |end| end + 1);
+        self.asked.drain(..whole).collect()
+    }
 }
 
 impl Link {
     /// Opens the port; it has to be there.
     pub fn open(name: &PortName) -> anyhow::Result<Self> {
-        Ok(Self { name: name.clone(), port: Some(fresh(name)?), retry_us: 0 })
+        let shared = Shared::open().context("a port for other commands")?;
+        Ok(Self { name: name.clone(), port: Some(fresh(name)?), retry_us: 0, shared })
+    }
+
+    /// Where other commands reach the board meanwhile.
+    pub fn shared(&self) -> &str {
+        self.shared.cable.path()
     }
 
     /// Appends what has come.
@@ -45,8 +85,17 @@ impl Link {
             self.port = fresh(&self.name).ok();
             return self.port.is_some().then_some(News::Found);
         };
-        let error = port.poll(Port::Host, received).err()?;
-        Some(self.give_up(now_us, &error))
+        let from = received.len();
+        let mut outcome = port.poll(Port::Host, received);
+        let asked = self.shared.relay(received.get(from..).unwrap_or_default());
+        if outcome.is_ok() && !asked.is_empty() {
+            outcome = port.write(Port::Host, &asked);
+        }
+        match outcome {
+            Err(BackseatError::Port { error, .. }) if error.kind() == ErrorKind::TimedOut => None,
+            Err(error) => Some(self.give_up(now_us, &error)),
+            Ok(()) => None,
+        }
     }
 
     /// Sends a question. A line that does not take it just now is not lost.
@@ -70,5 +119,26 @@ impl Link {
             error => error.to_string(),
         };
         News::Lost(why)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{Read, Write};
+
+    #[test]
+    fn what_others_ask_passes_in_whole_frames_and_what_the_board_says_reaches_them() {
+        let mut shared = Shared::open().unwrap();
+        let mut other = std::fs::File::options().read(true).write(true).open(shared.cable.path()).unwrap();
+        other.write_all(&[0, 7, 7, 0, 0, 9]).unwrap();
+        assert_eq!(shared.relay(b"telemetry"), [0, 7, 7, 0, 0], "the frame begun is held back");
+        let mut heard = [0; 9];
+        other.read_exact(&mut heard).unwrap();
+        assert_eq!(&heard, b"telemetry");
+        other.write_all(&[9, 0]).unwrap();
+        assert_eq!(shared.relay(&[]), [9, 9, 0]);
+        // far beyond what a terminal holds for a program that does not read
+        (0..10_000).for_each(|_| assert!(shared.relay(b"telemetry").is_empty()));
     }
 }

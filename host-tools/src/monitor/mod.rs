@@ -28,7 +28,8 @@ Examples:
 
 PORT is the board's host port, with :BAUD behind it where that is not 115200. The view asks the board for its counters,
 mission and parameters and changes nothing. It waits for a board that is not there yet and for a port that was
-unplugged. With --json there is one JSON object a second instead, of one line each.
+unplugged. While it holds the port, other commands reach the board through the one that its log names first, such as
+`backseat params get /dev/pts/5` or `backseat mission stop /dev/pts/5`. With --json there is one JSON object a second instead, of one line each.
 
 Keys: q quits; f has the map follow the vehicle or show everything; + and - zoom; up, down, page up, page down and end
 move in the log.";
@@ -110,7 +111,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("signal handler")?;
     let begun = Instant::now();
-    let mut watch = Watch { link, model: Model::new(), begun, time: args.time, stop, received: Vec::new() };
+    let mut model = Model::new();
+    model.shared(link.shared());
+    let mut watch = Watch { link, model, begun, time: args.time, stop, received: Vec::new() };
     if args.json {
         return print(&mut watch);
     }

@@ -4,6 +4,8 @@ mod dataset;
 mod report;
 mod run;
 
+pub use run::simulate;
+
 use crate::outcome::Outcome;
 use anyhow::{Context, anyhow};
 use backseat_studies::fault_table;

@@ -30,7 +30,11 @@ pub fn write(
     ending: Ending,
 ) -> anyhow::Result<()> {
     let title = format!("Mission {}", scenario.settings.name);
-    let mut report = Report::new(title, verdict(scenario, flight, analysis, ending)).table(errors_table(analysis));
+    let mut report = Report::new(title, verdict(scenario, flight, analysis, ending));
+    if !ending.is_trustworthy() {
+        report = report.alarm(&ending.headline());
+    }
+    report = report.table(errors_table(analysis));
     if let Some(table) = track_table(analysis) {
         report = report.table(table);
     }
@@ -94,7 +98,7 @@ pub fn picture(path: &Path, scenario: &Scenario, flight: &FlightLog, analysis: &
 
 fn verdict(scenario: &Scenario, flight: &FlightLog, analysis: &Analysis, ending: Ending) -> String {
     if !ending.is_trustworthy() {
-        return format!("{}.", ending.headline());
+        return "The mission was not flown: no figure here says how the backseat navigates.".to_owned();
     }
     let Some(backseat) = analysis.configurations.first() else {
         return "The backseat never had a position.".to_owned();

@@ -9,6 +9,7 @@ use backseat_data::output::Existing;
 use backseat_data::session::{Attachment, Clock, Meta, Writer};
 use backseat_data::stats::ErrorSummary;
 use backseat_link::{Client, Ports, Process, Serial, Tap};
+use clap::Parser;
 use hil_sim::analysis::{self, Analysis, Configuration};
 use hil_sim::backseat::{InProcess, Qemu, build_image};
 use hil_sim::dataset;
@@ -24,6 +25,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The session log: all that passed over the ports.
 const SESSION: &str = "session.mcap";
+/// The report.
+const REPORT: &str = "report.html";
 
 /// Command line.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -33,7 +36,8 @@ const SESSION: &str = "session.mcap";
   backseat sim run --effect water_current:north_mps=0.15 --effect heading_bias:cos_rad=0.035
   backseat sim run --vehicle my_vehicle.toml --minutes 30
   backseat sim run my_scenario.toml --minutes 30 --out flight --json
-  backseat sim run --realtime --monitor")]
+  backseat sim run --realtime --monitor
+  backseat sim run --realtime --wait         practise: mission put, start and stop by hand")]
 pub struct Args {
     /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption.
     scenario: Option<PathBuf>,
@@ -53,9 +57,13 @@ pub struct Args {
     /// Fly in real time instead of as fast as possible.
     #[arg(long)]
     realtime: bool,
-    /// With --realtime: open one more serial port, for `backseat monitor`.
+    /// With --realtime: open two more serial ports, for `backseat monitor` and for other commands.
     #[arg(long, requires = "realtime")]
     monitor: bool,
+    /// With --realtime: wait for `backseat mission start`, as the board on a vehicle does, and let a mission that is
+    /// stopped be started again; opens the ports of --monitor.
+    #[arg(long, requires = "realtime")]
+    wait: bool,
     /// Seed of all randomness instead of the scenario's.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -79,11 +87,60 @@ pub struct Args {
     json: bool,
 }
 
+/// A flight that ended, and what it is worth.
+struct Flown {
+    folder: PathBuf,
+    flight: FlightLog,
+    analysis: Analysis,
+    ending: Ending,
+}
+
 /// Flies and judges.
 ///
 /// # Errors
 /// A scenario that is wrong, a backseat that dies, a file that cannot be written.
 pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
+    let stop = stop_on_interrupt()?;
+    let flown = fly(arguments, &stop, |scenario| start(arguments, scenario))?;
+    let Flown { folder, flight, analysis, ending } = &flown;
+    if arguments.json {
+        println!("{}", summary_json(flight, analysis, *ending));
+    } else {
+        print!("{}", summary_text(flight, analysis, *ending));
+        println!("\nlog     {}", folder.join("log.csv").display());
+        println!("session {}", folder.join(SESSION).display());
+        println!("report  {}", folder.join(REPORT).display());
+    }
+    if stop.load(Ordering::Relaxed) {
+        bail!("interrupted after {:.0} s of the mission; the files are complete up to there", flight.simulated_s);
+    }
+    Ok(Outcome::doubtful_if(!ending.is_trustworthy()))
+}
+
+/// Flies with the options of `sim run`, the app in this process: its JSON object and its folder.
+///
+/// # Errors
+/// Options that `sim run` does not have, and its own errors.
+pub fn simulate(options: &[String]) -> anyhow::Result<(String, PathBuf)> {
+    #[derive(clap::Parser)]
+    #[command(no_binary_name = true)]
+    struct Options {
+        #[command(flatten)]
+        run: Args,
+    }
+    let arguments = Options::try_parse_from(options)?.run;
+    let inside = |_: &Scenario| -> anyhow::Result<(Box<dyn Ports>, String)> {
+        Ok((Box::new(InProcess::new()), "the app in this process".to_owned()))
+    };
+    let flown = fly(&arguments, &AtomicBool::new(false), inside)?;
+    Ok((summary_json(&flown.flight, &flown.analysis, flown.ending).to_string(), flown.folder))
+}
+
+fn fly(
+    arguments: &Args,
+    stop: &AtomicBool,
+    start: impl FnOnce(&Scenario) -> anyhow::Result<(Box<dyn Ports>, String)>,
+) -> anyhow::Result<Flown> {
     let scenario = load(arguments)?;
     if !arguments.force
         && let Some(reason) = unflyable(&scenario.vehicle)?
@@ -93,10 +150,9 @@ pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
             scenario.vehicle.name
         );
     }
-    let stop = stop_on_interrupt()?;
-    let (backseat, ports) = start(arguments, &scenario)?;
+    let (backseat, ports) = start(&scenario)?;
     let folder = folder(arguments, &scenario)?;
-    let backseat = if arguments.monitor { watched(backseat)? } else { backseat };
+    let backseat = if arguments.monitor || arguments.wait { watched(backseat)? } else { backseat };
     let mut client = Client::new(backseat);
     client.hello()?;
     client.record(session(arguments, &scenario, &folder)?)?;
@@ -113,9 +169,10 @@ pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
     let bar = Progress::new("simulated seconds", scenario.settings.duration_s as usize);
     let progress = |t_s| bar.set(t_s as usize);
     let flight = if arguments.realtime {
-        flight::fly_realtime(&scenario, &mut client, Some(&folder), &stop, progress)
+        let start = if arguments.wait { flight::Start::OnRequest } else { flight::Start::AtOnce };
+        flight::fly_realtime(&scenario, &mut client, start, Some(&folder), stop, progress)
     } else {
-        flight::fly(&scenario, &mut client, Some(&folder), &stop, progress)
+        flight::fly(&scenario, &mut client, Some(&folder), stop, progress)
     };
     drop(bar);
     let flight = flight.with_context(|| format!("flight (the part that was flown is in {})", folder.display()))?;
@@ -127,23 +184,11 @@ pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
     }
     let ending = Ending::of(&scenario, &flight);
     let analysis = analysis::analyse(&scenario, &flight)?;
-    let report = folder.join("report.html");
-    super::report::write(&report, &scenario, &flight, &analysis, ending)?;
+    super::report::write(&folder.join(REPORT), &scenario, &flight, &analysis, ending)?;
     if let Some(picture) = &arguments.picture {
         super::report::picture(picture, &scenario, &flight, &analysis)?;
     }
-    if arguments.json {
-        println!("{}", summary_json(&flight, &analysis, ending));
-    } else {
-        print!("{}", summary_text(&flight, &analysis, ending));
-        println!("\nlog     {}", folder.join("log.csv").display());
-        println!("session {}", folder.join(SESSION).display());
-        println!("report  {}", report.display());
-    }
-    if stop.load(Ordering::Relaxed) {
-        bail!("interrupted after {:.0} s of the mission; the files are complete up to there", flight.simulated_s);
-    }
-    Ok(Outcome::doubtful_if(!ending.is_trustworthy()))
+    Ok(Flown { folder, flight, analysis, ending })
 }
 
 /// Starts the backseat asked for; where its ports are.
@@ -177,11 +222,13 @@ fn start(arguments: &Args, scenario: &Scenario) -> anyhow::Result<(Box<dyn Ports
     }
 }
 
-/// The same ports with one more, whose path is printed.
+/// The same ports with two more, whose paths are printed.
 fn watched(backseat: Box<dyn Ports>) -> anyhow::Result<Box<dyn Ports>> {
-    let tap = Tap::new(backseat).context("a port to watch from")?;
-    eprintln!("to watch it: backseat monitor {}", tap.path());
-    Ok(Box::new(tap))
+    let commands = Tap::new(backseat).context("a port to command from")?;
+    eprintln!("to command it: backseat mission start {0}, backseat params get {0}", commands.path());
+    let watching = Tap::new(commands).context("a port to watch from")?;
+    eprintln!("to watch it: backseat monitor {}", watching.path());
+    Ok(Box::new(watching))
 }
 
 fn load(arguments: &Args) -> anyhow::Result<Scenario> {

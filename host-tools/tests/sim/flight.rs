@@ -3,7 +3,7 @@
 use backseat_link::Pty;
 use backseat_link::{BackseatError, Client, Process, Serial};
 use hil_sim::backseat::InProcess;
-use hil_sim::flight::{FlightError, FlightLog, fly, fly_realtime};
+use hil_sim::flight::{FlightError, FlightLog, Start, fly, fly_realtime};
 use hil_sim::scenario::Scenario;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -78,7 +78,7 @@ fn at_the_speed_of_the_clock() {
     let scenario = survey(1, 0.4);
     let mut client = Client::new(Process::spawn(Path::new(PROGRAM)).unwrap());
     let begun = Instant::now();
-    let flight = fly_realtime(&scenario, &mut client, None, &AtomicBool::new(false), |_| {}).unwrap();
+    let flight = fly_realtime(&scenario, &mut client, Start::AtOnce, None, &AtomicBool::new(false), |_| {}).unwrap();
     // Two seconds until the board takes up its own clock; the rest is a busy machine.
     assert!((24.0..40.0).contains(&begun.elapsed().as_secs_f64()));
     let last = flight.samples.last().unwrap();

@@ -213,6 +213,11 @@ impl Model {
             .map_or_else(|| "--:--:--".to_owned(), |record| words::time_of_day(record.utc_us, record.time_us))
     }
 
+    /// Says where other commands reach the board meanwhile.
+    pub fn shared(&mut self, path: &str) {
+        self.note(Severity::Info, format!("other commands: {path}"));
+    }
+
     fn note(&mut self, severity: Severity, text: String) {
         self.journal.note(self.when(), severity, text);
     }
