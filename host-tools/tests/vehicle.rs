@@ -87,5 +87,9 @@ fn a_capsized_vehicle_is_the_headline() {
     assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
     let told = text(&output.stdout);
     assert!(told.starts_with("CAPSIZED: ") && !told.contains("flown to its end"), "{told}");
-    assert!(std::fs::read_to_string(at.join("a/report.html")).unwrap().contains("<p class=\"verdict\">CAPSIZED"));
+    assert!(
+        std::fs::read_to_string(at.join("a/report.html"))
+            .unwrap()
+            .contains("<p class=\"alarm\" role=\"alert\">CAPSIZED")
+    );
 }

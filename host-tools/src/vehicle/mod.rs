@@ -11,12 +11,21 @@ mod stability;
 pub use examination::unflyable;
 
 use crate::outcome::Outcome;
+use backseat_data::VehicleFile;
 
 /// Make a vehicle file, and check that what it describes flies
 #[derive(clap::Subcommand)]
 pub enum Vehicle {
     Check(check::Args),
     New(new::Args),
+}
+
+/// What `vehicle check` says of a vehicle at this speed, as one JSON object.
+///
+/// # Errors
+/// The backseat refuses the vehicle.
+pub fn examination(file: &VehicleFile, speed_mps: f64) -> anyhow::Result<String> {
+    Ok(report::json(file, &examination::examine(file, speed_mps)?))
 }
 
 impl Vehicle {
