@@ -1,11 +1,13 @@
 //! How every command reads a log: by its own format or by a column mapping, examined for units, signs and times.
 
 use anyhow::bail;
-use backseat_data::importers::{self, ColumnMap};
+use backseat_data::importers::{self, ColumnMap, Imported};
 use backseat_data::log::plausibility::Examination;
 use backseat_data::{DataError, Log};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
+/// How a log is to be read.
 #[derive(clap::Args)]
 pub struct LogInput {
     /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, hms) and base (start or
@@ -27,9 +29,16 @@ pub struct ReadLog {
     pub reader_notes: Vec<String>,
     /// Ranges, rates and what contradicts units and signs.
     pub examination: Examination,
+    /// Time taken to read and examine it, s.
+    pub read_s: f64,
 }
 
 impl LogInput {
+    /// A log by its own format, or by a mapping.
+    pub const fn new(map: Option<PathBuf>) -> Self {
+        Self { map, strict: false }
+    }
+
     /// Reads and examines a log; says on stderr what is doubtful.
     ///
     /// # Errors
@@ -38,8 +47,8 @@ impl LogInput {
         let mut read = self.examine(path)?;
         for finding in &read.examination.findings {
             eprintln!("warning: {}: {}", path.display(), finding.message);
-            read.log.notes.push(finding.message.clone());
         }
+        read.note_findings();
         if let Some(first) = read.examination.suspicions().next().filter(|_| self.strict) {
             bail!("{}: {} (refused by --strict)", path.display(), first.message);
         }
@@ -51,13 +60,14 @@ impl LogInput {
     /// # Errors
     /// The log or the mapping cannot be read.
     pub fn examine(&self, path: &Path) -> Result<ReadLog, DataError> {
+        let began = Instant::now();
         let imported = match &self.map {
             Some(map) => importers::read_mapped(path, &ColumnMap::read(map)?)?,
             None => importers::read(path)?,
         };
-        let examination = Examination::of(&imported.log);
-        let reader_notes = imported.log.notes.clone();
-        Ok(ReadLog { format: imported.format, log: imported.log, reader_notes, examination })
+        let mut read = ReadLog::new(imported);
+        read.read_s = began.elapsed().as_secs_f64();
+        Ok(read)
     }
 
     /// Whether the log is one of a mapping.
@@ -72,6 +82,18 @@ impl LogInput {
 }
 
 impl ReadLog {
+    /// Examines a log.
+    pub fn new(imported: Imported) -> Self {
+        let examination = Examination::of(&imported.log);
+        let reader_notes = imported.log.notes.clone();
+        Self { format: imported.format, log: imported.log, reader_notes, examination, read_s: 0.0 }
+    }
+
+    /// Adds the findings to the notes of the log, as every command does before its work.
+    pub fn note_findings(&mut self) {
+        self.log.notes.extend(self.examination.findings.iter().map(|finding| finding.message.clone()));
+    }
+
     /// Does the work; if that fails, says what the reader recognised and left out, which is often why.
     ///
     /// # Errors

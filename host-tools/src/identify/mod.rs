@@ -16,7 +16,9 @@ use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
 use backseat_identify::{IdentificationData, Method, Options, fold_into_plant, identify, learnt, validate};
 use clap::ValueEnum;
-use result::{HeldOut, IdentificationResult};
+pub use page::html;
+use result::HeldOut;
+pub use result::IdentificationResult;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -45,24 +47,14 @@ pub struct Args {
     log: Option<PathBuf>,
     #[command(flatten)]
     input: LogInput,
-    /// Method of identification
-    #[arg(long, default_value = "auto")]
-    method: Choice,
+    #[command(flatten)]
+    settings: Settings,
     /// Vehicle file with the prior, TOML [default: the built-in reference vehicle]
     #[arg(long, value_name = "V.toml")]
     vehicle: Option<PathBuf>,
     /// Log for validation [default: the last fifth of the log, held out]
     #[arg(long, value_name = "LOG2")]
     validate: Option<PathBuf>,
-    /// The parameter taken as known: forces are not measured, so one must be
-    #[arg(long, default_value = "m11")]
-    scale: Known,
-    /// Identify the cross drags d26 and d35 too (auto tries by itself)
-    #[arg(long)]
-    cross_drag: bool,
-    /// Water current north and east, m/s [default: the vehicle file's, or none]
-    #[arg(long, value_name = "N,E", value_delimiter = ',', allow_hyphen_values = true)]
-    current: Vec<f64>,
     /// Write the identified vehicle, TOML
     #[arg(long, value_name = "V.toml")]
     out: Option<PathBuf>,
@@ -79,8 +71,26 @@ pub struct Args {
     plan: plan::Planning,
 }
 
+/// How a vehicle is identified.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Settings {
+    /// Method of identification
+    #[arg(long, default_value = "auto")]
+    pub method: Choice,
+    /// The parameter taken as known: forces are not measured, so one must be
+    #[arg(long, default_value = "m11")]
+    pub scale: Known,
+    /// Identify the cross drags d26 and d35 too (auto tries by itself)
+    #[arg(long)]
+    pub cross_drag: bool,
+    /// Water current north and east, m/s [default: the vehicle file's, or none]
+    #[arg(long, value_name = "N,E", value_delimiter = ',', allow_hyphen_values = true)]
+    pub current: Vec<f64>,
+}
+
+/// Method of identification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Choice {
+pub enum Choice {
     /// The board's adaptive identifier as it runs under way
     AidOnline,
     /// Adaptive identification without delay, in several passes
@@ -97,9 +107,12 @@ enum Choice {
     Auto,
 }
 
+/// The parameter taken as known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Known {
+pub enum Known {
+    /// Mass and added mass in surge.
     M11,
+    /// Thrust.
     Beta5,
 }
 
@@ -127,13 +140,12 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     for path in [&page, &vehicle_path].into_iter().flatten() {
         output::check(path, existing)?;
     }
-    let began = Instant::now();
     let read = args.input.read(path)?;
     read.explain_failure(|| {
         if surge_yaw::is_for(&read.log) {
             return surge_yaw::run(args, &read, page.as_deref(), existing);
         }
-        identify_vehicle(args, &read, path, began, [page.as_deref(), vehicle_path.as_deref()], existing)
+        identify_vehicle(args, &read, [page.as_deref(), vehicle_path.as_deref()], existing)
     })
 }
 
@@ -141,77 +153,19 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
 fn identify_vehicle(
     args: &Args,
     read: &ReadLog,
-    path: &Path,
-    began: Instant,
     [page, vehicle_path]: [Option<&Path>; 2],
     existing: Existing,
 ) -> anyhow::Result<Outcome> {
-    let mut declared = match &args.vehicle {
-        Some(path) => VehicleFile::read(path)?,
-        None => VehicleFile::reference(),
-    };
-    let left = fold_into_plant(&mut declared.parameters, &mut declared.effects.set);
-    let kept = declared.effects.set;
-    declared.effects.ci95.retain(|(id, _)| kept.get(*id) != 0.0);
-    let effects = effects(&declared, &args.current)?;
-    let log = inputs::at_centre(&read.log, &declared.installation);
-    let mut data = IdentificationData::from_log(&log, &effects).with_context(|| path.display().to_string())?;
-    data.notes.splice(..0, read.log.notes.iter().cloned());
-    data.notes
-        .extend(left.iter().map(|name| {
-            format!("{name} has an onset time and is ignored: identification assumes constant parameters")
-        }));
-    let options = options(args, &declared);
-    let other = match &args.validate {
-        Some(path) => {
-            let log = args.input.read(path)?.log;
-            let log = inputs::at_centre(&log, &declared.installation);
-            Some(IdentificationData::from_log(&log, &effects).with_context(|| path.display().to_string())?)
-        }
-        None => None,
-    };
-    let method = args.method.method();
-    let [first, rest] = data.split(FITTED);
-    // The automatic method holds the last part out by itself.
-    let fitted = if other.is_some() || method == Method::Auto { &data } else { &first };
-    let held_out = match &other {
-        Some(_) => HeldOut::Another,
-        None => HeldOut::LastPart,
-    };
-    let progress = Progress::new("identify", 1000);
-    let estimate = identify(method, fitted, &declared.parameters, &options, &|share| {
-        progress.set((share * 1000.0) as usize);
-    })?;
-    drop(progress);
-    let judge = other.as_ref().unwrap_or(&rest);
-    let [before, after] = [&declared.parameters, &estimate.vehicle].map(|vehicle| validate(vehicle, judge));
-    // the way through the identifier's own coordinates rounds
-    let moves = |p: &backseat_identify::EstimatedParameter| (p.value - p.prior).abs() > 1e-9 * p.prior.abs().max(1e-3);
-    let is_changed = estimate.parameters.iter().any(moves);
-    let mut identified = declared.clone();
-    identified.parameters = estimate.vehicle;
-    identified.learnt = learnt(&estimate, &options, &declared.priors);
-    identified.name = format!("{}-identified", declared.name);
+    let declared = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
+    let other = args.validate.as_ref().map(|path| args.input.read(path)).transpose()?;
+    let outcome = compute(read, declared.as_ref(), other.as_ref(), &args.settings)?;
     // a file that repeats the declared vehicle would be taken for a result
-    let vehicle_path = vehicle_path.filter(|_| is_changed);
-    let outcome = IdentificationResult {
-        log: path,
-        format: read.format,
-        estimate: &estimate,
-        before,
-        after,
-        held_out,
-        judge,
-        declared: &declared,
-        is_changed,
-        doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
-        wall_s: began.elapsed().as_secs_f64(),
-    };
+    let vehicle_path = vehicle_path.filter(|_| outcome.is_changed);
     if let Some(folder) = &args.report {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     if let Some(path) = vehicle_path {
-        identified.write(path, &outcome.source(), existing)?;
+        outcome.identified.write(path, &outcome.source(), existing)?;
     }
     if let Some(path) = page {
         let html = page::html(&outcome);
@@ -221,6 +175,70 @@ fn identify_vehicle(
     let text = if args.json { outcome.json(written) } else { outcome.text(written) };
     console::print(text.as_bytes())?;
     Ok(Outcome::doubtful_if(!outcome.is_changed || !outcome.doubts.is_empty()))
+}
+
+/// Identifies a vehicle from a log that was read, without a vehicle from the built-in reference; judged on the other
+/// log, or on the last part of the same.
+///
+/// # Errors
+/// The log lacks a column that identification needs, or its motion shows nothing.
+pub fn compute(
+    read: &ReadLog,
+    declared: Option<&VehicleFile>,
+    other: Option<&ReadLog>,
+    settings: &Settings,
+) -> anyhow::Result<IdentificationResult> {
+    let began = Instant::now();
+    let mut declared = declared.cloned().unwrap_or_else(VehicleFile::reference);
+    let left = fold_into_plant(&mut declared.parameters, &mut declared.effects.set);
+    let kept = declared.effects.set;
+    declared.effects.ci95.retain(|(id, _)| kept.get(*id) != 0.0);
+    let effects = effects(&declared, &settings.current)?;
+    let data_of = |read: &ReadLog| {
+        let log = inputs::at_centre(&read.log, &declared.installation);
+        IdentificationData::from_log(&log, &effects).with_context(|| read.log.path.display().to_string())
+    };
+    let mut data = data_of(read)?;
+    data.notes.splice(..0, read.log.notes.iter().cloned());
+    data.notes
+        .extend(left.iter().map(|name| {
+            format!("{name} has an onset time and is ignored: identification assumes constant parameters")
+        }));
+    let options = options(settings, &declared);
+    let other = other.map(data_of).transpose()?;
+    let method = settings.method.method();
+    let [first, rest] = data.split(FITTED);
+    // The automatic method holds the last part out by itself.
+    let fitted = if other.is_some() || method == Method::Auto { &data } else { &first };
+    let held_out = if other.is_some() { HeldOut::Another } else { HeldOut::LastPart };
+    let progress = Progress::new("identify", 1000);
+    let estimate = identify(method, fitted, &declared.parameters, &options, &|share| {
+        progress.set((share * 1000.0) as usize);
+    })?;
+    drop(progress);
+    let judge = other.unwrap_or(rest);
+    let [before, after] = [&declared.parameters, &estimate.vehicle].map(|vehicle| validate(vehicle, &judge));
+    // the way through the identifier's own coordinates rounds
+    let moves = |p: &backseat_identify::EstimatedParameter| (p.value - p.prior).abs() > 1e-9 * p.prior.abs().max(1e-3);
+    let is_changed = estimate.parameters.iter().any(moves);
+    let mut identified = declared.clone();
+    identified.parameters = estimate.vehicle;
+    identified.learnt = learnt(&estimate, &options, &declared.priors);
+    identified.name = format!("{}-identified", declared.name);
+    Ok(IdentificationResult {
+        log: read.log.path.clone(),
+        format: read.format,
+        estimate,
+        before,
+        after,
+        held_out,
+        judge,
+        declared,
+        identified,
+        is_changed,
+        doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
+        wall_s: read.read_s + began.elapsed().as_secs_f64(),
+    })
 }
 
 /// The declared effects, with the current that was given instead of the declared one.
@@ -234,17 +252,17 @@ fn effects(declared: &VehicleFile, current: &[f64]) -> anyhow::Result<EffectSet>
     }
 }
 
-fn options(args: &Args, declared: &VehicleFile) -> Options {
+fn options(settings: &Settings, declared: &VehicleFile) -> Options {
     let sensors = &declared.sensors;
     let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
     Options {
-        scale: match args.scale {
+        scale: match settings.scale {
             Known::M11 => Scale::M11,
             Known::Beta5 => Scale::Beta5,
         },
         velocity_noise: [dvl, dvl, dvl, rates, rates, rates],
         roll_pitch_noise_rad: sensors.attitude_rad,
-        cross_drag: args.cross_drag,
+        cross_drag: settings.cross_drag,
         ..Options::DEFAULT
     }
 }

@@ -1,6 +1,7 @@
 //! What an identification gave, as a page.
 
 use super::result::{IdentificationResult, NOTHING, seen};
+use crate::provenance;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_data::report::plots::{self, Bar, BarPlot, BeforeAfter, Point, Scale, TimePlot};
 use backseat_data::report::{Provenance, Report, Table};
@@ -19,8 +20,9 @@ const SHOWN: [(usize, &str, f64); 5] = [
     (7, "yaw rate r [deg/s]", 180.0 / std::f64::consts::PI),
 ];
 
-pub fn html(outcome: &IdentificationResult<'_>) -> String {
-    let estimate = outcome.estimate;
+/// The page, one file.
+pub fn html(outcome: &IdentificationResult) -> String {
+    let estimate = &outcome.estimate;
     let title = outcome.log.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
     let verdict = match (outcome.before, outcome.after) {
         _ if !outcome.is_changed => NOTHING.to_owned(),
@@ -34,11 +36,10 @@ pub fn html(outcome: &IdentificationResult<'_>) -> String {
         ),
         _ => "Nothing to judge the estimate by.".to_owned(),
     };
-    let verdict = match outcome.doubts.as_slice() {
-        [] => verdict,
-        doubts => format!("Do not trust this result: {}. {verdict}", doubts.join("; ")),
-    };
-    let mut report = Report::new(format!("Identification from {title}"), verdict);
+    let mut report = Report::new(format!("Identification from {title}"), verdict).warnings(&outcome.doubts);
+    if !outcome.is_changed {
+        report = report.alarm("Nothing identified");
+    }
     for note in &estimate.notes {
         report = report.text(note);
     }
@@ -66,12 +67,11 @@ pub fn html(outcome: &IdentificationResult<'_>) -> String {
         }
         report = report.table(table);
     }
-    let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
-    let command = format!("backseat {}", command.join(" "));
+    let command = provenance::command();
     report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
 }
 
-fn validation(report: Report, outcome: &IdentificationResult<'_>) -> Report {
+fn validation(report: Report, outcome: &IdentificationResult) -> Report {
     let (Some(before), Some(after)) = (outcome.before, outcome.after) else { return report };
     let header = ["", "declared", "identified"];
     let caption = format!(
@@ -93,7 +93,7 @@ fn validation(report: Report, outcome: &IdentificationResult<'_>) -> Report {
     report.table(table).figure("Open-loop prediction with the declared and with the identified vehicle.", figure)
 }
 
-fn parameters(report: Report, outcome: &IdentificationResult<'_>) -> Report {
+fn parameters(report: Report, outcome: &IdentificationResult) -> Report {
     let mut table =
         Table::new("Parameters", &["", "unit", "declared", "identified", "95 % from", "to", "what the motion shows"]);
     for p in &outcome.estimate.parameters {
@@ -121,7 +121,7 @@ fn parameters(report: Report, outcome: &IdentificationResult<'_>) -> Report {
 }
 
 /// The first minutes of what was held out, measured and predicted.
-fn motion(mut report: Report, outcome: &IdentificationResult<'_>) -> Report {
+fn motion(mut report: Report, outcome: &IdentificationResult) -> Report {
     let Some(samples) = outcome.judge.stretches().next() else { return report };
     let samples = &samples[..samples.len().min(SHOWN_S * 10)];
     let (Some(before), Some(after)) =

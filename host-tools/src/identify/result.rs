@@ -6,7 +6,7 @@ use backseat_identify::validation::COLUMNS;
 use backseat_identify::{Estimate, IdentificationData, Validation};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What the estimate is judged on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,19 +22,30 @@ pub const NOTHING: &str = "Nothing identified: no step predicts the held-out dat
                            is unchanged; no vehicle file is written.";
 
 /// What the report shows.
-pub struct IdentificationResult<'a> {
-    pub log: &'a Path,
+pub struct IdentificationResult {
+    /// Where the log came from.
+    pub log: PathBuf,
+    /// Name of its format.
     pub format: &'static str,
-    pub estimate: &'a Estimate,
+    /// Parameters with intervals, and the steps to them.
+    pub estimate: Estimate,
+    /// Open-loop prediction with the declared vehicle; `None` if nothing is held out.
     pub before: Option<Validation>,
+    /// The same with the identified one.
     pub after: Option<Validation>,
+    /// What it is judged on.
     pub held_out: HeldOut,
-    pub judge: &'a IdentificationData,
-    pub declared: &'a VehicleFile,
+    /// The samples it is judged on.
+    pub judge: IdentificationData,
+    /// The vehicle before.
+    pub declared: VehicleFile,
+    /// The declared vehicle with the identified parameters.
+    pub identified: VehicleFile,
     /// Any parameter differs from the declared one.
     pub is_changed: bool,
     /// Why the result should not be trusted.
     pub doubts: Vec<String>,
+    /// Time taken with reading, s.
     pub wall_s: f64,
 }
 
@@ -57,7 +68,7 @@ pub const fn seen(visibility: Visibility) -> &'static str {
     }
 }
 
-impl IdentificationResult<'_> {
+impl IdentificationResult {
     /// First lines of the vehicle file.
     pub fn source(&self) -> String {
         let name = self.log.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy());
@@ -67,6 +78,7 @@ impl IdentificationResult<'_> {
         )
     }
 
+    /// The JSON object of the command, with the paths of the vehicle file and the report that were written.
     pub fn json(&self, [vehicle_file, report]: [Option<&Path>; 2]) -> String {
         let mut parameters = Map::new();
         for parameter in &self.estimate.parameters {
@@ -118,6 +130,7 @@ impl IdentificationResult<'_> {
         format!("{object}\n")
     }
 
+    /// The text of the command.
     pub fn text(&self, [vehicle_file, report]: [Option<&Path>; 2]) -> String {
         let mut out = String::new();
         let _ = writeln!(out, "{} ({}), method {}", self.log.display(), self.format, self.estimate.method);

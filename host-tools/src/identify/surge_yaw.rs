@@ -3,6 +3,7 @@
 use super::Args;
 use crate::log_input::ReadLog;
 use crate::outcome::Outcome;
+use crate::provenance;
 use anyhow::bail;
 use backseat_data::console;
 use backseat_data::output::{self, Existing};
@@ -224,8 +225,7 @@ impl Found<'_> {
             self.counts[0],
             self.counts[1].to_degrees()
         ));
-        let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
-        let command = format!("backseat {}", command.join(" "));
+        let command = provenance::command();
         report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
     }
 }

@@ -4,6 +4,7 @@ mod estimates;
 mod page;
 mod result;
 mod text;
+mod trial;
 
 use crate::log_input::{LogInput, ReadLog};
 use crate::outcome::Outcome;
@@ -17,7 +18,9 @@ use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
 use clap::ValueEnum;
-use result::{Against, Errors, Estimate, NavigationResult};
+pub use page::html;
+use result::{Against, Errors};
+pub use result::{Estimate, NavigationResult};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -31,6 +34,7 @@ Examples:
   backseat navigate log.csv.gz --learn next.toml            what it has shown of the vehicle, for the next dive
   backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
   backseat navigate table.csv --columns map.toml            a table of any other maker
+  backseat navigate dive.log --ship ship.nmea --modem modem.log    what a trial leaves behind, joined by time
 
 The log is a CSV with t_s and any of prop_rpm, fin_{top,bottom,port,starboard}_rad, depth_m, roll_rad, pitch_rad,
 heading_rad, p_radps, q_radps, r_radps, dvl_u_mps, dvl_v_mps, dvl_w_mps, range_m, range_rate_mps, tol_s, toa_s,
@@ -47,24 +51,10 @@ pub struct Args {
     vehicle: Option<PathBuf>,
     #[command(flatten)]
     input: LogInput,
-    /// Process model [default: the best that the log supports]
-    #[arg(long)]
-    model: Option<Model>,
-    /// Leave the DVL out
-    #[arg(long)]
-    no_dvl: bool,
-    /// Leave acoustic range rates out
-    #[arg(long)]
-    no_range_rate: bool,
-    /// Estimate a steady water current as well (the robust model always does)
-    #[arg(long)]
-    current: bool,
-    /// Take the ship from the packets alone instead of its GNSS at full rate
-    #[arg(long)]
-    packet: bool,
-    /// Smooth the track after the filter: the best estimate of each time from the whole log
-    #[arg(long)]
-    smooth: bool,
+    #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
+    trial: trial::Trial,
     /// Truth CSV to compare with
     #[arg(long, value_name = "T.csv")]
     truth: Option<PathBuf>,
@@ -85,8 +75,32 @@ pub struct Args {
     force: bool,
 }
 
+/// How a log is navigated.
+#[derive(clap::Args, Clone, Copy, Debug, Default)]
+pub struct Settings {
+    /// Process model [default: the best that the log supports]
+    #[arg(long)]
+    pub model: Option<Model>,
+    /// Leave the DVL out
+    #[arg(long)]
+    pub no_dvl: bool,
+    /// Leave acoustic range rates out
+    #[arg(long)]
+    pub no_range_rate: bool,
+    /// Estimate a steady water current as well (the robust model always does)
+    #[arg(long)]
+    pub current: bool,
+    /// Take the ship from the packets alone instead of its GNSS at full rate
+    #[arg(long)]
+    pub packet: bool,
+    /// Smooth the track after the filter: the best estimate of each time from the whole log
+    #[arg(long)]
+    pub smooth: bool,
+}
+
+/// What moves the vehicle between measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Model {
+pub enum Model {
     /// The vehicle's own dynamics; what is not known of vehicle, compass and current is estimated
     Robust,
     /// The vehicle's own dynamics exactly as the vehicle file declares them
@@ -109,68 +123,35 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     for path in [&page, &args.out, &args.learn].into_iter().flatten() {
         output::check(path, existing)?;
     }
-    let vehicle = match &args.vehicle {
-        Some(path) => VehicleFile::read(path)?,
-        None => VehicleFile::reference(),
-    };
-    let began = Instant::now();
-    let read = args.input.read(&args.log)?;
-    read.explain_failure(|| navigate(args, &read, &vehicle, began, page.as_deref(), existing))
+    let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
+    let mut read = args.input.read(&args.log)?;
+    args.trial.join(&mut read, &vehicle.clone().unwrap_or_else(VehicleFile::reference))?;
+    read.explain_failure(|| write(args, &read, vehicle.as_ref(), page.as_deref(), existing))
 }
 
 /// From the log that was read to what is written.
-fn navigate(
+fn write(
     args: &Args,
     read: &ReadLog,
-    vehicle: &VehicleFile,
-    began: Instant,
+    vehicle: Option<&VehicleFile>,
     page: Option<&Path>,
     existing: Existing,
 ) -> anyhow::Result<Outcome> {
-    let read_s = began.elapsed().as_secs_f64();
-    let log = &*inputs::at_centre(&read.log, &vehicle.installation);
-    let mut notes = log.notes.clone();
-    let plan = plan(args, log, vehicle, &mut notes);
-    let estimate = estimate(&plan, log, vehicle)?;
-    let wall_s = began.elapsed().as_secs_f64();
-
     let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
-    let errors = compare(&estimate, log, truth.as_ref())?;
-    let smoothed_errors = estimate
-        .smoothed()
-        .zip(truth.as_ref())
-        .map(|(smoothed, truth)| dead_reckoning::errors_against_truth(&result::positions(smoothed), truth));
-    if let (Some(path), true) = (&args.truth, errors.is_none()) {
+    let outcome = compute(read, vehicle, truth.as_ref(), &args.settings)?;
+    if let (Some(path), true) = (&args.truth, outcome.errors.is_none()) {
         return Err(DataError::file(path, "the truth has no time in common with the estimate").into());
     }
-    let mut health = Health::default();
-    if let Estimate::Filter(run) = &estimate {
-        notes.extend(run.notes.iter().cloned());
-        health = Health::of(run, errors.as_ref().map(|(_, errors)| &errors[..]));
-    }
-    health.doubts.splice(..0, read.examination.suspicions().map(|finding| finding.message.clone()));
     if let Some(path) = &args.learn {
-        let Estimate::Filter(FilterRun { learnt: Some(learnt), .. }) = &estimate else {
+        let Estimate::Filter(FilterRun { learnt: Some(learnt), .. }) = &outcome.estimate else {
             bail!(
                 "--learn: only the robust model learns anything of the vehicle (--model robust, a log with fins and propeller)"
             );
         };
-        let next = VehicleFile { learnt: **learnt, ..vehicle.clone() };
-        next.write(path, &learnt_from(&args.log, vehicle), existing)?;
+        let vehicle = vehicle.cloned().unwrap_or_else(VehicleFile::reference);
+        let next = VehicleFile { learnt: **learnt, ..vehicle };
+        next.write(path, &learnt_from(&args.log, &next), existing)?;
     }
-    let outcome = NavigationResult {
-        description: describe(args, &plan, vehicle),
-        format: read.format,
-        log,
-        estimate: &estimate,
-        truth: truth.as_ref(),
-        errors,
-        smoothed_errors,
-        health,
-        notes,
-        read_s,
-        wall_s,
-    };
     if let Some(path) = &args.out {
         output::write(path, existing, |file| outcome.write_track(file))?;
     }
@@ -186,6 +167,50 @@ fn navigate(
     Ok(Outcome::doubtful_if(!outcome.health.doubts.is_empty()))
 }
 
+/// Navigates a log that was read; without a vehicle, by the built-in reference.
+///
+/// # Errors
+/// The log has nothing to start from, or lacks what the model needs.
+pub fn compute<'a>(
+    read: &'a ReadLog,
+    declared: Option<&VehicleFile>,
+    truth: Option<&'a Truth>,
+    settings: &Settings,
+) -> anyhow::Result<NavigationResult<'a>> {
+    let began = Instant::now();
+    let vehicle = &declared.cloned().unwrap_or_else(VehicleFile::reference);
+    let log = inputs::at_centre(&read.log, &vehicle.installation);
+    let mut notes = log.notes.clone();
+    let plan = plan(settings, &log, vehicle, &mut notes);
+    let estimate = estimate(&plan, &log, vehicle)?;
+    let wall_s = read.read_s + began.elapsed().as_secs_f64();
+
+    let errors = compare(&estimate, &log, truth)?;
+    let smoothed_errors = estimate
+        .smoothed()
+        .zip(truth)
+        .map(|(smoothed, truth)| dead_reckoning::errors_against_truth(&result::positions(smoothed), truth));
+    let mut health = Health::default();
+    if let Estimate::Filter(run) = &estimate {
+        notes.extend(run.notes.iter().cloned());
+        health = Health::of(run, errors.as_ref().map(|(_, errors)| &errors[..]));
+    }
+    health.doubts.splice(..0, read.examination.suspicions().map(|finding| finding.message.clone()));
+    Ok(NavigationResult {
+        description: describe(declared.is_some(), &plan, vehicle),
+        format: read.format,
+        log,
+        estimate,
+        truth,
+        errors,
+        smoothed_errors,
+        health,
+        notes,
+        read_s: read.read_s,
+        wall_s,
+    })
+}
+
 /// First lines of the vehicle file for the next dive.
 fn learnt_from(log: &Path, vehicle: &VehicleFile) -> String {
     let name = log.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy());
@@ -196,8 +221,8 @@ fn learnt_from(log: &Path, vehicle: &VehicleFile) -> String {
 }
 
 /// The requested model, or the best that the log supports, with the reason.
-fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) -> Plan {
-    let model = match (args.model, uses::navigation(log)) {
+fn plan(settings: &Settings, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) -> Plan {
+    let model = match (settings.model, uses::navigation(log)) {
         (Some(model), _) => model,
         (None, Some(Navigation::Dynamic)) => Model::Robust,
         (None, Some(Navigation::Kinematic)) => {
@@ -210,7 +235,7 @@ fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) 
                  speed, GNSS withheld after the first fix"
                     .to_owned(),
             );
-            if args.smooth {
+            if settings.smooth {
                 notes.push("dead reckoning has no covariance: --smooth changes nothing".to_owned());
             }
             return Plan::DeadReckoning(Method::HeadingSpeed);
@@ -222,13 +247,13 @@ fn plan(args: &Args, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) 
         Model::Nominal => FilterOptions::new(vehicle, ProcessModel::Dynamic),
         Model::Kinematic => FilterOptions::new(vehicle, ProcessModel::Kinematic),
     };
-    options.use_dvl = !args.no_dvl;
-    options.use_range_rate = !args.no_range_rate;
-    options.smooth = args.smooth;
-    if args.current && model != Model::Robust {
+    options.use_dvl = !settings.no_dvl;
+    options.use_range_rate = !settings.no_range_rate;
+    options.smooth = settings.smooth;
+    if settings.current && model != Model::Robust {
         options.navigation.effect_states = FilterOptions::water_current();
     }
-    if args.packet {
+    if settings.packet {
         options.ship = ShipSource::Packet;
     }
     Plan::Filter(Box::new(options))
@@ -256,7 +281,7 @@ fn compare(estimate: &Estimate, log: &Log, truth: Option<&Truth>) -> anyhow::Res
     Ok((!errors.is_empty()).then_some((against, errors)))
 }
 
-fn describe(args: &Args, plan: &Plan, vehicle: &VehicleFile) -> String {
+fn describe(is_declared: bool, plan: &Plan, vehicle: &VehicleFile) -> String {
     match plan {
         Plan::DeadReckoning(_) => "dead reckoning on logged heading and speed".to_owned(),
         Plan::Filter(options) => {
@@ -272,7 +297,7 @@ fn describe(args: &Args, plan: &Plan, vehicle: &VehicleFile) -> String {
                 ShipSource::Centralized => "",
                 ShipSource::Packet => ", ship from packets",
             };
-            let origin = if args.vehicle.is_some() { "" } else { ", built in" };
+            let origin = if is_declared { "" } else { ", built in" };
             format!("{model}{dvl}{range_rate}{current}{ship}; vehicle {}{origin}", vehicle.name)
         }
     }

@@ -3,6 +3,7 @@
 use super::estimates;
 use super::result::{Against, Estimate, NavigationResult};
 use super::text::gnss_distances;
+use crate::provenance;
 use backseat_core::navigation::{FusionOutcome, Sensor};
 use backseat_core::state::{X, Y};
 use backseat_data::filter::FilterRun;
@@ -31,6 +32,7 @@ const SHOWN: [(Sensor, &[&str]); 9] = [
     (Sensor::WaterTrack, &["water track u innovation [m/s]", "water track v innovation [m/s]"]),
 ];
 
+/// The page, one file.
 pub fn html(outcome: &NavigationResult<'_>) -> String {
     let verdict = match outcome.error_summary() {
         Some((against, error)) => format!(
@@ -42,12 +44,8 @@ pub fn html(outcome: &NavigationResult<'_>) -> String {
         ),
         None => format!("No truth to compare with; {}.", outcome.description),
     };
-    let verdict = match outcome.health.doubts.as_slice() {
-        [] => verdict,
-        doubts => format!("Do not trust this result: {}. {verdict}", doubts.join("; ")),
-    };
     let title = outcome.log.path.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
-    let mut report = Report::new(format!("Navigation of {title}"), verdict);
+    let mut report = Report::new(format!("Navigation of {title}"), verdict).warnings(&outcome.health.doubts);
     for note in &outcome.notes {
         report = report.text(note);
     }
@@ -61,18 +59,14 @@ pub fn html(outcome: &NavigationResult<'_>) -> String {
         }
         report = report.table(table);
     }
-    report = match outcome.estimate {
+    report = match &outcome.estimate {
         Estimate::Filter(run) => {
             let report = track(estimates::section(report.table(sensors(run)), run), outcome);
             innovations(errors(report, outcome), run)
         }
         Estimate::DeadReckoning(_) => errors(track(report, outcome), outcome),
     };
-    let command: Vec<String> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
-    let command = match command.split_first() {
-        Some((_, rest)) => format!("backseat {}", rest.join(" ")),
-        None => "backseat navigate".to_owned(),
-    };
+    let command = provenance::command();
     report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
 }
 
@@ -95,7 +89,7 @@ fn track(report: Report, outcome: &NavigationResult<'_>) -> Report {
         outcome.truth.map(|truth| truth.rows.iter().map(|row| (row.state[X], row.state[Y])).collect());
     let fixes: Vec<Point> = outcome.log.rows.iter().filter_map(|row| row.gnss_m()).map(|[x, y]| (x, y)).collect();
     let ship: Vec<Point> = outcome.log.rows.iter().filter_map(|row| row.ship_gnss_m()).map(|[x, y]| (x, y)).collect();
-    let ellipses: Vec<Ellipse> = match outcome.estimate {
+    let ellipses: Vec<Ellipse> = match &outcome.estimate {
         Estimate::Filter(run) => run
             .track
             .iter()
@@ -130,7 +124,7 @@ fn track(report: Report, outcome: &NavigationResult<'_>) -> Report {
 }
 
 fn errors(report: Report, outcome: &NavigationResult<'_>) -> Report {
-    let (name, caption, errors) = match (&outcome.errors, outcome.estimate) {
+    let (name, caption, errors) = match (&outcome.errors, &outcome.estimate) {
         (Some((Against::Truth, errors)), _) => ("against the truth", "Error against time.", errors.clone()),
         (Some((Against::Gnss, errors)), _) => {
             ("against withheld GNSS fixes", "Distance to the GNSS fixes against time.", errors.clone())
@@ -142,7 +136,7 @@ fn errors(report: Report, outcome: &NavigationResult<'_>) -> Report {
         ),
         (None, Estimate::DeadReckoning(_)) => return report,
     };
-    let bound: Vec<Point> = match outcome.estimate {
+    let bound: Vec<Point> = match &outcome.estimate {
         Estimate::Filter(run) => run.track.iter().map(|s| (hours(s.time_us), 2.0 * s.drms_m())).collect(),
         Estimate::DeadReckoning(_) => Vec::new(),
     };

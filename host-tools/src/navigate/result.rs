@@ -6,12 +6,15 @@ use backseat_data::filter::{FilterRun, Health, TrackSample};
 use backseat_data::stats::ErrorSummary;
 use backseat_data::{Log, Truth};
 use serde_json::{Map, Value, json};
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::Path;
 
 /// The estimate, by whichever way.
 pub enum Estimate {
+    /// By the filter.
     Filter(FilterRun),
+    /// By summing up heading and speed.
     DeadReckoning(Vec<Position>),
 }
 
@@ -37,23 +40,32 @@ impl Against {
 
 /// Everything there is to say about a run.
 pub struct NavigationResult<'a> {
+    /// Model and measurements used, in words.
     pub description: String,
+    /// Name of the log's format.
     pub format: &'static str,
-    pub log: &'a Log,
-    pub estimate: &'a Estimate,
+    /// At the centre of gravity.
+    pub log: Cow<'a, Log>,
+    /// The track.
+    pub estimate: Estimate,
+    /// What it was compared with.
     pub truth: Option<&'a Truth>,
+    /// Horizontal errors; `None` without anything to compare with.
     pub errors: Option<Errors>,
     /// (time µs, horizontal error m) of the smoothed track against the truth.
     pub smoothed_errors: Option<Vec<(u64, f64)>>,
     /// Whether the result is to be trusted.
     pub health: Health,
+    /// What was assumed and left out.
     pub notes: Vec<String>,
+    /// Time taken to read the log, s.
     pub read_s: f64,
     /// Reading the log and running the filter.
     pub wall_s: f64,
 }
 
 impl Estimate {
+    /// Where it went.
     pub fn positions(&self) -> Vec<Position> {
         match self {
             Self::Filter(run) => positions(&run.track),
@@ -69,6 +81,7 @@ impl Estimate {
         }
     }
 
+    /// North and east at the end, m.
     pub fn last_m(&self) -> Option<[f64; 2]> {
         match self {
             Self::Filter(run) => run.track.last().map(|sample| [sample.state[X], sample.state[Y]]),
@@ -83,6 +96,7 @@ pub fn positions(track: &[TrackSample]) -> Vec<Position> {
 }
 
 impl NavigationResult<'_> {
+    /// Of the estimate, against the truth or the fixes that were withheld.
     pub fn error_summary(&self) -> Option<(Against, ErrorSummary)> {
         let (against, errors) = self.errors.as_ref()?;
         let errors: Vec<f64> = errors.iter().map(|(_, error)| *error).collect();
@@ -100,6 +114,7 @@ impl NavigationResult<'_> {
         self.log.duration_s() / self.wall_s
     }
 
+    /// The JSON object of the command, with the paths of the report and the track that were written.
     pub fn json(&self, report: Option<&Path>, track: Option<&Path>) -> String {
         let summary = |error: ErrorSummary| {
             json!({"median_m": error.median_m, "p95_m": error.p95_m, "max_m": error.max_m, "rms_m": error.rms_m,
@@ -109,7 +124,7 @@ impl NavigationResult<'_> {
         let smoothed_error = self.smoothed_summary().map(summary);
         let (mut nis, mut rejected) = (Map::new(), Map::new());
         let (mut digest, mut estimates) = (Value::Null, Value::Null);
-        if let Estimate::Filter(run) = self.estimate {
+        if let Estimate::Filter(run) = &self.estimate {
             for sensor in &run.sensors {
                 nis.insert(sensor.sensor.name().to_owned(), json!(sensor.nis));
                 rejected.insert(sensor.sensor.name().to_owned(), json!(sensor.rejected));
@@ -152,7 +167,7 @@ impl NavigationResult<'_> {
 
     /// The estimate as CSV; the state has the names of a truth CSV.
     pub fn write_track(&self, out: &mut dyn Write) -> io::Result<()> {
-        match self.estimate {
+        match &self.estimate {
             Estimate::DeadReckoning(positions) => {
                 writeln!(out, "t_s,x_m,y_m")?;
                 for p in positions {

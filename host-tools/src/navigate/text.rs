@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 impl NavigationResult<'_> {
+    /// The text of the command.
     pub fn text(&self, report: Option<&Path>, track: Option<&Path>) -> String {
         let mut out = String::new();
         let _ = writeln!(
@@ -24,7 +25,7 @@ impl NavigationResult<'_> {
         for note in &self.notes {
             let _ = writeln!(out, "note: {note}");
         }
-        if let Estimate::Filter(run) = self.estimate {
+        if let Estimate::Filter(run) = &self.estimate {
             sensors(&mut out, run);
             estimates::text(&mut out, run);
         }
@@ -47,11 +48,11 @@ impl NavigationResult<'_> {
                 error.median_m, error.p95_m, error.max_m, error.count
             );
         }
-        if let Estimate::Filter(run) = self.estimate {
+        if let Estimate::Filter(run) = &self.estimate {
             fixes_before_use(&mut out, run);
         }
         if let Some([x_m, y_m]) = self.estimate.last_m() {
-            let sigma = match self.estimate {
+            let sigma = match &self.estimate {
                 Estimate::Filter(run) => run
                     .track
                     .last()
@@ -60,7 +61,7 @@ impl NavigationResult<'_> {
             };
             let _ = writeln!(out, "final position     x {x_m:.2} m, y {y_m:.2} m{sigma}");
         }
-        if let Estimate::Filter(run) = self.estimate {
+        if let Estimate::Filter(run) = &self.estimate {
             let _ = writeln!(out, "digest             {:016x}", run.digest);
         }
         let _ = writeln!(

@@ -1,0 +1,376 @@
+"""Navigate, identify and diagnose torpedo AUVs.
+
+The functions are those of the command ``backseat``, and their numbers are the same to the bit. A first look at a log::
+
+    import backseat
+    log = backseat.read("docs/guide/samples/dive.csv.gz")
+    found = backseat.diagnose(log)
+    print(found.sentence)
+    track = backseat.navigate(log, vehicle=found.vehicle).track
+
+Frames are north-east-down and forward-starboard-down at the centre of gravity; units stand in every name (``depth_m``,
+``heading_rad``). Tables are dictionaries of numpy arrays of one length, NaN where there is no sample, so that
+``pandas.DataFrame(log.columns)`` or ``polars.DataFrame(log.columns)`` makes a data frame of them, and a data frame goes
+back in by ``backseat.Log.from_columns(frame)``. Wrong input raises ``ValueError`` with what is wrong and where.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _backseat
+
+__version__: str = _backseat.__version__
+__all__ = [
+    "Diagnosis", "Flight", "Identification", "Log", "Navigation", "Vehicle",
+    "diagnose", "identify", "navigate", "read", "simulate",
+]
+
+Table = Dict[str, NDArray[np.float64]]
+PathLike = Union[str, "os.PathLike[str]"]
+
+
+def _table(columns: Sequence[Tuple[str, bytes]]) -> Table:
+    return {name: np.frombuffer(data, dtype="<f8") for name, data in columns}
+
+
+def _path(path: Optional[PathLike]) -> Optional[str]:
+    return None if path is None else os.fspath(path)
+
+
+def _write(path: Path, text: str, force: bool) -> None:
+    if path.exists() and not force:
+        raise ValueError(f"{path}: exists already (force=True replaces it)")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+
+
+class Log:
+    """A vehicle log in memory: one row a time, and the samples taken then.
+
+    Make one by :func:`read` or :meth:`from_columns`. It cannot be changed; change its columns and make another.
+    """
+
+    def __init__(self, inner: "_backseat.Log") -> None:
+        self._inner = inner
+
+    @classmethod
+    def from_columns(cls, columns: Mapping[str, ArrayLike], name: str = "columns") -> "Log":
+        """A log of columns: ``t_s`` in s, never decreasing, and any column of the vehicle log (``depth_m``,
+        ``heading_rad``, ``dvl_u_mps`` ...; the guide's page "The log format" has them all). NaN is no sample.
+
+        Takes a dictionary of arrays, or a data frame of pandas or polars. ``name`` stands in reports in place of the
+        file's. Raises ``ValueError`` for a column that is unknown or too short, and for times that go back.
+        """
+        data = {str(key): np.ascontiguousarray(columns[key], dtype="<f8").tobytes() for key in columns}
+        if "t_s" not in data:
+            raise ValueError("no column t_s: the time of each row in s")
+        times = data.pop("t_s")
+        return cls(_backseat.Log.from_columns(name, times, list(data.items())))
+
+    @property
+    def path(self) -> str:
+        """The file it was read from."""
+        return self._inner.path
+
+    @property
+    def format(self) -> str:
+        """Name of the format that was recognised."""
+        return self._inner.format
+
+    @property
+    def notes(self) -> List[str]:
+        """What was recognised, assumed and left out, and what looks odd in its numbers."""
+        return self._inner.notes
+
+    @property
+    def suspicions(self) -> List[str]:
+        """What contradicts units, signs or times; results from such a log should not be trusted."""
+        return self._inner.suspicions
+
+    @property
+    def columns(self) -> Table:
+        """``t_s`` and every column that has samples, in the units of their names; NaN where there is none."""
+        return _table(self._inner.columns())
+
+    def __repr__(self) -> str:
+        columns = self.columns
+        times = columns["t_s"]
+        span = times[-1] - times[0] if len(times) else 0.0
+        return f"<Log {self.path}: {self.format}, {len(times)} rows, {span:.1f} s, {', '.join(list(columns)[1:])}>"
+
+
+class Vehicle:
+    """A vehicle file: parameters, noise, installation, safety limits and effects.
+
+    ``Vehicle()`` is the built-in reference vehicle. It cannot be changed; :meth:`replace` makes another.
+    """
+
+    def __init__(self, inner: Optional["_backseat.Vehicle"] = None) -> None:
+        self._inner = _backseat.Vehicle.reference() if inner is None else inner
+
+    @classmethod
+    def read(cls, path: PathLike) -> "Vehicle":
+        """Reads a vehicle file, TOML."""
+        return cls(_backseat.Vehicle.read(os.fspath(path)))
+
+    @classmethod
+    def from_toml(cls, text: str) -> "Vehicle":
+        """A vehicle from the text of its file."""
+        return cls(_backseat.Vehicle.parse(text))
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._inner.name
+
+    @property
+    def parameters(self) -> Dict[str, float]:
+        """Every number by its key, such as ``vehicle.mass_kg``; the guide's page "Parameters" has units and ranges."""
+        return dict(self._inner.parameters())
+
+    def replace(self, parameters: Mapping[str, float]) -> "Vehicle":
+        """A copy with other numbers. Raises ``ValueError`` for a key that is unknown or a number out of its range."""
+        return Vehicle(self._inner.with_parameters([(key, float(value)) for key, value in parameters.items()]))
+
+    def to_toml(self, source: str = "Written by the Python package backseat") -> str:
+        """The text of its file; ``source`` becomes the comment on top."""
+        return self._inner.to_toml(source)
+
+    def write(self, path: PathLike, source: str = "Written by the Python package backseat", force: bool = False) -> None:
+        """Writes its file, which `backseat` and the board's `params import` read."""
+        self._inner.write(os.fspath(path), source, force)
+
+    def check(self, speed_mps: float = 1.0) -> Dict[str, Any]:
+        """What ``backseat vehicle check --json`` says: speeds, turn, dive, stability, and whether it flies."""
+        return json.loads(self._inner.check(speed_mps))
+
+    def __repr__(self) -> str:
+        return f"<Vehicle {self.name}>"
+
+
+@dataclass(frozen=True)
+class Navigation:
+    """What :func:`navigate` gives."""
+
+    summary: Dict[str, Any]
+    """The JSON object of ``backseat navigate --json``: error, nis, rejected, trust, doubts, estimates, digest ..."""
+    track: Table
+    """The estimate once a second: ``t_s``, the state, the current and the sigmas of the position."""
+    smoothed: Optional[Table]
+    """The same from the measurements of the whole log, if that was asked for."""
+
+    @property
+    def is_trusted(self) -> bool:
+        """Whether nothing speaks against the result."""
+        return self.summary["trust"] == "ok"
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What :func:`identify` gives."""
+
+    summary: Dict[str, Any]
+    """The JSON object of ``backseat identify --json``: parameters with value and ci95, validation, steps ..."""
+    vehicle: Optional[Vehicle]
+    """The vehicle with the identified parameters; ``None`` if no step predicted the held-out data better."""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What :func:`diagnose` gives."""
+
+    sentence: str
+    """The answer in one sentence."""
+    summary: Dict[str, Any]
+    """The JSON object of ``backseat diagnose --json``: verdict, effects with intervals, before and after ..."""
+    vehicle: Vehicle
+    """The declared vehicle with the effects found."""
+    residuals: Dict[str, Table]
+    """Innovations by channel with its unit: ``t_s``, ``before``, ``after``, and ``sigma`` as the declared model has it."""
+    position_errors: Tuple[Table, Table]
+    """``t_s`` and ``error_m`` against fixes or truth, before and after."""
+
+
+@dataclass(frozen=True)
+class Flight:
+    """What :func:`simulate` gives."""
+
+    summary: Dict[str, Any]
+    """The JSON object of ``backseat sim run --json``: errors, cross_track_m, nis, ending, digest ..."""
+    folder: Path
+    """Where log.csv, truth.csv, session.mcap and report.html are."""
+
+    @property
+    def log(self) -> Log:
+        """The log as the vehicle has it."""
+        return read(self.folder / "log.csv")
+
+    @property
+    def truth(self) -> Path:
+        """The truth, for ``navigate(..., truth=...)``."""
+        return self.folder / "truth.csv"
+
+
+def _log(log: Union[Log, PathLike, Mapping[str, ArrayLike]]) -> "_backseat.Log":
+    if isinstance(log, Log):
+        return log._inner
+    if isinstance(log, (str, os.PathLike)):
+        return read(log)._inner
+    return Log.from_columns(log)._inner
+
+
+def _vehicle(vehicle: Union[None, Vehicle, PathLike]) -> Optional["_backseat.Vehicle"]:
+    if vehicle is None or isinstance(vehicle, Vehicle):
+        return None if vehicle is None else vehicle._inner
+    return Vehicle.read(vehicle)._inner
+
+
+def read(path: PathLike, mapping: Optional[PathLike] = None) -> Log:
+    """Reads a log of any format that ``backseat info`` knows, or any other table by a column mapping.
+
+    ``mapping`` is a file that ``backseat map`` drafts. Look at ``suspicions`` of the result before you use it.
+    """
+    return Log(_backseat.Log.read(os.fspath(path), _path(mapping)))
+
+
+def navigate(
+    log: Union[Log, PathLike, Mapping[str, ArrayLike]],
+    vehicle: Union[None, Vehicle, PathLike] = None,
+    *,
+    model: Optional[str] = None,
+    truth: Optional[PathLike] = None,
+    dvl: bool = True,
+    range_rate: bool = True,
+    current: bool = False,
+    packet: bool = False,
+    smooth: bool = False,
+    report: Optional[PathLike] = None,
+    force: bool = False,
+) -> Navigation:
+    """Runs the navigation filter over a log, as ``backseat navigate``.
+
+    ``vehicle``: the built-in reference if left out. ``model``: "robust", "nominal" or "kinematic"; the best that the log
+    supports if left out. ``dvl``, ``range_rate``: whether to use them. ``current``: estimate a steady water current as
+    well (the robust model always does). ``packet``: take the ship from the packets alone instead of its GNSS.
+    ``smooth``: the best estimate of each time from the whole log as well. ``truth``: a CSV to compare with. ``report``: a
+    folder for report.html.
+    """
+    switches = [not dvl, not range_rate, current, packet, smooth]
+    text, track, smoothed, page = _backseat.navigate(
+        _log(log), _vehicle(vehicle), _path(truth), model, switches, report is not None
+    )
+    if report is not None:
+        _write(Path(report) / "report.html", page, force)
+    return Navigation(json.loads(text), _table(track), None if smoothed is None else _table(smoothed))
+
+
+def identify(
+    log: Union[Log, PathLike, Mapping[str, ArrayLike]],
+    vehicle: Union[None, Vehicle, PathLike] = None,
+    *,
+    method: str = "auto",
+    validate: Union[None, Log, PathLike, Mapping[str, ArrayLike]] = None,
+    scale: str = "m11",
+    cross_drag: bool = False,
+    current_mps: Optional[Tuple[float, float]] = None,
+    report: Optional[PathLike] = None,
+    force: bool = False,
+) -> Identification:
+    """Identifies the vehicle's parameters from a log with fins, propeller, attitude, rates and DVL velocity, as
+    ``backseat identify``.
+
+    ``vehicle``: the prior; the built-in reference if left out. ``method``: "auto", "aid", "aid-online", "nbls", "gtls",
+    "iv" or "output-error". ``validate``: another log to be judged on; the last fifth of the same if left out. ``scale``:
+    the parameter taken as known, "m11" or "beta5". ``current_mps``: water current north and east; the vehicle file's if
+    left out. ``report``: a folder for report.html and vehicle.toml.
+    """
+    text, found, page = _backseat.identify(
+        _log(log), _vehicle(vehicle), None if validate is None else _log(validate), method, scale, cross_drag,
+        [] if current_mps is None else [float(value) for value in current_mps], report is not None,
+    )
+    identified = None if found is None else Vehicle(found)
+    if report is not None:
+        _write(Path(report) / "report.html", page, force)
+        if identified is not None:
+            identified.write(Path(report) / "vehicle.toml", force=force)
+    return Identification(json.loads(text), identified)
+
+
+def diagnose(
+    log: Union[Log, PathLike, Mapping[str, ArrayLike]],
+    vehicle: Union[None, Vehicle, PathLike] = None,
+    *,
+    truth: Optional[PathLike] = None,
+    dvl: bool = True,
+    report: Optional[PathLike] = None,
+    force: bool = False,
+) -> Diagnosis:
+    """Finds which physical effect the declared vehicle lacks, and how large it is, as ``backseat diagnose``.
+
+    ``vehicle``: the declared vehicle; the built-in reference if left out. ``truth``: a CSV to compare positions with.
+    ``report``: a folder for report.html and vehicle.toml.
+    """
+    text, sentence, vehicle_found, page, figures = _backseat.diagnose(
+        _log(log), _vehicle(vehicle), _path(truth), not dvl, report is not None
+    )
+    found = Vehicle(vehicle_found)
+    summary = json.loads(text)
+    if report is not None:
+        _write(Path(report) / "report.html", page, force)
+        if summary["effects"]:
+            found.write(Path(report) / "vehicle.toml", force=force)
+    tables = {name: _table(columns) for name, columns in figures}
+    errors = tuple(tables.pop(f"position error {when} [m]") for when in ("before", "after"))
+    return Diagnosis(sentence, summary, found, tables, errors)  # type: ignore[arg-type]
+
+
+def simulate(
+    scenario: Optional[PathLike] = None,
+    *,
+    vehicle: Union[None, Vehicle, PathLike] = None,
+    seed: Optional[int] = None,
+    minutes: Optional[float] = None,
+    effects: Sequence[str] = (),
+    random_effect: bool = False,
+    out: Optional[PathLike] = None,
+    force: bool = False,
+) -> Flight:
+    """Flies a mission in the simulator as fast as possible, as ``backseat sim run``; the backseat runs in this process.
+
+    ``scenario``: a file, or a built-in one ("survey", the default, "survey_current", ...). ``effects``: what the vehicle
+    does and its file does not say, ``"NAME"`` or ``"NAME:parameter=value,..."``. ``out``: folder of the results; a new one
+    in ``out/`` if left out. ``force``: fly a vehicle that does not fly.
+    """
+    options: List[str] = []
+    folder = None
+    if isinstance(vehicle, Vehicle):
+        import tempfile
+
+        folder = tempfile.TemporaryDirectory()
+        path = Path(folder.name) / "vehicle.toml"
+        vehicle.write(path)
+        options += ["--vehicle", str(path)]
+    elif vehicle is not None:
+        options += ["--vehicle", os.fspath(vehicle)]
+    for flag, value in (("--seed", seed), ("--minutes", minutes), ("--out", _path(out))):
+        if value is not None:
+            options += [flag, str(value)]
+    for effect in effects:
+        options += ["--effect", effect]
+    options += [flag for flag, given in (("--random-effect", random_effect), ("--force", force)) if given]
+    if scenario is not None:
+        options.append(os.fspath(scenario))
+    try:
+        text, where = _backseat.simulate(options)
+    finally:
+        if folder is not None:
+            folder.cleanup()
+    return Flight(json.loads(text), Path(where))

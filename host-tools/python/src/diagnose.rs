@@ -1,0 +1,65 @@
+//! `diagnose`.
+
+use crate::columns::{Columns, bytes};
+use crate::error;
+use crate::log::Log;
+use crate::vehicle::Vehicle;
+use backseat_data::Truth;
+use backseat_diagnose::figures;
+use backseat_diagnose::samples::ResidualChannel;
+use host_tools::library::{self, DiagnosisReport};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// JSON object, sentence, vehicle with the effects, page, figures by name.
+type Found<'py> = (String, String, Vehicle, Option<String>, Vec<(String, Columns<'py>)>);
+
+/// Finds which effect the declared vehicle lacks.
+#[pyfunction]
+#[pyo3(signature = (log, vehicle, truth, no_dvl, wants_page))]
+pub fn diagnose<'py>(
+    py: Python<'py>,
+    log: &Log,
+    vehicle: Option<&Vehicle>,
+    truth: Option<PathBuf>,
+    no_dvl: bool,
+    wants_page: bool,
+) -> PyResult<Found<'py>> {
+    let compute = || -> anyhow::Result<_> {
+        let truth = truth.map(|path| Truth::read(&path)).transpose()?;
+        let report = library::diagnose(&log.read, vehicle.map(|vehicle| &vehicle.file), truth.as_ref(), no_dvl)?;
+        let page = wants_page.then(|| library::diagnosis_page(&report));
+        Ok((report, page))
+    };
+    let (report, page) = py.detach(compute).map_err(error)?;
+    let figures = figures_of(py, &report);
+    let vehicle = Vehicle { file: report.vehicle.clone() };
+    Ok((library::diagnosis_json(&report), library::sentence(&report), vehicle, page, figures))
+}
+
+/// Innovations of every channel under the declared model and with the effects, and the errors of position.
+fn figures_of<'py>(py: Python<'py>, report: &DiagnosisReport<'_>) -> Vec<(String, Columns<'py>)> {
+    let mut found = Vec::new();
+    for channel in ResidualChannel::ALL {
+        let [before, after] =
+            [&report.diagnosis.before, &report.diagnosis.after].map(|pass| figures::channel(pass, channel));
+        if before.is_empty() || before.len() != after.len() {
+            continue;
+        }
+        let columns = vec![
+            ("t_s".to_owned(), bytes(py, before.iter().map(|residual| residual.t_s))),
+            ("before".to_owned(), bytes(py, before.iter().map(|residual| residual.innovation))),
+            ("after".to_owned(), bytes(py, after.iter().map(|residual| residual.innovation))),
+            ("sigma".to_owned(), bytes(py, before.iter().map(|residual| residual.sigma))),
+        ];
+        found.push((format!("{} [{}]", channel.name(), channel.unit()), columns));
+    }
+    for (name, scores) in [("position error before [m]", &report.before), ("position error after [m]", &report.after)] {
+        let columns = vec![
+            ("t_s".to_owned(), bytes(py, scores.position_errors.iter().map(|(t_s, _)| *t_s))),
+            ("error_m".to_owned(), bytes(py, scores.position_errors.iter().map(|(_, error_m)| *error_m))),
+        ];
+        found.push((name.to_owned(), columns));
+    }
+    found
+}

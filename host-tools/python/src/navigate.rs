@@ -1,0 +1,84 @@
+//! `navigate`.
+
+use crate::columns::{Columns, bytes};
+use crate::error;
+use crate::log::Log;
+use crate::vehicle::Vehicle;
+use anyhow::anyhow;
+use backseat_data::Truth;
+use backseat_data::filter::TrackSample;
+use clap::ValueEnum;
+use host_tools::library::{self, Estimate, Model, NavigationResult, NavigationSettings};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// Columns of a state, as in a track's CSV.
+const STATE: [&str; 12] = [
+    "x_m",
+    "y_m",
+    "z_m",
+    "roll_rad",
+    "pitch_rad",
+    "heading_rad",
+    "u_mps",
+    "v_mps",
+    "w_mps",
+    "p_radps",
+    "q_radps",
+    "r_radps",
+];
+
+/// JSON object, track, smoothed track, page (if it is wanted).
+type Found<'py> = (String, Columns<'py>, Option<Columns<'py>>, Option<String>);
+
+/// Runs the navigation filter over a log.
+#[pyfunction]
+#[pyo3(signature = (log, vehicle, truth, model, switches, wants_page))]
+pub fn navigate<'py>(
+    py: Python<'py>,
+    log: &Log,
+    vehicle: Option<&Vehicle>,
+    truth: Option<PathBuf>,
+    model: Option<&str>,
+    switches: [bool; 5],
+    wants_page: bool,
+) -> PyResult<Found<'py>> {
+    let [no_dvl, no_range_rate, current, packet, smooth] = switches;
+    let model = model
+        .map(|name| Model::from_str(name, false))
+        .transpose()
+        .map_err(|_| error(anyhow!("model {:?}: expected robust, nominal or kinematic", model.unwrap_or_default())))?;
+    let settings = NavigationSettings { model, no_dvl, no_range_rate, current, packet, smooth };
+    let truth = truth.map(|path| Truth::read(&path)).transpose().map_err(error)?;
+    let compute = || -> anyhow::Result<(NavigationResult<'_>, Option<String>)> {
+        let result = library::navigate(&log.read, vehicle.map(|vehicle| &vehicle.file), truth.as_ref(), &settings)?;
+        let page = wants_page.then(|| library::navigation_page(&result));
+        Ok((result, page))
+    };
+    let (result, page) = py.detach(compute).map_err(error)?;
+    let track = match &result.estimate {
+        Estimate::Filter(run) => track(py, &run.track),
+        Estimate::DeadReckoning(positions) => vec![
+            ("t_s".to_owned(), bytes(py, positions.iter().map(|p| p.time_us as f64 / 1e6))),
+            ("x_m".to_owned(), bytes(py, positions.iter().map(|p| p.position_m[0]))),
+            ("y_m".to_owned(), bytes(py, positions.iter().map(|p| p.position_m[1]))),
+        ],
+    };
+    let smoothed = result.estimate.smoothed().map(|samples| self::track(py, samples));
+    Ok((result.json(None, None), track, smoothed, page))
+}
+
+fn track<'py>(py: Python<'py>, samples: &[TrackSample]) -> Columns<'py> {
+    let column =
+        |name: &str, value: &dyn Fn(&TrackSample) -> f64| (name.to_owned(), bytes(py, samples.iter().map(value)));
+    let mut columns = vec![column("t_s", &|s| s.time_us as f64 / 1e6)];
+    for (place, name) in STATE.iter().enumerate() {
+        columns.push(column(name, &|s| s.state[place]));
+    }
+    columns.push(column("current_n_mps", &|s| s.current_mps[0]));
+    columns.push(column("current_e_mps", &|s| s.current_mps[1]));
+    columns.push(column("sigma_x_m", &|s| s.sigma[0]));
+    columns.push(column("sigma_y_m", &|s| s.sigma[1]));
+    columns.push(column("cov_xy_m2", &|s| s.cov_xy_m2));
+    columns
+}

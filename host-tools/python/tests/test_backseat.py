@@ -1,0 +1,131 @@
+"""The Python package beside the command line: the same numbers to the bit.
+
+    BACKSEAT=target/debug/backseat python -m unittest discover host-tools/python/tests
+
+The notebook needs matplotlib; everything else numpy alone.
+"""
+
+import json
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import backseat
+
+ROOT = Path(__file__).resolve().parents[3]
+DIVE = str(ROOT / "docs/guide/samples/dive.csv.gz")
+IVER = str(ROOT / "docs/guide/samples/iver_survey.csv.gz")
+# What differs from run to run, or is a path of the command line.
+OF_THE_RUN = {"wall_s", "report", "track", "vehicle_file"}
+
+
+def command(*words):
+    program = os.environ.get("BACKSEAT", str(ROOT / "target/debug/backseat"))
+    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True, check=False)
+    assert done.returncode in (0, 3), done.stderr
+    return json.loads(done.stdout)
+
+
+class SameNumbers(unittest.TestCase):
+    def same(self, ours, commands):
+        for key in commands.keys() - OF_THE_RUN:
+            self.assertEqual(ours[key], commands[key], key)
+
+    def test_navigate(self):
+        ours = backseat.navigate(DIVE, model="nominal", dvl=False)
+        theirs = command("navigate", DIVE, "--model", "nominal", "--no-dvl", "--json")
+        self.same(ours.summary, theirs)
+        self.assertEqual(len(ours.summary["digest"]), 16)
+        self.assertEqual(ours.track["x_m"][-1], theirs["final"]["x_m"])
+
+    def test_arrays_in_are_the_log(self):
+        log = backseat.read(DIVE)
+        again = backseat.Log.from_columns(log.columns)
+        for name, values in log.columns.items():
+            np.testing.assert_array_equal(again.columns[name], values, name)
+        digests = {backseat.navigate(given, dvl=False).summary["digest"] for given in (log, again, log.columns)}
+        self.assertEqual(len(digests), 1)
+
+    def test_smooth_and_dead_reckoning(self):
+        smooth = backseat.navigate(DIVE, model="kinematic", smooth=True)
+        self.assertEqual(smooth.track["t_s"].shape, smooth.smoothed["t_s"].shape)
+        ours = backseat.navigate(IVER)
+        self.same(ours.summary, command("navigate", IVER, "--json"))
+        self.assertEqual(list(ours.track), ["t_s", "x_m", "y_m"])
+
+    def test_diagnose(self):
+        with tempfile.TemporaryDirectory() as folder:
+            ours = backseat.diagnose(IVER, report=folder)
+            self.same(ours.summary, command("diagnose", IVER, "--json"))
+            self.assertIn(ours.sentence[:40], (Path(folder) / "report.html").read_text(encoding="utf-8"))
+            written = backseat.Vehicle.read(Path(folder) / "vehicle.toml")
+            self.assertEqual(written.parameters, ours.vehicle.parameters)
+            with self.assertRaisesRegex(ValueError, "exists already"):
+                backseat.diagnose(IVER, report=folder)
+
+    def test_identify(self):
+        ours = backseat.identify(DIVE, method="nbls")
+        self.same(ours.summary, command("identify", DIVE, "--method", "nbls", "--json"))
+
+    def test_simulate(self):
+        with tempfile.TemporaryDirectory() as folder:
+            ours = backseat.simulate(seed=1, minutes=1, out=Path(folder) / "ours")
+            theirs = command("sim", "run", "--seed", 1, "--minutes", 1, "--json", "--out", Path(folder) / "theirs")
+            self.same(ours.summary, theirs)
+            self.assertGreater(len(ours.log.columns["t_s"]), 100)
+            self.assertTrue(ours.truth.exists())
+
+
+class Vehicles(unittest.TestCase):
+    def test_numbers_and_text(self):
+        vehicle = backseat.Vehicle()
+        heavier = vehicle.replace({"vehicle.mass_kg": vehicle.parameters["vehicle.mass_kg"] + 0.125})
+        self.assertEqual(heavier.parameters["vehicle.mass_kg"] - vehicle.parameters["vehicle.mass_kg"], 0.125)
+        self.assertEqual(backseat.Vehicle.from_toml(heavier.to_toml()).parameters, heavier.parameters)
+        self.assertTrue(vehicle.check()["flies"])
+
+
+class WrongInput(unittest.TestCase):
+    def test_errors_say_what_is_wrong(self):
+        for call, message in [
+            (lambda: backseat.read("no_such.csv"), "no_such.csv"),
+            (lambda: backseat.Log.from_columns({"depth_m": [1.0]}), "no column t_s"),
+            (lambda: backseat.Log.from_columns({"t_s": [0.0], "depth_ft": [1.0]}), "depth_ft: a vehicle log has no such"),
+            (lambda: backseat.Log.from_columns({"t_s": [0.0, 1.0], "depth_m": [1.0]}), "depth_m has 1 values, t_s has 2"),
+            (lambda: backseat.Log.from_columns({"t_s": [1.0, 0.0]}), "sort the rows by time"),
+            (lambda: backseat.Log.from_columns({"t_s": [float("nan")]}), "expected seconds"),
+            (lambda: backseat.navigate(DIVE, model="quick"), "expected robust, nominal or kinematic"),
+            (lambda: backseat.identify(DIVE, method="magic"), "output-error"),
+            (lambda: backseat.Vehicle().replace({"vehicle.mass": 1.0}), "vehicle.mass"),
+            (lambda: backseat.Vehicle().replace({"vehicle.mass_kg": -1.0}), "mass_kg"),
+            (lambda: backseat.simulate(effects=["gremlins"]), "gremlins"),
+        ]:
+            with self.assertRaisesRegex(ValueError, message):
+                call()
+
+
+class Notebook(unittest.TestCase):
+    def test_its_cells_run_and_name_the_cause(self):
+        os.environ["MPLBACKEND"] = "Agg"
+        cells = json.loads((ROOT / "host-tools/python/from_log_to_cause.ipynb").read_text(encoding="utf-8"))["cells"]
+        names = {}
+        here = os.getcwd()
+        os.chdir(ROOT)
+        try:
+            for cell in cells:
+                if cell["cell_type"] == "code":
+                    exec("".join(cell["source"]), names)
+        finally:
+            os.chdir(here)
+        self.assertEqual([effect["name"] for effect in names["found"].summary["effects"]], ["fin_bias"])
+        before, after = names["before"].summary["rejected"], names["after"].summary["rejected"]
+        self.assertGreater(before["rates"], 100)
+        self.assertLess(after["rates"], 10)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,175 @@
+//! The command `backseat`, one module per subcommand, and in [`library`] what the commands compute, for other front ends.
+
+mod bench;
+mod board;
+mod check;
+mod diagnose;
+mod export;
+mod identify;
+mod info;
+pub mod library;
+mod log_input;
+mod map;
+mod mission;
+mod monitor;
+mod navigate;
+mod outcome;
+mod params;
+mod provenance;
+mod record;
+mod replay;
+mod sim;
+mod uses;
+mod vehicle;
+
+use backseat_data::console;
+use clap::{CommandFactory, Parser, Subcommand};
+use outcome::Outcome;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// The backseat of an Iver3-class AUV: simulated missions, recorded missions, and the board on the bench.
+///
+/// Without a command it flies the simulator's default mission, as `backseat sim run` does: ten 1 km lines without a
+/// DVL, the backseat as a separate process on five virtual serial ports. Options are those of `backseat sim run`.
+#[derive(Parser)]
+#[command(name = "backseat", version, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat                                            fly the default mission
+  backseat sim run --minutes 20 --seed 7              its first twenty minutes, other noise
+  backseat sim dataset --effect random --seed 1 --hours 1 --out set1
+  backseat info log.csv                               is a log plausible, and what can be done with it?
+  backseat diagnose set1/log.csv                      which effect does the declared model lack?
+  backseat navigate log.csv --report out              navigation of a recorded mission, out/report.html";
+
+#[derive(Subcommand)]
+enum Command {
+    #[command(subcommand)]
+    Sim(sim::Simulation),
+    Info(info::Args),
+    Map(map::Args),
+    #[command(subcommand)]
+    Vehicle(vehicle::Vehicle),
+    Navigate(navigate::Args),
+    Diagnose(diagnose::Args),
+    Identify(identify::Args),
+    Bench(bench::Args),
+    Record(record::Args),
+    Replay(replay::Args),
+    Export(export::Args),
+    Reproduce(backseat_studies::reproduce::Args),
+    /// Ensembles of simulations: the programs behind docs/results
+    #[command(subcommand)]
+    Studies(backseat_studies::Study),
+    Mission(mission::Args),
+    Params(params::Args),
+    Monitor(monitor::Args),
+    Check(check::Args),
+    /// Print the completion script of a shell
+    #[command(
+        after_help = "Example:\n  backseat completions bash > ~/.local/share/bash-completion/completions/backseat"
+    )]
+    Completions {
+        /// Which shell
+        shell: clap_complete::Shell,
+    },
+    /// The backseat app on five serial ports: what `sim run` starts as its other end
+    #[command(name = "__backseat", hide = true)]
+    Backseat {
+        /// Frontseat, DVL, AHRS, modem and host port
+        #[arg(num_args = 5, required = true)]
+        ports: Vec<PathBuf>,
+    },
+}
+
+/// The arguments; `sim run` goes in where no command is named.
+fn arguments(given: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = given.collect();
+    let is_option = |argument: Option<&OsString>| match argument.map(|text| text.to_string_lossy()) {
+        None => true,
+        Some(text) => text.starts_with('-') && !["-h", "--help", "-V", "--version"].contains(&&*text),
+    };
+    if is_option(arguments.get(1)) {
+        arguments.insert(1.min(arguments.len()), "sim".into());
+    }
+    if arguments.get(1).is_some_and(|command| command == "sim") && is_option(arguments.get(2)) {
+        arguments.insert(2, "run".into());
+    }
+    arguments
+}
+
+/// Runs the command that these arguments name, the program's name first.
+///
+/// 0: done; 1: failed, with one line on stderr; 2: bad usage (clap); 3: done, but not to be trusted.
+#[must_use]
+pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
+    let result = match Cli::parse_from(arguments(given)).command {
+        Command::Sim(simulation) => simulation.run(),
+        Command::Info(args) => info::run(&args),
+        Command::Map(args) => map::run(&args).map(Outcome::from),
+        Command::Vehicle(vehicle) => vehicle.run(),
+        Command::Backseat { ports } => sim::backseat(&ports).map(Outcome::from),
+        Command::Navigate(args) => navigate::run(&args),
+        Command::Diagnose(args) => diagnose::run(&args),
+        Command::Identify(args) => identify::run(&args),
+        Command::Bench(args) => bench::run(&args).map(Outcome::from),
+        Command::Record(args) => record::run(&args).map(Outcome::from),
+        Command::Replay(args) => replay::run(&args).map(Outcome::from),
+        Command::Export(args) => export::run(&args).map(Outcome::from),
+        Command::Reproduce(args) => backseat_studies::reproduce::run(&args).map(Outcome::from),
+        Command::Studies(study) => study.run().map(Outcome::from),
+        Command::Mission(args) => mission::run(&args).map(Outcome::from),
+        Command::Params(args) => params::run(&args).map(Outcome::from),
+        Command::Monitor(args) => monitor::run(&args).map(Outcome::from),
+        Command::Check(args) => check::run(&args).map(Outcome::from),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "backseat", &mut script);
+            console::print(&script).map(Outcome::from)
+        }
+    };
+    match result {
+        Ok(outcome) => outcome.exit_code(),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn without_a_command_the_default_mission_is_flown() {
+        let full = |given: &str| {
+            let words = given.split_whitespace().map(OsString::from);
+            arguments(words).join(" ".as_ref()).into_string().unwrap()
+        };
+        for (given, expected) in [
+            ("backseat", "backseat sim run"),
+            ("backseat --minutes 1", "backseat sim run --minutes 1"),
+            ("backseat sim", "backseat sim run"),
+            ("backseat sim --seed 2", "backseat sim run --seed 2"),
+            ("backseat sim faults --runs 1", "backseat sim faults --runs 1"),
+            ("backseat --help", "backseat --help"),
+            ("backseat sim --help", "backseat sim --help"),
+            ("backseat navigate log.csv", "backseat navigate log.csv"),
+        ] {
+            assert_eq!(full(given), expected);
+        }
+    }
+}
