@@ -3,7 +3,7 @@
 //! Travel times are solved with both ends moving: a packet sent at t₀ from a place s arrives at the
 //! t₁ at which c (t₁ − t₀) = |p(t₁) − s|, p(t) the receiver's own motion.
 
-use crate::observation::{Downlink, Observation, ObservationKind, ShipReport, TwoWay, Uplink};
+use crate::observation::{Downlink, Observation, ObservationKind, ShipReport, ShipTwoWay, TwoWay, Uplink};
 use crate::rng::{Source, Stream};
 use crate::scenario::effects::AcousticChannel;
 use crate::scenario::{self, Exchange, Scenario};
@@ -67,6 +67,8 @@ enum FlightKind {
     Return { tol_us: u64, outward_m: f64 },
     /// To the ship, whose motion is known ahead; so are arrival and true range rate.
     Uplink { tol_us: u64, arrival_s: f64, range_rate_mps: f64 },
+    /// The ship's ping, on its way to the vehicle.
+    ShipPing { tol_us: u64 },
 }
 
 /// The acoustic channel and its schedule.
@@ -144,6 +146,48 @@ impl Acoustics {
         }
     }
 
+    /// From now on nothing leaves by the schedule: modems at both ends send.
+    pub fn hand_over(&mut self) {
+        self.settings.slots.clear();
+    }
+
+    /// How long sound takes between ship and vehicle, s.
+    #[must_use]
+    pub fn flight_s(&self, time_us: u64, vehicle_m: [f64; 3], ship: &ShipMotion) -> f64 {
+        distance(vehicle_m, self.transducer(ship, seconds(time_us))) / self.true_speed_mps
+    }
+
+    /// A modem sends at `tol_us`; a downlink says what `report` says.
+    pub fn transmit(
+        &mut self,
+        exchange: Exchange,
+        tol_us: u64,
+        vehicle: &Sender,
+        ship: &ShipMotion,
+        report: ShipReport,
+    ) {
+        // as in `launch`, drawn for every packet
+        let errors = self.noise.normals::<2>(1.0);
+        let outlier_m = self.outlier();
+        let lost = self.loss.uniform() < self.settings.loss_share;
+        let left_s = seconds(tol_us);
+        let flight = match exchange {
+            Exchange::Downlink => {
+                let kind = FlightKind::Downlink { tol_us, ship_velocity_mps: ship.at(left_s).velocity_mps, report };
+                Some(Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m, kind })
+            }
+            Exchange::Uplink => Some(self.uplink(tol_us, errors, vehicle, ship)),
+            Exchange::TwoWay => self.ping(tol_us, errors, vehicle, ship),
+            Exchange::ShipPing => {
+                let kind = FlightKind::ShipPing { tol_us };
+                Some(Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m, kind })
+            }
+        };
+        if let Some(flight) = flight.filter(|_| !lost) {
+            self.flights.push(Flight { outlier_m, ..flight });
+        }
+    }
+
     /// What is detected instead of the direct path, for a share of the packets, m: mostly a later path, sometimes an
     /// earlier noise.
     fn outlier(&mut self) -> f64 {
@@ -175,26 +219,33 @@ impl Acoustics {
                 let kind = FlightKind::Downlink { tol_us, ship_velocity_mps: ship.at(left_s).velocity_mps, report };
                 Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m: 0.0, kind }
             }
-            Exchange::Uplink => {
-                let (arrival_s, _) = self.arrival_at_ship(left_s, vehicle.position_m, ship);
-                let [north, east] = ship.at(arrival_s).velocity_mps;
-                let range_rate_mps = opening(
-                    difference(self.transducer(ship, arrival_s), vehicle.position_m),
-                    difference([north, east, 0.0], vehicle.velocity_mps),
-                );
-                let kind = FlightKind::Uplink { tol_us, arrival_s, range_rate_mps };
-                Flight { left_s, from_m: vehicle.position_m, errors, outlier_m: 0.0, kind }
-            }
-            Exchange::TwoWay => {
-                let (arrival_s, outward_m) = self.arrival_at_ship(left_s, vehicle.position_m, ship);
-                if outward_m > self.settings.max_range_m {
-                    return None;
-                }
-                let left_s = arrival_s + self.settings.turnaround_s;
-                let kind = FlightKind::Return { tol_us, outward_m };
-                Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m: 0.0, kind }
-            }
+            Exchange::Uplink => self.uplink(tol_us, errors, vehicle, ship),
+            Exchange::TwoWay => self.ping(tol_us, errors, vehicle, ship)?,
+            // only a modem that is told to sends it
+            Exchange::ShipPing => return None,
         })
+    }
+
+    fn uplink(&self, tol_us: u64, errors: [f64; 2], vehicle: &Sender, ship: &ShipMotion) -> Flight {
+        let left_s = seconds(tol_us);
+        let (arrival_s, _) = self.arrival_at_ship(left_s, vehicle.position_m, ship);
+        let [north, east] = ship.at(arrival_s).velocity_mps;
+        let range_rate_mps = opening(
+            difference(self.transducer(ship, arrival_s), vehicle.position_m),
+            difference([north, east, 0.0], vehicle.velocity_mps),
+        );
+        let kind = FlightKind::Uplink { tol_us, arrival_s, range_rate_mps };
+        Flight { left_s, from_m: vehicle.position_m, errors, outlier_m: 0.0, kind }
+    }
+
+    fn ping(&self, tol_us: u64, errors: [f64; 2], vehicle: &Sender, ship: &ShipMotion) -> Option<Flight> {
+        let (arrival_s, outward_m) = self.arrival_at_ship(seconds(tol_us), vehicle.position_m, ship);
+        if outward_m > self.settings.max_range_m {
+            return None;
+        }
+        let left_s = arrival_s + self.settings.turnaround_s;
+        let kind = FlightKind::Return { tol_us, outward_m };
+        Some(Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m: 0.0, kind })
     }
 
     fn transducer(&self, ship: &ShipMotion, time_s: f64) -> [f64; 3] {
@@ -213,11 +264,17 @@ impl Acoustics {
     }
 
     /// Hands out what arrives during one step of the vehicle, in order of arrival.
-    pub fn arrivals(&mut self, passage: &Passage, estimator: &ShipEstimator, sink: &mut impl FnMut(&Observation)) {
+    pub fn arrivals(
+        &mut self,
+        passage: &Passage,
+        ship: &ShipMotion,
+        estimator: &ShipEstimator,
+        sink: &mut impl FnMut(&Observation),
+    ) {
         // Nearly always empty or one: a packet flies for a second in thirty.
         while let Some((index, arrival_s)) = self.earliest(passage) {
             let flight = self.flights.swap_remove(index);
-            if let Some(kind) = self.received(&flight, arrival_s, passage, estimator) {
+            if let Some(kind) = self.received(&flight, arrival_s, passage, ship, estimator) {
                 sink(&Observation { time_us: micros(arrival_s), kind });
             }
         }
@@ -252,6 +309,7 @@ impl Acoustics {
         flight: &Flight,
         arrival_s: f64,
         passage: &Passage,
+        ship: &ShipMotion,
         estimator: &ShipEstimator,
     ) -> Option<ObservationKind> {
         let true_range_m = self.true_speed_mps * (arrival_s - flight.left_s);
@@ -282,6 +340,16 @@ impl Acoustics {
                 let range_rate_mps = range_rate_mps + range_rate_error_mps;
                 let ship = estimator.report(arrival_s)?;
                 ObservationKind::Uplink(Uplink { tol_us, toa_us, end_us, range_m, range_rate_mps, ship })
+            }
+            FlightKind::ShipPing { tol_us } => {
+                let turnaround_s = self.settings.turnaround_s;
+                let reply_s = arrival_s + turnaround_s;
+                let (p, v) = (passage.position(arrival_s), passage.velocity_mps);
+                let (reply_arrival_s, back_m) =
+                    self.arrival_at_ship(reply_s, core::array::from_fn(|i| p[i] + turnaround_s * v[i]), ship);
+                let true_s = 0.5 * (true_range_m + back_m) / self.true_speed_mps;
+                let one_way_time_s = true_s + self.delay_s + range_error_m / self.declared_speed_mps;
+                ObservationKind::ShipTwoWay(ShipTwoWay { tol_us, reply_us: micros(reply_arrival_s), one_way_time_s })
             }
             FlightKind::Return { tol_us, outward_m } => {
                 let true_s = 0.5 * (outward_m + true_range_m) / self.true_speed_mps;

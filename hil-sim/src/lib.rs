@@ -17,6 +17,7 @@ pub mod scenario;
 pub mod score;
 pub mod sensors;
 pub mod ship;
+pub mod ship_end;
 pub mod truth;
 mod undeclared;
 pub mod world;

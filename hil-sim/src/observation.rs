@@ -52,6 +52,8 @@ pub enum ObservationKind {
     Uplink(Uplink),
     /// The ship's answer to the vehicle's ping begins to arrive at the vehicle.
     TwoWay(TwoWay),
+    /// The ship's ping reaches the vehicle, whose answer is under way.
+    ShipTwoWay(ShipTwoWay),
 }
 
 /// A position fix of the vehicle.
@@ -126,4 +128,15 @@ pub struct TwoWay {
     pub one_way_time_s: f64,
     /// The same times the declared sound speed, m.
     pub range_m: f64,
+}
+
+/// Ship to vehicle and back; needs no common clock, and is known on the ship.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShipTwoWay {
+    /// The ship's ping left, µs.
+    pub tol_us: u64,
+    /// The vehicle's answer reaches the ship, true time, µs.
+    pub reply_us: u64,
+    /// Half of (round trip minus turnaround), s: what the modem reports.
+    pub one_way_time_s: f64,
 }

@@ -50,6 +50,8 @@ pub enum Source {
     VehicleGnssColour = 18,
     /// Coloured part of the rates.
     RatesColour = 19,
+    /// Speed over ground of the ship's GNSS receiver.
+    ShipGnssVelocity = 20,
 }
 
 /// The random numbers of one source.

@@ -2,8 +2,8 @@
 
 use crate::acoustics::{Acoustics, Passage, Sender};
 use crate::environment::Sea;
-use crate::observation::{Observation, ObservationKind};
-use crate::scenario::Scenario;
+use crate::observation::{Observation, ObservationKind, ShipReport};
+use crate::scenario::{Exchange, Scenario};
 use crate::sensors::Sensors;
 use crate::ship::{ShipEstimator, ShipMotion, ShipTruth};
 use crate::truth::{Actuators, Vehicle, VehicleTruth, Water};
@@ -84,6 +84,23 @@ impl World {
         }
     }
 
+    /// From now on nothing leaves by the schedule: modems at both ends send, by [`Self::transmit`].
+    pub fn hand_over_acoustics(&mut self) {
+        self.acoustics.hand_over();
+    }
+
+    /// A modem sends now; a downlink says what `report` says.
+    pub fn transmit(&mut self, exchange: Exchange, report: ShipReport) {
+        let sender = self.sender();
+        self.acoustics.transmit(exchange, self.time_us, &sender, &self.ship, report);
+    }
+
+    /// How long sound takes between ship and vehicle now, µs.
+    #[must_use]
+    pub fn flight_us(&self) -> u64 {
+        (1.0e6 * self.acoustics.flight_s(self.time_us, self.transducer_m(), &self.ship)) as u64
+    }
+
     fn step(&mut self, sink: &mut impl FnMut(&Observation)) {
         while let Some(&(_, targets)) = self.pending.front().filter(|(from_us, _)| *from_us <= self.time_us) {
             self.targets = targets;
@@ -97,7 +114,7 @@ impl World {
         if self.acoustics.busy() {
             let Sender { position_m: to_m, velocity_mps } = self.sender();
             let passage = Passage { from_s, from_m, to_s, to_m, velocity_mps };
-            self.acoustics.arrivals(&passage, &self.estimator, sink);
+            self.acoustics.arrivals(&passage, &self.ship, &self.estimator, sink);
         }
     }
 

@@ -19,6 +19,7 @@ mod provenance;
 mod record;
 mod replay;
 mod sim;
+mod topside;
 mod uses;
 mod vehicle;
 
@@ -72,6 +73,7 @@ enum Command {
     Params(params::Args),
     Monitor(monitor::Args),
     Check(check::Args),
+    Topside(topside::Args),
     /// Print the completion script of a shell
     #[command(
         after_help = "Example:\n  backseat completions bash > ~/.local/share/bash-completion/completions/backseat"
@@ -128,6 +130,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
         Command::Mission(args) => mission::run(&args).map(Outcome::from),
         Command::Params(args) => params::run(&args).map(Outcome::from),
         Command::Monitor(args) => monitor::run(&args).map(Outcome::from),
+        Command::Topside(args) => topside::run(&args).map(Outcome::from),
         Command::Check(args) => check::run(&args).map(Outcome::from),
         Command::Completions { shell } => {
             let mut script = Vec::new();

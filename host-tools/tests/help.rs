@@ -52,6 +52,7 @@ fn every_command_has_help_an_example_and_json() {
         "export",
         "monitor",
         "check",
+        "topside",
     ] {
         assert!(names.contains(&name), "{name} is missing among {names:?}");
     }

@@ -7,8 +7,9 @@ mod ahrs;
 mod dvl;
 mod frontseat;
 mod geodesy;
+pub mod micro_modem;
 mod modem;
-mod uart;
+pub mod uart;
 
 pub use dvl::MOUNTING_RAD as DVL_MOUNTING_RAD;
 pub use geodesy::LocalFrame;
@@ -22,18 +23,27 @@ use backseat_link::Arrival;
 use backseat_wire::hostlink::{MAX_CHUNKS, Port};
 use dvl::Dvl;
 use frontseat::Frontseat;
+use micro_modem::MicroModem;
 use modem::Modem;
 use uart::Uart;
 
 /// Baud rates of the four device lines, in the order of [`Port::DEVICES`].
 const BAUD: [u32; 4] = [19_200, 115_200, 115_200, 19_200];
 
+/// The vehicle's modem.
+enum VehicleModem {
+    /// It plays the ship's part as well.
+    Alone(Box<Modem>),
+    /// There is another modem at the ship.
+    Paired(Box<MicroModem>),
+}
+
 /// The four devices and the lines from the backseat to them.
 pub struct Devices {
     frontseat: Frontseat,
     dvl: Dvl,
     ahrs: Ahrs,
-    modem: Modem,
+    modem: VehicleModem,
     from_backseat: [Uart; 4],
     sensor_faults: SensorFaults,
     packet_faults: PacketFaults,
@@ -66,11 +76,31 @@ impl Devices {
             ),
             dvl: Dvl::new(dvl),
             ahrs: Ahrs::new(ahrs, declination_rad, sensor_faults.rollover_us()),
-            modem: Modem::new(modem, frame, start_unix_s, settings, packet_faults.clone()),
+            modem: VehicleModem::Alone(Box::new(Modem::new(
+                modem,
+                frame,
+                start_unix_s,
+                settings,
+                packet_faults.clone(),
+            ))),
             from_backseat: BAUD.map(Uart::new),
             sensor_faults,
             packet_faults,
             lines,
+        }
+    }
+
+    /// From now on the vehicle's modem only does what the backseat says, with another one at the ship.
+    pub fn pair_modem(&mut self, start_unix_s: u32, packet_duration_s: f64) {
+        let [.., baud] = BAUD;
+        self.modem = VehicleModem::Paired(Box::new(MicroModem::new(baud, start_unix_s, packet_duration_s)));
+    }
+
+    /// The vehicle's modem, if there is another one at the ship.
+    pub fn micro_modem(&mut self) -> Option<&mut MicroModem> {
+        match &mut self.modem {
+            VehicleModem::Paired(modem) => Some(modem),
+            VehicleModem::Alone(_) => None,
         }
     }
 
@@ -88,7 +118,9 @@ impl Devices {
         self.frontseat.observe(observation);
         self.dvl.observe(observation);
         self.ahrs.observe(observation);
-        self.modem.observe(observation);
+        if let VehicleModem::Alone(modem) = &mut self.modem {
+            modem.observe(observation);
+        }
     }
 
     /// The backseat began to send `bytes` at `time_us`.
@@ -102,7 +134,11 @@ impl Devices {
     #[must_use]
     pub fn next_us(&self) -> Option<u64> {
         let lines = self.from_backseat.iter().filter_map(Uart::next_us);
-        lines.chain(self.frontseat.next_us()).chain(self.modem.next_us()).min()
+        let modem = match &self.modem {
+            VehicleModem::Alone(modem) => modem.next_us(),
+            VehicleModem::Paired(modem) => modem.next_us(),
+        };
+        lines.chain(self.frontseat.next_us()).chain(modem).min()
     }
 
     /// Lets the devices act up to `now_us`; returns the commands of fins and propeller from then on.
@@ -113,12 +149,18 @@ impl Devices {
                 match port {
                     Port::Frontseat => self.frontseat.receive(time_us, &bytes),
                     Port::Ahrs => self.ahrs.receive(time_us, &bytes),
-                    Port::Modem => self.modem.receive(time_us, &bytes),
+                    Port::Modem => match &mut self.modem {
+                        VehicleModem::Alone(modem) => modem.receive(time_us, &bytes),
+                        VehicleModem::Paired(modem) => modem.receive(time_us, &bytes),
+                    },
                     Port::Dvl | Port::Host => {} // it streams, unasked
                 }
             }
         }
-        self.modem.run(now_us);
+        // a paired one is run by what joins the two
+        if let VehicleModem::Alone(modem) = &mut self.modem {
+            modem.run(now_us);
+        }
         self.frontseat.targets(now_us)
     }
 
@@ -131,7 +173,10 @@ impl Devices {
                 Port::Frontseat => &mut self.frontseat.transmitter,
                 Port::Dvl => &mut self.dvl.transmitter,
                 Port::Ahrs => &mut self.ahrs.transmitter,
-                Port::Modem | Port::Host => &mut self.modem.transmitter,
+                Port::Modem | Port::Host => match &mut self.modem {
+                    VehicleModem::Alone(modem) => &mut modem.transmitter,
+                    VehicleModem::Paired(modem) => &mut modem.transmitter,
+                },
             };
             let frames = line.pass(std::iter::from_fn(|| uart.pop(until_us)).collect(), until_us);
             arrivals.extend(joined(frames).into_iter().map(|arrival| (port, arrival)));

@@ -1,10 +1,11 @@
 //! A flight in lock-step: as fast as the machine allows, and the same bytes each time.
 
 use super::record::{Recorder, Sample};
-use super::{FlightError, FlightLog, STEP_US, advance, prepare};
+use super::{FlightError, FlightLog, STEP_US, advance, join, prepare};
 use crate::devices::Devices;
 use crate::faults::Board;
 use crate::scenario::Scenario;
+use crate::ship_end::ShipEnd;
 use crate::truth::VehicleTruth;
 use crate::world::World;
 use backseat_link::{Client, FusionRecord, Ports, StepOutput};
@@ -62,7 +63,27 @@ pub fn fly_prepared<P: Ports>(
     stop: &AtomicBool,
     mut progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
-    fly_on(scenario, client, folder, stop, |step| {
+    fly_on(scenario, client, None, folder, stop, |step| {
+        if step.time_us % SECOND_US == 0 {
+            progress(step.time_us as f64 * 1e-6);
+        }
+    })
+}
+
+/// [`fly`], perhaps with a program on the ship, which sends and hears through a modem of its own.
+///
+/// # Errors
+/// As [`fly`].
+pub fn fly_with_ship<P: Ports>(
+    scenario: &Scenario,
+    client: &mut Client<P>,
+    ship: Option<&mut ShipEnd>,
+    folder: Option<&Path>,
+    stop: &AtomicBool,
+    mut progress: impl FnMut(f64),
+) -> Result<FlightLog, FlightError> {
+    prepare(scenario, client)?;
+    fly_on(scenario, client, ship, folder, stop, |step| {
         if step.time_us % SECOND_US == 0 {
             progress(step.time_us as f64 * 1e-6);
         }
@@ -80,12 +101,13 @@ pub fn fly_watched<P: Ports>(
     watch: impl FnMut(Watched<'_>),
 ) -> Result<FlightLog, FlightError> {
     prepare(scenario, client)?;
-    fly_on(scenario, client, None, stop, watch)
+    fly_on(scenario, client, None, None, stop, watch)
 }
 
 fn fly_on<P: Ports>(
     scenario: &Scenario,
     client: &mut Client<P>,
+    mut ship: Option<&mut ShipEnd>,
     folder: Option<&Path>,
     stop: &AtomicBool,
     mut watch: impl FnMut(Watched<'_>),
@@ -98,6 +120,7 @@ fn fly_on<P: Ports>(
 
     let mut world = World::new(scenario);
     let mut devices = Devices::new(scenario);
+    join(scenario, &mut world, &mut devices, ship.as_deref());
     let mut board = Board::new(&settings.faults);
     let mut end_us = (settings.duration_s * 1e6) as u64;
     let epilogue_us = (settings.epilogue_s * 1e6) as u64;
@@ -105,7 +128,7 @@ fn fly_on<P: Ports>(
     let mut now_us = 0;
     while now_us < end_us && !stop.load(Ordering::Relaxed) {
         now_us += STEP_US;
-        advance(&mut world, &mut devices, &mut recorder, now_us)?;
+        advance(&mut world, &mut devices, ship.as_deref_mut(), &mut recorder, now_us)?;
         let edge = now_us % SECOND_US == 0;
         let reset = board.reset(now_us);
         if let Some(reset) = reset {
@@ -130,6 +153,7 @@ fn fly_on<P: Ports>(
         }
         under_way |= telemetry.leg.is_some();
         if edge {
+            recorder.ship_side(scenario, now_us, ship.as_deref(), &truth, &world.ship());
             recorder.sample(Sample { truth, ship: world.ship(), telemetry })?;
         }
     }

@@ -5,14 +5,15 @@ mod realtime;
 mod record;
 mod setup;
 
-pub use lockstep::{Watched, fly, fly_prepared, fly_watched};
-pub use realtime::{Start, fly_realtime};
-pub use record::{FlightLog, ModeChange, Sample};
+pub use lockstep::{Watched, fly, fly_prepared, fly_watched, fly_with_ship};
+pub use realtime::{Start, fly_realtime, fly_realtime_with_ship};
+pub use record::{FlightLog, ModeChange, Sample, ShipSide};
 pub use setup::board_parameters;
 
 use crate::devices::Devices;
 use crate::faults::Board;
 use crate::scenario::Scenario;
+use crate::ship_end::ShipEnd;
 use crate::world::World;
 use backseat_data::DataError;
 use backseat_link::{BackseatError, Client, Ports};
@@ -47,23 +48,47 @@ fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), 
     client.set_fenced_mission(&scenario.settings.waypoints(), &scenario.settings.fence.corners_m)
 }
 
+/// Hands the acoustics over to two modems, if there is a ship's end.
+fn join(scenario: &Scenario, world: &mut World, devices: &mut Devices, ship: Option<&ShipEnd>) {
+    if ship.is_some() {
+        let settings = &scenario.settings;
+        world.hand_over_acoustics();
+        devices.pair_modem(settings.environment.start_unix_s, settings.acoustics.packet_duration_s);
+    }
+}
+
 /// Moves world and devices to `to_us`, stopping wherever a device acts.
-fn advance(world: &mut World, devices: &mut Devices, recorder: &mut Recorder, to_us: u64) -> Result<(), DataError> {
+fn advance(
+    world: &mut World,
+    devices: &mut Devices,
+    mut ship: Option<&mut ShipEnd>,
+    recorder: &mut Recorder,
+    to_us: u64,
+) -> Result<(), FlightError> {
     loop {
-        let until_us = devices.next_us().unwrap_or(to_us).min(to_us);
+        let mut until_us = devices.next_us().unwrap_or(to_us).min(to_us);
+        if let Some(ship) = &ship {
+            until_us = until_us.min(ship.next_us());
+        }
         let mut observed = Vec::new();
         world.advance(until_us, &mut |observation| observed.push(*observation));
         for observation in &observed {
             let sensed = devices.sensed(observation);
             devices.observe(&sensed);
+            if let Some(ship) = &mut ship {
+                ship.observe(&sensed, world, devices);
+            }
             recorder.observe(&sensed, &world.truth());
         }
         let targets = devices.run(until_us);
         if recorder.actuators(until_us, targets) {
             world.set_actuator_targets(until_us, targets);
         }
+        if let Some(ship) = &mut ship {
+            ship.run(until_us, world, devices)?;
+        }
         if until_us >= to_us {
-            return recorder.step_done();
+            return Ok(recorder.step_done()?);
         }
     }
 }

@@ -1,10 +1,11 @@
 //! A flight at the speed of the clock: frames at their true times, the board on its own timer.
 
 use super::record::{Recorder, Sample};
-use super::{FlightError, FlightLog, advance, prepare};
+use super::{FlightError, FlightLog, advance, join, prepare};
 use crate::devices::Devices;
 use crate::ending::is_at_the_end;
 use crate::scenario::Scenario;
+use crate::ship_end::ShipEnd;
 use crate::world::World;
 use backseat_link::{BackseatError, Client, FusionRecord, Ports};
 use backseat_wire::hostlink::{FromBoard, Port, Telemetry};
@@ -38,6 +39,22 @@ pub fn fly_realtime<P: Ports>(
     start: Start,
     folder: Option<&Path>,
     stop: &AtomicBool,
+    progress: impl FnMut(f64),
+) -> Result<FlightLog, FlightError> {
+    fly_realtime_with_ship(scenario, client, start, None, folder, stop, progress)
+}
+
+/// [`fly_realtime`], perhaps with a program on the ship, which sends and hears through a modem of its own.
+///
+/// # Errors
+/// As [`super::fly`].
+pub fn fly_realtime_with_ship<P: Ports>(
+    scenario: &Scenario,
+    client: &mut Client<P>,
+    start: Start,
+    mut ship: Option<&mut ShipEnd>,
+    folder: Option<&Path>,
+    stop: &AtomicBool,
     mut progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
     let mut recorder = Recorder::new(folder)?;
@@ -50,6 +67,7 @@ pub fn fly_realtime<P: Ports>(
     let begun = Instant::now();
     let mut world = World::new(scenario);
     let mut devices = Devices::new(scenario);
+    join(scenario, &mut world, &mut devices, ship.as_deref());
     let end_us = (scenario.settings.duration_s * 1e6) as u64;
     let mut now_us = 0;
     let mut sampled_s = 0;
@@ -58,7 +76,7 @@ pub fn fly_realtime<P: Ports>(
         let due = Duration::from_micros(now_us + TICK_US);
         sleep(due.saturating_sub(begun.elapsed()));
         now_us = begun.elapsed().as_micros() as u64;
-        advance(&mut world, &mut devices, &mut recorder, now_us)?;
+        advance(&mut world, &mut devices, ship.as_deref_mut(), &mut recorder, now_us)?;
         for (port, arrival) in devices.arrivals(now_us) {
             client.deliver(now_us, port, &arrival.bytes)?;
         }
@@ -83,6 +101,7 @@ pub fn fly_realtime<P: Ports>(
         let second = now_us / 1_000_000;
         if second > sampled_s {
             sampled_s = second;
+            recorder.ship_side(scenario, now_us, ship.as_deref(), &world.truth(), &world.ship());
             recorder.sample(Sample { truth: world.truth(), ship: world.ship(), telemetry })?;
             progress(now_us as f64 * 1e-6);
         }

@@ -1,7 +1,9 @@
 //! What a flight leaves behind: in memory for scoring, and on disk as it happens.
 
 use crate::observation::{Observation, ObservationKind};
+use crate::scenario::Scenario;
 use crate::ship::ShipTruth;
+use crate::ship_end::ShipEnd;
 use crate::truth::{Actuators, VehicleTruth};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
@@ -19,6 +21,17 @@ pub struct Sample {
     pub ship: ShipTruth,
     /// What the backseat reported.
     pub telemetry: Telemetry,
+}
+
+/// What a program on the ship knows, beside the truth, at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct ShipSide {
+    /// When, µs.
+    pub time_us: u64,
+    /// Horizontal error of the ship's own position, m, and the stated sigma per axis.
+    pub ship: Option<[f64; 2]>,
+    /// Horizontal error of the vehicle's track, m, and its normalised square (mean 2 where the covariance is right).
+    pub vehicle: Option<[f64; 2]>,
 }
 
 /// The backseat changed its mode.
@@ -47,6 +60,8 @@ pub struct FlightLog {
     pub adoptions: Vec<Adoption>,
     /// Vehicle and ship (north, east) at each packet's arrival and launch, m.
     pub packets: Vec<([f64; 2], [f64; 2])>,
+    /// Once a second, if there was a program on the ship.
+    pub ship_side: Vec<ShipSide>,
     /// Mode changes.
     pub modes: Vec<ModeChange>,
     /// The backseat's running digest after the last step.
@@ -166,6 +181,31 @@ impl Recorder {
         }
         self.flight.samples.push(sample);
         Ok(())
+    }
+
+    /// Once a second: how good is what the ship knows?
+    pub(super) fn ship_side(
+        &mut self,
+        scenario: &Scenario,
+        time_us: u64,
+        end: Option<&ShipEnd>,
+        vehicle: &VehicleTruth,
+        ship: &ShipTruth,
+    ) {
+        let Some(topside) = end.and_then(|end| end.program().topside()) else { return };
+        let utc_us = u64::from(scenario.settings.environment.start_unix_s) * 1_000_000 + time_us;
+        let ship = topside.ship_at(utc_us).map(|estimate| {
+            let [n, e] = [0, 1].map(|i| estimate.position_m[i] - ship.position_m[i]);
+            [libm::hypot(n, e), estimate.sigma_m()]
+        });
+        let vehicle = topside.tracks().first().and_then(|track| track.at(utc_us)).map(|estimate| {
+            // its transducer: where the uplink says it is
+            let [x, y, _] = vehicle.position_at(scenario.settings.installation.transducer_arm_m);
+            let [n, e] = [estimate.position_m[0] - x, estimate.position_m[1] - y];
+            let [a, b, c] = estimate.covariance_m2;
+            [libm::hypot(n, e), (b * n * n - 2.0 * c * n * e + a * e * e) / (a * b - c * c)]
+        });
+        self.flight.ship_side.push(ShipSide { time_us, ship, vehicle });
     }
 
     pub(super) fn finish(self) -> Result<FlightLog, DataError> {

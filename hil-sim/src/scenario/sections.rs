@@ -207,6 +207,8 @@ pub enum Exchange {
     Uplink,
     /// Vehicle to ship and back.
     TwoWay,
+    /// Ship to vehicle and back: only the ship's own program sends it.
+    ShipPing,
 }
 
 /// One slot of the cycle.

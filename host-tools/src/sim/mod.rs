@@ -3,6 +3,7 @@
 mod dataset;
 mod report;
 mod run;
+mod ship;
 
 pub use run::simulate;
 

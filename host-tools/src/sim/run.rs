@@ -1,5 +1,6 @@
 //! `backseat sim run`: fly a scenario against a backseat and judge its navigation.
 
+use super::ship::TopsideKind;
 use crate::outcome::Outcome;
 use crate::vehicle::unflyable;
 use anyhow::{Context, bail};
@@ -37,9 +38,11 @@ const REPORT: &str = "report.html";
   backseat sim run --vehicle my_vehicle.toml --minutes 30
   backseat sim run my_scenario.toml --minutes 30 --out flight --json
   backseat sim run --realtime --monitor
+  backseat sim run sea_trial --topside library
   backseat sim run --realtime --wait         practise: mission put, start and stop by hand")]
 pub struct Args {
-    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption.
+    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption,
+    /// sea_trial.
     scenario: Option<PathBuf>,
     /// Vehicle file to simulate and to declare, instead of the scenario's; one that does not fly is refused.
     #[arg(long, value_name = "V.toml")]
@@ -64,6 +67,10 @@ pub struct Args {
     /// stopped be started again; opens the ports of --monitor.
     #[arg(long, requires = "realtime")]
     wait: bool,
+    /// Put `backseat topside` on the ship, with a receiver and a modem of its own: `library`, in this process, or with
+    /// --realtime `process`, on two serial ports. Left out, the vehicle's modem plays the ship's part.
+    #[arg(long, value_name = "library|process")]
+    topside: Option<TopsideKind>,
     /// Seed of all randomness instead of the scenario's.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -168,12 +175,15 @@ fn fly(
     eprintln!("{}: {ports}", scenario.settings.name);
     let bar = Progress::new("simulated seconds", scenario.settings.duration_s as usize);
     let progress = |t_s| bar.set(t_s as usize);
+    let mut ship = super::ship::start(arguments.topside, arguments.realtime, &scenario, &folder)?;
+    let end = ship.as_mut().map(|ship| &mut ship.end);
     let flight = if arguments.realtime {
         let start = if arguments.wait { flight::Start::OnRequest } else { flight::Start::AtOnce };
-        flight::fly_realtime(&scenario, &mut client, start, Some(&folder), stop, progress)
+        flight::fly_realtime_with_ship(&scenario, &mut client, start, end, Some(&folder), stop, progress)
     } else {
-        flight::fly(&scenario, &mut client, Some(&folder), stop, progress)
+        flight::fly_with_ship(&scenario, &mut client, end, Some(&folder), stop, progress)
     };
+    drop(ship);
     drop(bar);
     let flight = flight.with_context(|| format!("flight (the part that was flown is in {})", folder.display()))?;
     client.end_record()?;
@@ -340,6 +350,8 @@ fn summary_text(flight: &FlightLog, analysis: &Analysis, ending: Ending) -> Stri
             text += &format!("{name:<36} {:>8.2} {:>8.2} {:>8.2}\n", error.median_m, error.p95_m, error.max_m);
         }
     }
+    text += &super::ship::text(flight);
+    text += &super::ship::text(flight);
     let sensors = analysis::sensor_names(&analysis.configurations);
     text += &format!("\n{:<36}", "mean NIS (rejected)");
     for sensor in &sensors {
@@ -391,6 +403,7 @@ fn summary_json(flight: &FlightLog, analysis: &Analysis, ending: Ending) -> Valu
         "cross_track_m": track(|track| &track.cross_track),
         "depth_m": track(|track| &track.depth),
         "nis": analysis.configurations.first().map(nis_json),
+        "topside": super::ship::json(flight),
         "finished": matches!(ending, Ending::Flown),
         "ending": ending.name(),
         "trust": if ending.is_trustworthy() { "ok" } else { "suspicious" },

@@ -12,6 +12,9 @@ pub const MAX_VEHICLES: usize = 4;
 /// Largest modem address.
 const MAX_ADDRESS: u8 = 127;
 
+/// Modem addresses.
+pub type Vehicles = Vec<u8, MAX_VEHICLES>;
+
 /// Ship, modem, slots and vehicles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
@@ -28,7 +31,7 @@ pub struct Config {
     /// The cycle.
     pub slots: SlotTable,
     /// Modem addresses of the vehicles.
-    pub vehicles: Vec<u8, MAX_VEHICLES>,
+    pub vehicles: Vehicles,
     /// From the GNSS antenna to the transducer, forward and starboard, m.
     pub antenna_to_transducer_m: [f64; 2],
     /// Depth of the transducer, m.

@@ -37,7 +37,7 @@ pub mod slots;
 mod topside;
 pub mod track;
 
-pub use config::{Config, ConfigError, MAX_VEHICLES};
+pub use config::{Config, ConfigError, MAX_VEHICLES, Vehicles};
 pub use event::Event;
 pub use hold::Hold;
 pub use modem::{ClockHealth, MAX_RATE};

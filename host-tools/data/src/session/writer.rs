@@ -114,6 +114,23 @@ impl Writer {
         }
     }
 
+    /// Adds bytes of a line that is no port of a board, to `port/<name>/rx` or, of what was sent, `port/<name>/tx`.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_line(&mut self, name: &str, sent: bool, time_us: u64, bytes: &[u8]) -> Result<(), DataError> {
+        let direction = if sent { "tx" } else { "rx" };
+        self.message(format!("port/{name}/{direction}").into(), format::BYTES, time_us, bytes)
+    }
+
+    /// Adds a message of another program than a board's.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_json(&mut self, topic: &'static str, time_us: u64, message: &impl Serialize) -> Result<(), DataError> {
+        self.json(topic, time_us, message)
+    }
+
     fn bytes(&mut self, port: Port, direction: Direction, time_us: u64, bytes: &[u8]) -> Result<(), DataError> {
         self.message(format::topic(port, direction).into(), format::BYTES, time_us, bytes)
     }

@@ -1,0 +1,252 @@
+//! The ship's end of a simulation with the real topside: GNSS receiver and modem on serial lines, the program behind them,
+//! and the water between the two modems.
+
+mod program;
+mod receiver;
+
+pub use program::{InProcess, OnPorts, Program};
+
+use crate::devices::micro_modem::{Heard, Launch, MicroModem, Sound};
+use crate::devices::uart::Uart;
+use crate::devices::{Devices, LocalFrame};
+use crate::flight::STEP_US;
+use crate::observation::{Observation, ObservationKind, ShipReport};
+use crate::scenario::{self, Exchange, Scenario};
+use crate::world::World;
+use backseat_link::{Arrival, BackseatError};
+use backseat_topside::slots::{self, Airtime, SlotTable};
+use backseat_topside::{Config, ConfigError, Port};
+use backseat_wire::modem::{Addresses, ClockEncoding, DopplerSign};
+use backseat_wire::ship_state::ShipState;
+use receiver::Receiver;
+use std::collections::VecDeque;
+
+/// Modem addresses of the ship and of the vehicle.
+const SHIP: u8 = 1;
+const VEHICLE: u8 = 2;
+/// Baud rates of receiver and modem.
+const BAUD: [u32; 2] = [19_200, 19_200];
+/// Frames in the water are forgotten after this, µs.
+const FORGET_US: u64 = 60_000_000;
+
+/// What a packet says that is no downlink.
+const NOTHING: ShipReport =
+    ShipReport { position_m: [0.0; 2], velocity_mps: [0.0; 2], position_sigma_m: 0.0, velocity_sigma_mps: 0.0 };
+
+/// What topside would have been given for a scenario.
+///
+/// # Errors
+/// Slots that overlap, or a value that topside refuses.
+pub fn config(scenario: &Scenario) -> Result<Config, ConfigError> {
+    let settings = &scenario.settings;
+    let (acoustics, environment) = (&settings.acoustics, &settings.environment);
+    let period_s = acoustics.period_s.get();
+    let first_s = environment.start_unix_s.wrapping_add(acoustics.first_s);
+    let slot = |slot: &scenario::Slot| slots::Slot {
+        offset_s: first_s.wrapping_add(slot.offset_s) % period_s,
+        exchange: match slot.exchange {
+            Exchange::Downlink => slots::Exchange::Downlink,
+            Exchange::Uplink => slots::Exchange::Uplink { vehicle: VEHICLE },
+            Exchange::TwoWay => slots::Exchange::VehiclePing { vehicle: VEHICLE },
+            Exchange::ShipPing => slots::Exchange::Ping { vehicle: VEHICLE },
+        },
+    };
+    let slots: Vec<slots::Slot> = acoustics.slots.iter().map(slot).collect();
+    let airtime = Airtime {
+        packet_s: acoustics.packet_duration_s,
+        turnaround_s: acoustics.turnaround_s,
+        flight_s: acoustics.max_range_m / environment.sound_speed_mps,
+        ..Airtime::REFERENCE
+    };
+    let config = Config {
+        origin_deg: Some([environment.origin_latitude_deg, environment.origin_longitude_deg]),
+        address: SHIP,
+        key: acoustics.key,
+        slots: SlotTable::new(period_s, &slots, airtime)?,
+        transducer_depth_m: settings.ship.transducer_depth_m,
+        ship_acceleration_mps2_per_sqrt_hz: settings.ship.estimator_mps2_per_sqrt_hz,
+        sound_speed_mps: environment.sound_speed_mps,
+        transducer_delay_s: scenario.vehicle.installation.transducer_delay_s,
+        range_sigma_m: acoustics.range_sigma_m.unwrap_or(scenario.vehicle.sensors.range_m),
+        range_max_m: acoustics.max_range_m,
+        clock_encoding: ClockEncoding::BitField,
+        doppler_sign: DopplerSign::ClosingPositive,
+        ..Config::reference()
+    };
+    config.check()?;
+    Ok(config)
+}
+
+/// Receiver, modem and program on the ship.
+pub struct ShipEnd {
+    receiver: Receiver,
+    modem: MicroModem,
+    from_program: Uart,
+    program: Box<dyn Program>,
+    frame: LocalFrame,
+    next_step_us: u64,
+    /// Data packets in the water: launch, from and to, frame.
+    in_water: VecDeque<(u64, Addresses, Vec<u8>)>,
+}
+
+impl ShipEnd {
+    /// All powered up at time zero, with this program.
+    #[must_use]
+    pub fn new(scenario: &Scenario, program: Box<dyn Program>) -> Self {
+        let settings = &scenario.settings;
+        let environment = &settings.environment;
+        let frame = LocalFrame::new(environment.origin_latitude_deg, environment.origin_longitude_deg);
+        let [gnss, modem] = BAUD;
+        let sigma_m = settings.sensors.ship_gnss.sigma_m.unwrap_or(scenario.vehicle.sensors.ship_gnss_m);
+        Self {
+            receiver: Receiver::new(gnss, frame, environment.start_unix_s, settings.seed, sigma_m),
+            modem: MicroModem::new(modem, environment.start_unix_s, settings.acoustics.packet_duration_s),
+            from_program: Uart::new(modem),
+            program,
+            frame,
+            next_step_us: 0,
+            in_water: VecDeque::new(),
+        }
+    }
+
+    /// The program.
+    #[must_use]
+    pub fn program(&self) -> &dyn Program {
+        &*self.program
+    }
+
+    /// Packets that the ship's modem did not hear because another one was under way.
+    #[must_use]
+    pub fn missed(&self) -> u32 {
+        self.modem.missed()
+    }
+
+    /// When something next happens here by itself, µs.
+    #[must_use]
+    pub fn next_us(&self) -> u64 {
+        let lines = [&self.receiver.transmitter, &self.modem.transmitter, &self.from_program];
+        let lines = lines.into_iter().filter_map(Uart::next_us);
+        lines.chain(self.modem.next_us()).fold(self.next_step_us, u64::min)
+    }
+
+    /// The world was sensed; packets reach the modems.
+    pub fn observe(&mut self, observation: &Observation, world: &World, devices: &mut Devices) {
+        let time_us = observation.time_us;
+        match &observation.kind {
+            ObservationKind::ShipGnss { position_m } => {
+                self.receiver.fix(time_us, *position_m, world.ship().velocity_mps)
+            }
+            ObservationKind::Downlink(packet) => {
+                if let (Some((addresses, frame)), Some(modem)) = (self.take(packet.tol_us), devices.micro_modem()) {
+                    modem.hear_data(&Heard {
+                        arrival_us: time_us,
+                        toa_us: packet.toa_us,
+                        end_us: packet.end_us,
+                        range_rate_mps: packet.range_rate_mps,
+                        addresses,
+                        frame,
+                    });
+                }
+            }
+            ObservationKind::Uplink(packet) => {
+                if let Some((addresses, frame)) = self.take(packet.tol_us) {
+                    self.modem.hear_data(&Heard {
+                        arrival_us: time_us,
+                        toa_us: packet.toa_us,
+                        end_us: packet.end_us,
+                        range_rate_mps: packet.range_rate_mps,
+                        addresses,
+                        frame,
+                    });
+                }
+            }
+            ObservationKind::TwoWay(ping) => {
+                if let Some(modem) = devices.micro_modem() {
+                    let addresses = Addresses { source: SHIP, destination: VEHICLE };
+                    modem.hear_reply(time_us, addresses, ping.one_way_time_s);
+                }
+            }
+            ObservationKind::ShipTwoWay(ping) => {
+                let addresses = Addresses { source: VEHICLE, destination: SHIP };
+                self.modem.hear_reply(ping.reply_us, addresses, ping.one_way_time_s);
+            }
+            _ => {}
+        }
+    }
+
+    fn take(&mut self, tol_us: u64) -> Option<(Addresses, Vec<u8>)> {
+        let place = self.in_water.iter().position(|(launch_us, ..)| *launch_us == tol_us)?;
+        self.in_water.remove(place).map(|(_, addresses, frame)| (addresses, frame))
+    }
+
+    /// Lets the ship act up to `now_us`, and both modems send into the water.
+    ///
+    /// # Errors
+    /// A program that has ended.
+    pub fn run(&mut self, now_us: u64, world: &mut World, devices: &mut Devices) -> Result<(), BackseatError> {
+        while let Some(Arrival { time_us, bytes }) = self.from_program.pop(now_us) {
+            self.modem.receive(time_us, &bytes);
+        }
+        for launch in self.modem.run(now_us) {
+            self.ship_sends(&launch, world, devices);
+        }
+        for launch in devices.micro_modem().map(|modem| modem.run(now_us)).unwrap_or_default() {
+            self.vehicle_sends(&launch, world);
+        }
+        let mut arrivals = Vec::new();
+        for (port, uart) in [(Port::Gnss, &mut self.receiver.transmitter), (Port::Modem, &mut self.modem.transmitter)] {
+            arrivals.extend(std::iter::from_fn(|| uart.pop(now_us)).map(|arrival| (port, arrival)));
+        }
+        arrivals.sort_by_key(|(_, arrival)| arrival.time_us);
+        let steps = now_us >= self.next_step_us;
+        if steps {
+            self.next_step_us = now_us - now_us % STEP_US + STEP_US;
+        }
+        let sent = self.program.exchange(now_us, &arrivals, steps)?;
+        if !sent.is_empty() {
+            self.from_program.send(now_us, &sent);
+        }
+        Ok(())
+    }
+
+    fn ship_sends(&mut self, launch: &Launch, world: &mut World, devices: &mut Devices) {
+        match &launch.sound {
+            Sound::Cycle(cycle) => {
+                if let Some(modem) = devices.micro_modem() {
+                    modem.hear_cycle(launch.time_us + world.flight_us(), *cycle);
+                }
+            }
+            Sound::Data(addresses, frame) => {
+                let report = ShipState::parse(frame).map_or(NOTHING, |state| ShipReport {
+                    position_m: self.frame.to_metres(state.position_deg),
+                    velocity_mps: state.velocity_mps,
+                    position_sigma_m: state.position_sigma_m,
+                    velocity_sigma_mps: state.velocity_sigma_mps,
+                });
+                world.transmit(Exchange::Downlink, report);
+                self.remember(launch.time_us, *addresses, frame);
+            }
+            Sound::Ping(_) => world.transmit(Exchange::ShipPing, NOTHING),
+        }
+    }
+
+    fn vehicle_sends(&mut self, launch: &Launch, world: &mut World) {
+        let arrival_us = launch.time_us + world.flight_us();
+        match &launch.sound {
+            Sound::Cycle(cycle) => self.modem.hear_cycle(arrival_us, *cycle),
+            Sound::Data(addresses, frame) => {
+                world.transmit(Exchange::Uplink, NOTHING);
+                self.remember(launch.time_us, *addresses, frame);
+            }
+            Sound::Ping(addresses) => {
+                world.transmit(Exchange::TwoWay, NOTHING);
+                self.modem.hear_ping(arrival_us, *addresses);
+            }
+        }
+    }
+
+    fn remember(&mut self, launch_us: u64, addresses: Addresses, frame: &[u8]) {
+        self.in_water.retain(|(old_us, ..)| old_us + FORGET_US > launch_us);
+        self.in_water.push_back((launch_us, addresses, frame.to_vec()));
+    }
+}

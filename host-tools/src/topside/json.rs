@@ -1,0 +1,104 @@
+//! What topside knows, as JSON: the line of `--json` and the message of the session log.
+
+use backseat_topside::slots::Slot;
+use backseat_topside::track::Track;
+use backseat_topside::{Event, Topside};
+use backseat_wire::vehicle_state::VehicleState;
+use serde_json::{Value, json};
+
+/// Everything at `time_us` of the program's clock; `events` since the last.
+pub fn object(topside: &Topside, time_us: u64, events: &[Value]) -> Value {
+    let utc_us = topside.utc_us(time_us);
+    let hold = topside.hold();
+    let ship = utc_us.and_then(|utc_us| topside.ship_at(utc_us));
+    let degrees = |position_m| topside.frame().map(|frame| frame.to_geodetic(position_m));
+    let slot = |slot: &Slot| json!({"at_s": slot.offset_s, "exchange": slot.exchange.name(), "vehicle": slot.exchange.vehicle()});
+    json!({
+        "utc_s": utc_us.map(|us| us as f64 * 1e-6),
+        "sending": hold.is_none(),
+        "hold": hold.map(|hold| json!({"name": hold.name(), "text": hold.to_string()})),
+        "ship": ship.map(|ship| json!({
+            "position_m": ship.position_m,
+            "position_deg": degrees(ship.position_m),
+            "velocity_mps": ship.velocity_mps,
+            "position_sigma_m": ship.position_sigma_m,
+            "velocity_sigma_mps": ship.velocity_sigma_mps,
+            "heading_rad": topside.heading_rad(),
+        })),
+        "gnss": {"satellites": topside.satellites().0, "quality": topside.satellites().1, "refused": topside.refused_fixes()},
+        "modem": topside.modem_clock().map(|clock| json!({
+            "configured": topside.modem_is_configured(),
+            "clock": clock.clock.as_str(),
+            "pulse": clock.pulse.as_str(),
+            "age_s": time_us.saturating_sub(clock.time_us) as f64 * 1e-6,
+        })),
+        "cycle": {"period_s": topside.slots().period_s(), "slots": topside.slots().slots().iter().map(slot).collect::<Vec<_>>()},
+        "sent": topside.sent(),
+        "last_sent_s": topside.last_sent().map(|sent| sent.state.transmit_s),
+        "vehicles": topside.tracks().iter().map(|track| vehicle(track, utc_us)).collect::<Vec<_>>(),
+        "events": events,
+    })
+}
+
+fn vehicle(track: &Track, utc_us: Option<u64>) -> Value {
+    let estimate = utc_us.and_then(|utc_us| track.at(utc_us));
+    let age = |heard_us: u64| utc_us.map(|utc_us| (utc_us as f64 - heard_us as f64) * 1e-6);
+    let [ranges, refused] = track.ranges();
+    json!({
+        "address": track.vehicle,
+        "position_m": estimate.map(|e| e.position_m),
+        "velocity_mps": estimate.map(|e| e.velocity_mps),
+        "covariance_m2": estimate.map(|e| e.covariance_m2),
+        "sigma_m": estimate.map(|e| e.sigma_m()),
+        "age_s": track.heard_us().and_then(age),
+        "report": track.report().map(report),
+        "ranges": ranges,
+        "ranges_refused": refused,
+    })
+}
+
+fn report(state: &VehicleState) -> Value {
+    json!({
+        "transmit_s": state.transmit_s,
+        "position_deg": state.position_deg,
+        "velocity_mps": state.velocity_mps,
+        "depth_m": state.depth_m,
+        "position_sigma_m": state.position_sigma_m,
+        "heading_rad": state.heading_rad,
+        "mode": state.mode,
+        "synchronous": state.synchronous,
+    })
+}
+
+/// An event in words, and whether it is a trouble.
+pub fn words(event: &Event) -> (bool, String) {
+    match event {
+        Event::Hold(None) => (false, "all is well: the ship sends".to_owned()),
+        Event::Hold(Some(hold)) => (true, hold.to_string()),
+        Event::Sent { transmit_s, sequence } => (false, format!("packet {sequence} leaves at {transmit_s}")),
+        Event::NotSent { transmit_s } => {
+            (true, format!("the packet of {transmit_s} did not leave: the modem did not ask for it"))
+        }
+        Event::AskedOffTime { transmit_s, leaves_s } => {
+            (true, format!("the packet of {transmit_s} would leave at {leaves_s} by the modem's clock: not sent"))
+        }
+        Event::Uplink { state, range_m } => {
+            let range = range_m.map_or("no range".to_owned(), |range_m| format!("range {range_m:.1} m"));
+            (false, format!("vehicle {}: depth {:.1} m, {range}", state.source, state.depth_m))
+        }
+        Event::Range(ranging) => {
+            let kind = if ranging.two_way { "ping" } else { "uplink" };
+            let off = ranging.innovation_m.map_or("no track yet".to_owned(), |m| format!("{m:+.1} m off the track"));
+            let refused = if ranging.fused { "" } else { ", not used" };
+            let trouble = !ranging.fused && ranging.innovation_m.is_some();
+            (trouble, format!("vehicle {}: {:.1} m by {kind}, {off}{refused}", ranging.vehicle, ranging.range_m))
+        }
+        Event::PingSent { vehicle } => (false, format!("ping to vehicle {vehicle}")),
+        Event::PingHeard { vehicle } => (false, format!("vehicle {vehicle} pings")),
+        Event::Refused { source, forged: true } => (true, format!("a packet from {source} with a wrong key: not used")),
+        Event::Refused { source, forged: false } => {
+            (true, format!("a packet from {source} that is no uplink of a known vehicle"))
+        }
+        Event::ModemRestarted => (true, "the modem started again: its settings are sent again".to_owned()),
+    }
+}

@@ -1,0 +1,87 @@
+//! A serial device that may be unplugged and comes back.
+
+use anyhow::{Context, anyhow};
+use serialport::{SerialPort, TTYPort};
+use std::io::{ErrorKind, Read, Write};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Time between two attempts to open a lost device.
+const RETRY: Duration = Duration::from_millis(300);
+/// Longest wait of a read or a write.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// The device, open or lost.
+pub struct Line {
+    pub path: String,
+    baud: u32,
+    device: Option<TTYPort>,
+    tried: Instant,
+    pub interruptions: u32,
+}
+
+impl Line {
+    /// Opens `PATH` or `PATH:BAUD`; it has to be there.
+    pub fn open(what: &str, text: &str, default_baud: u32) -> anyhow::Result<Self> {
+        let (path, baud) = match text.rsplit_once(':').filter(|_| !Path::new(text).exists()) {
+            Some((path, baud)) => {
+                let baud = baud.parse().ok().filter(|baud| *baud > 0);
+                (path, baud.ok_or_else(|| anyhow!("ports.{what}: {text}: no baud rate behind the colon"))?)
+            }
+            None => (text, default_baud),
+        };
+        let mut line = Self { path: path.to_owned(), baud, device: None, tried: Instant::now(), interruptions: 0 };
+        let device =
+            line.try_open().with_context(|| format!("ports.{what}: {path} cannot be opened as a serial port"))?;
+        line.device = Some(device);
+        Ok(line)
+    }
+
+    fn try_open(&self) -> serialport::Result<TTYPort> {
+        serialport::new(&self.path, self.baud).timeout(PATIENCE).preserve_dtr_on_open().open_native()
+    }
+
+    /// Whether it is there.
+    pub fn is_open(&self) -> bool {
+        self.device.is_some()
+    }
+
+    /// What has come; the reason when the device was lost just now.
+    pub fn poll(&mut self) -> Result<Vec<u8>, String> {
+        let Some(device) = &mut self.device else {
+            if self.tried.elapsed() >= RETRY {
+                self.tried = Instant::now();
+                self.device = self.try_open().ok();
+            }
+            return Ok(Vec::new());
+        };
+        let mut buffer = [0; 4096];
+        let read = match device.bytes_to_read() {
+            Ok(0) => return Ok(Vec::new()),
+            Ok(_) => device.read(&mut buffer),
+            Err(error) => Err(error.into()),
+        };
+        match read {
+            Ok(count) if count > 0 => Ok(buffer[..count].to_vec()),
+            Ok(_) => Err(self.lose("hung up")),
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => Ok(Vec::new()),
+            Err(error) => Err(self.lose(&error.to_string())),
+        }
+    }
+
+    /// Sends; what a lost device does not take is lost.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let Some(device) = &mut self.device else { return Ok(()) };
+        match device.write_all(bytes) {
+            Err(error) if !matches!(error.kind(), ErrorKind::TimedOut) => Err(self.lose(&error.to_string())),
+            _ => Ok(()),
+        }
+    }
+
+    fn lose(&mut self, why: &str) -> String {
+        self.device = None;
+        self.tried = Instant::now();
+        self.interruptions += 1;
+        format!("{}: lost ({why}); waiting for it", self.path)
+    }
+}

@@ -1,0 +1,269 @@
+//! `backseat topside`: the ship's half of the system, on the ship's GNSS receiver and modem.
+
+mod config;
+mod json;
+mod line;
+mod model;
+mod view;
+
+use anyhow::{Context, bail};
+use backseat_data::output::Existing;
+use backseat_data::session::{Attachment, Clock, Meta, Writer};
+use backseat_topside::{Port, Topside};
+use config::Vehicle;
+use line::Line;
+use model::Model;
+use ratatui::DefaultTerminal;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyModifiers};
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat topside ship.toml
+  backseat topside ship.toml --log dive.mcap
+  backseat topside ship.toml --check
+  backseat topside ship.toml --json --for 60 > minute.jsonl
+
+CONFIG.toml names the two serial ports, the modem addresses, the cycle and its slots; there is an example in
+host-tools/data/examples/topside.toml, explained in docs/guide/topside.md. --check reads it, says what it means, and opens
+no port. The ship sends nothing until GNSS, modem, clock and pulse are good, and says what is missing. Key: q quits.";
+
+/// Names of the ports in the session log.
+const GNSS: &str = "gnss";
+const MODEM: &str = "modem";
+const POLL: Duration = Duration::from_millis(10);
+const STEP_US: u64 = 100_000;
+const SECOND_US: u64 = 1_000_000;
+const DRAW: Duration = Duration::from_millis(200);
+
+/// The ship's half: send the ship's state by acoustic packets, hear and track the vehicles
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Ports, addresses, cycle and slots
+    #[arg(value_name = "CONFIG.toml")]
+    config: PathBuf,
+    /// Write a session log
+    #[arg(long, value_name = "LOG.mcap")]
+    log: Option<PathBuf>,
+    /// Replace a log that exists
+    #[arg(long)]
+    force: bool,
+    /// Read the configuration, print the cycle, and end
+    #[arg(long)]
+    check: bool,
+    /// Print one JSON object a second, of one line each, instead of the view
+    #[arg(long)]
+    json: bool,
+    /// End after this time
+    #[arg(long = "for", value_name = "SECONDS")]
+    seconds: Option<f64>,
+}
+
+/// A session under way.
+struct Session {
+    topside: Topside,
+    model: Model,
+    vehicles: Vec<Vehicle>,
+    gnss: Line,
+    modem: Line,
+    log: Option<Writer>,
+    begun: Instant,
+    next_step_us: u64,
+    next_second_us: u64,
+    events: Vec<serde_json::Value>,
+    limit: Option<Duration>,
+    stop: Arc<AtomicBool>,
+}
+
+/// Sends and hears until q, Ctrl-C or the time is over.
+///
+/// # Errors
+/// A configuration that cannot be used, a port that is not there, a log that cannot be written.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let read = config::read(&args.config)?;
+    let limit =
+        args.seconds.map(|s| Duration::try_from_secs_f64(s).with_context(|| format!("--for {s}"))).transpose()?;
+    let topside = Topside::new(read.config).with_context(|| args.config.display().to_string())?;
+    if args.check {
+        return check(&topside, &read.vehicles, args.json);
+    }
+    let on_terminal = std::io::stdout().is_terminal() && std::io::stdin().is_terminal();
+    if !args.json && !on_terminal {
+        bail!("the view needs a terminal; use --json to write to a file or a pipe");
+    }
+    let gnss = Line::open(GNSS, &read.ports.gnss, 4800)?;
+    let modem = Line::open(MODEM, &read.ports.modem, 19_200)?;
+    let log = args.log.as_ref().map(|path| {
+        let existing = if args.force { Existing::Replace } else { Existing::Keep };
+        let meta = Meta::new(concat!("backseat topside ", env!("CARGO_PKG_VERSION")), Clock::Host)
+            .with("device gnss", &gnss.path)
+            .with("device modem", &modem.path);
+        let mut log = Writer::create(path, &meta, existing)?;
+        log.attach(&Attachment {
+            name: "topside.toml".to_owned(),
+            media_type: "application/toml".to_owned(),
+            bytes: read.text.clone().into_bytes(),
+        })?;
+        anyhow::Ok(log)
+    });
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("signal handler")?;
+    let mut session = Session {
+        model: Model::new(&topside),
+        topside,
+        vehicles: read.vehicles,
+        gnss,
+        modem,
+        log: log.transpose()?,
+        begun: Instant::now(),
+        next_step_us: 0,
+        next_second_us: 0,
+        events: Vec::new(),
+        limit,
+        stop,
+    };
+    let outcome = if args.json { print(&mut session) } else { ratatui::run(|terminal| show(terminal, &mut session)) };
+    let closed = session.log.map_or(Ok(()), Writer::finish);
+    outcome.and(closed.map_err(Into::into))
+}
+
+/// What the configuration means.
+fn check(topside: &Topside, vehicles: &[Vehicle], as_json: bool) -> anyhow::Result<()> {
+    let (table, config) = (topside.slots(), topside.config());
+    if as_json {
+        println!("{}", json::object(topside, 0, &[]));
+        return Ok(());
+    }
+    println!("ship: modem address {}, downlinks to {}, rate {}", config.address, config.destination, config.rate);
+    for vehicle in vehicles {
+        println!("vehicle {}: modem address {}", vehicle.name, vehicle.address);
+    }
+    println!("cycle of {} s, its starts at whole multiples of UTC seconds since 1970", table.period_s());
+    for slot in table.slots() {
+        let whom = slot.exchange.vehicle().map_or("all".to_owned(), |vehicle| vehicle.to_string());
+        println!("  {:>4} s  {:<12} {whom}", slot.offset_s, slot.exchange.name());
+    }
+    println!("packets are {}", if config.key.is_set() { "authenticated" } else { "not authenticated: no key" });
+    Ok(())
+}
+
+impl Session {
+    fn now_us(&self) -> u64 {
+        u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
+    }
+
+    fn is_over(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.limit.is_some_and(|limit| self.begun.elapsed() >= limit)
+    }
+
+    /// Time in the log: UTC where it is known, else since the start.
+    fn log_us(&self, time_us: u64) -> u64 {
+        self.topside.utc_us(time_us).unwrap_or(time_us)
+    }
+
+    /// Hears, steps, sends; the JSON object of a second that is complete.
+    fn poll(&mut self) -> anyhow::Result<Option<serde_json::Value>> {
+        for port in Port::ALL {
+            let (line, name) = if port == Port::Gnss { (&mut self.gnss, GNSS) } else { (&mut self.modem, MODEM) };
+            let polled = line.poll();
+            let now_us = self.now_us();
+            match polled {
+                Ok(bytes) if bytes.is_empty() => {}
+                Ok(bytes) => {
+                    self.topside.receive(port, now_us, &bytes);
+                    let log_us = self.log_us(now_us);
+                    if let Some(log) = &mut self.log {
+                        log.write_line(name, false, log_us, &bytes)?;
+                    }
+                }
+                Err(why) => self.model.note(&self.topside, now_us, true, why),
+            }
+        }
+        let now_us = self.now_us();
+        if now_us >= self.next_step_us {
+            self.next_step_us = now_us - now_us % STEP_US + STEP_US;
+            self.topside.step(now_us);
+        }
+        self.send(now_us)?;
+        let events = self.model.take(&mut self.topside, now_us);
+        self.events.extend(events);
+        let lost = [(&self.gnss, GNSS), (&self.modem, MODEM)];
+        self.model
+            .set_lost(lost.iter().filter(|(line, _)| !line.is_open()).map(|(_, name)| (*name).to_owned()).collect());
+        if now_us < self.next_second_us {
+            return Ok(None);
+        }
+        self.next_second_us = now_us + SECOND_US;
+        let object = json::object(&self.topside, now_us, &self.events);
+        self.events.clear();
+        let log_us = self.log_us(now_us);
+        if let Some(log) = &mut self.log {
+            log.write_json("topside", log_us, &object)?;
+            log.flush()?;
+        }
+        Ok(Some(object))
+    }
+
+    fn send(&mut self, now_us: u64) -> anyhow::Result<()> {
+        let mut bytes = Vec::new();
+        while !self.topside.transmit(Port::Modem).is_empty() {
+            bytes.extend_from_slice(self.topside.transmit(Port::Modem));
+            let count = self.topside.transmit(Port::Modem).len();
+            self.topside.transmitted(Port::Modem, count);
+        }
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        if let Err(why) = self.modem.send(&bytes) {
+            self.model.note(&self.topside, now_us, true, why);
+        }
+        let log_us = self.log_us(now_us);
+        if let Some(log) = &mut self.log {
+            log.write_line(MODEM, true, log_us, &bytes)?;
+        }
+        Ok(())
+    }
+}
+
+fn print(session: &mut Session) -> anyhow::Result<()> {
+    while !session.is_over() {
+        std::thread::sleep(POLL);
+        let Some(object) = session.poll()? else { continue };
+        // a reader that has gone (`| head`) has seen enough
+        match writeln!(std::io::stdout(), "{object}") {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => return Ok(()),
+            written => written?,
+        }
+    }
+    Ok(())
+}
+
+fn show(terminal: &mut DefaultTerminal, session: &mut Session) -> anyhow::Result<()> {
+    let mut drawn: Option<Instant> = None;
+    while !session.is_over() {
+        session.poll()?;
+        if event::poll(POLL)?
+            && let Event::Key(key) = event::read()?
+        {
+            let control = key.modifiers.contains(KeyModifiers::CONTROL);
+            match key.code {
+                KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
+                KeyCode::Char('c') if control => return Ok(()),
+                _ => {}
+            }
+        }
+        if drawn.is_none_or(|drawn| drawn.elapsed() >= DRAW) {
+            let now_us = session.now_us();
+            let Session { topside, model, vehicles, .. } = session;
+            terminal.draw(|frame| view::draw(frame, topside, model, vehicles, now_us))?;
+            drawn = Some(Instant::now());
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,248 @@
+//! The screen: ship, vehicles with their ellipses, clock, slots. It fits 80 columns and 24 rows.
+
+use super::config::Vehicle;
+use super::model::Model;
+use backseat_topside::Topside;
+use backseat_topside::slots::Slot;
+use backseat_topside::track::VehicleEstimate;
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::canvas::{Canvas, Points};
+use ratatui::widgets::{Block, Borders, Paragraph};
+
+/// √ of the 95 % point of chi-square with two degrees of freedom.
+const ELLIPSE: f64 = 2.4477;
+/// Points of an ellipse.
+const POINTS: usize = 72;
+/// A map is no smaller than this, m.
+const LEAST_M: f64 = 50.0;
+/// Dots of a character cell: down, across.
+const DOTS: [f64; 2] = [4.0, 2.0];
+const VEHICLE_COLOURS: [Color; 4] = [Color::Cyan, Color::Yellow, Color::Green, Color::Blue];
+
+/// Draws a screen for `time_us` of the program's clock.
+pub fn draw(frame: &mut Frame<'_>, topside: &Topside, model: &Model, vehicles: &[Vehicle], time_us: u64) {
+    let screen = frame.area();
+    let log_rows = (screen.height / 4).clamp(3, 10);
+    let [header, body, log] =
+        Layout::vertical([Constraint::Length(4), Constraint::Fill(1), Constraint::Length(log_rows)]).areas(screen);
+    let right_width = 38.min(screen.width / 2);
+    let [left, _, right] =
+        Layout::horizontal([Constraint::Fill(1), Constraint::Length(1), Constraint::Length(right_width)]).areas(body);
+    let vehicle_rows = 3 * u16::try_from(vehicles.len()).unwrap_or(4) + 1;
+    let [table, slots] = Layout::vertical([Constraint::Length(vehicle_rows), Constraint::Fill(1)]).areas(right);
+    let utc_us = topside.utc_us(time_us);
+    frame.render_widget(Paragraph::new(head(topside, model, time_us, utc_us)), header);
+    map(frame, left, topside, model, utc_us);
+    draw_vehicles(frame, table, topside, vehicles, utc_us);
+    draw_slots(frame, slots, topside, utc_us);
+    events(frame, log, model);
+}
+
+const fn faint() -> Style {
+    Style::new().fg(Color::DarkGray)
+}
+
+fn panel(frame: &mut Frame<'_>, area: Rect, title: &str, remark: &str) -> Rect {
+    let bold = Style::new().add_modifier(Modifier::BOLD);
+    let block = Block::new()
+        .borders(Borders::TOP)
+        .border_style(faint())
+        .title(Line::from(Span::styled(format!("{title} "), bold)))
+        .title(Line::from(Span::styled(format!(" {remark}"), faint())).right_aligned());
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    inner
+}
+
+fn head(topside: &Topside, model: &Model, time_us: u64, utc_us: Option<u64>) -> Vec<Line<'static>> {
+    let hold = topside.hold();
+    let (text, back) = if hold.is_none() { ("SENDING", Color::Green) } else { ("HOLD", Color::Red) };
+    let badge = Style::new().fg(Color::Black).bg(back).add_modifier(Modifier::BOLD);
+    let clock = utc_us.map_or("no UTC".to_owned(), |us| {
+        let day_s = us / 1_000_000 % 86_400;
+        format!("{:02}:{:02}:{:02} UTC", day_s / 3600, day_s / 60 % 60, day_s % 60)
+    });
+    let first = Line::from(vec![
+        Span::styled(format!(" {text} "), badge),
+        Span::raw(format!(" {clock}  {} packets sent  ", topside.sent())),
+        Span::styled("q quit", faint()),
+    ]);
+    let second = match hold {
+        Some(hold) => Line::from(Span::styled(hold.to_string(), Style::new().fg(Color::Red))),
+        None => Line::from(model.last_sent(topside, utc_us)),
+    };
+    let ship = utc_us.and_then(|us| topside.ship_at(us)).map_or("ship     no fix".to_owned(), |ship| {
+        let place = topside.frame().map_or(String::new(), |frame| {
+            let (latitude, longitude) = frame.to_geodetic(ship.position_m);
+            format!("{latitude:.6} {longitude:.6}")
+        });
+        let [north, east] = ship.velocity_mps;
+        let course = east.atan2(north).to_degrees().rem_euclid(360.0);
+        let (satellites, _) = topside.satellites();
+        format!(
+            "ship     {place} ±{:.1} m  {:.1} m/s {course:03.0}°  {satellites} satellites",
+            ship.sigma_m(),
+            north.hypot(east)
+        )
+    });
+    let modem = topside.modem_clock().map_or("modem    no clock report".to_owned(), |clock| {
+        let age_s = time_us.saturating_sub(clock.time_us) / 1_000_000;
+        format!("modem    clock {}, pulse {}, {age_s} s ago{}", clock.clock, clock.pulse, model.lines_lost())
+    });
+    vec![first, second, Line::from(ship), Line::from(modem)]
+}
+
+/// North, east and half the size of the window, m; metres a dot.
+fn window(points: &[[f64; 2]], dots: [f64; 2]) -> Option<([f64; 2], f64)> {
+    let first = *points.first()?;
+    let (least, largest) = points.iter().fold((first, first), |(least, largest), point| {
+        ([0, 1].map(|i| least[i].min(point[i])), [0, 1].map(|i| largest[i].max(point[i])))
+    });
+    let scale = |i: usize| (1.15 * (largest[i] - least[i])).max(LEAST_M) / dots[i];
+    Some(([0, 1].map(|i| 0.5 * (least[i] + largest[i])), scale(0).max(scale(1))))
+}
+
+fn map(frame: &mut Frame<'_>, area: Rect, topside: &Topside, model: &Model, utc_us: Option<u64>) {
+    let dots = [f64::from(area.height.saturating_sub(1)) * DOTS[0], f64::from(area.width) * DOTS[1]];
+    let ship = utc_us.and_then(|us| topside.ship_at(us));
+    let estimates: Vec<Option<VehicleEstimate>> =
+        topside.tracks().iter().map(|track| utc_us.and_then(|us| track.at(us))).collect();
+    let places = estimates.iter().flatten().map(|estimate| estimate.position_m);
+    let all: Vec<[f64; 2]> =
+        model.paths().iter().flatten().copied().chain(places).chain(ship.map(|ship| ship.position_m)).collect();
+    let Some((centre, scale_m)) = window(&all, dots) else {
+        let inner = panel(frame, area, "map", "north up");
+        frame.render_widget(Paragraph::new("no position yet").style(faint()), inner);
+        return;
+    };
+    let inner = panel(frame, area, "map", &format!("north up, {:.0} m wide, 95 %", dots[1] * scale_m));
+    let bounds = |i: usize| [centre[i] - 0.5 * dots[i] * scale_m, centre[i] + 0.5 * dots[i] * scale_m];
+    let canvas = Canvas::default().marker(Marker::Braille).x_bounds(bounds(1)).y_bounds(bounds(0)).paint(|map| {
+        for (path, index) in model.paths().iter().zip(0_usize..) {
+            let colour = index.checked_sub(1).map_or(Color::Magenta, |i| VEHICLE_COLOURS[i % VEHICLE_COLOURS.len()]);
+            let points: Vec<(f64, f64)> = path.iter().map(|[north, east]| (*east, *north)).collect();
+            map.draw(&Points { coords: &points, color: colour });
+        }
+        map.layer();
+        for (estimate, index) in estimates.iter().zip(0_usize..) {
+            let Some(estimate) = estimate else { continue };
+            let colour = VEHICLE_COLOURS[index % VEHICLE_COLOURS.len()];
+            map.draw(&Points { coords: &ellipse(estimate), color: colour });
+            let [north, east] = estimate.position_m;
+            let style = Style::new().fg(colour).add_modifier(Modifier::BOLD);
+            map.print(east, north, Span::styled(format!("{}", index + 1), style));
+        }
+        if let Some(ship) = &ship {
+            let [north, east] = ship.position_m;
+            map.print(east, north, Span::styled("S", Style::new().fg(Color::Magenta).add_modifier(Modifier::BOLD)));
+        }
+    });
+    frame.render_widget(canvas, inner);
+}
+
+/// East and north of the outline that holds 95 %.
+fn ellipse(estimate: &VehicleEstimate) -> Vec<(f64, f64)> {
+    // Cholesky factor of the covariance times a circle
+    let [nn, ee, ne] = estimate.covariance_m2;
+    let l00 = nn.max(0.0).sqrt();
+    let l10 = if l00 > 0.0 { ne / l00 } else { 0.0 };
+    let l11 = (ee - l10 * l10).max(0.0).sqrt();
+    let [north, east] = estimate.position_m;
+    let of = |i: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * i as f64 / POINTS as f64).sin_cos();
+        (east + ELLIPSE * (l10 * cos + l11 * sin), north + ELLIPSE * l00 * cos)
+    };
+    (0..POINTS).map(of).collect()
+}
+
+fn draw_vehicles(frame: &mut Frame<'_>, area: Rect, topside: &Topside, vehicles: &[Vehicle], utc_us: Option<u64>) {
+    let inner = panel(frame, area, "vehicles", "");
+    let mut lines = Vec::new();
+    for ((track, vehicle), index) in topside.tracks().iter().zip(vehicles).zip(0_usize..) {
+        let style = Style::new().fg(VEHICLE_COLOURS[index % VEHICLE_COLOURS.len()]).add_modifier(Modifier::BOLD);
+        let heard = track.heard_us().zip(utc_us).map(|(heard, utc)| utc.saturating_sub(heard) / 1_000_000);
+        let heard = heard.map_or("never heard".to_owned(), |age_s| format!("heard {age_s} s ago"));
+        let name = format!("{} {} (address {}) ", index + 1, vehicle.name, track.vehicle);
+        lines.push(Line::from(vec![Span::styled(name, style), Span::raw(heard)]));
+        let [used, refused] = track.ranges();
+        lines.push(Line::from(match utc_us.and_then(|us| track.at(us)) {
+            Some(e) => format!("  {:.0} N {:.0} E ±{:.1} m", e.position_m[0], e.position_m[1], e.sigma_m()),
+            None => "  no position".to_owned(),
+        }));
+        let depth = track.report().map_or("-".to_owned(), |report| format!("{:.1} m", report.depth_m));
+        lines.push(Line::from(format!("  depth {depth}, {used} ranges, {refused} refused")));
+    }
+    frame.render_widget(Paragraph::new(lines), inner);
+}
+
+fn draw_slots(frame: &mut Frame<'_>, area: Rect, topside: &Topside, utc_us: Option<u64>) {
+    let table = topside.slots();
+    let inner = panel(frame, area, "cycle", &format!("{} s", table.period_s()));
+    let next = utc_us.and_then(|us| table.next(us / 1_000_000 + 1));
+    let line = |slot: &Slot| {
+        let whom = slot.exchange.vehicle().map_or("all".to_owned(), |vehicle| vehicle.to_string());
+        let text = format!("{:>4} s  {:<12} {whom:<4}", slot.offset_s, slot.exchange.name());
+        match next.filter(|(_, next)| next == slot) {
+            Some((launch_s, _)) => {
+                let in_s = utc_us.map_or(0, |us| launch_s.saturating_sub(us / 1_000_000));
+                Line::from(Span::styled(format!("{text} in {in_s} s"), Style::new().fg(Color::Green)))
+            }
+            None => Line::from(text),
+        }
+    };
+    frame.render_widget(Paragraph::new(table.slots().iter().map(line).collect::<Vec<_>>()), inner);
+}
+
+fn events(frame: &mut Frame<'_>, area: Rect, model: &Model) {
+    let inner = panel(frame, area, "log", "");
+    let rows = usize::from(inner.height);
+    let lines: Vec<Line<'static>> = model
+        .recent(rows)
+        .map(|(when, trouble, text)| {
+            let style = if trouble { Style::new().fg(Color::Yellow) } else { Style::new() };
+            Line::from(vec![Span::styled(format!("{when} "), faint()), Span::styled(text, style)])
+        })
+        .collect();
+    frame.render_widget(Paragraph::new(lines), inner);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use backseat_topside::Config;
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    /// Variances 9 and 1 m², uncorrelated: half axes 3 and 1 times 2.4477.
+    #[test]
+    fn val_the_ellipse_holds_95_percent() {
+        let estimate =
+            VehicleEstimate { position_m: [100.0, -20.0], velocity_mps: [0.0; 2], covariance_m2: [9.0, 1.0, 0.0] };
+        let points = ellipse(&estimate);
+        let north = points.iter().map(|(_, north)| north - 100.0).fold(0.0, f64::max);
+        let east = points.iter().map(|(east, _)| east + 20.0).fold(0.0, f64::max);
+        assert!((north - 3.0 * ELLIPSE).abs() < 1e-9 && (east - ELLIPSE).abs() < 1e-9, "{north} {east}");
+    }
+
+    #[test]
+    fn a_fresh_start_fits_80_by_24_and_names_what_is_missing() {
+        let mut topside = Topside::new(Config::reference()).unwrap();
+        for step in 0..100 {
+            topside.step(step * 100_000);
+        }
+        let mut model = Model::new(&topside);
+        let _ = model.take(&mut topside, 9_900_000);
+        let vehicles = [Vehicle { address: 2, name: "iver3".to_owned() }];
+        let mut terminal = Terminal::new(TestBackend::new(80, 24)).unwrap();
+        terminal.draw(|frame| draw(frame, &topside, &model, &vehicles, 9_900_000)).unwrap();
+        let cells = terminal.backend().buffer().content();
+        let screen: String = cells.iter().map(|cell| cell.symbol()).collect();
+        for text in ["HOLD", "GNSS port: nothing arrives", "never heard", "downlink", "no position yet"] {
+            assert!(screen.contains(text), "{text} is missing in {screen}");
+        }
+    }
+}
