@@ -35,7 +35,6 @@ fn write_static_log(path: &Path) {
         log.rows.push(row);
     }
     let mut writer = LogWriter::create(path).unwrap();
-    let mut writer = LogWriter::create(path).unwrap();
     log.rows.iter().for_each(|row| writer.write(row).unwrap());
     writer.finish().unwrap();
 }
