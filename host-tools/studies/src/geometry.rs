@@ -176,7 +176,7 @@ fn page(rows: &[(&str, &[Flown])], args: &EnsembleArgs, minutes: f64) -> String 
     let last = args.first_seed + args.runs - 1;
     let _ = writeln!(
         out,
-        "Made by `backseat studies geometry --runs {} --first-seed {}` (version {}): the default survey's first {minutes:.0} minutes, \
+        "Made by `backseat studies geometry --runs {} --first-seed {} --minutes {minutes}` (version {}): the default survey's first {minutes:.0} minutes, \
          seeds {} to {last}, a one-way range of 1 m every 30 s without range rate, attitude of 1 degree without rates, still water; \
          the vehicle steered with a DVL, its measurements through each filter. Medians over the flights.\n",
         args.runs,
@@ -189,7 +189,9 @@ fn page(rows: &[(&str, &[Flown])], args: &EnsembleArgs, minutes: f64) -> String 
         "Observability is the smallest eigenvalue of what ten minutes of ranges say of the position at their beginning, the way in \
          between known: Σ u uᵀ / σ², u the unit vector from ship to vehicle. As sigma: its inverse root, the accuracy of the \
          worst direction without any other knowledge. Each filter's column: median / 95 % of the horizontal error in metres / RMS \
-         over the filter's own DRMS, which is above 1 where the filter believes too much.\n"
+         over the filter's own DRMS, which is above 1 where the filter believes too much. Every flight starts from a fix in still \
+         water with right parameters: what an hour of dead reckoning on the dynamic model or a DVL drifts is less than what even \
+         the poor geometries leave open.\n"
     );
     let _ = writeln!(out, "{table}");
     wrapped(&out)

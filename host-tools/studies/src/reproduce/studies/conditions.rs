@@ -3,7 +3,7 @@
 //! What it does not print is ours: centre, start and sense of the ship's circle, noise of both GNSS receivers (those of
 //! the default survey), process noise, controller gains, and for the sea trial the ship's track.
 
-use super::steering::Law;
+use hil_sim::scenario::ControlLaw;
 
 /// Conditions of a flight.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +23,7 @@ pub struct Conditions {
     /// Noise of angular rates, deg/s; none are used if it is not printed.
     pub rates_degps: Option<f64>,
     /// Who steers, on the estimate of the dynamic filter without a DVL.
-    pub law: Law,
+    pub law: ControlLaw,
     /// Attitude comes so rarely that the kinematic model needs the process noise of steep manoeuvres.
     pub slow_compass: bool,
     /// The vehicle is that of the identification experiments.
@@ -57,7 +57,7 @@ pub const D_SURVEY: Conditions = Conditions {
     depth: PAROSCIENTIFIC,
     attitude: [3.0, 1.0, 1.0],
     rates_degps: None,
-    law: Law::Pd,
+    law: ControlLaw::Pd,
     slow_compass: false,
     experiment_vehicle: false,
 };
@@ -84,7 +84,7 @@ pub const D_SEA: Conditions = Conditions {
     depth: [1.0, 0.1],
     attitude: [1.0, 1.0, 1.0],
     rates_degps: None,
-    law: Law::Lqr,
+    law: ControlLaw::Lqr,
     slow_compass: true,
     experiment_vehicle: false,
 };
@@ -93,4 +93,4 @@ pub const N_NAV: Conditions =
     Conditions { attitude: GYROCOMPASS, rates_degps: GYRO_RATES, experiment_vehicle: true, ..D_SURVEY };
 /// 5.3: Table 5.1.
 pub const C: Conditions =
-    Conditions { attitude: GYROCOMPASS, rates_degps: GYRO_RATES, law: Law::LqrOnReference, ..D_SURVEY };
+    Conditions { attitude: GYROCOMPASS, rates_degps: GYRO_RATES, law: ControlLaw::LqrOnReference, ..D_SURVEY };

@@ -17,40 +17,26 @@ use std::sync::atomic::AtomicBool;
 /// Flights of chapter 5, closed loop.
 pub const STEERING: Study = Study { name: "steering", kind: Kind::Own(run) };
 
-/// Who steers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Law {
-    Pd,
-    Lqr,
-    LqrOnReference,
-}
-
-impl Law {
-    fn of_scenario(self) -> ControlLaw {
-        match self {
-            Self::Pd => ControlLaw::Pd,
-            Self::Lqr => ControlLaw::Lqr,
-            Self::LqrOnReference => ControlLaw::LqrOnReference,
-        }
-    }
-}
-
 /// On which estimate the vehicle is steered.
 #[derive(Clone, Copy, Debug)]
 struct Estimate {
     row: &'static str,
-    law: Law,
+    law: ControlLaw,
     kinematic: bool,
     dvl: bool,
 }
 
-const DYNAMIC: Estimate =
-    Estimate { row: "LQR on reference, dynamic, no DVL", law: Law::LqrOnReference, kinematic: false, dvl: false };
+const DYNAMIC: Estimate = Estimate {
+    row: "LQR on reference, dynamic, no DVL",
+    law: ControlLaw::LqrOnReference,
+    kinematic: false,
+    dvl: false,
+};
 
 const FLOWN: [Estimate; 5] = [
     DYNAMIC,
-    Estimate { row: "LQR on line, dynamic, no DVL", law: Law::Lqr, ..DYNAMIC },
-    Estimate { row: "PD, dynamic, no DVL", law: Law::Pd, ..DYNAMIC },
+    Estimate { row: "LQR on line, dynamic, no DVL", law: ControlLaw::Lqr, ..DYNAMIC },
+    Estimate { row: "PD, dynamic, no DVL", law: ControlLaw::Pd, ..DYNAMIC },
     Estimate { row: "LQR on reference, kinematic + DVL", kinematic: true, dvl: true, ..DYNAMIC },
     Estimate { row: "LQR on reference, kinematic, no DVL", kinematic: true, ..DYNAMIC },
 ];
@@ -90,7 +76,7 @@ pub fn scenario_of(conditions: &Conditions, seed: u64) -> anyhow::Result<Scenari
     }
     settings.backseat.rates = conditions.rates_degps.is_some();
     settings.backseat.robust = false;
-    settings.backseat.control_law = conditions.law.of_scenario();
+    settings.backseat.control_law = conditions.law;
     Ok(scenario)
 }
 
@@ -125,7 +111,7 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
     for estimate in &FLOWN {
         let mut scenario = scenario_of(&conditions::C, seed)?;
         scenario.settings.backseat.dvl = estimate.dvl;
-        scenario.settings.backseat.control_law = estimate.law.of_scenario();
+        scenario.settings.backseat.control_law = estimate.law;
         let flown = fly_on(scenario, estimate.kinematic).with_context(|| estimate.row)?;
         keep(&mut measured, estimate.row, &flown);
     }
