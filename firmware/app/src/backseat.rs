@@ -23,6 +23,7 @@ use crate::steering::{Orders, Situation, Steering};
 use crate::storage::{Asked, Storage};
 use crate::telemetry;
 use crate::time::{STEP_US, UtcClock};
+use crate::uplink::Uplink;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::parameters::joint_check;
 use backseat_core::state::Z;
@@ -54,6 +55,7 @@ pub struct Backseat {
     pub witness: DepthWitness,
     /// Of the stored mission.
     pub fence: Fence,
+    pub uplink: Uplink,
     pub host: Host,
     pub losses: ReceiveLosses,
     /// Bytes to the device ports, in the order of [`Port::DEVICES`].
@@ -114,6 +116,7 @@ impl Backseat {
             voyage: Voyage::new(),
             witness: DepthWitness::new(),
             fence: Fence::new(),
+            uplink: Uplink::new(),
             host: Host::new(),
             losses: ReceiveLosses { since_start: [0; 5], news: false },
             out: [const { Ring::new() }; 4],
@@ -136,6 +139,7 @@ impl Backseat {
         self.safety.restart();
         self.voyage.end();
         self.witness.restart();
+        self.uplink = Uplink::new();
         self.host.restart();
         self.out.iter_mut().for_each(Ring::clear);
         self.run = Run::NONE;
@@ -204,6 +208,7 @@ impl Backseat {
         self.steer(now_us, &mut orders);
         self.carry_out(&orders);
         self.ask(now_us);
+        self.call(now_us);
         self.adapt(now_us);
         self.learn();
         self.store();
@@ -287,6 +292,25 @@ impl Backseat {
                 ring.push(bytes);
             }
         });
+    }
+
+    /// The vehicle's slots of the acoustic cycle.
+    #[inline(never)]
+    fn call(&mut self, now_us: u64) {
+        let Self { uplink, links, parameters, estimator, clock, modes, out, .. } = self;
+        let settings = &parameters.active().app;
+        let mut buffer = [0; crate::SENTENCE];
+        let sentence = match links.modem.take_request() {
+            Some(request) => {
+                let (mode, _) = modes.present();
+                let synchronous = links.modem.is_synchronous() && clock.carries_ranges(now_us);
+                uplink.answer(&request, now_us, (clock, synchronous, mode as u8), estimator, settings, &mut buffer)
+            }
+            None => uplink.due(now_us, clock, settings, &mut buffer),
+        };
+        if let (Some(sentence), Some(ring)) = (sentence, out.get_mut(Port::Modem as usize)) {
+            ring.push(sentence);
+        }
     }
 
     /// One step of the identifier; uses parameters that have proved better.

@@ -20,6 +20,9 @@ use backseat_core::navigation::{
 use backseat_core::state::{PHI, PSI, U, V, VehicleState, W, X, Y, Z, wrap_angle};
 use heapless::Vec;
 
+/// From a ping's arrival at the ship to its reply, s. What the modem reports is without it; here it only says where the
+/// vehicle was when the reply came: a second wrong is half a metre at 1 m/s.
+const TURNAROUND_S: f64 = 1.0;
 /// Scalar fusions kept for telemetry in one step; a step at full rates has about ten.
 const MAX_RECORDS: usize = 32;
 /// A fix older than this does not initialise, µs.
@@ -48,8 +51,10 @@ pub struct Estimator {
     navigator: FilterPlace,
     model: Option<VehicleModel>,
     packets: Packets,
-    /// The vehicle at the start of the packet under way.
-    clone: Option<CloneId>,
+    /// The vehicle at the start of each packet under way, by the packet's number.
+    clones: Vec<(u8, CloneId), 2>,
+    /// The vehicle when its ping left.
+    ping: Option<CloneId>,
     /// The vehicle at the present.
     output: VehicleState,
     records: Vec<FusionRecord, MAX_RECORDS>,
@@ -69,7 +74,8 @@ impl Estimator {
             navigator,
             model: None,
             packets: Packets::new(),
-            clone: None,
+            clones: Vec::new(),
+            ping: None,
             output: VehicleState::from_array_storage(nalgebra::ArrayStorage([[0.0; 12]])),
             records: Vec::new(),
             ship: None,
@@ -130,7 +136,8 @@ impl Estimator {
     /// A value that the filter refuses; it is as it was.
     pub fn configure(&mut self, settings: &Settings, model: &VehicleModel) -> Result<(), ConfigError> {
         self.packets.reset();
-        self.clone = None;
+        self.clones.clear();
+        self.ping = None;
         self.transducer_depth_m = None;
         self.navigator.configure(&settings.navigation_config(), model)?;
         self.model = Some(model.clone());
@@ -178,7 +185,7 @@ impl Estimator {
         if self.navigator.is_initialised() {
             self.predict(horizon_us, inputs.actuators())?;
             if self.packets.expire(horizon_us, &settings.app) {
-                self.drop_clone();
+                self.drop_clones();
             }
         } else {
             self.initialise(horizon_us, inputs, settings);
@@ -283,31 +290,85 @@ impl Estimator {
 
     /// A report of the modem: the vehicle is cloned when a packet begins, and its range fused when it is complete.
     fn follow(&mut self, report: &AcousticReport, settings: &Settings, clock: &UtcClock) {
+        match *report {
+            AcousticReport::PingSent => self.begin_ping(),
+            AcousticReport::PingReply { travel_s } => self.end_ping(travel_s, settings),
+            _ => {}
+        }
         match self.packets.take(report, self.navigator.time_us(), clock, &settings.app) {
             PacketProgress::Waiting => {}
-            PacketProgress::Lost => self.drop_clone(),
-            PacketProgress::Begins => {
-                self.drop_clone();
-                self.clone = self.navigator.clone_vehicle().ok();
-                if self.clone.is_none() {
-                    self.packets.give_up(Loss::NotReady);
+            PacketProgress::Lost => self.drop_clones(),
+            PacketProgress::Begins(id) => {
+                self.drop_clones();
+                match self.navigator.clone_vehicle() {
+                    // as many as packets
+                    Ok(clone) => {
+                        let _ = self.clones.push((id, clone));
+                    }
+                    Err(_) => self.packets.give_up(Loss::NotReady),
                 }
             }
-            PacketProgress::Complete(packet) => {
-                self.fuse_packet(&packet, settings);
-                self.drop_clone();
+            PacketProgress::Complete(id, packet) => {
+                if let Some(&(_, clone)) = self.clones.iter().find(|(packet, _)| *packet == id) {
+                    self.fuse_packet(clone, &packet, settings);
+                }
+                self.drop_clones();
             }
         }
     }
 
-    fn drop_clone(&mut self) {
-        if let Some(clone) = self.clone.take() {
+    /// Drops the vehicles of packets that are no longer under way.
+    fn drop_clones(&mut self) {
+        let Self { clones, packets, navigator, .. } = self;
+        clones.retain(|(id, clone)| {
+            let kept = packets.is_under_way(*id);
+            if !kept {
+                navigator.drop_clone(*clone);
+            }
+            kept
+        });
+    }
+
+    fn begin_ping(&mut self) {
+        self.drop_ping();
+        // without room for it there is no range
+        self.ping = self.navigator.clone_vehicle().ok();
+    }
+
+    fn drop_ping(&mut self) {
+        if let Some(clone) = self.ping.take() {
             self.navigator.drop_clone(clone);
         }
     }
 
-    fn fuse_packet(&mut self, packet: &Packet, settings: &Settings) {
-        let Some(clone) = self.clone else { return };
+    /// The answer to a ping: half of the round trip, with the ship where its last packet and its velocity put it.
+    fn end_ping(&mut self, travel_s: Option<f64>, settings: &Settings) {
+        let app = &settings.app;
+        if let (Some(clone), Some(travel_s), Some(&heard)) = (self.ping, travel_s, self.packets.heard_ship())
+            && app.use_range
+        {
+            let reply_us = self.navigator.time_us();
+            if let Some(ship) = heard.moved_on(reply_us) {
+                self.adopt_ship_depth(heard.transducer_depth_m);
+                let installation = &app.installation;
+                let range_m = installation.sound_speed_mps * (travel_s - installation.transducer_delay_s);
+                if (0.0..=app.range_max_m).contains(&range_m) {
+                    let arm_m = &installation.transducer_arm_m;
+                    let arm_m =
+                        arm_along_path_m(self.navigator.state(), arm_m, ship.position_m, heard.transducer_depth_m);
+                    let path = |bridge_s| AcousticPath {
+                        vehicle: VehicleEnd::Delayed { clone, bridge_s },
+                        ship: ShipEnd::Reported(ship),
+                    };
+                    let (outward, back) = (path(0.0), path(2.0 * travel_s + TURNAROUND_S));
+                    self.fuse_measurement(&Measurement::TwoWayRange { outward, back, range_m: range_m - arm_m });
+                }
+            }
+        }
+        self.drop_ping();
+    }
+
+    fn fuse_packet(&mut self, clone: CloneId, packet: &Packet, settings: &Settings) {
         let app = &settings.app;
         let arm_m = &app.installation.transducer_arm_m;
         let arm_m = arm_along_path_m(self.navigator.state(), arm_m, packet.ship.position_m, packet.transducer_depth_m);

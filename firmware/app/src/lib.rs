@@ -11,6 +11,7 @@
 //! | `backseat` | the components, and the one place where their decisions are carried out |
 //! | [`links`] | one link per device port: bytes to raw samples, requests to the device |
 //! | [`inputs`] | the installation: raw samples to measurements; queue, packets, history of the actuators |
+//! | `uplink` | the vehicle's own slots of the acoustic cycle: state uplink, pings |
 //! | `estimator` | the filter, initialisation, the state at the present |
 //! | `adaptation` | the adaptive identifier, the fault monitor; when identified parameters are adopted and reverted |
 //! | `steering`, `command`, `wiggle` | missions, commands to the frontseat, hand-back; the fins on the bench |
@@ -57,6 +58,7 @@ mod storage;
 pub mod store;
 mod telemetry;
 mod time;
+mod uplink;
 mod wiggle;
 
 pub use app::App;

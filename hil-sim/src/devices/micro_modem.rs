@@ -26,8 +26,9 @@ const PULSE_MARGIN_US: u64 = 20_000;
 /// Launches are at this resolution: the world's step.
 const STEP_US: u64 = 10_000;
 const SECOND_US: u64 = 1_000_000;
-/// GPS clock (3) and external synchronous pulse (4), as firmware from 2.0.26038 encodes them.
+/// GPS clock (3) and external synchronous pulse (4) or none (0), as firmware from 2.0.26038 encodes them.
 const SYNCHRONOUS: ClockMode = ClockMode(3 | 4 << 2);
+const NO_PULSE: ClockMode = ClockMode(3);
 
 /// Something that leaves the modem.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +75,8 @@ pub struct MicroModem {
     start_us: u64,
     packet_us: u64,
     synchronised: bool,
+    /// It has an external pulse.
+    pulse: bool,
     /// Sentences that wait for their time, in order of time.
     agenda: VecDeque<(u64, Vec<u8>)>,
     /// What has still to leave.
@@ -88,13 +91,14 @@ pub struct MicroModem {
 impl MicroModem {
     /// On a line of `baud`, after power-up; `start_us` is UTC of time zero.
     #[must_use]
-    pub fn new(baud: u32, start_unix_s: u32, packet_duration_s: f64) -> Self {
+    pub fn new(baud: u32, start_unix_s: u32, packet_duration_s: f64, pulse: bool) -> Self {
         let mut modem = Self {
             transmitter: Uart::new(baud),
             framer: Framer::new(Checksum::Optional),
             start_us: u64::from(start_unix_s) * SECOND_US,
             packet_us: (packet_duration_s * 1e6) as u64,
             synchronised: false,
+            pulse,
             agenda: VecDeque::new(),
             launches: VecDeque::new(),
             cycle: None,
@@ -162,7 +166,8 @@ impl MicroModem {
             }
             ToModem::QueryTime => {
                 let time = self.date_time(time_us);
-                let report = TimeReport { time, clock_source: "GPS", pps_source: "EXT_SYNC" };
+                let pps_source = if self.pulse { "EXT_SYNC" } else { "NONE" };
+                let report = TimeReport { time, clock_source: "GPS", pps_source };
                 self.say(time_us, &FromModem::TimeReport(report));
             }
             ToModem::Cycle(cycle) => {
@@ -198,7 +203,7 @@ impl MicroModem {
                 let left = TransmitStatistics {
                     version: Some(7),
                     time: self.date_time(leaves_us),
-                    clock: SYNCHRONOUS,
+                    clock: self.clock_mode(),
                     mode: 0,
                 };
                 self.say(leaves_us + self.packet_us, &FromModem::TransmitStatistics(left));
@@ -272,8 +277,12 @@ impl MicroModem {
             source: Some(i32::from(addresses.source)),
             destination: Some(i32::from(addresses.destination)),
             doppler_mps: Decimal::from_f64(doppler, 2).ok(),
-            ..ReceptionStatistics::complete(Some(8), ReceptionStatistics::GOOD, arrival, SYNCHRONOUS)
+            ..ReceptionStatistics::complete(Some(8), ReceptionStatistics::GOOD, arrival, self.clock_mode())
         }
+    }
+
+    fn clock_mode(&self) -> ClockMode {
+        if self.pulse { SYNCHRONOUS } else { NO_PULSE }
     }
 
     fn date_time(&self, time_us: u64) -> DateTime {

@@ -91,9 +91,9 @@ impl Devices {
     }
 
     /// From now on the vehicle's modem only does what the backseat says, with another one at the ship.
-    pub fn pair_modem(&mut self, start_unix_s: u32, packet_duration_s: f64) {
+    pub fn pair_modem(&mut self, start_unix_s: u32, packet_duration_s: f64, pulse: bool) {
         let [.., baud] = BAUD;
-        self.modem = VehicleModem::Paired(Box::new(MicroModem::new(baud, start_unix_s, packet_duration_s)));
+        self.modem = VehicleModem::Paired(Box::new(MicroModem::new(baud, start_unix_s, packet_duration_s, pulse)));
     }
 
     /// The vehicle's modem, if there is another one at the ship.

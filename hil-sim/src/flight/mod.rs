@@ -51,9 +51,9 @@ fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), 
 /// Hands the acoustics over to two modems, if there is a ship's end.
 fn join(scenario: &Scenario, world: &mut World, devices: &mut Devices, ship: Option<&ShipEnd>) {
     if ship.is_some() {
-        let settings = &scenario.settings;
+        let (environment, acoustics) = (&scenario.settings.environment, &scenario.settings.acoustics);
         world.hand_over_acoustics();
-        devices.pair_modem(settings.environment.start_unix_s, settings.acoustics.packet_duration_s);
+        devices.pair_modem(environment.start_unix_s, acoustics.packet_duration_s, acoustics.vehicle_pulse);
     }
 }
 

@@ -249,6 +249,8 @@ pub struct Acoustics {
     /// One sigma of the range rate, m/s; the vehicle file's `sensors.range_rate_mps` if left out.
     #[serde(deserialize_with = "quantity::non_negative")]
     pub range_rate_sigma_mps: Option<f64>,
+    /// The vehicle's modem has a pulse per second; without one it measures no one-way range (with `--topside` only).
+    pub vehicle_pulse: bool,
     /// Key of the packets' authentication code, 32 hexadecimal digits: ship and board share it; none if left out.
     #[serde(deserialize_with = "quantity::key")]
     pub key: Key,
@@ -266,6 +268,7 @@ impl Default for Acoustics {
             turnaround_s: 1.0,
             range_sigma_m: None,
             range_rate_sigma_mps: None,
+            vehicle_pulse: true,
             key: Key::NONE,
         }
     }

@@ -100,7 +100,7 @@ impl ShipEnd {
         let sigma_m = settings.sensors.ship_gnss.sigma_m.unwrap_or(scenario.vehicle.sensors.ship_gnss_m);
         Self {
             receiver: Receiver::new(gnss, frame, environment.start_unix_s, settings.seed, sigma_m),
-            modem: MicroModem::new(modem, environment.start_unix_s, settings.acoustics.packet_duration_s),
+            modem: MicroModem::new(modem, environment.start_unix_s, settings.acoustics.packet_duration_s, true),
             from_program: Uart::new(modem),
             program,
             frame,

@@ -184,7 +184,7 @@ impl Decoding {
         links.receive(port, time_us, bytes, settings, clock, |stamp, sample| samples.push((stamp, sample)));
         for (stamp, sample) in samples {
             if let Sample::Acoustic(report) = &sample {
-                if let PacketProgress::Complete(packet) = follow(packets, report, time_us, clock, settings) {
+                if let PacketProgress::Complete(_, packet) = follow(packets, report, time_us, clock, settings) {
                     packet_rows(&packet, out);
                 }
                 continue;

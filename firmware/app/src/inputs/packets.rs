@@ -1,4 +1,5 @@
-//! From the modem's sentences to ranges: one packet at a time.
+//! From the modem's sentences to ranges: one packet at a time, or two where one begins before the last sentence of
+//! another.
 //!
 //! A packet is announced at its start (`$CARXP`), but its data (`$CARXD`) and its time of arrival
 //! (`$CACST`) come seconds later, in either order. When both halves are there, range = sound speed · (time of arrival −
@@ -12,9 +13,18 @@ use crate::parameters::AppSettings;
 use crate::time::{UtcClock, day_difference_us, micros};
 use backseat_core::navigation::ShipReport;
 use backseat_wire::ship_state::ShipState;
+use heapless::Vec;
 
+/// A ship that was heard longer ago than this gives no two-way range, µs.
+const SHIP_AGE_US: u64 = 90_000_000;
+/// Acceleration of a ship that its last velocity does not tell, m/s²/√Hz.
+const SHIP_ACCELERATION: f64 = 0.02;
+/// Packets under way at once.
+const MOST: usize = 2;
 /// The start of a packet is reported within this of its time of arrival, µs; statistics further off belong to another.
 const BRIDGE_MAX_US: i64 = 2_000_000;
+/// Two clocks that name the same second differ by less, µs.
+const CLOCKS_APART_US: i64 = 500_000;
 /// A transmit second up to this much before the last one used is a repetition, s: more than the longest flight, 20 km
 /// at 1300 m/s.
 const REPLAY_S: u32 = 16;
@@ -68,6 +78,8 @@ struct Arrival {
 
 #[derive(Clone, Copy, Debug)]
 struct Pending {
+    /// Of the packet.
+    id: u8,
     start_us: u64,
     ship: Option<ShipState>,
     arrival: Option<Arrival>,
@@ -94,24 +106,56 @@ pub struct Packet {
     pub transducer_depth_m: f64,
 }
 
+impl HeardShip {
+    /// The ship at `time_us`, moved on with its velocity; `None` if it was heard too long ago.
+    #[must_use]
+    pub fn moved_on(&self, time_us: u64) -> Option<ShipReport> {
+        let age_us = time_us.checked_sub(self.time_us).filter(|age_us| *age_us <= SHIP_AGE_US)?;
+        let age_s = age_us as f64 * 1e-6;
+        let mut ship = self.report;
+        for (position, velocity) in ship.position_m.iter_mut().zip(ship.velocity_mps) {
+            *position += velocity * age_s;
+        }
+        let walk = SHIP_ACCELERATION * SHIP_ACCELERATION;
+        let drift_m = ship.velocity_sigma_mps * age_s;
+        let variance = ship.position_sigma_m * ship.position_sigma_m + drift_m * drift_m;
+        ship.position_sigma_m = libm::sqrt(variance + walk * age_s * age_s * age_s / 3.0);
+        ship.velocity_sigma_mps = libm::sqrt(ship.velocity_sigma_mps * ship.velocity_sigma_mps + walk * age_s);
+        Some(ship)
+    }
+}
+
 /// State of the packet under way after a report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "handed over one by one, never kept")]
 pub enum PacketProgress {
     /// Nothing yet.
     Waiting,
-    /// A packet begins; an incomplete one before it is given up.
-    Begins,
-    /// The packet under way gives no range.
+    /// A packet of this number begins.
+    Begins(u8),
+    /// A packet under way gives no range.
     Lost,
-    /// It is complete.
-    Complete(Packet),
+    /// The one of this number is complete.
+    Complete(u8, Packet),
 }
 
-/// The packet under way.
+/// The ship as its last packet said, whether that gave a range or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeardShip {
+    /// When the ship was there, µs of the board's clock.
+    pub time_us: u64,
+    /// Position and velocity.
+    pub report: ShipReport,
+    /// Depth of its transducer, m.
+    pub transducer_depth_m: f64,
+}
+
+/// The packets under way, the oldest first.
 #[derive(Debug, Default)]
 pub struct Packets {
-    pending: Held<Pending>,
+    pending: Vec<Pending, MOST>,
+    next_id: u8,
+    heard: Held<HeardShip>,
     last_transmit_s: Option<u32>,
     losses: [u32; Loss::COUNT],
 }
@@ -120,7 +164,7 @@ impl Packets {
     /// None was ever heard.
     #[must_use]
     pub const fn new() -> Self {
-        Self { pending: Held::none(), last_transmit_s: None, losses: [0; Loss::COUNT] }
+        Self { pending: Vec::new(), next_id: 0, heard: Held::none(), last_transmit_s: None, losses: [0; Loss::COUNT] }
     }
 
     /// Packets lost for one cause.
@@ -129,33 +173,52 @@ impl Packets {
         self.losses[loss as usize]
     }
 
-    /// Forgets the packet under way and which were used.
+    /// Forgets the packets under way and which were used.
     pub fn reset(&mut self) {
         self.pending.clear();
+        self.heard.clear();
         self.last_transmit_s = None;
     }
 
-    /// Gives up the packet under way.
+    /// Gives up the packet that began last.
     pub fn give_up(&mut self, loss: Loss) {
-        self.pending.clear();
+        self.pending.pop();
+        self.count(loss);
+    }
+
+    fn count(&mut self, loss: Loss) {
         let count = &mut self.losses[loss as usize];
         *count = count.saturating_add(1);
     }
 
-    /// Gives up a packet that is not complete by `now_us`; true when there was one.
+    /// Gives up packets that are not complete by `now_us`; true when there was one.
     pub fn expire(&mut self, now_us: u64, settings: &AppSettings) -> bool {
         let timeout_us = micros(settings.packet_timeout_s);
-        let expired = self.pending.get().is_some_and(|pending| now_us.saturating_sub(pending.start_us) > timeout_us);
-        if expired {
-            self.give_up(Loss::TimedOut);
+        let expired = |pending: &Pending| now_us.saturating_sub(pending.start_us) > timeout_us;
+        let any = self.pending.iter().any(expired);
+        while self.pending.first().is_some_and(expired) {
+            self.pending.remove(0);
+            self.count(Loss::TimedOut);
         }
-        expired
+        any
     }
 
-    /// When the packet under way began, µs.
+    /// When the oldest packet under way began, µs.
     #[must_use]
     pub fn began_us(&self) -> Option<u64> {
-        self.pending.get().map(|pending| pending.start_us)
+        self.pending.first().map(|pending| pending.start_us)
+    }
+
+    /// Whether the packet of this number is under way.
+    #[must_use]
+    pub fn is_under_way(&self, id: u8) -> bool {
+        self.pending.iter().any(|pending| pending.id == id)
+    }
+
+    /// The ship as its last packet said.
+    #[must_use]
+    pub fn heard_ship(&self) -> Option<&HeardShip> {
+        self.heard.get()
     }
 
     /// Takes one report of `now_us`; the last one of a packet completes it.
@@ -168,51 +231,108 @@ impl Packets {
     ) -> PacketProgress {
         match self.follow(report, now_us, clock, settings) {
             Ok(progress) => progress,
-            Err(loss) => {
-                self.give_up(loss);
+            Err((place, loss)) => {
+                if place < self.pending.len() {
+                    self.pending.remove(place);
+                }
+                self.count(loss);
                 PacketProgress::Lost
             }
         }
     }
 
+    /// The place of the packet that data without a time are about: the last that lacks them.
+    fn last_without_ship(&self) -> usize {
+        self.pending.iter().rposition(|pending| pending.ship.is_none()).unwrap_or(self.pending.len())
+    }
+
+    /// The place of the packet that left at `launch_us`: the first that began after that; without UTC the last.
+    fn place_of_launch(&self, launch_us: u64, clock: &UtcClock) -> usize {
+        let follows = |pending: &Pending| {
+            let start_us = clock.utc_us(pending.start_us);
+            pending.ship.is_none() && start_us.is_some_and(|us| day_difference_us(us, launch_us) >= -CLOCKS_APART_US)
+        };
+        self.pending.iter().position(follows).unwrap_or_else(|| self.last_without_ship())
+    }
+
+    /// The place of the packet that arrived at `toa_us`: the one that began nearest to it.
+    fn place_of(&self, toa_us: u64, clock: &UtcClock) -> usize {
+        let off = |pending: &Pending| match clock.utc_us(pending.start_us) {
+            Some(utc_us) => day_difference_us(toa_us, utc_us).unsigned_abs(),
+            None => u64::MAX,
+        };
+        let lacking = self.pending.iter().enumerate().filter(|(_, pending)| pending.arrival.is_none());
+        lacking.min_by_key(|(_, pending)| off(pending)).map_or(self.pending.len(), |(place, _)| place)
+    }
+
+    /// The packet that is lost has the place that comes with the cause; there may be none there.
     fn follow(
         &mut self,
         report: &AcousticReport,
         now_us: u64,
         clock: &UtcClock,
         settings: &AppSettings,
-    ) -> Result<PacketProgress, Loss> {
-        match *report {
+    ) -> Result<PacketProgress, (usize, Loss)> {
+        let place = match *report {
             AcousticReport::Begins => {
-                if self.pending.get().is_some() {
-                    self.give_up(Loss::Replaced);
+                if self.pending.is_full() {
+                    self.pending.remove(0);
+                    self.count(Loss::Replaced);
                 }
-                self.pending.set(Pending { start_us: now_us, ship: None, arrival: None });
-                return Ok(PacketProgress::Begins);
+                self.next_id = self.next_id.wrapping_add(1);
+                let id = self.next_id;
+                // there is room
+                let _ = self.pending.push(Pending { id, start_us: now_us, ship: None, arrival: None });
+                return Ok(PacketProgress::Begins(id));
             }
-            AcousticReport::Cycle => return Err(Loss::Cycle),
-            AcousticReport::BadData => return Err(Loss::Bad),
-            AcousticReport::Ship(ship) if ship.source != settings.ship_address => return Err(Loss::Stranger),
+            // it is the one that began last: its data packet has not begun yet
+            AcousticReport::Cycle => return Err((self.pending.len().saturating_sub(1), Loss::Cycle)),
+            AcousticReport::BadData => return Err((self.last_without_ship(), Loss::Bad)),
+            AcousticReport::Ship(ship) if ship.source != settings.ship_address => {
+                return Err((self.last_without_ship(), Loss::Stranger));
+            }
             AcousticReport::Ship(ship) => {
-                self.pending.get_mut().ok_or(Loss::Unannounced)?.ship = Some(ship);
+                let place = self.place_of_launch(u64::from(ship.transmit_s) * 1_000_000, clock);
+                let start_us = self.pending.get(place).map_or(now_us, |pending| pending.start_us);
+                self.hear(&ship, start_us, clock, settings);
+                self.pending.get_mut(place).ok_or((place, Loss::Unannounced))?.ship = Some(ship);
+                place
             }
             AcousticReport::Statistics { good, synchronous, arrival, range_rate_mps } => {
-                let pending = self.pending.get_mut().ok_or(Loss::Unannounced)?;
-                let start_utc_us = clock.utc_us(pending.start_us).ok_or(Loss::NoTime)?;
-                if !good {
-                    return Err(Loss::Bad);
-                }
+                let oldest = self.pending.first().ok_or((0, Loss::Unannounced))?;
+                let start_utc_us = clock.utc_us(oldest.start_us).ok_or((0, Loss::NoTime))?;
                 let toa_us = arrival.unix_us(start_utc_us);
+                let place = self.place_of(toa_us, clock);
+                if !good {
+                    return Err((place, Loss::Bad));
+                }
+                let pending = self.pending.get_mut(place).ok_or((place, Loss::Unannounced))?;
                 pending.arrival = Some(Arrival { toa_us, synchronous, range_rate_mps });
+                place
             }
-        }
-        let Some(&Pending { start_us, ship: Some(ship), arrival: Some(arrival) }) = self.pending.get() else {
+            // of pings
+            AcousticReport::PingSent | AcousticReport::PingReply { .. } => return Ok(PacketProgress::Waiting),
+        };
+        let Some(&Pending { id, start_us, ship: Some(ship), arrival: Some(arrival) }) = self.pending.get(place) else {
             return Ok(PacketProgress::Waiting);
         };
-        let packet = self.evaluate(start_us, &ship, &arrival, clock, settings)?;
-        self.pending.clear();
+        let packet = self.evaluate(start_us, &ship, &arrival, clock, settings).map_err(|loss| (place, loss))?;
+        self.pending.remove(place);
         self.last_transmit_s = Some(ship.transmit_s);
-        Ok(PacketProgress::Complete(packet))
+        Ok(PacketProgress::Complete(id, packet))
+    }
+
+    /// Keeps where the ship says it is, for ranges that need no common clock.
+    fn hear(&mut self, ship: &ShipState, start_us: u64, clock: &UtcClock, settings: &AppSettings) {
+        let launch_us = clock.local_us(u64::from(ship.transmit_s) * 1_000_000);
+        // a board that does not know the time takes the packet's start: a flight later
+        let time_us = launch_us.unwrap_or(start_us);
+        let late_us = start_us.saturating_sub(time_us).max(time_us.saturating_sub(start_us));
+        let position_m = local(ship, settings);
+        if late_us <= u64::from(REPLAY_S) * 1_000_000 && is_plausible(&position_m, ship) {
+            let (report, transducer_depth_m) = (report_of(ship, position_m), ship.transducer_depth_m);
+            self.heard.set(HeardShip { time_us, report, transducer_depth_m });
+        }
     }
 
     fn evaluate(
@@ -242,29 +362,38 @@ impl Packets {
         let flight_us = day_difference_us(arrival.toa_us, u64::from(ship.transmit_s) * 1_000_000);
         let installation = &settings.installation;
         let range_m = installation.sound_speed_mps * (flight_us as f64 * 1e-6 - installation.transducer_delay_s);
-        let position_m = LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg)
-            .to_local(ship.position_deg[0], ship.position_deg[1]);
-        let plausible = (0.0..=settings.range_max_m).contains(&range_m)
-            && position_m.iter().all(|x| x.abs() <= SHIP_MAX_M)
-            && ship.velocity_mps.iter().all(|v| v.abs() <= SHIP_MAX_MPS);
-        if !plausible {
+        let position_m = local(ship, settings);
+        if !(0.0..=settings.range_max_m).contains(&range_m) || !is_plausible(&position_m, ship) {
             return Err(Loss::Absurd);
         }
-        let report = ShipReport {
-            position_m,
-            velocity_mps: ship.velocity_mps,
-            position_sigma_m: ship.position_sigma_m,
-            velocity_sigma_mps: ship.velocity_sigma_mps,
-        };
         Ok(Packet {
             start_us,
             bridge_us,
             flight_us,
             range_m,
             range_rate_mps: arrival.range_rate_mps,
-            ship: report,
+            ship: report_of(ship, position_m),
             ship_deg: ship.position_deg,
             transducer_depth_m: ship.transducer_depth_m,
         })
+    }
+}
+
+/// Where the ship says it is, north and east, m.
+fn local(ship: &ShipState, settings: &AppSettings) -> [f64; 2] {
+    LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg)
+        .to_local(ship.position_deg[0], ship.position_deg[1])
+}
+
+fn is_plausible(position_m: &[f64; 2], ship: &ShipState) -> bool {
+    position_m.iter().all(|x| x.abs() <= SHIP_MAX_M) && ship.velocity_mps.iter().all(|v| v.abs() <= SHIP_MAX_MPS)
+}
+
+fn report_of(ship: &ShipState, position_m: [f64; 2]) -> ShipReport {
+    ShipReport {
+        position_m,
+        velocity_mps: ship.velocity_mps,
+        position_sigma_m: ship.position_sigma_m,
+        velocity_sigma_mps: ship.velocity_sigma_mps,
     }
 }

@@ -71,4 +71,11 @@ pub enum AcousticReport {
         /// Range rate from the Doppler, positive opening, m/s.
         range_rate_mps: Option<f64>,
     },
+    /// `$CAMPC`: our own ping leaves.
+    PingSent,
+    /// `$CAMPR`: the ship has answered it.
+    PingReply {
+        /// One-way travel time of the round trip, s; `None` when it was missed.
+        travel_s: Option<f64>,
+    },
 }

@@ -30,7 +30,7 @@ pub struct Links {
     pub(crate) frontseat: FrontseatLink,
     dvl: DvlLink,
     ahrs: AhrsLink,
-    modem: ModemLink,
+    pub(crate) modem: ModemLink,
 }
 
 impl Links {

@@ -5,7 +5,7 @@ use crate::inputs::{AcousticReport, Sample, Stamp};
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
 use backseat_wire::abort::Abort;
-use backseat_wire::modem::{Configuration, FromModem, ReceptionStatistics, Wanted};
+use backseat_wire::modem::{Configuration, DataRequest, FromModem, ReceptionStatistics, Wanted};
 use backseat_wire::nmea::{Checksum, Framer};
 use backseat_wire::ship_state::ShipState;
 use backseat_wire::{Counts, Error};
@@ -25,6 +25,10 @@ pub struct ModemLink {
     configuration: Configuration<SETTINGS>,
     /// The last authentic abort.
     abort: Held<Abort>,
+    /// The frame that the modem asks for.
+    request: Held<DataRequest>,
+    /// Clock and pulse were good when the last packet arrived.
+    synchronous: bool,
 }
 
 impl Default for ModemLink {
@@ -40,6 +44,8 @@ impl ModemLink {
             counts: Counts::new(),
             configuration: Configuration::new(),
             abort: Held::none(),
+            request: Held::none(),
+            synchronous: false,
         }
     }
 
@@ -48,6 +54,18 @@ impl ModemLink {
         let abort = self.abort.get().copied();
         self.abort.clear();
         abort
+    }
+
+    /// The frame that the modem asks for, once.
+    pub fn take_request(&mut self) -> Option<DataRequest> {
+        let request = self.request.get().copied();
+        self.request.clear();
+        request
+    }
+
+    /// Clock and pulse of the modem were good when the last packet arrived.
+    pub fn is_synchronous(&self) -> bool {
+        self.synchronous
     }
 
     /// Decodes what came in at `time_us`.
@@ -66,6 +84,8 @@ impl ModemLink {
             let Ok(message) = self.counts.note(FromModem::parse(&sentence)) else { continue };
             let report = match message {
                 FromModem::ReceiveBegins { .. } => Some(AcousticReport::Begins),
+                // the modem repeats what it was told to begin
+                FromModem::Cycle(cycle) if cycle.addresses.source == settings.modem_address => None,
                 FromModem::Cycle(_) => Some(AcousticReport::Cycle),
                 // The ship's state, or its abort, stands in a packet's first frame.
                 FromModem::Received(received) if received.frame == 1 => {
@@ -84,7 +104,20 @@ impl ModemLink {
                         }
                     }
                 }
-                FromModem::Statistics(statistics) => Some(from_statistics(&statistics, settings)),
+                FromModem::Statistics(statistics) => {
+                    self.synchronous = statistics.clock.is_synchronous(settings.clock_encoding);
+                    Some(from_statistics(&statistics, settings))
+                }
+                FromModem::DataRequest(request) => {
+                    self.request.set(request);
+                    None
+                }
+                FromModem::PingSent(addresses) if addresses.source == settings.modem_address => {
+                    Some(AcousticReport::PingSent)
+                }
+                FromModem::PingReply(reply) if reply.addresses.source == settings.ship_address => {
+                    Some(AcousticReport::PingReply { travel_s: reply.travel_s.map(|travel| travel.to_f64()) })
+                }
                 FromModem::Message { text: "BAD_CRC", .. } => Some(AcousticReport::BadData),
                 FromModem::Setting(setting) => {
                     self.configuration.confirm(&setting, &wanted(settings));

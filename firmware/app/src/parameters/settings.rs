@@ -76,6 +76,12 @@ pub struct AppSettings {
     pub ship_address: u8,
     /// The board's own modem address.
     pub modem_address: u8,
+    /// Length of the acoustic cycle, s; 0: the vehicle sends nothing.
+    pub cycle_period_s: u8,
+    /// Second of the cycle at which the state uplink leaves, s; 255: none.
+    pub uplink_at_s: u8,
+    /// Second of the cycle at which the vehicle pings the ship, s; 255: none.
+    pub ping_at_s: u8,
     /// Packets count only with the authentication code of this key, if it is set. In no list: nothing reads it back.
     pub acoustic_key: Key,
     /// Data and statistics of a packet come within this time of its start, s.
@@ -178,6 +184,9 @@ impl AppSettings {
         range_max_m: 5000.0,
         ship_address: 1,
         modem_address: 2,
+        cycle_period_s: 0,
+        uplink_at_s: 255,
+        ping_at_s: 255,
         acoustic_key: Key::NONE,
         packet_timeout_s: 10.0,
         use_depth: true,

@@ -28,6 +28,9 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(whole "app.ship_address", "", "1", [0.0, 255.0], "Modem address of the ship.", ship_address),
     row!(whole "app.modem_address", "", "1", [0.0, 255.0], "Modem address of the vehicle.", modem_address),
     row!(live real "app.packet_timeout_s", "", "s", [1.0, 60.0], "A packet is given up if its data and statistics have not come within this time of its start.", packet_timeout_s),
+    row!(whole "app.cycle_period_s", "", "s", [0.0, 255.0], "Length of the acoustic cycle, which starts at whole multiples of it since 1970; 0: the vehicle sends nothing.", cycle_period_s),
+    row!(whole "app.uplink_at_s", "", "s", [0.0, 255.0], "Second of the cycle at which the vehicle's state leaves; 255: none.", uplink_at_s),
+    row!(whole "app.ping_at_s", "", "s", [0.0, 255.0], "Second of the cycle at which the vehicle pings the ship; 255: none.", ping_at_s),
     // sensors
     row!(flag "app.use_depth", "Fuse the depth of the pressure sensor.", use_depth),
     row!(flag "app.use_attitude", "Fuse attitude.", use_attitude),

@@ -119,10 +119,15 @@ fn begins() -> Vec<u8> {
     modem(&FromModem::ReceiveBegins { psk: false })
 }
 
+fn broken() -> Vec<u8> {
+    modem(&FromModem::Message { text: "BAD_CRC", number: 1 })
+}
+
 const ABSURD: [(Loss, Packet); 10] = [
     (Loss::Unannounced, |w, _, s| vec![received(&ship_frame(w.ship_m, s))]),
     (Loss::Unannounced, |_, toa_us, _| vec![statistics(toa_us, SYNCHRONOUS)]),
-    (Loss::Replaced, |_, _, _| vec![begins(), begins()]),
+    // two may be under way; the third takes the place of the first, and both that are left are then reported as broken
+    (Loss::Replaced, |_, _, _| vec![begins(), begins(), begins(), broken(), broken()]),
     (Loss::Bad, |w, _, s| {
         let mut frame = ship_frame(w.ship_m, s);
         frame[9] ^= 1;
@@ -180,6 +185,34 @@ fn absurd_packets_leave_nothing_but_a_count() {
     let error_m = world.error_m(&record);
     // as in the undisturbed flight
     assert!(error_m < 3.0 && record.mode == Mode::Navigating, "{error_m} m, {:?}", record.reason);
+}
+
+/// In a cycle of short slots the next packet may begin before the last sentences of one have come: both give a range.
+#[test]
+fn a_packet_that_begins_inside_another_loses_neither() {
+    let (mut world, mut board) = under_way();
+    world.run(&mut board, 20);
+    let ranges = |board: &mut Direct| board.heard().fusions.iter().filter(|f| f.sensor == 7).count();
+    let before = ranges(&mut board);
+    let begun_us = last(&mut board).time_us;
+    hear(&mut world, &mut board, &[begins()]);
+    world.run(&mut board, 5);
+    let second = last(&mut board).time_us / 1_000_000;
+    // the first began when its test did, five seconds before the second
+    let (first, next) = (begun_us / 1_000_000, second);
+    hear(
+        &mut world,
+        &mut board,
+        &[
+            begins(),
+            received(&ship_frame([30.0, 0.0], START_S + first)),
+            statistics(first * 1_000_000 + 250_000, SYNCHRONOUS),
+            received(&ship_frame([30.0, 0.0], START_S + next)),
+            statistics(next * 1_000_000 + 350_000, SYNCHRONOUS),
+        ],
+    );
+    assert_eq!(ranges(&mut board), before + 2);
+    assert_eq!(board.app().health().lost_packets(Loss::Replaced), 0);
 }
 
 #[test]

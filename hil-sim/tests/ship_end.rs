@@ -1,0 +1,135 @@
+//! Flights against the real topside: the ship sends and hears through a modem of its own.
+
+use backseat_core::navigation::Sensor;
+use backseat_link::Client;
+use backseat_topside::Topside;
+use hil_sim::backseat::InProcess;
+use hil_sim::flight::{FlightLog, fly_with_ship};
+use hil_sim::scenario::{Exchange, Scenario};
+use hil_sim::ship_end::{self, ShipEnd};
+use std::sync::atomic::AtomicBool;
+
+fn sea_trial(minutes: f64, exchanges: &[Exchange]) -> Scenario {
+    let mut scenario = Scenario::built_in("sea_trial").unwrap();
+    scenario.settings.duration_s = 60.0 * minutes;
+    scenario.settings.acoustics.slots.retain(|slot| exchanges.contains(&slot.exchange));
+    scenario
+}
+
+const ALL: [Exchange; 3] = [Exchange::Uplink, Exchange::Downlink, Exchange::TwoWay];
+
+/// The flight, and what topside knew at its end.
+fn fly(scenario: &Scenario) -> (FlightLog, ShipEnd) {
+    let topside = Topside::new(ship_end::config(scenario).unwrap()).unwrap();
+    let mut ship = ShipEnd::new(scenario, Box::new(ship_end::InProcess::new(topside)));
+    let mut client = Client::new(InProcess::new());
+    let flight = fly_with_ship(scenario, &mut client, Some(&mut ship), None, &AtomicBool::new(false), |_| {}).unwrap();
+    (flight, ship)
+}
+
+/// Median and 95 % of the horizontal errors.
+fn quantiles(errors: impl Iterator<Item = f64>) -> [f64; 2] {
+    let mut errors: Vec<f64> = errors.collect();
+    errors.sort_by(f64::total_cmp);
+    [errors.len() / 2, errors.len() * 95 / 100].map(|index| errors.get(index).copied().unwrap_or(f64::NAN))
+}
+
+fn vehicle_error(flight: &FlightLog) -> [f64; 2] {
+    let error = |sample: &hil_sim::flight::Sample| {
+        let (truth, state) = (&sample.truth.state, &sample.telemetry.state);
+        f64::hypot(truth[0] - state[0], truth[1] - state[1])
+    };
+    quantiles(flight.samples.iter().filter(|sample| sample.telemetry.sigma[0] > 0.0).map(error))
+}
+
+/// Fusions of ranges that were used.
+fn ranges(flight: &FlightLog) -> usize {
+    flight.fusions.iter().filter(|fusion| fusion.sensor == Sensor::Range && fusion.fused).count()
+}
+
+#[test]
+fn both_directions_of_the_cycle_of_the_thesis() {
+    let (flight, ship) = fly(&sea_trial(12.0, &ALL));
+    let topside = ship.program().topside().unwrap();
+    let [used, refused] = topside.tracks()[0].ranges();
+    let ship_error = quantiles(flight.ship_side.iter().filter_map(|side| side.ship).map(|[error_m, _]| error_m));
+    let track_error = quantiles(flight.ship_side.iter().filter_map(|side| side.vehicle).map(|[error_m, _]| error_m));
+    let squares: Vec<f64> = flight.ship_side.iter().filter_map(|side| side.vehicle).map(|[_, square]| square).collect();
+    let mean_square = squares.iter().sum::<f64>() / squares.len() as f64;
+    eprintln!(
+        "12 min in {:.1} s: {} packets, {used} uplink ranges used, {refused} refused, missed {}; vehicle's ranges {}; ship \
+         {ship_error:.2?} m, track {track_error:.2?} m (mean square {mean_square:.2}), vehicle {:.2?} m",
+        flight.wall_s,
+        topside.sent(),
+        ship.missed(),
+        ranges(&flight),
+        vehicle_error(&flight),
+    );
+    // Three downlinks and one uplink in each of 24 cycles but for the first, when nothing is ready.
+    assert!(topside.sent() >= 66, "{}", topside.sent());
+    assert!(used >= 20 && refused <= 2, "{used} {refused}");
+    // three one-way and one two-way range in a cycle
+    assert!(ranges(&flight) >= 80, "{}", ranges(&flight));
+    // fixes of 1.5 m or better
+    assert!(ship_error[0] < 1.5, "{ship_error:?}");
+    // half a minute of dead reckoning at 1 m/s with turns between uplinks
+    assert!(track_error[0] < 5.0, "{track_error:?}");
+}
+
+/// Navigation by each part of the cycle. `cargo test --test ship_end val_ -- --nocapture` prints the table of
+/// docs/results/sea_trial.md.
+#[test]
+fn val_two_way_ranges_alone_navigate() {
+    let parts: [(&str, &[Exchange], bool); 4] = [
+        ("all of the cycle", &ALL, true),
+        ("one-way and two-way", &[Exchange::Downlink, Exchange::TwoWay], true),
+        ("one-way only", &[Exchange::Downlink], true),
+        ("two-way only: no pulse on the vehicle", &[Exchange::Downlink, Exchange::TwoWay], false),
+    ];
+    for (name, exchanges, pulse) in parts {
+        let mut counts = 0;
+        let mut errors = Vec::new();
+        for seed in 1..=3 {
+            let mut scenario = sea_trial(30.0, exchanges);
+            (scenario.settings.acoustics.vehicle_pulse, scenario.settings.seed) = (pulse, seed);
+            let (flight, _) = fly(&scenario);
+            counts += ranges(&flight);
+            errors.push(vehicle_error(&flight));
+            if !pulse {
+                // one ping a cycle, and no range of a clock that is worth nothing
+                assert!((50..=60).contains(&ranges(&flight)), "{}", ranges(&flight));
+            }
+        }
+        let mean = |i: usize| errors.iter().map(|error| error[i]).sum::<f64>() / errors.len() as f64;
+        eprintln!("| {name} | {} | {:.2} | {:.2} |", counts / errors.len(), mean(0), mean(1));
+        assert!(mean(0) < 2.0 && mean(1) < 6.0, "{name}: {errors:?}");
+    }
+}
+
+/// The table of topside's errors in docs/results/sea_trial.md: `cargo test --test ship_end tracks -- --nocapture`.
+#[test]
+fn val_topside_tracks_the_vehicle() {
+    for seed in 1..=3 {
+        let mut scenario = sea_trial(60.0, &ALL);
+        scenario.settings.seed = seed;
+        let (flight, ship) = fly(&scenario);
+        let ship_error = quantiles(flight.ship_side.iter().filter_map(|side| side.ship).map(|[error_m, _]| error_m));
+        let sides: Vec<[f64; 2]> = flight.ship_side.iter().filter_map(|side| side.vehicle).collect();
+        let track = quantiles(sides.iter().map(|[error_m, _]| *error_m));
+        let inside = sides.iter().filter(|[_, square]| *square < 5.991).count() as f64 / sides.len() as f64;
+        let [used, refused] = ship.program().topside().unwrap().tracks()[0].ranges();
+        eprintln!(
+            "| {seed} | {:.0} | {:.1} | {:.2} | {:.2} | {used} | {refused} | {:.2} | {:.2} | {:.1} |",
+            flight.simulated_s,
+            flight.wall_s,
+            ship_error[0],
+            ship_error[1],
+            track[0],
+            track[1],
+            100.0 * inside,
+        );
+        assert!(ship_error[1] < 1.0 && track[0] < 2.0, "{ship_error:?} {track:?}");
+        // the ellipse of 95 % is honest through the turns
+        assert!(inside > 0.93, "{inside}");
+    }
+}
