@@ -114,7 +114,7 @@ fn val_the_vehicle_log_is_what_was_measured() {
         }
     }
     let packets = |log: &Log| -> Vec<LogRow> {
-        log.rows.iter().copied().filter(|row| row.get(Column::Range).is_some()).collect()
+        log.rows.iter().filter(|row| row.get(Column::Range).is_some()).cloned().collect()
     };
     let (found, truth) = (packets(&log), packets(&reference));
     assert!(found.len() >= 5 && truth.len() - found.len() <= 1, "{} of {}", found.len(), truth.len());

@@ -91,7 +91,7 @@ fn declared_effects_are_heeded() {
     let run = Experiment { duration_s: 480.0, ..Experiment::identification(0.012) }.run(6001);
     let mut log = LogWriter::create(&folder.path().join("log.csv")).expect("a log");
     for (row, truth) in run.log.rows.iter().zip(&run.truth.rows) {
-        let mut row = *row;
+        let mut row = row.clone();
         let attitude = Attitude::new(&Vector3::new(truth.state[3], truth.state[4], truth.state[5]));
         let water = attitude.rotation().transpose() * Vector3::new(current[0], current[1], 0.0);
         for (column, water) in [Column::DvlU, Column::DvlV, Column::DvlW].into_iter().zip(water.iter()) {

@@ -2,9 +2,10 @@
 //! many flights. The same app, pump and host link as on any board.
 
 use crate::faults::Flash;
-use backseat_app::parameters::Settings;
+use backseat_app::parameters::{PARAMETER_SCHEMA, PARAMETERS, Parameter, Settings};
 use backseat_app::store::{ParameterFlash, RestartRecord};
 use backseat_app::{App, Health, Progress, Pump};
+use backseat_data::session::Event;
 use backseat_link::{BackseatError, Ports, Reset};
 use backseat_wire::hostlink::Port;
 use std::collections::VecDeque;
@@ -104,18 +105,29 @@ impl InProcess {
         Some(outcome)
     }
 
-    /// Starts again, as the STM32H743 board does.
-    fn start_again(&mut self, Reset { cause, corrupted }: Reset) {
+    /// Starts again, as the STM32H743 board does; what the log of its card would say of it.
+    fn start_again(&mut self, Reset { cause, corrupted }: Reset) -> Vec<Event> {
         let powered_us = self.record.powered_us + self.app.stepped_us().unwrap_or(0);
         let last = self.app.restart_record(&self.record, powered_us);
         self.flash.corrupt(corrupted);
         let (response, record) = RestartRecord::respond(cause, Some(&last));
+        let mut started = vec![Event::Start {
+            firmware: env!("CARGO_PKG_VERSION").to_owned(),
+            parameter_schema: PARAMETER_SCHEMA,
+            restart: record.report(cause),
+            record: last.encode().to_vec(),
+        }];
         self.record = record;
         let mut stored = Settings::DEFAULT;
         let found = self.with_flash(|flash| flash.load(&mut stored).is_ok()) == Some(true);
         *self = Self { flash: std::mem::take(&mut self.flash), record, ..Self::new() };
         self.app.restore(found.then_some(&stored));
         self.app.resume(record.report(cause), &response);
+        if found {
+            let value = |parameter: &Parameter| (parameter.name.to_owned(), parameter.get(&stored));
+            started.push(Event::Parameters(PARAMETERS.iter().map(value).collect()));
+        }
+        started
     }
 }
 
@@ -138,8 +150,7 @@ impl Ports for InProcess {
         Ok(())
     }
 
-    fn reset(&mut self, reset: Reset) -> Result<(), BackseatError> {
-        self.start_again(reset);
-        Ok(())
+    fn reset(&mut self, reset: Reset) -> Result<Vec<Event>, BackseatError> {
+        Ok(self.start_again(reset))
     }
 }

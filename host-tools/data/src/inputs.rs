@@ -31,7 +31,7 @@ pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> 
     let mut samples: Vec<(u64, Sample)> = Vec::new();
     let mut rows = Vec::with_capacity(log.rows.len());
     for row in &log.rows {
-        let mut rest = *row;
+        let mut rest = row.clone();
         for (sample, first, count) in samples_of(row) {
             samples.push(mounted(Stamp::Arrival(row.time_us), sample, installation));
             rest.set_all(first, &[f64::NAN; 3][..count]);
@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn samples_whose_arm_cannot_be_corrected_are_left_out_and_counted() {
         let mut log = Log::default();
-        log.rows.push(*LogRow::new(1_000_000).set_all(Column::DvlU, &[1.0, 0.0, 0.0]));
+        log.rows.push(LogRow::new(1_000_000).set_all(Column::DvlU, &[1.0, 0.0, 0.0]).clone());
         let installation = Installation { dvl_arm_m: [0.5, 0.0, 0.0], ..Installation::DEFAULT };
         let centred = at_centre(&log, &installation);
         assert!(centred.rows.is_empty() && centred.notes.iter().any(|note| note.starts_with("1 samples left out")));

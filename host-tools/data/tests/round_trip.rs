@@ -58,7 +58,7 @@ fn an_interrupted_run_leaves_a_readable_log() {
     // Enough for a block to reach the file, whose last line must be whole.
     let many: Vec<LogRow> = rows().into_iter().cycle().take(500).collect();
     for (k, row) in many.iter().cycle().take(20_000).enumerate() {
-        let mut row = *row;
+        let mut row = row.clone();
         row.time_us = k as u64 * 10_000;
         writer.write(&row).unwrap();
     }

@@ -322,7 +322,12 @@ impl<P: Ports> Client<P> {
     /// # Errors
     /// When it cannot be reset from here.
     pub fn reset(&mut self, reset: Reset) -> Result<(), BackseatError> {
-        self.ports.reset(reset)?;
+        self.tape.write_heard()?;
+        // the board's time begins anew
+        self.tape.set_time(0);
+        for event in self.ports.reset(reset)? {
+            self.tape.write(event)?;
+        }
         self.decoder = Decoder::new();
         self.unread.clear();
         self.ahead.iter_mut().for_each(Vec::clear);

@@ -21,6 +21,7 @@ pub use serial::Serial;
 pub use tap::Tap;
 
 use backseat_data::DataError;
+use backseat_data::session::Event;
 use backseat_wire::hostlink::{Port, Refusal, ResetCause};
 use std::io;
 use std::process::ExitStatus;
@@ -118,11 +119,12 @@ pub trait Ports {
     /// When the backseat is gone.
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError>;
 
-    /// Resets the board: what is not in its memory is forgotten.
+    /// Resets the board: what is not in its memory is forgotten. Returns what a session needs to do it again: the start
+    /// and the parameters that the board found.
     ///
     /// # Errors
     /// When that is not in this program's power.
-    fn reset(&mut self, _: Reset) -> Result<(), BackseatError> {
+    fn reset(&mut self, _: Reset) -> Result<Vec<Event>, BackseatError> {
         Err(BackseatError::CannotReset)
     }
 }
@@ -140,7 +142,7 @@ impl<P: Ports + ?Sized> Ports for Box<P> {
         (**self).poll(port, received)
     }
 
-    fn reset(&mut self, reset: Reset) -> Result<(), BackseatError> {
+    fn reset(&mut self, reset: Reset) -> Result<Vec<Event>, BackseatError> {
         (**self).reset(reset)
     }
 }

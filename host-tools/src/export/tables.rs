@@ -64,7 +64,7 @@ impl Tables {
         match &found.what {
             What::Measured(row) => {
                 let place = self.waiting.partition_point(|earlier| earlier.time_us <= row.time_us);
-                self.waiting.insert(place, **row);
+                self.waiting.insert(place, (*row).clone());
                 self.newest_us = self.newest_us.max(row.time_us);
                 if self.waiting[0].time_us + 2 * ORDER_US < self.newest_us {
                     self.write_until(self.newest_us - ORDER_US)?;

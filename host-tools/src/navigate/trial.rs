@@ -115,7 +115,7 @@ fn beside(log: &Log, other: &Log, path: &Path, is_ship: bool) -> anyhow::Result<
     let shift_us = other_start_us - start_us;
     let [north_m, east_m] = importers::local_m(origin_deg, other_origin_deg);
     let moved = other.rows.iter().map(|row| {
-        let mut row = *row;
+        let mut row = row.clone();
         for (column, shift) in
             [(Column::GpsX, north_m), (Column::GpsY, east_m), (Column::ShipX, north_m), (Column::ShipY, east_m)]
         {

@@ -64,6 +64,11 @@ impl Replay {
         if !replay.stored.is_empty() {
             replay.app.restore(None);
         }
+        if survey.has_key {
+            let note = "the board had a key of the acoustic payloads, which no log holds: packets that it refused as \
+                        forged are used here, and an abort is not heeded";
+            replay.outcome.notes.push(note.to_owned());
+        }
         replay
     }
 
@@ -114,6 +119,12 @@ impl Replay {
             let note = format!("the board had firmware {firmware}; this program has {}", env!("CARGO_PKG_VERSION"));
             self.outcome.notes.push(note);
         }
+        if self.lockstep {
+            // a simulator resets its board under way: what was sent until now is complete
+            self.input(self.time_us);
+            self.comparison.start_again(self.time_us);
+        }
+        self.time_us = 0;
         *self.app = App::new();
         // the board has a memory for parameters
         self.app.restore(None);

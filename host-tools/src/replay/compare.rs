@@ -84,6 +84,12 @@ impl Comparison {
         None
     }
 
+    /// The board starts again: what it had not sent whole by then is gone.
+    pub fn start_again(&mut self, time_us: u64) {
+        self.finish(time_us);
+        (self.devices, self.host) = Default::default();
+    }
+
     /// The log is at its end: what it still has, the replay lacks.
     pub fn finish(&mut self, time_us: u64) {
         if self.difference.is_some() {

@@ -39,6 +39,8 @@ pub struct Survey {
     /// Telemetry, step by step.
     pub reported: Vec<ReportedStep>,
     pub has_parameters: bool,
+    /// The board had a key of the acoustic payloads, or was given one: no log holds it.
+    pub has_key: bool,
 }
 
 /// Requests and answers of the host link, as they passed.
@@ -49,6 +51,8 @@ struct Listener {
     /// Requests that will be answered by "done" or a refusal.
     unanswered: usize,
     storing: bool,
+    /// The key may come, which no log holds.
+    key_expected: bool,
     step_us: Option<u64>,
 }
 
@@ -78,6 +82,7 @@ impl Listener {
         while let Some(frame) = self.to_board.feed(&mut bytes) {
             match frame.and_then(|frame| frame.message()) {
                 Ok(ToBoard::ParameterStore) => self.storing = true,
+                Ok(ToBoard::KeyBegin) => self.key_expected = true,
                 Ok(
                     ToBoard::ParameterBegin
                     | ToBoard::ParameterSet { .. }
@@ -112,11 +117,16 @@ impl Listener {
                         survey.stored.push_back(Stored { after_us: Some(time_us), kept });
                     }
                 }
+                FromBoard::Key { set } => survey.has_key |= set,
                 FromBoard::Done | FromBoard::Refused(_) if self.unanswered > 0 => self.unanswered -= 1,
                 FromBoard::Done | FromBoard::Refused(Refusal::StoreFailed) if self.storing => {
                     self.storing = false;
                     let kept = message == FromBoard::Done;
                     survey.stored.push_back(Stored { after_us: self.step_us, kept });
+                }
+                FromBoard::Done if self.key_expected => {
+                    self.key_expected = false;
+                    survey.has_key = true;
                 }
                 // the request to store was refused at once
                 FromBoard::Refused(_) => self.storing = false,

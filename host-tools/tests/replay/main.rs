@@ -3,5 +3,6 @@
 mod board_log;
 mod flown;
 mod recorded;
+mod reset;
 mod sim;
 mod to_ports;

@@ -69,6 +69,8 @@ pub struct Facts {
     pub depth_jump_m: f64,
     /// By how much it has drifted off what pitch and speed make of depth, m.
     pub depth_drift_m: f64,
+    /// The same of the last minute and a half, m.
+    pub depth_recent_m: f64,
     /// There is a fix of the antenna.
     pub has_fix: bool,
     pub leak: bool,
@@ -100,7 +102,10 @@ struct Rung {
     broken: fn(&Facts, &SafetyLimits) -> bool,
 }
 
-const RUNGS: usize = 17;
+const RUNGS: usize = 18;
+
+/// Of the largest drift of pressure, what may come in a minute and a half.
+const RECENT_SHARE: f64 = 0.5;
 
 /// The ladder: the first limit that is broken for long enough decides.
 #[rustfmt::skip] // a limit a row
@@ -119,6 +124,7 @@ static LADDER: [Rung; RUNGS] = {
         rung(R::TooLow,          StopAndRise, |_| 1.0,  |f, l| f.depth_m > ALTITUDE_FROM_M && f.altitude_m.is_some_and(|m| m - f.soon(0.0) < l.altitude_min_m)),
         rung(R::DepthDoubtful,   StopAndRise, |_| 1.0,  |f, l| f.depth_jump_m > l.depth_jump_m),
         rung(R::DepthDoubtful,   StopAndRise, |_| 1.0,  |f, l| f.depth_drift_m.abs() > l.depth_drift_m),
+        rung(R::DepthDoubtful,   StopAndRise, |_| 1.0,  |f, l| f.depth_recent_m.abs() > RECENT_SHARE * l.depth_drift_m),
         rung(R::DepthDoubtful,   StopAndRise, |_| 10.0, |f, _| f.has_fix && f.pressure_m > FIX_DEPTH_M),
         rung(R::PitchExceeded,   StopAndRise, |_| 3.0,  |f, l| f.pitch_rad.abs() > l.pitch_max_rad),
         rung(R::SpeedExceeded,   StopAndRise, |_| 5.0,  |f, l| f.speed_mps.abs() > l.speed_max_mps),
@@ -246,6 +252,7 @@ mod tests {
         outside_polygon: false,
         depth_jump_m: 0.0,
         depth_drift_m: 0.5,
+        depth_recent_m: 0.5,
         has_fix: false,
         leak: false,
         charge_percent: Some(80.0),
@@ -278,7 +285,8 @@ mod tests {
             (Facts { altitude_m: Some(0.9), ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
             (Facts { altitude_m: Some(2.0), sink_mps: 0.6, ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
             (Facts { depth_jump_m: 2.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
-            (Facts { depth_drift_m: -10.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
+            (Facts { depth_drift_m: -6.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
+            (Facts { depth_recent_m: -3.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
             (Facts { has_fix: true, ..GOOD }, 100, ModeReason::DepthDoubtful, StopAndRise),
             (Facts { pitch_rad: -1.1, ..GOOD }, 30, ModeReason::PitchExceeded, StopAndRise),
             (Facts { speed_mps: 4.1, ..GOOD }, 50, ModeReason::SpeedExceeded, StopAndRise),

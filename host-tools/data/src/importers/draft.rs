@@ -384,7 +384,7 @@ mod tests {
         let map = "[time]\ncolumn = \"t\"\n[columns]\n[quaternion]\ncolumns = [\"w\", \"x\", \"y\", \"z\"]\nframes = \"enu-flu\"\n\
             [constants]\nprop_rpm = 900.0\n";
         let map = ColumnMap::parse(map, Path::new("m.toml")).unwrap();
-        let row = read_mapped(&path, &map).unwrap().log.rows[0];
+        let row = read_mapped(&path, &map).unwrap().log.rows[0].clone();
         let euler = row.attitude_rad().unwrap();
         for (found, expected) in euler.iter().zip([0.0, 10.0_f64.to_radians(), 45.0_f64.to_radians()]) {
             assert!((found - expected).abs() < 1e-12, "{euler:?}");

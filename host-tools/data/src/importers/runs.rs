@@ -133,13 +133,14 @@ mod tests {
         assert_eq!((log.rows[1].time_us, log.rows[1].get(Column::RefEast)), (1_000_000, Some(2.0)));
         assert_eq!(log.rows[1].dvl_mps(), Some([2.0, 0.1, 0.0]));
         let ship = "run,t_s,x_m,u_mps,y_m,v_mid_mps,heading_rad,r_radps,prop_rps,rudder_rad\nz,0,1,0.5,2,0.1,0.2,0.01,8,-0.3\n";
-        let row = import(ship).unwrap().log.rows[0];
+        let row = import(ship).unwrap().log.rows[0].clone();
         assert_eq!(
             (row.get(Column::PropRpm), row.get(Column::Rudder), row.gnss_m()),
             (Some(480.0), Some(-0.3), Some([1.0, 2.0]))
         );
-        let row =
-            import("t_s,vx_mps,vy_mps,cmd_left,cmd_right\n0,0.3,0.4,,\n0.1,0.3,0.4,0.5,0.6\n").unwrap().log.rows[1];
+        let row = import("t_s,vx_mps,vy_mps,cmd_left,cmd_right\n0,0.3,0.4,,\n0.1,0.3,0.4,0.5,0.6\n").unwrap().log.rows
+            [1]
+        .clone();
         assert_eq!((row.get(Column::ThrusterRight), row.get(Column::Mass)), (Some(0.6), Some(28.0)));
     }
 }

@@ -390,7 +390,7 @@ mod tests {
         // the synthetic set of firmware/wire/tests/vectors/pd6.txt: 1.25 m/s forward
         let log = "12.5 :SA, +1.25, -0.40,310.20\n12.5 :TS,26112012000100,35.0,+15.2,   3.2,1506.1,  0\n\
             12.5 :BI,   +12, +1250,    -4,    +1,A\n12.5 :BD,       -12.30,       +10.40,        +0.20,  10.40,  0.00\n";
-        let row = import(log).unwrap().log.rows[0];
+        let row = import(log).unwrap().log.rows[0].clone();
         assert_eq!(row.dvl_mps(), Some([1.25, 0.012, 0.004]));
         assert_eq!(row.get(Column::Depth), Some(3.2));
     }

@@ -22,38 +22,81 @@ use std::path::PathBuf;
 pub const RADPS_PER_RPM: f64 = PI / 30.0;
 
 /// One row of a vehicle log: a time and the samples taken then.
-#[derive(Clone, Copy)]
+///
+/// Most rows have a few of the columns: only these take memory, so that a log of ten million rows fits in 2 GB.
+#[derive(Clone, PartialEq)]
 pub struct LogRow {
     /// Time, µs.
     pub time_us: u64,
-    /// NaN where there is no sample; never NaN otherwise.
-    values: [f64; Column::COUNT],
+    /// A bit for each column with a sample.
+    present: u64,
+    /// Its samples, in the order of the columns; none is NaN.
+    values: Vec<f64>,
 }
+
+const _: () = assert!(Column::COUNT <= u64::BITS as usize);
 
 impl LogRow {
     /// A row without samples.
     #[must_use]
     pub const fn new(time_us: u64) -> Self {
-        Self { time_us, values: [f64::NAN; Column::COUNT] }
+        Self { time_us, present: 0, values: Vec::new() }
+    }
+
+    /// A row with a value for each column, NaN where there is no sample.
+    fn of(time_us: u64, values: &[f64; Column::COUNT]) -> Self {
+        let mut row = Self::new(time_us);
+        row.values.reserve_exact(values.iter().filter(|value| !value.is_nan()).count());
+        for (column, value) in values.iter().enumerate() {
+            row.put(column, *value);
+        }
+        row
+    }
+
+    /// Whether a column has a sample, and where it stands, or would stand.
+    fn place(&self, column: usize) -> (bool, usize) {
+        let bit = 1_u64 << column;
+        (self.present & bit != 0, (self.present & (bit - 1)).count_ones() as usize)
+    }
+
+    fn at(&self, column: usize) -> Option<f64> {
+        let (present, place) = self.place(column);
+        if present { self.values.get(place).copied() } else { None }
+    }
+
+    fn put(&mut self, column: usize, value: f64) {
+        let (present, place) = self.place(column);
+        match (present, value.is_nan()) {
+            (true, false) => self.values[place] = value,
+            (true, true) => {
+                self.values.remove(place);
+                self.present &= !(1 << column);
+            }
+            (false, false) => {
+                self.values.reserve_exact(1);
+                self.values.insert(place, value);
+                self.present |= 1 << column;
+            }
+            (false, true) => {}
+        }
     }
 
     /// The sample of a column, in the unit of its name.
     #[must_use]
     pub fn get(&self, column: Column) -> Option<f64> {
-        let value = self.values[column as usize];
-        (!value.is_nan()).then_some(value)
+        self.at(column as usize)
     }
 
     /// Sets the sample of a column (NaN: no sample).
     pub fn set(&mut self, column: Column, value: f64) -> &mut Self {
-        self.values[column as usize] = value;
+        self.put(column as usize, value);
         self
     }
 
     /// Sets the samples of consecutive columns, `first` and those after it.
     pub fn set_all(&mut self, first: Column, values: &[f64]) -> &mut Self {
-        for (slot, value) in self.values[first as usize..].iter_mut().zip(values) {
-            *slot = *value;
+        for (column, value) in (first as usize..Column::COUNT).zip(values) {
+            self.put(column, *value);
         }
         self
     }
@@ -61,12 +104,15 @@ impl LogRow {
     /// Whether no column has a sample.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.values.iter().all(|value| value.is_nan())
+        self.present == 0
     }
 
     fn group<const N: usize>(&self, first: Column) -> Option<[f64; N]> {
-        let values: [f64; N] = self.values[first as usize..][..N].try_into().ok()?;
-        (!values.iter().any(|value| value.is_nan())).then_some(values)
+        let mut group = [0.0; N];
+        for (column, value) in (first as usize..).zip(&mut group) {
+            *value = self.at(column)?;
+        }
+        Some(group)
     }
 
     /// Commanded propeller and fins; `None` unless all five are there.
@@ -141,14 +187,6 @@ impl std::fmt::Debug for LogRow {
             }
         }
         debug.finish()
-    }
-}
-
-impl PartialEq for LogRow {
-    /// Rows are equal when their samples are; two missing samples are equal.
-    fn eq(&self, other: &Self) -> bool {
-        self.time_us == other.time_us
-            && self.values.iter().zip(&other.values).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
     }
 }
 

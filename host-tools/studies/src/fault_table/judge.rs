@@ -19,8 +19,8 @@ const ROW: u32 = 10;
 /// ... over at least this time, µs, and the mode must not be `navigating`: the two seconds that a fish or a wave may
 /// last, and a few steps.
 const ROW_US: u64 = 2_500_000;
-/// Missions of the table are flown at 3 m; deeper than this the vehicle is no longer steered, m.
-const DEEPEST_M: f64 = 10.0;
+/// Missions of the table are flown at 3 m: that, `safety.depth_below_leg_m` (5 m), and 1 m, m.
+const DEEPEST_M: f64 = 9.0;
 /// A step does not propagate a variance by this factor; a covariance that was scaled to fit does.
 const JUMP: f64 = 2.0;
 
@@ -89,6 +89,7 @@ pub struct Judge {
     end_error_m: Option<f64>,
     ratios: [f64; 2],
     deepest_m: f64,
+    steered_deepest_m: f64,
     /// Horizontally, in depth.
     silence: [Silence; 2],
     navigating_us: u64,
@@ -119,6 +120,8 @@ pub struct JudgedFlight {
     pub navigating: f64,
     /// Deepest point of the true track, m.
     pub deepest_m: f64,
+    /// The same while a mission was under way, m.
+    pub steered_deepest_m: f64,
     /// Modes from the first fault on.
     pub spells: Vec<Spell>,
     /// When the first fault began, µs.
@@ -151,6 +154,7 @@ impl Judge {
             end_error_m: None,
             ratios: [0.0; 2],
             deepest_m: 0.0,
+            steered_deepest_m: 0.0,
             silence: Default::default(),
             navigating_us: 0,
             steered_us: 0,
@@ -182,6 +186,9 @@ impl Judge {
             return;
         };
         let mission = telemetry.leg.is_some();
+        if mission {
+            self.steered_deepest_m = self.steered_deepest_m.max(step.truth.state[2]);
+        }
         self.commands.hear(step.time_us, step.to_frontseat, mission);
         self.leg = self.leg.max(telemetry.leg);
         self.frames = telemetry.rejected_frames;
@@ -283,6 +290,7 @@ impl Judge {
             end_error_m: self.end_error_m.unwrap_or(f64::NAN),
             ratios: self.ratios,
             deepest_m: self.deepest_m,
+            steered_deepest_m: self.steered_deepest_m,
             silent_s: self.silence.each_ref().map(Silence::most_s),
             navigating: self.navigating_us as f64 / self.steered_us.max(1) as f64,
             spells: self.spells.iter().copied().filter(|s| s.from_us + s.length_us > self.fault_us).collect(),
@@ -338,7 +346,8 @@ impl JudgedFlight {
                 check(silent_s <= SILENT_S, format!("beyond 3 sigmas{what} for {silent_s:.0} s of 600 s, silently"));
             }
         }
-        check(self.deepest_m <= DEEPEST_M, format!("{:.0} m deep", self.deepest_m));
+        let deepest_m = if limits.sinks.is_some() { self.steered_deepest_m } else { self.deepest_m };
+        check(deepest_m <= DEEPEST_M, format!("{deepest_m:.1} m deep"));
         let end = self.end;
         check(limits.mission == End::Any || end == limits.mission, format!("mission {}", name(&end)));
         if end == End::Ended {

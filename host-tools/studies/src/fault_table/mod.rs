@@ -19,4 +19,4 @@ pub use commands::CommandWatch;
 pub use judge::{Judge, JudgedFlight, Spell};
 pub use random::drawn;
 pub use rows::{Row, fly, rows};
-pub use table::{Summary, markdown, share, to_json};
+pub use table::{Summary, drawn_markdown, markdown, share, to_json};

@@ -149,6 +149,7 @@ fn draw(index: usize, seed: u64) -> anyhow::Result<Row> {
         end_error_m: None,
         mission: End::Any,
         reasons: Vec::new(),
+        sinks: None,
         unrevealable: None,
     };
     Ok(Row { name, scenario, limits })

@@ -73,6 +73,7 @@ built_in! {
     "depth_feet"
     "depth_metres"
     "flooding"
+    "flooding_little"
     "gnss_jump_20s"
     "gnss_jump"
     "packet_late"
@@ -81,6 +82,7 @@ built_in! {
     "packet_wrong_source"
     "packet_forged"
     "packet_replayed"
+    "packet_abort"
     "packet_wrong_second"
     "multipath"
     "modem_clock_step"
@@ -170,6 +172,7 @@ fn failed(seed: u64, why: &str) -> JudgedFlight {
         end_error_m: f64::NAN,
         ratios: [f64::NAN; 2],
         deepest_m: f64::NAN,
+        steered_deepest_m: f64::NAN,
         silent_s: [f64::NAN; 2],
         navigating: f64::NAN,
         spells: Vec::new(),

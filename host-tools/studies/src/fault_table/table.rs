@@ -166,6 +166,13 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
         let injected = if faults.is_empty() { "nothing".to_owned() } else { format!("`{}`", faults.join("`, `")) };
         let _ = writeln!(text, "- **{}**: {injected}. {}", row.name, row.limits.why);
     }
+    let sinks = summaries.iter().filter_map(|Summary { row, .. }| Some((&row.name, row.limits.sinks.as_ref()?)));
+    for (k, (name, why)) in sinks.enumerate() {
+        if k == 0 {
+            text += "\n## What sinks whatever is commanded\n\n";
+        }
+        let _ = writeln!(text, "- **{name}**: {why}");
+    }
     let hidden =
         summaries.iter().filter_map(|Summary { row, .. }| Some((&row.name, row.limits.unrevealable.as_ref()?)));
     for (k, (name, why)) in hidden.enumerate() {
@@ -174,6 +181,30 @@ pub fn markdown(summaries: &[Summary], made_by: &str) -> String {
         }
         let _ = writeln!(text, "- **{name}**: {why}");
     }
+    text
+}
+
+/// The section of drawn rows.
+#[must_use]
+pub fn drawn_markdown(summaries: &[Summary], made_by: &str) -> String {
+    let mut text = format!("\n## Combinations drawn by a seed\n\nMade by `{made_by}`. {}\n\n", share(summaries));
+    text += "Two or three faults and undeclared effects at a time, with sizes from what nobody notices to what nobody \
+             misses. Only the rules that hold for every row are judged.\n\n";
+    let mut table = markdown_table(["drawn", "silent, in depth [s]", "error max [m]", "deepest [m]", "navigating", ""]);
+    for Summary { row, outcomes } in summaries {
+        for flight in outcomes {
+            let [silent_s, deep_s] = flight.silent_s;
+            table.add_row([
+                row.name.clone(),
+                format!("{silent_s:.0}, {deep_s:.0}"),
+                format!("{:.1}", flight.error_m[1]),
+                format!("{:.1}", flight.deepest_m),
+                format!("{:.0} %", 100.0 * flight.navigating),
+                flight.violations.join("; "),
+            ]);
+        }
+    }
+    text += &format!("{table}\n");
     text
 }
 
@@ -200,7 +231,7 @@ by one against angle, rate, speed, acceleration and timeout. (u): see the last s
 A row passes when every flight keeps the row's limits and these rules: no panic; every command within limits and rates, none without
 a mission, each with a timeout of 2 s at most; never more than 120 s of 600 s, in a mode that steers, with an error beyond three own sigmas horizontally or in depth (but for
 (u)); not `navigating` after ten rejections of a source in a row; no source taken back with a covariance scaled to fit, unless a fix
-came between; no deeper than 10 m in missions at 3 m; the same digest when flown again (first seed).
+came between; no deeper than 9 m in missions at 3 m (`safety.depth_below_leg_m` and 1 m; where the row says that the vehicle sinks whatever is commanded: until the mission's end); the same digest when flown again (first seed).
 ";
 
 /// Everything, for scripts.
@@ -217,7 +248,7 @@ pub fn to_json(summaries: &[Summary]) -> Value {
             .collect();
         json!({
             "seed": outcome.seed, "median_m": outcome.error_m[0], "max_m": outcome.error_m[1], "end_m": outcome.end_error_m,
-            "error_over_sigma": {"navigating": outcome.ratios[0], "any": outcome.ratios[1]}, "deepest_m": outcome.deepest_m, "silent_s": {"horizontal": outcome.silent_s[0], "depth": outcome.silent_s[1]}, "navigating_share": outcome.navigating, "modes": modes, "alarms": outcome.alarms,
+            "error_over_sigma": {"navigating": outcome.ratios[0], "any": outcome.ratios[1]}, "deepest_m": outcome.deepest_m, "deepest_steered_m": outcome.steered_deepest_m, "silent_s": {"horizontal": outcome.silent_s[0], "depth": outcome.silent_s[1]}, "navigating_share": outcome.navigating, "modes": modes, "alarms": outcome.alarms,
             "commands": {"steering": outcome.commands[0], "neutral": outcome.commands[1], "stop": outcome.commands[2]},
             "mission": name(&outcome.end), "digest": format!("{:016x}", outcome.digest), "violations": outcome.violations,
         })

@@ -269,7 +269,7 @@ fn submerged(log: &Log, truth: &Truth) -> Log {
     let deep = |row: &&backseat_data::TruthRow| row.state[2] > SUBMERGED_M;
     let from = truth.rows.iter().find(deep).map_or(0, |row| row.time_us);
     let to = truth.rows.iter().rfind(deep).map_or(0, |row| row.time_us);
-    let rows = log.rows.iter().filter(|row| (from..=to).contains(&row.time_us)).copied().collect();
+    let rows = log.rows.iter().filter(|row| (from..=to).contains(&row.time_us)).cloned().collect();
     Log { rows, notes: Vec::new(), ..log.clone() }
 }
 
