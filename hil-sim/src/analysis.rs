@@ -210,7 +210,8 @@ pub fn of_run(name: &'static str, run: &FilterRun, truth: &Truth) -> Option<Conf
 }
 
 fn compass_and_dvl(log: &Log, truth: &Truth) -> Option<Configuration> {
-    let positions = dead_reckoning::run(log, dead_reckoning::Method::CompassDvl).ok()?;
+    let positions =
+        dead_reckoning::run(log, dead_reckoning::Method::CompassDvl, &backseat_core::effects::EffectSet::NONE).ok()?;
     let mut track: Vec<Estimate> = Vec::new();
     for position in positions {
         // The truth stands at whole seconds; the DVL's next sample is less than its period away.

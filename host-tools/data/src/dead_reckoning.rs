@@ -2,6 +2,7 @@
 
 use crate::log::{Column, Log, LogRow};
 use crate::{DataError, Truth};
+use backseat_core::effects::{EffectSet, ParameterId};
 use backseat_core::state::{X, Y};
 
 /// Longest step that is integrated, s: across a longer gap the position stands still.
@@ -25,11 +26,12 @@ pub struct Position {
     pub position_m: [f64; 2],
 }
 
-/// Sums up velocity from the log's first fix of the vehicle; later fixes are withheld.
+/// Sums up velocity from the log's first fix of the vehicle; later fixes are withheld. Of the declared effects those of
+/// compass, speed and current count.
 ///
 /// # Errors
 /// If the log has no fix, or no heading and velocity after it.
-pub fn run(log: &Log, method: Method) -> Result<Vec<Position>, DataError> {
+pub fn run(log: &Log, method: Method, effects: &EffectSet) -> Result<Vec<Position>, DataError> {
     let fail = |message: &str| DataError::file(&log.path, format!("dead reckoning cannot start: {message}"));
     let (first, fix) = log
         .rows
@@ -39,12 +41,13 @@ pub fn run(log: &Log, method: Method) -> Result<Vec<Position>, DataError> {
         .ok_or_else(|| fail("no fix of the vehicle (gps_x_m, gps_y_m)"))?;
     let start_us = log.rows[first].time_us;
     let mut positions = vec![Position { time_us: start_us, position_m: fix }];
+    let corrections = Corrections::new(effects);
     let mut attitude = Attitude::default();
     // Velocity over ground of the previous sample, north and east.
     let mut previous: Option<[f64; 2]> = None;
     for row in &log.rows {
         attitude.update(row);
-        let Some(velocity) = attitude.velocity(row, method) else { continue };
+        let Some(velocity) = attitude.velocity(row, method, &corrections) else { continue };
         if row.time_us <= start_us {
             previous = Some(velocity);
             continue;
@@ -86,8 +89,8 @@ impl Attitude {
     }
 
     /// North and east velocity of a row that measures one.
-    fn velocity(&self, row: &LogRow, method: Method) -> Option<[f64; 2]> {
-        let (sin_psi, cos_psi) = self.heading_rad?.sin_cos();
+    fn velocity(&self, row: &LogRow, method: Method, corrections: &Corrections) -> Option<[f64; 2]> {
+        let (sin_psi, cos_psi) = corrections.heading_rad(self.heading_rad?, method).sin_cos();
         let [ahead, right] = match method {
             Method::HeadingSpeed => [row.get(Column::SpeedLog)?, 0.0],
             Method::CompassDvl => {
@@ -98,7 +101,48 @@ impl Attitude {
                 [u * cos_theta + (v * sin_phi + w * cos_phi) * sin_theta, v * cos_phi - w * sin_phi]
             }
         };
-        Some([ahead * cos_psi - right * sin_psi, ahead * sin_psi + right * cos_psi])
+        let [north, east] = match method {
+            Method::HeadingSpeed => corrections.current_mps,
+            // Bottom track has it.
+            Method::CompassDvl => [0.0; 2],
+        };
+        let (ahead, right) = (ahead / corrections.scale, right / corrections.scale);
+        Some([ahead * cos_psi - right * sin_psi + north, ahead * sin_psi + right * cos_psi + east])
+    }
+}
+
+/// Declared effects on compass, speed and way.
+struct Corrections {
+    /// Constant, sine and cosine of the compass error, rad.
+    compass_rad: [f64; 3],
+    /// Measured over true speed.
+    scale: f64,
+    /// The DVL is turned to starboard by this, rad.
+    turned_rad: f64,
+    current_mps: [f64; 2],
+}
+
+impl Corrections {
+    fn new(effects: &EffectSet) -> Self {
+        let value = |effect, parameter| ParameterId::find(effect, parameter).map_or(0.0, |id| effects.get(id));
+        Self {
+            compass_rad: ["const_rad", "sin_rad", "cos_rad"].map(|name| value("heading_bias", name)),
+            scale: 1.0 + value("dvl_scale", "ratio"),
+            turned_rad: value("dvl_misalignment", "yaw_rad"),
+            current_mps: ["north_mps", "east_mps"].map(|name| value("water_current", name)),
+        }
+    }
+
+    /// The direction along which the measured velocity points.
+    fn heading_rad(&self, measured_rad: f64, method: Method) -> f64 {
+        let [constant, sine, cosine] = self.compass_rad;
+        // The error depends on the true heading: small, so that a few steps find it.
+        let mut heading_rad = measured_rad;
+        for _ in 0..4 {
+            let (sin, cos) = heading_rad.sin_cos();
+            heading_rad = measured_rad - (constant + sine * sin + cosine * cos);
+        }
+        heading_rad + if method == Method::CompassDvl { self.turned_rad } else { 0.0 }
     }
 }
 
@@ -150,13 +194,39 @@ mod tests {
     #[test]
     fn val_straight_line() {
         let log = eastward();
-        let positions = run(&log, Method::CompassDvl).unwrap();
+        let positions = run(&log, Method::CompassDvl, &EffectSet::NONE).unwrap();
         let end = positions.last().unwrap().position_m;
         assert!((end[0] - 5.0).abs() < 1e-9 && (end[1] - 100.0).abs() < 1e-9, "{end:?}"); // rounding of 100 sums
-        let positions = run(&log, Method::HeadingSpeed).unwrap();
+        let positions = run(&log, Method::HeadingSpeed, &EffectSet::NONE).unwrap();
         let errors = errors_against_fixes(&positions, &log);
         assert_eq!(errors.len(), 2);
         assert!((errors[0].1 - 5.0).abs() < 1e-9 && (errors[1].1 - 10.0).abs() < 1e-9, "{errors:?}");
+    }
+
+    #[test]
+    fn val_declared_effects_bring_the_vehicle_to_its_fixes() {
+        let mut log = eastward();
+        // The compass reads 0.2 rad too much at east, the speed log 10 % too much; a current of 0.1 m/s to the south.
+        for row in &mut log.rows {
+            let second = row.time_us as f64 * 1e-6;
+            row.set(Column::Heading, FRAC_PI_2 + 0.2);
+            if row.gnss_m().is_some() {
+                row.set_all(Column::GpsX, &[5.0 - 0.1 * second, second]);
+            }
+        }
+        let mut effects = EffectSet::NONE;
+        for (effect, parameter, value) in [
+            ("heading_bias", "const_rad", 0.05),
+            ("heading_bias", "sin_rad", 0.15),
+            ("dvl_scale", "ratio", 0.1),
+            ("water_current", "north_mps", -0.1),
+        ] {
+            effects.set(ParameterId::find(effect, parameter).unwrap(), value);
+        }
+        let errors = errors_against_fixes(&run(&log, Method::HeadingSpeed, &effects).unwrap(), &log);
+        assert!(errors.iter().all(|(_, error)| *error < 1e-6), "{errors:?}");
+        let plain = errors_against_fixes(&run(&log, Method::HeadingSpeed, &EffectSet::NONE).unwrap(), &log);
+        assert!(plain[1].1 > 20.0, "{plain:?}");
     }
 
     #[test]
@@ -166,7 +236,7 @@ mod tests {
         for row in &mut log.rows {
             row.set(Column::Pitch, pitch);
         }
-        let end = run(&log, Method::CompassDvl).unwrap().last().unwrap().position_m;
+        let end = run(&log, Method::CompassDvl, &EffectSet::NONE).unwrap().last().unwrap().position_m;
         assert!((end[1] - 100.0 * pitch.cos()).abs() < 1e-9); // rounding of 100 sums
     }
 
@@ -176,7 +246,7 @@ mod tests {
         for row in &mut log.rows {
             row.set(Column::SpeedLog, f64::NAN);
         }
-        assert!(run(&log, Method::HeadingSpeed).unwrap_err().to_string().contains("speed"));
-        assert!(run(&Log::default(), Method::CompassDvl).unwrap_err().to_string().contains("no fix"));
+        assert!(run(&log, Method::HeadingSpeed, &EffectSet::NONE).unwrap_err().to_string().contains("speed"));
+        assert!(run(&Log::default(), Method::CompassDvl, &EffectSet::NONE).unwrap_err().to_string().contains("no fix"));
     }
 }

@@ -261,7 +261,9 @@ fn plan(settings: &Settings, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<S
 
 fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Estimate> {
     Ok(match plan {
-        Plan::DeadReckoning(method) => Estimate::DeadReckoning(dead_reckoning::run(log, *method)?),
+        Plan::DeadReckoning(method) => {
+            Estimate::DeadReckoning(dead_reckoning::run(log, *method, &vehicle.effects.set)?)
+        }
         Plan::Filter(options) => {
             let progress = Progress::new("filter", log.rows.len());
             let run = filter::run_with_progress(log, vehicle, options, |row| progress.set(row))?;

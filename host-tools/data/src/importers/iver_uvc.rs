@@ -137,7 +137,8 @@ mod tests {
         for part in ["recognised: t_s", "motor_cmd", "fin_yaw_t", "power_W (not part", "lat_deg, lon_deg (north_m"] {
             assert!(notes.contains(part), "{part} in {notes}");
         }
-        let positions = dead_reckoning::run(&imported.log, Method::HeadingSpeed).unwrap();
+        let positions =
+            dead_reckoning::run(&imported.log, Method::HeadingSpeed, &backseat_core::effects::EffectSet::NONE).unwrap();
         let errors = dead_reckoning::errors_against_fixes(&positions, &imported.log);
         assert!((errors.last().unwrap().1 - 0.02_f64.sqrt()).abs() < 1e-9); // rounding: 0.1 m off in both axes
     }

@@ -360,7 +360,7 @@ impl Survey<'_> {
     }
 
     fn dead_reckoning(&mut self, row: &str) -> anyhow::Result<()> {
-        let positions = dead_reckoning::run(self.log, Method::CompassDvl)?;
+        let positions = dead_reckoning::run(self.log, Method::CompassDvl, &backseat_core::effects::EffectSet::NONE)?;
         let mut errors = dead_reckoning::errors_against_truth(&positions, self.truth);
         let track: Vec<(u64, [f64; 2])> = positions.iter().map(|p| (p.time_us, p.position_m)).collect();
         self.distance(row, &track);
