@@ -2,7 +2,7 @@
 
 use backseat_data::Log;
 use backseat_data::log::Column;
-use backseat_diagnose::log_models::{glider, pinger};
+use backseat_diagnose::log_models::{glider, pinger, planar_manoeuvring};
 use backseat_identify::surge_yaw::SurgeYawData;
 
 /// How a log is navigated.
@@ -98,6 +98,8 @@ fn diagnose(log: &Log) -> Result<&'static str, String> {
     let has_speed = log.has(Column::SpeedLog) || log.has(Column::DvlU);
     if pinger::is_for(log) {
         Ok("pseudo-ranges of a pinger with its own clock")
+    } else if planar_manoeuvring::is_for(log) {
+        Ok("against a manoeuvring model of hull, propeller and rudder")
     } else if glider::is_for(log) {
         Ok("against a steady glide")
     } else if has_fixes && has_speed && log.has(Column::Heading) {

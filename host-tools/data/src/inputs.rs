@@ -62,8 +62,8 @@ pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> 
             "{left_out} samples left out: their lever arm needs attitude and rates, which the log does not have then"
         ));
     }
-    let (start_unix_us, origin_deg) = (log.start_unix_us, log.origin_deg);
-    Cow::Owned(Log { path: log.path.clone(), rows, notes, at_centre: true, start_unix_us, origin_deg })
+    let (start_unix_us, origin_deg, runs) = (log.start_unix_us, log.origin_deg, log.runs.clone());
+    Cow::Owned(Log { path: log.path.clone(), rows, notes, at_centre: true, start_unix_us, origin_deg, runs })
 }
 
 /// Range from the ship's transducer to the centre of gravity of a vehicle at `x`, m, of a measured one.

@@ -79,6 +79,8 @@ pub struct Scores {
     pub position_errors: Vec<(f64, f64)>,
     /// The flight filter's track, north and east in m; none of a log without fins and propeller.
     pub track: Vec<(f64, f64)>,
+    /// Share of the variance of each acceleration that is not explained (models of manoeuvring).
+    pub unexplained_variance: Vec<(&'static str, f64)>,
 }
 
 /// Scores of a pass with its effects.
@@ -126,6 +128,7 @@ pub fn of(
         prediction,
         position_errors,
         track: run.track.iter().map(|sample| (sample.state[0], sample.state[1])).collect(),
+        unexplained_variance: Vec::new(),
     })
 }
 

@@ -80,5 +80,6 @@ fn scores(scores: &Scores) -> Value {
         "max_autocorrelation": scores.max_autocorrelation,
         "nis": nis,
         "prediction_rmse": prediction,
+        "unexplained_variance": scores.unexplained_variance.iter().map(|(name, share)| ((*name).to_owned(), json!(share))).collect::<Map<_, _>>(),
     })
 }

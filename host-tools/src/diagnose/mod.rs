@@ -22,7 +22,7 @@ use backseat_data::output::{self, Existing};
 use backseat_data::{Log, Truth, VehicleFile};
 use backseat_diagnose::diagnosis::{self, Diagnosis};
 use backseat_diagnose::log_models::{
-    LogModelDiagnosis, dead_reckoning, glider, pinger, reference_velocity, thruster, transponders,
+    LogModelDiagnosis, dead_reckoning, glider, pinger, planar_manoeuvring, reference_velocity, thruster, transponders,
 };
 use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
@@ -38,6 +38,8 @@ Examples:
   backseat diagnose log.csv --no-dvl --truth truth.csv --json one JSON object, for scripts
   backseat diagnose glider_flight.csv --with glider_ctd.csv   two logs of one time base
   backseat diagnose ranges.csv --with transponders.csv        two-way ranges: lever arm and speed of sound
+  backseat diagnose turns.csv --with zigzags.csv --with wind.csv
+                                                              runs of a vessel with rudder: the wind
   backseat diagnose runs.csv --run 3                          one run of a table that holds several
   backseat diagnose table.csv --columns map.toml              a table of any other maker
 
@@ -61,9 +63,9 @@ pub struct Args {
     /// Do not use the DVL
     #[arg(long)]
     no_dvl: bool,
-    /// A second log of the same time base, joined to the first
+    /// A second log of the same time base, joined to the first; may be repeated. Runs join by their labels
     #[arg(long, value_name = "LOG2")]
-    with: Option<PathBuf>,
+    with: Vec<PathBuf>,
     /// Use this run only, of a table that holds several, counted from 1
     #[arg(long, value_name = "N")]
     run: Option<u32>,
@@ -205,7 +207,7 @@ impl DiagnosisReport<'_> {
 /// The log, with the one beside it.
 fn read(args: &Args) -> anyhow::Result<ReadLog> {
     let mut read = args.input.read(&args.log)?;
-    if let Some(path) = &args.with {
+    for path in &args.with {
         read.log.join(importers::read(path)?.log);
     }
     if let Some(run) = args.run {
@@ -261,7 +263,7 @@ fn by_log_model(
         spinner.set("DVL and reference");
         let Some(found) = reference_velocity::run(raw, vehicle) else {
             bail!(
-                "{}: the log needs 60 DVL velocities inside runs of the reference velocity with attitude, and at most 12 runs",
+                "{}: the log needs 60 DVL velocities inside runs of the reference velocity with attitude, and at most 24 runs",
                 log.path.display()
             );
         };
@@ -272,6 +274,17 @@ fn by_log_model(
         let Some(found) = thruster::run(raw, vehicle) else {
             bail!(
                 "{}: the log needs four stretches of 5 s on which both thrusters have the same command above 0.05",
+                log.path.display()
+            );
+        };
+        found
+    } else if planar_manoeuvring::is_for(raw) {
+        refuse_truth("a manoeuvring vessel")?;
+        spinner.set("manoeuvres");
+        let Some(found) = planar_manoeuvring::run(raw, vehicle) else {
+            bail!(
+                "{}: the log needs 30 windows under way, each half the time that the vessel takes for its own length, and at \
+                 most 24 runs of 8 windows or more",
                 log.path.display()
             );
         };

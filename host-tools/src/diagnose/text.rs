@@ -115,7 +115,7 @@ pub fn rows(outcome: &DiagnosisReport<'_>) -> Vec<(String, String, String)> {
     let some = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"));
     let against = a.position_against.map_or_else(String::new, |what| format!(" ({what})"));
     let p = probability;
-    vec![
+    let mut rows = vec![
         (velocity_name(outcome), some(a.velocity_rmse_mps, 4), some(b.velocity_rmse_mps, 4)),
         (format!("position [m]{against}"), some(a.position_rmse_m, 2), some(b.position_rmse_m, 2)),
         ("innovation whiteness, p".to_owned(), p(a.innovation_whiteness_p), p(b.innovation_whiteness_p)),
@@ -124,7 +124,12 @@ pub fn rows(outcome: &DiagnosisReport<'_>) -> Vec<(String, String, String)> {
             format!("{:.3}", a.max_autocorrelation),
             format!("{:.3}", b.max_autocorrelation),
         ),
-    ]
+    ];
+    for ((name, before), (_, after)) in a.unexplained_variance.iter().zip(&b.unexplained_variance) {
+        let share = |value: &f64| format!("{value:.3}");
+        rows.push((format!("{name}, variance unexplained"), share(before), share(after)));
+    }
+    rows
 }
 
 /// Whether the model predicts readings ahead of time.

@@ -4,15 +4,13 @@ use super::calendar;
 use super::format::{Format, Known, Role};
 use super::origin::Origin;
 use crate::DataError;
-use crate::log::{Column, Log, LogRow, MAX_SECONDS, table};
+use crate::log::{BETWEEN_RUNS_US, Column, Log, LogRow, MAX_SECONDS, run_note, table};
 use backseat_core::state::wrap_angle;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use std::path::Path;
 
 /// Water over the antenna from which on no receiver has a fix, m.
 const SUBMERGED_M: f64 = 1.0;
-/// Time put between two runs of one table, µs: longer than any gap that a model bridges.
-const BETWEEN_RUNS_US: u64 = 100_000_000;
 
 const HOUR_US: i64 = 3_600_000_000;
 
@@ -231,12 +229,9 @@ impl<'a> Importer<'a> {
         let begins_us = self.log.rows.last().map_or(0, |row| row.time_us + BETWEEN_RUNS_US);
         self.run = (label.to_vec(), self.run.1 + 1, begins_us);
         self.start_us = None;
-        let label = String::from_utf8_lossy(label);
-        self.log.notes.push(format!(
-            "run {}: {label}, from {:.0} s of the joined log",
-            self.run.1,
-            begins_us as f64 * 1e-6
-        ));
+        let label = String::from_utf8_lossy(label).into_owned();
+        self.log.runs.push((label.clone(), begins_us));
+        self.log.notes.push(run_note(self.log.runs.len(), &label, begins_us));
     }
 
     fn time_us(&mut self, line: u64, time: &Time<'_>) -> Result<u64, DataError> {

@@ -60,9 +60,14 @@ pub(super) static SHIP: Format = Format {
     columns: Cow::Borrowed(SHIP_COLUMNS),
     needed: &["run", "t_s", "u_mps", "v_mid_mps", "heading_rad", "r_radps", "prop_rps", "rudder_rad"],
     every_column_needed: true,
-    constants: Cow::Borrowed(&[]),
+    constants: Cow::Borrowed(&[
+        (Column::Mass, 244.6),
+        (Column::Length, 3.0),
+        (Column::WindageFront, 0.135),
+        (Column::WindageSide, 0.520),
+    ]),
     dropped: &[],
-    remarks: &["u and v are those of midship"],
+    remarks: &["u and v are those of midship; mass, length and windage are those that the repository states"],
 };
 
 const SHIP_WIND_COLUMNS: &[Known] = &[
@@ -123,6 +128,16 @@ mod tests {
         assert!(log.notes.iter().any(|note| note == "run 2: b, from 100 s of the joined log"), "{:?}", log.notes);
         // Within a run times may not go back.
         assert!(import(&format!("{head}\na,0.1,1,1,0.5,1\na,0.0,1,1,0.5,1\n")).is_err());
+    }
+
+    #[test]
+    fn runs_of_two_tables_join_by_their_labels() {
+        let wind = "run,t_s,wind_rel_mps,wind_rel_from_rad,wind_true_mps,wind_true_from_rad\n";
+        let mut log = import(&format!("{wind}a,0.0,1,1,0.5,1\na,0.1,1,1,0.5,4\n")).unwrap().log;
+        log.join(import(&format!("{wind}b,0.0,1,1,2,1\na,0.1,1,1,3,1\n")).unwrap().log);
+        let runs: Vec<_> = log.column(Column::Run).collect();
+        assert_eq!(runs, [(0, 1.0), (100_000, 1.0), (100_000, 1.0), (100_100_000, 2.0)]);
+        assert!(log.notes.iter().any(|note| note == "run 2: b, from 100 s of the joined log"), "{:?}", log.notes);
     }
 
     #[test]

@@ -116,6 +116,12 @@ pub enum Column {
     WindFrom,
     /// Mass of the vessel as the maker of the log states it, kg.
     Mass,
+    /// Length of the vessel as the maker of the log states it, m.
+    Length,
+    /// Area above the water seen from ahead, as stated, m².
+    WindageFront,
+    /// Area above the water seen from the side, as stated, m².
+    WindageSide,
     /// Number of the run in a table that holds several, from 1.
     Run,
 }
@@ -182,6 +188,9 @@ impl Column {
         Self::WindSpeed,
         Self::WindFrom,
         Self::Mass,
+        Self::Length,
+        Self::WindageFront,
+        Self::WindageSide,
         Self::Run,
     ];
 
@@ -249,6 +258,9 @@ impl Column {
             Self::WindSpeed => "wind_speed_mps",
             Self::WindFrom => "wind_from_rad",
             Self::Mass => "mass_kg",
+            Self::Length => "length_m",
+            Self::WindageFront => "windage_front_m2",
+            Self::WindageSide => "windage_side_m2",
             Self::Run => "run",
         }
     }

@@ -205,6 +205,16 @@ pub struct Log {
     pub start_unix_us: Option<i64>,
     /// Latitude and longitude of the origin of its positions, degrees, where it has them.
     pub origin_deg: Option<[f64; 2]>,
+    /// Label and start, µs, of each run of a table that holds several; their numbers count from 1.
+    pub runs: Vec<(String, u64)>,
+}
+
+/// Time put between two runs, µs: longer than any gap that a model bridges.
+pub(crate) const BETWEEN_RUNS_US: u64 = 100_000_000;
+
+/// Says where a run is in a log of several.
+pub(crate) fn run_note(number: usize, label: &str, start_us: u64) -> String {
+    format!("run {number}: {label}, from {:.0} s of the joined log", start_us as f64 * 1e-6)
 }
 
 impl Log {
@@ -222,12 +232,51 @@ impl Log {
         self.rows.iter().filter_map(move |row| row.get(column).map(|value| (row.time_us, value)))
     }
 
-    /// Adds the rows of another log of the same time base, in order of time.
-    pub fn join(&mut self, other: Self) {
+    /// Adds the rows of another log of the same time base, in order of time. Runs of one label are the same run; other
+    /// runs come after the end.
+    pub fn join(&mut self, mut other: Self) {
+        if !self.runs.is_empty() && !other.runs.is_empty() {
+            self.align(&mut other);
+        }
         self.rows.extend(other.rows);
         // Stable: of two rows at one time the own one stays first.
         self.rows.sort_by_key(|row| row.time_us);
         self.notes.extend(other.notes);
+    }
+
+    /// Moves the runs of another log to those of this one.
+    fn align(&mut self, other: &mut Self) {
+        let mut end_us = self.rows.last().map_or(0, |row| row.time_us);
+        for (place, (label, start_us)) in other.runs.iter().enumerate() {
+            let number = (place + 1) as f64;
+            let known = self.runs.iter().position(|(own, _)| own == label);
+            let (at, begins_us) = match known {
+                Some(at) => (at, self.runs[at].1),
+                None => {
+                    self.runs.push((label.clone(), end_us + BETWEEN_RUNS_US));
+                    (self.runs.len() - 1, end_us + BETWEEN_RUNS_US)
+                }
+            };
+            for row in other.rows.iter_mut().filter(|row| row.get(Column::Run) == Some(number)) {
+                row.time_us = row.time_us - start_us + begins_us;
+                // Marked by a negative number, so that no run is moved twice.
+                row.set(Column::Run, -((at + 1) as f64));
+                end_us = end_us.max(row.time_us);
+            }
+        }
+        for row in &mut other.rows {
+            if let Some(number) = row.get(Column::Run) {
+                row.set(Column::Run, number.abs());
+            }
+        }
+        // The notes of the importer number the runs of its own table.
+        other.notes.retain(|note| !note.starts_with("run "));
+        for (place, (label, start_us)) in self.runs.iter().enumerate() {
+            let note = run_note(place + 1, label, *start_us);
+            if !self.notes.contains(&note) {
+                self.notes.push(note);
+            }
+        }
     }
 
     /// Whether any row has a sample of this column.

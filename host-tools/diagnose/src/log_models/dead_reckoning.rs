@@ -11,7 +11,7 @@ use super::selection::{self, LogModelDiagnosis};
 use crate::prepared_log::BLOCK_S;
 use crate::samples::ResidualChannel;
 use backseat_data::log::Column;
-use backseat_data::stats::median;
+use backseat_data::stats::{Z_95, median};
 use backseat_data::{Log, Truth, VehicleFile};
 
 /// A gap in heading or speed longer than this ends a stretch, s.
@@ -28,6 +28,10 @@ const RECKONED_S: f64 = 600.0;
 /// sine, cosine; current growing with time, north, east (without a name); delay of the heading; arm of the antenna, ahead,
 /// to starboard; arm of the DVL, the same.
 const COLUMNS: usize = 16;
+/// Sway in turns, which is the yaw rate times a length: an antenna ahead of the centre, or a vehicle that slips outwards.
+const SIDESLIP: usize = 12;
+/// Turns of the log from which on the sideslip is seen, rad.
+const LEAST_TURNED_RAD: f64 = 1.5;
 
 /// One stretch between two fixes.
 #[derive(Clone)]
@@ -45,6 +49,8 @@ struct Stretch {
 struct DeadReckoning {
     stretches: Vec<Stretch>,
     has_dvl: bool,
+    /// Whether the sideslip is fitted in any case.
+    fits_sideslip: bool,
     apart_s: f64,
 }
 
@@ -69,13 +75,17 @@ impl LogModel for DeadReckoning {
         self.stretches.iter().flat_map(of).collect()
     }
 
+    /// Without a measured sway the vehicle's own sideslip in turns is a number that nobody declares.
     fn calibrated(&self) -> Vec<usize> {
-        Vec::new()
+        if self.fits_sideslip { vec![SIDESLIP] } else { Vec::new() }
     }
 
     fn entries(&self) -> Vec<Entry> {
         let mut entries = vec![("water_current", vec![0, 1]), ("heading_bias", vec![2, 3, 4]), ("dvl_scale", vec![5])];
-        entries.extend([("soft_iron", vec![7, 8]), ("heading_lag", vec![11]), ("gnss_lever_arm", vec![12, 13])]);
+        entries.extend([("soft_iron", vec![7, 8]), ("heading_lag", vec![11])]);
+        if !self.fits_sideslip {
+            entries.push(("gnss_lever_arm", vec![SIDESLIP, 13]));
+        }
         if self.has_dvl {
             entries.extend([("dvl_misalignment", vec![6]), ("dvl_lever_arm", vec![14, 15])]);
         }
@@ -134,13 +144,24 @@ pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth
     if stretches.len() < FEWEST {
         return None;
     }
-    let model = DeadReckoning { stretches, has_dvl, apart_s };
+    // ∂ way/∂ arm is what the heading turns by.
+    let turned_rad: f64 = stretches.iter().map(|s| s.slopes[0][SIDESLIP].hypot(s.slopes[1][SIDESLIP])).sum();
+    let fits_sideslip = !has_dvl && turned_rad > LEAST_TURNED_RAD;
+    let model = DeadReckoning { stretches, has_dvl, fits_sideslip, apart_s };
     let mut found = selection::run(&model, log, vehicle)?;
     let name = if has_dvl { "the DVL's velocity" } else { "the logged speed" };
     let mut notes = vec![format!(
         "the log has no fin angles and propeller speed: the declared model is dead reckoning on the logged heading and {name}. \
          Only effects on the horizontal position can be tested (current, compass, speed)"
     )];
+    if fits_sideslip {
+        notes.push(format!(
+            "sway in turns of {:.2} (±{:.2}) m times the yaw rate is always fitted: the vehicle's sideslip (negative: outwards) \
+             and an antenna ahead of the centre look alike, so that a gnss_lever_arm is not tested",
+            found.theta[1][SIDESLIP],
+            Z_95 * found.sigmas[SIDESLIP]
+        ));
+    }
     for [from_s, to_s] in held {
         notes.push(format!(
             "{name} does not change at all from {from_s:.0} s to {to_s:.0} s: these readings are held, not measured, and are \
@@ -372,6 +393,23 @@ mod tests {
         // Without the DVL the current shows again.
         let without = run(&log, &VehicleFile::reference(), false, None).unwrap().diagnosis;
         assert_eq!(without.effects[0].instance.candidate.effect, "water_current", "{:?}", without.effects);
+    }
+
+    #[test]
+    fn val_sideslip_in_turns_is_neither_a_lag_nor_an_arm() {
+        // Outwards by 1.5 m times the yaw rate, as a torpedo does: the track is that of a point 1.5 m astern.
+        let (mut log, _) = log(0.0, false);
+        for row in &mut log.rows {
+            let heading = row.get(Column::Heading).unwrap();
+            let [north, east] = row.gnss_m().unwrap();
+            row.set_all(Column::GpsX, &[north - 1.5 * heading.cos(), east - 1.5 * heading.sin()]);
+        }
+        let found = run(&log, &VehicleFile::reference(), true, None).unwrap();
+        let d = &found.diagnosis;
+        let names: Vec<&str> = d.effects.iter().map(|effect| effect.instance.candidate.effect).collect();
+        assert_eq!((d.verdict, names), (Verdict::Explained, vec!["water_current"]), "{:?}", d.notes);
+        let (slip, sigma) = (found.theta[1][SIDESLIP], found.sigmas[SIDESLIP]);
+        assert!((slip + 1.5).abs() < 3.0 * sigma && sigma < 0.5, "{slip} {sigma}");
     }
 
     #[test]

@@ -13,11 +13,13 @@ pub mod glider;
 mod held_readings;
 mod model;
 pub mod pinger;
+pub mod planar_manoeuvring;
 pub mod reference_velocity;
+mod runs;
 mod selection;
 pub mod thruster;
 pub mod transponders;
 
 pub use fit::Noise;
-pub use model::{Entry, LogModel, Measures, Nameless, Row};
+pub use model::{Entry, LogModel, Measures, Nameless, Row, Unexplained};
 pub use selection::LogModelDiagnosis;

@@ -61,4 +61,15 @@ pub struct Measures {
     pub position: Vec<(f64, f64)>,
     /// What the position is compared with.
     pub against: Option<&'static str>,
+    /// Accelerations, of which the share that is not explained is told.
+    pub unexplained: Vec<Unexplained>,
+}
+
+/// An acceleration and what a model leaves of it.
+#[derive(Clone, Debug)]
+pub struct Unexplained {
+    /// Which.
+    pub name: &'static str,
+    /// (time in s, residual, measured), m/s² or rad/s².
+    pub values: Vec<(f64, f64, f64)>,
 }

@@ -6,15 +6,13 @@
 //! run has a delay of its own, because clocks are set at the start of a run; arm, scale and turn belong to the vehicle.
 
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
+use super::runs::{DELAYS, MOST_RUNS, estimate};
 use super::selection::{self, LogModelDiagnosis};
-use crate::diagnosis::ParameterEstimate;
 use crate::prepared_log::FORECAST_SHARE;
 use crate::samples::ResidualChannel;
 use backseat_core::dynamics::Attitude;
-use backseat_core::effects::ParameterKind;
 use backseat_core::state::wrap_angle;
 use backseat_data::log::Column;
-use backseat_data::stats::Z_95;
 use backseat_data::{Log, VehicleFile};
 use nalgebra::Vector3;
 
@@ -35,22 +33,6 @@ const ROLL: usize = 6;
 const DELAY: usize = 7;
 /// Step of the derivatives by differences: m, 1, rad and s alike.
 const STEP: f64 = 1e-4;
-/// Names of the delays of several runs.
-const RUN_NAMES: [&str; 12] = [
-    "s (run 1)",
-    "s (run 2)",
-    "s (run 3)",
-    "s (run 4)",
-    "s (run 5)",
-    "s (run 6)",
-    "s (run 7)",
-    "s (run 8)",
-    "s (run 9)",
-    "s (run 10)",
-    "s (run 11)",
-    "s (run 12)",
-];
-
 /// Reference at one time: velocity north, east, down, and Euler angles without jumps.
 type Reference = [f64; 6];
 
@@ -196,8 +178,9 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
         let (theta, sigmas) = (&found.theta[1], &found.sigmas);
         for effect in &mut found.diagnosis.effects {
             if effect.instance.candidate.effect == "dvl_delay" {
-                let delays = (DELAY..model.columns()).zip(RUN_NAMES);
-                effect.values = delays.map(|(column, name)| delay(name, theta[column], sigmas[column])).collect();
+                let delays = (DELAY..model.columns()).zip(DELAYS);
+                effect.values =
+                    delays.map(|(column, name)| estimate(name, "s", theta[column], sigmas[column])).collect();
             }
         }
     }
@@ -214,11 +197,6 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     notes.append(&mut found.diagnosis.notes);
     found.diagnosis.notes = notes;
     Some(found)
-}
-
-fn delay(name: &'static str, value: f64, sigma: f64) -> ParameterEstimate {
-    let half = Z_95 * sigma;
-    ParameterEstimate { name, unit: "s", kind: ParameterKind::Size, value, ci95: [value - half, value + half] }
 }
 
 /// The log as runs of the reference and readings of the DVL.
@@ -262,7 +240,7 @@ fn model(log: &Log, vehicle: &VehicleFile) -> Option<ReferenceVelocity> {
     }
     let mut index = 0..;
     runs.retain(|_| index.next().is_some_and(|index| used.contains(&index)));
-    let is_usable = samples.len() >= FEWEST && runs.len() <= RUN_NAMES.len();
+    let is_usable = samples.len() >= FEWEST && runs.len() <= MOST_RUNS;
     let declared_arm_m = Vector3::from(installation.dvl_arm_m);
     let declared_delay_s = installation.dvl_delay_s;
     is_usable.then_some(ReferenceVelocity { runs, samples, declared_arm_m, declared_delay_s })

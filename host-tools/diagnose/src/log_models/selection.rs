@@ -2,10 +2,10 @@
 
 use super::describe;
 use super::fit::{self, Noise, free};
-use super::model::{LogModel, Measures};
+use super::model::{LogModel, Measures, Unexplained};
 use crate::alternatives::Alternative;
 use crate::candidates::{Candidate, Hypothesis, Scope};
-use crate::diagnosis::Diagnosis;
+use crate::diagnosis::{Diagnosis, FoundEffect};
 use crate::linear;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::{ResidualChannel, Samples};
@@ -76,10 +76,26 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
             }
         }
     }
-    let after = fit::pass(model, &noise, &theta);
+    let mut after = fit::pass(model, &noise, &theta);
     let tried = rounds.first().map_or(1, |round| round.tried) as f64;
+    let (effects, sigmas) = loop {
+        let described = describe::Described { model, log_data: &log_data, noise: &noise, theta: &theta, after: &after };
+        let (effects, sigmas) = described.effects(&calibrated, &chosen, &hypotheses, tried)?;
+        // Those fitted together were not asked yet whether they are worth anything on data that they were not fitted to.
+        let held = |effect: &FoundEffect| effect.held_gain.map_or(0.0, |(mean, _)| mean);
+        let worst = effects.iter().enumerate().min_by(|a, b| held(a.1).total_cmp(&held(b.1)));
+        match worst {
+            Some((place, effect)) if model.is_coupled() && held(effect) <= 0.0 => {
+                for column in chosen.remove(place).free {
+                    theta[column] = 0.0;
+                }
+                theta = fit::solve(model, &log_data, &noise, &free(&calibrated, &chosen), &theta, DataPart::Train)?;
+                after = fit::pass(model, &noise, &theta);
+            }
+            _ => break (effects, sigmas),
+        }
+    };
     let described = describe::Described { model, log_data: &log_data, noise: &noise, theta: &theta, after: &after };
-    let (effects, sigmas) = described.effects(&calibrated, &chosen, &hypotheses, tried)?;
     let named = described.nameless(&free(&calibrated, &chosen));
     let is_ambiguous = effects.iter().any(|found| found.alternatives.iter().any(Alternative::is_possible));
     let tests = whiteness(&log_data, &after);
@@ -189,6 +205,15 @@ pub fn scores(log_data: &PreparedLog, pass: &crate::whitener::Pass, measures: Me
         let of: Vec<f64> = errors.iter().filter(|(t_s, _)| log_data.is_held(*t_s)).map(|(_, error)| *error).collect();
         rms(&of)
     };
+    // Share of the variance about the mean.
+    let share = |of: &Unexplained| {
+        let held: Vec<_> = of.values.iter().filter(|(t_s, ..)| log_data.is_held(*t_s)).collect();
+        let mean = held.iter().map(|(.., measured)| measured).sum::<f64>() / held.len().max(1) as f64;
+        let all: f64 = held.iter().map(|(.., measured)| (measured - mean).powi(2)).sum();
+        let left: f64 = held.iter().map(|(_, residual, _)| residual.powi(2)).sum();
+        (all > 0.0).then_some((of.name, left / all))
+    };
+    let unexplained_variance = measures.unexplained.iter().filter_map(share).collect();
     let whiteness = whiteness(log_data, pass);
     let tested = whiteness.len().max(1) as f64;
     let position_rmse_m = held(&measures.position);
@@ -202,5 +227,6 @@ pub fn scores(log_data: &PreparedLog, pass: &crate::whitener::Pass, measures: Me
         prediction: vec![[None; HORIZONS_S.len()]; PREDICTED.len()],
         position_errors: measures.position,
         track: Vec::new(),
+        unexplained_variance,
     }
 }

@@ -10,10 +10,9 @@
 //! mass are seen: the slope is that of the mass stated, and grows with the added mass that the statement leaves out.
 
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
+use super::runs::estimate;
 use super::selection::{self, LogModelDiagnosis};
-use crate::diagnosis::ParameterEstimate;
 use crate::samples::ResidualChannel;
-use backseat_core::effects::ParameterKind;
 use backseat_data::log::Column;
 use backseat_data::stats::{Z_95, median, rms};
 use backseat_data::{Log, VehicleFile};
@@ -246,13 +245,9 @@ fn restate(found: &mut LogModelDiagnosis) {
         ("slope_n", "N", START[SLOPE] + theta[SLOPE], sigmas[SLOPE]),
         ("saturation", "1", 1.0 - theta[LOST], sigmas[LOST]),
     ];
-    let estimate = |(name, unit, value, sigma): (&'static str, &'static str, f64, f64)| {
-        let ci95 = [value - Z_95 * sigma, value + Z_95 * sigma];
-        ParameterEstimate { name, unit, kind: ParameterKind::Size, value, ci95 }
-    };
     for effect in &mut found.diagnosis.effects {
         if effect.instance.candidate.effect == "thrust_curve" {
-            effect.values = numbers.map(estimate).to_vec();
+            effect.values = numbers.map(|(name, unit, value, sigma)| estimate(name, unit, value, sigma)).to_vec();
             effect.instance.sizes = numbers.map(|(_, _, value, _)| value).to_vec();
         }
     }

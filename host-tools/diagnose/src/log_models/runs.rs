@@ -1,0 +1,28 @@
+//! Numbers that each run of a table has for itself, and estimates in the catalogue's form.
+
+use crate::diagnosis::ParameterEstimate;
+use backseat_core::effects::ParameterKind;
+use backseat_data::stats::Z_95;
+
+/// Most runs of one table.
+pub(super) const MOST_RUNS: usize = 24;
+
+macro_rules! names {
+    ($what:literal) => {
+        names!($what: 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24)
+    };
+    ($what:literal: $($number:literal)*) => {
+        [$(concat!($what, " (run ", $number, ")")),*]
+    };
+}
+
+/// Names of the runs' delays.
+pub(super) const DELAYS: [&str; MOST_RUNS] = names!("s");
+/// Names of the runs' winds.
+pub(super) const WINDS: [[&str; MOST_RUNS]; 2] = [names!("north_mps"), names!("east_mps")];
+
+/// A fitted size with its interval.
+pub(super) fn estimate(name: &'static str, unit: &'static str, value: f64, sigma: f64) -> ParameterEstimate {
+    let ci95 = [value - Z_95 * sigma, value + Z_95 * sigma];
+    ParameterEstimate { name, unit, kind: ParameterKind::Size, value, ci95 }
+}
