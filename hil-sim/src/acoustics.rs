@@ -94,12 +94,12 @@ pub struct Acoustics {
 impl Acoustics {
     /// The channel of a scenario.
     #[must_use]
-    pub fn new(scenario: &Scenario, channel: &AcousticChannel) -> Self {
+    pub fn new(scenario: &Scenario, channel: &AcousticChannel, delay_s: f64) -> Self {
         let (settings, declared) = (&scenario.settings, &scenario.vehicle.sensors);
         let speed = settings.environment.sound_speed_mps;
         Self {
             transducer_depth_m: settings.ship.transducer_depth_m,
-            delay_s: settings.installation.transducer_delay_s,
+            delay_s,
             declared_speed_mps: speed,
             true_speed_mps: speed / (1.0 + channel.sound_speed_ratio),
             channel: *channel,

@@ -27,6 +27,8 @@ pub struct World {
     acoustics: Acoustics,
     /// Of the vehicle.
     transducer_arm_m: [f64; 3],
+    /// From a command to what the actuators do, µs.
+    input_delay_us: u64,
 }
 
 impl World {
@@ -50,9 +52,10 @@ impl World {
             pending: VecDeque::new(),
             ship: ShipMotion::new(&settings.ship, settings.seed),
             estimator: ShipEstimator::new(&settings.ship, ship_sigma),
-            sensors: Sensors::new(scenario, &physics.instruments),
-            acoustics: Acoustics::new(scenario, &physics.channel),
-            transducer_arm_m: settings.installation.transducer_arm_m,
+            sensors: Sensors::new(scenario, &physics.instruments, &physics.installation),
+            acoustics: Acoustics::new(scenario, &physics.channel, physics.installation.transducer_delay_s),
+            transducer_arm_m: physics.installation.transducer_arm_m,
+            input_delay_us: (physics.undeclared.input_delay_s * 1e6).round() as u64,
         }
     }
 
@@ -65,7 +68,7 @@ impl World {
     /// New targets for servos and propeller, from `time_us` on (at once where that is past).
     /// Times must not decrease from call to call.
     pub fn set_actuator_targets(&mut self, time_us: u64, targets: Actuators) {
-        self.pending.push_back((time_us, targets));
+        self.pending.push_back((time_us + self.input_delay_us, targets));
     }
 
     /// Moves the world to the last integration step not after `to_us` and hands out everything

@@ -20,6 +20,7 @@ impl Scenario {
             currents: vec![settings.environment.current],
             waves: None,
             instruments: Instruments::default(),
+            installation: settings.installation,
             channel: AcousticChannel::default(),
         };
         settings.effects.apply(&mut physics);

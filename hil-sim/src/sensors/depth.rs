@@ -15,6 +15,8 @@ pub(super) struct Depth {
     sigma_m: f64,
     colouring: Option<Colouring<1>>,
     bias_m: f64,
+    /// Measured / true − 1.
+    ratio: f64,
     arm_m: [f64; 3],
 }
 
@@ -22,7 +24,7 @@ impl Depth {
     pub(super) fn new(
         settings: &scenario::Depth,
         declared_sigma_m: f64,
-        bias_m: f64,
+        [bias_m, ratio]: [f64; 2],
         arm_m: [f64; 3],
         noise: NoiseKind,
         seed: u64,
@@ -33,6 +35,7 @@ impl Depth {
             sigma_m: noise.factor() * settings.sigma_m.unwrap_or(declared_sigma_m),
             colouring: noise.colour(Colour::DEPTH).map(|colour| Colouring::new(colour, seed, Source::DepthColour)),
             bias_m,
+            ratio,
             arm_m,
         }
     }
@@ -43,7 +46,8 @@ impl Depth {
             if let Some(colouring) = &mut self.colouring {
                 noise = colouring.mix(noise, self.sigma_m, vehicle.time_us);
             }
-            ObservationKind::Depth { depth_m: vehicle.position_at(self.arm_m)[2] + self.bias_m + noise[0] }
+            let below_m = vehicle.position_at(self.arm_m)[2];
+            ObservationKind::Depth { depth_m: (1.0 + self.ratio) * below_m + self.bias_m + noise[0] }
         })
     }
 }

@@ -7,8 +7,8 @@ mod dvl;
 mod gnss;
 
 use crate::observation::{Observation, ObservationKind};
-use crate::scenario::Scenario;
 use crate::scenario::effects::Instruments;
+use crate::scenario::{Installation, Scenario};
 use crate::ship::ShipTruth;
 use crate::truth::VehicleTruth;
 use std::collections::VecDeque;
@@ -56,16 +56,15 @@ pub struct Sensors {
 impl Sensors {
     /// The sensors of a scenario.
     #[must_use]
-    pub fn new(scenario: &Scenario, instruments: &Instruments) -> Self {
+    pub fn new(scenario: &Scenario, instruments: &Instruments, installation: &Installation) -> Self {
         let settings = &scenario.settings;
-        let installation = &settings.installation;
         let (seed, sensors, kind, noise) =
             (settings.seed, &settings.sensors, settings.noise, &scenario.vehicle.sensors);
         Self {
             depth: depth::Depth::new(
                 &sensors.depth,
                 noise.depth_m,
-                instruments.depth_m,
+                [instruments.depth_m, instruments.depth_ratio],
                 installation.depth_arm_m,
                 kind,
                 seed,

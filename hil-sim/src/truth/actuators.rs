@@ -25,6 +25,8 @@ pub(super) struct Drive {
     fin_share: f64,
     faults: [FinFault; 4],
     decay_per_s: f64,
+    /// Dead band, slope over thrust constant, saturation.
+    thrust_curve: Option<[f64; 3]>,
     /// Where the servos hold the fins; a faulty fin stands elsewhere.
     servos_rad: [f64; 4],
 }
@@ -44,13 +46,23 @@ impl Drive {
             fin_share: share(step_s, undeclared.fin_lag_s),
             faults: undeclared.fins,
             decay_per_s: undeclared.thrust_decay_per_s,
+            thrust_curve: undeclared
+                .thrust_curve
+                .map(|[band, slope_n, top]| [band, slope_n / parameters.thrust_n_s2_per_rad2, top]),
             servos_rad: [0.0; 4],
         }
     }
 
+    /// The speed at which the declared propeller gives the thrust of the curve.
+    fn driven(&self, commanded_radps: f64) -> f64 {
+        let Some([band, slope, top]) = self.thrust_curve else { return commanded_radps };
+        let share = (commanded_radps.abs() / self.propeller_max_radps).min(top);
+        libm::sqrt(slope * (share - band).max(0.0)).copysign(commanded_radps)
+    }
+
     /// Moves the actuators towards their targets for one step that begins at `time_s`.
     pub(super) fn step(&mut self, actuators: &mut Actuators, targets: &Actuators, time_s: f64) {
-        let omega = targets.propeller_radps.clamp(-self.propeller_max_radps, self.propeller_max_radps)
+        let omega = self.driven(targets.propeller_radps.clamp(-self.propeller_max_radps, self.propeller_max_radps))
             * (1.0 - self.decay_per_s * time_s).max(0.0);
         actuators.propeller_radps += self.propeller_share * (omega - actuators.propeller_radps);
         for i in 0..4 {

@@ -39,6 +39,10 @@ pub struct Undeclared {
     pub thrust_decay_per_s: f64,
     /// Top, bottom, port, starboard.
     pub fins: [FinFault; 4],
+    /// From a command to what the actuators do, s.
+    pub input_delay_s: f64,
+    /// Dead band, slope, N, and saturation of the thrust over the command's share of full speed.
+    pub thrust_curve: Option<[f64; 3]>,
     /// First-order time constant of the fins, s.
     pub fin_lag_s: f64,
     /// Reaction torque of the propeller over its thrust, m; positive rolls to port going ahead.

@@ -1,6 +1,6 @@
 //! Sensors that sit, point and lag: against closed forms.
 
-use super::{close, cruise, flown, quiet};
+use super::{close, cruise, flown, quiet, with};
 use hil_sim::observation::ObservationKind;
 use hil_sim::scenario::{Installation, Scenario};
 use std::f64::consts::FRAC_PI_2;
@@ -41,6 +41,74 @@ fn val_a_dvl_on_its_arm_and_across_measures_late_what_its_place_did() {
         close(aside, -u, ROUNDING);
         close(down, w, ROUNDING);
         seen += 1;
+    }
+    assert!(seen > 100, "{seen}");
+}
+
+#[test]
+fn an_undeclared_place_or_delay_is_that_of_a_sensor_mounted_there() {
+    type Effect = (&'static str, &'static [(&'static str, f64)]);
+    let cases: [(Effect, Installation); 4] = [
+        (
+            ("gnss_lever_arm", &[("x_m", -0.6), ("y_m", 0.2)]),
+            Installation { gnss_arm_m: [-0.6, 0.2, 0.0], ..Installation::default() },
+        ),
+        (
+            ("dvl_lever_arm", &[("x_m", 0.4), ("y_m", -0.3), ("z_m", 0.2)]),
+            Installation { dvl_arm_m: [0.4, -0.3, 0.2], ..Installation::default() },
+        ),
+        (
+            ("transducer_lever_arm", &[("x_m", 1.0), ("z_m", -0.5)]),
+            Installation { transducer_arm_m: [1.0, 0.0, -0.5], ..Installation::default() },
+        ),
+        (("dvl_delay", &[("s", 0.3)]), Installation { dvl_delay_s: 0.3, ..Installation::default() }),
+    ];
+    for ((name, values), installation) in cases {
+        let mounted = flown(&installed(installation), cruise(TURN), 60);
+        let undeclared = flown(&with(quiet(), name, values), cruise(TURN), 60);
+        assert!(mounted.observations == undeclared.observations, "{name}");
+        assert!(mounted.observations != flown(&quiet(), cruise(TURN), 60).observations, "{name}");
+    }
+}
+
+#[test]
+fn val_late_inputs_move_the_vehicle_later_and_in_the_same_way() {
+    let (plain, late) = (quiet(), with(quiet(), "input_delay", &[("s", 0.5)]));
+    let [plain, late] = [plain, late].map(|scenario| flown(&scenario, cruise(TURN), 20).truth);
+    // Half a second of coasting first: the same world from then on, but for what it slowed down by.
+    let yaw = |truth: &[hil_sim::truth::VehicleTruth], step: usize| truth[step].state[11];
+    assert_eq!(yaw(&late, 50), 0.0);
+    for step in [100, 300, 500] {
+        close(yaw(&late, step + 50), yaw(&plain, step), 0.03 * yaw(&plain, 500).abs());
+    }
+}
+
+#[test]
+fn val_a_thrust_curve_has_a_dead_band_a_slope_and_a_top() {
+    let speed = |share: f64| {
+        let mut scenario = with(quiet(), "thrust_curve", &[("dead_band", 0.2), ("slope_n", 12.0), ("saturation", 0.7)]);
+        scenario.settings.start.speed_mps = 0.2;
+        let most = scenario.truth_parameters().propeller_max_radps;
+        let mut targets = cruise([0.0; 4]);
+        targets.propeller_radps = share * most;
+        flown(&scenario, targets, 200).last().state[6]
+    };
+    assert!(speed(0.15) < 0.1);
+    assert_eq!(speed(0.7), speed(1.0));
+    // Steady: thrust is drag, in proportion to the square of the speed.
+    let [slow, fast] = [0.3, 0.6].map(speed);
+    close((fast / slow).powi(2), (0.6 - 0.2) / (0.3 - 0.2), 0.02);
+}
+
+#[test]
+fn val_a_depth_scale_grows_with_depth() {
+    let flown = flown(&with(quiet(), "depth_scale", &[("ratio", 0.05)]), cruise(TURN), 30);
+    let mut seen = 0;
+    for observation in &flown.observations {
+        if let ObservationKind::Depth { depth_m } = observation.kind {
+            close(depth_m, 1.05 * flown.at(observation.time_us).state[2], 1e-12);
+            seen += 1;
+        }
     }
     assert!(seen > 100, "{seen}");
 }

@@ -24,7 +24,7 @@ pub(super) fn fin(value: f64) -> usize {
 
 macro_rules! entries {
     ($catalogue:literal; $($name:literal, $about:literal, [$($parameter:expr),* $(,)?], $apply:expr;)*) => {
-        &[$(EffectKind { name: $name, catalogue: $catalogue, fault: false, about: $about, parameters: &[$($parameter),*], apply: $apply }),*]
+        &[$(EffectKind { name: $name, catalogue: $catalogue, by_name_only: false, about: $about, parameters: &[$($parameter),*], apply: $apply }),*]
     };
 }
 pub(super) use entries;

@@ -7,7 +7,7 @@ use crate::truth::{Flooding, Step};
 macro_rules! faults {
     ($($name:literal, $about:literal, [$($parameter:expr),* $(,)?], $apply:expr;)*) => {
         &[$(EffectKind {
-            name: $name, catalogue: false, fault: true, about: $about, parameters: &[$($parameter),*], apply: $apply,
+            name: $name, catalogue: false, by_name_only: true, about: $about, parameters: &[$($parameter),*], apply: $apply,
         }),*]
     };
 }

@@ -5,6 +5,7 @@
 //! diagnosis can be tried on causes it cannot know. Each entry states what it changes in the simulated [`Physics`];
 //! nothing of it comes from the backseat's code. To add one: add it to a table and let [`Physics`] have it.
 
+mod analysed;
 mod catalogue;
 mod draw;
 mod faults;
@@ -28,8 +29,8 @@ pub struct EffectKind {
     pub name: &'static str,
     /// It is an entry of the catalogue; else it is outside of it.
     pub catalogue: bool,
-    /// It is a fault: asked for by name only, never drawn.
-    pub fault: bool,
+    /// Asked for by name only, never drawn: faults, and what only the analysis of a log has.
+    pub by_name_only: bool,
     /// What happens.
     pub about: &'static str,
     /// What quantifies it.
@@ -51,9 +52,9 @@ pub struct ParameterKind {
     pub draw: Draw,
 }
 
-/// Every effect: those of the catalogue, those outside of it, faults; each in the order in which they apply.
+/// Every effect: those of the catalogue, those outside of it, faults, those of the analysis alone; each in the order in which they apply.
 pub fn all() -> impl Iterator<Item = &'static EffectKind> {
-    catalogue::ENTRIES.iter().chain(outside::ENTRIES).chain(faults::ENTRIES)
+    catalogue::ENTRIES.iter().chain(outside::ENTRIES).chain(faults::ENTRIES).chain(analysed::ENTRIES)
 }
 
 /// The effect of that name.

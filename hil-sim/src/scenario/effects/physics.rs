@@ -1,6 +1,6 @@
 //! What the effects change in the simulated world.
 
-use crate::scenario::Current;
+use crate::scenario::{Current, Installation};
 use crate::truth::{Parameters, Undeclared};
 
 /// Waves by their orbital motion at the vehicle's depth.
@@ -36,6 +36,8 @@ pub struct Instruments {
     pub gyro_radps: [f64; 3],
     /// Depth, m.
     pub depth_m: f64,
+    /// Depth, measured / true − 1.
+    pub depth_ratio: f64,
     /// DVL scale, measured / true − 1.
     pub dvl_ratio: f64,
     /// Yaw and pitch of the DVL in the vehicle, rad.
@@ -70,6 +72,8 @@ pub struct Physics {
     pub waves: Option<Waves>,
     /// The vehicle's instruments.
     pub instruments: Instruments,
+    /// Where the sensors really sit, and how late they are.
+    pub installation: Installation,
     /// Acoustics.
     pub channel: AcousticChannel,
 }

@@ -76,8 +76,9 @@ impl Request {
                 Self::Named { kind, given } => Effect::drawn(kind, given, &mut random, duration_s),
                 Self::Random | Self::RandomOutside => {
                     let catalogue = matches!(request, Self::Random);
-                    let open: Vec<_> =
-                        all().filter(|k| k.catalogue == catalogue && !k.fault && !taken.contains(&k.name)).collect();
+                    let open: Vec<_> = all()
+                        .filter(|k| k.catalogue == catalogue && !k.by_name_only && !taken.contains(&k.name))
+                        .collect();
                     let Some(kind) = open.get((open.len() as f64 * random.uniform()) as usize) else { continue };
                     taken.push(kind.name);
                     Effect::drawn(kind, &vec![None; kind.parameters.len()], &mut random, duration_s)

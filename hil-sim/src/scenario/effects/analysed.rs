@@ -1,0 +1,47 @@
+//! Entries of the catalogue that only the analysis of a log has: places and delays that are not as declared, and what a
+//! command does. Asked for by name, never drawn by chance.
+
+use super::catalogue::{number, optional};
+use super::{Draw, EffectKind, ParameterKind};
+
+const fn arm(name: &'static str) -> ParameterKind {
+    optional(name, 5.0, Draw::Vector(0.2, 1.0))
+}
+
+macro_rules! analysed {
+    ($($name:literal, $about:literal, [$($parameter:expr),* $(,)?], $apply:expr;)*) => {
+        &[$(EffectKind {
+            name: $name, catalogue: false, by_name_only: true, about: $about, parameters: &[$($parameter),*], apply: $apply,
+        }),*]
+    };
+}
+
+pub(super) const ENTRIES: &[EffectKind] = analysed! {
+    "gnss_lever_arm", "where the antenna is minus where it is declared",
+    [arm("x_m"), arm("y_m")],
+    |p, v| (0..2).for_each(|i| p.installation.gnss_arm_m[i] += v[i]);
+
+    "transducer_lever_arm", "where the transducer is minus where it is declared",
+    [arm("x_m"), arm("y_m"), arm("z_m")],
+    |p, v| (0..3).for_each(|i| p.installation.transducer_arm_m[i] += v[i]);
+
+    "dvl_delay", "the DVL's readings come late",
+    [number("s", [0.0, 10.0], Draw::Size(0.1, 2.0))],
+    |p, v| p.installation.dvl_delay_s += v[0];
+
+    "input_delay", "fins and propeller follow their commands late",
+    [number("s", [0.0, 10.0], Draw::Size(0.1, 1.0))],
+    |p, v| p.undeclared.input_delay_s += v[0];
+
+    "thrust_curve", "thrust by the command's share c of full speed: slope (min(c, saturation) − dead band)",
+    [
+        number("dead_band", [0.0, 0.9], Draw::Uniform(0.05, 0.2)),
+        number("slope_n", [0.1, 1000.0], Draw::Uniform(10.0, 20.0)),
+        number("saturation", [0.1, 1.0], Draw::Uniform(0.6, 0.95)),
+    ],
+    |p, v| p.undeclared.thrust_curve = Some([v[0], v[1], v[2]]);
+
+    "depth_scale", "depth, measured / true − 1",
+    [number("ratio", [-0.1, 0.1], Draw::Signed(0.005, 0.05))],
+    |p, v| p.instruments.depth_ratio += v[0];
+};
