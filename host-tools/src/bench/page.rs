@@ -45,7 +45,6 @@ pub fn html(log: &str, channels: &[Channel], sensors: &[Sensor]) -> String {
             .figure("Histogram, and the normal density of mean and sigma.", plots::histogram(&histogram))
             .figure("Allan deviation.", plots::xy(&allan));
     }
-    let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
-    let command = format!("backseat {}", command.join(" "));
+    let command = crate::provenance::command();
     report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
 }
