@@ -6,15 +6,17 @@ use backseat_app::parameters::{PARAMETERS, Settings};
 use backseat_app::store::{ParameterFlash, RestartRecord, WORD, newest};
 use backseat_wire::hostlink::{self, ResetCause};
 use backseat_wire::ship_state::{Key, LENGTH, ShipState, VERSION};
+use backseat_wire::vehicle_state::{self, VehicleState};
 use crc::{CRC_16_IBM_3740, Crc};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 
-/// The acoustic payload, as it came and with a right CRC; only the right authentication code makes it authentic.
+/// The acoustic payloads, as they came and with a right CRC; only the right authentication code makes it authentic.
 pub fn ship_state(data: &[u8]) {
     const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
     let key = Key::new(*b"of sixteen bytes");
+    uplink(data, &key);
     let (covered, rest) = data.split_at(data.len().min(LENGTH - 2));
     let repaired = [covered, &CRC.checksum(covered).to_le_bytes(), rest].concat();
     for payload in [data, &repaired] {
@@ -32,6 +34,29 @@ pub fn ship_state(data: &[u8]) {
         let is_authentic = payload.starts_with(&authentic);
         assert_eq!(ShipState::parse_authentic(payload, &key).is_ok(), is_authentic);
         assert_eq!(ShipState::parse_authentic(&authentic, &key), Ok(state));
+    }
+}
+
+/// The same of a vehicle's uplink.
+fn uplink(data: &[u8], key: &Key) {
+    const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+    let (covered, rest) = data.split_at(data.len().min(vehicle_state::LENGTH - 2));
+    let repaired = [covered, &CRC.checksum(covered).to_le_bytes(), rest].concat();
+    for payload in [data, &repaired] {
+        let Ok(state) = VehicleState::parse(payload) else {
+            assert!(VehicleState::parse_authentic(payload, key).is_err());
+            continue;
+        };
+        finite(&state);
+        let (mut plain, mut signed) = Default::default();
+        // as above
+        let (Ok(plain), Ok(signed)) = (state.emit(&Key::NONE, &mut plain), state.emit(key, &mut signed)) else {
+            continue;
+        };
+        let expected = if payload[0] == vehicle_state::VERSION { plain } else { &signed[..vehicle_state::LENGTH] };
+        assert_eq!(&payload[..vehicle_state::LENGTH], expected);
+        assert_eq!(VehicleState::parse_authentic(payload, key).is_ok(), payload.starts_with(signed));
+        assert_eq!(VehicleState::parse_authentic(signed, key), Ok(state));
     }
 }
 
