@@ -15,7 +15,6 @@ use super::model::{Entry, LogModel, Measures, Nameless, Row, Unexplained};
 use super::runs::{MOST_RUNS, WINDS, estimate};
 use super::selection::{self, LogModelDiagnosis};
 use crate::linear;
-use crate::prepared_log::DataPart;
 use crate::samples::ResidualChannel;
 use backseat_core::state::wrap_angle;
 use backseat_data::log::Column;
@@ -318,7 +317,6 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let windows = windows::cut(log, length_m, windage);
     let has_anemometer = !windows.is_empty() && windows.iter().all(|window| window.wind.is_some());
     let (model, mut found, missed) = without_missed(&windows, windage, has_anemometer, log, vehicle)?;
-    of_the_whole_log(&model, &mut found);
     restate(&model, &mut found);
     let of_axis = |axis: usize| model.terms[axis].len();
     let mut notes = vec![format!(
@@ -369,20 +367,6 @@ fn without_missed(
     Some((model, found, missed))
 }
 
-/// The wind that is named is that of all windows; a run of which a third is held out has few of them. Scores and intervals
-/// stay those of the training part.
-fn of_the_whole_log(model: &Planar, found: &mut LogModelDiagnosis) {
-    let wind = model.wind();
-    if found.sigmas[wind.clone()].iter().all(|sigma| *sigma == 0.0) {
-        return;
-    }
-    let free: Vec<usize> = (0..model.columns()).filter(|column| found.sigmas[*column] > 0.0).collect();
-    let start = &found.theta[1];
-    if let Some(theta) = fit::solve(model, &found.log_data, &found.noise, &free, start, DataPart::Whole) {
-        found.theta[1][wind.clone()].copy_from_slice(&theta[wind]);
-    }
-}
-
 /// The wind in numbers that a reader knows: wind of each run, or coefficients.
 fn restate(model: &Planar, found: &mut LogModelDiagnosis) {
     let of = |column: usize| (found.theta[1][column], found.sigmas[column]);
@@ -416,8 +400,7 @@ fn restate(model: &Planar, found: &mut LogModelDiagnosis) {
 
 /// The wind of each run from the motion alone, beside the measured one.
 fn without_anemometer(windows: &[Window], windage: Option<Windage>, log: &Log, vehicle: &VehicleFile) -> Vec<String> {
-    let Some((model, mut found, _)) = without_missed(windows, windage, false, log, vehicle) else { return Vec::new() };
-    of_the_whole_log(&model, &mut found);
+    let Some((model, found, _)) = without_missed(windows, windage, false, log, vehicle) else { return Vec::new() };
     if found.diagnosis.effects.iter().all(|effect| effect.instance.candidate.effect != "wind") {
         return vec!["without the anemometer no wind is found".to_owned()];
     }
