@@ -1,12 +1,9 @@
 //! How a flight really ended, by the truth: flown, cut short, capsized, given up, never begun.
 
-use crate::flight::{FlightLog, Sample};
+use crate::flight::{self, FlightLog, Sample};
 use crate::scenario::Scenario;
-use backseat_core::state::{PHI, THETA, X, Y};
+use backseat_core::state::{PHI, THETA};
 
-/// A mission that ends this far from its last waypoint was not flown to its end, m: the waypoint is passed within the
-/// radius at which the leg changes, and the vehicle runs on during the epilogue.
-const END_RADIUS_M: f64 = 150.0;
 /// The vehicle heels over for this long before it counts as capsized, s.
 const CAPSIZED_S: usize = 3;
 /// Time after which a mission that has not begun counts as not flown, s.
@@ -48,9 +45,9 @@ impl Ending {
             return Self::Unfinished;
         }
         let last_under_way = samples.iter().rfind(|sample| sample.telemetry.leg.is_some());
-        let short_of_m = last_under_way.and_then(|sample| short_of_m(scenario, &sample.truth.state));
+        let short_of_m = last_under_way.and_then(|sample| flight::short_of_m(scenario, &sample.truth.state));
         match short_of_m {
-            Some(short_of_m) if short_of_m > END_RADIUS_M => Self::GivenUp { short_of_m },
+            Some(short_of_m) if short_of_m > flight::END_RADIUS_M => Self::GivenUp { short_of_m },
             _ => Self::Flown,
         }
     }
@@ -90,17 +87,6 @@ impl Ending {
             Self::NotFlown => "NOT FLOWN: the backseat never began the mission".to_owned(),
         }
     }
-}
-
-/// Distance from the last waypoint, m.
-fn short_of_m(scenario: &Scenario, state: &[f64; 12]) -> Option<f64> {
-    let waypoints = scenario.settings.waypoints();
-    waypoints.last().map(|waypoint| (state[X] - waypoint.x_m).hypot(state[Y] - waypoint.y_m))
-}
-
-/// Whether a mission that ends here was flown to its end.
-pub(crate) fn is_at_the_end(scenario: &Scenario, state: &[f64; 12]) -> bool {
-    short_of_m(scenario, state).is_none_or(|short_of_m| short_of_m <= END_RADIUS_M)
 }
 
 /// When the vehicle was upside down for [`CAPSIZED_S`] samples, one a second.

@@ -15,12 +15,23 @@ use crate::faults::Board;
 use crate::scenario::Scenario;
 use crate::ship_end::ShipEnd;
 use crate::world::World;
+use backseat_core::state::{X, Y};
 use backseat_data::DataError;
 use backseat_link::{BackseatError, Client, Ports};
 use record::Recorder;
 
 /// Length of a lock-step, µs.
 pub const STEP_US: u64 = 100_000;
+
+/// A mission that ends this far from its last waypoint was not flown to its end, m: the waypoint is passed within the
+/// radius at which the leg changes, and the vehicle runs on during the epilogue.
+pub(crate) const END_RADIUS_M: f64 = 150.0;
+
+/// Distance from the last waypoint, m.
+pub(crate) fn short_of_m(scenario: &Scenario, state: &[f64; 12]) -> Option<f64> {
+    let waypoints = scenario.settings.waypoints();
+    waypoints.last().map(|waypoint| (state[X] - waypoint.x_m).hypot(state[Y] - waypoint.y_m))
+}
 
 /// Why a flight ended before its time.
 #[derive(Debug, thiserror::Error)]

@@ -1,9 +1,8 @@
 //! A flight at the speed of the clock: frames at their true times, the board on its own timer.
 
 use super::record::{Recorder, Sample};
-use super::{FlightError, FlightLog, advance, join, prepare};
+use super::{END_RADIUS_M, FlightError, FlightLog, advance, join, prepare, short_of_m};
 use crate::devices::Devices;
-use crate::ending::is_at_the_end;
 use crate::scenario::Scenario;
 use crate::ship_end::ShipEnd;
 use crate::world::World;
@@ -110,6 +109,11 @@ pub fn fly_realtime_with_ship<P: Ports>(
     flight.simulated_s = now_us as f64 * 1e-6;
     flight.wall_s = begun.elapsed().as_secs_f64();
     Ok(flight)
+}
+
+/// Whether a mission that ends here was flown to its end.
+fn is_at_the_end(scenario: &Scenario, state: &[f64; 12]) -> bool {
+    short_of_m(scenario, state).is_none_or(|short_of_m| short_of_m <= END_RADIUS_M)
 }
 
 /// Until the board steps by itself: what is sent before that would only wait in its ports.
