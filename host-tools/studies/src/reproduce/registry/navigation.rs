@@ -101,7 +101,7 @@ pub const ITEMS: &[Item] = &[
         printed: Printed::Nothing,
         independent: &[],
         curves: CURVES,
-        differs: "Where ranges are coarse, a range rate of 0.1 m/s is the better source of velocity.",
+        differs: "The thesis shows one run; the interval says how far single runs differ.",
     },
     Item {
         id: "start-150m",
