@@ -3,7 +3,7 @@
 use crate::finite;
 use backseat_app::App;
 use backseat_wire::hostlink::{Decoder, FromBoard, MAX_FRAME, Mode, Port, Telemetry, ToBoard, Waypoint, encode};
-use backseat_wire::iver::{Servo, ServoBytes, ToFrontseat};
+use backseat_wire::iver::{Servo, ServoBytes, ToFrontseat, Units};
 use backseat_wire::nmea::{Checksum, Framer};
 use hil_sim::devices::Devices;
 use hil_sim::flight::board_parameters;
@@ -163,7 +163,7 @@ impl Board {
     }
 
     /// Asks the board for something; whether it was done.
-    fn request(&mut self, message: &ToBoard<'_>) -> Result<(), String> {
+    pub(crate) fn request(&mut self, message: &ToBoard<'_>) -> Result<(), String> {
         self.answer = None;
         self.receive(Port::Host, encode(message, &mut [0; MAX_FRAME]).expect("a frame"));
         self.drain();
@@ -182,7 +182,7 @@ impl Board {
     }
 
     /// What an operator does before a mission, whatever was before: stop, parameters, waypoints.
-    fn prepare(&mut self) {
+    pub(crate) fn prepare(&mut self) {
         self.request(&ToBoard::MissionStop).expect("stopped");
         self.configure();
         let count = LEGS.len() as u16;
@@ -193,6 +193,53 @@ impl Board {
         }
         self.request(&ToBoard::MissionCommit).expect("a mission");
     }
+}
+
+/// A board among its simulated devices, second by second.
+pub(crate) struct Trial {
+    pub(crate) board: Board,
+    world: World,
+    devices: Devices,
+    end_us: u64,
+}
+
+impl Trial {
+    /// At the surface, with the scenario's parameters.
+    pub(crate) fn new() -> Self {
+        let mut board = Board::new();
+        board.configure();
+        Self { board, world: World::new(scenario()), devices: Devices::new(scenario()), end_us: 0 }
+    }
+
+    /// A second of ten steps; `meddle` may change what each port hears in each of them. The telemetry in the end.
+    pub(crate) fn second(&mut self, mut meddle: impl FnMut(u64, Port, &mut Vec<u8>)) -> Telemetry {
+        for tenth in 0..SECOND_US / STEP_US {
+            self.end_us += STEP_US;
+            self.board.wait(STEP_US);
+            swim(&mut self.world, &mut self.devices, self.end_us);
+            let mut heard = Port::DEVICES.map(|port| (port, Vec::new()));
+            for (port, arrival) in self.devices.arrivals(self.end_us) {
+                heard[port as usize].1.extend_from_slice(&arrival.bytes);
+            }
+            for (port, bytes) in &mut heard {
+                meddle(tenth, *port, bytes);
+                self.board.receive(*port, bytes);
+            }
+            if self.end_us.is_multiple_of(SECOND_US) {
+                self.board.edge();
+            }
+            self.board.step();
+            for (port, bytes) in self.board.drain() {
+                self.devices.sent_by_backseat(port, self.end_us, &bytes);
+            }
+        }
+        self.board.telemetry.clone().expect("each step is reported")
+    }
+}
+
+/// The frontseat's, in the scenario.
+pub(crate) fn units() -> Units {
+    Units::remote_helm(5)
 }
 
 /// What the devices say in such a flight, in order.

@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod app;
+mod day;
 mod files;
 mod flight;
 mod lies;
@@ -19,6 +20,7 @@ mod stores;
 mod streams;
 
 pub use app::app;
+pub use day::{day, frontseat};
 pub use files::{board_log, csv_log, importers, scenario, session, vehicle_file};
 pub use sentences::{framer, gps, iver, modem, os5000};
 pub use stores::{parameter_store, restart_record, ship_state};
@@ -28,11 +30,13 @@ pub use streams::{gx3, hostlink, mip, pd0, pd4, pd6};
 pub type Target = fn(&[u8]);
 
 /// All targets under the names of their corpora and of their programs in `fuzz_targets`.
-pub const TARGETS: [(&str, Target); 21] = [
+pub const TARGETS: [(&str, Target); 23] = [
     ("app", app),
     ("board_log", board_log),
     ("csv_log", csv_log),
+    ("day", day),
     ("framer", framer),
+    ("frontseat", frontseat),
     ("gps", gps),
     ("gx3", gx3),
     ("hostlink", hostlink),
