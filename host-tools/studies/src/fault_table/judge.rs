@@ -286,7 +286,8 @@ impl Judge {
         let flown = flight.finished && !ended && self.leg == Some(self.last_leg);
         let mut outcome = JudgedFlight {
             seed,
-            error_m: error_m.map(|error| error.unwrap_or(f64::NAN)),
+            // none where the flight was over before its first fault
+            error_m: error_m.map(|error| error.unwrap_or(0.0)),
             end_error_m: self.end_error_m.unwrap_or(f64::NAN),
             ratios: self.ratios,
             deepest_m: self.deepest_m,
