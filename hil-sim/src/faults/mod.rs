@@ -187,6 +187,41 @@ pub enum SensorFault {
         /// Added, m.
         offset_m: [f64; 2],
     },
+    /// Fixes of the vehicle drift away.
+    GnssDrift {
+        /// North and east, m/s, from the fault's begin on.
+        drift_mps: [f64; 2],
+    },
+    /// Fixes of the vehicle wander.
+    GnssWander(Wander),
+    /// Heading is wrong by so much, rad.
+    HeadingJump {
+        /// Added, rad.
+        heading_rad: f64,
+    },
+    /// Heading drifts.
+    HeadingDrift {
+        /// rad/s, from the fault's begin on.
+        rate_radps: f64,
+    },
+}
+
+/// A slow error of a receiver: a sinusoid an axis, in quadrature.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wander {
+    /// One sigma an axis, m.
+    pub sigma_m: f64,
+    /// Period, s.
+    pub period_s: f64,
+}
+
+impl Wander {
+    /// North and east, m, so long after its begin.
+    fn offset_m(&self, time_us: u64) -> [f64; 2] {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * time_us as f64 * 1e-6 / self.period_s);
+        let amplitude_m = std::f64::consts::SQRT_2 * self.sigma_m;
+        [amplitude_m * sin, amplitude_m * cos]
+    }
 }
 
 /// What is wrong with packets.
@@ -242,7 +277,11 @@ pub enum PacketFault {
     ShipPosition {
         /// Added, m.
         offset_m: [f64; 2],
+        /// In this share of the packets.
+        share: f64,
     },
+    /// The ship's receiver wanders.
+    ShipWander(Wander),
 }
 
 /// What happens to the board.

@@ -58,11 +58,12 @@ impl PacketFaults {
                 PacketFault::ClockDrift { rate } => {
                     lengthen(packet, rate * (time_us - fault.from_us) as f64 * 1e-6, speed_mps);
                 }
-                PacketFault::ShipPosition { offset_m } => {
-                    for (place, offset) in packet.ship.position_m.iter_mut().zip(offset_m) {
-                        *place += offset;
+                PacketFault::ShipPosition { offset_m, share } => {
+                    if share >= 1.0 || random.uniform() < share {
+                        shift(packet, offset_m);
                     }
                 }
+                PacketFault::ShipWander(wander) => shift(packet, wander.offset_m(time_us - fault.from_us)),
                 _ => {}
             }
         }
@@ -88,6 +89,13 @@ impl PacketFaults {
             }
         }
         delivery
+    }
+}
+
+/// The ship's place as it reports it.
+fn shift(packet: &mut Downlink, offset_m: [f64; 2]) {
+    for (place, offset) in packet.ship.position_m.iter_mut().zip(offset_m) {
+        *place += offset;
     }
 }
 

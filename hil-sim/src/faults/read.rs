@@ -1,6 +1,8 @@
 //! `[[fault]]`: a name, when it acts, and its numbers.
 
-use super::{BoardFault, Damage, Direction, Fault, FaultKind, FrontseatFault, ModeName, PacketFault, SensorFault};
+use super::{
+    BoardFault, Damage, Direction, Fault, FaultKind, FrontseatFault, ModeName, PacketFault, SensorFault, Wander,
+};
 use crate::quantity;
 use backseat_wire::hostlink::{Port, ResetCause};
 use serde::Deserialize;
@@ -31,6 +33,10 @@ enum Name {
     DepthDrift,
     DepthFactor,
     GnssJump,
+    GnssDrift,
+    GnssWander,
+    HeadingJump,
+    HeadingDrift,
     PacketLate,
     PacketDuplicated,
     PacketWrongSource,
@@ -42,6 +48,7 @@ enum Name {
     ModemClockStep,
     ModemClockDrift,
     ShipPosition,
+    ShipWander,
     FrontseatRefuses,
     FrontseatReboots,
     FrontseatMode,
@@ -114,6 +121,11 @@ written! {
     rate_mps: f64, "quantity::coordinate";
     ratio: f64, "quantity::length";
     offset_m: [f64; 2], "quantity::coordinate";
+    drift_mps: [f64; 2], "quantity::velocity";
+    sigma_m: f64, "quantity::length";
+    period_s: f64, "quantity::duration";
+    heading_rad: f64, "quantity::angle";
+    rate_radps: f64, "quantity::angle";
     extra_m: f64, "quantity::length";
     address: u8;
     offset_s: f64, "quantity::coordinate";
@@ -173,6 +185,11 @@ impl Written {
         }))
     }
 
+    fn wander(&mut self) -> Result<Wander, String> {
+        let period_s = need(self.period_s.take(), "period_s")?;
+        Ok(Wander { sigma_m: need(self.sigma_m.take(), "sigma_m")?, period_s })
+    }
+
     /// Takes what the name calls for.
     fn kind(&mut self) -> Result<FaultKind, String> {
         if let Some(damage) = self.damage()? {
@@ -206,6 +223,16 @@ impl Written {
             Name::GnssJump => {
                 FaultKind::Sensor(SensorFault::GnssJump { offset_m: need(self.offset_m.take(), "offset_m")? })
             }
+            Name::GnssDrift => {
+                FaultKind::Sensor(SensorFault::GnssDrift { drift_mps: need(self.drift_mps.take(), "drift_mps")? })
+            }
+            Name::GnssWander => FaultKind::Sensor(SensorFault::GnssWander(self.wander()?)),
+            Name::HeadingJump => FaultKind::Sensor(SensorFault::HeadingJump {
+                heading_rad: need(self.heading_rad.take(), "heading_rad")?,
+            }),
+            Name::HeadingDrift => {
+                FaultKind::Sensor(SensorFault::HeadingDrift { rate_radps: need(self.rate_radps.take(), "rate_radps")? })
+            }
             Name::PacketLate => FaultKind::Packet(PacketFault::Late { delay_us: delay_us(self)? }),
             Name::PacketDuplicated => FaultKind::Packet(PacketFault::Duplicated { delay_us: delay_us(self)? }),
             Name::PacketWrongSource => {
@@ -234,8 +261,10 @@ impl Written {
                 FaultKind::Packet(PacketFault::ClockDrift { rate: 1e-6 * need(self.drift_ppm.take(), "drift_ppm")? })
             }
             Name::ShipPosition => {
-                FaultKind::Packet(PacketFault::ShipPosition { offset_m: need(self.offset_m.take(), "offset_m")? })
+                let offset_m = need(self.offset_m.take(), "offset_m")?;
+                FaultKind::Packet(PacketFault::ShipPosition { offset_m, share: self.share.take().unwrap_or(1.0) })
             }
+            Name::ShipWander => FaultKind::Packet(PacketFault::ShipWander(self.wander()?)),
             Name::FrontseatRefuses => FaultKind::Frontseat(FrontseatFault::Refuses),
             Name::FrontseatReboots => FaultKind::Frontseat(FrontseatFault::Reboots),
             Name::FrontseatMode => FaultKind::Frontseat(FrontseatFault::Mode(need(self.mode.take(), "mode")?.mode())),

@@ -59,9 +59,20 @@ impl SensorFaults {
                 }
                 (SensorFault::DepthFactor { factor }, ObservationKind::Depth { depth_m }) => *depth_m *= factor,
                 (SensorFault::GnssJump { offset_m }, ObservationKind::VehicleGnss { fix: Some(fix) }) => {
-                    for (place, offset) in fix.position_m.iter_mut().zip(offset_m) {
-                        *place += offset;
-                    }
+                    shift(&mut fix.position_m, offset_m);
+                }
+                (SensorFault::GnssDrift { drift_mps }, ObservationKind::VehicleGnss { fix: Some(fix) }) => {
+                    let since_s = (observation.time_us - fault.from_us) as f64 * 1e-6;
+                    shift(&mut fix.position_m, drift_mps.map(|rate_mps| rate_mps * since_s));
+                }
+                (SensorFault::GnssWander(wander), ObservationKind::VehicleGnss { fix: Some(fix) }) => {
+                    shift(&mut fix.position_m, wander.offset_m(observation.time_us - fault.from_us));
+                }
+                (SensorFault::HeadingJump { heading_rad }, ObservationKind::Ahrs { euler_rad, .. }) => {
+                    turn(&mut euler_rad[2], heading_rad);
+                }
+                (SensorFault::HeadingDrift { rate_radps }, ObservationKind::Ahrs { euler_rad, .. }) => {
+                    turn(&mut euler_rad[2], rate_radps * (observation.time_us - fault.from_us) as f64 * 1e-6);
                 }
                 _ => {}
             }
@@ -73,4 +84,15 @@ impl SensorFaults {
             }
         }
     }
+}
+
+fn shift(position_m: &mut [f64; 2], offset_m: [f64; 2]) {
+    for (place, offset) in position_m.iter_mut().zip(offset_m) {
+        *place += offset;
+    }
+}
+
+/// Adds to a heading of -π to π.
+fn turn(heading_rad: &mut f64, by_rad: f64) {
+    *heading_rad = (*heading_rad + by_rad + PI).rem_euclid(2.0 * PI) - PI;
 }

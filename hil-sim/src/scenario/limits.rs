@@ -15,6 +15,9 @@ pub struct Limits {
     /// Horizontal error at the end of the flight, m.
     #[serde(default, deserialize_with = "quantity::length")]
     pub end_error_m: Option<f64>,
+    /// Least share of the mission's time in mode `navigating`.
+    #[serde(default, deserialize_with = "quantity::share")]
+    pub navigating: f64,
     /// What becomes of the mission.
     pub mission: End,
     /// Reasons of which at least one must be shown for not navigating; none if empty.

@@ -349,6 +349,7 @@ impl JudgedFlight {
         }
         let deepest_m = if limits.sinks.is_some() { self.steered_deepest_m } else { self.deepest_m };
         check(deepest_m <= DEEPEST_M, format!("{deepest_m:.1} m deep"));
+        check(self.navigating >= limits.navigating, format!("navigating for {:.0} % only", 100.0 * self.navigating));
         let end = self.end;
         check(limits.mission == End::Any || end == limits.mission, format!("mission {}", name(&end)));
         if end == End::Ended {

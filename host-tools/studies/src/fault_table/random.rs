@@ -147,6 +147,7 @@ fn draw(index: usize, seed: u64) -> anyhow::Result<Row> {
         why: "Drawn: only the rules that hold for every row.".to_owned(),
         error_m: f64::INFINITY,
         end_error_m: None,
+        navigating: 0.0,
         mission: End::Any,
         reasons: Vec::new(),
         sinks: None,

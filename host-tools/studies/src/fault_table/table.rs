@@ -109,6 +109,9 @@ impl Summary {
         if let Some(end_error_m) = limits.end_error_m {
             let _ = write!(text, ", end {end_error_m} m");
         }
+        if limits.navigating > 0.0 {
+            let _ = write!(text, "; navigating {:.0} %", 100.0 * limits.navigating);
+        }
         let _ = write!(text, "; mission {}", name(&limits.mission));
         if !limits.reasons.is_empty() {
             let _ = write!(text, "; {}", limits.reasons.join(" or "));
