@@ -13,6 +13,7 @@
 use super::digest::Digest;
 use super::effect_states::EffectStates;
 use super::filter::Filter;
+use super::receiver_bias::ReceiverBias;
 use super::{
     CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Learnt, Measurement, NavigationConfig,
     NavigationError, ProcessModel, ProcessNoise, Sensor,
@@ -34,6 +35,8 @@ pub const EVIDENCE_MEMORY: f64 = 0.98;
 pub struct Navigator {
     main: Filter,
     others: [Member; OTHERS],
+    /// What the receivers' biases make of the main filter's estimate.
+    biases: ReceiverBias,
     /// The mixture.
     state: VehicleState,
 }
@@ -99,6 +102,7 @@ impl Navigator {
         Self {
             main: Filter::new(),
             others: [const { Member::NEW }; OTHERS],
+            biases: ReceiverBias::new(),
             state: VehicleState::from_array_storage(ArrayStorage([[0.0; VEHICLE_STATES]; 1])),
         }
     }
@@ -164,6 +168,7 @@ impl Navigator {
     /// Not configured, or a value that is not finite (sigma: not positive).
     pub fn initialise(&mut self, time_us: u64, initial: &InitialState) -> Result<(), NavigationError> {
         self.main.initialise(time_us, initial)?;
+        self.biases.reset();
         let bank = self.main.config().bank;
         for member in &mut self.others {
             member.runs = bank && member.filter.initialise(time_us, initial).is_ok();
@@ -187,7 +192,7 @@ impl Navigator {
     /// # Errors
     /// Not initialised, or a value that is not finite (sigma: not positive).
     pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
-        self.main.initialise_ship(ship)?;
+        self.main.initialise_ship_observed(ship, &mut self.biases)?;
         self.follow(|filter| filter.initialise_ship(ship).is_ok());
         Ok(())
     }
@@ -197,7 +202,7 @@ impl Navigator {
     /// # Errors
     /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
     pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> Result<(), NavigationError> {
-        self.main.predict(to_us, input)?;
+        self.main.predict_observed(to_us, input, &mut self.biases)?;
         self.follow(|filter| filter.predict(to_us, input).is_ok());
         self.mix();
         Ok(())
@@ -205,7 +210,8 @@ impl Navigator {
 
     /// Fuses one measurement; returns the outcome of each of its scalars in the main filter.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
-        let fusions = self.main.fuse(measurement);
+        self.biases.sensor = measurement.sensor();
+        let fusions = self.main.fuse_observed(measurement, &mut self.biases);
         for member in self.others.iter_mut().filter(|member| member.runs) {
             let other = member.filter.fuse(measurement);
             if measurement.sensor() == Sensor::Range {
@@ -229,7 +235,7 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
-        let id = self.main.clone_vehicle()?;
+        let id = self.main.clone_vehicle_observed(&mut self.biases)?;
         self.follow(|filter| filter.clone_vehicle() == Ok(id));
         Ok(id)
     }
@@ -239,14 +245,14 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_ship(&mut self) -> Result<CloneId, CloneError> {
-        let id = self.main.clone_ship()?;
+        let id = self.main.clone_ship_observed(&mut self.biases)?;
         self.follow(|filter| filter.clone_ship() == Ok(id));
         Ok(id)
     }
 
     /// Forgets a delayed state; a stale id does nothing.
     pub fn drop_clone(&mut self, id: CloneId) {
-        self.main.drop_clone(id);
+        self.main.drop_clone_observed(id, &mut self.biases);
         self.others.iter_mut().for_each(|member| member.filter.drop_clone(id));
     }
 
@@ -340,6 +346,28 @@ impl Navigator {
             mean_j += w * b;
         }
         own_weight * main + sum - mean_i * mean_j
+    }
+
+    /// Variance of state `i` as it is to be believed: [`Self::variance`], what the biases of the two GNSS receivers
+    /// ([`NavigationConfig::receiver_bias_m`]) make of the estimate, and what the filter cannot explain
+    /// ([`Filter::unseen_variance`]). The filter itself does not use it.
+    #[must_use]
+    pub fn stated_variance(&self, i: usize) -> f64 {
+        self.stated_covariance(i, i) + self.main.unseen_variance(i)
+    }
+
+    /// Covariance of states `i` and `j` with what the biases of the GNSS receivers make of it; the rest of
+    /// [`Self::stated_variance`] has no correlation.
+    #[must_use]
+    pub fn stated_covariance(&self, i: usize, j: usize) -> f64 {
+        let bias = self.main.config().receiver_bias_m;
+        self.covariance(i, j) + bias * bias * self.biases.product(i, j)
+    }
+
+    /// √(σx² + σy²) by [`Self::stated_variance`], m.
+    #[must_use]
+    pub fn stated_sigma_m(&self) -> f64 {
+        libm::sqrt(self.stated_variance(X) + self.stated_variance(Y))
     }
 
     /// Copies the vehicle's covariance.

@@ -7,6 +7,7 @@ mod effects;
 mod invariance;
 mod mini_run;
 mod order;
+mod receiver_bias;
 mod recovery;
 mod robust;
 mod support;
