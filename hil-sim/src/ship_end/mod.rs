@@ -16,7 +16,7 @@ use backseat_app::STEP_US;
 use backseat_link::{Arrival, BackseatError};
 use backseat_topside::slots::{self, Airtime, SlotTable};
 use backseat_topside::{Config, ConfigError, Port};
-use backseat_wire::modem::{Addresses, ClockEncoding, DopplerSign};
+use backseat_wire::modem::{Addresses, ClockEncoding};
 use backseat_wire::ship_state::ShipState;
 use receiver::Receiver;
 use std::collections::VecDeque;
@@ -70,7 +70,6 @@ pub fn config(scenario: &Scenario) -> Result<Config, ConfigError> {
         range_sigma_m: acoustics.range_sigma_m.unwrap_or(scenario.vehicle.sensors.range_m),
         range_max_m: acoustics.max_range_m,
         clock_encoding: ClockEncoding::BitField,
-        doppler_sign: DopplerSign::ClosingPositive,
         ..Config::reference()
     };
     config.check()?;

@@ -4,7 +4,7 @@ use anyhow::anyhow;
 use backseat_data::DataError;
 use backseat_topside::slots::{Airtime, Exchange, Slot, SlotTable};
 use backseat_topside::{Config, MAX_VEHICLES};
-use backseat_wire::modem::{ClockEncoding, DopplerSign};
+use backseat_wire::modem::ClockEncoding;
 use backseat_wire::ship_state::Key;
 use serde::Deserialize;
 use std::path::Path;
@@ -58,7 +58,6 @@ struct Modem {
     range_sigma_m: Option<f64>,
     range_max_m: Option<f64>,
     legacy_clock: bool,
-    opening_doppler_positive: bool,
     set_clock: Option<bool>,
 }
 
@@ -176,11 +175,6 @@ fn assemble(file: &File) -> anyhow::Result<Config> {
         ship_sigma_max_m: ship.sigma_max_m.unwrap_or(default.ship_sigma_max_m),
         gnss_latency_s: ship.gnss_latency_s.unwrap_or(default.gnss_latency_s),
         clock_encoding: if modem.legacy_clock { ClockEncoding::Legacy } else { ClockEncoding::BitField },
-        doppler_sign: if modem.opening_doppler_positive {
-            DopplerSign::OpeningPositive
-        } else {
-            DopplerSign::ClosingPositive
-        },
         set_modem_clock: modem.set_clock.unwrap_or(default.set_modem_clock),
     };
     config.check()?;

@@ -2,7 +2,7 @@
 
 use crate::modem::MAX_RATE;
 use crate::slots::{Exchange, SlotError, SlotTable};
-use backseat_wire::modem::{ClockEncoding, DopplerSign};
+use backseat_wire::modem::ClockEncoding;
 use backseat_wire::ship_state::Key;
 use core::fmt;
 use heapless::Vec;
@@ -58,8 +58,6 @@ pub struct Config {
     pub gnss_latency_s: f64,
     /// How the modem's firmware encodes its clock mode.
     pub clock_encoding: ClockEncoding,
-    /// Sign of the modem's Doppler.
-    pub doppler_sign: DopplerSign,
     /// Set the modem's clock by `$CCTMS` where it was set by nobody.
     pub set_modem_clock: bool,
 }
@@ -92,7 +90,6 @@ impl Config {
             ship_sigma_max_m: 20.0,
             gnss_latency_s: 0.2,
             clock_encoding: ClockEncoding::BitField,
-            doppler_sign: DopplerSign::ClosingPositive,
             set_modem_clock: true,
         }
     }

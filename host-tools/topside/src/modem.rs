@@ -61,6 +61,7 @@ impl ClockHealth {
 
 /// What a sentence of the modem means for the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "handed over one by one, never kept")]
 pub(crate) enum Report {
     /// Give me a frame.
     Asks(DataRequest),
