@@ -1,4 +1,5 @@
-//! The command `backseat`, one module per subcommand, and in [`library`] what the commands compute, for other front ends.
+//! The command `backseat`, one module per subcommand, and in [`library`] what the commands compute, for other front
+//! ends.
 
 mod bench;
 mod board;

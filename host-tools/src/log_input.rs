@@ -10,8 +10,9 @@ use std::time::Instant;
 /// How a log is to be read.
 #[derive(clap::Args)]
 pub struct LogInput {
-    /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, hms) and base (start or
-    /// epoch), and for each column of the vehicle log, such as `[columns.depth_m]`, its column, unit, sign, scale, offset
+    /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, hms) and base (start
+    /// or epoch), and for each column of the vehicle log, such as `[columns.depth_m]`, its column, unit, sign, scale,
+    /// offset
     #[arg(long = "columns", value_name = "MAP.toml")]
     map: Option<PathBuf>,
     /// Refuse a log whose units, signs or times look wrong, instead of warning

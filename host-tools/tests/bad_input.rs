@@ -1,5 +1,5 @@
-//! Broken input of every kind, as a user meets it: one line with file, line and field, exit code 1, nothing overwritten.
-//! Byte-order marks and CR LF are no defects: such files are read as the others.
+//! Broken input of every kind, as a user meets it: one line with file, line and field, exit code 1, nothing
+//! overwritten. Byte-order marks and CR LF are no defects: such files are read as the others.
 
 use hil_sim::scenario::Scenario;
 use std::fs;

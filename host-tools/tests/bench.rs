@@ -14,7 +14,8 @@ const KNOWN: [(&str, f64); 5] = [
     ("sensors.gnss_m", 0.8),
 ];
 
-/// Twenty minutes at rest at 10 Hz, heading about south where angles wrap; depth drifts with a tide, the DVL reads zero.
+/// Twenty minutes at rest at 10 Hz, heading about south where angles wrap; depth drifts with a tide, the DVL reads
+/// zero.
 fn write_static_log(path: &Path) {
     let mut random = hil_sim::rng::Stream::new(7, hil_sim::rng::Source::Ahrs);
     let [depth, tilt, compass, rate, fix] = KNOWN.map(|(_, sigma)| sigma);

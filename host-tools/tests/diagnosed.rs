@@ -1,6 +1,6 @@
-//! What `backseat diagnose` finds reaches the vehicle: a backseat that knows of no current and no hard iron flies a survey, its
-//! log is diagnosed, and with the vehicle file written the true error falls to that of a backseat that was told the truth, on
-//! that survey and on one turned by 60 degrees at another speed.
+//! What `backseat diagnose` finds reaches the vehicle: a backseat that knows of no current and no hard iron flies a
+//! survey, its log is diagnosed, and with the vehicle file written the true error falls to that of a backseat that was
+//! told the truth, on that survey and on one turned by 60 degrees at another speed.
 //!
 //! `cargo test -p host-tools --test diagnosed -- --nocapture` prints the figures.
 

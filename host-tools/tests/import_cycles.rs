@@ -1,8 +1,8 @@
 //! No module imports one that imports it: inside every folder of every crate, imports point one way.
 //!
 //! Modules side by side in one folder (a file, or a folder with all that is in it) must form a tree of imports. That a
-//! module uses what its parent's own file defines, and the parent its children, is how Rust nests and is no cycle. Tests
-//! inside the sources are not looked at.
+//! module uses what its parent's own file defines, and the parent its children, is how Rust nests and is no cycle.
+//! Tests inside the sources are not looked at.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -1,6 +1,7 @@
-//! A vehicle whose sensors sit off its centre of gravity, are turned and late, end to end: simulator, bytes, app, export,
-//! navigate, identify, diagnose, and the ARM image in QEMU. With the installation declared nothing is found missing and the errors are those of a vehicle whose
-//! sensors sit at its centre; each number that is not declared is seen.
+//! A vehicle whose sensors sit off its centre of gravity, are turned and late, end to end: simulator, bytes, app,
+//! export, navigate, identify, diagnose, and the ARM image in QEMU. With the installation declared nothing is found
+//! missing and the errors are those of a vehicle whose sensors sit at its centre; each number that is not declared is
+//! seen.
 //!
 //! `cargo test -p host-tools --test installation -- --nocapture` prints the figures.
 
@@ -19,8 +20,8 @@ use tempfile::TempDir;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_backseat");
 
-/// Larger than on any vehicle of 2 m where that is what it takes to be seen in half an hour: the antenna and the transducer
-/// against a fix of 1 m and a range of 1 m.
+/// Larger than on any vehicle of 2 m where that is what it takes to be seen in half an hour: the antenna and the
+/// transducer against a fix of 1 m and a range of 1 m.
 const INSTALLED: Installation = Installation {
     dvl_arm_m: [0.6, 0.05, 0.2],
     dvl_turn_rad: [0.02, -0.03, 0.1],

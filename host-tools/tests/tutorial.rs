@@ -13,7 +13,8 @@ struct Step {
     shown: Vec<String>,
 }
 
-/// Commands are indented; the block behind one, if any, is what it prints. `<!-- exit 3 -->` before a command: its code.
+/// Commands are indented; the block behind one, if any, is what it prints. `<!-- exit 3 -->` before a command: its
+/// code.
 fn steps() -> Vec<Step> {
     let (mut steps, mut code, mut is_inside): (Vec<Step>, i32, bool) = (Vec::new(), 0, false);
     for line in PAGE.lines() {

@@ -134,8 +134,8 @@ impl App {
         self.backseat.is_at_rest()
     }
 
-    /// Ends a mission, and gives the frontseat control with the next step: neutral fins and stop. For a board that is about
-    /// to end, or whose frontseat did not hear it.
+    /// Ends a mission, and gives the frontseat control with the next step: neutral fins and stop. For a board that is
+    /// about to end, or whose frontseat did not hear it.
     pub fn hand_back(&mut self) {
         self.backseat.steering.stop();
     }

@@ -167,7 +167,8 @@ impl Backseat {
         self.run.digest
     }
 
-    /// No mission is armed or under way, nothing is being stopped, tested or stored, and no resets wait for the operator.
+    /// No mission is armed or under way, nothing is being stopped, tested or stored, and no resets wait for the
+    /// operator.
     pub fn is_at_rest(&self) -> bool {
         let Self { steering, storage, modes, .. } = self;
         let is_steering = steering.is_engaged() || steering.is_stopping() || steering.is_wiggling();
@@ -323,8 +324,8 @@ impl Backseat {
         }
     }
 
-    /// At the end of a dive, keeps what the filter has learnt of the vehicle; not from a filter that contradicts its sensors, nor
-    /// of a vehicle with a fault, which is another after its repair.
+    /// At the end of a dive, keeps what the filter has learnt of the vehicle; not from a filter that contradicts its
+    /// sensors, nor of a vehicle with a fault, which is another after its repair.
     #[inline(never)]
     fn learn(&mut self) {
         let Self { learning, steering, estimator, adaptation, parameters, .. } = self;

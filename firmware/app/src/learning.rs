@@ -1,9 +1,10 @@
 //! What a dive has learnt of the vehicle is kept for the next one.
 //!
-//! At the end of a mission the posterior of the robust filter's states of the vehicle becomes the section `learnt` of the
-//! active parameters, and the board is asked to write them: once a dive, and only when no mission is under way, because an
-//! erase takes seconds. The filter starts from there when it is initialised again, after the next power-up at the latest.
-//! What a dive has learnt until the power fails under way is lost; what those before it have learnt is not.
+//! At the end of a mission the posterior of the robust filter's states of the vehicle becomes the section `learnt` of
+//! the active parameters, and the board is asked to write them: once a dive, and only when no mission is under way,
+//! because an erase takes seconds. The filter starts from there when it is initialised again, after the next power-up
+//! at the latest. What a dive has learnt until the power fails under way is lost; what those before it have learnt is
+//! not.
 
 use crate::time::STEP_US;
 

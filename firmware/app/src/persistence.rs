@@ -17,7 +17,8 @@ impl App {
         found.is_none_or(|settings| self.backseat.restore(settings))
     }
 
-    /// The set that is to be stored, by the host's wish, because it was adopted or because a dive has learnt, until [`Self::stored`] answers.
+    /// The set that is to be stored, by the host's wish, because it was adopted or because a dive has learnt, until
+    /// [`Self::stored`] answers.
     #[must_use]
     pub fn to_store(&self) -> Option<&Settings> {
         self.backseat.storage.is_busy().then(|| self.backseat.parameters.active())

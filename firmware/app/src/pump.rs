@@ -6,10 +6,10 @@
 //! then the app steps, its bytes are handed to the ports, and
 //! [`StepDone`](backseat_wire::hostlink::StepDone) answers.
 //!
-//! A board that runs on its own clock lends it only at rest ([`App::lends_clock`]), and only for a `Step` that announces
-//! lock-step: `time_us == 0`, no chunks. Any other is refused ([`Refusal::OwnClock`]). A host that sends no step for
-//! [`SILENT_US`], or whose announced bytes do not come for [`PARTIAL_US`], loses the clock: the app restarts, commands
-//! neutral and stop, and steps by the board's time again.
+//! A board that runs on its own clock lends it only at rest ([`App::lends_clock`]), and only for a `Step` that
+//! announces lock-step: `time_us == 0`, no chunks. Any other is refused ([`Refusal::OwnClock`]). A host that sends no
+//! step for [`SILENT_US`], or whose announced bytes do not come for [`PARTIAL_US`], loses the clock: the app restarts,
+//! commands neutral and stop, and steps by the board's time again.
 //!
 //! For [`START_US`] after power-up (not after a reset by a fault) the pump leaves device bytes in their ports and takes
 //! no step of its own, so that a simulator's first `Step` finds an untouched app. A `Step` with `time_us == 0` restarts

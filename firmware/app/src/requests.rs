@@ -142,8 +142,8 @@ fn commit_mission(backseat: &mut Backseat) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Opens a transfer. The operator wants another mission: at rest the stored one is forgotten, so that it is never flown in
-/// the place of one that was refused or did not arrive.
+/// Opens a transfer. The operator wants another mission: at rest the stored one is forgotten, so that it is never flown
+/// in the place of one that was refused or did not arrive.
 fn begin_mission(backseat: &mut Backseat, count: u16) -> Result<(), Refusal> {
     if at_rest(backseat).is_ok() {
         backseat.steering.clear_mission();

@@ -85,7 +85,7 @@ mod tests {
         ring.push(b"xy");
         assert_eq!((ring.len(), ring.dropped()), (7, 1));
         let mut out = std::vec::Vec::new();
-        while ring.len() > 0 {
+        while !ring.is_empty() {
             out.extend_from_slice(ring.front());
             ring.consume(ring.front().len());
         }

@@ -63,8 +63,8 @@ impl Backseat {
         let Some(abort) = self.links.take_abort() else { return };
         let settings = &self.parameters.active().app;
         let sent_us = u64::from(abort.transmit_s).saturating_mul(1_000_000);
-        // Sent since the mission was started, and not long ago: a recording is for no other mission. Without UTC it cannot
-        // be told from one.
+        // Sent since the mission was started, and not long ago: a recording is for no other mission. Without UTC it
+        // cannot be told from one.
         let Some(present_us) = self.clock.utc_us(now_us) else { return };
         let Some(started_us) = self.clock.utc_us(self.steering.armed_us()) else { return };
         let is_new = sent_us >= started_us && sent_us.abs_diff(present_us) <= ABORT_AGE_US;

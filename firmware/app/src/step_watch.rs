@@ -7,8 +7,8 @@ use crate::time::STEP_US;
 /// A step later than this is not in time, µs.
 const LATE_US: u64 = 3 * STEP_US;
 
-/// When the last navigation step ran, by the board's own time. No message of a host can feed it, and none can stop a step of
-/// the board's own clock.
+/// When the last navigation step ran, by the board's own time. No message of a host can feed it, and none can stop a
+/// step of the board's own clock.
 #[derive(Debug, Default)]
 pub struct StepWatch {
     /// The app's time of the last step: the host's under lock-step.
@@ -33,7 +33,8 @@ impl StepWatch {
         stepped
     }
 
-    /// Whether the last step is as young as it has to be: 0.3 s, and as much more as the pump waits for a lock-step clock.
+    /// Whether the last step is as young as it has to be: 0.3 s, and as much more as the pump waits for a lock-step
+    /// clock.
     #[must_use]
     pub fn is_in_time(&self, pump: &Pump, now_us: u64) -> bool {
         let waits_us = if pump.is_waiting() {

@@ -1,7 +1,8 @@
 //! The vehicle's part of the acoustic cycle: its state uplink and its pings, each in its slot.
 //!
-//! A cycle starts at whole multiples of its period since 1970. Nothing is sent without UTC, and nothing unless a period is
-//! set. A data packet is commanded ahead of its second; the modem then asks for the frame, which leaves on its next pulse.
+//! A cycle starts at whole multiples of its period since 1970. Nothing is sent without UTC, and nothing unless a period
+//! is set. A data packet is commanded ahead of its second; the modem then asks for the frame, which leaves on its next
+//! pulse.
 
 use crate::estimator::Estimator;
 use crate::geodesy::LocalFrame;

@@ -196,8 +196,8 @@ impl Word {
     }
 }
 
-/// A frontseat that lies under way, beside what it honestly says or instead of it: commands stay within limits and rates,
-/// telemetry finite, and in the end the board flies.
+/// A frontseat that lies under way, beside what it honestly says or instead of it: commands stay within limits and
+/// rates, telemetry finite, and in the end the board flies.
 pub fn frontseat(data: &[u8]) {
     let mut trial = Trial::new();
     trial.board.prepare();

@@ -1,7 +1,7 @@
 //! A WHOI Micro-Modem 2 that does what its host says: cycles, data frames and pings out, what arrives in.
 //!
-//! With SNV 1 a data packet leaves on the pulse after its frame was taken; a cycle-initialisation packet and a ping leave
-//! at once. A modem that sends, or already receives, hears nothing else.
+//! With SNV 1 a data packet leaves on the pulse after its frame was taken; a cycle-initialisation packet and a ping
+//! leave at once. A modem that sends, or already receives, hears nothing else.
 
 use super::uart::Uart;
 use backseat_wire::Decimal;

@@ -58,10 +58,8 @@ impl PacketFaults {
                 PacketFault::ClockDrift { rate } => {
                     lengthen(packet, rate * (time_us - fault.from_us) as f64 * 1e-6, speed_mps);
                 }
-                PacketFault::ShipPosition { offset_m, share } => {
-                    if share >= 1.0 || random.uniform() < share {
-                        shift(packet, offset_m);
-                    }
+                PacketFault::ShipPosition { offset_m, share } if share >= 1.0 || random.uniform() < share => {
+                    shift(packet, offset_m);
                 }
                 PacketFault::ShipWander(wander) => shift(packet, wander.offset_m(time_us - fault.from_us)),
                 _ => {}

@@ -23,8 +23,8 @@ pub struct Limits {
     /// Reasons of which at least one must be shown for not navigating; none if empty.
     #[serde(default)]
     pub reasons: Vec<String>,
-    /// Why the vehicle sinks once it is no longer steered, whatever is commanded: then its depth is judged up to the mission's
-    /// end.
+    /// Why the vehicle sinks once it is no longer steered, whatever is commanded: then its depth is judged up to the
+    /// mission's end.
     #[serde(default)]
     pub sinks: Option<String>,
     /// Why no data on board can reveal the fault: then an error beyond three sigmas is listed and not judged.

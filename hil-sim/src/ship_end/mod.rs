@@ -1,5 +1,5 @@
-//! The ship's end of a simulation with the real topside: GNSS receiver and modem on serial lines, the program behind them,
-//! and the water between the two modems.
+//! The ship's end of a simulation with the real topside: GNSS receiver and modem on serial lines, the program behind
+//! them, and the water between the two modems.
 
 mod program;
 mod receiver;

@@ -1,12 +1,12 @@
 //! The board's inputs layer over a log: raw samples to measurements of the centre of gravity.
 //!
-//! A vehicle log holds what the sensors said: along their own axes, where they sit, when it arrived. [`at_centre`] applies
-//! the `[installation]` of the vehicle file with the board's own code ([`backseat_app::inputs::installation`]): turns,
-//! delays, and lever arms with attitude and rates of the log itself. It does so once: a log remembers.
+//! A vehicle log holds what the sensors said: along their own axes, where they sit, when it arrived. [`at_centre`]
+//! applies the `[installation]` of the vehicle file with the board's own code ([`backseat_app::inputs::installation`]):
+//! turns, delays, and lever arms with attitude and rates of the log itself. It does so once: a log remembers.
 //!
-//! Three columns stand as they are. A fix stands at its own time. A range is one from transducer to transducer, at its time
-//! of arrival: who knows the position subtracts the arm along the path ([`range_at_centre_m`]). Commands hold from their row
-//! on.
+//! Three columns stand as they are. A fix stands at its own time. A range is one from transducer to transducer, at its
+//! time of arrival: who knows the position subtracts the arm along the path ([`range_at_centre_m`]). Commands hold from
+//! their row on.
 
 use crate::log::{Column, Log, LogRow};
 use backseat_app::inputs::installation::{self, arm_along_path_m, mounted};
@@ -21,8 +21,8 @@ const LONGEST_GAP_US: u64 = 1_000_000;
 
 /// The log with every sample in body axes, at its time of validity, at the centre of gravity.
 ///
-/// Without arms, turns and delays, or when it was done before, it is the log itself. Samples whose arm needs attitude or
-/// rates that the log does not have at that time are left out, and a note says how many.
+/// Without arms, turns and delays, or when it was done before, it is the log itself. Samples whose arm needs attitude
+/// or rates that the log does not have at that time are left out, and a note says how many.
 #[must_use]
 pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> {
     if log.at_centre || !moves_samples(installation) {
@@ -180,7 +180,8 @@ fn interpolated(series: &[(u64, [f64; 3])], time_us: u64, change: fn(f64) -> f64
 mod tests {
     use super::*;
 
-    /// A vehicle that turns at 0.1 rad/s with a DVL 0.5 m ahead: its sway is ω times the arm, and nothing at the centre.
+    /// A vehicle that turns at 0.1 rad/s with a DVL 0.5 m ahead: its sway is ω times the arm, and nothing at the
+    /// centre.
     #[test]
     fn val_a_log_is_moved_to_the_centre_once() {
         let installation = Installation {

@@ -86,8 +86,8 @@ const MANY: f64 = 1.0e5;
 
 /// Where the distribution function of χ² with `degrees` of freedom is `p`; NaN unless `degrees` is positive.
 ///
-/// By bisection: `statrs` inverts it by a few steps of Newton's method, which leave 3e-6 with many degrees of freedom and
-/// no number with one.
+/// By bisection: `statrs` inverts it by a few steps of Newton's method, which leave 3e-6 with many degrees of freedom
+/// and no number with one.
 #[must_use]
 pub fn chi_square_quantile(degrees: f64, p: f64) -> f64 {
     if degrees >= MANY {

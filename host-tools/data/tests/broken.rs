@@ -107,7 +107,8 @@ fn compressed_logs() {
     assert!(log(&whole[..4]).is_err());
 }
 
-/// A file that decompresses to one endless line, or has columns without end, is refused in bounded memory, and says why.
+/// A file that decompresses to one endless line, or has columns without end, is refused in bounded memory, and says
+/// why.
 #[test]
 fn what_has_no_end_is_refused() {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
@@ -141,7 +142,8 @@ fn truths() {
 #[test]
 fn unusual_but_right() {
     let log_of = |text: &str| log(text.as_bytes()).unwrap();
-    // Byte-order mark, CRLF, columns in another order, blanks, an unknown column, quotes, a blank line, no last line end.
+    // Byte-order mark, CRLF, columns in another order, blanks, an unknown column, quotes, a blank line, no last line
+    // end.
     let read = log_of("\u{feff}weather,t_s, depth_m \r\nfine,0, 1.5 \r\n\"a, b\",1,\"2.5\"\r\n\r\n,2,");
     assert_eq!(read.rows.len(), 3);
     assert_eq!(read.rows[0].get(backseat_data::Column::Depth), Some(1.5));

@@ -56,8 +56,8 @@ pub fn gain_of(equations: &NormalEquations, free: &[usize], theta: &[f64], fixed
 /// Scatter of few blocks may be small by chance.
 const LEAST_INFLATION: f64 = 0.5;
 
-/// Factor by which the blocks' scores scatter more than the Hessian says, and the number of blocks: residuals that are still
-/// coloured over a block lower the information by it. Neighbouring blocks count by half (Bartlett).
+/// Factor by which the blocks' scores scatter more than the Hessian says, and the number of blocks: residuals that are
+/// still coloured over a block lower the information by it. Neighbouring blocks count by half (Bartlett).
 #[must_use]
 pub fn inflation(
     normal: &BlockEquations,

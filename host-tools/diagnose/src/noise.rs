@@ -10,7 +10,8 @@ const LEAST_SAMPLES: usize = 60;
 const BELIEVED: f64 = 5.0;
 /// Half the number of neighbours of a range that say what it should be.
 const NEIGHBOURS: usize = 3;
-/// A range this many sigmas from its neighbours is an outlier: of 120 good ones less than one in a hundred logs has one.
+/// A range this many sigmas from its neighbours is an outlier: of 120 good ones less than one in a hundred logs has
+/// one.
 const OUTLIER: f64 = 4.5;
 /// Times that the neighbours are chosen again.
 const PASSES: usize = 3;

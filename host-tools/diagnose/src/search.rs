@@ -1,4 +1,5 @@
-//! Trace: which hypotheses the data support, by forward selection with refitting, onset search and backward elimination.
+//! Trace: which hypotheses the data support, by forward selection with refitting, onset search and backward
+//! elimination.
 
 use crate::candidates::{self, Candidate, Hypothesis, Instance, set_of};
 use crate::linear;

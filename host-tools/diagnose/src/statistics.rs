@@ -16,9 +16,9 @@ pub struct NoiseColour {
     pub decay: f64,
 }
 
-/// Probability of the autocorrelations under whiteness. Sensor noise is often modestly coloured (a settling filter, waves
-/// at a pressure port): where whiteness fails, white noise with at most a fifth of first-order Gauss-Markov noise is
-/// tried, and the probability is that of what it leaves.
+/// Probability of the autocorrelations under whiteness. Sensor noise is often modestly coloured (a settling filter,
+/// waves at a pressure port): where whiteness fails, white noise with at most a fifth of first-order Gauss-Markov noise
+/// is tried, and the probability is that of what it leaves.
 #[must_use]
 pub fn whiteness(correlation: &[f64], count: usize) -> (f64, Option<NoiseColour>) {
     let white = ljung_box(correlation, count, 0);
@@ -70,8 +70,8 @@ pub fn autocorrelation(e: &[f64], lags: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Ljung and Box (1978): probability that a white sequence has autocorrelations as large as this one's, `fitted` numbers
-/// having been fitted to them.
+/// Ljung and Box (1978): probability that a white sequence has autocorrelations as large as this one's, `fitted`
+/// numbers having been fitted to them.
 #[must_use]
 pub fn ljung_box(correlation: &[f64], count: usize, fitted: usize) -> f64 {
     let n = count as f64;

@@ -4,12 +4,12 @@ use crate::{Estimate, Options};
 use backseat_core::navigation::{Learnt, Priors, StateParameter};
 use backseat_core::parameters::HANDLING;
 
-/// Section `[learnt]` of the identified vehicle: the estimate's covariance, about the identified values. Without one (the
-/// adaptive and nullspace methods give none) nothing is learnt, and `[prior]` holds for the identified vehicle.
+/// Section `[learnt]` of the identified vehicle: the estimate's covariance, about the identified values. Without one
+/// (the adaptive and nullspace methods give none) nothing is learnt, and `[prior]` holds for the identified vehicle.
 ///
 /// In logarithms the covariance of θ_i and θ_j is that of their errors over θ_i θ_j. A log holds no forces, so that one
-/// parameter was taken as known and gives the scale of all others: its sigma in `[prior]` is an error common to all. And the
-/// vehicle is handled before it dives ([`HANDLING`]).
+/// parameter was taken as known and gives the scale of all others: its sigma in `[prior]` is an error common to all.
+/// And the vehicle is handled before it dives ([`HANDLING`]).
 #[must_use]
 pub fn learnt(estimate: &Estimate, options: &Options, priors: &Priors) -> Learnt {
     let Some(covariance) = &estimate.covariance else { return Learnt::NONE };
@@ -49,7 +49,8 @@ mod tests {
     use backseat_core::identification::Visibility;
     use nalgebra::DMatrix;
 
-    /// d11 known to 3 % and beta5 to 4 % beside a known m11, their errors correlated by 0.5; nothing else was identified.
+    /// d11 known to 3 % and beta5 to 4 % beside a known m11, their errors correlated by 0.5; nothing else was
+    /// identified.
     #[test]
     fn val_the_covariance_of_logarithms_with_the_common_scale() {
         let values = crate::parameters::of(&VehicleParameters::IVER3);

@@ -57,7 +57,8 @@ impl Tape {
         if bytes.is_empty() { Ok(()) } else { self.write(Event::Sent { port: Port::Host, bytes }) }
     }
 
-    /// The inputs of a step, in the order in which the app is fed them: an edge goes before the chunk that ended with it.
+    /// The inputs of a step, in the order in which the app is fed them: an edge goes before the chunk that ended with
+    /// it.
     pub fn write_inputs(
         &mut self,
         time_us: u64,

@@ -1,7 +1,7 @@
 //! The extension module `backseat._backseat`: the functions behind the commands, with arrays as bytes of doubles.
 //!
-//! Everything that a user sees (names, defaults, numpy, documentation) stands in `backseat/__init__.py`; this module passes
-//! values on and computes nothing.
+//! Everything that a user sees (names, defaults, numpy, documentation) stands in `backseat/__init__.py`; this module
+//! passes values on and computes nothing.
 
 mod columns;
 mod diagnose;

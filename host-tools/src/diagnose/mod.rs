@@ -222,8 +222,8 @@ fn read(args: &Args) -> anyhow::Result<ReadLog> {
     Ok(read)
 }
 
-/// Logs without fins and propeller: each kind has its own model. Those of sensors apply the installation themselves, to the
-/// `raw` log.
+/// Logs without fins and propeller: each kind has its own model. Those of sensors apply the installation themselves, to
+/// the `raw` log.
 fn by_log_model(
     [raw, log]: [&Log; 2],
     vehicle: &VehicleFile,

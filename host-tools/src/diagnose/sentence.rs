@@ -6,7 +6,8 @@ use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::scores::Scores;
 use backseat_diagnose::verdict::Verdict;
 
-/// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its names.
+/// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
+/// names.
 const WORDS: [(&str, &str); 22] = [
     ("linear_drag", "the hull drags {surge_ns_per_m} more in surge"),
     ("drag_change", "the hull drags {surge_ns_per_m} more in surge"),

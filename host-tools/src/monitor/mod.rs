@@ -166,8 +166,8 @@ fn show(terminal: &mut DefaultTerminal, watch: &mut Watch, mut view: View) -> an
     Ok(())
 }
 
-/// Keys and changes of size, from a thread of their own: on a terminal that has gone, reading them never returns, and the
-/// view has to end all the same.
+/// Keys and changes of size, from a thread of their own: on a terminal that has gone, reading them never returns, and
+/// the view has to end all the same.
 fn events() -> Receiver<Event> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {

@@ -1,8 +1,8 @@
 //! What a trial leaves behind, put together: the vehicle's log, the ship's receiver, the vehicle's modem.
 //!
-//! All times are brought to UTC by the readers. The vehicle's own clock is another matter: nothing in its log says how far
-//! it is off. The ranges do: they are to where the vehicle was at their arrival in UTC, so that the track of the log,
-//! moved in time by the right amount, fits them best.
+//! All times are brought to UTC by the readers. The vehicle's own clock is another matter: nothing in its log says how
+//! far it is off. The ranges do: they are to where the vehicle was at their arrival in UTC, so that the track of the
+//! log, moved in time by the right amount, fits them best.
 
 use crate::log_input::{LogInput, ReadLog};
 use anyhow::bail;

@@ -1,7 +1,7 @@
 //! A session with a PC's times: the app on board time, reconstructed from the telemetry.
 //!
-//! The PC reads each byte late, by cable and buffers, and no record holds the app's own steps and pulse edges: the replay
-//! is close to what the board computed, never the same to the bit.
+//! The PC reads each byte late, by cable and buffers, and no record holds the app's own steps and pulse edges: the
+//! replay is close to what the board computed, never the same to the bit.
 
 use super::board::{settings, take};
 use super::survey::{ReportedStep, Survey, reported_step};

@@ -118,8 +118,8 @@ fn quantiles(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     Some([at(0.5)?, at(0.95)?])
 }
 
-/// How well topside knew ship and vehicle, m; the mean of the vehicle's normalised squared error is 2 where its ellipse is
-/// right.
+/// How well topside knew ship and vehicle, m; the mean of the vehicle's normalised squared error is 2 where its ellipse
+/// is right.
 pub fn json(flight: &FlightLog) -> Value {
     let error = |pick: fn(&ShipSide) -> Option<[f64; 2]>| {
         quantiles(flight.ship_side.iter().filter_map(pick).map(|[error_m, _]| error_m))

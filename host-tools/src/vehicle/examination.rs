@@ -147,8 +147,8 @@ fn plain_misfits(p: &VehicleParameters) -> Vec<Misfit> {
     misfits
 }
 
-/// Added mass of the spheroid with the hull's length and diameter (Lamb 1932, section 115), moments of inertia of an even
-/// body, drag of a cylinder across the flow.
+/// Added mass of the spheroid with the hull's length and diameter (Lamb 1932, section 115), moments of inertia of an
+/// even body, drag of a cylinder across the flow.
 fn beside(p: &VehicleParameters) -> Vec<Beside> {
     let [k1, k2, k3] = lamb(p.length_m / p.diameter_m);
     let (mass, displaced) = (p.mass_kg, p.displaced_mass_kg);
@@ -183,7 +183,8 @@ fn beside(p: &VehicleParameters) -> Vec<Beside> {
     rows
 }
 
-/// Coefficients of added mass of a prolate spheroid of this length over diameter: along, across, and about an axis across.
+/// Coefficients of added mass of a prolate spheroid of this length over diameter: along, across, and about an axis
+/// across.
 fn lamb(slenderness: f64) -> [f64; 3] {
     let e2 = 1.0 - 1.0 / (slenderness * slenderness).max(1.0001);
     let e = e2.sqrt();

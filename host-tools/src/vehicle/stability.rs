@@ -18,8 +18,8 @@ pub struct Mode {
     pub eigenvalue: Complex<f64>,
 }
 
-/// Motions of the vertical plane (u, w, q, θ) and sideways (v, p, r, φ), slowest decay first. They are separate for a vehicle
-/// that is symmetric about its vertical plane.
+/// Motions of the vertical plane (u, w, q, θ) and sideways (v, p, r, φ), slowest decay first. They are separate for a
+/// vehicle that is symmetric about its vertical plane.
 pub fn modes(model: &VehicleModel, trim: &Trim, propeller_radps: f64) -> Vec<Mode> {
     let input = ActuatorInput { propeller_radps, fins_rad: trim.fins_rad };
     let f = model.linearise(&trim.state(), &input).F();

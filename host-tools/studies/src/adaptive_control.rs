@@ -1,4 +1,5 @@
-//! `backseat studies adaptive-control`: gains and feed-forward that follow the parameters the filter holds, against fixed.
+//! `backseat studies adaptive-control`: gains and feed-forward that follow the parameters the filter holds, against
+//! fixed.
 //!
 //! The simulator's vehicle, steered by the board's controller on the robust filter's estimate, without a DVL. Adaptive:
 //! every twenty seconds the controller gets the declared vehicle with the factors that the filter estimates; its trim,

@@ -76,7 +76,7 @@ fn val_the_right_vehicle_over_the_host_link_helps_as_predicted() {
     let ratio = errors[1].rms_m / errors[0].rms_m;
     let expected = errors[3].rms_m / errors[2].rms_m;
     println!("{ratio:.4} of the error is left, {expected:.4} predicted: {errors:?}");
-    // What the board hears is rounded by the devices and comes late; the measurements of the log are and do not. That is
-    // a few centimetres of the 0.4 m which the right vehicle leaves of 14 m.
+    // What the board hears is rounded by the devices and comes late; the measurements of the log are and do not. That
+    // is a few centimetres of the 0.4 m which the right vehicle leaves of 14 m.
     assert!(ratio < 0.1 && (ratio / expected - 1.0).abs() < 0.2, "{ratio} instead of {expected}: {errors:?}");
 }

@@ -66,7 +66,8 @@ fn a_mission_is_flown_to_its_end_within_metres() {
     let flight = on_pseudo_terminals(&scenario, None);
     assert!(flight.finished);
     let analysis = hil_sim::analysis::analyse(&scenario, &flight).unwrap();
-    // Ten minutes after the last fix of 1.5 m, with a range of 1 m every 30 s; a filter that is lost is off by tens of metres.
+    // Ten minutes after the last fix of 1.5 m, with a range of 1 m every 30 s; a filter that is lost is off by tens of
+    // metres.
     let backseat = &analysis.configurations[0].error;
     assert!(backseat.median_m < 1.5 && backseat.p95_m < 4.0, "{backseat:?}");
     let track = analysis.track.unwrap();

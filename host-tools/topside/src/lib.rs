@@ -1,8 +1,8 @@
 //! The ship's half of the acoustic system, as a sans-IO state machine.
 //!
 //! [`Topside`] takes bytes of the ship's GNSS receiver and of its Micro-Modem ([`Topside::receive`]), edges of a pulse
-//! per second if there are any ([`Topside::pps`]) and a step every 0.1 s or faster ([`Topside::step`]), and holds what is
-//! to be sent ([`Topside::transmit`]). It reads no clock, never blocks and allocates nothing.
+//! per second if there are any ([`Topside::pps`]) and a step every 0.1 s or faster ([`Topside::step`]), and holds what
+//! is to be sent ([`Topside::transmit`]). It reads no clock, never blocks and allocates nothing.
 //!
 //! ```text
 //! GNSS ─> gnss ─> ship's filter ──> packet of the slot ─┐

@@ -172,8 +172,9 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
-    /// A ship that moves as the filter believes, exactly discretised: velocity gains a, position a/2 and an independent part
-    /// of variance 1/12 a second. Over 300 such ships the squared errors over the stated variances have a mean of 1.
+    /// A ship that moves as the filter believes, exactly discretised: velocity gains a, position a/2 and an independent
+    /// part of variance 1/12 a second. Over 300 such ships the squared errors over the stated variances have a mean of
+    /// 1.
     #[test]
     fn val_stated_accuracy_is_the_true_one() {
         let mut sums = [0.0; 2];
@@ -207,8 +208,8 @@ mod tests {
         assert!(sums.iter().all(|mean| (0.82..1.18).contains(mean)), "{sums:?}");
     }
 
-    /// Closed form: a constant of unknown value, fixes of 1 m, no acceleration: sigma falls to that of a straight line's
-    /// end point, 2 / sqrt(n) for n fixes (least squares: variance 2 (2 n - 1) / (n (n + 1))).
+    /// Closed form: a constant of unknown value, fixes of 1 m, no acceleration: sigma falls to that of a straight
+    /// line's end point, 2 / sqrt(n) for n fixes (least squares: variance 2 (2 n - 1) / (n (n + 1))).
     #[test]
     fn val_without_acceleration_it_is_a_least_squares_line() {
         let mut filter = ShipFilter::new(1.0e-9);

@@ -1,8 +1,8 @@
 //! The TDMA cycle: who sends when.
 //!
 //! A cycle begins whenever the seconds since 1970 are a multiple of its period, so that ship and vehicles need no other
-//! agreement. A slot is named by the whole second of its cycle at which the packet that carries the range leaves; a data
-//! packet is preceded by its cycle-initialisation packet.
+//! agreement. A slot is named by the whole second of its cycle at which the packet that carries the range leaves; a
+//! data packet is preceded by its cycle-initialisation packet.
 
 use core::fmt;
 use heapless::Vec;
@@ -127,8 +127,8 @@ impl SlotTable {
     /// A cycle of `period_s` seconds.
     ///
     /// # Errors
-    /// A cycle without slots or with too many, a slot outside it, two that overlap at the ship or at a vehicle, with sound
-    /// that travels for any time up to the longest.
+    /// A cycle without slots or with too many, a slot outside it, two that overlap at the ship or at a vehicle, with
+    /// sound that travels for any time up to the longest.
     pub fn new(period_s: u32, slots: &[Slot], airtime: Airtime) -> Result<Self, SlotError> {
         if period_s == 0 || period_s > MAX_PERIOD_S {
             return Err(SlotError::Period(period_s));

@@ -1,9 +1,9 @@
 //! Where a vehicle is, as the ship knows it: constant velocity, its own reports, ranges.
 //!
-//! A report is the output of the vehicle's filter: errors of successive reports are alike, and what the track still knows of
-//! the last one is no independent knowledge. The two are therefore joined by covariance intersection (Julier and Uhlmann
-//! 1997), which is consistent whatever their correlation. A range that the ship measures itself is independent and updates
-//! the track as in any Kalman filter.
+//! A report is the output of the vehicle's filter: errors of successive reports are alike, and what the track still
+//! knows of the last one is no independent knowledge. The two are therefore joined by covariance intersection (Julier
+//! and Uhlmann 1997), which is consistent whatever their correlation. A range that the ship measures itself is
+//! independent and updates the track as in any Kalman filter.
 
 use crate::ship::ShipEstimate;
 use backseat_wire::vehicle_state::VehicleState;
@@ -102,8 +102,8 @@ impl Track {
         })
     }
 
-    /// The vehicle said at its transmit second where it was, in local coordinates; an older one than the track is kept but
-    /// not used.
+    /// The vehicle said at its transmit second where it was, in local coordinates; an older one than the track is kept
+    /// but not used.
     pub fn report_heard(&mut self, state: &VehicleState, position_m: [f64; 2]) {
         let time_us = u64::from(state.transmit_s) * 1_000_000;
         self.report = Some(*state);
@@ -121,7 +121,8 @@ impl Track {
         self.time_us = time_us;
     }
 
-    /// A distance between the transducers, with the ship at its end of the path and the vehicle at `time_us` at its own.
+    /// A distance between the transducers, with the ship at its end of the path and the vehicle at `time_us` at its
+    /// own.
     pub fn range_measured(
         &mut self,
         time_us: u64,
@@ -180,8 +181,8 @@ impl Track {
     }
 }
 
-/// Covariance intersection of two estimates of the same state: P⁻¹ = ω A⁻¹ + (1 − ω) B⁻¹, with the ω of least trace of the
-/// position.
+/// Covariance intersection of two estimates of the same state: P⁻¹ = ω A⁻¹ + (1 − ω) B⁻¹, with the ω of least trace of
+/// the position.
 fn intersection(
     a: &Vector4<f64>,
     pa: &Matrix4<f64>,
@@ -239,8 +240,8 @@ mod tests {
         assert!((estimate.sigma_m() - expected.sqrt()).abs() < 1e-9);
     }
 
-    /// The vehicle 400 m north and 30 m down of a ship at the surface: 401.123 m. A range of sigma 1 against 2 m along the
-    /// path: the scalar Kalman filter by hand.
+    /// The vehicle 400 m north and 30 m down of a ship at the surface: 401.123 m. A range of sigma 1 against 2 m along
+    /// the path: the scalar Kalman filter by hand.
     #[test]
     fn val_a_range_is_fused_along_its_path() {
         let mut track = Track::new(2, 0.01);

@@ -100,7 +100,7 @@ impl Sea {
             if self.gnss && self.now_us % SECOND_US == 200_000 {
                 self.fix();
             }
-            if self.now_us % 100_000 == 0 {
+            if self.now_us.is_multiple_of(100_000) {
                 self.topside.step(self.local_us());
             }
             self.exchange();
@@ -223,7 +223,8 @@ fn a_key_signs_every_packet() {
 /// Each mistake is named within a few seconds, and no cycle is ever begun.
 #[test]
 fn what_is_wrong_is_named_before_anything_is_sent() {
-    let cases: [(fn(&mut Sea), &str, &str); 8] = [
+    type Case = (fn(&mut Sea), &'static str, &'static str);
+    let cases: [Case; 8] = [
         (|sea| sea.gnss = false, "gnss_silent", "GNSS port: nothing arrives"),
         (|sea| sea.garble = true, "gnss_noise", "baud rate"),
         (|sea| sea.pulse = "NONE", "no_pulse", "no external pulse per second"),
@@ -365,7 +366,8 @@ fn an_uplink_and_its_range_make_a_track_and_a_ping_renews_it() {
         let statistics = ReceptionStatistics::complete(Some(8), 0, ModemTime::Full(arrival), clock);
         sea.say(&FromModem::Statistics(statistics));
     };
-    // a range that is 4 m longer than the report, of sqrt(380^2 + 30^2) m at 1500 m/s; the ship is 0.5 m further at its arrival
+    // a range that is 4 m longer than the report, of sqrt(380^2 + 30^2) m at 1500 m/s; the ship is 0.5 m further at its
+    // arrival
     let flight_us = ((379.5_f64.hypot(30.0) + 4.0) / 1500.0 * 1e6) as u64;
     let synchronous = ClockMode(3 | 3 << 2);
     send(&mut sea, &state, &key, flight_us, synchronous);

@@ -191,13 +191,22 @@ impl Packets {
         *count = count.saturating_add(1);
     }
 
+    /// Drops the packet at this place, if there is one: `remove` panics where there is none.
+    fn forget(&mut self, place: usize) {
+        let mut at = 0;
+        self.pending.retain(|_| {
+            at += 1;
+            at != place + 1
+        });
+    }
+
     /// Gives up packets that are not complete by `now_us`; true when there was one.
     pub fn expire(&mut self, now_us: u64, settings: &AppSettings) -> bool {
         let timeout_us = micros(settings.packet_timeout_s);
         let expired = |pending: &Pending| now_us.saturating_sub(pending.start_us) > timeout_us;
         let any = self.pending.iter().any(expired);
         while self.pending.first().is_some_and(expired) {
-            self.pending.remove(0);
+            self.forget(0);
             self.count(Loss::TimedOut);
         }
         any
@@ -232,9 +241,7 @@ impl Packets {
         match self.follow(report, now_us, clock, settings) {
             Ok(progress) => progress,
             Err((place, loss)) => {
-                if place < self.pending.len() {
-                    self.pending.remove(place);
-                }
+                self.forget(place);
                 self.count(loss);
                 PacketProgress::Lost
             }
@@ -276,7 +283,7 @@ impl Packets {
         let place = match *report {
             AcousticReport::Begins => {
                 if self.pending.is_full() {
-                    self.pending.remove(0);
+                    self.forget(0);
                     self.count(Loss::Replaced);
                 }
                 self.next_id = self.next_id.wrapping_add(1);
@@ -317,7 +324,7 @@ impl Packets {
             return Ok(PacketProgress::Waiting);
         };
         let packet = self.evaluate(start_us, &ship, &arrival, clock, settings).map_err(|loss| (place, loss))?;
-        self.pending.remove(place);
+        self.forget(place);
         self.last_transmit_s = Some(ship.transmit_s);
         Ok(PacketProgress::Complete(id, packet))
     }

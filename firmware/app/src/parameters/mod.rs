@@ -95,7 +95,8 @@ impl ParameterStore {
         true
     }
 
-    /// Keeps what a dive has learnt, unless one of its numbers is not within its range. An open transaction gets it as well.
+    /// Keeps what a dive has learnt, unless one of its numbers is not within its range. An open transaction gets it as
+    /// well.
     pub(crate) fn learn(&mut self, learnt: &Learnt) -> bool {
         let Some(active) = self.active_mut() else { return false };
         let old = core::mem::replace(&mut active.learnt, *learnt);
@@ -139,9 +140,9 @@ impl ParameterStore {
     }
 
     /// Activates the staged set if its numbers go together and `apply` takes it: the staged set, the active one, and
-    /// whether anything but live parameters changed. When it refuses, the old set stays. What was learnt of a vehicle is
-    /// forgotten when another one is declared and nothing is said of it. `engaged`: a mission runs or is
-    /// armed, which it may not have been when a value was staged.
+    /// whether anything but live parameters changed. When it refuses, the old set stays. What was learnt of a vehicle
+    /// is forgotten when another one is declared and nothing is said of it. `engaged`: a mission runs or is armed,
+    /// which it may not have been when a value was staged.
     ///
     /// # Errors
     /// [`Refusal::Sequence`] without a transaction, [`Refusal::UnderWay`] and [`Refusal::Relaxes`] when engaged,

@@ -1,10 +1,11 @@
 //! The second witness of depth: what pitch and speed make of it.
 //!
 //! Pressure says z. Pitch and speed say how fast the nose points down: -u sin θ. In steady flight the two differ by the
-//! angle of attack, by which a vehicle carries its weight in water, and by the error of the pitch sensor: a constant for
-//! one speed. The witness learns that constant and then sums what pressure departs from it. A sensor that drifts makes the
-//! controller fly the vehicle up or down, which pitch shows; so does a vehicle that takes in water, which has to carry more.
-//! The two cannot be told apart, nor from a current that sinks or rises for minutes: all three are reason to surface.
+//! angle of attack, by which a vehicle carries its weight in water, and by the error of the pitch sensor: a constant
+//! for one speed. The witness learns that constant, follows it slowly, and sums what pressure departs from it. A sensor
+//! that drifts makes the controller fly the vehicle up or down, which pitch shows; so does a vehicle that takes in
+//! water, which has to carry more. The two cannot be told apart, nor from a current that sinks or rises for minutes:
+//! all three are reason to surface.
 
 /// The constant is learned over this time of steady flight, s.
 const LEARN_S: f64 = 60.0;
@@ -126,6 +127,8 @@ impl DepthWitness {
             let beyond_m = departed_m - self.rate_mps * dt_s;
             self.drift_m += beyond_m;
             self.recent_m += beyond_m;
+            // followed slowly: what the first minute taught is of a vehicle that has just dived
+            self.rate_mps += beyond_m / MEMORY_S;
         }
     }
 }
@@ -162,16 +165,16 @@ mod tests {
         assert!(drift_after(3600, |_| STEADY).abs() < 1e-6);
     }
 
-    /// 5 cm/s of drift from 200 s on: the controller holds what the sensor says, the nose goes down by 0.05 rad. By hand,
-    /// with the memory: 0.05 · 600 · (1 - exp(-200/600)) = 8.5 m after 200 s more.
+    /// 5 cm/s of drift from 200 s on: the controller holds what the sensor says, the nose goes down by 0.05 rad. By
+    /// hand, with the memory: and the constant that follows, 0.05 · 200 · exp(-200/600) = 7.17 m after 200 s more.
     #[test]
     fn val_a_drifting_sensor_shows_in_pitch() {
         let flight = |t: f64| DepthStep { pitch_rad: if t < 200.0 { -0.04 } else { -0.0901 }, ..STEADY };
         let drift_m = drift_after(400, flight);
-        assert!((drift_m - 8.5).abs() < 0.2, "{drift_m}");
-        // the short memory: 0.05 · 90 · (1 - exp(-100/90)) = 3.0 m after 100 s
+        assert!((drift_m - 7.17).abs() < 0.2, "{drift_m}");
+        // the short memory: 0.05 · (exp(-100/600) - exp(-100/90)) / (1/90 - 1/600) = 2.74 m after 100 s
         let recent_m = after(300, flight).recent_m();
-        assert!((recent_m - 3.02).abs() < 0.1, "{recent_m}");
+        assert!((recent_m - 2.74).abs() < 0.1, "{recent_m}");
     }
 
     /// A minute at the surface, level, at the speed of the dive that follows: nothing of it is learned.

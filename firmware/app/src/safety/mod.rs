@@ -1,8 +1,8 @@
 //! What ends a mission though navigation is valid: one ladder of limits, the worst first.
 //!
-//! [`LADDER`] is the whole of it: what breaks a limit ([`Facts`]), how long it has to be broken, what follows. The numbers
-//! are the section `safety` of the parameters. What can be known before is refused before: [`check_mission`] at upload and
-//! start, [`check_start`] at start. Nothing here enters the filter.
+//! [`LADDER`] is the whole of it: what breaks a limit ([`Facts`]), how long it has to be broken, what follows. The
+//! numbers are the section `safety` of the parameters. What can be known before is refused before: [`check_mission`] at
+//! upload and start, [`check_start`] at start. Nothing here enters the filter.
 
 mod depth;
 mod fence;

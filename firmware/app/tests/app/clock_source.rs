@@ -40,7 +40,8 @@ impl Wired {
         (world, board)
     }
 
-    /// Flies 65 s: ranges fused and packets refused for want of a clock meanwhile, and what the board says of its clock.
+    /// Flies 65 s: ranges fused and packets refused for want of a clock meanwhile, and what the board says of its
+    /// clock.
     fn fly(&mut self, world: &mut World) -> (usize, u32, Health) {
         let refused = self.app().health().lost_packets(Loss::Undisciplined);
         self.heard().fusions.clear();

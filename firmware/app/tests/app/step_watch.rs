@@ -6,8 +6,8 @@ use backseat_wire::hostlink::{MAX_FRAME, Port, ToBoard, encode};
 
 const TICK_US: u64 = 10_000;
 
-/// Pumps until the watchdog would starve; when, or `None` when it was fed for a minute and a half. Each tick the host does
-/// something.
+/// Pumps until the watchdog would starve; when, or `None` when it was fed for a minute and a half. Each tick the host
+/// does something.
 fn starves_us(board: &mut Pumped, mut host: impl FnMut(&mut Pumped, u64)) -> Option<u64> {
     let mut steps = StepWatch::new();
     for now_us in (0..90_000_000).step_by(TICK_US as usize) {

@@ -57,15 +57,15 @@ impl HostPorts {
     }
 }
 
-/// Runs the backseat on these ports until `stop` is set (looked at every 0.1 s). Before it ends a mission under way is handed
-/// back: neutral fins and stop.
+/// Runs the backseat on these ports until `stop` is set (looked at every 0.1 s). Before it ends a mission under way is
+/// handed back: neutral fins and stop.
 ///
 /// On its own clock a port that vanishes is opened again, once a second; what it vanished and came back for is said on
 /// standard error. A frontseat that was gone under way hears neutral and stop first.
 ///
 /// # Errors
-/// A port that cannot be opened at the start; one that vanishes under a simulator's clock; all of them gone; a store that
-/// cannot be opened: one line that names it.
+/// A port that cannot be opened at the start; one that vanishes under a simulator's clock; all of them gone; a store
+/// that cannot be opened: one line that names it.
 pub fn run(ports: &HostPorts, stop: &AtomicBool) -> Result<()> {
     let mut app = Box::new(App::new());
     let mut store = ports.store.as_deref().map(|path| open_store(path, &mut app)).transpose()?;

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 /// A port that is gone is tried again this often.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// A port, open or gone. While it is gone nothing comes, and what is sent is dropped: a command of the past must not wait
-/// for a frontseat that comes back.
+/// A port, open or gone. While it is gone nothing comes, and what is sent is dropped: a command of the past must not
+/// wait for a frontseat that comes back.
 pub(crate) struct Line {
     settings: PortSettings,
     index: usize,

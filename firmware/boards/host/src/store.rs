@@ -13,8 +13,9 @@ const CAPACITY: usize = 2 * SECTOR;
 
 /// A file that behaves as a flash of two sectors.
 ///
-/// A copy is committed by its first word, which is written last: what was written before is on the disk before it, and it
-/// is itself when the write returns. A process or a computer that ends at any moment leaves the old set or the new one.
+/// A copy is committed by its first word, which is written last: what was written before is on the disk before it, and
+/// it is itself when the write returns. A process or a computer that ends at any moment leaves the old set or the new
+/// one.
 #[derive(Debug)]
 pub struct FileFlash {
     file: File,

@@ -1,6 +1,6 @@
 //! What lies where. DTCM, which the core reaches without wait states and DMA not at all, holds the filter (state,
-//! covariances, scratch, bank: what a step works on) and the stack. AXI SRAM holds what DMA has to reach, and the rest of
-//! the app, which does not fit beside the filter.
+//! covariances, scratch, bank: what a step works on) and the stack. AXI SRAM holds what DMA has to reach, and the rest
+//! of the app, which does not fit beside the filter.
 //!
 //! The data cache stays off, so that what DMA writes is what the core reads. DTCM needs none.
 

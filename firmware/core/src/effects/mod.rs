@@ -2,9 +2,9 @@
 //!
 //! An entry is a constant [`EffectInfo`]: name, parameters with plausible ranges, signature and confusions, and the
 //! [`Hooks`] by which it enters the models. The same entry serves the filter (as a fixed value, or as states where it
-//! varies), identification, diagnosis, the vehicle file and the board's parameters. What only the analysis of a log needs
-//! stands in [`LOG_CATALOGUE`]. To add an entry: write its file, declare
-//! the module and add its `INFO` to [`CATALOGUE`].
+//! varies), identification, diagnosis, the vehicle file and the board's parameters. What only the analysis of a log
+//! needs stands in [`LOG_CATALOGUE`]. To add an entry: write its file, declare the module and add its `INFO` to
+//! [`CATALOGUE`].
 //!
 //! Every parameter at zero is the declared model. A bias is measured minus true, a ratio measured / true − 1.
 //! Effects that are present together apply in the order of the catalogue, which is the order of cause: lag before bias

@@ -39,9 +39,10 @@ impl StateParameter {
     }
 }
 
-/// The one constant of separability. The data must have brought sigma below this part of the prior's: they then say three
-/// times as much as the prior. And no other estimate, were it known exactly, may bring it down by this part again: given it,
-/// sigma is sqrt(1 - r²) of what it was, so that the largest correlation r must be below sqrt(1 - 1/4) = 0.87.
+/// The one constant of separability. The data must have brought sigma below this part of the prior's: they then say
+/// three times as much as the prior. And no other estimate, were it known exactly, may bring it down by this part
+/// again: given it, sigma is sqrt(1 - r²) of what it was, so that the largest correlation r must be below sqrt(1 - 1/4)
+/// = 0.87.
 const HALF: f64 = 0.5;
 
 /// One augmented state as it stands.

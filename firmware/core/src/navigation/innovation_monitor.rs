@@ -283,7 +283,8 @@ impl InnovationMonitor {
     }
 
     /// Variance of the position, per axis, that P leaves out: what the ranges' windows find, and, while fixes or ranges
-    /// contradict the filter, the place that they point to, as far as the time of the contradiction makes it believable.
+    /// contradict the filter, the place that they point to, as far as the time of the contradiction makes it
+    /// believable.
     pub(super) fn unseen_position(&self, time_us: u64) -> f64 {
         let mut sum = self.unexplained(Sensor::Range);
         for sensor in [Sensor::Range, Sensor::VehicleGnss] {

@@ -25,7 +25,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    pub(super) const NEW: Self = Self { mean: 0.0, square: 0.0, variance: 0.0, weights: 1.0, count: 0, last_us: 0 };
+    pub(super) const NEW: Self = Self { mean: 0.0, square: 0.0, variance: 0.0, weights: 0.0, count: 0, last_us: 0 };
 
     /// Takes an innovation and its S. The first ones have equal weights.
     pub(super) fn take(&mut self, tau_s: f64, time_us: u64, innovation: f64, variance: f64) {

@@ -36,8 +36,8 @@ impl Learnt {
 }
 
 impl Filter {
-    /// Starts from what was learnt: call it after `initialise`, before the first prediction. States of which nothing was learnt
-    /// keep their priors.
+    /// Starts from what was learnt: call it after `initialise`, before the first prediction. States of which nothing
+    /// was learnt keep their priors.
     pub fn start_from(&mut self, learnt: &Learnt) {
         let states = self.config.effect_states;
         let place = |parameter| Learnt::place(parameter).filter(|i| learnt.sigma(*i) > 0.0);
@@ -52,8 +52,8 @@ impl Filter {
         }
     }
 
-    /// What this dive has learnt, for the next one; `None` if the filter has no state that is kept, or no numbers that make a
-    /// covariance. `dives` counts this one.
+    /// What this dive has learnt, for the next one; `None` if the filter has no state that is kept, or no numbers that
+    /// make a covariance. `dives` counts this one.
     #[must_use]
     pub fn learnt(&self, dives: u16) -> Option<Learnt> {
         let states = self.config.effect_states;

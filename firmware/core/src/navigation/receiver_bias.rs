@@ -1,12 +1,12 @@
 //! What constant errors of the two GNSS receivers make of the estimate.
 //!
-//! A receiver's error is not white: no number of fixes averages it out, and no measurement on board shows it. The filter
-//! takes fixes and the ship's reports as white all the same. Its estimate then depends on the biases β of the vehicle's
-//! and of the ship's receiver, north and east, by Ψ = ∂x̂/∂β, which moves through the same steps as the estimate:
-//! Ψ ← Φ Ψ over time, Ψ ← Ψ + K (∂ν/∂β − h Ψ) by a measurement. The covariance of the error is then P + σ² Ψ Ψᵀ: the
-//! consider covariance of Schmidt (1966), with the filter's own gain instead of the one that would be optimal for it.
-//! At the surface Ψ of the vehicle's receiver is one; under water the ship's takes over, and in between, where ranges
-//! contradict the place of the dive, Ψ exceeds one, because current and heading are blamed.
+//! A receiver's error is not white: no number of fixes averages it out, and no measurement on board shows it. The
+//! filter takes fixes and the ship's reports as white all the same. Its estimate then depends on the biases β of the
+//! vehicle's and of the ship's receiver, north and east, by Ψ = ∂x̂/∂β, which moves through the same steps as the
+//! estimate: Ψ ← Φ Ψ over time, Ψ ← Ψ + K (∂ν/∂β − h Ψ) by a measurement. The covariance of the error is then P + σ² Ψ
+//! Ψᵀ: the consider covariance of Schmidt (1966), with the filter's own gain instead of the one that would be optimal
+//! for it. At the surface Ψ of the vehicle's receiver is one; under water the ship's takes over, and in between, where
+//! ranges contradict the place of the dive, Ψ exceeds one, because current and heading are blamed.
 
 use super::{LinearStep, MAX_STATES, Observer, ScalarUpdate, Sensor};
 use crate::state::{X, Y};

@@ -1,7 +1,7 @@
 //! What identification and earlier dives have learnt of the vehicle: the prior of the robust filter.
 //!
-//! One mechanism for both: mean, sigma and correlations of the states that belong to the vehicle and its compass. Nothing of
-//! the water is kept, which is another at the next dive.
+//! One mechanism for both: mean, sigma and correlations of the states that belong to the vehicle and its compass.
+//! Nothing of the water is kept, which is another at the next dive.
 
 use super::{Row, Shape};
 use crate::row;
@@ -35,8 +35,8 @@ pub const LEARNT_NAMES: [&str; LEARNT_STATES] = [
 pub const LEARNT_UNITS: [&str; LEARNT_STATES] =
     ["1", "1", "1", "1", "1", "1", "1", "1", "rad", "rad", "rad", "rad", "rad", "kg", "rad", "s"];
 
-/// What may have changed between two dives, as a part of the prior sigma: ballast, fins that were taken off, salt in the
-/// water. It bounds what any number of dives can make of the prior: no sigma gets below a tenth of it.
+/// What may have changed between two dives, as a part of the prior sigma: ballast, fins that were taken off, salt in
+/// the water. It bounds what any number of dives can make of the prior: no sigma gets below a tenth of it.
 pub const HANDLING: f64 = 0.1;
 
 /// Least pivot of a correlation matrix that counts as positive; rounding leaves 1e-15.
@@ -157,9 +157,9 @@ macro_rules! learnt {
     };
 }
 
-/// What the robust filter starts from where something was learnt. The order of the states, by which correlations are named:
-/// m11, m22, m33, d11, d66, beta1, beta3, beta5, rudder_trim, elevator_trim, heading, heading_sin, heading_cos, buoyancy,
-/// pitch_trim, fin_lag.
+/// What the robust filter starts from where something was learnt. The order of the states, by which correlations are
+/// named: m11, m22, m33, d11, d66, beta1, beta3, beta5, rudder_trim, elevator_trim, heading, heading_sin, heading_cos,
+/// buoyancy, pitch_trim, fin_lag.
 #[rustfmt::skip]
 pub const LEARNT: &[Row<Learnt>] = &[
     row!(whole "learnt.dives", "", "1", [0.0, 65535.0], "Dives that have added to it since the vehicle was declared or identified.", dives),
@@ -214,7 +214,8 @@ mod tests {
         assert_eq!(taken, [true; CORRELATIONS]);
     }
 
-    /// Three variables correlated by r with each other have a covariance down to r = -1/2: the smallest eigenvalue is 1 + 2 r.
+    /// Three variables correlated by r with each other have a covariance down to r = -1/2: the smallest eigenvalue is 1
+    /// + 2 r.
     #[test]
     fn val_only_what_a_covariance_can_have_is_taken() {
         let with = |r: f64| {

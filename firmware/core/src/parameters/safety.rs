@@ -34,7 +34,8 @@ pub struct SafetyLimits {
     pub dive_time_max_s: f64,
     /// Largest jump of the pressure sensor against the filter, m.
     pub depth_jump_m: f64,
-    /// Largest drift of the pressure sensor against pitch and speed in ten minutes, m; half of it in a minute and a half.
+    /// Largest drift of the pressure sensor against pitch and speed in ten minutes, m; half of it in a minute and a
+    /// half.
     pub depth_drift_m: f64,
 }
 

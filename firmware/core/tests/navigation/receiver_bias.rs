@@ -6,8 +6,8 @@ use backseat_core::navigation::*;
 /// A second of noise and Jacobians that depend on the place a little: the sensitivity is that of a linear filter.
 const TOLERANCE: f64 = 0.05;
 
-/// Two minutes with fixes for the first twenty seconds and a delayed range every twenty, from a vehicle whose receiver is
-/// off by the first two numbers and a ship whose receiver is off by the others, m.
+/// Two minutes with fixes for the first twenty seconds and a delayed range every twenty, from a vehicle whose receiver
+/// is off by the first two numbers and a ship whose receiver is off by the others, m.
 fn flown(bias_m: [f64; 4]) -> Box<Navigator> {
     let mut config = NavigationConfig { surface: None, receiver_bias_m: 1.5, ..NavigationConfig::REFERENCE };
     config.make_robust();

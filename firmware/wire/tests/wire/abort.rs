@@ -10,8 +10,8 @@ const ABORT: Abort = Abort { destination: 2, transmit_s: 1_795_176_001 };
 
 #[test]
 fn val_payload_is_these_bytes() {
-    // Written by hand from the table; the code is by a SipHash-2-4 of its own in another language, which gives the vectors
-    // of Aumasson and Bernstein.
+    // Written by hand from the table; the code is by a SipHash-2-4 of its own in another language, which gives the
+    // vectors of Aumasson and Bernstein.
     let wanted = [0xab, 0x02, 0x41, 0x36, 0x00, 0x6b, 0xdc, 0x8f, 0x0a, 0x4b, 0xd3, 0x2f, 0xcb, 0x4e];
     assert_eq!(ABORT.emit_authentic(&key()), Ok(wanted));
     assert_eq!(Abort::parse_authentic(&wanted, &key()), Ok(ABORT));

@@ -52,7 +52,8 @@ pub struct ParameterKind {
     pub draw: Draw,
 }
 
-/// Every effect: those of the catalogue, those outside of it, faults, those of the analysis alone; each in the order in which they apply.
+/// Every effect: those of the catalogue, those outside of it, faults, those of the analysis alone; each in the order in
+/// which they apply.
 pub fn all() -> impl Iterator<Item = &'static EffectKind> {
     catalogue::ENTRIES.iter().chain(outside::ENTRIES).chain(faults::ENTRIES).chain(analysed::ENTRIES)
 }

@@ -1,12 +1,13 @@
-//! Is a run of the filter to be trusted? What it refused, whether its innovations are white, its sigma against the error.
+//! Is a run of the filter to be trusted? What it refused, whether its innovations are white, its sigma against the
+//! error.
 //!
-//! The limits were set by 96 runs over 32 simulated logs of 24 minutes (`sim dataset`, seeds 1 to 16, no effect and a random
-//! one; robust, robust without DVL, nominal without DVL). In the 48 runs of a vehicle as declared no scalar was refused, the
-//! largest lag-one correlation was 0.34, the largest RMS over DRMS 1.39: none of them is doubted. Of the five nominal runs
-//! whose median error was above 2 m, four are doubted; the fifth is a clock offset, which leaves 9 % refused and nothing
-//! else. Of the eleven others one is doubted, a fin that is stuck (0.5 m). Of the 32 robust runs two are, by their error
-//! (wrong ranges, 4.3 m; clock offset, 8.3 m). A log with a share of wrong ranges has up to 18 %
-//! refused, and rightly so.
+//! The limits were set by 96 runs over 32 simulated logs of 24 minutes (`sim dataset`, seeds 1 to 16, no effect and a
+//! random one; robust, robust without DVL, nominal without DVL). In the 48 runs of a vehicle as declared no scalar was
+//! refused, the largest lag-one correlation was 0.34, the largest RMS over DRMS 1.39: none of them is doubted. Of the
+//! five nominal runs whose median error was above 2 m, four are doubted; the fifth is a clock offset, which leaves 9 %
+//! refused and nothing else. Of the eleven others one is doubted, a fin that is stuck (0.5 m). Of the 32 robust runs
+//! two are, by their error (wrong ranges, 4.3 m; clock offset, 8.3 m). A log with a share of wrong ranges has up to 18
+//! % refused, and rightly so.
 
 use super::{FilterRun, TrackSample};
 use backseat_core::navigation::{FusionOutcome, Sensor};

@@ -58,8 +58,8 @@ impl FilterOptions {
         EffectStates::water_current(0.3, 1.0e-4)
     }
 
-    /// [`Self::new`] of the dynamic model that also estimates what is usually not known of the vehicle, its compass and the
-    /// current.
+    /// [`Self::new`] of the dynamic model that also estimates what is usually not known of the vehicle, its compass and
+    /// the current.
     #[must_use]
     pub fn robust(vehicle: &VehicleFile) -> Self {
         let mut options = Self::new(vehicle, ProcessModel::Dynamic);

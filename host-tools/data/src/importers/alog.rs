@@ -1,7 +1,7 @@
 //! Logs of MOOS (`.alog`): one variable a line, as time, name, source, value.
 //!
-//! The variables are those that MOOS-IvP's helms and simulators share: x east and y north in metres, heading in degrees from
-//! true north, speed in m/s, depth in metres; yaw, pitch and roll in radians.
+//! The variables are those that MOOS-IvP's helms and simulators share: x east and y north in metres, heading in degrees
+//! from true north, speed in m/s, depth in metres; yaw, pitch and roll in radians.
 
 use super::Imported;
 use super::RAD_PER_DEG;

@@ -315,7 +315,8 @@ pub(super) fn euler_rad(q: [f64; 4], is_enu_flu: bool) -> Option<[f64; 3]> {
         [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
     ];
     if is_enu_flu {
-        // rows: north is the second axis, east the first, down against the third; columns: y and z of the body turned round
+        // rows: north is the second axis, east the first, down against the third; columns: y and z of the body turned
+        // round
         let [east, north, up] = m;
         m = [[north[0], -north[1], -north[2]], [east[0], -east[1], -east[2]], [-up[0], up[1], up[2]]];
     }

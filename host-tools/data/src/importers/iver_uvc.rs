@@ -1,9 +1,9 @@
 //! Mission logs of the OceanServer Underwater Vehicle Console (Iver2, Iver3, EcoMapper).
 //!
-//! Two dialects: the native text, separated by `;` (by `,` after a spreadsheet, whose times may be `17:37.3` without the
-//! hour), and the same columns renamed with units (both in repository Mehruza/CIS3590_Project). Columns are found by their
-//! names: their order changed across UVC 2.7, 3.0, 3.1, 3.31, 4.2, 4.5 and 4.7, and older releases have feet where newer
-//! ones have metres.
+//! Two dialects: the native text, separated by `;` (by `,` after a spreadsheet, whose times may be `17:37.3` without
+//! the hour), and the same columns renamed with units (both in repository Mehruza/CIS3590_Project). Columns are found
+//! by their names: their order changed across UVC 2.7, 3.0, 3.1, 3.31, 4.2, 4.5 and 4.7, and older releases have feet
+//! where newer ones have metres.
 
 use super::format::{Format, Known, Role, known};
 use super::{M_PER_FOOT, MPS_PER_KNOT, RAD_PER_DEG};

@@ -5,8 +5,8 @@ use backseat_wire::calendar::{DAY_US, TimeOfDay};
 
 /// Seconds since 1970 from which on a number is such a time and no time since a start: 1973.
 const LEAST_UNIX_S: f64 = 1e8;
-/// Share of the differences below which the offset of a clock lies: sentences come after the time that they name, by the
-/// least delay at best.
+/// Share of the differences below which the offset of a clock lies: sentences come after the time that they name, by
+/// the least delay at best.
 const LEAST_DELAY: f64 = 0.05;
 
 /// The time in front of a line.
@@ -28,13 +28,13 @@ pub(super) enum Utc {
     Unknown,
 }
 
-/// Reads `2026-11-20 12:00:06,120` (or with `T` and a point), seconds, ms, µs or ns since 1970, `12:00:06.120`, or seconds
-/// since a start, wherever it stands in the text.
+/// Reads `2026-11-20 12:00:06,120` (or with `T` and a point), seconds, ms, µs or ns since 1970, `12:00:06.120`, or
+/// seconds since a start, wherever it stands in the text.
 pub(super) fn parse(text: &str) -> Line {
-    if let Some((days, rest)) = iso_date(text) {
-        if let Some(us) = clock_us(rest) {
-            return Line::Epoch(days * DAY_US as i64 + us);
-        }
+    if let Some((days, rest)) = iso_date(text)
+        && let Some(us) = clock_us(rest)
+    {
+        return Line::Epoch(days * DAY_US as i64 + us);
     }
     for word in text.split([' ', '\t', '[', ']', '(', ')', ';']).filter(|word| !word.is_empty()) {
         if let Some(us) = clock_us(word) {

@@ -7,8 +7,8 @@ use backseat_core::state::wrap_angle;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Messages within this time share a row, µs: roll, pitch and heading are of use only together, and some logs write them
-/// one by one.
+/// Messages within this time share a row, µs: roll, pitch and heading are of use only together, and some logs write
+/// them one by one.
 const TOGETHER_US: i64 = 30_000;
 
 /// From here on a time counts from 1970 and not from a start, µs: 1973.

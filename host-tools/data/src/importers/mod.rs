@@ -1,7 +1,7 @@
 //! Logs of other makers, read into a vehicle log.
 //!
-//! A format is a table of names and roles (`format`), read by one engine; the header line identifies the format. What is
-//! not known here is read by a column mapping that the user writes ([`ColumnMap`]).
+//! A format is a table of names and roles (`format`), read by one engine; the header line identifies the format. What
+//! is not known here is read by a column mapping that the user writes ([`ColumnMap`]).
 
 mod alog;
 mod calendar;

@@ -1,7 +1,7 @@
 //! ROS 2 bags in MCAP: the standard messages of attitude, velocity, pressure and position, CDR encoded.
 //!
-//! Messages are in the conventions of REP 103 and REP 105: body forward-left-up, world east-north-up; here they are turned to
-//! forward-right-down and north-east-down. Times are those of the headers.
+//! Messages are in the conventions of REP 103 and REP 105: body forward-left-up, world east-north-up; here they are
+//! turned to forward-right-down and north-east-down. Times are those of the headers.
 
 use super::Imported;
 use super::engine::euler_rad;
@@ -37,8 +37,8 @@ const KINDS: [(&str, Kind); 5] = [
     ("sensor_msgs/msg/NavSatFix", Kind::Fix),
 ];
 
-/// Whether the beginning of a file (from 32 bytes on) is that of an MCAP file, and whether it is one of ROS 2, by the profile
-/// of its first record.
+/// Whether the beginning of a file (from 32 bytes on) is that of an MCAP file, and whether it is one of ROS 2, by the
+/// profile of its first record.
 #[must_use]
 pub fn is_bag(beginning: &[u8]) -> Option<bool> {
     let rest = beginning.strip_prefix(mcap::MAGIC)?;

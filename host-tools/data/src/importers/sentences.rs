@@ -1,8 +1,8 @@
-//! Logs of device sentences, one a line, with or without a time in front: NMEA 0183 of receivers and compasses, PD6 of a
-//! DVL, and a Micro-Modem's own sentences, as the modem wrote them or as a program like pyAcomms stamped them.
+//! Logs of device sentences, one a line, with or without a time in front: NMEA 0183 of receivers and compasses, PD6 of
+//! a DVL, and a Micro-Modem's own sentences, as the modem wrote them or as a program like pyAcomms stamped them.
 //!
-//! The sentences are read by the board's own parsers. Times are UTC: a sentence that names its time has that time, and all
-//! others the time in front of their line, moved by how far the clock of the lines is from UTC.
+//! The sentences are read by the board's own parsers. Times are UTC: a sentence that names its time has that time, and
+//! all others the time in front of their line, moved by how far the clock of the lines is from UTC.
 
 use super::Imported;
 use super::line_time::{self, Clock, Line};
@@ -171,7 +171,8 @@ impl Reader {
     fn finish(mut self, path: &Path) -> Result<Imported, DataError> {
         let clock = self.clock();
         let has_gga = self.items.iter().any(|item| matches!(item.content, Content::Fix(_, true)));
-        let (mut ship, mut arrival): (Option<(i64, ShipState)>, Option<(i64, Option<f64>)>) = (None, None);
+        let mut ship: Option<(i64, ShipState)> = None;
+        let mut arrival: Option<(i64, Option<f64>)> = None;
         let (mut last_us, mut ranges) = (clock.first_full_us, 0);
         for item in std::mem::take(&mut self.items) {
             let own_us = match item.own {
@@ -362,7 +363,8 @@ mod tests {
             transducer_depth_m: 2.0,
         };
         let digits: String = ship.emit().unwrap().iter().map(|byte| format!("{byte:02X}")).collect();
-        // the clock mode and arrival of the synthetic vector of the Micro-Modem: 0.6667 s after the second, closing by 0.5 m/s
+        // the clock mode and arrival of the synthetic vector of the Micro-Modem: 0.6667 s after the second, closing by
+        // 0.5 m/s
         let log = format!(
             "2026-11-20 12:00:06,120 - modem - $CARXD,1,2,0,1,{digits}00000000000000\n\
              2026-11-20 12:00:06,180 - modem - $CACST,6,0,20261120120000.666700,03,1440,25,0175,0166,75,01,01,01,03,1,001,002,0,\

@@ -1,5 +1,5 @@
-//! Two-way travel times between a ship and transponders on the seabed (as in repository s-watanabe-jhod/garpos), and the
-//! table of the transponders' places.
+//! Two-way travel times between a ship and transponders on the seabed (as in repository s-watanabe-jhod/garpos), and
+//! the table of the transponders' places.
 //!
 //! Axes of the tables are east, north, up; the log's are north, east, down. A row is a ping at its transmission; the
 //! antenna and the attitude at the reception stand in the same row.

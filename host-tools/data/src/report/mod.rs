@@ -1,4 +1,5 @@
-//! The one report style of all commands: a single HTML file that opens offline, in light and dark, on a desk and on a phone.
+//! The one report style of all commands: a single HTML file that opens offline, in light and dark, on a desk and on a
+//! phone.
 //!
 //! ```
 //! use backseat_data::report::{Provenance, Report, Table, plots};

@@ -1,7 +1,8 @@
-//! Colours: Okabe and Ito's set, which stays distinct for colour-blind readers, and neutrals for everything that is no data.
+//! Colours: Okabe and Ito's set, which stays distinct for colour-blind readers, and neutrals for everything that is no
+//! data.
 //!
-//! Plots are drawn in the light theme's colours. The page's style sheet replaces each by its partner in the dark theme, which is why every
-//! role has a value of its own.
+//! Plots are drawn in the light theme's colours. The page's style sheet replaces each by its partner in the dark theme,
+//! which is why every role has a value of its own.
 
 use std::fmt::Write;
 

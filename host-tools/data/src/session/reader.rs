@@ -258,8 +258,8 @@ fn parse_record(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
     mcap::parse_record(opcode, body)
 }
 
-/// Whether these bytes are records to their end: the crate's reader (0.26) subtracts with overflow where the last one of an
-/// uncompressed chunk is longer than the chunk.
+/// Whether these bytes are records to their end: the crate's reader (0.26) subtracts with overflow where the last one
+/// of an uncompressed chunk is longer than the chunk.
 fn is_row_of_records(mut bytes: &[u8]) -> bool {
     while let Some((length, rest)) = bytes.get(1..).and_then(<[u8]>::split_first_chunk) {
         let Some(next) = usize::try_from(u64::from_le_bytes(*length)).ok().and_then(|length| rest.get(length..)) else {

@@ -2,17 +2,19 @@
 //!
 //! The modified Bryson-Frazier form (Bierman, "Fixed interval smoothing with discrete measurements", Int. J. Control
 //! 18(1), 1973): after a forward pass of the filter, the adjoint λ and its covariance Λ run backwards through the same
-//! steps, and the smoothed estimate is x̂ − P λ with covariance P − P Λ P. Nothing of the size of P is inverted, so that
-//! delayed states, of which P is singular, need no special case, and a step back costs about as much as a step forward.
+//! steps, and the smoothed estimate is x̂ − P λ with covariance P − P Λ P. Nothing of the size of P is inverted, so
+//! that delayed states, of which P is singular, need no special case, and a step back costs about as much as a step
+//! forward.
 //!
 //! The forward pass keeps the calls that moved the filter and a copy of the filter every few hundred of them
-//! ([`Recording`]). Backwards, one stretch after the other is filtered again from its copy, which repeats the first pass
-//! bit for bit, and its steps are kept only until they are smoothed: the tool needs some kB for each second of a log.
+//! ([`Recording`]). Backwards, one stretch after the other is filtered again from its copy, which repeats the first
+//! pass bit for bit, and its steps are kept only until they are smoothed: the tool needs some kB for each second of a
+//! log.
 //!
 //! # The bank
 //! The filters of a bank know nothing of each other, so each is smoothed by itself. They are mixed as in flight, by the
-//! likelihood of their ranges: the evidence at a time is that of the ranges before it and, forgotten at the same pace, of
-//! those after it. A filter that failed on the way has no weight from the start.
+//! likelihood of their ranges: the evidence at a time is that of the ranges before it and, forgotten at the same pace,
+//! of those after it. A filter that failed on the way has no weight from the start.
 
 mod adjoint;
 mod recording;

@@ -1,7 +1,7 @@
 //! `[effects]`: what the vehicle and its sensors do beyond what the other sections declare.
 //!
-//! One table an effect of the catalogue, its parameters as keys: a number, or `{ value = …, ci95 = [low, high] }` where an
-//! interval is known; a fin by its name.
+//! One table an effect of the catalogue, its parameters as keys: a number, or `{ value = …, ci95 = [low, high] }` where
+//! an interval is known; a fin by its name.
 
 use super::source::{Source, Value, kind};
 use crate::DataError;

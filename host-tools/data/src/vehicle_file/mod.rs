@@ -2,8 +2,9 @@
 //!
 //! Sections and keys are those of `vehicles/iver3.toml`; the table of parameters in `backseat_core` declares them.
 //! `[noise]`, `[sensors]` and `[installation]`, any key in them and `fins.stall_rad` may be left out, `[prior]` and
-//! `[learnt]` as a whole; the values of that file then hold. Every other key must be there, and no other may. `[effects.NAME]` tables hold effects of the catalogue
-//! ([`VehicleEffects`]). A section `[app]` is the board's ([`BoardFile`]); it is checked all the same.
+//! `[learnt]` as a whole; the values of that file then hold. Every other key must be there, and no other may.
+//! `[effects.NAME]` tables hold effects of the catalogue ([`VehicleEffects`]). A section `[app]` is the board's
+//! ([`BoardFile`]); it is checked all the same.
 
 mod board;
 mod effects;

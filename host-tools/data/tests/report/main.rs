@@ -1,4 +1,5 @@
-//! The report's structure. What it looks like: open `report-sample.html`, which `sample_report_is_whole` leaves in Cargo's `tmp` folder.
+//! The report's structure. What it looks like: open `report-sample.html`, which `sample_report_is_whole` leaves in
+//! Cargo's `tmp` folder.
 
 mod sample;
 

@@ -1,9 +1,9 @@
 //! Logs without fins and propeller: dead reckoning on logged heading and speed against GNSS.
 //!
-//! The model: between two fixes the vehicle moves along its heading with its logged speed (with a DVL: with its velocity
-//! over ground). The difference to the fixes is explained by a current, a compass error, a speed scale and (with a DVL) a
-//! misalignment. Fixes some time apart are compared, so that their noise is small against the distance between them.
-//! Readings that the log repeats while the sensor is away are left out.
+//! The model: between two fixes the vehicle moves along its heading with its logged speed (with a DVL: with its
+//! velocity over ground). The difference to the fixes is explained by a current, a compass error, a speed scale and
+//! (with a DVL) a misalignment. Fixes some time apart are compared, so that their noise is small against the distance
+//! between them. Readings that the log repeats while the sensor is away are left out.
 
 use super::held_readings;
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
@@ -25,10 +25,11 @@ const SHORTEST_S: f64 = 5.0;
 const RECKONED_S: f64 = 600.0;
 
 /// Columns: current north, east; heading constant, sine, cosine; speed scale; DVL yaw; second harmonic of the heading,
-/// sine, cosine; current growing with time, north, east (without a name); delay of the heading; arm of the antenna, ahead,
-/// to starboard; arm of the DVL, the same.
+/// sine, cosine; current growing with time, north, east (without a name); delay of the heading; arm of the antenna,
+/// ahead, to starboard; arm of the DVL, the same.
 const COLUMNS: usize = 16;
-/// Sway in turns, which is the yaw rate times a length: an antenna ahead of the centre, or a vehicle that slips outwards.
+/// Sway in turns, which is the yaw rate times a length: an antenna ahead of the centre, or a vehicle that slips
+/// outwards.
 const SIDESLIP: usize = 12;
 /// Turns of the log from which on the sideslip is seen, rad.
 const LEAST_TURNED_RAD: f64 = 1.5;
@@ -293,7 +294,8 @@ fn add(
         by[6] += across[axis] * dt;
         // Late by τ, the reading is behind by τ times the turn.
         by[11] += turn_radps * across[axis] * dt;
-        // An antenna off the point that is reckoned moves around it: ω × arm. Of a DVL's arm the reckoning has too much.
+        // An antenna off the point that is reckoned moves around it: ω × arm. Of a DVL's arm the reckoning has too
+        // much.
         let around = [turn_radps * starboard[axis] * dt, -turn_radps * ahead[axis] * dt];
         for (place, way) in around.into_iter().enumerate() {
             by[12 + place] += way;
@@ -318,8 +320,8 @@ mod tests {
     use backseat_core::state::VehicleState;
     use backseat_data::{LogRow, TruthRow};
 
-    /// Boxes at 1.5 m/s in a current of 0.12 m/s to the north and 0.08 to the west, a receiver's noise on the fixes; the
-    /// compass reads `bias` too much. A DVL, where there is one, is turned by 0.05 rad.
+    /// Boxes at 1.5 m/s in a current of 0.12 m/s to the north and 0.08 to the west, a receiver's noise on the fixes;
+    /// the compass reads `bias` too much. A DVL, where there is one, is turned by 0.05 rad.
     fn log(bias: f64, has_dvl: bool) -> (Log, Truth) {
         let (mut log, mut truth) = (Log::default(), Truth::default());
         let (mut north, mut east, mut state) = (0.0, 0.0, 1_u64);

@@ -1,12 +1,12 @@
 //! Logs of a glider: buoyancy drives it, wings make it go ahead.
 //!
 //! The plain model is the steady glide of Merckelbach, Smeed and Griffiths (2010, J. Atmos. Oceanic Technol. 27,
-//! 547-563), with the coefficients of its authors' public code (repository smerckel/gliderflight): angle of attack α from
-//! α (a_h + a_w) tan(θ + α) = C_D0 + C_D1 α², speed through the water from
-//! ½ ρ S U² (C_D0 + C_D1 α²) = F sin(θ + α), F = net buoyancy; the rate of depth is −U sin(θ + α). Nobody declares how the
-//! glider is ballasted and what its hull's drag is: it is taken as neutral at zero ballast in the water's mean density,
-//! and C_D0 is always fitted. Rates of depth and, where there is one, a measured speed through the water are compared
-//! over windows of steady flight; the ways between surfacings with GNSS.
+//! 547-563), with the coefficients of its authors' public code (repository smerckel/gliderflight): angle of attack α
+//! from α (a_h + a_w) tan(θ + α) = C_D0 + C_D1 α², speed through the water from ½ ρ S U² (C_D0 + C_D1 α²) = F sin(θ +
+//! α), F = net buoyancy; the rate of depth is −U sin(θ + α). Nobody declares how the glider is ballasted and what its
+//! hull's drag is: it is taken as neutral at zero ballast in the water's mean density, and C_D0 is always fitted. Rates
+//! of depth and, where there is one, a measured speed through the water are compared over windows of steady flight; the
+//! ways between surfacings with GNSS.
 
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};
@@ -47,8 +47,8 @@ const LONGEST_GAP_S: f64 = 12.0;
 const SHORTEST_WAY_S: f64 = 300.0;
 
 /// Columns: parasite drag; buoyancy, kg; pitch bias, rad, and scale; current north, east, m/s; heading, rad; then those
-/// without a name: share by which wings and hull lift more, induced drag, volume, compressibility, ballast scale; the speed
-/// log's scale, and its change over the log.
+/// without a name: share by which wings and hull lift more, induced drag, volume, compressibility, ballast scale; the
+/// speed log's scale, and its change over the log.
 const COLUMNS: usize = 14;
 const STEPS: [f64; COLUMNS] = [1e-4, 1e-4, 1e-5, 1e-4, 1.0, 1.0, 1e-5, 1e-4, 1e-3, 1e-5, 1e-12, 1e-4, 1e-4, 1e-4];
 
@@ -396,8 +396,8 @@ mod tests {
 
     const DRAG: f64 = 0.16;
 
-    /// Speed and path angle by the balance of lift and drag along and across the path, solved for the angle by bisection:
-    /// not the way the model goes.
+    /// Speed and path angle by the balance of lift and drag along and across the path, solved for the angle by
+    /// bisection: not the way the model goes.
     fn balance(pitch: f64, force: f64, density: f64) -> (f64, f64) {
         let slope = HULL_LIFT + WING_LIFT;
         let alpha = |gamma: f64| {

@@ -1,7 +1,7 @@
 //! Sensor readings that a log repeats while the sensor is away.
 
-/// Times between which a sensor's readings repeat themselves far longer than they otherwise do: the sensor was not there
-/// (or stood still to the last digit), and the log holds its last reading.
+/// Times between which a sensor's readings repeat themselves far longer than they otherwise do: the sensor was not
+/// there (or stood still to the last digit), and the log holds its last reading.
 #[must_use]
 pub fn held_readings(series: &[(f64, Vec<f64>)]) -> Vec<[f64; 2]> {
     /// Shorter repeats are chance.

@@ -3,8 +3,8 @@
 //! A log model predicts scalars from what was logged and from the effects' sizes; it needs no filter. Its residuals are
 //! taken as first-order Gauss-Markov noise (a receiver's wander, waves, eddies), whose scatter and correlation time are
 //! estimated from the log with every known column fitted. Differencing neighbours by it whitens rows and slopes alike.
-//! From there on all is as with the vehicle's dynamics: hypotheses of the catalogue one by one on training blocks, judged
-//! on held-out ones, forward selection, alternatives; then the terms outside the catalogue that remain.
+//! From there on all is as with the vehicle's dynamics: hypotheses of the catalogue one by one on training blocks,
+//! judged on held-out ones, forward selection, alternatives; then the terms outside the catalogue that remain.
 
 pub mod dead_reckoning;
 mod describe;

@@ -1,8 +1,8 @@
 //! Logs of a pinger with a clock of its own: times of arrival at a vehicle that knows where it is.
 //!
-//! Ping k arrives at t_k = t_0 + k T + r_k / c. The plain model knows neither t_0 nor, better than its reading, T: it takes
-//! the offset as unknown (it is always fitted), the period as the median of the intervals, and the declared speed of
-//! sound. As a range: c (t_k − k T) = (1 + ratio) r_k + c (offset + drift t), by the catalogue's definitions.
+//! Ping k arrives at t_k = t_0 + k T + r_k / c. The plain model knows neither t_0 nor, better than its reading, T: it
+//! takes the offset as unknown (it is always fitted), the period as the median of the intervals, and the declared speed
+//! of sound. As a range: c (t_k − k T) = (1 + ratio) r_k + c (offset + drift t), by the catalogue's definitions.
 
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};

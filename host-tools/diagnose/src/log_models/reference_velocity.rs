@@ -1,9 +1,10 @@
 //! A DVL beside a reference velocity: an inertial solution made after the run, or GNSS.
 //!
-//! At time t the DVL reads (1 + scale) Ry(pitch)ᵀ Rz(yaw)ᵀ (Rᵀ V + ω × (r + arm)) of time t − delay, where V, R and ω are
-//! the reference's velocity, attitude and turn. Delay, arm, scale and misalignment are the catalogue's. The delay is
-//! that of the DVL against the reference; a negative one means that the reference's time stamps are the late ones. Each
-//! run has a delay of its own, because clocks are set at the start of a run; arm, scale and turn belong to the vehicle.
+//! At time t the DVL reads (1 + scale) Ry(pitch)ᵀ Rz(yaw)ᵀ (Rᵀ V + ω × (r + arm)) of time t − delay, where V, R and ω
+//! are the reference's velocity, attitude and turn. Delay, arm, scale and misalignment are the catalogue's. The delay
+//! is that of the DVL against the reference; a negative one means that the reference's time stamps are the late ones.
+//! Each run has a delay of its own, because clocks are set at the start of a run; arm, scale and turn belong to the
+//! vehicle.
 
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::runs::{DELAYS, MOST_RUNS, estimate};

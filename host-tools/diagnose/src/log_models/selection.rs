@@ -81,7 +81,8 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let (effects, sigmas) = loop {
         let described = describe::Described { model, log_data: &log_data, noise: &noise, theta: &theta, after: &after };
         let (effects, sigmas) = described.effects(&calibrated, &chosen, &hypotheses, tried)?;
-        // Those fitted together were not asked yet whether they are worth anything on data that they were not fitted to.
+        // Those fitted together were not asked yet whether they are worth anything on data that they were not fitted
+        // to.
         let held = |effect: &FoundEffect| effect.held_gain.map_or(0.0, |(mean, _)| mean);
         let worst = effects.iter().enumerate().min_by(|a, b| held(a.1).total_cmp(&held(b.1)));
         match worst {

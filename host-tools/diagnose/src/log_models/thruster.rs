@@ -6,8 +6,9 @@
 //!
 //! The plain model is a thrust in proportion to the command (no dead band, saturation 1); its slope and both drags are
 //! fitted in any case, because nobody declares them. A hull that makes waves has more than quadratic drag: d₁ is then
-//! negative. Each stretch is simulated from its first speed; residuals are those of the simulated speed. Only forces per
-//! mass are seen: the slope is that of the mass stated, and grows with the added mass that the statement leaves out.
+//! negative. Each stretch is simulated from its first speed; residuals are those of the simulated speed. Only forces
+//! per mass are seen: the slope is that of the mass stated, and grows with the added mass that the statement leaves
+//! out.
 
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::runs::estimate;
@@ -17,8 +18,8 @@ use backseat_data::log::Column;
 use backseat_data::stats::{Z_95, median, rms};
 use backseat_data::{Log, VehicleFile};
 
-/// Columns: slope, N; linear drag, N s/m; quadratic drag, N s²/m²; dead band; command range lost to saturation; delay of
-/// the command, s; then those without a name: thrust lost with speed, N s/m.
+/// Columns: slope, N; linear drag, N s/m; quadratic drag, N s²/m²; dead band; command range lost to saturation; delay
+/// of the command, s; then those without a name: thrust lost with speed, N s/m.
 const SLOPE: usize = 0;
 const DEAD_BAND: usize = 3;
 const LOST: usize = 4;

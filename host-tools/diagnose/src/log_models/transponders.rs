@@ -6,9 +6,9 @@
 //! (1 + ratio) (1 + Σ a_k P_k(t)) (|s_tx − p| + |s_rx − p|) / 2,   s = antenna + R(φ, θ, ψ) arm
 //!
 //! with the ratio of the catalogue's `sound_speed`, the arm of its `transducer_lever_arm` (declared: the difference of
-//! the two arms in `[installation]`), the transponder's place p, and the slow change of the mean sound speed as Legendre
-//! polynomials P_k over the log. Places and slow change are fitted in any case, because nobody declares them. The ratio is
-//! the mean over all paths, by the harmonic mean that a travel time sees; the bending of rays is in it.
+//! the two arms in `[installation]`), the transponder's place p, and the slow change of the mean sound speed as
+//! Legendre polynomials P_k over the log. Places and slow change are fitted in any case, because nobody declares them.
+//! The ratio is the mean over all paths, by the harmonic mean that a travel time sees; the bending of rays is in it.
 
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};

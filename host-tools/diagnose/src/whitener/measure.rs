@@ -134,8 +134,8 @@ impl Filter<'_> {
         let nu = Vector3::new(self.x[U], self.x[U + 1], self.x[U + 2]);
         let over_ground = models::ground_velocity(&attitude, &nu, &self.model.water_mps().into());
         let [north, east] = ship.velocity_mps;
-        // The transducer moves with ω × arm beside the centre of gravity; the derivatives of that are left out: a tenth of
-        // a radian per second and half a metre of arm move it by 0.05 m/s.
+        // The transducer moves with ω × arm beside the centre of gravity; the derivatives of that are left out: a tenth
+        // of a radian per second and half a metre of arm move it by 0.05 m/s.
         let rates = Vector3::new(self.x[P], self.x[P + 1], self.x[P + 2]);
         let swing = over_ground.rotation * rates.cross(&Vector3::from(self.setup.installation.transducer_arm_m));
         let dv = over_ground.velocity_mps + swing - Vector3::new(north, east, 0.0);

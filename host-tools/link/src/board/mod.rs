@@ -224,8 +224,8 @@ impl Board {
         }
     }
 
-    /// The corners of the stored mission's fence, north and east, m; none without a polygon, and from firmware that knows
-    /// none.
+    /// The corners of the stored mission's fence, north and east, m; none without a polygon, and from firmware that
+    /// knows none.
     pub fn fence(&mut self) -> anyhow::Result<Vec<[f64; 2]>> {
         let mut corners_m = Vec::new();
         loop {

@@ -4,8 +4,8 @@
 //! The bound averages the curvature of log p(x_{k+1} | x_k) over the ensemble before anything is inverted. In the
 //! filter's own coordinates ẋ = R(Θ) ν is noise-free, so that over a step dt its weight is of the order 1 / (q dt³),
 //! and the least spread of headings over the ensemble looks like information about the velocity, without limit as dt
-//! goes to zero. The bound stays valid but is far too low to be of use. In y = [p, Θ, R ν, Θ̇] position and attitude are
-//! integrals of other coordinates, the noise-free equations are linear, and the effect does not arise.
+//! goes to zero. The bound stays valid but is far too low to be of use. In y = [p, Θ, R ν, Θ̇] position and attitude
+//! are integrals of other coordinates, the noise-free equations are linear, and the effect does not arise.
 
 use hil_sim::truth::{Actuators, Parameters, Plant, State, Water, runge_kutta_4};
 use nalgebra::{DMatrix, DVector, Matrix3, SVector, Vector3};

@@ -30,15 +30,15 @@ pub struct Args {
     /// Only rows whose name contains this. Can be repeated.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Instead of the table: so many rows of two or three faults and undeclared effects, with sizes, drawn by --seed, each
-    /// flown --runs times (once unless it is given).
-    /// With --out they stand below the table.
+    /// Instead of the table: so many rows of two or three faults and undeclared effects, with sizes, drawn by --seed,
+    /// each flown --runs times (once unless it is given). With --out they stand below the table.
     #[arg(long, value_name = "N")]
     random: Option<usize>,
     /// Seed of what is drawn.
     #[arg(long, value_name = "S", default_value_t = 1, requires = "random")]
     seed: u64,
-    /// `qemu` flies each row once with the app in this process and once with the ARM image in QEMU, and compares digests.
+    /// `qemu` flies each row once with the app in this process and once with the ARM image in QEMU, and compares
+    /// digests.
     #[arg(long, value_enum, default_value = "host", conflicts_with_all = ["random", "out", "json", "runs"])]
     backseat: Backseat,
     /// Ends the flights of --backseat qemu after so many minutes.

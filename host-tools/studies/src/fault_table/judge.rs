@@ -47,8 +47,8 @@ struct Source {
     last_variance: f64,
 }
 
-/// How long an error has been silent in the last [`WINDOW_S`]: what was better for a moment in between does not count as
-/// having been told.
+/// How long an error has been silent in the last [`WINDOW_S`]: what was better for a moment in between does not count
+/// as having been told.
 #[derive(Clone, Debug, Default)]
 struct Silence {
     /// End and length of the silent steps in the window, µs.
@@ -113,8 +113,8 @@ pub struct JudgedFlight {
     pub end_error_m: f64,
     /// Largest error over its own sigma while the mode was `navigating`, and in any mode, from the first fault on.
     pub ratios: [f64; 2],
-    /// Longest time with an error beyond three sigmas, in sum in any window of 600 s, in a mode that steers: horizontally
-    /// and in depth, s.
+    /// Longest time with an error beyond three sigmas, in sum in any window of 600 s, in a mode that steers:
+    /// horizontally and in depth, s.
     pub silent_s: [f64; 2],
     /// Share of the mission's time in which the mode was `navigating`.
     pub navigating: f64,

@@ -1,7 +1,7 @@
 //! Is a log what its column names say? Ranges, rates and gaps of every column, and what contradicts units and signs.
 //!
-//! Two kinds of evidence: values that no vehicle has (`limits`), and columns that contradict each other (`relations`), such
-//! as a yaw rate that is 57 times what the heading does.
+//! Two kinds of evidence: values that no vehicle has (`limits`), and columns that contradict each other (`relations`),
+//! such as a yaw rate that is 57 times what the heading does.
 
 mod limits;
 mod relations;

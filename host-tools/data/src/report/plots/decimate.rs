@@ -21,8 +21,8 @@ pub(super) fn min_max(points: &[Point], column: f64) -> Vec<Point> {
     out
 }
 
-/// Ramer, Douglas and Peucker's simplification: no dropped point is further than about `tolerance` from the line that remains.
-/// The tolerance grows until at most `limit` points remain.
+/// Ramer, Douglas and Peucker's simplification: no dropped point is further than about `tolerance` from the line that
+/// remains. The tolerance grows until at most `limit` points remain.
 pub(super) fn simplify(points: &[Point], tolerance: f64, limit: usize) -> Vec<Point> {
     let mut tolerance = tolerance;
     // Dropping near neighbours first is cheap, and bounds the work on a noisy track that never leaves its spot.

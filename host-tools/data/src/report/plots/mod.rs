@@ -1,4 +1,5 @@
-//! Plots as SVG text. Plain slices in; NaN and infinite points are left out (a line breaks there), and no data draws an empty frame.
+//! Plots as SVG text. Plain slices in; NaN and infinite points are left out (a line breaks there), and no data draws an
+//! empty frame.
 //!
 //! Time is in hours everywhere; the axis chooses seconds, minutes or hours by the span.
 

@@ -6,7 +6,8 @@ use super::frame::{Frame, Key, Mark, left_margin};
 use super::{Ellipse, Point, TrackPlot, is_drawable};
 use crate::report::palette::{FAINT, GREEN, ORANGE, SERIES, SKY, TEXT, TRUTH};
 
-/// Square root of the 95 % quantile of chi-square with two degrees of freedom: standard deviations to the edge of the ellipse.
+/// Square root of the 95 % quantile of chi-square with two degrees of freedom: standard deviations to the edge of the
+/// ellipse.
 const ELLIPSE_95: f64 = 2.447_746_8;
 const MOST_ELLIPSES: usize = 60;
 const MOST_PATHS: usize = 130;

@@ -1,9 +1,10 @@
 //! A vessel with propellers and rudders on the surface: surge, sway and yaw by the field's manoeuvring terms.
 //!
-//! The change of velocity over each window is a sum of the terms' integrals (`terms`), whose numbers are fitted in any case,
-//! because nobody declares them; a term that this log cannot separate from those before it is left out. What still water
-//! leaves is explained by a wind: with an anemometer by four coefficients, without one by a steady wind in each run, whose
-//! forces come from the windage that the log states. Windows in which somebody held the vessel are left out.
+//! The change of velocity over each window is a sum of the terms' integrals (`terms`), whose numbers are fitted in any
+//! case, because nobody declares them; a term that this log cannot separate from those before it is left out. What
+//! still water leaves is explained by a wind: with an anemometer by four coefficients, without one by a steady wind in
+//! each run, whose forces come from the windage that the log states. Windows in which somebody held the vessel are left
+//! out.
 
 mod terms;
 mod windows;

@@ -1,11 +1,11 @@
 //! The terms of surge, sway and yaw acceleration, and of the wind.
 //!
-//! After the field's modular model (Yasukawa and Yoshimura 2015), each force a sum of terms:
-//! hull: u|u|, v r, r², v² ahead; u v, u r, v|v|, r|r| to the side and in yaw;
-//! propeller: thrust a n|n| − b |n| u, where wake and thrust deduction are in a and b, and its sideways force n|n|;
-//! rudder: the inflow behind a propeller is a mix of u and n, so that the normal force goes with (u², n u, n²) sin δ; what
-//! sway and yaw rate add to its angle has the form of the hull's terms and is in them.
-//! Added masses and inertias only scale the numbers, so that each acceleration has numbers of its own.
+//! After the field's modular model (Yasukawa and Yoshimura 2015), each force a sum of terms: hull: u|u|, v r, r², v²
+//! ahead; u v, u r, v|v|, r|r| to the side and in yaw; propeller: thrust a n|n| − b |n| u, where wake and thrust
+//! deduction are in a and b, and its sideways force n|n|; rudder: the inflow behind a propeller is a mix of u and n, so
+//! that the normal force goes with (u², n u, n²) sin δ; what sway and yaw rate add to its angle has the form of the
+//! hull's terms and is in them. Added masses and inertias only scale the numbers, so that each acceleration has numbers
+//! of its own.
 
 use backseat_data::VehicleFile;
 
@@ -68,12 +68,13 @@ impl Windage {
     /// Coefficients for a wind from ahead and from the side, the middle of the ranges in Fossen (2011, section 8.1).
     pub(super) const FRONT: f64 = 0.7;
     pub(super) const SIDE: f64 = 0.825;
-    /// Where the side force acts, share of the length abaft the centre of gravity, and C_N = −this · sin 2γ, which turns the
-    /// bow away from the wind: found with the anemometer on nine runs of a tanker's model in 2020.
+    /// Where the side force acts, share of the length abaft the centre of gravity, and C_N = −this · sin 2γ, which
+    /// turns the bow away from the wind: found with the anemometer on nine runs of a tanker's model in 2020.
     pub(super) const ABAFT: f64 = 0.05;
     pub(super) const TURNING: f64 = 0.04;
 
-    /// By areas, length and mass; added masses of 5 % ahead, 85 % to the side and 80 % of the inertia, as slender ships have.
+    /// By areas, length and mass; added masses of 5 % ahead, 85 % to the side and 80 % of the inertia, as slender ships
+    /// have.
     pub(super) fn new([front_m2, side_m2]: [f64; 2], length_m: f64, mass_kg: f64) -> Self {
         /// Half the density of air, kg/m³.
         const HALF_DENSITY: f64 = 0.6125;

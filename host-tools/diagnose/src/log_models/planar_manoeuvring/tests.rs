@@ -4,8 +4,9 @@ use backseat_data::LogRow;
 const MASS_KG: f64 = 200.0;
 const LENGTH_M: f64 = 3.0;
 
-/// Five runs of turns and zigzags of five minutes at 10 Hz, each in a wind of its own; equations of its own, with inflow
-/// angle and propeller race, integrated by steps of 20 ms. In the second a hand holds the vessel for some seconds.
+/// Five runs of turns and zigzags of five minutes at 10 Hz, each in a wind of its own; equations of its own, with
+/// inflow angle and propeller race, integrated by steps of 20 ms. In the second a hand holds the vessel for some
+/// seconds.
 fn log(winds: &[[f64; 2]]) -> Log {
     let (mut log, mut state) = (Log::default(), 7_u64);
     let mut noise = || {
@@ -41,7 +42,7 @@ fn log(winds: &[[f64; 2]]) -> Log {
                 let thrust = 0.06 * revolutions * revolutions - 0.25 * revolutions * u;
                 let x_force = thrust - 12.0 * u * u.abs() - 5.0 * lift * rudder.sin();
                 let y_force = -40.0 * u * v - 120.0 * v * v.abs() + 5.0 * lift;
-                let n_force = -25.0 * u * v - 90.0 * u * r - 150.0 * r * r.abs() - 8.0 * lift * -1.0;
+                let n_force = -25.0 * u * v - 90.0 * u * r - 150.0 * r * r.abs() + 8.0 * lift;
                 let (mx, my, inertia) = (1.05 * MASS_KG, 1.85 * MASS_KG, 1.8 * MASS_KG * 0.5625);
                 let wind = [0.7 * 0.15 * speed * ahead, 0.825 * 0.5 * speed * side];
                 let wind_n = -(0.825 * 0.05 * speed * side + 0.08 * ahead * side) * 0.5 * LENGTH_M;

@@ -1,7 +1,7 @@
 //! A log cut into windows: how the velocity changes over each, and the integrals of all terms.
 //!
-//! A change of velocity over some seconds needs no derivative of noisy readings. A window lasts half the time in which the
-//! vessel moves by its own length: shorter ones are noise, longer ones average the manoeuvre away.
+//! A change of velocity over some seconds needs no derivative of noisy readings. A window lasts half the time in which
+//! the vessel moves by its own length: shorter ones are noise, longer ones average the manoeuvre away.
 
 use super::terms::{self, Reading, Windage};
 use backseat_core::state::wrap_angle;
