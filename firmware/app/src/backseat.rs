@@ -256,7 +256,7 @@ impl Backseat {
             depth_age_us: sample_age(samples.depth_m.map(|(us, _)| us)),
             frontseat_age_us: age(frontseat.last_us()),
             refused_us: age(frontseat.refused_since_us().or(self.steering.disobeyed_since_us())),
-            position_sigma_m: if initialised { navigator.stated_sigma_m() } else { f64::INFINITY },
+            position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
             resumed: self.unconfigured || self.estimator.resumed().is_some(),
             suspect: self.estimator.is_suspect(),
             unsteerable_us: age(self.estimator.unsteerable_since_us()),

@@ -25,7 +25,7 @@ pub fn record(
     if navigator.is_initialised() {
         for (i, (state, sigma)) in state.iter_mut().zip(&mut sigma).enumerate() {
             *state = estimator.output()[i];
-            *sigma = libm::sqrt(navigator.stated_variance(i));
+            *sigma = libm::sqrt(navigator.variance(i));
         }
     }
     Telemetry {
@@ -35,7 +35,7 @@ pub fn record(
         reason,
         state,
         sigma,
-        cov_xy_m2: if navigator.is_initialised() { navigator.stated_covariance(X, Y) } else { 0.0 },
+        cov_xy_m2: if navigator.is_initialised() { navigator.covariance(X, Y) } else { 0.0 },
         current_mps: if navigator.is_initialised() { navigator.current() } else { [0.0; 2] },
         propeller_radps: input.propeller_radps,
         fins_rad: input.fins_rad,

@@ -99,8 +99,6 @@ pub struct AppSettings {
     pub use_water_track: bool,
     /// Fuse fixes at the surface.
     pub use_gnss: bool,
-    /// One sigma per axis of a GNSS receiver's slowly varying error, the vehicle's and the ship's alike, m.
-    pub receiver_bias_m: f64,
     /// Deepest estimate at which a fix is believed, m.
     pub gnss_max_depth_m: f64,
     /// AHRS protocol.
@@ -197,7 +195,6 @@ impl AppSettings {
         use_dvl: false,
         use_water_track: false,
         use_gnss: true,
-        receiver_bias_m: 1.5,
         gnss_max_depth_m: 1.0,
         ahrs_protocol: AhrsProtocol::Gx3,
         dvl_source: DvlSource::Pd0,
@@ -274,7 +271,6 @@ impl Settings {
             config.effect_states =
                 EffectStates::water_current(app.current_initial_sigma_mps, app.current_random_walk_mps_per_sqrt_s);
         }
-        config.receiver_bias_m = self.app.receiver_bias_m;
         config.sound_speed_mps = self.app.installation.sound_speed_mps;
         config.ship_transducer_depth_m = self.app.installation.ship_transducer_depth_m;
         config

@@ -81,10 +81,6 @@ pub struct NavigationConfig {
     pub gate_sigma: f64,
     /// Number of measurements of one sensor in a row, beyond three fifths of the gate, that make it suspect.
     pub exceedances: u32,
-    /// One sigma per axis of the slowly varying error of a GNSS receiver, the vehicle's or the ship's, m. Nothing on
-    /// board can see it: the gates of fixes and ranges allow for it, and what is stated of the position contains it
-    /// ([`super::Navigator::stated_variance`]).
-    pub receiver_bias_m: f64,
     /// (σx² + σy²)/r over the noise of a range from which on the range is taken to second order; 1e6: always to first,
     /// as in the thesis.
     pub range_curvature: f64,
@@ -119,7 +115,6 @@ impl NavigationConfig {
         ship_transducer_depth_m: Installation::DEFAULT.ship_transducer_depth_m,
         gate_sigma: 5.0,
         exceedances: 3,
-        receiver_bias_m: 0.0,
         range_curvature: 0.05,
         priors: Priors::DEFAULT,
         bank: false,
@@ -157,7 +152,6 @@ impl NavigationConfig {
         ship_transducer_depth_m: 0.0,
         gate_sigma: 0.0,
         exceedances: 0,
-        receiver_bias_m: 0.0,
         range_curvature: 0.0,
         priors: Priors::KNOWN,
         bank: false,
@@ -203,7 +197,6 @@ impl NavigationConfig {
         }
         in_range("ship_noise.linear_mps2_per_sqrt_hz", ship.linear_mps2_per_sqrt_hz, 0.0)?;
         in_range("ship_noise.angular_radps2_per_sqrt_hz", ship.angular_radps2_per_sqrt_hz, 0.0)?;
-        in_range("receiver_bias_m", self.receiver_bias_m, 0.0)?;
         in_range("range_curvature", self.range_curvature, 0.0)?;
         for state in self.effect_states.iter() {
             in_range("effect_states.initial_sigma", state.initial_sigma, f64::MIN_POSITIVE)?;

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::dynamics::VehicleModel;
 use crate::parameters::{self, NOISE};
-use crate::state::{VehicleState, X, Y, Z};
+use crate::state::{VehicleState, Y};
 
 /// The centralized extended Kalman filter. Some 18 kB: lives in a static, never passed by value; a host may copy it.
 #[derive(Clone)]
@@ -322,19 +322,6 @@ impl Filter {
         }
         let [unconfirmed, ..] = if i == j && i <= Y { self.monitor.floor(Sensor::Range) } else { [0.0; 3] };
         self.p.get(i, j) + unconfirmed * unconfirmed
-    }
-
-    /// What the covariance of state `i` leaves out: of the position innovations of the ranges that S does not explain,
-    /// and the other account while fixes or ranges contradict the filter; of depth the innovations that S does not
-    /// explain. 0 of the others.
-    #[must_use]
-    pub fn unseen_variance(&self, i: usize) -> f64 {
-        match i {
-            _ if !self.is_initialised() => 0.0,
-            X | Y => self.monitor.unseen_position(self.time_us),
-            Z => self.monitor.unexplained(Sensor::Depth),
-            _ => 0.0,
-        }
     }
 
     /// Whether one sensor and the filter contradict each other. The sensor is then not fused, and the states that it

@@ -55,7 +55,6 @@ impl Filter {
     /// Fills `observations`.
     fn observe(&mut self, measurement: &Measurement) -> Result<(), Refused> {
         self.monitor.sigma = self.effects.gate_sigma(measurement.channel(), &self.config, &self.x);
-        self.monitor.receiver_variance = self.config.receiver_bias_m * self.config.receiver_bias_m;
         let (x, config, out) = (&self.x, &self.config, &mut self.observations);
         let sigma = &config.sensors;
         out.clear();
@@ -96,16 +95,12 @@ impl Filter {
             let [sigma, ..] = self.monitor.floor(Sensor::Range);
             self.leave_at_least(sensor, [sigma; 3]);
         }
-        for (axis, item) in self.observations.as_mut_slice().iter_mut().enumerate() {
-            item.variance += self.monitor.alternating(sensor, axis);
-        }
         let mut variance = self.project(0);
-        let ratio = self.worst_test_ratio(sensor, variance);
+        let ratio = self.worst_test_ratio(variance);
         let alert = ratio > EXCEEDANCE || self.monitor.alert;
         // A range rate is linear only near the position.
         let far = sensor == Sensor::RangeRate && self.p.get(X, X) + self.p.get(Y, Y) > FAR_M * FAR_M;
         if far || (alert && !self.weigh(sensor, ratio)) {
-            self.learn_refused(sensor);
             return self.gated(sensor, fusions);
         }
 
@@ -119,7 +114,6 @@ impl Filter {
                 break;
             }
             fusions.push(self.record(sensor, axis, innovation, variance, FusionOutcome::Fused));
-            self.monitor.learn(sensor, axis, self.time_us, innovation, variance);
             if let Some(Observation { row, .. }) = self.observations.as_slice().get(axis) {
                 let gain = self.gain.get(..self.dimension()).unwrap_or_default();
                 observer.observe(&LinearStep::Update(ScalarUpdate { row, gain, innovation, variance }));
@@ -131,12 +125,7 @@ impl Filter {
         if !self.config.effect_states.is_empty() {
             Effects::bound(&self.config, &mut self.x);
         }
-        if sensor == Sensor::Range {
-            // Ranges that contradict for a window are explained by the two receivers as far as these may err: the next
-            // range corrects the position by that, and not current and parameters.
-            let variance = self.monitor.unexplained(sensor).min(2.0 * self.monitor.receiver_variance);
-            self.leave_at_least(sensor, [libm::sqrt(variance); 3]);
-        } else if alert {
+        if alert && sensor != Sensor::Range {
             self.leave_at_least(sensor, self.monitor.floor(sensor));
         }
     }
@@ -166,10 +155,10 @@ impl Filter {
     }
 
     /// Worst of all scalars before any is used; S of the first is known.
-    fn worst_test_ratio(&self, sensor: Sensor, first_variance: f64) -> f64 {
+    fn worst_test_ratio(&self, first_variance: f64) -> f64 {
         let ratio = |(axis, item): (usize, &Observation)| {
             let variance = if axis == 0 { first_variance } else { self.innovation_variance(item) };
-            self.test_ratio(sensor, item.innovation, variance)
+            self.test_ratio(item.innovation, variance)
         };
         self.observations.as_slice().iter().enumerate().map(ratio).fold(0.0, f64::max)
     }
@@ -185,23 +174,8 @@ impl Filter {
         self.innovation_variance(item)
     }
 
-    fn test_ratio(&self, sensor: Sensor, innovation: f64, variance: f64) -> f64 {
-        let variance = variance + self.monitor.allowance(sensor);
+    fn test_ratio(&self, innovation: f64, variance: f64) -> f64 {
         innovation * innovation / (self.monitor.sigma * self.monitor.sigma * variance)
-    }
-
-    /// Waves may refuse a DVL's readings from the first on; what alternates is learnt from these, too.
-    #[cold]
-    fn learn_refused(&mut self, sensor: Sensor) {
-        self.monitor.refused(sensor);
-        if !matches!(sensor, Sensor::BottomTrack | Sensor::WaterTrack) {
-            return;
-        }
-        for axis in 0..self.observations.as_slice().len() {
-            let Some(item) = self.observations.as_slice().get(axis) else { return };
-            let (innovation, variance) = (wrap_innovation(sensor, item.innovation), self.total_variance(item));
-            self.monitor.learn(sensor, axis, self.time_us, innovation, variance);
-        }
     }
 
     #[cold]
@@ -227,7 +201,7 @@ impl Filter {
         variance: f64,
         outcome: FusionOutcome,
     ) -> FusionRecord {
-        let test_ratio = self.test_ratio(sensor, innovation, variance);
+        let test_ratio = self.test_ratio(innovation, variance);
         FusionRecord { sensor, axis: axis as u8, time_us: self.time_us, innovation, variance, test_ratio, outcome }
     }
 
@@ -247,18 +221,11 @@ impl Filter {
             return ratio <= 1.0 && !self.monitor.is_suspect(sensor);
         }
         let bound = EXCEEDANCE * self.monitor.sigma * self.monitor.sigma;
-        let (mut alone, mut believable) = (true, true);
-        for (axis, item) in items.iter().enumerate() {
-            let (allowance, variance) = (self.monitor.allowance(sensor), self.total_variance(item));
-            let before = self.monitor.variance_without_suspicion(sensor, variance);
-            alone &= item.innovation * item.innovation <= bound * (before + allowance);
-            if matches!(sensor, Sensor::Range | Sensor::BottomTrack | Sensor::WaterTrack) {
-                // a line of sight that has turned across the difference hides it, and so does a speed in between
-                let worst = self.monitor.worst(sensor, axis);
-                believable &= worst * worst <= bound * (variance + allowance);
-            }
-        }
-        self.monitor.consistent(sensor, self.time_us, alone, believable, most)
+        let alone = items.iter().all(|item| {
+            let variance = self.monitor.variance_without_suspicion(sensor, self.total_variance(item));
+            item.innovation * item.innovation <= bound * variance
+        });
+        self.monitor.consistent(sensor, self.time_us, alone, most)
     }
 
     /// Adds what suspicion adds over a step of the prediction.

@@ -22,7 +22,6 @@
 //! - A suspect source that falls silent becomes unconfirmed.
 
 use super::Sensor;
-use super::innovation_window::Window;
 use super::observation::Observation;
 
 /// Share of the gate's variance beyond which a measurement is an exceedance: (3/5)², three sigmas of the default five.
@@ -39,16 +38,6 @@ const VELOCITY_US: u64 = 10_000_000;
 const DRIFT_WITH_DVL: f64 = 0.03;
 /// Speed by which an error in heading moves the position, m/s: a torpedo's cruise.
 const CRUISE_MPS: f64 = 1.5;
-
-/// A range that agreed no longer ago than this is a witness for the filter, µs: three ranges at one every 30 s.
-const WITNESS_US: u64 = 100_000_000;
-/// Time constants of the windows over ranges, s: four and thirty-two ranges at one every 30 s.
-const RANGES_S: [f64; 2] = [120.0, 960.0];
-/// Of the window over any other source, s: some periods of a wave, and less than a leg.
-const WAVES_S: f64 = 30.0;
-/// An innovation enters its window with so many sigmas at most: three of a range, two of others, so that outliers among
-/// good measurements, less than a quarter of them, do not widen the gate.
-const CLIP: [f64; 2] = [3.0, 2.0];
 
 /// Growth of one sigma of what a suspect source positions, in the state's unit per second.
 fn growth(sensor: Sensor) -> f64 {
@@ -76,15 +65,6 @@ pub(super) fn largest_sigma(sensor: Sensor) -> f64 {
         Sensor::Rates => 0.2,
         Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate => 0.5,
         Sensor::VehicleGnss | Sensor::ShipGnss | Sensor::Range => 5.0e3,
-    }
-}
-
-/// Largest amplitude that waves of 1 m height and 6 s give a reading, in its unit: half of the height, and its rate of
-/// change. What is larger is no wave; compass and gyros show what the hull does.
-fn wave(sensor: Sensor) -> f64 {
-    match sensor {
-        Sensor::Depth | Sensor::BottomTrack | Sensor::WaterTrack => 0.5,
-        _ => 0.0,
     }
 }
 
@@ -118,10 +98,6 @@ struct Source {
     worst: [f64; 3],
     /// Least one sigma by scalar while the source is unconfirmed; 0 otherwise.
     floor: [f64; 3],
-    /// Fixes were used while it was suspect.
-    contested: bool,
-    /// How far apart the accounts were when a contest ended, one sigma, its growth per second, and the time.
-    told: (f64, f64, u64),
     recoveries: u32,
 }
 
@@ -139,8 +115,6 @@ impl Source {
         variance: 0.0,
         worst: [0.0; 3],
         floor: [0.0; 3],
-        contested: false,
-        told: (0.0, 0.0, 0),
         recoveries: 0,
     };
 
@@ -150,30 +124,6 @@ impl Source {
 
     fn is_unconfirmed(&self) -> bool {
         self.floor != [0.0; 3]
-    }
-
-    /// Variance of the other account of the position that P leaves out. Once fixes were used against it, it is not
-    /// forgotten with the doubt, and goes on to grow: ranges agree wherever the line of sight is across the difference.
-    fn apart(&self, sensor: Sensor, time_us: u64) -> f64 {
-        let since_s = |since_us: u64| 1.0e-6 * time_us.saturating_sub(since_us) as f64;
-        let mut variance = 0.0;
-        if self.suspect {
-            // what fixes follow may go on, and across the line of sight
-            let share = if self.contested { 1.0 } else { UNCONFIRMED };
-            let sigma = (share * self.largest()).min(growth(sensor) * since_s(self.since_us));
-            variance = (sigma * sigma - self.added).max(0.0);
-        }
-        let ((told, rate, told_us), [_, memory_s]) = (self.told, RANGES_S);
-        if told > 0.0 && since_s(told_us) < memory_s {
-            let sigma = told + rate * since_s(told_us);
-            variance = variance.max(sigma * sigma);
-        }
-        variance
-    }
-
-    /// Worst innovation of the contradiction.
-    fn largest(&self) -> f64 {
-        self.worst.into_iter().fold(0.0, f64::max)
     }
 
     fn leave_unconfirmed(&mut self, sensor: Sensor) {
@@ -208,96 +158,14 @@ pub(super) struct Growth {
 pub(super) struct InnovationMonitor {
     /// Of the measurement under way, in sigmas.
     pub(super) sigma: f64,
-    /// Variance of a GNSS receiver's bias per axis, m².
-    pub(super) receiver_variance: f64,
     /// At least one source is suspect or unconfirmed. In normal operation only this flag is read.
     pub(super) alert: bool,
     sources: [Source; Sensor::ALL.len()],
-    /// Waves have refused readings of the sensor, and still alternate.
-    noisy: [bool; Sensor::ALL.len()],
-    /// By sensor and scalar; of ranges the short and the long one.
-    windows: [[Window; 3]; Sensor::ALL.len()],
 }
 
 impl InnovationMonitor {
     pub(super) const fn new() -> Self {
-        Self {
-            sigma: 0.0,
-            receiver_variance: 0.0,
-            alert: false,
-            sources: [Source::NEW; Sensor::ALL.len()],
-            noisy: [false; Sensor::ALL.len()],
-            windows: [[Window::NEW; 3]; Sensor::ALL.len()],
-        }
-    }
-
-    /// A scalar that was used; of a DVL also one that was refused, so that its gate can widen.
-    pub(super) fn learn(&mut self, sensor: Sensor, axis: usize, time_us: u64, innovation: f64, variance: f64) {
-        let [ranges, others] = CLIP;
-        let clip = if sensor == Sensor::Range { ranges } else { others };
-        let most = clip * libm::sqrt(variance + self.allowance(sensor));
-        let innovation = innovation.max(-most).min(most);
-        let variance = variance - self.alternating(sensor, axis);
-        let windows = &mut self.windows[sensor as usize];
-        if sensor == Sensor::Range {
-            for (window, tau_s) in windows.iter_mut().zip(RANGES_S) {
-                window.take(tau_s, time_us, innovation, variance);
-            }
-        } else if let Some(window) = windows.get_mut(axis) {
-            window.take(WAVES_S, time_us, innovation, variance);
-            self.noisy[sensor as usize] &= windows.iter().any(|window| window.alternating() > 0.0);
-        }
-    }
-
-    /// A reading was refused: from now on what alternates counts as noise.
-    pub(super) fn refused(&mut self, sensor: Sensor) {
-        self.noisy[sensor as usize] = true;
-    }
-
-    /// Variance of a source's innovations that S does not explain, of its first scalar; 0 while the test is kept.
-    pub(super) fn unexplained(&self, sensor: Sensor) -> f64 {
-        let [first, second, _] = &self.windows[sensor as usize];
-        let long = if sensor == Sensor::Range { second.excess() } else { 0.0 };
-        first.excess().max(long)
-    }
-
-    /// Variance of a reading of a sensor in waves: what alternates about the window's mean beyond S. 0 of ranges and
-    /// fixes, and while the test is kept.
-    pub(super) fn alternating(&self, sensor: Sensor, axis: usize) -> f64 {
-        let amplitude = wave(sensor);
-        if amplitude == 0.0 || !self.noisy[sensor as usize] {
-            return 0.0;
-        }
-        let alternates = self.windows[sensor as usize].get(axis).map_or(0.0, Window::alternating);
-        alternates.min(0.5 * amplitude * amplitude)
-    }
-
-    /// What a gate allows for beyond S: the receivers' biases.
-    pub(super) fn allowance(&self, sensor: Sensor) -> f64 {
-        match sensor {
-            Sensor::VehicleGnss | Sensor::ShipGnss => self.receiver_variance,
-            // the vehicle's receiver gave it its place, the ship's the other end
-            Sensor::Range => 2.0 * self.receiver_variance,
-            _ => 0.0,
-        }
-    }
-
-    /// Variance of the position, per axis, that P leaves out: what the ranges' windows find, and, while fixes or ranges
-    /// contradict the filter, the place that they point to, as far as the time of the contradiction makes it
-    /// believable.
-    pub(super) fn unseen_position(&self, time_us: u64) -> f64 {
-        let mut sum = self.unexplained(Sensor::Range);
-        for sensor in [Sensor::Range, Sensor::VehicleGnss] {
-            sum += self.sources[sensor as usize].apart(sensor, time_us);
-        }
-        sum
-    }
-
-    /// Ranges agree with the filter at present, and nothing doubts them.
-    fn witnessed(&self, time_us: u64) -> bool {
-        let [window, ..] = &self.windows[Sensor::Range as usize];
-        let used = window.last_us().is_some_and(|used_us| time_us < used_us.saturating_add(WITNESS_US));
-        used && self.sources[Sensor::Range as usize].is_calm()
+        Self { sigma: 0.0, alert: false, sources: [Source::NEW; Sensor::ALL.len()] }
     }
 
     pub(super) fn is_suspect(&self, sensor: Sensor) -> bool {
@@ -345,31 +213,13 @@ impl InnovationMonitor {
         source.variance.max(variance - source.added)
     }
 
-    /// Worst innovation of one scalar since a source began to contradict the filter.
-    pub(super) fn worst(&self, sensor: Sensor, axis: usize) -> f64 {
-        self.sources[sensor as usize].worst.get(axis).copied().unwrap_or(0.0)
-    }
-
-    /// A measurement that is no exceedance; `alone`: without the suspicion it would not have been one either;
-    /// `believable`: nor would the worst of the contradiction be one now. Says whether it is used; a suspect source is
-    /// taken back by `most` of them in a row.
-    pub(super) fn consistent(
-        &mut self,
-        sensor: Sensor,
-        time_us: u64,
-        alone: bool,
-        believable: bool,
-        most: u32,
-    ) -> bool {
-        let contested = self.is_suspect(Sensor::Range);
+    /// A measurement that is no exceedance; `alone`: without the suspicion it would not have been one either. Says
+    /// whether it is used; a suspect source is taken back by `most` of them in a row.
+    pub(super) fn consistent(&mut self, sensor: Sensor, time_us: u64, alone: bool, most: u32) -> bool {
         let source = &mut self.sources[sensor as usize];
         if source.suspect {
             // it is not silent
             source.exceedance_us = time_us;
-            if !alone && !believable {
-                (source.returning, source.by_suspicion) = (0, true);
-                return false;
-            }
             source.returning = source.returning.saturating_add(1);
             source.by_suspicion |= !alone;
             if !source.by_suspicion {
@@ -378,12 +228,7 @@ impl InnovationMonitor {
             if source.returning < most {
                 return !source.by_suspicion;
             }
-            if source.contested {
-                let lasted_s = 1.0e-6 * time_us.saturating_sub(source.since_us) as f64;
-                let sigma = libm::sqrt(source.apart(sensor, time_us));
-                source.told = (sigma, sigma / lasted_s.max(1.0), time_us);
-            }
-            (source.suspect, source.contested) = (false, false);
+            source.suspect = false;
             source.recoveries = source.recoveries.saturating_add(1);
             // the ship's own receiver is its arbiter
             if source.by_suspicion && sensor != Sensor::ShipGnss {
@@ -394,11 +239,9 @@ impl InnovationMonitor {
         source.exceedances = 0;
         match sensor {
             Sensor::VehicleGnss => {
-                for source in self.sources.iter_mut().filter(|_| !contested) {
+                for source in &mut self.sources {
                     (source.suspect, source.floor) = (false, [0.0; 3]);
                 }
-                let range = &mut self.sources[Sensor::Range as usize];
-                (range.grown_s, range.added, range.contested) = (0.0, 0.0, range.suspect);
             }
             // the drift begins again where the position was measured
             Sensor::Range => {
@@ -415,7 +258,6 @@ impl InnovationMonitor {
     /// What a step of the prediction adds for one source.
     pub(super) fn grow(&mut self, sensor: Sensor, time_us: u64, step_s: f64) -> Growth {
         let bottom = &self.sources[Sensor::BottomTrack as usize];
-        let witnessed = self.witnessed(time_us);
         let measured = !bottom.suspect && !bottom.is_unconfirmed() && time_us < bottom.consistent_us + VELOCITY_US;
         let source = &mut self.sources[sensor as usize];
         let mut growth = Growth { positioned: 0.0, drift: 0.0, floor: [0.0; 3] };
@@ -426,9 +268,6 @@ impl InnovationMonitor {
         let unconfirmed = source.is_unconfirmed();
         let floor = source.floor.into_iter().fold(0.0, f64::max);
         match sensor {
-            // the others agree without it
-            Sensor::VehicleGnss | Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate
-                if source.suspect && witnessed => {}
             // what led the filter astray may still do so
             _ if source.suspect || (unconfirmed && sensor == Sensor::Range) => {
                 let rate = if sensor == Sensor::Range && measured { DRIFT_WITH_DVL } else { self::growth(sensor) };

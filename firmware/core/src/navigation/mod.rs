@@ -35,8 +35,6 @@
 //! observation     ν, h, R of a measurement          meas_*, models  one aiding source each; h(x) and H(x)
 //! acoustic        the ends of an acoustic path      fusion          measurement update
 //! innovation_monitor  the gate, and sources that contradict the filter
-//! innovation_window   chi-square of a source over a window
-//! receiver_bias   what the biases of the GNSS receivers make of the estimate
 //! effects         the catalogue's effects in the filter   effect_states   what is estimated, and its priors
 //! estimates       augmented states, with sigma      observer        each step as a linear map, for a smoother
 //! learnt          the prior that a dive leaves
@@ -59,7 +57,6 @@ mod filter;
 mod fusion;
 mod initial;
 mod innovation_monitor;
-mod innovation_window;
 mod layout;
 mod learnt;
 mod meas_attitude;
@@ -78,7 +75,6 @@ mod observation;
 mod observer;
 mod prediction;
 mod propagation;
-mod receiver_bias;
 mod row;
 #[cfg(test)]
 mod tests;

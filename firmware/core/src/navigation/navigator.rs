@@ -13,7 +13,6 @@
 use super::digest::Digest;
 use super::effect_states::EffectStates;
 use super::filter::Filter;
-use super::receiver_bias::ReceiverBias;
 use super::{
     CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Learnt, Measurement, NavigationConfig,
     NavigationError, ProcessModel, ProcessNoise, Sensor,
@@ -35,8 +34,6 @@ pub const EVIDENCE_MEMORY: f64 = 0.98;
 pub struct Navigator {
     main: Filter,
     others: [Member; OTHERS],
-    /// What the receivers' biases make of the main filter's estimate.
-    biases: ReceiverBias,
     /// The mixture.
     state: VehicleState,
 }
@@ -102,7 +99,6 @@ impl Navigator {
         Self {
             main: Filter::new(),
             others: [const { Member::NEW }; OTHERS],
-            biases: ReceiverBias::new(),
             state: VehicleState::from_array_storage(ArrayStorage([[0.0; VEHICLE_STATES]; 1])),
         }
     }
@@ -168,7 +164,6 @@ impl Navigator {
     /// Not configured, or a value that is not finite (sigma: not positive).
     pub fn initialise(&mut self, time_us: u64, initial: &InitialState) -> Result<(), NavigationError> {
         self.main.initialise(time_us, initial)?;
-        self.biases.reset();
         let bank = self.main.config().bank;
         for member in &mut self.others {
             member.runs = bank && member.filter.initialise(time_us, initial).is_ok();
@@ -192,7 +187,7 @@ impl Navigator {
     /// # Errors
     /// Not initialised, or a value that is not finite (sigma: not positive).
     pub fn initialise_ship(&mut self, ship: &InitialShip) -> Result<(), NavigationError> {
-        self.main.initialise_ship_observed(ship, &mut self.biases)?;
+        self.main.initialise_ship(ship)?;
         self.follow(|filter| filter.initialise_ship(ship).is_ok());
         Ok(())
     }
@@ -202,7 +197,7 @@ impl Navigator {
     /// # Errors
     /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
     pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> Result<(), NavigationError> {
-        self.main.predict_observed(to_us, input, &mut self.biases)?;
+        self.main.predict(to_us, input)?;
         self.follow(|filter| filter.predict(to_us, input).is_ok());
         self.mix();
         Ok(())
@@ -210,8 +205,7 @@ impl Navigator {
 
     /// Fuses one measurement; returns the outcome of each of its scalars in the main filter.
     pub fn fuse(&mut self, measurement: &Measurement) -> Fusions {
-        self.biases.sensor = measurement.sensor();
-        let fusions = self.main.fuse_observed(measurement, &mut self.biases);
+        let fusions = self.main.fuse(measurement);
         for member in self.others.iter_mut().filter(|member| member.runs) {
             let other = member.filter.fuse(measurement);
             if measurement.sensor() == Sensor::Range {
@@ -235,7 +229,7 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
-        let id = self.main.clone_vehicle_observed(&mut self.biases)?;
+        let id = self.main.clone_vehicle()?;
         self.follow(|filter| filter.clone_vehicle() == Ok(id));
         Ok(id)
     }
@@ -245,14 +239,14 @@ impl Navigator {
     /// # Errors
     /// See [`CloneError`].
     pub fn clone_ship(&mut self) -> Result<CloneId, CloneError> {
-        let id = self.main.clone_ship_observed(&mut self.biases)?;
+        let id = self.main.clone_ship()?;
         self.follow(|filter| filter.clone_ship() == Ok(id));
         Ok(id)
     }
 
     /// Forgets a delayed state; a stale id does nothing.
     pub fn drop_clone(&mut self, id: CloneId) {
-        self.main.drop_clone_observed(id, &mut self.biases);
+        self.main.drop_clone(id);
         self.others.iter_mut().for_each(|member| member.filter.drop_clone(id));
     }
 
@@ -346,28 +340,6 @@ impl Navigator {
             mean_j += w * b;
         }
         own_weight * main + sum - mean_i * mean_j
-    }
-
-    /// Variance of state `i` as it is to be believed: [`Self::variance`], what the biases of the two GNSS receivers
-    /// ([`NavigationConfig::receiver_bias_m`]) make of the estimate, and what the filter cannot explain
-    /// ([`Filter::unseen_variance`]). The filter itself does not use it.
-    #[must_use]
-    pub fn stated_variance(&self, i: usize) -> f64 {
-        self.stated_covariance(i, i) + self.main.unseen_variance(i)
-    }
-
-    /// Covariance of states `i` and `j` with what the biases of the GNSS receivers make of it; the rest of
-    /// [`Self::stated_variance`] has no correlation.
-    #[must_use]
-    pub fn stated_covariance(&self, i: usize, j: usize) -> f64 {
-        let bias = self.main.config().receiver_bias_m;
-        self.covariance(i, j) + bias * bias * self.biases.product(i, j)
-    }
-
-    /// √(σx² + σy²) by [`Self::stated_variance`], m.
-    #[must_use]
-    pub fn stated_sigma_m(&self) -> f64 {
-        libm::sqrt(self.stated_variance(X) + self.stated_variance(Y))
     }
 
     /// Copies the vehicle's covariance.

@@ -102,41 +102,6 @@ impl Transition<'_> {
         }
     }
 
-    /// x ← Φ x.
-    pub(super) fn apply(&self, x: &mut [f64; MAX_STATES]) {
-        let mut vehicle = [0.0; VEHICLE_STATES];
-        vehicle.iter_mut().zip(x.iter()).for_each(|(to, from)| *to = *from);
-        let mut add = |factor: f64, column: &[f64; VEHICLE_STATES]| {
-            vehicle.iter_mut().zip(column).for_each(|(to, phi)| *to += phi * factor);
-        };
-        for (state, phi) in DRIVING.iter().zip(&self.step.phi) {
-            add(x[*state], phi);
-        }
-        for effect in self.step.effects.iter().take(self.step.effect_count) {
-            add(x.get(EFFECTS + effect.slot).copied().unwrap_or(0.0), &effect.gamma);
-        }
-        // the identity is in the columns
-        for state in DRIVING {
-            vehicle[state] -= x[state];
-        }
-        let [north, east] = self.step.phi_heading;
-        vehicle[X] += north * x[PSI];
-        vehicle[Y] += east * x[PSI];
-        let half_square = 0.5 * self.step_s * self.step_s;
-        for (first, factor) in [(self.current, self.step_s), (self.current_rate, half_square)] {
-            for (position, offset) in [(X, 0), (Y, 1)] {
-                vehicle[position] += first.and_then(|at| x.get(at + offset)).map_or(0.0, |value| factor * value);
-            }
-        }
-        for (row, column, value) in self.others() {
-            let added = x.get(column).copied().unwrap_or(0.0) * value;
-            if let Some(to) = x.get_mut(row) {
-                *to += added;
-            }
-        }
-        x.iter_mut().zip(vehicle).for_each(|(to, from)| *to = from);
-    }
-
     /// Entries (row, column, value) that Φ has beyond the identity outside the vehicle's rows.
     pub fn others(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         let ship = self.ship.map(|at| [0, 1, 2].map(|i| (at + i, at + SHIP_VELOCITY + i, self.step_s)));

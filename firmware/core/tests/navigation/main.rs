@@ -7,7 +7,6 @@ mod effects;
 mod invariance;
 mod mini_run;
 mod order;
-mod receiver_bias;
 mod recovery;
 mod robust;
 mod support;
