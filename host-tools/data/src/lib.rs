@@ -19,5 +19,5 @@ pub mod track;
 pub mod vehicle_file;
 
 pub use error::DataError;
-pub use log::{Column, Log, LogRow, LogWriter, Truth, TruthRow, TruthWriter};
+pub use log::{Column, Log, LogRow, LogWriter, STATE_COLUMNS, Truth, TruthRow, TruthWriter};
 pub use vehicle_file::{BoardFile, BoardParameter, VehicleEffects, VehicleFile, parameters_page};

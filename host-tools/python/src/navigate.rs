@@ -5,28 +5,12 @@ use crate::error;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
 use anyhow::anyhow;
-use backseat_data::Truth;
 use backseat_data::filter::TrackSample;
+use backseat_data::{STATE_COLUMNS, Truth};
 use clap::ValueEnum;
 use host_tools::library::{self, Estimate, Model, NavigationResult, NavigationSettings};
 use pyo3::prelude::*;
 use std::path::PathBuf;
-
-/// Columns of a state, as in a track's CSV.
-const STATE: [&str; 12] = [
-    "x_m",
-    "y_m",
-    "z_m",
-    "roll_rad",
-    "pitch_rad",
-    "heading_rad",
-    "u_mps",
-    "v_mps",
-    "w_mps",
-    "p_radps",
-    "q_radps",
-    "r_radps",
-];
 
 /// JSON object, track, smoothed track, page (if it is wanted).
 type Found<'py> = (String, Columns<'py>, Option<Columns<'py>>, Option<String>);
@@ -72,7 +56,7 @@ fn track<'py>(py: Python<'py>, samples: &[TrackSample]) -> Columns<'py> {
     let column =
         |name: &str, value: &dyn Fn(&TrackSample) -> f64| (name.to_owned(), bytes(py, samples.iter().map(value)));
     let mut columns = vec![column("t_s", &|s| s.time_us as f64 / 1e6)];
-    for (place, name) in STATE.iter().enumerate() {
+    for (place, name) in STATE_COLUMNS.iter().enumerate() {
         columns.push(column(name, &|s| s.state[place]));
     }
     columns.push(column("current_n_mps", &|s| s.current_mps[0]));

@@ -2,6 +2,7 @@
 
 use super::model::{Model, Severity, words};
 use backseat_core::effects::parameters;
+use backseat_data::STATE_COLUMNS;
 use backseat_data::session::EstimatesRow;
 use backseat_host::PORT_NAMES;
 use backseat_wire::hostlink::{FaultReport, Telemetry, Visibility};
@@ -44,9 +45,7 @@ pub fn object(model: &Model, now_us: u64, seen: u64) -> (Value, u64) {
 
 fn navigation(record: &Telemetry) -> Value {
     let named = |values: &[f64; 12]| {
-        let names = ["x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "heading_rad", "u_mps", "v_mps", "w_mps"];
-        let names = names.into_iter().chain(["p_radps", "q_radps", "r_radps"]);
-        names.zip(values).map(|(name, value)| (name.to_owned(), json!(value))).collect::<Map<_, _>>()
+        STATE_COLUMNS.iter().zip(values).map(|(name, value)| ((*name).to_owned(), json!(value))).collect::<Map<_, _>>()
     };
     let [current_n, current_e] = record.current_mps;
     json!({

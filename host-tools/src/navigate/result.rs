@@ -4,7 +4,7 @@ use backseat_core::state::{X, Y};
 use backseat_data::dead_reckoning::Position;
 use backseat_data::filter::{FilterRun, Health, TrackSample};
 use backseat_data::stats::ErrorSummary;
-use backseat_data::{Log, Truth};
+use backseat_data::{Log, STATE_COLUMNS, Truth};
 use serde_json::{Map, Value, json};
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -175,11 +175,8 @@ impl NavigationResult<'_> {
                 }
             }
             Estimate::Filter(run) => {
-                writeln!(
-                    out,
-                    "t_s,x_m,y_m,z_m,roll_rad,pitch_rad,heading_rad,u_mps,v_mps,w_mps,p_radps,q_radps,r_radps,\
-                     current_n_mps,current_e_mps,sigma_x_m,sigma_y_m,cov_xy_m2"
-                )?;
+                let state = STATE_COLUMNS.join(",");
+                writeln!(out, "t_s,{state},current_n_mps,current_e_mps,sigma_x_m,sigma_y_m,cov_xy_m2")?;
                 for sample in &run.track {
                     write!(out, "{}", seconds(sample.time_us))?;
                     for value in sample.state.iter().chain(&sample.current_mps) {

@@ -1,5 +1,6 @@
 //! What the board sent against what the replay sends: where they part, in which record, in which field.
 
+use backseat_data::STATE_COLUMNS;
 use backseat_data::session::port_name;
 use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port};
 use serde::Serialize;
@@ -290,24 +291,10 @@ fn first_field(logged: &Value, replayed: &Value) -> Option<(String, [String; 2])
 
 /// A path without the message's own name, and the vehicle's states by theirs.
 fn name(path: &str) -> String {
-    const STATES: [&str; 12] = [
-        "x_m",
-        "y_m",
-        "depth_m",
-        "roll_rad",
-        "pitch_rad",
-        "heading_rad",
-        "u_mps",
-        "v_mps",
-        "w_mps",
-        "p_radps",
-        "q_radps",
-        "r_radps",
-    ];
     let path = path.split_once('.').map_or(path, |(_, path)| path);
     let element = |array: &str| {
         let index = path.strip_prefix(array)?.strip_prefix('[')?.strip_suffix(']')?;
-        STATES.get(index.parse::<usize>().ok()?)
+        STATE_COLUMNS.get(index.parse::<usize>().ok()?)
     };
     match (element("state"), element("sigma")) {
         (Some(state), _) => (*state).to_owned(),

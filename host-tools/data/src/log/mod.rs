@@ -11,7 +11,7 @@ mod write;
 
 pub use column::Column;
 pub(crate) use decimal::MAX_SECONDS;
-pub use truth::{Truth, TruthRow, TruthWriter};
+pub use truth::{STATE_COLUMNS, Truth, TruthRow, TruthWriter};
 pub use write::LogWriter;
 
 use backseat_core::dynamics::ActuatorInput;

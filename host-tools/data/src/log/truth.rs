@@ -7,8 +7,8 @@ use crate::DataError;
 use backseat_core::state::{PHI, PSI, THETA, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
 use std::path::Path;
 
-/// Header names of the twelve states and the current.
-const NAMES: [&str; VEHICLE_STATES + 2] = [
+/// Column names of the twelve states, in the order of the vector.
+pub const STATE_COLUMNS: [&str; VEHICLE_STATES] = [
     "x_m",
     "y_m",
     "z_m",
@@ -21,9 +21,13 @@ const NAMES: [&str; VEHICLE_STATES + 2] = [
     "p_radps",
     "q_radps",
     "r_radps",
-    "current_n_mps",
-    "current_e_mps",
 ];
+
+/// Column names of the twelve states and the current.
+const NAMES: [&str; VEHICLE_STATES + 2] = {
+    let [x, y, z, roll, pitch, heading, u, v, w, p, q, r] = STATE_COLUMNS;
+    [x, y, z, roll, pitch, heading, u, v, w, p, q, r, "current_n_mps", "current_e_mps"]
+};
 
 /// Decimals written: µm, µrad, µm/s.
 const DECIMALS: usize = 6;
