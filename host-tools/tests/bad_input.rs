@@ -345,18 +345,18 @@ fn every_broken_file_ends_in_one_line() {
         let broken = kind.broken.iter().map(|(what, content, parts)| (*what, Some(content.as_slice()), parts.clone()));
         for (what, content, parts) in broken.chain([missing]) {
             let output = run(folder.path(), kind, content);
-            let told = String::from_utf8_lossy(&output.stderr).into_owned();
+            let printed = String::from_utf8_lossy(&output.stderr).into_owned();
             // What the reader left out, and what it doubts, may stand before the one line.
             let is_aside = |line: &&str| line.starts_with("note: ") || line.starts_with("warning: ");
-            let is_one_line = told.lines().filter(|line| !is_aside(line)).count() == 1 && told.len() < 1200;
+            let is_one_line = printed.lines().filter(|line| !is_aside(line)).count() == 1 && printed.len() < 1200;
             let is_right = output.status.code() == Some(1)
                 && output.stdout.is_empty()
                 && is_one_line
-                && parts.iter().all(|part| told.contains(part.as_str()))
+                && parts.iter().all(|part| printed.contains(part.as_str()))
                 && fs::read_to_string(folder.path().join("result.toml")).unwrap() == KEPT;
             if !is_right {
-                let told: String = told.chars().take(400).collect();
-                failures.push(format!("{}, {what}: {parts:?}\n  {:?} {told}", kind.file, output.status.code()));
+                let printed: String = printed.chars().take(400).collect();
+                failures.push(format!("{}, {what}: {parts:?}\n  {:?} {printed}", kind.file, output.status.code()));
             }
         }
     }
@@ -374,8 +374,8 @@ fn a_byte_order_mark_and_crlf_are_read_as_nothing() {
         assert_eq!(output.stderr, good.stderr, "{}: {}", kind.file, String::from_utf8_lossy(&output.stderr));
         assert_eq!(output.status.code(), good.status.code(), "{}", kind.file);
         // What the good file is short of is length, not form: no complaint names a line.
-        let told = String::from_utf8_lossy(&good.stderr).into_owned();
-        assert!(!told.contains(&format!("{}:1", kind.file)), "{}: {told}", kind.file);
+        let printed = String::from_utf8_lossy(&good.stderr).into_owned();
+        assert!(!printed.contains(&format!("{}:1", kind.file)), "{}: {printed}", kind.file);
     }
 }
 
@@ -407,10 +407,10 @@ fn scenarios() {
     for (what, from, to, place, part) in cases {
         assert!(good.contains(from), "{what}");
         let error = load(&good.replacen(from, to, 1)).err();
-        let told = error.unwrap_or_else(|| panic!("{what}: accepted")).to_string();
+        let printed = error.unwrap_or_else(|| panic!("{what}: accepted")).to_string();
         assert!(
-            told.contains(&place) && told.contains(part) && told.lines().count() == 1,
-            "{what}: {place} {part}: {told}"
+            printed.contains(&place) && printed.contains(part) && printed.lines().count() == 1,
+            "{what}: {place} {part}: {printed}"
         );
     }
 }

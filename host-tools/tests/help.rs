@@ -1,4 +1,4 @@
-//! Every command has help with an example and, where it yields results, `--json`; bad usage is told; completions work.
+//! Every command has help with an example and, where it yields results, `--json`; bad usage is explained; completions work.
 
 use std::process::{Command, Stdio};
 

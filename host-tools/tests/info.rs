@@ -56,8 +56,8 @@ fn a_good_log_is_usable_and_trusted() {
     let depth = json["columns"].as_array().unwrap().iter().find(|column| column["name"] == "depth_m").unwrap();
     // the scenario's depth sensor gives seven samples a second, at whole hundredths of one
     assert!((depth["rate_hz"].as_f64().unwrap() - 7.0).abs() < 0.2, "{depth}");
-    let told = text(&backseat(folder.path(), &["info", "log.csv"]).stdout);
-    assert!(told.ends_with("\nusable\n") && told.lines().all(|line| line.len() <= 120), "{told}");
+    let printed = text(&backseat(folder.path(), &["info", "log.csv"]).stdout);
+    assert!(printed.ends_with("\nusable\n") && printed.lines().all(|line| line.len() <= 120), "{printed}");
     let output = backseat(folder.path(), &["navigate", "log.csv", "--no-dvl", "--json"]);
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((output.status.code(), json["trust"].as_str()), (Some(0), Some("ok")), "{json}");
@@ -72,10 +72,10 @@ fn attitude_in_degrees_and_time_in_milliseconds_are_not_trusted() {
     survey(at, "ms.csv", 1.0, 1000.0);
     for (log, part) in [("degrees.csv", "is it in degrees?"), ("ms.csv", "is the time in milliseconds?")] {
         let output = backseat(at, &["info", log]);
-        let told = text(&output.stdout);
-        assert_eq!(output.status.code(), Some(3), "{told}");
-        let verdict = told.split("\nsuspicious:").nth(1).unwrap_or_default();
-        assert!(verdict.contains(part), "{told}");
+        let printed = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(3), "{printed}");
+        let verdict = printed.split("\nsuspicious:").nth(1).unwrap_or_default();
+        assert!(verdict.contains(part), "{printed}");
         assert_eq!(backseat(at, &["info", log, "--strict"]).status.code(), Some(1));
     }
     let output = backseat(at, &["navigate", "degrees.csv", "--no-dvl", "--json", "--report", "out"]);
@@ -102,10 +102,10 @@ fn other_files_are_named() {
         ("m.toml", "column mapping"),
     ] {
         let output = backseat(at, &["info", file]);
-        let told = text(&output.stdout);
+        let printed = text(&output.stdout);
         assert!(
-            output.status.success() && told.starts_with(&format!("{file}: {what}\n")),
-            "{told}{}",
+            output.status.success() && printed.starts_with(&format!("{file}: {what}\n")),
+            "{printed}{}",
             text(&output.stderr)
         );
     }
@@ -118,8 +118,8 @@ fn what_the_reader_left_out_is_said_when_the_command_fails() {
     std::fs::write(folder.path().join("log.csv"), "t_s,depth_m,salinity\n0,1,35\n1,1,35\n").unwrap();
     let output = backseat(folder.path(), &["navigate", "log.csv"]);
     assert_eq!(output.status.code(), Some(1));
-    let told = text(&output.stderr);
-    assert!(told.starts_with("note: columns not used: salinity\nerror: "), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.starts_with("note: columns not used: salinity\nerror: "), "{printed}");
 }
 
 #[test]

@@ -76,8 +76,8 @@ fn every_command_prints_what_the_page_shows() {
             .args(arguments.split_whitespace())
             .output()
             .unwrap();
-        let told = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let (printed, aside) = (told(&output.stdout), told(&output.stderr));
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let (printed, aside) = (text(&output.stdout), text(&output.stderr));
         assert_eq!(output.status.code(), Some(step.code), "{}\n{printed}{aside}", step.command);
         if let Err(missing) = is_printed(&step.shown, &printed) {
             panic!("{}: {missing}, it prints\n{printed}{aside}", step.command);

@@ -22,8 +22,8 @@ fn every_template_flies_and_a_scaled_one_too() {
         let output = backseat(at, &["vehicle", "check", &file, "--json"]);
         let json: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!((output.status.code(), json["flies"].as_bool()), (Some(0), Some(true)), "{json}");
-        let told = text(&backseat(at, &["vehicle", "check", &file]).stdout);
-        assert!(told.ends_with("\nflies\n") && told.contains("sideways"), "{told}");
+        let printed = text(&backseat(at, &["vehicle", "check", &file]).stdout);
+        assert!(printed.ends_with("\nflies\n") && printed.contains("sideways"), "{printed}");
     }
     // Prestero's thesis: 1500 rpm drive his vehicle at 1.54 m/s; the trim at 1.5 m/s takes a little more.
     let output = backseat(at, &["vehicle", "check", "remus100.toml", "--json"]);
@@ -64,13 +64,13 @@ fn a_vehicle_that_does_not_fly_is_refused() {
     std::fs::write(at.join("heavy.toml"), heavy).unwrap();
     let output = backseat(at, &["vehicle", "check", "heavy.toml"]);
     assert_eq!(output.status.code(), Some(3));
-    let told = text(&output.stdout);
-    assert!(told.contains("DOES NOT FLY: vehicle.displaced_mass_kg: 3010 kg is 86"), "{told}");
+    let printed = text(&output.stdout);
+    assert!(printed.contains("DOES NOT FLY: vehicle.displaced_mass_kg: 3010 kg is 86"), "{printed}");
     let output = backseat(at, &["sim", "run", "--vehicle", "heavy.toml", "--minutes", "1", "--out", "a"]);
     assert_eq!(output.status.code(), Some(1));
-    let told = text(&output.stderr);
-    assert!(told.contains("does not fly: vehicle.displaced_mass_kg") && told.contains("--force"), "{told}");
-    assert!(told.lines().count() == 1 && !at.join("a").exists(), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("does not fly: vehicle.displaced_mass_kg") && printed.contains("--force"), "{printed}");
+    assert!(printed.lines().count() == 1 && !at.join("a").exists(), "{printed}");
 }
 
 #[test]
@@ -85,8 +85,8 @@ fn a_capsized_vehicle_is_the_headline() {
     std::fs::write(at.join("top_heavy.toml"), scenario).unwrap();
     let output = backseat(at, &["sim", "run", "top_heavy.toml", "--minutes", "4", "--out", "a"]);
     assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
-    let told = text(&output.stdout);
-    assert!(told.starts_with("CAPSIZED: ") && !told.contains("flown to its end"), "{told}");
+    let printed = text(&output.stdout);
+    assert!(printed.starts_with("CAPSIZED: ") && !printed.contains("flown to its end"), "{printed}");
     assert!(
         std::fs::read_to_string(at.join("a/report.html"))
             .unwrap()

@@ -61,7 +61,7 @@ impl Abort {
         }
         let covered = frame.get(..COVERED).ok_or(Error::Length)?;
         let code = u64::from_le_bytes(at(frame, COVERED).map_err(|_| Error::Length)?);
-        // compared whole: how long it takes tells nothing
+        // compared whole: its time reveals nothing
         if !key.is_set() || code != key.hash(covered) {
             return Err(Error::Forged);
         }

@@ -154,7 +154,7 @@ impl ShipState {
         if key.is_set() {
             let payload = frame.get(..LENGTH).ok_or(Error::Length)?;
             let code: [u8; CODE] = at(frame, LENGTH).map_err(|_| Error::Forged)?;
-            // compared whole: how long it takes tells nothing
+            // compared whole: its time reveals nothing
             if frame.first() != Some(&AUTHENTIC_VERSION)
                 || u32::from_le_bytes(code) != u32::from_le_bytes(key.code(payload))
             {

@@ -94,12 +94,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     output::write(&args.out, existing, |out| out.write_all(text.as_bytes()))?;
     let path = args.out.display();
-    let told = if args.json {
+    let printed = if args.json {
         format!("{}\n", json!({"vehicle_file": args.out, "from": file.name, "scaled": is_scaled}))
     } else {
         format!("written: {path}\nnext: backseat vehicle check {path}\n")
     };
-    console::print(told.as_bytes())
+    console::print(printed.as_bytes())
 }
 
 /// The template in other sizes.

@@ -142,8 +142,8 @@ fn check_mission_and_params_work_against_the_arm_image() {
     let mut file = VehicleFile::reference();
     file.apply([("fins.cl[0]", 2.9), ("effects.thrust_loss.k_n_s2_per_rad_m", 0.01)]).unwrap();
     std::fs::write(board.folder.path().join("v.toml"), file.to_toml("a test's")).unwrap();
-    let told = board.json(&["params", "import", "PORT", "v.toml"]);
-    assert_eq!(told["changed"].as_array().unwrap().len(), 2, "{told}");
+    let printed = board.json(&["params", "import", "PORT", "v.toml"]);
+    assert_eq!(printed["changed"].as_array().unwrap().len(), 2, "{printed}");
     board.good(&["params", "import", "PORT", "set.toml"]);
 
     sleep(Duration::from_secs(6)); // a fix within a second of its own clock

@@ -67,9 +67,9 @@ fn val_the_right_vehicle_over_the_host_link_helps_as_predicted() {
     bench.good(&["mission", "put", "PORT", "survey.toml"]);
     let before = fly(&bench, &scenario);
     bench.good(&["mission", "stop", "PORT"]);
-    let told = bench.json(&["params", "import", "PORT", "right.toml"]);
+    let printed = bench.json(&["params", "import", "PORT", "right.toml"]);
     // six of drag, one of lift
-    assert_eq!(told["changed"].as_array().unwrap().len(), 7, "{told}");
+    assert_eq!(printed["changed"].as_array().unwrap().len(), 7, "{printed}");
     let after = fly(&bench, &scenario);
 
     let errors = [of_board(&before), of_board(&after), predicted(&before, &wrong), predicted(&after, &right)];

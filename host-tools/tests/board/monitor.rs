@@ -96,10 +96,10 @@ fn json_tells_a_vehicle_once_a_second_through_a_lost_cable() {
     assert!(away["alarms"][0]["text"].as_str().unwrap().starts_with("port gone for"), "{away}");
     let after = objects.last().unwrap();
     assert_eq!((&after["link"]["connected"], &after["mode"]), (&true.into(), &"navigating".into()), "{after}");
-    let told = events(&objects);
+    let printed = events(&objects);
     let position =
-        |text: &str| told.iter().position(|event| event.starts_with(text)).unwrap_or_else(|| panic!("{told:?}"));
-    assert!(position("port lost") < position("port back after"), "{told:?}");
+        |text: &str| printed.iter().position(|event| event.starts_with(text)).unwrap_or_else(|| panic!("{printed:?}"));
+    assert!(position("port lost") < position("port back after"), "{printed:?}");
 }
 
 /// The program on a terminal of its own.
@@ -190,7 +190,7 @@ fn without_a_terminal_or_a_port_it_says_so() {
     for arguments in [&["monitor"][..], &["monitor", "x", "--for", "-1"], &["monitor", "x", "--baud", "0"]] {
         assert_eq!(run(arguments).code, Some(2), "{arguments:?}");
     }
-    // silence is told, not an error
+    // a silent board is an alarm, not an error
     let outcome = run(&["monitor", silent.path(), "--json", "--for", "1.2"]);
     let objects = objects(&outcome.good("a silent port"));
     assert_eq!(objects[0]["alarms"][0]["text"], "no telemetry yet; check cable, power and baud rate");

@@ -76,14 +76,14 @@ fn set_is_all_or_nothing_and_tells_each_refusal() {
 fn the_key_is_set_and_never_shown() {
     let bench = Bench::new();
     let secret = "915f0e33d477a2681ce94b86f02d53ba";
-    let told = bench.good(&["params", "set", "PORT", &format!("app.acoustic_key={secret}")]);
-    assert!(told.contains("app.acoustic_key: set"), "{told}");
+    let printed = bench.good(&["params", "set", "PORT", &format!("app.acoustic_key={secret}")]);
+    assert!(printed.contains("app.acoustic_key: set"), "{printed}");
     let get = bench.good(&["params", "get", "PORT"]);
     assert!(get.contains("app.acoustic_key  set"), "{get}");
     assert_eq!(bench.json(&["params", "get", "PORT", "app.acoustic_key"])["app.acoustic_key"], "set");
     bench.good(&["params", "export", "PORT", "x.toml"]);
     let exported = bench.read("x.toml");
-    for text in [&told, &get, &exported] {
+    for text in [&printed, &get, &exported] {
         assert!(!text.contains("915f") && !text.contains("53ba"), "{text}");
     }
     assert!(!exported.contains("acoustic_key"), "nothing that an import could take for one");
@@ -104,8 +104,8 @@ fn import_of_export_is_the_same_set() {
         "drag.quadratic_diag[0]=3.4",
         "app.use_dvl=1",
     ]);
-    let told = bench.good(&["params", "export", "PORT", "x.toml", "--name", "iver3-218"]);
-    assert!(told.contains(&format!("{} parameters", PARAMETERS.len())), "{told}");
+    let printed = bench.good(&["params", "export", "PORT", "x.toml", "--name", "iver3-218"]);
+    assert!(printed.contains(&format!("{} parameters", PARAMETERS.len())), "{printed}");
     let text = bench.read("x.toml");
     assert!(
         text.contains("transducer_arm_m = [0.0, -0.3333333333333333, 0.0]  # m; -20 to 20; Acoustic transducer"),
@@ -134,8 +134,8 @@ fn import_of_export_is_the_same_set() {
 fn a_vehicle_file_or_the_app_alone() {
     let bench = Bench::new();
     bench.write("v.toml", &vehicle(&[("vehicle.mass_kg", 39.5), ("fins.cl[0]", 2.9)]));
-    let told = bench.json(&["params", "import", "PORT", "v.toml"]);
-    assert_eq!(told["set"], VehicleFile::reference().flatten().len());
+    let printed = bench.json(&["params", "import", "PORT", "v.toml"]);
+    assert_eq!(printed["set"], VehicleFile::reference().flatten().len());
     assert_eq!((bench.value("vehicle.mass_kg"), bench.value("fins.cl[0]")), (39.5, 2.9));
     bench.write("site.toml", "[app]\norigin_lat_deg = 47.7\nuse_dvl = 1\n");
     bench.good(&["params", "import", "PORT", "site.toml"]);
@@ -155,9 +155,9 @@ fn what_identify_writes_is_imported() {
     let arguments = ["identify", "log.csv", "--vehicle", "prior.toml", "--method", "aid", "--report", "out"];
     let identified = bench.json(&arguments);
     let file = identified["vehicle_file"].as_str().unwrap();
-    let told = bench.json(&["params", "import", "PORT", file]);
+    let printed = bench.json(&["params", "import", "PORT", file]);
     // m11 is the scale; the others moved
-    assert!(told["changed"].as_array().unwrap().len() >= 15, "{told}");
+    assert!(printed["changed"].as_array().unwrap().len() >= 15, "{printed}");
     let d22 = VehicleFile::read(&bench.path(file)).unwrap().parameters.quadratic_diag[1];
     assert_eq!(bench.value("drag.quadratic_diag[1]"), d22);
 }

@@ -1,4 +1,4 @@
-//! Sessions of the simulator: the same to the bit, or the difference told.
+//! Sessions of the simulator: the same to the bit, or the difference is named.
 
 use crate::sim::{Flight, backseat, difference, replay, rewrite};
 use backseat_core::navigation::Sensor;
@@ -90,7 +90,7 @@ fn an_input_changed(path: &Path) {
     assert!(stderr.contains(&t_s), "{stderr}");
 }
 
-/// What the board is said to have computed or sent is another: record and field are told, and nothing else differs.
+/// What the board is said to have computed or sent is another: the replay names record and field, and nothing else differs.
 fn the_boards_account_changed(path: &Path) {
     let telemetry = path.with_file_name("telemetry.mcap");
     rewrite(path, &telemetry, Clock::Board, |mut entry| {

@@ -41,7 +41,7 @@ fn a_recording_is_replayed_closely_and_says_that_it_is_not_exact() {
     });
     let (code, text, _) = backseat(&["replay", mute.to_str().unwrap()]);
     assert_eq!(code, 0, "{text}");
-    for told in ["no telemetry", "no parameters", "not to the bit"] {
-        assert!(text.contains(told), "{told}: {text}");
+    for expected in ["no telemetry", "no parameters", "not to the bit"] {
+        assert!(text.contains(expected), "{expected}: {text}");
     }
 }

@@ -81,7 +81,7 @@ fn bad_usage_and_bad_files_are_told() {
     std::fs::write(path("text.mcap"), "t_s,depth_m\n0,1\n").unwrap();
     let line = Pty::open().unwrap();
     let host = format!("dvl={}", line.path());
-    for (arguments, told) in [
+    for (arguments, expected) in [
         (&["replay", &path("none.mcap")][..], "none.mcap"),
         (&["replay", &path("empty")], "empty"),
         (&["replay", &path("text.mcap")], "neither a session"),
@@ -90,6 +90,6 @@ fn bad_usage_and_bad_files_are_told() {
     ] {
         let (code, stdout, stderr) = backseat(arguments);
         assert_eq!((code, stdout.as_str(), stderr.lines().count()), (1, "", 1), "{arguments:?}: {stderr}");
-        assert!(stderr.starts_with("error: ") && stderr.contains(told), "{stderr}");
+        assert!(stderr.starts_with("error: ") && stderr.contains(expected), "{stderr}");
     }
 }

@@ -187,6 +187,6 @@ fn bad_input_ends_in_one_clear_line() {
     let (line, code) = complaint(&backseat(&["sim", "run", "--minutes", "-3"]));
     assert!(line.contains("--minutes") && code.is_some_and(|code| code > 0), "{line}");
 
-    // Wrong usage is told by the parser of the command line.
+    // Wrong usage is refused by the parser of the command line.
     assert_eq!(backseat(&["sim", "run", "--no-such-flag"]).status.code(), Some(2));
 }

@@ -175,7 +175,7 @@ fn the_key_is_written_and_never_read() {
         board.request(&message);
     }
     world.run(&mut board, 5);
-    assert_eq!(board.heard().keys.pop(), Some(true), "that there is one is told");
+    assert_eq!(board.heard().keys.pop(), Some(true), "the board says that it has a key");
     let raw = board.listen_raw();
     assert!(raw.len() > 10_000 && !contains_key(&raw));
     assert!(contains_key(&KEY), "the search finds it");

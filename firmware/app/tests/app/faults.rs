@@ -56,7 +56,7 @@ fn a_stop_that_is_not_acknowledged_is_repeated_and_reported() {
     world.run(&mut board, 20);
     assert_eq!(world.stops, 5);
     let record = last(&mut board);
-    assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::StopUnanswered), "the host is told");
+    assert_eq!((record.mode, record.reason), (Mode::Safe, ModeReason::StopUnanswered), "the host hears of it");
 }
 
 #[test]

@@ -42,7 +42,7 @@ fn first_estimates(settings: &Settings) -> Estimates {
 fn the_next_dive_starts_from_what_was_learnt() {
     let settings = learnt();
     assert_eq!((settings.learnt.dives, settings.learnt.check()), (1, Ok(())));
-    // The board was told nothing of it: thrust 15 % higher and drag 15 % lower, both over the known m11.
+    // The board does not know of it: thrust 15 % higher and drag 15 % lower, both over the known m11.
     let speed_factor = settings.learnt.mean[7] - settings.learnt.mean[3];
     let truth = libm::log(1.15 / 0.85);
     assert!((speed_factor - truth).abs() < 0.1, "{speed_factor} {truth}");

@@ -12,19 +12,19 @@ pub const STEP_S: f64 = 0.1;
 /// Disturbances of water and actuators that the controller does not know.
 #[derive(Clone, Copy, Debug)]
 pub struct Disturbance {
-    /// The vehicle that is flown; the controller is told the reference vehicle.
+    /// The vehicle that is flown; the controller knows the reference vehicle.
     pub vehicle: VehicleParameters,
     /// Standard deviation of the white, uniform error of each estimated state.
     pub noise: [f64; 12],
     /// Water current, north and east, m/s.
     pub current_ne_mps: [f64; 2],
-    /// Whether the controller is told the current.
+    /// Whether the controller knows the current.
     pub current_known: bool,
     /// Actual minus commanded angle of each fin, rad.
     pub fin_bias_rad: [f64; FINS],
     /// Share of its lift and drag that each fin has.
     pub fin_shares: [f64; FINS],
-    /// Whether the controller is told those shares.
+    /// Whether the controller knows those shares.
     pub fins_known: bool,
 }
 

@@ -246,7 +246,7 @@ fn val_each_state_finds_the_truth_within_its_sigma() {
             let off = (value - truth) / now;
             println!("{effect}.{} {value:.5} ± {now:.5} ({truth}), {off:.1} sigma", parameter.name);
             (worst, squares, count) = (worst.max(off.abs()), squares + off * off, count + 1.0);
-            // Depth bias hides behind depth: nothing else tells depth but slant ranges.
+            // Depth bias hides behind depth: only slant ranges measure depth as well.
             let learned = now < 0.5 * sigma;
             assert!(learned || *effect == "depth_bias" || *effect == "pitch_sensor", "{effect}: {now}");
         }

@@ -7,7 +7,7 @@ pub mod os5000;
 use crate::Error;
 use crate::units::G_MPS2;
 
-/// What one frame tells, body frame forward, starboard, down of the sensor.
+/// Content of one frame, body frame forward, starboard, down of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AhrsSample {

@@ -70,7 +70,7 @@ pub struct Estimate {
     pub value: f32,
     /// One sigma.
     pub sigma: f32,
-    /// The motion tells it from the prior and from the other estimates. If not, it is used, and is no finding.
+    /// The motion separates it from the prior and from the other estimates. If not, it is used, and is no finding.
     pub separable: bool,
 }
 

@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use super::lettering::{self, printable};
+use super::glossary::explained;
+use super::lettering::{self, escape};
 use super::palette;
 
 /// What made a report: enough to make it again. No date, so that the same input gives the same bytes.
@@ -50,14 +51,14 @@ impl Table {
             })
             .collect();
         let line = |tag: &str, row: &[String]| {
-            let cells = (0..columns).map(|c| format!("<{tag}{}>{}</{tag}>", class[c], escape(&cell(row, c))));
+            let cells = (0..columns).map(|c| format!("<{tag}{}>{}</{tag}>", class[c], explained(&cell(row, c))));
             format!("<tr>{}</tr>\n", cells.collect::<String>())
         };
         let head = line("th", &self.header);
         let body: String = self.rows.iter().map(|row| line("td", row)).collect();
         format!(
             "<div class=\"scroll\"><table>\n<caption>{}</caption>\n<thead>{head}</thead>\n<tbody>\n{body}</tbody>\n</table></div>\n",
-            escape(&self.caption)
+            explained(&self.caption)
         )
     }
 }
@@ -118,7 +119,7 @@ impl Report {
 
     /// Adds a figure made by one of the functions in [`plots`](super::plots).
     pub fn figure(mut self, caption: &str, svg: String) -> Self {
-        let _ = writeln!(self.body, "<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", escape(caption));
+        let _ = writeln!(self.body, "<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", explained(caption));
         self
     }
 
@@ -143,12 +144,17 @@ impl Report {
     pub fn html(&self) -> String {
         let style = include_str!("style.css")
             .replace("@DARK@", &palette::dark_rules())
-            .replace("@PHONE_FONT@", &lettering::phone_font().to_string());
+            .replace("@FONT@", &lettering::units(lettering::FONT).to_string())
+            .replace("@PHONE_FONT@", &lettering::units(lettering::PHONE_FONT).to_string())
+            .replace("@WIDE_FONT@", &lettering::units(lettering::WIDE_FONT).to_string());
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n<style>\n{style}</style>\n</head>\n\
-             <body>\n<main>\n{}{}</main>\n</body>\n</html>\n",
-            self.title, self.body, self.footer
+             <body>\n<main>\n{}{}</main>\n<script>//<![CDATA[\n{}//]]></script>\n</body>\n</html>\n",
+            self.title,
+            self.body,
+            self.footer,
+            include_str!("figure.js")
         )
     }
 
@@ -165,20 +171,4 @@ impl Report {
 fn is_numeric(text: &str) -> bool {
     let digits = text.trim_start_matches(['+', '-', '−', '±', '<', '>', '≤', '≥', '~', ' ', '(', '[']);
     digits.starts_with(|c: char| c.is_ascii_digit() || c == '.') || ["–", "—", "-", "NaN", "inf"].contains(&text)
-}
-
-/// Text as it may stand in the page; control characters, which neither HTML nor XML can hold, become U+FFFD.
-fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '&' => out.push_str("&amp;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            _ => out.push(printable(c)),
-        }
-    }
-    out
 }

@@ -4,12 +4,16 @@
 pub const SUB: i32 = 4;
 /// Width of every figure.
 pub const WIDTH: i32 = 640;
+/// Size of the writing, pixels of a figure of [`WIDTH`].
+pub const FONT: f64 = 15.0;
 /// On a phone the page enlarges the writing. The layout leaves room for this size.
-const PHONE_FONT: f64 = 18.5;
+pub const PHONE_FONT: f64 = 18.5;
+/// On a wide page the figure grows, and the writing need not.
+pub const WIDE_FONT: f64 = 10.0;
 
-/// Size of the writing on a phone, in the units of the SVG.
-pub fn phone_font() -> f64 {
-    PHONE_FONT * f64::from(SUB)
+/// A size of writing in the units of the SVG.
+pub fn units(font: f64) -> f64 {
+    font * f64::from(SUB)
 }
 
 /// Width that some writing takes on a phone, for a wide font: every system has its own.
@@ -54,4 +58,20 @@ pub fn printable(c: char) -> char {
         c if c.is_control() => char::REPLACEMENT_CHARACTER,
         c => c,
     }
+}
+
+/// Text as it may stand in the page; control characters, which neither HTML nor XML can hold, become U+FFFD.
+pub fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '&' => out.push_str("&amp;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            _ => out.push(printable(c)),
+        }
+    }
+    out
 }

@@ -20,6 +20,7 @@
 //! assert!(html.contains("Median error 0.46 m"));
 //! ```
 
+mod glossary;
 mod html;
 mod lettering;
 mod palette;

@@ -194,7 +194,7 @@ pub struct EstimateRow {
     pub value: f32,
     /// One sigma.
     pub sigma: f32,
-    /// Whether the motion has told it from the prior and the other estimates. If not, it is used, and is no finding.
+    /// Whether the motion has separated it from the prior and the other estimates. If not, it is used, and is no finding.
     pub separable: bool,
 }
 

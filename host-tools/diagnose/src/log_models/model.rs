@@ -61,7 +61,7 @@ pub struct Measures {
     pub position: Vec<(f64, f64)>,
     /// What the position is compared with.
     pub against: Option<&'static str>,
-    /// Accelerations, of which the share that is not explained is told.
+    /// Accelerations, whose unexplained share is reported.
     pub unexplained: Vec<Unexplained>,
 }
 

@@ -47,8 +47,8 @@ struct Source {
     last_variance: f64,
 }
 
-/// How long an error has been silent in the last [`WINDOW_S`]: what was better for a moment in between does not count
-/// as having been told.
+/// How long an error has been silent in the last [`WINDOW_S`]. A moment without error in between does not start the
+/// count again.
 #[derive(Clone, Debug, Default)]
 struct Silence {
     /// End and length of the silent steps in the window, µs.

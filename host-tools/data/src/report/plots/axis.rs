@@ -12,6 +12,8 @@ pub(super) struct Axis {
     pub title: String,
     pub low: f64,
     pub high: f64,
+    /// Whether `low`, `high` and the ticks are logarithms.
+    pub is_log: bool,
     pub ticks: Vec<(f64, String)>,
 }
 
@@ -38,7 +40,7 @@ impl Axis {
             };
             (value, text)
         });
-        Self { title: title.into(), low, high, ticks: ticks.collect() }
+        Self { title: title.into(), low, high, is_log: false, ticks: ticks.collect() }
     }
 
     /// Time from `low` to `high`, in hours; the unit follows the span. Also gives the unit's number in an hour.
@@ -69,7 +71,7 @@ impl Axis {
             .flat_map(|decade| multiples.iter().map(move |m| m * 10f64.powi(decade)))
             .filter(|value| (low - 1e-9..=high + 1e-9).contains(&value.log10()))
             .map(|value| (value.log10(), plain(value)));
-        Self { title: title.into(), low, high, ticks: ticks.collect() }
+        Self { title: title.into(), low, high, is_log: true, ticks: ticks.collect() }
     }
 
     /// One row for each name, from the top.
@@ -79,7 +81,7 @@ impl Axis {
             .enumerate()
             .map(|(row, name)| (row_position(row, count), shortened(&clean(name), f64::from(WIDTH) * 0.43)))
             .collect();
-        Self { title: String::new(), low: -0.5, high: count.max(1) as f64 - 0.5, ticks }
+        Self { title: String::new(), low: -0.5, high: count.max(1) as f64 - 0.5, is_log: false, ticks }
     }
 }
 

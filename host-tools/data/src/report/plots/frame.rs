@@ -7,10 +7,9 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::Axis;
 use super::svg;
-use crate::report::lettering::{SUB, WIDTH, clean, shortened, text_width};
+use crate::report::lettering::{FONT, SUB, WIDTH, clean, shortened, text_width};
 use crate::report::palette::{AXIS, GRID, Ink, TEXT};
 
-const FONT: f64 = 15.0;
 const LEGEND_ROW: i32 = 26;
 const LEGEND_SWATCH: i32 = 30;
 const MARGIN_RIGHT: i32 = 22;
@@ -116,7 +115,9 @@ impl Frame {
             }
             root.present().expect(IN_MEMORY);
         }
-        svg::finish(&text, &clean(&self.description))
+        let (left, right) = (self.left, WIDTH - MARGIN_RIGHT);
+        let scales = svg::scale("x", (left, right), &self.x) + &svg::scale("y", (top + self.height, top), &self.y);
+        svg::finish(&text, &clean(&self.description), &scales)
     }
 }
 

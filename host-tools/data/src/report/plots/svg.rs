@@ -1,15 +1,25 @@
 //! From plotters' SVG to the page's: smaller, of no fixed size, and with a description.
 
+use super::axis::Axis;
+use crate::report::lettering::{SUB, clean, escape};
 use std::fmt::Write as _;
 
+/// What the page needs to read values off a figure: pixels and values at the two ends of an axis, and its title.
+pub(super) fn scale(name: &str, (from, to): (i32, i32), axis: &Axis) -> String {
+    let log = if axis.is_log { format!(" data-{name}-log=\"\"") } else { String::new() };
+    let title = escape(&clean(&axis.title));
+    let (from, to) = (from * SUB, to * SUB);
+    format!(" data-{name}=\"{from} {to} {} {}\"{log} data-{name}-title=\"{title}\"", axis.low, axis.high)
+}
+
 /// A run of circles of one kind becomes one path of dots; other elements lose what they need not say.
-pub(super) fn finish(text: &str, description: &str) -> String {
+pub(super) fn finish(text: &str, description: &str, scales: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut lines = text.lines().peekable();
     while let Some(line) = lines.next() {
         let Some((x, y, look)) = disc(line) else {
             match line.strip_prefix("<svg ") {
-                Some(attributes) => open(&mut out, attributes, description),
+                Some(attributes) => open(&mut out, attributes, description, scales),
                 None => out.push_str(&line.replace(" opacity=\"1\"", "").replace(" \"/>", "\"/>")),
             }
             // Line ends inside of a text element would be seen as blanks.
@@ -35,20 +45,12 @@ pub(super) fn finish(text: &str, description: &str) -> String {
     out
 }
 
-fn open(out: &mut String, attributes: &str, description: &str) {
+fn open(out: &mut String, attributes: &str, description: &str, scales: &str) {
     let view = attribute(attributes, "viewBox").unwrap_or_default();
-    let mut label = String::new();
-    for c in description.chars() {
-        match c {
-            '<' => label.push_str("&lt;"),
-            '&' => label.push_str("&amp;"),
-            '"' => label.push_str("&quot;"),
-            c => label.push(c),
-        }
-    }
+    let label = escape(description);
     let _ = write!(
         out,
-        "<svg viewBox=\"{view}\" xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{label}\">"
+        "<svg viewBox=\"{view}\" xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{label}\"{scales}>"
     );
 }
 
