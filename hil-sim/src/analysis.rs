@@ -62,12 +62,6 @@ pub struct Configuration {
 }
 
 impl Configuration {
-    /// An error without a track of its own.
-    #[must_use]
-    pub fn of_error(name: &'static str, error: ErrorSummary) -> Self {
-        Self { name, track: Vec::new(), error, drms_m: None, nis: NisBySensor::new() }
-    }
-
     /// Root mean square of the error over the filter's own DRMS: above 1, the filter is overconfident.
     #[must_use]
     pub fn rms_over_drms(&self) -> Option<f64> {
