@@ -16,6 +16,7 @@ use crate::noise::NoiseKind;
 use crate::observation::{Observation, ObservationKind};
 use crate::rng::{Source, Stream};
 use crate::scenario::{self, Effect, Effects, Request, Scenario};
+use crate::truth::Actuators;
 use crate::world::World;
 pub use autopilot::Autopilot;
 use backseat_core::dynamics::ActuatorInput;
@@ -48,6 +49,8 @@ pub struct Spec {
     pub ranges: bool,
     /// A CTD gives the water's density.
     pub ctd: bool,
+    /// Fins and propeller move on from one command to the next, and the log samples them; else they hold each command.
+    pub ramps: bool,
 }
 
 impl Spec {
@@ -63,6 +66,7 @@ impl Spec {
             dvl: true,
             ranges: true,
             ctd: false,
+            ramps: false,
         }
     }
 }
@@ -98,6 +102,7 @@ pub fn simulate(spec: &Spec, seed: u64) -> Dataset {
     let density = scenario.physics().vehicle.rho_kg_per_m3;
     let mut ctd = Stream::new(seed, Source::Ctd);
     let end_us = (spec.duration_s * 1e6) as u64;
+    let mut before = None;
     for time_us in (0..=end_us).step_by(COMMAND_US as usize) {
         world.advance(time_us, &mut |observation| {
             autopilot.observe(observation);
@@ -118,12 +123,33 @@ pub fn simulate(spec: &Spec, seed: u64) -> Dataset {
             }
         }
         let targets = autopilot.command(time_us);
-        world.set_actuator_targets(time_us, targets);
-        let input = ActuatorInput { propeller_radps: targets.propeller_radps, fins_rad: targets.fins_rad };
+        let mut logged = targets;
+        if spec.ramps {
+            // what the log samples is where the actuators are: at the last command, on their way to this one
+            logged = before.replace(targets).unwrap_or(targets);
+            ramp(&mut world, time_us, &logged, &targets);
+        } else {
+            world.set_actuator_targets(time_us, targets);
+        }
+        let input = ActuatorInput { propeller_radps: logged.propeller_radps, fins_rad: logged.fins_rad };
         recorder.row(time_us).set_actuators(&input);
     }
     let truth = Truth { rows, notes: Vec::new() };
     Dataset { log: recorder.log, truth, effects, legs, seed }
+}
+
+/// Targets in a straight line over the time between two commands.
+fn ramp(world: &mut World, time_us: u64, from: &Actuators, to: &Actuators) {
+    const STEPS: u32 = 20;
+    for step in 0..STEPS {
+        let share = (f64::from(step) + 0.5) / f64::from(STEPS);
+        let between = |a: f64, b: f64| a + share * (b - a);
+        let targets = Actuators {
+            propeller_radps: between(from.propeller_radps, to.propeller_radps),
+            fins_rad: core::array::from_fn(|fin| between(from.fins_rad[fin], to.fins_rad[fin])),
+        };
+        world.set_actuator_targets(time_us + u64::from(step) * COMMAND_US / u64::from(STEPS), targets);
+    }
 }
 
 /// The world of a data set: the declared vehicle in unbounded water, its sensors at the rates and times of a log.

@@ -3,6 +3,7 @@
 //!
 //! Errors of the readers name the file, the line, the column and what was expected there.
 
+pub mod commands;
 pub mod console;
 pub mod dead_reckoning;
 pub mod error;

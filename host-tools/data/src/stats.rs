@@ -52,6 +52,35 @@ pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
     Some((sum / (samples.len() - 1) as f64).sqrt())
 }
 
+/// Autocorrelation at lags 1 to `lags` of a sequence of mean zero.
+#[must_use]
+pub fn autocorrelation(e: &[f64], lags: usize) -> Vec<f64> {
+    let power: f64 = e.iter().map(|x| x * x).sum();
+    (1..=lags)
+        .map(
+            |lag| {
+                if power > 0.0 {
+                    e.iter().zip(e.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>() / power
+                } else {
+                    0.0
+                }
+            },
+        )
+        .collect()
+}
+
+/// Ljung and Box (1978): probability that a white sequence has autocorrelations as large as this one's, `fitted`
+/// numbers having been fitted to them.
+#[must_use]
+pub fn ljung_box(correlation: &[f64], count: usize, fitted: usize) -> f64 {
+    let n = count as f64;
+    if count <= correlation.len() + 1 {
+        return 1.0;
+    }
+    let sum: f64 = correlation.iter().enumerate().map(|(k, r)| r * r / (n - (k + 1) as f64)).sum();
+    chi_square_tail(n * (n + 2.0) * sum, correlation.len().saturating_sub(fitted))
+}
+
 /// Two-sided 95 % quantile of the standard normal distribution.
 pub const Z_95: f64 = 1.959_963_984_540_054;
 

@@ -9,7 +9,7 @@ use crate::excitation::described;
 use crate::identifier::run_identifier;
 use crate::options::{IdentifyError, Method, Options};
 use crate::parameters;
-use crate::sample::PERIOD_S;
+use crate::sample::{PERIOD_S, STEPS};
 use crate::smoothing::{self, CutOffs, Smoothed};
 use backseat_core::dynamics::{Attitude, VehicleModel, VehicleParameters};
 use backseat_core::identification::aid::{AidState, Instant, heun, model_acceleration, rates};
@@ -99,10 +99,10 @@ fn pass(
         let Some(first) = smoothed.states.first() else { continue };
         state.velocity = state::velocity(first);
         for (instant, pair) in smoothed.states.windows(2).enumerate() {
-            let input = &samples[instant / 2].input;
+            let input = samples[instant / STEPS].input.step(instant % STEPS);
             let [then, now] = [0, 1].map(|i| {
                 let x = &pair[i];
-                Instant::new(model, &state::velocity(x), &Attitude::new(&state::attitude(x)).down(), input)
+                Instant::new(model, &state::velocity(x), &Attitude::new(&state::attitude(x)).down(), &input[i])
             });
             let now_gamma = gamma[1] + (gamma[0] - gamma[1]) * (-elapsed_s / GAMMA_TIME_S).exp();
             let mut gains = Theta::from_fn(|j, _| {
@@ -139,7 +139,7 @@ fn mean_energy(data: &IdentificationData, smoothed: &[Smoothed], model: &Vehicle
     for (samples, smoothed) in data.stretches().zip(smoothed) {
         for (sample, x) in samples.iter().zip(smoothed.states.iter().step_by(2)).step_by(10) {
             let down = Attitude::new(&state::attitude(x)).down();
-            let at = Instant::new(model, &state::velocity(x), &down, &sample.input);
+            let at = Instant::new(model, &state::velocity(x), &down, &sample.input.mean());
             let acceleration = model_acceleration(&theta, &at);
             regressor(&acceleration, &at.velocity, &at.down, &at.actuators, &mut y);
             for j in 0..PARAMETERS {

@@ -2,10 +2,11 @@
 
 use crate::declared_effects::EffectRemoval;
 use crate::options::IdentifyError;
-use crate::sample::{PERIOD_S, Sample};
+use crate::sample::{PERIOD_S, PeriodInput, Sample};
 use backseat_core::dynamics::{ActuatorInput, Attitude};
 use backseat_core::effects::{EffectSet, SensorChannel};
 use backseat_core::state::wrap_angle;
+use backseat_data::commands::{Commands, InputTiming};
 use backseat_data::{Log, LogRow};
 use nalgebra::{Vector3, Vector6};
 use std::ops::Range;
@@ -14,6 +15,8 @@ use std::ops::Range;
 const PERIOD_US: u64 = 100_000;
 /// Longest time between two samples of a channel that is interpolated across, µs.
 const LONGEST_US: u64 = 1_000_000;
+/// Lines of input that are looked at for one period: commands at up to 500 Hz, each actuator at times of its own.
+const MOST_LINES: usize = 256;
 /// Shorter stretches say nothing, samples.
 const SHORTEST: usize = 600;
 
@@ -29,34 +32,33 @@ pub struct IdentificationData {
 }
 
 impl IdentificationData {
-    /// Resamples a log: attitude, rates and DVL linearly interpolated, commands held. DVL velocity is over ground; what
-    /// the water does, and all else that sensors and actuators are declared to do beyond the vehicle's parameters, is
-    /// in `effects`.
+    /// Resamples a log: attitude, rates and DVL linearly interpolated, commands held ([`LoggedInputs::act`] for other
+    /// timing). DVL velocity is over ground; what the water does, and all else that sensors and actuators are declared
+    /// to do beyond the vehicle's parameters, is in `effects`.
     ///
     /// # Errors
     /// If the log lacks a channel, or has no minute without a gap in any.
     pub fn from_log(log: &Log, effects: &EffectSet) -> Result<Self, IdentifyError> {
-        let mut removal = EffectRemoval::new(effects, log.rows.first().map_or(0, |row| row.time_us));
+        let removal = EffectRemoval::new(effects, log.rows.first().map_or(0, |row| row.time_us));
+        let inputs = LoggedInputs::of(log, effects);
         let attitude = channel(log, &removal, SensorChannel::Attitude, LogRow::attitude_rad);
         let rates = channel(log, &removal, SensorChannel::Rates, LogRow::rates_radps);
         let dvl = channel(log, &removal, SensorChannel::Dvl, LogRow::dvl_mps);
         let current = removal.water();
-        let inputs: Vec<(u64, ActuatorInput)> =
-            log.rows.iter().filter_map(|row| Some((row.time_us, row.actuators()?))).collect();
         for (is_empty, name) in [
             (attitude.is_empty(), "attitude (roll_rad, pitch_rad, heading_rad)"),
             (rates.is_empty(), "body rates (p_radps, q_radps, r_radps)"),
             (dvl.is_empty(), "DVL velocity (dvl_u_mps, dvl_v_mps, dvl_w_mps)"),
-            (inputs.is_empty(), "commands (prop_rpm, fin_top_rad … fin_starboard_rad)"),
+            (inputs.commands.is_incomplete(), "commands (prop_rpm, fin_top_rad … fin_starboard_rad)"),
         ] {
             if is_empty {
                 return Err(IdentifyError::Missing(name));
             }
         }
-        let first = [attitude[0].0, rates[0].0, dvl[0].0, inputs[0].0].into_iter().max().unwrap_or(0);
+        let first = [attitude[0].0, rates[0].0, dvl[0].0, inputs.first_us()].into_iter().max().unwrap_or(0);
         let last = [&attitude, &rates, &dvl].iter().filter_map(|c| Some(c.last()?.0)).min().unwrap_or(0);
         let mut data = Self::default();
-        let mut at = [0_usize; 4];
+        let mut at = [0_usize; 3];
         let mut stretch = 0;
         for time_us in (first.div_ceil(PERIOD_US) * PERIOD_US..=last).step_by(PERIOD_US as usize) {
             let sample = interpolated(&attitude, &mut at[0], time_us, true)
@@ -66,18 +68,16 @@ impl IdentificationData {
                 data.close(&mut stretch);
                 continue;
             };
-            while inputs.get(at[3] + 1).is_some_and(|(next_us, _)| *next_us <= time_us) {
-                at[3] += 1;
-            }
             let attitude = Vector3::from(attitude);
             let water = Attitude::new(&attitude).rotation().transpose() * Vector3::new(current[0], current[1], 0.0);
             let [u, v, w] = core::array::from_fn(|axis| dvl[axis] - water[axis]);
             let [p, q, r] = rates;
             let velocity = Vector6::new(u, v, w, p, q, r);
-            let input = removal.input(time_us, &inputs[at[3]].1);
+            let input = PeriodInput::held(ActuatorInput::default());
             data.samples.push(Sample { time_us, attitude, velocity, input });
         }
         data.close(&mut stretch);
+        inputs.act(&InputTiming::default(), &mut data.samples);
         if data.stretches.is_empty() {
             return Err(IdentifyError::TooShort);
         }
@@ -110,9 +110,9 @@ impl IdentificationData {
     }
 
     /// Every sample, and what fins and propeller did since the one before; the first's is its own.
-    pub fn with_input_since(&self) -> impl Iterator<Item = (&Sample, &ActuatorInput)> {
+    pub fn with_input_since(&self) -> impl Iterator<Item = (&Sample, ActuatorInput)> {
         let before = self.samples.first().into_iter().chain(&self.samples);
-        self.samples.iter().zip(before.map(|sample| &sample.input))
+        self.samples.iter().zip(before.map(|sample| sample.input.mean()))
     }
 
     /// Time covered, s.
@@ -137,6 +137,48 @@ impl IdentificationData {
             }
             data
         })
+    }
+}
+
+/// The commands of a log, and what is declared to come between them and the actuators.
+#[derive(Clone, Debug)]
+pub struct LoggedInputs {
+    commands: Commands,
+    effects: EffectSet,
+    start_us: u64,
+}
+
+impl LoggedInputs {
+    /// Of a log.
+    #[must_use]
+    pub fn of(log: &Log, effects: &EffectSet) -> Self {
+        let start_us = log.rows.first().map_or(0, |row| row.time_us);
+        Self { commands: Commands::of(log), effects: *effects, start_us }
+    }
+
+    /// The commands as they were sampled.
+    #[must_use]
+    pub fn commands(&self) -> &Commands {
+        &self.commands
+    }
+
+    fn first_us(&self) -> u64 {
+        self.start_us + (self.commands.first_s() * 1e6).round() as u64
+    }
+
+    /// Sets what the actuators do in the period of each sample, if they follow their commands with this timing.
+    pub fn act(&self, timing: &InputTiming, samples: &mut [Sample]) {
+        let lines = self.commands.lines(timing);
+        let mut removal = EffectRemoval::new(&self.effects, self.start_us);
+        let mut at = 0;
+        for sample in samples {
+            let from_s = (sample.time_us - self.start_us) as f64 * 1e-6;
+            while lines.get(at + 1).is_some_and(|next| next.from_s <= from_s) {
+                at += 1;
+            }
+            let input = PeriodInput::of(&lines[at..lines.len().min(at + MOST_LINES)], from_s);
+            sample.input = input.changed(|mean| removal.input(sample.time_us, mean));
+        }
     }
 }
 
@@ -194,7 +236,7 @@ mod tests {
         let sample = &data.samples[101];
         assert_eq!(sample.time_us, 10_100_000);
         assert!((sample.velocity[5] - 0.0101).abs() < 1e-12);
-        assert!((sample.input.fins_rad[1] - 0.0100).abs() < 1e-12);
+        assert!((sample.input.mean().fins_rad[1] - 0.0100).abs() < 1e-12);
         assert_eq!(data.samples[data.stretches[1].start].time_us, 802_000_000);
         let [first, rest] = data.split(0.8);
         assert_eq!(first.samples.len() + rest.samples.len(), data.samples.len());
@@ -250,8 +292,8 @@ mod tests {
             // The fixed point's rounds.
             assert!((found - truth).abs() < 1e-9, "{found} instead of {truth}");
         }
-        assert_eq!(sample.input.fins_rad, [0.0, 0.0, 0.07, 0.0]);
-        assert!((sample.input.propeller_radps - 100.0 * (1.0 - 0.2 * 40.0 / 3600.0)).abs() < 1e-9);
+        assert_eq!(sample.input.mean().fins_rad, [0.0, 0.0, 0.07, 0.0]);
+        assert!((sample.input.mean().propeller_radps - 100.0 * (1.0 - 0.2 * 40.0 / 3600.0)).abs() < 1e-9);
 
         // Of the plant's, what does not begin at some time becomes part of the parameters.
         let mut effects = set(&[("linear_drag", &[2.0]), ("drag_change", &[5.0, 100.0]), ("dvl_scale", &[0.05])]);

@@ -107,7 +107,7 @@ fn correlation(data: &IdentificationData, vehicle: &VehicleParameters, seen: &[u
         let smoothed = smoothing::with_model(&model, samples, &smoothing::PLAIN);
         for (sample, x) in samples.iter().zip(smoothed.states.iter().step_by(2)).step_by(5) {
             let velocity = state::velocity(x);
-            let at = Instant::new(&model, &velocity, &Attitude::new(&state::attitude(x)).down(), &sample.input);
+            let at = Instant::new(&model, &velocity, &Attitude::new(&state::attitude(x)).down(), &sample.input.mean());
             let acceleration = model_acceleration(&theta, &at);
             regressor(&acceleration, &velocity, &at.down, &at.actuators, &mut y);
             for (axis, energy) in energy.iter_mut().enumerate() {

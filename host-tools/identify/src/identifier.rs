@@ -29,7 +29,7 @@ pub fn run_identifier(
     let mut identifier = Box::new(Identifier::new());
     identifier.configure(&config(options), prior).map_err(IdentifyError::Settings)?;
     for (sample, since) in data.with_input_since() {
-        identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, since);
+        identifier.sample(sample.time_us, &sample.attitude, &sample.velocity, &since);
     }
     Ok(identifier)
 }

@@ -43,8 +43,7 @@ pub(crate) struct Solved {
     pub covariance: DMatrix<f64>,
 }
 
-/// Integral over a window of the equations of motion times sin², by Simpson's rule in every period, whose input is
-/// constant.
+/// Integral over a window of the equations of motion times sin², by Simpson's rule in every period.
 fn integrate(model: &VehicleModel, samples: &[Sample], states: &[VehicleState]) -> (ExtendedRegressor, Vector6<f64>) {
     let length_s = WINDOW as f64 * PERIOD_S;
     let (mut rows, mut known) = (ExtendedRegressor::zeros(), Vector6::zeros());
@@ -56,13 +55,14 @@ fn integrate(model: &VehicleModel, samples: &[Sample], states: &[VehicleState]) 
             let weight = simpson * PERIOD_S / 6.0;
             let (window, slope) = (phase.sin().powi(2) * weight, (2.0 * phase).sin() * PI / length_s * weight);
             let velocity = state::velocity(x);
-            let at = Instant::new(model, &velocity, &Attitude::new(&state::attitude(x)).down(), &sample.input);
+            let input = sample.input.at_step(half);
+            let at = Instant::new(model, &velocity, &Attitude::new(&state::attitude(x)).down(), &input);
             regressor(&Vector6::zeros(), &velocity, &at.down, &at.actuators, &mut y);
             rows += parameters::extended(&y, &velocity) * window;
             for axis in 0..6 {
                 rows[(axis, M11 + axis)] -= velocity[axis] * slope;
             }
-            known += known_wrench(&beyond(model.parameters()), &velocity, &sample.input) * window;
+            known += known_wrench(&beyond(model.parameters()), &velocity, &input) * window;
         }
     }
     (rows, known)

@@ -14,6 +14,7 @@
 //! acceleration      section 4.2.2: from an AHRS's specific force     surge_yaw     logs in servo counts: surge and yaw only
 //! learnt            the estimate's covariance as a prior for the robust filter
 //! options, method   settings, and one entrance to all methods        plan          the mission with most information
+//! timing            when fins and propeller follow their commands
 //! ```
 
 pub mod acceleration;
@@ -36,13 +37,15 @@ mod sample;
 pub mod simulation;
 pub mod smoothing;
 pub mod surge_yaw;
+pub mod timing;
 pub mod validation;
 
-pub use data::IdentificationData;
+pub use data::{IdentificationData, LoggedInputs};
 pub use declared_effects::fold_into_plant;
 pub use estimate::{Estimate, EstimatedParameter, Step, Unseen};
 pub use learnt::learnt;
 pub use method::identify;
 pub use options::{IdentifyError, Method, Options};
-pub use sample::{PERIOD_S, Sample};
+pub use sample::{PERIOD_S, PeriodInput, Sample};
+pub use timing::TimingEstimate;
 pub use validation::{Validation, validate};

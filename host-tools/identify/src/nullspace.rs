@@ -14,7 +14,7 @@ use crate::estimate::Estimate;
 use crate::excitation::described;
 use crate::options::{IdentifyError, Method, Options};
 use crate::parameters::{self, D26, D35, EXTENDED, Extended, ExtendedRegressor};
-use crate::sample::{PERIOD_S, Sample};
+use crate::sample::{PERIOD_S, Sample, mean};
 use crate::simulation::{self, Output};
 use crate::smoothing::{self, CutOffs};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
@@ -82,13 +82,9 @@ fn filtered(samples: &[Sample], cutoff_hz: f64, held: bool) -> Vec<Filtered> {
         .enumerate()
         .map(|(k, sample)| {
             let before = &samples[if held { k } else { k.saturating_sub(1) }].input;
-            let mean = |a: f64, b: f64| 0.5 * (a + b);
-            let mut all = Output::zeros();
-            all[0] = mean(before.propeller_radps, sample.input.propeller_radps);
-            for (fin, (a, b)) in before.fins_rad.iter().zip(sample.input.fins_rad).enumerate() {
-                all[1 + fin] = mean(*a, b);
-            }
-            all
+            let input = mean(&before.mean(), &sample.input.mean());
+            let [top, bottom, port, starboard] = input.fins_rad;
+            Output::from([input.propeller_radps, top, bottom, port, starboard, 0.0, 0.0, 0.0])
         })
         .collect();
     let (outputs, inputs) = (smoothing::low_pass(&outputs, &all), smoothing::low_pass(&inputs, &all));
@@ -253,7 +249,7 @@ pub(crate) fn gtls(
         values = whitened(data, prior, &model, options)?;
     }
     let mut estimate = boxed(Method::Gtls, data, prior, options, values);
-    let beyond = |sample: &Sample| known_wrench(prior, &sample.velocity, &sample.input).amax() > 0.0;
+    let beyond = |sample: &Sample| known_wrench(prior, &sample.velocity, &sample.input.mean()).amax() > 0.0;
     if data.samples.iter().any(beyond) {
         estimate.notes.push("linear drag and advance of the declared vehicle are left out by this method".into());
     }

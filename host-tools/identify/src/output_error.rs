@@ -21,20 +21,20 @@ use rayon::prelude::*;
 /// Length of the segments, s: the start of each costs information of some 10 s.
 const SEGMENT_S: f64 = 100.0;
 /// Segments for a start from afar, before those: short ones converge where long ones do not.
-const SHORT_S: f64 = 10.0;
+pub(crate) const SHORT_S: f64 = 10.0;
 /// Gauss-Newton steps with each length.
 const STEPS: usize = 15;
 /// A step that changes the cost by less than this share ends the iteration.
 const SETTLED: f64 = 3.0e-6;
 /// Residuals are not taken to be smaller than this, rad, m/s, rad/s: data without noise would have infinite weight.
-const SMALLEST: [f64; OUTPUTS] = [1.0e-5, 1.0e-5, 1.0e-5, 1.0e-5, 1.0e-5, 1.0e-6, 1.0e-6, 1.0e-6];
+pub(crate) const SMALLEST: [f64; OUTPUTS] = [1.0e-5, 1.0e-5, 1.0e-5, 1.0e-5, 1.0e-5, 1.0e-6, 1.0e-6, 1.0e-6];
 
 type Normal = SMatrix<f64, COLUMNS, COLUMNS>;
 
 /// Samples that are predicted from one start.
-struct Segment<'a> {
-    samples: &'a [Sample],
-    start: VehicleState,
+pub(crate) struct Segment<'a> {
+    pub samples: &'a [Sample],
+    pub start: VehicleState,
 }
 
 /// What a segment says at one set of parameters.
@@ -75,7 +75,7 @@ pub fn free(options: &Options, cross: bool) -> Vec<usize> {
     (0..EXTENDED).filter(|&j| j != known && (cross || j < D26)).collect()
 }
 
-fn segments(data: &IdentificationData, length_s: f64) -> Vec<Segment<'_>> {
+pub(crate) fn segments(data: &IdentificationData, length_s: f64) -> Vec<Segment<'_>> {
     let length = (length_s / PERIOD_S) as usize;
     // A short rest joins the last whole segment.
     let cut = |samples: &'_ [Sample]| (samples.len() / length).max(1);
@@ -149,7 +149,7 @@ fn total(squares: impl IntoIterator<Item = Output>, weights: &Output) -> f64 {
     squares.into_iter().map(|squares| squares.dot(weights)).sum()
 }
 
-fn weights(sigma: &Output) -> Output {
+pub(crate) fn weights(sigma: &Output) -> Output {
     sigma.map(|sigma| 1.0 / (sigma * sigma))
 }
 
@@ -320,7 +320,7 @@ fn newton(
 }
 
 /// Solves a symmetric positive definite system whose unknowns differ by orders of magnitude.
-fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+pub(crate) fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let scale = matrix.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
     let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
     let step = scaled.cholesky()?.solve(&right.component_mul(&scale));

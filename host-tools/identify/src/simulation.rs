@@ -1,7 +1,7 @@
 //! The model running free, and its sensitivities to the parameters and to where it started.
 
 use crate::parameters::{EXTENDED, extended};
-use crate::sample::{PERIOD_S, Sample};
+use crate::sample::{PERIOD_S, PeriodInput, STEPS, Sample, mean};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::state::{self, P, PHI, THETA, U, VehicleState, wrap_angle};
@@ -13,8 +13,6 @@ pub const OUTPUTS: usize = 8;
 pub const OUTPUT_STATES: [usize; OUTPUTS] = [PHI, THETA, U, U + 1, U + 2, P, P + 1, P + 2];
 /// Columns of the sensitivities: the parameters, then the outputs at the start.
 pub const COLUMNS: usize = EXTENDED + OUTPUTS;
-/// Runge-Kutta steps in a period: roll, the fastest motion at 1 Hz, is right to 1e-4 of its amplitude.
-const STEPS: usize = 2;
 
 /// Roll, pitch, u, v, w, p, q, r.
 pub type Output = SVector<f64, OUTPUTS>;
@@ -51,13 +49,14 @@ pub fn residual(sample: &Sample, x: &VehicleState) -> Output {
     residual
 }
 
-/// One classical Runge-Kutta step of constant inputs.
+/// One classical Runge-Kutta step; the inputs go in a straight line from the first to the second.
 #[must_use]
-pub fn runge_kutta(model: &VehicleModel, x: &VehicleState, input: &ActuatorInput, dt: f64) -> VehicleState {
-    let k1 = model.derivative(x, input);
-    let k2 = model.derivative(&(x + k1 * (0.5 * dt)), input);
-    let k3 = model.derivative(&(x + k2 * (0.5 * dt)), input);
-    let k4 = model.derivative(&(x + k3 * dt), input);
+pub fn runge_kutta(model: &VehicleModel, x: &VehicleState, [from, to]: &[ActuatorInput; 2], dt: f64) -> VehicleState {
+    let middle = mean(from, to);
+    let k1 = model.derivative(x, from);
+    let k2 = model.derivative(&(x + k1 * (0.5 * dt)), &middle);
+    let k3 = model.derivative(&(x + k2 * (0.5 * dt)), &middle);
+    let k4 = model.derivative(&(x + k3 * dt), to);
     x + (k1 + (k2 + k3) * 2.0 + k4) * (dt / 6.0)
 }
 
@@ -72,9 +71,9 @@ pub fn free_run(model: &VehicleModel, start: &VehicleState, samples: &[Sample]) 
         if k + 1 == samples.len() {
             break;
         }
-        for step in 1..=STEPS {
-            x = runge_kutta(model, &x, &sample.input, PERIOD_S / STEPS as f64);
-            if step < STEPS {
+        for step in 0..STEPS {
+            x = runge_kutta(model, &x, sample.input.step(step), PERIOD_S / STEPS as f64);
+            if step + 1 < STEPS {
                 states.push(x);
             }
         }
@@ -118,12 +117,13 @@ impl Sensitive {
     }
 
     /// One period. The sensitivities move by the exponential of the Jacobian in the middle of each step.
-    pub fn advance(&mut self, model: &VehicleModel, input: &ActuatorInput) {
+    pub fn advance(&mut self, model: &VehicleModel, input: &PeriodInput) {
         let dt = PERIOD_S / STEPS as f64;
-        for _ in 0..STEPS {
-            let next = runge_kutta(model, &self.state, input, dt);
+        for step in 0..STEPS {
+            let ends = input.step(step);
+            let next = runge_kutta(model, &self.state, ends, dt);
             let middle = (self.state + next) * 0.5;
-            let (by_output, by_parameter) = self.jacobians(model, &middle, input);
+            let (by_output, by_parameter) = self.jacobians(model, &middle, &mean(&ends[0], &ends[1]));
             // G = ∫ exp(A t) dt to fourth order; Φ = I + A G.
             let a = by_output * dt;
             let one = SMatrix::<f64, OUTPUTS, OUTPUTS>::identity();

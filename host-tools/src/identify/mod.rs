@@ -14,7 +14,10 @@ use backseat_data::VehicleFile;
 use backseat_data::console::{self, Progress};
 use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
-use backseat_identify::{IdentificationData, Method, Options, fold_into_plant, identify, learnt, validate};
+use backseat_identify::{
+    IdentificationData, LoggedInputs, Method, Options, TimingEstimate, fold_into_plant, identify, learnt, timing,
+    validate,
+};
 use clap::ValueEnum;
 pub use page::html;
 use result::HeldOut;
@@ -196,16 +199,23 @@ pub fn compute(
     let effects = effects(&declared, &settings.current)?;
     let data_of = |read: &ReadLog| {
         let log = inputs::at_centre(&read.log, &declared.installation);
-        IdentificationData::from_log(&log, &effects).with_context(|| read.log.path.display().to_string())
+        let data = IdentificationData::from_log(&log, &effects).with_context(|| read.log.path.display().to_string())?;
+        anyhow::Ok((data, LoggedInputs::of(&log, &effects)))
     };
-    let mut data = data_of(read)?;
+    let (mut data, inputs) = data_of(read)?;
     data.notes.splice(..0, read.log.notes.iter().cloned());
     data.notes
         .extend(left.iter().map(|name| {
             format!("{name} has an onset time and is ignored: identification assumes constant parameters")
         }));
     let options = options(settings, &declared);
-    let other = other.map(data_of).transpose()?;
+    let timing = input_timing(&mut data, &inputs, &declared, &options);
+    let other = other.map(data_of).transpose()?.map(|(mut data, inputs)| {
+        if let Some(timing) = &timing {
+            inputs.act(&timing.timing(), &mut data.samples);
+        }
+        data
+    });
     let method = settings.method.method();
     let [first, rest] = data.split(FITTED);
     // The automatic method holds the last part out by itself.
@@ -235,10 +245,31 @@ pub fn compute(
         judge,
         declared,
         identified,
+        timing,
         is_changed,
         doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
         wall_s: read.read_s + began.elapsed().as_secs_f64(),
     })
+}
+
+/// Finds out when the inputs act, and lets them.
+fn input_timing(
+    data: &mut IdentificationData,
+    inputs: &LoggedInputs,
+    declared: &VehicleFile,
+    options: &Options,
+) -> Option<TimingEstimate> {
+    match timing::estimate(data, inputs, &declared.parameters, options) {
+        Ok(found) => {
+            inputs.act(&found.timing(), &mut data.samples);
+            data.notes.extend(found.notes());
+            Some(found)
+        }
+        Err(error) => {
+            data.notes.push(format!("{error}; commands are held until the next"));
+            None
+        }
+    }
 }
 
 /// The declared effects, with the current that was given instead of the declared one.

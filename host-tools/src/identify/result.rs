@@ -3,7 +3,7 @@
 use backseat_core::identification::Visibility;
 use backseat_data::VehicleFile;
 use backseat_identify::validation::COLUMNS;
-use backseat_identify::{Estimate, IdentificationData, Validation};
+use backseat_identify::{Estimate, IdentificationData, TimingEstimate, Validation};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -41,6 +41,8 @@ pub struct IdentificationResult {
     pub declared: VehicleFile,
     /// The declared vehicle with the identified parameters.
     pub identified: VehicleFile,
+    /// When the inputs act; `None` where the log does not show it.
+    pub timing: Option<TimingEstimate>,
     /// Any parameter differs from the declared one.
     pub is_changed: bool,
     /// Why the result should not be trusted.
@@ -110,6 +112,16 @@ impl IdentificationResult {
                     "standard_error": step.standard_error, "accepted": step.accepted})
             })
             .collect();
+        let timing = self.timing.as_ref().map(|timing| {
+            let actuators = timing.actuators.iter().map(|a| {
+                (a.name.to_owned(), json!({"hold": a.hold.kind.name(), "delay_s": a.hold.delay_s, "ci95": a.ci95}))
+            });
+            let outputs = timing.whiteness.iter().map(|output| {
+                (output.name.to_owned(), json!({"p": output.p, "max_autocorrelation": output.max_autocorrelation}))
+            });
+            json!({"actuators": actuators.collect::<Map<_, _>>(), "gain": timing.gain,
+                "whiteness": outputs.collect::<Map<_, _>>()})
+        });
         let object = json!({
             "method": self.estimate.method.name(),
             "changed": self.is_changed,
@@ -122,6 +134,7 @@ impl IdentificationResult {
             "collinear": self.estimate.collinear,
             "not_seen": unseen,
             "steps": steps,
+            "input_timing": timing,
             "notes": self.estimate.notes,
             "vehicle_file": path(vehicle_file),
             "report": path(report),

@@ -2,7 +2,7 @@
 
 use super::PlanError;
 use crate::simulation::runge_kutta;
-use crate::{PERIOD_S, Sample};
+use crate::{PERIOD_S, PeriodInput, Sample};
 use backseat_core::control::mission::{Mission, MissionStatus, Waypoint};
 use backseat_core::control::{ControlConfig, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
@@ -33,7 +33,7 @@ impl Body for Declared<'_> {
     fn step(&mut self, input: &ActuatorInput) {
         // Roll's 1 Hz is right to 1e-4 with two steps.
         for _ in 0..2 {
-            self.x = runge_kutta(self.model, &self.x, input, 0.5 * PERIOD_S);
+            self.x = runge_kutta(self.model, &self.x, &[*input; 2], 0.5 * PERIOD_S);
         }
         self.x[state::PSI] = state::wrap_angle(self.x[state::PSI]);
     }
@@ -50,7 +50,12 @@ pub fn start(depth_m: f64) -> VehicleState {
 /// The sample of a step, without error.
 #[must_use]
 pub fn exact_sample(step: u64, x: &VehicleState, input: &ActuatorInput) -> Sample {
-    Sample { time_us: step * 100_000, attitude: state::attitude(x), velocity: state::velocity(x), input: *input }
+    Sample {
+        time_us: step * 100_000,
+        attitude: state::attitude(x),
+        velocity: state::velocity(x),
+        input: PeriodInput::held(*input),
+    }
 }
 
 /// A controller of the reference configuration for a model.

@@ -50,7 +50,7 @@ impl<'a> Information<'a> {
         let mut y = Regressor::zeros();
         for sample in samples.step_by(5) {
             let down = Attitude::new(&sample.attitude).down();
-            let at = Instant::new(self.model, &sample.velocity, &down, &sample.input);
+            let at = Instant::new(self.model, &sample.velocity, &down, &sample.input.mean());
             let acceleration = model_acceleration(&self.theta, &at);
             regressor(&acceleration, &sample.velocity, &down, &at.actuators, &mut y);
             for axis in 0..6 {

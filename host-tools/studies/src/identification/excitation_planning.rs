@@ -14,7 +14,7 @@ use backseat_data::console;
 use backseat_data::stats::mean;
 use backseat_identify::plan::{self, Body as _, Collected, Information, Limits, plan};
 use backseat_identify::validation::COLUMNS;
-use backseat_identify::{IdentificationData, Method, Options, Sample, identify, parameters, validate};
+use backseat_identify::{IdentificationData, Method, Options, PeriodInput, Sample, identify, parameters, validate};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Scenario;
 use hil_sim::truth::Parameters;
@@ -137,7 +137,7 @@ fn unseen(truth: &Parameters) -> IdentificationData {
             let input = Programme::VALIDATION.input(step as f64 * backseat_identify::PERIOD_S);
             body.step(&input);
             let (attitude, velocity) = (state::attitude(&x), state::velocity(&x));
-            (Sample { time_us: step * 100_000, attitude, velocity, input }, x[state::Z])
+            (Sample { time_us: step * 100_000, attitude, velocity, input: PeriodInput::held(input) }, x[state::Z])
         })
         .collect();
     plan_flight::measured(&[samples], &Noise::NONE, 0)

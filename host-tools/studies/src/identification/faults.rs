@@ -123,7 +123,7 @@ fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch
         monitor.interrupt();
         for pair in samples.windows(2) {
             let [last, now] = pair else { continue };
-            let state = monitor.sample(&model, now.time_us, &now.attitude, &now.velocity, &last.input);
+            let state = monitor.sample(&model, now.time_us, &now.attitude, &now.velocity, &last.input.mean());
             let time_s = now.time_us as f64 * 1e-6;
             let diagnosis = monitor.diagnosis();
             if state != before {

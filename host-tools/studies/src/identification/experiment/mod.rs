@@ -1,6 +1,6 @@
 //! The identification experiment of the thesis' chapter 4, simulated with the simulator's own plant.
 //!
-//! Inputs at 10 Hz, held from sample to sample, move a vehicle that nothing else disturbs; velocity, rates,
+//! Inputs at 10 Hz, held from sample to sample (or continuous, [`Between`]), move a vehicle that nothing else disturbs; velocity, rates,
 //! roll and pitch are measured at 10 Hz with white noise (Table 4.13). The vehicle is that of the reference numbers
 //! (`firmware/core/tests/data/README.md`). The inputs are sums of sines of incommensurate periods, or those of Tables
 //! 4.6 and 4.14.
@@ -25,6 +25,9 @@ pub const PERIOD_S: f64 = 0.1;
 
 /// Runge-Kutta steps in a period: the fastest motion, roll at 1 Hz, is exact to 1e-8 rad.
 const STEPS: u32 = 4;
+
+/// The same where inputs change within a period.
+const FINE_STEPS: u32 = 20;
 
 /// Where it starts, m: so deep that open-loop motion cannot reach the surface.
 const START_DEPTH_M: f64 = 1.0e5;
@@ -54,6 +57,16 @@ impl Noise {
     }
 }
 
+/// What the actuators do between the samples of the log, whatever an identification believes. Inputs that depend on the
+/// state are held without delay.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Between {
+    /// They move on, and the log merely samples them at 10 Hz; else each sample is held until the next.
+    pub continuous: bool,
+    /// They come late, s.
+    pub delay_s: f64,
+}
+
 /// What is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experiment {
@@ -65,6 +78,8 @@ pub struct Experiment {
     pub noise: Noise,
     /// Cross drag [d26, d35] that the declared vehicle does not have.
     pub cross_drag: [f64; 2],
+    /// Between samples of the inputs.
+    pub between: Between,
 }
 
 impl Experiment {
@@ -76,6 +91,7 @@ impl Experiment {
             duration_s: 5000.0,
             noise: Noise::table_4_13(linear_mps),
             cross_drag: [0.0; 2],
+            between: Between::default(),
         }
     }
 
@@ -83,7 +99,7 @@ impl Experiment {
     #[must_use]
     pub fn cross_validation() -> Self {
         let motion = Motion::Sines(Programme::VALIDATION);
-        Self { motion, duration_s: 1000.0, noise: Noise::NONE, cross_drag: [0.0; 2] }
+        Self { motion, duration_s: 1000.0, noise: Noise::NONE, cross_drag: [0.0; 2], between: Between::default() }
     }
 
     /// Simulates it; the seed picks the noise.
@@ -97,6 +113,28 @@ impl Experiment {
     #[must_use]
     pub fn run_of(&self, vehicle: &VehicleParameters, seed: u64) -> Run {
         self.simulate(seed, &vehicle::plant_of(vehicle))
+    }
+
+    /// One period from a sample on, which commands an input.
+    fn advance(
+        &self,
+        plant: &Plant,
+        parameters: &Parameters,
+        state: &State,
+        (sample, now): (u64, &ActuatorInput),
+    ) -> State {
+        let is_held = self.between == Between::default();
+        let steps = if is_held { STEPS } else { FINE_STEPS };
+        let step_s = PERIOD_S / f64::from(steps);
+        let water = Water::default();
+        (0..steps).fold(*state, |state, step| {
+            let middle_s = sample as f64 * PERIOD_S + (f64::from(step) + 0.5) * step_s - self.between.delay_s;
+            let commanded_s =
+                if self.between.continuous { middle_s } else { (middle_s / PERIOD_S).floor() * PERIOD_S }.max(0.0);
+            let input = if is_held { *now } else { self.motion.input(commanded_s, &vehicle_state(&state)) };
+            let actuators = actuators(parameters, &input);
+            runge_kutta_4(&state, step_s, |x| plant.derivative(x, &actuators, &water, &[0.0; 6]))
+        })
     }
 
     fn simulate(&self, seed: u64, parameters: &Parameters) -> Run {
@@ -117,7 +155,7 @@ impl Experiment {
             before = Some(input);
             run.truth.rows.push(TruthRow { time_us, state: x, current_mps: [0.0; 2] });
             run.log.rows.push(measured(time_us, &x, &input, &self.noise, &mut ahrs, &mut dvl));
-            state = advance(&plant, parameters, &state, &input);
+            state = self.advance(&plant, parameters, &state, (sample, &input));
         }
         run
     }
@@ -181,15 +219,6 @@ fn actuators(parameters: &Parameters, input: &ActuatorInput) -> Actuators {
         propeller_radps: input.propeller_radps.clamp(-parameters.propeller_max_radps, parameters.propeller_max_radps),
         fins_rad: input.fins_rad.map(|fin| fin.clamp(-limit, limit)),
     }
-}
-
-/// One period of constant inputs; the actuators are there at once.
-fn advance(plant: &Plant, parameters: &Parameters, state: &State, input: &ActuatorInput) -> State {
-    let actuators = actuators(parameters, input);
-    let water = Water::default();
-    (0..STEPS).fold(*state, |state, _| {
-        runge_kutta_4(&state, PERIOD_S / f64::from(STEPS), |x| plant.derivative(x, &actuators, &water, &[0.0; 6]))
-    })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::identification::Case;
 use super::{Kind, Measured, Study};
 use anyhow::Context;
-use backseat_core::dynamics::{Attitude, VehicleModel};
+use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel};
 use backseat_core::identification::ParameterBox;
 use backseat_core::identification::aid::{AidState, Instant, heun, model_acceleration, rates};
 use backseat_core::identification::regressor::{Regressor, regressor};
@@ -62,10 +62,10 @@ fn smooth(case: &Case) -> Vec<Smooth> {
 
 /// The beginning and the end of every period; the commands of its beginning are held.
 fn instants(case: &Case, model: &VehicleModel) -> Vec<[Instant; 2]> {
-    let at = |(velocity, down): &Smooth, input| Instant::new(model, velocity, down, input);
+    let at = |(velocity, down): &Smooth, input: ActuatorInput| Instant::new(model, velocity, down, &input);
     let periods = smooth(case);
     let periods = periods.windows(2).zip(&case.data.samples);
-    periods.map(|(pair, sample)| [at(&pair[0], &sample.input), at(&pair[1], &sample.input)]).collect()
+    periods.map(|(pair, sample)| [0, 1].map(|end| at(&pair[end], sample.input.mean()))).collect()
 }
 
 fn y(theta: &Theta, at: &Instant) -> Regressor {

@@ -1,7 +1,9 @@
 //! Identification and cross-validation over a grid of sensor noise: Tables 4.10 to 4.19.
 
 use super::{Kind, Measured, Study};
-use crate::identification::experiment::{Experiment, Motion, Noise, OpenLoop, References, declared, wrong_prior};
+use crate::identification::experiment::{
+    Between, Experiment, Motion, Noise, OpenLoop, References, declared, wrong_prior,
+};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::EffectSet;
 use backseat_core::identification::theta::M11;
@@ -119,6 +121,7 @@ const UNSEEN: Experiment = Experiment {
     duration_s: VALIDATION_S,
     noise: Noise::NONE,
     cross_drag: [0.0; 2],
+    between: Between { continuous: false, delay_s: 0.0 },
 };
 
 /// Error of a vehicle at a time of the cross-validation, s, in the order and units of [`COLUMNS`].
@@ -127,7 +130,7 @@ type ErrorAt = (f64, [f64; 8]);
 impl Case {
     /// An experiment of this motion.
     pub fn new(seed: u64, motion: Motion, duration_s: f64, noise: Noise) -> anyhow::Result<Self> {
-        let experiment = Experiment { motion, duration_s, noise, cross_drag: [0.0; 2] };
+        let experiment = Experiment { motion, duration_s, noise, cross_drag: [0.0; 2], between: Between::default() };
         let data = IdentificationData::from_log(&experiment.run(seed).log, &EffectSet::NONE)?;
         let (linear, angular) = (noise.linear_mps.max(1.0e-4), noise.angular_radps);
         let options = Options {

@@ -3,7 +3,7 @@
 use super::conditions::{self, Conditions};
 use super::steering::{self, Flown};
 use super::{Kind, Measured, Study};
-use crate::identification::experiment::{Experiment, Motion, Noise, References, declared};
+use crate::identification::experiment::{Between, Experiment, Motion, Noise, References, declared};
 use anyhow::Context;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::EffectSet;
@@ -236,7 +236,8 @@ fn changed(truth: &VehicleParameters, change: Change, seed: u64) -> anyhow::Resu
 fn first_nbls(seed: u64) -> anyhow::Result<VehicleParameters> {
     let noise = Noise { linear_mps: 0.05, angular_radps: 0.36_f64.to_radians(), roll_pitch_rad: 0.1_f64.to_radians() };
     let motion = Motion::References(References::TABLE_4_6);
-    let run = Experiment { motion, duration_s: 1800.0, noise, cross_drag: [0.0; 2] }.run(seed);
+    let run =
+        Experiment { motion, duration_s: 1800.0, noise, cross_drag: [0.0; 2], between: Between::default() }.run(seed);
     let data = IdentificationData::from_log(&run.log, &EffectSet::NONE)?;
     let mut random = Stream::new(seed, Source::Disturbance);
     let (linear, angular) = (0.001, 0.05_f64.to_radians());
@@ -249,7 +250,7 @@ fn first_nbls(seed: u64) -> anyhow::Result<VehicleParameters> {
 
 /// The identified vehicle alone, without noise, along lines.
 fn predicted(measured: &mut Measured, seed: u64) -> anyhow::Result<()> {
-    let lines = Experiment { motion: Motion::Lines, duration_s: 5000.0, noise: Noise::NONE, cross_drag: [0.0; 2] };
+    let lines = Experiment { motion: Motion::Lines, duration_s: 5000.0, ..Experiment::cross_validation() };
     let data = IdentificationData::from_log(&lines.run(seed).exact_log(), &EffectSet::NONE)?;
     let errors = validate(&first_nbls(seed)?, &data).map_or([f64::NAN; 8], |errors| errors.mean_absolute);
     let [_, _, p, q, r, u, v, w] = errors;
