@@ -5,6 +5,7 @@ mod bench;
 mod board;
 mod check;
 mod diagnose;
+mod effect;
 mod export;
 mod identify;
 mod info;
@@ -61,6 +62,8 @@ enum Command {
     Vehicle(vehicle::Vehicle),
     Navigate(navigate::Args),
     Diagnose(diagnose::Args),
+    #[command(subcommand)]
+    Effect(effect::Effect),
     Identify(identify::Args),
     Bench(bench::Args),
     Record(record::Args),
@@ -121,6 +124,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
         Command::Backseat { ports } => sim::backseat(&ports).map(Outcome::from),
         Command::Navigate(args) => navigate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
+        Command::Effect(effect) => effect.run().map(Outcome::from),
         Command::Identify(args) => identify::run(&args),
         Command::Bench(args) => bench::run(&args).map(Outcome::from),
         Command::Record(args) => record::run(&args).map(Outcome::from),

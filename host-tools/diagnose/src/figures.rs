@@ -1,9 +1,9 @@
 //! What a reader is shown: the residual that changes most, what it depends on, its spectrum.
 
 use crate::samples::ResidualChannel;
-use crate::statistics::autocorrelation;
 use crate::whitener::{Pass, Residual, Trace};
 use backseat_core::state::{PSI, R, THETA, U, Z};
+use backseat_data::stats::autocorrelation;
 use std::f64::consts::TAU;
 
 /// Values of one channel in order of time: (time in s, innovation, one sigma).
@@ -58,7 +58,7 @@ pub const VARIABLES: [(&str, Variable); 7] = [
     ("depth [m]", |trace| trace.x[Z]),
     ("pitch [deg]", |trace| trace.x[THETA].to_degrees()),
     ("yaw rate [deg/s]", |trace| trace.x[R].to_degrees()),
-    ("propeller [rad/s]", |trace| trace.input.propeller_radps),
+    ("propeller [rad/s]", |trace| trace.input.at(trace.t_s).propeller_radps),
     ("time [min]", |trace| trace.t_s / 60.0),
 ];
 /// Bins of a variable.

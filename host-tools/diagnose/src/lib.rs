@@ -11,7 +11,8 @@
 //! prepared_log      one log made ready, joint fits      diagnosis     the whole loop
 //! verdict           the table of verdict rules          scores        before and after on held-out data
 //! log_models        logs without fins and propeller     figures       what the report draws
-//! statistics        whiteness of a sequence
+//! proposal          terms in no catalogue, as a formula
+//! statistics        whiteness of a sequence             timing        when fins and propeller act
 //! ```
 //!
 //! The method: the filter itself is the whitener. Its normalised innovations are white if the model is right, so that
@@ -34,12 +35,14 @@ pub mod model;
 pub mod noise;
 pub mod normal_equations;
 pub mod prepared_log;
+pub mod proposal;
 pub mod regressors;
 pub mod samples;
 pub mod scores;
 pub mod search;
 pub mod statistics;
 pub mod structure;
+pub mod timing;
 pub mod verdict;
 pub mod waves;
 pub mod whitener;

@@ -5,9 +5,11 @@ use crate::linear;
 use crate::noise;
 use crate::regressors::Regressor;
 use crate::samples::{ResidualChannel, Samples};
+use crate::timing;
 use crate::whitener::{self, Pass, Setup};
 use backseat_core::effects::EffectSet;
 use backseat_core::navigation::SurfaceNoise;
+use backseat_data::commands::InputTiming;
 use backseat_data::log::Column;
 use backseat_data::{Log, VehicleFile, inputs};
 
@@ -34,8 +36,10 @@ pub enum DataPart {
 pub struct PreparedLog {
     /// Noise, scales and outliers.
     pub setup: Setup,
-    /// Readings.
+    /// Readings and inputs.
     pub samples: Samples,
+    /// When the inputs act.
+    pub timing: InputTiming,
     /// What the log can say.
     pub scope: Scope,
     /// Scale of each channel's noise before any wave is found.
@@ -66,7 +70,7 @@ impl PreparedLog {
     #[must_use]
     pub fn new(log: &Log, vehicle: &VehicleFile, use_dvl: bool) -> Option<Self> {
         let log = &*inputs::at_centre(log, &vehicle.installation);
-        let samples = Samples::of(log, vehicle, use_dvl);
+        let mut samples = Samples::of(log, vehicle, use_dvl);
         let mut setup = Setup {
             parameters: vehicle.parameters,
             noise: vehicle.noise,
@@ -76,8 +80,11 @@ impl PreparedLog {
             scale: [1.0; ResidualChannel::COUNT],
             outliers: Vec::new(),
             block_s: BLOCK_S,
+            proposed: Vec::new(),
         };
         let set = vehicle.effects.set;
+        let timing = timing::choose(&setup, &samples, &set, &InputTiming::default())?;
+        samples.act(&timing);
         let mut declared = whitener::run(&setup, &samples, &set, &[])?;
         setup.scale = noise::scales(&declared.residuals);
         let is_scaled = setup.scale.iter().any(|scale| *scale > 1.0);
@@ -97,7 +104,20 @@ impl PreparedLog {
             duration_s: samples.duration_s,
             declared: set,
         };
-        Some(Self { own_scale: setup.scale, setup, samples, scope, declared, forecast_share: FORECAST_SHARE })
+        let own_scale = setup.scale;
+        Some(Self { own_scale, setup, samples, timing, scope, declared, forecast_share: FORECAST_SHARE })
+    }
+
+    /// Looks again when the inputs act, with these effects; whether that is not as before.
+    pub fn retime(&mut self, set: &EffectSet) -> Option<bool> {
+        let timing = timing::choose(&self.setup, &self.samples, set, &self.timing)?;
+        if timing == self.timing {
+            return Some(false);
+        }
+        self.timing = timing;
+        self.samples.act(&timing);
+        self.declared = self.pass(&self.scope.declared, &[])?;
+        Some(true)
     }
 
     /// Whether a block belongs to a part.

@@ -5,7 +5,7 @@
 use crate::samples::ResidualChannel;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::effects::EffectSet;
-use backseat_core::state::{P, Q, R, THETA, U, V, VehicleState, W, Z};
+use backseat_core::state::{P, Q, R, THETA, U, V, VehicleState, W, X, Z};
 
 /// One cause and the columns that follow from it.
 #[derive(Clone, Debug)]
@@ -50,6 +50,30 @@ pub enum Target {
     Water(u8),
     /// What a channel reads.
     Reading(ResidualChannel),
+}
+
+/// A term in no catalogue with its value, in units of its target per unit of its factor.
+pub type Proposed = (GenericTerm, f64);
+
+/// What proposed terms add to the derivative of the state: accelerations, and the way over ground by the water.
+#[must_use]
+pub fn motion(proposed: &[Proposed], snapshot: &Snapshot<'_>) -> VehicleState {
+    let mut f = VehicleState::zeros();
+    for (term, value) in proposed {
+        match term.target {
+            Target::Acceleration(dof) => f[U + usize::from(dof)] += value * term.factor.value(snapshot),
+            Target::Water(axis) => f[X + usize::from(axis)] += value * term.factor.value(snapshot),
+            Target::Reading(_) => {}
+        }
+    }
+    f
+}
+
+/// What proposed terms add to a reading.
+#[must_use]
+pub fn reading(proposed: &[Proposed], channel: ResidualChannel, snapshot: &Snapshot<'_>) -> f64 {
+    let of = proposed.iter().filter(|(term, _)| term.target == Target::Reading(channel));
+    of.map(|(term, value)| value * term.factor.value(snapshot)).sum()
 }
 
 /// A monomial of state, input and time.
@@ -195,7 +219,98 @@ impl Factor {
     }
 }
 
+impl Factor {
+    /// In equations and files.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::One => "1",
+            Self::Time => "(t/T - 1/2)",
+            Self::TimeSquared => "(t/T - 1/2)^2",
+            Self::Depth => "z",
+            Self::SurgeSquared => "u|u|",
+            Self::SwaySquared => "v^2",
+            Self::HeaveSquared => "w^2",
+            Self::SurgeYawRate => "u r",
+            Self::SurgePitchRate => "u q",
+            Self::SurgeHeave => "u w",
+            Self::SinHeading => "sin(psi)",
+            Self::CosHeading => "cos(psi)",
+            Self::SinTwoHeading => "sin(2 psi)",
+            Self::CosTwoHeading => "cos(2 psi)",
+            Self::SinPitch => "theta",
+            Self::Propeller => "1e-4 n|n|",
+            Self::Fin(0) => "top u^2",
+            Self::Fin(1) => "bottom u^2",
+            Self::Fin(2) => "port u^2",
+            Self::Fin(_) => "starboard u^2",
+            Self::FinSquares => "fins^2 u^2",
+            _ => self.name(),
+        }
+    }
+
+    /// Unit of its value; T is the length of the log.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::One
+            | Self::Time
+            | Self::TimeSquared
+            | Self::SinHeading
+            | Self::CosHeading
+            | Self::SinTwoHeading
+            | Self::CosTwoHeading => "1",
+            Self::Depth => "m",
+            Self::Surge | Self::Sway | Self::Heave => "m/s",
+            Self::SurgeSquared
+            | Self::SwayAbs
+            | Self::SwaySquared
+            | Self::HeaveAbs
+            | Self::HeaveSquared
+            | Self::SurgeHeave => "m²/s²",
+            Self::RollRate | Self::PitchRate | Self::YawRate => "rad/s",
+            Self::YawRateAbs | Self::PitchRateAbs => "rad²/s²",
+            Self::SurgeYawRate | Self::SurgePitchRate => "m rad/s²",
+            Self::SinPitch => "rad",
+            Self::Propeller => "1e4 rad²/s²",
+            Self::Fin(_) => "rad m²/s²",
+            Self::FinSquares => "rad² m²/s²",
+        }
+    }
+}
+
+impl Target {
+    /// In equations and files: the derivative of a velocity, the velocity of the water, or what is read.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Acceleration(dof) => ["du/dt", "dv/dt", "dw/dt", "dp/dt", "dq/dt", "dr/dt"][usize::from(dof)],
+            Self::Water(0) => "current_north",
+            Self::Water(_) => "current_east",
+            Self::Reading(channel) => channel.name(),
+        }
+    }
+
+    /// Its unit.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Acceleration(0..=2) => "m/s²",
+            Self::Acceleration(_) => "rad/s²",
+            Self::Water(_) => "m/s",
+            Self::Reading(channel) => channel.unit(),
+        }
+    }
+}
+
 impl GenericTerm {
+    /// The term of a dictionary with these symbols.
+    #[must_use]
+    pub fn find(target: &str, factor: &str) -> Option<Self> {
+        let all = dictionary(&[true; ResidualChannel::COUNT]);
+        all.into_iter().find(|term| term.target.symbol() == target && term.factor.symbol() == factor)
+    }
+
     /// As written in the report.
     #[must_use]
     pub fn name(&self) -> String {

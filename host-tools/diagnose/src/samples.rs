@@ -3,8 +3,8 @@
 //! The ship's part of a range is taken from its own GNSS track (a straight line through the fixes
 //! about the launch), so that only the vehicle has states.
 
-use backseat_core::dynamics::ActuatorInput;
-use backseat_data::log::{Column, RADPS_PER_RPM};
+use backseat_data::commands::{Commands, InputLine, InputTiming};
+use backseat_data::log::Column;
 use backseat_data::{Log, VehicleFile};
 
 /// Half of the window over which the ship's track about a launch is taken, µs.
@@ -150,8 +150,8 @@ pub struct ShipAtLaunch {
 pub enum LogEvent {
     /// A sensor's reading.
     Reading(Reading),
-    /// The commanded actuators hold from here on.
-    Input(ActuatorInput),
+    /// What the commanded actuators do from here on.
+    Input(InputLine),
 }
 
 /// A log in the order of its time.
@@ -163,12 +163,14 @@ pub struct Samples {
     pub start_us: u64,
     /// From the first to the last row, s.
     pub duration_s: f64,
+    /// The commands as they were logged.
+    pub commands: Commands,
     /// Packets without a usable ship position.
     pub unusable_packets: usize,
 }
 
 impl Samples {
-    /// Gathers a log's readings; `use_dvl` false leaves the DVL out.
+    /// Gathers a log's readings; `use_dvl` false leaves the DVL out. Commands are held until the next.
     #[must_use]
     pub fn of(log: &Log, vehicle: &VehicleFile, use_dvl: bool) -> Self {
         let start_us = log.rows.first().map_or(0, |row| row.time_us);
@@ -176,7 +178,6 @@ impl Samples {
         let ship: Vec<(u64, [f64; 2])> =
             log.rows.iter().filter_map(|row| Some((row.time_us, row.ship_gnss_m()?))).collect();
         let mut samples = Self { start_us, duration_s: log.duration_s(), ..Self::default() };
-        let mut input = ActuatorInput::default();
         for row in &log.rows {
             let t_s = seconds(row.time_us);
             let mut read = |reading| samples.events.push((t_s, LogEvent::Reading(reading)));
@@ -214,20 +215,19 @@ impl Samples {
                     None => samples.unusable_packets += 1,
                 }
             }
-            let before = input;
-            if let Some(rpm) = row.get(Column::PropRpm) {
-                input.propeller_radps = rpm * RADPS_PER_RPM;
-            }
-            for (fin, column) in input.fins_rad.iter_mut().zip(&Column::ALL[Column::FinTop as usize..]) {
-                *fin = row.get(*column).unwrap_or(*fin);
-            }
-            if input != before {
-                samples.events.push((t_s, LogEvent::Input(input)));
-            }
         }
-        // Arrivals may lie between rows; the sort is stable, so that order within a row stays.
-        samples.events.sort_by(|a, b| a.0.total_cmp(&b.0));
+        samples.commands = Commands::of(log);
+        samples.act(&InputTiming::default());
         samples
+    }
+
+    /// Lets the actuators follow their commands with this timing.
+    pub fn act(&mut self, timing: &InputTiming) {
+        self.events.retain(|(_, event)| !matches!(event, LogEvent::Input(_)));
+        let lines = self.commands.lines(timing);
+        self.events.extend(lines.into_iter().map(|line| (line.from_s, LogEvent::Input(line))));
+        // Arrivals may lie between rows; the sort is stable: what was read at the time of a command was read before it.
+        self.events.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
 }
 

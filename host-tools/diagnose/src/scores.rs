@@ -2,16 +2,18 @@
 
 use crate::model::Model;
 use crate::prepared_log::PreparedLog;
+use crate::proposal;
+use crate::regressors::{self, Proposed, Snapshot};
 use crate::samples::{LogEvent, Reading, ResidualChannel};
-use crate::statistics::{self, NoiseColour, autocorrelation};
+use crate::statistics::{self, NoiseColour};
 use crate::whitener::Pass;
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::{EffectSet, SensorChannel, Step};
 use backseat_core::navigation::{ProcessModel, models};
-use backseat_core::state::{self, P, PHI, U, VehicleState, Z, wrap_angle};
+use backseat_core::state::{self, P, PHI, PSI, U, VehicleState, X, Y, Z, wrap_angle};
 use backseat_data::filter::{self, FilterOptions, FilterRun};
 use backseat_data::log::Column;
-use backseat_data::stats::rms;
+use backseat_data::stats::{autocorrelation, rms};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
 use nalgebra::Vector3;
 
@@ -104,7 +106,8 @@ pub fn of(
         .filter(|w| w.count >= LEAST_FOR_CORRELATION)
         .flat_map(|w| &w.correlation)
         .fold(0.0_f64, |largest, r| largest.max(r.abs()));
-    let run = navigate(log, vehicle, set, truth, use_dvl)?;
+    let corrected = proposal::corrected(log, &pass.proposed);
+    let run = navigate(&corrected, vehicle, set, truth, use_dvl)?;
     let seconds = |time_us: u64| (time_us as f64 - log_data.samples.start_us as f64) * 1e-6;
     let (against, errors) = match truth {
         Some(truth) => ("truth", against_truth(&run, truth)),
@@ -157,12 +160,13 @@ pub fn whiteness_p(whiteness: &[Whiteness]) -> f64 {
 }
 
 /// Runs the model alone from the filter's estimate and compares with what was read then, on held-out blocks.
-fn predictions(log_data: &PreparedLog, pass: &Pass, set: &EffectSet) -> Vec<[Option<f64>; HORIZONS_S.len()]> {
+pub fn predictions(log_data: &PreparedLog, pass: &Pass, set: &EffectSet) -> Vec<[Option<f64>; HORIZONS_S.len()]> {
     let mut squares = vec![[(0.0, 0_u32); HORIZONS_S.len()]; PREDICTED.len()];
     let Some(model) = log_data.setup.model(set) else {
         return vec![[None; HORIZONS_S.len()]; PREDICTED.len()];
     };
     let events = &log_data.samples.events;
+    let share = |t_s: f64| t_s / log_data.samples.duration_s.max(1.0);
     let mut next_s = 0.0;
     for trace in &pass.trace {
         let longest = HORIZONS_S[HORIZONS_S.len() - 1];
@@ -178,10 +182,15 @@ fn predictions(log_data: &PreparedLog, pass: &Pass, set: &EffectSet) -> Vec<[Opt
             }
             while t_s < *at_s {
                 let h_s = (at_s - t_s).min(0.1);
-                let moved = model.actuate(&Step { t_s, h_s }, &input);
+                let commanded = input.at(t_s + 0.5 * h_s);
+                let moved = model.actuate(&Step { t_s, h_s }, &commanded);
+                let derivative = |x: &VehicleState| {
+                    let snapshot = Snapshot { share: share(t_s), x, heading: x[PSI].sin_cos(), input: &commanded };
+                    model.derivative(t_s, x, &moved) + regressors::motion(&pass.proposed, &snapshot)
+                };
                 // Heun's step: its error over a minute is far below any sensor's noise.
-                let k1 = model.derivative(t_s, &x, &moved);
-                let k2 = model.derivative(t_s, &(x + k1 * h_s), &moved);
+                let k1 = derivative(&x);
+                let k2 = derivative(&(x + k1 * h_s));
                 x += (k1 + k2) * (0.5 * h_s);
                 t_s += h_s.max(1e-9);
             }
@@ -190,7 +199,10 @@ fn predictions(log_data: &PreparedLog, pass: &Pass, set: &EffectSet) -> Vec<[Opt
                 LogEvent::Reading(reading) => {
                     // Readings of half a second about a horizon are its sample.
                     let Some(horizon) = HORIZONS_S.iter().position(|h| (ahead - h).abs() <= 0.5) else { continue };
-                    for (channel, error) in errors(&model, *at_s, &x, reading) {
+                    let commanded = input.at(*at_s);
+                    let snapshot =
+                        Snapshot { share: share(*at_s), x: &x, heading: x[PSI].sin_cos(), input: &commanded };
+                    for (channel, error) in errors(&model, *at_s, (&pass.proposed, &snapshot), reading) {
                         if let Some(place) = PREDICTED.iter().position(|c| *c == channel) {
                             let (sum, count) = &mut squares[place][horizon];
                             *sum += error * error;
@@ -206,7 +218,13 @@ fn predictions(log_data: &PreparedLog, pass: &Pass, set: &EffectSet) -> Vec<[Opt
 }
 
 /// Reading minus prediction, scalar by scalar.
-fn errors(model: &Model, t_s: f64, x: &VehicleState, reading: &Reading) -> Vec<(ResidualChannel, f64)> {
+fn errors(
+    model: &Model,
+    t_s: f64,
+    (proposed, snapshot): (&[Proposed], &Snapshot<'_>),
+    reading: &Reading,
+) -> Vec<(ResidualChannel, f64)> {
+    let x = snapshot.x;
     let at = |i: usize| [x[i], x[i + 1], x[i + 2]];
     let (sensor, first, truth, measured): (_, _, _, &[f64]) = match reading {
         Reading::Depth(z) => (SensorChannel::Depth, ResidualChannel::Depth, [x[Z], 0.0, 0.0], std::slice::from_ref(z)),
@@ -216,6 +234,9 @@ fn errors(model: &Model, t_s: f64, x: &VehicleState, reading: &Reading) -> Vec<(
             let attitude = Attitude::new(&state::attitude(x));
             let current = models::bottom_track(&attitude, &model.water_mps().into()).current_in_body;
             let through = at(U);
+            let water = regressors::motion(proposed, snapshot);
+            let rotation = attitude.rotation();
+            let current = [0, 1, 2].map(|i| current[i] + rotation[(0, i)] * water[X] + rotation[(1, i)] * water[Y]);
             (SensorChannel::Dvl, ResidualChannel::DvlU, [0, 1, 2].map(|i| through[i] + current[i]), velocity)
         }
         Reading::Gnss(_) | Reading::Acoustic { .. } => return Vec::new(),
@@ -223,7 +244,7 @@ fn errors(model: &Model, t_s: f64, x: &VehicleState, reading: &Reading) -> Vec<(
     let predicted = model.read(t_s, sensor, truth).0;
     let error = |(i, measured): (usize, &f64)| {
         let channel = ResidualChannel::ALL[first as usize + i];
-        let difference = measured - predicted[i];
+        let difference = measured - predicted[i] - regressors::reading(proposed, channel, snapshot);
         (channel, if sensor == SensorChannel::Attitude { wrap_angle(difference) } else { difference })
     };
     measured.iter().enumerate().map(error).collect()

@@ -183,17 +183,23 @@ pub fn refine_onset(log_data: &PreparedLog, others: &[Instance], found: &Instanc
     Some(best)
 }
 
-/// Gain of an event at each of several onsets.
+/// Gain of an event at each of several onsets, less where the blocks' scores scatter more than the noise explains.
 #[must_use]
 pub fn onset_gains(log_data: &PreparedLog, others: &[Instance], event: &Candidate, onsets: &[f64]) -> Option<Vec<f64>> {
     let (terms, hypotheses) = candidates::event(&log_data.scope, others, event, onsets);
-    let sum = log_data.pass(&set_of(&log_data.scope.declared, others), &terms)?.normal.sum(|_| true);
+    let pass = log_data.pass(&set_of(&log_data.scope.declared, others), &terms)?;
+    let sum = pass.normal.sum(|_| true);
     let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
-    let gain = |hypothesis: &Hypothesis| {
-        let free: Vec<usize> = nuisance.iter().chain(&hypothesis.free).copied().collect();
-        linear::fit(&sum, &free, &hypothesis.fixed).map_or(f64::NEG_INFINITY, |fit| fit.gain)
-    };
-    Some(hypotheses.iter().map(gain).collect())
+    let free = |hypothesis: &Hypothesis| nuisance.iter().chain(&hypothesis.free).copied().collect::<Vec<_>>();
+    let fits = hypotheses.iter().map(|hypothesis| linear::fit(&sum, &free(hypothesis), &hypothesis.fixed));
+    let fits: Vec<Option<linear::Fit>> = fits.collect();
+    let best = hypotheses
+        .iter()
+        .zip(&fits)
+        .filter_map(|(hypothesis, fit)| Some((hypothesis, fit.as_ref()?)))
+        .max_by(|a, b| a.1.gain.total_cmp(&b.1.gain))?;
+    let (inflation, _) = linear::inflation(&pass.normal, |_| true, &free(best.0), best.1, &best.0.fixed);
+    Some(fits.iter().map(|fit| fit.as_ref().map_or(f64::NEG_INFINITY, |fit| fit.gain / inflation.max(1.0))).collect())
 }
 
 /// Fits accepted effects together on the training blocks.

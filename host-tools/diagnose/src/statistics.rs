@@ -1,6 +1,6 @@
-//! Autocorrelation and whiteness of a sequence.
+//! Whiteness of a sequence that may hold modestly coloured noise.
 
-use backseat_data::stats::chi_square_tail;
+use backseat_data::stats::ljung_box;
 
 /// Largest share of the variance that is taken as coloured sensor noise; what is more is structure.
 const MOST_COLOURED: f64 = 0.2;
@@ -53,38 +53,10 @@ fn noise_colour(correlation: &[f64]) -> Option<NoiseColour> {
     (best.share > 0.0 && best.share <= MOST_COLOURED).then_some(best)
 }
 
-/// Autocorrelation at lags 1 to `lags` of a sequence of mean zero.
-#[must_use]
-pub fn autocorrelation(e: &[f64], lags: usize) -> Vec<f64> {
-    let power: f64 = e.iter().map(|x| x * x).sum();
-    (1..=lags)
-        .map(
-            |lag| {
-                if power > 0.0 {
-                    e.iter().zip(e.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>() / power
-                } else {
-                    0.0
-                }
-            },
-        )
-        .collect()
-}
-
-/// Ljung and Box (1978): probability that a white sequence has autocorrelations as large as this one's, `fitted`
-/// numbers having been fitted to them.
-#[must_use]
-pub fn ljung_box(correlation: &[f64], count: usize, fitted: usize) -> f64 {
-    let n = count as f64;
-    if count <= correlation.len() + 1 {
-        return 1.0;
-    }
-    let sum: f64 = correlation.iter().enumerate().map(|(k, r)| r * r / (n - (k + 1) as f64)).sum();
-    chi_square_tail(n * (n + 2.0) * sum, correlation.len().saturating_sub(fitted))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use backseat_data::stats::autocorrelation;
 
     #[test]
     fn modestly_coloured_noise_passes_and_strongly_coloured_noise_does_not() {

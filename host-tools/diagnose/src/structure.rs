@@ -19,7 +19,7 @@ const MOST_TERMS: usize = 5;
 pub struct Hint {
     /// Which.
     pub generic: GenericTerm,
-    /// Its factor, in SI units of its target per unit of its factor.
+    /// Its factor beside the others, in SI units of its target per unit of its factor.
     pub value: f64,
     /// By how much Σ e² falls beside the terms before it, over the whole log.
     pub gain: f64,
@@ -34,8 +34,10 @@ pub struct Hint {
 pub struct NamedTerm {
     /// What it stands for.
     pub name: &'static str,
-    /// Its factors.
+    /// Its factors, fitted on the training blocks.
     pub values: Vec<f64>,
+    /// Their 95 % intervals.
+    pub ci95: Vec<[f64; 2]>,
     /// By how much Σ e² falls beside the terms before it, over the whole log.
     pub gain: f64,
     /// The same on the held-out blocks, fitted on the others.
@@ -108,5 +110,10 @@ fn pursue(log_data: &PreparedLog, pass: &Pass, nuisance: &[usize], dictionary: &
         (chosen, gain, held_so_far) = (columns, best.gain, held);
     }
     structure.gain = gain - start;
+    if let Some(together) = fit(&whole, &chosen) {
+        for (hint, value) in structure.hints.iter_mut().zip(&together.theta[nuisance.len()..]) {
+            hint.value = *value;
+        }
+    }
     structure
 }

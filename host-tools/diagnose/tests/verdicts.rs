@@ -105,3 +105,47 @@ fn without_a_dvl_current_and_hard_iron_stand_in_for_each_other() {
     assert_eq!(names, ["heading_bias", "water_current"]);
     assert!(alternative.separating_manoeuvre.is_some());
 }
+
+#[test]
+fn inputs_that_move_on_are_no_effect() {
+    use backseat_data::commands::HoldKind;
+    for seed in [11, 13, 14] {
+        let mut spec = Spec::new(VehicleFile::reference());
+        (spec.duration_s, spec.shape, spec.ramps) = (900.0, Shape::Excite, true);
+        let data = dataset::simulate(&spec, seed);
+        let mut log_data = PreparedLog::new(&data.log, &VehicleFile::reference(), true).unwrap();
+        let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
+        assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {:?}", d.effects, d.structure.hints);
+        assert!(log_data.timing.iter().all(|hold| hold.kind == HoldKind::Linear), "{:?}", log_data.timing);
+    }
+    let d = diagnose(&["thrust_loss:k_n_s2_per_rad_m=0.003"], 23, |spec| spec.ramps = true);
+    assert_eq!((d.verdict, d.effects[0].instance.candidate.effect), (Verdict::Explained, "thrust_loss"));
+}
+
+#[test]
+fn val_proposed_terms_predict_what_they_were_not_fitted_to() {
+    use backseat_diagnose::samples::ResidualChannel;
+    use backseat_diagnose::scores::{PREDICTED, VELOCITY_HORIZON, predictions};
+    let reference = VehicleFile::reference();
+    // A cause that no entry of the board's catalogue has, where it adds, by what, and how much error it must take away.
+    for (effect, seed, formula, channel) in [
+        ("propeller_torque:arm_m=0.04", 41, "dp/dt", ResidualChannel::Roll),
+        ("heading_lag:s=1.0", 42, "heading -= ", ResidualChannel::Heading),
+    ] {
+        let mut spec = Spec::new(reference.clone());
+        (spec.duration_s, spec.shape) = (900.0, Shape::Excite);
+        spec.effects = vec![Request::parse(effect).unwrap()];
+        let data = dataset::simulate(&spec, seed);
+        let mut log_data = PreparedLog::new(&data.log, &reference, true).unwrap();
+        let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
+        assert_eq!(d.verdict, Verdict::Unexplained, "{effect}: {:?}", d.effects);
+        let first = &d.proposed[0];
+        assert!(first.formula().starts_with(formula), "{effect}: {}", first.formula());
+        assert!(first.physical_reading().is_some() && first.ci95[0] < first.value && first.value < first.ci95[1]);
+        let place = PREDICTED.iter().position(|c| *c == channel).unwrap();
+        let error = |pass| predictions(&log_data, pass, &reference.effects.set)[place][VELOCITY_HORIZON].unwrap();
+        let (before, after) = (error(&d.before), error(d.with_terms.as_ref().unwrap()));
+        println!("{effect}: {} {:?} {before} -> {after}", first.formula(), first.ci95);
+        assert!(after < 0.9 * before, "{effect}: {before} -> {after}");
+    }
+}

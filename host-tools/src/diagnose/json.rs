@@ -3,7 +3,9 @@
 use super::DiagnosisReport;
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
+use backseat_diagnose::proposal::ProposedTerm;
 use backseat_diagnose::scores::{HORIZONS_S, PREDICTED, Scores};
+use backseat_diagnose::structure::NamedTerm;
 use serde_json::{Map, Value, json};
 
 /// The object, on one line.
@@ -29,6 +31,9 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
         "after": scores(&outcome.after),
         "vehicle_file": outcome.vehicle_file.map(|path| path.display().to_string()),
         "unexplained_structure": hints,
+        "proposed_terms": d.proposed.iter().map(proposed).chain(d.structure.named.iter().map(named)).collect::<Vec<_>>(),
+        "with_proposed_terms": outcome.with_terms.as_ref().map(scores),
+        "terms_file": outcome.terms_file.as_ref().map(|path| path.display().to_string()),
         "held_out": "a third of the log in blocks, and its last fifth",
         "notes": outcome.notes,
         "report": outcome.page.map(|path| path.display().to_string()),
@@ -36,6 +41,17 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
         "wall_s": outcome.wall_s,
     });
     format!("{object}\n")
+}
+
+fn proposed(term: &ProposedTerm) -> Value {
+    json!({"formula": term.formula(), "adds_to": term.term.target.symbol(), "times": term.term.factor.symbol(),
+        "value": term.value, "ci95": term.ci95, "unit": term.unit(), "physical_reading": term.physical_reading(),
+        "p_value": term.p, "gain": term.gain, "held_out_gain": term.held_gain})
+}
+
+fn named(term: &NamedTerm) -> Value {
+    json!({"formula": term.name, "value": term.values, "ci95": term.ci95, "p_value": term.p, "gain": term.gain,
+        "held_out_gain": term.held_gain})
 }
 
 fn effect(found: &FoundEffect) -> Value {

@@ -9,6 +9,7 @@ pub use json::text as json;
 pub use page::html;
 pub use sentence::sentence;
 
+use crate::effect::terms::Terms;
 use crate::log_input::{LogInput, ReadLog};
 use crate::outcome::Outcome;
 use crate::uses;
@@ -85,6 +86,17 @@ pub struct Args {
     force: bool,
 }
 
+/// A diagnosis with its scores: of the declared model, with the effects, with the proposed terms.
+struct Judged {
+    diagnosis: Diagnosis,
+    before: Scores,
+    after: Scores,
+    with_terms: Option<Scores>,
+}
+
+/// The proposed terms in the report's folder.
+const TERMS_FILE: &str = "proposed_terms.toml";
+
 /// What the report shows.
 pub struct DiagnosisReport<'a> {
     /// At the centre of gravity.
@@ -95,6 +107,8 @@ pub struct DiagnosisReport<'a> {
     pub before: Scores,
     /// Those with the effects found.
     pub after: Scores,
+    /// Those with the proposed terms as well, where there are any.
+    pub with_terms: Option<Scores>,
     /// What was assumed and left out.
     pub notes: Vec<String>,
     /// Why the result should not be trusted.
@@ -105,6 +119,8 @@ pub struct DiagnosisReport<'a> {
     pub vehicle_notes: Vec<String>,
     /// Where that vehicle was written.
     pub vehicle_file: Option<&'a Path>,
+    /// Where the proposed terms were written.
+    pub terms_file: Option<PathBuf>,
     /// Where the report is written.
     pub page: Option<&'a Path>,
     /// Time taken with reading, s.
@@ -116,7 +132,8 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let page = args.report.as_ref().map(|folder| folder.join("report.html"));
     let vehicle_path = args.out.clone().or_else(|| args.report.as_ref().map(|folder| folder.join("vehicle.toml")));
-    for path in [&page, &vehicle_path].into_iter().flatten() {
+    let terms_path = args.report.as_ref().map(|folder| folder.join(TERMS_FILE));
+    for path in [&page, &vehicle_path, &terms_path].into_iter().flatten() {
         output::check(path, existing)?;
     }
     let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
@@ -144,6 +161,11 @@ fn write(
         outcome.vehicle_file = Some(path);
         outcome.notes.append(&mut outcome.vehicle_notes);
     }
+    if let Some(path) = args.report.as_ref().filter(|_| !outcome.diagnosis.proposed.is_empty()) {
+        let (path, log) = (path.join(TERMS_FILE), args.log.display().to_string());
+        Terms::of(&outcome.diagnosis.proposed).write(&path, &log, existing)?;
+        outcome.terms_file = Some(path);
+    }
     outcome.page = page;
     if let Some(path) = page {
         let html = page::html(&outcome);
@@ -169,7 +191,7 @@ pub fn compute<'a>(
     let log = inputs::at_centre(&read.log, &vehicle.installation);
     let mut notes = log.notes.clone();
     let spinner = Spinner::new();
-    let (diagnosis, before, after) = if uses::has_actuators(&log) {
+    let Judged { diagnosis, before, after, with_terms } = if uses::has_actuators(&log) {
         if declared.is_none() {
             notes.push(format!("no --vehicle given: the declared model is the built-in {}", vehicle.name));
         }
@@ -186,11 +208,13 @@ pub fn compute<'a>(
         diagnosis,
         before,
         after,
+        with_terms,
         notes,
         doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
         vehicle: augmented,
         vehicle_notes,
         vehicle_file: None,
+        terms_file: None,
         page: None,
         wall_s: read.read_s + began.elapsed().as_secs_f64(),
     })
@@ -230,7 +254,7 @@ fn by_log_model(
     truth: Option<&Truth>,
     use_dvl: bool,
     spinner: &Spinner,
-) -> anyhow::Result<(Diagnosis, Scores, Scores)> {
+) -> anyhow::Result<Judged> {
     let refuse_truth = |what: &str| match truth {
         Some(_) => {
             bail!("--truth cannot be used with {what}, whose errors are computed from the log itself: leave it out")
@@ -310,8 +334,8 @@ fn by_log_model(
         };
         found
     };
-    let LogModelDiagnosis { diagnosis, scores: [before, after], .. } = found;
-    Ok((diagnosis, before, after))
+    let LogModelDiagnosis { diagnosis, scores: [before, after], with_terms, .. } = found;
+    Ok(Judged { diagnosis, before, after, with_terms })
 }
 
 /// The main route: the vehicle's own dynamics.
@@ -321,7 +345,7 @@ fn dynamic(
     truth: Option<&Truth>,
     use_dvl: bool,
     spinner: &Spinner,
-) -> anyhow::Result<(Diagnosis, Scores, Scores)> {
+) -> anyhow::Result<Judged> {
     let Some(mut log_data) = PreparedLog::new(log, vehicle, use_dvl) else {
         bail!(
             "{}: the filter cannot start: the log needs a GNSS fix (gps_x_m, gps_y_m) and an attitude (roll_rad, pitch_rad, heading_rad)",
@@ -339,7 +363,8 @@ fn dynamic(
     let before = score(&diagnosis.before, &vehicle.effects.set)?;
     let set = diagnosis.set(&vehicle.effects.set);
     let after = if diagnosis.effects.is_empty() { before.clone() } else { score(&diagnosis.after, &set)? };
-    Ok((diagnosis, before, after))
+    let with_terms = diagnosis.with_terms.as_ref().map(|pass| score(pass, &vehicle.effects.set)).transpose()?;
+    Ok(Judged { diagnosis, before, after, with_terms })
 }
 
 /// Where `[installation]` of the vehicle file declares what an effect corrects: key, and number of values.

@@ -30,16 +30,33 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
         let _ = writeln!(out, "  the residual depends on: {} (p {:.1e})", hint.generic.name(), hint.p);
     }
     for term in &outcome.diagnosis.structure.named {
-        let _ = writeln!(out, "\n  the residual depends on: {} (p {:.1e}, {:.3?})", term.name, term.p, term.values);
+        let _ = writeln!(
+            out,
+            "\n  the residual depends on: {} (p {:.1e}, {:.4?}, 95 % {:.4?})",
+            term.name, term.p, term.values, term.ci95
+        );
+    }
+    for (k, term) in outcome.diagnosis.proposed.iter().enumerate() {
+        let title = if k == 0 { "\n  proposed terms, in no entry of the catalogue\n" } else { "" };
+        let [low, high] = term.ci95;
+        let reading = term.physical_reading().map_or_else(String::new, |reading| format!("; {reading}"));
+        let _ = writeln!(out, "{title}    {} ({low:.4e} to {high:.4e}) {}{reading}", term.formula(), term.unit());
     }
     let _ = writeln!(out, "\n  {:28} {:>12} {:>12}", "on held-out data", "before", "after");
     for (name, before, after) in rows(outcome) {
         let _ = writeln!(out, "  {name:28} {before:>12} {after:>12}");
     }
+    if let Some(with) = &outcome.with_terms {
+        let some = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.4}"));
+        let (velocity, position) = (some(with.velocity_rmse_mps), some(with.position_rmse_m));
+        let p = probability(with.innovation_whiteness_p);
+        let _ =
+            writeln!(out, "  with the proposed terms: velocity {velocity} m/s, position {position} m, whiteness p {p}");
+    }
     for note in &outcome.notes {
         let _ = writeln!(out, "  note: {note}");
     }
-    for path in [outcome.vehicle_file, outcome.page].into_iter().flatten() {
+    for path in [outcome.vehicle_file, outcome.terms_file.as_deref(), outcome.page].into_iter().flatten() {
         let _ = writeln!(out, "  written: {}", path.display());
     }
     let (command, why) = next(outcome);

@@ -6,6 +6,7 @@ mod result;
 mod text;
 mod trial;
 
+use crate::effect::terms::Terms;
 use crate::log_input::{LogInput, ReadLog};
 use crate::outcome::Outcome;
 use crate::uses::{self, Navigation};
@@ -17,6 +18,8 @@ use backseat_data::filter::{self, FilterOptions, FilterRun, Health, ShipSource};
 use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
+use backseat_diagnose::proposal;
+use backseat_diagnose::regressors::{Proposed, Target};
 use clap::ValueEnum;
 pub use page::html;
 use result::{Against, Errors};
@@ -32,6 +35,7 @@ Examples:
   backseat navigate log.csv --truth truth.csv --report out  error against the truth, out/report.html
   backseat navigate log.csv.gz --no-dvl --smooth            the track by the measurements of the whole dive
   backseat navigate log.csv.gz --learn next.toml            what it has shown of the vehicle, for the next dive
+  backseat navigate log.csv --terms out/proposed_terms.toml    without what `diagnose` proposes of the readings
   backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
   backseat navigate table.csv --columns map.toml            a table of any other maker
   backseat navigate dive.log --ship ship.nmea --modem modem.log    what a trial leaves behind, joined by time
@@ -55,6 +59,9 @@ pub struct Args {
     settings: Settings,
     #[command(flatten)]
     trial: trial::Trial,
+    /// Terms that `diagnose --report` proposed, taken out of the readings
+    #[arg(long, value_name = "TERMS.toml")]
+    terms: Option<PathBuf>,
     /// Truth CSV to compare with
     #[arg(long, value_name = "T.csv")]
     truth: Option<PathBuf>,
@@ -126,7 +133,23 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
     let mut read = args.input.read(&args.log)?;
     args.trial.join(&mut read, &vehicle.clone().unwrap_or_else(VehicleFile::reference))?;
+    if let Some(path) = &args.terms {
+        take_out(&mut read, vehicle.as_ref(), &Terms::read(path)?.known()?);
+    }
     read.explain_failure(|| write(args, &read, vehicle.as_ref(), page.as_deref(), existing))
+}
+
+/// Takes proposed terms out of the readings at the centre of gravity; says which do not concern readings.
+fn take_out(read: &mut ReadLog, vehicle: Option<&VehicleFile>, terms: &[Proposed]) {
+    let vehicle = vehicle.cloned().unwrap_or_else(VehicleFile::reference);
+    let log = inputs::at_centre(&read.log, &vehicle.installation).into_owned();
+    read.log = proposal::corrected(&log, terms).into_owned();
+    for (term, _) in terms.iter().filter(|(term, _)| !matches!(term.target, Target::Reading(_))) {
+        let name = term.name();
+        read.log
+            .notes
+            .push(format!("{name} is not taken into account: the filter has no such term; `effect new` drafts it"));
+    }
 }
 
 /// From the log that was read to what is written.

@@ -93,7 +93,7 @@ impl<M: LogModel> Described<'_, M> {
     }
 
     /// One sigma of the free columns on the training blocks.
-    fn sigmas(&self, free: &[usize]) -> Option<Vec<f64>> {
+    pub(super) fn sigmas(&self, free: &[usize]) -> Option<Vec<f64>> {
         if free.is_empty() {
             return Some(Vec::new());
         }
@@ -184,7 +184,10 @@ impl<M: LogModel> Described<'_, M> {
                     let p = search::tail(fit.gain - base, inflation, blocks, own.len()) * all.len() as f64;
                     let held_gain = held_gain(&with) - held_base;
                     let values = fit.theta[columns.len()..].to_vec();
-                    Some((with, NamedTerm { name, values, gain: fit.gain - base, held_gain, p: p.min(1.0) }))
+                    Some((
+                        with,
+                        NamedTerm { name, values, ci95: Vec::new(), gain: fit.gain - base, held_gain, p: p.min(1.0) },
+                    ))
                 })
                 .filter(|(_, term)| term.p < OUTSIDE && term.held_gain > 0.0)
                 .min_by(|a, b| a.1.p.total_cmp(&b.1.p).then(b.1.gain.total_cmp(&a.1.gain)));

@@ -172,7 +172,7 @@ pub(super) fn pass(model: &impl LogModel, noise: &[Noise], theta: &[f64]) -> Pas
         blocks = builder.finish();
     });
     let residuals = whitened.into_iter().map(|(residual, _)| residual).collect();
-    Pass { residuals, trace: Vec::new(), normal: BlockEquations::collect(columns, blocks) }
+    Pass { residuals, normal: BlockEquations::collect(columns, blocks), ..Pass::default() }
 }
 
 /// Columns free together.

@@ -67,6 +67,49 @@ impl Run {
     }
 }
 
+/// What a term may depend on at one reading.
+struct Instant {
+    /// Reference velocity in body axes, m/s.
+    body: Vector3<f64>,
+    /// p, q, r, rad/s.
+    rates: Vector3<f64>,
+    /// rad.
+    roll: f64,
+    /// rad.
+    pitch: f64,
+}
+
+/// A term in no catalogue: its equation, the axis of the DVL that it adds to, and the monomial.
+type Term = (&'static str, usize, fn(&Instant) -> f64);
+
+/// Monomials of velocity, attitude and rates whose factor has a sensible unit.
+const TERMS: [Term; 24] = [
+    ("dvl_u += k, an offset [m/s]", 0, |_| 1.0),
+    ("dvl_v += k, an offset [m/s]", 1, |_| 1.0),
+    ("dvl_w += k, an offset [m/s]", 2, |_| 1.0),
+    ("dvl_u += k v, beams that are not square [1]", 0, |i| i.body.y),
+    ("dvl_u += k w, beams that are not square [1]", 0, |i| i.body.z),
+    ("dvl_v += k w, beams that are not square [1]", 1, |i| i.body.z),
+    ("dvl_v += k v, a scale of its own [1]", 1, |i| i.body.y),
+    ("dvl_w += k w, a scale of its own [1]", 2, |i| i.body.z),
+    ("dvl_u += k u u, a scale that grows with speed [s/m]", 0, |i| i.body.x * i.body.x),
+    ("dvl_v += k u u [s/m]", 1, |i| i.body.x * i.body.x),
+    ("dvl_w += k u u [s/m]", 2, |i| i.body.x * i.body.x),
+    ("dvl_v += k u phi, roll of the reference that is not the DVL's [1/rad]", 1, |i| i.body.x * i.roll),
+    ("dvl_w += k u theta, a scale of the pitch [1/rad]", 2, |i| i.body.x * i.pitch),
+    ("dvl_u += k u theta, a scale that depends on pitch [1/rad]", 0, |i| i.body.x * i.pitch),
+    ("dvl_v += k theta [m/(s rad)]", 1, |i| i.pitch),
+    ("dvl_w += k phi [m/(s rad)]", 2, |i| i.roll),
+    ("dvl_u += k phi [m/(s rad)]", 0, |i| i.roll),
+    ("dvl_u += k r r, an arm of the reference's own [m s]", 0, |i| i.rates.z * i.rates.z),
+    ("dvl_v += k r r [m s]", 1, |i| i.rates.z * i.rates.z),
+    ("dvl_v += k r |r| [m s]", 1, |i| i.rates.z * i.rates.z.abs()),
+    ("dvl_w += k r r [m s]", 2, |i| i.rates.z * i.rates.z),
+    ("dvl_w += k u r, a roll that turns make [s/rad]", 2, |i| i.body.x * i.rates.z),
+    ("dvl_u += k u q [s/rad]", 0, |i| i.body.x * i.rates.y),
+    ("dvl_u += k u r [s/rad]", 0, |i| i.body.x * i.rates.z),
+];
+
 struct Sample {
     run: usize,
     t_s: f64,
@@ -81,6 +124,11 @@ struct ReferenceVelocity {
 }
 
 impl ReferenceVelocity {
+    /// First column of the terms in no catalogue.
+    fn terms(&self) -> usize {
+        DELAY + self.runs.len()
+    }
+
     /// What the DVL reads.
     fn predicted(&self, sample: &Sample, theta: &[f64]) -> Vector3<f64> {
         let delay_s = self.declared_delay_s + theta[DELAY + sample.run];
@@ -92,20 +140,24 @@ impl ReferenceVelocity {
         let arm = self.declared_arm_m + Vector3::new(theta[ARM], theta[ARM + 1], theta[ARM + 2]);
         let at_dvl = body + rates.cross(&arm);
         let turn = Attitude::new(&Vector3::new(theta[ROLL], theta[YAW + 1], theta[YAW])).rotation();
-        (1.0 + theta[SCALE]) * (turn.transpose() * at_dvl)
+        let mut read = (1.0 + theta[SCALE]) * (turn.transpose() * at_dvl);
+        for ((_, axis, factor), value) in TERMS.iter().zip(&theta[self.terms()..]).filter(|(_, value)| **value != 0.0) {
+            read[*axis] += value * factor(&Instant { body, rates, roll, pitch });
+        }
+        read
     }
 }
 
 impl LogModel for ReferenceVelocity {
     fn columns(&self) -> usize {
-        DELAY + self.runs.len()
+        self.terms() + TERMS.len()
     }
 
     fn rows(&self, theta: &[f64]) -> Vec<Row> {
         let of = |sample: &Sample| {
             let predicted = self.predicted(sample, theta);
             let mut slopes = vec![vec![0.0; self.columns()]; 3];
-            for column in (0..DELAY).chain([DELAY + sample.run]) {
+            for column in (0..DELAY).chain([DELAY + sample.run]).chain(self.terms()..self.columns()) {
                 let mut moved = theta.to_vec();
                 moved[column] += STEP;
                 let change = (self.predicted(sample, &moved) - predicted) / STEP;
@@ -133,14 +185,15 @@ impl LogModel for ReferenceVelocity {
     fn entries(&self) -> Vec<Entry> {
         vec![
             ("dvl_lever_arm", vec![ARM, ARM + 1, ARM + 2]),
-            ("dvl_delay", (DELAY..self.columns()).collect()),
+            ("dvl_delay", (DELAY..self.terms()).collect()),
             ("dvl_scale", vec![SCALE]),
             ("dvl_misalignment", vec![YAW, YAW + 1]),
         ]
     }
 
     fn nameless(&self) -> Vec<Nameless> {
-        vec![("roll of the DVL in its mount", vec![ROLL])]
+        let terms = TERMS.iter().enumerate().map(|(k, (name, ..))| (*name, vec![self.terms() + k]));
+        [("roll of the DVL in its mount", vec![ROLL])].into_iter().chain(terms).collect()
     }
 
     /// Nobody can forecast the delay of a run that was not seen.
@@ -179,7 +232,7 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
         let (theta, sigmas) = (&found.theta[1], &found.sigmas);
         for effect in &mut found.diagnosis.effects {
             if effect.instance.candidate.effect == "dvl_delay" {
-                let delays = (DELAY..model.columns()).zip(DELAYS);
+                let delays = (DELAY..model.terms()).zip(DELAYS);
                 effect.values =
                     delays.map(|(column, name)| estimate(name, "s", theta[column], sigmas[column])).collect();
             }

@@ -11,12 +11,13 @@ use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::{ResidualChannel, Samples};
 use crate::scores::{HORIZONS_S, PREDICTED, Scores, whiteness};
 use crate::search::{self, FAMILY_ERROR, MOST_EFFECTS, Round};
-use crate::structure::Structure;
+use crate::structure::{NamedTerm, Structure};
 use crate::verdict::{self, Conditions};
-use crate::whitener::Setup;
+use crate::whitener::{Pass, Setup};
 use backseat_core::effects::EffectSet;
 use backseat_core::navigation::SurfaceNoise;
-use backseat_data::stats::rms;
+use backseat_data::commands::InputTiming;
+use backseat_data::stats::{Z_95, rms};
 use backseat_data::{Log, VehicleFile};
 
 /// Probability of the remaining residuals under whiteness below which they have structure.
@@ -38,6 +39,8 @@ pub struct LogModelDiagnosis {
     pub noise: Vec<Noise>,
     /// Before and after, on the held-out blocks.
     pub scores: [Scores; 2],
+    /// With the terms outside the catalogue as well, where any stands.
+    pub with_terms: Option<Scores>,
 }
 
 /// Diagnoses a log by a log model; `None` where θ cannot be fitted at all.
@@ -97,7 +100,8 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
         }
     };
     let described = describe::Described { model, log_data: &log_data, noise: &noise, theta: &theta, after: &after };
-    let named = described.nameless(&free(&calibrated, &chosen));
+    let mut named = described.nameless(&free(&calibrated, &chosen));
+    let with_terms = with_terms(&described, &free(&calibrated, &chosen), &mut named);
     let is_ambiguous = effects.iter().any(|found| found.alternatives.iter().any(Alternative::is_possible));
     let tests = whiteness(&log_data, &after);
     let is_coloured = tests.iter().any(|w| w.p * (tests.len() as f64) < STRUCTURE);
@@ -113,11 +117,55 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let notes = open.into_iter().chain(noise.iter().map(Noise::describe)).chain([held]).collect();
     let structure = Structure { named, ..Structure::default() };
     let before = log_data.declared.clone();
-    let diagnosis =
-        Diagnosis { verdict: rule.verdict, reason: rule.condition, effects, rounds, structure, before, after, notes };
+    let diagnosis = Diagnosis {
+        verdict: rule.verdict,
+        reason: rule.condition,
+        effects,
+        rounds,
+        structure,
+        proposed: Vec::new(),
+        with_terms: None,
+        before,
+        after,
+        notes,
+    };
     let scores = [(&diagnosis.before, &plain), (&diagnosis.after, &theta)]
         .map(|(pass, theta)| scores(&log_data, pass, model.measures(theta)));
-    Some(LogModelDiagnosis { log_data, diagnosis, theta: [plain, theta], sigmas, noise, scores })
+    let with_terms = with_terms.map(|(theta, pass)| self::scores(&log_data, &pass, model.measures(&theta)));
+    Some(LogModelDiagnosis { log_data, diagnosis, theta: [plain, theta], sigmas, noise, scores, with_terms })
+}
+
+/// The terms outside the catalogue fitted on the training blocks with everything found: θ and its pass.
+fn with_terms<M: LogModel>(
+    described: &describe::Described<'_, M>,
+    free: &[usize],
+    named: &mut [NamedTerm],
+) -> Option<(Vec<f64>, Pass)> {
+    if named.is_empty() {
+        return None;
+    }
+    let all = described.model.nameless();
+    let own: Vec<Vec<usize>> = named
+        .iter()
+        .map(|term| all.iter().find(|(name, _)| *name == term.name).map_or_else(Vec::new, |(_, own)| own.clone()))
+        .collect();
+    let columns: Vec<usize> = free.iter().copied().chain(own.iter().flatten().copied()).collect();
+    let (model, log_data, noise) = (described.model, described.log_data, described.noise);
+    let theta = fit::solve(model, log_data, noise, &columns, described.theta, DataPart::Train)?;
+    let after = fit::pass(model, noise, &theta);
+    let sigmas = describe::Described { theta: &theta, after: &after, ..*described }.sigmas(&columns)?;
+    let mut at = free.len();
+    for (term, own) in named.iter_mut().zip(&own) {
+        term.values = own.iter().map(|column| theta[*column]).collect();
+        term.ci95 = term
+            .values
+            .iter()
+            .zip(&sigmas[at..])
+            .map(|(value, sigma)| [value - Z_95 * sigma, value + Z_95 * sigma])
+            .collect();
+        at += own.len();
+    }
+    Some((theta, after))
 }
 
 /// All separable entries fitted together on the training blocks, less those that are not significant beside the others.
@@ -188,8 +236,10 @@ fn empty(log: &Log, vehicle: &VehicleFile, model: &impl LogModel) -> PreparedLog
         scale: [1.0; ResidualChannel::COUNT],
         outliers: Vec::new(),
         block_s: model.block_s(),
+        proposed: Vec::new(),
     };
     PreparedLog {
+        timing: InputTiming::default(),
         setup,
         samples,
         scope,

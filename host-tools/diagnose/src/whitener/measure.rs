@@ -2,7 +2,7 @@
 
 use super::{Filter, Kind, Residual, matrix};
 use crate::normal_equations::BlockEquationsBuilder;
-use crate::regressors::{Snapshot, Target};
+use crate::regressors::{self, Snapshot, Target};
 use crate::samples::{Reading, ResidualChannel, ShipAtLaunch};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::SensorChannel;
@@ -180,6 +180,7 @@ impl Filter<'_> {
         self.wake();
         let t_s = self.t_s;
         let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth);
+        let proposed = self.proposed_reading(prediction);
         let by_truth = Matrix3::from_fn(|i, j| by_truth[i][j]);
         let jacobian: Jacobian = by_truth * prediction.jacobian;
         let added = self.model.added_variance(prediction.sensor);
@@ -190,7 +191,7 @@ impl Filter<'_> {
             let h: [f64; 12] = std::array::from_fn(|i| jacobian[(axis, i)]);
             let mut moved = self.x - x0;
             moved[PSI] = wrap_angle(moved[PSI]);
-            let mut innovation = prediction.measured[axis] - read[axis] - dot(&h, &moved.into());
+            let mut innovation = prediction.measured[axis] - read[axis] - proposed[axis] - dot(&h, &moved.into());
             if prediction.sensor == SensorChannel::Attitude {
                 innovation = wrap_angle(innovation);
             }
@@ -228,6 +229,22 @@ impl Filter<'_> {
         }
     }
 
+    /// What terms in no catalogue add to each scalar.
+    fn proposed_reading(&self, prediction: &Prediction) -> [f64; 3] {
+        if self.setup.proposed.is_empty() {
+            return [0.0; 3];
+        }
+        let input = self.input.at(self.t_s);
+        let share = self.t_s / self.duration_s.max(1.0);
+        let snapshot = Snapshot { share, x: &self.x, heading: self.x[PSI].sin_cos(), input: &input };
+        let water = regressors::motion(&self.setup.proposed, &snapshot);
+        std::array::from_fn(|axis| {
+            let channel = ResidualChannel::ALL[prediction.first as usize + axis];
+            let by_water: f64 = (0..2).map(|side| prediction.by_water[side][axis] * water[X + side]).sum();
+            regressors::reading(&self.setup.proposed, channel, &snapshot) + by_water
+        })
+    }
+
     /// ∂h/∂θ of one scalar into `row`: through the state, and directly.
     fn slopes_of(&mut self, prediction: &Prediction, axis: usize, read: &[f64; 3], h: &[f64; 12]) {
         let m = self.columns;
@@ -246,7 +263,7 @@ impl Filter<'_> {
             share: t_s / self.duration_s.max(1.0),
             x: &self.x,
             heading: self.x[PSI].sin_cos(),
-            input: &self.input,
+            input: &self.input.at(t_s),
         };
         let channel = ResidualChannel::ALL[prediction.first as usize + axis];
         for term in &self.terms {

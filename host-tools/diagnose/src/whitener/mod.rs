@@ -15,13 +15,14 @@ mod step;
 
 use crate::model::Model;
 use crate::normal_equations::{BlockEquations, BlockEquationsBuilder};
-use crate::regressors::{Regressor, Target, Variation};
+use crate::regressors::{Proposed, Regressor, Target, Variation};
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
-use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
+use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::EffectSet;
 use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
 use backseat_core::parameters::Installation;
 use backseat_core::state::VehicleState;
+use backseat_data::commands::InputLine;
 
 /// Longest step of the filter, s.
 pub const STEP_S: f64 = 0.1;
@@ -45,6 +46,8 @@ pub struct Setup {
     pub outliers: Vec<bool>,
     /// Length of a block, s.
     pub block_s: f64,
+    /// Terms in no catalogue that are part of the model, with their values.
+    pub proposed: Vec<Proposed>,
 }
 
 impl Setup {
@@ -86,7 +89,7 @@ pub struct Trace {
     /// State.
     pub x: VehicleState,
     /// Commanded actuators.
-    pub input: ActuatorInput,
+    pub input: InputLine,
 }
 
 /// What a pass gave.
@@ -96,8 +99,10 @@ pub struct Pass {
     pub residuals: Vec<Residual>,
     /// The estimate once a second.
     pub trace: Vec<Trace>,
-    /// BlockEquations equations of the columns, by blocks.
+    /// Normal equations of the columns, by blocks.
     pub normal: BlockEquations,
+    /// Terms in no catalogue that were part of the model.
+    pub proposed: Vec<Proposed>,
 }
 
 /// Runs the filter with `set` over a log; columns follow from `terms` in order.
@@ -138,6 +143,7 @@ pub fn run(setup: &Setup, samples: &Samples, set: &EffectSet, terms: &[Regressor
         residuals,
         trace,
         normal: BlockEquations::collect(columns, blocks),
+        proposed: setup.proposed.clone(),
     })
 }
 
@@ -181,7 +187,7 @@ struct Filter<'a> {
     x: VehicleState,
     /// Symmetric.
     p: matrix::Square,
-    input: ActuatorInput,
+    input: InputLine,
     /// ∂x/∂θ: state-major, 12 rows of `columns`, in the order of `place`.
     slopes: Vec<f64>,
     scratch: Vec<f64>,
@@ -248,7 +254,7 @@ impl<'a> Filter<'a> {
             t_s: 0.0,
             x: VehicleState::zeros(),
             p: matrix::ZERO,
-            input: ActuatorInput::default(),
+            input: InputLine::default(),
             slopes: vec![0.0; 12 * columns],
             scratch: vec![0.0; 12 * columns],
             row: vec![0.0; columns],

@@ -2,7 +2,8 @@
 
 use super::matrix::{self, Square};
 use super::{Filter, Kind, STEP_S};
-use crate::regressors::{Snapshot, Target};
+use crate::regressors::{self, Snapshot, Target};
+use backseat_core::dynamics::ActuatorInput;
 use backseat_core::effects::Step;
 use backseat_core::navigation::ProcessNoise;
 use backseat_core::state::{PSI, U, VehicleState, X, Z, wrap_angle};
@@ -23,9 +24,16 @@ impl Filter<'_> {
 
     fn step(&mut self, h: f64) {
         let step = Step { t_s: self.t_s, h_s: h };
-        let input = self.model.actuate(&step, &self.input);
+        let commanded = self.input.at(self.t_s + 0.5 * h);
+        let input = self.model.actuate(&step, &commanded);
         let linearisation = self.model.linearise(self.t_s, &self.x, &input);
-        let f: [f64; 12] = linearisation.f.into();
+        let snapshot = Snapshot {
+            share: self.t_s / self.duration_s.max(1.0),
+            x: &self.x,
+            heading: self.x[PSI].sin_cos(),
+            input: &commanded,
+        };
+        let f: [f64; 12] = (linearisation.f + regressors::motion(&self.setup.proposed, &snapshot)).into();
         let dense = linearisation.F();
         let ah: Square = std::array::from_fn(|i| std::array::from_fn(|j| dense[(i, j)] * h));
         // e^{Ah} − I to third order: at 0.1 s and a roll stiffness of 4/s the next term is 1e-3 of the step.
@@ -35,7 +43,7 @@ impl Filter<'_> {
         let (once, twice) = (matrix::apply(&ah, &f), matrix::apply(&ah2, &f));
         let increment: [f64; 12] = std::array::from_fn(|i| (f[i] + 0.5 * once[i] + twice[i] / 6.0) * h);
 
-        self.step_slopes(h, &step, &linearisation.f, &ah, &d);
+        self.step_slopes((&step, &commanded), &linearisation.f, &ah, &d);
 
         for (x, increment) in self.x.iter_mut().zip(increment) {
             *x += increment;
@@ -62,8 +70,9 @@ impl Filter<'_> {
     }
 
     /// ∂x/∂θ ← Φ ∂x/∂θ + ∫ ∂f/∂θ.
-    fn step_slopes(&mut self, h: f64, step: &Step, f: &VehicleState, ah: &Square, d: &Square) {
+    fn step_slopes(&mut self, (step, commanded): (&Step, &ActuatorInput), f: &VehicleState, ah: &Square, d: &Square) {
         self.wake();
+        let h = step.h_s;
         let (m, live) = (self.columns, self.live);
         if m == 0 {
             return;
@@ -86,7 +95,7 @@ impl Filter<'_> {
         let (sin, cos) = self.x[PSI].sin_cos();
         let t_s = self.t_s;
         let snapshot =
-            Snapshot { share: t_s / self.duration_s.max(1.0), x: &self.x, heading: (sin, cos), input: &self.input };
+            Snapshot { share: t_s / self.duration_s.max(1.0), x: &self.x, heading: (sin, cos), input: commanded };
         for term in &mut self.terms {
             let active = term.onsets_s.iter().filter(|onset| **onset <= t_s).count();
             if active == 0 {
@@ -104,12 +113,12 @@ impl Filter<'_> {
                     df
                 }
                 Kind::Effects { with, without, unit, in_process: true, .. } => {
-                    let moved = with.actuate(step, &self.input);
+                    let moved = with.actuate(step, commanded);
                     let after = with.derivative(t_s, &self.x, &moved);
                     let before = match without {
                         None => *f,
                         Some(without) => {
-                            let input = without.actuate(step, &self.input);
+                            let input = without.actuate(step, commanded);
                             without.derivative(t_s, &self.x, &input)
                         }
                     };

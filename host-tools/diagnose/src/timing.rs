@@ -1,0 +1,109 @@
+//! When do the inputs act? Whether each actuator holds its command until the next sample, or moves on and the log merely
+//! samples it, decides half a sample of time: taken wrongly, every manoeuvre leaves a residual.
+//!
+//! The innovations of both are taken, and the share λ of the way from one to the other that leaves least is fitted: 0
+//! is held, 1 is moving on. First of all actuators together, then of each by itself. The scatter is that of the blocks, so
+//! that an effect that is not found yet does not pass for timing; once effects are found, it is looked at again.
+
+use crate::samples::Samples;
+use crate::whitener::{self, Residual, Setup};
+use backseat_core::dynamics::INPUTS;
+use backseat_core::effects::EffectSet;
+use backseat_data::commands::{ACTUATORS, Hold, HoldKind, InputTiming};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Standard errors by which λ must differ from what is taken.
+const BELIEVED: f64 = 5.0;
+/// λ from here on is nearer to the other kind.
+const MIDDLE: f64 = 0.5;
+/// λ beyond this is no timing: something else that looks like it.
+const MOST: f64 = 2.0;
+
+/// The timing that the innovations ask for, with these effects; `None` where the filter does not run.
+#[must_use]
+pub fn choose(setup: &Setup, samples: &Samples, set: &EffectSet, now: &InputTiming) -> Option<InputTiming> {
+    if samples.commands.is_incomplete() {
+        return Some(*now);
+    }
+    let residuals = |timing: &InputTiming| {
+        let mut timed = samples.clone();
+        timed.act(timing);
+        Some(whitener::run(setup, &timed, set, &[])?.residuals)
+    };
+    let (base, other) = rayon::join(|| residuals(now), || residuals(&now.map(turned)));
+    let (base, other) = (base?, other?);
+    let [together] = shares(&base, &[other], setup.block_s).try_into().ok()?;
+    let mut timing = *now;
+    if is_turned(together) {
+        timing = now.map(turned);
+    }
+    // Each by itself beside what all do.
+    let base = if timing == *now { base } else { residuals(&timing)? };
+    let single: Option<Vec<Vec<Residual>>> = (0..INPUTS)
+        .into_par_iter()
+        .map(|actuator| {
+            let mut one = timing;
+            one[actuator] = turned(one[actuator]);
+            residuals(&one)
+        })
+        .collect();
+    for (hold, share) in timing.iter_mut().zip(shares(&base, &single?, setup.block_s)) {
+        if is_turned(share) {
+            *hold = turned(*hold);
+        }
+    }
+    Some(timing)
+}
+
+/// In a sentence, where some actuator is not held.
+#[must_use]
+pub fn note(timing: &InputTiming) -> Option<String> {
+    let moving: Vec<&str> =
+        ACTUATORS.iter().zip(timing).filter(|(_, hold)| hold.kind == HoldKind::Linear).map(|(name, _)| *name).collect();
+    (!moving.is_empty())
+        .then(|| format!("the log samples inputs that move on between their samples: {}", moving.join(", ")))
+}
+
+fn turned(hold: Hold) -> Hold {
+    let kind = match hold.kind {
+        HoldKind::Held => HoldKind::Linear,
+        HoldKind::Linear => HoldKind::Held,
+    };
+    Hold { kind, ..hold }
+}
+
+fn is_turned((share, sigma): (f64, f64)) -> bool {
+    (MIDDLE..MOST).contains(&share) && share > BELIEVED * sigma
+}
+
+/// λ of each alternative, fitted together, with its standard error by blocks.
+fn shares(base: &[Residual], others: &[Vec<Residual>], block_s: f64) -> Vec<(f64, f64)> {
+    let n = others.len();
+    let blocks = base.last().map_or(0, |last| (last.t_s / block_s) as usize + 1);
+    let mut information = DMatrix::zeros(n, n);
+    let mut scores = vec![DVector::zeros(n); blocks];
+    let mut parts = vec![DMatrix::zeros(n, n); blocks];
+    for (k, residual) in base.iter().enumerate() {
+        let e = residual.normalised();
+        let difference = DVector::from_fn(n, |i, _| others[i].get(k).map_or(0.0, |other| other.normalised() - e));
+        let block = (residual.t_s / block_s) as usize;
+        scores[block] -= &difference * e;
+        parts[block] += &difference * difference.transpose();
+    }
+    for part in &parts {
+        information += part;
+    }
+    let score = scores.iter().fold(DVector::zeros(n), |sum, score| sum + score);
+    let Some(inverse) = information.cholesky().map(|factor| factor.inverse()) else {
+        return vec![(0.0, f64::INFINITY); n];
+    };
+    let share = &inverse * score;
+    let mut scatter = DMatrix::zeros(n, n);
+    for (score, part) in scores.iter().zip(&parts) {
+        let left = score - part * &share;
+        scatter += &left * left.transpose();
+    }
+    let robust = &inverse * scatter * &inverse;
+    (0..n).map(|i| (share[i], inverse[(i, i)].max(robust[(i, i)]).sqrt())).collect()
+}
