@@ -15,7 +15,7 @@
 
 use crate::Error;
 use crate::framer::at;
-use crate::ship_state::Key;
+use crate::packet::Key;
 
 /// Bytes of the payload.
 pub const LENGTH: usize = 14;

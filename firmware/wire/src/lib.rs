@@ -32,6 +32,7 @@ pub mod hostlink;
 pub mod iver;
 pub mod modem;
 pub mod nmea;
+mod packet;
 pub mod ship_state;
 mod units;
 pub mod vehicle_state;

@@ -1,7 +1,7 @@
 //! The vehicle's own state, as its acoustic uplink carries it.
 //!
 //! 28 bytes, little-endian, at the front of the 32-byte FSK frame, or all 32 with an authentication code. The first
-//! seven bytes and the code are those of [`crate::ship_state`].
+//! 19 bytes and the code are those of [`crate::ship_state`].
 //!
 //! | offset | type | meaning |
 //! |---|---|---|
@@ -23,11 +23,11 @@
 //!
 //! Position and velocity are those of the transducer at the transmit second.
 
+use crate::Error;
 use crate::framer::at;
 use crate::nmea::within;
-use crate::ship_state::{CODE, CRC, Key};
+use crate::packet::{CODE, Framing, Head, Key, seal, upward};
 use crate::write::Writer;
-use crate::{Decimal, Error};
 use core::f64::consts::TAU;
 
 /// Bytes of the payload.
@@ -39,7 +39,7 @@ pub const VERSION: u8 = 3;
 /// Version with one.
 pub const AUTHENTIC_VERSION: u8 = 4;
 
-const CRC_AT: usize = LENGTH - 2;
+const FRAMING: Framing<LENGTH> = Framing { versions: [VERSION, AUTHENTIC_VERSION] };
 const SYNCHRONOUS: u8 = 1 << 7;
 
 /// The vehicle at the time of launch.
@@ -76,17 +76,7 @@ impl VehicleState {
     /// # Errors
     /// [`Error::Forged`] without a code, or with a wrong one; else those of [`Self::parse`].
     pub fn parse_authentic(frame: &[u8], key: &Key) -> Result<Self, Error> {
-        let state = Self::parse(frame)?;
-        if key.is_set() {
-            let payload = frame.get(..LENGTH).ok_or(Error::Length)?;
-            let code: [u8; CODE] = at(frame, LENGTH).map_err(|_| Error::Forged)?;
-            if frame.first() != Some(&AUTHENTIC_VERSION)
-                || u32::from_le_bytes(code) != u32::from_le_bytes(key.code(payload))
-            {
-                return Err(Error::Forged);
-            }
-        }
-        Ok(state)
+        Self::read(FRAMING.open_authentic(frame, key)?)
     }
 
     /// Reads the front of a frame, with or without an authentication code, which is not looked at.
@@ -95,27 +85,19 @@ impl VehicleState {
     /// [`Error::Length`] when shorter, [`Error::Unknown`] for another version, [`Error::Checksum`],
     /// [`Error::OutOfRange`].
     pub fn parse(frame: &[u8]) -> Result<Self, Error> {
-        let [version, source, sequence, ..] = *frame else { return Err(Error::Length) };
-        // a ship's packet, shorter, is not a broken one of a vehicle
-        if version != VERSION && version != AUTHENTIC_VERSION {
-            return Err(Error::Unknown);
-        }
-        let payload: &[u8; LENGTH] = frame.first_chunk().ok_or(Error::Length)?;
-        let covered = payload.get(..CRC_AT).ok_or(Error::Length)?;
-        if CRC.checksum(covered) != u16::from_le_bytes(at(payload, CRC_AT)?) {
-            return Err(Error::Checksum);
-        }
-        let angle =
-            |offset| Ok::<_, Error>(Decimal::new(i64::from(i32::from_le_bytes(at(payload, offset)?)), 7).to_f64());
-        let speed = |offset| Ok::<_, Error>(f64::from(i16::from_le_bytes(at(payload, offset)?)) / 1_000.0);
+        Self::read(FRAMING.open(frame)?)
+    }
+
+    fn read(payload: &[u8; LENGTH]) -> Result<Self, Error> {
+        let Head { source, sequence, transmit_s, position_deg, velocity_mps } = Head::read(payload)?;
         let whole = |offset| Ok::<_, Error>(f64::from(u16::from_le_bytes(at(payload, offset)?)));
         let [velocity_sigma, heading, mode] = at(payload, 23)?;
         Ok(Self {
             source,
             sequence,
-            transmit_s: u32::from_le_bytes(at(payload, 3)?),
-            position_deg: [within(angle(7)?, -90.0, 90.0)?, within(angle(11)?, -180.0, 180.0)?],
-            velocity_mps: [speed(15)?, speed(17)?],
+            transmit_s,
+            position_deg,
+            velocity_mps,
             depth_m: whole(19)? / 100.0,
             position_sigma_m: whole(21)? / 10.0,
             velocity_sigma_mps: f64::from(velocity_sigma) / 100.0,
@@ -132,8 +114,7 @@ impl VehicleState {
     /// [`Error::OutOfRange`] for what it cannot carry, [`Error::BufferFull`].
     pub fn emit<'b>(&self, key: &Key, buffer: &'b mut [u8; AUTHENTIC_LENGTH]) -> Result<&'b [u8], Error> {
         let mut payload = [0; LENGTH];
-        let version = if key.is_set() { AUTHENTIC_VERSION } else { VERSION };
-        self.write(version, &mut payload)?;
+        self.write(FRAMING.version(key), &mut payload)?;
         let mut writer = Writer::new(buffer);
         writer.bytes(&payload)?;
         if key.is_set() {
@@ -143,17 +124,10 @@ impl VehicleState {
     }
 
     fn write(&self, version: u8, payload: &mut [u8; LENGTH]) -> Result<(), Error> {
+        let Self { source, sequence, transmit_s, position_deg, velocity_mps, .. } = *self;
         let mut writer = Writer::new(payload);
-        writer.bytes(&[version, self.source, self.sequence])?;
-        writer.bytes(&self.transmit_s.to_le_bytes())?;
-        for (angle, limit) in self.position_deg.into_iter().zip([90.0, 180.0]) {
-            writer.bytes(&(libm::round(within(angle, -limit, limit)? * 1.0e7) as i32).to_le_bytes())?;
-        }
-        for speed in self.velocity_mps {
-            writer.bytes(&(libm::round(within(speed, -32.7, 32.7)? * 1_000.0) as i16).to_le_bytes())?;
-        }
-        // Casts saturate. Never claim to be better than is known; the margin keeps 0.3 / 0.1 at 3.
-        let upward = |value: f64, unit: f64| Ok::<_, Error>(libm::ceil(within(value, 0.0, f64::MAX)? / unit - 1.0e-9));
+        Head { source, sequence, transmit_s, position_deg, velocity_mps }.write(version, &mut writer)?;
+        // casts saturate
         let depth_cm = libm::round(within(self.depth_m, -10.0, f64::MAX)? * 100.0) as u16;
         writer.bytes(&depth_cm.to_le_bytes())?;
         writer.bytes(&(upward(self.position_sigma_m, 0.1)? as u16).to_le_bytes())?;
@@ -162,8 +136,7 @@ impl VehicleState {
         writer.byte((libm::round((turns - libm::floor(turns)) * 256.0) as u16 % 256) as u8)?;
         let mode = if self.mode < SYNCHRONOUS { self.mode } else { return Err(Error::OutOfRange) };
         writer.byte(mode | if self.synchronous { SYNCHRONOUS } else { 0 })?;
-        let crc = CRC.checksum(writer.written());
-        writer.bytes(&crc.to_le_bytes())
+        seal(&mut writer)
     }
 }
 
@@ -209,7 +182,7 @@ mod tests {
             expected[at..at + part.len()].copy_from_slice(part);
             at += part.len();
         }
-        assert_eq!((at, &bytes[..at]), (CRC_AT, &expected[..at]));
+        assert_eq!((at, &bytes[..at]), (LENGTH - 2, &expected[..at]));
         assert_eq!(bytes.len(), LENGTH);
         let read = VehicleState::parse(bytes).unwrap();
         assert_eq!(read, VehicleState { position_sigma_m: 0.4, ..STATE });

@@ -1,7 +1,7 @@
 //! The messages of the host link.
 
 use super::identification::{Adoption, Estimates, FaultReport, Identification};
-use crate::ship_state::Key;
+use crate::packet::Key;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
