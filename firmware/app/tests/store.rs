@@ -338,6 +338,8 @@ fn copies_are_refused_by_cause() {
     for (flash, cause) in [
         (forged(put(0, b"nope")), Refused::Damaged),
         (forged(put(4, &[9])), Refused::OtherSchema),
+        // the version before, which had three parameters fewer
+        (forged(put(4, &[6])), Refused::OtherSchema),
         (forged(put(6, &[1])), Refused::OtherSchema),
         (forged(put(12, &[0, 0])), Refused::OtherSchema),
         (forged(put(6, &[0xFF, 0xFF])), Refused::Damaged),

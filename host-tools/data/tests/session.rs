@@ -246,3 +246,31 @@ fn a_boards_log_is_read_to_its_cut() {
         assert!(damage.cut_bytes < MAX_FRAME as u64 && damage.broken_records == 0, "{cut} {damage:?}");
     }
 }
+
+/// The values of a board's log have no names: those of another version of the list are not read at all.
+#[test]
+fn a_boards_log_of_an_older_list_is_refused_with_both_versions() {
+    struct Older(Card);
+    impl Recorder for Older {
+        fn record(&mut self, record: &LogRecord<'_>) {
+            match *record {
+                LogRecord::Start { firmware, restart, record, .. } => {
+                    self.0.record(&LogRecord::Start { firmware, parameter_schema: 6, restart, record });
+                }
+                ref other => self.0.record(other),
+            }
+        }
+    }
+    let mut card = Older(Card::default());
+    record_start(&mut card, &App::new(), RESTART, &[1, 2, 3]);
+    card.record(&LogRecord::Edge { time_us: 1 });
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("LOG00001.BSL");
+    std::fs::write(&path, &card.0.0).unwrap();
+    let cause = match Reader::open(&path) {
+        Ok(reader) => reader.filter_map(Result::err).next().map(|error| error.to_string()),
+        Err(error) => Some(error.to_string()),
+    };
+    let cause = cause.expect("it is refused");
+    assert!(cause.contains("written with version 6") && cause.contains("knows version 7"), "{cause}");
+}

@@ -18,8 +18,9 @@ use backseat_core::parameters::joint_check;
 use backseat_wire::hostlink::{ParameterInfo, Refusal};
 use backseat_wire::ship_state::Key;
 
-/// Version of the parameter list: grows with every change of a name, unit or meaning.
-pub const PARAMETER_SCHEMA: u16 = 6;
+/// Version of the parameter list: grows with every change of a name, unit, place or meaning. A board's log has the
+/// values without their names.
+pub const PARAMETER_SCHEMA: u16 = 7;
 
 /// The active set and the one a transaction prepares.
 #[derive(Clone, Debug)]
