@@ -3,14 +3,14 @@
 //! With SNV 1 a data packet leaves on the pulse after its frame was taken; a cycle-initialisation packet and a ping
 //! leave at once. A modem that sends, or already receives, hears nothing else.
 
+use super::agenda::Agenda;
 use super::uart::Uart;
 use backseat_wire::Decimal;
-use backseat_wire::calendar::{DateTime, TimeOfDay};
 use backseat_wire::modem::{
     Addresses, ClockMode, Cycle, DataRequest, DataTaken, DopplerSign, ErrorReport, FromModem, ModemTime, Payload,
     PingReply, RATES, Received, ReceptionStatistics, Revision, Setting, TimeReport, ToModem, TransmitStatistics,
 };
-use backseat_wire::nmea::{Checksum, Framer, MAX_SENTENCE};
+use backseat_wire::nmea::{Checksum, Framer};
 use std::collections::VecDeque;
 
 /// From a packet's first sound to its `$CARXP`.
@@ -72,13 +72,11 @@ pub struct MicroModem {
     /// Towards its host.
     pub transmitter: Uart,
     framer: Framer,
-    start_us: u64,
     packet_us: u64,
     synchronised: bool,
     /// It has an external pulse.
     pulse: bool,
-    /// Sentences that wait for their time, in order of time.
-    agenda: VecDeque<(u64, Vec<u8>)>,
+    agenda: Agenda,
     /// What has still to leave.
     launches: VecDeque<Launch>,
     /// The cycle that waits for its frame, and until when.
@@ -95,18 +93,17 @@ impl MicroModem {
         let mut modem = Self {
             transmitter: Uart::new(baud),
             framer: Framer::new(Checksum::Optional),
-            start_us: u64::from(start_unix_s) * SECOND_US,
             packet_us: (packet_duration_s * 1e6) as u64,
             synchronised: false,
             pulse,
-            agenda: VecDeque::new(),
+            agenda: Agenda::new(start_unix_s),
             launches: VecDeque::new(),
             cycle: None,
             busy_until_us: 0,
             missed: 0,
         };
-        let time = modem.time_of_day(0);
-        modem.say(0, &FromModem::Revision(Revision { time, identifier: "INIT", version: "2.0.35490" }));
+        let time = modem.agenda.time_of_day(0);
+        modem.agenda.say(0, &FromModem::Revision(Revision { time, identifier: "INIT", version: "2.0.35490" }));
         modem
     }
 
@@ -120,21 +117,18 @@ impl MicroModem {
     #[must_use]
     pub fn next_us(&self) -> Option<u64> {
         let launch = self.launches.front().map(|launch| launch.time_us);
-        self.agenda.front().map(|(time_us, _)| *time_us).into_iter().chain(launch).min()
+        self.agenda.next_us().into_iter().chain(launch).min()
     }
 
     /// Says what is due up to `now_us`; what leaves by then.
     pub fn run(&mut self, now_us: u64) -> Vec<Launch> {
         if let Some((_, until_us)) = self.cycle.filter(|(_, until_us)| *until_us < now_us) {
             self.cycle = None;
-            let time = self.time_of_day(until_us);
-            self.say(now_us, &FromModem::Error(ErrorReport { time, module: "DATA_TIMEOUT", number: 1, text: "" }));
+            let time = self.agenda.time_of_day(until_us);
+            self.agenda
+                .say(now_us, &FromModem::Error(ErrorReport { time, module: "DATA_TIMEOUT", number: 1, text: "" }));
         }
-        while self.agenda.front().is_some_and(|(time_us, _)| *time_us <= now_us) {
-            if let Some((time_us, bytes)) = self.agenda.pop_front() {
-                self.transmitter.send(time_us, &bytes);
-            }
-        }
+        self.agenda.run(now_us, &mut self.transmitter);
         let due = self.launches.iter().take_while(|launch| launch.time_us <= now_us).count();
         let left: Vec<Launch> = self.launches.drain(..due).collect();
         for launch in &left {
@@ -162,29 +156,29 @@ impl MicroModem {
                 if name == "SNV" {
                     self.synchronised = value == "1";
                 }
-                self.say(time_us, &FromModem::Setting(Setting { name, value }));
+                self.agenda.say(time_us, &FromModem::Setting(Setting { name, value }));
             }
             ToModem::QueryTime => {
-                let time = self.date_time(time_us);
+                let time = self.agenda.date_time(time_us);
                 let pps_source = if self.pulse { "EXT_SYNC" } else { "NONE" };
                 let report = TimeReport { time, clock_source: "GPS", pps_source };
-                self.say(time_us, &FromModem::TimeReport(report));
+                self.agenda.say(time_us, &FromModem::TimeReport(report));
             }
             ToModem::Cycle(cycle) => {
                 let leaves_us = round_up(time_us, STEP_US);
                 let end_us = leaves_us + SHORT_US;
                 self.launch(leaves_us, Sound::Cycle(cycle));
                 self.cycle = Some((cycle, end_us + DATA_TIMEOUT_US));
-                self.say(time_us, &FromModem::Cycle(cycle));
+                self.agenda.say(time_us, &FromModem::Cycle(cycle));
                 let asked_us = end_us + REQUEST_US;
                 let request = DataRequest {
-                    time: self.time_of_day(asked_us),
+                    time: self.agenda.time_of_day(asked_us),
                     addresses: cycle.addresses,
                     acknowledge: false,
                     bytes: RATES.get(usize::from(cycle.rate)).map_or(32, |(_, bytes)| *bytes),
                     frame: 1,
                 };
-                self.say(asked_us, &FromModem::DataRequest(request));
+                self.agenda.say(asked_us, &FromModem::DataRequest(request));
             }
             ToModem::Data(data) => {
                 let Some((cycle, _)) = self.cycle.take() else { return };
@@ -197,20 +191,20 @@ impl MicroModem {
                 } else {
                     round_up(time_us, STEP_US)
                 };
-                self.say(time_us, &FromModem::DataTaken(taken));
+                self.agenda.say(time_us, &FromModem::DataTaken(taken));
                 self.launch(leaves_us, Sound::Data(data.addresses, frame));
-                self.say(leaves_us, &FromModem::TransmitBegins { bytes });
+                self.agenda.say(leaves_us, &FromModem::TransmitBegins { bytes });
                 let left = TransmitStatistics {
                     version: Some(7),
-                    time: self.date_time(leaves_us),
+                    time: self.agenda.date_time(leaves_us),
                     clock: self.clock_mode(),
                     mode: 0,
                 };
-                self.say(leaves_us + self.packet_us, &FromModem::TransmitStatistics(left));
-                self.say(leaves_us + self.packet_us, &FromModem::TransmitEnded { bytes });
+                self.agenda.say(leaves_us + self.packet_us, &FromModem::TransmitStatistics(left));
+                self.agenda.say(leaves_us + self.packet_us, &FromModem::TransmitEnded { bytes });
             }
             ToModem::Ping(addresses) => {
-                self.say(time_us, &FromModem::PingSent(addresses));
+                self.agenda.say(time_us, &FromModem::PingSent(addresses));
                 self.launch(round_up(time_us, STEP_US), Sound::Ping(addresses));
             }
             _ => {}
@@ -239,10 +233,10 @@ impl MicroModem {
         if !self.listens(arrival_us, end_us) {
             return;
         }
-        self.say(arrival_us + DETECTION_US, &FromModem::ReceiveBegins { psk: false });
-        self.say(end_us, &FromModem::Cycle(cycle));
+        self.agenda.say(arrival_us + DETECTION_US, &FromModem::ReceiveBegins { psk: false });
+        self.agenda.say(end_us, &FromModem::Cycle(cycle));
         let statistics = self.statistics(arrival_us, cycle.addresses, 0.0);
-        self.say(end_us, &FromModem::Statistics(statistics));
+        self.agenda.say(end_us, &FromModem::Statistics(statistics));
     }
 
     /// A data packet arrives.
@@ -252,26 +246,26 @@ impl MicroModem {
             return;
         }
         let received = Received { addresses, acknowledge: false, frame: 1, payload: Payload::new(&heard.frame) };
-        self.say(arrival_us + DETECTION_US, &FromModem::ReceiveBegins { psk: false });
-        self.say(end_us, &FromModem::Received(received));
+        self.agenda.say(arrival_us + DETECTION_US, &FromModem::ReceiveBegins { psk: false });
+        self.agenda.say(end_us, &FromModem::Received(received));
         let statistics = self.statistics(toa_us, addresses, heard.range_rate_mps);
-        self.say(end_us, &FromModem::Statistics(statistics));
+        self.agenda.say(end_us, &FromModem::Statistics(statistics));
     }
 
     /// A ping arrives, which the modem answers by itself.
     pub fn hear_ping(&mut self, arrival_us: u64, addresses: Addresses) {
-        self.say(arrival_us + SHORT_US, &FromModem::PingArrived(addresses));
+        self.agenda.say(arrival_us + SHORT_US, &FromModem::PingArrived(addresses));
         self.busy_until_us = self.busy_until_us.max(arrival_us + SHORT_US);
     }
 
     /// The answer to its own ping arrives; half of the round trip less the turnaround.
     pub fn hear_reply(&mut self, arrival_us: u64, addresses: Addresses, one_way_time_s: f64) {
         let travel_s = Decimal::from_f64(one_way_time_s, 4).ok();
-        self.say(arrival_us + SHORT_US, &FromModem::PingReply(PingReply { addresses, travel_s }));
+        self.agenda.say(arrival_us + SHORT_US, &FromModem::PingReply(PingReply { addresses, travel_s }));
     }
 
     fn statistics(&self, arrival_us: u64, addresses: Addresses, range_rate_mps: f64) -> ReceptionStatistics {
-        let arrival = ModemTime::Full(self.date_time(arrival_us));
+        let arrival = ModemTime::Full(self.agenda.date_time(arrival_us));
         let doppler = DopplerSign::ClosingPositive.range_rate_mps(range_rate_mps);
         ReceptionStatistics {
             source: Some(i32::from(addresses.source)),
@@ -283,23 +277,6 @@ impl MicroModem {
 
     fn clock_mode(&self) -> ClockMode {
         if self.pulse { SYNCHRONOUS } else { NO_PULSE }
-    }
-
-    fn date_time(&self, time_us: u64) -> DateTime {
-        // A scenario starts before the year 2106 and lasts days at most.
-        DateTime::from_unix_us(self.start_us + time_us).expect("a date before 2400")
-    }
-
-    fn time_of_day(&self, time_us: u64) -> TimeOfDay {
-        TimeOfDay::from_us(self.start_us + time_us)
-    }
-
-    fn say(&mut self, time_us: u64, sentence: &FromModem<'_>) {
-        let mut buffer = [0; MAX_SENTENCE];
-        if let Ok(bytes) = sentence.emit(&mut buffer) {
-            let place = self.agenda.partition_point(|(due_us, _)| *due_us <= time_us);
-            self.agenda.insert(place, (time_us, bytes.to_vec()));
-        }
     }
 }
 

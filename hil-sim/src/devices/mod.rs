@@ -3,6 +3,7 @@
 //! Each device speaks its protocol through `backseat_wire`, the same file that the firmware reads
 //! with; outside vectors in that crate's tests keep the two from being wrong together.
 
+mod agenda;
 mod ahrs;
 mod dvl;
 mod frontseat;

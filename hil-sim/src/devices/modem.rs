@@ -4,6 +4,7 @@
 //! (`$CARXD`, then `$CACST` with time of arrival and Doppler). Each data packet is preceded by its
 //! cycle-initialisation packet.
 
+use super::agenda::Agenda;
 use super::geodesy::LocalFrame;
 use super::uart::Uart;
 use crate::faults::PacketFaults;
@@ -11,14 +12,12 @@ use crate::observation::{Downlink, Observation, ObservationKind, TwoWay};
 use crate::scenario::{Exchange, Settings};
 use backseat_wire::Decimal;
 use backseat_wire::abort::Abort;
-use backseat_wire::calendar::{DateTime, TimeOfDay};
 use backseat_wire::modem::{
     Addresses, ClockMode, Cycle, DopplerSign, FromModem, ModemTime, Payload, PingReply, Received, ReceptionStatistics,
     Revision, Setting, ToModem,
 };
-use backseat_wire::nmea::{Checksum, Framer, MAX_SENTENCE};
+use backseat_wire::nmea::{Checksum, Framer};
 use backseat_wire::ship_state::{Key, ShipState};
-use std::collections::VecDeque;
 
 /// Modem address of the ship.
 const SHIP: u8 = 1;
@@ -43,12 +42,10 @@ pub struct Modem {
     pub transmitter: Uart,
     framer: Framer,
     frame: LocalFrame,
-    start_us: u64,
     transducer_depth_m: f64,
     key: Key,
     sequence: u8,
-    /// Sentences that wait for their time, in order of time.
-    agenda: VecDeque<(u64, Vec<u8>)>,
+    agenda: Agenda,
     /// Launch of the next cycle-initialisation packets, endless.
     cycles: Box<dyn Iterator<Item = u64> + Send>,
     next_cycle_us: Option<u64>,
@@ -73,25 +70,24 @@ impl Modem {
             transmitter: Uart::new(baud),
             framer: Framer::new(Checksum::Optional),
             frame,
-            start_us: u64::from(start_unix_s) * 1_000_000,
             transducer_depth_m: settings.ship.transducer_depth_m,
             key: settings.acoustics.key,
             sequence: 0,
-            agenda: VecDeque::new(),
+            agenda: Agenda::new(start_unix_s),
             cycles: Box::new(cycles),
             next_cycle_us,
             faults,
             last: [0; FRAME_BYTES],
         };
-        let time = modem.time_of_day(0);
-        modem.say(0, &FromModem::Revision(Revision { time, identifier: "INIT", version: "2.0.35490" }));
+        let time = modem.agenda.time_of_day(0);
+        modem.agenda.say(0, &FromModem::Revision(Revision { time, identifier: "INIT", version: "2.0.35490" }));
         modem
     }
 
     /// When the modem next speaks by itself, µs.
     #[must_use]
     pub fn next_us(&self) -> Option<u64> {
-        self.agenda.front().map(|(time_us, _)| *time_us).into_iter().chain(self.next_cycle_us).min()
+        self.agenda.next_us().into_iter().chain(self.next_cycle_us).min()
     }
 
     /// Says what is due up to `now_us`.
@@ -100,11 +96,7 @@ impl Modem {
             self.next_cycle_us = self.cycles.next();
             self.hear_cycle(launch_us);
         }
-        while self.agenda.front().is_some_and(|(time_us, _)| *time_us <= now_us) {
-            if let Some((time_us, bytes)) = self.agenda.pop_front() {
-                self.transmitter.send(time_us, &bytes);
-            }
-        }
+        self.agenda.run(now_us, &mut self.transmitter);
     }
 
     /// Bytes of the backseat that arrived at `time_us`: settings are echoed.
@@ -113,7 +105,7 @@ impl Modem {
         while let Some(outcome) = framer.feed(&mut bytes) {
             let Ok(sentence) = outcome else { continue };
             if let Ok(ToModem::Configure(Setting { name, value })) = ToModem::parse(&sentence) {
-                self.say(time_us, &FromModem::Setting(Setting { name, value }));
+                self.agenda.say(time_us, &FromModem::Setting(Setting { name, value }));
             }
         }
         self.framer = framer;
@@ -133,9 +125,9 @@ impl Modem {
         let arrival_us = launch_us + 400_000;
         let end_us = arrival_us + CYCLE_DURATION_US;
         let addresses = Addresses { source: SHIP, destination: VEHICLE };
-        self.say(arrival_us + DETECTION_US, &FromModem::ReceiveBegins { psk: false });
-        self.say(end_us, &FromModem::Cycle(Cycle { addresses, rate: 0, acknowledge: false, frames: 1 }));
-        self.say(end_us, &FromModem::Statistics(self.statistics(arrival_us, 0.0)));
+        self.agenda.say(arrival_us + DETECTION_US, &FromModem::ReceiveBegins { psk: false });
+        self.agenda.say(end_us, &FromModem::Cycle(Cycle { addresses, rate: 0, acknowledge: false, frames: 1 }));
+        self.agenda.say(end_us, &FromModem::Statistics(self.statistics(arrival_us, 0.0)));
     }
 
     fn hear_packet(&mut self, arrival_us: u64, packet: &Downlink) {
@@ -146,7 +138,7 @@ impl Modem {
         let state = ShipState {
             source,
             sequence: self.sequence,
-            transmit_s: (((self.start_us + packet.tol_us) / 1_000_000) as u32)
+            transmit_s: (((self.agenda.start_us() + packet.tol_us) / 1_000_000) as u32)
                 .wrapping_add_signed(delivery.second_offset_s),
             position_deg: self.frame.to_degrees(report.position_m),
             velocity_mps: report.velocity_mps,
@@ -178,43 +170,26 @@ impl Modem {
         };
         for after_us in std::iter::once(0).chain(delivery.again_us) {
             let end_us = packet.end_us + delivery.delay_us + after_us;
-            self.say(arrival_us + DETECTION_US + after_us, &FromModem::ReceiveBegins { psk: false });
-            self.say(end_us, &FromModem::Received(received));
-            self.say(end_us, &FromModem::Statistics(statistics));
+            self.agenda.say(arrival_us + DETECTION_US + after_us, &FromModem::ReceiveBegins { psk: false });
+            self.agenda.say(end_us, &FromModem::Received(received));
+            self.agenda.say(end_us, &FromModem::Statistics(statistics));
         }
     }
 
     fn hear_reply(&mut self, arrival_us: u64, ping: &TwoWay) {
         let addresses = Addresses { source: SHIP, destination: VEHICLE };
         let travel_s = Decimal::from_f64(ping.one_way_time_s, 4).ok();
-        self.say(arrival_us + CYCLE_DURATION_US, &FromModem::PingReply(PingReply { addresses, travel_s }));
+        self.agenda.say(arrival_us + CYCLE_DURATION_US, &FromModem::PingReply(PingReply { addresses, travel_s }));
     }
 
     fn statistics(&self, arrival_us: u64, range_rate_mps: f64) -> ReceptionStatistics {
-        let arrival = ModemTime::Full(self.date_time(arrival_us));
+        let arrival = ModemTime::Full(self.agenda.date_time(arrival_us));
         let doppler = DopplerSign::ClosingPositive.range_rate_mps(range_rate_mps);
         ReceptionStatistics {
             source: Some(i32::from(SHIP)),
             destination: Some(i32::from(VEHICLE)),
             doppler_mps: Decimal::from_f64(doppler, 2).ok(),
             ..ReceptionStatistics::complete(Some(8), ReceptionStatistics::GOOD, arrival, SYNCHRONOUS)
-        }
-    }
-
-    fn date_time(&self, time_us: u64) -> DateTime {
-        // A scenario starts before the year 2106 and lasts days at most.
-        DateTime::from_unix_us(self.start_us + time_us).expect("a date before 2400")
-    }
-
-    fn time_of_day(&self, time_us: u64) -> TimeOfDay {
-        TimeOfDay::from_us(self.start_us + time_us)
-    }
-
-    fn say(&mut self, time_us: u64, sentence: &FromModem<'_>) {
-        let mut buffer = [0; MAX_SENTENCE];
-        if let Ok(bytes) = sentence.emit(&mut buffer) {
-            let place = self.agenda.partition_point(|(due_us, _)| *due_us <= time_us);
-            self.agenda.insert(place, (time_us, bytes.to_vec()));
         }
     }
 }
