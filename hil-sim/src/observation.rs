@@ -82,6 +82,12 @@ pub struct ShipReport {
     pub velocity_sigma_mps: f64,
 }
 
+impl ShipReport {
+    /// What a packet says that carries no ship's state: an uplink, a ping, an abort.
+    pub const NONE: Self =
+        Self { position_m: [0.0; 2], velocity_mps: [0.0; 2], position_sigma_m: 0.0, velocity_sigma_mps: 0.0 };
+}
+
 /// Ship to vehicle, one way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Downlink {

@@ -1,12 +1,14 @@
 //! Flights against the real topside: the ship sends and hears through a modem of its own.
 
 use backseat_core::navigation::Sensor;
-use backseat_link::Client;
-use backseat_topside::Topside;
+use backseat_link::{Arrival, BackseatError, Client};
+use backseat_topside::{Config, Port, Topside};
+use backseat_wire::hostlink::{Mode, ModeReason};
+use backseat_wire::ship_state::Key;
 use hil_sim::backseat::InProcess;
 use hil_sim::flight::{FlightLog, fly_with_ship};
 use hil_sim::scenario::{Exchange, Scenario};
-use hil_sim::ship_end::{self, ShipEnd};
+use hil_sim::ship_end::{self, Program, ShipEnd};
 use std::sync::atomic::AtomicBool;
 
 fn sea_trial(minutes: f64, exchanges: &[Exchange]) -> Scenario {
@@ -25,6 +27,44 @@ fn fly(scenario: &Scenario) -> (FlightLog, ShipEnd) {
     let mut client = Client::new(InProcess::new());
     let flight = fly_with_ship(scenario, &mut client, Some(&mut ship), None, &AtomicBool::new(false), |_| {}).unwrap();
     (flight, ship)
+}
+
+/// Topside, whose operator aborts the mission of the vehicle at a time.
+struct AbortsAt {
+    topside: Topside,
+    at_us: u64,
+}
+
+impl Program for AbortsAt {
+    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, BackseatError> {
+        if now_us >= self.at_us {
+            self.at_us = u64::MAX;
+            self.topside.abort(2).expect("a key, a slot, and a vehicle");
+        }
+        ship_end::exchange(&mut self.topside, now_us, arrivals, step)
+    }
+}
+
+/// Packet, modem, water, modem, app: the abort of the ship ends the mission, and one of another key does not.
+#[test]
+fn an_abort_of_topside_ends_the_mission() {
+    for (ships_key, ends) in [([7; 16], true), ([8; 16], false)] {
+        let mut scenario = sea_trial(5.0, &ALL);
+        scenario.settings.acoustics.key = Key::new([7; 16]);
+        let config = Config { key: Key::new(ships_key), ..ship_end::config(&scenario).unwrap() };
+        let topside = AbortsAt { topside: Topside::new(config).unwrap(), at_us: 180_000_000 };
+        let mut ship = ShipEnd::new(&scenario, Box::new(topside));
+        let mut client = Client::new(InProcess::new());
+        let flight =
+            fly_with_ship(&scenario, &mut client, Some(&mut ship), None, &AtomicBool::new(false), |_| {}).unwrap();
+        let aborted = flight.modes.iter().find(|change| change.reason == ModeReason::Aborted);
+        assert_eq!(aborted.is_some(), ends, "{:?}", flight.modes);
+        if let Some(change) = aborted {
+            // asked for at 180 s, just before the uplink's slot: the next downlink leaves at 185 s and lasts 3 s
+            assert_eq!(change.mode, Mode::Safe);
+            assert!((188_000_000..190_000_000).contains(&change.time_us), "{change:?}");
+        }
+    }
 }
 
 /// Median and 95 % of the horizontal errors.

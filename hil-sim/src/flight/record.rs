@@ -1,6 +1,6 @@
 //! What a flight leaves behind: in memory for scoring, and on disk as it happens.
 
-use crate::observation::{Observation, ObservationKind};
+use crate::observation::{Observation, ObservationKind, ShipReport};
 use crate::scenario::Scenario;
 use crate::ship::ShipTruth;
 use crate::ship_end::ShipEnd;
@@ -138,7 +138,7 @@ impl Recorder {
             ObservationKind::ShipGnss { position_m } => {
                 row.set_all(Column::ShipGpsX, position_m);
             }
-            ObservationKind::Downlink(packet) => {
+            ObservationKind::Downlink(packet) if packet.ship != ShipReport::NONE => {
                 row.set(Column::Range, packet.range_m)
                     .set(Column::RangeRate, packet.range_rate_mps)
                     .set(Column::Tol, packet.tol_us as f64 * 1e-6)

@@ -4,7 +4,7 @@
 mod program;
 mod receiver;
 
-pub use program::{InProcess, OnPorts, Program};
+pub use program::{InProcess, OnPorts, Program, exchange};
 
 use crate::devices::micro_modem::{Heard, Launch, MicroModem, Sound};
 use crate::devices::uart::Uart;
@@ -28,10 +28,6 @@ const VEHICLE: u8 = 2;
 const BAUD: [u32; 2] = [19_200, 19_200];
 /// Frames in the water are forgotten after this, µs.
 const FORGET_US: u64 = 60_000_000;
-
-/// What a packet says that is no downlink.
-const NOTHING: ShipReport =
-    ShipReport { position_m: [0.0; 2], velocity_mps: [0.0; 2], position_sigma_m: 0.0, velocity_sigma_mps: 0.0 };
 
 /// What topside would have been given for a scenario.
 ///
@@ -216,7 +212,7 @@ impl ShipEnd {
                 }
             }
             Sound::Data(addresses, frame) => {
-                let report = ShipState::parse(frame).map_or(NOTHING, |state| ShipReport {
+                let report = ShipState::parse(frame).map_or(ShipReport::NONE, |state| ShipReport {
                     position_m: self.frame.to_metres(state.position_deg),
                     velocity_mps: state.velocity_mps,
                     position_sigma_m: state.position_sigma_m,
@@ -225,7 +221,7 @@ impl ShipEnd {
                 world.transmit(Exchange::Downlink, report);
                 self.remember(launch.time_us, *addresses, frame);
             }
-            Sound::Ping(_) => world.transmit(Exchange::ShipPing, NOTHING),
+            Sound::Ping(_) => world.transmit(Exchange::ShipPing, ShipReport::NONE),
         }
     }
 
@@ -234,11 +230,11 @@ impl ShipEnd {
         match &launch.sound {
             Sound::Cycle(cycle) => self.modem.hear_cycle(arrival_us, *cycle),
             Sound::Data(addresses, frame) => {
-                world.transmit(Exchange::Uplink, NOTHING);
+                world.transmit(Exchange::Uplink, ShipReport::NONE);
                 self.remember(launch.time_us, *addresses, frame);
             }
             Sound::Ping(addresses) => {
-                world.transmit(Exchange::TwoWay, NOTHING);
+                world.transmit(Exchange::TwoWay, ShipReport::NONE);
                 self.modem.hear_ping(arrival_us, *addresses);
             }
         }

@@ -31,24 +31,37 @@ impl InProcess {
 
 impl Program for InProcess {
     fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, BackseatError> {
-        for (port, arrival) in arrivals {
-            self.0.receive(*port, arrival.time_us, &arrival.bytes);
-        }
-        if step {
-            self.0.step(now_us);
-        }
-        let mut sent = Vec::new();
-        while !self.0.transmit(Port::Modem).is_empty() {
-            let bytes = self.0.transmit(Port::Modem).to_vec();
-            self.0.transmitted(Port::Modem, bytes.len());
-            sent.extend(bytes);
-        }
-        Ok(sent)
+        exchange(&mut self.0, now_us, arrivals, step)
     }
 
     fn topside(&self) -> Option<&Topside> {
         Some(&self.0)
     }
+}
+
+/// One exchange with topside in this process.
+///
+/// # Errors
+/// None: as [`Program::exchange`].
+pub fn exchange(
+    topside: &mut Topside,
+    now_us: u64,
+    arrivals: &[(Port, Arrival)],
+    step: bool,
+) -> Result<Vec<u8>, BackseatError> {
+    for (port, arrival) in arrivals {
+        topside.receive(*port, arrival.time_us, &arrival.bytes);
+    }
+    if step {
+        topside.step(now_us);
+    }
+    let mut sent = Vec::new();
+    while !topside.transmit(Port::Modem).is_empty() {
+        let bytes = topside.transmit(Port::Modem).to_vec();
+        topside.transmitted(Port::Modem, bytes.len());
+        sent.extend(bytes);
+    }
+    Ok(sent)
 }
 
 /// A program of its own on two pseudo-terminals, on its own clock.

@@ -3,6 +3,7 @@
 use backseat_topside::slots::Slot;
 use backseat_topside::track::Track;
 use backseat_topside::{Event, Topside};
+use backseat_wire::abort::EVERYBODY;
 use backseat_wire::vehicle_state::VehicleState;
 use serde_json::{Value, json};
 
@@ -35,6 +36,7 @@ pub fn object(topside: &Topside, time_us: u64, events: &[Value]) -> Value {
         "cycle": {"period_s": topside.slots().period_s(), "slots": topside.slots().slots().iter().map(slot).collect::<Vec<_>>()},
         "sent": topside.sent(),
         "last_sent_s": topside.last_sent().map(|sent| sent.state.transmit_s),
+        "abort": topside.aborting().map(|(destination, left)| json!({"destination": destination, "packets_left": left})),
         "vehicles": topside.tracks().iter().map(|track| vehicle(track, utc_us)).collect::<Vec<_>>(),
         "events": events,
     })
@@ -99,6 +101,14 @@ pub fn words(event: &Event) -> (bool, String) {
         Event::Refused { source, forged: false } => {
             (true, format!("a packet from {source} that is no uplink of a known vehicle"))
         }
+        Event::AbortAsked { destination } => (true, format!("abort for {}: waits for its slot", whom(*destination))),
+        Event::AbortSent { destination, transmit_s, left } => {
+            (true, format!("abort for {} leaves at {transmit_s}; {left} more to come", whom(*destination)))
+        }
         Event::ModemRestarted => (true, "the modem started again: its settings are sent again".to_owned()),
     }
+}
+
+fn whom(destination: u8) -> String {
+    if destination == EVERYBODY { "every vehicle".to_owned() } else { format!("vehicle {destination}") }
 }

@@ -1,11 +1,13 @@
 //! `backseat topside`: the ship's half of the system, on the ship's GNSS receiver and modem.
 
+mod abort;
 mod config;
 mod json;
 mod line;
 mod model;
 mod view;
 
+use abort::Prompt;
 use anyhow::{Context, bail};
 use backseat_data::output::Existing;
 use backseat_data::session::{Attachment, Clock, Meta, Writer};
@@ -27,10 +29,11 @@ Examples:
   backseat topside ship.toml --log dive.mcap
   backseat topside ship.toml --check
   backseat topside ship.toml --json --for 60 > minute.jsonl
+  backseat topside ship.toml --abort iver3       ends its mission, when its name is typed again
 
 CONFIG.toml names the two serial ports, the modem addresses, the cycle and its slots; there is an example in
 host-tools/data/examples/topside.toml, explained in docs/guide/topside.md. --check reads it, says what it means, and opens
-no port. The ship sends nothing until GNSS, modem, clock and pulse are good, and says what is missing. Key: q quits.";
+no port. The ship sends nothing until GNSS, modem, clock and pulse are good, and says what is missing. Keys: a ends a mission, q quits.";
 
 /// Names of the ports in the session log.
 const GNSS: &str = "gnss";
@@ -59,6 +62,12 @@ pub struct Args {
     /// Print one JSON object a second, of one line each, instead of the view
     #[arg(long)]
     json: bool,
+    /// End the mission of this vehicle, or of `all`: the next downlink slots carry the authenticated abort
+    #[arg(long, value_name = "VEHICLE", conflicts_with = "check")]
+    abort: Option<String>,
+    /// Do not ask before the abort
+    #[arg(long, requires = "abort")]
+    yes: bool,
     /// End after this time
     #[arg(long = "for", value_name = "SECONDS")]
     seconds: Option<f64>,
@@ -88,13 +97,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let read = config::read(&args.config)?;
     let limit =
         args.seconds.map(|s| Duration::try_from_secs_f64(s).with_context(|| format!("--for {s}"))).transpose()?;
-    let topside = Topside::new(read.config).with_context(|| args.config.display().to_string())?;
+    let mut topside = Topside::new(read.config).with_context(|| args.config.display().to_string())?;
     if args.check {
         return check(&topside, &read.vehicles, args.json);
     }
     let on_terminal = std::io::stdout().is_terminal() && std::io::stdin().is_terminal();
     if !args.json && !on_terminal {
         bail!("the view needs a terminal; use --json to write to a file or a pipe");
+    }
+    if let Some(vehicle) = &args.abort {
+        abort::order(&mut topside, &read.vehicles, vehicle, args.yes)?;
     }
     let gnss = Line::open(GNSS, &read.ports.gnss, 4800)?;
     let modem = Line::open(MODEM, &read.ports.modem, 19_200)?;
@@ -210,6 +222,13 @@ impl Session {
         Ok(Some(object))
     }
 
+    fn press(&mut self, prompt: &mut Prompt, key: char) {
+        if let Some(text) = prompt.key(key, &mut self.topside, &self.vehicles) {
+            let now_us = self.now_us();
+            self.model.note(&self.topside, now_us, true, text);
+        }
+    }
+
     fn send(&mut self, now_us: u64) -> anyhow::Result<()> {
         let mut bytes = Vec::new();
         while !self.topside.transmit(Port::Modem).is_empty() {
@@ -246,6 +265,7 @@ fn print(session: &mut Session) -> anyhow::Result<()> {
 
 fn show(terminal: &mut DefaultTerminal, session: &mut Session) -> anyhow::Result<()> {
     let mut drawn: Option<Instant> = None;
+    let mut prompt = Prompt::default();
     while !session.is_over() {
         session.poll()?;
         if event::poll(POLL)?
@@ -253,15 +273,16 @@ fn show(terminal: &mut DefaultTerminal, session: &mut Session) -> anyhow::Result
         {
             let control = key.modifiers.contains(KeyModifiers::CONTROL);
             match key.code {
-                KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
                 KeyCode::Char('c') if control => return Ok(()),
-                _ => {}
+                KeyCode::Char('q') | KeyCode::Esc if prompt == Prompt::Closed => return Ok(()),
+                KeyCode::Char(key) => session.press(&mut prompt, key),
+                _ => prompt = Prompt::Closed,
             }
         }
         if drawn.is_none_or(|drawn| drawn.elapsed() >= DRAW) {
             let now_us = session.now_us();
             let Session { topside, model, vehicles, .. } = session;
-            terminal.draw(|frame| view::draw(frame, topside, model, vehicles, now_us))?;
+            terminal.draw(|frame| view::draw(frame, topside, model, vehicles, prompt, now_us))?;
             drawn = Some(Instant::now());
         }
     }

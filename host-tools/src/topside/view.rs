@@ -1,5 +1,6 @@
 //! The screen: ship, vehicles with their ellipses, clock, slots. It fits 80 columns and 24 rows.
 
+use super::abort::{self, Prompt};
 use super::config::Vehicle;
 use super::model::Model;
 use backseat_topside::Topside;
@@ -24,7 +25,14 @@ const DOTS: [f64; 2] = [4.0, 2.0];
 const VEHICLE_COLOURS: [Color; 4] = [Color::Cyan, Color::Yellow, Color::Green, Color::Blue];
 
 /// Draws a screen for `time_us` of the program's clock.
-pub fn draw(frame: &mut Frame<'_>, topside: &Topside, model: &Model, vehicles: &[Vehicle], time_us: u64) {
+pub fn draw(
+    frame: &mut Frame<'_>,
+    topside: &Topside,
+    model: &Model,
+    vehicles: &[Vehicle],
+    prompt: Prompt,
+    time_us: u64,
+) {
     let screen = frame.area();
     let log_rows = (screen.height / 4).clamp(3, 10);
     let [header, body, log] =
@@ -35,7 +43,8 @@ pub fn draw(frame: &mut Frame<'_>, topside: &Topside, model: &Model, vehicles: &
     let vehicle_rows = 3 * u16::try_from(vehicles.len()).unwrap_or(4) + 1;
     let [table, slots] = Layout::vertical([Constraint::Length(vehicle_rows), Constraint::Fill(1)]).areas(right);
     let utc_us = topside.utc_us(time_us);
-    frame.render_widget(Paragraph::new(head(topside, model, time_us, utc_us)), header);
+    frame
+        .render_widget(Paragraph::new(head(topside, model, order(topside, vehicles, prompt), time_us, utc_us)), header);
     map(frame, left, topside, model, utc_us);
     draw_vehicles(frame, table, topside, vehicles, utc_us);
     draw_slots(frame, slots, topside, utc_us);
@@ -58,7 +67,21 @@ fn panel(frame: &mut Frame<'_>, area: Rect, title: &str, remark: &str) -> Rect {
     inner
 }
 
-fn head(topside: &Topside, model: &Model, time_us: u64, utc_us: Option<u64>) -> Vec<Line<'static>> {
+/// The question that is open, or the abort that is being sent.
+fn order(topside: &Topside, vehicles: &[Vehicle], prompt: Prompt) -> Option<String> {
+    prompt.text(vehicles).or_else(|| {
+        let (destination, left) = topside.aborting()?;
+        Some(format!("ABORT to {}: {left} packets still to leave", abort::name(destination, vehicles)))
+    })
+}
+
+fn head(
+    topside: &Topside,
+    model: &Model,
+    order: Option<String>,
+    time_us: u64,
+    utc_us: Option<u64>,
+) -> Vec<Line<'static>> {
     let hold = topside.hold();
     let (text, back) = if hold.is_none() { ("SENDING", Color::Green) } else { ("HOLD", Color::Red) };
     let badge = Style::new().fg(Color::Black).bg(back).add_modifier(Modifier::BOLD);
@@ -69,9 +92,13 @@ fn head(topside: &Topside, model: &Model, time_us: u64, utc_us: Option<u64>) -> 
     let first = Line::from(vec![
         Span::styled(format!(" {text} "), badge),
         Span::raw(format!(" {clock}  {} packets sent  ", topside.sent())),
-        Span::styled("q quit", faint()),
+        Span::styled("a abort  q quit", faint()),
     ]);
     let second = match hold {
+        _ if order.is_some() => {
+            let loud = Style::new().fg(Color::Red).add_modifier(Modifier::BOLD);
+            Line::from(Span::styled(order.unwrap_or_default(), loud))
+        }
         Some(hold) => Line::from(Span::styled(hold.to_string(), Style::new().fg(Color::Red))),
         None => Line::from(model.last_sent(topside, utc_us)),
     };
@@ -238,10 +265,17 @@ mod tests {
         let _ = model.take(&mut topside, 9_900_000);
         let vehicles = [Vehicle { address: 2, name: "iver3".to_owned() }];
         let mut terminal = Terminal::new(TestBackend::new(80, 24)).unwrap();
-        terminal.draw(|frame| draw(frame, &topside, &model, &vehicles, 9_900_000)).unwrap();
+        terminal.draw(|frame| draw(frame, &topside, &model, &vehicles, Prompt::Which, 9_900_000)).unwrap();
         let cells = terminal.backend().buffer().content();
         let screen: String = cells.iter().map(|cell| cell.symbol()).collect();
-        for text in ["HOLD", "GNSS port: nothing arrives", "never heard", "downlink", "no position yet"] {
+        for text in [
+            "HOLD",
+            "end the mission of: 1 iver3, 0 all",
+            "GNSS port: nothing arrives",
+            "never heard",
+            "downlink",
+            "no position yet",
+        ] {
             assert!(screen.contains(text), "{text} is missing in {screen}");
         }
     }

@@ -54,6 +54,20 @@ pub enum Event {
         /// Its authentication code is wrong or missing.
         forged: bool,
     },
+    /// The mission of a vehicle is to be ended.
+    AbortAsked {
+        /// Its modem address, or that of everybody.
+        destination: u8,
+    },
+    /// An abort left.
+    AbortSent {
+        /// To this modem address, or to everybody.
+        destination: u8,
+        /// Its second, since 1970.
+        transmit_s: u32,
+        /// So many packets of it are still to leave.
+        left: u8,
+    },
     /// The modem started again and gets its settings anew.
     ModemRestarted,
 }

@@ -20,6 +20,7 @@
 //! | `modem` | settings and clock of the modem, packets that leave and arrive |
 //! | [`hold`] | why nothing is sent |
 //! | `event` | what happened, for logs and screens |
+//! | [`Topside`] | readiness, sending (slots, the abort), hearing |
 //!
 //! Time is that of the caller's clock, µs, and UTC in µs since 1970. Positions are north and east of the origin, m.
 #![no_std]
@@ -41,4 +42,4 @@ pub use config::{Config, ConfigError, MAX_VEHICLES, Vehicles};
 pub use event::Event;
 pub use hold::Hold;
 pub use modem::{ClockHealth, MAX_RATE};
-pub use topside::{Port, Sent, Topside};
+pub use topside::{ABORT_PACKETS, AbortRefused, Port, Sent, Topside};

@@ -1,8 +1,9 @@
 //! The ship's half against a scripted receiver and a scripted modem: what it sends, when, and when it does not.
 
 use backseat_topside::slots::{Airtime, Exchange, Slot, SlotTable};
-use backseat_topside::{Config, Event, Hold, Port, Topside};
+use backseat_topside::{AbortRefused, Config, Event, Hold, Port, Topside};
 use backseat_wire::Decimal;
+use backseat_wire::abort::Abort;
 use backseat_wire::calendar::{DateTime, TimeOfDay};
 use backseat_wire::gps::{Gst, Rmc};
 use backseat_wire::modem::{
@@ -404,4 +405,39 @@ fn an_uplink_and_its_range_make_a_track_and_a_ping_renews_it() {
     sea.run(1.0);
     assert_eq!((count(&sea, true), count(&sea, false)), (1, 1));
     assert!(matches!(sea.events.last(), Some(Event::Uplink { range_m: None, .. })), "{:?}", sea.events.last());
+}
+
+#[test]
+fn an_abort_is_refused_without_a_key_and_replaces_the_state_in_three_slots() {
+    let key = Key::new([9; 16]);
+    let mut sea = Sea::new(Config::reference());
+    assert_eq!(sea.topside.abort(2), Err(AbortRefused::NoKey));
+    let ping = [Slot { offset_s: 0, exchange: Exchange::Ping { vehicle: 2 } }];
+    let slots = SlotTable::new(30, &ping, Airtime::REFERENCE).unwrap();
+    let mut silent = Topside::new(Config { key, slots, ..Config::reference() }).unwrap();
+    assert_eq!(silent.abort(2), Err(AbortRefused::NoDownlink));
+
+    let mut sea = Sea::new(Config { key, ..Config::reference() });
+    assert_eq!(sea.topside.abort(9), Err(AbortRefused::Stranger(9)));
+    sea.run(35.0);
+    assert_eq!(sea.topside.abort(2), Ok(()));
+    // no pulse: no range leaves, but the abort does
+    sea.pulse = "NONE";
+    sea.run(90.0);
+    sea.pulse = "EXT";
+    sea.run(30.0);
+    let packets: Vec<Vec<u8>> = sea.sentences("$CCTXD").iter().map(|(_, line)| payload(line)).collect();
+    assert_eq!(packets.len(), 5);
+    for (packet, at_s) in packets.iter().zip([30, 60, 90, 120, 150]) {
+        let transmit_s = (NOON_S + at_s) as u32;
+        let abort = Abort::parse_authentic(packet, &key);
+        let state = ShipState::parse_authentic(packet, &key);
+        if (60..=120).contains(&at_s) {
+            assert_eq!((abort, state.is_err()), (Ok(Abort { destination: 2, transmit_s }), true), "{at_s}");
+        } else {
+            assert!(abort.is_err() && state.is_ok_and(|state| state.transmit_s == transmit_s), "{at_s}");
+        }
+    }
+    let sent = sea.events.iter().filter(|event| matches!(event, Event::AbortSent { destination: 2, .. })).count();
+    assert_eq!((sent, sea.topside.aborting()), (3, None));
 }
