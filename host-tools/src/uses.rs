@@ -27,7 +27,8 @@ pub fn has_actuators(log: &Log) -> bool {
 /// The best way to navigate a log; `None` if the filter may lack what it starts from.
 pub fn navigation(log: &Log) -> Option<Navigation> {
     let has_attitude = log.rows.iter().any(|row| row.attitude_rad().is_some());
-    let has_aiding = log.has(Column::DvlU) || log.has(Column::Range);
+    let aiding = [Column::DvlU, Column::Range, Column::TwoWayRange, Column::UplinkRange];
+    let has_aiding = aiding.into_iter().any(|column| log.has(column));
     if has_actuators(log) {
         Some(Navigation::Dynamic)
     } else if has_attitude && has_aiding {

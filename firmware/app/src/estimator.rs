@@ -8,7 +8,9 @@
 //! beyond the tolerance.
 
 use crate::inputs::installation::{self, arm_along_path_m, body_to_ned, horizon_us, velocity_at_centre};
-use crate::inputs::{AcousticReport, ActuatorHistory, Inputs, Loss, Packet, PacketProgress, Packets, Sample, fresh};
+use crate::inputs::{
+    AcousticReport, ActuatorHistory, Inputs, Loss, Packet, PacketProgress, Packets, Sample, TURNAROUND_S, fresh,
+};
 use crate::parameters::Settings;
 use crate::store::Navigation;
 use crate::time::{UtcClock, micros};
@@ -20,9 +22,6 @@ use backseat_core::navigation::{
 use backseat_core::state::{PHI, PSI, U, V, VehicleState, W, X, Y, Z, wrap_angle};
 use heapless::Vec;
 
-/// From a ping's arrival at the ship to its reply, s. What the modem reports is without it; here it only says where the
-/// vehicle was when the reply came: a second wrong is half a metre at 1 m/s.
-const TURNAROUND_S: f64 = 1.0;
 /// Scalar fusions kept for telemetry in one step; a step at full rates has about ten.
 const MAX_RECORDS: usize = 32;
 /// A fix older than this does not initialise, µs.

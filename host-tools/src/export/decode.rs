@@ -6,7 +6,7 @@
 
 use crate::monitor::words;
 use backseat_app::inputs::installation::mounted;
-use backseat_app::inputs::{AcousticReport, Packet, PacketProgress, Packets, Sample, Stamp};
+use backseat_app::inputs::{AcousticReport, HeardShip, Packet, PacketProgress, Packets, Sample, Stamp, TURNAROUND_S};
 use backseat_app::links::Links;
 use backseat_app::parameters::{AppSettings, ParameterStore};
 use backseat_app::{LocalFrame, UtcClock};
@@ -76,6 +76,10 @@ pub struct Decoding {
     pub parameters_known: bool,
     links: Box<Links>,
     packets: Packets,
+    /// When the vehicle's ping left, µs.
+    ping_us: Option<u64>,
+    /// When the ship was where the last row of its places has it, µs.
+    ship_us: Option<u64>,
     clock: UtcClock,
     to_board: Decoder,
     from_board: Decoder,
@@ -102,6 +106,8 @@ impl Decoding {
             parameters_known: false,
             links,
             packets: Packets::new(),
+            ping_us: None,
+            ship_us: None,
             clock: utc_offset_us.map_or(UtcClock::new(), |utc_us| UtcClock::synchronised(0, utc_us)),
             to_board: Decoder::new(),
             from_board: Decoder::new(),
@@ -178,14 +184,36 @@ impl Decoding {
     }
 
     fn device(&mut self, port: Port, time_us: u64, bytes: &[u8], out: &mut dyn FnMut(Found<'_>)) {
-        let Self { parameters, links, packets, clock, board, .. } = self;
+        let Self { parameters, links, packets, ping_us, ship_us, clock, board, .. } = self;
         let settings = &parameters.active().app;
         let mut samples = Vec::new();
         links.receive(port, time_us, bytes, settings, clock, |stamp, sample| samples.push((stamp, sample)));
         for (stamp, sample) in samples {
             if let Sample::Acoustic(report) = &sample {
-                if let PacketProgress::Complete(_, packet) = follow(packets, report, time_us, clock, settings) {
-                    packet_rows(&packet, out);
+                match *report {
+                    AcousticReport::PingSent => *ping_us = Some(time_us),
+                    AcousticReport::PingReply { travel_s: Some(travel_s) } => {
+                        if let Some(ping_us) = ping_us.take() {
+                            two_way_row(ping_us, travel_s, packets.heard_ship(), settings, out);
+                        }
+                    }
+                    _ => {}
+                }
+                match follow(packets, report, time_us, clock, settings) {
+                    PacketProgress::Complete(_, packet) => {
+                        packet_rows(&packet, out);
+                        *ship_us = packets.heard_ship().map(|heard| heard.time_us);
+                    }
+                    // a packet that gives no range says where the ship is all the same
+                    PacketProgress::Lost => {
+                        let unsaid = packets.heard_ship().filter(|heard| *ship_us != Some(heard.time_us));
+                        if let Some(heard) = unsaid {
+                            *ship_us = Some(heard.time_us);
+                            let mut row = LogRow::new(heard.time_us);
+                            measured(row.set_all(Column::ShipGpsX, &heard.report.position_m), out);
+                        }
+                    }
+                    _ => {}
                 }
                 continue;
             }
@@ -297,6 +325,32 @@ fn packet_rows(packet: &Packet, out: &mut dyn FnMut(Found<'_>)) {
     measured(&row, out);
     measured(LogRow::new(tol_us).set_all(Column::ShipGpsX, &position_m), out);
     out(Found { time_us: tol_us, what: What::ShipFix(packet.ship_deg) });
+}
+
+/// Half of a ping's round trip at the arrival of the answer, with the ship's place at its answer as its last packet and
+/// its velocity have it.
+fn two_way_row(
+    ping_us: u64,
+    travel_s: f64,
+    ship: Option<&HeardShip>,
+    settings: &AppSettings,
+    out: &mut dyn FnMut(Found<'_>),
+) {
+    let installation = &settings.installation;
+    let range_m = installation.sound_speed_mps * (travel_s - installation.transducer_delay_s);
+    if !(0.0..=settings.range_max_m).contains(&range_m) {
+        return;
+    }
+    let after_us = |seconds: f64| ping_us.saturating_add((seconds * 1e6) as u64);
+    let (answer_us, arrival_us) = (after_us(travel_s + TURNAROUND_S), after_us(2.0 * travel_s + TURNAROUND_S));
+    let mut row = LogRow::new(arrival_us);
+    row.set(Column::TwoWayRange, range_m)
+        .set(Column::Tol, ping_us as f64 * 1e-6)
+        .set(Column::Toa, arrival_us as f64 * 1e-6);
+    if let Some(ship) = ship.and_then(|ship| ship.moved_on(answer_us)) {
+        row.set_all(Column::ShipX, &ship.position_m);
+    }
+    measured(&row, out);
 }
 
 fn measured(row: &LogRow, out: &mut dyn FnMut(Found<'_>)) {

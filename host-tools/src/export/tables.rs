@@ -3,7 +3,7 @@
 use super::decode::{Found, What};
 use anyhow::Context;
 use backseat_data::session::{FusionRow, TelemetryRow};
-use backseat_data::{LogRow, LogWriter};
+use backseat_data::{Column, LogRow, LogWriter};
 use csv::Writer;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -50,7 +50,7 @@ impl Tables {
         let mut events = table(events)?;
         events.write_record(["t_s", "kind", "event"])?;
         Ok(Self {
-            vehicle_log: LogWriter::create(&vehicle_log)?,
+            vehicle_log: LogWriter::with_columns(&vehicle_log, &[Column::STANDARD, &[Column::TwoWayRange]].concat())?,
             waiting: Vec::new(),
             newest_us: 0,
             telemetry: table(telemetry)?,

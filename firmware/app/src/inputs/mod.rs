@@ -24,7 +24,7 @@ mod queue;
 mod sample;
 
 pub use actuators::ActuatorHistory;
-pub use packets::{HeardShip, Loss, Packet, PacketProgress, Packets};
+pub use packets::{HeardShip, Loss, Packet, PacketProgress, Packets, TURNAROUND_S};
 pub use sample::{AcousticReport, Sample, Stamp};
 
 use backseat_core::dynamics::ActuatorInput;

@@ -15,6 +15,9 @@ use backseat_core::navigation::ShipReport;
 use backseat_wire::ship_state::ShipState;
 use heapless::Vec;
 
+/// From a ping's arrival at the ship to its reply, s. What the modem reports is without it; here it only says where the
+/// vehicle was when the reply came: a second wrong is half a metre at 1 m/s.
+pub const TURNAROUND_S: f64 = 1.0;
 /// A ship that was heard longer ago than this gives no two-way range, µs.
 const SHIP_AGE_US: u64 = 90_000_000;
 /// Acceleration of a ship that its last velocity does not tell, m/s²/√Hz.

@@ -5,7 +5,7 @@ use crate::inputs::{AcousticReport, Sample, Stamp};
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
 use backseat_wire::abort::Abort;
-use backseat_wire::modem::{Configuration, DataRequest, FromModem, ReceptionStatistics, Wanted};
+use backseat_wire::modem::{Configuration, DataRequest, FromModem, PingReply, ReceptionStatistics, Wanted};
 use backseat_wire::nmea::{Checksum, Framer};
 use backseat_wire::ship_state::ShipState;
 use backseat_wire::{Counts, Error};
@@ -114,6 +114,12 @@ impl ModemLink {
                 }
                 FromModem::PingSent(addresses) if addresses.source == settings.modem_address => {
                     Some(AcousticReport::PingSent)
+                }
+                // the ship's answer to another vehicle is none to this one
+                FromModem::PingReply(PingReply { addresses, .. })
+                    if addresses.source == settings.ship_address && addresses.destination != settings.modem_address =>
+                {
+                    None
                 }
                 FromModem::PingReply(reply) if reply.addresses.source == settings.ship_address => {
                     Some(AcousticReport::PingReply { travel_s: reply.travel_s.map(|travel| travel.to_f64()) })

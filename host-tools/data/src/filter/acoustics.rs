@@ -1,4 +1,4 @@
-//! Launches and arrivals of a log's packets, in order of time.
+//! Launches and arrivals of a log's packets and pings, in order of time.
 
 use crate::log::{Column, Log, LogRow};
 use backseat_core::navigation::{CloneId, ShipReport};
@@ -17,26 +17,41 @@ const VELOCITY_WINDOW_US: u64 = 5_000_000;
 /// One sigma of an unknown velocity: faster than any ship.
 const UNKNOWN_SPEED_MPS: f64 = 100.0;
 
-/// Half a packet's flight.
+/// One end of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum AcousticEvent {
-    /// It reaches the vehicle. At one time arrivals come before launches, as a clone is taken after
-    /// all updates of its time.
+    /// The sound arrives. At one time arrivals come before launches, as a clone is taken after all updates of its time.
     Arrival,
-    /// It leaves the ship.
-    Launch,
+    /// A packet, a ping or an answer leaves the ship.
+    LeavesShip,
+    /// A packet or a ping leaves the vehicle.
+    LeavesVehicle,
 }
 
-/// A packet: when it flew, what was measured on it, and the ship's clone while it flies.
+/// Who sent, and where the travel time was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Direction {
+    /// From the ship, at the vehicle.
+    Downlink,
+    /// From the vehicle, at the ship.
+    Uplink,
+    /// From the vehicle and back to it.
+    TwoWay,
+}
+
+/// A packet or a ping: when it flew, what was measured on it, and the clones of its ends while it flies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Packet {
-    pub launch_us: u64,
+    pub direction: Direction,
+    /// When the packet, or the ship's answer to a ping, left the ship; an uplink arrives there.
+    pub ship_us: u64,
     pub arrival_us: u64,
     pub range_m: Option<f64>,
     pub range_rate_mps: Option<f64>,
-    /// North, east of the ship at launch as the packet would say, m.
+    /// North, east of the ship at its end of the path as the packet would say, m.
     pub ship_m: Option<[f64; 2]>,
-    pub clone: Option<CloneId>,
+    pub ship: Option<CloneId>,
+    pub vehicle: Option<CloneId>,
 }
 
 /// All packets of a log and the order of their events.
@@ -50,11 +65,18 @@ pub(super) struct Flights {
 
 impl Flights {
     pub fn of(log: &Log) -> Self {
-        let packets: Vec<Packet> = log.rows.iter().filter_map(packet).collect();
-        let mut events = Vec::with_capacity(2 * packets.len());
-        for (index, packet) in packets.iter().enumerate() {
-            events.push((packet.arrival_us, AcousticEvent::Arrival, index));
-            events.push((packet.launch_us, AcousticEvent::Launch, index));
+        let mut packets = Vec::new();
+        let mut events = Vec::new();
+        for (packet, launch_us) in log.rows.iter().flat_map(flown) {
+            let (index, Packet { direction, ship_us, arrival_us, .. }) = (packets.len(), packet);
+            packets.push(packet);
+            events.push((arrival_us, AcousticEvent::Arrival, index));
+            if direction != Direction::Downlink {
+                events.push((launch_us, AcousticEvent::LeavesVehicle, index));
+            }
+            if direction != Direction::Uplink {
+                events.push((ship_us, AcousticEvent::LeavesShip, index));
+            }
         }
         events.sort_by_key(|&(time_us, event, index)| (time_us, event as u8, index));
         Self { packets, events, next: 0 }
@@ -68,18 +90,33 @@ impl Flights {
     }
 }
 
-fn packet(row: &LogRow) -> Option<Packet> {
-    let (range_m, range_rate_mps) = (row.get(Column::Range), row.get(Column::RangeRate));
-    if range_m.is_none() && range_rate_mps.is_none() {
-        return None;
-    }
-    let arrival_us = match row.arrival_us() {
-        Some(arrival_us) if arrival_us.abs_diff(row.time_us) >= ROUNDING_US => arrival_us,
-        _ => row.time_us,
-    };
-    let flight_us = (range_m.unwrap_or(0.0).max(0.0) / SOUND_SPEED_MPS * 1e6) as u64;
-    let launch_us = row.launch_us().unwrap_or(arrival_us.saturating_sub(flight_us)).min(arrival_us);
-    Some(Packet { launch_us, arrival_us, range_m, range_rate_mps, ship_m: row.ship_at_launch_m(), clone: None })
+/// What flew by a row, and when it was launched.
+fn flown(row: &LogRow) -> impl Iterator<Item = (Packet, u64)> {
+    let downlink = (row.get(Column::Range), row.get(Column::RangeRate));
+    let one_way = (downlink != (None, None)).then_some((Direction::Downlink, downlink.0, downlink.1));
+    let measured = |direction, column| row.get(column).map(|range_m| (direction, Some(range_m), None));
+    let uplink = measured(Direction::Uplink, Column::UplinkRange);
+    let two_way = measured(Direction::TwoWay, Column::TwoWayRange);
+    one_way.into_iter().chain(uplink).chain(two_way).map(|(direction, range_m, range_rate_mps)| {
+        let arrival_us = match row.arrival_us() {
+            Some(arrival_us) if arrival_us.abs_diff(row.time_us) >= ROUNDING_US => arrival_us,
+            _ => row.time_us,
+        };
+        let flight_us = (range_m.unwrap_or(0.0).max(0.0) / SOUND_SPEED_MPS * 1e6) as u64;
+        let one_flight_before_us = arrival_us.saturating_sub(flight_us);
+        // a ping without its time was sent two flights before its answer came, as if that had been at once
+        let flights_us = if direction == Direction::TwoWay { 2 * flight_us } else { flight_us };
+        let launch_us = row.launch_us().unwrap_or(arrival_us.saturating_sub(flights_us)).min(arrival_us);
+        let ship_us = match direction {
+            Direction::Downlink => launch_us,
+            Direction::Uplink => arrival_us,
+            Direction::TwoWay => one_flight_before_us.max(launch_us),
+        };
+        let ship_m = row.ship_at_launch_m();
+        let packet =
+            Packet { direction, ship_us, arrival_us, range_m, range_rate_mps, ship_m, ship: None, vehicle: None };
+        (packet, launch_us)
+    })
 }
 
 /// The ship's track as its own computer knows it, for what a packet would say.
@@ -95,7 +132,7 @@ impl ShipTrack {
         Self { fixes, fix_sigma_m }
     }
 
-    /// What the packet launched at `launch_us` from `ship_m` would say, and whether its velocity is
+    /// What a packet that left at `launch_us` from `ship_m` would say, and whether its velocity is
     /// known: it is not without fixes to take it from.
     pub fn report(&self, launch_us: u64, ship_m: [f64; 2]) -> (ShipReport, bool) {
         let unknown = ShipReport {

@@ -1,7 +1,7 @@
 //! The flight filter over a vehicle log.
 //!
 //! Within a row the order is depth, attitude, rates, DVL, ship GNSS, vehicle GNSS; then arrivals
-//! (range, range rate) and launches (the ship is cloned) of that time. Actuators hold from their
+//! (range, range rate, two-way range) and launches (ship or vehicle are cloned) of that time. Actuators hold from their
 //! row on. The filter moves exactly to the times of rows, launches and arrivals.
 
 mod acoustics;
@@ -16,7 +16,7 @@ pub use options::{FilterOptions, ShipSource, Start};
 use crate::log::{Column, Log, LogRow, RADPS_PER_RPM};
 use crate::smoother::Recording;
 use crate::{DataError, VehicleFile, inputs};
-use acoustics::{AcousticEvent, Flights, ShipTrack};
+use acoustics::{AcousticEvent, Direction, Flights, Packet, ShipTrack};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
     AcousticPath, ConfigError, Consistency, FusionRecord, InitialShip, Learnt, Measurement, NavigationError, Navigator,
@@ -315,33 +315,60 @@ impl<'a> Pass<'a> {
         while let Some((time_us, event, index)) = self.flights.next_until(until_us) {
             self.move_to(time_us)?;
             match event {
-                AcousticEvent::Launch if self.ship_track.is_none() => {
-                    self.flights.packets[index].clone = self.navigator.clone_ship().ok();
+                AcousticEvent::LeavesShip if self.ship_track.is_none() => {
+                    self.flights.packets[index].ship = self.navigator.clone_ship().ok();
                 }
-                AcousticEvent::Launch => {}
-                AcousticEvent::Arrival => self.arrive(index),
+                AcousticEvent::LeavesShip => {}
+                AcousticEvent::LeavesVehicle => {
+                    self.flights.packets[index].vehicle = self.navigator.clone_vehicle().ok();
+                }
+                AcousticEvent::Arrival => {
+                    self.arrive(index);
+                    let Packet { ship, vehicle, .. } = self.flights.packets[index];
+                    for clone in [ship, vehicle].into_iter().flatten() {
+                        self.navigator.drop_clone(clone);
+                    }
+                }
             }
         }
         Ok(())
     }
 
+    /// The ship's end of a path, and whether its velocity is known.
+    fn ship_end(&self, packet: &Packet) -> Option<(ShipEnd, bool)> {
+        match (&self.ship_track, packet.ship) {
+            (Some(track), _) => {
+                let (report, velocity_known) = track.report(packet.ship_us, packet.ship_m?);
+                Some((ShipEnd::Reported(report), velocity_known))
+            }
+            (None, Some(clone)) => Some((ShipEnd::Delayed(clone), true)),
+            // an uplink arrives where the ship is now
+            (None, None) => {
+                let at_ship = packet.direction == Direction::Uplink && self.navigator.ship_state().is_some();
+                at_ship.then_some((ShipEnd::Now, true))
+            }
+        }
+    }
+
     fn arrive(&mut self, index: usize) {
         let packet = self.flights.packets[index];
-        let (ship, velocity_known) = match (&self.ship_track, packet.clone, packet.ship_m) {
-            (Some(track), _, Some(ship_m)) => {
-                let (report, velocity_known) = track.report(packet.launch_us, ship_m);
-                (ShipEnd::Reported(report), velocity_known)
-            }
-            (None, Some(clone), _) => (ShipEnd::Delayed(clone), true),
-            _ => {
-                self.unusable += 1;
-                return;
-            }
+        let left = packet.vehicle.map(|clone| VehicleEnd::Delayed { clone, bridge_s: 0.0 });
+        let vehicle = if packet.direction == Direction::Uplink { left } else { Some(VehicleEnd::Now) };
+        let (Some((ship, velocity_known)), Some(vehicle)) = (self.ship_end(&packet), vehicle) else {
+            self.unusable += 1;
+            return;
         };
-        let path = AcousticPath { vehicle: VehicleEnd::Now, ship };
+        let path = AcousticPath { vehicle, ship };
         if let Some(range_m) = packet.range_m.filter(|_| self.options.use_range) {
             let range_m = self.range_at_centre_m(range_m, packet.ship_m);
-            self.fuse(&Measurement::Range { path, range_m });
+            match (packet.direction, left) {
+                (Direction::TwoWay, Some(left)) => {
+                    let outward = AcousticPath { vehicle: left, ship };
+                    self.fuse(&Measurement::TwoWayRange { outward, back: path, range_m });
+                }
+                (Direction::TwoWay, None) => self.unusable += 1,
+                _ => self.fuse(&Measurement::Range { path, range_m }),
+            }
         }
         if let Some(range_rate_mps) = packet.range_rate_mps.filter(|_| self.options.use_range_rate) {
             if velocity_known {
@@ -349,9 +376,6 @@ impl<'a> Pass<'a> {
             } else {
                 self.unusable_rates += 1;
             }
-        }
-        if let Some(clone) = packet.clone {
-            self.navigator.drop_clone(clone);
         }
     }
 
@@ -392,7 +416,9 @@ impl<'a> Pass<'a> {
         }
         if self.unusable > 0 {
             let count = self.unusable;
-            self.run.notes.push(format!("{count} packets not used: the ship at their launch is not known"));
+            self.run
+                .notes
+                .push(format!("{count} packets not used: the ship, or the vehicle, at their launch is not known"));
         }
         if self.unusable_rates > 0 {
             let count = self.unusable_rates;

@@ -124,11 +124,17 @@ pub enum Column {
     WindageSide,
     /// Number of the run in a table that holds several, from 1.
     Run,
+    /// Half of the round trip of the vehicle's ping less the ship's turn-around, as a distance, m; `tol_s` is when the
+    /// ping left, `toa_s` when the answer arrived, the ship's place that at its answer.
+    TwoWayRange,
+    /// Distance by the travel time of the vehicle's own packet, measured at the ship, m; `tol_s` is when it left the
+    /// vehicle, `toa_s` when it arrived at the ship, the ship's place that at the arrival.
+    UplinkRange,
 }
 
 impl Column {
     /// Number of columns beside the time.
-    pub const COUNT: usize = Self::Run as usize + 1;
+    pub const COUNT: usize = Self::UplinkRange as usize + 1;
 
     /// All columns in the order of a written log.
     pub const ALL: [Self; Self::COUNT] = [
@@ -192,6 +198,8 @@ impl Column {
         Self::WindageFront,
         Self::WindageSide,
         Self::Run,
+        Self::TwoWayRange,
+        Self::UplinkRange,
     ];
 
     /// Columns written by [`LogWriter`](super::LogWriter) when nothing else is asked for: all
@@ -262,6 +270,8 @@ impl Column {
             Self::WindageFront => "windage_front_m2",
             Self::WindageSide => "windage_side_m2",
             Self::Run => "run",
+            Self::TwoWayRange => "two_way_range_m",
+            Self::UplinkRange => "uplink_range_m",
         }
     }
 
@@ -276,7 +286,7 @@ impl Column {
     pub const fn decimals(self) -> usize {
         match self {
             Self::PropRpm | Self::WaterDensity | Self::SoundSpeed => 3,
-            Self::Depth | Self::Range | Self::ShipX | Self::ShipY => 4,
+            Self::Depth | Self::Range | Self::ShipX | Self::ShipY | Self::TwoWayRange | Self::UplinkRange => 4,
             Self::GpsX | Self::GpsY | Self::ShipGpsX | Self::ShipGpsY => 4,
             Self::DvlU | Self::DvlV | Self::DvlW | Self::RangeRate | Self::SpeedLog => 5,
             Self::Ballast | Self::TwoWayTime => 9,

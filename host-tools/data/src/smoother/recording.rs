@@ -18,6 +18,7 @@ enum Call {
     Predict(u64, usize),
     Fuse(usize),
     CloneShip,
+    CloneVehicle,
     DropClone(CloneId),
     InitialiseShip(usize),
     /// The estimate of this time is to be smoothed.
@@ -99,6 +100,15 @@ impl Recording {
         self.navigator.clone_ship()
     }
 
+    /// [`Navigator::clone_vehicle`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn clone_vehicle(&mut self) -> Result<CloneId, CloneError> {
+        self.note(|_| Call::CloneVehicle);
+        self.navigator.clone_vehicle()
+    }
+
     /// [`Navigator::drop_clone`].
     pub fn drop_clone(&mut self, id: CloneId) {
         self.note(|_| Call::DropClone(id));
@@ -174,6 +184,9 @@ impl Recording {
             }
             Call::CloneShip => {
                 let _ = filter.clone_ship_observed(steps);
+            }
+            Call::CloneVehicle => {
+                let _ = filter.clone_vehicle_observed(steps);
             }
             Call::DropClone(id) => filter.drop_clone_observed(id, steps),
             Call::InitialiseShip(index) => {

@@ -32,7 +32,7 @@ const LIMITS: &[Limit] = &[
         "is it in cm/s or mm/s, or the instrument's mark of no reading?",
     ),
     limit(&[Column::PropRpm], -6000.0, 6000.0, "is it in rad/s, in degrees per second or in per mille?"),
-    limit(&[Column::Range], 0.0, 30_000.0, "is it in mm, or a travel time?"),
+    limit(&[Column::Range, Column::TwoWayRange, Column::UplinkRange], 0.0, 30_000.0, "is it in mm, or a travel time?"),
     limit(&[Column::RangeRate], -20.0, 20.0, "is it in cm/s or mm/s?"),
     limit(
         &[Column::GpsX, Column::GpsY, Column::ShipGpsX, Column::ShipGpsY, Column::ShipX, Column::ShipY],
