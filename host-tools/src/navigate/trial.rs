@@ -29,9 +29,9 @@ pub struct Trial {
     /// Log of the ship's GNSS (NMEA with RMC and GGA), joined by time
     #[arg(long, value_name = "SHIP.nmea")]
     pub ship: Option<PathBuf>,
-    /// Log of the vehicle's modem ($CARXD and $CACST), joined by time
+    /// Log of the vehicle's modem, or of the ship's, or of both by giving it twice ($CARXD and $CACST), joined by time
     #[arg(long, value_name = "MODEM.log")]
-    pub modem: Option<PathBuf>,
+    pub modem: Vec<PathBuf>,
     /// Latitude and longitude of the origin of the vehicle's log, degrees, where it has positions in metres alone
     #[arg(long, value_name = "LAT,LON", value_delimiter = ',', allow_hyphen_values = true)]
     pub origin: Vec<f64>,
@@ -43,7 +43,7 @@ impl Trial {
     /// # Errors
     /// A log that cannot be read, has no date or no origin, or has no time in common with the vehicle's.
     pub fn join(&self, read: &mut ReadLog, vehicle: &VehicleFile) -> anyhow::Result<()> {
-        if self.ship.is_none() && self.modem.is_none() {
+        if self.ship.is_none() && self.modem.is_empty() {
             return Ok(());
         }
         match self.origin.as_slice() {
@@ -54,12 +54,11 @@ impl Trial {
             _ => bail!("--origin takes latitude and longitude in degrees, such as 41.53,-70.67"),
         }
         let mut others = Vec::new();
-        for (path, is_ship) in [(&self.ship, true), (&self.modem, false)] {
-            if let Some(path) = path {
-                let found = LogInput::new(None).examine(path)?;
-                read.log.notes.extend(found.log.notes.iter().map(|note| format!("{}: {note}", path.display())));
-                others.extend(beside(&read.log, &found.log, path, is_ship)?);
-            }
+        let modems = self.modem.iter().map(|path| (path, false));
+        for (path, is_ship) in self.ship.iter().map(|path| (path, true)).chain(modems) {
+            let found = LogInput::new(None).examine(path)?;
+            read.log.notes.extend(found.log.notes.iter().map(|note| format!("{}: {note}", path.display())));
+            others.extend(beside(&read.log, &found.log, path, is_ship)?);
         }
         let offset = clock_offset(&read.log, &others, vehicle)?;
         if let Some(offset) = &offset {
@@ -98,22 +97,26 @@ impl Trial {
 /// Rows of another log with their times in µs from the vehicle's start and places about its origin; fixes of the ship
 /// become the ship's.
 fn beside(log: &Log, other: &Log, path: &Path, is_ship: bool) -> anyhow::Result<Vec<(i64, LogRow)>> {
-    let dated = |log: &Log, path: &Path| match (log.start_unix_us, log.origin_deg) {
-        (Some(start_us), Some(origin_deg)) => Ok((start_us, origin_deg)),
-        (None, _) => bail!(
+    let dated = |log: &Log, path: &Path| match log.start_unix_us {
+        Some(start_us) => Ok(start_us),
+        None => bail!(
             "{}: its times have no date (seconds since 1970, or a date beside the time), so that nothing can be joined to it",
             path.display()
         ),
-        (_, None) => bail!(
+    };
+    let shift_us = dated(other, path)? - dated(log, &log.path)?;
+    let placed = |log: &Log, path: &Path| match log.origin_deg {
+        Some(origin_deg) => Ok(origin_deg),
+        None => bail!(
             "{}: positions in metres without the latitude and longitude of their origin: nothing can be joined to it by place \
              (--origin states that of the vehicle's log)",
             path.display()
         ),
     };
-    let (start_us, origin_deg) = dated(log, &log.path)?;
-    let (other_start_us, other_origin_deg) = dated(other, path)?;
-    let shift_us = other_start_us - start_us;
-    let [north_m, east_m] = importers::local_m(origin_deg, other_origin_deg);
+    // a ship's modem has heard ranges alone, which are nowhere
+    let has_places = [Column::GpsX, Column::ShipX].into_iter().any(|column| other.has(column));
+    let [north_m, east_m] =
+        if has_places { importers::local_m(placed(log, &log.path)?, placed(other, path)?) } else { [0.0; 2] };
     let moved = other.rows.iter().map(|row| {
         let mut row = row.clone();
         for (column, shift) in
@@ -162,10 +165,18 @@ impl Offset {
 /// The offset at which the ranges fit the track of the vehicle's log alone; `None` with too few ranges, or where every
 /// offset fits as well.
 fn clock_offset(log: &Log, others: &[(i64, LogRow)], vehicle: &VehicleFile) -> anyhow::Result<Option<Offset>> {
-    let ranges: Vec<(i64, f64, [f64; 2])> = others
+    // when the vehicle was at its end of the path, the range, and where the ship was at its own
+    let mut ranges: Vec<(i64, f64, [f64; 2])> = others
         .iter()
         .filter_map(|(time_us, row)| Some((*time_us, row.get(Column::Range)?, row.ship_at_launch_m()?)))
         .collect();
+    let mut fixes: Vec<(i64, [f64; 2])> =
+        others.iter().filter_map(|(time_us, row)| Some((*time_us, row.ship_gnss_m()?))).collect();
+    fixes.sort_by_key(|(time_us, _)| *time_us);
+    ranges.extend(others.iter().filter_map(|(time_us, row)| {
+        let launch_us = (row.get(Column::Tol)? * 1e6).round() as i64;
+        Some((launch_us, row.get(Column::UplinkRange)?, between(&fixes, *time_us)?))
+    }));
     if ranges.len() < LEAST_RANGES {
         return Ok(None);
     }
@@ -199,6 +210,14 @@ fn clock_offset(log: &Log, others: &[(i64, LogRow)], vehicle: &VehicleFile) -> a
         reach = step;
     }
     Ok(Some(Offset { seconds: best, ranges: ranges.len(), misfit_m: [before, least] }))
+}
+
+/// North and east at a time between two fixes less than half a minute apart.
+fn between(fixes: &[(i64, [f64; 2])], time_us: i64) -> Option<[f64; 2]> {
+    let after = fixes.partition_point(|(fix_us, _)| *fix_us < time_us);
+    let [(from_us, from), (to_us, to)] = fixes.get(after.checked_sub(1)?..=after)? else { return None };
+    let share = (time_us - from_us) as f64 / (to_us - from_us) as f64;
+    (to_us - from_us < 30_000_000).then(|| [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis])))
 }
 
 /// The track of the vehicle's log by itself, without ranges.

@@ -76,6 +76,17 @@ impl Gathering {
         self.add(arrival_us, &samples);
     }
 
+    /// Adds the range of a vehicle's uplink at the ship, by its launch and its arrival in µs since 1970.
+    pub(super) fn add_uplink(&mut self, [launch_us, arrival_us]: [i64; 2], sound_mps: f64) {
+        let samples = [
+            (Column::UplinkRange, (arrival_us - launch_us) as f64 * 1e-6 * sound_mps),
+            (Column::Tol, launch_us as f64 * 1e-6),
+            (Column::Toa, arrival_us as f64 * 1e-6),
+        ];
+        self.first_us = Some(self.first_us.map_or(launch_us, |first_us| first_us.min(launch_us)));
+        self.add(arrival_us, &samples);
+    }
+
     /// North and east of the first place, m.
     fn local_m(&mut self, [latitude_deg, longitude_deg]: [f64; 2]) -> [f64; 2] {
         let origin = self.origin.get_or_insert_with(|| Origin::new(latitude_deg, longitude_deg));

@@ -16,6 +16,7 @@ use backseat_wire::gps::{Gga, Rmc};
 use backseat_wire::modem::{ClockEncoding, DopplerSign, FromModem, ReceptionStatistics};
 use backseat_wire::nmea::{Checksum, Sentence};
 use backseat_wire::ship_state::ShipState;
+use backseat_wire::vehicle_state::VehicleState;
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -45,10 +46,31 @@ enum Content {
     Fix([f64; 2], bool),
     Samples(Vec<(Column, f64)>),
     Ship(ShipState),
+    Vehicle(VehicleState),
     /// A good packet: range rate, m/s.
     Arrival(Option<f64>),
     /// Nothing but its time, which dates others.
     Time,
+}
+
+impl Content {
+    /// The vehicle whose uplink it is.
+    fn vehicle(&self) -> Option<u8> {
+        if let Self::Vehicle(state) = self { Some(state.source) } else { None }
+    }
+}
+
+/// What a frame makes of the time of its arrival.
+#[derive(Clone, Copy)]
+enum Frame {
+    /// A range at the vehicle, from the ship at this latitude and longitude, degrees.
+    Ship([f64; 2]),
+    /// A range at the ship.
+    Vehicle,
+}
+
+fn launch_us(transmit_s: u32) -> i64 {
+    i64::from(transmit_s) * 1_000_000
 }
 
 struct Item {
@@ -171,9 +193,11 @@ impl Reader {
     fn finish(mut self, path: &Path) -> Result<Imported, DataError> {
         let clock = self.clock();
         let has_gga = self.items.iter().any(|item| matches!(item.content, Content::Fix(_, true)));
-        let mut ship: Option<(i64, ShipState)> = None;
+        // whose ranges they are, the vehicle's log does not say
+        let heard: BTreeSet<u8> = self.items.iter().filter_map(|item| item.content.vehicle()).collect();
+        let mut frame: Option<(i64, Frame)> = None;
         let mut arrival: Option<(i64, Option<f64>)> = None;
-        let (mut last_us, mut ranges) = (clock.first_full_us, 0);
+        let (mut last_us, mut ranges, mut uplinks) = (clock.first_full_us, 0, 0);
         for item in std::mem::take(&mut self.items) {
             let own_us = match item.own {
                 Own::Full(us) => Some(us),
@@ -192,18 +216,36 @@ impl Reader {
                 Content::Fix(_, false) if has_gga => {}
                 Content::Fix([latitude, longitude], _) => self.gathering.add_fix(time_us, latitude, longitude),
                 Content::Samples(samples) => self.gathering.add(time_us, &samples),
-                Content::Ship(state) => ship = Some((i64::from(state.transmit_s) * 1_000_000, state)),
+                Content::Ship(state) => frame = Some((launch_us(state.transmit_s), Frame::Ship(state.position_deg))),
+                // clock and pulse of the vehicle are as good as its frame says
+                Content::Vehicle(_) if heard.len() > 1 => {
+                    self.gathering
+                        .leave_out("CARXD", "uplinks of several vehicles: which one's log is it to be joined to?");
+                    frame = None;
+                }
+                Content::Vehicle(state) => {
+                    frame = state.synchronous.then_some((launch_us(state.transmit_s), Frame::Vehicle));
+                }
                 Content::Arrival(rate) => arrival = Some((time_us, rate)),
             }
-            if let (Some((launch_us, state)), Some((arrival_us, rate))) = (ship, arrival) {
+            if let (Some((launch_us, content)), Some((arrival_us, rate))) = (frame, arrival) {
                 if (0..ONE_PACKET_US).contains(&(arrival_us - launch_us)) {
-                    self.gathering.add_range([launch_us, arrival_us], SOUND_MPS, rate, state.position_deg);
-                    ranges += 1;
-                    (ship, arrival) = (None, None);
+                    let times_us = [launch_us, arrival_us];
+                    match content {
+                        Frame::Ship(ship_deg) => {
+                            self.gathering.add_range(times_us, SOUND_MPS, rate, ship_deg);
+                            ranges += 1;
+                        }
+                        Frame::Vehicle => {
+                            self.gathering.add_uplink(times_us, SOUND_MPS);
+                            uplinks += 1;
+                        }
+                    }
+                    (frame, arrival) = (None, None);
                 } else if launch_us > arrival_us {
                     arrival = None;
                 } else {
-                    ship = None;
+                    frame = None;
                 }
             }
         }
@@ -213,6 +255,9 @@ impl Reader {
         if ranges > 0 {
             notes
                 .push(format!("{ranges} ranges at a speed of sound of {SOUND_MPS} m/s: the modem's times as they are"));
+        }
+        if uplinks > 0 {
+            notes.push(format!("{uplinks} ranges of a vehicle's uplinks at the same speed: this is the ship's modem"));
         }
         Ok(Imported { format: NAME, log: self.gathering.finish(path, notes)? })
     }
@@ -277,8 +322,12 @@ fn modem(sentence: &Sentence<'_>) -> Result<(Own, bool, Content), &'static str> 
         FromModem::Received(received) if received.frame == 1 => {
             let mut frame = [0; LONGEST_FRAME];
             let frame = received.payload.copy_to(&mut frame).map_err(|_| "a frame too long")?;
-            let state = ShipState::parse(frame).map_err(|_| "a frame that holds no ship's state")?;
-            Ok((Own::None, false, Content::Ship(state)))
+            let content = match (ShipState::parse(frame), VehicleState::parse(frame)) {
+                (Ok(state), _) => Content::Ship(state),
+                (_, Ok(state)) => Content::Vehicle(state),
+                _ => return Err("a frame that holds no state of a ship or a vehicle"),
+            };
+            Ok((Own::None, false, content))
         }
         FromModem::Statistics(statistics) if statistics.mode != ReceptionStatistics::GOOD => Err("a bad packet"),
         FromModem::Statistics(statistics) => {
@@ -385,6 +434,43 @@ mod tests {
         );
         assert_eq!(row.launch_us(), Some(0));
         assert!(log.notes.iter().any(|note| note.contains("CAMPR (1): two-way")), "{:?}", log.notes);
+    }
+
+    /// The ship's modem: the packet before with a vehicle's state, 0.6667 s under way.
+    #[test]
+    fn val_an_uplink_becomes_a_range_at_the_ship() {
+        let uplink = |source: u8, synchronous: bool| {
+            let state = VehicleState {
+                source,
+                sequence: 7,
+                transmit_s: 1_795_176_000, // 20 November 2026, 12:00:00
+                position_deg: [41.5, -70.5],
+                velocity_mps: [1.0, 0.0],
+                depth_m: 3.0,
+                position_sigma_m: 1.0,
+                velocity_sigma_mps: 0.1,
+                heading_rad: 0.0,
+                mode: 3,
+                synchronous,
+            };
+            let mut buffer = [0; backseat_wire::vehicle_state::AUTHENTIC_LENGTH];
+            let bytes = state.emit(&backseat_wire::ship_state::Key::NONE, &mut buffer).unwrap();
+            let digits: String = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+            format!(
+                "2026-11-20 12:00:06,120 - modem - $CARXD,{source},1,0,1,{digits}00000000\n\
+                 2026-11-20 12:00:06,180 - modem - $CACST,6,0,20261120120000.666700,03,1440,25,0175,0166,75,01,01,01,03,{source},\
+                 001,002,0,3,3,0,150,12.0,9.0,10,-9,212,-0.50,45,25000,5000,0\n"
+            )
+        };
+        let log = import(&uplink(2, true)).unwrap().log;
+        let row = &log.rows[0];
+        assert!((row.get(Column::UplinkRange).unwrap() - 0.6667 * 1500.0).abs() < 1e-6 && log.rows.len() == 1);
+        assert_eq!((row.get(Column::Range), row.ship_at_launch_m(), log.origin_deg), (None, None, None));
+        assert_eq!((row.launch_us(), row.arrival_us()), (Some(0), Some(666_700)));
+        // a vehicle without a pulse, and two vehicles
+        assert!(import(&uplink(2, false)).is_err());
+        let two = import(&format!("{}{}", uplink(2, true), uplink(3, true))).unwrap_err().to_string();
+        assert!(two.contains("uplinks of several vehicles"), "{two}");
     }
 
     #[test]
