@@ -157,6 +157,12 @@ impl Acoustics {
         distance(vehicle_m, self.transducer(ship, seconds(time_us))) / self.true_speed_mps
     }
 
+    /// How long sound takes between two places, s.
+    #[must_use]
+    pub fn flight_between_s(&self, a: [f64; 3], b: [f64; 3]) -> f64 {
+        distance(a, b) / self.true_speed_mps
+    }
+
     /// A modem sends at `tol_us`; a downlink says what `report` says.
     pub fn transmit(
         &mut self,

@@ -104,6 +104,18 @@ impl World {
         (1.0e6 * self.acoustics.flight_s(self.time_us, self.transducer_m(), &self.ship)) as u64
     }
 
+    /// How long sound takes from this vehicle to another now, µs.
+    #[must_use]
+    pub fn flight_to_us(&self, other: &Self) -> u64 {
+        let (from, to) = (self.transducer_m(), other.transducer_m());
+        (1.0e6 * self.acoustics.flight_between_s(from, to)) as u64
+    }
+
+    /// The ship of another world is the one of this.
+    pub fn share_ship(&mut self, other: &Self) {
+        self.ship = other.ship.clone();
+    }
+
     fn step(&mut self, sink: &mut impl FnMut(&Observation)) {
         while let Some(&(_, targets)) = self.pending.front().filter(|(from_us, _)| *from_us <= self.time_us) {
             self.targets = targets;

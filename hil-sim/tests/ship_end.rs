@@ -6,7 +6,7 @@ use backseat_topside::{Config, Port, Topside};
 use backseat_wire::hostlink::{Mode, ModeReason};
 use backseat_wire::ship_state::Key;
 use hil_sim::backseat::InProcess;
-use hil_sim::flight::{FlightLog, fly_with_ship};
+use hil_sim::flight::{FlightLog, fly_fleet, fly_with_ship};
 use hil_sim::scenario::{Exchange, Scenario};
 use hil_sim::ship_end::{self, Program, ShipEnd};
 use std::sync::atomic::AtomicBool;
@@ -172,4 +172,39 @@ fn val_topside_tracks_the_vehicle() {
         // the ellipse of 95 % is honest through the turns
         assert!(inside > 0.93, "{inside}");
     }
+}
+
+/// Two vehicles 60 m apart hear the ship and each other; topside tracks each as itself, and no board takes the other's
+/// uplink for the ship.
+#[test]
+fn two_vehicles_keep_their_slots_and_their_tracks() {
+    let mut scenario = Scenario::built_in("two_vehicles").unwrap();
+    scenario.settings.duration_s = 720.0;
+    let second = scenario.companion().unwrap();
+    let topside = Topside::new(ship_end::config(&scenario).unwrap()).unwrap();
+    let mut ship = ShipEnd::new(&scenario, Box::new(ship_end::InProcess::new(topside)));
+    let mut clients = [Client::new(InProcess::new()), Client::new(InProcess::new())];
+    let [first_client, second_client] = &mut clients;
+    let mut fleet = [(&scenario, first_client, None), (&second, second_client, None)];
+    let flights = fly_fleet(&mut fleet, &mut ship, &AtomicBool::new(false), |_| {}).unwrap();
+    let topside = ship.program().topside().unwrap();
+    assert_eq!(topside.tracks().iter().map(|track| track.vehicle).collect::<Vec<_>>(), [2, 3]);
+    for (flight, track) in flights.iter().zip(topside.tracks()) {
+        let [used, refused] = track.ranges();
+        let error = quantiles(flight.ship_side.iter().filter_map(|side| side.vehicle).map(|[error_m, _]| error_m));
+        let own = vehicle_error(flight);
+        eprintln!(
+            "vehicle {}: {used} uplink ranges, {refused} refused, track {error:.2?} m; its own ranges {}, own error {own:.2?} m",
+            track.vehicle,
+            ranges(flight),
+        );
+        // one uplink in each of 18 cycles but for the first; three downlinks and a ping in each
+        assert!(used >= 14 && refused <= 2, "{used} {refused}");
+        assert!(ranges(flight) >= 56, "{}", ranges(flight));
+        // taken for the other one it would be 60 m off
+        assert!(error[0] < 5.0 && own[0] < 2.0, "{error:?} {own:?}");
+    }
+    // the same ship about both
+    let ships = flights.iter().map(|flight| flight.samples.last().unwrap().ship.position_m);
+    assert_eq!(ships.clone().next(), ships.last());
 }

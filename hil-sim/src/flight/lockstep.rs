@@ -1,11 +1,11 @@
 //! A flight in lock-step: as fast as the machine allows, and the same bytes each time.
 
 use super::record::{Recorder, Sample};
-use super::{FlightError, FlightLog, STEP_US, advance, join, prepare};
+use super::{FlightError, FlightLog, Moved, STEP_US, advance, join, prepare};
 use crate::devices::Devices;
 use crate::faults::Board;
 use crate::scenario::Scenario;
-use crate::ship_end::ShipEnd;
+use crate::ship_end::{Craft, ShipEnd};
 use crate::truth::VehicleTruth;
 use crate::world::World;
 use backseat_link::{Client, FusionRecord, Ports, StepOutput};
@@ -104,6 +104,82 @@ pub fn fly_watched<P: Ports>(
     fly_on(scenario, client, None, None, stop, watch)
 }
 
+/// A vehicle in flight: its world, its board, its log.
+struct Aloft<'a, P> {
+    scenario: &'a Scenario,
+    client: &'a mut Client<P>,
+    world: World,
+    devices: Devices,
+    board: Board,
+    recorder: Recorder,
+    end_us: u64,
+    under_way: bool,
+}
+
+impl<'a, P: Ports> Aloft<'a, P> {
+    /// A vehicle whose board has its parameters and its mission; `folder` receives its logs.
+    ///
+    /// # Errors
+    /// As [`fly`].
+    pub fn new(
+        scenario: &'a Scenario,
+        client: &'a mut Client<P>,
+        ship: Option<&ShipEnd>,
+        folder: Option<&Path>,
+    ) -> Result<Self, FlightError> {
+        let recorder = Recorder::new(scenario, folder)?;
+        client.step(0, &[], &[])?;
+        client.start_mission()?;
+        let (mut world, mut devices) = (World::new(scenario), Devices::new(scenario));
+        join(scenario, &mut world, &mut devices, ship);
+        let (board, end_us) = (Board::new(&scenario.settings.faults), (scenario.settings.duration_s * 1e6) as u64);
+        Ok(Self { scenario, client, world, devices, board, recorder, end_us, under_way: false })
+    }
+
+    fn moved(&mut self) -> Moved<'_> {
+        let Self { scenario, world, devices, recorder, .. } = self;
+        Moved { craft: Craft { address: scenario.settings.acoustics.address, world, devices }, recorder }
+    }
+
+    /// The board's step, after world and devices have moved to `now_us`.
+    fn step(
+        &mut self,
+        now_us: u64,
+        ship: Option<&ShipEnd>,
+        watch: impl FnOnce(Watched<'_>),
+    ) -> Result<(), FlightError> {
+        let Self { scenario, client, world, devices, board, recorder, end_us, under_way } = self;
+        let edge = now_us % SECOND_US == 0;
+        let reset = board.reset(now_us);
+        if let Some(reset) = reset {
+            client.reset(reset)?;
+        }
+        let output = step(client, devices, board, now_us, edge)?;
+        let truth = world.truth();
+        let (telemetry, fusions, to_frontseat) = output.as_ref().map_or((None, &[][..], &[][..]), |output| {
+            (output.telemetry.as_ref(), &output.fusions[..], &output.sent[Port::Frontseat as usize][..])
+        });
+        let reset = reset.is_some();
+        watch(Watched { time_us: now_us, truth: &truth, telemetry, fusions, to_frontseat, reset });
+        let Some(output) = output else { return Ok(()) };
+        recorder.flight.digest = output.digest;
+        recorder.flight.fusions.extend(output.fusions);
+        recorder.flight.identifications.extend(output.identification);
+        recorder.flight.adoptions.extend(output.adoptions);
+        let Some(telemetry) = output.telemetry else { return Ok(()) };
+        if *under_way && telemetry.leg.is_none() && !recorder.flight.finished {
+            recorder.flight.finished = true;
+            *end_us = (*end_us).min(now_us + (scenario.settings.epilogue_s * 1e6) as u64);
+        }
+        *under_way |= telemetry.leg.is_some();
+        if edge {
+            recorder.ship_side(scenario, now_us, ship, &truth, &world.ship());
+            recorder.sample(Sample { truth, ship: world.ship(), telemetry })?;
+        }
+        Ok(())
+    }
+}
+
 fn fly_on<P: Ports>(
     scenario: &Scenario,
     client: &mut Client<P>,
@@ -113,54 +189,56 @@ fn fly_on<P: Ports>(
     mut watch: impl FnMut(Watched<'_>),
 ) -> Result<FlightLog, FlightError> {
     let begun = Instant::now();
-    let settings = &scenario.settings;
-    let mut recorder = Recorder::new(folder)?;
-    client.step(0, &[], &[])?;
-    client.start_mission()?;
-
-    let mut world = World::new(scenario);
-    let mut devices = Devices::new(scenario);
-    join(scenario, &mut world, &mut devices, ship.as_deref());
-    let mut board = Board::new(&settings.faults);
-    let mut end_us = (settings.duration_s * 1e6) as u64;
-    let epilogue_us = (settings.epilogue_s * 1e6) as u64;
-    let mut under_way = false;
+    let mut aloft = Aloft::new(scenario, client, ship.as_deref(), folder)?;
     let mut now_us = 0;
-    while now_us < end_us && !stop.load(Ordering::Relaxed) {
+    while now_us < aloft.end_us && !stop.load(Ordering::Relaxed) {
         now_us += STEP_US;
-        advance(&mut world, &mut devices, ship.as_deref_mut(), &mut recorder, now_us)?;
-        let edge = now_us % SECOND_US == 0;
-        let reset = board.reset(now_us);
-        if let Some(reset) = reset {
-            client.reset(reset)?;
-        }
-        let output = step(client, &mut devices, &board, now_us, edge)?;
-        let truth = world.truth();
-        let (telemetry, fusions, to_frontseat) = output.as_ref().map_or((None, &[][..], &[][..]), |output| {
-            (output.telemetry.as_ref(), &output.fusions[..], &output.sent[Port::Frontseat as usize][..])
-        });
-        let reset = reset.is_some();
-        watch(Watched { time_us: now_us, truth: &truth, telemetry, fusions, to_frontseat, reset });
-        let Some(output) = output else { continue };
-        recorder.flight.digest = output.digest;
-        recorder.flight.fusions.extend(output.fusions);
-        recorder.flight.identifications.extend(output.identification);
-        recorder.flight.adoptions.extend(output.adoptions);
-        let Some(telemetry) = output.telemetry else { continue };
-        if under_way && telemetry.leg.is_none() && !recorder.flight.finished {
-            recorder.flight.finished = true;
-            end_us = end_us.min(now_us + epilogue_us);
-        }
-        under_way |= telemetry.leg.is_some();
-        if edge {
-            recorder.ship_side(scenario, now_us, ship.as_deref(), &truth, &world.ship());
-            recorder.sample(Sample { truth, ship: world.ship(), telemetry })?;
-        }
+        advance(&mut [aloft.moved()], ship.as_deref_mut(), now_us)?;
+        aloft.step(now_us, ship.as_deref(), &mut watch)?;
     }
-    let mut flight = recorder.finish()?;
+    landed(aloft, now_us, begun)
+}
+
+fn landed<P>(aloft: Aloft<'_, P>, now_us: u64, begun: Instant) -> Result<FlightLog, FlightError> {
+    let mut flight = aloft.recorder.finish()?;
     flight.simulated_s = now_us as f64 * 1e-6;
     flight.wall_s = begun.elapsed().as_secs_f64();
     Ok(flight)
+}
+
+/// Several vehicles about one ship, each with a board of its own, until all have ended: each hears the others. Their
+/// scenarios are those of [`Scenario::companion`] and its first.
+///
+/// # Errors
+/// As [`fly`].
+pub fn fly_fleet<P: Ports>(
+    vehicles: &mut [(&Scenario, &mut Client<P>, Option<&Path>)],
+    ship: &mut ShipEnd,
+    stop: &AtomicBool,
+    mut progress: impl FnMut(f64),
+) -> Result<Vec<FlightLog>, FlightError> {
+    let begun = Instant::now();
+    let mut fleet: Vec<Aloft<'_, P>> = Vec::new();
+    for (scenario, client, folder) in vehicles.iter_mut() {
+        prepare(scenario, client)?;
+        let mut aloft = Aloft::new(scenario, client, Some(ship), *folder)?;
+        if let Some(first) = fleet.first() {
+            aloft.world.share_ship(&first.world);
+        }
+        fleet.push(aloft);
+    }
+    let mut now_us = 0;
+    while fleet.iter().any(|aloft| now_us < aloft.end_us) && !stop.load(Ordering::Relaxed) {
+        now_us += STEP_US;
+        advance(&mut fleet.iter_mut().map(Aloft::moved).collect::<Vec<_>>(), Some(ship), now_us)?;
+        for aloft in &mut fleet {
+            aloft.step(now_us, Some(ship), |_| {})?;
+        }
+        if now_us % SECOND_US == 0 {
+            progress(now_us as f64 * 1e-6);
+        }
+    }
+    fleet.into_iter().map(|aloft| landed(aloft, now_us, begun)).collect()
 }
 
 /// One step of the board, on its own clock; nothing while it is down, when what arrives is lost.

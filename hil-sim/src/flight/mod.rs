@@ -5,7 +5,7 @@ mod realtime;
 mod record;
 mod setup;
 
-pub use lockstep::{Watched, fly, fly_prepared, fly_watched, fly_with_ship};
+pub use lockstep::{Watched, fly, fly_fleet, fly_prepared, fly_watched, fly_with_ship};
 pub use realtime::{Start, fly_realtime, fly_realtime_with_ship};
 pub use record::{FlightLog, ModeChange, Sample, ShipSide};
 pub use setup::board_parameters;
@@ -13,7 +13,7 @@ pub use setup::board_parameters;
 use crate::devices::Devices;
 use crate::faults::Board;
 use crate::scenario::Scenario;
-use crate::ship_end::ShipEnd;
+use crate::ship_end::{Craft, ShipEnd};
 use crate::world::World;
 use backseat_core::state::{X, Y};
 use backseat_data::DataError;
@@ -68,38 +68,43 @@ fn join(scenario: &Scenario, world: &mut World, devices: &mut Devices, ship: Opt
     }
 }
 
-/// Moves world and devices to `to_us`, stopping wherever a device acts.
-fn advance(
-    world: &mut World,
-    devices: &mut Devices,
-    mut ship: Option<&mut ShipEnd>,
-    recorder: &mut Recorder,
-    to_us: u64,
-) -> Result<(), FlightError> {
+/// A vehicle that is moved: where it is, its devices, its log.
+struct Moved<'a> {
+    craft: Craft<'a>,
+    recorder: &'a mut Recorder,
+}
+
+/// Moves worlds and devices to `to_us`, stopping wherever a device acts.
+fn advance(vehicles: &mut [Moved<'_>], mut ship: Option<&mut ShipEnd>, to_us: u64) -> Result<(), FlightError> {
     loop {
-        let mut until_us = devices.next_us().unwrap_or(to_us).min(to_us);
-        if let Some(ship) = &ship {
-            until_us = until_us.min(ship.next_us());
-        }
-        let mut observed = Vec::new();
-        world.advance(until_us, &mut |observation| observed.push(*observation));
-        for observation in &observed {
-            let sensed = devices.sensed(observation);
-            devices.observe(&sensed);
-            if let Some(ship) = &mut ship {
-                ship.observe(&sensed, world, devices);
+        let acts = vehicles.iter().filter_map(|moved| moved.craft.devices.next_us());
+        let until_us = acts.chain(ship.as_ref().map(|ship| ship.next_us())).fold(to_us, u64::min);
+        for (index, Moved { craft, recorder }) in vehicles.iter_mut().enumerate() {
+            let mut observed = Vec::new();
+            craft.world.advance(until_us, &mut |observation| observed.push(*observation));
+            for observation in &observed {
+                let sensed = craft.devices.sensed(observation);
+                craft.devices.observe(&sensed);
+                if let Some(ship) = &mut ship {
+                    ship.observe(index, &sensed, craft);
+                }
+                recorder.observe(&sensed, &craft.world.truth());
             }
-            recorder.observe(&sensed, &world.truth());
-        }
-        let targets = devices.run(until_us);
-        if recorder.actuators(until_us, targets) {
-            world.set_actuator_targets(until_us, targets);
+            let targets = craft.devices.run(until_us);
+            if recorder.actuators(until_us, targets) {
+                craft.world.set_actuator_targets(until_us, targets);
+            }
         }
         if let Some(ship) = &mut ship {
-            ship.run(until_us, world, devices)?;
+            let crafts = vehicles.iter_mut().map(|Moved { craft: Craft { address, world, devices }, .. }| Craft {
+                address: *address,
+                world,
+                devices,
+            });
+            ship.run(until_us, &mut crafts.collect::<Vec<_>>())?;
         }
         if until_us >= to_us {
-            return Ok(recorder.step_done()?);
+            return vehicles.iter_mut().try_for_each(|moved| Ok(moved.recorder.step_done()?));
         }
     }
 }

@@ -1,10 +1,10 @@
 //! A flight at the speed of the clock: frames at their true times, the board on its own timer.
 
 use super::record::{Recorder, Sample};
-use super::{END_RADIUS_M, FlightError, FlightLog, advance, join, prepare, short_of_m};
+use super::{END_RADIUS_M, FlightError, FlightLog, Moved, advance, join, prepare, short_of_m};
 use crate::devices::Devices;
 use crate::scenario::Scenario;
-use crate::ship_end::ShipEnd;
+use crate::ship_end::{Craft, ShipEnd};
 use crate::world::World;
 use backseat_link::{BackseatError, Client, FusionRecord, Ports};
 use backseat_wire::hostlink::{FromBoard, Port, Telemetry};
@@ -56,7 +56,7 @@ pub fn fly_realtime_with_ship<P: Ports>(
     stop: &AtomicBool,
     mut progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
-    let mut recorder = Recorder::new(folder)?;
+    let mut recorder = Recorder::new(scenario, folder)?;
     prepare(scenario, client)?;
     if start == Start::AtOnce {
         client.start_mission()?;
@@ -75,7 +75,8 @@ pub fn fly_realtime_with_ship<P: Ports>(
         let due = Duration::from_micros(now_us + TICK_US);
         sleep(due.saturating_sub(begun.elapsed()));
         now_us = begun.elapsed().as_micros() as u64;
-        advance(&mut world, &mut devices, ship.as_deref_mut(), &mut recorder, now_us)?;
+        let craft = Craft { address: scenario.settings.acoustics.address, world: &mut world, devices: &mut devices };
+        advance(&mut [Moved { craft, recorder: &mut recorder }], ship.as_deref_mut(), now_us)?;
         for (port, arrival) in devices.arrivals(now_us) {
             client.deliver(now_us, port, &arrival.bytes)?;
         }

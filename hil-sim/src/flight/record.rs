@@ -1,7 +1,7 @@
 //! What a flight leaves behind: in memory for scoring, and on disk as it happens.
 
 use crate::observation::{Observation, ObservationKind, ShipReport};
-use crate::scenario::Scenario;
+use crate::scenario::{Exchange, Scenario};
 use crate::ship::ShipTruth;
 use crate::ship_end::ShipEnd;
 use crate::truth::{Actuators, VehicleTruth};
@@ -91,11 +91,18 @@ pub(super) struct Recorder {
 
 impl Recorder {
     /// Writes `log.csv` and `truth.csv` into `folder`, if given.
-    pub(super) fn new(folder: Option<&Path>) -> Result<Self, DataError> {
+    pub(super) fn new(scenario: &Scenario, folder: Option<&Path>) -> Result<Self, DataError> {
+        let slots = &scenario.settings.acoustics.slots;
+        let both_ways = [(Exchange::TwoWay, Column::TwoWayRange), (Exchange::Uplink, Column::UplinkRange)];
+        let both_ways = both_ways
+            .into_iter()
+            .filter(|(exchange, _)| slots.iter().any(|slot| slot.exchange == *exchange && !slot.companion));
+        let columns: Vec<Column> =
+            Column::STANDARD.iter().copied().chain(both_ways.map(|(_, column)| column)).collect();
         let files = folder
             .map(|folder| {
                 Ok::<_, DataError>(Files {
-                    log: LogWriter::create(&folder.join("log.csv"))?,
+                    log: LogWriter::with_columns(&folder.join("log.csv"), &columns)?,
                     truth: TruthWriter::create(&folder.join("truth.csv"))?,
                 })
             })
@@ -146,6 +153,17 @@ impl Recorder {
                     .set_all(Column::ShipX, &packet.ship.position_m);
                 let [x, y, ..] = vehicle.state;
                 self.flight.packets.push(([x, y], packet.ship.position_m));
+            }
+            ObservationKind::Uplink(packet) => {
+                row.set(Column::UplinkRange, packet.range_m)
+                    .set(Column::Tol, packet.tol_us as f64 * 1e-6)
+                    .set(Column::Toa, packet.toa_us as f64 * 1e-6)
+                    .set_all(Column::ShipX, &packet.ship.position_m);
+            }
+            ObservationKind::TwoWay(ping) => {
+                row.set(Column::TwoWayRange, ping.range_m)
+                    .set(Column::Tol, ping.tol_us as f64 * 1e-6)
+                    .set(Column::Toa, observation.time_us as f64 * 1e-6);
             }
             _ => return,
         }
@@ -198,7 +216,9 @@ impl Recorder {
             let [n, e] = [0, 1].map(|i| estimate.position_m[i] - ship.position_m[i]);
             [libm::hypot(n, e), estimate.sigma_m()]
         });
-        let vehicle = topside.tracks().first().and_then(|track| track.at(utc_us)).map(|estimate| {
+        let address = scenario.settings.acoustics.address;
+        let track = topside.tracks().iter().find(|track| track.vehicle == address);
+        let vehicle = track.and_then(|track| track.at(utc_us)).map(|estimate| {
             // its transducer: where the uplink says it is
             let [x, y, _] = vehicle.position_at(scenario.settings.installation.transducer_arm_m);
             let [n, e] = [estimate.position_m[0] - x, estimate.position_m[1] - y];

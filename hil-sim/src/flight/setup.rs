@@ -1,7 +1,9 @@
 //! The board's parameters before a flight: vehicle and site.
 
 use crate::scenario::{ControlLaw, ControlMode, Exchange, Scenario};
+use backseat_app::parameters::AppSettings;
 
+const DEFAULT: AppSettings = AppSettings::DEFAULT;
 /// Resolution of depth in the frontseat's `$C`: a tenth of a foot.
 const DEPTH_STEP_M: f64 = 0.030_48;
 
@@ -48,17 +50,19 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
     values
 }
 
-/// The vehicle's own slots; none where all of them are the ship's.
+/// The vehicle's own slots, none where all of them are the ship's, and its address.
 fn cycle(scenario: &Scenario) -> impl Iterator<Item = (&'static str, f64)> {
     let acoustics = &scenario.settings.acoustics;
     let period_s = acoustics.period_s.get();
     let first_s = scenario.settings.environment.start_unix_s.wrapping_add(acoustics.first_s);
     let at = |exchange: Exchange| {
-        let slot = acoustics.slots.iter().find(|slot| slot.exchange == exchange)?;
+        let slot = acoustics.slots.iter().find(|slot| slot.exchange == exchange && !slot.companion)?;
         Some(f64::from(first_s.wrapping_add(slot.offset_s) % period_s))
     };
+    let address = (acoustics.address != DEFAULT.modem_address).then_some(acoustics.address);
+    let address = address.map(|address| ("app.modem_address", f64::from(address)));
     let (uplink, ping) = (at(Exchange::Uplink), at(Exchange::TwoWay));
     let period = uplink.or(ping).map(|_| ("app.cycle_period_s", f64::from(period_s)));
     let slots = [uplink.map(|at_s| ("app.uplink_at_s", at_s)), ping.map(|at_s| ("app.ping_at_s", at_s))];
-    period.into_iter().chain(slots.into_iter().flatten())
+    period.into_iter().chain(slots.into_iter().flatten()).chain(address)
 }

@@ -6,13 +6,14 @@ use backseat_wire::hostlink::Waypoint;
 use std::path::Path;
 
 /// The built-in scenarios by name; they fly the built-in reference vehicle.
-const BUILT_IN: [(&str, &str); 6] = [
+const BUILT_IN: [(&str, &str); 7] = [
     ("survey", include_str!("../../scenarios/survey.toml")),
     ("survey_current", include_str!("../../scenarios/survey_current.toml")),
     ("survey_pd", include_str!("../../scenarios/survey_pd.toml")),
     ("survey_oms", include_str!("../../scenarios/survey_oms.toml")),
     ("adoption", include_str!("../../scenarios/adoption.toml")),
     ("sea_trial", include_str!("../../scenarios/sea_trial.toml")),
+    ("two_vehicles", include_str!("../../scenarios/two_vehicles.toml")),
 ];
 
 impl Scenario {
@@ -32,8 +33,8 @@ impl Scenario {
         Ok(Self { settings, vehicle: VehicleFile::read(&vehicle_path)? })
     }
 
-    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`, `adoption` or
-    /// `sea_trial`.
+    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`, `adoption`,
+    /// `sea_trial` or `two_vehicles`.
     ///
     /// # Errors
     /// If there is no built-in scenario of that name.

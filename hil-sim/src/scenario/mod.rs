@@ -4,6 +4,7 @@
 //! and key.
 
 mod backseat;
+mod companion;
 pub mod effects;
 mod installation;
 mod limits;
@@ -18,7 +19,7 @@ pub use effects::{Effect, Effects, Physics, Request};
 pub use installation::Installation;
 pub use limits::{End, Limits};
 pub use mission::{Fence, Lawnmower, Line, Mission, MissionWaypoint};
-pub use sections::{Acoustics, Current, Environment, Exchange, Plant, Ship, ShipTrack, Slot, Start};
+pub use sections::{Acoustics, Companion, Current, Environment, Exchange, Plant, Ship, ShipTrack, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 
 use crate::faults::Fault;
@@ -71,6 +72,9 @@ pub struct Settings {
     /// TDMA cycle and acoustic channel.
     #[serde(default)]
     pub acoustics: Acoustics,
+    /// A second vehicle; it flies with topside on the ship only.
+    #[serde(default)]
+    pub companion: Option<Companion>,
     /// Sensors.
     #[serde(default)]
     pub sensors: Sensors,

@@ -219,6 +219,20 @@ pub struct Slot {
     pub offset_s: u32,
     /// What happens.
     pub exchange: Exchange,
+    /// With the companion, rather than with the vehicle.
+    #[serde(default)]
+    pub companion: bool,
+}
+
+/// `[companion]`: a second vehicle that flies the same mission beside the first, in slots of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Companion {
+    /// Its modem address.
+    pub address: u8,
+    /// Its start, mission and fence from those of the first, north and east, m.
+    #[serde(deserialize_with = "quantity::coordinate")]
+    pub shift_m: [f64; 2],
 }
 
 /// `[acoustics]`: the TDMA cycle and the channel.
@@ -254,6 +268,10 @@ pub struct Acoustics {
     /// Key of the packets' authentication code, 32 hexadecimal digits: ship and board share it; none if left out.
     #[serde(deserialize_with = "quantity::key")]
     pub key: Key,
+    /// Modem address of the vehicle.
+    pub address: u8,
+    /// Whether topside sits on the ship unless the command says otherwise.
+    pub topside: bool,
 }
 
 impl Default for Acoustics {
@@ -261,7 +279,7 @@ impl Default for Acoustics {
         Self {
             first_s: 60,
             period_s: const { std::num::NonZeroU32::new(30).unwrap() },
-            slots: vec![Slot { offset_s: 0, exchange: Exchange::Downlink }],
+            slots: vec![Slot { offset_s: 0, exchange: Exchange::Downlink, companion: false }],
             packet_duration_s: 3.6,
             loss_share: 0.0,
             max_range_m: 3000.0,
@@ -270,6 +288,8 @@ impl Default for Acoustics {
             range_rate_sigma_mps: None,
             vehicle_pulse: true,
             key: Key::NONE,
+            address: 2,
+            topside: false,
         }
     }
 }

@@ -21,9 +21,8 @@ use backseat_wire::ship_state::ShipState;
 use receiver::Receiver;
 use std::collections::VecDeque;
 
-/// Modem addresses of the ship and of the vehicle.
+/// Modem address of the ship.
 const SHIP: u8 = 1;
-const VEHICLE: u8 = 2;
 /// Baud rates of receiver and modem.
 const BAUD: [u32; 2] = [19_200, 19_200];
 /// Frames in the water are forgotten after this, µs.
@@ -38,14 +37,16 @@ pub fn config(scenario: &Scenario) -> Result<Config, ConfigError> {
     let (acoustics, environment) = (&settings.acoustics, &settings.environment);
     let period_s = acoustics.period_s.get();
     let first_s = environment.start_unix_s.wrapping_add(acoustics.first_s);
-    let slot = |slot: &scenario::Slot| slots::Slot {
-        offset_s: first_s.wrapping_add(slot.offset_s) % period_s,
-        exchange: match slot.exchange {
+    let companion = settings.companion.map(|companion| companion.address);
+    let slot = |slot: &scenario::Slot| {
+        let vehicle = companion.filter(|_| slot.companion).unwrap_or(acoustics.address);
+        let exchange = match slot.exchange {
             Exchange::Downlink => slots::Exchange::Downlink,
-            Exchange::Uplink => slots::Exchange::Uplink { vehicle: VEHICLE },
-            Exchange::TwoWay => slots::Exchange::VehiclePing { vehicle: VEHICLE },
-            Exchange::ShipPing => slots::Exchange::Ping { vehicle: VEHICLE },
-        },
+            Exchange::Uplink => slots::Exchange::Uplink { vehicle },
+            Exchange::TwoWay => slots::Exchange::VehiclePing { vehicle },
+            Exchange::ShipPing => slots::Exchange::Ping { vehicle },
+        };
+        slots::Slot { offset_s: first_s.wrapping_add(slot.offset_s) % period_s, exchange }
     };
     let slots: Vec<slots::Slot> = acoustics.slots.iter().map(slot).collect();
     let airtime = Airtime {
@@ -58,6 +59,7 @@ pub fn config(scenario: &Scenario) -> Result<Config, ConfigError> {
         origin_deg: Some([environment.origin_latitude_deg, environment.origin_longitude_deg]),
         address: SHIP,
         key: acoustics.key,
+        vehicles: std::iter::once(acoustics.address).chain(companion).collect(),
         slots: SlotTable::new(period_s, &slots, airtime)?,
         transducer_depth_m: settings.ship.transducer_depth_m,
         ship_acceleration_mps2_per_sqrt_hz: settings.ship.estimator_mps2_per_sqrt_hz,
@@ -72,6 +74,25 @@ pub fn config(scenario: &Scenario) -> Result<Config, ConfigError> {
     Ok(config)
 }
 
+/// A vehicle at sea with its modem.
+pub struct Craft<'a> {
+    /// Modem address.
+    pub address: u8,
+    /// Where it is.
+    pub world: &'a mut World,
+    /// Its devices, the modem among them.
+    pub devices: &'a mut Devices,
+}
+
+/// A data packet in the water.
+struct InWater {
+    /// Place of the vehicle that sends it, or to which it goes.
+    craft: usize,
+    launch_us: u64,
+    addresses: Addresses,
+    frame: Vec<u8>,
+}
+
 /// Receiver, modem and program on the ship.
 pub struct ShipEnd {
     receiver: Receiver,
@@ -80,8 +101,8 @@ pub struct ShipEnd {
     program: Box<dyn Program>,
     frame: LocalFrame,
     next_step_us: u64,
-    /// Data packets in the water: launch, from and to, frame.
-    in_water: VecDeque<(u64, Addresses, Vec<u8>)>,
+    packet_us: u64,
+    in_water: VecDeque<InWater>,
 }
 
 impl ShipEnd {
@@ -100,6 +121,7 @@ impl ShipEnd {
             program,
             frame,
             next_step_us: 0,
+            packet_us: (settings.acoustics.packet_duration_s * 1e6) as u64,
             in_water: VecDeque::new(),
         }
     }
@@ -124,15 +146,19 @@ impl ShipEnd {
         lines.chain(self.modem.next_us()).fold(self.next_step_us, u64::min)
     }
 
-    /// The world was sensed; packets reach the modems.
-    pub fn observe(&mut self, observation: &Observation, world: &World, devices: &mut Devices) {
+    /// The world of one of the vehicles was sensed; packets reach the modems.
+    pub fn observe(&mut self, craft: usize, observation: &Observation, sensed: &mut Craft<'_>) {
         let time_us = observation.time_us;
+        let Craft { address, world, devices } = sensed;
         match &observation.kind {
-            ObservationKind::ShipGnss { position_m } => {
+            // every world has the same ship
+            ObservationKind::ShipGnss { position_m } if craft == 0 => {
                 self.receiver.fix(time_us, *position_m, world.ship().velocity_mps)
             }
             ObservationKind::Downlink(packet) => {
-                if let (Some((addresses, frame)), Some(modem)) = (self.take(packet.tol_us), devices.micro_modem()) {
+                if let (Some(InWater { addresses, frame, .. }), Some(modem)) =
+                    (self.take(craft, packet.tol_us), devices.micro_modem())
+                {
                     modem.hear_data(&Heard {
                         arrival_us: time_us,
                         toa_us: packet.toa_us,
@@ -144,7 +170,7 @@ impl ShipEnd {
                 }
             }
             ObservationKind::Uplink(packet) => {
-                if let Some((addresses, frame)) = self.take(packet.tol_us) {
+                if let Some(InWater { addresses, frame, .. }) = self.take(craft, packet.tol_us) {
                     self.modem.hear_data(&Heard {
                         arrival_us: time_us,
                         toa_us: packet.toa_us,
@@ -157,36 +183,39 @@ impl ShipEnd {
             }
             ObservationKind::TwoWay(ping) => {
                 if let Some(modem) = devices.micro_modem() {
-                    let addresses = Addresses { source: SHIP, destination: VEHICLE };
+                    let addresses = Addresses { source: SHIP, destination: *address };
                     modem.hear_reply(time_us, addresses, ping.one_way_time_s);
                 }
             }
             ObservationKind::ShipTwoWay(ping) => {
-                let addresses = Addresses { source: VEHICLE, destination: SHIP };
+                let addresses = Addresses { source: *address, destination: SHIP };
                 self.modem.hear_reply(ping.reply_us, addresses, ping.one_way_time_s);
             }
             _ => {}
         }
     }
 
-    fn take(&mut self, tol_us: u64) -> Option<(Addresses, Vec<u8>)> {
-        let place = self.in_water.iter().position(|(launch_us, ..)| *launch_us == tol_us)?;
-        self.in_water.remove(place).map(|(_, addresses, frame)| (addresses, frame))
+    fn take(&mut self, craft: usize, tol_us: u64) -> Option<InWater> {
+        let place = self.in_water.iter().position(|packet| (packet.craft, packet.launch_us) == (craft, tol_us))?;
+        self.in_water.remove(place)
     }
 
-    /// Lets the ship act up to `now_us`, and both modems send into the water.
+    /// Lets the ship act up to `now_us`, and all modems send into the water.
     ///
     /// # Errors
     /// A program that has ended.
-    pub fn run(&mut self, now_us: u64, world: &mut World, devices: &mut Devices) -> Result<(), BackseatError> {
+    pub fn run(&mut self, now_us: u64, crafts: &mut [Craft<'_>]) -> Result<(), BackseatError> {
         while let Some(Arrival { time_us, bytes }) = self.from_program.pop(now_us) {
             self.modem.receive(time_us, &bytes);
         }
         for launch in self.modem.run(now_us) {
-            self.ship_sends(&launch, world, devices);
+            self.ship_sends(&launch, crafts);
         }
-        for launch in devices.micro_modem().map(|modem| modem.run(now_us)).unwrap_or_default() {
-            self.vehicle_sends(&launch, world);
+        for craft in 0..crafts.len() {
+            let launches = crafts[craft].devices.micro_modem().map(|modem| modem.run(now_us));
+            for launch in launches.unwrap_or_default() {
+                self.vehicle_sends(&launch, craft, crafts);
+            }
         }
         let mut arrivals = Vec::new();
         for (port, uart) in [(Port::Gnss, &mut self.receiver.transmitter), (Port::Modem, &mut self.modem.transmitter)] {
@@ -204,34 +233,58 @@ impl ShipEnd {
         Ok(())
     }
 
-    fn ship_sends(&mut self, launch: &Launch, world: &mut World, devices: &mut Devices) {
-        match &launch.sound {
-            Sound::Cycle(cycle) => {
-                if let Some(modem) = devices.micro_modem() {
-                    modem.hear_cycle(launch.time_us + world.flight_us(), *cycle);
+    fn ship_sends(&mut self, launch: &Launch, crafts: &mut [Craft<'_>]) {
+        for (index, Craft { address, world, devices }) in crafts.iter_mut().enumerate() {
+            match &launch.sound {
+                Sound::Cycle(cycle) => {
+                    if let Some(modem) = devices.micro_modem() {
+                        modem.hear_cycle(launch.time_us + world.flight_us(), *cycle);
+                    }
                 }
+                Sound::Data(addresses, frame) => {
+                    let report = ShipState::parse(frame).map_or(ShipReport::NONE, |state| ShipReport {
+                        position_m: self.frame.to_metres(state.position_deg),
+                        velocity_mps: state.velocity_mps,
+                        position_sigma_m: state.position_sigma_m,
+                        velocity_sigma_mps: state.velocity_sigma_mps,
+                    });
+                    world.transmit(Exchange::Downlink, report);
+                    self.remember(index, launch.time_us, *addresses, frame);
+                }
+                Sound::Ping(addresses) if addresses.destination == *address => {
+                    world.transmit(Exchange::ShipPing, ShipReport::NONE);
+                }
+                Sound::Ping(_) => {}
             }
-            Sound::Data(addresses, frame) => {
-                let report = ShipState::parse(frame).map_or(ShipReport::NONE, |state| ShipReport {
-                    position_m: self.frame.to_metres(state.position_deg),
-                    velocity_mps: state.velocity_mps,
-                    position_sigma_m: state.position_sigma_m,
-                    velocity_sigma_mps: state.velocity_sigma_mps,
-                });
-                world.transmit(Exchange::Downlink, report);
-                self.remember(launch.time_us, *addresses, frame);
-            }
-            Sound::Ping(_) => world.transmit(Exchange::ShipPing, ShipReport::NONE),
         }
     }
 
-    fn vehicle_sends(&mut self, launch: &Launch, world: &mut World) {
+    /// The ship hears a vehicle, and so do the other vehicles.
+    fn vehicle_sends(&mut self, launch: &Launch, sender: usize, crafts: &mut [Craft<'_>]) {
+        for listener in (0..crafts.len()).filter(|listener| *listener != sender) {
+            let arrival_us = launch.time_us + crafts[sender].world.flight_to_us(crafts[listener].world);
+            let Some(modem) = crafts[listener].devices.micro_modem() else { continue };
+            match &launch.sound {
+                Sound::Cycle(cycle) => modem.hear_cycle(arrival_us, *cycle),
+                Sound::Data(addresses, frame) => modem.hear_data(&Heard {
+                    arrival_us,
+                    toa_us: arrival_us,
+                    end_us: arrival_us + self.packet_us,
+                    range_rate_mps: 0.0,
+                    addresses: *addresses,
+                    frame: frame.clone(),
+                }),
+                // the modem says nothing of a ping that is for another
+                Sound::Ping(_) => {}
+            }
+        }
+        let world = &mut *crafts[sender].world;
         let arrival_us = launch.time_us + world.flight_us();
         match &launch.sound {
             Sound::Cycle(cycle) => self.modem.hear_cycle(arrival_us, *cycle),
             Sound::Data(addresses, frame) => {
                 world.transmit(Exchange::Uplink, ShipReport::NONE);
-                self.remember(launch.time_us, *addresses, frame);
+                self.remember(sender, launch.time_us, *addresses, frame);
             }
             Sound::Ping(addresses) => {
                 world.transmit(Exchange::TwoWay, ShipReport::NONE);
@@ -240,8 +293,8 @@ impl ShipEnd {
         }
     }
 
-    fn remember(&mut self, launch_us: u64, addresses: Addresses, frame: &[u8]) {
-        self.in_water.retain(|(old_us, ..)| old_us + FORGET_US > launch_us);
-        self.in_water.push_back((launch_us, addresses, frame.to_vec()));
+    fn remember(&mut self, craft: usize, launch_us: u64, addresses: Addresses, frame: &[u8]) {
+        self.in_water.retain(|packet| packet.launch_us + FORGET_US > launch_us);
+        self.in_water.push_back(InWater { craft, launch_us, addresses, frame: frame.to_vec() });
     }
 }

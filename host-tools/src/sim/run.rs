@@ -38,11 +38,13 @@ const REPORT: &str = "report.html";
   backseat sim run --vehicle my_vehicle.toml --minutes 30
   backseat sim run my_scenario.toml --minutes 30 --out flight --json
   backseat sim run --realtime --monitor
-  backseat sim run sea_trial --topside library
+  backseat sim run sea_trial                 topside on the ship, in lock-step
+  backseat sim run sea_trial --realtime      topside as a process of its own on two serial lines
+  backseat sim run two_vehicles              a companion in slots of its own
   backseat sim run --realtime --wait         practise: mission put, start and stop by hand")]
 pub struct Args {
     /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption,
-    /// sea_trial.
+    /// sea_trial, two_vehicles.
     scenario: Option<PathBuf>,
     /// Vehicle file to simulate and to declare, instead of the scenario's; one that does not fly is refused.
     #[arg(long, value_name = "V.toml")]
@@ -68,8 +70,9 @@ pub struct Args {
     #[arg(long, requires = "realtime")]
     wait: bool,
     /// Put `backseat topside` on the ship, with a receiver and a modem of its own: `library`, in this process, or with
-    /// --realtime `process`, on two serial ports. Left out, the vehicle's modem plays the ship's part.
-    #[arg(long, value_name = "library|process")]
+    /// --realtime `process`, on two serial ports; `off`: the vehicle's modem plays the ship's part [default: off; in
+    /// sea_trial and two_vehicles library, with --realtime process].
+    #[arg(long, value_name = "off|library|process")]
     topside: Option<TopsideKind>,
     /// Seed of all randomness instead of the scenario's.
     #[arg(long, value_name = "N")]
@@ -98,6 +101,7 @@ pub struct Args {
 struct Flown {
     folder: PathBuf,
     flight: FlightLog,
+    companion: Option<FlightLog>,
     analysis: Analysis,
     ending: Ending,
 }
@@ -109,11 +113,11 @@ struct Flown {
 pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
     let stop = stop_on_interrupt()?;
     let flown = fly(arguments, &stop, |scenario| start(arguments, scenario))?;
-    let Flown { folder, flight, analysis, ending } = &flown;
+    let Flown { folder, flight, companion, analysis, ending } = &flown;
     if arguments.json {
-        println!("{}", summary_json(flight, analysis, *ending));
+        println!("{}", summary_json(flight, companion.as_ref(), analysis, *ending));
     } else {
-        print!("{}", summary_text(flight, analysis, *ending));
+        print!("{}", summary_text(flight, companion.as_ref(), analysis, *ending));
         println!("\nlog     {}", folder.join("log.csv").display());
         println!("session {}", folder.join(SESSION).display());
         println!("report  {}", folder.join(REPORT).display());
@@ -140,7 +144,8 @@ pub fn simulate(options: &[String]) -> anyhow::Result<(String, PathBuf)> {
         Ok((Box::new(InProcess::new()), "the app in this process".to_owned()))
     };
     let flown = fly(&arguments, &AtomicBool::new(false), inside)?;
-    Ok((summary_json(&flown.flight, &flown.analysis, flown.ending).to_string(), flown.folder))
+    let Flown { folder, flight, companion, analysis, ending } = flown;
+    Ok((summary_json(&flight, companion.as_ref(), &analysis, ending).to_string(), folder))
 }
 
 fn fly(
@@ -177,7 +182,22 @@ fn fly(
     let progress = |t_s| bar.set(t_s as usize);
     let mut ship = super::ship::start(arguments.topside, arguments.realtime, &scenario, &folder)?;
     let end = ship.as_mut().map(|ship| &mut ship.end);
-    let flight = if arguments.realtime {
+    let mut companion = None;
+    let flight = if let Some(second) = scenario.companion() {
+        let end = end.filter(|_| !arguments.realtime);
+        let end = end.context(
+            "a companion flies in lock-step with topside on the ship alone: leave --realtime and --topside out",
+        )?;
+        let mut board = Client::new(Box::new(InProcess::new()) as Box<dyn Ports>);
+        let beside = folder.join("companion");
+        std::fs::create_dir_all(&beside).with_context(|| beside.display().to_string())?;
+        let mut fleet =
+            [(&scenario, &mut client, Some(folder.as_path())), (&second, &mut board, Some(beside.as_path()))];
+        flight::fly_fleet(&mut fleet, end, stop, progress).map(|mut flights| {
+            companion = flights.pop();
+            flights.pop().unwrap_or_default()
+        })
+    } else if arguments.realtime {
         let start = if arguments.wait { flight::Start::OnRequest } else { flight::Start::AtOnce };
         flight::fly_realtime_with_ship(&scenario, &mut client, start, end, Some(&folder), stop, progress)
     } else {
@@ -198,7 +218,7 @@ fn fly(
     if let Some(picture) = &arguments.picture {
         super::report::picture(picture, &scenario, &flight, &analysis)?;
     }
-    Ok(Flown { folder, flight, analysis, ending })
+    Ok(Flown { folder, flight, companion, analysis, ending })
 }
 
 /// Starts the backseat asked for; where its ports are.
@@ -330,7 +350,7 @@ fn ports_line(backseat: &Process) -> String {
     ports.join(", ")
 }
 
-fn summary_text(flight: &FlightLog, analysis: &Analysis, ending: Ending) -> String {
+fn summary_text(flight: &FlightLog, companion: Option<&FlightLog>, analysis: &Analysis, ending: Ending) -> String {
     let warning = if ending.is_trustworthy() { String::new() } else { format!("{}\n\n", ending.headline()) };
     let mut text = warning
         + &format!("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "horizontal error [m]", "median", "95 %", "max", "RMS/DRMS");
@@ -351,7 +371,7 @@ fn summary_text(flight: &FlightLog, analysis: &Analysis, ending: Ending) -> Stri
         }
     }
     text += &super::ship::text(flight);
-    text += &super::ship::text(flight);
+    text += &companion.map(super::ship::companion_text).unwrap_or_default();
     let sensors = analysis::sensor_names(&analysis.configurations);
     text += &format!("\n{:<36}", "mean NIS (rejected)");
     for sensor in &sensors {
@@ -378,7 +398,7 @@ fn summary_text(flight: &FlightLog, analysis: &Analysis, ending: Ending) -> Stri
     text
 }
 
-fn summary_json(flight: &FlightLog, analysis: &Analysis, ending: Ending) -> Value {
+fn summary_json(flight: &FlightLog, companion: Option<&FlightLog>, analysis: &Analysis, ending: Ending) -> Value {
     let configurations: Vec<Value> = analysis
         .configurations
         .iter()
@@ -404,6 +424,7 @@ fn summary_json(flight: &FlightLog, analysis: &Analysis, ending: Ending) -> Valu
         "depth_m": track(|track| &track.depth),
         "nis": analysis.configurations.first().map(nis_json),
         "topside": super::ship::json(flight),
+        "companion": companion.map(super::ship::companion_json),
         "finished": matches!(ending, Ending::Flown),
         "ending": ending.name(),
         "trust": if ending.is_trustworthy() { "ok" } else { "suspicious" },

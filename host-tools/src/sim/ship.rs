@@ -12,6 +12,8 @@ use std::path::Path;
 /// How topside takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum TopsideKind {
+    /// None: the vehicle's modem plays the ship's part.
+    Off,
     /// In this process.
     Library,
     /// A process of its own.
@@ -41,7 +43,12 @@ pub fn start(
     scenario: &Scenario,
     folder: &Path,
 ) -> anyhow::Result<Option<Ship>> {
-    let Some(kind) = kind else { return Ok(None) };
+    let usual = if realtime { TopsideKind::Process } else { TopsideKind::Library };
+    let kind = match kind {
+        None if scenario.settings.acoustics.topside => usual,
+        None | Some(TopsideKind::Off) => return Ok(None),
+        Some(kind) => kind,
+    };
     let config = ship_end::config(scenario)
         .map_err(|error| anyhow::anyhow!("{}: acoustics: {error}", scenario.settings.name))?;
     if kind == TopsideKind::Library {
@@ -107,6 +114,29 @@ fn topside_file(scenario: &Scenario, config: &Config, [gnss, modem]: [&str; 2]) 
         }
     }
     text
+}
+
+/// The companion's own error, as its board reports it, m.
+fn own_error(flight: &FlightLog) -> Option<[f64; 2]> {
+    let known = flight.samples.iter().filter(|sample| sample.telemetry.sigma[0] > 0.0);
+    quantiles(known.map(|sample| {
+        let (truth, state) = (&sample.truth.state, &sample.telemetry.state);
+        f64::hypot(truth[0] - state[0], truth[1] - state[1])
+    }))
+}
+
+/// What became of the companion.
+pub fn companion_json(flight: &FlightLog) -> Value {
+    let error = own_error(flight).map(|[median, p95]| json!({"median_m": median, "p95_m": p95}));
+    json!({"backseat": error, "topside": json(flight), "finished": flight.finished})
+}
+
+/// Its two lines of the score table.
+pub fn companion_text(flight: &FlightLog) -> String {
+    let track = quantiles(flight.ship_side.iter().filter_map(|side| side.vehicle).map(|[error_m, _]| error_m));
+    let rows = [("companion: its backseat", own_error(flight)), ("topside: the companion", track)];
+    let rows = rows.into_iter().filter_map(|(name, error)| Some((name, error?)));
+    rows.map(|(name, [median_m, p95_m])| format!("{name:<36} {median_m:>8.2} {p95_m:>8.2}\n")).collect()
 }
 
 /// Median and 95 % of values.

@@ -1,5 +1,6 @@
 //! `backseat sim`: flights, data sets and session logs, as a user makes them.
 
+mod both_ways;
 mod dataset;
 mod flight;
 mod session;

@@ -63,8 +63,11 @@ pub fn scenario_of(conditions: &Conditions, seed: u64) -> anyhow::Result<Scenari
     (ship.radius_m, ship.speed_mps) = (radius_m, ship_mps);
     let acoustics = &mut settings.acoustics;
     (acoustics.first_s, acoustics.period_s) = (first_s, period_s.try_into()?);
-    acoustics.slots =
-        conditions.slots_s.iter().map(|&offset_s| Slot { offset_s, exchange: Exchange::Downlink }).collect();
+    acoustics.slots = conditions
+        .slots_s
+        .iter()
+        .map(|&offset_s| Slot { offset_s, exchange: Exchange::Downlink, companion: false })
+        .collect();
     let sensors = &mut settings.sensors;
     let ([depth_hz, depth_m], [ahrs_hz, tilt_deg, heading_deg]) = (conditions.depth, conditions.attitude);
     (sensors.depth.rate_hz, sensors.ahrs.rate_hz) = (depth_hz, ahrs_hz);
