@@ -10,7 +10,7 @@ use crate::ensemble::run_all;
 use crate::table::{markdown_table, with_interval, wrapped};
 use anyhow::{Context, anyhow};
 use backseat_core::control::mission::{Mission, Waypoint};
-use backseat_core::control::{ControlConfig, ControlLaw, Controller};
+use backseat_core::control::{ControlConfig, ControlError, ControlLaw, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
 use backseat_core::identification::theta;
 use backseat_core::navigation::{
@@ -78,7 +78,9 @@ struct Flight {
 }
 
 impl Flight {
-    fn new(case: &Case, seed: u64) -> anyhow::Result<Self> {
+    /// `None` where the declared vehicle has no trim at the speed of the mission, so that no gain can be worked out for
+    /// it: the board would refuse it.
+    fn new(case: &Case, seed: u64) -> anyhow::Result<Option<Self>> {
         let mut scenario = Scenario::built_in("survey")?;
         let settings = &mut scenario.settings;
         settings.seed = seed;
@@ -109,11 +111,14 @@ impl Flight {
         navigator.initialise(0, &InitialState { state, sigma }).map_err(|error| anyhow!("filter: {error:?}"))?;
         let mut controller = Box::new(Controller::new());
         let control = ControlConfig { law: case.law, ..ControlConfig::REFERENCE };
-        controller.configure(&control, &model).map_err(|error| anyhow!("controller: {error:?}"))?;
+        match controller.configure(&control, &model) {
+            Err(ControlError::NoTrim) => return Ok(None),
+            configured => configured.map_err(|error| anyhow!("controller: {error:?}"))?,
+        }
         controller.set_mission(&mission);
         controller.start(&state).map_err(|error| anyhow!("start: {error:?}"))?;
         let declared = vehicle.parameters;
-        Ok(Self { world, navigator, controller, declared, lines, input: ActuatorInput::default() })
+        Ok(Some(Self { world, navigator, controller, declared, lines, input: ActuatorInput::default() }))
     }
 
     /// Moves world and filter to a time.
@@ -181,9 +186,9 @@ impl Flight {
     }
 }
 
-/// Root mean squares of a flight, in the order of [`COLUMNS`].
-fn fly(case: &Case, seed: u64, is_adaptive: bool, minutes: f64) -> anyhow::Result<[f64; 6]> {
-    let mut flight = Flight::new(case, seed)?;
+/// Root mean squares of a flight, in the order of [`COLUMNS`]; `None` of a vehicle that could not start.
+fn fly(case: &Case, seed: u64, is_adaptive: bool, minutes: f64) -> anyhow::Result<Option<[f64; 6]>> {
+    let Some(mut flight) = Flight::new(case, seed)? else { return Ok(None) };
     let (mut squares, mut counts) = ([0.0; 6], [0.0; 6]);
     for time_us in (STEP_US..=(60.0e6 * minutes) as u64).step_by(STEP_US as usize) {
         flight.advance(time_us)?;
@@ -213,7 +218,7 @@ fn fly(case: &Case, seed: u64, is_adaptive: bool, minutes: f64) -> anyhow::Resul
             *count += 1.0;
         }
     }
-    Ok(core::array::from_fn(|column| f64::sqrt(squares[column] / counts[column])))
+    Ok(Some(core::array::from_fn(|column| f64::sqrt(squares[column] / counts[column]))))
 }
 
 /// Runs the study.
@@ -230,15 +235,19 @@ pub fn run(args: &EnsembleArgs) -> anyhow::Result<()> {
         .collect();
     let flown = run_all("flights", &jobs, |(case, is_adaptive, seed)| fly(case, *seed, *is_adaptive, minutes))?;
     let runs = args.runs as usize;
-    let mut table = markdown_table(["", "gains"].into_iter().chain(COLUMNS));
+    let mut table = markdown_table(["", "gains", "flown"].into_iter().chain(COLUMNS));
     let mut rows: Vec<Value> = Vec::new();
     for (jobs, errors) in jobs.chunks(runs).zip(flown.chunks(runs)) {
         let Some((case, is_adaptive, _)) = jobs.first() else { continue };
         let gains = if *is_adaptive { "adaptive" } else { "fixed" };
-        let column = |i: usize| errors.iter().map(|errors| errors[i]).collect::<Vec<f64>>();
-        let cells = (0..COLUMNS.len()).map(|i| with_interval(&column(i), 3));
-        table.add_row([case.name.to_owned(), gains.to_owned()].into_iter().chain(cells));
-        rows.push(json!({"case": case.name, "gains": gains, "root_mean_squares": errors}));
+        let errors: Vec<[f64; 6]> = errors.iter().flatten().copied().collect();
+        let cell = |i: usize| {
+            let column: Vec<f64> = errors.iter().map(|errors| errors[i]).collect();
+            if column.is_empty() { "no trim".to_owned() } else { with_interval(&column, 3) }
+        };
+        let flown = format!("{} of {runs}", errors.len());
+        table.add_row([case.name.to_owned(), gains.to_owned(), flown].into_iter().chain((0..COLUMNS.len()).map(cell)));
+        rows.push(json!({"case": case.name, "gains": gains, "flown": errors.len(), "root_mean_squares": errors}));
     }
     let last = args.first_seed + args.runs - 1;
     let mut page = String::from("# Adaptive control\n\n");
@@ -248,7 +257,8 @@ pub fn run(args: &EnsembleArgs) -> anyhow::Result<()> {
          {minutes:.0} minutes, seeds {} to {last}, steered by the board's controller on the robust filter's estimate without a DVL. \
          Inertia, drag, fins and thrust of the declared vehicle are each too high or too low by the share named; the fin is lost \
          after {LOST_S:.0} s, a different one by seed. Adaptive: every 20 s the controller takes the declared vehicle with the factors \
-         that the filter holds. Root mean squares from {FROM_S:.0} s on, on the lines: mean and its 95 % interval over the flights.\n",
+         that the filter holds. Root mean squares from {FROM_S:.0} s on, on the lines: mean and its 95 % interval over the flights. Flown: a declared \
+         vehicle that has no trim at 1 m/s gives no LQR gain, and the board refuses it.\n",
         args.first_seed,
         env!("CARGO_PKG_VERSION"),
         args.first_seed,
