@@ -29,7 +29,7 @@ fn count(path: &Path, column: &str) -> usize {
 }
 
 /// Without a pulse on the vehicle no packet gives a range: the pings do. `navigate` over the exported log uses them, and
-/// comes to the board's error; without them it is lost.
+/// comes to the board's error; without them an undeclared current carries it off.
 #[test]
 fn val_an_exported_two_way_mission_is_navigated_like_the_board() {
     let folder = tempfile::tempdir().unwrap();
@@ -57,7 +57,7 @@ fn val_an_exported_two_way_mission_is_navigated_like_the_board() {
 
     let (vehicle, truth) = (at("iver3.toml"), at("flight/truth.csv"));
     let navigate = |log: &Path| {
-        let more = ["--no-dvl", "--model", "nominal", "--json"];
+        let more = ["--no-dvl", "--json"];
         json(&[&["navigate", text(log), "--vehicle", text(&vehicle), "--truth", text(&truth)][..], &more].concat())
     };
     let error_m = |result: &Value| result["error"]["median_m"].as_f64().unwrap();
@@ -69,8 +69,10 @@ fn val_an_exported_two_way_mission_is_navigated_like_the_board() {
     eprintln!(
         "board {board_m:.2} m, navigate {with_m:.2} m, without two-way {without_m:.2} m, with uplinks {both_m:.2} m"
     );
-    // the same measurements, with the ship's packets as its fixes: within half a metre of the board
-    assert!((with_m - board_m).abs() < 0.5, "{with_m} {board_m}");
+    assert!(with["nis"]["range"].is_number() && with["rejected"]["range"] == 0, "{with}");
+    // The same measurements with the ship's packets as its fixes; measured 1.05 m and the board's 1.58 m. Without them a
+    // current of 0.15 m/s that nobody declared goes on unseen: 68 m.
+    assert!(with_m < board_m + 0.5, "{with_m} {board_m}");
     assert!(both_m < with_m + 0.3, "uplinks help, or do no harm: {both_m} {with_m}");
-    assert!(without_m > with_m, "{without_m} {with_m}");
+    assert!(without_m > 10.0 * with_m, "{without_m} {with_m}");
 }
