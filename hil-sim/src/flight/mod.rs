@@ -104,7 +104,10 @@ fn advance(vehicles: &mut [Moved<'_>], mut ship: Option<&mut ShipEnd>, to_us: u6
             ship.run(until_us, &mut crafts.collect::<Vec<_>>())?;
         }
         if until_us >= to_us {
-            return vehicles.iter_mut().try_for_each(|moved| Ok(moved.recorder.step_done()?));
+            // A packet that arrives within a step of the physics is observed at the end of that step.
+            return vehicles
+                .iter_mut()
+                .try_for_each(|Moved { craft, recorder }| Ok(recorder.complete_to(craft.world.time_us())?));
         }
     }
 }

@@ -85,7 +85,7 @@ pub(super) struct Recorder {
     pub(super) flight: FlightLog,
     files: Option<Files>,
     targets: Option<Actuators>,
-    /// Rows of the present step, in order of time.
+    /// Rows to which earlier ones may still come, in order of time.
     rows: Vec<LogRow>,
 }
 
@@ -118,12 +118,15 @@ impl Recorder {
         self.rows.insert(place, row);
     }
 
-    /// The step is over: its rows are complete.
-    pub(super) fn step_done(&mut self) -> Result<(), DataError> {
-        if let Some(files) = &mut self.files {
-            self.rows.iter().try_for_each(|row| files.log.write(row))?;
+    /// Nothing will be observed any more up to this time, µs: the rows up to there are complete.
+    pub(super) fn complete_to(&mut self, time_us: u64) -> Result<(), DataError> {
+        let complete = self.rows.partition_point(|row| row.time_us <= time_us);
+        for row in self.rows.drain(..complete) {
+            if let Some(files) = &mut self.files {
+                files.log.write(&row)?;
+            }
+            self.flight.log.rows.push(row);
         }
-        self.flight.log.rows.append(&mut self.rows);
         Ok(())
     }
 
@@ -228,11 +231,30 @@ impl Recorder {
         self.flight.ship_side.push(ShipSide { time_us, ship, vehicle });
     }
 
-    pub(super) fn finish(self) -> Result<FlightLog, DataError> {
+    pub(super) fn finish(mut self) -> Result<FlightLog, DataError> {
+        self.complete_to(u64::MAX)?;
         if let Some(files) = self.files {
             files.log.finish()?;
             files.truth.finish()?;
         }
         Ok(self.flight)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_stay_in_order_when_a_packet_is_observed_after_a_later_command() {
+        let mut recorder = Recorder::new(&Scenario::built_in("survey").unwrap(), None).unwrap();
+        recorder.row(LogRow::new(100));
+        recorder.row(LogRow::new(118));
+        recorder.complete_to(110).unwrap();
+        recorder.row(LogRow::new(112));
+        recorder.complete_to(120).unwrap();
+        recorder.row(LogRow::new(130));
+        let times: Vec<u64> = recorder.finish().unwrap().log.rows.iter().map(|row| row.time_us).collect();
+        assert_eq!(times, [100, 112, 118, 130]);
     }
 }
