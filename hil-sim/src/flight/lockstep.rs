@@ -64,7 +64,7 @@ pub fn fly_prepared<P: Ports>(
     mut progress: impl FnMut(f64),
 ) -> Result<FlightLog, FlightError> {
     fly_on(scenario, client, None, folder, stop, |step| {
-        if step.time_us % SECOND_US == 0 {
+        if step.time_us.is_multiple_of(SECOND_US) {
             progress(step.time_us as f64 * 1e-6);
         }
     })
@@ -84,7 +84,7 @@ pub fn fly_with_ship<P: Ports>(
 ) -> Result<FlightLog, FlightError> {
     prepare(scenario, client)?;
     fly_on(scenario, client, ship, folder, stop, |step| {
-        if step.time_us % SECOND_US == 0 {
+        if step.time_us.is_multiple_of(SECOND_US) {
             progress(step.time_us as f64 * 1e-6);
         }
     })
@@ -149,7 +149,7 @@ impl<'a, P: Ports> Aloft<'a, P> {
         watch: impl FnOnce(Watched<'_>),
     ) -> Result<(), FlightError> {
         let Self { scenario, client, world, devices, board, recorder, end_us, under_way } = self;
-        let edge = now_us % SECOND_US == 0;
+        let edge = now_us.is_multiple_of(SECOND_US);
         let reset = board.reset(now_us);
         if let Some(reset) = reset {
             client.reset(reset)?;
@@ -234,7 +234,7 @@ pub fn fly_fleet<P: Ports>(
         for aloft in &mut fleet {
             aloft.step(now_us, Some(ship), |_| {})?;
         }
-        if now_us % SECOND_US == 0 {
+        if now_us.is_multiple_of(SECOND_US) {
             progress(now_us as f64 * 1e-6);
         }
     }
