@@ -205,6 +205,6 @@ fn two_vehicles_keep_their_slots_and_their_tracks() {
         assert!(error[0] < 5.0 && own[0] < 2.0, "{error:?} {own:?}");
     }
     // the same ship about both
-    let ships = flights.iter().map(|flight| flight.samples.last().unwrap().ship.position_m);
-    assert_eq!(ships.clone().next(), ships.last());
+    let ships: Vec<[f64; 2]> = flights.iter().map(|flight| flight.samples.last().unwrap().ship.position_m).collect();
+    assert_eq!(ships[0], ships[1]);
 }
