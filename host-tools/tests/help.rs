@@ -44,6 +44,7 @@ fn every_command_has_help_an_example_and_json() {
         "vehicle",
         "navigate",
         "diagnose",
+        "effect",
         "identify",
         "bench",
         "reproduce",

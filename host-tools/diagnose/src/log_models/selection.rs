@@ -152,6 +152,10 @@ fn with_terms<M: LogModel>(
     let columns: Vec<usize> = free.iter().copied().chain(own.iter().flatten().copied()).collect();
     let (model, log_data, noise) = (described.model, described.log_data, described.noise);
     let theta = fit::solve(model, log_data, noise, &columns, described.theta, DataPart::Train)?;
+    if own.iter().flatten().all(|column| theta[*column] == 0.0) {
+        // Significant to first order, and no step from the values found makes the training blocks better.
+        return None;
+    }
     let after = fit::pass(model, noise, &theta);
     let sigmas = describe::Described { theta: &theta, after: &after, ..*described }.sigmas(&columns)?;
     let mut at = free.len();

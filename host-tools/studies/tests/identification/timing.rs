@@ -23,11 +23,16 @@ fn timed(between: Between) -> (IdentificationData, timing::TimingEstimate) {
 fn assert_found(between: Between, found: &timing::TimingEstimate) {
     let kind = if between.continuous { HoldKind::Linear } else { HoldKind::Held };
     for actuator in &found.actuators {
-        assert_eq!(actuator.hold.kind, kind, "{between:?} {actuator:?}");
+        // Half a sample late, straight lines are nearly what is held: only their sum is then well determined.
+        let half_s = |continuous: bool| if continuous { 0.05 } else { 0.0 };
+        let moves = actuator.hold.kind == HoldKind::Linear;
+        assert!(between.delay_s > 0.05 || actuator.hold.kind == kind, "{between:?} {actuator:?}");
         // Twice the interval: ten of them, and straight lines between the samples of a sine.
         let [low, high] = actuator.ci95.expect("seen");
         let reach = (high - low).max(0.004);
-        assert!((actuator.hold.delay_s - between.delay_s).abs() < reach, "{between:?} {actuator:?}");
+        let [found_s, truth_s] = [(moves, actuator.hold.delay_s), (between.continuous, between.delay_s)]
+            .map(|(continuous, delay_s)| delay_s - half_s(continuous));
+        assert!((found_s - truth_s).abs() < reach, "{between:?} {actuator:?}");
     }
     assert!(found.whiteness.iter().all(|output| output.max_autocorrelation < 0.1), "{:?}", found.whiteness);
 }
