@@ -199,6 +199,7 @@ impl Backseat {
         if let Some((time_us, input)) = steering.hear_echo(links.frontseat.echo(), &settings.app) {
             inputs.command(time_us, &input);
         }
+        estimator.set_receivers(settings.app.receiver_bias_m, links.frontseat.hdop());
         let failed = estimator.step(now_us, inputs, settings, &self.clock).is_err();
         // Before it is initialised the filter holds an old state, or none.
         if estimator.navigator().is_initialised() {
@@ -256,7 +257,7 @@ impl Backseat {
             depth_age_us: sample_age(samples.depth_m.map(|(us, _)| us)),
             frontseat_age_us: age(frontseat.last_us()),
             refused_us: age(frontseat.refused_since_us().or(self.steering.disobeyed_since_us())),
-            position_sigma_m: if initialised { navigator.horizontal_sigma_m() } else { f64::INFINITY },
+            position_sigma_m: if initialised { self.estimator.stated_sigma_m() } else { f64::INFINITY },
             resumed: self.unconfigured || self.estimator.resumed().is_some(),
             suspect: self.estimator.is_suspect(),
             unsteerable_us: age(self.estimator.unsteerable_since_us()),
@@ -331,7 +332,7 @@ impl Backseat {
         let Self { learning, steering, estimator, adaptation, parameters, .. } = self;
         let submerged = estimator.output()[Z] > SUBMERGED_M;
         if !learning.ends(steering.under_way(), submerged)
-            || estimator.is_suspect()
+            || estimator.is_doubted()
             || estimator.resumed().is_some()
             || adaptation.has_fault()
         {

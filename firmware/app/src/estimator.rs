@@ -16,8 +16,9 @@ use crate::store::Navigation;
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    AcousticPath, CloneId, ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Measurement,
-    NavigationConfig, NavigationError, Navigator, ProcessModel, Sensor, ShipEnd, ShipReport, VehicleEnd,
+    AcousticPath, CloneId, ConfigError, Filter, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState,
+    Integrity, Measurement, NavigationConfig, NavigationError, Navigator, ProcessModel, Sensor, ShipEnd, ShipReport,
+    VehicleEnd,
 };
 use backseat_core::state::{PHI, PSI, U, V, VehicleState, W, X, Y, Z, wrap_angle};
 use heapless::Vec;
@@ -48,6 +49,10 @@ pub type FilterPlace = &'static mut Navigator;
 /// The filter with the state for its start and its restart.
 pub struct Estimator {
     navigator: FilterPlace,
+    /// What the filter's covariance leaves out.
+    integrity: Integrity,
+    /// One sigma per axis of the slow errors of the vehicle's and of the ship's receiver, m.
+    receivers_m: [f64; 2],
     model: Option<VehicleModel>,
     packets: Packets,
     /// The vehicle at the start of each packet under way, by the packet's number.
@@ -71,6 +76,8 @@ impl Estimator {
     pub const fn new(navigator: FilterPlace) -> Self {
         Self {
             navigator,
+            integrity: Integrity::new(),
+            receivers_m: [0.0; 2],
             model: None,
             packets: Packets::new(),
             clones: Vec::new(),
@@ -99,6 +106,22 @@ impl Estimator {
     #[cfg_attr(feature = "filter-apart", expect(clippy::needless_borrow, reason = "the place is a reference there"))]
     pub fn navigator(&self) -> &Navigator {
         &self.navigator
+    }
+
+    /// Variance of vehicle state `i` as the board states it: the filter's, and what that leaves out.
+    pub fn stated_variance(&self, i: usize) -> f64 {
+        let variance = self.navigator.variance(i);
+        variance + self.integrity.unseen(i, variance, &self.navigator, self.receivers_m)
+    }
+
+    /// √(σx² + σy²) of these, m.
+    pub fn stated_sigma_m(&self) -> f64 {
+        libm::sqrt(self.stated_variance(X) + self.stated_variance(Y))
+    }
+
+    /// How far the receivers may be off for a long time: as declared, the vehicle's by its dilution of precision.
+    pub fn set_receivers(&mut self, sigma_m: f64, hdop: Option<f64>) {
+        self.receivers_m = [sigma_m * hdop.unwrap_or(1.0).max(1.0), sigma_m];
     }
 
     /// The vehicle at the time of the last step.
@@ -395,8 +418,24 @@ impl Estimator {
         }
     }
 
+    /// By how much the main filter of a bank expects more of a depth or range than the mixture, m.
+    fn apart_m(&self, measurement: &Measurement) -> f64 {
+        let main: &Filter = &self.navigator;
+        let expected = |x: &VehicleState| match measurement {
+            Measurement::Depth { .. } => x[Z],
+            Measurement::Range { path: AcousticPath { ship: ShipEnd::Reported(ship), .. }, .. } => {
+                let [north_m, east_m] = ship.position_m;
+                libm::hypot(x[X] - north_m, x[Y] - east_m)
+            }
+            _ => 0.0,
+        };
+        expected(main.state()) - expected(self.navigator.state())
+    }
+
     fn fuse_measurement(&mut self, measurement: &Measurement) {
+        let apart_m = self.apart_m(measurement);
         let fusions: Fusions = self.navigator.fuse(measurement);
+        self.integrity.take(&fusions, &self.navigator, apart_m);
         for record in fusions.iter() {
             let confirms = matches!(record.sensor, Sensor::VehicleGnss | Sensor::Range);
             if confirms && record.outcome == FusionOutcome::Fused {
@@ -442,6 +481,7 @@ impl Estimator {
         // refused only for values that are not finite: the next samples come soon
         if self.navigator.initialise(now_us, &initial).is_ok() {
             self.navigator.start_from(&settings.learnt);
+            self.integrity = Integrity::new();
             self.resumed = resumed;
         }
     }
@@ -457,10 +497,23 @@ impl Estimator {
         fresh(inputs.latest().fix_m, now_us, INITIAL_FIX_AGE_US).is_some()
     }
 
-    /// Whether any sensor is suspect, or unconfirmed until a fix decides between it and the filter.
+    /// Whether any sensor is suspect, or unconfirmed. Not unconfirmed ranges and fixes: they are used again, and the
+    /// sigma of the position covers both accounts for as long as it takes.
     pub fn is_suspect(&self) -> bool {
+        let covered = |sensor: Sensor| matches!(sensor, Sensor::Range | Sensor::VehicleGnss);
+        self.contradicts(|sensor| !covered(sensor))
+    }
+
+    /// Whether any sensor is suspect, or unconfirmed until a fix decides between it and the filter.
+    pub fn is_doubted(&self) -> bool {
+        self.contradicts(|_| true)
+    }
+
+    fn contradicts(&self, unconfirmed_counts: impl Fn(Sensor) -> bool) -> bool {
         let navigator = &self.navigator;
-        Sensor::ALL.into_iter().any(|sensor| navigator.is_suspect(sensor) || navigator.unconfirmed_sigma(sensor) > 0.0)
+        Sensor::ALL.into_iter().any(|sensor| {
+            navigator.is_suspect(sensor) || (unconfirmed_counts(sensor) && navigator.unconfirmed_sigma(sensor) > 0.0)
+        })
     }
 }
 

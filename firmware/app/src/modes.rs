@@ -32,7 +32,7 @@ pub struct Facts {
     pub position_sigma_m: f64,
     /// The position is the one from before a reset, and nothing has confirmed it since.
     pub resumed: bool,
-    /// A sensor is suspect, or unconfirmed until a fix decides between it and the filter.
+    /// A sensor is suspect, or unconfirmed in a way that the sigma of the position does not cover.
     pub suspect: bool,
     /// How long attitude or depth has contradicted the filter, once it is suspect, µs.
     pub unsteerable_us: Option<u64>,

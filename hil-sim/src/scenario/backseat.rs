@@ -35,6 +35,10 @@ pub struct Backseat {
     pub wrong_share: f64,
     /// The seed that has them, if it is not the flight's: of a second dive of the same vehicle.
     pub wrong_seed: Option<u64>,
+    /// One sigma per axis of a GNSS receiver's slow error, as the board is told, m. The simulated receivers have none but
+    /// by faults.
+    #[serde(deserialize_with = "quantity::non_negative")]
+    pub receiver_bias_m: f64,
 }
 
 impl Default for Backseat {
@@ -50,6 +54,7 @@ impl Default for Backseat {
             adopt: false,
             wrong_share: 0.0,
             wrong_seed: None,
+            receiver_bias_m: 0.0,
         }
     }
 }

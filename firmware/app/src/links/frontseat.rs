@@ -46,6 +46,8 @@ struct Status {
     charge_percent: Option<f64>,
     /// Of its altimeter or its DVL, over the bottom, and its arrival, µs.
     altitude_m: Latest<f64>,
+    /// Horizontal dilution of precision of the last `$GPGGA`.
+    hdop: Option<f64>,
 }
 
 impl Default for FrontseatLink {
@@ -69,6 +71,7 @@ impl FrontseatLink {
                 flat: false,
                 charge_percent: None,
                 altitude_m: None,
+                hdop: None,
             },
             due_us: [0; 3],
             power_due_us: 0,
@@ -111,7 +114,7 @@ impl FrontseatLink {
                     self.status.leaks[0] = power.leak;
                     self.status.charge_percent = Some(power.percent);
                 }
-                FromFrontseat::Gga(_) => {}
+                FromFrontseat::Gga(gga) => self.status.hdop = gga.hdop,
             }
         }
     }
@@ -167,6 +170,11 @@ impl FrontseatLink {
     /// Charge of its battery, %; `None` while it has not said.
     pub fn charge_percent(&self) -> Option<f64> {
         if self.status.flat { Some(0.0) } else { self.status.charge_percent }
+    }
+
+    /// Horizontal dilution of precision that the receiver last said.
+    pub fn hdop(&self) -> Option<f64> {
+        self.status.hdop
     }
 
     /// Altitude over the bottom, m, and its arrival, µs.

@@ -99,6 +99,8 @@ pub struct AppSettings {
     pub use_water_track: bool,
     /// Fuse fixes at the surface.
     pub use_gnss: bool,
+    /// One sigma per axis of a GNSS receiver's slowly varying error, the vehicle's and the ship's alike, m.
+    pub receiver_bias_m: f64,
     /// Deepest estimate at which a fix is believed, m.
     pub gnss_max_depth_m: f64,
     /// AHRS protocol.
@@ -195,6 +197,7 @@ impl AppSettings {
         use_dvl: false,
         use_water_track: false,
         use_gnss: true,
+        receiver_bias_m: 1.5,
         gnss_max_depth_m: 1.0,
         ahrs_protocol: AhrsProtocol::Gx3,
         dvl_source: DvlSource::Pd0,

@@ -38,6 +38,7 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(flag "app.use_dvl", "Fuse DVL bottom track.", use_dvl),
     row!(flag "app.use_water_track", "Fuse DVL water track.", use_water_track),
     row!(flag "app.use_gnss", "Fuse GNSS fixes at the surface.", use_gnss),
+    row!(real "app.receiver_bias_m", "sigma_b", "m", [0.0, 100.0], "Slowly varying error of a GNSS receiver per axis, the vehicle's and the ship's alike: part of the sigma of the position that the board states, never of the filter's. The vehicle's counts times the HDOP of $GPGGA, where that is more than 1.", receiver_bias_m),
     row!(live real "app.gnss_max_depth_m", "", "m", [0.0, 10.0], "A fix is fused only if the estimated depth is at most this.", gnss_max_depth_m),
     row!(choice "app.ahrs_protocol", "Protocol of the AHRS port: 0 MicroStrain 3DM-GX3, 1 MicroStrain MIP, 2 OceanServer OS5000.", ahrs_protocol, [AhrsProtocol::Gx3, AhrsProtocol::Mip, AhrsProtocol::Os5000]),
     row!(choice "app.dvl_source", "Source of DVL velocities: on the DVL port 0 PD0, 1 PD4 or PD5, 2 PD6; 3 the frontseat's $DVL.", dvl_source, [DvlSource::Pd0, DvlSource::Pd4, DvlSource::Pd6, DvlSource::Frontseat]),

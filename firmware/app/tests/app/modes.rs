@@ -110,7 +110,8 @@ fn an_uncertain_position_degrades_and_then_ends_the_mission() {
     // no range, no velocity, no model of the vehicle
     world.silent[Port::Modem as usize] = true;
     parameters(&mut board, &KINEMATIC);
-    parameters(&mut board, &[("app.degraded_sigma_m", 2.0)]);
+    // the limits are tried by what grows, not by the receiver's bias, which is there from the first on
+    parameters(&mut board, &[("app.degraded_sigma_m", 2.0), ("app.receiver_bias_m", 0.0)]);
     until(&mut world, &mut board, NAVIGATING, 10);
     start(&mut board);
     let degraded = (Mode::Degraded, ModeReason::PositionUncertain);

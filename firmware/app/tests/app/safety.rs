@@ -218,7 +218,7 @@ fn a_vehicle_that_does_not_dive_stops_its_propeller() {
     let took_s = until_ended(&mut world, &mut board, 150, |world, _| world.x[Z] = 0.0);
     let (_, reason) = shown(&mut board);
     assert!(took_s < 122.0, "{took_s}");
-    assert!(matches!(reason, ModeReason::NoWater | ModeReason::Rejections), "{reason:?}");
+    assert!(matches!(reason, ModeReason::NoWater | ModeReason::Rejections), "{reason:?} {took_s}");
     world.run(&mut board, 1);
     assert_eq!(world.last_servo, ServoBytes::NEUTRAL);
 }
@@ -319,7 +319,8 @@ fn a_polygon_is_kept_at_upload_at_start_and_under_way() {
     assert_eq!(shown(&mut board), (Mode::Navigating, ModeReason::Nominal));
     until_ended(&mut world, &mut board, 120, |world, _| world.x[Y] += 0.05);
     stopped(&mut world, &mut board, ModeReason::OutsideFence);
-    assert!((8.0..20.0).contains(&world.x[Y]), "{} m", world.x[Y]);
+    // 0.5 m/s; fixes that contradict model and ranges are doubted until the next range, half a minute at most
+    assert!((8.0..25.0).contains(&world.x[Y]), "{} m", world.x[Y]);
 }
 
 /// The straight way home across a headland is none: the vehicle stops instead.

@@ -95,13 +95,23 @@ impl Filter {
             let [sigma, ..] = self.monitor.floor(Sensor::Range);
             self.leave_at_least(sensor, [sigma; 3]);
         }
+        let waves = self.monitor.in_waves(sensor);
+        if waves {
+            for (axis, item) in self.observations.as_mut_slice().iter_mut().enumerate() {
+                item.variance += self.monitor.wave_variance(sensor, axis);
+            }
+        }
         let mut variance = self.project(0);
         let ratio = self.worst_test_ratio(variance);
         let alert = ratio > EXCEEDANCE || self.monitor.alert;
         // A range rate is linear only near the position.
         let far = sensor == Sensor::RangeRate && self.p.get(X, X) + self.p.get(Y, Y) > FAR_M * FAR_M;
         if far || (alert && !self.weigh(sensor, ratio)) {
-            return self.gated(sensor, fusions);
+            if ratio > 1.0 {
+                self.monitor.begin_waves(sensor, self.time_us);
+            }
+            self.gated(sensor, fusions);
+            return self.learn_waves(fusions);
         }
 
         for axis in 0..self.observations.as_slice().len() {
@@ -125,8 +135,24 @@ impl Filter {
         if !self.config.effect_states.is_empty() {
             Effects::bound(&self.config, &mut self.x);
         }
-        if alert && sensor != Sensor::Range {
+        if sensor == Sensor::Range {
+            self.monitor.range_us = self.time_us;
+        } else if alert {
             self.leave_at_least(sensor, self.monitor.floor(sensor));
+        }
+        if waves {
+            self.learn_waves(fusions);
+        }
+    }
+
+    /// Shows the scalars of a reading in waves to the monitor.
+    #[cold]
+    #[inline(never)]
+    fn learn_waves(&mut self, fusions: &Fusions) {
+        for FusionRecord { sensor, axis, innovation, variance, outcome, .. } in fusions.iter() {
+            if *outcome != FusionOutcome::Invalid && self.monitor.in_waves(*sensor) {
+                self.monitor.learn_waves(*sensor, usize::from(*axis), self.time_us, *innovation, *variance);
+            }
         }
     }
 
@@ -221,19 +247,26 @@ impl Filter {
             return ratio <= 1.0 && !self.monitor.is_suspect(sensor);
         }
         let bound = EXCEEDANCE * self.monitor.sigma * self.monitor.sigma;
-        let alone = items.iter().all(|item| {
-            let variance = self.monitor.variance_without_suspicion(sensor, self.total_variance(item));
-            item.innovation * item.innovation <= bound * variance
-        });
-        self.monitor.consistent(sensor, self.time_us, alone, most)
+        let (mut alone, mut believable) = (true, true);
+        for (axis, item) in items.iter().enumerate() {
+            let variance = self.total_variance(item);
+            let before = self.monitor.variance_without_suspicion(sensor, variance);
+            alone &= item.innovation * item.innovation <= bound * before;
+            if matches!(sensor, Sensor::Range | Sensor::BottomTrack | Sensor::WaterTrack) {
+                let worst = self.monitor.worst(sensor, axis);
+                believable &= worst * worst <= bound * variance;
+            }
+        }
+        self.monitor.consistent(sensor, self.time_us, (alone, believable), most)
     }
 
     /// Adds what suspicion adds over a step of the prediction.
     #[cold]
     #[inline(never)]
     pub(super) fn grow_suspects(&mut self, step_s: f64) {
+        let robust = self.config.effect_states.iter().any(|state| state.parameter.is_of_the_vehicle());
         for sensor in Sensor::ALL {
-            let growth = self.monitor.grow(sensor, self.time_us, step_s);
+            let growth = self.monitor.grow(sensor, self.time_us, step_s, robust);
             let largest = largest_sigma(sensor);
             for i in self.positioned_by(sensor) {
                 let room = largest * largest - self.p.get(i, i);

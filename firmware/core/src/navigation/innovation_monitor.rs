@@ -13,16 +13,25 @@
 //!   not the agreement of the readings among themselves.
 //! - It is used again once it has been **consistent** with the grown covariance as often in a row as it took to suspect
 //!   it. If all of these would have been consistent without the growth, the source was wrong for a while and nothing
-//!   remains. Otherwise source and filter disagreed and either may have been right: the source is **unconfirmed**. The
-//!   filter follows it, but the states that it observes keep a sigma of at least [`UNCONFIRMED`] of the disagreement.
+//!   remains. Otherwise the growth has to cover, of ranges and DVL, the worst innovation of the contradiction as well: a
+//!   disagreement has one cause, and is not explained because the line of sight has turned across it. Source and filter
+//!   then disagreed and either may have been right: the source is **unconfirmed**. The filter follows it, but the states
+//!   that it observes keep a sigma of at least [`UNCONFIRMED`] of the disagreement.
 //!   Of the position this is an addition to what the filter reports, because ranges have to triangulate; of other
 //!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range; an unconfirmed
 //!   velocity or attitude lets the sigma of the position grow while nothing measures the position.
-//! - A fix of the surfaced vehicle confirms every source.
+//! - A fix of the surfaced vehicle confirms every source, unless ranges contradict: GNSS is one witness, not the judge.
+//! - As long as ranges agree, a suspect fix is the odd one out: nothing grows, and it stays out until it agrees. So is a
+//!   DVL where the filter estimates the vehicle: a model that is taken as declared must not keep a good DVL out.
 //! - A suspect source that falls silent becomes unconfirmed.
+//!
+//! Waves move a reading to and fro by more than its noise. Once they have refused a reading of depth cell or DVL, what
+//! alternates in its innovations ([`Window::alternating`]) is noise of that sensor, until nothing alternates any more.
 
 use super::Sensor;
+use super::innovation_window::Window;
 use super::observation::Observation;
+use core::ops::Range;
 
 /// Share of the gate's variance beyond which a measurement is an exceedance: (3/5)², three sigmas of the default five.
 pub(super) const EXCEEDANCE: f64 = 0.36;
@@ -38,6 +47,21 @@ const VELOCITY_US: u64 = 10_000_000;
 const DRIFT_WITH_DVL: f64 = 0.03;
 /// Speed by which an error in heading moves the position, m/s: a torpedo's cruise.
 const CRUISE_MPS: f64 = 1.5;
+
+/// A range that agreed no longer ago than this is a witness for the filter, µs: three ranges at one every 30 s.
+const WITNESS_US: u64 = 100_000_000;
+/// Time constant of the windows over depth cell and DVL, s: some periods of a wave, and less than a leg.
+pub(super) const WAVES_S: f64 = 30.0;
+/// The same, µs.
+const WAVES_US: u64 = 30_000_000;
+/// An innovation enters these windows with so many sigmas at most, so that outliers among good readings, less than a
+/// quarter of them, do not widen the gate.
+const WAVES_CLIP: f64 = 2.0;
+/// Largest variance of a reading by waves of 1 m height and 6 s: half of the squared amplitude of 0.5 m, and of its rate
+/// of change, 0.5 m/s. What is larger is no wave.
+const WAVES_VARIANCE: f64 = 0.125;
+/// Scalars of depth cell and DVL.
+const WAVED: usize = 4;
 
 /// Growth of one sigma of what a suspect source positions, in the state's unit per second.
 fn growth(sensor: Sensor) -> f64 {
@@ -160,12 +184,81 @@ pub(super) struct InnovationMonitor {
     pub(super) sigma: f64,
     /// At least one source is suspect or unconfirmed. In normal operation only this flag is read.
     pub(super) alert: bool,
+    /// When a range was last used, µs; 0: never.
+    pub(super) range_us: u64,
     sources: [Source; Sensor::ALL.len()],
+    /// When waves last refused a reading of depth cell or DVL, µs, as long as some still alternate; 0: no waves.
+    waves_us: [u64; 2],
+    /// Of depth cell and DVL, by scalar.
+    windows: [Window; WAVED],
+}
+
+/// Place of a sensor among those that waves move, and its windows.
+fn waved(sensor: Sensor) -> Option<(usize, Range<usize>)> {
+    match sensor {
+        Sensor::Depth => Some((0, 0..1)),
+        Sensor::BottomTrack | Sensor::WaterTrack => Some((1, 1..WAVED)),
+        _ => None,
+    }
 }
 
 impl InnovationMonitor {
     pub(super) const fn new() -> Self {
-        Self { sigma: 0.0, alert: false, sources: [Source::NEW; Sensor::ALL.len()] }
+        Self {
+            sigma: 0.0,
+            alert: false,
+            range_us: 0,
+            sources: [Source::NEW; Sensor::ALL.len()],
+            waves_us: [0; 2],
+            windows: [Window::NEW; WAVED],
+        }
+    }
+
+    /// Waves have refused readings of this sensor.
+    pub(super) fn in_waves(&self, sensor: Sensor) -> bool {
+        self.waves_us != [0; 2] && waved(sensor).is_some_and(|(place, _)| self.waves_us.get(place) != Some(&0))
+    }
+
+    /// Variance of a reading by waves, of one scalar.
+    pub(super) fn wave_variance(&self, sensor: Sensor, axis: usize) -> f64 {
+        let window = waved(sensor).and_then(|(_, windows)| self.windows.get(windows)?.get(axis));
+        window.map_or(0.0, |window| window.alternating().min(WAVES_VARIANCE))
+    }
+
+    /// A reading was refused: from now on what alternates counts as noise of depth cell or DVL.
+    pub(super) fn begin_waves(&mut self, sensor: Sensor, time_us: u64) {
+        let Some((place, windows)) = waved(sensor) else { return };
+        let before = self.waves_us.get_mut(place).map(|us| core::mem::replace(us, time_us.max(1)));
+        if before == Some(0) {
+            self.windows.get_mut(windows).into_iter().flatten().for_each(|window| *window = Window::NEW);
+        }
+    }
+
+    /// A scalar in waves, used or refused; `variance` is S with what the waves add to it.
+    pub(super) fn learn_waves(&mut self, sensor: Sensor, axis: usize, time_us: u64, innovation: f64, variance: f64) {
+        let Some((place, windows)) = waved(sensor) else { return };
+        let most = WAVES_CLIP * libm::sqrt(variance);
+        let without = variance - self.wave_variance(sensor, axis);
+        let Some(windows) = self.windows.get_mut(windows) else { return };
+        if let Some(window) = windows.get_mut(axis) {
+            window.take(WAVES_S, time_us, innovation.max(-most).min(most), without);
+        }
+        let calm = windows.iter().all(|window| window.alternating() == 0.0);
+        if let Some(us) = self.waves_us.get_mut(place).filter(|us| calm && time_us > **us + WAVES_US) {
+            *us = 0;
+        }
+    }
+
+    /// Ranges agree with the filter at present, and nothing doubts them.
+    fn is_witnessed(&self, time_us: u64) -> bool {
+        self.range_us > 0
+            && time_us < self.range_us.saturating_add(WITNESS_US)
+            && self.sources[Sensor::Range as usize].is_calm()
+    }
+
+    /// Worst innovation of one scalar since a source began to contradict the filter.
+    pub(super) fn worst(&self, sensor: Sensor, axis: usize) -> f64 {
+        self.sources[sensor as usize].worst.get(axis).copied().unwrap_or(0.0)
     }
 
     pub(super) fn is_suspect(&self, sensor: Sensor) -> bool {
@@ -213,13 +306,25 @@ impl InnovationMonitor {
         source.variance.max(variance - source.added)
     }
 
-    /// A measurement that is no exceedance; `alone`: without the suspicion it would not have been one either. Says
-    /// whether it is used; a suspect source is taken back by `most` of them in a row.
-    pub(super) fn consistent(&mut self, sensor: Sensor, time_us: u64, alone: bool, most: u32) -> bool {
+    /// A measurement that is no exceedance; `alone`: without the suspicion it would not have been one either;
+    /// `believable`: nor would the worst of the contradiction be one now. Says whether it is used; a suspect source is
+    /// taken back by `most` of them in a row.
+    pub(super) fn consistent(
+        &mut self,
+        sensor: Sensor,
+        time_us: u64,
+        (alone, believable): (bool, bool),
+        most: u32,
+    ) -> bool {
+        let contested = self.is_suspect(Sensor::Range);
         let source = &mut self.sources[sensor as usize];
         if source.suspect {
             // it is not silent
             source.exceedance_us = time_us;
+            if !alone && !believable {
+                (source.returning, source.by_suspicion) = (0, true);
+                return false;
+            }
             source.returning = source.returning.saturating_add(1);
             source.by_suspicion |= !alone;
             if !source.by_suspicion {
@@ -239,9 +344,12 @@ impl InnovationMonitor {
         source.exceedances = 0;
         match sensor {
             Sensor::VehicleGnss => {
-                for source in &mut self.sources {
+                for source in self.sources.iter_mut().filter(|_| !contested) {
                     (source.suspect, source.floor) = (false, [0.0; 3]);
                 }
+                // the position was measured
+                let range = &mut self.sources[Sensor::Range as usize];
+                (range.grown_s, range.added) = (0.0, 0.0);
             }
             // the drift begins again where the position was measured
             Sensor::Range => {
@@ -255,10 +363,11 @@ impl InnovationMonitor {
         true
     }
 
-    /// What a step of the prediction adds for one source.
-    pub(super) fn grow(&mut self, sensor: Sensor, time_us: u64, step_s: f64) -> Growth {
+    /// What a step of the prediction adds for one source; `robust`: the filter estimates the vehicle's parameters.
+    pub(super) fn grow(&mut self, sensor: Sensor, time_us: u64, step_s: f64, robust: bool) -> Growth {
         let bottom = &self.sources[Sensor::BottomTrack as usize];
         let measured = !bottom.suspect && !bottom.is_unconfirmed() && time_us < bottom.consistent_us + VELOCITY_US;
+        let witnessed = self.is_witnessed(time_us);
         let source = &mut self.sources[sensor as usize];
         let mut growth = Growth { positioned: 0.0, drift: 0.0, floor: [0.0; 3] };
         if source.suspect && time_us.saturating_sub(source.exceedance_us) > silence_us(sensor) {
@@ -268,6 +377,9 @@ impl InnovationMonitor {
         let unconfirmed = source.is_unconfirmed();
         let floor = source.floor.into_iter().fold(0.0, f64::max);
         match sensor {
+            // the ranges agree without it
+            Sensor::VehicleGnss if source.suspect && witnessed => {}
+            Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate if source.suspect && witnessed && robust => {}
             // what led the filter astray may still do so
             _ if source.suspect || (unconfirmed && sensor == Sensor::Range) => {
                 let rate = if sensor == Sensor::Range && measured { DRIFT_WITH_DVL } else { self::growth(sensor) };

@@ -35,6 +35,8 @@
 //! observation     ν, h, R of a measurement          meas_*, models  one aiding source each; h(x) and H(x)
 //! acoustic        the ends of an acoustic path      fusion          measurement update
 //! innovation_monitor  the gate, and sources that contradict the filter
+//! innovation_window   chi-square of a source over a window
+//! integrity       what the covariance of the position leaves out
 //! effects         the catalogue's effects in the filter   effect_states   what is estimated, and its priors
 //! estimates       augmented states, with sigma      observer        each step as a linear map, for a smoother
 //! learnt          the prior that a dive leaves
@@ -57,6 +59,8 @@ mod filter;
 mod fusion;
 mod initial;
 mod innovation_monitor;
+mod innovation_window;
+mod integrity;
 mod layout;
 mod learnt;
 mod meas_attitude;
@@ -88,6 +92,7 @@ pub use error::{CloneError, ConfigError, NavigationError};
 pub use estimates::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
 pub use filter::Filter;
 pub use initial::{InitialShip, InitialSpeed, InitialState};
+pub use integrity::Integrity;
 pub use measurement::{
     AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,
 };

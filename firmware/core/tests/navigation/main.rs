@@ -4,6 +4,7 @@
 mod consistency;
 mod contracts;
 mod effects;
+mod integrity;
 mod invariance;
 mod mini_run;
 mod order;

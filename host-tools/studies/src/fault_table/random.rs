@@ -153,7 +153,7 @@ fn draw(index: usize, seed: u64) -> anyhow::Result<Row> {
         sinks: None,
         unrevealable: None,
     };
-    Ok(Row { name, scenario, limits })
+    Ok(Row::new(&name, scenario, limits))
 }
 
 #[cfg(test)]

@@ -1,0 +1,173 @@
+//! What the covariance of the position leaves out.
+//!
+//! The filter takes its sensors as they are declared: fixes and the ship's reports with white errors, and one of two
+//! accounts where they contradict each other. Its P is that of the thesis, and consistency is judged by it. What a board
+//! *states* of its position is P and, per axis, the variance of
+//!
+//! - **the two GNSS receivers**, the vehicle's and, once a range was used, the ship's. A receiver's error is not white:
+//!   no number of fixes averages it out, and no other sensor shows it;
+//! - **ranges that S does not explain**, by the chi-square of [`Window`] over [`RANGES_S`]: slow drifts, of a clock, of
+//!   fixes, of a receiver, that no single innovation betrays;
+//! - **the other account**, while fixes and ranges contradict each other: the filter follows one of them, and P is as
+//!   small as if the other did not exist. Nothing on board says which of the two is right.
+//!
+//! Of depth it is what the depth cell's innovations have more than S explains, and the waves that the filter smooths.
+
+use super::innovation_monitor::WAVES_S;
+use super::innovation_window::Window;
+use super::{Filter, FusionOutcome, FusionRecord, Fusions, Sensor};
+use crate::state::{X, Y, Z};
+
+/// Time constants of the windows over ranges, s: with weights that forget, nine and sixty-three ranges at one every 30 s.
+const RANGES_S: [f64; 2] = [120.0, 960.0];
+/// A range enters its windows with so many sigmas at most: beyond, [`Filter::is_suspect`] decides.
+const CLIP: f64 = 3.0;
+/// The other account is remembered for so long after the contradiction, µs: ranges agree as well where the line of sight
+/// is across the difference, and a ship needs a quarter of an hour to turn it.
+const MEMORY_US: u64 = 960_000_000;
+/// Of the worst innovation of fixes, which see both axes; ranges see one direction of the difference only.
+const SHARE: [f64; 2] = [1.0, 0.4];
+/// What the other account may have led away from the position, m/s: an undeclared current, and a vehicle that drifts at
+/// the surface. What it says beyond cannot be true.
+const RATE_MPS: [f64; 2] = [0.15, 0.5];
+
+/// An account of the position that contradicts the one that the filter follows.
+#[derive(Clone, Copy)]
+struct Account {
+    /// When the contradiction began, µs, and whether it lasts.
+    since_us: u64,
+    lasts: bool,
+    /// Worst innovation, m.
+    worst_m: f64,
+    /// When it ended, µs, how far apart the accounts were then, m, and by how much more with every second, m/s.
+    ended_us: u64,
+    apart_m: f64,
+    rate_mps: f64,
+}
+
+impl Account {
+    const NEW: Self = Self { since_us: 0, lasts: false, worst_m: 0.0, ended_us: 0, apart_m: 0.0, rate_mps: 0.0 };
+
+    fn contradict(&mut self, since_us: u64, innovation_m: f64) {
+        if !self.lasts {
+            (self.lasts, self.since_us, self.worst_m) = (true, since_us, 0.0);
+        }
+        self.worst_m = self.worst_m.max(innovation_m.abs());
+    }
+
+    fn agree(&mut self, time_us: u64, share: f64, rate_mps: f64) {
+        if self.lasts {
+            self.apart_m = self.sigma_m(time_us, share, rate_mps);
+            self.rate_mps = self.apart_m / seconds(self.since_us, time_us).max(1.0);
+            (self.lasts, self.ended_us) = (false, time_us);
+        }
+    }
+
+    /// One sigma that covers it.
+    fn sigma_m(&self, time_us: u64, share: f64, rate_mps: f64) -> f64 {
+        let remembered = time_us < self.ended_us.saturating_add(MEMORY_US);
+        let before_m = if remembered { self.apart_m + self.rate_mps * seconds(self.ended_us, time_us) } else { 0.0 };
+        let now_m =
+            if self.lasts { (share * self.worst_m).min(rate_mps * seconds(self.since_us, time_us)) } else { 0.0 };
+        before_m.max(now_m)
+    }
+}
+
+fn seconds(from_us: u64, to_us: u64) -> f64 {
+    1.0e-6 * to_us.saturating_sub(from_us) as f64
+}
+
+/// Watches the innovations of a filter, and says what its covariance leaves out.
+#[derive(Clone)]
+pub struct Integrity {
+    /// A range was used.
+    ranged: bool,
+    ranges: [Window; 2],
+    depth: Window,
+    /// Of ranges, and of fixes.
+    accounts: [Account; 2],
+}
+
+impl Integrity {
+    /// Before the first measurement.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { ranged: false, ranges: [Window::NEW; 2], depth: Window::NEW, accounts: [Account::NEW; 2] }
+    }
+
+    /// Takes the records that a measurement has left in `filter`. `apart`: by how much what the filter expects of depth
+    /// or range is more than what the estimate expects that is stated, the mixture of a bank, m.
+    pub fn take(&mut self, fusions: &Fusions, filter: &Filter, apart: f64) {
+        for record in fusions.iter().filter(|record| record.variance > 0.0) {
+            match (record.sensor, record.outcome) {
+                (Sensor::Depth, FusionOutcome::Fused) => {
+                    self.depth.take(WAVES_S, record.time_us, record.innovation + apart, record.variance);
+                }
+                (Sensor::Range, FusionOutcome::Fused) => self.range(record, apart),
+                (Sensor::VehicleGnss, FusionOutcome::Fused) => self.agree(filter, record),
+                (Sensor::Range, FusionOutcome::Gated) => {
+                    self.contradict(0, filter, record);
+                }
+                (Sensor::VehicleGnss, FusionOutcome::Gated) => {
+                    self.contradict(1, filter, record);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn range(&mut self, record: &FusionRecord, apart: f64) {
+        self.ranged = true;
+        let most = CLIP * libm::sqrt(record.variance);
+        let innovation = (record.innovation + apart).max(-most).min(most);
+        for (window, tau_s) in self.ranges.iter_mut().zip(RANGES_S) {
+            window.take(tau_s, record.time_us, innovation, record.variance);
+        }
+        let [ranges, _] = &mut self.accounts;
+        ranges.agree(record.time_us, SHARE[0], RATE_MPS[0]);
+    }
+
+    fn agree(&mut self, filter: &Filter, record: &FusionRecord) {
+        if !filter.is_suspect(record.sensor) {
+            let [_, fixes] = &mut self.accounts;
+            fixes.agree(record.time_us, SHARE[1], RATE_MPS[1]);
+        }
+    }
+
+    fn contradict(&mut self, place: usize, filter: &Filter, record: &FusionRecord) {
+        if let Some(account) = self.accounts.get_mut(place)
+            && let Some(since_us) = filter.suspect_since_us(record.sensor)
+        {
+            account.contradict(since_us, record.innovation);
+        }
+    }
+
+    /// What P, of which `variance` is the diagonal element, leaves out of the variance of vehicle state `i` of `filter`;
+    /// 0 of all states but position and depth. `receivers_m`: one sigma per axis of the slow errors of the vehicle's and
+    /// of the ship's receiver.
+    #[must_use]
+    pub fn unseen(&self, i: usize, variance: f64, filter: &Filter, receivers_m: [f64; 2]) -> f64 {
+        let time_us = filter.time_us();
+        match i {
+            X | Y => {
+                let [vehicle_m, ship_m] = receivers_m;
+                let mut sum = vehicle_m * vehicle_m + if self.ranged { ship_m * ship_m } else { 0.0 };
+                sum += self.ranges.iter().map(Window::excess).fold(0.0, f64::max);
+                for ((account, share), rate_mps) in self.accounts.iter().zip(SHARE).zip(RATE_MPS) {
+                    let sigma_m = account.sigma_m(time_us, share, rate_mps);
+                    // P has grown by suspicion as well, where no other source holds the position
+                    sum += (sigma_m * sigma_m - variance).max(0.0);
+                }
+                sum
+            }
+            Z => self.depth.excess().max(filter.wave_variance()),
+            _ => 0.0,
+        }
+    }
+}
+
+impl Default for Integrity {
+    fn default() -> Self {
+        Self::new()
+    }
+}

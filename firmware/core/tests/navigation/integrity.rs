@@ -1,0 +1,102 @@
+//! What is stated of the position beside its covariance.
+
+use super::support::*;
+use backseat_core::navigation::*;
+
+/// A flight of `minutes`, with fixes for the first twenty seconds and after `fixes_from_s`, and a range every 20 s. Both
+/// sources may err: (error of a fix, error of the ship's report) at a time, m.
+struct Flight {
+    navigator: Box<Navigator>,
+    integrity: Integrity,
+    truth: Truth,
+}
+
+impl Flight {
+    fn run(minutes: u64, fixes_from_s: u64, errors_m: impl Fn(f64) -> ([f64; 2], [f64; 2])) -> Self {
+        let mut config = NavigationConfig { surface: None, ..NavigationConfig::REFERENCE };
+        config.make_robust();
+        config.bank = false;
+        let mut navigator = navigator(&config);
+        let mut initial = initial();
+        let truth = Truth::new(initial.state, [0.0; 2], [0.0; 4]);
+        let (start_m, _) = errors_m(0.0);
+        (0..2).for_each(|i| initial.state[i] += start_m[i]);
+        navigator.initialise(0, &initial).unwrap();
+        let mut flight = Self { navigator, integrity: Integrity::new(), truth };
+        let mut noise = Noise(5);
+        for step in 1..=600 * minutes {
+            (0..10).for_each(|_| flight.truth.tick(&CRUISE, &config, &mut noise));
+            flight.navigator.predict(100_000 * step, &CRUISE).unwrap();
+            let (x, sensors, time_s) = (flight.truth.x, &config.sensors, 0.1 * step as f64);
+            let (fix_error_m, ship_error_m) = errors_m(time_s);
+            flight.fuse(&Measurement::Depth { z_m: x[2] + sensors.depth_m * noise.normal() });
+            flight.fuse(&Measurement::Attitude { euler_rad: noise.normals([x[3], x[4], x[5]], sensors.attitude_rad) });
+            if step % 10 == 0 && (step <= 200 || step >= 10 * fixes_from_s) {
+                let position_m = [x[0] + fix_error_m[0], x[1] + fix_error_m[1]];
+                flight.fuse(&Measurement::VehicleGnss { position_m: noise.normals(position_m, sensors.gnss_m) });
+            }
+            if step % 200 == 150 {
+                // the ship circles by a turn in ten minutes
+                let angle = time_s / 600.0 * core::f64::consts::TAU;
+                let ship_m = [x[0] + 400.0 * angle.cos(), x[1] + 400.0 * angle.sin()];
+                let range_m = (x[0] - ship_m[0]).hypot(x[1] - ship_m[1]).hypot(x[2]) + noise.normal();
+                let ship = ShipReport {
+                    position_m: [ship_m[0] + ship_error_m[0], ship_m[1] + ship_error_m[1]],
+                    velocity_mps: [0.0; 2],
+                    position_sigma_m: 0.5,
+                    velocity_sigma_mps: 0.1,
+                };
+                let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(ship) };
+                flight.fuse(&Measurement::Range { path, range_m });
+            }
+        }
+        flight
+    }
+
+    fn fuse(&mut self, measurement: &Measurement) {
+        let fusions = self.navigator.fuse(measurement);
+        self.integrity.take(&fusions, &self.navigator, 0.0);
+    }
+
+    fn error_m(&self) -> f64 {
+        let [dx, dy] = [0, 1].map(|i| self.navigator.state()[i] - self.truth.x[i]);
+        dx.hypot(dy)
+    }
+
+    /// √(σx² + σy²): of P alone, and with what it leaves out, without receivers' errors.
+    fn sigmas_m(&self) -> [f64; 2] {
+        let [p, stated] = [0, 1].map(|k| {
+            let of = |i: usize| {
+                let variance = self.navigator.variance(i);
+                variance + if k == 1 { self.integrity.unseen(i, variance, &self.navigator, [0.0; 2]) } else { 0.0 }
+            };
+            (of(0) + of(1)).sqrt()
+        });
+        [p, stated]
+    }
+}
+
+/// A receiver's slow error is in no covariance: it is added once, and the ship's when a range was used.
+#[test]
+fn val_receivers_are_added_by_their_variances() {
+    let still = |_| ([0.0; 2], [0.0; 2]);
+    let flight = Flight::run(2, 1000, still);
+    let unseen = |receivers_m| flight.integrity.unseen(0, 1.0, &flight.navigator, receivers_m);
+    assert_eq!(unseen([0.0; 2]), 0.0, "nothing contradicts");
+    assert!((unseen([1.5, 2.0]) - (2.25 + 4.0)).abs() < 1e-12);
+    assert_eq!(flight.integrity.unseen(6, 1.0, &flight.navigator, [1.5, 2.0]), 0.0, "of a velocity");
+    let before = Integrity::new();
+    assert!((before.unseen(1, 1.0, &flight.navigator, [1.5, 2.0]) - 2.25).abs() < 1e-12);
+}
+
+/// Fixes that drift away at 0.2 m/s while the ranges are honest: the filter follows the fixes, which are more, and P is as
+/// small as theirs. What is stated covers the way back.
+#[test]
+fn val_a_slow_spoof_is_stated() {
+    let flight = Flight::run(8, 60, |t| ([0.12 * (t - 60.0).max(0.0), 0.16 * (t - 60.0).max(0.0)], [0.0; 2]));
+    let ([p_m, stated_m], error_m) = (flight.sigmas_m(), flight.error_m());
+    let doubted = flight.navigator.is_suspect(Sensor::Range) || flight.navigator.is_suspect(Sensor::VehicleGnss);
+    assert!(doubted, "one of the two is wrong, and fixes are not the judge");
+    assert!(error_m < 3.0 * stated_m, "{error_m} m, {p_m} m, {stated_m} m");
+    assert!(error_m < 5.0 || error_m > 3.0 * p_m, "P alone would not have said it: {error_m} m, {p_m} m");
+}
