@@ -218,7 +218,9 @@ fn a_vehicle_that_does_not_dive_stops_its_propeller() {
     let took_s = until_ended(&mut world, &mut board, 150, |world, _| world.x[Z] = 0.0);
     let (_, reason) = shown(&mut board);
     assert!(took_s < 122.0, "{took_s}");
-    assert!(matches!(reason, ModeReason::NoWater | ModeReason::Rejections), "{reason:?} {took_s}");
+    // the nose goes down further and further: the limit of pitch may see it first, after 66 s
+    let seen = matches!(reason, ModeReason::NoWater | ModeReason::Rejections | ModeReason::PitchExceeded);
+    assert!(seen, "{reason:?} after {took_s} s");
     world.run(&mut board, 1);
     assert_eq!(world.last_servo, ServoBytes::NEUTRAL);
 }
