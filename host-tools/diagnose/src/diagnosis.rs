@@ -174,7 +174,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Di
         .into_iter()
         .map(|(effect, reason)| format!("{effect} was not tested: {reason}"))
         .chain(scale_notes(log_data))
-        .chain(whitenesses.iter().filter_map(colour_note))
+        .chain(whitenesses.iter().filter_map(Whiteness::colour_note))
         .collect();
     Some(Diagnosis {
         verdict: rule.verdict,
@@ -491,15 +491,4 @@ fn scale_notes(log_data: &PreparedLog) -> Vec<String> {
             format!("{}: the noise is {scale:.2} times the declared noise; the larger value is used", channel.name())
         })
         .collect()
-}
-
-fn colour_note(whiteness: &Whiteness) -> Option<String> {
-    let colour = whiteness.colour?;
-    Some(format!(
-        "{}: {:.0} % of the innovations' variance is taken as coloured sensor noise (correlation {:.2} from one sample to \
-         the next)",
-        whiteness.channel.name(),
-        100.0 * colour.share,
-        colour.decay
-    ))
 }

@@ -60,6 +60,21 @@ pub struct Whiteness {
     pub correlation: Vec<f64>,
 }
 
+impl Whiteness {
+    /// In a sentence, where a share of the noise is coloured.
+    #[must_use]
+    pub fn colour_note(&self) -> Option<String> {
+        let colour = self.colour?;
+        Some(format!(
+            "{}: {:.0} % of the innovations' variance is taken as coloured sensor noise (correlation {:.2} from one sample to \
+             the next)",
+            self.channel.name(),
+            100.0 * colour.share,
+            colour.decay
+        ))
+    }
+}
+
 /// Everything that is compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scores {
