@@ -111,7 +111,7 @@ impl Estimator {
     /// Variance of vehicle state `i` as the board states it: the filter's, and what that leaves out.
     pub fn stated_variance(&self, i: usize) -> f64 {
         let variance = self.navigator.variance(i);
-        variance + self.integrity.unseen(i, variance, &self.navigator, self.receivers_m)
+        variance + self.integrity.unseen(i, variance, self.navigator(), self.receivers_m)
     }
 
     /// √(σx² + σy²) of these, m.
@@ -420,7 +420,7 @@ impl Estimator {
 
     /// By how much the main filter of a bank expects more of a depth or range than the mixture, m.
     fn apart_m(&self, measurement: &Measurement) -> f64 {
-        let main: &Filter = &self.navigator;
+        let main: &Filter = self.navigator();
         let expected = |x: &VehicleState| match measurement {
             Measurement::Depth { .. } => x[Z],
             Measurement::Range { path: AcousticPath { ship: ShipEnd::Reported(ship), .. }, .. } => {
@@ -434,8 +434,9 @@ impl Estimator {
 
     fn fuse_measurement(&mut self, measurement: &Measurement) {
         let apart_m = self.apart_m(measurement);
-        let fusions: Fusions = self.navigator.fuse(measurement);
-        self.integrity.take(&fusions, &self.navigator, apart_m);
+        let Self { navigator, integrity, .. } = self;
+        let fusions: Fusions = navigator.fuse(measurement);
+        integrity.take(&fusions, navigator, apart_m);
         for record in fusions.iter() {
             let confirms = matches!(record.sensor, Sensor::VehicleGnss | Sensor::Range);
             if confirms && record.outcome == FusionOutcome::Fused {
