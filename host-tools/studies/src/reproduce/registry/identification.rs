@@ -107,7 +107,8 @@ pub const ITEMS: &[Item] = &[
         independent: &[],
         curves: &[],
         differs: "Not reproduced: what NBLS finds here with 0.05 m/s of noise in the velocities is refused by the filter and cannot be \
-                  simulated to the end, so that both rows are empty; so it is with cut-offs of 0.03, 0.05 and 0.1 Hz (seed 1). The last row, the filter on the true parameters, shows what the \
+                  simulated to the end, so that both rows are empty. With cut-offs of 0.03, 0.05 and 0.1 Hz (seed 1) several \
+                  parameters have the wrong sign as well. The last row, the filter on the true parameters, shows what the \
                   gyrocompass leaves: rates of 1e-6 deg/s are out of a filter's reach.",
     },
     Item {
