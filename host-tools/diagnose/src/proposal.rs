@@ -49,6 +49,14 @@ impl ProposedTerm {
         format!("{} {sign}= {number}{factor}", self.term.target.symbol())
     }
 
+    /// The 95 % interval of the number in [`Self::formula`], whose sign stands before the number.
+    #[must_use]
+    pub fn interval(&self) -> String {
+        let [low, high] = self.ci95;
+        let [low, high] = if self.value < 0.0 { [-high, -low] } else { [low, high] };
+        format!("{:.4} to {:.4}", Scaled(low), Scaled(high))
+    }
+
     /// Unit of its value.
     #[must_use]
     pub fn unit(&self) -> String {
@@ -69,13 +77,17 @@ impl ProposedTerm {
             (Target::Reading(C::Heading | C::P | C::Q | C::R), F::Time) => "the sensor drifts".to_owned(),
             (Target::Reading(C::R), F::YawRate) => "scale of the yaw gyro".to_owned(),
             (Target::Reading(C::DvlV), F::YawRate) => format!("the DVL sits {value:.2} m ahead of its declared place"),
-            (Target::Reading(C::DvlU), F::YawRate) => format!("the DVL sits {:.2} m to starboard of it", -value),
+            (Target::Reading(C::DvlU), F::YawRate) => {
+                format!("the DVL sits {:.2} m to starboard of its declared place", -value)
+            }
             (Target::Reading(C::DvlU), F::PitchRate) => format!("the DVL sits {value:.2} m below its declared place"),
             (Target::Reading(C::DvlV), F::RollRate) => format!("the DVL sits {:.2} m below its declared place", -value),
             (Target::Reading(C::DvlW), F::PitchRate) => {
                 format!("the DVL sits {:.2} m ahead of its declared place", -value)
             }
-            (Target::Reading(C::DvlW), F::RollRate) => format!("the DVL sits {value:.2} m to starboard of it"),
+            (Target::Reading(C::DvlW), F::RollRate) => {
+                format!("the DVL sits {value:.2} m to starboard of its declared place")
+            }
             (Target::Reading(C::DvlU | C::DvlV | C::DvlW), F::One) => "an offset of the DVL".to_owned(),
             (Target::Reading(C::Depth), F::SinPitch) => {
                 "the depth cell sits ahead of or behind its declared place".to_owned()

@@ -38,9 +38,8 @@ pub fn text(outcome: &DiagnosisReport<'_>) -> String {
     }
     for (k, term) in outcome.diagnosis.proposed.iter().enumerate() {
         let title = if k == 0 { "\n  proposed terms, in no entry of the catalogue\n" } else { "" };
-        let [low, high] = term.ci95;
         let reading = term.physical_reading().map_or_else(String::new, |reading| format!("; {reading}"));
-        let _ = writeln!(out, "{title}    {} ({low:.4e} to {high:.4e}) {}{reading}", term.formula(), term.unit());
+        let _ = writeln!(out, "{title}    {} ({}) {}{reading}", term.formula(), term.interval(), term.unit());
     }
     let _ = writeln!(out, "\n  {:28} {:>12} {:>12}", "on held-out data", "before", "after");
     for (name, before, after) in rows(outcome) {
