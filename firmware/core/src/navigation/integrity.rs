@@ -57,19 +57,28 @@ impl Account {
 
     fn agree(&mut self, time_us: u64, share: f64, rate_mps: f64) {
         if self.lasts {
-            self.apart_m = self.sigma_m(time_us, share, rate_mps);
-            self.rate_mps = self.apart_m / seconds(self.since_us, time_us).max(1.0);
-            (self.lasts, self.ended_us) = (false, time_us);
+            let (before_m, now_m) = (self.before_m(time_us), self.now_m(time_us, share, rate_mps));
+            if now_m > before_m {
+                self.rate_mps = now_m / seconds(self.since_us, time_us).max(1.0);
+            }
+            (self.apart_m, self.lasts, self.ended_us) = (before_m.max(now_m), false, time_us);
         }
     }
 
-    /// One sigma that covers it.
-    fn sigma_m(&self, time_us: u64, share: f64, rate_mps: f64) -> f64 {
+    /// One sigma that covers what is remembered.
+    fn before_m(&self, time_us: u64) -> f64 {
         let remembered = time_us < self.ended_us.saturating_add(MEMORY_US);
-        let before_m = if remembered { self.apart_m + self.rate_mps * seconds(self.ended_us, time_us) } else { 0.0 };
-        let now_m =
-            if self.lasts { (share * self.worst_m).min(rate_mps * seconds(self.since_us, time_us)) } else { 0.0 };
-        before_m.max(now_m)
+        if remembered { self.apart_m + self.rate_mps * seconds(self.ended_us, time_us) } else { 0.0 }
+    }
+
+    /// One sigma that covers what contradicts now.
+    fn now_m(&self, time_us: u64, share: f64, rate_mps: f64) -> f64 {
+        if self.lasts { (share * self.worst_m).min(rate_mps * seconds(self.since_us, time_us)) } else { 0.0 }
+    }
+
+    /// One sigma that covers both.
+    fn sigma_m(&self, time_us: u64, share: f64, rate_mps: f64) -> f64 {
+        self.before_m(time_us).max(self.now_m(time_us, share, rate_mps))
     }
 }
 
