@@ -1,9 +1,10 @@
 //! What fins and propeller do between the samples of a log's commands.
 //!
 //! A log holds a command at some times. Between them an actuator either stays where it was put (zero-order hold: a
-//! computer sets it) or moves on, and the log merely samples it (first-order hold: a straight line from sample to
-//! sample is closest). Either may come late. [`Commands`] holds the samples, [`InputTiming`] says how each actuator
-//! moves, and both together give [`InputLine`]s: what all actuators do from a time on.
+//! computer sets it) or moves on, and the log merely samples it: then a cubic through the samples is closest (Catmull
+//! and Rom 1974: its slope at a sample is that of the parabola through the neighbours). Either may come late.
+//! [`Commands`] holds the samples, [`InputTiming`] says how each actuator moves, and both together give [`InputLine`]s:
+//! what all actuators do from a time on.
 
 use crate::log::{Column, Log, RADPS_PER_RPM};
 use crate::stats::median;
@@ -13,7 +14,7 @@ use backseat_core::dynamics::{ActuatorInput, INPUTS};
 pub const ACTUATORS: [&str; INPUTS] = ["propeller", "top fin", "bottom fin", "port fin", "starboard fin"];
 
 /// Between samples further apart than this an actuator stays where it was, s.
-const LONGEST_RAMP_S: f64 = 1.0;
+const LONGEST_CURVE_S: f64 = 1.0;
 
 /// What an actuator does from one sample of its command to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,8 +22,8 @@ pub enum HoldKind {
     /// It stays: zero-order hold.
     #[default]
     Held,
-    /// It moves in a straight line: first-order hold.
-    Linear,
+    /// It moves on, along a smooth curve through the samples.
+    Continuous,
 }
 
 impl HoldKind {
@@ -31,7 +32,7 @@ impl HoldKind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Held => "held",
-            Self::Linear => "linear",
+            Self::Continuous => "continuous",
         }
     }
 }
@@ -115,14 +116,10 @@ impl Commands {
     pub fn lines(&self, timing: &InputTiming) -> Vec<InputLine> {
         let mut changes: Vec<(f64, usize, f64, f64)> = Vec::new();
         for (actuator, (samples, hold)) in self.0.iter().zip(timing).enumerate() {
-            for (k, (t_s, value)) in samples.iter().enumerate() {
-                let slope = match samples.get(k + 1).filter(|_| hold.kind == HoldKind::Linear) {
-                    Some((next_s, next)) if next_s - t_s <= LONGEST_RAMP_S && next_s > t_s => {
-                        (next - value) / (next_s - t_s)
-                    }
-                    _ => 0.0,
-                };
-                changes.push((t_s + hold.delay_s, actuator, *value, slope));
+            for (k, (t_s, held)) in samples.iter().enumerate() {
+                let curve = if hold.kind == HoldKind::Continuous { line_of_curve(samples, k) } else { None };
+                let (value, slope) = curve.unwrap_or((*held, 0.0));
+                changes.push((t_s + hold.delay_s, actuator, value, slope));
             }
         }
         changes.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -142,6 +139,26 @@ impl Commands {
         lines.dedup_by(|now, before| now.slope == before.slope && now.value == before.at(now.from_s));
         lines
     }
+}
+
+/// The straight line with the mean and the first moment of the cubic from sample `k` to the next: its value at the
+/// sample, and its slope. What it leaves of the cubic moves no velocity from sample to sample.
+fn line_of_curve(samples: &[(f64, f64)], k: usize) -> Option<(f64, f64)> {
+    let rise = |k: usize| {
+        let ([from_s, from], [to_s, to]) = ((*samples.get(k)?).into(), (*samples.get(k + 1)?).into());
+        let h_s: f64 = to_s - from_s;
+        (h_s > 0.0 && h_s <= LONGEST_CURVE_S).then(|| (h_s, (to - from) / h_s))
+    };
+    let (h_s, secant) = rise(k)?;
+    // Slope of the parabola through three samples, at the one between two secants; of one secant at the end of a curve.
+    let tangent = |neighbour: Option<(f64, f64)>| {
+        neighbour.map_or(secant, |(other_s, other)| (other * h_s + secant * other_s) / (h_s + other_s))
+    };
+    let [first, last] = [tangent(k.checked_sub(1).and_then(rise)), tangent(rise(k + 1))];
+    // Mean and first moment of Hermite's cubic.
+    let slope = 1.2 * secant - 0.1 * (first + last);
+    let mean = samples[k].1 + h_s * (0.5 * secant + (first - last) / 12.0);
+    Some((mean - 0.5 * h_s * slope, slope))
 }
 
 /// One actuator of an input.
@@ -182,11 +199,31 @@ mod tests {
         for (t_s, expected) in [(0.0, 0.0), (0.19, 0.0), (0.3, 0.1), (2.0, 0.4)] {
             assert!((top(&held, t_s) - expected).abs() < 1e-12, "{t_s}");
         }
-        timing[1] = Hold { kind: HoldKind::Linear, delay_s: 0.05 };
+        timing[1] = Hold { kind: HoldKind::Continuous, delay_s: 0.05 };
         let late = commands.lines(&timing);
         for (t_s, expected) in [(0.05, 0.0), (0.15, 0.05), (0.3, 0.125), (2.0, 0.4)] {
             assert!((top(&late, t_s) - expected).abs() < 1e-12, "{t_s}: {}", top(&late, t_s));
         }
         assert!(late.iter().all(|line| (line.at(line.from_s + 0.01).propeller_radps - 100.0).abs() < 1e-9));
+    }
+    /// A sine of 2 s sampled at 10 Hz, fins at times of their own: area and first moment over each step against
+    /// closed forms.
+    #[test]
+    fn val_a_sampled_sine_keeps_area_and_moment() {
+        let omega = std::f64::consts::PI;
+        let times: Vec<f64> = (0..40).map(|k| 0.1 * f64::from(k) + 0.02 * f64::from(k % 3)).collect();
+        let samples: Vec<(f64, f64)> = times.iter().map(|t_s| (*t_s, (omega * t_s).sin())).collect();
+        let integral = |t_s: f64| -(omega * t_s).cos() / omega;
+        let moment = |t_s: f64| (omega * t_s).sin() / (omega * omega) + t_s * integral(t_s);
+        for (k, pair) in times.windows(2).enumerate().take(38).skip(1) {
+            let (value, slope) = line_of_curve(&samples, k).unwrap();
+            let (from_s, h_s) = (pair[0], pair[1] - pair[0]);
+            let mean = (integral(pair[1]) - integral(from_s)) / h_s;
+            let middle_s = from_s + 0.5 * h_s;
+            let tilt = moment(pair[1]) - moment(from_s) - middle_s * mean * h_s;
+            // Straight lines between the samples: 1e-2 and 4e-3.
+            assert!((value + 0.5 * h_s * slope - mean).abs() < 1.0e-3, "{k}");
+            assert!((slope - 12.0 * tilt / h_s.powi(3)).abs() < 2.0e-2 * omega, "{k}");
+        }
     }
 }

@@ -59,16 +59,20 @@ pub fn choose(setup: &Setup, samples: &Samples, set: &EffectSet, now: &InputTimi
 /// In a sentence, where some actuator is not held.
 #[must_use]
 pub fn note(timing: &InputTiming) -> Option<String> {
-    let moving: Vec<&str> =
-        ACTUATORS.iter().zip(timing).filter(|(_, hold)| hold.kind == HoldKind::Linear).map(|(name, _)| *name).collect();
+    let moving: Vec<&str> = ACTUATORS
+        .iter()
+        .zip(timing)
+        .filter(|(_, hold)| hold.kind == HoldKind::Continuous)
+        .map(|(name, _)| *name)
+        .collect();
     (!moving.is_empty())
         .then(|| format!("the log samples inputs that move on between their samples: {}", moving.join(", ")))
 }
 
 fn turned(hold: Hold) -> Hold {
     let kind = match hold.kind {
-        HoldKind::Held => HoldKind::Linear,
-        HoldKind::Linear => HoldKind::Held,
+        HoldKind::Held => HoldKind::Continuous,
+        HoldKind::Continuous => HoldKind::Held,
     };
     Hold { kind, ..hold }
 }

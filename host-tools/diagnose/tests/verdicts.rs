@@ -116,7 +116,7 @@ fn inputs_that_move_on_are_no_effect() {
         let mut log_data = PreparedLog::new(&data.log, &VehicleFile::reference(), true).unwrap();
         let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
         assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {:?}", d.effects, d.structure.hints);
-        assert!(log_data.timing.iter().all(|hold| hold.kind == HoldKind::Linear), "{:?}", log_data.timing);
+        assert!(log_data.timing.iter().all(|hold| hold.kind == HoldKind::Continuous), "{:?}", log_data.timing);
     }
     let d = diagnose(&["thrust_loss:k_n_s2_per_rad_m=0.003"], 23, |spec| spec.ramps = true);
     assert_eq!((d.verdict, d.effects[0].instance.candidate.effect), (Verdict::Explained, "thrust_loss"));

@@ -1,23 +1,16 @@
-//! When does an input act?
-//!
-//! A log samples its commands. Whether an actuator stays where it was put until the next sample, or moves on and is
-//! merely sampled, shifts what it does by half a sample; a servo or a bus may add a delay. Taken wrongly, half a sample
-//! bends drag, lift and masses by 10 to 20 %. So the delay of every actuator is fitted beside the parameters, by the
-//! prediction error over segments of ten seconds: no effect comes before its cause, so that an actuator that seems to
-//! act half a sample early is one that moves on (first-order hold). Where both holds are possible, the likelihood
-//! decides. An actuator that is not seen, or whose delay is not significant, is held without delay.
+//! Gauss-Newton on parameters, delays and the start of every segment.
 
-use crate::aid;
+use super::result::OutputWhiteness;
 use crate::data::{IdentificationData, LoggedInputs};
-use crate::options::{IdentifyError, Options};
-use crate::output_error::{self, SHORT_S, SMALLEST, Segment, free};
+use crate::options::Options;
+use crate::output_error::{self, SHORT_S, SMALLEST, Segment};
 use crate::parameters::{self, EXTENDED, Extended};
 use crate::sample::Sample;
 use crate::simulation::{self, OUTPUT_STATES, OUTPUTS, Output, Sensitive};
 use backseat_core::dynamics::{INPUTS, VehicleModel, VehicleParameters};
 use backseat_core::state::VehicleState;
-use backseat_data::commands::{ACTUATORS, Hold, HoldKind, InputTiming};
-use backseat_data::stats::{Z_95, autocorrelation, ljung_box};
+use backseat_data::commands::InputTiming;
+use backseat_data::stats::{autocorrelation, ljung_box};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use rayon::prelude::*;
 
@@ -27,106 +20,24 @@ const OUTPUT_NAMES: [&str; OUTPUTS] = ["roll", "pitch", "u", "v", "w", "p", "q",
 const COLUMNS: usize = EXTENDED + INPUTS + OUTPUTS;
 /// Step of the derivative by a delay, s.
 const STEP_S: f64 = 0.02;
-/// Segments looked at, evenly over the log: 50 minutes.
-const MOST_SEGMENTS: usize = 300;
 /// Delays looked for, s.
 const LATEST_S: f64 = 2.0;
-/// A delay is believed from so many standard errors on: residuals of a real vehicle are never white.
-const BELIEVED: f64 = 5.0;
-/// A shorter delay changes nothing that matters, s.
-const SHORTEST_S: f64 = 0.004;
-/// By how much −2 ln L must be smaller for the other kind of hold to be taken.
-const CLEARLY: f64 = 10.0;
-/// An autocorrelation of the residuals from here on is reported as structure.
-const COLOURED: f64 = 0.1;
 /// Lags of the autocorrelation.
 const LAGS: usize = 20;
 
 type Normal = SMatrix<f64, COLUMNS, COLUMNS>;
 
-/// What a log says about one actuator.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ActuatorTiming {
-    /// Which, as in [`ACTUATORS`].
-    pub name: &'static str,
-    /// How it follows its command.
-    pub hold: Hold,
-    /// 95 % interval of the delay, s; `None` where the motion does not show it.
-    pub ci95: Option<[f64; 2]>,
-}
-
-/// Residuals of one output in segments of ten seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OutputWhiteness {
-    /// Which.
-    pub name: &'static str,
-    /// Ljung and Box: probability under whiteness.
-    pub p: f64,
-    /// Largest autocorrelation up to two seconds.
-    pub max_autocorrelation: f64,
-}
-
-/// When the actuators follow, and what is left then.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TimingEstimate {
-    /// By actuator.
-    pub actuators: [ActuatorTiming; INPUTS],
-    /// By how much −2 ln L is smaller than with all commands held and without delay.
-    pub gain: f64,
-    /// By output.
-    pub whiteness: [OutputWhiteness; OUTPUTS],
-}
-
-impl TimingEstimate {
-    /// For [`LoggedInputs::act`].
-    #[must_use]
-    pub fn timing(&self) -> InputTiming {
-        self.actuators.map(|actuator| actuator.hold)
-    }
-
-    /// In sentences: what is not held without delay, and a warning where the fit is not white.
-    #[must_use]
-    pub fn notes(&self) -> Vec<String> {
-        let mut notes = Vec::new();
-        for actuator in self.actuators.iter().filter(|actuator| actuator.hold != Hold::default()) {
-            let moves = match actuator.hold.kind {
-                HoldKind::Held => "holds each command until the next sample",
-                HoldKind::Linear => "moves on between the samples of its command",
-            };
-            let delay =
-                actuator.ci95.filter(|_| actuator.hold.delay_s != 0.0).map_or_else(String::new, |[low, high]| {
-                    format!(", {:.3} s late ({low:.3} to {high:.3})", actuator.hold.delay_s)
-                });
-            notes.push(format!("{} {moves}{delay}", actuator.name));
-        }
-        let coloured: Vec<String> = self
-            .whiteness
-            .iter()
-            .filter(|output| output.max_autocorrelation > COLOURED && output.p < 1.0e-12)
-            .map(|output| format!("{} {:.2}", output.name, output.max_autocorrelation))
-            .collect();
-        if !coloured.is_empty() {
-            notes.push(format!(
-                "warning: residuals are not white (largest autocorrelation {}): the water disturbs, or model or timing lack \
-                 something; `backseat diagnose` looks for it",
-                coloured.join(", ")
-            ));
-        }
-        notes
-    }
-}
-
 /// Parameters, timing and starts at one step of the fit.
 #[derive(Clone)]
-struct Trial {
+pub(super) struct Trial {
     parameters: Extended,
-    timing: InputTiming,
+    pub(super) timing: InputTiming,
     starts: Vec<VehicleState>,
     /// −2 ln L.
-    cost: f64,
+    pub(super) cost: f64,
     sigma: Output,
     /// One sigma of each delay, s.
-    delay_sigma_s: [f64; INPUTS],
+    pub(super) delay_sigma_s: [f64; INPUTS],
 }
 
 /// What one segment says.
@@ -135,95 +46,19 @@ struct Evaluated {
     gradient: SVector<f64, COLUMNS>,
 }
 
-struct Problem<'a> {
-    data: &'a IdentificationData,
-    inputs: &'a LoggedInputs,
-    prior: &'a VehicleParameters,
-    options: &'a Options,
-    free: Vec<usize>,
-    reference: Extended,
+pub(super) struct Problem<'a> {
+    pub(super) data: &'a IdentificationData,
+    pub(super) inputs: &'a LoggedInputs,
+    pub(super) prior: &'a VehicleParameters,
+    pub(super) options: &'a Options,
+    pub(super) free: Vec<usize>,
+    pub(super) reference: Extended,
     /// Every so many segments are looked at.
-    stride: usize,
-}
-
-/// Finds out when fins and propeller follow their commands.
-///
-/// # Errors
-/// If the prior is unusable or the data determine nothing.
-pub fn estimate(
-    data: &IdentificationData,
-    inputs: &LoggedInputs,
-    prior: &VehicleParameters,
-    options: &Options,
-) -> Result<TimingEstimate, IdentifyError> {
-    let adapted = aid::online(data, prior, options)?;
-    let reference = parameters::of(&adapted.vehicle);
-    let count = output_error::segments(data, SHORT_S).len();
-    let stride = count.div_ceil(MOST_SEGMENTS).max(1);
-    let problem = Problem { data, inputs, prior, options, free: free(options, true), reference, stride };
-    let failed = || IdentifyError::Degenerate("the delays of the inputs cannot be fitted to this log".to_owned());
-    let held = problem.fit(problem.start(), false, 8).ok_or_else(failed)?;
-    let mut best = problem.fit(held.clone(), true, 8).ok_or_else(failed)?;
-    let half_s: [f64; INPUTS] =
-        core::array::from_fn(|actuator| 0.5 * inputs.commands().period_s(actuator).unwrap_or(0.0));
-    let mut moves = false;
-    for (actuator, hold) in best.timing.iter_mut().enumerate() {
-        let is_seen = best.delay_sigma_s[actuator] * BELIEVED < half_s[actuator];
-        if is_seen && hold.delay_s < -0.5 * half_s[actuator] {
-            *hold = turned(*hold, half_s[actuator]);
-            moves = true;
-        }
-    }
-    if moves {
-        best.cost = f64::INFINITY;
-        best = problem.fit(best, true, 6).ok_or_else(failed)?;
-    }
-    // Either hold is possible where the other is not early: first of all that are late, for one logger samples them all;
-    // then of each.
-    let is_late = |best: &Trial, actuator: usize| {
-        best.timing[actuator].delay_s > 0.6 * half_s[actuator] && is_believed(best, actuator)
-    };
-    let all: Vec<usize> = (0..INPUTS).filter(|actuator| is_late(&best, *actuator)).collect();
-    let together = (all.len() > 1).then(|| all.clone());
-    for group in together.into_iter().chain(all.into_iter().map(|one| vec![one])) {
-        let mut other = best.clone();
-        for &actuator in &group {
-            other.timing[actuator] = turned(other.timing[actuator], half_s[actuator]);
-        }
-        other.cost = f64::INFINITY;
-        best = problem.fit(other, true, 4).filter(|other| other.cost < best.cost - CLEARLY).unwrap_or(best);
-    }
-    let actuators = core::array::from_fn(|actuator| {
-        let (fitted, sigma) = (best.timing[actuator], best.delay_sigma_s[actuator]);
-        let is_seen = BELIEVED * sigma < half_s[actuator].max(0.05);
-        let is_late = is_believed(&best, actuator) && fitted.delay_s > SHORTEST_S;
-        let hold = match (is_seen, is_late) {
-            (false, _) => Hold::default(),
-            (true, false) => Hold { delay_s: 0.0, ..fitted },
-            (true, true) => fitted,
-        };
-        let reach = Z_95 * sigma;
-        let ci95 = is_seen.then_some([fitted.delay_s - reach, fitted.delay_s + reach]);
-        ActuatorTiming { name: ACTUATORS[actuator], hold, ci95 }
-    });
-    let whiteness = problem.whiteness(&best).ok_or_else(failed)?;
-    Ok(TimingEstimate { actuators, gain: held.cost - best.cost, whiteness })
-}
-
-/// The other kind of hold, with the delay that comes closest.
-fn turned(hold: Hold, half_s: f64) -> Hold {
-    match hold.kind {
-        HoldKind::Held => Hold { kind: HoldKind::Linear, delay_s: hold.delay_s + half_s },
-        HoldKind::Linear => Hold { kind: HoldKind::Held, delay_s: hold.delay_s - half_s },
-    }
-}
-
-fn is_believed(trial: &Trial, actuator: usize) -> bool {
-    trial.timing[actuator].delay_s.abs() > BELIEVED * trial.delay_sigma_s[actuator]
+    pub(super) stride: usize,
 }
 
 impl Problem<'_> {
-    fn start(&self) -> Trial {
+    pub(super) fn start(&self) -> Trial {
         let starts = self.segments(&self.data.clone()).iter().map(|segment| segment.start).collect();
         Trial {
             parameters: self.reference,
@@ -269,7 +104,7 @@ impl Problem<'_> {
     }
 
     /// Gauss-Newton from a trial; the delays move only if they are free.
-    fn fit(&self, from: Trial, delays: bool, steps: usize) -> Option<Trial> {
+    pub(super) fn fit(&self, from: Trial, delays: bool, steps: usize) -> Option<Trial> {
         let mut trial = from;
         let mut data = self.timed(&trial.timing);
         (trial.cost, trial.sigma) = self.likelihood(&data, &trial)?;
@@ -393,7 +228,7 @@ impl Problem<'_> {
         }))
     }
 
-    fn whiteness(&self, trial: &Trial) -> Option<[OutputWhiteness; OUTPUTS]> {
+    pub(super) fn whiteness(&self, trial: &Trial) -> Option<[OutputWhiteness; OUTPUTS]> {
         let model = self.model(&trial.parameters)?;
         let data = self.timed(&trial.timing);
         let residuals: Vec<Vec<Output>> = self
