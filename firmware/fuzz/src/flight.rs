@@ -1,7 +1,8 @@
 //! A board on the bench and in the water: the app, its clock, and the simulated vehicle around it.
 
 use crate::finite;
-use backseat_app::App;
+use crate::ports::Memory;
+use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{Decoder, FromBoard, MAX_FRAME, Mode, Port, Telemetry, ToBoard, Waypoint, encode};
 use backseat_wire::iver::{Servo, ServoBytes, ToFrontseat, Units};
 use backseat_wire::nmea::{Checksum, Framer};
@@ -29,7 +30,7 @@ const START_M: f64 = -100.0;
 const LEGS: [(f64, f64); 2] = [(-92.0, 0.0), (100.0, 3.0)];
 
 /// The scenario that every board flies.
-fn scenario() -> &'static Scenario {
+pub(crate) fn scenario() -> &'static Scenario {
     static SCENARIO: OnceLock<Scenario> = OnceLock::new();
     SCENARIO.get_or_init(|| Scenario::built_in("survey").expect("it is built in"))
 }
@@ -107,7 +108,35 @@ impl Board {
     /// Takes what waits on all ports and judges it; what went to the devices.
     pub(crate) fn drain(&mut self) -> [(Port, Vec<u8>); 4] {
         let said = self.take(Port::Host);
-        let mut rest = said.as_slice();
+        self.hear(&said);
+        let sent = Port::DEVICES.map(|port| (port, self.take(port)));
+        self.judge(&sent[0].1);
+        sent
+    }
+
+    /// Lets `pump` move what is to be moved now, and judges it; what went to the devices.
+    pub(crate) fn poll(&mut self, pump: &mut Pump, ports: &mut [Memory; 5]) -> [(Port, Vec<u8>); 4] {
+        self.tell_time();
+        while pump.poll(&mut self.app, ports, self.now_us) == Ok(Progress::Moved) {}
+        let said = core::mem::take(&mut ports[Port::Host as usize].from_board);
+        self.hear(&said);
+        let sent = Port::DEVICES.map(|port| (port, core::mem::take(&mut ports[port as usize].from_board)));
+        self.judge(&sent[0].1);
+        sent
+    }
+
+    /// Nothing moves, and no mission is asked for.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.app.lends_clock()
+    }
+
+    /// The last telemetry since this was asked, and the last answer.
+    pub(crate) fn heard(&mut self) -> (Option<Telemetry>, Option<Result<(), String>>) {
+        (self.telemetry.take(), self.answer.take())
+    }
+
+    /// Takes what the board says to the host.
+    fn hear(&mut self, mut rest: &[u8]) {
         while let Some(frame) = self.host.feed(&mut rest) {
             match frame.expect("its frames are good").message().expect("its messages are known") {
                 FromBoard::Telemetry(record) => {
@@ -120,9 +149,6 @@ impl Board {
                 _ => {}
             }
         }
-        let sent = Port::DEVICES.map(|port| (port, self.take(port)));
-        self.judge(&sent[0].1);
-        sent
     }
 
     /// Every command to the frontseat is within limits, and within rates, and carries its own timeout.
@@ -339,7 +365,7 @@ fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
 }
 
 /// World and devices move on, stopping wherever a device acts.
-fn swim(world: &mut World, devices: &mut Devices, to_us: u64) {
+pub(crate) fn swim(world: &mut World, devices: &mut Devices, to_us: u64) {
     loop {
         let until_us = devices.next_us().unwrap_or(to_us).min(to_us);
         world.advance(until_us, &mut |observation| devices.observe(observation));

@@ -14,7 +14,9 @@ mod app;
 mod day;
 mod files;
 mod flight;
+mod host;
 mod lies;
+mod ports;
 mod sentences;
 mod stores;
 mod streams;
@@ -22,6 +24,7 @@ mod streams;
 pub use app::app;
 pub use day::{day, frontseat};
 pub use files::{board_log, csv_log, importers, scenario, session, vehicle_file};
+pub use host::host;
 pub use sentences::{framer, gps, iver, modem, os5000};
 pub use stores::{parameter_store, restart_record, ship_state};
 pub use streams::{gx3, hostlink, mip, pd0, pd4, pd6};
@@ -30,7 +33,7 @@ pub use streams::{gx3, hostlink, mip, pd0, pd4, pd6};
 pub type Target = fn(&[u8]);
 
 /// All targets under the names of their corpora and of their programs in `fuzz_targets`.
-pub const TARGETS: [(&str, Target); 23] = [
+pub const TARGETS: [(&str, Target); 24] = [
     ("app", app),
     ("board_log", board_log),
     ("csv_log", csv_log),
@@ -39,6 +42,7 @@ pub const TARGETS: [(&str, Target); 23] = [
     ("frontseat", frontseat),
     ("gps", gps),
     ("gx3", gx3),
+    ("host", host),
     ("hostlink", hostlink),
     ("importers", importers),
     ("iver", iver),
