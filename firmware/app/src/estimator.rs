@@ -12,7 +12,7 @@ mod acoustics;
 use crate::inputs::installation::{self, body_to_ned, horizon_us, velocity_at_centre};
 use crate::inputs::{ActuatorHistory, Inputs, Packets, Sample, fresh};
 use crate::parameters::Settings;
-use crate::store::Navigation;
+use crate::store::{Coasted, Navigation};
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
@@ -348,17 +348,23 @@ impl Estimator {
         let attitude_age_us = micros(app.attitude_timeout_s);
         let fix_m = fresh(s.fix_m, now_us, INITIAL_FIX_AGE_US);
         let resumed = if fix_m.is_some() { None } else { self.resumed };
+        let coasted = resumed.map(|navigation| navigation.coasted(now_us));
         let (Some(fix_m), Some(euler_rad), Some(depth_m)) = (
-            fix_m.or(resumed.map(|navigation| navigation.position_m)),
+            fix_m.or(coasted.map(|navigation| navigation.position_m)),
             fresh(s.euler_rad, now_us, attitude_age_us),
             fresh(s.depth_m, now_us, micros(app.depth_timeout_s)),
         ) else {
             return;
         };
         let rates_radps = fresh(s.rates_radps, now_us, attitude_age_us).unwrap_or_default();
-        let speed = match fresh(s.bottom_mps, now_us, attitude_age_us) {
-            Some(velocity_mps) if app.use_dvl => {
+        let speed = match (fresh(s.bottom_mps, now_us, attitude_age_us), coasted) {
+            (Some(velocity_mps), _) if app.use_dvl => {
                 InitialSpeed::Dvl(velocity_at_centre(rates_radps, velocity_mps, &app.installation.dvl_arm_m))
+            }
+            (_, Some(Coasted { velocity_mps: [north_mps, east_mps], speed_sigma_mps, .. })) => {
+                let [.., heading_rad] = euler_rad;
+                let surge_mps = north_mps * libm::cos(heading_rad) + east_mps * libm::sin(heading_rad);
+                InitialSpeed::Coasting(surge_mps, speed_sigma_mps)
             }
             _ => InitialSpeed::Commanded(steady_speed_mps(inputs.actuators().at(now_us), settings)),
         };
@@ -368,7 +374,7 @@ impl Estimator {
         let arm_m = if resumed.is_some() { [0.0; 3] } else { body_to_ned(&x, &app.installation.gnss_arm_m) };
         let fix_m = [fix_m[0] - arm_m[0], fix_m[1] - arm_m[1]];
         let config = *self.navigator.config();
-        let sigma_m = resumed.map_or(config.sensors.gnss_m, |navigation| navigation.sigma_after(now_us));
+        let sigma_m = coasted.map_or(config.sensors.gnss_m, |navigation| navigation.sigma_m);
         let initial = InitialState::from_fix(fix_m, sigma_m, depth_m, euler_rad, rates_radps, speed, &config);
         // refused only for values that are not finite: the next samples come soon
         if self.navigator.initialise(now_us, &initial).is_ok() {

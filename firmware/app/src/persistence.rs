@@ -3,9 +3,10 @@
 use crate::app::App;
 use crate::backseat::Backseat;
 use crate::host::send;
+use crate::inputs::installation::body_to_ned;
 use crate::parameters::Settings;
 use crate::storage::Asked;
-use crate::store::{Navigation, Response, RestartRecord};
+use crate::store::{Coasted, Navigation, Response, RestartRecord};
 use backseat_core::state::{U, V, W, X, Y};
 use backseat_wire::hostlink::{FromBoard, Refusal, Restart};
 
@@ -65,15 +66,21 @@ impl App {
         let known = navigator.is_initialised() && navigator.failure().is_none();
         let navigation = known.then(|| {
             let x = navigator.state();
-            let speed_mps = libm::sqrt(x[U] * x[U] + x[V] * x[V] + x[W] * x[W])
-                + libm::hypot(navigator.current()[0], navigator.current()[1]);
-            Navigation { position_m: [x[X], x[Y]], sigma_m: navigator.horizontal_sigma_m(), speed_mps }
+            let through_water = body_to_ned(x, &[x[U], x[V], x[W]]);
+            let current = navigator.current();
+            Navigation {
+                position_m: [x[X], x[Y]],
+                sigma_m: estimator.stated_sigma_m(),
+                velocity_mps: [through_water[0] + current[0], through_water[1] + current[1]],
+                down_us: 0,
+            }
         });
         // a second reset while the filter waits for its sensors loses nothing
         let now_us = self.backseat.now_us();
         let waiting = || {
             let resumed = estimator.resumed()?;
-            Some(Navigation { sigma_m: resumed.sigma_after(now_us), ..resumed })
+            let Coasted { position_m, sigma_m, velocity_mps, .. } = resumed.coasted(now_us);
+            Some(Navigation { position_m, sigma_m, velocity_mps, down_us: 0 })
         };
         let navigation = navigation.or_else(waiting);
         let utc_us = clock.utc_us(now_us).filter(|_| clock.is_fine());

@@ -7,14 +7,14 @@ use backseat_wire::hostlink::{CRC, ResetCause, Restart};
 use serde::{Deserialize, Serialize};
 
 /// Bytes of a record, a multiple of the word of any backup memory.
-pub const RECORD_BYTES: usize = 112;
+pub const RECORD_BYTES: usize = 120;
 /// So many resets ...
 pub const SAFE_AFTER: usize = 3;
 /// ... within this time, µs, and the board does nothing but keep still.
 pub const SAFE_WITHIN_US: u64 = 600_000_000;
 
 /// Layout of the record; a record of another firmware is not read.
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 
 /// Resets by a fault since the supply was switched on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,8 +32,23 @@ pub struct Navigation {
     pub position_m: [f64; 2],
     /// One sigma, √(σx² + σy²), m.
     pub sigma_m: f64,
-    /// Speed over ground, m/s.
-    pub speed_mps: f64,
+    /// North and east, over ground, m/s.
+    pub velocity_mps: [f64; 2],
+    /// Time from here to the board's new time 0, µs.
+    pub down_us: u64,
+}
+
+/// The same after the vehicle has coasted without a propeller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coasted {
+    /// North and east, m.
+    pub position_m: [f64; 2],
+    /// One sigma, √(σx² + σy²), m.
+    pub sigma_m: f64,
+    /// North and east, over ground, m/s.
+    pub velocity_mps: [f64; 2],
+    /// One sigma of the speed, m/s: what it has lost by now.
+    pub speed_sigma_mps: f64,
 }
 
 /// State that a board needs after a reset.
@@ -67,19 +82,31 @@ pub enum Response {
     Safe,
 }
 
-/// From a record's step to the board's new time 0 at the longest, µs: the watchdog and the start.
-const DOWN_US: u64 = 1_000_000;
-/// The same in the middle for a watchdog of 0.6 s that is fed up to 0.3 s after a step: 0.57 to
-/// 0.93 s, its clock's tolerance included.
+/// From a record's step to the board's new time 0, µs: in the middle for a watchdog of 0.6 s that is fed up to 0.3 s
+/// after a step, 0.57 to 0.93 s, its clock's tolerance included.
 const WATCHDOG_DOWN_US: u64 = 750_000;
+/// Drag halves the speed of a torpedo without a propeller in this time, s: m / (X_uu u) of the reference vehicle at 1 m/s.
+const COAST_S: f64 = 10.0;
+/// The same, taken where nobody knows how long the board was off, µs.
+const COAST_US: u64 = 10_000_000;
 
 impl Navigation {
-    /// Sigma of one axis after the board has run for `now_us` since its reset, m: the speed before
-    /// the reset may have gone on in any direction.
+    /// After the board has run for `now_us` since its reset. By drag that grows with u², u = u₀ / (1 + t / τ).
     #[must_use]
-    pub fn sigma_after(&self, now_us: u64) -> f64 {
-        let drift_m = self.speed_mps * (DOWN_US.saturating_add(now_us)) as f64 * 1e-6;
-        libm::sqrt(self.sigma_m * self.sigma_m + drift_m * drift_m)
+    pub fn coasted(&self, now_us: u64) -> Coasted {
+        let time_s = 1e-6 * self.down_us.saturating_add(now_us) as f64;
+        let slower = 1.0 + time_s / COAST_S;
+        let way_s = COAST_S * libm::log(slower);
+        let [north_mps, east_mps] = self.velocity_mps;
+        let speed_mps = libm::hypot(north_mps, east_mps);
+        let [north_m, east_m] = self.position_m;
+        Coasted {
+            position_m: [north_m + north_mps * way_s, east_m + east_mps * way_s],
+            // the speed before the reset may have gone on in any direction
+            sigma_m: libm::hypot(self.sigma_m, speed_mps * time_s),
+            velocity_mps: [north_mps / slower, east_mps / slower],
+            speed_sigma_mps: speed_mps * (1.0 - 1.0 / slower),
+        }
     }
 }
 
@@ -100,10 +127,9 @@ impl RestartRecord {
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         let ((version, record), _) = postcard::take_from_bytes_crc32::<(u16, Self)>(bytes, CRC.digest()).ok()?;
         let finite = |n: &Navigation| {
-            n.position_m.iter().all(|v| v.is_finite())
+            n.position_m.iter().chain(&n.velocity_mps).all(|v| v.is_finite())
                 && n.sigma_m.is_finite()
                 && n.sigma_m >= 0.0
-                && n.speed_mps.is_finite()
         };
         (version == VERSION && record.navigation.as_ref().is_none_or(finite)).then_some(record)
     }
@@ -136,9 +162,11 @@ impl RestartRecord {
             return (Response::Safe, new);
         }
         // the duration of a brown-out is unknown
-        let utc_us = last.utc_us.filter(|_| cause == ResetCause::Watchdog);
-        let utc_us = utc_us.map(|us| us.saturating_add(WATCHDOG_DOWN_US));
-        (Response::Resume { navigation: last.navigation, utc_us }, new)
+        let watchdog = cause == ResetCause::Watchdog;
+        let utc_us = last.utc_us.filter(|_| watchdog).map(|us| us.saturating_add(WATCHDOG_DOWN_US));
+        let down_us = if watchdog { WATCHDOG_DOWN_US } else { COAST_US };
+        let navigation = last.navigation.map(|before| Navigation { down_us, ..before });
+        (Response::Resume { navigation, utc_us }, new)
     }
 
     /// As the host link reports it.
@@ -184,7 +212,9 @@ mod tests {
     const MINUTE_US: u64 = 60_000_000;
 
     fn record(sequence: u32, powered_us: u64) -> RestartRecord {
-        let navigation = Some(Navigation { position_m: [12.5, -700.25], sigma_m: 4.0, speed_mps: 1.2 });
+        let navigation =
+            Navigation { position_m: [12.5, -700.25], sigma_m: 4.0, velocity_mps: [1.2, -0.5], down_us: 0 };
+        let navigation = Some(navigation);
         RestartRecord { sequence, powered_us, navigation, ..RestartRecord::default() }
     }
 
@@ -221,15 +251,27 @@ mod tests {
     #[test]
     fn numbers_that_are_none_are_refused() {
         let mut bad = record(1, 1);
-        bad.navigation = Some(Navigation { position_m: [f64::NAN, 0.0], sigma_m: 1.0, speed_mps: 0.0 });
+        bad.navigation = bad.navigation.map(|good| Navigation { position_m: [f64::NAN, 0.0], ..good });
         assert_eq!(RestartRecord::decode(&bad.encode()), None);
     }
 
-    /// 3-4-5: 3 m before, 1 m/s for 4 s.
+    /// Sigma: 3-4-5, 3 m before, 1 m/s for 4 s. The way is the integral of the speed, here by the trapezoidal rule.
     #[test]
-    fn val_the_position_grows_old() {
-        let navigation = Navigation { position_m: [0.0; 2], sigma_m: 3.0, speed_mps: 1.0 };
-        assert_eq!(navigation.sigma_after(3_000_000), 5.0);
+    fn val_the_vehicle_coasts() {
+        let before = Navigation { position_m: [7.0, 0.0], sigma_m: 3.0, velocity_mps: [0.6, 0.8], down_us: 1_000_000 };
+        let after = before.coasted(3_000_000);
+        assert!((after.sigma_m - 5.0).abs() < 1e-12);
+        let speed_mps = |at: &Coasted| libm::hypot(at.velocity_mps[0], at.velocity_mps[1]);
+        let at = |ms: u64| before.coasted(1_000 * ms);
+        let way_m: f64 = (0..3_000).map(|ms| 0.5e-3 * (speed_mps(&at(ms)) + speed_mps(&at(ms + 1)))).sum();
+        let first = at(0);
+        let [north_m, east_m] = [0, 1].map(|i| after.position_m[i] - first.position_m[i]);
+        assert!((libm::hypot(north_m, east_m) - way_m).abs() < 1e-6, "{way_m} m");
+        // du/dt = -u² / (u₀ τ)
+        let slope = (speed_mps(&at(1_001)) - speed_mps(&at(999))) / 2e-3;
+        assert!((slope + speed_mps(&at(1_000)).powi(2) / COAST_S).abs() < 1e-6, "{slope} m/s²");
+        let unknown = Navigation { down_us: COAST_US, ..before }.coasted(0);
+        assert!((unknown.speed_sigma_mps - 0.5).abs() < 1e-12 && (speed_mps(&unknown) - 0.5).abs() < 1e-12);
     }
 
     #[test]
@@ -267,7 +309,8 @@ mod tests {
         let last = RestartRecord { utc_us: Some(5_000_000), ..record(0, 0) };
         for (cause, expected_us) in [(ResetCause::Watchdog, Some(5_750_000)), (ResetCause::BrownOut, None)] {
             let (response, _) = RestartRecord::respond(cause, Some(&last));
-            assert_eq!(response, Response::Resume { navigation: last.navigation, utc_us: expected_us });
+            let Response::Resume { navigation, utc_us } = response else { panic!("{response:?}") };
+            assert_eq!((utc_us, navigation.map(|n| n.sigma_m)), (expected_us, Some(4.0)));
         }
     }
 
@@ -284,7 +327,8 @@ mod tests {
             }
             (responses, last)
         };
-        let resume = Response::Resume { navigation: record(0, 0).navigation, utc_us: None };
+        let navigation = record(0, 0).navigation.map(|n| Navigation { down_us: WATCHDOG_DOWN_US, ..n });
+        let resume = Response::Resume { navigation, utc_us: None };
         assert_eq!(resets_at(&[1, 5, 11]).0, [resume, resume, Response::Safe]);
         assert_eq!(resets_at(&[1, 5, 12]).0, [resume; 3]);
         let (responses, last) = resets_at(&[1, 5, 12, 14]);

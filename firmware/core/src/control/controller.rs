@@ -191,7 +191,8 @@ impl Controller {
                 };
             }
         }
-        command.input = self.limiter.apply(&wanted, dt_s);
+        // A clock that jumps ahead gives no fin more time than a step.
+        command.input = self.limiter.apply(&wanted, dt_s.min(FIRST_STEP_S));
         command
     }
 

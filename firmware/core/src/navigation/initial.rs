@@ -14,6 +14,8 @@ pub enum InitialSpeed {
     Dvl([f64; 3]),
     /// Commanded (or model) surge speed, m/s.
     Commanded(f64),
+    /// Surge speed of a vehicle that coasts, and its one sigma, m/s.
+    Coasting(f64, f64),
 }
 
 /// State and one sigma at the start; cross covariances are zero.
@@ -27,7 +29,7 @@ pub struct InitialState {
 
 /// One sigma of a commanded speed as a share of it: error of an Iver's speed loop with an unknown trim.
 const COMMANDED_SPEED_PART: f64 = 0.1;
-/// Least one sigma of a commanded speed, and one sigma of sway and heave, which are not commanded, m/s.
+/// Least one sigma of such a speed, and one sigma of sway and heave, which are not commanded, m/s.
 const COMMANDED_SIGMA_MPS: f64 = 0.1;
 
 impl InitialState {
@@ -59,10 +61,8 @@ impl InitialState {
                     [libm::sqrt(sensors.dvl_mps * sensors.dvl_mps + current * current); 3],
                 )
             }
-            InitialSpeed::Commanded(surge) => {
-                let sigma = (COMMANDED_SPEED_PART * surge.abs()).max(COMMANDED_SIGMA_MPS);
-                ([surge, 0.0, 0.0], [sigma, COMMANDED_SIGMA_MPS, COMMANDED_SIGMA_MPS])
-            }
+            InitialSpeed::Commanded(surge) => along(surge, COMMANDED_SPEED_PART * surge.abs()),
+            InitialSpeed::Coasting(surge, sigma) => along(surge, sigma),
         };
         // The biases of the compass add to the uncertainty of the heading.
         let heading = config.effect_states.heading_sigma_rad();
@@ -85,6 +85,11 @@ impl InitialState {
             ),
         }
     }
+}
+
+/// ν and its one sigma for a surge speed and what is known of it, m/s.
+fn along(surge: f64, sigma: f64) -> ([f64; 3], [f64; 3]) {
+    ([surge, 0.0, 0.0], [sigma.max(COMMANDED_SIGMA_MPS), COMMANDED_SIGMA_MPS, COMMANDED_SIGMA_MPS])
 }
 
 /// ν of a velocity over ground in body axes, in the current that `config` says.

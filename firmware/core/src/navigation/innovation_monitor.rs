@@ -244,7 +244,7 @@ impl InnovationMonitor {
             window.take(WAVES_S, time_us, innovation.max(-most).min(most), without);
         }
         let calm = windows.iter().all(|window| window.alternating() == 0.0);
-        if let Some(us) = self.waves_us.get_mut(place).filter(|us| calm && time_us > **us + WAVES_US) {
+        if let Some(us) = self.waves_us.get_mut(place).filter(|us| calm && time_us > us.saturating_add(WAVES_US)) {
             *us = 0;
         }
     }

@@ -119,6 +119,7 @@ built_in! {
     "file_wrong_dvl"
     "light_and_trimmed"
     "tide"
+    "tide_hour"
     "compass_3_dvl"
     "compass_5"
     "compass_5_dvl"
