@@ -91,8 +91,13 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     }
     let mut text = markdown(&summaries, &made_by);
     if let Some(rows) = &drawn_rows {
-        let made_by = format!("backseat sim faults --random {} --seed {}", rows.len(), arguments.seed);
-        text += &drawn_markdown(&flown(rows, 1, arguments)?, &made_by);
+        let made_by = format!(
+            "backseat sim faults --random {} --seed {} --runs {}",
+            rows.len(),
+            arguments.seed,
+            arguments.runs.unwrap_or(1)
+        );
+        text += &drawn_markdown(&flown(rows, arguments.runs.unwrap_or(1), arguments)?, &made_by);
     }
     if let Some(path) = &arguments.out {
         std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
