@@ -25,6 +25,7 @@ use crate::track::TrackSample;
 use adjoint::Adjoint;
 use backseat_core::navigation::{EVIDENCE_MEMORY, Filter, LinearStep, MAX_STATES, MEMBERS, Observer};
 use backseat_core::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
+use rayon::prelude::*;
 
 /// One number a state, whole blocks of four.
 const STRIDE: usize = MAX_STATES.next_multiple_of(4);
@@ -122,34 +123,55 @@ enum Evidence {
     Range(f64),
 }
 
+/// The way back of one filter of the bank.
+struct WayBack {
+    adjoint: Adjoint,
+    /// ln of the likelihood ratio by the ranges that follow.
+    behind: f64,
+}
+
+impl WayBack {
+    fn new() -> Self {
+        Self { adjoint: Adjoint::new(), behind: 0.0 }
+    }
+
+    /// Smooths one stretch, from the last sample to the first, each with ln of its odds; nothing of a filter that failed.
+    fn smooth(&mut self, stretch: Option<Stretch>) -> Vec<(TrackSample, f64)> {
+        let Some(stretch) = stretch else {
+            self.behind = f64::NEG_INFINITY;
+            return Vec::new();
+        };
+        let mut log_odds = Vec::new();
+        for evidence in stretch.evidence.iter().rev() {
+            match evidence {
+                Evidence::Range(log_ratio) => self.behind = log_ratio + EVIDENCE_MEMORY * self.behind,
+                Evidence::Sample(before) => log_odds.push(stretch.log_prior + before + self.behind),
+            }
+        }
+        self.adjoint.back(&stretch.steps.0).into_iter().zip(log_odds).collect()
+    }
+}
+
 impl Recording {
-    /// The smoothed estimate at every time that was marked, in order of time.
+    /// The smoothed estimate at every time that was marked, in order of time. While one stretch is smoothed, the one
+    /// before it is filtered again.
     #[must_use]
     pub fn smooth(&self) -> Vec<TrackSample> {
-        let mut adjoints: [Adjoint; MEMBERS] = std::array::from_fn(|_| Adjoint::new());
-        // ln of the likelihood ratio by the ranges that follow.
-        let mut behind = [0.0; MEMBERS];
+        let mut ways: [WayBack; MEMBERS] = std::array::from_fn(|_| WayBack::new());
         let mut smoothed = Vec::new();
-        for stretch in (0..self.stretches()).rev() {
+        let mut stretches = (0..self.stretches()).rev();
+        let mut repeated = stretches.next().map(|stretch| self.repeat(stretch));
+        while let Some(filters) = repeated {
+            let before = stretches.next();
+            let (next, samples) = rayon::join(
+                || before.map(|stretch| self.repeat(stretch)),
+                || ways.par_iter_mut().zip(filters).map(|(way, stretch)| way.smooth(stretch)).collect::<Vec<_>>(),
+            );
+            repeated = next;
             let mut mixtures: Vec<Mixture> = Vec::new();
-            for (member, stretch) in self.repeat(stretch).into_iter().enumerate() {
-                let (adjoint, behind) = (&mut adjoints[member], &mut behind[member]);
-                let Some(stretch) = stretch else {
-                    *behind = f64::NEG_INFINITY;
-                    continue;
-                };
-                let mut log_odds = Vec::new();
-                for evidence in stretch.evidence.iter().rev() {
-                    match evidence {
-                        Evidence::Range(log_ratio) => *behind = log_ratio + EVIDENCE_MEMORY * *behind,
-                        Evidence::Sample(before) => log_odds.push(stretch.log_prior + before + *behind),
-                    }
-                }
-                let samples = adjoint.back(&stretch.steps.0);
-                mixtures.resize_with(samples.len(), Mixture::default);
-                for ((mixture, sample), log_odds) in mixtures.iter_mut().zip(samples).zip(log_odds) {
-                    mixture.0.push((sample, log_odds));
-                }
+            for samples in samples {
+                mixtures.resize_with(mixtures.len().max(samples.len()), Mixture::default);
+                mixtures.iter_mut().zip(samples).for_each(|(mixture, sample)| mixture.0.push(sample));
             }
             smoothed.extend(mixtures.iter().filter_map(Mixture::estimate));
         }
