@@ -122,11 +122,12 @@ impl NavigationResult<'_> {
         };
         let error = self.error_summary().map(|(_, error)| summary(error));
         let smoothed_error = self.smoothed_summary().map(summary);
-        let (mut nis, mut rejected) = (Map::new(), Map::new());
+        let (mut nis, mut fused, mut rejected) = (Map::new(), Map::new(), Map::new());
         let (mut digest, mut estimates) = (Value::Null, Value::Null);
         if let Estimate::Filter(run) = &self.estimate {
             for sensor in &run.sensors {
                 nis.insert(sensor.sensor.name().to_owned(), json!(sensor.nis));
+                fused.insert(sensor.sensor.name().to_owned(), json!(sensor.fused));
                 rejected.insert(sensor.sensor.name().to_owned(), json!(sensor.rejected));
             }
             estimates = super::estimates::json(run);
@@ -150,6 +151,7 @@ impl NavigationResult<'_> {
             "error_against": self.errors.as_ref().map(|(against, _)| against.name()),
             "final": {"x_m": x_m, "y_m": y_m},
             "nis": nis,
+            "fused": fused,
             "rejected": rejected,
             "trust": if self.health.doubts.is_empty() { "ok" } else { "suspicious" },
             "doubts": self.health.doubts,

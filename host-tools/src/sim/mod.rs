@@ -4,6 +4,7 @@ mod dataset;
 mod report;
 mod run;
 mod ship;
+mod trial;
 
 pub use run::simulate;
 

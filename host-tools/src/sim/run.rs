@@ -1,6 +1,7 @@
 //! `backseat sim run`: fly a scenario against a backseat and judge its navigation.
 
 use super::ship::TopsideKind;
+use super::trial;
 use crate::outcome::Outcome;
 use crate::vehicle::unflyable;
 use anyhow::{Context, bail};
@@ -71,7 +72,8 @@ pub struct Args {
     wait: bool,
     /// Put `backseat topside` on the ship, with a receiver and a modem of its own: `library`, in this process, or with
     /// --realtime `process`, on two serial ports; `off`: the vehicle's modem plays the ship's part [default: off; in
-    /// sea_trial and two_vehicles library, with --realtime process].
+    /// sea_trial and two_vehicles library, with --realtime process]. `library` leaves in trial/ what a real trial
+    /// leaves: logs of vehicle, ship's receiver and both modems.
     #[arg(long, value_name = "off|library|process")]
     topside: Option<TopsideKind>,
     /// Seed of all randomness instead of the scenario's.
@@ -100,6 +102,8 @@ pub struct Args {
 /// A flight that ended, and what it is worth.
 struct Flown {
     folder: PathBuf,
+    /// What a real trial would have left.
+    trial: Option<PathBuf>,
     flight: FlightLog,
     companion: Option<FlightLog>,
     analysis: Analysis,
@@ -113,7 +117,7 @@ struct Flown {
 pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
     let stop = stop_on_interrupt()?;
     let flown = fly(arguments, &stop, |scenario| start(arguments, scenario))?;
-    let Flown { folder, flight, companion, analysis, ending } = &flown;
+    let Flown { folder, trial, flight, companion, analysis, ending } = &flown;
     if arguments.json {
         println!("{}", summary_json(flight, companion.as_ref(), analysis, *ending));
     } else {
@@ -121,6 +125,9 @@ pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
         println!("\nlog     {}", folder.join("log.csv").display());
         println!("session {}", folder.join(SESSION).display());
         println!("report  {}", folder.join(REPORT).display());
+        if let Some(trial) = trial {
+            println!("trial   {}, to be joined by backseat navigate --ship --modem", trial.display());
+        }
     }
     if stop.load(Ordering::Relaxed) {
         bail!("interrupted after {:.0} s of the mission; the files are complete up to there", flight.simulated_s);
@@ -144,7 +151,7 @@ pub fn simulate(options: &[String]) -> anyhow::Result<(String, PathBuf)> {
         Ok((Box::new(InProcess::new()), "the app in this process".to_owned()))
     };
     let flown = fly(&arguments, &AtomicBool::new(false), inside)?;
-    let Flown { folder, flight, companion, analysis, ending } = flown;
+    let Flown { folder, flight, companion, analysis, ending, .. } = flown;
     Ok((summary_json(&flight, companion.as_ref(), &analysis, ending).to_string(), folder))
 }
 
@@ -208,6 +215,9 @@ fn fly(
     let flight = flight.with_context(|| format!("flight (the part that was flown is in {})", folder.display()))?;
     client.end_record()?;
     drop(client);
+    let start_unix_s = scenario.settings.environment.start_unix_s;
+    let trial = folder.join(trial::FOLDER).exists();
+    let trial = trial.then(|| trial::add_vehicle(&flight, start_unix_s, &folder.join(SESSION), &folder)).transpose()?;
 
     if flight.samples.is_empty() {
         bail!("interrupted before the first second");
@@ -218,7 +228,7 @@ fn fly(
     if let Some(picture) = &arguments.picture {
         super::report::picture(picture, &scenario, &flight, &analysis)?;
     }
-    Ok(Flown { folder, flight, companion, analysis, ending })
+    Ok(Flown { folder, trial, flight, companion, analysis, ending })
 }
 
 /// Starts the backseat asked for; where its ports are.

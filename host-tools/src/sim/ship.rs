@@ -1,5 +1,6 @@
 //! The real topside on the simulated ship, in this process or as one of its own.
 
+use super::trial;
 use anyhow::{Context, bail};
 use backseat_topside::{Config, Topside};
 use hil_sim::flight::{FlightLog, ShipSide};
@@ -53,7 +54,9 @@ pub fn start(
         .map_err(|error| anyhow::anyhow!("{}: acoustics: {error}", scenario.settings.name))?;
     if kind == TopsideKind::Library {
         let program = ship_end::InProcess::new(Topside::new(config)?);
-        return Ok(Some(Ship { end: ShipEnd::new(scenario, Box::new(program)), process: None }));
+        let start_unix_s = scenario.settings.environment.start_unix_s;
+        let kept = trial::Kept::new(Box::new(program), folder, start_unix_s)?;
+        return Ok(Some(Ship { end: ShipEnd::new(scenario, Box::new(kept)), process: None }));
     }
     if !realtime {
         bail!("--topside process: it has a clock of its own, so it needs --realtime; `library` flies in lock-step");

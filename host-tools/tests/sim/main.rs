@@ -4,3 +4,4 @@ mod both_ways;
 mod dataset;
 mod flight;
 mod session;
+mod trial;
