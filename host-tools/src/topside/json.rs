@@ -96,6 +96,9 @@ pub fn words(event: &Event) -> (bool, String) {
             (trouble, format!("vehicle {}: {:.1} m by {kind}, {off}{refused}", ranging.vehicle, ranging.range_m))
         }
         Event::PingSent { vehicle } => (false, format!("ping to vehicle {vehicle}")),
+        Event::Minipacket { source, bits } => {
+            (false, format!("minipacket from {source}: 13 bits, {bits:04x}; not used"))
+        }
         Event::PingHeard { vehicle } => (false, format!("vehicle {vehicle} pings")),
         Event::Refused { source, forged: true } => (true, format!("a packet from {source} with a wrong key: not used")),
         Event::Refused { source, forged: false } => {

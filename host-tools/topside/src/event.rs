@@ -47,6 +47,13 @@ pub enum Event {
         /// Its modem address.
         vehicle: u8,
     },
+    /// A minipacket was heard: 13 bits that mean nothing to this program.
+    Minipacket {
+        /// From this address.
+        source: u8,
+        /// Its bits.
+        bits: u16,
+    },
     /// A packet that is no uplink of a known vehicle, or is broken or forged.
     Refused {
         /// From this address.

@@ -3,7 +3,7 @@
 use crate::gnss::{Traffic, is_receivers};
 use backseat_wire::Error;
 use backseat_wire::modem::{
-    Configuration, DataRequest, FromModem, PingReply, ReceptionStatistics, TimeReport, ToModem, Wanted,
+    Configuration, DataRequest, FromModem, PingReply, ReceptionStatistics, TimeReport, ToModem, UserBits, Wanted,
 };
 use backseat_wire::nmea::{Checksum, Framer};
 use backseat_wire::ship_state::Key;
@@ -81,6 +81,11 @@ pub(crate) enum Report {
         vehicle: u8,
     },
     PingReply(PingReply),
+    /// Thirteen bits of this source.
+    Minipacket {
+        source: u8,
+        bits: u16,
+    },
     Restarted,
 }
 
@@ -152,6 +157,9 @@ impl ModemLink {
                 FromModem::Statistics(statistics) => Report::Arrived(statistics),
                 FromModem::PingSent(_) => Report::PingSent,
                 FromModem::PingArrived(addresses) => Report::PingHeard { vehicle: addresses.source },
+                FromModem::UserBits(UserBits { addresses, bits }) => {
+                    Report::Minipacket { source: addresses.source, bits }
+                }
                 FromModem::PingReply(reply) => Report::PingReply(reply),
                 FromModem::PingReply2(reply) => {
                     Report::PingReply(PingReply { addresses: reply.addresses, travel_s: reply.travel_s })

@@ -441,3 +441,16 @@ fn an_abort_is_refused_without_a_key_and_replaces_the_state_in_three_slots() {
     let sent = sea.events.iter().filter(|event| matches!(event, Event::AbortSent { destination: 2, .. })).count();
     assert_eq!((sent, sea.topside.aborting()), (3, None));
 }
+
+/// The recorded minipacket of `firmware/wire/tests/vectors`: shown, and used for nothing.
+#[test]
+fn a_minipacket_is_shown_and_moves_no_track() {
+    let mut sea = Sea::new(Config::reference());
+    sea.run(5.0);
+    let local_us = sea.local_us();
+    sea.topside.receive(Port::Modem, local_us, b"$CAMUA,1,2,1fab*20\r\n");
+    sea.events.clear();
+    sea.run(1.0);
+    assert!(sea.events.contains(&Event::Minipacket { source: 1, bits: 0x1fab }), "{:?}", sea.events);
+    assert!(!sea.events.iter().any(|event| matches!(event, Event::Range(_) | Event::Refused { .. })));
+}

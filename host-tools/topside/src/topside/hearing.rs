@@ -29,6 +29,7 @@ impl Topside {
                 }
             }
             Report::PingHeard { vehicle } => self.note(Event::PingHeard { vehicle: *vehicle }),
+            Report::Minipacket { source, bits } => self.note(Event::Minipacket { source: *source, bits: *bits }),
             Report::PingReply(reply) => self.ping_answered(reply),
             Report::Restarted => {
                 self.outgoing = None;
