@@ -4,6 +4,7 @@
 
 pub mod adaptive_control;
 pub mod adoption;
+mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
 mod ensemble;
@@ -13,6 +14,7 @@ pub mod identification;
 pub mod navigation;
 pub mod packet_navigation;
 pub mod reproduce;
+mod sampled_lqr;
 mod store;
 mod table;
 

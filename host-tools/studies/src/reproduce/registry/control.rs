@@ -1,7 +1,7 @@
 //! Chapter 5: trackline following, and the thesis' future work.
 
 use crate::reproduce::item::{Column, Curves, Item, Printed, Reported, claim, column, figures};
-use crate::reproduce::studies::STEERING;
+use crate::reproduce::studies::{RICCATI, STEERING};
 
 const TRACK: &[Column] = &[
     column("cross_median_m", "cross-track, median [m]"),
@@ -27,6 +27,9 @@ const FLOWN: &str = "Ten 1 km lines 100 m apart at 1 m/s and 3 m depth; ship on 
      itself; the reference runs beside the vehicle; servo and propeller lag that the model lacks, still water; the true track is measured \
      on the lines, 50 m from the turns on.]";
 
+const RICCATI_DIFFERS: &str = "No difference worth the equation: even in its turns this vehicle is so near to straight flight at one speed that the two \
+     gains steer alike. That is why the board solves for the speed alone.";
+
 pub const ITEMS: &[Item] = &[
     Item {
         id: "figures-5.1-5.2",
@@ -43,9 +46,39 @@ pub const ITEMS: &[Item] = &[
             values: &[0.32, 0.81],
         }],
         curves: CURVES,
-        differs: "Not done: the Riccati differential equation about the current state (5.2). Our gains solve the algebraic equation about \
-                  straight flight, renewed with the speed. Results of the PD, which the introduction announces, the thesis does not \
+        differs: "Our gains solve the algebraic equation about straight flight, renewed with the speed; about the current state: \
+                  riccati-5.2. Results of the PD, which the introduction announces, the thesis does not \
                   give; ours stand here. The track can be no better than the estimate it is steered by.",
+    },
+    Item {
+        id: "riccati-5.2",
+        title: "LQR by the Riccati equation about the current state (5.2)",
+        covers: &[],
+        thesis: "The gain follows from the Riccati equation of the vehicle linearised about the current state, with a cross term in the \
+                 cost and the control held between steps. No numbers of its own.",
+        conditions: "As figures-5.1-5.2. [Steered without a board, from under way at depth. Both gains are of the same weights and steer \
+                     about the same kind of reference. About the current state: the discrete equation of a control held for 0.1 s, \
+                     solved for all time to go, its cross term from the motion within a step.]",
+        study: &RICCATI,
+        rows: &["about straight flight", "about the current state, each second"],
+        columns: &[
+            TRACK[0],
+            TRACK[1],
+            TRACK[2],
+            TRACK[3],
+            column("reference_p95_m", "estimate to reference, turns too, 95 % [m]"),
+            column("reference_max_m", "the same, max [m]"),
+            TRACK[4],
+            TRACK[5],
+            TRACK[6],
+            TRACK[7],
+            column("unsolved", "states without a gain"),
+            TRACK[8],
+        ],
+        printed: Printed::Nothing,
+        independent: &[],
+        curves: &[],
+        differs: RICCATI_DIFFERS,
     },
     Item {
         id: "closed-loop-models",

@@ -2,20 +2,24 @@
 
 mod allocation;
 mod conditions;
+mod first_nbls;
 mod gains;
 mod identification;
 mod least_squares;
 mod navigation;
+mod riccati;
 mod steering;
 
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 
 pub use allocation::ALLOCATION;
+pub use first_nbls::FIRST_NBLS;
 pub use gains::GAINS;
 pub use identification::{AID_COARSE_RATES, AID_FINE_RATES, NBLS, NBLS_CUT_OFFS};
 pub use least_squares::LEAST_SQUARES;
 pub use navigation::{D_SEA, D_SURVEY, K_COMPASS, K_DVL, K_FOG, N_NAV};
+pub use riccati::RICCATI;
 pub use steering::STEERING;
 
 /// A study: one run a seed.

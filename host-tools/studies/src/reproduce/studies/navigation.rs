@@ -1,23 +1,19 @@
 //! Navigation of chapters 2 to 4: a flight a seed under printed conditions, its measurements through each filter.
 
 use super::conditions::{self, Conditions};
+use super::first_nbls;
 use super::steering::{self, Flown};
 use super::{Kind, Measured, Study};
-use crate::identification::experiment::{Between, Experiment, Motion, Noise, References, declared};
 use anyhow::Context;
 use backseat_core::dynamics::VehicleParameters;
-use backseat_core::effects::EffectSet;
-use backseat_core::identification::theta::M11;
 use backseat_core::navigation::{InitialState, ProcessModel, SurfaceNoise};
 use backseat_core::state::{P, U, V, VehicleState, X, Y};
 use backseat_data::dead_reckoning::{self, Method};
 use backseat_data::filter::{self, FilterOptions, FilterRun, Start};
 use backseat_data::stats::{ErrorSummary, mean, percentile};
 use backseat_data::{Column, Log, Truth, VehicleFile};
-use backseat_identify::{IdentificationData, nullspace, parameters, validate};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::perturbed;
-use nalgebra::Vector6;
 
 /// 2.6.1.
 pub const K_DVL: Study = navigation(
@@ -91,7 +87,8 @@ pub const N_NAV: Study = navigation(
     &conditions::N_NAV,
     &[
         Filter { row: "true parameters", ..DYNAMIC },
-        Filter { row: "identified by NBLS", change: Change::Identified, ..DYNAMIC },
+        Filter { row: "identified by NBLS", change: Change::Nbls, ..DYNAMIC },
+        Filter { row: "identified by output error", change: Change::OutputError, ..DYNAMIC },
         Filter { row: "10 % wrong", change: Change::AllWrong, ..DYNAMIC },
     ],
 );
@@ -144,7 +141,9 @@ enum Change {
     /// Every parameter 10 % too high or too low.
     AllWrong,
     /// What NBLS finds in the experiment of 4.3.2.1.
-    Identified,
+    Nbls,
+    /// What output error finds in it.
+    OutputError,
 }
 
 /// Initial error of 2.6.2, m.
@@ -178,6 +177,10 @@ impl Navigation {
             }
             let mut declared = vehicle.clone();
             declared.parameters = changed(&vehicle.parameters, filter.change, seed)?;
+            if matches!(filter.change, Change::Nbls | Change::OutputError) {
+                let alone = format!("{}, alone", filter.row);
+                first_nbls::keep_predicted(&mut survey.measured, &alone, &declared.parameters, &first_nbls::lines());
+            }
             let mut options = FilterOptions {
                 use_dvl: filter.dvl,
                 use_rates: self.conditions.rates_degps.is_some(),
@@ -208,9 +211,6 @@ impl Navigation {
             survey.claims(filter.row, &run);
             survey.motion(filter.row, &run);
         }
-        if self.filters.iter().any(|filter| filter.change == Change::Identified) {
-            predicted(&mut survey.measured, seed)?;
-        }
         Ok(survey.measured)
     }
 }
@@ -226,42 +226,17 @@ fn changed(truth: &VehicleParameters, change: Change, seed: u64) -> anyhow::Resu
             }
         }
         Change::AllWrong => parameters = perturbed(truth, 0.10, seed),
-        Change::Identified => parameters = first_nbls(seed)?,
+        Change::Nbls => parameters = first_nbls::by_nbls(seed)?,
+        Change::OutputError => parameters = first_nbls::by_output_error(seed)?,
         _ => {}
     }
     Ok(parameters)
 }
 
-/// 4.3.2.1: NBLS on the references of Table 4.6 with the noise of Table 4.7, whose accelerations are measured.
-fn first_nbls(seed: u64) -> anyhow::Result<VehicleParameters> {
-    let noise = Noise { linear_mps: 0.05, angular_radps: 0.36_f64.to_radians(), roll_pitch_rad: 0.1_f64.to_radians() };
-    let motion = Motion::References(References::TABLE_4_6);
-    let run =
-        Experiment { motion, duration_s: 1800.0, noise, cross_drag: [0.0; 2], between: Between::default() }.run(seed);
-    let data = IdentificationData::from_log(&run.log, &EffectSet::NONE)?;
-    let mut random = Stream::new(seed, Source::Disturbance);
-    let (linear, angular) = (0.001, 0.05_f64.to_radians());
-    let sigma = Vector6::new(linear, linear, linear, angular, angular, angular);
-    let accelerations: Vec<Vector6<f64>> =
-        run.accelerations.iter().map(|a| Vector6::from(*a) + sigma.map(|sigma| sigma * random.normal())).collect();
-    let values = nullspace::unbounded(&data, Some(&accelerations), &declared(), M11, 0.3)?;
-    Ok(parameters::with(&declared(), &values))
-}
-
-/// The identified vehicle alone, without noise, along lines.
-fn predicted(measured: &mut Measured, seed: u64) -> anyhow::Result<()> {
-    let lines = Experiment { motion: Motion::Lines, duration_s: 5000.0, ..Experiment::cross_validation() };
-    let data = IdentificationData::from_log(&lines.run(seed).exact_log(), &EffectSet::NONE)?;
-    let errors = validate(&first_nbls(seed)?, &data).map_or([f64::NAN; 8], |errors| errors.mean_absolute);
-    let [_, _, p, q, r, u, v, w] = errors;
-    keep_motion(measured, "identified by NBLS, alone", &[u, v, w, p, q, r]);
-    Ok(())
-}
-
 /// Columns of Table 4.8.
 const MOTION: [&str; 6] = ["u_mps", "v_mps", "w_mps", "p_degps", "q_degps", "r_degps"];
 
-fn keep_motion(measured: &mut Measured, row: &str, errors: &[f64; 6]) {
+pub fn keep_motion(measured: &mut Measured, row: &str, errors: &[f64; 6]) {
     MOTION.iter().zip(errors).for_each(|(column, error)| measured.set(row, column, *error));
 }
 
