@@ -1,6 +1,6 @@
 //! `backseat studies packet-navigation`: packet against centralized on one flight.
 
-use crate::packet_navigation::{Method, NUMBERS, study, thin_fixes};
+use crate::packet_navigation::{HEADER, METHODS, Method, NUMBERS, Packet, packets, study, thin_fixes};
 use anyhow::{Context, ensure};
 use backseat_core::navigation::{InitialSpeed, InitialState, NavigationConfig, ProcessModel};
 use backseat_data::console::Progress;
@@ -11,6 +11,7 @@ use backseat_wire::ship_state;
 use hil_sim::analysis;
 use hil_sim::backseat::InProcess;
 use hil_sim::flight;
+use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Scenario;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -35,6 +36,8 @@ pub struct Args {
 
 /// Between the ship's fixes where they are rare, s: two packets to a fix.
 const RARE_FIX_S: u64 = 60;
+/// Share of the packets that the last part loses.
+const LOST: f64 = 0.3;
 
 /// The methods on one supply of ship fixes.
 struct Part {
@@ -60,7 +63,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let flight = flight::fly(&scenario, &mut client, None, &stop, |t_s| progress.set(t_s as usize))?;
     let truth = analysis::truth_of(&flight);
     drop(progress);
-    let progress = Progress::new("filters", 10);
+    let progress = Progress::new("filters", 3 * METHODS);
 
     let mut options = FilterOptions::new(&scenario.vehicle, ProcessModel::Dynamic);
     options.use_dvl = false;
@@ -72,15 +75,23 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let (log, start) = from_first_fix(&flight.log, speed_mps, &options.navigation)
         .context("the flight has no fix, depth, attitude and actuators to start from")?;
     options.start = Some(start);
-    let judge =
-        |log: &Log| study(log, &truth, &scenario.vehicle, &options, &scenario.settings.ship, || progress.advance());
-    let every = Part { heading: "every second".into(), methods: judge(&log)? };
+    let (vehicle, ship) = (&scenario.vehicle, &scenario.settings.ship);
+    let judge = |log: &Log, lost: &[Packet]| study(log, lost, &truth, vehicle, &options, ship, || progress.advance());
     let rare = thin_fixes(&log, RARE_FIX_S * 1_000_000);
-    let rare = Part { heading: format!("every {RARE_FIX_S} s"), methods: judge(&rare)? };
+    let mut random = Stream::new(arguments.seed, Source::Outliers);
+    let lost: Vec<Packet> = packets(&log).into_iter().filter(|_| random.uniform() < LOST).collect();
+    let share = 100.0 * lost.len() as f64 / packets(&log).len().max(1) as f64;
+    let parts = [
+        Part { heading: "every second".into(), methods: judge(&log, &[])? },
+        Part { heading: format!("every {RARE_FIX_S} s"), methods: judge(&rare, &[])? },
+        Part {
+            heading: format!("every {RARE_FIX_S} s, {share:.0} % of the packets lost"),
+            methods: judge(&rare, &lost)?,
+        },
+    ];
     drop(progress);
 
     let flown = analysis::backseat("packet-fed, as flown on the board", &flight);
-    let parts = [every, rare];
     if arguments.json {
         println!("{}", json!({"seed": arguments.seed, "simulated_s": flight.simulated_s, "parts": to_json(&parts)}));
         return Ok(());
@@ -138,15 +149,22 @@ fn table(parts: &[Part], flown: Option<&analysis::Configuration>) -> String {
     for part in parts {
         let _ = writeln!(text, "ship fixes {}", part.heading);
         for method in &part.methods {
-            let error = &method.error;
-            let ratio = error.rms_m / method.drms_m;
             let bytes = method.bytes.map_or("-".into(), |bytes| bytes.to_string());
+            let judged = match &method.result {
+                Ok(judged) => judged,
+                Err(reason) => {
+                    let _ = writeln!(text, "  {:<32} {:>32} {bytes:>6}  {reason}", method.name, "");
+                    continue;
+                }
+            };
+            let error = &judged.error;
+            let ratio = error.rms_m / judged.drms_m;
             let _ = write!(
                 text,
                 "  {:<32} {:>7.3} {:>7.3} {:>7.3} {ratio:>8.2} {bytes:>6}",
                 method.name, error.median_m, error.p95_m, error.max_m
             );
-            if let Some(difference) = &method.difference {
+            if let Some(difference) = &judged.difference {
                 let _ = write!(
                     text,
                     " {:>8.1e} m {:>8.1e} {:>8.1e}",
@@ -178,11 +196,15 @@ fn notes(arguments: &Args, parts: &[Part], simulated_s: f64) -> String {
          model, no DVL, range and range rate every 30 s; no gates, and all start from one fix (the board gates and starts by\n\
          itself). Differences are those at times of arrival: position, any state in its own sigmas, any sigma relative; with\n\
          the same linearisation points they are the flight filter's discretisation, not rounding (see the tests).\n\
-         Bytes: the whole payload of a packet, or the DEIF's {NUMBERS} numbers of 8 or 4 bytes; an FSK frame holds 32.\n",
+         Bytes: the whole payload of a packet, or the DEIF's {NUMBERS} numbers, to which {HEADER} bytes come (source, sequences, time,\n\
+         depth, CRC) and 4 of authentication where a key is set; an FSK frame holds 32.\n",
         arguments.seed
     );
     for part in parts {
-        let [centralized, packet, ..] = &part.methods[..] else { continue };
+        let [Ok(centralized), Ok(packet), ..] = &part.methods.iter().map(|m| m.result.as_ref()).collect::<Vec<_>>()[..]
+        else {
+            continue;
+        };
         let rms = 100.0 * (packet.error.rms_m / centralized.error.rms_m - 1.0);
         let bound = 100.0 * (packet.drms_m / centralized.drms_m - 1.0);
         let _ = writeln!(
@@ -200,18 +222,20 @@ fn notes(arguments: &Args, parts: &[Part], simulated_s: f64) -> String {
 
 fn to_json(parts: &[Part]) -> Value {
     let method = |method: &Method| {
-        let difference = method
-            .difference
+        let judged = method.result.as_ref().ok();
+        let difference = judged
+            .and_then(|judged| judged.difference)
             .map(|d| json!({"position_m": d.position_m, "state_sigmas": d.sigmas, "sigma_relative": d.sigma_ratio}));
         json!({
             "name": method.name,
-            "median_m": method.error.median_m,
-            "p95_m": method.error.p95_m,
-            "max_m": method.error.max_m,
-            "rms_m": method.error.rms_m,
-            "drms_m": method.drms_m,
+            "median_m": judged.map(|judged| judged.error.median_m),
+            "p95_m": judged.map(|judged| judged.error.p95_m),
+            "max_m": judged.map(|judged| judged.error.max_m),
+            "rms_m": judged.map(|judged| judged.error.rms_m),
+            "drms_m": judged.map(|judged| judged.drms_m),
             "bytes_per_packet": method.bytes,
             "difference": difference,
+            "failed": method.result.as_ref().err(),
         })
     };
     let parts = parts.iter().map(|part| {

@@ -2,8 +2,9 @@
 
 use super::deif::Deif;
 use super::packet_fed::{PacketFed, reports};
+use super::quantised::{Layout, short_floats};
 use super::ship::{Delta, NUMBERS};
-use super::walk::{DeifRun, PacketArrival, deltas, packets, walk};
+use super::walk::{DeifRun, Packet, PacketArrival, deltas, lose, packets, walk};
 use anyhow::{Context, anyhow};
 use backseat_core::dynamics::VehicleModel;
 use backseat_core::state::{PSI, VEHICLE_STATES, X, Y, wrap_angle};
@@ -50,6 +51,13 @@ pub struct Method {
     pub name: &'static str,
     /// Bytes that each packet must carry about the ship; `None`: it needs every fix.
     pub bytes: Option<usize>,
+    /// What became of it.
+    pub result: Result<Judged, String>,
+}
+
+/// A filter that ran to the end.
+#[derive(Clone, Debug)]
+pub struct Judged {
     /// Horizontal error, once a second.
     pub error: ErrorSummary,
     /// One sigma by the filter's own covariance, root mean square, m.
@@ -58,8 +66,8 @@ pub struct Method {
     pub difference: Option<Difference>,
 }
 
-impl Method {
-    fn of(name: &'static str, bytes: Option<usize>, track: &[TrackSample], truth: &Truth) -> anyhow::Result<Self> {
+impl Judged {
+    fn of(track: &[TrackSample], truth: &Truth) -> anyhow::Result<Self> {
         let (mut errors_m, mut bounds_m) = (Vec::new(), Vec::new());
         for row in &truth.rows {
             let Ok(at) = track.binary_search_by_key(&row.time_us, |sample| sample.time_us) else { continue };
@@ -68,16 +76,26 @@ impl Method {
             bounds_m.push(sample.drms_m());
         }
         let error = ErrorSummary::of(&errors_m).context("the log has no row at a time of the truth")?;
-        Ok(Self { name, bytes, error, drms_m: rms(&bounds_m).unwrap_or(f64::NAN), difference: None })
+        Ok(Self { error, drms_m: rms(&bounds_m).unwrap_or(f64::NAN), difference: None })
     }
 }
 
-/// Runs all filters over a log; `progress` is called after each.
+impl Method {
+    fn of(name: &'static str, bytes: Option<usize>, track: &[TrackSample], truth: &Truth) -> anyhow::Result<Self> {
+        Ok(Self { name, bytes, result: Ok(Judged::of(track, truth)?) })
+    }
+}
+
+/// Number of filters of a [`study()`].
+pub const METHODS: usize = 11;
+
+/// Runs all filters over a log of which the `lost` packets were not received; `progress` is called after each.
 ///
 /// # Errors
-/// A log without what the filters need, or a filter that fails.
+/// A log without what the filters need, or a filter that fails on numbers that were not rounded.
 pub fn study(
     log: &Log,
+    lost: &[Packet],
     truth: &Truth,
     vehicle: &VehicleFile,
     options: &FilterOptions,
@@ -87,33 +105,48 @@ pub fn study(
     let start = options.start.context("the study starts from a given state")?;
     let start_us = log.rows.first().context("an empty log")?.time_us;
     let model = VehicleModel::new(&vehicle.parameters).map_err(|error| anyhow!("{error}"))?;
-    let (config, packets) = (&options.navigation, packets(log));
+    let (config, launches, log) = (&options.navigation, packets(log), &lose(log, lost));
+    let received = packets(log);
 
     let centralized = filter::run(log, vehicle, options)?.track;
     progress();
-    let reports = reports(log, &packets, ship, config.sensors.ship_gnss_m);
+    let reports = reports(log, &received, ship, config.sensors.ship_gnss_m);
     let mut packet_fed = PacketFed::new(start_us, &start.vehicle, config, &model, reports, options.use_range_rate)?;
-    let packet_track = walk(log, &packets, &mut packet_fed)?;
+    let packet_track = walk(log, &received, &mut packet_fed)?;
     progress();
     let mut methods = vec![
         Method::of("centralized, every ship fix", None, &centralized, truth)?,
         Method::of("packet-fed, independent errors", Some(ship_state::LENGTH), &packet_track, truth)?,
     ];
 
-    let exact = deltas(log, start.ship.as_ref(), config, &packets, &packets)?;
-    let rounded: Vec<Delta> = exact.iter().map(Delta::rounded).collect();
-    let runs = [
-        ("DEIF, same linearisation points", &exact, Some(&centralized[..]), 8),
-        ("DEIF, its own points", &exact, None, 8),
-        ("DEIF, its own points, 32-bit", &rounded, None, 4),
+    let exact = deltas(log, start.ship.as_ref(), config, &launches, &received)?;
+    let floats = |bits| exact.iter().map(|delta| short_floats(delta, bits)).collect::<Vec<Delta>>();
+    let carried = |layout: Layout| layout.carry(&exact).map_err(anyhow::Error::from);
+    let runs: [(&'static str, anyhow::Result<Vec<Delta>>, Option<&[TrackSample]>, usize); METHODS - 2] = [
+        ("DEIF, same linearisation points", Ok(exact.clone()), Some(&centralized[..]), NUMBERS * 8),
+        ("DEIF, its own points", Ok(exact.clone()), None, NUMBERS * 8),
+        ("DEIF, 32-bit floats", Ok(exact.iter().map(Delta::rounded).collect()), None, NUMBERS * 4),
+        ("DEIF, 24-bit floats", Ok(floats(24)), None, NUMBERS * 3),
+        ("DEIF, 16-bit floats", Ok(floats(16)), None, NUMBERS * 2),
+        ("DEIF, conditional form", carried(Layout::TWO_FRAMES), None, Layout::TWO_FRAMES.bytes()),
+        ("DEIF, conditional form", carried(Layout::FINE), None, Layout::FINE.bytes()),
+        ("DEIF, conditional form", carried(Layout::COARSE), None, Layout::COARSE.bytes()),
+        ("DEIF, conditional form", carried(Layout::COARSEST), None, Layout::COARSEST.bytes()),
     ];
-    for (name, deltas, points, width) in runs {
-        let deif = Deif::new(start_us, &start.vehicle, config, &model);
-        let mut run = DeifRun::new(deif, deltas, points, options.use_range_rate);
-        let track = walk(log, &packets, &mut run).context(name)?;
-        let mut method = Method::of(name, Some(NUMBERS * width), &track, truth)?;
-        method.difference = Difference::of(&run.arrivals, &centralized);
-        methods.push(method);
+    for (name, deltas, points, bytes) in runs {
+        let judged = deltas.and_then(|deltas| {
+            let deif = Deif::new(start_us, &start.vehicle, config, &model);
+            let mut run = DeifRun::new(deif, &deltas, points, options.use_range_rate);
+            let track = walk(log, &received, &mut run)?;
+            let difference = Difference::of(&run.arrivals, &centralized);
+            Ok(Judged { difference, ..Judged::of(&track, truth)? })
+        });
+        let is_rounded = bytes < NUMBERS * 8;
+        let result = match judged {
+            Err(error) if !is_rounded => return Err(error.context(name)),
+            judged => judged.map_err(|error| format!("{error:#}")),
+        };
+        methods.push(Method { name, bytes: Some(bytes), result });
         progress();
     }
     Ok(methods)
