@@ -86,6 +86,9 @@ impl Method {
     }
 }
 
+/// The deltas as the vehicle has them, or why they cannot be sent so.
+type Deltas = anyhow::Result<Vec<Delta>>;
+
 /// Number of filters of a [`study()`].
 pub const METHODS: usize = 11;
 
@@ -122,7 +125,7 @@ pub fn study(
     let exact = deltas(log, start.ship.as_ref(), config, &launches, &received)?;
     let floats = |bits| exact.iter().map(|delta| short_floats(delta, bits)).collect::<Vec<Delta>>();
     let carried = |layout: Layout| layout.carry(&exact).map_err(anyhow::Error::from);
-    let runs: [(&'static str, anyhow::Result<Vec<Delta>>, Option<&[TrackSample]>, usize); METHODS - 2] = [
+    let runs: [(&'static str, Deltas, Option<&[TrackSample]>, usize); METHODS - 2] = [
         ("DEIF, same linearisation points", Ok(exact.clone()), Some(&centralized[..]), NUMBERS * 8),
         ("DEIF, its own points", Ok(exact.clone()), None, NUMBERS * 8),
         ("DEIF, 32-bit floats", Ok(exact.iter().map(Delta::rounded).collect()), None, NUMBERS * 4),

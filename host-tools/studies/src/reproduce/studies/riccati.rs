@@ -82,7 +82,7 @@ impl Regulator {
         let mut relative = *x;
         relative[PSI] = wrap_angle(x[PSI] - x_ref[PSI]);
         if let Gain::Current { every } = self.source
-            && self.steps % every == 0
+            && self.steps.is_multiple_of(every)
         {
             let sampled = SampledLqr { model: &self.model, weights: self.config.lqr, period_s };
             match sampled.gain_at(&relative, self.limiter.last()) {
@@ -141,7 +141,7 @@ fn fly(measured: &mut Measured, row: &str, source: Gain, seed: u64) -> anyhow::R
         fin_steps.extend(input.fins_rad.iter().zip(before).map(|(now, then)| now - then));
         before = input.fins_rad;
         from_reference.push((estimate[X] - x_ref[X]).hypot(estimate[Y] - x_ref[Y]));
-        if time_us % 1_000_000 == 0 {
+        if time_us.is_multiple_of(1_000_000) {
             navigation.push((estimate[X] - truth[X]).hypot(estimate[Y] - truth[Y]));
             if let Some(across_m) = across_m(&lines, &truth) {
                 across.push(across_m.abs());
