@@ -58,7 +58,7 @@ def main():
     parser.add_argument("--minutes", type=float, default=1, help="of the lock-step flight")
     parser.add_argument("--seed", type=int, default=1, help="of the lock-step flight")
     parser.add_argument("--report", type=pathlib.Path, help="Markdown file to write")
-    options = parser.parse_args()
+    options = parser.parse_intermixed_args()
     unknown = set(options.scenario) - set(names)
     if unknown:
         parser.error(f"no scenario {', '.join(sorted(unknown))}")
