@@ -1,5 +1,6 @@
 //! A draft of a column mapping for a table that nobody described: names and ranges of its columns, and guesses.
 
+use super::ros_bag::{GAUGE_PA, SURFACE_PA};
 use crate::DataError;
 use crate::log::table;
 use csv::{ByteRecord, ReaderBuilder, Trim};
@@ -54,7 +55,7 @@ const NAMES: &[(&[&str], &str)] = &[
     (&["rudder"], "rudder"),
     (&["elevator", "sternplane", "stern plane", "diveplane"], "elevator"),
     (&["rpm", "propeller", "thruster", "=prop", "motor"], "prop_rpm"),
-    (&["depth", "tiefe", "=z", "pos_z", "position.z"], "depth_m"),
+    (&["depth", "tiefe", "=z", "pos_z", "position.z", PRESSURE], "depth_m"),
     (&["heading", "=yaw", "=hdg", "=psi", "compass", "kurs", "yaw"], "heading_rad"),
     (&["pitch", "=theta"], "pitch_rad"),
     (&["roll", "=phi"], "roll_rad"),
@@ -71,6 +72,9 @@ const NAMES: &[(&[&str], &str)] = &[
     (&["range", "slant"], "range_m"),
     (&["density"], "water_density_kg_per_m3"),
 ];
+
+/// Part of the name of a pressure, which is a depth in sea water.
+const PRESSURE: &str = "press";
 
 /// Units as names state them, and how the mapping calls them.
 const UNITS: &[(&str, &str)] = &[
@@ -92,6 +96,12 @@ const UNITS: &[(&str, &str)] = &[
     ("°", "deg"),
     ("rad", "rad"),
     ("rpm", "rpm"),
+    ("dbar", "dbar"),
+    ("bar", "bar"),
+    ("mbar", "mbar"),
+    ("hpa", "mbar"),
+    ("kpa", "kPa"),
+    ("pa", "Pa"),
     ("mm", "mm"),
     ("cm", "cm"),
     ("km", "km"),
@@ -189,6 +199,21 @@ impl Seen {
         self.numbers > 0 && self.numbers >= 9 * self.texts
     }
 
+    fn is_pressure(&self) -> bool {
+        self.plain.contains(PRESSURE)
+    }
+
+    /// Its unit, if it is a pressure, in Pa.
+    fn pascals(&self) -> f64 {
+        match self.unit_for("depth_m", false) {
+            "Pa" => 1.0,
+            "mbar" => 1e2,
+            "kPa" => 1e3,
+            "bar" => 1e5,
+            _ => 1e4,
+        }
+    }
+
     /// What its name says it is.
     fn target(&self) -> Option<&'static str> {
         let is = |part: &str| match part.strip_prefix('=') {
@@ -225,6 +250,7 @@ impl Seen {
                     "kg/m^3"
                 }
             }
+            _ if self.is_pressure() => fits(&["dbar", "bar", "mbar", "kPa", "Pa"]).unwrap_or("dbar"),
             _ => fits(&["m", "cm", "mm", "km", "ft"]).unwrap_or("m"),
         }
     }
@@ -297,9 +323,13 @@ fn compose(path: &Path, separator: u8, columns: &[Seen]) -> Draft {
         column.target().is_some_and(|target| target.ends_with("_rad") || ["rudder", "elevator"].contains(&target))
     };
     let has_degrees = columns.iter().filter(is_angle).any(|column| column.unit_for("heading_rad", false) == "deg");
+    let has_depth = columns.iter().any(|column| column.target() == Some("depth_m") && !column.is_pressure());
     let mut taken: Vec<&str> = Vec::new();
     for (place, column) in columns.iter().enumerate() {
         let Some(target) = column.target().filter(|_| !used.contains(&place)) else { continue };
+        if column.is_pressure() && has_depth {
+            continue;
+        }
         // one command for a pair of fins: the same column twice, with opposite signs
         let entries: Vec<(&str, i32)> = match target {
             "rudder" => vec![("fin_top_rad", 1), ("fin_bottom_rad", -1)],
@@ -317,6 +347,11 @@ fn compose(path: &Path, separator: u8, columns: &[Seen]) -> Draft {
             }
             if sign < 0 {
                 text += "sign = -1\n";
+            }
+            if column.is_pressure() {
+                let pa = column.pascals();
+                let offset = if column.min * pa > GAUGE_PA { -SURFACE_PA / pa } else { 0.0 };
+                let _ = writeln!(text, "offset = {offset:?}  # the air's share of an absolute pressure");
             }
             guesses.push((column.name.clone(), target.to_owned()));
             taken.push(target);
@@ -370,6 +405,21 @@ mod tests {
         assert!((value(Column::FinStarboard) - 5.0_f64.to_radians()).abs() < 1e-12);
         assert_eq!((value(Column::PropRpm), log.rows[0].gnss_m()), (1000.0, Some([0.0, 0.0])));
         assert_eq!(draft.unused, ["Battery"]);
+    }
+
+    /// 2 m of sea water above 1 atm, by its definition; a depth of its own is preferred.
+    #[test]
+    fn a_pressure_is_a_depth() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.csv");
+        let at_2_m = (101_325.0 + 2.0 * 1025.0 * 9.81) / 100.0;
+        std::fs::write(&path, format!("t,abs_pressure_mbar\n0,1013.25\n1,{at_2_m}\n")).unwrap();
+        let map = ColumnMap::parse(&draft(&path).unwrap().text, Path::new("m.toml")).unwrap();
+        let log = read_mapped(&path, &map).unwrap().log;
+        let depths: Vec<f64> = log.rows.iter().filter_map(|row| row.get(Column::Depth)).collect();
+        assert!(depths.len() == 2 && depths[0].abs() < 1e-9 && (depths[1] - 2.0).abs() < 1e-9, "{depths:?}");
+        std::fs::write(&path, "t,pressure_dbar,depth_m\n0,1,1\n1,2,2\n").unwrap();
+        assert_eq!(draft(&path).unwrap().unused, ["pressure_dbar"]);
     }
 
     #[test]

@@ -81,6 +81,9 @@ pub struct ColumnMap {
     separator: u8,
 }
 
+/// Weight of sea water of 1025 kg/m³, N/m³.
+pub(super) const SEA_WATER_N_PER_M3: f64 = 1025.0 * 9.81;
+
 /// Units by the ending of a column's name, with what one of them is in the log's own.
 const UNITS: [(&str, &[(&str, f64)]); 9] = [
     ("_radps", &[("rad/s", 1.0), ("deg/s", RAD_PER_DEG)]),
@@ -89,7 +92,23 @@ const UNITS: [(&str, &[(&str, f64)]); 9] = [
     ("_rpm", &[("rpm", 1.0), ("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0)]),
     ("_per_m3", &[("kg/m^3", 1.0), ("g/cm^3", 1e3)]),
     ("_m3", &[("m^3", 1.0), ("l", 1e-3), ("cc", 1e-6)]),
-    ("_m", &[("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("km", 1e3), ("ft", M_PER_FOOT), ("in", M_PER_FOOT / 12.0)]),
+    (
+        "_m",
+        &[
+            ("m", 1.0),
+            ("cm", 1e-2),
+            ("mm", 1e-3),
+            ("km", 1e3),
+            ("ft", M_PER_FOOT),
+            ("in", M_PER_FOOT / 12.0),
+            // a pressure, as a depth in sea water
+            ("dbar", 1e4 / SEA_WATER_N_PER_M3),
+            ("bar", 1e5 / SEA_WATER_N_PER_M3),
+            ("mbar", 1e2 / SEA_WATER_N_PER_M3),
+            ("kPa", 1e3 / SEA_WATER_N_PER_M3),
+            ("Pa", 1.0 / SEA_WATER_N_PER_M3),
+        ],
+    ),
     ("_s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)]),
     ("_deg", &[("deg", 1.0), ("rad", 1.0 / RAD_PER_DEG)]),
 ];

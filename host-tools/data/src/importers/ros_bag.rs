@@ -5,6 +5,7 @@
 
 use super::Imported;
 use super::engine::euler_rad;
+use super::mapping::SEA_WATER_N_PER_M3;
 use super::messages::Gathering;
 use crate::DataError;
 use crate::log::Column;
@@ -13,11 +14,10 @@ use std::path::Path;
 
 /// Name of the format.
 const NAME: &str = "ROS 2 bag";
-/// Pressure at the surface, Pa, and weight of sea water, N/m³.
-const SURFACE_PA: f64 = 101_325.0;
-const SEA_WATER_N_PER_M3: f64 = 1025.0 * 9.81;
+/// Pressure at the surface, Pa.
+pub(super) const SURFACE_PA: f64 = 101_325.0;
 /// A gauge shows less than this in shallow water, an absolute sensor never, Pa.
-const GAUGE_PA: f64 = 50_000.0;
+pub(super) const GAUGE_PA: f64 = 50_000.0;
 
 /// What a message type is read for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
