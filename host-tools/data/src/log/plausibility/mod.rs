@@ -1,11 +1,13 @@
 //! Is a log what its column names say? Ranges, rates and gaps of every column, and what contradicts units and signs.
 //!
 //! Two kinds of evidence: values that no vehicle has (`limits`), and columns that contradict each other (`relations`),
-//! such as a yaw rate that is 57 times what the heading does.
+//! such as a yaw rate that is 57 times what the heading does,
+//! and velocities that do not carry the vehicle where depth and fixes show it (`velocity`).
 
 mod limits;
 mod relations;
 mod summary;
+mod velocity;
 
 pub use summary::ColumnSummary;
 

@@ -1,6 +1,6 @@
 //! Columns that contradict each other: units, signs and axes that the values alone do not betray.
 
-use super::Finding;
+use super::{Finding, velocity};
 use crate::log::{Column, Log};
 use crate::stats::median;
 use backseat_core::state::wrap_angle;
@@ -27,11 +27,19 @@ pub(super) fn check(log: &Log, before: &[Finding]) -> Vec<Finding> {
     if !is_doubted(&[Column::Pitch, Column::Q]) {
         findings.extend(rate_of_angle(&windows, Column::Pitch, Column::Q));
     }
+    if !is_doubted(&[Column::Roll, Column::P]) {
+        findings.extend(rate_of_angle(&windows, Column::Roll, Column::P));
+    }
     if !is_doubted(&[Column::Pitch, Column::Depth]) {
         findings.extend(pitch_of_dive(&windows));
     }
     if !is_doubted(&[Column::GpsX, Column::GpsY, Column::Heading]) {
         findings.extend(course(log));
+    }
+    let is_named = |column: Column| findings.iter().any(|finding: &Finding| finding.column == Some(column));
+    let of_velocity = [Column::Depth, Column::Roll, Column::Pitch, Column::Heading, Column::DvlU, Column::DvlV];
+    if !is_doubted(&of_velocity) && !is_doubted(&[Column::DvlW]) && !is_named(Column::GpsX) {
+        findings.extend(velocity::check(log));
     }
     findings.extend(path_speed(log, is_doubted(&[Column::GpsX, Column::GpsY])));
     findings.extend(travel_time(log));
@@ -48,8 +56,7 @@ struct Windows {
 
 impl Windows {
     fn of(log: &Log) -> Self {
-        let wanted =
-            [Column::Heading, Column::R, Column::Pitch, Column::Q, Column::Depth, Column::DvlU, Column::SpeedLog];
+        let wanted = [Column::Roll, Column::P, Column::Pitch, Column::Q, Column::Heading, Column::R, Column::Depth];
         let windows = |column| {
             let mut found: Vec<Window> = Vec::new();
             let mut count = 0.0;
@@ -101,17 +108,31 @@ fn slope(pairs: &[(f64, f64)], smallest_x: f64) -> Option<(f64, f64)> {
     Some((xy / xx, xy / (xx * yy).sqrt().max(f64::MIN_POSITIVE)))
 }
 
+/// Whether y falls with x, by at least half of it and beyond chance: few turns tell the sign of a rate, whatever the noise
+/// between them.
+fn is_reversed(pairs: &[(f64, f64)]) -> bool {
+    const STANDARD_ERRORS: f64 = 6.0;
+    if pairs.len() < ENOUGH {
+        return false;
+    }
+    let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
+    let (xx, xy, yy) = (sum(|p| p.1 * p.1), sum(|p| p.0 * p.1), sum(|p| p.0 * p.0));
+    let slope = xy / xx;
+    let sigma = ((yy - slope * xy).max(0.0) / xx / pairs.len() as f64).sqrt();
+    slope < -0.5 && slope + STANDARD_ERRORS * sigma < 0.0
+}
+
 /// The angle must change as its rate says.
 fn rate_of_angle(windows: &Windows, angle: Column, rate: Column) -> Option<Finding> {
     let pairs = windows.changes(angle, rate, true);
-    let (slope, correlation) = slope(&pairs, 0.01)?;
     let (angle_name, rate_name) = (angle.name(), rate.name());
-    if correlation.abs() < 0.6 {
-        return None;
+    let turns = slope(&pairs, 0.01);
+    if is_reversed(&pairs) || turns.is_some_and(|(_, correlation)| correlation < -0.6) {
+        let message = format!("{rate_name} is positive where {angle_name} falls: one of the two has the wrong sign");
+        return Some(Finding::suspicious(rate, message));
     }
-    let message = if correlation < 0.0 {
-        format!("{rate_name} is positive where {angle_name} falls: one of the two has the wrong sign")
-    } else if slope < 1.0 / OTHER_UNIT {
+    let (slope, _) = turns.filter(|(_, correlation)| *correlation >= 0.6)?;
+    let message = if slope < 1.0 / OTHER_UNIT {
         format!("{rate_name} is {:.0} times the change of {angle_name}: is it in degrees per second?", 1.0 / slope)
     } else if slope > OTHER_UNIT {
         format!("{angle_name} changes {slope:.0} times as fast as {rate_name} says: is it in degrees?")

@@ -1,27 +1,37 @@
 use super::*;
 use crate::log::LogRow;
+use backseat_core::dynamics::Attitude;
+use nalgebra::Vector3;
 
-/// Ten minutes of a vehicle that dives up and down along a circle, every sensor at 5 Hz, as it must be.
+/// Ten minutes of a vehicle that dives up and down along a circle, rolls and slips, every sensor at 5 Hz, as it must be.
 fn good() -> Log {
     let mut log = Log::default();
     let (mut x, mut y, mut depth) = (0.0_f64, 0.0_f64, 15.0_f64);
     for k in 0..3000_u64 {
         let t = k as f64 * 0.2;
         let (heading, rate) = (0.03 * t, 0.03);
-        let pitch = 0.2 * (0.05 * t).sin();
+        let pitch = 0.2 * (0.1 * t).sin();
+        let (roll, sway, heave) = (0.1 * (0.4 * t).sin(), 0.1 * (0.02 * t).cos(), 0.08 * (0.3 * t).sin());
         let noise = |salt: u64| ((k * 7919 + salt * 104_729) % 1000) as f64 * 1e-3 - 0.5;
         let mut row = LogRow::new(k * 200_000);
         row.set_all(
             Column::Roll,
-            &[0.01 * noise(1), pitch + 0.005 * noise(2), heading.rem_euclid(std::f64::consts::TAU)],
+            &[roll + 0.01 * noise(1), pitch + 0.005 * noise(2), heading.rem_euclid(std::f64::consts::TAU)],
         );
-        row.set_all(Column::P, &[0.01 * noise(3), 0.01 * (0.05 * t).cos() + 0.004 * noise(4), rate + 0.004 * noise(5)]);
-        row.set_all(Column::DvlU, &[1.5 + 0.01 * noise(6), 0.01 * noise(7), 0.01 * noise(8)]);
+        row.set_all(
+            Column::P,
+            &[
+                0.04 * (0.4 * t).cos() + 0.01 * noise(3),
+                0.02 * (0.1 * t).cos() + 0.004 * noise(4),
+                rate + 0.004 * noise(5),
+            ],
+        );
+        row.set_all(Column::DvlU, &[1.5 + 0.01 * noise(6), sway + 0.01 * noise(7), heave + 0.01 * noise(8)]);
         row.set(Column::Depth, depth);
         row.set_all(Column::GpsX, &[x, y]);
         row.set_all(Column::PropRpm, &[1200.0, 0.05, -0.05, 0.0, 0.0]);
-        (x, y) = (x + 0.3 * heading.cos(), y + 0.3 * heading.sin());
-        depth -= 0.3 * pitch.sin();
+        let velocity = Attitude::new(&[roll, pitch, heading].into()).rotation() * Vector3::new(1.5, sway, heave);
+        (x, y, depth) = (x + 0.2 * velocity.x, y + 0.2 * velocity.y, depth + 0.2 * velocity.z);
         log.rows.push(row);
     }
     log
@@ -61,6 +71,13 @@ fn units_and_signs_are_found() {
         (Column::Heading, &|x| -x, "wrong sign"),
         (Column::Pitch, &|x| -x, "pitch_rad is positive (nose up) where depth_m grows"),
         (Column::Depth, &|x| -20.0 - x, "depth_m reaches -2"),
+        (Column::Depth, &|x| 40.0 - x, "wrong sign"),
+        (Column::P, &|x| -x, "p_radps is positive where roll_rad falls"),
+        (Column::Q, &|x| -x, "q_radps is positive where pitch_rad falls"),
+        (Column::Roll, &|x| -x, "wrong sign"),
+        (Column::DvlU, &|x| -x, "dvl_u_mps is negative where the vehicle dives nose down"),
+        (Column::DvlV, &|x| -x, "dvl_v_mps is positive where the fixes and heading_rad show"),
+        (Column::DvlW, &|x| -x, "dvl_w_mps is positive where depth_m and pitch_rad show"),
         (Column::DvlU, &|x| 100.0 * x, "dvl_u_mps reaches 150"),
         (Column::FinTop, &|x| 2500.0 * x, "fin_top_rad reaches 125"),
         (Column::GpsX, &|x| 4.0e6 + x, "is it a UTM coordinate"),
