@@ -1,9 +1,10 @@
 //! The catalogue as hypotheses: which columns a hypothesis has, and what its values mean.
 
+use crate::log_effects::{self, Effects};
 use crate::regressors::{Regressor, Variation};
 use crate::samples::ResidualChannel;
 use crate::whitener::STEP_S;
-use backseat_core::effects::{self, CATALOGUE, EffectInfo, EffectSet, FIN_NAMES, ParameterInfo, ParameterKind};
+use backseat_core::effects::{self, CATALOGUE, EffectInfo, FIN_NAMES, LOG_CATALOGUE, ParameterInfo, ParameterKind};
 
 /// An entry of the catalogue, with the fin and the onset where it has them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +70,7 @@ impl Candidate {
 
     /// `set` with this effect of these sizes.
     #[must_use]
-    pub fn apply(&self, set: &EffectSet, sizes: &[f64]) -> EffectSet {
+    pub fn apply(&self, set: &Effects, sizes: &[f64]) -> Effects {
         set.with(self.effect, &self.values(sizes)).unwrap_or(*set)
     }
 
@@ -90,7 +91,7 @@ impl Candidate {
 impl Instance {
     /// `set` with this effect.
     #[must_use]
-    pub fn apply(&self, set: &EffectSet) -> EffectSet {
+    pub fn apply(&self, set: &Effects) -> Effects {
         self.candidate.apply(set, &self.sizes)
     }
 
@@ -107,7 +108,7 @@ impl Instance {
 
 /// What is declared, with all these effects.
 #[must_use]
-pub fn set_of(declared: &EffectSet, instances: &[Instance]) -> EffectSet {
+pub fn set_of(declared: &Effects, instances: &[Instance]) -> Effects {
     instances.iter().fold(*declared, |set, instance| instance.apply(&set))
 }
 
@@ -121,7 +122,7 @@ pub struct Scope {
     /// Length of the log, s.
     pub duration_s: f64,
     /// Effects that the vehicle file declares.
-    pub declared: EffectSet,
+    pub declared: Effects,
 }
 
 /// Entries that this log cannot test, with the reason.
@@ -143,11 +144,11 @@ pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
         }
     }
     if !scope.present[ResidualChannel::DvlU as usize] {
-        for effect in ["dvl_scale", "dvl_misalignment", "waves"] {
+        for effect in ["dvl_scale", "dvl_misalignment", "dvl_delay", "dvl_lever_arm", "waves"] {
             reasons.push((effect, "the log has no DVL velocity"));
         }
     }
-    for (_, info, _) in scope.declared.active() {
+    for (_, info, _) in scope.declared.board.active() {
         reasons.push((info.name, "the vehicle file already declares it"));
     }
     reasons
@@ -170,13 +171,14 @@ pub fn catalogue(
         terms.extend(own);
     }
     nuisance.extend(0..column);
-    for info in CATALOGUE {
+    for info in CATALOGUE.iter().chain(LOG_CATALOGUE) {
         let is_known = skipped.iter().any(|(name, _)| *name == info.name);
-        let is_noise = info.hooks.plant.is_none()
-            && info.hooks.input.is_none()
-            && info.hooks.water.is_none()
-            && info.hooks.measure.is_none();
-        if is_known || is_noise || accepted.iter().any(|a| a.candidate.effect == info.name) {
+        let has_equations = log_effects::is_known(info.name)
+            || info.hooks.plant.is_some()
+            || info.hooks.input.is_some()
+            || info.hooks.water.is_some()
+            || info.hooks.measure.is_some();
+        if is_known || !has_equations || accepted.iter().any(|a| a.candidate.effect == info.name) {
             continue;
         }
         let has = |kind| info.parameters.iter().any(|parameter| parameter.kind == kind);
@@ -193,7 +195,7 @@ pub fn catalogue(
 
 /// Terms of one entry, at every onset if it is an event.
 fn add_entry(
-    set: &EffectSet,
+    set: &Effects,
     candidate: &Candidate,
     onsets: &[f64],
     terms: &mut Vec<Regressor>,
@@ -208,7 +210,7 @@ fn add_entry(
     let is_stuck = is_event && candidate.fin.is_some();
     let without = if is_stuck { always.apply(set, &none) } else { *set };
     let starts = if is_event { onsets } else { &[f64::NEG_INFINITY][..] };
-    let mut add = |with: EffectSet, without: EffectSet, unit: f64| {
+    let mut add = |with: Effects, without: Effects, unit: f64| {
         let cause = Variation::Effects { with: Box::new(with), without: Box::new(without), unit };
         terms.push(Regressor { cause, onsets_s: starts.to_vec() });
         *column += starts.len();
@@ -237,7 +239,7 @@ fn unit([low, high]: [f64; 2]) -> f64 {
 
 /// One term for each size of an effect that is present in `set`.
 #[must_use]
-pub fn own_terms(instance: &Instance, set: &EffectSet) -> Vec<Regressor> {
+pub fn own_terms(instance: &Instance, set: &Effects) -> Vec<Regressor> {
     let bounds = instance.candidate.bounds();
     (0..bounds.len())
         .map(|size| {

@@ -2,9 +2,11 @@
 
 use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
+use crate::log_effects::Effects;
 use crate::noise;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::proposal::{self, ProposedTerm};
+use crate::samples::ResidualChannel;
 use crate::scores::{Whiteness, whiteness, whiteness_p};
 use crate::search::{self, MOST_EFFECTS, Round};
 use crate::structure::{self, Structure};
@@ -12,7 +14,7 @@ use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
 use crate::waves;
 use crate::whitener::{Pass, Residual};
-use backseat_core::effects::{EffectSet, ParameterKind};
+use backseat_core::effects::ParameterKind;
 use backseat_data::stats::{Z_95, chi_square_tail, mean_ci95, wilson_ci95};
 use rayon::prelude::*;
 
@@ -82,9 +84,9 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// All effects found beside those declared, as the vehicle file holds them.
+    /// All effects found beside those declared.
     #[must_use]
-    pub fn set(&self, declared: &EffectSet) -> EffectSet {
+    pub fn set(&self, declared: &Effects) -> Effects {
         self.effects.iter().fold(*declared, |set, found| found.instance.apply(&set))
     }
 }
@@ -143,8 +145,12 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Di
     let (accepted, alternatives, joint) = settle(log_data, accepted, joint, &rounds)?;
     progress("structure");
     let swell = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
-    let left = structure::find(log_data, &accepted, swell)?;
-    let found = describe(log_data, &accepted, alternatives, &joint, &rounds)?;
+    let against_declared = || if accepted.is_empty() { None } else { structure::find(log_data, &[], swell) };
+    let ((left, against_declared), found) = rayon::join(
+        || rayon::join(|| structure::find(log_data, &accepted, swell), against_declared),
+        || describe(log_data, &accepted, alternatives, &joint, &rounds),
+    );
+    let (left, found) = (left?, found?);
     let explained: f64 = log_data.declared.normal.sum(|_| true).square - joint.whole_square;
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let exceeds_noise = exceeds_noise(&joint.pass);
@@ -153,18 +159,17 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Di
     let rule = verdict::decide(&Conditions {
         structure_remains,
         exceeds_noise,
-        generic_terms_fit_better: has_doubtful_effects && generic_is_better(log_data, &accepted, explained, swell)?,
+        generic_terms_fit_better: has_doubtful_effects
+            && generic_is_better(against_declared.as_ref()?, accepted.len(), explained),
         is_coloured: whiteness_p(&whitenesses) < LEAST_WHITENESS_P,
         has_effects: !(found.is_empty() && noise_effects.is_empty()),
         has_alternatives: found.iter().any(|found| found.possible_alternatives().next().is_some()),
     });
     let (mut found, mut structure) = (found, left);
     if rule.verdict == Verdict::Unexplained {
-        if !accepted.is_empty() {
-            // The entries stood in for something else: the terms reported are those against the declared model.
-            found.clear();
-            structure = structure::find(log_data, &[], swell)?;
-        }
+        // The entries stood in for something else: the terms reported are those against the declared model.
+        found.clear();
+        structure = against_declared.unwrap_or(structure);
     } else {
         found.extend(noise_effects);
         found.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
@@ -215,11 +220,10 @@ const WORSE: (f64, f64) = (10.0, 0.005);
 
 /// Whether as many generic terms explain more than the entries, or fewer as much: then the entries stand in for
 /// something that is not theirs.
-fn generic_is_better(log_data: &PreparedLog, accepted: &[Instance], explained: f64, swell: bool) -> Option<bool> {
-    let alternative = structure::find(log_data, &[], swell)?;
+fn generic_is_better(alternative: &Structure, accepted: usize, explained: f64) -> bool {
     let gain = |terms: usize| alternative.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
-    let is_simpler = accepted.len() > 1 && gain(accepted.len() - 1) > explained - WORSE.0 - WORSE.1 * explained;
-    Some(is_simpler || gain(accepted.len()) > explained + BETTER)
+    let is_simpler = accepted > 1 && gain(accepted - 1) > explained - WORSE.0 - WORSE.1 * explained;
+    is_simpler || gain(accepted) > explained + BETTER
 }
 
 /// The best hypothesis of a round that stands, fitted in full where several come close.
@@ -434,17 +438,13 @@ fn noise_effects(log_data: &mut PreparedLog, residuals: &[Residual]) -> Option<V
             [interval(waves.amplitude_mps, waves.amplitude_sigma_mps), interval(waves.period_s, waves.period_sigma_s)];
         let declared = log_data.setup.sensors.dvl_mps;
         let scale = (1.0 + 0.5 * (waves.amplitude_mps / declared).powi(2)).sqrt();
-        for channel in [
-            crate::samples::ResidualChannel::DvlU,
-            crate::samples::ResidualChannel::DvlV,
-            crate::samples::ResidualChannel::DvlW,
-        ] {
+        for channel in [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW] {
             log_data.setup.scale[channel as usize] = log_data.setup.scale[channel as usize].max(scale);
         }
         // Carried up and down, the vehicle's depth swings as well.
         let swing_m = waves.amplitude_mps * waves.period_s / std::f64::consts::TAU;
         let depth = (1.0 + 0.5 * (swing_m / log_data.setup.sensors.depth_m).powi(2)).sqrt();
-        let scale = &mut log_data.setup.scale[crate::samples::ResidualChannel::Depth as usize];
+        let scale = &mut log_data.setup.scale[ResidualChannel::Depth as usize];
         *scale = scale.max(depth);
         found.push(noise_found("waves", &sizes, waves.p));
     }
@@ -483,7 +483,7 @@ fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) ->
 }
 
 fn scale_notes(log_data: &PreparedLog) -> Vec<String> {
-    let channels = crate::samples::ResidualChannel::ALL.into_iter();
+    let channels = ResidualChannel::ALL.into_iter();
     channels
         .filter(|channel| log_data.setup.scale[*channel as usize] > 1.0)
         .map(|channel| {

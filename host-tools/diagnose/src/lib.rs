@@ -30,6 +30,7 @@ pub mod candidates;
 pub mod diagnosis;
 pub mod figures;
 pub mod linear;
+pub mod log_effects;
 pub mod log_models;
 pub mod model;
 pub mod noise;

@@ -1,13 +1,15 @@
 //! The declared vehicle with a set of effects, as the whitener evaluates it.
 
-use backseat_core::dynamics::{ActuatorInput, Linearisation, VehicleModel, VehicleParameters};
-use backseat_core::effects::{ActuatorMemory, EffectSet, Moment, ParameterKind, SensorChannel, Step};
-use backseat_core::state::{VehicleState, X, Y};
+use crate::log_effects::{Effects, Lateness};
+use backseat_core::dynamics::{ActuatorInput, Attitude, Linearisation, VehicleModel, VehicleParameters};
+use backseat_core::effects::{ActuatorMemory, Moment, ParameterKind, SensorChannel, Step};
+use backseat_core::navigation::models;
+use backseat_core::state::{self, P, U, VehicleState, X, Y};
 
 /// Plant, water and actuators under one set of effects.
 #[derive(Clone, Debug)]
 pub struct Model {
-    set: EffectSet,
+    set: Effects,
     /// Times at which the plant changes, ascending.
     onsets: Vec<f64>,
     /// The plant before the first onset, between them, after the last.
@@ -18,14 +20,15 @@ pub struct Model {
     memory: ActuatorMemory,
     /// Whether anything stands between command and actuator.
     has_input: bool,
+    late: Lateness,
 }
 
 impl Model {
     /// Builds the plants; `None` where the effects make a parameter impossible (a trial step too far).
     #[must_use]
-    pub fn new(declared: &VehicleParameters, sound_speed_mps: f64, set: &EffectSet) -> Option<Self> {
+    pub fn new(declared: &VehicleParameters, sound_speed_mps: f64, set: &Effects) -> Option<Self> {
         let (mut onsets, mut water, mut has_input) = (Vec::new(), [0.0; 2], false);
-        for (_, info, values) in set.active() {
+        for (_, info, values) in set.board.active() {
             if info.hooks.plant.is_some() {
                 let times = info.parameters.iter().zip(values).filter(|(p, _)| p.kind == ParameterKind::Onset);
                 onsets.extend(times.map(|(_, time_s)| *time_s));
@@ -41,19 +44,20 @@ impl Model {
         for place in 0..=onsets.len() {
             let t_s = if place == 0 { f64::NEG_INFINITY } else { onsets[place - 1] };
             let mut parameters = *declared;
-            for (_, info, values) in set.active() {
+            for (_, info, values) in set.board.active() {
                 if let Some(hook) = info.hooks.plant {
                     hook(values, t_s, &mut parameters);
                 }
             }
             plants.push(VehicleModel::new(&parameters).ok()?);
         }
-        Some(Self { set: *set, onsets, plants, water, sound_speed_mps, memory: ActuatorMemory::default(), has_input })
+        let (memory, late) = (ActuatorMemory::default(), Lateness::default());
+        Some(Self { set: *set, onsets, plants, water, sound_speed_mps, memory, has_input, late })
     }
 
     /// The effects.
     #[must_use]
-    pub fn set(&self) -> &EffectSet {
+    pub fn set(&self) -> &Effects {
         &self.set
     }
 
@@ -67,7 +71,7 @@ impl Model {
     pub fn actuate(&mut self, step: &Step, commanded: &ActuatorInput) -> ActuatorInput {
         let mut input = *commanded;
         if self.has_input {
-            for (_, info, values) in self.set.active() {
+            for (_, info, values) in self.set.board.active() {
                 if let Some(hook) = info.hooks.input {
                     hook(values, step, &mut self.memory, &mut input);
                 }
@@ -86,6 +90,7 @@ impl Model {
         let mut linearisation = self.plant(t_s).linearise(x, input);
         linearisation.f[X] += self.water[0];
         linearisation.f[Y] += self.water[1];
+        linearisation.f[P] += self.torque(t_s, x, input);
         linearisation
     }
 
@@ -95,16 +100,42 @@ impl Model {
         let mut f = self.plant(t_s).derivative(x, input);
         f[X] += self.water[0];
         f[Y] += self.water[1];
+        f[P] += self.torque(t_s, x, input);
         f
     }
 
-    /// What a sensor would read of a true value, and ∂(read)/∂(true).
+    /// Roll acceleration against the propeller's torque, rad/s².
+    fn torque(&self, t_s: f64, x: &VehicleState, input: &ActuatorInput) -> f64 {
+        let arm_m = self.set.torque_arm_m();
+        if arm_m == 0.0 {
+            return 0.0;
+        }
+        let plant = self.plant(t_s);
+        -arm_m * plant.propeller().thrust(input.propeller_radps, x[U]) / plant.parameters().m_diag[3]
+    }
+
+    /// Lets late sensors follow a step that the vehicle made with the derivative `f` to the state `x`.
+    pub fn follow(&mut self, step: &Step, f: &VehicleState, x: &VehicleState) {
+        if self.set.is_late() {
+            let attitude = Attitude::new(&state::attitude(x));
+            let track = models::bottom_track(&attitude, &self.water.into());
+            self.late.advance(&self.set, step, f, track.current_in_body.into());
+        }
+    }
+
+    /// What a sensor would read of a true value of a vehicle at `x`, and ∂(read)/∂(true).
     #[must_use]
-    pub fn read(&self, t_s: f64, channel: SensorChannel, truth: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+    pub fn read(
+        &self,
+        t_s: f64,
+        channel: SensorChannel,
+        truth: [f64; 3],
+        x: &VehicleState,
+    ) -> ([f64; 3], [[f64; 3]; 3]) {
         let moment = Moment { t_s, sound_speed_mps: self.sound_speed_mps };
         let mut reading = truth;
-        let mut slope = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        for (_, info, values) in self.set.active() {
+        let mut slope = self.set.read(&self.late, channel, x, &mut reading);
+        for (_, info, values) in self.set.board.active() {
             if let Some(measure) = info.hooks.measure.filter(|measure| measure.channels.contains(&channel)) {
                 let by = (measure.apply)(values, &moment, &mut reading).by_reading;
                 slope = std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| by[i][k] * slope[k][j]).sum()));
@@ -116,6 +147,6 @@ impl Model {
     /// Variance that the effects add to each scalar of a channel.
     #[must_use]
     pub fn added_variance(&self, channel: SensorChannel) -> f64 {
-        self.set.active().filter_map(|(_, info, values)| Some((info.hooks.variance?)(values, channel))).sum()
+        self.set.board.active().filter_map(|(_, info, values)| Some((info.hooks.variance?)(values, channel))).sum()
     }
 }

@@ -2,12 +2,12 @@
 
 use crate::candidates::{Instance, Scope, own_terms, set_of};
 use crate::linear;
+use crate::log_effects::Effects;
 use crate::noise;
 use crate::regressors::Regressor;
 use crate::samples::{ResidualChannel, Samples};
 use crate::timing;
 use crate::whitener::{self, Pass, Setup};
-use backseat_core::effects::EffectSet;
 use backseat_core::navigation::SurfaceNoise;
 use backseat_data::commands::InputTiming;
 use backseat_data::log::Column;
@@ -82,7 +82,7 @@ impl PreparedLog {
             block_s: BLOCK_S,
             proposed: Vec::new(),
         };
-        let set = vehicle.effects.set;
+        let set = Effects::from(vehicle.effects.set);
         let timing = timing::choose(&setup, &samples, &set, &InputTiming::default())?;
         samples.act(&timing);
         let mut declared = whitener::run(&setup, &samples, &set, &[])?;
@@ -109,7 +109,7 @@ impl PreparedLog {
     }
 
     /// Looks again when the inputs act, with these effects; whether that is not as before.
-    pub fn retime(&mut self, set: &EffectSet) -> Option<bool> {
+    pub fn retime(&mut self, set: &Effects) -> Option<bool> {
         let timing = timing::choose(&self.setup, &self.samples, set, &self.timing)?;
         if timing == self.timing {
             return Some(false);
@@ -140,7 +140,7 @@ impl PreparedLog {
 
     /// Runs the filter with a set of effects and columns.
     #[must_use]
-    pub fn pass(&self, set: &EffectSet, terms: &[Regressor]) -> Option<Pass> {
+    pub fn pass(&self, set: &Effects, terms: &[Regressor]) -> Option<Pass> {
         whitener::run(&self.setup, &self.samples, set, terms)
     }
 

@@ -2,9 +2,9 @@
 //!
 //! A *term* is one column of the whitened regression: how every innovation moves per unit of it.
 
+use crate::log_effects::Effects;
 use crate::samples::ResidualChannel;
 use backseat_core::dynamics::ActuatorInput;
-use backseat_core::effects::EffectSet;
 use backseat_core::state::{P, Q, R, THETA, U, V, VehicleState, W, X, Z};
 
 /// One cause and the columns that follow from it.
@@ -22,9 +22,9 @@ pub enum Variation {
     /// The model goes from one set of effects to another, divided by `unit`.
     Effects {
         /// With the term.
-        with: Box<EffectSet>,
+        with: Box<Effects>,
         /// Without it.
-        without: Box<EffectSet>,
+        without: Box<Effects>,
         /// What the difference is divided by.
         unit: f64,
     },

@@ -1,5 +1,6 @@
 //! Before and after, on held-out data: prediction over several horizons, navigation, whiteness.
 
+use crate::log_effects::Effects;
 use crate::model::Model;
 use crate::prepared_log::PreparedLog;
 use crate::proposal;
@@ -8,7 +9,7 @@ use crate::samples::{LogEvent, Reading, ResidualChannel};
 use crate::statistics::{self, NoiseColour};
 use crate::whitener::Pass;
 use backseat_core::dynamics::Attitude;
-use backseat_core::effects::{EffectSet, SensorChannel, Step};
+use backseat_core::effects::{SensorChannel, Step};
 use backseat_core::navigation::{ProcessModel, models};
 use backseat_core::state::{self, P, PHI, PSI, U, VehicleState, X, Y, Z, wrap_angle};
 use backseat_data::filter::{self, FilterOptions, FilterRun};
@@ -107,7 +108,7 @@ pub struct Scores {
 pub fn of(
     log_data: &PreparedLog,
     pass: &Pass,
-    set: &EffectSet,
+    set: &Effects,
     log: &Log,
     vehicle: &VehicleFile,
     truth: Option<&Truth>,
@@ -121,7 +122,7 @@ pub fn of(
         .filter(|w| w.count >= LEAST_FOR_CORRELATION)
         .flat_map(|w| &w.correlation)
         .fold(0.0_f64, |largest, r| largest.max(r.abs()));
-    let corrected = proposal::corrected(log, &pass.proposed);
+    let corrected = set.corrected(proposal::corrected(log, &pass.proposed));
     let run = navigate(&corrected, vehicle, set, truth, use_dvl)?;
     let seconds = |time_us: u64| (time_us as f64 - log_data.samples.start_us as f64) * 1e-6;
     let (against, errors) = match truth {
@@ -175,7 +176,7 @@ pub fn whiteness_p(whiteness: &[Whiteness]) -> f64 {
 }
 
 /// Runs the model alone from the filter's estimate and compares with what was read then, on held-out blocks.
-pub fn predictions(log_data: &PreparedLog, pass: &Pass, set: &EffectSet) -> Vec<[Option<f64>; HORIZONS_S.len()]> {
+pub fn predictions(log_data: &PreparedLog, pass: &Pass, set: &Effects) -> Vec<[Option<f64>; HORIZONS_S.len()]> {
     let mut squares = vec![[(0.0, 0_u32); HORIZONS_S.len()]; PREDICTED.len()];
     let Some(model) = log_data.setup.model(set) else {
         return vec![[None; HORIZONS_S.len()]; PREDICTED.len()];
@@ -206,7 +207,9 @@ pub fn predictions(log_data: &PreparedLog, pass: &Pass, set: &EffectSet) -> Vec<
                 // Heun's step: its error over a minute is far below any sensor's noise.
                 let k1 = derivative(&x);
                 let k2 = derivative(&(x + k1 * h_s));
-                x += (k1 + k2) * (0.5 * h_s);
+                let mean = (k1 + k2) * 0.5;
+                x += mean * h_s;
+                model.follow(&Step { t_s, h_s }, &mean, &x);
                 t_s += h_s.max(1e-9);
             }
             match event {
@@ -256,7 +259,7 @@ fn errors(
         }
         Reading::Gnss(_) | Reading::Acoustic { .. } => return Vec::new(),
     };
-    let predicted = model.read(t_s, sensor, truth).0;
+    let predicted = model.read(t_s, sensor, truth, x).0;
     let error = |(i, measured): (usize, &f64)| {
         let channel = ResidualChannel::ALL[first as usize + i];
         let difference = measured - predicted[i] - regressors::reading(proposed, channel, snapshot);
@@ -269,12 +272,12 @@ fn errors(
 fn navigate(
     log: &Log,
     vehicle: &VehicleFile,
-    set: &EffectSet,
+    set: &Effects,
     truth: Option<&Truth>,
     use_dvl: bool,
 ) -> Result<FilterRun, DataError> {
     let mut augmented = vehicle.clone();
-    augmented.effects.set = *set;
+    augmented.effects.set = set.board;
     let mut options = FilterOptions::new(&augmented, ProcessModel::Dynamic);
     options.use_dvl = use_dvl;
     if truth.is_some() {

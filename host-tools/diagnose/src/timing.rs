@@ -5,10 +5,10 @@
 //! is held, 1 is moving on. First of all actuators together, then of each by itself. The scatter is that of the blocks, so
 //! that an effect that is not found yet does not pass for timing; once effects are found, it is looked at again.
 
+use crate::log_effects::Effects;
 use crate::samples::Samples;
 use crate::whitener::{self, Residual, Setup};
 use backseat_core::dynamics::INPUTS;
-use backseat_core::effects::EffectSet;
 use backseat_data::commands::{ACTUATORS, Hold, HoldKind, InputTiming};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ const MOST: f64 = 2.0;
 
 /// The timing that the innovations ask for, with these effects; `None` where the filter does not run.
 #[must_use]
-pub fn choose(setup: &Setup, samples: &Samples, set: &EffectSet, now: &InputTiming) -> Option<InputTiming> {
+pub fn choose(setup: &Setup, samples: &Samples, set: &Effects, now: &InputTiming) -> Option<InputTiming> {
     if samples.commands.is_incomplete() {
         return Some(*now);
     }

@@ -22,6 +22,7 @@ use backseat_data::log::Column;
 use backseat_data::output::{self, Existing};
 use backseat_data::{Log, Truth, VehicleFile};
 use backseat_diagnose::diagnosis::{self, Diagnosis};
+use backseat_diagnose::log_effects::{Effects, is_of_readings};
 use backseat_diagnose::log_models::{
     LogModelDiagnosis, dead_reckoning, glider, pinger, planar_manoeuvring, reference_velocity, thruster, transponders,
 };
@@ -94,7 +95,7 @@ struct Judged {
     with_terms: Option<Scores>,
 }
 
-/// The proposed terms in the report's folder.
+/// The proposed terms, and the effects that no vehicle file holds, in the report's folder.
 const TERMS_FILE: &str = "proposed_terms.toml";
 
 /// What the report shows.
@@ -161,9 +162,10 @@ fn write(
         outcome.vehicle_file = Some(path);
         outcome.notes.append(&mut outcome.vehicle_notes);
     }
-    if let Some(path) = args.report.as_ref().filter(|_| !outcome.diagnosis.proposed.is_empty()) {
+    let terms = Terms::of(&outcome.diagnosis.proposed, &outcome.diagnosis.effects);
+    if let Some(path) = args.report.as_ref().filter(|_| !terms.is_empty()) {
         let (path, log) = (path.join(TERMS_FILE), args.log.display().to_string());
-        Terms::of(&outcome.diagnosis.proposed).write(&path, &log, existing)?;
+        terms.write(&path, &log, existing)?;
         outcome.terms_file = Some(path);
     }
     outcome.page = page;
@@ -191,7 +193,8 @@ pub fn compute<'a>(
     let log = inputs::at_centre(&read.log, &vehicle.installation);
     let mut notes = log.notes.clone();
     let spinner = Spinner::new();
-    let Judged { diagnosis, before, after, with_terms } = if uses::has_actuators(&log) {
+    let is_dynamic = uses::has_actuators(&log);
+    let Judged { diagnosis, before, after, with_terms } = if is_dynamic {
         if declared.is_none() {
             notes.push(format!("no --vehicle given: the declared model is the built-in {}", vehicle.name));
         }
@@ -202,7 +205,7 @@ pub fn compute<'a>(
     drop(spinner);
     notes.extend(diagnosis.notes.iter().cloned());
     let mut augmented = augmented(vehicle, &diagnosis);
-    let vehicle_notes = install(&mut augmented, &diagnosis);
+    let vehicle_notes = install(&mut augmented, &diagnosis, is_dynamic);
     Ok(DiagnosisReport {
         log,
         diagnosis,
@@ -360,10 +363,15 @@ fn dynamic(
     };
     spinner.set("before and after");
     let score = |pass, set| scores::of(&log_data, pass, set, log, vehicle, truth, use_dvl);
-    let before = score(&diagnosis.before, &vehicle.effects.set)?;
-    let set = diagnosis.set(&vehicle.effects.set);
-    let after = if diagnosis.effects.is_empty() { before.clone() } else { score(&diagnosis.after, &set)? };
-    let with_terms = diagnosis.with_terms.as_ref().map(|pass| score(pass, &vehicle.effects.set)).transpose()?;
+    let declared = Effects::from(vehicle.effects.set);
+    let set = diagnosis.set(&declared);
+    let (before, after) = rayon::join(
+        || score(&diagnosis.before, &declared),
+        || if diagnosis.effects.is_empty() { Ok(None) } else { score(&diagnosis.after, &set).map(Some) },
+    );
+    let before = before?;
+    let after = after?.unwrap_or_else(|| before.clone());
+    let with_terms = diagnosis.with_terms.as_ref().map(|pass| score(pass, &declared)).transpose()?;
     Ok(Judged { diagnosis, before, after, with_terms })
 }
 
@@ -376,13 +384,20 @@ const INSTALLED: [(&str, &str, usize); 5] = [
     ("heading_lag", "installation.ahrs_delay_s", 1),
 ];
 
-/// Corrects `[installation]` by the effects found; returns a note for each that it cannot hold.
-fn install(file: &mut VehicleFile, diagnosis: &Diagnosis) -> Vec<String> {
+/// Corrects `[installation]` by the effects found; returns a note for each that it cannot hold. Of a log with fins and
+/// propeller, a late heading is no late AHRS, whose delay would shift rates and pitch as well.
+fn install(file: &mut VehicleFile, diagnosis: &Diagnosis, is_dynamic: bool) -> Vec<String> {
     let mut notes = Vec::new();
     for found in &diagnosis.effects {
         let effect = found.instance.candidate.effect;
-        let Some((_, key, count)) = INSTALLED.iter().find(|(name, ..)| *name == effect) else {
-            if backseat_core::effects::find(effect).is_none() {
+        let mut places = INSTALLED.iter().filter(|(name, ..)| !(is_dynamic && is_of_readings(name)));
+        let Some((_, key, count)) = places.find(|(name, ..)| *name == effect) else {
+            if is_dynamic && is_of_readings(effect) {
+                notes.push(format!(
+                    "{effect} is no part of a vehicle file: --report writes {TERMS_FILE}, which `navigate --terms` takes \
+                     out of a log"
+                ));
+            } else if backseat_core::effects::find(effect).is_none() {
                 notes.push(format!("{effect} is no part of a vehicle file: it is written nowhere"));
             }
             continue;
@@ -405,7 +420,7 @@ fn install(file: &mut VehicleFile, diagnosis: &Diagnosis) -> Vec<String> {
 /// The declared vehicle with the effects found and their intervals.
 fn augmented(vehicle: &VehicleFile, diagnosis: &Diagnosis) -> VehicleFile {
     let mut file = vehicle.clone();
-    file.effects.set = diagnosis.set(&vehicle.effects.set);
+    file.effects.set = diagnosis.set(&vehicle.effects.set.into()).board;
     for found in &diagnosis.effects {
         for value in &found.values {
             let Some(id) = ParameterId::find(found.instance.candidate.effect, value.name) else { continue };

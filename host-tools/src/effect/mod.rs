@@ -4,7 +4,7 @@ mod draft;
 pub mod terms;
 
 use anyhow::{anyhow, bail};
-use backseat_core::effects::{self, CATALOGUE, EffectInfo};
+use backseat_core::effects::{self, CATALOGUE, EffectInfo, LOG_CATALOGUE};
 use backseat_data::console;
 use backseat_data::output::{self, Existing};
 use serde_json::{Value, json};
@@ -62,11 +62,11 @@ impl Effect {
     pub fn run(&self) -> anyhow::Result<()> {
         match self {
             Self::List { json: true } => {
-                let all: Vec<Value> = CATALOGUE.iter().map(entry).collect();
+                let all: Vec<Value> = all().map(entry).collect();
                 print(&format!("{}\n", json!({ "effects": all })))
             }
             Self::List { .. } => {
-                let lines = CATALOGUE.iter().map(|info| format!("{:<18} {}\n", info.name, info.equations));
+                let lines = all().map(|info| format!("{:<18} {}\n", info.name, info.equations));
                 print(&lines.collect::<String>())
             }
             Self::Show { name, json } => {
@@ -89,6 +89,9 @@ impl New {
         }
         let existing = if self.force { Existing::Replace } else { Existing::Keep };
         let terms = Terms::read(&self.from)?;
+        if terms.term.is_empty() {
+            bail!("{}: no [[term]]: its effects are entries of the catalogue already", self.from.display());
+        }
         let text = draft::text(&self.name, &terms);
         if let Some(path) = &self.out {
             output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
@@ -108,12 +111,17 @@ impl New {
     }
 }
 
+/// Those that a board knows, then those that only the analysis of a log knows.
+fn all() -> impl Iterator<Item = &'static EffectInfo> {
+    CATALOGUE.iter().chain(LOG_CATALOGUE)
+}
+
 fn print(text: &str) -> anyhow::Result<()> {
     console::print(text.as_bytes())
 }
 
 fn unknown(name: &str) -> anyhow::Error {
-    let names: Vec<&str> = CATALOGUE.iter().map(|info| info.name).collect();
+    let names: Vec<&str> = all().map(|info| info.name).collect();
     anyhow!("no effect {name}; the catalogue has {}", names.join(", "))
 }
 

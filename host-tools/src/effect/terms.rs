@@ -1,18 +1,35 @@
-//! Files of proposed terms: written by `diagnose`, read by `navigate` and `effect new`.
+//! Files of proposed terms, and of effects that a vehicle file cannot hold: written by `diagnose`, read by `navigate` and
+//! `effect new`.
 
 use anyhow::{Context, anyhow, bail};
 use backseat_data::output::{self, Existing};
+use backseat_diagnose::diagnosis::FoundEffect;
+use backseat_diagnose::log_effects::{Effects, is_of_readings};
 use backseat_diagnose::proposal::ProposedTerm;
 use backseat_diagnose::regressors::{GenericTerm, Proposed};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// A file of proposed terms.
+/// A file of terms and effects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Terms {
     /// In the order in which they explain most.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub term: Vec<Term>,
+    /// Of the catalogue, but no parameters of a board.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub effect: Vec<NamedEffect>,
+}
+
+/// An effect with its values, in the order of the catalogue.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NamedEffect {
+    /// The entry.
+    pub name: String,
+    /// All of its values.
+    pub values: Vec<f64>,
 }
 
 /// One term: what it adds to, the monomial, and its number.
@@ -35,8 +52,8 @@ pub struct Term {
 }
 
 impl Terms {
-    /// Of a diagnosis.
-    pub fn of(proposed: &[ProposedTerm]) -> Self {
+    /// Of a diagnosis: its terms, and the effects of readings that `[installation]` has no place for.
+    pub fn of(proposed: &[ProposedTerm], effects: &[FoundEffect]) -> Self {
         let one = |term: &ProposedTerm| Term {
             adds_to: term.term.target.symbol().to_owned(),
             times: term.term.factor.symbol().to_owned(),
@@ -45,15 +62,25 @@ impl Terms {
             unit: term.unit(),
             physical_reading: term.physical_reading(),
         };
-        Self { term: proposed.iter().map(one).collect() }
+        let of_readings = effects.iter().filter(|found| is_of_readings(found.instance.candidate.effect));
+        let effect = of_readings.map(|found| {
+            let values = found.instance.candidate.values(&found.instance.sizes);
+            NamedEffect { name: found.instance.candidate.effect.to_owned(), values }
+        });
+        Self { term: proposed.iter().map(one).collect(), effect: effect.collect() }
+    }
+
+    /// Whether there is nothing in it.
+    pub fn is_empty(&self) -> bool {
+        self.term.is_empty() && self.effect.is_empty()
     }
 
     /// Writes the file.
     pub fn write(&self, path: &Path, log: &str, existing: Existing) -> anyhow::Result<()> {
         let head = format!(
-            "# Terms that `backseat diagnose` proposes for {log}: no entry of the catalogue accounts for its residual.\n\
-             # `backseat navigate LOG --terms THIS` takes them out of the readings; `backseat effect new NAME --from THIS`\n\
-             # drafts an entry of the catalogue.\n\n"
+            "# What `backseat diagnose` found in {log} that a vehicle file cannot hold: effects of its sensors, and proposed\n\
+             # terms where no entry of the catalogue accounts for the residual. `backseat navigate LOG --terms THIS` takes\n\
+             # both out of the readings; `backseat effect new NAME --from THIS` drafts an entry from the terms.\n\n"
         );
         let text = head + &toml::to_string(self).context("the terms cannot be written as TOML")?;
         Ok(output::write(path, existing, |file| file.write_all(text.as_bytes()))?)
@@ -63,14 +90,33 @@ impl Terms {
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
         let terms: Self = toml::from_str(&text).with_context(|| path.display().to_string())?;
-        if terms.term.is_empty() {
-            bail!("{}: no [[term]]; expected a file that `backseat diagnose --report DIR` wrote", path.display());
+        if terms.is_empty() {
+            bail!(
+                "{}: no [[term]] and no [[effect]]; expected a file that `backseat diagnose --report DIR` wrote",
+                path.display()
+            );
         }
         terms.known().with_context(|| path.display().to_string())?;
+        terms.effects().with_context(|| path.display().to_string())?;
         Ok(terms)
     }
 
-    /// As the models take them.
+    /// The effects, as they are taken out of a log.
+    pub fn effects(&self) -> anyhow::Result<Effects> {
+        self.effect.iter().try_fold(Effects::default(), |effects, found| {
+            let is_known = is_of_readings(&found.name) && found.values.iter().all(|value| value.is_finite());
+            let with = effects.with(&found.name, &found.values).ok().filter(|_| is_known);
+            with.ok_or_else(|| {
+                anyhow!(
+                    "effect {}: no such effect of readings with {} numbers; expected one that `diagnose` wrote",
+                    found.name,
+                    found.values.len()
+                )
+            })
+        })
+    }
+
+    /// The terms, as the models take them.
     pub fn known(&self) -> anyhow::Result<Vec<Proposed>> {
         self.term
             .iter()

@@ -19,7 +19,7 @@ use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, Truth, VehicleFile};
 use backseat_diagnose::proposal;
-use backseat_diagnose::regressors::{Proposed, Target};
+use backseat_diagnose::regressors::Target;
 use clap::ValueEnum;
 pub use page::html;
 use result::{Against, Errors};
@@ -134,22 +134,28 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let mut read = args.input.read(&args.log)?;
     args.trial.join(&mut read, &vehicle.clone().unwrap_or_else(VehicleFile::reference))?;
     if let Some(path) = &args.terms {
-        take_out(&mut read, vehicle.as_ref(), &Terms::read(path)?.known()?);
+        take_out(&mut read, vehicle.as_ref(), &Terms::read(path)?)?;
     }
     read.explain_failure(|| write(args, &read, vehicle.as_ref(), page.as_deref(), existing))
 }
 
-/// Takes proposed terms out of the readings at the centre of gravity; says which do not concern readings.
-fn take_out(read: &mut ReadLog, vehicle: Option<&VehicleFile>, terms: &[Proposed]) {
+/// Takes effects of sensors and proposed terms out of the readings at the centre of gravity; says which do not concern
+/// readings.
+fn take_out(read: &mut ReadLog, vehicle: Option<&VehicleFile>, file: &Terms) -> anyhow::Result<()> {
+    let (terms, effects) = (file.known()?, file.effects()?);
     let vehicle = vehicle.cloned().unwrap_or_else(VehicleFile::reference);
     let log = inputs::at_centre(&read.log, &vehicle.installation).into_owned();
-    read.log = proposal::corrected(&log, terms).into_owned();
+    read.log = effects.corrected(proposal::corrected(&log, &terms)).into_owned();
+    for effect in &file.effect {
+        read.log.notes.push(format!("{} was taken out of the readings", effect.name));
+    }
     for (term, _) in terms.iter().filter(|(term, _)| !matches!(term.target, Target::Reading(_))) {
         let name = term.name();
         read.log
             .notes
             .push(format!("{name} is not taken into account: the filter has no such term; `effect new` drafts it"));
     }
+    Ok(())
 }
 
 /// From the log that was read to what is written.

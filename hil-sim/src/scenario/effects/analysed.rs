@@ -1,5 +1,5 @@
-//! Entries of the catalogue that only the analysis of a log has: places and delays that are not as declared, and what a
-//! command does. Asked for by name, never drawn by chance.
+//! Entries of the catalogue that only the analysis of a log has: places and delays that are not as declared, sensors and
+//! a propeller with errors that no board corrects, and what a command does. Asked for by name, never drawn by chance.
 
 use super::catalogue::{number, optional};
 use super::{Draw, EffectKind, ParameterKind};
@@ -25,6 +25,14 @@ pub(super) const ENTRIES: &[EffectKind] = analysed! {
     [arm("x_m"), arm("y_m"), arm("z_m")],
     |p, v| (0..3).for_each(|i| p.installation.transducer_arm_m[i] += v[i]);
 
+    "dvl_lever_arm", "where the DVL is minus where it is declared",
+    [
+        optional("x_m", 2.0, Draw::Vector(0.2, 0.8)),
+        optional("y_m", 2.0, Draw::Vector(0.2, 0.8)),
+        optional("z_m", 2.0, Draw::Vector(0.2, 0.8)),
+    ],
+    |p, v| (0..3).for_each(|i| p.instruments.dvl_lever_m[i] += v[i]);
+
     "dvl_delay", "the DVL's readings come late",
     [number("s", [0.0, 10.0], Draw::Size(0.1, 2.0))],
     |p, v| p.installation.dvl_delay_s += v[0];
@@ -44,4 +52,16 @@ pub(super) const ENTRIES: &[EffectKind] = analysed! {
     "depth_scale", "depth, measured / true − 1",
     [number("ratio", [-0.1, 0.1], Draw::Signed(0.005, 0.05))],
     |p, v| p.instruments.depth_ratio += v[0];
+
+    "heading_lag", "first-order lag of the compass",
+    [number("s", [0.0, 20.0], Draw::Size(0.3, 3.0))],
+    |p, v| p.instruments.compass.lag_s += v[0];
+
+    "soft_iron", "compass: sin · sin 2ψ + cos · cos 2ψ of the true heading",
+    [optional("sin_rad", 0.5, Draw::Vector(0.008, 0.06)), optional("cos_rad", 0.5, Draw::Vector(0.008, 0.06))],
+    |p, v| { p.instruments.compass.second[0] += v[0]; p.instruments.compass.second[1] += v[1]; };
+
+    "propeller_torque", "the hull rolls against the propeller: torque over thrust",
+    [number("arm_m", [-0.2, 0.2], Draw::Signed(0.01, 0.06))],
+    |p, v| p.undeclared.propeller_torque_m += v[0];
 };

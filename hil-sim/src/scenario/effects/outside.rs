@@ -5,10 +5,6 @@ use super::{Draw, EffectKind};
 use crate::scenario::Current;
 
 pub(super) const ENTRIES: &[EffectKind] = entries! { false;
-    "propeller_torque", "the hull rolls against the propeller: torque over thrust",
-    [number("arm_m", [-0.2, 0.2], Draw::Signed(0.01, 0.06))],
-    |p, v| p.undeclared.propeller_torque_m += v[0];
-
     "compressibility", "displaced mass gained per metre of depth; a hull softer than water loses some",
     [number("kg_per_m", [-0.2, 0.2], Draw::Signed(0.005, 0.04))],
     |p, v| p.undeclared.compressibility_kg_per_m += v[0];
@@ -16,14 +12,6 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { false;
     "fin_lift", "lift coefficient β3 of one fin, true / declared − 1",
     [FIN, number("ratio", [-0.9, 1.0], Draw::Signed(0.15, 0.7))],
     |p, v| p.vehicle.fins[fin(v[0])].cl[0] *= 1.0 + v[1];
-
-    "dvl_lever_arm", "where the DVL is minus where it is declared",
-    [
-        optional("x_m", 2.0, Draw::Vector(0.2, 0.8)),
-        optional("y_m", 2.0, Draw::Vector(0.2, 0.8)),
-        optional("z_m", 2.0, Draw::Vector(0.2, 0.8)),
-    ],
-    |p, v| (0..3).for_each(|i| p.instruments.dvl_lever_m[i] += v[i]);
 
     "tidal_current", "a current that turns clockwise",
     [
@@ -47,12 +35,4 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { false;
     "heave_surge", "surge drag by the square of heave velocity",
     [number("n_s2_per_m2", [0.0, 1000.0], Draw::Size(20.0, 250.0))],
     |p, v| p.undeclared.heave_surge_n_s2_per_m2 += v[0];
-
-    "heading_lag", "first-order lag of the compass",
-    [number("s", [0.0, 20.0], Draw::Size(0.3, 3.0))],
-    |p, v| p.instruments.compass.lag_s += v[0];
-
-    "soft_iron", "compass: sin · sin 2ψ + cos · cos 2ψ of the true heading",
-    [optional("sin_rad", 0.5, Draw::Vector(0.008, 0.06)), optional("cos_rad", 0.5, Draw::Vector(0.008, 0.06))],
-    |p, v| { p.instruments.compass.second[0] += v[0]; p.instruments.compass.second[1] += v[1]; };
 };

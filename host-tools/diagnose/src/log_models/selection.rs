@@ -7,6 +7,7 @@ use crate::alternatives::Alternative;
 use crate::candidates::{Candidate, Hypothesis, Scope};
 use crate::diagnosis::{Diagnosis, FoundEffect};
 use crate::linear;
+use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::{ResidualChannel, Samples};
 use crate::scores::{HORIZONS_S, PREDICTED, Scores, whiteness};
@@ -14,7 +15,6 @@ use crate::search::{self, FAMILY_ERROR, MOST_EFFECTS, Round};
 use crate::structure::{NamedTerm, Structure};
 use crate::verdict::{self, Conditions};
 use crate::whitener::{Pass, Setup};
-use backseat_core::effects::EffectSet;
 use backseat_core::navigation::SurfaceNoise;
 use backseat_data::commands::InputTiming;
 use backseat_data::stats::{Z_95, rms};
@@ -230,7 +230,7 @@ fn hypothesis(effect: &'static str, free: Vec<usize>) -> Hypothesis {
 fn empty(log: &Log, vehicle: &VehicleFile, model: &impl LogModel) -> PreparedLog {
     let samples = Samples { duration_s: log.duration_s(), ..Samples::default() };
     let present = [false; ResidualChannel::COUNT];
-    let scope = Scope { present, has_density: false, duration_s: samples.duration_s, declared: EffectSet::NONE };
+    let scope = Scope { present, has_density: false, duration_s: samples.duration_s, declared: Effects::default() };
     let setup = Setup {
         parameters: vehicle.parameters,
         noise: vehicle.noise,

@@ -7,7 +7,7 @@ use crate::samples::{Reading, ResidualChannel, ShipAtLaunch};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::SensorChannel;
 use backseat_core::navigation::models;
-use backseat_core::state::{self, P, PHI, PSI, U, X, Y, Z, wrap_angle};
+use backseat_core::state::{self, P, PHI, PSI, U, VehicleState, X, Y, Z, wrap_angle};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 type Jacobian = SMatrix<f64, 3, 12>;
@@ -179,12 +179,12 @@ impl Filter<'_> {
     ) {
         self.wake();
         let t_s = self.t_s;
-        let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth);
+        let x0 = self.x;
+        let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth, &x0);
         let proposed = self.proposed_reading(prediction);
         let by_truth = Matrix3::from_fn(|i, j| by_truth[i][j]);
         let jacobian: Jacobian = by_truth * prediction.jacobian;
         let added = self.model.added_variance(prediction.sensor);
-        let x0 = self.x;
         for axis in 0..prediction.count {
             let channel = ResidualChannel::ALL[prediction.first as usize + axis];
             let scale = self.setup.scale[channel as usize];
@@ -203,7 +203,7 @@ impl Filter<'_> {
                 continue;
             }
             let gain = ph.map(|value| value / variance);
-            self.slopes_of(prediction, axis, &read, &h);
+            self.slopes_of((prediction, &x0), axis, &read, &h);
             for (value, place) in self.ordered.iter_mut().zip(&self.place) {
                 *value = self.row[*place];
             }
@@ -246,7 +246,13 @@ impl Filter<'_> {
     }
 
     /// ∂h/∂θ of one scalar into `row`: through the state, and directly.
-    fn slopes_of(&mut self, prediction: &Prediction, axis: usize, read: &[f64; 3], h: &[f64; 12]) {
+    fn slopes_of(
+        &mut self,
+        (prediction, x0): (&Prediction, &VehicleState),
+        axis: usize,
+        read: &[f64; 3],
+        h: &[f64; 12],
+    ) {
         let m = self.columns;
         if m == 0 {
             return;
@@ -284,9 +290,9 @@ impl Filter<'_> {
                     }
                     if channels.contains(&prediction.sensor) {
                         let truth = prediction.truth;
-                        let after = with.read(t_s, prediction.sensor, truth).0[axis];
+                        let after = with.read(t_s, prediction.sensor, truth, x0).0[axis];
                         let before =
-                            without.as_ref().map_or(read[axis], |w| w.read(t_s, prediction.sensor, truth).0[axis]);
+                            without.as_ref().map_or(read[axis], |w| w.read(t_s, prediction.sensor, truth, x0).0[axis]);
                         direct += after - before;
                     }
                     direct / unit

@@ -13,12 +13,12 @@ mod matrix;
 mod measure;
 mod step;
 
+use crate::log_effects::Effects;
 use crate::model::Model;
 use crate::normal_equations::{BlockEquations, BlockEquationsBuilder};
 use crate::regressors::{Proposed, Regressor, Target, Variation};
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use backseat_core::dynamics::VehicleParameters;
-use backseat_core::effects::EffectSet;
 use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
 use backseat_core::parameters::Installation;
 use backseat_core::state::VehicleState;
@@ -53,7 +53,7 @@ pub struct Setup {
 impl Setup {
     /// The declared vehicle with a set of effects; `None` where they are impossible for it.
     #[must_use]
-    pub fn model(&self, set: &EffectSet) -> Option<Model> {
+    pub fn model(&self, set: &Effects) -> Option<Model> {
         Model::new(&self.parameters, self.installation.sound_speed_mps, set)
     }
 }
@@ -109,7 +109,7 @@ pub struct Pass {
 ///
 /// `None` if the effects are impossible for this vehicle or the numbers leave the finite.
 #[must_use]
-pub fn run(setup: &Setup, samples: &Samples, set: &EffectSet, terms: &[Regressor]) -> Option<Pass> {
+pub fn run(setup: &Setup, samples: &Samples, set: &Effects, terms: &[Regressor]) -> Option<Pass> {
     let mut filter = Filter::new(setup, samples, set, terms)?;
     let columns = filter.columns();
     let mut residuals = Vec::with_capacity(3 * samples.events.len());
@@ -210,7 +210,7 @@ struct Start {
 }
 
 impl<'a> Filter<'a> {
-    fn new(setup: &'a Setup, samples: &Samples, set: &EffectSet, terms: &[Regressor]) -> Option<Self> {
+    fn new(setup: &'a Setup, samples: &Samples, set: &Effects, terms: &[Regressor]) -> Option<Self> {
         let model = setup.model(set)?;
         let mut prepared = Vec::with_capacity(terms.len());
         let mut columns = 0;
@@ -220,13 +220,8 @@ impl<'a> Filter<'a> {
                 Variation::Effects { with, without, unit } => {
                     let with = Box::new(setup.model(with)?);
                     let without = if **without == *set { None } else { Some(Box::new(setup.model(without)?)) };
-                    let (mut in_process, mut channels) = (false, Vec::new());
-                    for (index, info, values) in with.set().active() {
-                        if values != without.as_ref().map_or(set, |without| without.set()).values(index) {
-                            in_process |= info.hooks.plant.is_some() || info.hooks.input.is_some();
-                            channels.extend(info.hooks.measure.iter().flat_map(|measure| measure.channels));
-                        }
-                    }
+                    let before = without.as_ref().map_or(set, |without| without.set());
+                    let (channels, in_process) = with.set().differences(before);
                     let water = with.water_mps() != without.as_deref().unwrap_or(&model).water_mps();
                     Kind::Effects { with, without, unit: *unit, in_process: in_process || water, channels, water }
                 }

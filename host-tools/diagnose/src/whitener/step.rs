@@ -49,6 +49,14 @@ impl Filter<'_> {
             *x += increment;
         }
         self.x[PSI] = wrap_angle(self.x[PSI]);
+        let moved = VehicleState::from(increment) / h;
+        self.model.follow(&step, &moved, &self.x);
+        for term in &mut self.terms {
+            if let Kind::Effects { with, without, .. } = &mut term.kind {
+                with.follow(&step, &moved, &self.x);
+                without.iter_mut().for_each(|without| without.follow(&step, &moved, &self.x));
+            }
+        }
         let half = matrix::plus_times(&d, &self.p);
         self.p = matrix::plus_times(&d, &matrix::transpose(&half));
         // Trapezoid of ∫ Φ Q Φᵀ: good to the square of the step over the time constants.

@@ -3,9 +3,10 @@
 use super::plan::Class;
 use super::separability::{self, Separability, digits, truth};
 use anyhow::{Context, anyhow};
-use backseat_core::effects::{EffectSet, FIN_NAMES, ParameterKind};
+use backseat_core::effects::{FIN_NAMES, ParameterKind};
 use backseat_diagnose::candidates::{Candidate, beyond};
 use backseat_diagnose::diagnosis::{self, Diagnosis, FoundEffect};
+use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
 use backseat_diagnose::verdict::Verdict;
@@ -89,10 +90,10 @@ pub struct Errors {
 pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
     let data = dataset::simulate(spec, seed);
     let mut log_data = ready(&data, spec)?;
-    let declared_set = spec.vehicle.effects.set;
+    let declared_set = Effects::from(spec.vehicle.effects.set);
     let d = diagnosis::run(&mut log_data, |_| {})
         .context("a state of the filter is not finite: check the units and signs of the log")?;
-    let score = |log_data: &PreparedLog, data: &Dataset, pass: &Pass, set: &EffectSet| -> anyhow::Result<Errors> {
+    let score = |log_data: &PreparedLog, data: &Dataset, pass: &Pass, set: &Effects| -> anyhow::Result<Errors> {
         let scores = scores::of(log_data, pass, set, &data.log, &spec.vehicle, Some(&data.truth), spec.dvl);
         Ok(Errors::of(&scores.map_err(|error| anyhow!("{error}"))?))
     };

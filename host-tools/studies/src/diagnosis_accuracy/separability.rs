@@ -1,8 +1,9 @@
 //! Separability of a true effect, computed from the same log without noise.
 
-use backseat_core::effects::{self, EffectSet, Enters, ParameterKind};
+use backseat_core::effects::{self, Enters, ParameterKind};
 use backseat_data::VehicleFile;
 use backseat_diagnose::candidates::{Candidate, Instance};
+use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::prepared_log::{DataPart, PreparedLog};
 use backseat_diagnose::search;
 use hil_sim::dataset::{self, Spec};
@@ -72,7 +73,7 @@ fn one(
 }
 
 /// Σ e² with a set of effects.
-fn square(log_data: &PreparedLog, set: &EffectSet) -> Option<f64> {
+fn square(log_data: &PreparedLog, set: &Effects) -> Option<f64> {
     Some(log_data.pass(set, &[])?.normal.sum(|_| true).square)
 }
 
@@ -90,8 +91,8 @@ fn instance(effect: &Effect) -> Option<Instance> {
 }
 
 /// What was declared, with the entries injected.
-pub fn truth(vehicle: &VehicleFile, injected: &[Effect]) -> EffectSet {
-    injected.iter().fold(vehicle.effects.set, |set, effect| {
+pub fn truth(vehicle: &VehicleFile, injected: &[Effect]) -> Effects {
+    injected.iter().fold(Effects::from(vehicle.effects.set), |set, effect| {
         let Some(info) = effects::find(effect.name()) else { return set };
         let values: Vec<f64> = info.parameters.iter().map(|p| effect.get(p.name).unwrap_or(0.0)).collect();
         set.with(info.name, &values).unwrap_or(set)
