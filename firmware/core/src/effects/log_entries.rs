@@ -197,7 +197,7 @@ pub(super) const ENTRIES: &[EffectInfo] = &[
         "propeller_torque",
         &[ParameterInfo::symmetric("arm_m", "m", 0.5)],
         Enters::Process,
-        "K = arm T",
+        "K = -arm T",
         "Roll is proportional to thrust",
         &[with("roll_trim", "One propeller speed only", "Hold two propeller speeds for some minutes each")],
     ),
