@@ -269,7 +269,8 @@ mod tests {
         assert!((libm::hypot(north_m, east_m) - way_m).abs() < 1e-6, "{way_m} m");
         // du/dt = -u² / (u₀ τ)
         let slope = (speed_mps(&at(1_001)) - speed_mps(&at(999))) / 2e-3;
-        assert!((slope + speed_mps(&at(1_000)).powi(2) / COAST_S).abs() < 1e-6, "{slope} m/s²");
+        let speed = speed_mps(&at(1_000));
+        assert!((slope + speed * speed / COAST_S).abs() < 1e-6, "{slope} m/s²");
         let unknown = Navigation { down_us: COAST_US, ..before }.coasted(0);
         assert!((unknown.speed_sigma_mps - 0.5).abs() < 1e-12 && (speed_mps(&unknown) - 0.5).abs() < 1e-12);
     }
