@@ -10,7 +10,7 @@ const COLOURED: f64 = 0.1;
 /// What a log says about one actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActuatorTiming {
-    /// Which, as in [`ACTUATORS`].
+    /// Which, as in [`backseat_data::commands::ACTUATORS`].
     pub name: &'static str,
     /// How it follows its command.
     pub hold: Hold,
@@ -41,7 +41,7 @@ pub struct TimingEstimate {
 }
 
 impl TimingEstimate {
-    /// For [`LoggedInputs::act`].
+    /// For [`crate::LoggedInputs::act`].
     #[must_use]
     pub fn timing(&self) -> InputTiming {
         self.actuators.map(|actuator| actuator.hold)
