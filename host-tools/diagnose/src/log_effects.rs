@@ -173,9 +173,14 @@ impl Effects {
                 behind.advance(lag_s, dt_s, (q * roll.sin() + r * roll.cos()) / pitch.cos());
             }
             if let Some(heading) = row.get(Column::Heading) {
-                let heading = heading + behind.0;
-                let (sin, cos) = (2.0 * heading).sin_cos();
-                row.set(Column::Heading, heading - sin2 * sin - cos2 * cos);
+                let read = heading + behind.0;
+                // The iron acts by the true heading: ψ = read - iron(ψ), whose terms shrink by twice the iron's size.
+                let mut heading = read;
+                for _ in 0..12 {
+                    let (sin, cos) = (2.0 * heading).sin_cos();
+                    heading = read - sin2 * sin - cos2 * cos;
+                }
+                row.set(Column::Heading, heading);
             }
             if let Some(depth_m) = row.get(Column::Depth) {
                 row.set(Column::Depth, depth_m / scale);
