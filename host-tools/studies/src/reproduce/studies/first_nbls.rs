@@ -1,6 +1,5 @@
 //! 4.3.2.1, the first NBLS study: its experiment, and which of Table 4.7's noises NBLS bears.
 
-use super::navigation::keep_motion;
 use super::{Kind, Measured, Study};
 use crate::identification::experiment::{Between, Experiment, Motion, Noise, References, declared, wrong_prior};
 use backseat_core::dynamics::VehicleParameters;
@@ -138,4 +137,12 @@ fn keep(measured: &mut Measured, row: &str, vehicle: &VehicleParameters, lines: 
     let errors: Vec<f64> = estimated().map(|j| 100.0 * (found[j] / truth[j] - 1.0).abs()).collect();
     measured.set(row, "median_percent", median(&errors).unwrap_or(f64::NAN));
     keep_predicted(measured, row, vehicle, lines);
+}
+
+/// Columns of Table 4.8.
+const MOTION: [&str; 6] = ["u_mps", "v_mps", "w_mps", "p_degps", "q_degps", "r_degps"];
+
+/// Keeps the errors of a row of Table 4.8.
+pub fn keep_motion(measured: &mut Measured, row: &str, errors: &[f64; 6]) {
+    MOTION.iter().zip(errors).for_each(|(column, error)| measured.set(row, column, *error));
 }

@@ -233,13 +233,6 @@ fn changed(truth: &VehicleParameters, change: Change, seed: u64) -> anyhow::Resu
     Ok(parameters)
 }
 
-/// Columns of Table 4.8.
-const MOTION: [&str; 6] = ["u_mps", "v_mps", "w_mps", "p_degps", "q_degps", "r_degps"];
-
-pub fn keep_motion(measured: &mut Measured, row: &str, errors: &[f64; 6]) {
-    MOTION.iter().zip(errors).for_each(|(column, error)| measured.set(row, column, *error));
-}
-
 /// Rows while the vehicle is deep, so that there is no fix among them.
 fn submerged(log: &Log, truth: &Truth) -> Log {
     let deep = |row: &&backseat_data::TruthRow| row.state[2] > SUBMERGED_M;
@@ -316,7 +309,11 @@ impl Survey<'_> {
             count += 1.0;
         }
         let in_degrees = |axis: usize, error: f64| if U + axis < P { error } else { error.to_degrees() };
-        keep_motion(&mut self.measured, row, &core::array::from_fn(|axis| in_degrees(axis, sum[axis] / count)));
+        first_nbls::keep_motion(
+            &mut self.measured,
+            row,
+            &core::array::from_fn(|axis| in_degrees(axis, sum[axis] / count)),
+        );
     }
 
     fn errors(&self, run: &FilterRun) -> Vec<(u64, f64)> {
