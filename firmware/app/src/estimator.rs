@@ -12,7 +12,7 @@ mod acoustics;
 use crate::inputs::installation::{self, body_to_ned, horizon_us, velocity_at_centre};
 use crate::inputs::{ActuatorHistory, Inputs, Packets, Sample, fresh};
 use crate::parameters::Settings;
-use crate::store::{Coasted, Navigation};
+use crate::store::{Coasted, Navigation, coast_m};
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
@@ -342,13 +342,14 @@ impl Estimator {
     }
 
     /// Starts the filter (2.3.1.2) once fix (or the position from before a reset), attitude and depth are fresh.
+    #[inline(never)] // its memory is not to stay on the stack under a step
     fn initialise(&mut self, now_us: u64, inputs: &Inputs, settings: &Settings) {
         let app = &settings.app;
         let s = inputs.latest();
         let attitude_age_us = micros(app.attitude_timeout_s);
         let fix_m = fresh(s.fix_m, now_us, INITIAL_FIX_AGE_US);
         let resumed = if fix_m.is_some() { None } else { self.resumed };
-        let coasted = resumed.map(|navigation| navigation.coasted(now_us));
+        let coasted = resumed.map(|navigation| navigation.coasted(now_us, coast_m(&settings.vehicle)));
         let (Some(fix_m), Some(euler_rad), Some(depth_m)) = (
             fix_m.or(coasted.map(|navigation| navigation.position_m)),
             fresh(s.euler_rad, now_us, attitude_age_us),

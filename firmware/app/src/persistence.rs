@@ -6,7 +6,7 @@ use crate::host::send;
 use crate::inputs::installation::body_to_ned;
 use crate::parameters::Settings;
 use crate::storage::Asked;
-use crate::store::{Coasted, Navigation, Response, RestartRecord};
+use crate::store::{Coasted, Navigation, Response, RestartRecord, coast_m};
 use backseat_core::state::{U, V, W, X, Y};
 use backseat_wire::hostlink::{FromBoard, Refusal, Restart};
 
@@ -61,7 +61,7 @@ impl App {
     /// The record to keep after a step: the one before it, updated. `powered_us` is powered time.
     #[must_use]
     pub fn restart_record(&self, last: &RestartRecord, powered_us: u64) -> RestartRecord {
-        let Backseat { estimator, clock, .. } = &self.backseat;
+        let Backseat { estimator, clock, parameters, .. } = &self.backseat;
         let navigator = estimator.navigator();
         let known = navigator.is_initialised() && navigator.failure().is_none();
         let navigation = known.then(|| {
@@ -79,7 +79,8 @@ impl App {
         let now_us = self.backseat.now_us();
         let waiting = || {
             let resumed = estimator.resumed()?;
-            let Coasted { position_m, sigma_m, velocity_mps, .. } = resumed.coasted(now_us);
+            let Coasted { position_m, sigma_m, velocity_mps, .. } =
+                resumed.coasted(now_us, coast_m(&parameters.active().vehicle));
             Some(Navigation { position_m, sigma_m, velocity_mps, down_us: 0 })
         };
         let navigation = navigation.or_else(waiting);

@@ -15,5 +15,6 @@ mod restart;
 pub use flash::{Geometry, ParameterFlash, SaveError};
 pub use record::{Refused, WORD};
 pub use restart::{
-    Coasted, Navigation, RECORD_BYTES, ResetHistory, Response, RestartRecord, SAFE_AFTER, SAFE_WITHIN_US, newest,
+    Coasted, Navigation, RECORD_BYTES, ResetHistory, Response, RestartRecord, SAFE_AFTER, SAFE_WITHIN_US, coast_m,
+    newest,
 };

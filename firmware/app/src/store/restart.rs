@@ -3,6 +3,7 @@
 //! Two slots are written in turn, so that a reset in the middle of a write leaves the other one.
 //! Times are *powered* time: board time, carried on across resets.
 
+use backseat_core::dynamics::VehicleParameters;
 use backseat_wire::hostlink::{CRC, ResetCause, Restart};
 use serde::{Deserialize, Serialize};
 
@@ -85,20 +86,28 @@ pub enum Response {
 /// From a record's step to the board's new time 0, µs: in the middle for a watchdog of 0.6 s that is fed up to 0.3 s
 /// after a step, 0.57 to 0.93 s, its clock's tolerance included.
 const WATCHDOG_DOWN_US: u64 = 750_000;
-/// Drag halves the speed of a torpedo without a propeller in this time, s: m / (X_uu u) of the reference vehicle at 1 m/s.
-const COAST_S: f64 = 10.0;
-/// The same, taken where nobody knows how long the board was off, µs.
-const COAST_US: u64 = 10_000_000;
+/// The same where nobody knows how long the board was off, µs: drag halves the speed of a torpedo in some ten seconds.
+const UNKNOWN_DOWN_US: u64 = 10_000_000;
+
+/// Way in which quadratic drag slows a coasting vehicle by the factor e, m: m₁₁ / X_uu, without the fins' share of the
+/// drag (a tenth).
+#[must_use]
+pub fn coast_m(vehicle: &VehicleParameters) -> f64 {
+    vehicle.m_diag[0] / vehicle.quadratic_diag[0]
+}
 
 impl Navigation {
-    /// After the board has run for `now_us` since its reset. By drag that grows with u², u = u₀ / (1 + t / τ).
+    /// After the board has run for `now_us` since its reset, of a vehicle that coasts `coast_m`. By drag that grows with
+    /// u², u = u₀ / (1 + u₀ t / L).
     #[must_use]
-    pub fn coasted(&self, now_us: u64) -> Coasted {
+    pub fn coasted(&self, now_us: u64, coast_m: f64) -> Coasted {
         let time_s = 1e-6 * self.down_us.saturating_add(now_us) as f64;
-        let slower = 1.0 + time_s / COAST_S;
-        let way_s = COAST_S * libm::log(slower);
         let [north_mps, east_mps] = self.velocity_mps;
         let speed_mps = libm::hypot(north_mps, east_mps);
+        let share = speed_mps * time_s / coast_m;
+        // the time in which it would have come as far without drag; a vehicle at rest stays
+        let way_s = if share > 1e-9 { time_s * libm::log1p(share) / share } else { time_s };
+        let slower = 1.0 + share;
         let [north_m, east_m] = self.position_m;
         Coasted {
             position_m: [north_m + north_mps * way_s, east_m + east_mps * way_s],
@@ -164,7 +173,7 @@ impl RestartRecord {
         // the duration of a brown-out is unknown
         let watchdog = cause == ResetCause::Watchdog;
         let utc_us = last.utc_us.filter(|_| watchdog).map(|us| us.saturating_add(WATCHDOG_DOWN_US));
-        let down_us = if watchdog { WATCHDOG_DOWN_US } else { COAST_US };
+        let down_us = if watchdog { WATCHDOG_DOWN_US } else { UNKNOWN_DOWN_US };
         let navigation = last.navigation.map(|before| Navigation { down_us, ..before });
         (Response::Resume { navigation, utc_us }, new)
     }
@@ -258,21 +267,25 @@ mod tests {
     /// Sigma: 3-4-5, 3 m before, 1 m/s for 4 s. The way is the integral of the speed, here by the trapezoidal rule.
     #[test]
     fn val_the_vehicle_coasts() {
+        const L: f64 = 8.0;
         let before = Navigation { position_m: [7.0, 0.0], sigma_m: 3.0, velocity_mps: [0.6, 0.8], down_us: 1_000_000 };
-        let after = before.coasted(3_000_000);
+        let after = before.coasted(3_000_000, L);
         assert!((after.sigma_m - 5.0).abs() < 1e-12);
         let speed_mps = |at: &Coasted| libm::hypot(at.velocity_mps[0], at.velocity_mps[1]);
-        let at = |ms: u64| before.coasted(1_000 * ms);
+        let at = |ms: u64| before.coasted(1_000 * ms, L);
         let way_m: f64 = (0..3_000).map(|ms| 0.5e-3 * (speed_mps(&at(ms)) + speed_mps(&at(ms + 1)))).sum();
         let first = at(0);
         let [north_m, east_m] = [0, 1].map(|i| after.position_m[i] - first.position_m[i]);
         assert!((libm::hypot(north_m, east_m) - way_m).abs() < 1e-6, "{way_m} m");
-        // du/dt = -u² / (u₀ τ)
+        // du/dt = -u² / L
         let slope = (speed_mps(&at(1_001)) - speed_mps(&at(999))) / 2e-3;
         let speed = speed_mps(&at(1_000));
-        assert!((slope + speed * speed / COAST_S).abs() < 1e-6, "{slope} m/s²");
-        let unknown = Navigation { down_us: COAST_US, ..before }.coasted(0);
-        assert!((unknown.speed_sigma_mps - 0.5).abs() < 1e-12 && (speed_mps(&unknown) - 0.5).abs() < 1e-12);
+        assert!((slope + speed * speed / L).abs() < 1e-6, "{slope} m/s²");
+        // half of its speed is left after L / u₀
+        let half = Navigation { down_us: 8_000_000, ..before }.coasted(0, L);
+        assert!((half.speed_sigma_mps - 0.5).abs() < 1e-12 && (speed_mps(&half) - 0.5).abs() < 1e-12);
+        let rest = Navigation { velocity_mps: [0.0; 2], ..before }.coasted(0, L);
+        assert_eq!((rest.position_m, rest.sigma_m, rest.speed_sigma_mps), ([7.0, 0.0], 3.0, 0.0));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::board::{Board, Direct, request_all};
 use crate::flight::start;
 use crate::world::{START_S, World};
 use backseat_app::parameters::Settings;
-use backseat_app::store::{Response, RestartRecord};
+use backseat_app::store::{Response, RestartRecord, coast_m};
 use backseat_core::state::{X, Y, Z};
 use backseat_wire::hostlink::{Mode, ModeReason, Port, Refusal, ResetCause, Restart, Telemetry, ToBoard};
 
@@ -142,7 +142,7 @@ fn a_second_reset_before_the_sensors_speak_keeps_the_position() {
     };
     let (first, second) = (at(first), at(second));
     // it coasted on until the world's twelfth second, which is the board's time too
-    assert_eq!(second.position_m, first.coasted(12_000_000).position_m);
+    assert_eq!(second.position_m, first.coasted(12_000_000, coast_m(&Settings::DEFAULT.vehicle)).position_m);
     assert!(second.sigma_m >= first.sigma_m);
 }
 
