@@ -1,11 +1,11 @@
 //! A board on the bench and in the water: the app, its clock, and the simulated vehicle around it.
 
 use crate::finite;
-use crate::ports::Memory;
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{Decoder, FromBoard, MAX_FRAME, Mode, Port, Telemetry, ToBoard, Waypoint, encode};
 use backseat_wire::iver::{Servo, ServoBytes, ToFrontseat, Units};
 use backseat_wire::nmea::{Checksum, Framer};
+use hil_sim::backseat::Memory;
 use hil_sim::devices::Devices;
 use hil_sim::flight::board_parameters;
 use hil_sim::scenario::Scenario;

@@ -2,10 +2,10 @@
 
 use crate::flight::{self, Board};
 use crate::lies::Lie;
-use crate::ports::Memory;
 use arbitrary::{Arbitrary, Unstructured};
 use backseat_app::Pump;
 use backseat_wire::hostlink::{Chunk, MAX_FRAME, Port, Step, Telemetry, ToBoard, encode};
+use hil_sim::backseat::Memory;
 use hil_sim::devices::Devices;
 use hil_sim::world::World;
 

@@ -16,7 +16,6 @@ mod files;
 mod flight;
 mod host;
 mod lies;
-mod ports;
 mod sentences;
 mod stores;
 mod streams;

@@ -11,11 +11,13 @@ use backseat_wire::hostlink::Port;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 
-/// A port in memory.
+/// A serial port in memory.
 #[derive(Debug, Default)]
-struct Memory {
-    to_board: VecDeque<u8>,
-    from_board: Vec<u8>,
+pub struct Memory {
+    /// Bytes that the board has not read yet.
+    pub to_board: VecDeque<u8>,
+    /// Bytes that it has written.
+    pub from_board: Vec<u8>,
 }
 
 impl embedded_io::ErrorType for Memory {

@@ -3,5 +3,5 @@
 mod in_process;
 mod qemu;
 
-pub use in_process::InProcess;
+pub use in_process::{InProcess, Memory};
 pub use qemu::{Qemu, build_image, missing};
