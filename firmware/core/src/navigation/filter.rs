@@ -324,6 +324,12 @@ impl Filter {
         self.p.get(i, j) + unconfirmed * unconfirmed
     }
 
+    /// P_ij as the gains are computed from it, without what [`Self::covariance`] adds; 0 beyond the last.
+    #[must_use]
+    pub fn propagated_covariance(&self, i: usize, j: usize) -> f64 {
+        if i.max(j) < self.dimension() { self.p.get(i, j) } else { 0.0 }
+    }
+
     /// Variance of the depth by waves, which the filter takes as noise of the depth cell, m².
     #[must_use]
     pub fn wave_variance(&self) -> f64 {
