@@ -121,30 +121,39 @@ impl Adjoint {
         self.information.iter_mut().for_each(|row| move_down(row, at, count, 0.0));
     }
 
-    /// x̂ − P λ and P − P Λ P.
+    /// x̂ − P λ and P − P Λ P, with what the filter states beyond P.
     fn smoothed(&self, filtered: &Filtered) -> TrackSample {
-        let dot = |a: &Vector, b: &Vector| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let p = &filtered.covariance;
-        let smoothed = |i: usize| filtered.x[i] - dot(&p[i], &self.lambda);
-        // Rows of P Λ.
-        let projected: [Vector; VEHICLE_STATES] = std::array::from_fn(|i| {
-            let mut sum = [0.0; STRIDE];
-            for (p, information) in p[i].iter().zip(&self.information).take(filtered.states) {
-                sum.iter_mut().zip(information).for_each(|(sum, value)| *sum += p * value);
-            }
-            sum
-        });
+        let smoothed = |i: usize| filtered.x[i] - dot(&filtered.covariance[i], &self.lambda);
+        let mut covariance = self.covariance(filtered);
+        for (i, variance) in filtered.unconfirmed_m2.iter().enumerate() {
+            covariance[X + i][X + i] += variance;
+        }
         let mut state = VehicleState::from_fn(|i, _| smoothed(i));
         state[PSI] = wrap_angle(state[PSI]);
         TrackSample {
             time_us: filtered.time_us,
             state,
-            // Never below zero but for rounding.
-            sigma: VehicleState::from_fn(|i, _| (p[i][i] - dot(&projected[i], &p[i])).max(0.0).sqrt()),
-            cov_xy_m2: p[X][Y] - dot(&projected[X], &p[Y]),
+            sigma: VehicleState::from_fn(|i, _| covariance[i][i].sqrt()),
+            cov_xy_m2: covariance[X][Y],
             current_mps: filtered.current.map_or(filtered.fixed_current_mps, |at| [smoothed(at), smoothed(at + 1)]),
         }
     }
+
+    /// P − P Λ P of the vehicle's states.
+    pub(super) fn covariance(&self, filtered: &Filtered) -> [[f64; VEHICLE_STATES]; VEHICLE_STATES] {
+        let p = &filtered.covariance;
+        std::array::from_fn(|i| {
+            let mut projected = [0.0; STRIDE];
+            for (p, information) in p[i].iter().zip(&self.information).take(filtered.states) {
+                projected.iter_mut().zip(information).for_each(|(sum, value)| *sum += p * value);
+            }
+            std::array::from_fn(|j| p[i][j] - dot(&projected, &p[j]))
+        })
+    }
+}
+
+fn dot(a: &Vector, b: &Vector) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// out = Φᵀ a, of all rows.

@@ -11,6 +11,11 @@
 //! pass bit for bit, and its steps are kept only until they are smoothed: the tool needs some kB for each second of a
 //! log.
 //!
+//! # Unconfirmed ranges
+//! While ranges are unconfirmed, the filter states P and, of the position, a variance that is in no gain: either account
+//! may have been right ([`Filter::covariance`]). λ and Λ belong to P itself. The smoother adds that variance to what it
+//! has smoothed by P: the ranges of the whole log are no witness of themselves.
+//!
 //! # The bank
 //! The filters of a bank know nothing of each other, so each is smoothed by itself. They are mixed as in flight, by the
 //! likelihood of their ranges: the evidence at a time is that of the ranges before it and, forgotten at the same pace,
@@ -18,6 +23,8 @@
 
 mod adjoint;
 mod recording;
+#[cfg(test)]
+mod tests;
 
 pub use recording::Recording;
 
@@ -39,7 +46,10 @@ struct Filtered {
     current: Option<usize>,
     fixed_current_mps: [f64; 2],
     x: Vector,
+    /// P itself.
     covariance: Vec<Vector>,
+    /// What the filter states beyond P of the position, north and east, m².
+    unconfirmed_m2: [f64; 2],
 }
 
 impl Filtered {
@@ -49,10 +59,11 @@ impl Filtered {
         let mut covariance = vec![[0.0; STRIDE]; states];
         for (i, (x, row)) in x.iter_mut().zip(&mut covariance).enumerate() {
             *x = filter.state_at(i);
-            row.iter_mut().enumerate().for_each(|(j, p)| *p = filter.covariance(i, j));
+            row.iter_mut().enumerate().for_each(|(j, p)| *p = filter.propagated_covariance(i, j));
         }
         let (current, fixed_current_mps) = (filter.current_place(), filter.current());
-        Self { time_us: filter.time_us(), states, current, fixed_current_mps, x, covariance }
+        let unconfirmed_m2 = [X, Y].map(|i| filter.covariance(i, i) - filter.propagated_covariance(i, i));
+        Self { time_us: filter.time_us(), states, current, fixed_current_mps, x, covariance, unconfirmed_m2 }
     }
 }
 
