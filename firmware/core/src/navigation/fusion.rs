@@ -6,7 +6,7 @@
 
 use super::effects::Effects;
 use super::filter::Filter;
-use super::innovation_monitor::{EXCEEDANCE, largest_sigma};
+use super::innovation_monitor::{EXCEEDANCE, Estimated, LARGEST_CURRENT_MPS, largest_sigma};
 use super::observation::{Observation, Refused};
 use super::{
     FusionOutcome, FusionRecord, Fusions, LinearStep, Measurement, NavigationError, Observer, ScalarUpdate, Sensor,
@@ -250,7 +250,7 @@ impl Filter {
         let (mut alone, mut believable) = (true, true);
         for (axis, item) in items.iter().enumerate() {
             let variance = self.total_variance(item);
-            let before = self.monitor.variance_without_suspicion(sensor, variance);
+            let before = self.monitor.variance_without_suspicion(sensor, variance, item.variance);
             alone &= item.innovation * item.innovation <= bound * before;
             if matches!(sensor, Sensor::Range | Sensor::BottomTrack | Sensor::WaterTrack) {
                 let worst = self.monitor.worst(sensor, axis);
@@ -264,9 +264,24 @@ impl Filter {
     #[cold]
     #[inline(never)]
     pub(super) fn grow_suspects(&mut self, step_s: f64) {
-        let robust = self.config.effect_states.iter().any(|state| state.parameter.is_of_the_vehicle());
+        let current = self.x.layout.current();
+        let estimated = Estimated {
+            vehicle: self.config.effect_states.iter().any(|state| state.parameter.is_of_the_vehicle()),
+            current: current.is_some(),
+        };
         for sensor in Sensor::ALL {
-            let growth = self.monitor.grow(sensor, self.time_us, step_s, robust);
+            let growth = self.monitor.grow(sensor, self.time_us, step_s, estimated);
+            if let (Some(at), [position, covariance, variance]) = (current, growth.current)
+                && variance > 0.0
+            {
+                for (i, at) in [(X, at), (Y, at + 1)] {
+                    let room = LARGEST_CURRENT_MPS * LARGEST_CURRENT_MPS - self.p.get(at, at);
+                    let share = (room / variance).clamp(0.0, 1.0);
+                    self.p.add(i, i, share * position);
+                    self.p.add(i, at, share * covariance);
+                    self.p.add(at, at, share * variance);
+                }
+            }
             let largest = largest_sigma(sensor);
             for i in self.positioned_by(sensor) {
                 let room = largest * largest - self.p.get(i, i);

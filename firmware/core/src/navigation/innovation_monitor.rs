@@ -10,7 +10,9 @@
 //!
 //! - Nothing of it is used. One sigma of the states that it observes grows by [`growth`] per second, the rate at which
 //!   an undeclared cause may lead the filter astray. The duration of the contradiction decides what may be believed,
-//!   not the agreement of the readings among themselves.
+//!   not the agreement of the readings among themselves. Where ranges are suspect and the filter estimates the current,
+//!   the sigma of the current grows instead, once, as if it had changed since the last range that agreed. That of the
+//!   position follows from it.
 //! - It is used again once it has been **consistent** with the grown covariance as often in a row as it took to suspect
 //!   it. If all of these would have been consistent without the growth, the source was wrong for a while and nothing
 //!   remains. Otherwise the growth has to cover, of ranges and DVL, the worst innovation of the contradiction as well: a
@@ -18,9 +20,12 @@
 //!   then disagreed and either may have been right: the source is **unconfirmed**. The filter follows it, but the states
 //!   that it observes keep a sigma of at least [`UNCONFIRMED`] of the disagreement.
 //!   Of the position this is an addition to what the filter reports, because ranges have to triangulate; of other
-//!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range; an unconfirmed
-//!   velocity or attitude lets the sigma of the position grow while nothing measures the position.
+//!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range, unless the filter
+//!   estimates the current; an unconfirmed velocity or attitude lets the sigma of the position grow while nothing
+//!   measures the position.
 //! - A fix of the surfaced vehicle confirms every source, unless ranges contradict: GNSS is one witness, not the judge.
+//!   Ranges that have agreed for [`TURN_US`] without that growth confirm every source but the depth cell, of which they
+//!   see little.
 //! - As long as ranges agree, a suspect fix is the odd one out: nothing grows, and it stays out until it agrees. So is a
 //!   DVL where the filter estimates the vehicle: a model that is taken as declared must not keep a good DVL out.
 //! - A suspect source that falls silent becomes unconfirmed.
@@ -48,6 +53,9 @@ const DRIFT_WITH_DVL: f64 = 0.03;
 /// Speed by which an error in heading moves the position, m/s: a torpedo's cruise.
 const CRUISE_MPS: f64 = 1.5;
 
+/// A ship turns the line of sight in this time, µs: before, ranges see one direction only, and agree as well where the
+/// difference is across it.
+pub(super) const TURN_US: u64 = 960_000_000;
 /// A range that agreed no longer ago than this is a witness for the filter, µs: three ranges at one every 30 s.
 const WITNESS_US: u64 = 100_000_000;
 /// Time constant of the windows over depth cell and DVL, s: some periods of a wave, and less than a leg.
@@ -92,6 +100,9 @@ pub(super) fn largest_sigma(sensor: Sensor) -> f64 {
     }
 }
 
+/// Largest sigma that suspicion gives to the current, m/s.
+pub(super) const LARGEST_CURRENT_MPS: f64 = 0.5;
+
 /// After this time without a measurement a source is silent, µs.
 fn silence_us(sensor: Sensor) -> u64 {
     match sensor {
@@ -114,10 +125,14 @@ struct Source {
     by_suspicion: bool,
     /// Seconds that suspicion, or the drift of what is unconfirmed, has grown for.
     grown_s: f64,
-    /// Variance that suspicion has added.
+    /// Variance that suspicion has added to what the source positions.
     added: f64,
+    /// Variance that the drift of what is unconfirmed has added to the position.
+    added_to_position: f64,
     /// Innovation variance when the suspicion began.
     variance: f64,
+    /// The sigma of the current has grown for this suspicion.
+    current_open: bool,
     /// Worst innovations of the row of exceedances, by scalar.
     worst: [f64; 3],
     /// Least one sigma by scalar while the source is unconfirmed; 0 otherwise.
@@ -136,7 +151,9 @@ impl Source {
         by_suspicion: false,
         grown_s: 0.0,
         added: 0.0,
+        added_to_position: 0.0,
         variance: 0.0,
+        current_open: false,
         worst: [0.0; 3],
         floor: [0.0; 3],
         recoveries: 0,
@@ -153,10 +170,14 @@ impl Source {
     fn leave_unconfirmed(&mut self, sensor: Sensor) {
         self.suspect = false;
         self.exceedances = 0;
-        (self.grown_s, self.added) = (0.0, 0.0);
+        self.grow_anew();
         for (floor, worst) in self.floor.iter_mut().zip(&self.worst) {
             *floor = floor.max(UNCONFIRMED * worst).min(largest_sigma(sensor));
         }
+    }
+
+    fn grow_anew(&mut self) {
+        (self.grown_s, self.added, self.added_to_position) = (0.0, 0.0, 0.0);
     }
 
     /// Growth of a variance over `step_s`: one sigma grows by `rate` per second.
@@ -167,6 +188,14 @@ impl Source {
     }
 }
 
+/// What a filter estimates beside the vehicle's motion.
+#[derive(Clone, Copy)]
+pub(super) struct Estimated {
+    /// The vehicle's parameters.
+    pub(super) vehicle: bool,
+    pub(super) current: bool,
+}
+
 /// Variance that a step adds for one source.
 pub(super) struct Growth {
     /// To what the source positions.
@@ -175,6 +204,8 @@ pub(super) struct Growth {
     pub(super) drift: f64,
     /// New floor under the sigma of the states that the source observes; 0: unchanged.
     pub(super) floor: [f64; 3],
+    /// To position and current of each axis: variances of both, and their covariance between them.
+    pub(super) current: [f64; 3],
 }
 
 /// What the gate remembers of each sensor.
@@ -186,6 +217,8 @@ pub(super) struct InnovationMonitor {
     pub(super) alert: bool,
     /// When a range was last used, µs; 0: never.
     pub(super) range_us: u64,
+    /// Since when all ranges have agreed without the growth, µs; 0: the last one did not.
+    agreed_us: u64,
     sources: [Source; Sensor::ALL.len()],
     /// When waves last refused a reading of depth cell or DVL, µs, as long as some still alternate; 0: no waves.
     waves_us: [u64; 2],
@@ -208,6 +241,7 @@ impl InnovationMonitor {
             sigma: 0.0,
             alert: false,
             range_us: 0,
+            agreed_us: 0,
             sources: [Source::NEW; Sensor::ALL.len()],
             waves_us: [0; 2],
             windows: [Window::NEW; WAVED],
@@ -284,7 +318,10 @@ impl InnovationMonitor {
     pub(super) fn exceedance(&mut self, sensor: Sensor, time_us: u64, items: &[Observation], variance: f64, most: u32) {
         let source = &mut self.sources[sensor as usize];
         if source.exceedances == 0 {
-            (source.since_us, source.worst) = (time_us, [0.0; 3]);
+            // what a rare range contradicts may have begun after the one before it
+            let before_us = if sensor == Sensor::Range { self.range_us } else { 0 };
+            let recent = before_us > 0 && time_us < before_us.saturating_add(WITNESS_US);
+            (source.since_us, source.worst) = (if recent { before_us } else { time_us }, [0.0; 3]);
         }
         source.exceedances = source.exceedances.saturating_add(1);
         source.exceedance_us = time_us;
@@ -292,18 +329,46 @@ impl InnovationMonitor {
             *worst = worst.max(item.innovation.abs());
         }
         (source.returning, source.by_suspicion) = (0, false);
+        if sensor == Sensor::Range {
+            self.agreed_us = 0;
+        }
         let lasts = time_us.saturating_sub(source.since_us) >= EXCEEDANCES_US;
         if !source.suspect && lasts && source.exceedances >= most {
             source.suspect = true;
-            (source.grown_s, source.added, source.variance) = (0.0, 0.0, variance);
+            source.grow_anew();
+            (source.variance, source.current_open) = (variance, false);
         }
         self.alert = true;
     }
 
-    /// Innovation variance as it would be without the suspicion.
-    pub(super) fn variance_without_suspicion(&self, sensor: Sensor, variance: f64) -> f64 {
+    /// Innovation variance as it would be without the suspicion, of a range also without what unconfirmed sources add;
+    /// `noise` is that of the reading.
+    pub(super) fn variance_without_suspicion(&self, sensor: Sensor, variance: f64, noise: f64) -> f64 {
         let source = &self.sources[sensor as usize];
-        source.variance.max(variance - source.added)
+        let added = if sensor == Sensor::Range {
+            self.sources.iter().map(|source| source.added_to_position).sum::<f64>() + source.added
+        } else {
+            source.added
+        };
+        source.variance.max(noise).max(variance - added)
+    }
+
+    /// A range agrees; `alone`: without the growth it would have done so too. Ranges that keep on doing so confirm the
+    /// others.
+    fn range_agrees(&mut self, time_us: u64, alone: bool) {
+        let goes_on = self.agreed_us > 0 && time_us < self.range_us.saturating_add(WITNESS_US);
+        self.agreed_us = match (alone, goes_on) {
+            (false, _) => 0,
+            (true, false) => time_us.max(1),
+            (true, true) => self.agreed_us,
+        };
+        if alone && goes_on && time_us >= self.agreed_us.saturating_add(TURN_US) {
+            for (sensor, source) in Sensor::ALL.into_iter().zip(&mut self.sources) {
+                if sensor != Sensor::Depth {
+                    source.floor = [0.0; 3];
+                }
+            }
+        }
     }
 
     /// A measurement that is no exceedance; `alone`: without the suspicion it would not have been one either;
@@ -328,7 +393,7 @@ impl InnovationMonitor {
             source.returning = source.returning.saturating_add(1);
             source.by_suspicion |= !alone;
             if !source.by_suspicion {
-                (source.grown_s, source.added) = (0.0, 0.0);
+                source.grow_anew();
             }
             if source.returning < most {
                 return !source.by_suspicion;
@@ -338,6 +403,7 @@ impl InnovationMonitor {
             // the ship's own receiver is its arbiter
             if source.by_suspicion && sensor != Sensor::ShipGnss {
                 source.leave_unconfirmed(sensor);
+                self.agreed_us = 0;
             }
         }
         source.consistent_us = time_us;
@@ -349,12 +415,13 @@ impl InnovationMonitor {
                 }
                 // the position was measured
                 let range = &mut self.sources[Sensor::Range as usize];
-                (range.grown_s, range.added) = (0.0, 0.0);
+                range.grow_anew();
             }
             // the drift begins again where the position was measured
             Sensor::Range => {
+                self.range_agrees(time_us, alone);
                 for source in self.sources.iter_mut().filter(|source| !source.suspect) {
-                    (source.grown_s, source.added) = (0.0, 0.0);
+                    source.grow_anew();
                 }
             }
             _ => {}
@@ -363,26 +430,38 @@ impl InnovationMonitor {
         true
     }
 
-    /// What a step of the prediction adds for one source; `robust`: the filter estimates the vehicle's parameters.
-    pub(super) fn grow(&mut self, sensor: Sensor, time_us: u64, step_s: f64, robust: bool) -> Growth {
+    /// What a step of the prediction adds for one source of a filter that estimates `estimated`.
+    pub(super) fn grow(&mut self, sensor: Sensor, time_us: u64, step_s: f64, estimated: Estimated) -> Growth {
         let bottom = &self.sources[Sensor::BottomTrack as usize];
         let measured = !bottom.suspect && !bottom.is_unconfirmed() && time_us < bottom.consistent_us + VELOCITY_US;
         let witnessed = self.is_witnessed(time_us);
         let source = &mut self.sources[sensor as usize];
-        let mut growth = Growth { positioned: 0.0, drift: 0.0, floor: [0.0; 3] };
+        let mut growth = Growth { positioned: 0.0, drift: 0.0, floor: [0.0; 3], current: [0.0; 3] };
         if source.suspect && time_us.saturating_sub(source.exceedance_us) > silence_us(sensor) {
             source.leave_unconfirmed(sensor);
+            self.agreed_us = 0;
             growth.floor = source.floor;
         }
         let unconfirmed = source.is_unconfirmed();
         let floor = source.floor.into_iter().fold(0.0, f64::max);
+        let rate = if sensor == Sensor::Range && measured { DRIFT_WITH_DVL } else { self::growth(sensor) };
         match sensor {
             // the ranges agree without it
             Sensor::VehicleGnss if source.suspect && witnessed => {}
-            Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate if source.suspect && witnessed && robust => {}
+            Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate
+                if source.suspect && witnessed && estimated.vehicle => {}
+            // the sigma of the current carries that of the position on
+            Sensor::Range if source.suspect && estimated.current && !measured => {
+                if !source.current_open {
+                    let since_s = 1.0e-6 * time_us.saturating_sub(source.since_us) as f64;
+                    let variance = rate * rate;
+                    growth.current = [variance * since_s * since_s, variance * since_s, variance];
+                    (source.grown_s, source.added, source.current_open) = (since_s, growth.current[0], true);
+                }
+                source.added += source.grow(rate, step_s);
+            }
             // what led the filter astray may still do so
-            _ if source.suspect || (unconfirmed && sensor == Sensor::Range) => {
-                let rate = if sensor == Sensor::Range && measured { DRIFT_WITH_DVL } else { self::growth(sensor) };
+            _ if source.suspect || (unconfirmed && sensor == Sensor::Range && !estimated.current) => {
                 growth.positioned = source.grow(rate, step_s);
                 source.added += growth.positioned;
             }
@@ -394,6 +473,7 @@ impl InnovationMonitor {
             Sensor::Attitude => growth.drift = source.grow(source.floor[2] * CRUISE_MPS, step_s),
             _ => {}
         }
+        source.added_to_position += growth.drift;
         growth
     }
 }

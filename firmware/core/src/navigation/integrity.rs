@@ -13,7 +13,7 @@
 //!
 //! Of depth it is what the depth cell's innovations have more than S explains, and the waves that the filter smooths.
 
-use super::innovation_monitor::WAVES_S;
+use super::innovation_monitor::{TURN_US, WAVES_S};
 use super::innovation_window::Window;
 use super::{Filter, FusionOutcome, FusionRecord, Fusions, Sensor};
 use crate::state::{X, Y, Z};
@@ -22,9 +22,8 @@ use crate::state::{X, Y, Z};
 const RANGES_S: [f64; 2] = [120.0, 960.0];
 /// A range enters its windows with so many sigmas at most: beyond, [`Filter::is_suspect`] decides.
 const CLIP: f64 = 3.0;
-/// The other account is remembered for so long after the contradiction, µs: ranges agree as well where the line of sight
-/// is across the difference, and a ship needs a quarter of an hour to turn it.
-const MEMORY_US: u64 = 960_000_000;
+/// The other account is remembered for so long after the contradiction, µs.
+const MEMORY_US: u64 = TURN_US;
 /// Of the worst innovation of fixes, which see both axes; ranges see one direction of the difference only.
 const SHARE: [f64; 2] = [1.0, 0.4];
 /// What the other account may have led away from the position, m/s: an undeclared current, and a vehicle that drifts at

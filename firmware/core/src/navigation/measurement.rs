@@ -293,10 +293,15 @@ impl Fusions {
         }
     }
 
-    /// ln of the likelihood of the first innovation, without its constant; NaN if it was invalid.
+    /// ln of the likelihood of the first innovation, without its constant; NaN if it was invalid. It counts with three
+    /// sigmas at most: one of a reflected path, or behind a change that the filter is about to follow, says no more.
     #[must_use]
     pub fn log_likelihood(&self) -> Option<f64> {
-        self.iter().next().map(|record| -0.5 * (record.nis() + libm::log(record.variance)))
+        const MOST: f64 = 9.0;
+        let of = |record: &FusionRecord| {
+            -0.5 * (if record.nis() > MOST { MOST } else { record.nis() } + libm::log(record.variance))
+        };
+        self.iter().next().map(of)
     }
 
     /// The records in component order.

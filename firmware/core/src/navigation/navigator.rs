@@ -3,10 +3,11 @@
 //! The robust filter estimates the unknowns of the vehicle. Where everything is as declared its states cost half of the
 //! accuracy, and it takes the current as nearly steady. The bank runs two more filters beside it: the nominal one, and
 //! a robust one whose current changes steadily, as in a tide. The weight w_i is proportional to the likelihood of
-//! filter i's range innovations; its logarithm is forgotten by [`EVIDENCE_MEMORY`] per range. Only ranges count,
-//! because they measure the position: a nominal filter with a wrong model contradicts them long before it contradicts
-//! compass and depth sensor, and those have so many innovations that they would outweigh the ranges. The estimate is
-//! the mixture: x = Σ w_i x_i, P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
+//! filter i's range innovations, each counted with three sigmas at most so that no outlier decides; its logarithm is
+//! forgotten by [`EVIDENCE_MEMORY`] per range. Only ranges count, because they measure the position: a nominal filter
+//! with a wrong model contradicts them long before it contradicts compass and depth sensor, and those have so many
+//! innovations that they would outweigh the ranges. The estimate is the mixture: x = Σ w_i x_i,
+//! P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
 //!
 //! A member that fails loses its weight. All states behind the vehicle's are those of the robust filter.
 

@@ -13,6 +13,8 @@ struct Flight {
     second: u64,
     /// Added to what the ship says of itself, m.
     ship_error_m: [f64; 2],
+    /// Added to the heading that the compass says, rad.
+    heading_error_rad: f64,
     /// Added to what the DVL says, m/s; `None`: no DVL.
     dvl_error_mps: Option<f64>,
     /// Longest time in a row during which nothing was suspect or unconfirmed, √(σx² + σy²) below 30 m (so that the app
@@ -23,7 +25,17 @@ struct Flight {
 
 impl Flight {
     fn new(seed: u64, offset_m: [f64; 2], current: [f64; 2]) -> Self {
-        let config = NavigationConfig { surface: None, ..NavigationConfig::REFERENCE };
+        Self::of(NavigationConfig::REFERENCE, seed, offset_m, current)
+    }
+
+    fn robust(seed: u64) -> Self {
+        let mut config = NavigationConfig::REFERENCE;
+        config.make_robust();
+        Self::of(config, seed, [0.0; 2], [0.0; 2])
+    }
+
+    fn of(config: NavigationConfig, seed: u64, offset_m: [f64; 2], current: [f64; 2]) -> Self {
+        let config = NavigationConfig { surface: None, ..config };
         let mut navigator = navigator(&config);
         let initial = initial();
         let truth = Truth::new(initial.state, current, [0.0; 4]);
@@ -39,6 +51,7 @@ impl Flight {
             noise,
             second: 0,
             ship_error_m: [0.0; 2],
+            heading_error_rad: 0.0,
             dvl_error_mps: None,
             dishonest_s: 0,
             dishonest_now_s: 0,
@@ -56,7 +69,7 @@ impl Flight {
             self.navigator.predict(time_us, &CRUISE).unwrap();
             let (x, sensors, noise) = (&self.truth.x, &self.config.sensors, &mut self.noise);
             self.navigator.fuse(&Measurement::Depth { z_m: x[2] + sensors.depth_m * noise.normal() });
-            let euler_rad = noise.normals([x[3], x[4], x[5]], sensors.attitude_rad);
+            let euler_rad = noise.normals([x[3], x[4], x[5] + self.heading_error_rad], sensors.attitude_rad);
             self.navigator.fuse(&Measurement::Attitude { euler_rad });
             let rates_radps = noise.normals([x[9], x[10], x[11]], sensors.rates_radps);
             self.navigator.fuse(&Measurement::Rates { rates_radps });
@@ -314,4 +327,46 @@ fn one_bad_axis_keeps_the_others_out() {
     let ratios: Vec<bool> = fusions.iter().map(|record| record.test_ratio > 1.0).collect();
     assert_eq!(ratios, [false, false, true]);
     assert_eq!(navigator.digest(), before);
+}
+
+/// Half an hour in still water has made the filter sure of its current. One of 0.15 m/s then sets in.
+#[test]
+fn a_current_that_sets_in_is_learnt_from_the_ranges_that_contradict() {
+    let mut flight = Flight::robust(13);
+    flight.ranges(60);
+    flight.truth.current = [0.12, 0.09];
+    flight.ranges(20);
+    let [north, east] = flight.navigator.current();
+    assert!((north - 0.12).hypot(east - 0.09) < 0.03, "{north} {east}");
+    assert_eq!(flight.navigator.recoveries(Sensor::Range), 1);
+    // half a minute of the old current would be 4.5 m
+    assert!(flight.error_m() < 4.0, "{} m", flight.error_m());
+    assert!(flight.dishonest_s <= 120, "{} s", flight.dishonest_s);
+}
+
+/// The compass is off by 23 degrees for two minutes. Ranges see it where the line of sight is along the error.
+#[test]
+fn ranges_that_agree_while_the_line_of_sight_turns_confirm_a_compass() {
+    let mut flight = Flight::new(14, [0.0; 2], [0.0; 2]);
+    flight.ranges(10);
+    flight.heading_error_rad = 0.4;
+    flight.run(120);
+    flight.heading_error_rad = 0.0;
+    flight.run(60);
+    assert!(flight.navigator.unconfirmed_sigma(Sensor::Attitude) > 0.1 && !flight.suspect());
+    flight.ranges(30);
+    assert!(flight.navigator.unconfirmed_sigma(Sensor::Attitude) > 0.1, "not within a quarter of an hour");
+    flight.ranges(10);
+    assert_eq!(flight.navigator.unconfirmed_sigma(Sensor::Attitude), 0.0);
+    assert!(flight.error_m() < 5.0 && flight.sigmas() < 3.7, "{} m", flight.error_m());
+}
+
+#[test]
+fn ranges_do_not_confirm_a_compass_that_stays_wrong() {
+    let mut flight = Flight::new(15, [0.0; 2], [0.0; 2]);
+    flight.ranges(10);
+    flight.heading_error_rad = 0.4;
+    flight.ranges(60);
+    assert!(flight.navigator.unconfirmed_sigma(Sensor::Attitude) > 0.1);
+    assert!(flight.dishonest_s <= 120, "{} s", flight.dishonest_s);
 }
