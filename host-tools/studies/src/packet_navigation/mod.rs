@@ -35,6 +35,7 @@
 //! a delta that continues from another launch than the one it holds. (If the acknowledgement itself can be lost, the
 //! vehicle must hold every launch it received until a packet continues from a later one.)
 
+mod bits;
 mod command;
 mod deif;
 mod discretisation;

@@ -8,30 +8,42 @@
 //!   s₀ ~ (m₀, Λ₀),   s₁ = m₁ + F (s₀ − m₀) + w,   w ~ (0, Q).
 //!
 //! Both parts stay positive whatever their numbers are rounded to, a mean that is rounded is off by the rounding and no
-//! more, and an interval without a fix is exact: Λ₀ = 0, and F and Q are the ship's model. Means are sent as
+//! more, and an interval without a fix stays one: Λ₀ = 0, and F is the ship's model. Means are sent as
 //! differences from what the vehicle has already, the end of the interval before: no packet says how far the ship is
 //! from the origin but the first.
 
-use super::information::{Information, NotPositive, cholesky, symmetric};
+use super::bits::{Bits, LONGEST};
+use super::information::{Information, NotPositive, cholesky, root, symmetric};
 use super::ship::{Delta, STATES};
 use nalgebra::{Matrix2, SMatrix};
 
 /// Bytes of a packet beside the delta: kind and source, sequence, second of launch (16 bits), sequence of the packet it
 /// continues from, transducer's depth, CRC (16 bits).
 pub const HEADER: usize = 8;
-/// Longest delta, bytes.
-const LONGEST: usize = 64;
-/// Largest size of an entry of F, with times in units of the interval.
-const F_LIMIT: f64 = 4.0;
+/// Largest velocity at the end by a position at the start, 1/s. A fix some time after the start gives the velocity since
+/// then by its distance from the start, so that F holds one over that time; how short it can be is a matter of the
+/// fixes' noise. With the ship's filter as it stands (fixes of 0.5 m, at most one a second, 0.02 m/s² per √Hz) F reaches
+/// 0.113.
+const GAIN_LIMIT_PER_S: f64 = 0.125;
 /// Standard deviations between which Q lies: m and m/s.
 const Q_RANGE: [[f64; 2]; 2] = [[5.0e-3, 500.0], [5.0e-4, 50.0]];
 /// Roots of information between which Λ₀ lies, or none: 1/m and s/m.
 const INFORMATION_RANGE: [[f64; 2]; 2] = [[1.0e-3, 100.0], [1.0e-3, 1000.0]];
-/// An information matrix with less than this share in a direction knows nothing there.
+/// An interval that adds less than this share to what is known of its start in a direction says nothing there.
 const NOTHING: f64 = 1.0e-9;
 
 /// Position and velocity of both axes: rows p and v, columns north and east.
 type Mean = Matrix2<f64>;
+
+/// What the packets so far say of the ship, of each axis.
+#[derive(Clone, Copy)]
+struct Known {
+    mean: Mean,
+    covariance: Matrix2<f64>,
+}
+
+/// Before the first packet, which says everything itself.
+const NOT_KNOWN: Known = Known { mean: Mean::new(0.0, 0.0, 0.0, 0.0), covariance: Matrix2::new(1.0, 0.0, 0.0, 1.0) };
 
 /// A delta as two conditional parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,32 +56,36 @@ struct Conditional {
 }
 
 impl Conditional {
-    /// Where nothing is known of the start, it is taken to be at `datum`.
-    fn of(delta: &Delta, datum: &Mean) -> Result<Self, NotPositive> {
+    /// Along what the interval knows nothing of, its start is free. It is taken where `before` has it then, by the
+    /// correlation of position and velocity: any other place would be a worse one for the next packet to continue from.
+    fn of(delta: &Delta, before: &Known) -> Result<Self, NotPositive> {
         let Information { lambda, eta } = &delta.information;
         let block = |i: usize, j: usize| lambda.fixed_view::<2, 2>(2 * i, 2 * j).into_owned();
         let (eta0, eta1) = (eta.fixed_rows::<2>(0).into_owned(), eta.fixed_rows::<2>(2).into_owned());
         let factor = cholesky(block(1, 1))?;
         let f = -factor.solve(&block(1, 0));
         let information = symmetric(block(0, 0) + block(0, 1) * f);
-        let of_start = eta0 - block(0, 1) * factor.solve(&eta1);
+        let missing = eta0 - block(0, 1) * factor.solve(&eta1) - information * before.mean;
         // Only along what the interval knows: elsewhere the difference of two large numbers is left.
-        let scale = lambda.fixed_view::<2, 2>(0, 0).diagonal().map(|l| if l > 0.0 { l.sqrt() } else { 1.0 });
-        let scaled = Matrix2::from_fn(|i, j| information[(i, j)] / (scale[i] * scale[j]));
-        let eigen = scaled.symmetric_eigen();
-        let mut inverse = Matrix2::zeros();
-        let mut known = Matrix2::zeros();
+        let root = root(before.covariance)?;
+        let eigen = symmetric(root.tr_mul(&(information * root))).symmetric_eigen();
+        let (mut shift, mut known) = (Mean::zeros(), Matrix2::zeros());
+        let whitener = root.try_inverse().ok_or(NotPositive)?;
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             if *value > NOTHING {
-                inverse += vector * vector.transpose() / *value;
-                known += vector * vector.transpose() * *value;
+                let (along, of) = (root * vector, whitener.tr_mul(&vector));
+                shift += along * along.tr_mul(&missing) / *value;
+                known += of * of.transpose() * *value;
             }
         }
-        let unscaled =
-            |m: Matrix2<f64>, by: fn(f64, f64) -> f64| Matrix2::from_fn(|i, j| by(by(m[(i, j)], scale[i]), scale[j]));
-        let (inverse, information) = (unscaled(inverse, |m, s| m / s), unscaled(known, |m, s| m * s));
-        let start = datum + inverse * (of_start - information * datum);
-        Ok(Self { start, information, end: factor.solve(&eta1) + f * start, f, q: factor.inverse() })
+        let start = before.mean + shift;
+        Ok(Self { start, information: known, end: factor.solve(&eta1) + f * start, f, q: factor.inverse() })
+    }
+
+    /// Covariance at the end, by that at the start before the interval.
+    fn covariance(&self, before: Matrix2<f64>) -> Result<Matrix2<f64>, NotPositive> {
+        let start = cholesky(cholesky(before)?.inverse() + self.information)?.inverse();
+        Ok(symmetric(self.f * start * self.f.transpose() + self.q))
     }
 
     fn information(&self) -> Result<Information<STATES, 2>, NotPositive> {
@@ -154,23 +170,30 @@ impl Layout {
     /// # Errors
     /// A delta that is not positive, or a difference that does not fit its bits.
     pub fn carry(&self, deltas: &[Delta]) -> Result<Vec<Delta>, Unsendable> {
+        // The ship keeps it to choose what it sends; the vehicle needs the mean alone.
+        let mut before = NOT_KNOWN;
         let mut datum = None;
         let mut received = Vec::with_capacity(deltas.len());
         for delta in deltas {
             let mut bytes = [0; LONGEST];
-            self.encode(delta, datum, &mut Bits { bytes: &mut bytes, at: 0 })?;
+            let conditional = Conditional::of(delta, &before)?;
+            self.encode(&conditional, interval_s(delta), datum, &mut Bits { bytes: &mut bytes, at: 0 })?;
             let (decoded, end) = self.decode(delta, datum, &mut Bits { bytes: &mut bytes, at: 0 })?;
+            before = Known { mean: end, covariance: conditional.covariance(before.covariance)? };
             datum = Some(end);
             received.push(decoded);
         }
         Ok(received)
     }
 
-    fn encode(&self, delta: &Delta, datum: Option<Mean>, bits: &mut Bits<'_>) -> Result<(), Unsendable> {
-        let from = datum.unwrap_or_default();
-        let conditional = Conditional::of(delta, &from)?;
-        let Conditional { start, information, end, f, q } = conditional;
-        let h = interval_s(delta);
+    fn encode(
+        &self,
+        conditional: &Conditional,
+        h: f64,
+        datum: Option<Mean>,
+        bits: &mut Bits<'_>,
+    ) -> Result<(), Unsendable> {
+        let Conditional { start, information, end, f, q } = *conditional;
         // The first has no start: its bits are the end's.
         match datum {
             Some(from) => {
@@ -181,18 +204,19 @@ impl Layout {
             }
             None => self.put_mean(bits, &end, 2)?,
         }
-        for (entry, unit) in f.iter().zip(f_units(h)) {
-            self.put_share(bits, entry * unit / F_LIMIT)?;
+        for (entry, (origin, limit)) in f.iter().zip(f_ranges(h)) {
+            self.put_share(bits, (entry - origin) / limit, "transition")?;
         }
         let [position, velocity] = [q[(0, 0)].sqrt(), q[(1, 1)].sqrt()];
         self.put_log(bits, position, Q_RANGE[0], false);
         self.put_log(bits, velocity, Q_RANGE[1], false);
-        self.put_share(bits, q[(0, 1)] / (position * velocity))?;
+        self.put_share(bits, q[(0, 1)] / (position * velocity), "correlation of the motion")?;
         let [position, velocity] = [information[(0, 0)].sqrt(), information[(1, 1)].sqrt()];
         self.put_log(bits, position, INFORMATION_RANGE[0], true);
         self.put_log(bits, velocity, INFORMATION_RANGE[1], true);
         let both = position * velocity;
-        self.put_share(bits, if both > 0.0 { information[(0, 1)] / both } else { 0.0 })
+        let correlation = if both > 0.0 { information[(0, 1)] / both } else { 0.0 };
+        self.put_share(bits, correlation, "correlation of the fixes")
     }
 
     /// The delta, and the ship's mean at its end.
@@ -206,8 +230,8 @@ impl Layout {
             None => (Mean::zeros(), self.take_mean(bits, 2)),
         };
         let mut f = Matrix2::zeros();
-        for (entry, unit) in f.iter_mut().zip(f_units(h)) {
-            *entry = self.take_share(bits) * F_LIMIT / unit;
+        for (entry, (origin, limit)) in f.iter_mut().zip(f_ranges(h)) {
+            *entry = origin + self.take_share(bits) * limit;
         }
         let [position, velocity] = Q_RANGE.map(|range| self.take_log(bits, range, false));
         // Q needs an inverse.
@@ -224,7 +248,8 @@ impl Layout {
     fn put_mean(&self, bits: &mut Bits<'_>, mean: &Mean, width: u32) -> Result<(), Unsendable> {
         for (row, (count, step)) in self.mean_fields().into_iter().enumerate() {
             for column in 0..2 {
-                bits.put(rounded(mean[(row, column)], step), width * count)?;
+                let name = ["position", "velocity"][row];
+                bits.put(rounded(mean[(row, column)], step), width * count).ok_or(Unsendable::TooLarge(name))?;
             }
         }
         Ok(())
@@ -254,8 +279,8 @@ impl Layout {
     }
 
     /// A number within ±1, whose ends are exact.
-    fn put_share(&self, bits: &mut Bits<'_>, share: f64) -> Result<(), Unsendable> {
-        bits.put((share * self.share_steps()).round() as i64, self.share_bits)
+    fn put_share(&self, bits: &mut Bits<'_>, share: f64, name: &'static str) -> Result<(), Unsendable> {
+        bits.put((share * self.share_steps()).round() as i64, self.share_bits).ok_or(Unsendable::TooLarge(name))
     }
 
     fn take_share(&self, bits: &mut Bits<'_>) -> f64 {
@@ -293,8 +318,8 @@ pub enum Unsendable {
     #[error(transparent)]
     NotPositive(#[from] NotPositive),
     /// A number is too large.
-    #[error("a number of a delta does not fit its bits")]
-    TooLarge,
+    #[error("the {0} in a delta does not fit its bits")]
+    TooLarge(&'static str),
 }
 
 /// From origin to launch; of the first, which has no origin, one second.
@@ -306,43 +331,13 @@ fn transition(h: f64) -> Matrix2<f64> {
     Matrix2::new(1.0, h, 0.0, 1.0)
 }
 
-/// What makes F's entries, column by column, numbers without unit.
-fn f_units(h: f64) -> [f64; 4] {
-    [1.0, h, 1.0 / h, 1.0]
+/// Origin and largest distance from it of F's entries, column by column. Without a fix they are 1, 0, h and 1, and exact.
+fn f_ranges(h: f64) -> [(f64, f64); 4] {
+    [(1.0, 1.0 + GAIN_LIMIT_PER_S * h), (0.0, GAIN_LIMIT_PER_S), (0.0, h), (0.0, 1.0)]
 }
 
 fn rounded(value: f64, step: f64) -> i64 {
     (value / step).round() as i64
-}
-
-/// Signed numbers of a few bits each, in a row.
-struct Bits<'a> {
-    bytes: &'a mut [u8; LONGEST],
-    at: u32,
-}
-
-impl Bits<'_> {
-    fn put(&mut self, value: i64, count: u32) -> Result<(), Unsendable> {
-        let limit = 1_i64 << (count - 1);
-        if !(-limit..limit).contains(&value) {
-            return Err(Unsendable::TooLarge);
-        }
-        for bit in 0..count {
-            self.bytes[(self.at / 8) as usize] |= ((value >> bit & 1) as u8) << (self.at % 8);
-            self.at += 1;
-        }
-        Ok(())
-    }
-
-    fn take(&mut self, count: u32) -> i64 {
-        let mut value = 0;
-        for bit in 0..count {
-            value |= i64::from(self.bytes[(self.at / 8) as usize] >> (self.at % 8) & 1) << bit;
-            self.at += 1;
-        }
-        // the last bit is the sign
-        value << (64 - count) >> (64 - count)
-    }
 }
 
 /// The eighteen numbers as floats with eight bits of exponent and this many bits in all.
@@ -365,20 +360,75 @@ mod tests {
 
     /// Launches every 30 s, fixes every `fix_s` from the first on, of a ship that goes straight.
     fn deltas(fix_s: u64) -> Vec<Delta> {
+        received(|t| t % fix_s == 0, |_| true)
+    }
+
+    /// Eight minutes of launches every 30 s, of which some are received, with fixes at some seconds.
+    fn received(has_fix: impl Fn(u64) -> bool, is_received: impl Fn(u64) -> bool) -> Vec<Delta> {
         let config = NavigationConfig::REFERENCE;
         let at = |t: u64| [1200.0 + 1.5 * t as f64, -300.0 - 0.7 * t as f64];
         let mut ship = ShipInformation::new(0, &InitialShip::from_fix(at(0), &config), &config);
         let mut deltas = Vec::new();
-        for t in 1..=240 {
-            if t % fix_s == 0 {
+        for t in 1..=480 {
+            if has_fix(t) {
                 ship.fix(t * 1_000_000, at(t)).unwrap();
             }
             if t % 30 == 0 {
-                deltas.push(ship.launch(t * 1_000_000).unwrap());
-                ship.acknowledged();
+                let delta = ship.launch(t * 1_000_000).unwrap();
+                if is_received(t / 30) {
+                    ship.acknowledged();
+                    deltas.push(delta);
+                }
             }
         }
         deltas
+    }
+
+    const ALL: [Layout; 4] = [Layout::TWO_FRAMES, Layout::FINE, Layout::COARSE, Layout::COARSEST];
+
+    /// A fix a quarter of a minute into an interval of 90 s says how fast the ship went since the start, and that for the
+    /// rest of the interval: F holds −4.1 in units of the interval, which a limit of 4 refused.
+    #[test]
+    fn val_after_lost_packets_every_layout_carries_the_delta() {
+        for (lost, phase_s) in (1..=6).flat_map(|lost| (0..60).map(move |phase_s| (lost, phase_s))) {
+            let exact = received(|t| t % 60 == phase_s, |packet| packet % (lost + 1) == 1);
+            let carried = ALL.map(|layout| layout.carry(&exact).map_err(|error| format!("{lost} {phase_s} {error}")));
+            for received in carried {
+                assert_eq!(received.unwrap().len(), exact.len());
+            }
+        }
+    }
+
+    /// Fixes of a second or any multiple, begun at any time and ended by an outage, and every interval to ten minutes.
+    #[test]
+    fn val_no_pattern_of_fixes_exceeds_the_range_of_a_transition() {
+        let mut largest = [0.0_f64; 4];
+        for (every, first, last) in (1..=20_u64).flat_map(|every| {
+            (0..every).step_by(3).flat_map(move |first| (first..240).step_by(5).map(move |last| (every, first, last)))
+        }) {
+            let has_fix = |t: u64| t > 30 && (t - 30) % every == first && t - 30 <= last;
+            for delta in received(has_fix, |packet| packet == 1 || packet == 16) {
+                let Some(origin_us) = delta.origin_us else { continue };
+                let f = Conditional::of(&delta, &NOT_KNOWN).unwrap().f;
+                let ranges = f_ranges((delta.launch_us - origin_us) as f64 * 1e-6);
+                for (largest, (entry, (origin, limit))) in largest.iter_mut().zip(f.iter().zip(ranges)) {
+                    *largest = largest.max((entry - origin).abs() / limit);
+                }
+            }
+        }
+        // The range is used, and not exceeded but by rounding.
+        assert!(largest.iter().all(|share| (0.5..1.0 + 1e-6).contains(share)), "{largest:?}");
+    }
+
+    #[test]
+    fn val_an_interval_without_a_fix_keeps_the_ship_s_own_transition() {
+        for layout in ALL {
+            let exact = received(|t| t < 30, |_| true);
+            for delta in layout.carry(&exact).unwrap().iter().skip(1) {
+                let f = Conditional::of(delta, &NOT_KNOWN).unwrap().f;
+                assert!((f - transition(30.0)).amax() < 1e-9, "{f}");
+            }
+        }
     }
 
     /// With enough bits the same Gaussian, whether the interval has thirty fixes, one or none.
@@ -397,7 +447,7 @@ mod tests {
 
     #[test]
     fn lengths_are_those_of_the_page() {
-        let bytes = [Layout::TWO_FRAMES, Layout::FINE, Layout::COARSE, Layout::COARSEST].map(|layout| layout.bytes());
+        let bytes = ALL.map(|layout| layout.bytes());
         assert_eq!(bytes, [54, 23, 18, 13]);
         assert!(Layout::FINE.bytes() + HEADER <= 32 && Layout::COARSE.bytes() + HEADER + 4 <= 32);
     }
@@ -408,18 +458,6 @@ mod tests {
         let mut far = deltas(1);
         far.truncate(2);
         let narrow = Layout { position_bits: 6, ..Layout::COARSEST };
-        assert_eq!(narrow.carry(&far), Err(Unsendable::TooLarge));
-    }
-
-    #[test]
-    fn val_bits_come_back() {
-        let mut bytes = [0; LONGEST];
-        let mut bits = Bits { bytes: &mut bytes, at: 0 };
-        for (value, count) in [(-1, 4), (7, 4), (-8, 4), (1000, 15), (-16384, 15)] {
-            bits.put(value, count).unwrap();
-        }
-        assert_eq!(bits.put(8, 4), Err(Unsendable::TooLarge));
-        bits.at = 0;
-        assert_eq!([4, 4, 4, 15, 15].map(|count| bits.take(count)), [-1, 7, -8, 1000, -16384]);
+        assert_eq!(narrow.carry(&far), Err(Unsendable::TooLarge("position")));
     }
 }
