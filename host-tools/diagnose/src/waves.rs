@@ -61,13 +61,14 @@ impl Spectrum {
                 let mean = values.iter().map(|(_, v)| v).sum::<f64>() / values.len() as f64;
                 let window = |t_s: f64| 0.5 - 0.5 * (TAU * (t_s - from_s) / SEGMENT_S).cos();
                 let norm: f64 = values.iter().map(|(t_s, _)| window(*t_s).powi(2)).sum();
+                let windowed: Vec<(f64, f64)> =
+                    values.iter().map(|(t_s, v)| (*t_s, window(*t_s) * (v - mean))).collect();
                 for (bin, power) in power.iter_mut().enumerate().skip(1) {
                     let omega = TAU * bin as f64 * bin_hz;
                     // Rotation by a fixed step would lose the jitter of the times; a sine each is exact and cheap.
                     let (mut re, mut im) = (0.0, 0.0);
-                    for (t_s, value) in values {
+                    for (t_s, v) in &windowed {
                         let (sin, cos) = (omega * t_s).sin_cos();
-                        let v = window(*t_s) * (value - mean);
                         re += v * cos;
                         im += v * sin;
                     }

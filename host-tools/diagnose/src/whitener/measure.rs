@@ -185,6 +185,9 @@ impl Filter<'_> {
         let by_truth = Matrix3::from_fn(|i, j| by_truth[i][j]);
         let jacobian: Jacobian = by_truth * prediction.jacobian;
         let added = self.model.added_variance(prediction.sensor);
+        if used && self.columns > 0 {
+            self.set_direct(prediction, &x0, &read);
+        }
         for axis in 0..prediction.count {
             let channel = ResidualChannel::ALL[prediction.first as usize + axis];
             let scale = self.setup.scale[channel as usize];
@@ -203,7 +206,7 @@ impl Filter<'_> {
                 continue;
             }
             let gain = ph.map(|value| value / variance);
-            self.slopes_of((prediction, &x0), axis, &read, &h);
+            self.slopes_of(prediction, axis, &h);
             for (value, place) in self.ordered.iter_mut().zip(&self.place) {
                 *value = self.row[*place];
             }
@@ -229,6 +232,33 @@ impl Filter<'_> {
         }
     }
 
+    /// How the effects' readings differ at `x0`, where the model reads `read`: the same for all scalars of a sensor.
+    fn set_direct(&mut self, prediction: &Prediction, x0: &VehicleState, read: &[f64; 3]) {
+        let (t_s, sensor, truth) = (self.t_s, prediction.sensor, prediction.truth);
+        let model = &self.model;
+        self.direct.clear();
+        self.direct.extend(self.terms.iter().map(|term| {
+            let mut direct = [0.0; 3];
+            let Kind::Effects { with, without, unit, channels, water, .. } = &term.kind else { return direct };
+            if *water {
+                let from = without.as_deref().unwrap_or(model).water_mps();
+                for (axis, direct) in direct.iter_mut().enumerate() {
+                    for side in 0..2 {
+                        *direct += (with.water_mps()[side] - from[side]) * prediction.by_water[side][axis];
+                    }
+                }
+            }
+            if channels.contains(&sensor) {
+                let after = with.read(t_s, sensor, truth, x0).0;
+                let before = without.as_ref().map_or(*read, |without| without.read(t_s, sensor, truth, x0).0);
+                for axis in 0..3 {
+                    direct[axis] += after[axis] - before[axis];
+                }
+            }
+            direct.map(|direct| direct / unit)
+        }));
+    }
+
     /// What terms in no catalogue add to each scalar.
     fn proposed_reading(&self, prediction: &Prediction) -> [f64; 3] {
         if self.setup.proposed.is_empty() {
@@ -246,13 +276,7 @@ impl Filter<'_> {
     }
 
     /// ∂h/∂θ of one scalar into `row`: through the state, and directly.
-    fn slopes_of(
-        &mut self,
-        (prediction, x0): (&Prediction, &VehicleState),
-        axis: usize,
-        read: &[f64; 3],
-        h: &[f64; 12],
-    ) {
+    fn slopes_of(&mut self, prediction: &Prediction, axis: usize, h: &[f64; 12]) {
         let m = self.columns;
         if m == 0 {
             return;
@@ -268,11 +292,11 @@ impl Filter<'_> {
         let snapshot = Snapshot {
             share: t_s / self.duration_s.max(1.0),
             x: &self.x,
-            heading: self.x[PSI].sin_cos(),
+            heading: self.heading(),
             input: &self.input.at(t_s),
         };
         let channel = ResidualChannel::ALL[prediction.first as usize + axis];
-        for term in &self.terms {
+        for (term, direct) in self.terms.iter().zip(&self.direct) {
             let direct = match &term.kind {
                 Kind::GenericTerm { target: Target::Reading(target), factor } if *target == channel => {
                     factor.value(&snapshot)
@@ -280,23 +304,7 @@ impl Filter<'_> {
                 Kind::GenericTerm { target: Target::Water(north_east), factor } => {
                     prediction.by_water[usize::from(*north_east)][axis] * factor.value(&snapshot)
                 }
-                Kind::Effects { with, without, unit, channels, water, .. } => {
-                    let mut direct = 0.0;
-                    if *water {
-                        let from = without.as_deref().unwrap_or(&self.model).water_mps();
-                        for side in 0..2 {
-                            direct += (with.water_mps()[side] - from[side]) * prediction.by_water[side][axis];
-                        }
-                    }
-                    if channels.contains(&prediction.sensor) {
-                        let truth = prediction.truth;
-                        let after = with.read(t_s, prediction.sensor, truth, x0).0[axis];
-                        let before =
-                            without.as_ref().map_or(read[axis], |w| w.read(t_s, prediction.sensor, truth, x0).0[axis]);
-                        direct += after - before;
-                    }
-                    direct / unit
-                }
+                Kind::Effects { .. } => direct[axis],
                 Kind::GenericTerm { .. } => 0.0,
             };
             if direct != 0.0 {

@@ -21,7 +21,7 @@ use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
 use backseat_core::parameters::Installation;
-use backseat_core::state::VehicleState;
+use backseat_core::state::{PSI, VehicleState};
 use backseat_data::commands::InputLine;
 
 /// Longest step of the filter, s.
@@ -195,6 +195,10 @@ struct Filter<'a> {
     row: Vec<f64>,
     /// The same in the order of the columns.
     ordered: Vec<f64>,
+    /// What each effect adds to the three scalars under way, per unit of its term.
+    direct: Vec<[f64; 3]>,
+    /// Whether any term depends on the heading's sine and cosine.
+    has_monomials: bool,
     start: Option<Start>,
     acoustic_index: usize,
 }
@@ -236,6 +240,7 @@ impl<'a> Filter<'a> {
         for (at, column) in order.iter().enumerate() {
             place[*column] = at;
         }
+        let has_monomials = prepared.iter().any(|term| matches!(term.kind, Kind::GenericTerm { .. }));
         let has_dvl = samples.events.iter().any(|(_, event)| matches!(event, LogEvent::Reading(Reading::Dvl(_))));
         Some(Self {
             setup,
@@ -254,6 +259,8 @@ impl<'a> Filter<'a> {
             scratch: vec![0.0; 12 * columns],
             row: vec![0.0; columns],
             ordered: vec![0.0; columns],
+            direct: Vec::with_capacity(terms.len()),
+            has_monomials: has_monomials || !setup.proposed.is_empty(),
             start: Some(Start { waits_for_dvl: has_dvl, ..Start::default() }),
             acoustic_index: 0,
         })
@@ -268,6 +275,11 @@ impl<'a> Filter<'a> {
         while self.starts_s.get(self.live).is_some_and(|start| *start <= self.t_s) {
             self.live += 1;
         }
+    }
+
+    /// Sine and cosine of the heading, where a monomial may need them.
+    fn heading(&self) -> (f64, f64) {
+        if self.has_monomials { self.x[PSI].sin_cos() } else { (0.0, 0.0) }
     }
 
     fn is_started(&self) -> bool {

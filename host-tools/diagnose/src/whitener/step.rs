@@ -30,7 +30,7 @@ impl Filter<'_> {
         let snapshot = Snapshot {
             share: self.t_s / self.duration_s.max(1.0),
             x: &self.x,
-            heading: self.x[PSI].sin_cos(),
+            heading: self.heading(),
             input: &commanded,
         };
         let f: [f64; 12] = (linearisation.f + regressors::motion(&self.setup.proposed, &snapshot)).into();
@@ -100,10 +100,9 @@ impl Filter<'_> {
         }
         std::mem::swap(&mut self.slopes, &mut self.scratch);
 
-        let (sin, cos) = self.x[PSI].sin_cos();
         let t_s = self.t_s;
-        let snapshot =
-            Snapshot { share: t_s / self.duration_s.max(1.0), x: &self.x, heading: (sin, cos), input: commanded };
+        let heading = self.heading();
+        let snapshot = Snapshot { share: t_s / self.duration_s.max(1.0), x: &self.x, heading, input: commanded };
         for term in &mut self.terms {
             let active = term.onsets_s.iter().filter(|onset| **onset <= t_s).count();
             if active == 0 {
