@@ -24,6 +24,8 @@ pub struct Alternative {
     pub deficit: f64,
     /// Probability of the gain that the accepted one adds to it, under the null.
     pub p: f64,
+    /// Whether it could be named itself: a higher order explains something beside the entry that it continues.
+    pub is_separable: bool,
     /// What to fly to tell the two apart, where the catalogue knows.
     pub separating_manoeuvre: Option<&'static str>,
 }
@@ -61,7 +63,11 @@ pub fn find(log_data: &PreparedLog, accepted: &[Instance], place: usize, round: 
     let Some(own) = log_data.fit(accepted, DataPart::Whole) else { return Vec::new() };
     let mut alternatives: Vec<Alternative> = close
         .into_par_iter()
-        .filter_map(|e| alternative(log_data, accepted_one, &others, &e.instance, own.whole_square))
+        .filter_map(|e| {
+            let is_separable = e.p_beside_lower < UNDECIDED;
+            let found = alternative(log_data, accepted_one, &others, &e.instance, own.whole_square)?;
+            Some(Alternative { is_separable, ..found })
+        })
         .collect();
     alternatives.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
     alternatives
@@ -108,7 +114,7 @@ fn alternative(
         tail(gain, inflation, blocks, degrees)
     };
     let separating_manoeuvre = manoeuvre(&accepted_one.candidate, &instance.candidate);
-    Some(Alternative { instance, deficit, p, separating_manoeuvre })
+    Some(Alternative { instance, deficit, p, is_separable: true, separating_manoeuvre })
 }
 
 fn added(

@@ -26,6 +26,28 @@ pub struct Hypothesis {
     pub free: Vec<usize>,
     /// Columns that are present whole (a stuck fin no longer follows its command).
     pub fixed: Vec<(usize, f64)>,
+    /// Columns of the entry it continues ([`CONTINUES`]); empty where that is accepted already.
+    pub lower: Vec<usize>,
+}
+
+/// Entries that are a higher order of another: soft iron is the second harmonic of the heading, beside constant and first.
+/// On few headings the higher order alone fits what is the lower one's: on two, any two numbers do. So it is only named
+/// for what it explains beside the lower, which takes as many directions as the orders have numbers, here five.
+const CONTINUES: [(&str, &str); 1] = [("soft_iron", "heading_bias")];
+
+/// The entry whose higher order this one is.
+#[must_use]
+pub fn continued_by(effect: &str) -> Option<&'static str> {
+    CONTINUES.iter().find(|(higher, _)| *higher == effect).map(|(_, lower)| *lower)
+}
+
+/// Tells every hypothesis the columns of the entry that it continues.
+pub fn set_lower(hypotheses: &mut [Hypothesis]) {
+    for place in 0..hypotheses.len() {
+        let lower = continued_by(hypotheses[place].candidate.effect);
+        let found = lower.and_then(|lower| hypotheses.iter().find(|h| h.candidate.effect == lower));
+        hypotheses[place].lower = found.map_or_else(Vec::new, |found| found.free.clone());
+    }
 }
 
 /// An effect with values.
@@ -190,6 +212,7 @@ pub fn catalogue(
             hypotheses.extend(add_entry(&set, &candidate, onsets, &mut terms, &mut column));
         }
     }
+    set_lower(&mut hypotheses);
     (terms, hypotheses, nuisance)
 }
 
@@ -228,6 +251,7 @@ fn add_entry(
         candidate: Candidate { onset_s: is_event.then_some(*start), ..always },
         free: columns.iter().map(|first| first + place).collect(),
         fixed: released.map(|first| (first + place, 1.0)).into_iter().collect(),
+        lower: Vec::new(),
     };
     starts.iter().enumerate().map(hypothesis).collect()
 }

@@ -178,6 +178,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Di
     let notes = crate::candidates::beyond(&log_data.scope)
         .into_iter()
         .map(|(effect, reason)| format!("{effect} was not tested: {reason}"))
+        .chain(search::undetermined(&rounds))
         .chain(scale_notes(log_data))
         .chain(whitenesses.iter().filter_map(Whiteness::colour_note))
         .collect();
@@ -304,7 +305,7 @@ fn settle(
             .collect();
         let alternatives = found?;
         let swap = alternatives.iter().enumerate().find_map(|(place, alternatives)| {
-            let better = alternatives.first()?;
+            let better = alternatives.iter().find(|alternative| alternative.is_separable)?;
             let degrees = |candidate: &Candidate| candidate.degrees() as f64;
             let cost = 2.0 * (degrees(&better.instance.candidate) - degrees(&accepted[place].candidate));
             (better.deficit + cost < -1.0).then(|| (place, better.instance.clone()))

@@ -6,7 +6,7 @@ use crate::linear;
 use crate::normal_equations::NormalEquations;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::whitener::Pass;
-use backseat_data::stats::{chi_square_tail, f_tail};
+use backseat_data::stats::{Z_95, chi_square_tail, f_tail};
 
 /// Probability of naming any effect where there is none, over the whole catalogue.
 pub const FAMILY_ERROR: f64 = 2e-3;
@@ -32,6 +32,10 @@ pub struct Evidence {
     pub held_gain: f64,
     /// Probability under the null, before the number of hypotheses is considered.
     pub p: f64,
+    /// The same of what it adds to the entry whose higher order it is; 0 where it is none.
+    pub p_beside_lower: f64,
+    /// Whether beside that entry the log determines its numbers to less than what is plausible for them.
+    pub is_determined: bool,
 }
 
 impl Evidence {
@@ -55,8 +59,25 @@ impl Round {
     /// Whether a hypothesis stands after the number of those tried, and on data it was not fitted to.
     #[must_use]
     pub fn is_significant(&self, evidence: &Evidence) -> bool {
-        evidence.p * (self.tried as f64) < FAMILY_ERROR && evidence.held_gain > 0.0
+        let p = evidence.p.max(evidence.p_beside_lower);
+        p * (self.tried as f64) < FAMILY_ERROR && evidence.held_gain > 0.0
     }
+}
+
+/// Notes on entries that would explain much, but that the log does not separate from the one whose higher order they are.
+#[must_use]
+pub fn undetermined(rounds: &[Round]) -> Vec<String> {
+    let Some(round) = rounds.first() else { return Vec::new() };
+    let stands = |e: &&Evidence| !e.is_determined && e.p * (round.tried as f64) < FAMILY_ERROR;
+    let note = |e: &Evidence| {
+        let name = e.instance.candidate.effect;
+        let lower = candidates::continued_by(name).unwrap_or_default();
+        format!(
+            "{name} cannot be separated from {lower}: the log has too few headings for the constant and two harmonics of a \
+             compass error, which need five directions"
+        )
+    };
+    round.ladder.iter().filter(stands).map(note).collect()
 }
 
 /// Onsets of the first search, s.
@@ -150,7 +171,24 @@ fn evidence(
         .collect();
     let instance = Instance { candidate: hypothesis.candidate, sizes };
     let p = tail(gain, inflation, blocks, degrees);
-    Some(Evidence { instance, gain, inflation, degrees, held_gain, p })
+    let (p_beside_lower, is_determined) = beside_lower(pass, hypothesis, nuisance, whole);
+    Some(Evidence { instance, gain, inflation, degrees, held_gain, p, p_beside_lower, is_determined })
+}
+
+/// Probability under the null of what a higher order adds to the lower one, and whether the log determines it there.
+fn beside_lower(pass: &Pass, hypothesis: &Hypothesis, nuisance: &[usize], whole: &NormalEquations) -> (f64, bool) {
+    if hypothesis.lower.is_empty() {
+        return (0.0, true);
+    }
+    let lower: Vec<usize> = nuisance.iter().chain(&hypothesis.lower).copied().collect();
+    let all: Vec<usize> = lower.iter().chain(&hypothesis.free).copied().collect();
+    let fits = (linear::fit(whole, &lower, &[]), linear::fit(whole, &all, &[]));
+    let (Some(base), Some(fit)) = fits else { return (1.0, false) };
+    let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &all, &fit, &[]);
+    let is_within =
+        |(i, [low, high]): (usize, [f64; 2])| 2.0 * Z_95 * fit.sigma(lower.len() + i) * inflation.sqrt() < high - low;
+    let is_determined = hypothesis.candidate.bounds().into_iter().enumerate().all(is_within);
+    (tail(fit.gain - base.gain, inflation, blocks, hypothesis.free.len()), is_determined)
 }
 
 /// Probability of a gain under the null: by the declared noise, or by the scatter of the blocks where that is larger.

@@ -414,6 +414,56 @@ mod tests {
         assert!((slip + 1.5).abs() < 3.0 * sigma && sigma < 0.5, "{slip} {sigma}");
     }
 
+    /// Legs of two minutes on these headings in turn, at once from one to the next, without any noise; the compass is off
+    /// by `error(heading)`.
+    fn legs(headings: &[f64], error: impl Fn(f64) -> f64) -> Log {
+        let (mut log, mut north, mut east) = (Log::default(), 0.0, 0.0);
+        for second in 0..2400 {
+            let [heading, next] = [second, second + 1].map(|at| headings[at / 120 % headings.len()]);
+            let mut row = LogRow::new(second as u64 * 1_000_000);
+            row.set(Column::Heading, heading + error(heading)).set(Column::SpeedLog, 1.5);
+            log.rows.push(row.set_all(Column::GpsX, &[north, east]).clone());
+            // Reckoning takes the middle of two headings as well.
+            let (sin, cos) = (heading + 0.5 * backseat_core::state::wrap_angle(next - heading)).sin_cos();
+            north += 1.5 * cos;
+            east += 1.5 * sin;
+        }
+        log
+    }
+
+    #[test]
+    fn val_soft_iron_needs_five_directions() {
+        let soft_iron = |heading: f64| 0.05 * (2.0 * heading).sin();
+        let directions = |count: u32| -> Vec<f64> {
+            (0..count).map(|k| 0.3 + f64::from(k) * std::f64::consts::TAU / f64::from(count)).collect()
+        };
+        let diagnose = |headings: &[f64], error: &dyn Fn(f64) -> f64| {
+            let d = run(&legs(headings, error), &VehicleFile::reference(), true, None).unwrap().diagnosis;
+            let names: Vec<_> = d.effects.iter().map(|found| found.instance.candidate.effect).collect();
+            (names, d.notes)
+        };
+        // On two headings any two numbers fit any errors: nothing says that they are a second harmonic's.
+        let iron = |heading: f64| 0.05 * heading.sin();
+        for second in [0.5, 1.0, 2.5, 3.0] {
+            for error in [&iron as &dyn Fn(f64) -> f64, &|_| 0.05, &soft_iron] {
+                let (names, notes) = diagnose(&[0.3, 0.3 + second], error);
+                assert!(!names.contains(&"soft_iron"), "{second}: {names:?} {notes:?}");
+                let told = notes.iter().any(|note| note.contains("five directions"));
+                assert!(told || second == 3.0, "{second}: {names:?} {notes:?}");
+            }
+        }
+        // What the first harmonic leaves in second order, because the compass and not the true heading is its argument,
+        // shows where nothing else is in the log.
+        for count in [3, 4, 5, 6, 7] {
+            let (names, notes) = diagnose(&directions(count), &iron);
+            assert!(names[0] == "heading_bias" && !names.contains(&"soft_iron"), "{count}: {names:?} {notes:?}");
+        }
+        for count in [5, 6, 7] {
+            let (names, notes) = diagnose(&directions(count), &soft_iron);
+            assert_eq!(names[0], "soft_iron", "{count}: {names:?} {notes:?}");
+        }
+    }
+
     #[test]
     fn a_speed_that_is_held_is_left_out() {
         let (mut log, _) = log(0.0, false);

@@ -73,6 +73,7 @@ impl<M: LogModel> Described<'_, M> {
                     },
                     deficit,
                     p,
+                    is_separable: alternative.lower.is_empty(),
                     separating_manoeuvre: manoeuvre(&candidate, &alternative.candidate),
                 });
             }

@@ -4,7 +4,7 @@ use super::describe;
 use super::fit::{self, Noise, free};
 use super::model::{LogModel, Measures, Unexplained};
 use crate::alternatives::Alternative;
-use crate::candidates::{Candidate, Hypothesis, Scope};
+use crate::candidates::{self, Candidate, Hypothesis, Scope};
 use crate::diagnosis::{Diagnosis, FoundEffect};
 use crate::linear;
 use crate::log_effects::Effects;
@@ -55,8 +55,9 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     for residual in &log_data.declared.residuals {
         log_data.scope.present[residual.channel as usize] = true;
     }
-    let hypotheses: Vec<Hypothesis> =
+    let mut hypotheses: Vec<Hypothesis> =
         model.entries().into_iter().map(|(effect, free)| hypothesis(effect, free)).collect();
+    candidates::set_lower(&mut hypotheses);
     let mut rounds: Vec<Round> = Vec::new();
     let (mut chosen, mut theta) =
         if model.is_coupled() { together(model, &log_data, &noise, all_fitted)? } else { (Vec::new(), plain.clone()) };
@@ -114,7 +115,8 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let open = described.open(&free(&calibrated, &chosen), hypotheses.iter().filter(|h| !chosen.contains(h)));
     let forecast = if model.forecast_share() > 0.0 { ", and the last fifth of the log" } else { "" };
     let held = format!("held out: nine of every 27 blocks of {:.0} s{forecast}", model.block_s());
-    let notes = open.into_iter().chain(noise.iter().map(Noise::describe)).chain([held]).collect();
+    let notes = open.into_iter().chain(search::undetermined(&rounds)).chain(noise.iter().map(Noise::describe));
+    let notes = notes.chain([held]).collect();
     let structure = Structure { named, ..Structure::default() };
     let before = log_data.declared.clone();
     let diagnosis = Diagnosis {
@@ -223,7 +225,7 @@ fn together(
 }
 
 fn hypothesis(effect: &'static str, free: Vec<usize>) -> Hypothesis {
-    Hypothesis { candidate: Candidate { effect, fin: None, onset_s: None }, free, fixed: Vec::new() }
+    Hypothesis { candidate: Candidate { effect, fin: None, onset_s: None }, free, fixed: Vec::new(), lower: Vec::new() }
 }
 
 /// A prepared log without samples of a vehicle's dynamics.
