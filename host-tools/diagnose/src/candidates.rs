@@ -32,7 +32,7 @@ pub struct Hypothesis {
 
 /// Entries that are a higher order of another: soft iron is the second harmonic of the heading, beside constant and first.
 /// On few headings the higher order alone fits what is the lower one's: on two, any two numbers do. So it is only named
-/// for what it explains beside the lower, which takes as many directions as the orders have numbers, here five.
+/// for what it explains beside the lower, which takes as many headings as both have numbers, here five.
 const CONTINUES: [(&str, &str); 1] = [("soft_iron", "heading_bias")];
 
 /// The entry whose higher order this one is.

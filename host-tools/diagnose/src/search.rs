@@ -70,12 +70,11 @@ pub fn undetermined(rounds: &[Round]) -> Vec<String> {
     let Some(round) = rounds.first() else { return Vec::new() };
     let stands = |e: &&Evidence| !e.is_determined && e.p * (round.tried as f64) < FAMILY_ERROR;
     let note = |e: &Evidence| {
-        let name = e.instance.candidate.effect;
-        let lower = candidates::continued_by(name).unwrap_or_default();
-        format!(
-            "{name} cannot be separated from {lower}: the log has too few headings for the constant and two harmonics of a \
-             compass error, which need five directions"
-        )
+        let info = e.instance.candidate.info();
+        let lower = candidates::continued_by(info.name).unwrap_or_default();
+        let confusion = info.confused_with.iter().find(|confusion| confusion.effect == lower);
+        let [when, manoeuvre] = confusion.map_or([""; 2], |c| [c.condition, c.separating_manoeuvre]);
+        format!("{} cannot be separated from {lower} by this log. {when}. To separate them: {manoeuvre}", info.name)
     };
     round.ladder.iter().filter(stands).map(note).collect()
 }

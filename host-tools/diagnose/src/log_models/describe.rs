@@ -3,7 +3,7 @@
 use super::fit::{self, Noise, free};
 use super::model::LogModel;
 use crate::alternatives::{Alternative, manoeuvre};
-use crate::candidates::{Hypothesis, Instance};
+use crate::candidates::{Hypothesis, Instance, continued_by};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};
 use crate::linear::{self, Fit};
 use crate::prepared_log::{DataPart, PreparedLog};
@@ -53,7 +53,9 @@ impl<M: LogModel> Described<'_, M> {
             let base = linear::fit(&whole, &others, &away).map_or(0.0, |fit| fit.gain);
             let gain = linear::fit(&whole, &free, &[])?.gain - base;
             let mut alternatives = Vec::new();
-            for alternative in all.iter().filter(|h| !chosen.contains(h)) {
+            // What continues an entry is none that could stand in its place.
+            let is_other = |h: &&Hypothesis| continued_by(h.candidate.effect) != Some(candidate.effect);
+            for alternative in all.iter().filter(|h| !chosen.contains(h)).filter(is_other) {
                 let columns: Vec<usize> = others.iter().chain(&alternative.free).copied().collect();
                 let Some(alone) = linear::fit(&whole, &columns, &away) else { continue };
                 let both: Vec<usize> = columns.iter().chain(&hypothesis.free).copied().collect();

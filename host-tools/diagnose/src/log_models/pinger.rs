@@ -18,9 +18,10 @@ const BLOCK_S: f64 = 40.0;
 /// Nearer than this, the direction to the pinger is not known, m.
 const NEAR_M: f64 = 5.0;
 
-/// Columns: offset, s; drift, ppm; ratio; then those without a name: drift that grows, radial speed, the pinger's place
-/// north and east, ahead of the antenna, height over the pinger at short range.
-const COLUMNS: usize = 8;
+/// Columns: offset, s; drift, ppm; ratio; those without a name: drift that grows, radial speed, the pinger's place north
+/// and east, height over the pinger at short range; the hydrophone ahead of the antenna and to starboard of it, m.
+const COLUMNS: usize = 10;
+const ARM: [usize; 2] = [8, 9];
 
 struct Ping {
     t_s: f64,
@@ -31,6 +32,7 @@ struct Ping {
 
 struct Pinger {
     pings: Vec<Ping>,
+    has_heading: bool,
 }
 
 impl LogModel for Pinger {
@@ -54,13 +56,17 @@ impl LogModel for Pinger {
     }
 
     fn entries(&self) -> Vec<Entry> {
-        vec![("clock_drift", vec![1]), ("sound_speed", vec![2])]
+        let mut entries = vec![("clock_drift", vec![1]), ("sound_speed", vec![2])];
+        if self.has_heading {
+            entries.push(("transducer_lever_arm", ARM.to_vec()));
+        }
+        entries
     }
 
     fn nameless(&self) -> Vec<Nameless> {
         vec![
             ("a clock drift that grows with time", vec![3]),
-            ("radial speed: positions that are late, or a hydrophone ahead of the antenna", vec![4]),
+            ("radial speed: positions that are late", vec![4]),
             ("the pinger's place", vec![5, 6]),
             ("height of the vehicle over the pinger", vec![7]),
         ]
@@ -112,6 +118,15 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
             c * found.sigmas[2]
         ));
     }
+    notes.push(
+        if model.has_heading {
+            "transducer_lever_arm is the hydrophone's place seen from the antenna's, on the level: its height is not seen at \
+             the surface"
+        } else {
+            "transducer_lever_arm was not tested: the log has no heading"
+        }
+        .to_owned(),
+    );
     notes.append(&mut found.diagnosis.notes);
     found.diagnosis.notes = notes;
     Some(found)
@@ -129,6 +144,7 @@ fn pings(log: &Log, c: f64) -> Option<(Pinger, f64, usize)> {
         log.rows.iter().filter_map(|row| Some((seconds(row.time_us), row.gnss_m()?))).collect();
     let (mut index, mut missed, mut last): (f64, f64, Option<f64>) = (0.0, 0.0, None);
     let mut pings = Vec::new();
+    let mut has_heading = true;
     for row in &log.rows {
         let Some(arrival_us) = row.arrival_us() else { continue };
         let arrival_s = arrival_us as f64 * 1e-6;
@@ -148,6 +164,8 @@ fn pings(log: &Log, c: f64) -> Option<(Pinger, f64, usize)> {
         let [bx, by] = if range_m < NEAR_M { [0.0; 2] } else { [dx / range_m, dy / range_m] };
         let velocity = velocity(&positions, t_s);
         let since_middle = t_s / duration_s - 0.5;
+        has_heading &= row.get(Column::Heading).is_some();
+        let (sin, cos) = row.get(Column::Heading).unwrap_or(0.0).sin_cos();
         let slopes = [
             c,
             1e-6 * c * t_s,
@@ -157,6 +175,8 @@ fn pings(log: &Log, c: f64) -> Option<(Pinger, f64, usize)> {
             -bx,
             -by,
             1.0 / range_m.max(NEAR_M),
+            bx * cos + by * sin,
+            by * cos - bx * sin,
         ];
         pings.push(Ping { t_s, pseudo_range_m: c * (arrival_s - index * period_s), range_m, slopes });
     }
@@ -165,7 +185,7 @@ fn pings(log: &Log, c: f64) -> Option<(Pinger, f64, usize)> {
     for ping in &mut pings {
         ping.pseudo_range_m -= first;
     }
-    (pings.len() >= FEWEST).then_some((Pinger { pings }, period_s, missed as usize))
+    (pings.len() >= FEWEST).then_some((Pinger { pings, has_heading }, period_s, missed as usize))
 }
 
 /// Velocity by the positions before and after, m/s.
@@ -229,6 +249,35 @@ mod tests {
         let [before, after] = found.scores;
         assert!(after.position_rmse_m.unwrap() < 0.6 * before.position_rmse_m.unwrap());
         assert!(found.diagnosis.structure.named.is_empty(), "{:?}", found.diagnosis.structure.named);
+    }
+
+    #[test]
+    fn val_arm_of_the_hydrophone_on_a_circle() {
+        let (mut state, mut log) = (11_u64, Log::default());
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        for ping in 0..220_u32 {
+            let launch_s = 8.179 * f64::from(ping) + 3.2;
+            // Around a point 40 m from the pinger, so that it bears from all sides.
+            let angle = 0.021 * launch_s;
+            let (position, heading) =
+                ([60.0 * angle.cos() + 40.0, 60.0 * angle.sin()], angle + 0.5 * std::f64::consts::PI);
+            let (sin, cos) = heading.sin_cos();
+            let hydrophone = [position[0] + 3.0 * cos + 1.0 * sin, position[1] + 3.0 * sin - 1.0 * cos];
+            let arrival_s = launch_s + hydrophone[0].hypot(hydrophone[1]) / 1500.0;
+            let mut row = LogRow::new((arrival_s * 1e6) as u64);
+            row.set(Column::Toa, arrival_s).set_all(Column::ShipX, &[0.0, 0.0]).set(Column::Heading, heading);
+            log.rows.push(row.set_all(Column::GpsX, &[position[0] + noise(), position[1] + noise()]).clone());
+        }
+        let found = run(&log, &VehicleFile::reference()).unwrap().diagnosis;
+        let arm = found.effects.iter().find(|f| f.instance.candidate.effect == "transducer_lever_arm").unwrap();
+        for (value, truth) in arm.values.iter().zip([3.0, -1.0]) {
+            // Fixes of 0.3 m: each of two hundred counts a half.
+            assert!((value.value - truth).abs() < 0.15, "{value:?}");
+        }
+        assert!(found.structure.named.is_empty(), "{:?}", found.structure.named);
     }
 
     #[test]

@@ -1,0 +1,180 @@
+use super::*;
+use crate::verdict::Verdict;
+use backseat_core::state::VehicleState;
+use backseat_data::{LogRow, TruthRow};
+
+/// Boxes at 1.5 m/s in a current of 0.12 m/s to the north and 0.08 to the west, a receiver's noise on the fixes;
+/// the compass reads `bias` too much. A DVL, where there is one, is turned by 0.05 rad.
+fn log(bias: f64, has_dvl: bool) -> (Log, Truth) {
+    let (mut log, mut truth) = (Log::default(), Truth::default());
+    let (mut north, mut east, mut state) = (0.0, 0.0, 1_u64);
+    let mut noise = || {
+        // Sum of four uniform numbers: near enough to normal, one sigma of 0.58.
+        (0..4)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+            })
+            .sum::<f64>()
+    };
+    for second in 0..2400_u64 {
+        // Legs of two minutes, turns of 3 degrees a second.
+        let at = |second: u64| {
+            let (leg, along) = (f64::from(u32::try_from(second / 150).unwrap()), f64::from((second % 150) as u32));
+            (leg + ((along - 120.0) / 30.0).max(0.0)) * std::f64::consts::FRAC_PI_2
+        };
+        let heading = at(second);
+        let (sin, cos) = heading.sin_cos();
+        let mut row = LogRow::new(second * 1_000_000);
+        row.set(Column::Heading, heading + bias).set(Column::SpeedLog, 1.5);
+        let over_ground = [1.5 * cos + 0.12, 1.5 * sin - 0.08];
+        if has_dvl {
+            let body = [over_ground[0] * cos + over_ground[1] * sin, over_ground[1] * cos - over_ground[0] * sin];
+            let (sin, cos) = 0.05_f64.sin_cos();
+            let measured = [body[0] * cos + body[1] * sin, body[1] * cos - body[0] * sin];
+            row.set_all(Column::DvlU, &[measured[0] + 0.01 * noise(), measured[1] + 0.01 * noise(), 0.0]);
+        }
+        row.set_all(Column::GpsX, &[north + noise(), east + noise()]);
+        log.rows.push(row);
+        let mut state = VehicleState::zeros();
+        (state[0], state[1]) = (north, east);
+        truth.rows.push(TruthRow { time_us: second * 1_000_000, state, current_mps: [0.12, -0.08] });
+        let (sin, cos) = (0.5 * (heading + at(second + 1))).sin_cos();
+        north += 1.5 * cos + 0.12;
+        east += 1.5 * sin - 0.08;
+    }
+    (log, truth)
+}
+
+#[test]
+fn val_current_from_heading_and_speed_alone() {
+    let (log, truth) = log(0.0, false);
+    let found = run(&log, &VehicleFile::reference(), true, Some(&truth)).unwrap();
+    let d = &found.diagnosis;
+    assert_eq!(d.verdict, Verdict::Explained, "{:?} {:?}", d.effects, d.structure.named);
+    assert_eq!(d.effects[0].instance.candidate.effect, "water_current");
+    for (value, truth) in d.effects[0].values.iter().zip([0.12, -0.08]) {
+        let half = 0.75 * (value.ci95[1] - value.ci95[0]);
+        assert!((value.value - truth).abs() < half && half < 0.03, "{value:?}");
+    }
+    // Against the truth, which has no noise: only what the current's interval leaves.
+    let [before, after] = &found.scores;
+    assert_eq!(before.position_against, Some("truth, dead reckoning of ten minutes"));
+    // Up to 620 s at 0.144 m/s.
+    assert!((30.0..90.0).contains(&before.position_rmse_m.unwrap()), "{before:?}");
+    assert!(after.position_rmse_m.unwrap() < 5.0, "{after:?}");
+}
+
+#[test]
+fn a_dvl_turned_and_a_compass_off_are_one_to_dead_reckoning() {
+    let (log, _) = log(0.0, true);
+    let with = run(&log, &VehicleFile::reference(), true, None).unwrap().diagnosis;
+    assert_eq!(with.verdict, Verdict::Ambiguous, "{:?}", with.effects);
+    let found = &with.effects[0];
+    let alternative = found.alternatives.iter().find(|alternative| alternative.is_possible()).unwrap();
+    let mut names = [found.instance.candidate.effect, alternative.instance.candidate.effect];
+    names.sort_unstable();
+    assert_eq!(names, ["dvl_misalignment", "heading_bias"]);
+    // Without the DVL the current shows again.
+    let without = run(&log, &VehicleFile::reference(), false, None).unwrap().diagnosis;
+    assert_eq!(without.effects[0].instance.candidate.effect, "water_current", "{:?}", without.effects);
+}
+
+#[test]
+fn val_a_late_dvl_shows_where_the_speed_changes() {
+    let (mut log, _) = log(0.0, true);
+    let speed = |t_s: f64| 1.5 + (t_s / 40.0).sin();
+    let (mut north, mut east) = (0.0, 0.0);
+    for (second, row) in log.rows.iter_mut().enumerate() {
+        let (heading, fix) = (row.get(Column::Heading).unwrap(), row.gnss_m().unwrap());
+        // A fix's noise is what it is off the track that was flown.
+        let noise = [0, 1].map(|axis| (fix[axis] * 7.3).fract() - 0.5);
+        row.set_all(Column::DvlU, &[speed(second as f64 - 2.0), 0.0, 0.0]);
+        row.set_all(Column::GpsX, &[north + noise[0], east + noise[1]]);
+        north += speed(second as f64 + 0.5) * heading.cos();
+        east += speed(second as f64 + 0.5) * heading.sin();
+    }
+    let found = run(&log, &VehicleFile::reference(), true, None).unwrap().diagnosis;
+    let delay = found.effects.iter().find(|f| f.instance.candidate.effect == "dvl_delay").expect("a delay");
+    // The way is that of whole seconds, from the heading at their start: a tenth of a second or so.
+    assert!((delay.values[0].value - 2.0).abs() < 0.3, "{:?}", delay.values);
+}
+
+#[test]
+fn val_sideslip_in_turns_is_neither_a_lag_nor_an_arm() {
+    // Outwards by 1.5 m times the yaw rate, as a torpedo does: the track is that of a point 1.5 m astern.
+    let (mut log, _) = log(0.0, false);
+    for row in &mut log.rows {
+        let heading = row.get(Column::Heading).unwrap();
+        let [north, east] = row.gnss_m().unwrap();
+        row.set_all(Column::GpsX, &[north - 1.5 * heading.cos(), east - 1.5 * heading.sin()]);
+    }
+    let found = run(&log, &VehicleFile::reference(), true, None).unwrap();
+    let d = &found.diagnosis;
+    let names: Vec<&str> = d.effects.iter().map(|effect| effect.instance.candidate.effect).collect();
+    assert_eq!((d.verdict, names), (Verdict::Explained, vec!["water_current"]), "{:?}", d.notes);
+    let (slip, sigma) = (found.theta[1][SIDESLIP], found.sigmas[SIDESLIP]);
+    assert!((slip + 1.5).abs() < 3.0 * sigma && sigma < 0.5, "{slip} {sigma}");
+}
+
+/// Legs of two minutes on these headings in turn, at once from one to the next, without any noise; the compass is off
+/// by `error(heading)`.
+fn legs(headings: &[f64], error: impl Fn(f64) -> f64) -> Log {
+    let (mut log, mut north, mut east) = (Log::default(), 0.0, 0.0);
+    for second in 0..2400 {
+        let [heading, next] = [second, second + 1].map(|at| headings[at / 120 % headings.len()]);
+        let mut row = LogRow::new(second as u64 * 1_000_000);
+        row.set(Column::Heading, heading + error(heading)).set(Column::SpeedLog, 1.5);
+        log.rows.push(row.set_all(Column::GpsX, &[north, east]).clone());
+        // Reckoning takes the middle of two headings as well.
+        let (sin, cos) = (heading + 0.5 * backseat_core::state::wrap_angle(next - heading)).sin_cos();
+        north += 1.5 * cos;
+        east += 1.5 * sin;
+    }
+    log
+}
+
+#[test]
+fn val_soft_iron_needs_five_directions() {
+    let soft_iron = |heading: f64| 0.05 * (2.0 * heading).sin();
+    let directions = |count: u32| -> Vec<f64> {
+        (0..count).map(|k| 0.3 + f64::from(k) * std::f64::consts::TAU / f64::from(count)).collect()
+    };
+    let diagnose = |headings: &[f64], error: &dyn Fn(f64) -> f64| {
+        let d = run(&legs(headings, error), &VehicleFile::reference(), true, None).unwrap().diagnosis;
+        let names: Vec<_> = d.effects.iter().map(|found| found.instance.candidate.effect).collect();
+        (names, d.notes)
+    };
+    // On two headings any two numbers fit any errors: nothing says that they are a second harmonic's.
+    let iron = |heading: f64| 0.05 * heading.sin();
+    for second in [0.5, 1.0, 2.5, 3.0] {
+        for error in [&iron as &dyn Fn(f64) -> f64, &|_| 0.05, &soft_iron] {
+            let (names, notes) = diagnose(&[0.3, 0.3 + second], error);
+            assert!(!names.contains(&"soft_iron"), "{second}: {names:?} {notes:?}");
+            let told = notes.iter().any(|note| note.contains("Fewer than five headings"));
+            assert!(told || second == 3.0, "{second}: {names:?} {notes:?}");
+        }
+    }
+    // What the first harmonic leaves in second order, because the compass and not the true heading is its argument,
+    // shows where nothing else is in the log.
+    for count in [3, 4, 5, 6, 7] {
+        let (names, notes) = diagnose(&directions(count), &iron);
+        assert!(names[0] == "heading_bias" && !names.contains(&"soft_iron"), "{count}: {names:?} {notes:?}");
+    }
+    for count in [5, 6, 7] {
+        let (names, notes) = diagnose(&directions(count), &soft_iron);
+        assert_eq!(names[0], "soft_iron", "{count}: {names:?} {notes:?}");
+    }
+}
+
+#[test]
+fn a_speed_that_is_held_is_left_out() {
+    let (mut log, _) = log(0.0, false);
+    for (i, row) in log.rows.iter_mut().enumerate() {
+        let wobble = if i < 1800 { 1e-4 * f64::from(u32::try_from(i % 7).unwrap()) } else { 0.3 };
+        row.set(Column::SpeedLog, 1.5 + wobble);
+    }
+    let found = run(&log, &VehicleFile::reference(), true, None).unwrap().diagnosis;
+    assert!(found.notes.iter().any(|note| note.contains("from 1800 s to 2399 s")), "{:?}", found.notes);
+    assert_eq!(found.effects[0].instance.candidate.effect, "water_current");
+}
