@@ -16,8 +16,8 @@ use crate::store::{Coasted, Navigation, coast_m};
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    AcousticPath, CloneId, ConfigError, Filter, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState,
-    Integrity, Measurement, NavigationError, Navigator, ProcessModel, Sensor, ShipEnd, ShipReport,
+    Apart, CloneId, ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Integrity,
+    Measurement, NavigationError, Navigator, ProcessModel, Sensor, ShipReport,
 };
 use backseat_core::state::{PHI, PSI, U, V, VehicleState, W, X, Y, Z, wrap_angle};
 use heapless::Vec;
@@ -309,25 +309,11 @@ impl Estimator {
         }
     }
 
-    /// By how much the main filter of a bank expects more of a depth or range than the mixture, m.
-    fn apart_m(&self, measurement: &Measurement) -> f64 {
-        let main: &Filter = self.navigator();
-        let expected = |x: &VehicleState| match measurement {
-            Measurement::Depth { .. } => x[Z],
-            Measurement::Range { path: AcousticPath { ship: ShipEnd::Reported(ship), .. }, .. } => {
-                let [north_m, east_m] = ship.position_m;
-                libm::hypot(x[X] - north_m, x[Y] - east_m)
-            }
-            _ => 0.0,
-        };
-        expected(main.state()) - expected(self.navigator.state())
-    }
-
     fn fuse_measurement(&mut self, measurement: &Measurement) {
-        let apart_m = self.apart_m(measurement);
+        let apart = Apart::new(&self.navigator, measurement);
         let Self { navigator, integrity, .. } = self;
         let fusions: Fusions = navigator.fuse(measurement);
-        integrity.take(&fusions, navigator, apart_m);
+        integrity.take(&fusions, navigator, apart);
         for record in fusions.iter() {
             let confirms = matches!(record.sensor, Sensor::VehicleGnss | Sensor::Range);
             if confirms && record.outcome == FusionOutcome::Fused {

@@ -211,13 +211,18 @@ impl NavigationConfig {
 }
 
 impl NavigationConfig {
-    /// Power spectral densities of the accelerations along u, v, w, p, q, r at a depth, m.
-    pub(super) fn psd_at(&self, depth_m: f64) -> [f64; 6] {
+    /// Power spectral densities of the accelerations along u, v, w, p, q, r at a depth, m; `sea`: factor on the noise in
+    /// heave and pitch.
+    pub(super) fn psd_at(&self, depth_m: f64, sea: f64) -> [f64; 6] {
         match &self.surface {
             Some(surface) if depth_m < surface.depth_m => surface.noise.psd(),
             _ => {
                 let psd = self.process_noise.psd();
-                core::array::from_fn(|i| psd[i] * (self.noise_factor[i] * self.noise_factor[i]))
+                let sea = [1.0, 1.0, sea, 1.0, sea, 1.0];
+                core::array::from_fn(|i| {
+                    let factor = self.noise_factor[i] * sea[i];
+                    psd[i] * (factor * factor)
+                })
             }
         }
     }

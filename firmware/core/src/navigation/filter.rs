@@ -333,7 +333,7 @@ impl Filter {
     /// Variance of the depth by waves, which the filter takes as noise of the depth cell, m².
     #[must_use]
     pub fn wave_variance(&self) -> f64 {
-        if self.monitor.in_waves(Sensor::Depth) { self.monitor.wave_variance(Sensor::Depth, 0) } else { 0.0 }
+        if self.monitor.waves.have_refused(Sensor::Depth) { self.monitor.waves.variance(Sensor::Depth, 0) } else { 0.0 }
     }
 
     /// Whether one sensor and the filter contradict each other. The sensor is then not fused, and the states that it

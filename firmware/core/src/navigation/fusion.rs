@@ -95,10 +95,10 @@ impl Filter {
             let [sigma, ..] = self.monitor.floor(Sensor::Range);
             self.leave_at_least(sensor, [sigma; 3]);
         }
-        let waves = self.monitor.in_waves(sensor);
+        let waves = self.monitor.waves.have_refused(sensor);
         if waves {
             for (axis, item) in self.observations.as_mut_slice().iter_mut().enumerate() {
-                item.variance += self.monitor.wave_variance(sensor, axis);
+                item.variance += self.monitor.waves.variance(sensor, axis);
             }
         }
         let mut variance = self.project(0);
@@ -108,7 +108,7 @@ impl Filter {
         let far = sensor == Sensor::RangeRate && self.p.get(X, X) + self.p.get(Y, Y) > FAR_M * FAR_M;
         if far || (alert && !self.weigh(sensor, ratio)) {
             if ratio > 1.0 {
-                self.monitor.begin_waves(sensor, self.time_us);
+                self.monitor.waves.begin(sensor, self.time_us);
             }
             self.gated(sensor, fusions);
             return self.learn_waves(fusions);
@@ -134,6 +134,9 @@ impl Filter {
         }
         if !self.config.effect_states.is_empty() {
             Effects::bound(&self.config, &mut self.x);
+            if let (Sensor::Depth, Some(FusionRecord { innovation, variance, .. })) = (sensor, fusions.iter().next()) {
+                self.monitor.waves.learn_sea(self.time_us, *innovation, *variance);
+            }
         }
         if sensor == Sensor::Range {
             self.monitor.range_us = self.time_us;
@@ -150,8 +153,8 @@ impl Filter {
     #[inline(never)]
     fn learn_waves(&mut self, fusions: &Fusions) {
         for FusionRecord { sensor, axis, innovation, variance, outcome, .. } in fusions.iter() {
-            if *outcome != FusionOutcome::Invalid && self.monitor.in_waves(*sensor) {
-                self.monitor.learn_waves(*sensor, usize::from(*axis), self.time_us, *innovation, *variance);
+            if *outcome != FusionOutcome::Invalid && self.monitor.waves.have_refused(*sensor) {
+                self.monitor.waves.learn(*sensor, usize::from(*axis), self.time_us, *innovation, *variance);
             }
         }
     }

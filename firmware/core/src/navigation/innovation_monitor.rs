@@ -30,13 +30,11 @@
 //!   DVL where the filter estimates the vehicle: a model that is taken as declared must not keep a good DVL out.
 //! - A suspect source that falls silent becomes unconfirmed.
 //!
-//! Waves move a reading to and fro by more than its noise. Once they have refused a reading of depth cell or DVL, what
-//! alternates in its innovations ([`Window::alternating`]) is noise of that sensor, until nothing alternates any more.
+//! What waves do to readings is in [`super::waves`].
 
 use super::Sensor;
-use super::innovation_window::Window;
 use super::observation::Observation;
-use core::ops::Range;
+use super::waves::Waves;
 
 /// Share of the gate's variance beyond which a measurement is an exceedance: (3/5)², three sigmas of the default five.
 pub(super) const EXCEEDANCE: f64 = 0.36;
@@ -58,18 +56,6 @@ const CRUISE_MPS: f64 = 1.5;
 pub(super) const TURN_US: u64 = 960_000_000;
 /// A range that agreed no longer ago than this is a witness for the filter, µs: three ranges at one every 30 s.
 const WITNESS_US: u64 = 100_000_000;
-/// Time constant of the windows over depth cell and DVL, s: some periods of a wave, and less than a leg.
-pub(super) const WAVES_S: f64 = 30.0;
-/// The same, µs.
-const WAVES_US: u64 = 30_000_000;
-/// An innovation enters these windows with so many sigmas at most, so that outliers among good readings, less than a
-/// quarter of them, do not widen the gate.
-const WAVES_CLIP: f64 = 2.0;
-/// Largest variance of a reading by waves of 1 m height and 6 s: half of the squared amplitude of 0.5 m, and of its rate
-/// of change, 0.5 m/s. What is larger is no wave.
-const WAVES_VARIANCE: f64 = 0.125;
-/// Scalars of depth cell and DVL.
-const WAVED: usize = 4;
 
 /// Growth of one sigma of what a suspect source positions, in the state's unit per second.
 fn growth(sensor: Sensor) -> f64 {
@@ -220,19 +206,7 @@ pub(super) struct InnovationMonitor {
     /// Since when all ranges have agreed without the growth, µs; 0: the last one did not.
     agreed_us: u64,
     sources: [Source; Sensor::ALL.len()],
-    /// When waves last refused a reading of depth cell or DVL, µs, as long as some still alternate; 0: no waves.
-    waves_us: [u64; 2],
-    /// Of depth cell and DVL, by scalar.
-    windows: [Window; WAVED],
-}
-
-/// Place of a sensor among those that waves move, and its windows.
-fn waved(sensor: Sensor) -> Option<(usize, Range<usize>)> {
-    match sensor {
-        Sensor::Depth => Some((0, 0..1)),
-        Sensor::BottomTrack | Sensor::WaterTrack => Some((1, 1..WAVED)),
-        _ => None,
-    }
+    pub(super) waves: Waves,
 }
 
 impl InnovationMonitor {
@@ -243,43 +217,7 @@ impl InnovationMonitor {
             range_us: 0,
             agreed_us: 0,
             sources: [Source::NEW; Sensor::ALL.len()],
-            waves_us: [0; 2],
-            windows: [Window::NEW; WAVED],
-        }
-    }
-
-    /// Waves have refused readings of this sensor.
-    pub(super) fn in_waves(&self, sensor: Sensor) -> bool {
-        self.waves_us != [0; 2] && waved(sensor).is_some_and(|(place, _)| self.waves_us.get(place) != Some(&0))
-    }
-
-    /// Variance of a reading by waves, of one scalar.
-    pub(super) fn wave_variance(&self, sensor: Sensor, axis: usize) -> f64 {
-        let window = waved(sensor).and_then(|(_, windows)| self.windows.get(windows)?.get(axis));
-        window.map_or(0.0, |window| window.alternating().min(WAVES_VARIANCE))
-    }
-
-    /// A reading was refused: from now on what alternates counts as noise of depth cell or DVL.
-    pub(super) fn begin_waves(&mut self, sensor: Sensor, time_us: u64) {
-        let Some((place, windows)) = waved(sensor) else { return };
-        let before = self.waves_us.get_mut(place).map(|us| core::mem::replace(us, time_us.max(1)));
-        if before == Some(0) {
-            self.windows.get_mut(windows).into_iter().flatten().for_each(|window| *window = Window::NEW);
-        }
-    }
-
-    /// A scalar in waves, used or refused; `variance` is S with what the waves add to it.
-    pub(super) fn learn_waves(&mut self, sensor: Sensor, axis: usize, time_us: u64, innovation: f64, variance: f64) {
-        let Some((place, windows)) = waved(sensor) else { return };
-        let most = WAVES_CLIP * libm::sqrt(variance);
-        let without = variance - self.wave_variance(sensor, axis);
-        let Some(windows) = self.windows.get_mut(windows) else { return };
-        if let Some(window) = windows.get_mut(axis) {
-            window.take(WAVES_S, time_us, innovation.max(-most).min(most), without);
-        }
-        let calm = windows.iter().all(|window| window.alternating() == 0.0);
-        if let Some(us) = self.waves_us.get_mut(place).filter(|us| calm && time_us > us.saturating_add(WAVES_US)) {
-            *us = 0;
+            waves: Waves::CALM,
         }
     }
 

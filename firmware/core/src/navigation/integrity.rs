@@ -13,14 +13,16 @@
 //!
 //! Of depth it is what the depth cell's innovations have more than S explains, and the waves that the filter smooths.
 
-use super::innovation_monitor::{TURN_US, WAVES_S};
+use super::innovation_monitor::TURN_US;
 use super::innovation_window::Window;
-use super::{Filter, FusionOutcome, FusionRecord, Fusions, Sensor};
-use crate::state::{X, Y, Z};
+use super::waves::WAVES_S;
+use super::{AcousticPath, Filter, FusionOutcome, FusionRecord, Fusions, Measurement, Navigator, Sensor, ShipEnd};
+use crate::state::{VehicleState, X, Y, Z};
 
 /// Time constants of the windows over ranges, s: with weights that forget, nine and sixty-three ranges at one every 30 s.
 const RANGES_S: [f64; 2] = [120.0, 960.0];
-/// A range enters its windows with so many sigmas at most: beyond, [`Filter::is_suspect`] decides.
+/// A range enters its windows with so many sigmas at most: beyond, [`Filter::is_suspect`] decides. One that the main
+/// filter has refused agrees with the mixture within as many.
 const CLIP: f64 = 3.0;
 /// The other account is remembered for so long after the contradiction, µs.
 const MEMORY_US: u64 = TURN_US;
@@ -85,6 +87,41 @@ fn seconds(from_us: u64, to_us: u64) -> f64 {
     1.0e-6 * to_us.saturating_sub(from_us) as f64
 }
 
+/// What the mixture of a bank, which is stated, expects of a depth or range, against the main filter, whose records are
+/// taken. Zero without a bank, and of other measurements.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Apart {
+    /// The main filter expects so much more, m.
+    expected_m: f64,
+    /// The mixture's expectation has so much more variance, m².
+    variance_m2: f64,
+}
+
+impl Apart {
+    /// Before the measurement is fused.
+    #[must_use]
+    pub fn new(navigator: &Navigator, measurement: &Measurement) -> Self {
+        let (main, x): (&Filter, &VehicleState) = (navigator, navigator.state());
+        let more = |i, j| navigator.covariance(i, j) - main.propagated_covariance(i, j);
+        match measurement {
+            Measurement::Depth { .. } => Self { expected_m: main.state()[Z] - x[Z], variance_m2: more(Z, Z) },
+            Measurement::Range { path: AcousticPath { ship: ShipEnd::Reported(ship), .. }, .. } => {
+                let [north_m, east_m] = ship.position_m;
+                let distance_m = |x: &VehicleState| libm::hypot(x[X] - north_m, x[Y] - east_m);
+                let [n, e] = [x[X] - north_m, x[Y] - east_m].map(|d| d / distance_m(x).max(1.0));
+                let variance_m2 = n * n * more(X, X) + 2.0 * n * e * more(X, Y) + e * e * more(Y, Y);
+                Self { expected_m: distance_m(main.state()) - distance_m(x), variance_m2 }
+            }
+            _ => Self::default(),
+        }
+    }
+
+    /// Innovation of the mixture and its variance, which is that of the reading at least.
+    fn innovation(&self, record: &FusionRecord, sigma_m: f64) -> (f64, f64) {
+        (record.innovation + self.expected_m, (record.variance + self.variance_m2).max(sigma_m * sigma_m))
+    }
+}
+
 /// Watches the innovations of a filter, and says what its covariance leaves out.
 #[derive(Clone)]
 pub struct Integrity {
@@ -103,36 +140,40 @@ impl Integrity {
         Self { ranged: false, ranges: [Window::NEW; 2], depth: Window::NEW, accounts: [Account::NEW; 2] }
     }
 
-    /// Takes the records that a measurement has left in `filter`. `apart`: by how much what the filter expects of depth
-    /// or range is more than what the estimate expects that is stated, the mixture of a bank, m.
-    pub fn take(&mut self, fusions: &Fusions, filter: &Filter, apart: f64) {
+    /// Takes the records that a measurement has left in the main filter `filter`.
+    pub fn take(&mut self, fusions: &Fusions, filter: &Filter, apart: Apart) {
+        let sensors = &filter.config().sensors;
         for record in fusions.iter().filter(|record| record.variance > 0.0) {
             match (record.sensor, record.outcome) {
                 (Sensor::Depth, FusionOutcome::Fused) => {
-                    self.depth.take(WAVES_S, record.time_us, record.innovation + apart, record.variance);
+                    let (innovation, variance) = apart.innovation(record, sensors.depth_m);
+                    self.depth.take(WAVES_S, record.time_us, innovation, variance);
                 }
-                (Sensor::Range, FusionOutcome::Fused) => self.range(record, apart),
+                (Sensor::Range, FusionOutcome::Fused | FusionOutcome::Gated) => {
+                    let (innovation, variance) = apart.innovation(record, sensors.range_m);
+                    if record.outcome == FusionOutcome::Fused || innovation * innovation <= CLIP * CLIP * variance {
+                        self.range(record.time_us, innovation, variance);
+                    } else {
+                        self.contradict(0, filter, record, innovation);
+                    }
+                }
                 (Sensor::VehicleGnss, FusionOutcome::Fused) => self.agree(filter, record),
-                (Sensor::Range, FusionOutcome::Gated) => {
-                    self.contradict(0, filter, record);
-                }
                 (Sensor::VehicleGnss, FusionOutcome::Gated) => {
-                    self.contradict(1, filter, record);
+                    self.contradict(1, filter, record, record.innovation);
                 }
                 _ => {}
             }
         }
     }
 
-    fn range(&mut self, record: &FusionRecord, apart: f64) {
+    fn range(&mut self, time_us: u64, innovation: f64, variance: f64) {
         self.ranged = true;
-        let most = CLIP * libm::sqrt(record.variance);
-        let innovation = (record.innovation + apart).max(-most).min(most);
+        let most = CLIP * libm::sqrt(variance);
         for (window, tau_s) in self.ranges.iter_mut().zip(RANGES_S) {
-            window.take(tau_s, record.time_us, innovation, record.variance);
+            window.take(tau_s, time_us, innovation.max(-most).min(most), variance);
         }
         let [ranges, _] = &mut self.accounts;
-        ranges.agree(record.time_us, SHARE[0], RATE_MPS[0]);
+        ranges.agree(time_us, SHARE[0], RATE_MPS[0]);
     }
 
     fn agree(&mut self, filter: &Filter, record: &FusionRecord) {
@@ -142,11 +183,11 @@ impl Integrity {
         }
     }
 
-    fn contradict(&mut self, place: usize, filter: &Filter, record: &FusionRecord) {
+    fn contradict(&mut self, place: usize, filter: &Filter, record: &FusionRecord, innovation_m: f64) {
         if let Some(account) = self.accounts.get_mut(place)
             && let Some(since_us) = filter.suspect_since_us(record.sensor)
         {
-            account.contradict(since_us, record.innovation);
+            account.contradict(since_us, innovation_m);
         }
     }
 

@@ -82,6 +82,7 @@ mod propagation;
 mod row;
 #[cfg(test)]
 mod tests;
+mod waves;
 
 pub use crate::parameters::{LEARNT_NAMES, LEARNT_STATES, LEARNT_UNITS, Learnt, NotPositiveDefinite};
 pub use crate::parameters::{Priors, ProcessNoise, SensorNoise};
@@ -92,7 +93,7 @@ pub use error::{CloneError, ConfigError, NavigationError};
 pub use estimates::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
 pub use filter::Filter;
 pub use initial::{InitialShip, InitialSpeed, InitialState};
-pub use integrity::Integrity;
+pub use integrity::{Apart, Integrity};
 pub use measurement::{
     AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,
 };

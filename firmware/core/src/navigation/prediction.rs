@@ -96,7 +96,11 @@ impl Filter {
             }
             _ => kinematic_linearise(&self.x.vehicle),
         };
-        self.step.compute(&linearisation, &self.config.psd_at(self.x.vehicle[Z]), step_s);
+        self.step.compute(
+            &linearisation,
+            &self.config.psd_at(self.x.vehicle[Z], self.monitor.waves.sea_factor()),
+            step_s,
+        );
     }
 
     /// State and covariance over the step last discretised. Public for the cost table only.

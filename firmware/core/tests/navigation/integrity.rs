@@ -54,8 +54,9 @@ impl Flight {
     }
 
     fn fuse(&mut self, measurement: &Measurement) {
+        let apart = Apart::new(&self.navigator, measurement);
         let fusions = self.navigator.fuse(measurement);
-        self.integrity.take(&fusions, &self.navigator, 0.0);
+        self.integrity.take(&fusions, &self.navigator, apart);
     }
 
     fn error_m(&self) -> f64 {
