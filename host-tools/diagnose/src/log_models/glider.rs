@@ -47,13 +47,10 @@ const LONGEST_GAP_S: f64 = 12.0;
 const SHORTEST_WAY_S: f64 = 300.0;
 
 /// Columns: parasite drag; buoyancy, kg; pitch bias, rad, and scale; current north, east, m/s; heading, rad; then those
-/// without a name: share by which wings and hull lift more, induced drag, volume; compressibility, kg/m; ballast scale;
-/// the speed log's scale, and its change over the log; scale of the depth.
-const COLUMNS: usize = 15;
-#[rustfmt::skip]
-const STEPS: [f64; COLUMNS] = [
-    1e-4, 1e-4, 1e-5, 1e-4, 1.0, 1.0, 1e-5, 1e-4, 1e-3, 1e-5, 1e-6, 1e-4, 1e-4, 1e-4, 1e-4,
-];
+/// without a name: share by which wings and hull lift more, induced drag, volume, compressibility, ballast scale; the
+/// speed log's scale, and its change over the log.
+const COLUMNS: usize = 14;
+const STEPS: [f64; COLUMNS] = [1e-4, 1e-4, 1e-5, 1e-4, 1.0, 1.0, 1e-5, 1e-4, 1e-3, 1e-5, 1e-12, 1e-4, 1e-4, 1e-4];
 
 /// One reading in flight.
 #[derive(Clone, Copy)]
@@ -111,8 +108,8 @@ impl Glider {
         }
         let gamma = pitch.abs() + alpha;
         let pressure = sample.depth_m * G_MPS2 * self.density;
-        let volume = (VOLUME_M3 + theta[9]) * (1.0 - COMPRESSIBILITY * pressure);
-        let displaced = sample.density * (volume + sample.ballast_m3 * (1.0 + theta[11])) + theta[10] * sample.depth_m;
+        let volume = (VOLUME_M3 + theta[9]) * (1.0 - (COMPRESSIBILITY + theta[10]) * pressure);
+        let displaced = sample.density * (volume + sample.ballast_m3 * (1.0 + theta[11]));
         let neutral = self.density * (VOLUME_M3 + theta[9]);
         let force = G_MPS2 * (displaced - neutral + theta[1]) * pitch.signum();
         let square = 2.0 * force * gamma.sin() / (sample.density * S_M2 * (drag + induced * alpha * alpha));
@@ -127,8 +124,7 @@ impl Glider {
             sum[0] -= speed * gamma.sin();
             sum[1] += speed;
         }
-        let [rate, speed] = sum.map(|sum| sum / window.samples.len() as f64);
-        [rate * (1.0 + theta[14]), speed]
+        sum.map(|sum| sum / window.samples.len() as f64)
     }
 
     /// Velocity made good between two fixes.
@@ -202,9 +198,9 @@ impl LogModel for Glider {
     }
 
     fn entries(&self) -> Vec<Entry> {
-        let mut entries = vec![("buoyancy_offset", vec![1]), ("compressibility", vec![10])];
+        let mut entries = vec![("buoyancy_offset", vec![1])];
         if self.has_speed {
-            entries.extend([("pitch_sensor", vec![2, 3]), ("dvl_scale", vec![12]), ("depth_scale", vec![14])]);
+            entries.extend([("pitch_sensor", vec![2, 3]), ("dvl_scale", vec![12])]);
         }
         if self.ways.len() > 2 {
             entries.extend([("water_current", vec![4, 5]), ("heading_bias", vec![6])]);
@@ -215,6 +211,7 @@ impl LogModel for Glider {
     fn nameless(&self) -> Vec<Nameless> {
         let mut terms = vec![
             ("the displaced volume (how buoyancy follows the water's density)", vec![9]),
+            ("the hull's compressibility", vec![10]),
             ("the scale of the ballast reading", vec![11]),
         ];
         if self.has_speed {
