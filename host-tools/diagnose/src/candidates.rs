@@ -26,7 +26,7 @@ pub struct Hypothesis {
     pub free: Vec<usize>,
     /// Columns that are present whole (a stuck fin no longer follows its command).
     pub fixed: Vec<(usize, f64)>,
-    /// Columns of the entry it continues ([`CONTINUES`]); empty where that is accepted already.
+    /// Columns of the entry it continues ([`continued_by`]); empty where that is accepted already.
     pub lower: Vec<usize>,
 }
 
