@@ -83,9 +83,9 @@ impl PreparedLog {
             proposed: Vec::new(),
         };
         let set = Effects::from(vehicle.effects.set);
-        let timing = timing::choose(&setup, &samples, &set, &InputTiming::default())?;
+        let (timing, pass) = timing::choose(&setup, &samples, &set, &InputTiming::default())?;
         samples.act(&timing);
-        let mut declared = whitener::run(&setup, &samples, &set, &[])?;
+        let mut declared = pass.or_else(|| whitener::run(&setup, &samples, &set, &[]))?;
         setup.scale = noise::scales(&declared.residuals);
         let is_scaled = setup.scale.iter().any(|scale| *scale > 1.0);
         // An outlier bends what follows it, so that its neighbours look wrong: look again without it.
@@ -110,7 +110,7 @@ impl PreparedLog {
 
     /// Looks again when the inputs act, with these effects; whether that is not as before.
     pub fn retime(&mut self, set: &Effects) -> Option<bool> {
-        let timing = timing::choose(&self.setup, &self.samples, set, &self.timing)?;
+        let (timing, _) = timing::choose(&self.setup, &self.samples, set, &self.timing)?;
         if timing == self.timing {
             return Some(false);
         }

@@ -7,7 +7,7 @@
 
 use crate::log_effects::Effects;
 use crate::samples::Samples;
-use crate::whitener::{self, Residual, Setup};
+use crate::whitener::{self, Pass, Residual, Setup};
 use backseat_core::dynamics::INPUTS;
 use backseat_data::commands::{ACTUATORS, Hold, HoldKind, InputTiming};
 use nalgebra::{DMatrix, DVector};
@@ -20,40 +20,47 @@ const MIDDLE: f64 = 0.5;
 /// λ beyond this is no timing: something else that looks like it.
 const MOST: f64 = 2.0;
 
-/// The timing that the innovations ask for, with these effects; `None` where the filter does not run.
+/// The timing that the innovations ask for, with these effects, and the pass with it where it was made; `None` where the
+/// filter does not run.
 #[must_use]
-pub fn choose(setup: &Setup, samples: &Samples, set: &Effects, now: &InputTiming) -> Option<InputTiming> {
+pub fn choose(
+    setup: &Setup,
+    samples: &Samples,
+    set: &Effects,
+    now: &InputTiming,
+) -> Option<(InputTiming, Option<Pass>)> {
     if samples.commands.is_incomplete() {
-        return Some(*now);
+        return Some((*now, None));
     }
-    let residuals = |timing: &InputTiming| {
+    let pass = |timing: &InputTiming| {
         let mut timed = samples.clone();
         timed.act(timing);
-        Some(whitener::run(setup, &timed, set, &[])?.residuals)
+        whitener::run(setup, &timed, set, &[])
     };
-    let (base, other) = rayon::join(|| residuals(now), || residuals(&now.map(turned)));
+    let (base, other) = rayon::join(|| pass(now), || pass(&now.map(turned)));
     let (base, other) = (base?, other?);
-    let [together] = shares(&base, &[other], setup.block_s).try_into().ok()?;
+    let [together] = shares(&base.residuals, &[other.residuals], setup.block_s).try_into().ok()?;
     let mut timing = *now;
     if is_turned(together) {
         timing = now.map(turned);
     }
     // Each by itself beside what all do.
-    let base = if timing == *now { base } else { residuals(&timing)? };
+    let base = if timing == *now { base } else { pass(&timing)? };
+    let common = timing;
     let single: Option<Vec<Vec<Residual>>> = (0..INPUTS)
         .into_par_iter()
         .map(|actuator| {
-            let mut one = timing;
+            let mut one = common;
             one[actuator] = turned(one[actuator]);
-            residuals(&one)
+            Some(pass(&one)?.residuals)
         })
         .collect();
-    for (hold, share) in timing.iter_mut().zip(shares(&base, &single?, setup.block_s)) {
+    for (hold, share) in timing.iter_mut().zip(shares(&base.residuals, &single?, setup.block_s)) {
         if is_turned(share) {
             *hold = turned(*hold);
         }
     }
-    Some(timing)
+    Some((timing, (timing == common).then_some(base)))
 }
 
 /// In a sentence, where some actuator is not held.

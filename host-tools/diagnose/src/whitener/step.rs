@@ -108,16 +108,16 @@ impl Filter<'_> {
             if active == 0 {
                 continue;
             }
-            let df = match &mut term.kind {
+            // (I h + A h²/2) ∂f/∂θ, of a monomial a column of it.
+            let by_one = |place: usize, df: f64| -> [f64; 12] {
+                std::array::from_fn(|i| (if i == place { df } else { 0.0 } + 0.5 * (ah[i][place] * df)) * h)
+            };
+            let moved: [f64; 12] = match &mut term.kind {
                 Kind::GenericTerm { target: Target::Acceleration(dof), factor } => {
-                    let mut df = VehicleState::zeros();
-                    df[U + usize::from(*dof)] = factor.value(&snapshot);
-                    df
+                    by_one(U + usize::from(*dof), factor.value(&snapshot))
                 }
                 Kind::GenericTerm { target: Target::Water(axis), factor } => {
-                    let mut df = VehicleState::zeros();
-                    df[X + usize::from(*axis)] = factor.value(&snapshot);
-                    df
+                    by_one(X + usize::from(*axis), factor.value(&snapshot))
                 }
                 Kind::Effects { with, without, unit, in_process: true, .. } => {
                     let moved = with.actuate(step, commanded);
@@ -129,12 +129,12 @@ impl Filter<'_> {
                             without.derivative(t_s, &self.x, &input)
                         }
                     };
-                    (after - before) / *unit
+                    let df = (after - before) / *unit;
+                    let once = matrix::apply(ah, &df.into());
+                    std::array::from_fn(|i| (df[i] + 0.5 * once[i]) * h)
                 }
                 _ => continue,
             };
-            let once = matrix::apply(ah, &df.into());
-            let moved: [f64; 12] = std::array::from_fn(|i| (df[i] + 0.5 * once[i]) * h);
             for (i, value) in moved.iter().enumerate().filter(|(_, value)| **value != 0.0) {
                 for place in &self.place[term.first..][..active] {
                     self.slopes[i * m + place] += value;
