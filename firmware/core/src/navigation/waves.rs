@@ -26,9 +26,9 @@ const SEA_S: f64 = 60.0;
 /// The sea's factor doubles in this time while the innovations alternate, s, and halves in the other when they do not.
 const SEA_RISES_S: f64 = 30.0;
 const SEA_FALLS_S: f64 = 600.0;
-/// Largest factor: over that of [`super::NavigationConfig::noise_factor`] the noise of waves of 0.15 m and 6 s at the
+/// ln of the largest factor, 8: over that of [`super::NavigationConfig::noise_factor`] the noise of waves of 0.15 m and 6 s at the
 /// vehicle, by √(2 A ω³) m/s²/√Hz for a displacement of variance A and frequency ω.
-const SEA_MOST: f64 = 8.0;
+const SEA_MOST: f64 = 3.0 * LN_2;
 /// Scalars of depth cell and DVL.
 const WAVED: usize = 4;
 
@@ -36,12 +36,13 @@ const WAVED: usize = 4;
 #[derive(Clone)]
 struct Sea {
     window: Window,
-    factor: f64,
+    /// ln of the factor: zero at first, as all of a filter that is not initialised.
+    log_factor: f64,
     last_us: u64,
 }
 
 impl Sea {
-    const CALM: Self = Self { window: Window::NEW, factor: 1.0, last_us: 0 };
+    const CALM: Self = Self { window: Window::NEW, log_factor: 0.0, last_us: 0 };
 
     fn take(&mut self, time_us: u64, innovation: f64, variance: f64) {
         self.window.take(SEA_S, time_us, innovation, variance);
@@ -49,8 +50,7 @@ impl Sea {
         self.last_us = time_us;
         let rises = self.window.alternating() > 0.0;
         let change = since_s * LN_2 / if rises { SEA_RISES_S } else { -SEA_FALLS_S };
-        // e^x for a step that is a small part of the time constant
-        self.factor = (self.factor * (1.0 + change)).clamp(1.0, SEA_MOST);
+        self.log_factor = (self.log_factor + change).clamp(0.0, SEA_MOST);
     }
 }
 
@@ -78,7 +78,7 @@ impl Waves {
 
     /// Factor on the process noise in heave and pitch.
     pub(super) fn sea_factor(&self) -> f64 {
-        self.sea.factor
+        if self.sea.log_factor == 0.0 { 1.0 } else { libm::exp(self.sea.log_factor) }
     }
 
     /// A depth was used.
@@ -119,5 +119,43 @@ impl Waves {
         if let Some(us) = self.refused_us.get_mut(place).filter(|us| calm && time_us > us.saturating_add(WAVES_US)) {
             *us = 0;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Depth innovations of ten minutes at 7 Hz: noise of one sigma, and a wave beside it or not.
+    fn after(amplitude: f64) -> Waves {
+        let (mut waves, mut state) = (Waves::CALM, 1_u64);
+        for k in 0..4200_u32 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            // uniform, of unit variance
+            let noise = ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * libm::sqrt(12.0);
+            let time_s = f64::from(k) / 7.0;
+            waves.learn_sea((1e6 * time_s) as u64, noise + amplitude * libm::sin(1.05 * time_s), 1.0);
+        }
+        waves
+    }
+
+    #[test]
+    fn waves_raise_the_noise_and_noise_does_not() {
+        assert_eq!(after(0.0).sea_factor(), 1.0);
+        // a wave of one sigma has half of the noise's variance
+        assert!((after(1.0).sea_factor() - 8.0).abs() < 1e-9);
+        // one that is not significant in ten periods is none
+        assert_eq!(after(0.2).sea_factor(), 1.0);
+    }
+
+    #[test]
+    fn the_noise_falls_by_half_in_ten_calm_minutes() {
+        let mut waves = after(1.0);
+        // the window forgets the wave in some minutes
+        for k in 0..8400_u32 {
+            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+            waves.learn_sea(600_000_000 + u64::from(k) * 142_857, sign, 1.0);
+        }
+        assert!((1.9..3.0).contains(&waves.sea_factor()), "{}", waves.sea_factor());
     }
 }
