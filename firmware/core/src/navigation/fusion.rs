@@ -4,6 +4,7 @@
 //! corrected by what earlier ones moved. That equals the batch update of the whole vector whatever
 //! the order, and ν²/S of the scalars are independent.
 
+use super::effect_states::StateParameter;
 use super::effects::Effects;
 use super::filter::Filter;
 use super::innovation_monitor::{EXCEEDANCE, Estimated, LARGEST_CURRENT_MPS, largest_sigma};
@@ -134,7 +135,9 @@ impl Filter {
         }
         if !self.config.effect_states.is_empty() {
             Effects::bound(&self.config, &mut self.x);
-            if let (Sensor::Depth, Some(FusionRecord { innovation, variance, .. })) = (sensor, fusions.iter().next()) {
+            if let (Sensor::Depth, Some(FusionRecord { innovation, variance, .. })) = (sensor, fusions.iter().next())
+                && self.config.effect_states.iter().any(|state| matches!(state.parameter, StateParameter::LogFactor(_)))
+            {
                 self.monitor.waves.learn_sea(self.time_us, *innovation, *variance);
             }
         }
