@@ -25,7 +25,7 @@ use core::ops::Deref;
 use nalgebra::{ArrayStorage, SMatrix, Vector2};
 
 /// Factor on the earlier evidence with each range: a memory of fifty ranges, 25 minutes at one every 30 s. A current
-/// that sets in later outweighs them within three ranges.
+/// that sets in later outweighs them within a few.
 pub const EVIDENCE_MEMORY: f64 = 0.98;
 
 /// The navigation filter. Some 100 kB: lives in a static, never passed by value; a host may copy it.
