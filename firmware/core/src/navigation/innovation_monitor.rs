@@ -10,9 +10,9 @@
 //!
 //! - Nothing of it is used. One sigma of the states that it observes grows by [`growth`] per second, the rate at which
 //!   an undeclared cause may lead the filter astray. The duration of the contradiction decides what may be believed,
-//!   not the agreement of the readings among themselves. Where ranges are suspect and the filter estimates the current,
-//!   the sigma of the current grows instead, once, as if it had changed since the last range that agreed. That of the
-//!   position follows from it.
+//!   not the agreement of the readings among themselves. Where ranges are suspect, the filter estimates the current, and
+//!   a current that has changed since the last range that agreed explains the contradiction within [`CURRENT`] sigmas,
+//!   the sigma of the current grows instead, once. That of the position follows from it.
 //! - It is used again once it has been **consistent** with the grown covariance as often in a row as it took to suspect
 //!   it. If all of these would have been consistent without the growth, the source was wrong for a while and nothing
 //!   remains. Otherwise the growth has to cover, of ranges and DVL, the worst innovation of the contradiction as well: a
@@ -20,8 +20,8 @@
 //!   then disagreed and either may have been right: the source is **unconfirmed**. The filter follows it, but the states
 //!   that it observes keep a sigma of at least [`UNCONFIRMED`] of the disagreement.
 //!   Of the position this is an addition to what the filter reports, because ranges have to triangulate; of other
-//!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range, unless the filter
-//!   estimates the current; an unconfirmed velocity or attitude lets the sigma of the position grow while nothing
+//!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range, unless the current
+//!   explained them; an unconfirmed velocity or attitude lets the sigma of the position grow while nothing
 //!   measures the position.
 //! - A fix of the surfaced vehicle confirms every source, unless ranges contradict: GNSS is one witness, not the judge.
 //!   Ranges that have agreed for [`TURN_US`] without that growth confirm every source but the depth cell, of which they
@@ -86,6 +86,8 @@ pub(super) fn largest_sigma(sensor: Sensor) -> f64 {
     }
 }
 
+/// Sigmas within which a changed current explains the worst range. A clock's step of 0.1 s is ten.
+const CURRENT: f64 = 3.0;
 /// Largest sigma that suspicion gives to the current, m/s.
 pub(super) const LARGEST_CURRENT_MPS: f64 = 0.5;
 
@@ -117,6 +119,8 @@ struct Source {
     added_to_position: f64,
     /// Innovation variance when the suspicion began.
     variance: f64,
+    /// A change of the current explains what made the source suspect.
+    by_current: bool,
     /// The sigma of the current has grown for this suspicion.
     current_open: bool,
     /// Worst innovations of the row of exceedances, by scalar.
@@ -139,6 +143,7 @@ impl Source {
         added: 0.0,
         added_to_position: 0.0,
         variance: 0.0,
+        by_current: false,
         current_open: false,
         worst: [0.0; 3],
         floor: [0.0; 3],
@@ -275,6 +280,9 @@ impl InnovationMonitor {
             source.suspect = true;
             source.grow_anew();
             (source.variance, source.current_open) = (variance, false);
+            let carried = 1.0e-6 * time_us.saturating_sub(source.since_us) as f64 * growth(Sensor::Range);
+            let [worst, ..] = source.worst;
+            source.by_current = worst * worst <= CURRENT * CURRENT * (variance + carried * carried);
         }
         self.alert = true;
     }
@@ -382,6 +390,7 @@ impl InnovationMonitor {
         }
         let unconfirmed = source.is_unconfirmed();
         let floor = source.floor.into_iter().fold(0.0, f64::max);
+        let by_current = source.by_current && estimated.current;
         let rate = if sensor == Sensor::Range && measured { DRIFT_WITH_DVL } else { self::growth(sensor) };
         match sensor {
             // the ranges agree without it
@@ -389,7 +398,7 @@ impl InnovationMonitor {
             Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate
                 if source.suspect && witnessed && estimated.vehicle => {}
             // the sigma of the current carries that of the position on
-            Sensor::Range if source.suspect && estimated.current && !measured => {
+            Sensor::Range if source.suspect && by_current && !measured => {
                 if !source.current_open {
                     let since_s = 1.0e-6 * time_us.saturating_sub(source.since_us) as f64;
                     let variance = rate * rate;
@@ -399,7 +408,7 @@ impl InnovationMonitor {
                 source.added += source.grow(rate, step_s);
             }
             // what led the filter astray may still do so
-            _ if source.suspect || (unconfirmed && sensor == Sensor::Range && !estimated.current) => {
+            _ if source.suspect || (unconfirmed && sensor == Sensor::Range && !by_current) => {
                 growth.positioned = source.grow(rate, step_s);
                 source.added += growth.positioned;
             }
