@@ -156,9 +156,10 @@ impl Flight {
         self.over_the_log("diagnose", installation, &[])
     }
 
-    /// RMSE of the identified vehicle's motion over the log, by column.
+    /// RMSE of the identified vehicle's motion over the log, by column. Not by AID: the log does not show B2 and B3, which
+    /// it moves all the same, and flights that differ by millimetres end 0.6 or 7 degrees wrong in roll.
     fn identify(&self, installation: &Installation) -> Value {
-        self.over_the_log("identify", installation, &["--method", "aid"])["validation"].take()
+        self.over_the_log("identify", installation, &["--method", "output-error"])["validation"].take()
     }
 
     fn over_the_log(&self, command: &str, installation: &Installation, more: &[&str]) -> Value {
@@ -249,9 +250,9 @@ fn identification_finds_the_vehicle_behind_its_installation() {
     for column in ["roll_deg", "p_degps", "q_degps", "r_degps", "u_mps", "v_mps", "w_mps"] {
         assert!(ratio(&declared, &at_centre, column) < 1.3, "{column}");
     }
-    // A turned DVL and AHRS: 57 and 13 times as much.
-    for column in ["u_mps", "r_degps"] {
-        assert!(ratio(&undeclared, &declared, column) > 5.0, "{column}");
+    // A turned DVL and AHRS: 6.5 and 3.0 times as much. In surge, drag and thrust take the turn up.
+    for (column, times) in [("v_mps", 5.0), ("r_degps", 2.0)] {
+        assert!(ratio(&undeclared, &declared, column) > times, "{column}");
     }
 }
 
