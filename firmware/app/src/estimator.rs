@@ -310,7 +310,7 @@ impl Estimator {
     }
 
     fn fuse_measurement(&mut self, measurement: &Measurement) {
-        let apart = Apart::new(&self.navigator, measurement);
+        let apart = Apart::new(self.navigator(), measurement);
         let Self { navigator, integrity, .. } = self;
         let fusions: Fusions = navigator.fuse(measurement);
         integrity.take(&fusions, navigator, apart);
