@@ -24,6 +24,7 @@ const WAVES_VARIANCE: f64 = 0.125;
 /// Time constant of the window over the depth cell's innovations for [`Sea`], s: ten waves.
 const SEA_S: f64 = 60.0;
 /// The sea's factor doubles in this time while the innovations alternate, s, and halves in the other when they do not.
+/// It rises before much is learnt from the waves, and falls slowly, because the noise it adds hides them from the test.
 const SEA_RISES_S: f64 = 30.0;
 const SEA_FALLS_S: f64 = 600.0;
 /// ln of the largest factor, 8: over that of [`super::NavigationConfig::noise_factor`] the noise of waves of 0.15 m and 6 s at the

@@ -1,3 +1,5 @@
+//! Effects in simulated dead reckoning between fixes.
+
 use super::*;
 use crate::verdict::Verdict;
 use backseat_core::state::VehicleState;
