@@ -7,11 +7,13 @@ use crate::safety::{self, Action, DepthStep, Facts, seconds};
 use crate::steering::Orders;
 use backseat_core::control::mission::Waypoint;
 use backseat_core::navigation::Sensor;
-use backseat_core::state::{PHI, R, THETA, U, V, W, X, Y, Z};
+use backseat_core::state::{PHI, PSI, R, THETA, U, V, W, X, Y, Z};
 use backseat_wire::hostlink::ModeReason;
 
 /// An altitude is used for so long, µs.
 const ALTITUDE_AGE_US: u64 = 3_000_000;
+/// An attitude is used for so long, µs.
+const ATTITUDE_AGE_US: u64 = 1_000_000;
 /// A fix is used for so long, µs.
 const FIX_AGE_US: u64 = 2_500_000;
 /// Pulse edges have stopped when none has come for so long, µs.
@@ -125,12 +127,15 @@ impl Backseat {
             .latest()
             .depth_m
             .map_or(x[Z], |(_, depth_m)| depth_m - body_to_ned(x, &settings.installation.depth_arm_m)[2]);
+        // as measured: the pitch of the bank jumps where it takes another filter
+        let measured = fresh(inputs.latest().euler_rad, now_us, ATTITUDE_AGE_US);
+        let [roll_rad, pitch_rad, _] = measured.unwrap_or([x[PHI], x[THETA], x[PSI]]);
         let dt_s = voyage.step_s(now_us).min(LONGEST_STEP_S);
         witness.step(&DepthStep {
             dt_s,
             pressure_m,
-            roll_rad: x[PHI],
-            pitch_rad: x[THETA],
+            roll_rad,
+            pitch_rad,
             yaw_radps: x[R],
             surge_mps: x[U],
             leg_depth_m: target.depth_m,
