@@ -408,7 +408,7 @@ impl InnovationMonitor {
                 source.added += source.grow(rate, step_s);
             }
             // what led the filter astray may still do so
-            _ if source.suspect || (unconfirmed && sensor == Sensor::Range && !by_current) => {
+            _ if source.suspect || (unconfirmed && sensor == Sensor::Range && !source.current_open) => {
                 growth.positioned = source.grow(rate, step_s);
                 source.added += growth.positioned;
             }
