@@ -22,8 +22,8 @@ const LEVEL_M: f64 = 1.0;
 const SUBMERGED_M: f64 = 1.0;
 /// Steady: faster than this, m/s. Below it a vehicle is carried by other forces than its hull's.
 const SPEED_MPS: f64 = 0.4;
-/// The same for what came quickly, s: with half of the limit, an error of 5 cm/s is seen in a minute and a half.
-const RECENT_S: f64 = 90.0;
+/// The same for what came quickly, s: with two fifths of the limit, an error of 5 cm/s is seen in 70 s.
+const RECENT_S: f64 = 120.0;
 /// A leg that differs by this in speed has a constant of its own, m/s.
 const SAME_SPEED_MPS: f64 = 0.05;
 /// The vehicle is steady after so long without a break, s.
@@ -93,7 +93,7 @@ impl DepthWitness {
         self.drift_m
     }
 
-    /// The same of the last minute and a half, m.
+    /// The same of the last two minutes, m.
     pub fn recent_m(&self) -> f64 {
         self.recent_m
     }
@@ -172,9 +172,9 @@ mod tests {
         let flight = |t: f64| DepthStep { pitch_rad: if t < 200.0 { -0.04 } else { -0.0901 }, ..STEADY };
         let drift_m = drift_after(400, flight);
         assert!((drift_m - 7.17).abs() < 0.2, "{drift_m}");
-        // the short memory: 0.05 · (exp(-100/600) - exp(-100/90)) / (1/90 - 1/600) = 2.74 m after 100 s
+        // the short memory: 0.05 · (exp(-100/600) - exp(-100/120)) / (1/120 - 1/600) = 3.09 m after 100 s
         let recent_m = after(300, flight).recent_m();
-        assert!((recent_m - 2.74).abs() < 0.1, "{recent_m}");
+        assert!((recent_m - 3.09).abs() < 0.1, "{recent_m}");
     }
 
     /// A minute at the surface, level, at the speed of the dive that follows: nothing of it is learned.

@@ -69,7 +69,7 @@ pub struct Facts {
     pub depth_jump_m: f64,
     /// By how much it has drifted off what pitch and speed make of depth, m.
     pub depth_drift_m: f64,
-    /// The same of the last minute and a half, m.
+    /// The same of the last two minutes, m.
     pub depth_recent_m: f64,
     /// There is a fix of the antenna.
     pub has_fix: bool,
@@ -104,8 +104,8 @@ struct Rung {
 
 const RUNGS: usize = 18;
 
-/// Of the largest drift of pressure, what may come in a minute and a half.
-const RECENT_SHARE: f64 = 0.5;
+/// Of the largest drift of pressure, what may come in two minutes.
+const RECENT_SHARE: f64 = 0.4;
 
 /// The ladder: the first limit that is broken for long enough decides.
 #[rustfmt::skip] // a limit a row
@@ -286,7 +286,7 @@ mod tests {
             (Facts { altitude_m: Some(2.0), sink_mps: 0.6, ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
             (Facts { depth_jump_m: 2.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
             (Facts { depth_drift_m: -6.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
-            (Facts { depth_recent_m: -3.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
+            (Facts { depth_recent_m: -2.5, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
             (Facts { has_fix: true, ..GOOD }, 100, ModeReason::DepthDoubtful, StopAndRise),
             (Facts { pitch_rad: -1.1, ..GOOD }, 30, ModeReason::PitchExceeded, StopAndRise),
             (Facts { speed_mps: 4.1, ..GOOD }, 50, ModeReason::SpeedExceeded, StopAndRise),
