@@ -52,7 +52,8 @@ const EACH: [(&str, Forget); 9] = [
 
 fn backseat(arguments: &[&str]) -> Value {
     let output = Command::new(PROGRAM).args(arguments).arg("--json").output().unwrap();
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    // 3: identification has found nothing better than the vehicle file, which is that of the vehicle
+    assert!(matches!(output.status.code(), Some(0 | 3)), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }
 

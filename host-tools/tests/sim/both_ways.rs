@@ -70,9 +70,9 @@ fn val_an_exported_two_way_mission_is_navigated_like_the_board() {
         "board {board_m:.2} m, navigate {with_m:.2} m, without two-way {without_m:.2} m, with uplinks {both_m:.2} m"
     );
     assert!(with["nis"]["range"].is_number() && with["rejected"]["range"] == 0, "{with}");
-    // The same measurements with the ship's packets as its fixes; measured 1.05 m and the board's 1.58 m. Without them a
-    // current of 0.15 m/s that nobody declared goes on unseen: 68 m.
+    // The same measurements with the ship's packets as its fixes; measured 0.34 m and the board's 0.69 m. Without them the
+    // current that nobody declared is known from the surface alone: 2.7 m, and 1.3 to 18 m with other seeds.
     assert!(with_m < board_m + 0.5, "{with_m} {board_m}");
     assert!(both_m < with_m + 0.3, "uplinks help, or do no harm: {both_m} {with_m}");
-    assert!(without_m > 10.0 * with_m, "{without_m} {with_m}");
+    assert!(without_m > 5.0 * with_m, "{without_m} {with_m}");
 }
