@@ -14,7 +14,7 @@ fn request(name: &str) -> String {
     let numbers = match name {
         "water_current" => "north_mps=0.15,east_mps=-0.1",
         "linear_drag" => "surge_ns_per_m=1",
-        "drag_change" => "surge_ns_per_m=1.5,time_s=400",
+        "drag_change" => "surge_ns_per_m=1.5,time_s=200,until_s=600",
         "thrust_loss" => "k_n_s2_per_rad_m=0.01",
         "cross_drag" => "d26=40,d35=-30",
         "roll_trim" => "rad=0.1",
@@ -24,7 +24,7 @@ fn request(name: &str) -> String {
         "thrust_decay" => "per_hour=0.4",
         "fin_lag" => "s=1.2",
         "fin_bias" => "fin=port,rad=0.05",
-        "fin_stuck" => "fin=top,rad=0.06,time_s=350",
+        "fin_stuck" => "fin=top,rad=0.06,time_s=350,until_s=700",
         "heading_bias" => "const_rad=0.05,sin_rad=-0.06,cos_rad=0.04",
         "pitch_sensor" => "bias_rad=0.04,scale=-0.15",
         "gyro_bias" => "p_radps=0.01,q_radps=-0.01,r_radps=0.008",

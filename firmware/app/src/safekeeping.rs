@@ -127,7 +127,8 @@ impl Backseat {
             .latest()
             .depth_m
             .map_or(x[Z], |(_, depth_m)| depth_m - body_to_ned(x, &settings.installation.depth_arm_m)[2]);
-        // as measured: the pitch of the bank jumps where it takes another filter
+        // as measured: a filter bends its pitch towards a depth that drifts, and the bank's jumps where it takes another
+        // filter
         let measured = fresh(inputs.latest().euler_rad, now_us, ATTITUDE_AGE_US);
         let [roll_rad, pitch_rad, _] = measured.unwrap_or([x[PHI], x[THETA], x[PSI]]);
         let dt_s = voyage.step_s(now_us).min(LONGEST_STEP_S);

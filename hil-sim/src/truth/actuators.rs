@@ -70,7 +70,7 @@ impl Drive {
             let (servo, fault) = (&mut self.servos_rad[i], &self.faults[i]);
             *servo += (self.fin_share * (target - *servo)).clamp(-self.fin_step_rad, self.fin_step_rad);
             actuators.fins_rad[i] = match fault.stuck {
-                Some(stuck) if time_s >= stuck.time_s => stuck.rad,
+                Some(stuck) if stuck.when.holds(time_s) => stuck.rad,
                 _ => *servo + fault.bias_rad,
             };
         }

@@ -22,5 +22,5 @@ pub use faults::{Faults, Flooding, Step};
 pub use integrator::runge_kutta_4;
 pub use parameters::{Fin, Parameters};
 pub use plant::{Plant, State, Water};
-pub use undeclared::{DragChange, FinFault, Stuck, Undeclared};
+pub use undeclared::{DragChange, FinFault, Span, Stuck, Undeclared};
 pub use vehicle::{Vehicle, VehicleTruth};

@@ -3,13 +3,28 @@
 use super::Faults;
 use crate::noise::Colour;
 
-/// A step in the surge drag.
+/// A stretch of time, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Span {
+    /// Its first instant.
+    pub from_s: f64,
+    /// The first after it.
+    pub until_s: f64,
+}
+
+impl Span {
+    pub(super) fn holds(&self, time_s: f64) -> bool {
+        (self.from_s..self.until_s).contains(&time_s)
+    }
+}
+
+/// More surge drag for a while.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DragChange {
-    /// Linear surge drag from then on, N s/m.
+    /// Linear surge drag meanwhile, N s/m.
     pub ns_per_m: f64,
-    /// When, s.
-    pub time_s: f64,
+    /// When.
+    pub when: Span,
 }
 
 /// A fin that no longer moves.
@@ -17,8 +32,8 @@ pub struct DragChange {
 pub struct Stuck {
     /// Where it stands, rad.
     pub rad: f64,
-    /// From when on, s.
-    pub time_s: f64,
+    /// When.
+    pub when: Span,
 }
 
 /// What happens to one fin.

@@ -129,9 +129,8 @@ impl Vehicle {
             self.worn = worn;
             self.plant = Plant::with(&self.undeclared.faults.applied(&self.parameters, time_s), &self.undeclared);
         }
-        if time_s >= self.undeclared.drag_change.time_s {
-            self.plant.set_extra_surge_drag(self.undeclared.drag_change.ns_per_m);
-        }
+        let change = &self.undeclared.drag_change;
+        self.plant.set_extra_surge_drag(if change.when.holds(time_s) { change.ns_per_m } else { 0.0 });
         let (plant, actuators) = (&self.plant, &self.actuators);
         self.state =
             runge_kutta_4(&self.state, self.step_s, |state| plant.derivative(state, actuators, water, &disturbance));

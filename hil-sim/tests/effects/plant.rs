@@ -57,6 +57,11 @@ fn val_a_drag_change_acts_from_its_time_on() {
     assert_eq!(clean.truth[4000].state, changed.truth[4000].state);
     assert!(changed.truth[4001].state[6] < clean.truth[4001].state[6]);
     close(changed.last().state[6], root(DRAG, 1.0, THRUST), 1e-4); // 80 s after the step
+    let passing = [("surge_ns_per_m", 1.0), ("time_s", 40.0), ("until_s", 60.0)];
+    let passed = flown(&with(quiet(), "drag_change", &passing), cruise([0.0; 4]), 140);
+    assert_eq!(passed.truth[6000].state, changed.truth[6000].state);
+    assert!(passed.truth[6001].state[6] > changed.truth[6001].state[6]);
+    close(passed.last().state[6], (THRUST / DRAG).sqrt(), 1e-4); // 80 s after its end
 }
 
 #[test]
@@ -121,6 +126,10 @@ fn val_fins_lag_stand_off_and_stick() {
     let stuck = flown(&stuck, cruise(command), 2);
     assert_eq!(stuck.truth[100].actuators.fins_rad, command);
     assert_eq!(stuck.truth[101].actuators.fins_rad, [-0.03, -0.1, 0.05, -0.05]);
+    let freed = with(quiet(), "fin_stuck", &[("fin", 1.0), ("rad", -0.03), ("time_s", 1.0), ("until_s", 1.5)]);
+    let freed = flown(&freed, cruise(command), 2);
+    assert_eq!(freed.truth[150].actuators.fins_rad, stuck.truth[150].actuators.fins_rad);
+    assert_eq!(freed.truth[151].actuators.fins_rad, command);
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! What else it could be: entries that explain the same residual as well as an accepted one.
 
-use crate::candidates::{self, Candidate, Instance, set_of};
+use crate::candidates::{self, Candidate, Instance, Span, set_of};
 use crate::linear;
+use crate::normal_equations::Column;
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::search::{self, Round, is_same, tail};
 use rayon::prelude::*;
@@ -80,8 +81,11 @@ fn alternative(
     found: &Instance,
     own: f64,
 ) -> Option<Alternative> {
-    let found =
-        if found.candidate.onset_s.is_some() { search::refine_onset(log_data, others, found)? } else { found.clone() };
+    let found = if found.candidate.span.is_some() {
+        search::refine_span(log_data, others, found)?.instance
+    } else {
+        found.clone()
+    };
     let mut instances = others.to_vec();
     instances.push(found);
     let joint = log_data.fit(&instances, DataPart::Whole)?;
@@ -98,10 +102,11 @@ fn alternative(
         let nuisance: Vec<usize> = (0..joint.instances.iter().map(|i| i.sizes.len()).sum()).collect();
         let base = linear::fit(&sum, &nuisance, &[])?.gain;
         let hypothesis = hypotheses.first()?;
-        let free: Vec<usize> = nuisance.iter().chain(&hypothesis.free).copied().collect();
-        match linear::fit(&sum, &free, &hypothesis.fixed) {
+        let free: Vec<Column> = nuisance.iter().copied().map(Column::from).chain(hypothesis.columns()).collect();
+        let fixed = hypothesis.fixed();
+        match linear::fit(&sum, &free, &fixed) {
             Some(fit) => {
-                let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &free, &fit, &hypothesis.fixed);
+                let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &free, &fit, &fixed);
                 (accepted_one.candidate.degrees(), (fit.gain - base).max(deficit), inflation, blocks)
             }
             // The two are one and the same to working precision.
@@ -122,7 +127,7 @@ fn added(
     instances: &[Instance],
     candidate: &Candidate,
 ) -> (Vec<crate::regressors::Regressor>, Vec<candidates::Hypothesis>) {
-    candidates::event(&log_data.scope, instances, candidate, &[candidate.onset_s.unwrap_or(0.0)])
+    candidates::event(&log_data.scope, instances, candidate, &[candidate.span.unwrap_or(Span::ALWAYS)])
 }
 
 /// What separates two entries, as either of them says.

@@ -1,20 +1,30 @@
 //! The catalogue as hypotheses: which columns a hypothesis has, and what its values mean.
 
 use crate::log_effects::{self, Effects};
+use crate::normal_equations::Column;
 use crate::regressors::{Regressor, Variation};
 use crate::samples::ResidualChannel;
 use crate::whitener::STEP_S;
 use backseat_core::effects::{self, CATALOGUE, EffectInfo, FIN_NAMES, LOG_CATALOGUE, ParameterInfo, ParameterKind};
 
-/// An entry of the catalogue, with the fin and the onset where it has them.
+/// When an event is there, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// From when on.
+    pub onset_s: f64,
+    /// Until when; `None`: to the end of the log.
+    pub end_s: Option<f64>,
+}
+
+/// An entry of the catalogue, with the fin and the time where it has them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
     /// The entry.
     pub effect: &'static str,
     /// Which fin, where it has one.
     pub fin: Option<usize>,
-    /// From when on, where it is an event, s.
-    pub onset_s: Option<f64>,
+    /// When, where it is an event.
+    pub span: Option<Span>,
 }
 
 /// A candidate with the columns of a pass that stand for it.
@@ -24,6 +34,8 @@ pub struct Hypothesis {
     pub candidate: Candidate,
     /// Columns of its sizes.
     pub free: Vec<usize>,
+    /// Columns that take them away again, one for each; empty where it does not end.
+    pub ends: Vec<usize>,
     /// Columns that are present whole (a stuck fin no longer follows its command).
     pub fixed: Vec<(usize, f64)>,
     /// Columns of the entry it continues ([`continued_by`]); empty where that is accepted already.
@@ -59,6 +71,26 @@ pub struct Instance {
     pub sizes: Vec<f64>,
 }
 
+impl Span {
+    /// From before the log to its end.
+    pub const ALWAYS: Self = Self { onset_s: 0.0, end_s: None };
+}
+
+impl Hypothesis {
+    /// The columns of its sizes: where it ends, what begins with it less what begins with its end.
+    #[must_use]
+    pub fn columns(&self) -> Vec<Column> {
+        let column = |(i, at): (usize, &usize)| Column::until(*at, self.ends.get(i).copied());
+        self.free.iter().enumerate().map(column).collect()
+    }
+
+    /// The columns that are present whole, likewise.
+    #[must_use]
+    pub fn fixed(&self) -> Vec<(Column, f64)> {
+        self.fixed.iter().map(|(column, factor)| (Column::from(*column), *factor)).collect()
+    }
+}
+
 impl Candidate {
     /// The entry of the catalogue.
     ///
@@ -84,7 +116,8 @@ impl Candidate {
         let mut sizes = sizes.iter();
         let value = |kind: ParameterKind, sizes: &mut std::slice::Iter<'_, f64>| match kind {
             ParameterKind::Fin => self.fin.map_or(0.0, |fin| (fin + 1) as f64),
-            ParameterKind::Onset => self.onset_s.unwrap_or(0.0),
+            ParameterKind::Onset => self.span.map_or(0.0, |span| span.onset_s),
+            ParameterKind::End => self.span.and_then(|span| span.end_s).unwrap_or(0.0),
             ParameterKind::Size | ParameterKind::Shape => sizes.next().copied().unwrap_or(0.0),
         };
         self.info().parameters.iter().map(|parameter| value(parameter.kind, &mut sizes)).collect()
@@ -103,10 +136,16 @@ impl Candidate {
         sizes.map(|p| [p.min, p.max]).collect()
     }
 
-    /// How many numbers are fitted, the onset included.
+    /// Whether it ends before the log does.
+    #[must_use]
+    pub fn ends(&self) -> bool {
+        self.span.is_some_and(|span| span.end_s.is_some())
+    }
+
+    /// How many numbers are fitted, onset and end included.
     #[must_use]
     pub fn degrees(&self) -> usize {
-        self.bounds().len() + usize::from(self.onset_s.is_some())
+        self.bounds().len() + usize::from(self.span.is_some()) + usize::from(self.ends())
     }
 }
 
@@ -181,7 +220,7 @@ pub fn beyond(scope: &Scope) -> Vec<(&'static str, &'static str)> {
 pub fn catalogue(
     scope: &Scope,
     accepted: &[Instance],
-    onsets: &[f64],
+    spans: &[Span],
 ) -> (Vec<Regressor>, Vec<Hypothesis>, Vec<usize>) {
     let set = set_of(&scope.declared, accepted);
     let skipped = beyond(scope);
@@ -208,34 +247,37 @@ pub fn catalogue(
         let fins: Vec<Option<usize>> =
             if has(ParameterKind::Fin) { (0..FIN_NAMES.len()).map(Some).collect() } else { vec![None] };
         for fin in fins {
-            let candidate = Candidate { effect: info.name, fin, onset_s: is_event.then_some(0.0) };
-            hypotheses.extend(add_entry(&set, &candidate, onsets, &mut terms, &mut column));
+            let candidate = Candidate { effect: info.name, fin, span: is_event.then_some(Span::ALWAYS) };
+            hypotheses.extend(add_entry(&set, &candidate, spans, &mut terms, &mut column));
         }
     }
     set_lower(&mut hypotheses);
     (terms, hypotheses, nuisance)
 }
 
-/// Terms of one entry, at every onset if it is an event.
+/// Terms of one entry, over every span if it is an event: a column for each time at which one begins or ends.
 fn add_entry(
     set: &Effects,
     candidate: &Candidate,
-    onsets: &[f64],
+    spans: &[Span],
     terms: &mut Vec<Regressor>,
     column: &mut usize,
 ) -> Vec<Hypothesis> {
-    let is_event = candidate.onset_s.is_some();
-    // An event is always on in the sets; its columns begin at the onsets.
-    let always = Candidate { onset_s: is_event.then_some(0.0), ..*candidate };
+    let is_event = candidate.span.is_some();
+    // An event is always on in the sets; its columns begin at the times.
+    let always = Candidate { span: is_event.then_some(Span::ALWAYS), ..*candidate };
     let bounds = always.bounds();
     let none = vec![0.0; bounds.len()];
     // A fin that is stuck at zero is an effect already.
     let is_stuck = is_event && candidate.fin.is_some();
     let without = if is_stuck { always.apply(set, &none) } else { *set };
-    let starts = if is_event { onsets } else { &[f64::NEG_INFINITY][..] };
+    let mut times: Vec<f64> = spans.iter().flat_map(|span| [Some(span.onset_s), span.end_s]).flatten().collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let starts = if is_event { times } else { vec![f64::NEG_INFINITY] };
     let mut add = |with: Effects, without: Effects, unit: f64| {
         let cause = Variation::Effects { with: Box::new(with), without: Box::new(without), unit };
-        terms.push(Regressor { cause, onsets_s: starts.to_vec() });
+        terms.push(Regressor { cause, onsets_s: starts.clone() });
         *column += starts.len();
         *column - starts.len()
     };
@@ -247,13 +289,20 @@ fn add_entry(
         })
         .collect();
     let released = is_stuck.then(|| add(without, *set, 1.0));
-    let hypothesis = |(place, start): (usize, &f64)| Hypothesis {
-        candidate: Candidate { onset_s: is_event.then_some(*start), ..always },
-        free: columns.iter().map(|first| first + place).collect(),
-        fixed: released.map(|first| (first + place, 1.0)).into_iter().collect(),
-        lower: Vec::new(),
+    let hypothesis = |span: Option<Span>| {
+        let place = |time: f64| starts.iter().position(|start| *start == time);
+        let begins = span.and_then(|span| place(span.onset_s)).unwrap_or(0);
+        let ends = span.and_then(|span| place(span.end_s?));
+        let fixed = |first: usize| [Some((first + begins, 1.0)), ends.map(|end| (first + end, -1.0))];
+        Hypothesis {
+            candidate: Candidate { span, ..always },
+            free: columns.iter().map(|first| first + begins).collect(),
+            ends: ends.map_or_else(Vec::new, |end| columns.iter().map(|first| first + end).collect()),
+            fixed: released.into_iter().flat_map(fixed).flatten().collect(),
+            lower: Vec::new(),
+        }
     };
-    starts.iter().enumerate().map(hypothesis).collect()
+    if is_event { spans.iter().map(|span| hypothesis(Some(*span))).collect() } else { vec![hypothesis(None)] }
 }
 
 /// Step of a derivative by differences: small against what is plausible.
@@ -287,17 +336,17 @@ pub fn own_terms(instance: &Instance, set: &Effects) -> Vec<Regressor> {
         .collect()
 }
 
-/// Terms and hypotheses of one event at several onsets, behind the nuisance columns of `others`.
+/// Terms and hypotheses of one event over several spans, behind the nuisance columns of `others`.
 #[must_use]
 pub fn event(
     scope: &Scope,
     others: &[Instance],
     event: &Candidate,
-    onsets: &[f64],
+    spans: &[Span],
 ) -> (Vec<Regressor>, Vec<Hypothesis>) {
     let set = set_of(&scope.declared, others);
     let mut terms: Vec<Regressor> = others.iter().flat_map(|instance| own_terms(instance, &set)).collect();
     let mut column = terms.len();
-    let hypotheses = add_entry(&set, event, onsets, &mut terms, &mut column);
+    let hypotheses = add_entry(&set, event, spans, &mut terms, &mut column);
     (terms, hypotheses)
 }

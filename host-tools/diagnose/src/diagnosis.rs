@@ -1,14 +1,14 @@
 //! The whole loop: find a significant residual, trace it to effects, add them, and repeat.
 
 use crate::alternatives::{self, Alternative};
-use crate::candidates::{Candidate, Instance, set_of};
+use crate::candidates::{Candidate, Instance, Span, set_of};
 use crate::log_effects::Effects;
 use crate::noise;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::proposal::{self, ProposedTerm};
 use crate::samples::ResidualChannel;
 use crate::scores::{Whiteness, whiteness, whiteness_p};
-use crate::search::{self, MOST_EFFECTS, Round};
+use crate::search::{self, Evidence, MOST_EFFECTS, Round};
 use crate::structure::{self, Structure};
 use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
@@ -236,25 +236,22 @@ fn choose(log_data: &PreparedLog, accepted: &[Instance], round: &Round) -> Optio
         let set = instance.apply(&set_of(&log_data.scope.declared, accepted));
         log_data.setup.model(&set).is_some()
     };
-    let standing: Vec<_> = round
-        .ladder
-        .iter()
-        .filter(|e| round.is_significant(e) && e.instance.is_resolved() && is_possible(&e.instance))
-        .collect();
+    let stands = |e: &Evidence| round.is_significant(e) && e.instance.is_resolved() && is_possible(&e.instance);
+    let lasting = round.ladder.iter().filter(|e| e.instance.candidate.span.is_none()).cloned();
+    let mut standing: Vec<Evidence> = lasting.filter(stands).collect();
+    let least = standing.first().map_or(0.0, Evidence::score);
+    standing.extend(search::refined_events(log_data, accepted, round, least).into_iter().filter(stands));
+    standing.sort_by(|a, b| b.score().total_cmp(&a.score()));
     let top = standing.first()?.score();
     let close: Vec<_> = standing.iter().filter(|e| e.score() > top - CLOSE.0 - CLOSE.1 * top).take(MOST).collect();
-    let refined = |found: &Instance| {
-        let has_onset = found.candidate.onset_s.is_some();
-        if has_onset { search::refine_onset(log_data, accepted, found) } else { Some(found.clone()) }
-    };
     if close.len() == 1 {
-        return refined(&close[0].instance);
+        return Some(close[0].instance.clone());
     }
     close
         .iter()
         .filter_map(|e| {
             let mut instances = accepted.to_vec();
-            instances.push(refined(&e.instance)?);
+            instances.push(e.instance.clone());
             let joint = log_data.fit(&instances, DataPart::Whole)?;
             Some((joint.whole_square + 2.0 * e.degrees as f64, joint.instances.last()?.clone()))
         })
@@ -277,7 +274,7 @@ fn still_needed(joint: &JointFit) -> Vec<bool> {
                 instance.sizes.iter().zip(&joint.sigmas[at..at + sizes]).map(|(x, s)| (x / s).powi(2)).sum();
             at += sizes;
             // A joint test would need their covariance; the sum bounds it well enough to drop what is nothing.
-            instance.candidate.fin.is_some() && instance.candidate.onset_s.is_some()
+            instance.candidate.fin.is_some() && instance.candidate.span.is_some()
                 || chi_square_tail(square, sizes) < 1e-3
         })
         .collect()
@@ -339,22 +336,22 @@ fn describe(
     joint: &JointFit,
     rounds: &[Round],
 ) -> Option<Vec<FoundEffect>> {
-    let alone: Option<Vec<(Pass, Option<[f64; 2]>)>> = (0..accepted.len())
+    let alone: Option<Vec<(Pass, [Option<[f64; 2]>; 2])>> = (0..accepted.len())
         .into_par_iter()
         .map(|place| {
             let others = without(accepted, place);
-            let onset = onset_interval(log_data, &others, &accepted[place]);
+            let times = [Edge::Onset, Edge::End].map(|edge| interval(log_data, &others, &accepted[place], edge));
             let pass = if others.is_empty() {
                 log_data.declared.clone()
             } else {
                 log_data.fit(&others, DataPart::Train)?.pass
             };
-            Some((pass, onset))
+            Some((pass, times))
         })
         .collect();
     let mut at = 0;
     let mut found = Vec::new();
-    for ((instance, alternatives), (without, onset)) in accepted.iter().zip(alternatives).zip(alone?) {
+    for ((instance, alternatives), (without, times)) in accepted.iter().zip(alternatives).zip(alone?) {
         let gain = without.normal.sum(|_| true).square - joint.whole_square;
         let blocks = log_data.held_gain(&without, &joint.pass);
         let held_gain =
@@ -363,37 +360,63 @@ fn describe(
         at += instance.sizes.len();
         let tried = rounds.first().map_or(1, |round| round.tried) as f64;
         let p_value = (chi_square_tail(gain, instance.candidate.degrees()) * tried).min(1.0);
-        let values = values(&instance.candidate, &instance.sizes, sigmas, onset);
+        let values = values(&instance.candidate, &instance.sizes, sigmas, times);
         found.push(FoundEffect { instance: instance.clone(), values, p_value, gain, held_gain, alternatives });
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     Some(found)
 }
 
-/// By how much Σ e² may be above its least inside the 95 % interval of an onset. A change point has no smooth likelihood:
+/// By how much Σ e² may be above its least inside the 95 % interval of an onset or an end. A change point has no smooth likelihood:
 /// about the true time Σ e² is a random walk with drift to either side, whose least lies below the true time's by x with
 /// probability 1 − (1 − exp(−x/2))² (Siegmund 1988, Biometrika 75, 31); a chi-square's 3.84 would hold 73 %.
-const ONSET_RISE_95: f64 = 7.35;
+const CHANGE_RISE_95: f64 = 7.35;
 
-/// Times about the onset that the data do not exclude: the interval, s.
-fn onset_interval(log_data: &PreparedLog, others: &[Instance], instance: &Instance) -> Option<[f64; 2]> {
-    let centre = instance.candidate.onset_s?;
+/// A side of a span.
+#[derive(Clone, Copy, PartialEq)]
+enum Edge {
+    Onset,
+    End,
+}
+
+/// Times about an edge of an event that the data do not exclude, the other edge fixed: the interval, s.
+fn interval(log_data: &PreparedLog, others: &[Instance], instance: &Instance, edge: Edge) -> Option<[f64; 2]> {
+    let span = instance.candidate.span?;
+    let centre = if edge == Edge::Onset { span.onset_s } else { span.end_s? };
+    let moved = |time_s: f64| match edge {
+        Edge::Onset => Span { onset_s: time_s, ..span },
+        Edge::End => Span { end_s: Some(time_s), ..span },
+    };
     let mut step_s = 0.25;
     for _ in 0..5 {
-        let onsets: Vec<f64> = (-12..=12).map(|k| centre + step_s * f64::from(k)).collect();
-        let gains = search::onset_gains(log_data, others, &instance.candidate, &onsets)?;
+        let times: Vec<f64> = (-12..=12).map(|k| centre + step_s * f64::from(k)).collect();
+        let spans: Vec<Span> = times.iter().map(|time_s| moved(*time_s)).collect();
+        let mut gains = search::span_gains(log_data, others, &instance.candidate, &spans)?;
+        for (gain, span) in gains.iter_mut().zip(&spans) {
+            if span.end_s.is_some_and(|end_s| end_s <= span.onset_s) {
+                *gain = f64::NEG_INFINITY;
+            }
+        }
         let top = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let inside: Vec<usize> = (0..gains.len()).filter(|i| gains[*i] > top - ONSET_RISE_95).collect();
+        let inside: Vec<usize> = (0..gains.len()).filter(|i| gains[*i] > top - CHANGE_RISE_95).collect();
         let (first, last) = (*inside.first()?, *inside.last()?);
         if first > 0 && last + 1 < gains.len() {
-            return Some([onsets[first] - step_s, onsets[last] + step_s]);
+            return Some([times[first] - step_s, times[last] + step_s]);
         }
         step_s *= 4.0;
     }
     None
 }
 
-fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], onset: Option<[f64; 2]>) -> Vec<ParameterEstimate> {
+/// The estimates of an effect; an end only where it has one.
+fn values(
+    candidate: &Candidate,
+    sizes: &[f64],
+    sigmas: &[f64],
+    [onset, end]: [Option<[f64; 2]>; 2],
+) -> Vec<ParameterEstimate> {
+    const UNKNOWN: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
     let mut place = 0;
     let all = candidate.values(sizes);
     candidate
@@ -401,6 +424,7 @@ fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], onset: Option<[f
         .parameters
         .iter()
         .zip(all)
+        .filter(|(parameter, _)| parameter.kind != ParameterKind::End || candidate.ends())
         .map(|(parameter, value)| {
             let ci95 = match parameter.kind {
                 ParameterKind::Size => {
@@ -408,7 +432,8 @@ fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], onset: Option<[f
                     place += 1;
                     [value - half, value + half]
                 }
-                ParameterKind::Onset => onset.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
+                ParameterKind::Onset => onset.unwrap_or(UNKNOWN),
+                ParameterKind::End => end.unwrap_or(UNKNOWN),
                 ParameterKind::Fin | ParameterKind::Shape => [value, value],
             };
             ParameterEstimate { name: parameter.name, unit: parameter.unit, kind: parameter.kind, value, ci95 }
@@ -461,7 +486,7 @@ fn is_swell(waves: &waves::Waves) -> bool {
 }
 
 fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) -> FoundEffect {
-    let candidate = Candidate { effect, fin: None, onset_s: None };
+    let candidate = Candidate { effect, fin: None, span: None };
     let parameters = candidate.info().parameters.iter().zip(sizes);
     let values = parameters
         .map(|(p, (value, ci95))| ParameterEstimate {

@@ -1,6 +1,6 @@
-//! Small least squares on normal equations: every hypothesis is a choice of columns.
+//! Small least squares on normal equations: every hypothesis is a choice of columns (`usize`, or [`Column`]).
 
-use crate::normal_equations::{BlockEquations, NormalEquations};
+use crate::normal_equations::{BlockEquations, Column, NormalEquations};
 
 /// A least-squares fit of some columns.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +23,7 @@ impl Fit {
 
 /// Fits `free` columns with those of `fixed` present by their factor; `None` where the data do not determine them.
 #[must_use]
-pub fn fit(equations: &NormalEquations, free: &[usize], fixed: &[(usize, f64)]) -> Option<Fit> {
+pub fn fit<C: Copy + Into<Column>>(equations: &NormalEquations, free: &[C], fixed: &[(C, f64)]) -> Option<Fit> {
     let d = free.len();
     let mut a = vec![0.0; d * d];
     let mut b = vec![0.0; d];
@@ -41,8 +41,13 @@ pub fn fit(equations: &NormalEquations, free: &[usize], fixed: &[(usize, f64)]) 
 
 /// By how much Σ e² falls at given values.
 #[must_use]
-pub fn gain_of(equations: &NormalEquations, free: &[usize], theta: &[f64], fixed: &[(usize, f64)]) -> f64 {
-    let all: Vec<(usize, f64)> = free.iter().copied().zip(theta.iter().copied()).chain(fixed.iter().copied()).collect();
+pub fn gain_of<C: Copy + Into<Column>>(
+    equations: &NormalEquations,
+    free: &[C],
+    theta: &[f64],
+    fixed: &[(C, f64)],
+) -> f64 {
+    let all: Vec<(C, f64)> = free.iter().copied().zip(theta.iter().copied()).chain(fixed.iter().copied()).collect();
     let mut gain = 0.0;
     for &(i, x) in &all {
         gain += 2.0 * x * equations.score(i);
@@ -59,12 +64,12 @@ const LEAST_INFLATION: f64 = 0.5;
 /// Factor by which the blocks' scores scatter more than the Hessian says, and the number of blocks: residuals that are
 /// still coloured over a block lower the information by it. Neighbouring blocks count by half (Bartlett).
 #[must_use]
-pub fn inflation(
+pub fn inflation<C: Copy + Into<Column>>(
     normal: &BlockEquations,
     choose: impl Fn(usize) -> bool,
-    free: &[usize],
+    free: &[C],
     fit: &Fit,
-    fixed: &[(usize, f64)],
+    fixed: &[(C, f64)],
 ) -> (f64, usize) {
     let d = free.len();
     let scatter = scatter(normal, choose, free, fit, fixed);
@@ -74,12 +79,12 @@ pub fn inflation(
 }
 
 /// Σ r rᵀ of the blocks' scores at the fit, neighbours by half.
-fn scatter(
+fn scatter<C: Copy + Into<Column>>(
     normal: &BlockEquations,
     choose: impl Fn(usize) -> bool,
-    free: &[usize],
+    free: &[C],
     fit: &Fit,
-    fixed: &[(usize, f64)],
+    fixed: &[(C, f64)],
 ) -> Vec<f64> {
     let d = free.len();
     let mut scatter = vec![0.0; d * d];
@@ -110,12 +115,12 @@ fn scatter(
 
 /// One sigma of each free column: the larger of the Hessian's and the sandwich's.
 #[must_use]
-pub fn sigmas(
+pub fn sigmas<C: Copy + Into<Column>>(
     normal: &BlockEquations,
     choose: impl Fn(usize) -> bool,
-    free: &[usize],
+    free: &[C],
     fit: &Fit,
-    fixed: &[(usize, f64)],
+    fixed: &[(C, f64)],
 ) -> Vec<f64> {
     let d = free.len();
     let middle = scatter(normal, choose, free, fit, fixed);
@@ -198,6 +203,15 @@ mod tests {
         // With the second present by 1: 4 θ = 9 − 1, and the gain is the same.
         let one = fit(&two, &[0], &[(1, 1.0)]).unwrap();
         assert!((one.theta[0] - 2.0).abs() < 1e-12 && (one.gain - 22.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn val_a_difference_of_columns_by_hand() {
+        // (1, −1) [4 1; 1 2] (1, −1)ᵀ = 4, (1, −1) [9, 4]ᵀ = 5: θ = 1.25, gain = 5² / 4.
+        let two = NormalEquations::new(vec![4.0, 1.0, 2.0], vec![9.0, 4.0]);
+        let less = fit(&two, &[Column::until(0, Some(1))], &[]).unwrap();
+        assert!((less.theta[0] - 1.25).abs() < 1e-12 && (less.gain - 6.25).abs() < 1e-12); // rounding
+        assert_eq!(two.information(Column::until(0, Some(1)), 1), -1.0);
     }
 
     #[test]

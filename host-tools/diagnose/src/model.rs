@@ -11,8 +11,8 @@ use backseat_core::state::{self, P, U, VehicleState, X, Y};
 pub struct Model {
     set: Effects,
     /// Times at which the plant changes, ascending.
-    onsets: Vec<f64>,
-    /// The plant before the first onset, between them, after the last.
+    changes: Vec<f64>,
+    /// The plant before the first of them, between them, after the last.
     plants: Vec<VehicleModel>,
     water: [f64; 2],
     /// Turned travel times into ranges, m/s.
@@ -27,11 +27,13 @@ impl Model {
     /// Builds the plants; `None` where the effects make a parameter impossible (a trial step too far).
     #[must_use]
     pub fn new(declared: &VehicleParameters, sound_speed_mps: f64, set: &Effects) -> Option<Self> {
-        let (mut onsets, mut water, mut has_input) = (Vec::new(), [0.0; 2], false);
+        let (mut changes, mut water, mut has_input) = (Vec::new(), [0.0; 2], false);
         for (_, info, values) in set.board.active() {
             if info.hooks.plant.is_some() {
-                let times = info.parameters.iter().zip(values).filter(|(p, _)| p.kind == ParameterKind::Onset);
-                onsets.extend(times.map(|(_, time_s)| *time_s));
+                let times = info.parameters.iter().zip(values).filter(|(p, time_s)| {
+                    p.kind == ParameterKind::Onset || p.kind == ParameterKind::End && **time_s > 0.0
+                });
+                changes.extend(times.map(|(_, time_s)| *time_s));
             }
             if let Some(hook) = info.hooks.water {
                 let flow = hook(values);
@@ -39,10 +41,10 @@ impl Model {
             }
             has_input |= info.hooks.input.is_some();
         }
-        onsets.sort_by(f64::total_cmp);
-        let mut plants = Vec::with_capacity(onsets.len() + 1);
-        for place in 0..=onsets.len() {
-            let t_s = if place == 0 { f64::NEG_INFINITY } else { onsets[place - 1] };
+        changes.sort_by(f64::total_cmp);
+        let mut plants = Vec::with_capacity(changes.len() + 1);
+        for place in 0..=changes.len() {
+            let t_s = if place == 0 { f64::NEG_INFINITY } else { changes[place - 1] };
             let mut parameters = *declared;
             for (_, info, values) in set.board.active() {
                 if let Some(hook) = info.hooks.plant {
@@ -52,7 +54,7 @@ impl Model {
             plants.push(VehicleModel::new(&parameters).ok()?);
         }
         let (memory, late) = (ActuatorMemory::default(), Lateness::default());
-        Some(Self { set: *set, onsets, plants, water, sound_speed_mps, memory, has_input, late })
+        Some(Self { set: *set, changes, plants, water, sound_speed_mps, memory, has_input, late })
     }
 
     /// The effects.
@@ -81,7 +83,7 @@ impl Model {
     }
 
     fn plant(&self, t_s: f64) -> &VehicleModel {
-        &self.plants[self.onsets.partition_point(|onset| *onset <= t_s)]
+        &self.plants[self.changes.partition_point(|change| *change <= t_s)]
     }
 
     /// f and F at a state, moving water included.

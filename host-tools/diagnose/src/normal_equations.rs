@@ -9,6 +9,27 @@ use std::sync::{Arc, Mutex};
 /// Rows summed into the information matrix at a time: its row stays in the cache meanwhile.
 const ROWS: usize = 8;
 
+/// A column, or one less another: what begins with the first and ends with the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Column {
+    at: usize,
+    less: Option<usize>,
+}
+
+impl Column {
+    /// The column `at` less the column `end`, where there is one.
+    #[must_use]
+    pub fn until(at: usize, end: Option<usize>) -> Self {
+        Self { at, less: end }
+    }
+}
+
+impl From<usize> for Column {
+    fn from(at: usize) -> Self {
+        Self { at, less: None }
+    }
+}
+
 /// Normal equations of one block of time, or of several together.
 #[derive(Clone, Debug, Default)]
 pub struct NormalEquations {
@@ -40,15 +61,28 @@ impl NormalEquations {
 
     /// (SᵀS)_ij: the information matrix.
     #[must_use]
-    pub fn information(&self, i: usize, j: usize) -> f64 {
-        let (i, j) = (i.max(j), i.min(j));
-        self.information.get(i * (i + 1) / 2 + j).copied().unwrap_or(0.0)
+    pub fn information(&self, i: impl Into<Column>, j: impl Into<Column>) -> f64 {
+        let (i, j) = (i.into(), j.into());
+        let one = |i: usize, j: usize| {
+            let (i, j) = (i.max(j), i.min(j));
+            self.information.get(i * (i + 1) / 2 + j).copied().unwrap_or(0.0)
+        };
+        let mut sum = one(i.at, j.at);
+        if let Some(i) = i.less {
+            sum -= one(i, j.at);
+        }
+        if let Some(j) = j.less {
+            sum -= one(i.at, j) - i.less.map_or(0.0, |i| one(i, j));
+        }
+        sum
     }
 
     /// (−Sᵀe)_i.
     #[must_use]
-    pub fn score(&self, i: usize) -> f64 {
-        self.score.get(i).copied().unwrap_or(0.0)
+    pub fn score(&self, i: impl Into<Column>) -> f64 {
+        let i = i.into();
+        let one = |i: usize| self.score.get(i).copied().unwrap_or(0.0);
+        one(i.at) - i.less.map_or(0.0, one)
     }
 }
 

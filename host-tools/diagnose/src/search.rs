@@ -1,12 +1,13 @@
-//! Trace: which hypotheses the data support, by forward selection with refitting, onset search and backward
-//! elimination.
+//! Trace: which hypotheses the data support, by forward selection with refitting, a search of when events begin and
+//! end, and backward elimination.
 
-use crate::candidates::{self, Candidate, Hypothesis, Instance, set_of};
+use crate::candidates::{self, Candidate, Hypothesis, Instance, Span, set_of};
 use crate::linear;
-use crate::normal_equations::NormalEquations;
+use crate::normal_equations::{Column, NormalEquations};
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::whitener::Pass;
 use backseat_data::stats::{Z_95, chi_square_tail, f_tail};
+use rayon::prelude::*;
 
 /// Probability of naming any effect where there is none, over the whole catalogue.
 pub const FAMILY_ERROR: f64 = 2e-3;
@@ -14,8 +15,11 @@ pub const FAMILY_ERROR: f64 = 2e-3;
 pub const MOST_EFFECTS: usize = 4;
 /// Cost of a fitted number when hypotheses are ranked by their gain.
 const COST: f64 = 2.0;
-/// Onsets tried at first, as parts of the log.
-const ONSETS: usize = 11;
+/// Times tried at first for the onset and the end of an event.
+const TIMES: usize = 11;
+/// What an end must gain to be believed, χ² of one number: by chance once in 1 / [`FAMILY_ERROR`] logs over the 55 pairs
+/// of times.
+const END_GAIN: f64 = 17.0;
 
 /// What one hypothesis is worth beside the accepted effects.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,9 +53,11 @@ impl Evidence {
 /// One round of the ladder.
 #[derive(Clone, Debug)]
 pub struct Round {
-    /// Every hypothesis, best first; of events the best onset.
+    /// Every hypothesis, best first; of events the best span.
     pub ladder: Vec<Evidence>,
-    /// Number of hypotheses tried, all onsets counted.
+    /// Of every event the best span without an end and the best with one, best first.
+    pub events: Vec<Evidence>,
+    /// Number of hypotheses tried, all spans counted.
     pub tried: usize,
 }
 
@@ -79,17 +85,25 @@ pub fn undetermined(rounds: &[Round]) -> Vec<String> {
     round.ladder.iter().filter(stands).map(note).collect()
 }
 
-/// Onsets of the first search, s.
+/// Spans of the first search: every time, to the end of the log and to every later time.
 #[must_use]
-pub fn coarse_onsets(duration_s: f64) -> Vec<f64> {
-    (0..ONSETS).map(|k| duration_s * (0.1 + 0.8 * k as f64 / (ONSETS - 1) as f64)).collect()
+pub fn coarse_spans(duration_s: f64) -> Vec<Span> {
+    let times: Vec<f64> = (0..TIMES).map(|k| duration_s * (0.1 + 0.8 * k as f64 / (TIMES - 1) as f64)).collect();
+    let ends: Vec<Option<f64>> = std::iter::once(None).chain(times.iter().copied().map(Some)).collect();
+    spans(&times, &ends)
+}
+
+/// Every onset with every later end.
+fn spans(onsets: &[f64], ends: &[Option<f64>]) -> Vec<Span> {
+    let pairs = onsets.iter().flat_map(|onset_s| ends.iter().map(|end_s| Span { onset_s: *onset_s, end_s: *end_s }));
+    pairs.filter(|span| span.end_s.is_none_or(|end_s| end_s > span.onset_s)).collect()
 }
 
 /// Judges every hypothesis beside the accepted effects.
 #[must_use]
 pub fn round(log_data: &PreparedLog, accepted: &[Instance]) -> Option<Round> {
-    let onsets = coarse_onsets(log_data.samples.duration_s);
-    let (terms, hypotheses, nuisance) = candidates::catalogue(&log_data.scope, accepted, &onsets);
+    let spans = coarse_spans(log_data.samples.duration_s);
+    let (terms, hypotheses, nuisance) = candidates::catalogue(&log_data.scope, accepted, &spans);
     let pass = log_data.pass(&set_of(&log_data.scope.declared, accepted), &terms)?;
     Some(judge(log_data, &pass, &hypotheses, &nuisance))
 }
@@ -104,24 +118,52 @@ pub fn judge(log_data: &PreparedLog, pass: &Pass, hypotheses: &[Hypothesis], nui
         let fit = linear::fit(&train, nuisance, &[]);
         fit.map_or(0.0, |fit| linear::gain_of(&held, nuisance, &fit.theta, &[]))
     });
-    let mut ladder: Vec<Evidence> = Vec::new();
+    let mut best: Vec<Evidence> = Vec::new();
     for hypothesis in hypotheses {
         let Some(found) = evidence(pass, hypothesis, nuisance, [&train, &held, &whole], [base_whole, base_held]) else {
             continue;
         };
-        // Of an event only the best onset is kept.
-        let same = |e: &Evidence| {
-            e.instance.candidate.effect == found.instance.candidate.effect
-                && e.instance.candidate.fin == found.instance.candidate.fin
-        };
-        match ladder.iter_mut().find(|e| same(e)) {
+        let (own, ends) = (found.instance.candidate, found.instance.candidate.ends());
+        let same = |e: &&mut Evidence| is_same(&e.instance.candidate, &own) && e.instance.candidate.ends() == ends;
+        match best.iter_mut().find(same) {
             Some(other) if other.gain >= found.gain => {}
             Some(other) => *other = found,
-            None => ladder.push(found),
+            None => best.push(found),
         }
     }
-    ladder.sort_by(|a, b| b.score().total_cmp(&a.score()));
-    Round { ladder, tried: hypotheses.len() }
+    best.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    let events = best.iter().filter(|e| e.instance.candidate.span.is_some()).cloned().collect();
+    Round { ladder: with_ends_where_they_count(best), events, tried: hypotheses.len() }
+}
+
+/// Each event once: with its end if that is significant, else without.
+fn with_ends_where_they_count(all: Vec<Evidence>) -> Vec<Evidence> {
+    let other = |e: &Evidence| {
+        let own = e.instance.candidate;
+        all.iter().find(|o| is_same(&o.instance.candidate, &own) && o.instance.candidate.ends() != own.ends())
+    };
+    let has_end = |with: &Evidence, without: &Evidence| with.gain > without.gain + END_GAIN * with.inflation.max(1.0);
+    let stays = |e: &&Evidence| match other(e) {
+        Some(other) if e.instance.candidate.ends() => has_end(e, other),
+        Some(other) => !has_end(other, e),
+        None => true,
+    };
+    all.iter().filter(stays).cloned().collect()
+}
+
+/// Events that come near the lasting effects' best score `least`, with their times refined: between the times of the
+/// first search, which are a twelfth of the log apart, a short event loses most of its gain.
+#[must_use]
+pub fn refined_events(log_data: &PreparedLog, accepted: &[Instance], round: &Round, least: f64) -> Vec<Evidence> {
+    const NEAR: f64 = 0.4;
+    const MOST: usize = 4;
+    let is_near = |e: &&Evidence| {
+        e.score() > NEAR * least && chi_square_tail(e.gain, e.degrees) * (round.tried as f64) < FAMILY_ERROR
+    };
+    let near: Vec<&Evidence> = round.events.iter().filter(is_near).take(MOST).collect();
+    with_ends_where_they_count(
+        near.into_par_iter().filter_map(|e| refine_span(log_data, accepted, &e.instance)).collect(),
+    )
 }
 
 fn evidence(
@@ -131,16 +173,16 @@ fn evidence(
     [train, held, whole]: [&NormalEquations; 3],
     [base_whole, base_held]: [f64; 2],
 ) -> Option<Evidence> {
-    let free: Vec<usize> = nuisance.iter().chain(&hypothesis.free).copied().collect();
-    let fixed = &hypothesis.fixed;
+    let columns = hypothesis.columns();
+    let free: Vec<Column> = nuisance.iter().copied().map(Column::from).chain(columns.iter().copied()).collect();
     let bounds = hypothesis.candidate.bounds();
     // Values outside what is plausible are held at its edge; the others are fitted again.
     let bounded = |sum: &NormalEquations| {
-        let mut at: Vec<(usize, f64)> = fixed.clone();
+        let mut at = hypothesis.fixed();
         let mut left = free.clone();
         for _ in 0..=bounds.len() {
             let fit = linear::fit(sum, &left, &at)?;
-            let outside = hypothesis.free.iter().zip(&bounds).find_map(|(column, [low, high])| {
+            let outside = columns.iter().zip(&bounds).find_map(|(column, [low, high])| {
                 let value = fit.theta[left.iter().position(|c| c == column)?];
                 (value < *low || value > *high).then(|| (*column, value.clamp(*low, *high)))
             });
@@ -160,8 +202,7 @@ fn evidence(
     let gain = fit.gain - base_whole;
     let held_gain = linear::gain_of(held, &trained_left, &trained.theta, &trained_at) - base_held;
     let degrees = hypothesis.candidate.degrees().max(hypothesis.free.len());
-    let sizes = hypothesis
-        .free
+    let sizes = columns
         .iter()
         .map(|column| match left.iter().position(|c| c == column) {
             Some(place) => fit.theta[place],
@@ -199,43 +240,50 @@ pub fn tail(gain: f64, inflation: f64, blocks: usize, degrees: usize) -> f64 {
     chi_square_tail(gain, degrees).max(scattered)
 }
 
-/// Refines the onset of an event by ever finer searches; the values follow.
+/// Refines onset and end of an event together by ever finer searches; the values follow.
 #[must_use]
-pub fn refine_onset(log_data: &PreparedLog, others: &[Instance], found: &Instance) -> Option<Instance> {
+pub fn refine_span(log_data: &PreparedLog, others: &[Instance], found: &Instance) -> Option<Evidence> {
     let mut best = found.clone();
+    let mut refined = None;
     let duration_s = log_data.samples.duration_s;
-    let mut cell_s = 0.8 * duration_s / (ONSETS - 1) as f64;
+    let mut cell_s = 0.8 * duration_s / (TIMES - 1) as f64;
     while cell_s > 1.0 {
-        let centre = best.candidate.onset_s?;
+        let Span { onset_s, end_s } = best.candidate.span?;
         // An event in the first or last part of a log is no event: it was always, or never, there.
         let within = |t_s: &f64| (0.08 * duration_s..=0.92 * duration_s).contains(t_s);
-        let onsets: Vec<f64> = (-8..=8).map(|k| centre + cell_s * f64::from(k) / 8.0).filter(within).collect();
-        let (terms, hypotheses) = candidates::event(&log_data.scope, others, &best.candidate, &onsets);
+        let about = |centre: f64| (-8..=8).map(move |k| centre + cell_s * f64::from(k) / 8.0).filter(within);
+        let onsets: Vec<f64> = about(onset_s).collect();
+        let ends: Vec<Option<f64>> = end_s.map_or_else(|| vec![None], |end_s| about(end_s).map(Some).collect());
+        let spans = spans(&onsets, &ends);
+        let (terms, hypotheses) = candidates::event(&log_data.scope, others, &best.candidate, &spans);
         let pass = log_data.pass(&set_of(&log_data.scope.declared, others), &terms)?;
         let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
         let round = judge(log_data, &pass, &hypotheses, &nuisance);
-        best = round.ladder.first()?.instance.clone();
+        let evidence = refined.insert(round.ladder.into_iter().next()?);
+        best = evidence.instance.clone();
         cell_s /= 8.0;
     }
-    Some(best)
+    refined
 }
 
-/// Gain of an event at each of several onsets, less where the blocks' scores scatter more than the noise explains.
+/// Gain of an event over each of several spans, less where the blocks' scores scatter more than the noise explains.
 #[must_use]
-pub fn onset_gains(log_data: &PreparedLog, others: &[Instance], event: &Candidate, onsets: &[f64]) -> Option<Vec<f64>> {
-    let (terms, hypotheses) = candidates::event(&log_data.scope, others, event, onsets);
+pub fn span_gains(log_data: &PreparedLog, others: &[Instance], event: &Candidate, spans: &[Span]) -> Option<Vec<f64>> {
+    let (terms, hypotheses) = candidates::event(&log_data.scope, others, event, spans);
     let pass = log_data.pass(&set_of(&log_data.scope.declared, others), &terms)?;
     let sum = pass.normal.sum(|_| true);
     let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
-    let free = |hypothesis: &Hypothesis| nuisance.iter().chain(&hypothesis.free).copied().collect::<Vec<_>>();
-    let fits = hypotheses.iter().map(|hypothesis| linear::fit(&sum, &free(hypothesis), &hypothesis.fixed));
+    let free = |hypothesis: &Hypothesis| -> Vec<Column> {
+        nuisance.iter().copied().map(Column::from).chain(hypothesis.columns()).collect()
+    };
+    let fits = hypotheses.iter().map(|hypothesis| linear::fit(&sum, &free(hypothesis), &hypothesis.fixed()));
     let fits: Vec<Option<linear::Fit>> = fits.collect();
     let best = hypotheses
         .iter()
         .zip(&fits)
         .filter_map(|(hypothesis, fit)| Some((hypothesis, fit.as_ref()?)))
         .max_by(|a, b| a.1.gain.total_cmp(&b.1.gain))?;
-    let (inflation, _) = linear::inflation(&pass.normal, |_| true, &free(best.0), best.1, &best.0.fixed);
+    let (inflation, _) = linear::inflation(&pass.normal, |_| true, &free(best.0), best.1, &best.0.fixed());
     Some(fits.iter().map(|fit| fit.as_ref().map_or(f64::NEG_INFINITY, |fit| fit.gain / inflation.max(1.0))).collect())
 }
 

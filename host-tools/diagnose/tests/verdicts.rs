@@ -30,6 +30,7 @@ fn assert_finds(effect: &str, truth: &[f64], seed: u64) {
     assert_ne!(d.verdict, Verdict::Unexplained, "{effect}: {:?}", d.structure.hints);
     assert_eq!(d.effects[0].instance.candidate.effect, name);
     assert_eq!(d.effects.len(), 1, "{effect}: {:?}", d.effects[1].instance);
+    assert_eq!(d.effects[0].values.len(), truth.len(), "{:?}", d.effects[0].values);
     for (value, truth) in d.effects[0].values.iter().zip(truth) {
         let half = 0.75 * (value.ci95[1] - value.ci95[0]);
         assert!((value.value - truth).abs() <= half.max(1e-9), "{effect} {}: {value:?}", value.name);
@@ -77,6 +78,12 @@ fn val_sound_speed() {
 #[test]
 fn val_stuck_fin_with_its_time() {
     assert_finds("fin_stuck:fin=top,rad=0.03,time_s=470", &[1.0, 0.03, 470.0], 27);
+}
+
+#[test]
+fn val_events_that_end() {
+    assert_finds("fin_stuck:fin=top,rad=0.03,time_s=300,until_s=560", &[1.0, 0.03, 300.0, 560.0], 28);
+    assert_finds("drag_change:surge_ns_per_m=1.5,time_s=380,until_s=610", &[1.5, 380.0, 610.0], 29);
 }
 
 /// Entries that no board holds as parameters, in the order of their names in the catalogue.

@@ -296,12 +296,12 @@ mod tests {
         assert!((sample.input.mean().propeller_radps - 100.0 * (1.0 - 0.2 * 40.0 / 3600.0)).abs() < 1e-9);
 
         // Of the plant's, what does not begin at some time becomes part of the parameters.
-        let mut effects = set(&[("linear_drag", &[2.0]), ("drag_change", &[5.0, 100.0]), ("dvl_scale", &[0.05])]);
+        let mut effects = set(&[("linear_drag", &[2.0]), ("drag_change", &[5.0, 100.0, 0.0]), ("dvl_scale", &[0.05])]);
         let mut vehicle = backseat_data::VehicleFile::reference().parameters;
         let before = vehicle.linear_surge_ns_per_m;
         assert_eq!(crate::declared_effects::fold_into_plant(&mut vehicle, &mut effects), ["drag_change"]);
         assert_eq!(vehicle.linear_surge_ns_per_m, before + 2.0);
-        assert_eq!(effects, set(&[("drag_change", &[5.0, 100.0]), ("dvl_scale", &[0.05])]));
+        assert_eq!(effects, set(&[("drag_change", &[5.0, 100.0, 0.0]), ("dvl_scale", &[0.05])]));
         assert_eq!(parameters().filter(|id| effects.get(*id) != 0.0).count(), 3);
     }
 

@@ -60,15 +60,20 @@ pub fn sentence(outcome: &DiagnosisReport<'_>) -> String {
     text + "."
 }
 
-/// One effect with its time in front: "since minute 37 the starboard fin is stuck at 1.0 degree".
+/// One effect with its time in front: "since minute 37 the starboard fin is stuck at 1.0 degree", or "from minute 12 to
+/// minute 20" where it ended.
 fn phrase(found: &FoundEffect) -> String {
-    let onset = found.values.iter().find(|value| value.kind == ParameterKind::Onset);
-    let when = onset.map_or_else(String::new, |onset| format!("since minute {:.0} ", onset.value / 60.0));
+    let minute = |kind| found.values.iter().find(|value| value.kind == kind).map(|value| value.value / 60.0);
+    let when = match (minute(ParameterKind::Onset), minute(ParameterKind::End)) {
+        (Some(onset), Some(end)) => format!("from minute {onset:.0} to minute {end:.0} "),
+        (Some(onset), None) => format!("since minute {onset:.0} "),
+        _ => String::new(),
+    };
     let effect = found.instance.candidate.effect;
     let texts: Vec<(&str, String)> = found
         .values
         .iter()
-        .filter(|value| value.kind != ParameterKind::Onset)
+        .filter(|value| !matches!(value.kind, ParameterKind::Onset | ParameterKind::End))
         .map(|value| {
             let text = match value.kind {
                 ParameterKind::Fin => fin_index(value.value).map_or("unknown", |fin| FIN_NAMES[fin]).to_owned(),

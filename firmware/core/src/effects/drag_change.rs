@@ -1,17 +1,17 @@
-//! `drag_change`: from a time on, more linear drag in surge.
+//! `drag_change`: from a time on, for good or for a while, more linear drag in surge.
 //!
-//! Weed or a line caught on the way, a fairing lost.
+//! Weed or a line caught on the way and perhaps shed, a fairing lost.
 
-use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo};
+use super::{Confusion, EffectInfo, Enters, Hooks, ParameterInfo, is_on};
 use crate::dynamics::VehicleParameters;
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
     name: "drag_change",
-    parameters: &[ParameterInfo::size("surge_ns_per_m", "N s/m", -5.0, 20.0), ParameterInfo::ONSET],
+    parameters: &[ParameterInfo::size("surge_ns_per_m", "N s/m", -5.0, 20.0), ParameterInfo::ONSET, ParameterInfo::END],
     enters: Enters::Process,
-    equations: "X -= d u from time_s on",
-    signature: "Surge steps at one time. At constant propeller speed it is constant before and after",
+    equations: "X -= d u from time_s to until_s",
+    signature: "Surge steps at one time, and back if it ends. At constant propeller speed it is constant in between",
     confused_with: &[
         Confusion {
             effect: "linear_drag",
@@ -33,8 +33,8 @@ pub const INFO: EffectInfo = EffectInfo {
 };
 
 fn plant(values: &[f64], t_s: f64, plant: &mut VehicleParameters) {
-    if let [drag, time_s] = values
-        && t_s >= *time_s
+    if let [drag, time_s, until_s] = values
+        && is_on(t_s, *time_s, *until_s)
     {
         plant.linear_surge_ns_per_m += drag;
     }

@@ -1,14 +1,19 @@
-//! `fin_stuck`: from a time on, one fin stands still whatever is commanded.
+//! `fin_stuck`: from a time on, for good or for a while, one fin stands still whatever is commanded.
 
-use super::{ActuatorMemory, Confusion, EffectInfo, Enters, Hooks, ParameterInfo, Step, fin_index};
+use super::{ActuatorMemory, Confusion, EffectInfo, Enters, Hooks, ParameterInfo, Step, fin_index, is_on};
 use crate::dynamics::ActuatorInput;
 
 /// The catalogue's entry.
 pub const INFO: EffectInfo = EffectInfo {
     name: "fin_stuck",
-    parameters: &[ParameterInfo::FIN, ParameterInfo::symmetric("rad", "rad", 0.6), ParameterInfo::ONSET],
+    parameters: &[
+        ParameterInfo::FIN,
+        ParameterInfo::symmetric("rad", "rad", 0.6),
+        ParameterInfo::ONSET,
+        ParameterInfo::END,
+    ],
     enters: Enters::Process,
-    equations: "delta_fin = rad from time_s on",
+    equations: "delta_fin = rad from time_s to until_s",
     signature: "The trim steps at one time. From then on the residual moment follows the fin's command with \
                 the opposite sign",
     confused_with: &[Confusion {
@@ -20,8 +25,8 @@ pub const INFO: EffectInfo = EffectInfo {
 };
 
 fn input(values: &[f64], step: &Step, _: &mut ActuatorMemory, input: &mut ActuatorInput) {
-    if let [fin, held, time_s] = values
-        && step.t_s >= *time_s
+    if let [fin, held, time_s, until_s] = values
+        && is_on(step.t_s, *time_s, *until_s)
         && let Some(angle) = fin_index(*fin).and_then(|fin| input.fins_rad.get_mut(fin))
     {
         *angle = *held;

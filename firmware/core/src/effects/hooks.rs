@@ -22,7 +22,8 @@ pub type GateHook = fn(values: &[f64], channel: SensorChannel) -> Option<f64>;
 /// those of the entry's parameters, in their order.
 #[derive(Clone, Copy, Debug)]
 pub struct Hooks {
-    /// Changes the plant's parameters at time `t_s`; between [`ParameterKind::Onset`](super::ParameterKind::Onset)s it
+    /// Changes the plant's parameters at time `t_s`; between times of the kinds
+    /// [`ParameterKind::Onset`](super::ParameterKind::Onset) and [`ParameterKind::End`](super::ParameterKind::End) it
     /// does not depend on time.
     pub plant: Option<PlantHook>,
     /// ∂(applied wrench)/∂(parameter), N and N m per unit of the parameter `index`, of an entry with `plant` that may

@@ -7,7 +7,7 @@ use super::Hooks;
 pub struct EffectInfo {
     /// Name in commands, files and reports.
     pub name: &'static str,
-    /// What quantifies it: one to three numbers.
+    /// What quantifies it: one to four numbers.
     pub parameters: &'static [ParameterInfo],
     /// Which models it changes.
     pub enters: Enters,
@@ -36,6 +36,8 @@ pub enum ParameterKind {
     Fin,
     /// When it begins, s since the epoch.
     Onset,
+    /// When it ends, s since the epoch; 0 is never.
+    End,
     /// A time without a meaning while the effect has no size (a period).
     Shape,
 }
@@ -106,6 +108,8 @@ impl ParameterInfo {
     pub(super) const FIN: Self = Self { name: "fin", unit: "1", min: 1.0, max: 4.0, kind: ParameterKind::Fin };
 
     pub(super) const ONSET: Self = Self { name: "time_s", unit: "s", min: 0.0, max: 1.0e6, kind: ParameterKind::Onset };
+
+    pub(super) const END: Self = Self { name: "until_s", unit: "s", min: 0.0, max: 1.0e6, kind: ParameterKind::End };
 
     /// Whether a value is plausible; zero, which is no effect, always is.
     #[must_use]

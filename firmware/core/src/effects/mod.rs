@@ -95,6 +95,11 @@ const ENTRIES: &[EffectInfo] = &[
 /// whole logs. They are no parameters of a board and no states of its filter.
 pub static LOG_CATALOGUE: &[EffectInfo] = log_entries::ENTRIES;
 
+/// Whether an event that begins at `time_s`, and ends at `until_s` unless that is 0, is there at `t_s`.
+fn is_on(t_s: f64, time_s: f64, until_s: f64) -> bool {
+    t_s >= time_s && (until_s == 0.0 || t_s < until_s)
+}
+
 /// Names of the fins, whose parameter values are 1 to 4.
 pub const FIN_NAMES: [&str; FINS] = ["top", "bottom", "port", "starboard"];
 
@@ -131,7 +136,7 @@ mod tests {
         let all = || CATALOGUE.iter().chain(LOG_CATALOGUE);
         for (i, effect) in all().enumerate() {
             assert!(all().skip(i + 1).all(|other| other.name != effect.name), "{}", effect.name);
-            assert!(!effect.parameters.is_empty() && effect.parameters.len() <= 3, "{}", effect.name);
+            assert!(!effect.parameters.is_empty() && effect.parameters.len() <= 4, "{}", effect.name);
             for confusion in effect.confused_with {
                 assert!(find_of_log(confusion.effect).is_some(), "{}: {}", effect.name, confusion.effect);
                 assert_ne!(confusion.effect, effect.name);

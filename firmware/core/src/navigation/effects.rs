@@ -36,7 +36,7 @@ pub(super) struct Effects {
     /// Those that narrow a channel's gate.
     gate: [Entries; SensorChannel::COUNT],
     /// The plant changes next, s since the epoch.
-    next_onset_s: f64,
+    next_change_s: f64,
     memory: ActuatorMemory,
     /// The vehicle without effects, once it was adopted.
     declared: Option<VehicleParameters>,
@@ -44,16 +44,16 @@ pub(super) struct Effects {
 
 /// The values of one entry.
 pub(super) struct Values {
-    values: [f64; 3],
+    values: [f64; 4],
     /// Where those that are states stand.
-    places: [Option<usize>; 3],
+    places: [Option<usize>; 4],
     len: usize,
 }
 
 impl Values {
     /// Fixed values of the entry, or its states where it has some.
     pub(super) fn of(index: usize, config: &NavigationConfig, x: &Estimate) -> Self {
-        let mut out = Self { values: [0.0; 3], places: [None; 3], len: 0 };
+        let mut out = Self { values: [0.0; 4], places: [None; 4], len: 0 };
         for (value, fixed) in out.values.iter_mut().zip(config.effects.values(index)) {
             *value = *fixed;
             out.len += 1;
@@ -99,7 +99,7 @@ impl Effects {
             input: 0,
             measure: [0; SensorChannel::COUNT],
             gate: [0; SensorChannel::COUNT],
-            next_onset_s: 0.0,
+            next_change_s: 0.0,
             memory: ActuatorMemory { fins_rad: None, fins_by_lag: [0.0; FINS], mean_by_lag: [0.0; FINS] },
             declared: None,
         }
@@ -172,12 +172,12 @@ impl Effects {
     /// Call it after time or states were set: the model is out of date, and the actuators stand at their commands.
     pub(super) fn restart(&mut self) {
         self.memory = ActuatorMemory::default();
-        self.next_onset_s = if self.plant == 0 { f64::INFINITY } else { f64::NEG_INFINITY };
+        self.next_change_s = if self.plant == 0 { f64::INFINITY } else { f64::NEG_INFINITY };
     }
 
     /// Whether the model is out of date.
     pub(super) fn is_stale(&self, t_s: f64) -> bool {
-        self.retunes || t_s >= self.next_onset_s
+        self.retunes || t_s >= self.next_change_s
     }
 
     /// Brings the model to the time `t_s` and the present states.
@@ -194,13 +194,13 @@ impl Effects {
             }
         }
         model.retune(&plant);
-        self.next_onset_s = f64::INFINITY;
+        self.next_change_s = f64::INFINITY;
         for (index, _) in entries(self.plant) {
             let values = Values::of(index, config, x);
             let parameters = CATALOGUE.get(index).map(|info| info.parameters).unwrap_or_default();
-            for (parameter, onset_s) in parameters.iter().zip(values.as_slice()) {
-                if parameter.kind == ParameterKind::Onset && *onset_s > t_s {
-                    self.next_onset_s = self.next_onset_s.min(*onset_s);
+            for (parameter, time_s) in parameters.iter().zip(values.as_slice()) {
+                if matches!(parameter.kind, ParameterKind::Onset | ParameterKind::End) && *time_s > t_s {
+                    self.next_change_s = self.next_change_s.min(*time_s);
                 }
             }
         }

@@ -20,8 +20,8 @@
 //!   then disagreed and either may have been right: the source is **unconfirmed**. The filter follows it, but the states
 //!   that it observes keep a sigma of at least [`UNCONFIRMED`] of the disagreement.
 //!   Of the position this is an addition to what the filter reports, because ranges have to triangulate; of other
-//!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range, unless the current
-//!   explained them; an unconfirmed velocity or attitude lets the sigma of the position grow while nothing
+//!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range, unless the sigma of
+//!   the current grew for them; an unconfirmed velocity or attitude lets the sigma of the position grow while nothing
 //!   measures the position.
 //! - A fix of the surfaced vehicle confirms every source, unless ranges contradict: GNSS is one witness, not the judge.
 //!   Ranges that have agreed for [`TURN_US`] without that growth confirm every source but the depth cell, of which they

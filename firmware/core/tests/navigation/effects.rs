@@ -265,7 +265,7 @@ fn val_each_state_finds_the_truth_within_its_sigma() {
 
 #[test]
 fn plant_changes_at_its_onset_and_not_before() {
-    let change = EffectSet::NONE.with("drag_change", &[4.0, 60.0]).unwrap();
+    let change = EffectSet::NONE.with("drag_change", &[4.0, 60.0, 0.0]).unwrap();
     let run = |effects: EffectSet, until_s: u64| {
         let mut navigator = started(effects, EffectStates::NONE);
         for k in 1..=10 * until_s {
@@ -275,6 +275,10 @@ fn plant_changes_at_its_onset_and_not_before() {
     };
     assert_eq!(run(change, 60), run(EffectSet::NONE, 60));
     assert!(run(change, 90) < run(EffectSet::NONE, 90) - 0.1);
+    // With an end it is the same until then, and the speed comes back.
+    let passing = EffectSet::NONE.with("drag_change", &[4.0, 60.0, 90.0]).unwrap();
+    assert_eq!(run(passing, 90), run(change, 90));
+    assert!((run(passing, 180) / run(EffectSet::NONE, 180) - 1.0).abs() < 1e-3);
     // From the epoch on, not from the start.
     let mut navigator = started(change, EffectStates::NONE);
     navigator.set_epoch(30_000_000);

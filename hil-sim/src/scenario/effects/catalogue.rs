@@ -4,7 +4,7 @@
 use super::physics::Waves;
 use super::{Draw, EffectKind, ParameterKind, Physics};
 use crate::scenario::Current;
-use crate::truth::{DragChange, Stuck};
+use crate::truth::{DragChange, Span, Stuck};
 
 pub(super) const fn number(name: &'static str, range: [f64; 2], draw: Draw) -> ParameterKind {
     ParameterKind { name, range, optional: false, draw }
@@ -16,10 +16,17 @@ pub(super) const fn optional(name: &'static str, limit: f64, draw: Draw) -> Para
 
 pub(super) const FIN: ParameterKind = number("fin", [1.0, 4.0], Draw::Fin);
 pub(super) const TIME: ParameterKind = number("time_s", [0.0, 1.0e6], Draw::Event);
+/// When an event ends; 0: it does not.
+const UNTIL: ParameterKind = ParameterKind { name: "until_s", range: [0.0, 1.0e6], optional: true, draw: Draw::Never };
 
 /// A fin's place from the value of its parameter.
 pub(super) fn fin(value: f64) -> usize {
     (value as usize).saturating_sub(1).min(3)
+}
+
+/// From a time to another, which is never if it is 0.
+fn span(from_s: f64, until_s: f64) -> Span {
+    Span { from_s, until_s: if until_s > 0.0 { until_s } else { f64::INFINITY } }
 }
 
 macro_rules! entries {
@@ -38,9 +45,9 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { true;
     [number("surge_ns_per_m", [-5.0, 20.0], Draw::Size(0.1, 2.0))],
     |p, v| p.vehicle.linear_surge_ns_per_m += v[0];
 
-    "drag_change", "more surge drag from a time on",
-    [number("surge_ns_per_m", [-5.0, 20.0], Draw::Size(0.1, 2.0)), TIME],
-    |p, v| p.undeclared.drag_change = DragChange { ns_per_m: v[0], time_s: v[1] };
+    "drag_change", "more surge drag from a time on, for good or until another",
+    [number("surge_ns_per_m", [-5.0, 20.0], Draw::Size(0.1, 2.0)), TIME, UNTIL],
+    |p, v| p.undeclared.drag_change = DragChange { ns_per_m: v[0], when: span(v[1], v[2]) };
 
     "thrust_loss", "thrust falls with speed ahead: β5 ω |ω| − k ω u",
     [number("k_n_s2_per_rad_m", [-0.01, 0.03], Draw::Size(0.001, 0.012))],
@@ -78,9 +85,9 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { true;
     [FIN, number("rad", [-0.3, 0.3], Draw::Signed(0.005, 0.06))],
     |p, v| p.undeclared.fins[fin(v[0])].bias_rad += v[1];
 
-    "fin_stuck", "one fin stands still from a time on",
-    [FIN, number("rad", [-0.6, 0.6], Draw::Signed(0.01, 0.1)), TIME],
-    |p, v| p.undeclared.fins[fin(v[0])].stuck = Some(Stuck { rad: v[1], time_s: v[2] });
+    "fin_stuck", "one fin stands still from a time on, for good or until another",
+    [FIN, number("rad", [-0.6, 0.6], Draw::Signed(0.01, 0.1)), TIME, UNTIL],
+    |p, v| p.undeclared.fins[fin(v[0])].stuck = Some(Stuck { rad: v[1], when: span(v[2], v[3]) });
 
     "heading_bias", "compass: const + sin · sin ψ + cos · cos ψ of the true heading",
     [

@@ -22,6 +22,8 @@ pub enum Draw {
     Fin,
     /// Within 20 to 80 % of the duration.
     Event,
+    /// Only if it is given: 0, which takes nothing from the stream.
+    Never,
 }
 
 fn size(random: &mut Stream, low: f64, high: f64) -> f64 {
@@ -41,6 +43,7 @@ impl Draw {
             Self::Uniform(low, high) => low + (high - low) * random.uniform(),
             Self::Angle => TAU * random.uniform(),
             Self::Fin => 1.0 + (FIN_NAMES.len() as f64 * random.uniform()).floor(),
+            Self::Never => 0.0,
             Self::Event => duration_s * (0.2 + 0.6 * random.uniform()),
         }
     }

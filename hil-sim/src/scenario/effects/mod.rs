@@ -169,10 +169,11 @@ impl Effect {
 }
 
 impl fmt::Display for Effect {
-    /// As on the command line: `name:parameter=value,…`.
+    /// As on the command line: `name:parameter=value,…`; an end that does not come is left out.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let numbers: Vec<String> = self
             .parameters()
+            .filter(|(parameter, value)| parameter.draw != Draw::Never || *value != 0.0)
             .map(|(parameter, value)| format!("{}={}", parameter.name, parameter.text(value)))
             .collect();
         write!(f, "{}:{}", self.kind.name, numbers.join(","))

@@ -45,7 +45,9 @@ impl VehicleEffects {
                 };
                 effects.read(source, id, value)?;
             }
-            if let Some(missing) = info.parameters.iter().find(|parameter| !table.contains_key(parameter.name)) {
+            // An event without an end does not end.
+            let mut needed = info.parameters.iter().filter(|parameter| parameter.kind != ParameterKind::End);
+            if let Some(missing) = needed.find(|parameter| !table.contains_key(parameter.name)) {
                 let message = format!("[{SECTION}.{}] lacks {} ({})", info.name, missing.name, missing.unit);
                 return Err(source.error(name.span(), message));
             }
@@ -99,6 +101,9 @@ impl VehicleEffects {
             for id in parameters().filter(|id| id.effect_index() == index) {
                 let ParameterInfo { name, unit, min, max, kind, .. } = *id.info();
                 let value = self.set.get(id);
+                if kind == ParameterKind::End && value == 0.0 {
+                    continue;
+                }
                 let number = match fin_index(value).filter(|_| kind == ParameterKind::Fin) {
                     Some(fin) => format!("{:?}", FIN_NAMES[fin]),
                     None => format!("{value:?}"),

@@ -212,11 +212,17 @@ mod tests {
     fn effects_are_written_read_and_named() {
         let text = format!(
             "{REFERENCE}\n[effects.water_current]\nnorth_mps = {{ value = 0.12, ci95 = [0.1, 0.14] }}\neast_mps = -0.05\n\
-             [effects.fin_stuck]\nfin = \"port\"\nrad = 0.05\ntime_s = 1200\n"
+             [effects.fin_stuck]\nfin = \"port\"\nrad = 0.05\ntime_s = 1200\n\
+             [effects.drag_change]\nsurge_ns_per_m = 1.5\ntime_s = 300\nuntil_s = 900\n"
         );
         let file = VehicleFile::parse(&text, Path::new("v.toml")).unwrap();
         let present: Vec<_> = file.effects.set.active().map(|(_, info, values)| (info.name, values.to_vec())).collect();
-        assert_eq!(present, [("water_current", vec![0.12, -0.05]), ("fin_stuck", vec![3.0, 0.05, 1200.0])]);
+        let expected = [
+            ("water_current", vec![0.12, -0.05]),
+            ("drag_change", vec![1.5, 300.0, 900.0]),
+            ("fin_stuck", vec![3.0, 0.05, 1200.0, 0.0]),
+        ];
+        assert_eq!(present, expected);
         assert_eq!(file.effects.ci95[0].1, [0.1, 0.14]);
         assert_eq!(VehicleFile::parse(&file.to_toml("again"), Path::new("v.toml")).unwrap(), file);
         let mut other = VehicleFile::reference();

@@ -225,7 +225,13 @@ fn together(
 }
 
 fn hypothesis(effect: &'static str, free: Vec<usize>) -> Hypothesis {
-    Hypothesis { candidate: Candidate { effect, fin: None, onset_s: None }, free, fixed: Vec::new(), lower: Vec::new() }
+    Hypothesis {
+        candidate: Candidate { effect, fin: None, span: None },
+        free,
+        ends: Vec::new(),
+        fixed: Vec::new(),
+        lower: Vec::new(),
+    }
 }
 
 /// A prepared log without samples of a vehicle's dynamics.

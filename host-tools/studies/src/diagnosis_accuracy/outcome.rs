@@ -86,7 +86,7 @@ impl Case<'_> {
 
     /// The size of the effect: the length of all its numbers that are sizes of one kind.
     pub fn amplitude(&self) -> f64 {
-        let is_size = |name: &str| !["fin", "time_s", "period_s", "scale"].contains(&name);
+        let is_size = |name: &str| !["fin", "time_s", "until_s", "period_s", "scale"].contains(&name);
         self.truth.parameters.iter().filter(|(name, _)| is_size(name)).map(|(_, v)| v * v).sum::<f64>().sqrt()
     }
 

@@ -2,7 +2,7 @@
 
 use backseat_core::effects::{self, Enters, ParameterKind};
 use backseat_data::VehicleFile;
-use backseat_diagnose::candidates::{Candidate, Instance};
+use backseat_diagnose::candidates::{Candidate, Instance, Span};
 use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::prepared_log::{DataPart, PreparedLog};
 use backseat_diagnose::search;
@@ -85,7 +85,8 @@ fn instance(effect: &Effect) -> Option<Instance> {
     let candidate = Candidate {
         effect: info.name,
         fin: of(ParameterKind::Fin).and_then(effects::fin_index),
-        onset_s: of(ParameterKind::Onset),
+        span: of(ParameterKind::Onset)
+            .map(|onset_s| Span { onset_s, end_s: of(ParameterKind::End).filter(|end_s| *end_s > 0.0) }),
     };
     Some(Instance { candidate, sizes: sizes.map(|p| effect.get(p.name).unwrap_or(0.0)).collect() })
 }

@@ -102,7 +102,7 @@ impl Study<'_> {
                 .parameters
                 .iter()
                 .map(|parameter| parameter.name)
-                .filter(|name| !["fin", "time_s", "period_s", "scale"].contains(name))
+                .filter(|name| !["fin", "time_s", "until_s", "period_s", "scale"].contains(name))
                 .collect();
             let share = Share::of(&cases, |case| case.is_detected());
             rows.push(vec![

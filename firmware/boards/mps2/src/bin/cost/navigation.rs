@@ -210,11 +210,11 @@ fn one<const N: usize, const M: usize>() -> u32 {
 
 /// What one effect adds to a step and to the measurement it changes most, fixed and (where it can) as states.
 fn effect(navigator: &mut Navigator, info: &'static EffectInfo) {
-    let mut values = [0.0; 3];
+    let mut values = [0.0; 4];
     for (value, parameter) in values.iter_mut().zip(info.parameters) {
         *value = match parameter.kind {
             ParameterKind::Size => 0.01 * parameter.max,
-            ParameterKind::Onset => 0.0,
+            ParameterKind::Onset | ParameterKind::End => 0.0,
             ParameterKind::Fin | ParameterKind::Shape => parameter.min,
         };
     }
