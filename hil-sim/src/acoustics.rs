@@ -323,7 +323,8 @@ impl Acoustics {
             return None;
         }
         let end_us = micros(arrival_s + self.settings.packet_duration_s);
-        let range_error_m = self.range_sigma_m * flight.errors[0] + flight.outlier_m;
+        let bending_m = self.channel.bending_per_m * true_range_m.powi(2);
+        let range_error_m = self.range_sigma_m * flight.errors[0] + flight.outlier_m + bending_m;
         let range_rate_error_mps = self.range_rate_sigma_mps * flight.errors[1];
         // A one-way time is read off the receiver's clock, in units of the declared sound speed.
         let one_way = |tol_us: u64| {

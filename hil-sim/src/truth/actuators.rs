@@ -27,8 +27,10 @@ pub(super) struct Drive {
     decay_per_s: f64,
     /// Dead band, slope over thrust constant, saturation.
     thrust_curve: Option<[f64; 3]>,
-    /// Where the servos hold the fins; a faulty fin stands elsewhere.
+    /// Where the servos stand.
     servos_rad: [f64; 4],
+    /// Where they hold the fins; a faulty fin stands elsewhere.
+    linkages_rad: [f64; 4],
 }
 
 /// Share of the remaining difference that a first-order lag covers in one step.
@@ -50,6 +52,7 @@ impl Drive {
                 .thrust_curve
                 .map(|[band, slope_n, top]| [band, slope_n / parameters.thrust_n_s2_per_rad2, top]),
             servos_rad: [0.0; 4],
+            linkages_rad: [0.0; 4],
         }
     }
 
@@ -60,18 +63,22 @@ impl Drive {
         libm::sqrt(slope * (share - band).max(0.0)).copysign(commanded_radps)
     }
 
-    /// Moves the actuators towards their targets for one step that begins at `time_s`.
-    pub(super) fn step(&mut self, actuators: &mut Actuators, targets: &Actuators, time_s: f64) {
+    /// Moves the actuators towards their targets for one step that begins at `time_s` and at the speed `u`, m/s.
+    pub(super) fn step(&mut self, actuators: &mut Actuators, targets: &Actuators, time_s: f64, u: f64) {
         let omega = self.driven(targets.propeller_radps.clamp(-self.propeller_max_radps, self.propeller_max_radps))
             * (1.0 - self.decay_per_s * time_s).max(0.0);
         actuators.propeller_radps += self.propeller_share * (omega - actuators.propeller_radps);
         for i in 0..4 {
             let target = targets.fins_rad[i].clamp(-self.fin_max_rad, self.fin_max_rad);
             let (servo, fault) = (&mut self.servos_rad[i], &self.faults[i]);
-            *servo += (self.fin_share * (target - *servo)).clamp(-self.fin_step_rad, self.fin_step_rad);
+            if !fault.is_out(time_s) {
+                *servo += (self.fin_share * (target - *servo)).clamp(-self.fin_step_rad, self.fin_step_rad);
+            }
+            let linkage = &mut self.linkages_rad[i];
+            *linkage = linkage.max(*servo - fault.play_rad).min(*servo + fault.play_rad);
             actuators.fins_rad[i] = match fault.stuck {
                 Some(stuck) if stuck.when.holds(time_s) => stuck.rad,
-                _ => *servo + fault.bias_rad,
+                _ => *linkage / (1.0 + fault.slip_s2_per_m2 * u * u) + fault.bias_rad,
             };
         }
     }

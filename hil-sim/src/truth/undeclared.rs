@@ -43,6 +43,20 @@ pub struct FinFault {
     pub bias_rad: f64,
     /// It no longer moves.
     pub stuck: Option<Stuck>,
+    /// Play of the linkage: the fin follows its servo once it is this far away, rad.
+    pub play_rad: f64,
+    /// The servo stands still for this share of every period, s.
+    pub dropout: [f64; 2],
+    /// The angle gives way by 1 / (1 + k u²), s²/m².
+    pub slip_s2_per_m2: f64,
+}
+
+impl FinFault {
+    /// Whether the servo takes no command.
+    pub(super) fn is_out(&self, time_s: f64) -> bool {
+        let [share, period_s] = self.dropout;
+        share > 0.0 && time_s.rem_euclid(period_s) < share * period_s
+    }
 }
 
 /// Physics and failures on top of the [`Parameters`](super::Parameters). The default is none.

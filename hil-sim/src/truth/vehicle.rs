@@ -116,7 +116,7 @@ impl Vehicle {
     /// One step: the actuators move, then hold; the disturbance is drawn, then holds.
     pub fn step(&mut self, targets: &Actuators, water: &Water) {
         let time_s = self.steps as f64 * self.step_s;
-        self.drive.step(&mut self.actuators, targets, time_s);
+        self.drive.step(&mut self.actuators, targets, time_s, self.state.0[7]);
         let mut disturbance: [f64; 6] = self.random.normals(1.0);
         if let Some(colouring) = &mut self.colouring {
             disturbance = colouring.mix(disturbance, self.coloured_sigma, (1e6 * time_s).round() as u64);

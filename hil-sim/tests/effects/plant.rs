@@ -133,6 +133,24 @@ fn val_fins_lag_stand_off_and_stick() {
 }
 
 #[test]
+fn val_fins_with_play_that_drop_out_and_that_slip() {
+    let fin = |name: &str, values: &[(&str, f64)], command: f64, seconds: u64| {
+        let truth = *flown(&with(quiet(), name, values), cruise([command, 0.0, 0.0, 0.0]), seconds).last();
+        (truth.actuators.fins_rad[0], truth)
+    };
+    // From rest it stops short of the command by its play; a command within the play does not move it.
+    let play = [("fin", 1.0), ("rad", 0.03)];
+    close(fin("servo_backlash", &play, 0.1, 1).0, 0.07, 1e-12);
+    close(fin("servo_backlash", &play, 0.02, 1).0, 0.0, 1e-12);
+    // Out for the first three of every four seconds.
+    let dropout = [("fin", 1.0), ("share", 0.75), ("period_s", 4.0)];
+    assert_eq!(fin("servo_dropout", &dropout, 0.1, 3).0, 0.0);
+    close(fin("servo_dropout", &dropout, 0.1, 4).0, 0.1, 1e-12);
+    let (angle, truth) = fin("fin_slip", &[("fin", 1.0), ("k_s2_per_m2", 0.5)], 0.1, 20);
+    close(angle, 0.1 / (1.0 + 0.5 * truth.state[6].powi(2)), 1e-6); // the speed of a step before
+}
+
+#[test]
 fn val_currents_carry_and_shear() {
     let drift = |scenario: &Scenario| {
         let truth = *flown(scenario, cruise([0.0; 4]), 20).last();

@@ -42,6 +42,14 @@ fn val_a_lagging_compass_trails_a_steady_turn_by_rate_times_lag() {
 }
 
 #[test]
+fn val_the_motor_turns_the_compass_by_its_speed_squared() {
+    for (truth, [_, _, heading], _) in turned("compass_crosstalk", &[("rad_s2", 2e-6)]).ahrs() {
+        let error = libm::remainder(heading - truth.state[5], std::f64::consts::TAU);
+        close(error, 2e-6 * truth.actuators.propeller_radps.powi(2), 1e-12);
+    }
+}
+
+#[test]
 fn val_biases_and_scales_are_exactly_those_given() {
     for (truth, [_, pitch, _], _) in turned("pitch_sensor", &[("bias_rad", 0.02), ("scale", -0.1)]).ahrs() {
         close(pitch, 0.9 * truth.state[4] + 0.02, 1e-12);
@@ -81,7 +89,7 @@ fn val_a_dvl_ahead_of_its_place_sees_the_turn_as_sway() {
 }
 
 #[test]
-fn val_ranges_are_long_by_speed_of_sound_and_clock() {
+fn val_ranges_are_long_by_speed_of_sound_clock_and_ray() {
     let straight = |name, values: &[(&str, f64)]| {
         let scenario = if values.is_empty() { quiet() } else { with(quiet(), name, values) };
         flown(&scenario, cruise([0.0; 4]), 400).ranges()
@@ -96,6 +104,9 @@ fn val_ranges_are_long_by_speed_of_sound_and_clock() {
     for (_, clean, dirty) in pairs("sound_speed", &[("ratio", 0.01)]) {
         // Slower sound is met a little later: the vehicle moves by 1 m/s times 10 ms meanwhile.
         close(dirty / clean - 1.0, 0.01, 2e-5);
+    }
+    for (_, clean, dirty) in pairs("ray_bending", &[("per_m", 2e-5)]) {
+        close(dirty - clean, 2e-5 * clean * clean, 2e-4); // range noise under the square
     }
     for (_, clean, dirty) in pairs("clock_offset", &[("s", 0.004)]) {
         close(dirty - clean, 1500.0 * 0.004, 1e-9); // rounding of sums of 1000 m

@@ -336,7 +336,7 @@ fn describe(
     joint: &JointFit,
     rounds: &[Round],
 ) -> Option<Vec<FoundEffect>> {
-    let alone: Option<Vec<(Pass, [Option<[f64; 2]>; 2])>> = (0..accepted.len())
+    let alone: Option<Vec<(Pass, Intervals)>> = (0..accepted.len())
         .into_par_iter()
         .map(|place| {
             let others = without(accepted, place);
@@ -367,10 +367,14 @@ fn describe(
     Some(found)
 }
 
-/// By how much Σ e² may be above its least inside the 95 % interval of an onset or an end. A change point has no smooth likelihood:
-/// about the true time Σ e² is a random walk with drift to either side, whose least lies below the true time's by x with
-/// probability 1 − (1 − exp(−x/2))² (Siegmund 1988, Biometrika 75, 31); a chi-square's 3.84 would hold 73 %.
+/// By how much Σ e² may be above its least inside the 95 % interval of an onset or an end. A change point has no smooth
+/// likelihood: about the true time Σ e² is a random walk with drift to either side, whose least lies below the true
+/// time's by x with probability 1 − (1 − exp(−x/2))² (Siegmund 1988, Biometrika 75, 31); a chi-square's 3.84 would hold
+/// 73 %.
 const CHANGE_RISE_95: f64 = 7.35;
+
+/// 95 % intervals of onset and end, s, where there are any.
+type Intervals = [Option<[f64; 2]>; 2];
 
 /// A side of a span.
 #[derive(Clone, Copy, PartialEq)]
@@ -409,12 +413,7 @@ fn interval(log_data: &PreparedLog, others: &[Instance], instance: &Instance, ed
 }
 
 /// The estimates of an effect; an end only where it has one.
-fn values(
-    candidate: &Candidate,
-    sizes: &[f64],
-    sigmas: &[f64],
-    [onset, end]: [Option<[f64; 2]>; 2],
-) -> Vec<ParameterEstimate> {
+fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], [onset, end]: Intervals) -> Vec<ParameterEstimate> {
     const UNKNOWN: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
     let mut place = 0;

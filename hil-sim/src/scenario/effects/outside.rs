@@ -35,4 +35,28 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { false;
     "heave_surge", "surge drag by the square of heave velocity",
     [number("n_s2_per_m2", [0.0, 1000.0], Draw::Size(20.0, 250.0))],
     |p, v| p.undeclared.heave_surge_n_s2_per_m2 += v[0];
+
+    "servo_backlash", "one fin lags its servo by the play of its linkage, half of it either way",
+    [FIN, number("rad", [0.0, 0.3], Draw::Size(0.02, 0.1))],
+    |p, v| p.undeclared.fins[fin(v[0])].play_rad += v[1];
+
+    "servo_dropout", "one servo does not move for a part of every period",
+    [
+        FIN,
+        number("share", [0.0, 1.0], Draw::Uniform(0.3, 0.8)),
+        number("period_s", [1.0, 600.0], Draw::Uniform(10.0, 60.0)),
+    ],
+    |p, v| p.undeclared.fins[fin(v[0])].dropout = [v[1], v[2]];
+
+    "fin_slip", "one loose fin gives way under load: angle / (1 + k u²)",
+    [FIN, number("k_s2_per_m2", [0.0, 10.0], Draw::Size(0.1, 1.0))],
+    |p, v| p.undeclared.fins[fin(v[0])].slip_s2_per_m2 += v[1];
+
+    "compass_crosstalk", "the motor's current turns the compass, in proportion to the propeller's speed squared",
+    [number("rad_s2", [-1e-4, 1e-4], Draw::Signed(5e-7, 5e-6))],
+    |p, v| p.instruments.compass.motor_s2 += v[0];
+
+    "ray_bending", "a curved ray makes a range longer by k r²",
+    [number("per_m", [0.0, 1e-3], Draw::Size(5e-6, 5e-5))],
+    |p, v| p.channel.bending_per_m += v[0];
 };

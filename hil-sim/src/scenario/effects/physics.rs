@@ -23,6 +23,8 @@ pub struct Compass {
     pub second: [f64; 2],
     /// First-order lag of the heading, s.
     pub lag_s: f64,
+    /// Error by the square of the propeller's speed, rad per (rad/s)².
+    pub motor_s2: f64,
 }
 
 /// Errors of the vehicle's instruments, measured minus true.
@@ -55,6 +57,8 @@ pub struct AcousticChannel {
     pub clock_offset_s: f64,
     /// Rate error of the receiver's clock.
     pub clock_drift: f64,
+    /// Ranges are longer than the distance by this times its square, 1/m.
+    pub bending_per_m: f64,
     /// Share of ranges that are no ranges.
     pub outlier_share: f64,
 }

@@ -27,7 +27,7 @@ const FIRST_SEED: u64 = 10_000;
 /// The only study of its file.
 const STUDY: &str = "";
 /// Version of the study: results of other versions are not mixed in. Raise it whenever a verdict may change.
-const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-1");
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-2");
 
 const EXAMPLES: &str = "\
 Examples:
@@ -35,7 +35,8 @@ Examples:
   backseat studies diagnosis-accuracy --out study --runs 40        the first forty runs of it
   backseat studies diagnosis-accuracy --out try --first-seed 100   seeds on which `diagnose` may be tried and changed
 
-Each run is a simulated log of half an hour with an undeclared effect, or two, or none, or one that is in no catalogue.
+Each run is a simulated log of half an hour with an undeclared effect, or two or three, or none, or one that is in
+no catalogue.
 Finished runs are kept in DIR/runs.jsonl, and the same command resumes there. Ctrl-C stops the runs under way. The page,
 DIR/study.md and DIR/study.html, covers the finished runs.";
 

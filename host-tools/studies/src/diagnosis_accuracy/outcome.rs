@@ -65,7 +65,7 @@ impl Run {
             run: self,
             truth,
             answer,
-            first: place.is_some_and(|place| place == 0 || self.class == Class::Pair),
+            first: place.is_some_and(|place| place == 0 || matches!(self.class, Class::Pair | Class::Triple)),
             separability: self.separability.iter().find(|of| of.effect == own),
         }
     }

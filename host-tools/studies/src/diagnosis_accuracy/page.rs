@@ -20,9 +20,10 @@ impl Page<'_> {
         let seeds = &self.seeds;
         format!(
             "{} of {} runs, seeds {} to {}. Each is a simulated log of half an hour of the reference vehicle with one undeclared \
-             effect, or two, or none, or one that is in no catalogue; `diagnose` is given the log and the declared vehicle \
+             effect, or two, or three, or none, or one that is in no catalogue; `diagnose` is given the log and the declared vehicle \
              alone. Half of the logs have manoeuvres that excite (dives, steps of speed, legs across), half \
-             are lines to and fro; half have coloured noise, half have a DVL. Seeds below {} were used while `diagnose` was \
+             are lines to and fro; half have coloured noise, half have a DVL, on half the inputs move on between their \
+             samples. Half of the events end. Seeds below {} were used while `diagnose` was \
              developed; these were not.",
             self.runs.len(),
             seeds.end - seeds.start,

@@ -29,6 +29,9 @@ pub struct Run {
     /// Noise partly correlated in time; else white as it is declared.
     pub coloured: bool,
     pub dvl: bool,
+    /// Inputs move on between their samples; else they are held.
+    #[serde(default)]
+    pub ramps: bool,
     pub injected: Vec<Injected>,
     /// Why a log of this kind cannot judge an effect injected.
     pub not_judged: Option<String>,
@@ -102,7 +105,7 @@ pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
     let after = if set == declared_set { declared.clone() } else { score(&log_data, &data, &d.after, &set)? };
     let declaring_truth = match class {
         Class::None => declared.clone(),
-        Class::Single | Class::Pair => {
+        Class::Single | Class::Pair | Class::Triple => {
             let set = truth(&spec.vehicle, &data.effects);
             let pass = log_data.pass(&set, &[]).context("the truth is impossible for the model")?;
             score(&log_data, &data, &pass, &set)?
@@ -122,6 +125,7 @@ pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
         excite: spec.shape == Shape::Excite,
         coloured: spec.noise == NoiseKind::Coloured,
         dvl: spec.dvl,
+        ramps: spec.ramps,
         injected: data.effects.iter().map(Injected::of).collect(),
         not_judged: data.effects.iter().find_map(reason).map(|(name, reason)| format!("{name}: {reason}")),
         verdict: d.verdict.name().to_owned(),

@@ -79,7 +79,7 @@ fn square(log_data: &PreparedLog, set: &Effects) -> Option<f64> {
 
 /// A true effect as a hypothesis with its values; `None` for an entry of noise.
 fn instance(effect: &Effect) -> Option<Instance> {
-    let info = effects::find(effect.name()).filter(|info| info.enters != Enters::Noise)?;
+    let info = effects::find_of_log(effect.name()).filter(|info| info.enters != Enters::Noise)?;
     let of = |kind: ParameterKind| info.parameters.iter().find(|p| p.kind == kind).and_then(|p| effect.get(p.name));
     let sizes = info.parameters.iter().filter(|p| p.kind == ParameterKind::Size);
     let candidate = Candidate {
@@ -94,7 +94,7 @@ fn instance(effect: &Effect) -> Option<Instance> {
 /// What was declared, with the entries injected.
 pub fn truth(vehicle: &VehicleFile, injected: &[Effect]) -> Effects {
     injected.iter().fold(Effects::from(vehicle.effects.set), |set, effect| {
-        let Some(info) = effects::find(effect.name()) else { return set };
+        let Some(info) = effects::find_of_log(effect.name()) else { return set };
         let values: Vec<f64> = info.parameters.iter().map(|p| effect.get(p.name).unwrap_or(0.0)).collect();
         set.with(info.name, &values).unwrap_or(set)
     })

@@ -2,10 +2,10 @@
 
 use super::estimate::{Share, smallest};
 use super::outcome::Answer;
-use super::plan::Class;
+use super::plan::{Class, entries};
 use super::run::{Errors, Run};
 use super::sections::{Choose, Section, Study, is_single, short};
-use backseat_core::effects::{CATALOGUE, FIN_NAMES};
+use backseat_core::effects::FIN_NAMES;
 use backseat_data::stats::{mean, median, percentile};
 use std::collections::BTreeSet;
 
@@ -44,6 +44,12 @@ impl Study<'_> {
         Share::of(&self.compared(), Compared::is_covered)
     }
 
+    /// Of onsets and ends of events alone.
+    pub fn coverage_in_time(&self) -> Share {
+        let is_time = |compared: &Compared| [".time_s", ".until_s"].iter().any(|name| compared.name.ends_with(name));
+        Share::of(&self.compared().into_iter().filter(is_time).collect::<Vec<_>>(), Compared::is_covered)
+    }
+
     /// Of effects of one fin that are named: it is the right one.
     fn fins(&self) -> Share {
         let pairs: Vec<(&str, usize)> = self
@@ -77,7 +83,7 @@ impl Study<'_> {
         Section {
             title: "Sizes and their intervals",
             text: format!(
-                "Of effects named with nothing else possible, single and of pairs, in the units of the names. All intervals \
+                "Of effects named with nothing else possible, single, of pairs and of triples, in the units of the names. All intervals \
                  together hold the truth in {}. Where an effect of one fin is named, the fin is the right one in {}.",
                 self.coverage().text(),
                 self.fins().text()
@@ -89,7 +95,7 @@ impl Study<'_> {
 
     pub fn smallest(&self) -> Section {
         let mut rows = Vec::new();
-        for info in CATALOGUE {
+        for info in entries() {
             let cases = self.cases(|case| is_single(case) && case.truth.effect == info.name);
             if cases.is_empty() {
                 continue;
@@ -126,7 +132,10 @@ impl Study<'_> {
 
     /// Position error after diagnosis over that with the true effects declared, of runs in which every effect is named.
     pub fn ratios(&self) -> Vec<f64> {
-        self.ratios_of(|run| run.class == Class::Single || run.class == Class::Pair, |errors| errors.position_m)
+        self.ratios_of(
+            |run| matches!(run.class, Class::Single | Class::Pair | Class::Triple),
+            |errors| errors.position_m,
+        )
     }
 
     fn ratios_of(&self, choose: impl Fn(&Run) -> bool, error: impl Fn(&Errors) -> Option<f64>) -> Vec<f64> {
@@ -144,11 +153,12 @@ impl Study<'_> {
     }
 
     pub fn after(&self) -> Section {
-        let groups: [(&str, Choose); 4] = [
+        let groups: [(&str, Choose); 5] = [
             ("single effects", |run| run.class == Class::Single),
             ("pairs", |run| run.class == Class::Pair),
-            ("single and pairs, with a DVL", |run| run.dvl && run.class != Class::Outside),
-            ("single and pairs, without", |run| !run.dvl && run.class != Class::Outside),
+            ("triples", |run| run.class == Class::Triple),
+            ("all of them, with a DVL", |run| run.dvl && run.class != Class::Outside),
+            ("all of them, without", |run| !run.dvl && run.class != Class::Outside),
         ];
         let mut rows = Vec::new();
         for (name, is_in) in groups {

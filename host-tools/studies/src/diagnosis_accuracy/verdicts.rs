@@ -2,16 +2,15 @@
 
 use super::estimate::Share;
 use super::outcome::{Answer, Case};
-use super::plan::Class;
+use super::plan::{Class, entries};
 use super::run::Run;
 use super::sections::{BANDS, Choose, Section, Study, in_band, is_blamed, is_invisible, is_single, short};
-use backseat_core::effects::CATALOGUE;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Study<'_> {
     pub fn confusion(&self) -> Section {
         let mut rows = Vec::new();
-        for info in CATALOGUE {
+        for info in entries() {
             let cases = self.cases(|case| is_single(case) && case.truth.effect == info.name);
             rows.extend((!cases.is_empty()).then(|| answers(info.name, &cases)));
         }
@@ -28,33 +27,35 @@ impl Study<'_> {
     }
 
     pub fn classes(&self) -> Section {
-        let groups: [(&str, Choose); 6] = [
+        let groups: [(&str, Choose); 8] = [
             ("manoeuvres that excite", |run| run.excite),
             ("lines to and fro", |run| !run.excite),
             ("white noise", |run| !run.coloured),
             ("coloured noise", |run| run.coloured),
             ("with a DVL", |run| run.dvl),
             ("without", |run| !run.dvl),
+            ("inputs held between samples", |run| !run.ramps),
+            ("inputs that move on", |run| run.ramps),
         ];
         let mut rows: Vec<Vec<String>> =
             groups.map(|(name, is_in)| answers(name, &self.cases(|case| is_single(case) && is_in(case.run)))).into();
-        let pairs = self.of_class(Class::Pair);
         rows.push(answers("each effect of a pair", &self.cases(|case| case.run.class == Class::Pair)));
-        let both = Share::of(&pairs, |run| {
-            run.injected.iter().all(|truth| run.found.iter().any(|found| found.effect == truth.effect))
-        });
-        let exactly = Share::of(&pairs, |run| {
-            run.found.len() == run.injected.len()
-                && run.injected.iter().all(|truth| run.found.iter().any(|found| found.effect == truth.effect))
-        });
+        rows.push(answers("each effect of a triple", &self.cases(|case| case.run.class == Class::Triple)));
+        let has_all =
+            |run: &Run| run.injected.iter().all(|truth| run.found.iter().any(|found| found.effect == truth.effect));
+        let shares = |class: Class| {
+            let runs = self.of_class(class);
+            let all = Share::of(&runs, |run| has_all(run));
+            let exactly = Share::of(&runs, |run| run.found.len() == run.injected.len() && has_all(run));
+            (all.text(), exactly.text())
+        };
+        let [(both, only_both), (three, only_three)] = [Class::Pair, Class::Triple].map(shares);
         Section {
-            title: "By manoeuvre, noise and sensors; pairs",
+            title: "By manoeuvre, noise, sensors and inputs; pairs and triples",
             text: format!(
-                "Of the pairs, both effects are named in {}; both and nothing else in {}. The vehicle's motion and the sensors \
-                 come from the simulator's own equations in every run; the coloured noise has other spectra than the filter \
-                 assumes.",
-                both.text(),
-                exactly.text()
+                "Of the pairs, both effects are named in {both}; both and nothing else in {only_both}. Of the triples, all three \
+                 in {three}; all three and nothing else in {only_three}. The vehicle's motion and the sensors come from the \
+                 simulator's own equations in every run; the coloured noise has other spectra than the filter assumes.",
             ),
             header: answer_header("single effects"),
             rows,
@@ -63,7 +64,7 @@ impl Study<'_> {
 
     pub fn bands(&self) -> Section {
         let mut rows = Vec::new();
-        for (kind, class) in [("single", Class::Single), ("of a pair", Class::Pair)] {
+        for (kind, class) in [("single", Class::Single), ("of a pair", Class::Pair), ("of a triple", Class::Triple)] {
             let known = self.cases(|case| case.run.class == class && case.separability.is_some()).len();
             for (band, (name, ..)) in BANDS.iter().enumerate() {
                 let choose = |invisible: bool| {
@@ -87,7 +88,7 @@ impl Study<'_> {
                    declared model) on the same log without noise: how many standard deviations of a single number the log \
                    holds for telling them apart. Above 5 the cause is to be named first; below 1.5 no method can, and the \
                    verdict is to be ambiguous and list it. Range outliers and waves are noise and have none. Each effect of a \
-                   pair competes beside the other."
+                   pair or triple competes beside the others."
                 .to_owned(),
             header,
             rows,
@@ -96,7 +97,7 @@ impl Study<'_> {
 
     pub fn clear(&self) -> Section {
         let mut rows = Vec::new();
-        for info in CATALOGUE {
+        for info in entries() {
             let cases = self.cases(|case| is_single(case) && case.truth.effect == info.name && in_band(case, 0));
             rows.extend((!cases.is_empty()).then(|| answers(info.name, &cases)));
         }
