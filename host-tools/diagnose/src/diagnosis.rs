@@ -248,7 +248,7 @@ fn choose(log_data: &PreparedLog, accepted: &[Instance], round: &Round) -> Optio
         return Some(close[0].instance.clone());
     }
     close
-        .iter()
+        .into_par_iter()
         .filter_map(|e| {
             let mut instances = accepted.to_vec();
             instances.push(e.instance.clone());

@@ -118,11 +118,12 @@ pub fn judge(log_data: &PreparedLog, pass: &Pass, hypotheses: &[Hypothesis], nui
         let fit = linear::fit(&train, nuisance, &[]);
         fit.map_or(0.0, |fit| linear::gain_of(&held, nuisance, &fit.theta, &[]))
     });
+    let judged: Vec<Option<Evidence>> = hypotheses
+        .par_iter()
+        .map(|hypothesis| evidence(pass, hypothesis, nuisance, [&train, &held, &whole], [base_whole, base_held]))
+        .collect();
     let mut best: Vec<Evidence> = Vec::new();
-    for hypothesis in hypotheses {
-        let Some(found) = evidence(pass, hypothesis, nuisance, [&train, &held, &whole], [base_whole, base_held]) else {
-            continue;
-        };
+    for found in judged.into_iter().flatten() {
         let (own, ends) = (found.instance.candidate, found.instance.candidate.ends());
         let same = |e: &&mut Evidence| is_same(&e.instance.candidate, &own) && e.instance.candidate.ends() == ends;
         match best.iter_mut().find(same) {
