@@ -136,6 +136,13 @@ impl Candidate {
         sizes.map(|p| [p.min, p.max]).collect()
     }
 
+    /// Whether it delays the actuators.
+    #[must_use]
+    pub fn is_lag(&self) -> bool {
+        let info = self.info();
+        info.hooks.input.is_some() && info.parameters.iter().any(|p| p.kind == ParameterKind::Size && p.unit == "s")
+    }
+
     /// Whether it ends before the log does.
     #[must_use]
     pub fn ends(&self) -> bool {

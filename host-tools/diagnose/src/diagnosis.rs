@@ -98,8 +98,11 @@ impl Diagnosis {
 pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
     let mut diagnosis = once(log_data, &mut progress)?;
     // What effects leave shows the timing of the inputs better than what the declared model leaves.
-    if !diagnosis.effects.is_empty() && log_data.retime(&diagnosis.set(&log_data.scope.declared))? {
-        diagnosis = once(log_data, &mut progress)?;
+    if !diagnosis.effects.is_empty() {
+        let found: Vec<Instance> = diagnosis.effects.iter().map(|found| found.instance.clone()).collect();
+        if log_data.retime(&diagnosis.set(&log_data.scope.declared))? || log_data.retime_beside_lag(&found)? {
+            diagnosis = once(log_data, &mut progress)?;
+        }
     }
     diagnosis.notes.extend(timing::note(&log_data.timing));
     if diagnosis.verdict == Verdict::Unexplained

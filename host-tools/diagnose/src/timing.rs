@@ -76,7 +76,9 @@ pub fn note(timing: &InputTiming) -> Option<String> {
         .then(|| format!("the log samples inputs that move on between their samples: {}", moving.join(", ")))
 }
 
-fn turned(hold: Hold) -> Hold {
+/// The other kind of hold.
+#[must_use]
+pub fn turned(hold: Hold) -> Hold {
     let kind = match hold.kind {
         HoldKind::Held => HoldKind::Continuous,
         HoldKind::Continuous => HoldKind::Held,

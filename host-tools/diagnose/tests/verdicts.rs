@@ -140,6 +140,13 @@ fn inputs_that_move_on_are_no_effect() {
         assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {:?}", d.effects, d.structure.hints);
         assert!(log_data.timing.iter().all(|hold| hold.kind == HoldKind::Continuous), "{:?}", log_data.timing);
     }
+    // A lag takes up the half sample between inputs that are held and inputs that move on.
+    for shape in [Shape::Lawnmower, Shape::Excite] {
+        let d = diagnose(&["fin_lag:s=0.3"], 15, |spec| (spec.ramps, spec.shape) = (true, shape));
+        let found = d.effects[0].values[0];
+        assert_eq!(d.effects[0].instance.candidate.effect, "fin_lag");
+        assert!((found.value - 0.3).abs() < 0.75 * (found.ci95[1] - found.ci95[0]), "{found:?}");
+    }
     let d = diagnose(&["thrust_loss:k_n_s2_per_rad_m=0.003"], 23, |spec| spec.ramps = true);
     assert_eq!((d.verdict, d.effects[0].instance.candidate.effect), (Verdict::Explained, "thrust_loss"));
 }
