@@ -155,6 +155,7 @@ impl Estimator {
     ///
     /// # Errors
     /// A value that the filter refuses; it is as it was.
+    #[inline(never)] // its memory is not to stay on the stack under the Riccati equation
     pub fn configure(&mut self, settings: &Settings, model: &VehicleModel) -> Result<(), ConfigError> {
         self.packets.reset();
         self.clones.clear();

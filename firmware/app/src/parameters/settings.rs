@@ -261,6 +261,7 @@ impl Settings {
 
     /// What the filter is built from.
     #[must_use]
+    #[inline(never)] // its memory is not to stay on the stack under the filter
     pub fn navigation_config(&self) -> NavigationConfig {
         let mut config = self.navigation;
         // Each model has its own near the surface, too; the table has the dynamic model's.

@@ -150,17 +150,16 @@ impl EffectStates {
         states
     }
 
-    /// These with a current that changes steadily, if they have a current.
-    #[must_use]
-    pub fn with_tide(self) -> Self {
+    /// Lets the current change steadily, if there is one and there is room.
+    pub fn add_tide(&mut self) {
         if self.current().is_none() || self.has_current_rate() {
-            return self;
+            return;
         }
         let [initial_sigma, random_walk_per_sqrt_s] = TIDE;
-        [0, 1].into_iter().fold(self, |states, axis| {
+        for axis in [0, 1] {
             let parameter = StateParameter::CurrentRate(axis);
-            states.with_state(EffectState { parameter, initial_sigma, random_walk_per_sqrt_s }).unwrap_or(states)
-        })
+            let _full = self.insert(EffectState { parameter, initial_sigma, random_walk_per_sqrt_s });
+        }
     }
 
     /// These and one more effect.
@@ -184,20 +183,28 @@ impl EffectStates {
     ///
     /// # Errors
     /// [`ConfigError::NotAState`] if it is estimated already; [`ConfigError::TooManyEffectStates`].
-    pub fn with_state(self, state: EffectState) -> Result<Self, ConfigError> {
+    pub fn with_state(mut self, state: EffectState) -> Result<Self, ConfigError> {
+        self.insert(state)?;
+        Ok(self)
+    }
+
+    /// Adds a state in its place; on an error nothing changes.
+    fn insert(&mut self, state: EffectState) -> Result<(), ConfigError> {
         let (effect, parameter) = (state.parameter.group(), state.parameter.name());
         if self.iter().any(|other| other.parameter == state.parameter) {
             return Err(ConfigError::NotAState { effect, parameter });
         }
+        if self.states.last().is_none_or(Option::is_some) {
+            return Err(ConfigError::TooManyEffectStates);
+        }
         let mut moving = Some(state);
-        let mut states = self;
-        for place in &mut states.states {
+        for place in &mut self.states {
             let behind = |state: EffectState| moving.is_some_and(|m| m.parameter.order() < state.parameter.order());
             if place.is_none_or(behind) {
                 core::mem::swap(place, &mut moving);
             }
         }
-        if moving.is_some() { Err(ConfigError::TooManyEffectStates) } else { Ok(states) }
+        Ok(())
     }
 
     /// How many.

@@ -8,7 +8,9 @@ use super::observation::Observations;
 use super::row::Row;
 use super::{ConfigError, NavigationConfig};
 use crate::dynamics::{ActuatorInput, Attitude, FINS, VehicleModel, VehicleParameters};
-use crate::effects::{ActuatorMemory, CATALOGUE, EffectSet, Hooks, Moment, Motion, ParameterKind, SensorChannel, Step};
+use crate::effects::{
+    ActuatorMemory, CATALOGUE, EffectSet, Hooks, Moment, Motion, ParameterKind, SensorChannel, Step, parameters,
+};
 use crate::identification::regressor::{Regressor, regressor};
 use crate::identification::theta::{self, PARAMETERS, theta_of};
 use crate::state;
@@ -153,9 +155,10 @@ impl Effects {
     /// Adopts a vehicle, which the next step retunes.
     ///
     /// # Errors
-    /// [`ConfigError::Plant`] if it and its effects do not go together, before or after any onset.
+    /// [`ConfigError::Plant`] if it and its effects do not go together, before, at or after any onset.
     pub(super) fn adopt(&mut self, model: &VehicleModel, config: &NavigationConfig) -> Result<(), ConfigError> {
-        for t_s in [0.0, f64::INFINITY] {
+        let onsets = parameters().filter(|id| id.info().kind == ParameterKind::Onset);
+        for t_s in [0.0, f64::INFINITY].into_iter().chain(onsets.map(|id| config.effects.get(id))) {
             let mut plant = *model.parameters();
             for (index, hooks) in entries(self.plant) {
                 if let Some(change) = hooks.plant {

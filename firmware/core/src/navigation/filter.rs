@@ -74,14 +74,15 @@ impl Filter {
 
     /// Model and configuration together; the effects tie them.
     fn adopt(&mut self, config: &NavigationConfig, model: &VehicleModel) -> Result<(), ConfigError> {
-        let before = self.config;
-        self.config = *config;
-        let adopted = self.set_model(model);
-        if adopted.is_err() {
-            self.config = before;
-            self.select_effects();
+        self.effects.select(config);
+        if let Err(refused) = self.effects.adopt(model, config) {
+            self.effects.select(&self.config);
+            return Err(refused);
         }
-        adopted
+        self.config = *config;
+        self.x.water_mps = water_of(&self.config.effects);
+        self.model = Some(model.clone());
+        Ok(())
     }
 
     fn select_effects(&mut self) {

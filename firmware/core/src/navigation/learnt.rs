@@ -93,7 +93,9 @@ mod tests {
     #[test]
     fn every_state_of_the_vehicle_has_a_place_of_its_own() {
         let mut taken = [false; LEARNT_STATES];
-        for state in EffectStates::robust(&Priors::DEFAULT).with_tide().iter() {
+        let mut states = EffectStates::robust(&Priors::DEFAULT);
+        states.add_tide();
+        for state in states.iter() {
             match Learnt::place(state.parameter) {
                 Some(place) => assert!(!core::mem::replace(&mut taken[place], true), "{:?}", state.parameter),
                 None => assert!(!state.parameter.is_of_the_vehicle(), "{:?}", state.parameter),

@@ -392,10 +392,13 @@ impl Navigator {
 
 /// The configuration of a member of the bank.
 fn of_member(k: usize, config: &NavigationConfig) -> NavigationConfig {
+    // in place: a temporary for each member would be a kilobyte more of stack
+    let mut member = *config;
     match k {
-        NOMINAL => NavigationConfig { effect_states: EffectStates::NONE, noise_factor: [1.0; 6], ..*config },
-        _ => NavigationConfig { effect_states: config.effect_states.with_tide(), ..*config },
+        NOMINAL => (member.effect_states, member.noise_factor) = (EffectStates::NONE, [1.0; 6]),
+        _ => member.effect_states.add_tide(),
     }
+    member
 }
 
 impl Deref for Navigator {

@@ -354,6 +354,16 @@ fn what_does_not_fit_is_refused() {
     let effects = EffectSet::NONE.with("cross_drag", &[90.0, 0.0]).unwrap();
     let config = NavigationConfig { effects, ..NavigationConfig::REFERENCE };
     assert_eq!(Navigator::new().configure(&config, &model), Err(ConfigError::Plant { key: "drag.d26" }));
+    // Impossible for a while is impossible.
+    let mut dragging = backseat_core::dynamics::VehicleParameters::IVER3;
+    dragging.linear_surge_ns_per_m = 99_990.0;
+    let model = backseat_core::dynamics::VehicleModel::new(&dragging).unwrap();
+    for until_s in [0.0, 90.0] {
+        let effects = EffectSet::NONE.with("drag_change", &[20.0, 60.0, until_s]).unwrap();
+        let config = NavigationConfig { effects, ..NavigationConfig::REFERENCE };
+        let key = "drag.linear_surge_ns_per_m";
+        assert_eq!(Navigator::new().configure(&config, &model), Err(ConfigError::Plant { key }));
+    }
 }
 
 #[test]
