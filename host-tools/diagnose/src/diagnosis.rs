@@ -1,7 +1,8 @@
 //! The whole loop: find a significant residual, trace it to effects, add them, and repeat.
 
 use crate::alternatives::{self, Alternative};
-use crate::candidates::{Candidate, Instance, Span, set_of};
+use crate::candidates::{Candidate, Instance, set_of};
+use crate::event_times::{self, Intervals};
 use crate::log_effects::Effects;
 use crate::noise;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
@@ -343,7 +344,7 @@ fn describe(
         .into_par_iter()
         .map(|place| {
             let others = without(accepted, place);
-            let times = [Edge::Onset, Edge::End].map(|edge| interval(log_data, &others, &accepted[place], edge));
+            let times = event_times::intervals(log_data, &others, &accepted[place]);
             let pass = if others.is_empty() {
                 log_data.declared.clone()
             } else {
@@ -368,51 +369,6 @@ fn describe(
     }
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     Some(found)
-}
-
-/// By how much Σ e² may be above its least inside the 95 % interval of an onset or an end. A change point has no smooth
-/// likelihood: about the true time Σ e² is a random walk with drift to either side, whose least lies below the true
-/// time's by x with probability 1 − (1 − exp(−x/2))² (Siegmund 1988, Biometrika 75, 31); a chi-square's 3.84 would hold
-/// 73 %.
-const CHANGE_RISE_95: f64 = 7.35;
-
-/// 95 % intervals of onset and end, s, where there are any.
-type Intervals = [Option<[f64; 2]>; 2];
-
-/// A side of a span.
-#[derive(Clone, Copy, PartialEq)]
-enum Edge {
-    Onset,
-    End,
-}
-
-/// Times about an edge of an event that the data do not exclude, the other edge fixed: the interval, s.
-fn interval(log_data: &PreparedLog, others: &[Instance], instance: &Instance, edge: Edge) -> Option<[f64; 2]> {
-    let span = instance.candidate.span?;
-    let centre = if edge == Edge::Onset { span.onset_s } else { span.end_s? };
-    let moved = |time_s: f64| match edge {
-        Edge::Onset => Span { onset_s: time_s, ..span },
-        Edge::End => Span { end_s: Some(time_s), ..span },
-    };
-    let mut step_s = 0.25;
-    for _ in 0..5 {
-        let times: Vec<f64> = (-12..=12).map(|k| centre + step_s * f64::from(k)).collect();
-        let spans: Vec<Span> = times.iter().map(|time_s| moved(*time_s)).collect();
-        let mut gains = search::span_gains(log_data, others, &instance.candidate, &spans)?;
-        for (gain, span) in gains.iter_mut().zip(&spans) {
-            if span.end_s.is_some_and(|end_s| end_s <= span.onset_s) {
-                *gain = f64::NEG_INFINITY;
-            }
-        }
-        let top = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let inside: Vec<usize> = (0..gains.len()).filter(|i| gains[*i] > top - CHANGE_RISE_95).collect();
-        let (first, last) = (*inside.first()?, *inside.last()?);
-        if first > 0 && last + 1 < gains.len() {
-            return Some([times[first] - step_s, times[last] + step_s]);
-        }
-        step_s *= 4.0;
-    }
-    None
 }
 
 /// The estimates of an effect; an end only where it has one.

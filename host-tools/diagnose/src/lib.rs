@@ -6,12 +6,12 @@
 //! normal_equations  information matrix and score, by    linear        least squares on a choice of columns
 //!                   blocks of time
 //! noise             scales, outliers                    waves         a peak in the DVL's spectrum
-//! candidates        the catalogue as hypotheses         search        forward selection, onsets
+//! candidates        the catalogue as hypotheses         search        forward selection, times of events
 //! alternatives      which other entry it could be       structure     terms outside the catalogue that remain
 //! prepared_log      one log made ready, joint fits      diagnosis     the whole loop
 //! verdict           the table of verdict rules          scores        before and after on held-out data
 //! log_models        logs without fins and propeller     figures       what the report draws
-//! proposal          terms in no catalogue, as a formula
+//! proposal          terms in no catalogue, as a formula event_times   intervals of onset and end
 //! statistics        whiteness of a sequence             timing        when fins and propeller act
 //! ```
 //!
@@ -28,6 +28,7 @@
 pub mod alternatives;
 pub mod candidates;
 pub mod diagnosis;
+pub mod event_times;
 pub mod figures;
 pub mod linear;
 pub mod log_effects;
