@@ -97,13 +97,11 @@ impl Diagnosis {
 /// `None` if the filter diverges.
 #[must_use]
 pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
-    let mut diagnosis = once(log_data, &mut progress)?;
+    let (mut diagnosis, accepted) = once(log_data, &mut progress)?;
     // What effects leave shows the timing of the inputs better than what the declared model leaves.
-    if !diagnosis.effects.is_empty() {
-        let found: Vec<Instance> = diagnosis.effects.iter().map(|found| found.instance.clone()).collect();
-        if log_data.retime(&diagnosis.set(&log_data.scope.declared))? || log_data.retime_beside_lag(&found)? {
-            diagnosis = once(log_data, &mut progress)?;
-        }
+    let set = set_of(&log_data.scope.declared, &accepted);
+    if !accepted.is_empty() && (log_data.retime(&set)? || log_data.retime_beside_lag(&accepted)?) {
+        (diagnosis, _) = once(log_data, &mut progress)?;
     }
     diagnosis.notes.extend(timing::note(&log_data.timing));
     if diagnosis.verdict == Verdict::Unexplained
@@ -114,7 +112,8 @@ pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option
     Some(diagnosis)
 }
 
-fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
+/// With the timing of the inputs as it is; beside the diagnosis the entries accepted, even where they do not explain all.
+fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
     progress("noise");
     let mut noise_effects = noise_effects(log_data, &log_data.declared.residuals.clone())?;
     let (mut accepted, mut rounds): (Vec<Instance>, Vec<Round>) = (Vec::new(), Vec::new());
@@ -186,7 +185,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Di
         .chain(scale_notes(log_data))
         .chain(whitenesses.iter().filter_map(Whiteness::colour_note))
         .collect();
-    Some(Diagnosis {
+    let diagnosis = Diagnosis {
         verdict: rule.verdict,
         reason: rule.condition,
         effects: found,
@@ -197,7 +196,8 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Di
         before: log_data.declared.clone(),
         after,
         notes,
-    })
+    };
+    Some((diagnosis, accepted))
 }
 
 /// Structure beside the accepted effects is tolerated up to this share of their gain, and up to this much.

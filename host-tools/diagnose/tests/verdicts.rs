@@ -147,6 +147,10 @@ fn inputs_that_move_on_are_no_effect() {
         assert_eq!(d.effects[0].instance.candidate.effect, "fin_lag");
         assert!((found.value - 0.3).abs() < 0.75 * (found.ci95[1] - found.ci95[0]), "{found:?}");
     }
+    // A large effect hides how the inputs move until it is in the model: accepted or not, it is put there.
+    let stuck = "fin_stuck:fin=bottom,rad=0.013,time_s=400,until_s=790";
+    let d = diagnose(&[stuck], 16, |spec| spec.ramps = true);
+    assert_eq!((d.verdict, d.effects[0].instance.candidate.effect), (Verdict::Explained, "fin_stuck"));
     let d = diagnose(&["thrust_loss:k_n_s2_per_rad_m=0.003"], 23, |spec| spec.ramps = true);
     assert_eq!((d.verdict, d.effects[0].instance.candidate.effect), (Verdict::Explained, "thrust_loss"));
 }
