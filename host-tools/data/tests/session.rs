@@ -1,5 +1,6 @@
 //! Session logs: everything comes back, and what a cut or a broken byte costs.
 
+use backseat_app::parameters::PARAMETER_SCHEMA;
 use backseat_app::parameters::PARAMETERS;
 use backseat_app::{App, STEP_US};
 use backseat_app::{Recorder, record_start};
@@ -255,7 +256,12 @@ fn a_boards_log_of_an_older_list_is_refused_with_both_versions() {
         fn record(&mut self, record: &LogRecord<'_>) {
             match *record {
                 LogRecord::Start { firmware, restart, record, .. } => {
-                    self.0.record(&LogRecord::Start { firmware, parameter_schema: 6, restart, record });
+                    self.0.record(&LogRecord::Start {
+                        firmware,
+                        parameter_schema: PARAMETER_SCHEMA - 1,
+                        restart,
+                        record,
+                    });
                 }
                 ref other => self.0.record(other),
             }
@@ -272,5 +278,6 @@ fn a_boards_log_of_an_older_list_is_refused_with_both_versions() {
         Err(error) => Some(error.to_string()),
     };
     let cause = cause.expect("it is refused");
-    assert!(cause.contains("written with version 6") && cause.contains("knows version 7"), "{cause}");
+    let [written, known] = [PARAMETER_SCHEMA - 1, PARAMETER_SCHEMA].map(|version| format!("version {version}"));
+    assert!(cause.contains(&format!("written with {written}")) && cause.contains(&format!("knows {known}")), "{cause}");
 }
