@@ -1,7 +1,6 @@
 //! Session logs: everything comes back, and what a cut or a broken byte costs.
 
-use backseat_app::parameters::PARAMETER_SCHEMA;
-use backseat_app::parameters::PARAMETERS;
+use backseat_app::parameters::{PARAMETER_SCHEMA, PARAMETERS};
 use backseat_app::{App, STEP_US};
 use backseat_app::{Recorder, record_start};
 use backseat_data::output::Existing;
