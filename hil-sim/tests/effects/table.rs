@@ -70,6 +70,7 @@ fn wrong_requests_say_what_is_wrong() {
         ("dvl_scale:gain=1", "dvl_scale has no gain; it has ratio"),
         ("dvl_scale:ratio", "parameter=value"),
         ("dvl_scale:ratio=NaN", "NaN is outside"),
+        ("fin_stuck:fin=top,rad=0.1,time_s=90,until_s=60", "fin_stuck.until_s: 60 s is not after time_s: 90 s"),
     ] {
         let message = Request::parse(text).unwrap_err();
         assert!(message.contains(expected), "{message}");

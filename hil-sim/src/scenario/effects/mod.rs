@@ -77,6 +77,19 @@ impl EffectKind {
     }
 }
 
+impl EffectKind {
+    /// Of numbers given, by place: an event ends after it begins, or not at all.
+    fn check_times(&self, given: &[Option<f64>]) -> Result<(), String> {
+        let number = |name: &str| self.parameter(name).and_then(|place| given[place]);
+        match (number("time_s"), number("until_s")) {
+            (Some(time_s), Some(until_s)) if until_s != 0.0 && until_s <= time_s => {
+                Err(format!("{}.until_s: {until_s} s is not after time_s: {time_s} s", self.name))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 impl ParameterKind {
     /// It names a fin.
     #[must_use]
@@ -137,6 +150,7 @@ impl Effect {
 
     /// What is left out is zero where it may be left out.
     fn complete(kind: &'static EffectKind, given: &[Option<f64>]) -> Result<Self, String> {
+        kind.check_times(given)?;
         let values = kind.parameters.iter().zip(given).map(|(parameter, value)| {
             let missing = || format!("{}: {} is missing", kind.name, parameter.name);
             value.or(parameter.optional.then_some(0.0)).ok_or_else(missing)

@@ -36,7 +36,7 @@ pub(super) const ENTRIES: &[EffectKind] = entries! { false;
     [number("n_s2_per_m2", [0.0, 1000.0], Draw::Size(20.0, 250.0))],
     |p, v| p.undeclared.heave_surge_n_s2_per_m2 += v[0];
 
-    "servo_backlash", "one fin lags its servo by the play of its linkage, half of it either way",
+    "servo_backlash", "one fin stays behind its servo by the play of its linkage, this much either way",
     [FIN, number("rad", [0.0, 0.3], Draw::Size(0.02, 0.1))],
     |p, v| p.undeclared.fins[fin(v[0])].play_rad += v[1];
 

@@ -42,6 +42,7 @@ impl Request {
             let value = kind.parameters[place].parse(value).map_err(|error| format!("{name}.{key}: {error}"))?;
             given[place] = Some(value);
         }
+        kind.check_times(&given)?;
         if numbers.is_some() {
             for (given, parameter) in given.iter_mut().zip(kind.parameters) {
                 if given.is_none() && parameter.optional {

@@ -51,6 +51,14 @@ impl VehicleEffects {
                 let message = format!("[{SECTION}.{}] lacks {} ({})", info.name, missing.name, missing.unit);
                 return Err(source.error(name.span(), message));
             }
+            let of = |kind| parameters().find(|id| id.effect().name == info.name && id.info().kind == kind);
+            if let (Some(onset), Some(end)) = (of(ParameterKind::Onset), of(ParameterKind::End)) {
+                let [onset_s, end_s] = [onset, end].map(|id| effects.set.get(id));
+                if end_s != 0.0 && end_s <= onset_s {
+                    let message = format!("{}: {end_s} s is not after {}: {onset_s} s", dotted(end), dotted(onset));
+                    return Err(source.error(name.span(), message));
+                }
+            }
         }
         effects.ci95.sort_by_key(|(id, _)| id.place());
         Ok(effects)

@@ -241,6 +241,11 @@ mod tests {
             ("[effects.dvl_scale]\nratio = 0.5", line + 1, "effects.dvl_scale.ratio: 0.5 is outside -0.1 to 0.1"),
             ("[effects.dvl_scale]\nratio = \"1\"", line + 1, "expected a number"),
             ("[effects.water_current]\nnorth_mps = 0.1", line, "lacks east_mps (m/s)"),
+            (
+                "[effects.drag_change]\nsurge_ns_per_m = 1\ntime_s = 300\nuntil_s = 200",
+                line,
+                "effects.drag_change.until_s: 200 s is not after effects.drag_change.time_s: 300 s",
+            ),
             ("[effects.fin_bias]\nrad = 0.1\nfin = \"left\"", line + 2, "left is none of top, bottom, port, starboard"),
             ("[effects.dvl_scale]\nratio = { value = 0.0, ci95 = [1, 0] }", line + 1, "ci95 is low, high"),
         ] {
