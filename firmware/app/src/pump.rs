@@ -8,8 +8,9 @@
 //!
 //! A board that runs on its own clock lends it only at rest ([`App::lends_clock`]), and only for a `Step` that
 //! announces lock-step: `time_us == 0`, no chunks. Any other is refused ([`Refusal::OwnClock`]). A host that sends no
-//! step for [`SILENT_US`], or whose announced bytes do not come for [`PARTIAL_US`], loses the clock: the app restarts,
-//! commands neutral and stop, and steps by the board's time again.
+//! step for [`SILENT_US`], or whose step is not done [`PARTIAL_US`] after it was announced, loses the clock: the app
+//! restarts, commands neutral and stop, and steps by the board's time again. Bytes that trickle in do not prolong a step:
+//! 65,535 announced bytes would keep a board waiting for minutes.
 //!
 //! For [`START_US`] after power-up (not after a reset by a fault) the pump leaves device bytes in their ports and takes
 //! no step of its own, so that a simulator's first `Step` finds an untouched app. A `Step` with `time_us == 0` restarts
@@ -27,7 +28,8 @@ use embedded_io::{Read, ReadReady, Write, WriteReady};
 pub const START_US: u64 = 2_000_000;
 /// A lock-step clock that announces no step for this long is gone, µs.
 pub const SILENT_US: u64 = 30_000_000;
-/// A step whose announced bytes do not come for this long, or whose answer no port takes, is given up, µs.
+/// A step that has not all of its announced bytes this long after it was announced, or whose answer no port takes, is
+/// given up, µs. The bytes of 0.1 s take a line hardly longer than that.
 pub const PARTIAL_US: u64 = 5_000_000;
 /// Most bytes read from a port at once.
 const READ_LENGTH: usize = 256;
@@ -56,8 +58,8 @@ enum Clock {
     Undecided { until_us: Option<u64> },
     /// The board's own clock, and its next step.
     Own { next_step_us: u64 },
-    /// The host's clock: the last step's time, and the board's time when a byte of it last moved.
-    Lockstep { time_us: u64, moved_us: u64 },
+    /// The host's clock: the last step's time, and the board's time when it was announced.
+    Lockstep { time_us: u64, announced_us: u64 },
 }
 
 /// The pump; one per app.
@@ -116,7 +118,7 @@ impl Pump {
         moved |= match self.clock {
             Clock::Undecided { .. } => self.wait(now_us),
             Clock::Own { .. } => self.own(app, ports, now_us)?,
-            Clock::Lockstep { .. } => self.collect(app, ports, now_us)?,
+            Clock::Lockstep { .. } => self.collect(app, ports)?,
         };
         moved |= flush(app, ports, &Port::DEVICES)?;
         self.lockstep.finish(app);
@@ -131,8 +133,8 @@ impl Pump {
 
     /// When the host loses the clock if nothing more comes; `None` on another clock.
     fn lockstep_ends_us(&self) -> Option<u64> {
-        let Clock::Lockstep { moved_us, .. } = self.clock else { return None };
-        Some(moved_us.saturating_add(if self.lockstep.is_idle() { SILENT_US } else { PARTIAL_US }))
+        let Clock::Lockstep { announced_us, .. } = self.clock else { return None };
+        Some(announced_us.saturating_add(if self.lockstep.is_idle() { SILENT_US } else { PARTIAL_US }))
     }
 
     /// Returns to the own clock when the host's has stopped.
@@ -174,7 +176,7 @@ impl Pump {
         let moved = !bytes.is_empty();
         if let Some(step) = app.take_announced() {
             if self.admits(app, &step) {
-                self.clock = Clock::Lockstep { time_us: step.time_us, moved_us: now_us };
+                self.clock = Clock::Lockstep { time_us: step.time_us, announced_us: now_us };
                 self.lockstep.begin(app, step);
             } else {
                 app.refuse(Refusal::OwnClock);
@@ -224,7 +226,7 @@ impl Pump {
     }
 
     /// Reads the announced chunks as far as they have come.
-    fn collect<P>(&mut self, app: &mut App, ports: &mut [P; 5], now_us: u64) -> Result<bool, PortFailure<P::Error>>
+    fn collect<P>(&mut self, app: &mut App, ports: &mut [P; 5]) -> Result<bool, PortFailure<P::Error>>
     where
         P: Read + ReadReady,
     {
@@ -238,11 +240,6 @@ impl Pump {
             }
             self.lockstep.supply(app, bytes);
             moved = true;
-        }
-        if let Clock::Lockstep { moved_us, .. } = &mut self.clock
-            && moved
-        {
-            *moved_us = now_us;
         }
         Ok(moved)
     }

@@ -200,3 +200,19 @@ fn a_clock_that_stops_is_given_up() {
         assert_eq!(board.heard().telemetry.len(), 1);
     }
 }
+
+/// A step that announces 60,000 bytes, of which some come every second, leaves the board its own clock as well.
+#[test]
+fn a_step_that_trickles_in_is_given_up() {
+    let mut board = Pumped::new();
+    board.step(0, &[], &[]);
+    let arrival = Arrival { port: Port::Dvl, time_us: 50_000, bytes: vec![0; 60_000] };
+    board.announce(100_000, &[], &[arrival]);
+    board.heard().telemetry.clear();
+    for now_us in (0..=PARTIAL_US).step_by(1_000_000) {
+        assert!(board.heard().telemetry.is_empty(), "{now_us}");
+        board.send(Port::Dvl, &[0; 10]);
+        board.run(now_us);
+    }
+    assert_eq!(board.heard().telemetry.pop().map(|record| record.time_us), Some(PARTIAL_US));
+}
