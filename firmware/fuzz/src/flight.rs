@@ -22,7 +22,7 @@ const SECOND_US: u64 = 1_000_000;
 const SETTLE_S: u64 = 45;
 /// An estimate this far off is no reason not to start, m: five sigmas of a fix.
 const NEAR_M: f64 = 15.0;
-/// Who starts no further off, horizontally and in depth, has its first leg ahead of it and flies it to the end, m.
+/// Who starts no further off, horizontally and in depth, and before the end of the first leg, is on its way, m.
 const FOUND_M: [f64; 2] = [5.0, 1.0];
 /// A mission that lasts so long goes on.
 const FIRST_S: u64 = 5;
@@ -339,14 +339,15 @@ fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
     // who starts a mission looks at map and mode, and has another try: devices may have been asleep
     let mut settled_s = 0;
     let found = loop {
-        let (telemetry, [_, depth_m], error_m) = second(board);
+        let (telemetry, [north_m, depth_m], error_m) = second(board);
         let errors_m = [error_m, (telemetry.state[2] - depth_m).abs()];
         settled_s += 1;
         if telemetry.sigma[0] > 0.0 && error_m < NEAR_M && board.request(&ToBoard::MissionStart).is_ok() {
             let goes_well = (0..FIRST_S).all(|_| second(board).0.leg.is_some());
             settled_s += FIRST_S;
             if goes_well && board.telemetry.as_ref().is_some_and(|telemetry| telemetry.mode == Mode::Navigating) {
-                break Some(errors_m[0] < FOUND_M[0] && errors_m[1] < FOUND_M[1]);
+                let ahead = north_m < LEGS[0].0 - FOUND_M[0];
+                break Some(ahead && errors_m[0] < FOUND_M[0] && errors_m[1] < FOUND_M[1]);
             }
             board.request(&ToBoard::MissionStop).expect("stopped");
         }
