@@ -2,6 +2,7 @@
 
 use backseat_data::Log;
 use backseat_data::log::Column;
+use backseat_data::manoeuvring;
 use backseat_diagnose::log_models::{glider, pinger, planar_manoeuvring};
 use backseat_identify::surge_yaw::SurgeYawData;
 
@@ -86,6 +87,7 @@ fn identify(log: &Log) -> Result<&'static str, String> {
     match missing.as_str() {
         "" => Ok("all parameters of the vehicle"),
         _ if SurgeYawData::is_in(log) && !log.has(Column::PropRpm) => Ok("surge and yaw, in servo counts"),
+        _ if manoeuvring::is_in(log) => Ok("surge, sway and yaw of a vessel with propeller and rudder"),
         _ => Err(format!("lacks {missing}")),
     }
 }

@@ -8,6 +8,7 @@
 mod autopilot;
 mod files;
 mod mission;
+pub mod vessel;
 
 pub use files::{effects_json, write, write_effects};
 pub use mission::{Leg, Shape};

@@ -11,6 +11,7 @@ pub mod filter;
 pub mod importers;
 pub mod inputs;
 pub mod log;
+pub mod manoeuvring;
 pub mod output;
 pub mod report;
 pub mod session;
@@ -21,4 +22,5 @@ pub mod vehicle_file;
 
 pub use error::DataError;
 pub use log::{Column, Log, LogRow, LogWriter, STATE_COLUMNS, Truth, TruthRow, TruthWriter};
+pub use manoeuvring::ManoeuvringModel;
 pub use vehicle_file::{BoardFile, BoardParameter, VehicleEffects, VehicleFile, parameters_page};

@@ -14,7 +14,7 @@
 //! acceleration      section 4.2.2: from an AHRS's specific force     surge_yaw     logs in servo counts: surge and yaw only
 //! learnt            the estimate's covariance as a prior for the robust filter
 //! options, method   settings, and one entrance to all methods        plan          the mission with most information
-//! timing            when fins and propeller follow their commands
+//! timing            when fins and propeller follow their commands     manoeuvring   vessels with propellers and rudders
 //! ```
 
 pub mod acceleration;
@@ -27,6 +27,7 @@ mod excitation;
 pub mod identifier;
 pub mod instrumental;
 mod learnt;
+pub mod manoeuvring;
 mod method;
 pub mod nullspace;
 mod options;

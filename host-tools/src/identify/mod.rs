@@ -1,6 +1,8 @@
 //! `backseat identify`: a vehicle's parameters from its log.
 
+mod manoeuvring;
 mod page;
+mod partial;
 mod plan;
 mod result;
 mod surge_yaw;
@@ -31,12 +33,14 @@ Examples:
   backseat identify log.csv --method aid --vehicle prior.toml --out identified.toml
   backseat identify log.csv --validate other.csv --report out        judged on another log, out/report.html
   backseat identify iver_mission.log                                 surge and yaw of a log in servo counts
+  backseat identify ship.csv --report out                            a vessel's log with propeller and rudder: surge, sway, yaw
   backseat identify table.csv --columns map.toml                     a table of any other maker
   backseat identify --plan mission.toml --duration 1800              the mission with most information about the vehicle
 
 The log needs prop_rpm, fin_{top,bottom,port,starboard}_rad, roll_rad, pitch_rad, heading_rad, p_radps, q_radps, r_radps
 and dvl_{u,v,w}_mps. DVL velocity is over ground: state the water current (--current, or [effects] of the vehicle
-file), or identify in still water.";
+file), or identify in still water. Of a vessel on the surface: prop_rpm (or commands of thrusters), rudder_rad,
+heading_rad, and dvl_u_mps, dvl_v_mps, r_radps or the positions gps_x_m, gps_y_m.";
 
 /// Share of the log that is fitted when nothing else is there to judge by.
 const FITTED: f64 = 0.8;
@@ -145,11 +149,49 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     }
     let read = args.input.read(path)?;
     read.explain_failure(|| {
-        if surge_yaw::is_for(&read.log) {
-            return surge_yaw::run(args, &read, page.as_deref(), existing);
+        if surge_yaw::is_for(&read.log) || manoeuvring::is_for(&read.log) {
+            return identify_part(args, path, &read, [page.as_deref(), vehicle_path.as_deref()], existing);
         }
         identify_vehicle(args, &read, [page.as_deref(), vehicle_path.as_deref()], existing)
     })
+}
+
+/// Identifies what a log shows of a vehicle whose full dynamics it does not hold, and writes it.
+fn identify_part(
+    args: &Args,
+    path: &Path,
+    read: &ReadLog,
+    [page, vehicle_path]: [Option<&Path>; 2],
+    existing: Existing,
+) -> anyhow::Result<Outcome> {
+    let declared = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
+    let declared = declared.unwrap_or_else(VehicleFile::reference);
+    let (found, model) = if surge_yaw::is_for(&read.log) {
+        (surge_yaw::identify(args, path, read, &declared)?, None)
+    } else {
+        let (found, model) = manoeuvring::identify(args, path, read, &declared)?;
+        (found, Some(model))
+    };
+    if let Some(folder) = &args.report {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    let vehicle_path = vehicle_path.filter(|_| model.is_some());
+    if let (Some(to), Some(model)) = (vehicle_path, model) {
+        let source = format!(
+            "Vehicle {} with the manoeuvring model that `backseat identify` found in {}, section [manoeuvring].",
+            declared.name,
+            path.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy())
+        );
+        VehicleFile { manoeuvring: Some(model), ..declared }.write(to, &source, existing)?;
+    }
+    if let Some(page) = page {
+        let html = found.html();
+        output::write(page, existing, |file| file.write_all(html.as_bytes()))?;
+    }
+    let written = [vehicle_path, page];
+    let text = if args.json { found.json(written) } else { found.text(written) };
+    console::print(text.as_bytes())?;
+    Ok(Outcome::doubtful_if(read.examination.is_suspicious()))
 }
 
 /// From the log that was read to what is written: the page and the vehicle file.

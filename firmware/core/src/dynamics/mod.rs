@@ -14,6 +14,7 @@ mod drag;
 mod fins;
 mod kinematics;
 mod linearisation;
+pub mod planar;
 mod propeller;
 mod restoring;
 

@@ -67,17 +67,7 @@ impl VehicleEffects {
     fn read(&mut self, source: &Source<'_>, id: ParameterId, value: &Value<'_>) -> Result<(), DataError> {
         let name = dotted(id);
         let ParameterInfo { min, max, unit, kind: meaning, .. } = *id.info();
-        let (value, interval) = match value.get_ref() {
-            DeValue::Table(table) => {
-                if let Some(key) = table.keys().find(|key| !["value", "ci95"].contains(&key.get_ref().as_ref())) {
-                    let message = format!("unknown key {} in {name}; it has value, ci95", key.get_ref());
-                    return Err(source.error(key.span(), message));
-                }
-                let lacks = || source.error(value.span(), format!("{name} lacks value ({unit})"));
-                (table.get("value").ok_or_else(lacks)?, table.get("ci95"))
-            }
-            _ => (value, None),
-        };
+        let (value, interval) = source.value_and_interval(value, &name)?;
         let number = match value.get_ref() {
             DeValue::String(fin) if meaning == ParameterKind::Fin => fin_value(fin).ok_or_else(|| {
                 source.error(value.span(), format!("{name}: {fin} is none of {}", FIN_NAMES.join(", ")))
@@ -88,16 +78,7 @@ impl VehicleEffects {
             return Err(source.error(value.span(), format!("{name}: {number} is outside {min} to {max} ({unit})")));
         }
         self.set.set(id, number);
-        if let Some(interval) = interval {
-            let mut limits = [0.0; 2];
-            for (limit, value) in limits.iter_mut().zip(source.array(interval, 2, &name)?) {
-                *limit = source.number(value, &name)?;
-            }
-            if limits[0].is_nan() || limits[1].is_nan() || limits[0] > limits[1] {
-                return Err(source.error(interval.span(), format!("{name}: ci95 is low, high")));
-            }
-            self.ci95.push((id, limits));
-        }
+        self.ci95.extend(interval.map(|limits| (id, limits)));
         Ok(())
     }
 

@@ -4,20 +4,22 @@
 //! `[noise]`, `[sensors]` and `[installation]`, any key in them and `fins.stall_rad` may be left out, `[prior]` and
 //! `[learnt]` as a whole; the values of that file then hold. Every other key must be there, and no other may.
 //! `[effects.NAME]` tables hold effects of the catalogue ([`VehicleEffects`]). A section `[app]` is the board's
-//! ([`BoardFile`]); it is checked all the same.
+//! ([`BoardFile`]); it is checked all the same. `[manoeuvring]` is a model of its own, of a vessel with propellers and
+//! rudders ([`ManoeuvringModel`]).
 
 mod board;
 mod effects;
 mod page;
 mod read;
 mod schema;
-mod source;
+pub(crate) mod source;
 
 pub use board::{BoardFile, BoardParameter};
 pub use effects::VehicleEffects;
 pub use page::parameters_page;
 
 use crate::DataError;
+use crate::manoeuvring::ManoeuvringModel;
 use crate::output::{self, Existing};
 use backseat_app::parameters::{self, Parameter, Settings};
 use backseat_core::dynamics::VehicleParameters;
@@ -51,6 +53,9 @@ pub struct VehicleFile {
     pub safety: SafetyLimits,
     /// What it does beyond what is declared.
     pub effects: VehicleEffects,
+    /// Surge, sway and yaw as identified of a vessel with propellers and rudders, which the other sections do not
+    /// describe.
+    pub manoeuvring: Option<ManoeuvringModel>,
 }
 
 impl VehicleFile {
@@ -104,6 +109,7 @@ impl VehicleFile {
             }
         }
         text.push_str(&self.effects.to_toml());
+        text.push_str(&self.manoeuvring.as_ref().map_or_else(String::new, ManoeuvringModel::to_toml));
         text
     }
 

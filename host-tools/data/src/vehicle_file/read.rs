@@ -5,6 +5,7 @@ use super::schema::{self, BOARD_SECTION, OPTIONAL, keys, short_key};
 use super::source::{Source, Value, kind};
 use super::{VehicleFile, in_words};
 use crate::DataError;
+use crate::manoeuvring::{self, ManoeuvringModel};
 use backseat_app::parameters::{Parameter, Settings};
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::{LEARNT_NAMES, NotPositiveDefinite};
@@ -73,7 +74,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
     let root = root.get_ref();
     let sections = || SECTIONS.map(|section| format!("[{}]", section.name)).join(", ");
     for (key, value) in root {
-        let known = [effects::SECTION, BOARD_SECTION].contains(&key.get_ref().as_ref())
+        let known = [effects::SECTION, manoeuvring::SECTION, BOARD_SECTION].contains(&key.get_ref().as_ref())
             || SECTIONS.iter().any(|section| section.name == key.get_ref());
         if !known {
             return Err(source.error(key.span(), format!("unknown key {}; expected {}", key.get_ref(), sections())));
@@ -118,6 +119,8 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
         if let Some((_, table)) = table_of(effects::SECTION) {
             effects = VehicleEffects::parse(&source, table)?;
         }
+        let manoeuvring =
+            table_of(manoeuvring::SECTION).map(|(_, table)| ManoeuvringModel::parse(&source, table)).transpose()?;
         let settings = &numbers.settings;
         vehicle = Some(VehicleFile {
             name,
@@ -129,6 +132,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
             installation: settings.app.installation,
             safety: settings.app.safety,
             effects,
+            manoeuvring,
         });
     }
     // A file with [app] alone leaves the vehicle to the board.

@@ -1,6 +1,6 @@
 //! A vessel with propellers and rudders on the surface: surge, sway and yaw by the field's manoeuvring terms.
 //!
-//! The change of velocity over each window is a sum of the terms' integrals (`terms`), whose numbers are fitted in any
+//! The change of velocity over each window is a sum of the integrals of [`backseat_core::dynamics::planar`]'s terms, whose numbers are fitted in any
 //! case, because nobody declares them; a term that this log cannot separate from those before it is left out. What
 //! still water leaves is explained by a wind: with an anemometer by four coefficients, without one by a steady wind in
 //! each run, whose forces come from the windage that the log states. Windows in which somebody held the vessel are left
@@ -19,6 +19,7 @@ use crate::linear;
 use crate::samples::ResidualChannel;
 use backseat_core::state::wrap_angle;
 use backseat_data::log::Column;
+use backseat_data::manoeuvring::{self, AXES};
 use backseat_data::stats::median;
 use backseat_data::{Log, VehicleFile};
 use std::ops::Range;
@@ -36,7 +37,6 @@ const ROUNDS: usize = 4;
 const STEP_MPS: f64 = 1e-3;
 const FASTEST_WIND_MPS: f64 = 20.0;
 const CHANNELS: [ResidualChannel; 3] = [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::R];
-const AXES: [&str; 3] = ["surge", "sway", "yaw"];
 
 struct Planar {
     windows: Vec<Window>,
@@ -214,26 +214,11 @@ impl Planar {
     }
 }
 
-/// Terms of an axis that the windows tell apart, in their order (Gram and Schmidt), with their root mean squares.
+/// Terms of an axis that the windows tell apart, in their order, with their root mean squares.
 fn separable(windows: &[Window], axis: usize) -> Vec<(usize, f64)> {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let count = windows.first().map_or(0, |window| window.terms[axis].len());
-    let (mut basis, mut chosen): (Vec<Vec<f64>>, Vec<(usize, f64)>) = (Vec::new(), Vec::new());
-    for term in 0..count {
-        let mut own: Vec<f64> = windows.iter().map(|window| window.terms[axis][term]).collect();
-        let size = dot(&own, &own).sqrt();
-        for other in &basis {
-            let share = dot(&own, other);
-            own.iter_mut().zip(other).for_each(|(own, other)| *own -= share * other);
-        }
-        let left = dot(&own, &own).sqrt();
-        if size > 0.0 && left > OWN_SHARE * size {
-            own.iter_mut().for_each(|own| *own /= left);
-            basis.push(own);
-            chosen.push((term, size / (windows.len() as f64).sqrt()));
-        }
-    }
-    chosen
+    let column = |term: usize| windows.iter().map(|window| window.terms[axis][term]).collect();
+    manoeuvring::separable(&(0..count).map(column).collect::<Vec<Vec<f64>>>(), OWN_SHARE)
 }
 
 impl LogModel for Planar {
@@ -302,7 +287,7 @@ impl LogModel for Planar {
 /// Whether a log holds surge, sway, yaw rate and heading, a propeller and a rudder.
 #[must_use]
 pub fn is_for(log: &Log) -> bool {
-    let [propellers, rudders] = windows::actuators(log);
+    let [propellers, rudders] = manoeuvring::actuators(log);
     let needed = [Column::DvlU, Column::DvlV, Column::R, Column::Heading];
     needed.into_iter().all(|column| log.has(column)) && !propellers.is_empty() && !rudders.is_empty()
 }

@@ -1,57 +1,9 @@
-//! The terms of surge, sway and yaw acceleration, and of the wind.
-//!
-//! After the field's modular model (Yasukawa and Yoshimura 2015), each force a sum of terms: hull: u|u|, v r, r², v²
-//! ahead; u v, u r, v|v|, r|r| to the side and in yaw; propeller: thrust a n|n| − b |n| u, where wake and thrust
-//! deduction are in a and b, and its sideways force n|n|; rudder: the inflow behind a propeller is a mix of u and n, so
-//! that the normal force goes with (u², n u, n²) sin δ; what sway and yaw rate add to its angle has the form of the
-//! hull's terms and is in them. Added masses and inertias only scale the numbers, so that each acceleration has numbers
-//! of its own.
+//! What a hull may need beside the model's terms, and what a wind does to it.
 
 use backseat_data::VehicleFile;
+use backseat_data::manoeuvring::Reading;
 
-/// One reading of a vessel.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Reading {
-    pub t_s: f64,
-    /// Surge, sway, m/s, and yaw rate, rad/s.
-    pub velocity: [f64; 3],
-    pub heading_rad: f64,
-    /// Speed of each propeller, rps, or its command.
-    pub propellers: Vec<f64>,
-    /// Angle of each rudder, rad.
-    pub rudders: Vec<f64>,
-    pub position_m: Option<[f64; 2]>,
-    /// Measured true wind, towards north and east, m/s.
-    pub wind_mps: Option<[f64; 2]>,
-}
-
-/// Terms of one axis: 0 surge, 1 sway, 2 yaw.
-pub(super) fn of_axis(axis: usize, reading: &Reading) -> Vec<f64> {
-    let [u, v, r] = reading.velocity;
-    let squares: Vec<f64> = reading.propellers.iter().map(|n| n * n.abs()).collect();
-    let count = squares.len().max(1) as f64;
-    let race = squares.iter().sum::<f64>() / count;
-    let mean = reading.propellers.iter().sum::<f64>() / count;
-    let mut terms =
-        if axis == 0 { vec![u * u.abs(), v * r, r * r, v * v] } else { vec![u * v, u * r, v * v.abs(), r * r.abs()] };
-    for (n, square) in reading.propellers.iter().zip(&squares) {
-        terms.push(*square);
-        if axis == 0 {
-            terms.push(n.abs() * u);
-        }
-    }
-    for angle in &reading.rudders {
-        let sin = angle.sin();
-        if axis == 0 {
-            terms.extend([race * sin * sin, u * u * sin * sin]);
-        } else {
-            terms.extend([u * u.abs() * sin, mean * u * sin, race * sin]);
-        }
-    }
-    terms
-}
-
-/// Terms of sway and yaw that a hull may need beside those.
+/// Terms of sway and yaw that a hull may need beside those of the model.
 pub(super) fn cross(reading: &Reading) -> [f64; 2] {
     let [_, v, r] = reading.velocity;
     [v * r.abs(), r * v.abs()]

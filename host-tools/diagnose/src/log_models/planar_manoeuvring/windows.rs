@@ -3,17 +3,12 @@
 //! A change of velocity over some seconds needs no derivative of noisy readings. A window lasts half the time in which
 //! the vessel moves by its own length: shorter ones are noise, longer ones average the manoeuvre away.
 
-use super::terms::{self, Reading, Windage};
-use backseat_core::state::wrap_angle;
-use backseat_data::log::Column;
+use super::terms::{self, Windage};
+use backseat_core::dynamics::planar;
+use backseat_data::Log;
+use backseat_data::manoeuvring::{Reading, integral, readings};
 use backseat_data::stats::median;
-use backseat_data::{Log, LogRow};
 
-/// Propellers and rudders that a log may have.
-const PROPELLERS: [Column; 3] = [Column::PropRpm, Column::ThrusterLeft, Column::ThrusterRight];
-const RUDDERS: [Column; 5] = [Column::Rudder, Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
-/// Wind readings older than this do not count, s.
-const WIND_HOLDS_S: f64 = 2.0;
 /// A longer gap than this many times the usual step ends a window.
 const GAP: f64 = 5.0;
 /// Slower than this a vessel is held, or moved by whatever there is, m/s.
@@ -48,11 +43,6 @@ pub(super) struct Window {
     pub way: Option<([f64; 2], [[f64; 2]; 2])>,
     /// Measured wind at its start, towards north and east, m/s.
     pub measured_mps: Option<[f64; 2]>,
-}
-
-/// Propellers and rudders in a log.
-pub(super) fn actuators(log: &Log) -> [Vec<Column>; 2] {
-    [PROPELLERS.to_vec(), RUDDERS.to_vec()].map(|all| all.into_iter().filter(|column| log.has(*column)).collect())
 }
 
 /// All windows under way.
@@ -98,18 +88,7 @@ pub(super) fn cut(log: &Log, length_m: f64, windage: Option<Windage>) -> Vec<Win
 fn window(run: u32, part: &[Reading], windage: Option<Windage>) -> Window {
     let (first, last) = (&part[0], &part[part.len() - 1]);
     let length_s = last.t_s - first.t_s;
-    let integral = |of: &dyn Fn(&Reading) -> Vec<f64>| {
-        let mut sum: Vec<f64> = Vec::new();
-        for pair in part.windows(2) {
-            let half_s = 0.5 * (pair[1].t_s - pair[0].t_s);
-            let (a, b) = (of(&pair[0]), of(&pair[1]));
-            sum.resize(a.len(), 0.0);
-            for (sum, (a, b)) in sum.iter_mut().zip(a.iter().zip(&b)) {
-                *sum += half_s * (a + b);
-            }
-        }
-        sum
-    };
+    let integral = |of: &dyn Fn(&Reading) -> Vec<f64>| integral(part, of);
     let mean = integral(&|reading| vec![reading.velocity[0], reading.velocity[1], reading.velocity[2]]);
     let measured = |reading: &Reading| {
         let terms = windage
@@ -134,7 +113,7 @@ fn window(run: u32, part: &[Reading], windage: Option<Windage>) -> Window {
         run,
         length_s,
         change: [0, 1, 2].map(|axis| last.velocity[axis] - first.velocity[axis]),
-        terms: [0, 1, 2].map(|axis| integral(&|reading| terms::of_axis(axis, reading))),
+        terms: [0, 1, 2].map(|axis| integral(&|reading| terms_of(axis, reading))),
         cross: [cross[0], cross[1]],
         heading_rad: part[part.len() / 2].heading_rad,
         velocity: [0, 1, 2].map(|axis| mean[axis] / length_s),
@@ -142,6 +121,12 @@ fn window(run: u32, part: &[Reading], windage: Option<Windage>) -> Window {
         way,
         measured_mps: first.wind_mps,
     }
+}
+
+/// The model's terms of an axis.
+fn terms_of(axis: usize, reading: &Reading) -> Vec<f64> {
+    let counts = [reading.propellers.len(), reading.rudders.len()];
+    planar::terms(axis, counts).map(|term| term.value(&reading.manoeuvre())).collect()
 }
 
 /// Velocities averaged over a short time to either side.
@@ -155,56 +140,4 @@ fn averaged(run: &[Reading], half_s: f64) -> Vec<Reading> {
         Reading { velocity, ..of.clone() }
     };
     run.iter().map(mean).collect()
-}
-
-/// The log's readings run by run; a row needs everything but position and wind.
-fn readings(log: &Log) -> Vec<(u32, Vec<Reading>)> {
-    let [propellers, rudders] = actuators(log);
-    let start_us = log.rows.first().map_or(0, |row| row.time_us);
-    let seconds = |row: &LogRow| (row.time_us - start_us) as f64 * 1e-6;
-    let winds: Vec<(f64, [f64; 2])> = log
-        .rows
-        .iter()
-        .filter_map(|row| {
-            let (speed, from) = (row.get(Column::WindSpeed)?, row.get(Column::WindFrom)?);
-            Some((seconds(row), [-speed * from.cos(), -speed * from.sin()]))
-        })
-        .collect();
-    let wind_at = |t_s: f64| {
-        let (at_s, wind) = *winds.get(winds.partition_point(|(at_s, _)| *at_s <= t_s).checked_sub(1)?)?;
-        (t_s - at_s < WIND_HOLDS_S).then_some(wind)
-    };
-    let mut runs: Vec<(u32, Vec<Reading>)> = Vec::new();
-    for row in &log.rows {
-        let reading = || -> Option<Reading> {
-            let all = |columns: &[Column]| columns.iter().map(|column| row.get(*column)).collect::<Option<Vec<f64>>>();
-            let t_s = seconds(row);
-            // rpm as rps, so that terms are of like size for propellers and commands.
-            let propellers = all(&propellers)?.into_iter().zip(&propellers);
-            let speed = |(value, column): (f64, &Column)| if *column == Column::PropRpm { value / 60.0 } else { value };
-            Some(Reading {
-                t_s,
-                velocity: [row.get(Column::DvlU)?, row.get(Column::DvlV)?, row.get(Column::R)?],
-                heading_rad: row.get(Column::Heading)?,
-                propellers: propellers.map(speed).collect(),
-                rudders: all(&rudders)?,
-                position_m: row.gnss_m(),
-                wind_mps: wind_at(t_s),
-            })
-        };
-        let Some(mut reading) = reading() else { continue };
-        let number = row.get(Column::Run).map_or(1, |number| number as u32);
-        if runs.last().is_none_or(|(last, _)| *last != number) {
-            runs.push((number, Vec::new()));
-        }
-        let Some((_, run)) = runs.last_mut() else { continue };
-        if let Some(last) = run.last() {
-            if reading.t_s <= last.t_s {
-                continue;
-            }
-            reading.heading_rad = last.heading_rad + wrap_angle(reading.heading_rad - last.heading_rad);
-        }
-        run.push(reading);
-    }
-    runs
 }
