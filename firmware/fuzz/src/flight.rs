@@ -373,9 +373,11 @@ fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
         if elapsed == MISSION_S {
             let sigma_m = libm::hypot(telemetry.sigma[0], telemetry.sigma[1]);
             assert!(error_m < 5.0 * sigma_m, "{error_m} m off: {telemetry:?}");
-            if telemetry.reason == ModeReason::PositionUncertain {
-                // it moved to where the fixes are now, and remembers that it was sure of another place
-                return false;
+            if !found || telemetry.reason == ModeReason::PositionUncertain {
+                // it was moved to where the fixes are now, remembers that it was sure of another place, and says so
+                if telemetry.mode != Mode::Navigating {
+                    return false;
+                }
             }
             assert_eq!(telemetry.mode, Mode::Navigating, "{telemetry:?}");
             // 1 m/s from rest, and down with the second leg

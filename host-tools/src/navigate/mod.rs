@@ -17,7 +17,7 @@ use backseat_data::dead_reckoning::{self, Method};
 use backseat_data::filter::{self, FilterOptions, FilterRun, Health, ShipSource};
 use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
-use backseat_data::{DataError, Log, Truth, VehicleFile};
+use backseat_data::{DataError, Log, ManoeuvringModel, Truth, VehicleFile};
 use backseat_diagnose::proposal;
 use backseat_diagnose::regressors::Target;
 use clap::ValueEnum;
@@ -36,6 +36,7 @@ Examples:
   backseat navigate log.csv.gz --no-dvl --smooth            the track by the measurements of the whole dive
   backseat navigate log.csv.gz --learn next.toml            what it has shown of the vehicle, for the next dive
   backseat navigate log.csv --terms out/proposed_terms.toml    without what `diagnose` proposes of the readings
+  backseat navigate ship.csv --vehicle out/vehicle.toml     a vessel's manoeuvring model (identify), GNSS withheld
   backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
   backseat navigate table.csv --columns map.toml            a table of any other maker
   backseat navigate dive.log --ship ship.nmea --modem modem.log    what a trial leaves behind, joined by time
@@ -121,6 +122,7 @@ pub enum Model {
 enum Plan {
     Filter(Box<FilterOptions>),
     DeadReckoning(Method),
+    Manoeuvring(ManoeuvringModel),
 }
 
 /// Reads, runs, compares, writes.
@@ -251,6 +253,16 @@ fn learnt_from(log: &Path, vehicle: &VehicleFile) -> String {
 
 /// The requested model, or the best that the log supports, with the reason.
 fn plan(settings: &Settings, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) -> Plan {
+    if let (None, Some(model)) = (settings.model, &vehicle.manoeuvring)
+        && uses::navigation(log) != Some(Navigation::Dynamic)
+    {
+        notes.push(
+            "the vehicle file has [manoeuvring]: dead reckoning by propeller, rudder and heading, GNSS withheld after the \
+             first fix of each run"
+                .to_owned(),
+        );
+        return Plan::Manoeuvring(model.clone());
+    }
     let model = match (settings.model, uses::navigation(log)) {
         (Some(model), _) => model,
         (None, Some(Navigation::Dynamic)) => Model::Robust,
@@ -293,6 +305,7 @@ fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Est
         Plan::DeadReckoning(method) => {
             Estimate::DeadReckoning(dead_reckoning::run(log, *method, &vehicle.effects.set)?)
         }
+        Plan::Manoeuvring(model) => Estimate::DeadReckoning(dead_reckoning::by_model(log, model)?),
         Plan::Filter(options) => {
             let progress = Progress::new("filter", log.rows.len());
             let run = filter::run_with_progress(log, vehicle, options, |row| progress.set(row))?;
@@ -315,6 +328,7 @@ fn compare(estimate: &Estimate, log: &Log, truth: Option<&Truth>) -> anyhow::Res
 fn describe(is_declared: bool, plan: &Plan, vehicle: &VehicleFile) -> String {
     match plan {
         Plan::DeadReckoning(_) => "dead reckoning on logged heading and speed".to_owned(),
+        Plan::Manoeuvring(_) => "dead reckoning by the vessel's manoeuvring model and its heading".to_owned(),
         Plan::Filter(options) => {
             let model = match options.navigation.process_model {
                 ProcessModel::Dynamic if options.is_robust() => "robust dynamic model",

@@ -55,7 +55,7 @@ pub struct Args {
     json: bool,
 }
 
-fn noise(text: &str) -> Result<NoiseKind, String> {
+pub(super) fn noise(text: &str) -> Result<NoiseKind, String> {
     match text {
         "white" => Ok(NoiseKind::White),
         "coloured" => Ok(NoiseKind::Coloured),

@@ -5,6 +5,7 @@ mod report;
 mod run;
 mod ship;
 mod trial;
+mod vessel;
 
 pub use run::simulate;
 
@@ -21,6 +22,8 @@ pub enum Simulation {
     Run(run::Args),
     /// Make the log of a vehicle with undeclared effects; the truth goes to a folder of its own
     Dataset(dataset::Args),
+    /// Make the log of a ship's model with propeller and rudder on the surface
+    Vessel(vessel::Args),
     /// Fly every fault of the table and judge how the backseat copes
     Faults(fault_table::Args),
 }
@@ -30,6 +33,7 @@ impl Simulation {
         match self {
             Self::Run(arguments) => run::run(arguments),
             Self::Dataset(arguments) => dataset::run(arguments).map(Outcome::from),
+            Self::Vessel(arguments) => vessel::run(arguments).map(Outcome::from),
             Self::Faults(arguments) => fault_table::run(arguments).map(Outcome::from),
         }
     }

@@ -68,17 +68,33 @@ impl ManoeuvringModel {
         self.coefficients.iter().filter_map(law).collect()
     }
 
-    /// The states u, v, r, heading, north, east at the readings, from one at the first; propellers and rudders run
-    /// linearly from one reading to the next.
+    /// The states u, v, r, heading, north, east at the readings, from one at the first.
     #[must_use]
     pub fn simulate(&self, start: [f64; 6], readings: &[Reading]) -> Vec<[f64; 6]> {
+        self.integrate(start, readings, |[_, _, r, heading, ..], _| [*r, *heading])
+    }
+
+    /// Positions north, east at the readings, from the place and the velocity of the first: the model moves the vessel
+    /// along the measured heading.
+    #[must_use]
+    pub fn track(&self, readings: &[Reading]) -> Vec<[f64; 2]> {
+        let Some(first) = readings.first() else { return Vec::new() };
+        let ([u, v, r], [north, east]) = (first.velocity, first.position_m.unwrap_or_default());
+        let states = self.integrate([u, v, r, first.heading_rad, north, east], readings, |_, measured| measured);
+        states.into_iter().map(|[.., north, east]| [north, east]).collect()
+    }
+
+    /// Integrates; `turn` chooses yaw rate and heading, of the state or as measured. Propellers, rudders and what was
+    /// measured run linearly from one reading to the next.
+    fn integrate(
+        &self,
+        start: [f64; 6],
+        readings: &[Reading],
+        turn: impl Fn(&[f64; 6], [f64; 2]) -> [f64; 2],
+    ) -> Vec<[f64; 6]> {
         let laws = self.laws();
         let moved = |x: &[f64; 6], slope: &[f64; 6], by: f64| [0, 1, 2, 3, 4, 5].map(|i| x[i] + slope[i] * by);
         let (mut propellers, mut rudders) = (Vec::new(), Vec::new());
-        let between = |of: &mut Vec<f64>, a: &[f64], b: &[f64], share: f64| {
-            of.clear();
-            of.extend(a.iter().zip(b).map(|(a, b)| a + share * (b - a)));
-        };
         let mut x = start;
         let mut states = vec![x];
         for pair in readings.windows(2) {
@@ -87,12 +103,17 @@ impl ManoeuvringModel {
             let dt = (to.t_s - from.t_s) / steps;
             for step in 0..steps as usize {
                 let share = (step as f64 + 0.5) / steps;
-                between(&mut propellers, &from.propellers, &to.propellers, share);
-                between(&mut rudders, &from.rudders, &to.rudders, share);
+                let between = |a: f64, b: f64| a + share * (b - a);
+                let fill = |of: &mut Vec<f64>, a: &[f64], b: &[f64]| {
+                    of.clear();
+                    of.extend(a.iter().zip(b).map(|(a, b)| between(*a, *b)));
+                };
+                fill(&mut propellers, &from.propellers, &to.propellers);
+                fill(&mut rudders, &from.rudders, &to.rudders);
+                let measured = [between(from.velocity[2], to.velocity[2]), between(from.heading_rad, to.heading_rad)];
                 let slope = |x: &[f64; 6]| {
-                    let [u, v, r, heading, ..] = *x;
-                    let velocity = [u, v, r];
-                    let at = Manoeuvre { velocity, propellers: &propellers, rudders: &rudders };
+                    let ([u, v, ..], [r, heading]) = (*x, turn(x, measured));
+                    let at = Manoeuvre { velocity: [u, v, r], propellers: &propellers, rudders: &rudders };
                     let ([du, dv, dr], (sin, cos)) = (acceleration(&laws, &at), heading.sin_cos());
                     [du, dv, dr, r, u * cos - v * sin, u * sin + v * cos]
                 };
