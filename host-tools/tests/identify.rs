@@ -166,3 +166,41 @@ fn a_log_in_servo_counts_gives_surge_and_yaw() {
     assert!(json["validation"]["u_mps"].as_f64().expect("a number") < 0.02, "{json}");
     assert!(json["validation"]["v_mps"].is_null());
 }
+
+/// A vessel's log from the simulator goes through identification and navigation; its model is in the vehicle file.
+#[test]
+fn a_vessel_is_identified_and_navigated() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_backseat"));
+        let output = command.current_dir(folder.path()).args(arguments).output().expect("runs");
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    run(&["sim", "vessel", "--seed", "1", "--minutes", "30", "--no-velocities", "--out", "ship"]);
+    assert!(run(&["info", "ship/log.csv"]).contains("identify   yes: surge, sway and yaw of a vessel"));
+    let json = run(&["identify", "ship/log.csv", "--report", "out", "--json"]);
+    let json: Value = serde_json::from_str(&json).expect("one JSON object");
+    assert_eq!(json["method"], "manoeuvring");
+    // drag opposes and thrust drives
+    assert!(json["parameters"]["surge_uu"]["value"].as_f64() < Some(0.0), "{json}");
+    assert!(json["parameters"]["surge_nn"]["value"].as_f64() > Some(0.0), "{json}");
+    let thirty = &json["predictions"][2];
+    let errors =
+        ["heading_rms_deg", "heading_if_the_rate_stays_deg"].map(|key| thirty[key].as_f64().expect("a number"));
+    assert!(thirty["horizon_s"] == 30.0 && errors[0] < 0.5 * errors[1], "{thirty}");
+    let vehicle = std::fs::read_to_string(folder.path().join("out/vehicle.toml")).expect("written");
+    assert!(vehicle.contains("[manoeuvring.surge]") && folder.path().join("out/report.html").exists(), "{vehicle}");
+    let json = run(&[
+        "navigate",
+        "ship/log.csv",
+        "--vehicle",
+        "out/vehicle.toml",
+        "--truth",
+        "ship/truth/truth.csv",
+        "--json",
+    ]);
+    let json: Value = serde_json::from_str(&json).expect("one JSON object");
+    // five minutes of a vessel of 1 m/s without a fix: some percent of its way
+    assert!(json["error_against"] == "truth" && json["error"]["p95_m"].as_f64() < Some(20.0), "{json}");
+}

@@ -5,6 +5,7 @@ use anyhow::bail;
 use backseat_data::{Column, DataError, LogWriter, TruthWriter};
 use hil_sim::dataset::vessel::{self, Voyage};
 use hil_sim::noise::NoiseKind;
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Command line.
@@ -34,6 +35,9 @@ pub struct Args {
     /// Spectra of the noise
     #[arg(long, value_name = "white|off", default_value = "white", value_parser = noise)]
     noise: NoiseKind,
+    /// Print one JSON object on stdout
+    #[arg(long)]
+    json: bool,
 }
 
 /// Simulates and writes.
@@ -41,7 +45,7 @@ pub struct Args {
 /// # Errors
 /// A number that is out of range, a file that exists or cannot be written.
 pub fn run(arguments: &Args) -> anyhow::Result<()> {
-    let Args { seed, minutes, out, no_velocities, wind, noise } = arguments;
+    let Args { seed, minutes, out, no_velocities, wind, noise, json } = arguments;
     if !(3.0..=1440.0).contains(minutes) {
         bail!("--minutes {minutes}: 3 to 1440");
     }
@@ -67,6 +71,10 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let mut writer = TruthWriter::create(&folder.join("truth.csv"))?;
     truth.rows.iter().try_for_each(|row| writer.write(row))?;
     writer.finish()?;
-    println!("log      {}\ntruth    {}", path.display(), folder.display());
+    if *json {
+        println!("{}", json!({ "log": path, "truth": folder, "rows": log.rows.len() }));
+    } else {
+        println!("log      {}\ntruth    {}", path.display(), folder.display());
+    }
     Ok(())
 }

@@ -2,10 +2,8 @@
 //!
 //! The terms are those of [`backseat_core::dynamics::planar`]. The model is `[manoeuvring]` of a vehicle file.
 
-mod file;
 mod readings;
 
-pub(crate) use file::SECTION;
 pub use readings::{Reading, actuators, integral, is_in, measured, readings};
 
 use crate::log::Column;

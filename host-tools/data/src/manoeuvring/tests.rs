@@ -1,7 +1,6 @@
 use super::*;
+use crate::Log;
 use crate::log::LogRow;
-use crate::{Log, VehicleFile};
-use std::path::Path;
 
 /// A vessel of thrust 0.01 n², drag 0.1 u², and a rudder that turns it.
 fn vessel() -> ManoeuvringModel {
@@ -71,28 +70,5 @@ fn val_velocities_that_are_not_logged_are_slopes() {
         // the chord of 2 s of a circle of 10 m is 0.2 % short of the arc, and a slope over it three fifths of that
         assert!((u - 0.1_f64.cos()).abs() < 1.5e-3 && (v + 0.1_f64.sin()).abs() < 1.5e-3, "{u} {v}");
         assert!((r - 0.1).abs() < 1e-9 && reading.propellers == [10.0], "{r}");
-    }
-}
-
-#[test]
-fn a_file_of_a_model_reads_as_it_was_written() {
-    let mut model = vessel();
-    model.actuators[1].push(Column::FinTop);
-    model.coefficients[0].ci95 = Some([-0.11, -0.09]);
-    let vehicle = VehicleFile { manoeuvring: Some(model), ..VehicleFile::reference() };
-    let text = vehicle.to_toml("a test");
-    assert!(text.contains("\n[manoeuvring.yaw]") && text.contains("uud_1 = -0.5  # 1/m²"), "{text}");
-    assert_eq!(VehicleFile::parse(&text, Path::new("v.toml")).unwrap(), vehicle);
-    for (from, to, expected) in [
-        ("\"rudder_rad\", ", "\"rudder\", ", "manoeuvring.rudders: a log has no column rudder"),
-        ("uud_1 = -0.5", "uud = -0.5", "unknown key uud in [manoeuvring.yaw]; it has uv, ur, vv, rr, nn, uud_1"),
-        ("uud_1 = -0.5", "uud_1 = 1e9", "manoeuvring.yaw.uud_1: 1000000000 is outside ±1000000"),
-        ("[manoeuvring.sway]", "[manoeuvring.heave]", "unknown key heave in [manoeuvring]"),
-        ("propellers = [\"prop_rpm\"]", "propellers = 1", "manoeuvring.propellers: expected an array of columns"),
-        ("ci95 = [-0.11, -0.09]", "ci95 = [-0.09, -0.11]", "manoeuvring.surge.uu: ci95 is low, high"),
-    ] {
-        let wrong = text.replace(from, to);
-        let error = VehicleFile::parse(&wrong, Path::new("v.toml")).unwrap_err().to_string();
-        assert!(error.contains(expected), "{error}");
     }
 }

@@ -9,10 +9,11 @@
 
 mod board;
 mod effects;
+mod manoeuvring;
 mod page;
 mod read;
 mod schema;
-pub(crate) mod source;
+mod source;
 
 pub use board::{BoardFile, BoardParameter};
 pub use effects::VehicleEffects;
@@ -109,7 +110,7 @@ impl VehicleFile {
             }
         }
         text.push_str(&self.effects.to_toml());
-        text.push_str(&self.manoeuvring.as_ref().map_or_else(String::new, ManoeuvringModel::to_toml));
+        text.push_str(&self.manoeuvring.as_ref().map_or_else(String::new, manoeuvring::to_toml));
         text
     }
 

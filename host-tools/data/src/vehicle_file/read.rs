@@ -1,11 +1,11 @@
 //! Parsing: every complaint names line, column and what was expected.
 
 use super::effects::{self, VehicleEffects};
+use super::manoeuvring;
 use super::schema::{self, BOARD_SECTION, OPTIONAL, keys, short_key};
 use super::source::{Source, Value, kind};
 use super::{VehicleFile, in_words};
 use crate::DataError;
-use crate::manoeuvring::{self, ManoeuvringModel};
 use backseat_app::parameters::{Parameter, Settings};
 use backseat_core::effects::FIN_NAMES;
 use backseat_core::navigation::{LEARNT_NAMES, NotPositiveDefinite};
@@ -120,7 +120,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
             effects = VehicleEffects::parse(&source, table)?;
         }
         let manoeuvring =
-            table_of(manoeuvring::SECTION).map(|(_, table)| ManoeuvringModel::parse(&source, table)).transpose()?;
+            table_of(manoeuvring::SECTION).map(|(_, table)| manoeuvring::parse(&source, table)).transpose()?;
         let settings = &numbers.settings;
         vehicle = Some(VehicleFile {
             name,

@@ -6,23 +6,23 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-pub(crate) type Value<'i> = Spanned<DeValue<'i>>;
+pub(super) type Value<'i> = Spanned<DeValue<'i>>;
 
 /// A text with its origin, to say where in it something is wrong.
-pub(crate) struct Source<'a> {
-    pub(crate) text: &'a str,
-    pub(crate) path: &'a Path,
+pub(super) struct Source<'a> {
+    pub(super) text: &'a str,
+    pub(super) path: &'a Path,
 }
 
 impl Source<'_> {
-    pub(crate) fn error(&self, span: Range<usize>, message: impl Into<String>) -> DataError {
+    pub(super) fn error(&self, span: Range<usize>, message: impl Into<String>) -> DataError {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
         let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
         DataError::at(self.path, line as u64, column as u64, message)
     }
 
-    pub(crate) fn root(&self) -> Result<Spanned<DeTable<'_>>, DataError> {
+    pub(super) fn root(&self) -> Result<Spanned<DeTable<'_>>, DataError> {
         DeTable::parse(self.text).map_err(|e| {
             let at = e.span().unwrap_or(0..0);
             // Some of the parser's messages go on in a second line.
@@ -30,7 +30,7 @@ impl Source<'_> {
         })
     }
 
-    pub(crate) fn number(&self, value: &Value<'_>, name: &str) -> Result<f64, DataError> {
+    pub(super) fn number(&self, value: &Value<'_>, name: &str) -> Result<f64, DataError> {
         let parsed = match value.get_ref() {
             DeValue::Float(float) => float.as_str().parse().ok(),
             DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64),
@@ -43,13 +43,13 @@ impl Source<'_> {
     }
 
     /// A number, or `{ value = …, ci95 = [low, high] }` where an interval is known.
-    pub(crate) fn with_interval(&self, value: &Value<'_>, name: &str) -> Result<(f64, Option<[f64; 2]>), DataError> {
+    pub(super) fn with_interval(&self, value: &Value<'_>, name: &str) -> Result<(f64, Option<[f64; 2]>), DataError> {
         let (value, interval) = self.value_and_interval(value, name)?;
         Ok((self.number(value, name)?, interval))
     }
 
     /// The value of such a table, or the value itself, and the interval.
-    pub(crate) fn value_and_interval<'v, 'i>(
+    pub(super) fn value_and_interval<'v, 'i>(
         &self,
         value: &'v Value<'i>,
         name: &str,
@@ -71,7 +71,7 @@ impl Source<'_> {
         Ok((number, Some(limits)))
     }
 
-    pub(crate) fn array<'v, 'i>(
+    pub(super) fn array<'v, 'i>(
         &self,
         value: &'v Value<'i>,
         length: usize,
@@ -85,7 +85,7 @@ impl Source<'_> {
         }
     }
 
-    pub(crate) fn string(&self, value: &Value<'_>, name: &str) -> Result<String, DataError> {
+    pub(super) fn string(&self, value: &Value<'_>, name: &str) -> Result<String, DataError> {
         match value.get_ref() {
             DeValue::String(text) => Ok(text.clone().into_owned()),
             other => Err(self.error(value.span(), format!("{name}: expected a text, found {}", kind(other)))),
@@ -93,7 +93,7 @@ impl Source<'_> {
     }
 }
 
-pub(crate) fn kind(value: &DeValue<'_>) -> &'static str {
+pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "a text",
         DeValue::Integer(_) | DeValue::Float(_) => "a number",
