@@ -2,14 +2,17 @@
 //! model of a vehicle in six degrees of freedom and its sensors.
 //!
 //! The latter are entries of [`LOG_CATALOGUE`](backseat_core::effects::LOG_CATALOGUE): a compass that lags, a DVL that
-//! is late or elsewhere, a depth cell with a wrong scale, soft iron, the torque of the propeller. Late readings need what
+//! is late or elsewhere, an antenna or a transducer that is elsewhere, a depth cell with a wrong scale, soft iron, the
+//! torque of the propeller. Late readings need what
 //! the vehicle did before: [`Lateness`] follows its motion as the model moves it, so that no innovation is counted twice.
 
+use backseat_core::dynamics::Attitude;
 use backseat_core::effects::{EffectError, EffectSet, SensorChannel, Step};
 use backseat_core::parameters::Installation;
-use backseat_core::state::{P, PSI, U, VehicleState};
+use backseat_core::state::{self, P, PSI, U, VehicleState};
 use backseat_data::inputs;
 use backseat_data::log::{Column, Log};
+use nalgebra::Vector3;
 use std::borrow::Cow;
 use std::collections::VecDeque;
 
@@ -17,13 +20,15 @@ use std::collections::VecDeque;
 const MOST: usize = 3;
 
 /// The entries, with the sensor that shows each; the torque moves the hull itself.
-const ENTRIES: [(&str, Option<SensorChannel>); 6] = [
+const ENTRIES: [(&str, Option<SensorChannel>); 8] = [
     ("heading_lag", Some(SensorChannel::Attitude)),
     ("soft_iron", Some(SensorChannel::Attitude)),
     ("dvl_delay", Some(SensorChannel::Dvl)),
     ("dvl_lever_arm", Some(SensorChannel::Dvl)),
     ("depth_scale", Some(SensorChannel::Depth)),
     ("propeller_torque", None),
+    ("gnss_lever_arm", Some(SensorChannel::Gnss)),
+    ("transducer_lever_arm", Some(SensorChannel::Range)),
 ];
 const HEADING_LAG: usize = 0;
 const SOFT_IRON: usize = 1;
@@ -31,6 +36,8 @@ const DVL_DELAY: usize = 2;
 const DVL_ARM: usize = 3;
 const DEPTH_SCALE: usize = 4;
 const TORQUE: usize = 5;
+const GNSS_ARM: usize = 6;
+const TRANSDUCER_ARM: usize = 7;
 
 /// Values of all effects; all zero is the declared model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -99,18 +106,25 @@ impl Effects {
         self.log[TORQUE][0]
     }
 
+    /// Where the transducer is, less where it is declared, m.
+    #[must_use]
+    pub fn transducer_arm_m(&self) -> [f64; 3] {
+        self.log[TRANSDUCER_ARM]
+    }
+
     /// Whether some sensor is late.
     #[must_use]
     pub fn is_late(&self) -> bool {
         self.log[HEADING_LAG][0] != 0.0 || self.log[DVL_DELAY][0] != 0.0
     }
 
-    /// What these entries make of a perfect reading, in place, of a vehicle at `x`; returns ∂(read)/∂(true).
+    /// What these entries make of a perfect reading, in place, of a vehicle at `x`; returns ∂(read)/∂(true). `along` is
+    /// the unit vector of an acoustic path, towards the vehicle, in body axes.
     pub fn read(
         &self,
         late: &Lateness,
         sensor: SensorChannel,
-        x: &VehicleState,
+        (x, along): (&VehicleState, [f64; 3]),
         reading: &mut [f64; 3],
     ) -> [[f64; 3]; 3] {
         let mut slope = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -135,6 +149,14 @@ impl Effects {
                 reading[0] *= scale;
                 slope[0][0] = scale;
             }
+            SensorChannel::Gnss if self.log[GNSS_ARM] != [0.0; MOST] => {
+                let arm = Attitude::new(&state::attitude(x)).rotation() * Vector3::from(self.log[GNSS_ARM]);
+                reading[0] += arm.x;
+                reading[1] += arm.y;
+            }
+            SensorChannel::Range => {
+                reading[0] += (0..3).map(|axis| along[axis] * self.log[TRANSDUCER_ARM][axis]).sum::<f64>();
+            }
             _ => {}
         }
         slope
@@ -149,14 +171,19 @@ impl Effects {
             self.correct_readings(log.to_mut());
         }
         let [delay_s, ..] = self.log[DVL_DELAY];
-        let dvl = Installation { dvl_arm_m: self.log[DVL_ARM], dvl_delay_s: delay_s.max(0.0), ..Installation::DEFAULT };
-        if dvl == Installation::DEFAULT {
+        let moved = Installation {
+            dvl_arm_m: self.log[DVL_ARM],
+            dvl_delay_s: delay_s.max(0.0),
+            gnss_arm_m: self.log[GNSS_ARM],
+            ..Installation::DEFAULT
+        };
+        if moved == Installation::DEFAULT {
             return log;
         }
         // It was moved to the centre by what is declared; this is the rest.
         let mut raw = log.into_owned();
         raw.at_centre = false;
-        Cow::Owned(inputs::at_centre(&raw, &dvl).into_owned())
+        Cow::Owned(inputs::at_centre(&raw, &moved).into_owned())
     }
 
     fn correct_readings(&self, log: &mut Log) {

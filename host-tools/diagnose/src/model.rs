@@ -125,18 +125,19 @@ impl Model {
         }
     }
 
-    /// What a sensor would read of a true value of a vehicle at `x`, and ∂(read)/∂(true).
+    /// What a sensor would read of a true value of a vehicle at `x`, and ∂(read)/∂(true); `along` is the unit vector of
+    /// an acoustic path, towards the vehicle, in body axes.
     #[must_use]
     pub fn read(
         &self,
         t_s: f64,
         channel: SensorChannel,
         truth: [f64; 3],
-        x: &VehicleState,
+        at: (&VehicleState, [f64; 3]),
     ) -> ([f64; 3], [[f64; 3]; 3]) {
         let moment = Moment { t_s, sound_speed_mps: self.sound_speed_mps };
         let mut reading = truth;
-        let mut slope = self.set.read(&self.late, channel, x, &mut reading);
+        let mut slope = self.set.read(&self.late, channel, at, &mut reading);
         for (_, info, values) in self.set.board.active() {
             if let Some(measure) = info.hooks.measure.filter(|measure| measure.channels.contains(&channel)) {
                 let by = (measure.apply)(values, &moment, &mut reading).by_reading;

@@ -127,7 +127,7 @@ pub fn of(
     let seconds = |time_us: u64| (time_us as f64 - log_data.samples.start_us as f64) * 1e-6;
     let (against, errors) = match truth {
         Some(truth) => ("truth", against_truth(&run, truth)),
-        None => ("withheld GNSS fixes", against_fixes(&run, log)),
+        None => ("withheld GNSS fixes", against_fixes(&run, &corrected)),
     };
     let position_errors: Vec<(f64, f64)> = errors.iter().map(|(time_us, e)| (seconds(*time_us), *e)).collect();
     let held: Vec<f64> = position_errors.iter().filter(|(t_s, _)| log_data.is_held(*t_s)).map(|(_, e)| *e).collect();
@@ -259,7 +259,7 @@ fn errors(
         }
         Reading::Gnss(_) | Reading::Acoustic { .. } => return Vec::new(),
     };
-    let predicted = model.read(t_s, sensor, truth, x).0;
+    let predicted = model.read(t_s, sensor, truth, (x, [0.0; 3])).0;
     let error = |(i, measured): (usize, &f64)| {
         let channel = ResidualChannel::ALL[first as usize + i];
         let difference = measured - predicted[i] - regressors::reading(proposed, channel, snapshot);
@@ -278,6 +278,9 @@ fn navigate(
 ) -> Result<FilterRun, DataError> {
     let mut augmented = vehicle.clone();
     augmented.effects.set = set.board;
+    for (declared, more) in augmented.installation.transducer_arm_m.iter_mut().zip(set.transducer_arm_m()) {
+        *declared += more;
+    }
     let mut options = FilterOptions::new(&augmented, ProcessModel::Dynamic);
     options.use_dvl = use_dvl;
     if truth.is_some() {

@@ -403,13 +403,22 @@ fn install(file: &mut VehicleFile, diagnosis: &Diagnosis, is_dynamic: bool) -> V
             continue;
         };
         let declared = file.flatten();
-        let moved = found.instance.sizes.iter().take(*count).enumerate().map(|(place, size)| {
+        // an axis of an arm that the log does not show stays as it is declared
+        let is_shown = |place: usize| {
+            found.values.get(place).is_none_or(|value| value.ci95[0] > 0.0 || value.ci95[1] < 0.0) || *count == 1
+        };
+        let sizes = found.instance.sizes.iter().take(*count).enumerate().filter(|(place, _)| is_shown(*place));
+        let moved = sizes.map(|(place, size)| {
             let name = if *count == 1 { (*key).to_owned() } else { format!("{key}[{place}]") };
             let before = declared.iter().find(|(of, _)| *of == name).map_or(0.0, |(_, value)| *value);
             (name, before + size)
         });
         let moved: Vec<(String, f64)> = moved.collect();
+        let is_partial = moved.len() < *count;
         match file.apply(moved) {
+            Ok(()) if is_partial => notes.push(format!(
+                "{effect} is written into {key} of the vehicle file, but for axes whose interval holds zero"
+            )),
             Ok(()) => notes.push(format!("{effect} is written into {key} of the vehicle file")),
             Err(error) => notes.push(format!("{effect} is not written into the vehicle file: {error}")),
         }

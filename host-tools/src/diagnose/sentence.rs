@@ -8,7 +8,7 @@ use backseat_diagnose::verdict::Verdict;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
-const WORDS: [(&str, &str); 26] = [
+const WORDS: [(&str, &str); 27] = [
     ("linear_drag", "the hull drags {surge_ns_per_m} more in surge"),
     ("drag_change", "the hull drags {surge_ns_per_m} more in surge"),
     ("thrust_loss", "the propeller loses thrust with speed, {k_n_s2_per_rad_m}"),
@@ -34,6 +34,10 @@ const WORDS: [(&str, &str); 26] = [
     ("depth_scale", "the depth reads a factor {ratio} too deep"),
     ("propeller_torque", "the hull rolls against the propeller, {arm_m} times its thrust"),
     ("gnss_lever_arm", "the antenna stands {x_m} ahead and {y_m} to starboard of where it is declared"),
+    (
+        "transducer_lever_arm",
+        "the transducer stands {x_m} ahead, {y_m} to starboard and {z_m} below where it is declared",
+    ),
     ("magnetic_declination", "the compass is off by {rad}"),
 ];
 

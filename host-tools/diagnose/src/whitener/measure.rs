@@ -26,6 +26,8 @@ struct Prediction {
     variance: f64,
     /// Rᵀ: what a velocity of the water adds to the scalars, by its north and east part.
     by_water: [[f64; 3]; 2],
+    /// Unit vector of an acoustic path, towards the vehicle, in body axes.
+    along: [f64; 3],
 }
 
 /// The vehicle's transducer minus the ship's.
@@ -56,6 +58,7 @@ impl Filter<'_> {
                 jacobian: Jacobian::zeros(),
                 variance: sigma * sigma,
                 by_water: [[0.0; 3]; 2],
+                along: [0.0; 3],
             };
             for (i, value) in measured.iter().enumerate() {
                 prediction.measured[i] = *value;
@@ -113,6 +116,7 @@ impl Filter<'_> {
     fn range(&self, measured: f64, ship: &ShipAtLaunch) -> Option<Prediction> {
         let baseline = self.baseline(ship);
         let path = models::distance(&baseline.dp)?;
+        let attitude = Attitude::new(&state::attitude(&self.x));
         let mut jacobian = Jacobian::zeros();
         jacobian.fixed_view_mut::<1, 3>(0, X).tr_copy_from(&path.direction);
         jacobian.fixed_view_mut::<1, 3>(0, PHI).tr_copy_from(&baseline.by_attitude.tr_mul(&path.direction));
@@ -126,6 +130,7 @@ impl Filter<'_> {
             jacobian,
             variance: sensors.range_m.powi(2) + horizontal(&path.direction) * ship.position_variance_m2,
             by_water: [[0.0; 3]; 2],
+            along: attitude.rotation().tr_mul(&path.direction).into(),
         })
     }
 
@@ -157,6 +162,7 @@ impl Filter<'_> {
             jacobian,
             variance: sensors.range_rate_mps.powi(2) + horizontal(&unit) * ship.velocity_variance_m2ps2,
             by_water: [[unit.x, 0.0, 0.0], [unit.y, 0.0, 0.0]],
+            along: [0.0; 3],
         })
     }
 
@@ -180,7 +186,7 @@ impl Filter<'_> {
         self.wake();
         let t_s = self.t_s;
         let x0 = self.x;
-        let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth, &x0);
+        let (read, by_truth) = self.model.read(t_s, prediction.sensor, prediction.truth, (&x0, prediction.along));
         let proposed = self.proposed_reading(prediction);
         let by_truth = Matrix3::from_fn(|i, j| by_truth[i][j]);
         let jacobian: Jacobian = by_truth * prediction.jacobian;
@@ -234,7 +240,7 @@ impl Filter<'_> {
 
     /// How the effects' readings differ at `x0`, where the model reads `read`: the same for all scalars of a sensor.
     fn set_direct(&mut self, prediction: &Prediction, x0: &VehicleState, read: &[f64; 3]) {
-        let (t_s, sensor, truth) = (self.t_s, prediction.sensor, prediction.truth);
+        let (t_s, sensor, truth, at) = (self.t_s, prediction.sensor, prediction.truth, (x0, prediction.along));
         let model = &self.model;
         self.direct.clear();
         self.direct.extend(self.terms.iter().map(|term| {
@@ -249,8 +255,8 @@ impl Filter<'_> {
                 }
             }
             if channels.contains(&sensor) {
-                let after = with.read(t_s, sensor, truth, x0).0;
-                let before = without.as_ref().map_or(*read, |without| without.read(t_s, sensor, truth, x0).0);
+                let after = with.read(t_s, sensor, truth, at).0;
+                let before = without.as_ref().map_or(*read, |without| without.read(t_s, sensor, truth, at).0);
                 for axis in 0..3 {
                     direct[axis] += after[axis] - before[axis];
                 }

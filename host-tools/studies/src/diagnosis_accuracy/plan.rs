@@ -29,8 +29,16 @@ const ORDER: [Class; 20] = {
     [S, N, S, P, S, O, T, N, S, P, S, N, S, O, S, T, S, N, O, P]
 };
 /// Entries that only the analysis of a log has, and that the model of the vehicle's dynamics tests.
-const OF_LOGS: [&str; 6] =
-    ["heading_lag", "dvl_delay", "dvl_lever_arm", "soft_iron", "depth_scale", "propeller_torque"];
+const OF_LOGS: [&str; 8] = [
+    "heading_lag",
+    "dvl_delay",
+    "dvl_lever_arm",
+    "soft_iron",
+    "depth_scale",
+    "propeller_torque",
+    "gnss_lever_arm",
+    "transducer_lever_arm",
+];
 
 /// Every entry that is injected.
 pub fn entries() -> impl Iterator<Item = &'static EffectInfo> {
