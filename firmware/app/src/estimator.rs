@@ -241,13 +241,14 @@ impl Estimator {
         Ok(usable.then_some(late_s))
     }
 
-    /// Predicts to `to_us`, in parts where the actuators change in between.
+    /// Predicts to `to_us`, in parts where the actuators change in between. At the filter's own time as well: what was fused
+    /// last is checked there.
     fn predict(&mut self, to_us: u64, actuators: &ActuatorHistory) -> Result<(), NavigationError> {
         let navigator = &mut self.navigator;
         while let Some(change_us) = actuators.next_change_us(navigator.time_us(), to_us) {
             navigator.predict(change_us, actuators.at(navigator.time_us()))?;
         }
-        if to_us > navigator.time_us() {
+        if to_us >= navigator.time_us() {
             navigator.predict(to_us, actuators.at(navigator.time_us()))?;
         }
         Ok(())

@@ -360,7 +360,8 @@ fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
         let started = board.request(&ToBoard::MissionStart);
         let (telemetry, _, error_m) = second(board);
         let healthy = started.is_ok() && telemetry.mode == Mode::Navigating;
-        assert!(!healthy || error_m < NEAR_M, "it is not there: {telemetry:?}");
+        let sigma_m = libm::hypot(telemetry.sigma[0], telemetry.sigma[1]);
+        assert!(!healthy || error_m < NEAR_M.max(3.0 * sigma_m), "it is not there: {telemetry:?}");
         return false;
     };
     board.steady = true;

@@ -139,8 +139,19 @@ impl Candidate {
     /// Whether it delays the actuators.
     #[must_use]
     pub fn is_lag(&self) -> bool {
+        self.info().parameters.iter().any(|p| p.kind == ParameterKind::Size && self.is_delay(p))
+    }
+
+    /// Whether it delays all actuators, and does nothing else.
+    #[must_use]
+    pub fn is_pure_delay(&self) -> bool {
+        log_effects::is_of_inputs(self.effect)
+    }
+
+    /// Whether a parameter is a time by which actuators are late.
+    fn is_delay(&self, parameter: &ParameterInfo) -> bool {
         let info = self.info();
-        info.hooks.input.is_some() && info.parameters.iter().any(|p| p.kind == ParameterKind::Size && p.unit == "s")
+        (info.hooks.input.is_some() || log_effects::is_of_inputs(info.name)) && parameter.unit == "s"
     }
 
     /// Whether it ends before the log does.
@@ -168,7 +179,7 @@ impl Instance {
     #[must_use]
     pub fn is_resolved(&self) -> bool {
         let info = self.candidate.info();
-        let is_lag = |(parameter, _): &(&ParameterInfo, &f64)| info.hooks.input.is_some() && parameter.unit == "s";
+        let is_lag = |(parameter, _): &(&ParameterInfo, &f64)| self.candidate.is_delay(parameter);
         let sizes = info.parameters.iter().filter(|parameter| parameter.kind == ParameterKind::Size);
         sizes.zip(&self.sizes).filter(is_lag).all(|(_, size)| *size >= STEP_S)
     }

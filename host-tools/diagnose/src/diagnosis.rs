@@ -97,13 +97,23 @@ impl Diagnosis {
 /// `None` if the filter diverges.
 #[must_use]
 pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
-    let (mut diagnosis, accepted) = once(log_data, &mut progress)?;
-    // What effects leave shows the timing of the inputs better than what the declared model leaves.
+    let (mut diagnosis, mut accepted) = once(log_data, &mut progress)?;
+    // What effects leave shows the timing of the inputs better than what the declared model leaves; but a lag takes up the
+    // half sample between held and moving inputs, so that beside one the two are fitted anew.
     let set = set_of(&log_data.scope.declared, &accepted);
-    if !accepted.is_empty() && (log_data.retime(&set)? || log_data.retime_beside_lag(&accepted)?) {
+    let is_late = accepted.iter().any(|instance| instance.candidate.is_lag());
+    if !accepted.is_empty() && !is_late && log_data.retime(&set)? {
+        (diagnosis, accepted) = once(log_data, &mut progress)?;
+    }
+    if log_data.retime_beside_lag(&accepted)? {
         (diagnosis, _) = once(log_data, &mut progress)?;
     }
     diagnosis.notes.extend(timing::note(&log_data.timing));
+    if diagnosis.effects.iter().any(|found| found.instance.candidate.is_pure_delay()) {
+        let note = "beside input_delay a log does not show whether inputs hold or move on between their samples: if they move \
+                    on, they are half a sample later than if they hold";
+        diagnosis.notes.push(note.to_owned());
+    }
     if diagnosis.verdict == Verdict::Unexplained
         && let Some((terms, after)) = proposal::fit(log_data, &diagnosis.structure)
     {

@@ -3,10 +3,10 @@
 //!
 //! The latter are entries of [`LOG_CATALOGUE`](backseat_core::effects::LOG_CATALOGUE): a compass that lags, a DVL that
 //! is late or elsewhere, an antenna or a transducer that is elsewhere, a depth cell with a wrong scale, soft iron, the
-//! torque of the propeller. Late readings need what
+//! torque of the propeller, inputs that are late. Late readings need what
 //! the vehicle did before: [`Lateness`] follows its motion as the model moves it, so that no innovation is counted twice.
 
-use backseat_core::dynamics::Attitude;
+use backseat_core::dynamics::{ActuatorInput, Attitude};
 use backseat_core::effects::{EffectError, EffectSet, SensorChannel, Step};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{self, P, PSI, U, VehicleState};
@@ -19,8 +19,8 @@ use std::collections::VecDeque;
 /// Most numbers of one entry.
 const MOST: usize = 3;
 
-/// The entries, with the sensor that shows each; the torque moves the hull itself.
-const ENTRIES: [(&str, Option<SensorChannel>); 8] = [
+/// The entries, with the sensor that shows each; torque and late inputs move the hull itself.
+const ENTRIES: [(&str, Option<SensorChannel>); 9] = [
     ("heading_lag", Some(SensorChannel::Attitude)),
     ("soft_iron", Some(SensorChannel::Attitude)),
     ("dvl_delay", Some(SensorChannel::Dvl)),
@@ -29,6 +29,7 @@ const ENTRIES: [(&str, Option<SensorChannel>); 8] = [
     ("propeller_torque", None),
     ("gnss_lever_arm", Some(SensorChannel::Gnss)),
     ("transducer_lever_arm", Some(SensorChannel::Range)),
+    ("input_delay", None),
 ];
 const HEADING_LAG: usize = 0;
 const SOFT_IRON: usize = 1;
@@ -38,6 +39,7 @@ const DEPTH_SCALE: usize = 4;
 const TORQUE: usize = 5;
 const GNSS_ARM: usize = 6;
 const TRANSDUCER_ARM: usize = 7;
+const INPUT_DELAY: usize = 8;
 
 /// Values of all effects; all zero is the declared model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,6 +66,12 @@ pub fn is_known(name: &str) -> bool {
 #[must_use]
 pub fn is_of_readings(name: &str) -> bool {
     [HEADING_LAG, SOFT_IRON, DEPTH_SCALE].iter().any(|entry| ENTRIES[*entry].0 == name)
+}
+
+/// Whether it makes actuators late.
+#[must_use]
+pub fn is_of_inputs(name: &str) -> bool {
+    name == ENTRIES[INPUT_DELAY].0
 }
 
 impl Effects {
@@ -110,6 +118,12 @@ impl Effects {
     #[must_use]
     pub fn transducer_arm_m(&self) -> [f64; 3] {
         self.log[TRANSDUCER_ARM]
+    }
+
+    /// By how much actuators are behind their commands, s.
+    #[must_use]
+    pub fn input_delay_s(&self) -> f64 {
+        self.log[INPUT_DELAY][0]
     }
 
     /// Whether some sensor is late.
@@ -234,6 +248,31 @@ impl Lag {
     }
 }
 
+/// Commands of the last steps: when each step ended, s, and what was commanded in it.
+#[derive(Clone, Debug, Default)]
+pub struct DelayLine(VecDeque<(f64, ActuatorInput)>);
+
+impl DelayLine {
+    /// The mean of what was commanded over a step that lies `delay_s` before this one, whose command is `now`.
+    pub fn delayed(&mut self, delay_s: f64, step: &Step, now: &ActuatorInput) -> ActuatorInput {
+        self.0.push_back((step.t_s + step.h_s, *now));
+        let from_s = step.t_s - delay_s;
+        let to_s = from_s + step.h_s;
+        while self.0.front().is_some_and(|(end_s, _)| *end_s <= from_s) && self.0.len() > 1 {
+            self.0.pop_front();
+        }
+        let mut mean = ActuatorInput::default();
+        let mut begin_s = from_s;
+        for (end_s, input) in &self.0 {
+            let share = (end_s.min(to_s) - begin_s).max(0.0) / step.h_s.max(f64::MIN_POSITIVE);
+            mean.propeller_radps += share * input.propeller_radps;
+            mean.fins_rad.iter_mut().zip(input.fins_rad).for_each(|(mean, fin)| *mean += share * fin);
+            begin_s = begin_s.max(*end_s);
+        }
+        mean
+    }
+}
+
 /// By how much late sensors are behind the vehicle, as the model moves it between readings.
 #[derive(Clone, Debug, Default)]
 pub struct Lateness {
@@ -289,6 +328,24 @@ mod tests {
         }
         assert!(none.with("thrust_curve", &[0.0; 3]).is_err());
         assert_ne!(none.with("depth_bias", &[0.1]).unwrap().board, EffectSet::NONE);
+    }
+
+    /// What is commanded comes late, as its mean over the step; before the first command it was the same.
+    #[test]
+    fn val_late_inputs() {
+        let input = |value: f64| ActuatorInput { propeller_radps: value, fins_rad: [value; 4] };
+        let (mut line, mut t_s) = (DelayLine::default(), 0.0);
+        for k in 0..100_u32 {
+            // steps of two lengths; from 0 to 1 with the one that begins at 1.5 s, 0.33 s late
+            let h_s = if k % 2 == 0 { 0.02 } else { 0.04 };
+            let late = line.delayed(0.33, &Step { t_s, h_s }, &input(if t_s < 1.5 - 1e-9 { 0.0 } else { 1.0 }));
+            let expected = ((t_s + h_s - 1.83) / h_s).clamp(0.0, 1.0);
+            assert!(
+                (late.propeller_radps - expected).abs() < 1e-9 && late.fins_rad[3] == late.propeller_radps,
+                "{k} {late:?}"
+            );
+            t_s += h_s;
+        }
     }
 
     /// A vehicle whose rates change: closed forms of a lag and of a delay.

@@ -1,6 +1,6 @@
 //! The declared vehicle with a set of effects, as the whitener evaluates it.
 
-use crate::log_effects::{Effects, Lateness};
+use crate::log_effects::{DelayLine, Effects, Lateness};
 use backseat_core::dynamics::{ActuatorInput, Attitude, Linearisation, VehicleModel, VehicleParameters};
 use backseat_core::effects::{ActuatorMemory, Moment, ParameterKind, SensorChannel, Step};
 use backseat_core::navigation::models;
@@ -21,6 +21,7 @@ pub struct Model {
     /// Whether anything stands between command and actuator.
     has_input: bool,
     late: Lateness,
+    inputs: DelayLine,
 }
 
 impl Model {
@@ -53,8 +54,8 @@ impl Model {
             }
             plants.push(VehicleModel::new(&parameters).ok()?);
         }
-        let (memory, late) = (ActuatorMemory::default(), Lateness::default());
-        Some(Self { set: *set, changes, plants, water, sound_speed_mps, memory, has_input, late })
+        let (memory, late, inputs) = (ActuatorMemory::default(), Lateness::default(), DelayLine::default());
+        Some(Self { set: *set, changes, plants, water, sound_speed_mps, memory, has_input, late, inputs })
     }
 
     /// The effects.
@@ -71,7 +72,8 @@ impl Model {
 
     /// What the actuators do over a step.
     pub fn actuate(&mut self, step: &Step, commanded: &ActuatorInput) -> ActuatorInput {
-        let mut input = *commanded;
+        let delay_s = self.set.input_delay_s();
+        let mut input = if delay_s > 0.0 { self.inputs.delayed(delay_s, step, commanded) } else { *commanded };
         if self.has_input {
             for (_, info, values) in self.set.board.active() {
                 if let Some(hook) = info.hooks.input {

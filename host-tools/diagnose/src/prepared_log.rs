@@ -120,10 +120,13 @@ impl PreparedLog {
 
     /// Whether inputs that act the other way, held or moving on between samples, fit better with these effects fitted
     /// again: a lag of the fins takes up the half sample between the two, so that [`PreparedLog::retime`] does not see it.
+    /// Beside a pure delay the two fit alike, and the timing stays as it is.
     pub fn retime_beside_lag(&mut self, instances: &[Instance]) -> Option<bool> {
         /// Two models with as many numbers: Σ e² lower by this is a likelihood ratio of exp(7), 1,000 to 1.
         const LEAST: f64 = 14.0;
-        if self.samples.commands.is_incomplete() || !instances.iter().any(|instance| instance.candidate.is_lag()) {
+        if self.samples.commands.is_incomplete()
+            || !instances.iter().any(|instance| instance.candidate.is_lag() && !instance.candidate.is_pure_delay())
+        {
             return Some(false);
         }
         let before = self.timing;

@@ -96,6 +96,7 @@ fn val_sensors_and_propeller_that_only_a_log_knows() {
     assert_finds("dvl_lever_arm:x_m=0.5,y_m=0.2,z_m=0", &[0.5, 0.2, 0.0], 95);
     assert_finds("depth_scale:ratio=0.02", &[0.02], 93);
     assert_finds("propeller_torque:arm_m=0.04", &[0.04], 94);
+    assert_finds("input_delay:s=0.3", &[0.3], 97);
     assert_finds("transducer_lever_arm:x_m=2,y_m=-1,z_m=0", &[2.0, -1.0, 0.0], 601);
     assert_finds("gnss_lever_arm:x_m=2.5,y_m=0", &[2.5, 0.0], 602);
 }

@@ -8,7 +8,7 @@ use backseat_diagnose::verdict::Verdict;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
-const WORDS: [(&str, &str); 27] = [
+const WORDS: [(&str, &str); 28] = [
     ("linear_drag", "the hull drags {surge_ns_per_m} more in surge"),
     ("drag_change", "the hull drags {surge_ns_per_m} more in surge"),
     ("thrust_loss", "the propeller loses thrust with speed, {k_n_s2_per_rad_m}"),
@@ -32,6 +32,7 @@ const WORDS: [(&str, &str); 27] = [
     ("dvl_lever_arm", "the DVL stands {x_m} ahead and {y_m} to starboard of where it is declared"),
     ("soft_iron", "soft iron turns the compass by {sin2_rad} sin 2ψ and {cos2_rad} cos 2ψ"),
     ("depth_scale", "the depth reads a factor {ratio} too deep"),
+    ("input_delay", "fins and propeller are {s} late"),
     ("propeller_torque", "the hull rolls against the propeller, {arm_m} times its thrust"),
     ("gnss_lever_arm", "the antenna stands {x_m} ahead and {y_m} to starboard of where it is declared"),
     (

@@ -62,8 +62,9 @@ impl Filter {
             }
         }
         self.time_us = to_us;
-        self.failure = self.health().err();
-        self.health()
+        let health = self.health();
+        self.failure = health.err();
+        health
     }
 
     fn predict_step(&mut self, t_s: f64, step_s: f64, input: &ActuatorInput) {
