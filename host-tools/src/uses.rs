@@ -67,6 +67,7 @@ fn navigate(log: &Log) -> Result<&'static str, String> {
         Some(Navigation::Dynamic) => Ok("by the vehicle's dynamics (robust filter)"),
         Some(Navigation::Kinematic) => Ok("by the kinematic filter: no propeller and fins in the log"),
         Some(Navigation::DeadReckoning) => Ok("by dead reckoning on heading and speed: nothing else in the log"),
+        None if manoeuvring::is_in(log) => Ok("by [manoeuvring] of a vehicle file, which identify writes"),
         None => Err("lacks a velocity: dvl_u_mps, dvl_v_mps, dvl_w_mps with the attitude, or speed_log_mps".to_owned()),
     }
 }

@@ -59,6 +59,9 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
         NoiseKind::Off => false,
         NoiseKind::Coloured => bail!("--noise: white or off"),
     };
+    if out.join("log.csv").exists() {
+        bail!("{}: holds a log already", out.display());
+    }
     let voyage = Voyage { duration_s: 60.0 * minutes, velocities: !no_velocities, wind_mps, noise };
     let vessel::Logged { log, truth } = vessel::simulate(&voyage, *seed);
     let folder = out.join("truth");

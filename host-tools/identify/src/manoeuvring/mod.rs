@@ -1,8 +1,8 @@
-//! Surge, sway and yaw of a vessel with propellers and rudders: the coefficients of
-//! [`ManoeuvringModel`] from a log with or without velocities.
+//! Surge, sway and yaw of a vessel with propellers and rudders: the coefficients of [`ManoeuvringModel`] from a log with
+//! or without velocities.
 //!
 //! A first guess regresses the change of velocity over short windows on the integrals of the terms, of which those are
-//! kept that the log tells apart. An output-error fit ([`fit`]) over segments of some ship's lengths, each with its own
+//! kept that the log tells apart. An output-error fit (`fit`) over segments of some ship's lengths, each with its own
 //! start, then compares states with what was measured: velocities where the log has them, heading, and positions.
 
 mod fit;
@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// States and outputs: surge, sway, yaw rate, heading, north, east.
 const STATES: usize = 6;
-/// Length of a segment and of a window of the first guess, in times of the way of one ship's length.
+/// How long a segment and a window of the first guess last, in the time that the vessel takes for its own length.
 const SEGMENT: f64 = 2.0;
 const WINDOW: f64 = 0.5;
 /// Bounds of both, s.
@@ -34,6 +34,7 @@ const DRIVING: f64 = 0.2;
 /// A term counts if more than this share of it (root mean square) is not in those before it. Thrust and drag of a steady
 /// speed are much alike; the fit tells them apart where the vessel turns, or changes its speed.
 const OWN_SHARE: f64 = 0.01;
+/// Fewer segments say nothing of how much they scatter.
 const FEWEST_SEGMENTS: usize = 5;
 
 /// Readings of a vessel under way, cut into stretches without a gap.
@@ -61,7 +62,7 @@ pub struct ManoeuvringEstimate {
 pub struct ManoeuvringPrediction {
     /// Horizon, s.
     pub horizon_s: f64,
-    /// Speed over ground through the water's surface, m/s.
+    /// Speed over ground, m/s.
     pub speed_mps: [f64; 2],
     /// Heading, rad.
     pub heading_rad: [f64; 2],
