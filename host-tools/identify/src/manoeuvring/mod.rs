@@ -25,6 +25,8 @@ const WINDOW: f64 = 0.5;
 /// Bounds of both, s.
 const SEGMENT_S: [f64; 2] = [15.0, 120.0];
 const WINDOW_S: [f64; 2] = [1.0, 10.0];
+/// A window of the first guess has so many steps of the log at least: with one, half of the changes lie between windows.
+const FEWEST_STEPS: f64 = 3.0;
 /// A longer gap than this many times the usual step ends a segment.
 const GAP: f64 = 5.0;
 /// Slower than this a vessel is held, or moved by whatever there is, m/s; and the share of its highest speed at which a
@@ -66,7 +68,7 @@ pub struct ManoeuvringPrediction {
     pub speed_mps: [f64; 2],
     /// Heading, rad.
     pub heading_rad: [f64; 2],
-    /// Place, m.
+    /// Place, m; NaN of a log without positions.
     pub position_m: [f64; 2],
     /// Number of predictions.
     pub count: usize,
@@ -128,7 +130,10 @@ impl ManoeuvringData {
                 if to == stretch.len() && stretch[to - 1].t_s - stretch[from].t_s < 0.5 * length_s {
                     break;
                 }
-                segments.push(&stretch[from..to]);
+                // one reading has no change
+                if to - from > 1 {
+                    segments.push(&stretch[from..to]);
+                }
                 from = to;
             }
         }
@@ -138,7 +143,14 @@ impl ManoeuvringData {
     /// Terms that the log tells apart, and their coefficients by regression.
     fn first_guess(&self) -> ManoeuvringModel {
         let mut model = ManoeuvringModel { actuators: self.actuators.clone(), coefficients: Vec::new() };
-        let windows = self.segments((WINDOW * self.length_s()).clamp(WINDOW_S[0], WINDOW_S[1]));
+        let steps: Vec<f64> = self
+            .stretches
+            .iter()
+            .flat_map(|stretch| stretch.windows(2))
+            .map(|pair| pair[1].t_s - pair[0].t_s)
+            .collect();
+        let least_s = FEWEST_STEPS * median(&steps).unwrap_or(0.0);
+        let windows = self.segments((WINDOW * self.length_s()).clamp(WINDOW_S[0], WINDOW_S[1]).max(least_s));
         for axis in 0..3 {
             let integrals: Vec<Vec<f64>> = windows
                 .iter()

@@ -66,3 +66,24 @@ fn too_short_a_log_is_refused() {
     let short = data(&Voyage { duration_s: 60.0, ..STILL }, 1);
     assert!(short.fit().unwrap_err().to_string().contains("at least 5 are needed"));
 }
+
+/// Once in a second or less often, and not evenly: windows of one reading say nothing, and break nothing.
+#[test]
+fn sparse_and_uneven_logs_are_fitted() {
+    for (least_s, later_s) in [(0.9, 1.1), (1.9, 2.6)] {
+        let mut log = simulate(&STILL, 1).log;
+        let mut next_s = 0.0;
+        let mut count = 0_u32;
+        log.rows.retain(|row| {
+            let is_kept = row.time_us as f64 * 1e-6 >= next_s - 1e-6;
+            if is_kept {
+                count += 1;
+                next_s = row.time_us as f64 * 1e-6 + if count.is_multiple_of(2) { least_s } else { later_s };
+            }
+            is_kept
+        });
+        let found = ManoeuvringData::from_log(&log, 7.0).fit().unwrap();
+        let prediction = data(&STILL, 2).predict(&found.model, 30.0).unwrap();
+        assert!(prediction.heading_rad[0] < 0.2 * prediction.heading_rad[1], "{least_s}: {prediction:?}");
+    }
+}
