@@ -14,11 +14,12 @@
 //!   a current that has changed since the last range that agreed explains the contradiction within [`CURRENT`] sigmas,
 //!   the sigma of the current grows instead, once. That of the position follows from it.
 //! - It is used again once it has been **consistent** with the grown covariance as often in a row as it took to suspect
-//!   it. If all of these would have been consistent without the growth, the source was wrong for a while and nothing
-//!   remains. Otherwise the growth has to cover, of ranges and DVL, the worst innovation of the contradiction as well: a
-//!   disagreement has one cause, and is not explained because the line of sight has turned across it. Source and filter
-//!   then disagreed and either may have been right: the source is **unconfirmed**. The filter follows it, but the states
-//!   that it observes keep a sigma of at least [`UNCONFIRMED`] of the disagreement.
+//!   it, and a velocity for as long as it contradicted ([`VELOCITY_DOUBT_US`]). If all of these would have been
+//!   consistent without the growth, the source was wrong for a while and nothing remains. Otherwise the growth has to
+//!   cover, of ranges and DVL, the worst innovation of the contradiction as well: a disagreement has one cause, and is
+//!   not explained because the line of sight has turned across it. Source and filter then disagreed and either may have
+//!   been right: the source is **unconfirmed**. The filter follows it, but the states that it observes keep a sigma of
+//!   at least [`UNCONFIRMED`] of the disagreement.
 //!   Of the position this is an addition to what the filter reports, because ranges have to triangulate; of other
 //!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range, unless the sigma of
 //!   the current grew for them; an unconfirmed velocity or attitude lets the sigma of the position grow while nothing
@@ -45,6 +46,9 @@ const EXCEEDANCES_US: u64 = 2_000_000;
 const UNCONFIRMED: f64 = 0.4;
 /// Velocity over ground counts as measured for this long, µs.
 const VELOCITY_US: u64 = 10_000_000;
+/// A suspect velocity has to agree for as long as it contradicted, at most for this long, µs, and is not used before: in
+/// a turn every velocity crosses every other for some seconds.
+const VELOCITY_DOUBT_US: u64 = 30_000_000;
 /// What is left of a position's drift while a DVL with bottom lock is fused, m/s: 2 % of 1.5 m/s, by its scale and
 /// the heading.
 const DRIFT_WITH_DVL: f64 = 0.03;
@@ -72,6 +76,10 @@ fn growth(sensor: Sensor) -> f64 {
         Sensor::VehicleGnss => 0.5,
         Sensor::ShipGnss => 1.0,
     }
+}
+
+fn is_velocity(sensor: Sensor) -> bool {
+    matches!(sensor, Sensor::BottomTrack | Sensor::WaterTrack)
 }
 
 /// Largest sigma that suspicion gives to a state that a source positions, in the state's unit: beyond, a linearised
@@ -111,6 +119,8 @@ struct Source {
     /// Measurements in a row that are consistent, and whether one of them is by the suspicion alone.
     returning: u32,
     by_suspicion: bool,
+    /// A suspect velocity has to agree for so much longer, µs.
+    doubt_us: u64,
     /// Seconds that suspicion, or the drift of what is unconfirmed, has grown for.
     grown_s: f64,
     /// Variance that suspicion has added to what the source positions.
@@ -139,6 +149,7 @@ impl Source {
         suspect: false,
         returning: 0,
         by_suspicion: false,
+        doubt_us: 0,
         grown_s: 0.0,
         added: 0.0,
         added_to_position: 0.0,
@@ -267,6 +278,10 @@ impl InnovationMonitor {
             (source.since_us, source.worst) = (if recent { before_us } else { time_us }, [0.0; 3]);
         }
         source.exceedances = source.exceedances.saturating_add(1);
+        if source.suspect && is_velocity(sensor) {
+            let since_us = time_us.saturating_sub(source.exceedance_us);
+            source.doubt_us = source.doubt_us.saturating_add(since_us).min(VELOCITY_DOUBT_US);
+        }
         source.exceedance_us = time_us;
         for (worst, item) in source.worst.iter_mut().zip(items) {
             *worst = worst.max(item.innovation.abs());
@@ -278,6 +293,7 @@ impl InnovationMonitor {
         let lasts = time_us.saturating_sub(source.since_us) >= EXCEEDANCES_US;
         if !source.suspect && lasts && source.exceedances >= most {
             source.suspect = true;
+            source.doubt_us = 0;
             source.grow_anew();
             (source.variance, source.current_open) = (variance, false);
             let carried = 1.0e-6 * time_us.saturating_sub(source.since_us) as f64 * growth(Sensor::Range);
@@ -330,6 +346,7 @@ impl InnovationMonitor {
         let contested = self.is_suspect(Sensor::Range);
         let source = &mut self.sources[sensor as usize];
         if source.suspect {
+            source.doubt_us = source.doubt_us.saturating_sub(time_us.saturating_sub(source.exceedance_us));
             // it is not silent
             source.exceedance_us = time_us;
             if !alone && !believable {
@@ -341,8 +358,8 @@ impl InnovationMonitor {
             if !source.by_suspicion {
                 source.grow_anew();
             }
-            if source.returning < most {
-                return !source.by_suspicion;
+            if source.returning < most || source.doubt_us > 0 {
+                return !source.by_suspicion && source.doubt_us == 0;
             }
             source.suspect = false;
             source.recoveries = source.recoveries.saturating_add(1);

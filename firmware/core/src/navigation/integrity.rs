@@ -26,6 +26,9 @@ const RANGES_S: [f64; 2] = [120.0, 960.0];
 const CLIP: f64 = 3.0;
 /// The other account is remembered for so long after the contradiction, µs.
 const MEMORY_US: u64 = TURN_US;
+/// Of the ship's receiver, until the ship has gone around since the last fix: the filter takes the difference of the two
+/// receivers for a current, which leads it away by as much again.
+const BLAMED: f64 = 2.0;
 /// Of the worst innovation of fixes, which see both axes; ranges see one direction of the difference only.
 const SHARE: [f64; 2] = [1.0, 0.4];
 /// What the other account may have led away from the position, m/s: an undeclared current, and a vehicle that drifts at
@@ -127,6 +130,8 @@ impl Apart {
 pub struct Integrity {
     /// A range was used.
     ranged: bool,
+    /// When the first range since the last fix was used, µs.
+    ranged_us: Option<u64>,
     ranges: [Window; 2],
     depth: Window,
     /// Of ranges, and of fixes.
@@ -137,7 +142,13 @@ impl Integrity {
     /// Before the first measurement.
     #[must_use]
     pub const fn new() -> Self {
-        Self { ranged: false, ranges: [Window::NEW; 2], depth: Window::NEW, accounts: [Account::NEW; 2] }
+        Self {
+            ranged: false,
+            ranged_us: None,
+            ranges: [Window::NEW; 2],
+            depth: Window::NEW,
+            accounts: [Account::NEW; 2],
+        }
     }
 
     /// Takes the records that a measurement has left in the main filter `filter`.
@@ -168,6 +179,7 @@ impl Integrity {
 
     fn range(&mut self, time_us: u64, innovation: f64, variance: f64) {
         self.ranged = true;
+        self.ranged_us.get_or_insert(time_us);
         let most = CLIP * libm::sqrt(variance);
         for (window, tau_s) in self.ranges.iter_mut().zip(RANGES_S) {
             window.take(tau_s, time_us, innovation.max(-most).min(most), variance);
@@ -178,6 +190,7 @@ impl Integrity {
 
     fn agree(&mut self, filter: &Filter, record: &FusionRecord) {
         if !filter.is_suspect(record.sensor) {
+            self.ranged_us = None;
             let [_, fixes] = &mut self.accounts;
             fixes.agree(record.time_us, SHARE[1], RATE_MPS[1]);
         }
@@ -200,6 +213,8 @@ impl Integrity {
         match i {
             X | Y => {
                 let [vehicle_m, ship_m] = receivers_m;
+                let goes_around = self.ranged_us.is_some_and(|us| time_us < us.saturating_add(TURN_US));
+                let ship_m = if goes_around { BLAMED * ship_m } else { ship_m };
                 let mut sum = vehicle_m * vehicle_m + if self.ranged { ship_m * ship_m } else { 0.0 };
                 sum += self.ranges.iter().map(Window::excess).fold(0.0, f64::max);
                 for ((account, share), rate_mps) in self.accounts.iter().zip(SHARE).zip(RATE_MPS) {
