@@ -33,11 +33,13 @@ pub enum Error {
     BufferFull,
     /// Not from whom it says: the authentication code is missing or wrong.
     Forged,
+    /// The reading before, bit by bit, for longer than the noise of a working sensor allows.
+    Repeated,
 }
 
 impl Error {
     /// All causes, in the order of their discriminants.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Overflow,
         Self::Checksum,
         Self::ChecksumMissing,
@@ -52,6 +54,7 @@ impl Error {
         Self::Invalid,
         Self::BufferFull,
         Self::Forged,
+        Self::Repeated,
     ];
 }
 

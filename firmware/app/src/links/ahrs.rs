@@ -10,6 +10,9 @@ use backseat_wire::{Counts, Error};
 
 /// An AHRS that is silent for longer gets the command to send (again), µs.
 const SILENCE_US: u64 = 2_000_000;
+/// An AHRS that repeats one reading for longer has frozen, µs. Its floating-point numbers never stand still, not even on
+/// a bench; a compass that rounds to a tenth of a degree may.
+const FROZEN_US: u64 = 1_000_000;
 /// MIP sensor packets are asked for at base rate (typically 500 Hz) / this.
 const MIP_DECIMATION: u16 = 50;
 
@@ -25,6 +28,8 @@ pub struct AhrsLink {
     /// Samples handed on, and the last of them.
     samples: u32,
     last: Held<AhrsSample>,
+    /// When attitude or rates were last others than before, µs.
+    changed_us: u64,
 }
 
 impl Default for AhrsLink {
@@ -44,6 +49,7 @@ impl AhrsLink {
             asked_us: None,
             samples: 0,
             last: Held::none(),
+            changed_us: 0,
         }
     }
 
@@ -59,11 +65,24 @@ impl AhrsLink {
         while let Some(outcome) = self.next(&mut rest, settings.ahrs_protocol) {
             if let Ok(Some(sample)) = outcome {
                 self.samples = self.samples.saturating_add(1);
+                let frozen = self.is_frozen(time_us, &sample, settings.ahrs_protocol);
                 self.last.set(sample);
                 self.last_us = Some(time_us);
-                push(time_us, &sample, settings, sink);
+                if frozen {
+                    self.counts.note_error(Error::Repeated);
+                } else {
+                    push(time_us, &sample, settings, sink);
+                }
             }
         }
+    }
+
+    fn is_frozen(&mut self, time_us: u64, sample: &AhrsSample, protocol: AhrsProtocol) -> bool {
+        let reading = |sample: &AhrsSample| (sample.euler_rad, sample.rates_radps);
+        if self.last().is_none_or(|last| reading(last) != reading(sample)) {
+            self.changed_us = time_us;
+        }
+        protocol != AhrsProtocol::Os5000 && time_us.saturating_sub(self.changed_us) > FROZEN_US
     }
 
     fn next(&mut self, rest: &mut &[u8], protocol: AhrsProtocol) -> Option<Result<Option<AhrsSample>, Error>> {

@@ -95,6 +95,23 @@ fn val_gx3_frames() {
     assert_eq!(health.rejected_for(Port::Ahrs, Error::OutOfRange), 1);
 }
 
+/// The noise of a working AHRS is in its last bits. A reading that stands still for longer than a second is refused, and
+/// with it the attitude grows stale.
+#[test]
+fn an_ahrs_that_repeats_itself_is_refused() {
+    let mut bench = Bench::new(1, &[("app.ahrs_protocol", 0.0)]);
+    let frames: Vec<Vec<String>> = vectors("gx3.hex").into_iter().filter(|vector| vector[0] == "ok").collect();
+    for _ in 0..20 {
+        bench.feed(Port::Ahrs, &bytes_of(&frames[0][2]));
+    }
+    let repeated = |bench: &Bench| bench.app().health().rejected_for(Port::Ahrs, Error::Repeated);
+    // ten frames a second, and twenty: from the twelfth on
+    assert_eq!(repeated(&bench), 9);
+    let other = frames.iter().find(|frame| frame[3] != frames[0][3]).expect("another reading");
+    bench.feed(Port::Ahrs, &bytes_of(&other[2]));
+    assert_eq!(repeated(&bench), 9);
+}
+
 #[test]
 fn val_mip_packets() {
     let mut bench = Bench::new(2, &[("app.ahrs_protocol", 1.0)]);

@@ -13,7 +13,8 @@ struct Flight {
     second: u64,
     /// Added to what the ship says of itself, m.
     ship_error_m: [f64; 2],
-    /// Added to the heading that the compass says, rad.
+    /// Added to the pitch and the heading that the compass says, rad.
+    pitch_error_rad: f64,
     heading_error_rad: f64,
     /// Added to what the DVL says, m/s; `None`: no DVL.
     dvl_error_mps: Option<f64>,
@@ -51,6 +52,7 @@ impl Flight {
             noise,
             second: 0,
             ship_error_m: [0.0; 2],
+            pitch_error_rad: 0.0,
             heading_error_rad: 0.0,
             dvl_error_mps: None,
             dishonest_s: 0,
@@ -69,7 +71,8 @@ impl Flight {
             self.navigator.predict(time_us, &CRUISE).unwrap();
             let (x, sensors, noise) = (&self.truth.x, &self.config.sensors, &mut self.noise);
             self.navigator.fuse(&Measurement::Depth { z_m: x[2] + sensors.depth_m * noise.normal() });
-            let euler_rad = noise.normals([x[3], x[4], x[5] + self.heading_error_rad], sensors.attitude_rad);
+            let euler_rad = [x[3], x[4] + self.pitch_error_rad, x[5] + self.heading_error_rad];
+            let euler_rad = noise.normals(euler_rad, sensors.attitude_rad);
             self.navigator.fuse(&Measurement::Attitude { euler_rad });
             let rates_radps = noise.normals([x[9], x[10], x[11]], sensors.rates_radps);
             self.navigator.fuse(&Measurement::Rates { rates_radps });
@@ -261,8 +264,24 @@ fn a_false_bottom_lock_is_suspect_and_forgotten() {
     flight.run(17);
     assert!((flight.navigator.state()[6] - flight.truth.x[6]).abs() < 0.1, "the model knows better");
     flight.dvl_error_mps = Some(0.0);
-    flight.run(2);
+    flight.run(10);
+    assert!(flight.navigator.is_suspect(Sensor::BottomTrack), "it has to agree for as long as it contradicted");
+    flight.run(10);
     assert!(!flight.suspect() && flight.navigator.unconfirmed_sigma(Sensor::BottomTrack) == 0.0);
+}
+
+/// In a turn the vehicle is as slow as a wrong DVL says, for ten seconds.
+#[test]
+fn a_false_bottom_lock_that_the_vehicle_crosses_stays_out() {
+    let mut flight = Flight::new(16, [0.0; 2], [0.0; 2]);
+    flight.dvl_error_mps = Some(0.0);
+    flight.run(60);
+    for (error_mps, seconds) in [(-0.8, 60), (0.0, 10), (-0.8, 60)] {
+        flight.dvl_error_mps = Some(error_mps);
+        flight.run(seconds);
+    }
+    assert!(flight.navigator.is_suspect(Sensor::BottomTrack));
+    assert_eq!(flight.navigator.recoveries(Sensor::BottomTrack), 0);
 }
 
 #[test]
@@ -359,6 +378,19 @@ fn ranges_that_agree_while_the_line_of_sight_turns_confirm_a_compass() {
     flight.ranges(10);
     assert_eq!(flight.navigator.unconfirmed_sigma(Sensor::Attitude), 0.0);
     assert!(flight.error_m() < 5.0 && flight.sigmas() < 3.7, "{} m", flight.error_m());
+}
+
+/// The same of pitch leaves no doubt: gravity and depth tell it.
+#[test]
+fn a_pitch_that_comes_right_is_believed() {
+    let mut flight = Flight::new(17, [0.0; 2], [0.0; 2]);
+    flight.ranges(10);
+    flight.pitch_error_rad = 0.4;
+    flight.run(120);
+    assert!(flight.navigator.recoveries(Sensor::Attitude) > 0 || flight.suspect());
+    flight.pitch_error_rad = 0.0;
+    flight.run(60);
+    assert_eq!((flight.suspect(), flight.navigator.unconfirmed_sigma(Sensor::Attitude)), (false, 0.0));
 }
 
 #[test]
