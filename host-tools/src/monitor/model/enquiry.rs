@@ -101,18 +101,21 @@ impl Enquiry {
     /// A waypoint of `count`.
     pub fn waypoint(&mut self, index: u16, count: u16) {
         self.answered(Question::Waypoint(index));
-        if index + 1 < count {
-            self.next.push_front(Question::Waypoint(index + 1));
-        }
+        self.next_of(index, count, Question::Waypoint);
     }
 
     /// A parameter of `count`.
     pub fn parameter(&mut self, index: u16, count: u16) {
         self.answered(Question::Parameter(index));
-        if index + 1 < count {
-            self.next.push_front(Question::Parameter(index + 1));
+        self.next_of(index, count, Question::Parameter);
+        self.complete |= index.checked_add(1) == Some(count);
+    }
+
+    /// The one behind `index`, if there is one: an answer to another program may have any index.
+    fn next_of(&mut self, index: u16, count: u16, question: fn(u16) -> Question) {
+        if let Some(next) = index.checked_add(1).filter(|next| *next < count) {
+            self.next.push_front(question(next));
         }
-        self.complete |= index + 1 == count;
     }
 }
 
@@ -163,6 +166,15 @@ mod tests {
             (4..=5).contains(&asked[0]) && (34..=44).contains(&asked[1]) && (54..=55).contains(&asked[2]),
             "{asked:?}"
         );
+    }
+
+    /// `check` asks for a waypoint that cannot be, to learn how many there are.
+    #[test]
+    fn an_answer_to_another_program_may_have_any_index() {
+        let mut enquiry = Enquiry::default();
+        enquiry.parameter(u16::MAX, 200);
+        enquiry.waypoint(u16::MAX, 3);
+        assert!(enquiry.next.is_empty() && !enquiry.complete);
     }
 
     #[test]
