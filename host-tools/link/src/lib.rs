@@ -76,7 +76,7 @@ pub enum BackseatError {
     #[error("unexpected answer of the backseat: {0}")]
     Protocol(String),
     /// It refused a request.
-    #[error("the backseat refused {request}: {refusal:?}")]
+    #[error("the backseat refused {request}: {}", board::reason(*refusal))]
     Refused {
         /// What was asked.
         request: String,
