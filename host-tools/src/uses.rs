@@ -3,7 +3,7 @@
 use backseat_data::Log;
 use backseat_data::log::Column;
 use backseat_data::manoeuvring;
-use backseat_diagnose::log_models::{glider, pinger, planar_manoeuvring};
+use backseat_diagnose::log_models::{glider, pinger, planar_manoeuvring, reference_velocity, thruster, transponders};
 use backseat_identify::surge_yaw::SurgeYawData;
 
 /// How a log is navigated.
@@ -23,6 +23,11 @@ pub const ACTUATORS: &[Column] = Column::ALL.split_at(Column::FinStarboard as us
 /// Whether propeller and all fins have samples.
 pub fn has_actuators(log: &Log) -> bool {
     has_all(log, ACTUATORS)
+}
+
+/// Whether a log holds a vessel with propeller and rudder, and not a whole vehicle.
+pub fn is_vessel(log: &Log) -> bool {
+    manoeuvring::is_in(log) && !(has_actuators(log) && log.rows.iter().any(|row| row.attitude_rad().is_some()))
 }
 
 /// The best way to navigate a log; `None` if the filter may lack what it starts from.
@@ -88,7 +93,7 @@ fn identify(log: &Log) -> Result<&'static str, String> {
     match missing.as_str() {
         "" => Ok("all parameters of the vehicle"),
         _ if SurgeYawData::is_in(log) && !log.has(Column::PropRpm) => Ok("surge and yaw, in servo counts"),
-        _ if manoeuvring::is_in(log) => Ok("surge, sway and yaw of a vessel with propeller and rudder"),
+        _ if is_vessel(log) => Ok("surge, sway and yaw of a vessel with propeller and rudder"),
         _ => Err(format!("lacks {missing}")),
     }
 }
@@ -102,6 +107,12 @@ fn diagnose(log: &Log) -> Result<&'static str, String> {
     let has_speed = log.has(Column::SpeedLog) || log.has(Column::DvlU);
     if pinger::is_for(log) {
         Ok("pseudo-ranges of a pinger with its own clock")
+    } else if transponders::is_for(log) {
+        Ok("two-way ranges to transponders, whose places are joined by --with")
+    } else if reference_velocity::is_for(log) {
+        Ok("the DVL against a reference velocity")
+    } else if thruster::is_for(log) {
+        Ok("the thrust of two thrusters")
     } else if planar_manoeuvring::is_for(log) {
         Ok("against a manoeuvring model of hull, propeller and rudder")
     } else if glider::is_for(log) {

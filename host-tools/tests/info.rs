@@ -112,6 +112,26 @@ fn other_files_are_named() {
     assert_eq!(backseat(at, &["info", "nothing.csv"]).status.code(), Some(1));
 }
 
+/// What `info` says of a log is what the commands do with it.
+#[test]
+fn uses_are_those_of_the_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    let uses = |table: &str| {
+        std::fs::write(folder.path().join("log.csv"), table).unwrap();
+        let output = backseat(folder.path(), &["info", "log.csv", "--json"]);
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        ["identify", "diagnose"].map(|command| json["uses"][command]["how"].as_str().unwrap_or_default().to_owned())
+    };
+    let [_, diagnose] = uses("t_s,vx_mps,vy_mps,cmd_left,cmd_right\n0,0,0,1,1\n1,0.5,0,1,1\n");
+    assert!(diagnose.contains("two thrusters"), "{diagnose}");
+    // a whole vehicle that lacks its DVL is no vessel on the surface
+    let [identify, _] = uses(
+        "t_s,prop_rpm,fin_top_rad,fin_bottom_rad,fin_port_rad,fin_starboard_rad,roll_rad,pitch_rad,heading_rad,\
+         p_radps,q_radps,r_radps,gps_x_m,gps_y_m\n0,900,0,0,0,0,0,0,0,0,0,0,0,0\n1,900,0,0,0,0,0,0,0,0,0,0,1,0\n",
+    );
+    assert!(identify.contains("lacks dvl_u_mps"), "{identify}");
+}
+
 #[test]
 fn what_the_reader_left_out_is_said_when_the_command_fails() {
     let folder = tempfile::tempdir().unwrap();

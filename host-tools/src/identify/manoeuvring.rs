@@ -3,10 +3,9 @@
 use super::Args;
 use super::partial::{self, Horizon, Partial, Quantity};
 use crate::log_input::ReadLog;
-use crate::uses;
 use backseat_data::log::Column;
-use backseat_data::manoeuvring::{AXES, is_in};
-use backseat_data::{Log, ManoeuvringModel, VehicleFile};
+use backseat_data::manoeuvring::AXES;
+use backseat_data::{ManoeuvringModel, VehicleFile};
 use backseat_identify::manoeuvring::{ManoeuvringData, ManoeuvringEstimate, ManoeuvringPrediction};
 use serde_json::{Map, json};
 use std::path::Path;
@@ -15,11 +14,6 @@ use std::path::Path;
 const FITTED: f64 = 0.6;
 /// Horizons of the predictions, s.
 const HORIZONS_S: [f64; 3] = [5.0, 10.0, 30.0];
-
-/// Whether a log holds a vessel with propeller and rudder, and not a whole vehicle.
-pub fn is_for(log: &Log) -> bool {
-    is_in(log) && !(uses::has_actuators(log) && log.rows.iter().any(|row| row.attitude_rad().is_some()))
-}
 
 pub fn identify(
     args: &Args,

@@ -9,6 +9,7 @@ mod surge_yaw;
 
 use crate::log_input::{LogInput, ReadLog};
 use crate::outcome::Outcome;
+use crate::uses;
 use anyhow::{Context, anyhow, bail};
 use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
@@ -149,7 +150,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     }
     let read = args.input.read(path)?;
     read.explain_failure(|| {
-        if surge_yaw::is_for(&read.log) || manoeuvring::is_for(&read.log) {
+        if surge_yaw::is_for(&read.log) || uses::is_vessel(&read.log) {
             return identify_part(args, path, &read, [page.as_deref(), vehicle_path.as_deref()], existing);
         }
         identify_vehicle(args, &read, [page.as_deref(), vehicle_path.as_deref()], existing)
