@@ -14,13 +14,22 @@ const SUBMERGED_M: f64 = 1.0;
 
 const HOUR_US: i64 = 3_600_000_000;
 
+/// How the cells of a table are written.
+#[derive(Clone, Copy)]
+pub(super) struct Cells<'a> {
+    /// What stands between two of them.
+    pub separator: u8,
+    /// Texts of a cell without a sample, beside none.
+    pub missing: &'a [String],
+}
+
 /// Reads a table of this format.
-pub(super) fn read(path: &Path, format: &Format, separator: u8) -> Result<Log, DataError> {
-    let mut reader = table::lines(ReaderBuilder::new().delimiter(separator).quoting(false).trim(Trim::All))
-        .from_reader(table::open(path)?);
+pub(super) fn read(path: &Path, format: &Format, cells: Cells<'_>) -> Result<Log, DataError> {
+    let mut reader =
+        table::lines(ReaderBuilder::new().delimiter(cells.separator).trim(Trim::All)).from_reader(table::open(path)?);
     let mut record = ByteRecord::new();
     reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, 1, &e))?;
-    let mut importer = Importer::bind(path, format, &record)?;
+    let mut importer = Importer::bind(path, format, cells, &record)?;
     loop {
         let line = reader.position().line();
         if !reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, line, &e))? {
@@ -46,6 +55,7 @@ pub(super) fn read(path: &Path, format: &Format, separator: u8) -> Result<Log, D
 struct Importer<'a> {
     path: &'a Path,
     format: &'a Format,
+    written: Cells<'a>,
     cells: usize,
     bound: Vec<(usize, &'a Known)>,
     origin: Option<Origin>,
@@ -65,7 +75,7 @@ struct Importer<'a> {
 }
 
 impl<'a> Importer<'a> {
-    fn bind(path: &'a Path, format: &'a Format, header: &ByteRecord) -> Result<Self, DataError> {
+    fn bind(path: &'a Path, format: &'a Format, written: Cells<'a>, header: &ByteRecord) -> Result<Self, DataError> {
         let names: Vec<String> = header.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect();
         let fail = |cell: usize, message: String| Err(DataError::at(path, 1, cell as u64, message));
         let needed = format.needed.iter().copied();
@@ -102,6 +112,7 @@ impl<'a> Importer<'a> {
         Ok(Self {
             path,
             format,
+            written,
             cells: header.len(),
             bound,
             origin: None,
@@ -133,10 +144,12 @@ impl<'a> Importer<'a> {
         let (mut place, mut is_fix): ([Option<f64>; 2], Option<bool>) = ([None; 2], None);
         for &(cell, known) in &self.bound {
             let text = record.get(cell).unwrap_or_default();
+            let is_missing = self.written.missing.iter().any(|missing| missing.as_bytes() == text);
+            let text = if is_missing { &[] } else { text };
             let fail =
                 |message: String| DataError::at(self.path, line, cell as u64 + 1, format!("{}: {message}", known.name));
             let number = || {
-                let value = table::number(text).map_err(fail)?;
+                let value = table::number_between(self.written.separator, text).map_err(fail)?;
                 Ok::<_, DataError>((!value.is_nan()).then_some(value))
             };
             let readable = || std::str::from_utf8(text).unwrap_or_default();

@@ -1,5 +1,6 @@
 //! A table of any other maker by a mapping that the user writes.
 
+use super::engine::Cells;
 use super::format::{Format, Known, Role};
 use super::{M_PER_FOOT, MPS_PER_KNOT, RAD_PER_DEG};
 use crate::DataError;
@@ -18,6 +19,8 @@ pub(super) const NAME: &str = "table by a column mapping";
 #[serde(deny_unknown_fields)]
 struct File {
     separator: Option<Spanned<String>>,
+    #[serde(default)]
+    missing: Vec<String>,
     time: TimeEntry,
     #[serde(default)]
     columns: BTreeMap<String, Spanned<Entry>>,
@@ -55,6 +58,7 @@ struct Entry {
 ///
 /// ```toml
 /// separator = ";"                 # left out: a comma
+/// missing = ["NaN", "-9999"]      # what stands in a cell without a sample; left out: nothing does
 ///
 /// [time]
 /// column = "Time (ms)"
@@ -79,6 +83,7 @@ struct Entry {
 pub struct ColumnMap {
     format: Format,
     separator: u8,
+    missing: Vec<String>,
 }
 
 /// Weight of sea water of 1025 kg/m³, N/m³.
@@ -197,6 +202,7 @@ impl ColumnMap {
                 remarks: &[],
             },
             separator,
+            missing: file.missing,
         })
     }
 
@@ -205,8 +211,8 @@ impl ColumnMap {
         self.format.columns.iter().map(|known| (&*known.name, known.role.name()))
     }
 
-    pub(super) const fn separator(&self) -> u8 {
-        self.separator
+    pub(super) fn cells(&self) -> Cells<'_> {
+        Cells { separator: self.separator, missing: &self.missing }
     }
 
     pub(super) const fn format(&self) -> &Format {
@@ -309,6 +315,22 @@ mod tests {
         assert_eq!(log.rows[0].get(Column::DvlU), Some(1.0));
         assert_eq!(log.rows[1].get(Column::DvlU), None);
         assert!(log.notes.iter().any(|note| note.starts_with("dropped Rest")), "{:?}", log.notes);
+    }
+
+    /// As Excel writes it where the comma is decimal, and a quoted text in between.
+    #[test]
+    fn decimal_commas_quotes_and_marks_of_no_sample() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, "\"ms\";v;\"Rest\";Tiefe;Kurs\n1500;0,5;\"a; b\";-11;270\n2500;NaN;x;-9999;90\n")
+            .unwrap();
+        let marked = format!("missing = [\"NaN\", \"-9999\"]\n{MAP}");
+        let log = super::super::read_mapped(&path, &map(&marked).unwrap()).unwrap().log;
+        assert_eq!(log.rows[0].get(Column::DvlU), Some(1.0));
+        assert!((log.rows[0].get(Column::Depth).unwrap() - 3.048).abs() < 1e-12);
+        assert_eq!([Column::DvlU, Column::Depth].map(|column| log.rows[1].get(column)), [None; 2]);
+        let complaint = super::super::read_mapped(&path, &map(MAP).unwrap()).unwrap_err().to_string();
+        assert!(complaint.contains(":3:2: v: \"NaN\" is not a finite number"), "{complaint}");
     }
 
     #[test]

@@ -91,13 +91,18 @@ pub fn read(path: &Path) -> Result<Imported, DataError> {
     if sentences::is_sentences(path)? {
         return sentences::read(path);
     }
-    let has = |name: &&str, separator: u8| header.trim().split(char::from(separator)).any(|cell| cell.trim() == *name);
+    check_text(path, &header)?;
+    let has =
+        |name: &&str, separator: u8| header.trim().split(char::from(separator)).any(|cell| unquoted(cell) == *name);
     let separator_of = |(names, format): &(&[&str], &'static Format)| {
         let fits = |separator: &u8| names.iter().all(|name| has(name, *separator));
         format.separators.iter().copied().find(fits).map(|separator| (*format, separator))
     };
     match FORMATS.iter().find_map(separator_of) {
-        Some((format, separator)) => Ok(Imported { format: format.name, log: engine::read(path, format, separator)? }),
+        Some((format, separator)) => {
+            let cells = engine::Cells { separator, missing: &[] };
+            Ok(Imported { format: format.name, log: engine::read(path, format, cells)? })
+        }
         None => Ok(Imported { format: "vehicle log", log: Log::read(path)? }),
     }
 }
@@ -124,12 +129,30 @@ fn header(path: &Path) -> Result<String, DataError> {
     Ok(String::from_utf8_lossy(&header).into_owned())
 }
 
+/// A cell of a header without its quotation marks.
+fn unquoted(cell: &str) -> &str {
+    cell.trim().trim_matches('"').trim()
+}
+
+/// Whether a header is one of a text, whose beginning may be shown.
+fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
+    if !header.contains(|c: char| c.is_control() && !"\t\r\n".contains(c)) {
+        return Ok(());
+    }
+    let what = if header.starts_with("PK") {
+        "an archive or the workbook of a spreadsheet: save the table as CSV"
+    } else {
+        "binary data, not a table"
+    };
+    Err(DataError::file(path, what))
+}
+
 /// Reads a table by a mapping, whatever its header.
 ///
 /// # Errors
 /// Where the table does not fit the mapping.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
-    Ok(Imported { format: mapping::NAME, log: engine::read(path, map.format(), map.separator())? })
+    Ok(Imported { format: mapping::NAME, log: engine::read(path, map.format(), map.cells())? })
 }
 
 #[cfg(test)]
@@ -142,6 +165,15 @@ mod tests {
         let path = folder.path().join("mission.log");
         std::fs::write(&path, text).unwrap();
         read(&path)
+    }
+
+    /// What is binary never reaches the terminal.
+    #[test]
+    fn what_is_no_text_is_told() {
+        let complaint = import("PK\u{3}\u{4}\u{1b}[2J;sheet1.xml").unwrap_err().to_string();
+        assert!(complaint.contains("the workbook of a spreadsheet: save the table as CSV"), "{complaint}");
+        let complaint = import("\u{89}PNG\r\u{1a}\n1,2\n").unwrap_err().to_string();
+        assert!(complaint.contains("binary data, not a table"), "{complaint}");
     }
 
     #[test]

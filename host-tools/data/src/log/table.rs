@@ -152,6 +152,16 @@ pub(crate) fn number(cell: &[u8]) -> Result<f64, String> {
     Err(format!("{} is not a number", shown(text)))
 }
 
+/// The same in a table with this separator: where it is no comma, a number may have a decimal comma.
+pub(crate) fn number_between(separator: u8, cell: &[u8]) -> Result<f64, String> {
+    let commas = cell.iter().filter(|byte| **byte == b',').count();
+    if separator == b',' || commas != 1 {
+        return number(cell);
+    }
+    let with_point: Vec<u8> = cell.iter().map(|byte| if *byte == b',' { b'.' } else { *byte }).collect();
+    number(&with_point)
+}
+
 /// The beginning of a cell, quoted with escapes: it may hold line ends.
 fn shown(text: &str) -> String {
     format!("{:?}", text.chars().take(24).collect::<String>())

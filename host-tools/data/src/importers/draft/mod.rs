@@ -1,9 +1,12 @@
 //! A draft of a column mapping for a table that nobody described: names and ranges of its columns, and guesses.
 
+mod names;
+
 use super::ros_bag::{GAUGE_PA, SURFACE_PA};
 use crate::DataError;
 use crate::log::table;
 use csv::{ByteRecord, ReaderBuilder, Trim};
+use names::{MISSING, NAMES, PRESSURE, ROS, UNITS};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -24,7 +27,7 @@ pub struct Draft {
 /// A column of the table.
 struct Seen {
     name: String,
-    /// Lower case, without a unit in brackets.
+    /// Lower case, without a unit in brackets, words joined by `_`.
     plain: String,
     /// The unit that its name states, if any.
     unit: Option<&'static str>,
@@ -35,92 +38,16 @@ struct Seen {
     first: Option<f64>,
     last: f64,
     sample: String,
+    /// What stands where there is no sample.
+    missing: Option<String>,
 }
-
-/// Parts of names, and the column of the vehicle log that such a column is taken for. The first that fits counts.
-const NAMES: &[(&[&str], &str)] = &[
-    (&["goal", "desired", "next", "setpoint", "target", "cmd_heading", "magnetic", "mag_"], ""),
-    (&["latitude", "=lat", "lat_deg", ".lat", "gps_lat"], "latitude_deg"),
-    (&["longitude", "=lon", "=long", "=lng", "lon_deg", ".lon", "gps_lon"], "longitude_deg"),
-    (
-        &["rollrate", "roll rate", "roll_rate", "gyro_x", "gyrox", "angular_velocity.x", "=p", "=wx", "p_radps"],
-        "p_radps",
-    ),
-    (&["pitchrate", "pitch rate", "pitch_rate", "gyro_y", "gyroy", "angular_velocity.y", "=q", "=wy"], "q_radps"),
-    (&["yawrate", "yaw rate", "yaw_rate", "gyro_z", "gyroz", "angular_velocity.z", "=r", "=wz"], "r_radps"),
-    (&["fin_top", "top fin", "rudder_top", "rudder top", "upper rudder"], "fin_top_rad"),
-    (&["fin_bottom", "bottom fin", "rudder_bottom", "rudder bottom", "lower rudder"], "fin_bottom_rad"),
-    (&["fin_port", "port fin", "elevator_port", "elevator port", "port elevator"], "fin_port_rad"),
-    (&["fin_starboard", "starboard fin", "elevator_starboard", "starboard elevator", "fin_stbd"], "fin_starboard_rad"),
-    (&["rudder"], "rudder"),
-    (&["elevator", "sternplane", "stern plane", "diveplane"], "elevator"),
-    (&["rpm", "propeller", "thruster", "=prop", "motor"], "prop_rpm"),
-    (&["depth", "tiefe", "=z", "pos_z", "position.z", PRESSURE], "depth_m"),
-    (&["heading", "=yaw", "=hdg", "=psi", "compass", "kurs", "yaw"], "heading_rad"),
-    (&["pitch", "=theta"], "pitch_rad"),
-    (&["roll", "=phi"], "roll_rad"),
-    (&["dvl_u", "dvl_x", "dvl_vx", "surge", "=u", "=vx", "vel_x", "velocity.x", "linear.x", "forward"], "dvl_u_mps"),
-    (&["dvl_v", "dvl_y", "dvl_vy", "sway", "=v", "=vy", "vel_y", "velocity.y", "linear.y", "starboard"], "dvl_v_mps"),
-    (&["dvl_w", "dvl_z", "dvl_vz", "heave", "=w", "=vz", "vel_z", "velocity.z", "linear.z"], "dvl_w_mps"),
-    (&["sound"], "sound_speed_mps"),
-    (&["speed", "=sog", "=stw"], "speed_log_mps"),
-    (&["ship_x", "ship_north"], "ship_gps_x_m"),
-    (&["ship_y", "ship_east"], "ship_gps_y_m"),
-    (&["northing", "north", "gps_x", "gps_n", "=x", "pos_x", "position.x"], "gps_x_m"),
-    (&["easting", "east", "gps_y", "gps_e", "=y", "pos_y", "position.y"], "gps_y_m"),
-    (&["range_rate", "range rate", "doppler"], "range_rate_mps"),
-    (&["range", "slant"], "range_m"),
-    (&["density"], "water_density_kg_per_m3"),
-];
-
-/// Part of the name of a pressure, which is a depth in sea water.
-const PRESSURE: &str = "press";
-
-/// Units as names state them, and how the mapping calls them.
-const UNITS: &[(&str, &str)] = &[
-    ("deg/s", "deg/s"),
-    ("dps", "deg/s"),
-    ("rad/s", "rad/s"),
-    ("radps", "rad/s"),
-    ("mm/s", "mm/s"),
-    ("cm/s", "cm/s"),
-    ("km/h", "km/h"),
-    ("m/s", "m/s"),
-    ("mps", "m/s"),
-    ("knots", "kn"),
-    ("kts", "kn"),
-    ("kn", "kn"),
-    ("feet", "ft"),
-    ("ft", "ft"),
-    ("deg", "deg"),
-    ("°", "deg"),
-    ("rad", "rad"),
-    ("rpm", "rpm"),
-    ("dbar", "dbar"),
-    ("bar", "bar"),
-    ("mbar", "mbar"),
-    ("hpa", "mbar"),
-    ("kpa", "kPa"),
-    ("pa", "Pa"),
-    ("mm", "mm"),
-    ("cm", "cm"),
-    ("km", "km"),
-    ("msec", "ms"),
-    ("ms", "ms"),
-    ("usec", "us"),
-    ("us", "us"),
-    ("nsec", "ns"),
-    ("ns", "ns"),
-    ("sec", "s"),
-    ("s", "s"),
-    ("m", "m"),
-];
 
 /// Drafts a mapping from the header and the first rows of a table.
 ///
 /// # Errors
 /// A file that cannot be read, or is no table.
 pub fn draft(path: &Path) -> Result<Draft, DataError> {
+    super::check_text(path, &super::header(path)?)?;
     let separator = separator(path)?;
     let mut reader =
         table::lines(ReaderBuilder::new().delimiter(separator).trim(Trim::All)).from_reader(table::open(path)?);
@@ -138,7 +65,7 @@ pub fn draft(path: &Path) -> Result<Draft, DataError> {
             break;
         }
         for (column, cell) in columns.iter_mut().zip(&record) {
-            column.add(cell);
+            column.add(separator, cell);
         }
     }
     Ok(compose(path, separator, &columns))
@@ -163,7 +90,7 @@ impl Seen {
         let unit = |text: &str| UNITS.iter().find(|(name, _)| *name == text).map(|(_, unit)| *unit);
         let stated = unit(inside).or_else(|| unit(suffix).filter(|_| suffix != lower));
         Self {
-            plain: outside.to_owned(),
+            plain: outside.replace([' ', '-'], "_"),
             unit: stated,
             name,
             numbers: 0,
@@ -173,19 +100,24 @@ impl Seen {
             first: None,
             last: f64::NAN,
             sample: String::new(),
+            missing: None,
         }
     }
 
-    fn add(&mut self, cell: &[u8]) {
+    fn add(&mut self, separator: u8, cell: &[u8]) {
         let text = String::from_utf8_lossy(cell);
         let text = text.trim();
         if text.is_empty() {
             return;
         }
+        if MISSING.contains(&text.to_lowercase().as_str()) {
+            self.missing = Some(text.to_owned());
+            return;
+        }
         if self.sample.is_empty() {
             self.sample = text.chars().take(24).collect();
         }
-        match text.parse::<f64>().ok().filter(|value| value.is_finite()) {
+        match table::number_between(separator, text.as_bytes()).ok().filter(|value| value.is_finite()) {
             Some(value) => {
                 self.numbers += 1;
                 (self.min, self.max, self.last) = (self.min.min(value), self.max.max(value), value);
@@ -214,6 +146,14 @@ impl Seen {
         }
     }
 
+    /// Which part of a quaternion it is by its name: 0 for w, 1 to 3 for x, y, z.
+    fn quaternion_part(&self) -> Option<usize> {
+        let split = self.plain.rsplit_once(['.', '_']);
+        let (stem, part) = split.or_else(|| self.plain.strip_prefix('q').map(|part| ("q", part)))?;
+        let part = ["w", "x", "y", "z"].iter().position(|name| *name == part)?;
+        (stem == "q" || ["quat", "orient"].iter().any(|name| stem.contains(name))).then_some(part)
+    }
+
     /// What its name says it is.
     fn target(&self) -> Option<&'static str> {
         let is = |part: &str| match part.strip_prefix('=') {
@@ -223,6 +163,21 @@ impl Seen {
         };
         let found = NAMES.iter().find(|(parts, _)| parts.iter().any(|part| is(part)));
         found.map(|(_, target)| *target).filter(|target| !target.is_empty() && self.is_number())
+    }
+
+    /// The same where the frames may be those of ROS, in which a position has east first.
+    fn target_in(&self, is_ros: bool) -> Option<&'static str> {
+        match self.target() {
+            Some("gps_x_m") if is_ros && self.plain.contains("position") => Some("gps_y_m"),
+            Some("gps_y_m") if is_ros && self.plain.contains("position") => Some("gps_x_m"),
+            target => target,
+        }
+    }
+
+    /// Whether its axis is against that of the vehicle log.
+    fn is_turned(&self, target: &str, is_ros: bool) -> bool {
+        let body = ["pitch_rad", "q_radps", "r_radps", "dvl_v_mps", "dvl_w_mps"];
+        (is_ros && body.contains(&target)) || (target == "heading_rad" && (is_ros || self.plain.contains("enu")))
     }
 
     /// Its unit, by its name or by its range.
@@ -303,7 +258,14 @@ fn compose(path: &Path, separator: u8, columns: &[Seen]) -> Draft {
         path.file_name().map_or_else(|| "a table".into(), |name| name.to_string_lossy())
     );
     let shown = if separator == b'\t' { "\\t".to_owned() } else { char::from(separator).to_string() };
-    let _ = writeln!(text, "separator = \"{shown}\"\n\n[time]");
+    let _ = writeln!(text, "separator = \"{shown}\"");
+    let mut missing: Vec<String> = columns.iter().filter_map(|column| column.missing.as_deref().map(quoted)).collect();
+    missing.sort_unstable();
+    missing.dedup();
+    if !missing.is_empty() {
+        let _ = writeln!(text, "missing = [{}]  # what stands where there is no sample", missing.join(", "));
+    }
+    text += "\n[time]\n";
     let (mut guesses, mut used) = (Vec::new(), Vec::new());
     let time = columns.iter().enumerate().find_map(|(place, column)| Some((place, column, time_unit(column)?)));
     match time {
@@ -324,17 +286,31 @@ fn compose(path: &Path, separator: u8, columns: &[Seen]) -> Draft {
     };
     let has_degrees = columns.iter().filter(is_angle).any(|column| column.unit_for("heading_rad", false) == "deg");
     let has_depth = columns.iter().any(|column| column.target() == Some("depth_m") && !column.is_pressure());
+    let is_ros = columns.iter().any(|column| ROS.iter().any(|part| column.plain.contains(part)));
+    if is_ros {
+        text += "\n# Names as messages of ROS have: taken as east-north-up and forward-left-up. Check it.\n";
+    }
     let mut taken: Vec<&str> = Vec::new();
+    if let Some(places) = quaternion(columns) {
+        let names = places.map(|place| quoted(&columns[place].name)).join(", ");
+        let frames = if is_ros { "enu-flu" } else { "ned-frd" };
+        let _ = writeln!(text, "\n[quaternion]\ncolumns = [{names}]  # w, x, y, z");
+        let _ = writeln!(text, "frames = \"{frames}\"  # ned-frd or enu-flu");
+        guesses.extend(places.map(|place| (columns[place].name.clone(), "part of a quaternion".to_owned())));
+        used.extend(places);
+        taken.extend(["roll_rad", "pitch_rad", "heading_rad"]);
+    }
     for (place, column) in columns.iter().enumerate() {
-        let Some(target) = column.target().filter(|_| !used.contains(&place)) else { continue };
+        let Some(target) = column.target_in(is_ros).filter(|_| !used.contains(&place)) else { continue };
         if column.is_pressure() && has_depth {
             continue;
         }
+        let is_turned = column.is_turned(target, is_ros);
         // one command for a pair of fins: the same column twice, with opposite signs
         let entries: Vec<(&str, i32)> = match target {
             "rudder" => vec![("fin_top_rad", 1), ("fin_bottom_rad", -1)],
             "elevator" => vec![("fin_port_rad", 1), ("fin_starboard_rad", -1)],
-            one => vec![(one, if one == "depth_m" && column.min + column.max < 0.0 { -1 } else { 1 })],
+            one => vec![(one, if is_turned || (one == "depth_m" && column.min + column.max < 0.0) { -1 } else { 1 })],
         };
         if entries.iter().any(|(target, _)| taken.contains(target)) {
             continue;
@@ -342,11 +318,16 @@ fn compose(path: &Path, separator: u8, columns: &[Seen]) -> Draft {
         used.push(place);
         for (target, sign) in entries {
             let _ = writeln!(text, "\n[columns.{target}]\ncolumn = {}  # {}", quoted(&column.name), column.range());
+            let unit = column.unit_for(target, has_degrees);
             if !target.ends_with("_deg") {
-                let _ = writeln!(text, "unit = \"{}\"", column.unit_for(target, has_degrees));
+                let _ = writeln!(text, "unit = \"{unit}\"");
             }
             if sign < 0 {
                 text += "sign = -1\n";
+            }
+            if target == "heading_rad" && is_turned {
+                let quarter = if unit == "deg" { 90.0 } else { std::f64::consts::FRAC_PI_2 };
+                let _ = writeln!(text, "offset = -{quarter:?}  # counted from east, counter-clockwise");
             }
             if column.is_pressure() {
                 let pa = column.pascals();
@@ -371,6 +352,13 @@ fn compose(path: &Path, separator: u8, columns: &[Seen]) -> Draft {
              # [quaternion]\n# columns = [\"qw\", \"qx\", \"qy\", \"qz\"]\n# frames = \"enu-flu\"\n\
              # A yaw from east, counter-clockwise: unit = \"deg\", sign = -1, offset = -90.\n";
     Draft { text, guesses, unused: unused.iter().map(|column| column.name.clone()).collect() }
+}
+
+/// The four columns of a quaternion, w first, of a table without a heading.
+fn quaternion(columns: &[Seen]) -> Option<[usize; 4]> {
+    let has_heading = columns.iter().any(|column| column.target() == Some("heading_rad"));
+    let place = |part| columns.iter().position(|column| column.quaternion_part() == Some(part) && column.is_number());
+    if has_heading { None } else { Some([place(0)?, place(1)?, place(2)?, place(3)?]) }
 }
 
 /// A name as a TOML string.
@@ -405,6 +393,34 @@ mod tests {
         assert!((value(Column::FinStarboard) - 5.0_f64.to_radians()).abs() < 1e-12);
         assert_eq!((value(Column::PropRpm), log.rows[0].gnss_m()), (1000.0, Some([0.0, 0.0])));
         assert_eq!(draft.unused, ["Battery"]);
+    }
+
+    /// A table as `ros2 topic echo --csv` and a spreadsheet leave it: it runs as drafted.
+    #[test]
+    fn names_of_ros_and_marks_of_no_sample() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ros.csv");
+        // facing east, level; nose down 0.1 rad/s, to port 0.2 rad/s; sliding to port
+        let text = "header.stamp,orientation.x,orientation.y,orientation.z,orientation.w,angular_velocity.x,angular_velocity.y,\
+            angular_velocity.z,dvl.linear.x,dvl.linear.y,dvl.linear.z,odom.position.x,odom.position.y,prop_radps\n\
+            1700000000000000000,0,0,0,1,0,0.1,0.2,1.5,0.3,0.4,7,8,NaN\n\
+            1700000000500000000,0,0,0,1,0,0.1,0.2,1.5,0.3,0.4,7,8,100\n";
+        std::fs::write(&path, text).unwrap();
+        let draft = draft(&path).unwrap();
+        assert!(draft.unused.is_empty(), "{:?}", draft.unused);
+        let map = ColumnMap::parse(&draft.text, Path::new("m.toml")).unwrap_or_else(|e| panic!("{e}\n{}", draft.text));
+        let rows = read_mapped(&path, &map).unwrap().log.rows;
+        let value = |column| rows[0].get(column).unwrap();
+        assert!((rows[0].attitude_rad().unwrap()[2] - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        assert_eq!([Column::Q, Column::R, Column::DvlV, Column::DvlW].map(value), [-0.1, -0.2, -0.3, -0.4]);
+        assert_eq!((value(Column::DvlU), rows[0].gnss_m()), (1.5, Some([8.0, 7.0])));
+        assert_eq!([0, 1].map(|row| rows[row].get(Column::PropRpm).map(f64::round)), [None, Some(955.0)]);
+        std::fs::write(&path, "t,yaw enu [deg],DVL Velocity X [m/s],DVL Velocity Z [m/s]\n0,90,1,2\n1,180,1,2\n")
+            .unwrap();
+        let map = ColumnMap::parse(&super::draft(&path).unwrap().text, Path::new("m.toml")).unwrap();
+        let rows = read_mapped(&path, &map).unwrap().log.rows;
+        assert!(rows[0].get(Column::Heading).unwrap().abs() < 1e-12); // to the north
+        assert_eq!([Column::DvlU, Column::DvlW].map(|column| rows[0].get(column)), [Some(1.0), Some(2.0)]);
     }
 
     /// 2 m of sea water above 1 atm, by its definition; a depth of its own is preferred.
