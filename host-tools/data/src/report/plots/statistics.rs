@@ -78,7 +78,7 @@ pub fn before_after(plot: &BeforeAfter<'_>) -> String {
         x,
         left: left_margin(&y),
         y,
-        legend: vec![Key::new("before", VERMILION, Mark::Ring), Key::new("after", BLUE, Mark::Dot)],
+        legend: vec![Key::new("before", BLUE, Mark::Ring), Key::new("after", VERMILION, Mark::Dot)],
         height: rows_height(plot.rows.len()),
         description: format!("{} before and after", plot.x_label),
         empty: values().next().is_none(),
@@ -92,10 +92,10 @@ pub fn before_after(plot: &BeforeAfter<'_>) -> String {
                 canvas.line(vec![(place(*before) - edge, y), (place(*after), y)], FAINT, 2.5, 0.8);
             }
             if drawn(*after) {
-                canvas.dot((place(*after), y), BLUE, 6.0, 1.0);
+                canvas.dot((place(*after), y), VERMILION, 6.0, 1.0);
             }
             if drawn(*before) {
-                canvas.ring((place(*before), y), VERMILION, 6.0);
+                canvas.ring((place(*before), y), BLUE, 6.0);
             }
         }
     })
