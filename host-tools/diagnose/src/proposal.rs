@@ -94,6 +94,9 @@ impl ProposedTerm {
             }
             (Target::Reading(C::Depth), F::SurgeSquared) => "dynamic pressure at the depth cell".to_owned(),
             (Target::Reading(C::Depth), F::Time) => "tide, or a drifting depth cell".to_owned(),
+            (Target::Reading(C::Range), F::DistanceSquared) => {
+                "curved rays: the speed of sound is not the same at all depths".to_owned()
+            }
             (Target::Water(_), F::Depth) => "a current that changes with depth".to_owned(),
             (Target::Water(_), F::Time | F::TimeSquared) => "a current that changes with time".to_owned(),
             (Target::Acceleration(3), F::Propeller) => "the hull rolls against the propeller's torque".to_owned(),
@@ -199,12 +202,20 @@ pub fn corrected<'a>(log: &'a Log, proposed: &[Proposed]) -> Cow<'a, Log> {
         x[Z] = row.get(Column::Depth).unwrap_or(x[Z]);
         input = row.actuators().unwrap_or(input);
         let share = (row.time_us - start_us) as f64 * 1e-6 / duration_s;
-        let snapshot = Snapshot { share, x: &x, heading: x[PSI].sin_cos(), input: &input };
+        let snapshot = Snapshot { share, x: &x, heading: x[PSI].sin_cos(), input: &input, distance_m: 0.0 };
         for (channel, column) in READINGS {
             let by = reading(proposed, channel, &snapshot);
             if let Some(value) = row.get(column).filter(|_| by != 0.0) {
                 row.set(column, value - by);
             }
+        }
+        if let Some(read) = row.get(Column::Range) {
+            // The term grows with the distance, not with what is read: r = read - k r², by repetition.
+            let mut distance_m = read;
+            for _ in 0..12 {
+                distance_m = read - reading(proposed, ResidualChannel::Range, &Snapshot { distance_m, ..snapshot });
+            }
+            row.set(Column::Range, distance_m);
         }
     }
     let names: Vec<String> = proposed.iter().map(|(term, _)| term.name()).collect();
@@ -225,3 +236,20 @@ const READINGS: [(ResidualChannel, Column); 10] = [
     (ResidualChannel::DvlV, Column::DvlV),
     (ResidualChannel::DvlW, Column::DvlW),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use backseat_data::log::LogRow;
+
+    /// A range of 900 m that a curved ray made longer by 5e-5 r², and a heading beside it that no term concerns.
+    #[test]
+    fn val_curved_rays_are_taken_out_of_a_log() {
+        let mut log = Log::default();
+        log.rows.push(LogRow::new(0).set(Column::Range, 940.5).set(Column::Heading, 0.3).clone());
+        let term = GenericTerm::find("range", "distance^2").unwrap();
+        let row = corrected(&log, &[(term, 5e-5)]).rows[0].clone();
+        assert!((row.get(Column::Range).unwrap() - 900.0).abs() < 1e-9, "{row:?}");
+        assert_eq!(row.get(Column::Heading), Some(0.3));
+    }
+}

@@ -108,6 +108,7 @@ pub enum Factor {
     Propeller,
     Fin(u8),
     FinSquares,
+    DistanceSquared,
 }
 
 /// What a factor may depend on at one instant.
@@ -121,6 +122,8 @@ pub struct Snapshot<'a> {
     pub heading: (f64, f64),
     /// What was commanded.
     pub input: &'a ActuatorInput,
+    /// Length of the acoustic path, m; 0 where no range is read.
+    pub distance_m: f64,
 }
 
 impl Factor {
@@ -158,6 +161,7 @@ impl Factor {
             Self::Propeller => s.input.propeller_radps * s.input.propeller_radps.abs() * 1e-4,
             Self::Fin(fin) => s.input.fins_rad[usize::from(fin)] * x[U] * x[U],
             Self::FinSquares => s.input.fins_rad.iter().map(|fin| fin * fin).sum::<f64>() * x[U] * x[U],
+            Self::DistanceSquared => s.distance_m * s.distance_m,
         }
     }
 
@@ -215,6 +219,7 @@ impl Factor {
             Self::Fin(2) => "port fin·u²",
             Self::Fin(_) => "starboard fin·u²",
             Self::FinSquares => "Σ fin²·u²",
+            Self::DistanceSquared => "distance²",
         }
     }
 }
@@ -245,6 +250,7 @@ impl Factor {
             Self::Fin(2) => "port u^2",
             Self::Fin(_) => "starboard u^2",
             Self::FinSquares => "fins^2 u^2",
+            Self::DistanceSquared => "distance^2",
             _ => self.name(),
         }
     }
@@ -275,6 +281,7 @@ impl Factor {
             Self::Propeller => "1e4 rad²/s²",
             Self::Fin(_) => "rad m²/s²",
             Self::FinSquares => "rad² m²/s²",
+            Self::DistanceSquared => "m²",
         }
     }
 }
@@ -400,7 +407,7 @@ pub fn dictionary(present: &[bool; ResidualChannel::COUNT]) -> Vec<GenericTerm> 
     for axis in 0..2 {
         add(Target::Water(axis), &[F::Time, F::TimeSquared, F::Depth]);
     }
-    let readings: [(ResidualChannel, &[F]); 10] = [
+    let readings: [(ResidualChannel, &[F]); 11] = [
         (ResidualChannel::Depth, &[F::Time, F::SinPitch, F::SurgeSquared]),
         (ResidualChannel::Roll, &[F::One, F::Time]),
         (ResidualChannel::Pitch, &[F::Time, F::PitchRate]),
@@ -411,6 +418,7 @@ pub fn dictionary(present: &[bool; ResidualChannel::COUNT]) -> Vec<GenericTerm> 
         (ResidualChannel::DvlU, &[F::One, F::PitchRate, F::YawRate]),
         (ResidualChannel::DvlV, &[F::One, F::RollRate, F::YawRate]),
         (ResidualChannel::DvlW, &[F::One, F::RollRate, F::PitchRate]),
+        (ResidualChannel::Range, &[F::DistanceSquared]),
     ];
     for (channel, factors) in readings {
         if present[channel as usize] {

@@ -201,7 +201,13 @@ pub fn predictions(log_data: &PreparedLog, pass: &Pass, set: &Effects) -> Vec<[O
                 let commanded = input.at(t_s + 0.5 * h_s);
                 let moved = model.actuate(&Step { t_s, h_s }, &commanded);
                 let derivative = |x: &VehicleState| {
-                    let snapshot = Snapshot { share: share(t_s), x, heading: x[PSI].sin_cos(), input: &commanded };
+                    let snapshot = Snapshot {
+                        share: share(t_s),
+                        x,
+                        heading: x[PSI].sin_cos(),
+                        input: &commanded,
+                        distance_m: 0.0,
+                    };
                     model.derivative(t_s, x, &moved) + regressors::motion(&pass.proposed, &snapshot)
                 };
                 // Heun's step: its error over a minute is far below any sensor's noise.
@@ -218,8 +224,13 @@ pub fn predictions(log_data: &PreparedLog, pass: &Pass, set: &Effects) -> Vec<[O
                     // Readings of half a second about a horizon are its sample.
                     let Some(horizon) = HORIZONS_S.iter().position(|h| (ahead - h).abs() <= 0.5) else { continue };
                     let commanded = input.at(*at_s);
-                    let snapshot =
-                        Snapshot { share: share(*at_s), x: &x, heading: x[PSI].sin_cos(), input: &commanded };
+                    let snapshot = Snapshot {
+                        share: share(*at_s),
+                        x: &x,
+                        heading: x[PSI].sin_cos(),
+                        input: &commanded,
+                        distance_m: 0.0,
+                    };
                     for (channel, error) in errors(&model, *at_s, (&pass.proposed, &snapshot), reading) {
                         if let Some(place) = PREDICTED.iter().position(|c| *c == channel) {
                             let (sum, count) = &mut squares[place][horizon];

@@ -127,6 +127,19 @@ fn without_a_dvl_current_and_hard_iron_stand_in_for_each_other() {
     let alternative = found.alternatives.iter().find(|alternative| alternative.is_possible()).unwrap();
     let mut names = [found.instance.candidate.effect, alternative.instance.candidate.effect];
     names.sort_unstable();
+/// Their error grows with the square of the distance, that of a wrong sound speed with the distance: a range error of no
+/// entry, whatever the entries could take up of it.
+#[test]
+fn val_curved_rays_are_not_taken_for_sound_speed_or_clocks() {
+    for (per_m, seed) in [(6e-6, 73), (4e-5, 74)] {
+        let d = diagnose(&[&format!("ray_bending:per_m={per_m}")], seed, |spec| spec.duration_s = 1800.0);
+        assert_eq!(d.verdict, Verdict::Unexplained, "{:?}", d.effects);
+        assert_eq!(d.proposed[0].term.name(), "range reading ∝ distance²");
+        let [low, high] = d.proposed[0].ci95;
+        assert!((low..=high).contains(&per_m), "{per_m} {low} {high}");
+    }
+}
+
     assert_eq!(names, ["heading_bias", "water_current"]);
     assert!(alternative.separating_manoeuvre.is_some());
 }

@@ -30,6 +30,13 @@ struct Prediction {
     along: [f64; 3],
 }
 
+impl Prediction {
+    /// Length of the acoustic path; 0 where no range is read.
+    fn distance_m(&self) -> f64 {
+        if self.sensor == SensorChannel::Range { self.truth[0] } else { 0.0 }
+    }
+}
+
 /// The vehicle's transducer minus the ship's.
 struct Baseline {
     /// NED, m.
@@ -272,7 +279,8 @@ impl Filter<'_> {
         }
         let input = self.input.at(self.t_s);
         let share = self.t_s / self.duration_s.max(1.0);
-        let snapshot = Snapshot { share, x: &self.x, heading: self.x[PSI].sin_cos(), input: &input };
+        let (heading, distance_m) = (self.x[PSI].sin_cos(), prediction.distance_m());
+        let snapshot = Snapshot { share, x: &self.x, heading, input: &input, distance_m };
         let water = regressors::motion(&self.setup.proposed, &snapshot);
         std::array::from_fn(|axis| {
             let channel = ResidualChannel::ALL[prediction.first as usize + axis];
@@ -300,6 +308,7 @@ impl Filter<'_> {
             x: &self.x,
             heading: self.heading(),
             input: &self.input.at(t_s),
+            distance_m: prediction.distance_m(),
         };
         let channel = ResidualChannel::ALL[prediction.first as usize + axis];
         for (term, direct) in self.terms.iter().zip(&self.direct) {

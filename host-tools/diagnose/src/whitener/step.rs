@@ -32,6 +32,7 @@ impl Filter<'_> {
             x: &self.x,
             heading: self.heading(),
             input: &commanded,
+            distance_m: 0.0,
         };
         let f: [f64; 12] = (linearisation.f + regressors::motion(&self.setup.proposed, &snapshot)).into();
         let dense = linearisation.F();
@@ -102,7 +103,8 @@ impl Filter<'_> {
 
         let t_s = self.t_s;
         let heading = self.heading();
-        let snapshot = Snapshot { share: t_s / self.duration_s.max(1.0), x: &self.x, heading, input: commanded };
+        let share = t_s / self.duration_s.max(1.0);
+        let snapshot = Snapshot { share, x: &self.x, heading, input: commanded, distance_m: 0.0 };
         for term in &mut self.terms {
             let active = term.onsets_s.iter().filter(|onset| **onset <= t_s).count();
             if active == 0 {
