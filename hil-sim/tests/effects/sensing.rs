@@ -15,7 +15,7 @@ fn turned(name: &str, values: &[(&str, f64)]) -> Flown {
 #[test]
 fn val_compass_errors_follow_the_true_heading() {
     let hard = turned("heading_bias", &[("const_rad", 0.01), ("sin_rad", -0.02), ("cos_rad", 0.03)]);
-    let soft = turned("soft_iron", &[("sin_rad", 0.02), ("cos_rad", -0.01)]);
+    let soft = turned("soft_iron", &[("sin2_rad", 0.02), ("cos2_rad", -0.01)]);
     let mut quadrants = [false; 4];
     for (truth, [_, _, heading], _) in hard.ahrs() {
         let psi = truth.state[5];

@@ -91,7 +91,7 @@ fn val_events_that_end() {
 fn val_sensors_and_propeller_that_only_a_log_knows() {
     assert_finds("heading_lag:s=1.5", &[1.5], 91);
     assert_finds("heading_lag:s=0.4", &[0.4], 98);
-    assert_finds("soft_iron:sin_rad=0.03,cos_rad=0.02", &[0.03, 0.02], 96);
+    assert_finds("soft_iron:sin2_rad=0.03,cos2_rad=0.02", &[0.03, 0.02], 96);
     assert_finds("dvl_delay:s=0.3", &[0.3], 92);
     assert_finds("dvl_lever_arm:x_m=0.5,y_m=0.2,z_m=0", &[0.5, 0.2, 0.0], 95);
     assert_finds("depth_scale:ratio=0.02", &[0.02], 93);

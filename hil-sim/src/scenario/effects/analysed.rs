@@ -57,8 +57,8 @@ pub(super) const ENTRIES: &[EffectKind] = analysed! {
     [number("s", [0.0, 20.0], Draw::Size(0.3, 3.0))],
     |p, v| p.instruments.compass.lag_s += v[0];
 
-    "soft_iron", "compass: sin · sin 2ψ + cos · cos 2ψ of the true heading",
-    [optional("sin_rad", 0.5, Draw::Vector(0.008, 0.06)), optional("cos_rad", 0.5, Draw::Vector(0.008, 0.06))],
+    "soft_iron", "compass: sin2 · sin 2ψ + cos2 · cos 2ψ of the true heading",
+    [optional("sin2_rad", 0.5, Draw::Vector(0.008, 0.06)), optional("cos2_rad", 0.5, Draw::Vector(0.008, 0.06))],
     |p, v| { p.instruments.compass.second[0] += v[0]; p.instruments.compass.second[1] += v[1]; };
 
     "propeller_torque", "the hull rolls against the propeller: torque over thrust",

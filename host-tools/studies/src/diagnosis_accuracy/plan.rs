@@ -114,3 +114,19 @@ fn drawn(seed: u64, purpose: u64) -> f64 {
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is injected is compared with what is found by name: a number of another name would count as zero.
+    #[test]
+    fn every_number_of_an_entry_is_injected_under_its_name() {
+        for info in entries() {
+            let effect = &Request::resolve(&[Request::named(info.name).unwrap()], 1, 1800.0)[0];
+            for parameter in info.parameters {
+                assert!(effect.get(parameter.name).is_some(), "{} {}", info.name, parameter.name);
+            }
+        }
+    }
+}
