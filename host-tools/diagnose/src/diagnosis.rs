@@ -3,13 +3,14 @@
 use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
 use crate::event_times::{self, Intervals};
+use crate::ladder::{self, Ladder};
 use crate::log_effects::Effects;
 use crate::noise;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::proposal::{self, ProposedTerm};
 use crate::samples::ResidualChannel;
 use crate::scores::{Whiteness, whiteness, whiteness_p};
-use crate::search::{self, Evidence, MOST_EFFECTS, Round};
+use crate::search::{self, Round};
 use crate::structure::{self, Structure};
 use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
@@ -124,36 +125,7 @@ pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option
 
 /// With the timing of the inputs as it is; beside the diagnosis the entries accepted, even where they do not explain all.
 fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
-    progress("noise");
-    let mut noise_effects = noise_effects(log_data, &log_data.declared.residuals.clone())?;
-    let (mut accepted, mut rounds): (Vec<Instance>, Vec<Round>) = (Vec::new(), Vec::new());
-    let mut joint = None;
-    while accepted.len() <= MOST_EFFECTS {
-        progress(&format!("hypotheses, round {}", accepted.len() + 1));
-        let round = search::round(log_data, &accepted)?;
-        let next = if accepted.len() < MOST_EFFECTS { choose(log_data, &accepted, &round) } else { None };
-        rounds.push(round);
-        let Some(next) = next else { break };
-        accepted.push(next);
-        progress("refit");
-        let Some(refitted) = search::refit(log_data, &accepted) else {
-            // No values of it are possible on the training blocks.
-            accepted.pop();
-            break;
-        };
-        let fitted = joint.insert(refitted);
-        accepted = fitted.instances.clone();
-        let kept = still_needed(fitted);
-        if kept.iter().any(|kept| !kept) {
-            let mut flags = kept.iter();
-            accepted.retain(|_| flags.next().copied().unwrap_or(true));
-            joint = None;
-            // What is dropped would be found again: this is the end of the ladder.
-            break;
-        }
-        // Outliers and waves show better once the rest is explained.
-        noise_effects = self::noise_effects(log_data, &fitted.pass.residuals)?;
-    }
+    let Ladder { accepted, rounds, joint, noise_effects } = ladder::climb(log_data, &mut progress)?;
     progress("alternatives");
     let (accepted, alternatives, joint) = settle(log_data, accepted, joint, &rounds)?;
     progress("structure");
@@ -239,59 +211,6 @@ fn generic_is_better(alternative: &Structure, accepted: usize, explained: f64) -
     let gain = |terms: usize| alternative.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
     let is_simpler = accepted > 1 && gain(accepted - 1) > explained - WORSE.0 - WORSE.1 * explained;
     is_simpler || gain(accepted) > explained + BETTER
-}
-
-/// The best hypothesis of a round that stands, fitted in full where several come close.
-fn choose(log_data: &PreparedLog, accepted: &[Instance], round: &Round) -> Option<Instance> {
-    const CLOSE: (f64, f64) = (40.0, 0.1);
-    const MOST: usize = 4;
-    // Linear fits may leave what a vehicle can be (a drag that drives).
-    let is_possible = |instance: &Instance| {
-        let set = instance.apply(&set_of(&log_data.scope.declared, accepted));
-        log_data.setup.model(&set).is_some()
-    };
-    let stands = |e: &Evidence| round.is_significant(e) && e.instance.is_resolved() && is_possible(&e.instance);
-    let lasting = round.ladder.iter().filter(|e| e.instance.candidate.span.is_none()).cloned();
-    let mut standing: Vec<Evidence> = lasting.filter(stands).collect();
-    let least = standing.first().map_or(0.0, Evidence::score);
-    standing.extend(search::refined_events(log_data, accepted, round, least).into_iter().filter(stands));
-    standing.sort_by(|a, b| b.score().total_cmp(&a.score()));
-    let top = standing.first()?.score();
-    let close: Vec<_> = standing.iter().filter(|e| e.score() > top - CLOSE.0 - CLOSE.1 * top).take(MOST).collect();
-    if close.len() == 1 {
-        return Some(close[0].instance.clone());
-    }
-    close
-        .into_par_iter()
-        .filter_map(|e| {
-            let mut instances = accepted.to_vec();
-            instances.push(e.instance.clone());
-            let joint = log_data.fit(&instances, DataPart::Whole)?;
-            Some((joint.whole_square + 2.0 * e.degrees as f64, joint.instances.last()?.clone()))
-        })
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, instance)| instance)
-}
-
-/// Whether each effect is still significant beside the others (Wald's test at the joint fit).
-fn still_needed(joint: &JointFit) -> Vec<bool> {
-    if joint.instances.len() < 2 {
-        return vec![true; joint.instances.len()];
-    }
-    let mut at = 0;
-    joint
-        .instances
-        .iter()
-        .map(|instance| {
-            let sizes = instance.sizes.len();
-            let square: f64 =
-                instance.sizes.iter().zip(&joint.sigmas[at..at + sizes]).map(|(x, s)| (x / s).powi(2)).sum();
-            at += sizes;
-            // A joint test would need their covariance; the sum bounds it well enough to drop what is nothing.
-            instance.candidate.fin.is_some() && instance.candidate.span.is_some()
-                || chi_square_tail(square, sizes) < 1e-3
-        })
-        .collect()
 }
 
 /// Alternatives to every accepted effect; one that explains more takes the effect's place.
@@ -410,7 +329,7 @@ fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], [onset, end]: In
 }
 
 /// Outliers and waves in the innovations of a pass; what is found changes the log_data's noise.
-fn noise_effects(log_data: &mut PreparedLog, residuals: &[Residual]) -> Option<Vec<FoundEffect>> {
+pub(crate) fn noise_effects(log_data: &mut PreparedLog, residuals: &[Residual]) -> Option<Vec<FoundEffect>> {
     let mut found = Vec::new();
     let before = (log_data.setup.outliers.clone(), log_data.setup.scale);
     log_data.setup.scale = log_data.own_scale;

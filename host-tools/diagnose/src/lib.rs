@@ -9,6 +9,7 @@
 //! candidates        the catalogue as hypotheses         search        forward selection, times of events
 //! alternatives      which other entry it could be       structure     terms outside the catalogue that remain
 //! prepared_log      one log made ready, joint fits      diagnosis     the whole loop
+//! ladder            effects accepted one by one
 //! verdict           the table of verdict rules          scores        before and after on held-out data
 //! log_models        logs without fins and propeller     figures       what the report draws
 //! proposal          terms in no catalogue, as a formula event_times   intervals of onset and end
@@ -30,6 +31,7 @@ pub mod candidates;
 pub mod diagnosis;
 pub mod event_times;
 pub mod figures;
+pub mod ladder;
 pub mod linear;
 pub mod log_effects;
 pub mod log_models;

@@ -278,27 +278,37 @@ impl DelayLine {
 pub struct Lateness {
     heading_lag: Lag,
     heading_rad: f64,
-    /// Velocity over ground in body axes, m/s, less what readings corrected: (time in s, value).
+    /// Velocity of the DVL over ground in body axes, m/s, less what readings corrected of the vehicle's: (time in s, value).
     path: VecDeque<(f64, [f64; 3])>,
     moved_mps: [f64; 3],
     velocity_mps: [f64; 3],
 }
 
 impl Lateness {
-    /// Over a step that the vehicle made with the derivative `f`; `water_mps` is that of the water in body axes after it.
-    pub fn advance(&mut self, effects: &Effects, step: &Step, f: &VehicleState, water_mps: [f64; 3]) {
+    /// Over a step that the vehicle made with the derivative `f` to the state `x`; `water_mps` is that of the water in body
+    /// axes after it.
+    pub fn advance(
+        &mut self,
+        effects: &Effects,
+        step: &Step,
+        (f, x): (&VehicleState, &VehicleState),
+        water_mps: [f64; 3],
+    ) {
         self.heading_lag.advance(effects.log[HEADING_LAG][0], step.h_s, f[PSI]);
         self.heading_rad = self.heading_lag.0;
         let [delay_s, ..] = effects.log[DVL_DELAY];
+        let swing_of = |state: &VehicleState| swing(state.fixed_rows::<3>(P).into(), effects.log[DVL_ARM]);
         if delay_s <= 0.0 {
-            self.velocity_mps = [0, 1, 2].map(|axis| delay_s * f[U + axis]);
+            let turned = swing_of(f);
+            self.velocity_mps = [0, 1, 2].map(|axis| delay_s * (f[U + axis] + turned[axis]));
             return;
         }
+        let swung = swing_of(x);
         let to_s = step.t_s + step.h_s;
         for axis in 0..3 {
             self.moved_mps[axis] += f[U + axis] * step.h_s;
         }
-        let now = [0, 1, 2].map(|axis| self.moved_mps[axis] + water_mps[axis]);
+        let now = [0, 1, 2].map(|axis| self.moved_mps[axis] + water_mps[axis] + swung[axis]);
         self.path.push_back((to_s, now));
         let then_s = to_s - delay_s;
         while self.path.get(1).is_some_and(|(t_s, _)| *t_s <= then_s) {
@@ -314,6 +324,7 @@ impl Lateness {
 mod tests {
     use super::*;
     use backseat_core::effects::{LOG_CATALOGUE, find_of_log};
+    use backseat_core::state::R;
     use backseat_data::log::LogRow;
 
     #[test]
@@ -359,7 +370,7 @@ mod tests {
             // ψ = 0.1 t, u = sin t.
             let mut f = VehicleState::zeros();
             (f[PSI], f[U]) = (0.1, ((t_s + h_s).sin() - t_s.sin()) / h_s);
-            late.advance(&effects, &Step { t_s, h_s }, &f, [0.0; 3]);
+            late.advance(&effects, &Step { t_s, h_s }, (&f, &VehicleState::zeros()), [0.0; 3]);
             t_s += h_s;
         }
         let lag = 0.15 * (1.0 - (-end_s / 1.5_f64).exp());
@@ -367,6 +378,24 @@ mod tests {
         // Straight lines between steps of 50 ms: h² / 8.
         let delay = t_s.sin() - (t_s - 0.33_f64).sin();
         assert!((late.velocity_mps[0] - delay).abs() < 4e-4, "{} {delay}", late.velocity_mps[0]);
+    }
+
+    /// A DVL half a metre ahead of a vehicle that turns at r = 0.2 cos t reads its sway of 0.33 s ago.
+    #[test]
+    fn val_a_late_dvl_swings_late() {
+        let effects = Effects::default().with("dvl_delay", &[0.33]).unwrap();
+        let effects = effects.with("dvl_lever_arm", &[0.5, 0.0, 0.0]).unwrap();
+        let (mut late, mut x, mut t_s, h_s) = (Lateness::default(), VehicleState::zeros(), 0.0_f64, 0.05);
+        while t_s < 6.0 - 1e-9 {
+            t_s += h_s;
+            x[R] = 0.2 * t_s.cos();
+            late.advance(&effects, &Step { t_s: t_s - h_s, h_s }, (&VehicleState::zeros(), &x), [0.0; 3]);
+        }
+        let mut reading = [0.0; 3];
+        effects.read(&late, SensorChannel::Dvl, (&x, [0.0; 3]), &mut reading);
+        // Straight lines between steps of 50 ms: h² / 8 of 0.1.
+        assert!((reading[1] - 0.1 * (t_s - 0.33).cos()).abs() < 4e-5, "{reading:?}");
+        assert_eq!((reading[0], reading[2]), (0.0, 0.0));
     }
 
     #[test]

@@ -123,7 +123,7 @@ impl Model {
         if self.set.is_late() {
             let attitude = Attitude::new(&state::attitude(x));
             let track = models::bottom_track(&attitude, &self.water.into());
-            self.late.advance(&self.set, step, f, track.current_in_body.into());
+            self.late.advance(&self.set, step, (f, x), track.current_in_body.into());
         }
     }
 

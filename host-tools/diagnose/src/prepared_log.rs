@@ -173,7 +173,7 @@ impl PreparedLog {
     /// Fits the sizes of all instances together on a part, by Gauss and Newton from their present values.
     #[must_use]
     pub fn fit(&self, instances: &[Instance], part: DataPart) -> Option<JointFit> {
-        const MOST_STEPS: usize = 6;
+        const MOST_STEPS: usize = 12;
         /// Where a step must be halved more often, the model is no better than its derivative.
         const MOST_HALVINGS: usize = 2;
         /// A step below this many sigmas changes nothing that matters.
@@ -214,6 +214,7 @@ impl PreparedLog {
                 }
             }
             best = Some(joint);
+            halvings = 0;
             if largest < SMALL {
                 break;
             }

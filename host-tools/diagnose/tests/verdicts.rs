@@ -101,6 +101,23 @@ fn val_sensors_and_propeller_that_only_a_log_knows() {
     assert_finds("gnss_lever_arm:x_m=2.5,y_m=0", &[2.5, 0.0], 602);
 }
 
+/// What turns with the vehicle is late with the DVL: with both, each of its own size.
+#[test]
+fn val_a_late_dvl_away_from_its_place() {
+    let effects = ["dvl_lever_arm:x_m=0.5,y_m=0.3,z_m=-0.3", "dvl_delay:s=1.2"];
+    let d = diagnose(&effects, 99, |_| {});
+    let mut names: Vec<_> = d.effects.iter().map(|found| found.instance.candidate.effect).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["dvl_delay", "dvl_lever_arm"], "{:?} {:?}", d.verdict, d.structure.hints);
+    for found in &d.effects {
+        let truth: &[f64] = if found.values.len() == 1 { &[1.2] } else { &[0.5, 0.3, -0.3] };
+        for (value, truth) in found.values.iter().zip(truth) {
+            let half = 0.75 * (value.ci95[1] - value.ci95[0]);
+            assert!((value.value - truth).abs() <= half, "{}: {value:?}", value.name);
+        }
+    }
+}
+
 #[test]
 fn two_at_once() {
     let d =
@@ -108,6 +125,19 @@ fn two_at_once() {
     let mut names: Vec<_> = d.effects.iter().map(|found| found.instance.candidate.effect).collect();
     names.sort_unstable();
     assert_eq!(names, ["dvl_misalignment", "thrust_loss"], "{:?} {:?}", d.verdict, d.structure.hints);
+}
+
+/// Their error grows with the square of the distance, that of a wrong sound speed with the distance: a range error of no
+/// entry, whatever the entries could take up of it.
+#[test]
+fn val_curved_rays_are_not_taken_for_sound_speed_or_clocks() {
+    for (per_m, seed) in [(6e-6, 73), (4e-5, 74)] {
+        let d = diagnose(&[&format!("ray_bending:per_m={per_m}")], seed, |spec| spec.duration_s = 1800.0);
+        assert_eq!(d.verdict, Verdict::Unexplained, "{:?}", d.effects);
+        assert_eq!(d.proposed[0].term.name(), "range reading ∝ distance²");
+        let [low, high] = d.proposed[0].ci95;
+        assert!((low..=high).contains(&per_m), "{per_m} {low} {high}");
+    }
 }
 
 #[test]
@@ -127,19 +157,6 @@ fn without_a_dvl_current_and_hard_iron_stand_in_for_each_other() {
     let alternative = found.alternatives.iter().find(|alternative| alternative.is_possible()).unwrap();
     let mut names = [found.instance.candidate.effect, alternative.instance.candidate.effect];
     names.sort_unstable();
-/// Their error grows with the square of the distance, that of a wrong sound speed with the distance: a range error of no
-/// entry, whatever the entries could take up of it.
-#[test]
-fn val_curved_rays_are_not_taken_for_sound_speed_or_clocks() {
-    for (per_m, seed) in [(6e-6, 73), (4e-5, 74)] {
-        let d = diagnose(&[&format!("ray_bending:per_m={per_m}")], seed, |spec| spec.duration_s = 1800.0);
-        assert_eq!(d.verdict, Verdict::Unexplained, "{:?}", d.effects);
-        assert_eq!(d.proposed[0].term.name(), "range reading ∝ distance²");
-        let [low, high] = d.proposed[0].ci95;
-        assert!((low..=high).contains(&per_m), "{per_m} {low} {high}");
-    }
-}
-
     assert_eq!(names, ["heading_bias", "water_current"]);
     assert!(alternative.separating_manoeuvre.is_some());
 }
