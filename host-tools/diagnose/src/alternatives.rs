@@ -25,7 +25,8 @@ pub struct Alternative {
     pub deficit: f64,
     /// Probability of the gain that the accepted one adds to it, under the null.
     pub p: f64,
-    /// Whether it could be named itself: a higher order explains something beside the entry that it continues.
+    /// Whether it could be named itself: it is significant, and a higher order explains something beside the entry that it
+    /// continues.
     pub is_separable: bool,
     /// What to fly to tell the two apart, where the catalogue knows.
     pub separating_manoeuvre: Option<&'static str>,
@@ -65,7 +66,7 @@ pub fn find(log_data: &PreparedLog, accepted: &[Instance], place: usize, round: 
     let mut alternatives: Vec<Alternative> = close
         .into_par_iter()
         .filter_map(|e| {
-            let is_separable = e.p_beside_lower < UNDECIDED;
+            let is_separable = e.p_beside_lower < UNDECIDED && round.is_significant(e);
             let found = alternative(log_data, accepted_one, &others, &e.instance, own.whole_square)?;
             Some(Alternative { is_separable, ..found })
         })
