@@ -3,9 +3,9 @@
 use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
 use crate::event_times::{self, Intervals};
+pub use crate::found::{FoundEffect, ParameterEstimate};
 use crate::ladder::{self, Ladder};
 use crate::log_effects::Effects;
-use crate::noise;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::proposal::{self, ProposedTerm};
 use crate::samples::ResidualChannel;
@@ -14,51 +14,10 @@ use crate::search::{self, Round};
 use crate::structure::{self, Structure};
 use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
-use crate::waves;
-use crate::whitener::{Pass, Residual};
+use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
-use backseat_data::stats::{Z_95, chi_square_tail, mean_ci95, wilson_ci95};
+use backseat_data::stats::{Z_95, chi_square_tail, mean_ci95};
 use rayon::prelude::*;
-
-/// One parameter of a found effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParameterEstimate {
-    /// Name, as in the catalogue.
-    pub name: &'static str,
-    /// Unit, as in the catalogue.
-    pub unit: &'static str,
-    /// What kind of number.
-    pub kind: ParameterKind,
-    /// Fitted on the training blocks.
-    pub value: f64,
-    /// 95 % interval.
-    pub ci95: [f64; 2],
-}
-
-/// An effect that was found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FoundEffect {
-    /// The effect with its values.
-    pub instance: Instance,
-    /// Its parameters with intervals, in the order of the catalogue.
-    pub values: Vec<ParameterEstimate>,
-    /// Probability of so much evidence where there is none, after the number of hypotheses tried.
-    pub p_value: f64,
-    /// By how much Σ e² falls by it, over the whole log.
-    pub gain: f64,
-    /// Gain per held-out block: mean and 95 % interval.
-    pub held_gain: Option<(f64, [f64; 2])>,
-    /// Entries that the data cannot exclude in its place, best first.
-    pub alternatives: Vec<Alternative>,
-}
-
-impl FoundEffect {
-    /// Entries of another name that the data cannot exclude in its place, best first.
-    pub fn possible_alternatives(&self) -> impl Iterator<Item = &Alternative> {
-        let own = self.instance.candidate.effect;
-        self.alternatives.iter().filter(move |other| other.is_possible() && other.instance.candidate.effect != own)
-    }
-}
 
 /// The result of a diagnosis.
 #[derive(Clone, Debug)]
@@ -326,73 +285,6 @@ fn values(candidate: &Candidate, sizes: &[f64], sigmas: &[f64], [onset, end]: In
             ParameterEstimate { name: parameter.name, unit: parameter.unit, kind: parameter.kind, value, ci95 }
         })
         .collect()
-}
-
-/// Outliers and waves in the innovations of a pass; what is found changes the log_data's noise.
-pub(crate) fn noise_effects(log_data: &mut PreparedLog, residuals: &[Residual]) -> Option<Vec<FoundEffect>> {
-    let mut found = Vec::new();
-    let before = (log_data.setup.outliers.clone(), log_data.setup.scale);
-    log_data.setup.scale = log_data.own_scale;
-    let flags = noise::flags(&log_data.samples, residuals);
-    if flags.contains(&true) || log_data.setup.outliers.contains(&true) {
-        log_data.setup.outliers = flags;
-    }
-    let judged = noise::outliers(residuals);
-    let hits = judged.iter().filter(|(_, is_out)| *is_out).count();
-    let p_value = noise::outlier_tail(hits, judged.len());
-    if p_value < search::FAMILY_ERROR / 10.0 {
-        let share = hits as f64 / judged.len() as f64;
-        let (low, high) = wilson_ci95(hits as u64, judged.len() as u64).unwrap_or((0.0, 1.0));
-        found.push(noise_found("range_outliers", &[(share, [low, high])], p_value));
-    }
-    if let Some(waves) = waves::find(&log_data.samples, residuals).filter(is_swell) {
-        let interval = |value: f64, sigma: f64| (value, [value - Z_95 * sigma, value + Z_95 * sigma]);
-        let sizes =
-            [interval(waves.amplitude_mps, waves.amplitude_sigma_mps), interval(waves.period_s, waves.period_sigma_s)];
-        let declared = log_data.setup.sensors.dvl_mps;
-        let scale = (1.0 + 0.5 * (waves.amplitude_mps / declared).powi(2)).sqrt();
-        for channel in [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW] {
-            log_data.setup.scale[channel as usize] = log_data.setup.scale[channel as usize].max(scale);
-        }
-        // Carried up and down, the vehicle's depth swings as well.
-        let swing_m = waves.amplitude_mps * waves.period_s / std::f64::consts::TAU;
-        let depth = (1.0 + 0.5 * (swing_m / log_data.setup.sensors.depth_m).powi(2)).sqrt();
-        let scale = &mut log_data.setup.scale[ResidualChannel::Depth as usize];
-        *scale = scale.max(depth);
-        found.push(noise_found("waves", &sizes, waves.p));
-    }
-    if before != (log_data.setup.outliers.clone(), log_data.setup.scale) {
-        log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
-    }
-    Some(found)
-}
-
-/// A peak that is unlikely by chance, and an amplitude that the velocities themselves show.
-fn is_swell(waves: &waves::Waves) -> bool {
-    waves.p < search::FAMILY_ERROR / 10.0 && waves.amplitude_mps > 3.0 * waves.amplitude_sigma_mps
-}
-
-fn noise_found(effect: &'static str, sizes: &[(f64, [f64; 2])], p_value: f64) -> FoundEffect {
-    let candidate = Candidate { effect, fin: None, span: None };
-    let parameters = candidate.info().parameters.iter().zip(sizes);
-    let values = parameters
-        .map(|(p, (value, ci95))| ParameterEstimate {
-            name: p.name,
-            unit: p.unit,
-            kind: p.kind,
-            value: *value,
-            ci95: *ci95,
-        })
-        .collect();
-    let sizes = sizes.iter().map(|(value, _)| *value).collect();
-    FoundEffect {
-        instance: Instance { candidate, sizes },
-        values,
-        p_value,
-        gain: 0.0,
-        held_gain: None,
-        alternatives: Vec::new(),
-    }
 }
 
 fn scale_notes(log_data: &PreparedLog) -> Vec<String> {

@@ -1,7 +1,8 @@
 //! Which effects are accepted: one after the other, each refitted with those before it.
 
 use crate::candidates::{Instance, set_of};
-use crate::diagnosis::{FoundEffect, noise_effects};
+use crate::found::FoundEffect;
+use crate::noise_effects::noise_effects;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::scores::{whiteness, whiteness_p};
 use crate::search::{self, Evidence, MOST_EFFECTS, Round};

@@ -9,7 +9,8 @@
 //! candidates        the catalogue as hypotheses         search        forward selection, times of events
 //! alternatives      which other entry it could be       structure     terms outside the catalogue that remain
 //! prepared_log      one log made ready, joint fits      diagnosis     the whole loop
-//! ladder            effects accepted one by one
+//! ladder            effects accepted one by one         found         an effect with its intervals
+//! noise_effects     outliers and waves as effects
 //! verdict           the table of verdict rules          scores        before and after on held-out data
 //! log_models        logs without fins and propeller     figures       what the report draws
 //! proposal          terms in no catalogue, as a formula event_times   intervals of onset and end
@@ -31,12 +32,14 @@ pub mod candidates;
 pub mod diagnosis;
 pub mod event_times;
 pub mod figures;
+pub mod found;
 pub mod ladder;
 pub mod linear;
 pub mod log_effects;
 pub mod log_models;
 pub mod model;
 pub mod noise;
+pub mod noise_effects;
 pub mod normal_equations;
 pub mod prepared_log;
 pub mod proposal;

@@ -19,7 +19,7 @@
 //!   cover, of ranges and DVL, the worst innovation of the contradiction as well: a disagreement has one cause, and is
 //!   not explained because the line of sight has turned across it. Source and filter then disagreed and either may have
 //!   been right: the source is **unconfirmed**. The filter follows it, but the states that it observes keep a sigma of
-//!   at least [`UNCONFIRMED`] of the disagreement. Roll and pitch are believed at once: gravity and depth tell them.
+//!   at least [`UNCONFIRMED`] of the disagreement.
 //!   Of the position this is an addition to what the filter reports, because ranges have to triangulate; of other
 //!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range, unless the sigma of
 //!   the current grew for them; an unconfirmed velocity or attitude lets the sigma of the position grow while nothing
@@ -173,9 +173,7 @@ impl Source {
         self.suspect = false;
         self.exceedances = 0;
         self.grow_anew();
-        // gravity and the rate of depth tell roll and pitch within seconds; of heading nothing does
-        let told = if sensor == Sensor::Attitude { 2 } else { 0 };
-        for (floor, worst) in self.floor.iter_mut().zip(&self.worst).skip(told) {
+        for (floor, worst) in self.floor.iter_mut().zip(&self.worst) {
             *floor = floor.max(UNCONFIRMED * worst).min(largest_sigma(sensor));
         }
     }
@@ -285,12 +283,8 @@ impl InnovationMonitor {
             source.doubt_us = source.doubt_us.saturating_add(since_us).min(VELOCITY_DOUBT_US);
         }
         source.exceedance_us = time_us;
-        // an attitude contradicts by one of its angles, not by all
-        let least = if sensor == Sensor::Attitude { 9.0 * variance } else { 0.0 };
         for (worst, item) in source.worst.iter_mut().zip(items) {
-            if item.innovation * item.innovation >= least {
-                *worst = worst.max(item.innovation.abs());
-            }
+            *worst = worst.max(item.innovation.abs());
         }
         (source.returning, source.by_suspicion) = (0, false);
         if sensor == Sensor::Range {

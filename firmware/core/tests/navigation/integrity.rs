@@ -77,14 +77,18 @@ impl Flight {
     }
 }
 
-/// A receiver's slow error is in no covariance: it is added once, and the ship's when a range was used.
+/// A receiver's slow error is in no covariance: it is added once, and the ship's when a range was used; twice until the
+/// ship has gone around, 16 minutes after the first range without a fix.
 #[test]
 fn val_receivers_are_added_by_their_variances() {
     let still = |_| ([0.0; 2], [0.0; 2]);
     let flight = Flight::run(2, 1000, still);
     let unseen = |receivers_m| flight.integrity.unseen(0, 1.0, &flight.navigator, receivers_m);
     assert_eq!(unseen([0.0; 2]), 0.0, "nothing contradicts");
-    assert!((unseen([1.5, 2.0]) - (2.25 + 4.0)).abs() < 1e-12);
+    assert!((unseen([1.5, 2.0]) - (2.25 + 16.0)).abs() < 1e-12);
+    let around = Flight::run(17, 2000, still);
+    let unseen_around = |receivers_m| around.integrity.unseen(0, 1.0, &around.navigator, receivers_m);
+    assert!((unseen_around([1.5, 2.0]) - unseen_around([0.0; 2]) - (2.25 + 4.0)).abs() < 1e-12);
     assert_eq!(flight.integrity.unseen(6, 1.0, &flight.navigator, [1.5, 2.0]), 0.0, "of a velocity");
     let before = Integrity::new();
     assert!((before.unseen(1, 1.0, &flight.navigator, [1.5, 2.0]) - 2.25).abs() < 1e-12);

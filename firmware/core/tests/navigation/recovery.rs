@@ -13,8 +13,7 @@ struct Flight {
     second: u64,
     /// Added to what the ship says of itself, m.
     ship_error_m: [f64; 2],
-    /// Added to the pitch and the heading that the compass says, rad.
-    pitch_error_rad: f64,
+    /// Added to the heading that the compass says, rad.
     heading_error_rad: f64,
     /// Added to what the DVL says, m/s; `None`: no DVL.
     dvl_error_mps: Option<f64>,
@@ -52,7 +51,6 @@ impl Flight {
             noise,
             second: 0,
             ship_error_m: [0.0; 2],
-            pitch_error_rad: 0.0,
             heading_error_rad: 0.0,
             dvl_error_mps: None,
             dishonest_s: 0,
@@ -71,8 +69,7 @@ impl Flight {
             self.navigator.predict(time_us, &CRUISE).unwrap();
             let (x, sensors, noise) = (&self.truth.x, &self.config.sensors, &mut self.noise);
             self.navigator.fuse(&Measurement::Depth { z_m: x[2] + sensors.depth_m * noise.normal() });
-            let euler_rad = [x[3], x[4] + self.pitch_error_rad, x[5] + self.heading_error_rad];
-            let euler_rad = noise.normals(euler_rad, sensors.attitude_rad);
+            let euler_rad = noise.normals([x[3], x[4], x[5] + self.heading_error_rad], sensors.attitude_rad);
             self.navigator.fuse(&Measurement::Attitude { euler_rad });
             let rates_radps = noise.normals([x[9], x[10], x[11]], sensors.rates_radps);
             self.navigator.fuse(&Measurement::Rates { rates_radps });
@@ -378,19 +375,6 @@ fn ranges_that_agree_while_the_line_of_sight_turns_confirm_a_compass() {
     flight.ranges(10);
     assert_eq!(flight.navigator.unconfirmed_sigma(Sensor::Attitude), 0.0);
     assert!(flight.error_m() < 5.0 && flight.sigmas() < 3.7, "{} m", flight.error_m());
-}
-
-/// The same of pitch leaves no doubt: gravity and depth tell it.
-#[test]
-fn a_pitch_that_comes_right_is_believed() {
-    let mut flight = Flight::new(17, [0.0; 2], [0.0; 2]);
-    flight.ranges(10);
-    flight.pitch_error_rad = 0.4;
-    flight.run(120);
-    assert!(flight.navigator.recoveries(Sensor::Attitude) > 0 || flight.suspect());
-    flight.pitch_error_rad = 0.0;
-    flight.run(60);
-    assert_eq!((flight.suspect(), flight.navigator.unconfirmed_sigma(Sensor::Attitude)), (false, 0.0));
 }
 
 #[test]
