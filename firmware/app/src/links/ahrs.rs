@@ -16,6 +16,26 @@ const FROZEN_US: u64 = 1_000_000;
 /// MIP sensor packets are asked for at base rate (typically 500 Hz) / this.
 const MIP_DECIMATION: u16 = 50;
 
+/// A reading, and when it was last another one, µs.
+struct Repeats {
+    reading: Option<[f64; 3]>,
+    since_us: u64,
+}
+
+impl Repeats {
+    const NONE: Self = Self { reading: None, since_us: 0 };
+
+    fn is_frozen(&mut self, time_us: u64, reading: Option<[f64; 3]>) -> bool {
+        if reading.is_none() {
+            return false;
+        }
+        if self.reading != reading {
+            (self.reading, self.since_us) = (reading, time_us);
+        }
+        time_us.saturating_sub(self.since_us) > FROZEN_US
+    }
+}
+
 /// Decoders of the AHRS port; the parameter says which one listens.
 pub struct AhrsLink {
     gx3: gx3::Decoder,
@@ -28,8 +48,8 @@ pub struct AhrsLink {
     /// Samples handed on, and the last of them.
     samples: u32,
     last: Held<AhrsSample>,
-    /// When attitude or rates were last others than before, µs.
-    changed_us: u64,
+    attitude: Repeats,
+    rates: Repeats,
 }
 
 impl Default for AhrsLink {
@@ -49,7 +69,8 @@ impl AhrsLink {
             asked_us: None,
             samples: 0,
             last: Held::none(),
-            changed_us: 0,
+            attitude: Repeats::NONE,
+            rates: Repeats::NONE,
         }
     }
 
@@ -65,24 +86,28 @@ impl AhrsLink {
         while let Some(outcome) = self.next(&mut rest, settings.ahrs_protocol) {
             if let Ok(Some(sample)) = outcome {
                 self.samples = self.samples.saturating_add(1);
-                let frozen = self.is_frozen(time_us, &sample, settings.ahrs_protocol);
                 self.last.set(sample);
                 self.last_us = Some(time_us);
-                if frozen {
-                    self.counts.note_error(Error::Repeated);
-                } else {
-                    push(time_us, &sample, settings, sink);
-                }
+                let changing = match settings.ahrs_protocol {
+                    AhrsProtocol::Gx3 | AhrsProtocol::Mip => self.without_frozen(time_us, sample),
+                    AhrsProtocol::Os5000 => sample,
+                };
+                push(time_us, &changing, settings, sink);
             }
         }
     }
 
-    fn is_frozen(&mut self, time_us: u64, sample: &AhrsSample, protocol: AhrsProtocol) -> bool {
-        let reading = |sample: &AhrsSample| (sample.euler_rad, sample.rates_radps);
-        if self.last().is_none_or(|last| reading(last) != reading(sample)) {
-            self.changed_us = time_us;
+    /// The sample without what has frozen of it. A MIP device may send attitude and rates in packets of their own.
+    fn without_frozen(&mut self, time_us: u64, mut sample: AhrsSample) -> AhrsSample {
+        let frozen =
+            [self.attitude.is_frozen(time_us, sample.euler_rad), self.rates.is_frozen(time_us, sample.rates_radps)];
+        if frozen != [false; 2] {
+            self.counts.note_error(Error::Repeated);
         }
-        protocol != AhrsProtocol::Os5000 && time_us.saturating_sub(self.changed_us) > FROZEN_US
+        let [attitude, rates] = frozen;
+        sample.euler_rad = sample.euler_rad.filter(|_| !attitude);
+        sample.rates_radps = sample.rates_radps.filter(|_| !rates);
+        sample
     }
 
     fn next(&mut self, rest: &mut &[u8], protocol: AhrsProtocol) -> Option<Result<Option<AhrsSample>, Error>> {

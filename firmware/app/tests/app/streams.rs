@@ -112,6 +112,24 @@ fn an_ahrs_that_repeats_itself_is_refused() {
     assert_eq!(repeated(&bench), 9);
 }
 
+/// The same where attitude and rates come in packets of their own.
+#[test]
+fn a_mip_device_that_repeats_itself_is_refused() {
+    let mut bench = Bench::new(2, &[("app.ahrs_protocol", 1.0)]);
+    let packets = vectors("mip.hex");
+    let of = |set: &str| {
+        let is = |vector: &&Vec<String>| vector[0] == "ok" && vector[3].starts_with(set) && vector[3].contains("05=");
+        bytes_of(&packets.iter().find(is).expect("a packet of the set")[2])
+    };
+    let (sensor, filter) = (of("set 80"), of("set 82"));
+    for _ in 0..10 {
+        bench.feed(Port::Ahrs, &sensor);
+        bench.feed(Port::Ahrs, &filter);
+    }
+    // each five times a second, and ten times: from the seventh on
+    assert_eq!(bench.app().health().rejected_for(Port::Ahrs, Error::Repeated), 8);
+}
+
 #[test]
 fn val_mip_packets() {
     let mut bench = Bench::new(2, &[("app.ahrs_protocol", 1.0)]);
