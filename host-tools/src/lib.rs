@@ -26,6 +26,7 @@ mod uses;
 mod vehicle;
 
 use backseat_data::console;
+use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser, Subcommand};
 use outcome::Outcome;
 use std::ffi::OsString;
@@ -111,12 +112,33 @@ fn arguments(given: impl Iterator<Item = OsString>) -> Vec<OsString> {
     arguments
 }
 
+/// Adds to the complaint about an unknown command those that are one letter away: clap overlooks them in short names.
+fn with_tip(mut error: clap::Error, given: &[OsString]) -> clap::Error {
+    let Some(ContextValue::String(wrong)) = error.get(ContextKind::InvalidSubcommand).cloned() else { return error };
+    if error.get(ContextKind::SuggestedSubcommand).is_some() {
+        return error;
+    }
+    let mut command = &Cli::command();
+    for word in given.iter().skip(1) {
+        command = command.find_subcommand(word).unwrap_or(command);
+    }
+    let names = command.get_subcommands().filter(|command| !command.is_hide_set()).map(|command| command.get_name());
+    let near: Vec<String> =
+        names.filter(|name| strsim::damerau_levenshtein(name, &wrong) == 1).map(str::to_owned).collect();
+    if !near.is_empty() {
+        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(near));
+    }
+    error
+}
+
 /// Runs the command that these arguments name, the program's name first.
 ///
 /// 0: done; 1: failed, with one line on stderr; 2: bad usage (clap); 3: done, but not to be trusted.
 #[must_use]
 pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
-    let result = match Cli::parse_from(arguments(given)).command {
+    let given = arguments(given);
+    let cli = Cli::try_parse_from(&given).unwrap_or_else(|error| with_tip(error, &given).exit());
+    let result = match cli.command {
         Command::Sim(simulation) => simulation.run(),
         Command::Info(args) => info::run(&args),
         Command::Map(args) => map::run(&args).map(Outcome::from),

@@ -79,6 +79,12 @@ fn bad_usage_is_told() {
         assert!(stderr.starts_with("error: ") && stderr.contains("--no-such-flag"), "{words:?}: {stderr}");
     }
     assert_eq!(backseat(&["no-such-command".to_owned()], &[]).0, Some(2));
+    for (given, meant) in [("smi", "sim"), ("sim rn", "run"), ("effect nw", "new"), ("vehicle chek", "check")] {
+        let words: Vec<String> = given.split(' ').map(str::to_owned).collect();
+        let (code, _, stderr) = backseat(&words, &[]);
+        let tip = format!("tip: a similar subcommand exists: '{meant}'");
+        assert!(code == Some(2) && stderr.contains(&tip), "{given}: {stderr}");
+    }
 }
 
 #[test]
