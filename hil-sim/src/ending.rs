@@ -6,8 +6,6 @@ use backseat_core::state::{PHI, THETA};
 
 /// The vehicle heels over for this long before it counts as capsized, s.
 const CAPSIZED_S: usize = 3;
-/// Time after which a mission that has not begun counts as not flown, s.
-const PATIENCE_S: f64 = 120.0;
 
 /// How a flight ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +37,7 @@ impl Ending {
             return Self::Capsized { time_s };
         }
         if !samples.iter().any(|sample| sample.telemetry.leg.is_some()) {
-            return if flight.simulated_s > PATIENCE_S { Self::NotFlown } else { Self::Unfinished };
+            return Self::NotFlown;
         }
         if !flight.finished {
             return Self::Unfinished;
@@ -84,7 +82,7 @@ impl Ending {
             Self::GivenUp { short_of_m } => {
                 format!("GIVEN UP: the backseat ended the mission {short_of_m:.0} m from its last waypoint")
             }
-            Self::NotFlown => "NOT FLOWN: the backseat never began the mission".to_owned(),
+            Self::NotFlown => "NOT FLOWN: the mission never began".to_owned(),
         }
     }
 }

@@ -130,7 +130,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
         }
     }
     if stop.load(Ordering::Relaxed) {
-        bail!("interrupted after {:.0} s of the mission; the files are complete up to there", flight.simulated_s);
+        bail!("interrupted after {:.0} s; the files are complete up to there", flight.simulated_s);
     }
     Ok(Outcome::doubtful_if(!ending.is_trustworthy()))
 }
@@ -362,6 +362,9 @@ fn ports_line(backseat: &Process) -> String {
 
 fn summary_text(flight: &FlightLog, companion: Option<&FlightLog>, analysis: &Analysis, ending: Ending) -> String {
     let warning = if ending.is_trustworthy() { String::new() } else { format!("{}\n\n", ending.headline()) };
+    if ending == Ending::NotFlown {
+        return format!("{warning}{:.0} s simulated\n", flight.simulated_s);
+    }
     let mut text = warning
         + &format!("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "horizontal error [m]", "median", "95 %", "max", "RMS/DRMS");
     for configuration in &analysis.configurations {
