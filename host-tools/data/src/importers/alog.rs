@@ -13,7 +13,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 /// Name of the format.
-const NAME: &str = "MOOS alog";
+pub(super) const NAME: &str = "MOOS alog";
 
 /// Variables and what they are: column and factor.
 const VARIABLES: &[(&str, Column, f64)] = &[

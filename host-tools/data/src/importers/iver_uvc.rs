@@ -5,9 +5,9 @@
 //! by their names: their order changed across UVC 2.7, 3.0, 3.1, 3.31, 4.2, 4.5 and 4.7, and older releases have feet
 //! where newer ones have metres.
 
+use super::RAD_PER_DEG;
 use super::format::{Format, Known, Role, known};
-use super::{M_PER_FOOT, MPS_PER_KNOT, RAD_PER_DEG};
-use crate::log::Column;
+use crate::log::{Column, M_PER_FOOT, MPS_PER_KNOT};
 use std::borrow::Cow;
 
 /// Count of a centred servo and of a stopped motor (the frontseat's 0x80).

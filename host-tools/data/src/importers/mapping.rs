@@ -1,10 +1,10 @@
 //! A table of any other maker by a mapping that the user writes.
 
+use super::RAD_PER_DEG;
 use super::engine::Cells;
 use super::format::{Format, Known, Role};
-use super::{M_PER_FOOT, MPS_PER_KNOT, RAD_PER_DEG};
 use crate::DataError;
-use crate::log::{Column, RADPS_PER_RPM};
+use crate::log::{Column, M_PER_FOOT, MPS_PER_KNOT, RADPS_PER_RPM};
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;

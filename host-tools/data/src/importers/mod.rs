@@ -34,8 +34,6 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 const RAD_PER_DEG: f64 = PI / 180.0;
-const MPS_PER_KNOT: f64 = 1852.0 / 3600.0;
-const M_PER_FOOT: f64 = 0.3048;
 
 /// Formats by names of their headers that no other has.
 static FORMATS: [(&[&str], &Format); 12] = [
@@ -73,24 +71,10 @@ pub struct Imported {
 /// # Errors
 /// As the reader of the format; a file of no known format is read as a vehicle log.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
+    if let Some((_, read)) = other_than_table(path)? {
+        return read(path);
+    }
     let header = header(path)?;
-    if let Some(is_bag) = is_mcap_bag(path)? {
-        return if is_bag {
-            ros_bag::read(path)
-        } else {
-            let message = "a session, not a table: first `backseat export FILE --csv DIR`, then DIR/vehicle_log.csv";
-            Err(DataError::file(path, message))
-        };
-    }
-    if alog::is_alog(&header) {
-        return alog::read(path);
-    }
-    if pd0_file::is_pd0(&beginning(path)?) {
-        return pd0_file::read(path);
-    }
-    if sentences::is_sentences(path)? {
-        return sentences::read(path);
-    }
     check_text(path, &header)?;
     let has =
         |name: &&str, separator: u8| header.trim().split(char::from(separator)).any(|cell| unquoted(cell) == *name);
@@ -107,9 +91,22 @@ pub fn read(path: &Path) -> Result<Imported, DataError> {
     }
 }
 
-/// Whether an MCAP file is a ROS 2 bag; `None`: it is no MCAP file.
-fn is_mcap_bag(path: &Path) -> Result<Option<bool>, DataError> {
-    Ok(is_bag(&beginning(path)?))
+type Reader = fn(&Path) -> Result<Imported, DataError>;
+
+/// Name and reader of a format that is no table of columns; `None`: a table, or nothing that is known.
+fn other_than_table(path: &Path) -> Result<Option<(&'static str, Reader)>, DataError> {
+    let beginning = beginning(path)?;
+    Ok(match is_bag(&beginning) {
+        Some(true) => Some((ros_bag::NAME, ros_bag::read)),
+        Some(false) => {
+            let message = "a session, not a table: first `backseat export FILE --csv DIR`, then DIR/vehicle_log.csv";
+            return Err(DataError::file(path, message));
+        }
+        None if alog::is_alog(&header(path)?) => Some((alog::NAME, alog::read)),
+        None if pd0_file::is_pd0(&beginning) => Some((pd0_file::NAME, pd0_file::read)),
+        None if sentences::is_sentences(path)? => Some((sentences::NAME, sentences::read)),
+        None => None,
+    })
 }
 
 /// The first bytes as they stand in the file.

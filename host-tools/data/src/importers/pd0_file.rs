@@ -12,7 +12,7 @@ use std::io::Read;
 use std::path::Path;
 
 /// Name of the format.
-const NAME: &str = "PD0 ensembles";
+pub(super) const NAME: &str = "PD0 ensembles";
 
 /// Whether the beginning of a file is that of an ensemble.
 pub(super) fn is_pd0(beginning: &[u8]) -> bool {

@@ -22,7 +22,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 /// Name of the format.
-const NAME: &str = "device sentences";
+pub(super) const NAME: &str = "device sentences";
 /// Speed that makes a travel time a range, m/s; a vehicle log holds ranges.
 const SOUND_MPS: f64 = 1500.0;
 /// A packet and its statistics belong together within this time, µs.

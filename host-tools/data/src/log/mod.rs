@@ -20,6 +20,8 @@ use std::path::PathBuf;
 
 /// rad/s in one rpm.
 pub const RADPS_PER_RPM: f64 = PI / 30.0;
+pub(crate) const MPS_PER_KNOT: f64 = 1852.0 / 3600.0;
+pub(crate) const M_PER_FOOT: f64 = 0.3048;
 
 /// One row of a vehicle log: a time and the samples taken then.
 ///

@@ -47,6 +47,10 @@ struct Seen {
 /// # Errors
 /// A file that cannot be read, or is no table.
 pub fn draft(path: &Path) -> Result<Draft, DataError> {
+    if let Some((name, _)) = super::other_than_table(path)? {
+        let message = format!("{name}: needs no mapping, every command reads it (`backseat info` says what it holds)");
+        return Err(DataError::file(path, message));
+    }
     super::check_text(path, &super::header(path)?)?;
     let separator = separator(path)?;
     let mut reader =
@@ -436,6 +440,15 @@ mod tests {
         assert!(depths.len() == 2 && depths[0].abs() < 1e-9 && (depths[1] - 2.0).abs() < 1e-9, "{depths:?}");
         std::fs::write(&path, "t,pressure_dbar,depth_m\n0,1,1\n1,2,2\n").unwrap();
         assert_eq!(draft(&path).unwrap().unused, ["pressure_dbar"]);
+    }
+
+    #[test]
+    fn a_log_that_is_no_table_needs_no_draft() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("dive.alog");
+        std::fs::write(&path, "%% LOG FILE: dive.alog\n0.5 NAV_DEPTH iIver 3.0\n").unwrap();
+        let complaint = draft(&path).unwrap_err().to_string();
+        assert!(complaint.contains("MOOS alog: needs no mapping"), "{complaint}");
     }
 
     #[test]
