@@ -55,6 +55,8 @@ const FASTEST_SENSOR_S: f64 = 2.0e-4;
 const LONGEST_GAP_S: f64 = 600.0;
 /// Fewest samples that say something about how a sensor behaves.
 const ENOUGH: usize = 100;
+/// Pitch changes by more than this only in dives, rad: waves at the surface and trim are below.
+const PITCH_OF_DIVES_RAD: f64 = 0.2;
 /// Of sensors that never stand still.
 const RESTLESS: [Column; 8] =
     [Column::Roll, Column::Pitch, Column::Heading, Column::P, Column::Q, Column::R, Column::DvlU, Column::DvlV];
@@ -69,6 +71,7 @@ pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
         findings.extend(range(log, summary));
         findings.extend(stillness(summary));
     }
+    findings.extend(frozen_depth(columns));
     findings.extend(heading(log));
     findings.extend(time(columns));
     findings.extend(groups(log));
@@ -135,6 +138,19 @@ fn stillness(summary: &ColumnSummary) -> Option<Finding> {
             100.0 * summary.repeated
         );
         Finding::remark(summary.column, message)
+    })
+}
+
+/// A depth that is one number to the last digit: below the surface no sensor gives that, and at zero not in a dive.
+fn frozen_depth(columns: &[ColumnSummary]) -> Option<Finding> {
+    let of = |column| columns.iter().find(|summary| summary.column == column);
+    let depth = of(Column::Depth).filter(|depth| depth.samples >= ENOUGH && depth.min == depth.max)?;
+    let [low, high] = of(Column::Pitch).map_or([0.0; 2], |pitch| pitch.percentile_1_99);
+    let is_diving = high - low > PITCH_OF_DIVES_RAD;
+    (is_diving || depth.min != 0.0).then(|| {
+        let so = if is_diving { format!(" while pitch_rad goes from {low:.2} to {high:.2}") } else { String::new() };
+        let message = format!("depth_m is {} in all {} samples{so}: is the sensor frozen?", depth.min, depth.samples);
+        Finding::suspicious(Column::Depth, message)
     })
 }
 

@@ -79,6 +79,8 @@ fn units_and_signs_are_found() {
         (Column::DvlV, &|x| -x, "dvl_v_mps is positive where the fixes and heading_rad show"),
         (Column::DvlW, &|x| -x, "dvl_w_mps is positive where depth_m and pitch_rad show"),
         (Column::DvlU, &|x| 100.0 * x, "dvl_u_mps reaches 150"),
+        (Column::DvlU, &|x| x * 3600.0 / 1852.0, "dvl_u_mps is 1.94 times the speed that fixes and heading_rad show"),
+        (Column::Depth, &|_| 4.25, "depth_m is 4.25 in all 3000 samples while pitch_rad goes from -0.2"),
         (Column::FinTop, &|x| 2500.0 * x, "fin_top_rad reaches 125"),
         (Column::GpsX, &|x| 4.0e6 + x, "is it a UTM coordinate"),
     ] {
@@ -100,6 +102,34 @@ fn swapped_positions_and_other_times_are_found() {
         log.rows.iter_mut().for_each(|row| row.time_us *= factor);
         assert!(messages(&log).contains(guess), "{}", messages(&log));
     }
+}
+
+/// In knots are all three axes; the unit is seen without fixes as well, and of a logged speed beside a current.
+#[test]
+fn velocities_in_knots_are_found() {
+    let in_knots = |fixes: bool| {
+        let mut log = good();
+        for row in &mut log.rows {
+            let knots = row.dvl_mps().unwrap().map(|mps| mps * 3600.0 / 1852.0);
+            row.set_all(Column::DvlU, &knots);
+            let t = row.time_us as f64 * 1e-6;
+            let [x, y] = row.gnss_m().unwrap();
+            row.set_all(Column::GpsX, &if fixes { [x + 0.3 * t, y] } else { [f64::NAN; 2] });
+        }
+        log
+    };
+    let found = messages(&in_knots(false));
+    assert!(
+        found.contains("dvl_u_mps is 1.94 times the speed that depth_m and pitch_rad show: is it in knots?"),
+        "{found}"
+    );
+    let mut log = in_knots(true);
+    for row in &mut log.rows {
+        let speed = row.get(Column::DvlU).unwrap();
+        row.set_all(Column::DvlU, &[f64::NAN; 3]).set(Column::SpeedLog, speed).set(Column::Roll, f64::NAN);
+    }
+    let found = messages(&log);
+    assert!(found.contains("speed_log_mps is 1.9") && found.contains("is it in knots?"), "{found}");
 }
 
 #[test]

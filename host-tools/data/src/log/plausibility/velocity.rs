@@ -1,11 +1,12 @@
-//! Signs of the DVL's axes: its velocities carried along the attitude must change depth and fixes as these do.
+//! Signs and unit of the DVL's velocities: carried along the attitude they must change depth and fixes as these do.
 //!
 //! No model of the vehicle is asked. The change of depth over some seconds is regressed on what surge and what heave
-//! make of it, the way between fixes on what surge and what sway make of it; each factor is 1 where all signs are right
-//! and −1 where one is wrong.
+//! make of it, the way between fixes on what surge and what sway make of it; each factor is 1 where all signs are right,
+//! −1 where one is wrong, and the size of the unit in m/s where it is another. Without a DVL the logged speed is taken
+//! for the surge; a steady current is fitted beside it.
 
 use super::Finding;
-use crate::log::{Column, Log};
+use crate::log::{Column, Log, LogRow, M_PER_FOOT, MPS_PER_KNOT};
 use nalgebra::{DMatrix, DVector};
 
 /// Change of depth is compared over so long, s: a noisy depth needs long ones, a heave that swings short ones.
@@ -18,6 +19,15 @@ const LONGEST_GAP_S: f64 = 2.5;
 const ENOUGH: usize = 24;
 /// A factor has the wrong sign below minus this, and so many standard errors from zero.
 const CLEAR: (f64, f64) = (0.5, 6.0);
+
+/// Factors of surge that betray another unit, and which.
+const UNITS: [(f64, &str); 3] = [
+    (MPS_PER_KNOT, "is it in knots?"),
+    (1.0 / MPS_PER_KNOT, "was it converted from knots though it was in m/s?"),
+    (M_PER_FOOT, "is it in feet per second?"),
+];
+/// A factor is one of these within this share of it.
+const UNIT_WITHIN: f64 = 0.08;
 
 /// What each velocity axis adds to depth and way, from some time on.
 #[derive(Clone, Copy, Default)]
@@ -34,7 +44,8 @@ struct Carried {
 
 /// All that can be said; columns that are doubted already are the caller's to leave out.
 pub(super) fn check(log: &Log) -> Vec<Finding> {
-    let (dives, track) = equations(log);
+    let speed = if log.has(Column::DvlU) { Column::DvlU } else { Column::SpeedLog };
+    let (dives, track) = equations(log, speed);
     let mut findings = Vec::new();
     let fitted = dives.iter().filter_map(|dive| Some((dive, dive.factors()?)));
     if let Some((dive, [surge, heave])) = fitted.min_by(|a, b| a.1[1].sigma.total_cmp(&b.1[1].sigma)) {
@@ -58,6 +69,15 @@ pub(super) fn check(log: &Log) -> Vec<Finding> {
             _ => None,
         };
         findings.extend(message.map(|(column, message)| Finding::suspicious(column, message)));
+    }
+    let shown = [(track.factors(), "fixes and heading_rad")]
+        .into_iter()
+        .chain(dives.iter().map(|dive| (dive.factors(), "depth_m and pitch_rad")));
+    let unit = shown.filter_map(|(factors, others)| Some((factors?[0], factors?[0].unit()?, others))).next();
+    if let Some((surge, guess, others)) = unit {
+        let (name, times) = (speed.name(), 1.0 / surge.value);
+        let message = format!("{name} is {times:.2} times the speed that {others} show: {guess}");
+        findings.push(Finding::suspicious(speed, message));
     }
     if let Some([surge, sway]) = track.factors()
         && sway.is_negative()
@@ -89,6 +109,13 @@ impl Factor {
     fn is_negative(&self) -> bool {
         self.value < -CLEAR.0 && self.value + CLEAR.1 * self.sigma < 0.0
     }
+
+    /// Which other unit the velocity seems to have.
+    fn unit(&self) -> Option<&'static str> {
+        let is_clear = CLEAR.1 * self.sigma < (self.value - 1.0).abs();
+        let near = UNITS.iter().find(|(ratio, _)| (self.value / ratio - 1.0).abs() + self.sigma / ratio < UNIT_WITHIN);
+        near.filter(|_| is_clear).map(|(_, guess)| *guess)
+    }
 }
 
 impl Regression {
@@ -100,7 +127,9 @@ impl Regression {
         }
         let rows = DMatrix::from_fn(count, unknowns, |i, j| self.rows[i][j]);
         let right = DVector::from_column_slice(&self.right);
-        let inverse = rows.tr_mul(&rows).cholesky()?.inverse();
+        // An axis that the log does not have: no number, and no certainty.
+        let nothing = DMatrix::from_diagonal_element(unknowns, unknowns, 1e-9);
+        let inverse = (rows.tr_mul(&rows) + nothing).cholesky()?.inverse();
         let fitted = &inverse * rows.tr_mul(&right);
         let variance = (right - rows * &fitted).norm_squared() / (count - unknowns) as f64;
         Some([0, 1].map(|at| Factor { value: fitted[at], sigma: (variance * inverse[(at, at)]).sqrt() }))
@@ -108,7 +137,7 @@ impl Regression {
 }
 
 /// Equations of the depth over each of [`DIVES_S`], and of the fixes.
-fn equations(log: &Log) -> ([Regression; DIVES_S.len()], Regression) {
+fn equations(log: &Log, speed: Column) -> ([Regression; DIVES_S.len()], Regression) {
     let (mut dives, mut track): ([Regression; DIVES_S.len()], Regression) = Default::default();
     let (mut attitude, mut velocity): (Option<[f64; 3]>, Option<[f64; 3]>) = (None, None);
     let (mut since_depth, mut since_fix) = ([Carried::default(); DIVES_S.len()], Carried::default());
@@ -122,10 +151,11 @@ fn equations(log: &Log) -> ([Regression; DIVES_S.len()], Regression) {
             let old_us = row.time_us.saturating_sub(fresh_us[0].min(fresh_us[1]));
             carried.add(dt_s, attitude.zip(velocity), old_us as f64 * 1e-6);
         }
-        if let Some(euler) = row.attitude_rad() {
+        if let Some(euler) = row.attitude_rad().or_else(|| level(row).filter(|_| speed == Column::SpeedLog)) {
             (attitude, fresh_us[0]) = (Some(euler), row.time_us);
         }
-        if let Some(nu) = row.dvl_mps() {
+        let nu = if speed == Column::DvlU { row.dvl_mps() } else { row.get(speed).map(|ahead| [ahead, 0.0, 0.0]) };
+        if let Some(nu) = nu {
             (velocity, fresh_us[1]) = (Some(nu), row.time_us);
             (surge, count) = (surge + nu[0], count + 1.0);
         }
@@ -159,6 +189,11 @@ fn equations(log: &Log) -> ([Regression; DIVES_S.len()], Regression) {
     }
     dives.iter_mut().for_each(|dive| dive.mean_surge_mps = if count > 0.0 { surge / count } else { 0.0 });
     (dives, track)
+}
+
+/// The attitude of a vehicle that logs its heading alone, or its pitch besides.
+fn level(row: &LogRow) -> Option<[f64; 3]> {
+    Some([0.0, row.get(Column::Pitch).unwrap_or(0.0), row.get(Column::Heading)?])
 }
 
 impl Carried {
