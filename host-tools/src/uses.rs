@@ -3,7 +3,9 @@
 use backseat_data::Log;
 use backseat_data::log::Column;
 use backseat_data::manoeuvring;
-use backseat_diagnose::log_models::{glider, pinger, planar_manoeuvring, reference_velocity, thruster, transponders};
+use backseat_diagnose::log_models::{
+    dead_reckoning, glider, pinger, planar_manoeuvring, reference_velocity, thruster, transponders,
+};
 use backseat_identify::surge_yaw::SurgeYawData;
 
 /// How a log is navigated.
@@ -65,6 +67,9 @@ pub fn of(log: &Log) -> [Use; 3] {
 fn navigate(log: &Log) -> Result<&'static str, String> {
     let start = lacking(log, &[Column::GpsX, Column::GpsY]);
     match navigation(log) {
+        None if is_beside(log) && [Column::Tol, Column::Range, Column::UplinkRange].iter().any(|c| log.has(*c)) => {
+            Ok("only beside a vehicle's log, with --modem")
+        }
         _ if !start.is_empty() => Err(format!("lacks a fix to start from: {start}")),
         Some(Navigation::Dynamic) if !log.rows.iter().any(|row| row.attitude_rad().is_some()) => {
             Err("lacks an attitude: roll_rad, pitch_rad, heading_rad".to_owned())
@@ -73,6 +78,7 @@ fn navigate(log: &Log) -> Result<&'static str, String> {
         Some(Navigation::Kinematic) => Ok("by the kinematic filter: no propeller and fins in the log"),
         Some(Navigation::DeadReckoning) => Ok("by dead reckoning on heading and speed: nothing else in the log"),
         None if manoeuvring::is_in(log) => Ok("by [manoeuvring] of a vehicle file, which identify writes"),
+        None if is_beside(log) => Ok("only beside a vehicle's log, as its ship's, with --ship"),
         None => Err("lacks a velocity: dvl_u_mps, dvl_v_mps, dvl_w_mps with the attitude, or speed_log_mps".to_owned()),
     }
 }
@@ -99,12 +105,10 @@ fn identify(log: &Log) -> Result<&'static str, String> {
 }
 
 fn diagnose(log: &Log) -> Result<&'static str, String> {
-    let has_fixes = has_all(log, &[Column::GpsX, Column::GpsY]);
     if has_actuators(log) {
         let missing = lacking(log, &[Column::GpsX, Column::GpsY, Column::Roll, Column::Pitch, Column::Heading]);
         return if missing.is_empty() { Ok("against the vehicle's dynamics") } else { Err(format!("lacks {missing}")) };
     }
-    let has_speed = log.has(Column::SpeedLog) || log.has(Column::DvlU);
     if pinger::is_for(log) {
         Ok("pseudo-ranges of a pinger with its own clock")
     } else if transponders::is_for(log) {
@@ -117,11 +121,23 @@ fn diagnose(log: &Log) -> Result<&'static str, String> {
         Ok("against a manoeuvring model of hull, propeller and rudder")
     } else if glider::is_for(log) {
         Ok("against a steady glide")
-    } else if has_fixes && has_speed && log.has(Column::Heading) {
+    } else if dead_reckoning::is_for(log) {
         Ok("against dead reckoning from fix to fix")
+    } else if is_beside(log) && [Column::StationX, Column::WindSpeed, Column::WaterDensity].iter().any(|c| log.has(*c))
+    {
+        Ok("only beside another log, with --with")
     } else {
-        Err("lacks propeller and fins, and heading, speed and fixes as well".to_owned())
+        Err(format!(
+            "lacks propeller and fins, and for dead reckoning heading, speed and fixes under way ({} stretches between two \
+             fixes)",
+            dead_reckoning::FEWEST
+        ))
     }
+}
+
+/// Whether a log may be one that others are joined with: it says nothing of how a vehicle moves.
+fn is_beside(log: &Log) -> bool {
+    ![Column::Depth, Column::DvlU, Column::SpeedLog].into_iter().any(|column| log.has(column))
 }
 
 fn has_all(log: &Log, columns: &[Column]) -> bool {

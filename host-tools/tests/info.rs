@@ -74,7 +74,7 @@ fn attitude_in_degrees_and_time_in_milliseconds_are_not_trusted() {
         let output = backseat(at, &["info", log]);
         let printed = text(&output.stdout);
         assert_eq!(output.status.code(), Some(3), "{printed}");
-        let verdict = printed.split("\nsuspicious:").nth(1).unwrap_or_default();
+        let verdict = printed.split("\nsuspicious because").nth(1).unwrap_or_default();
         assert!(verdict.contains(part), "{printed}");
         assert_eq!(backseat(at, &["info", log, "--strict"]).status.code(), Some(1));
     }
@@ -130,6 +130,41 @@ fn uses_are_those_of_the_commands() {
          p_radps,q_radps,r_radps,gps_x_m,gps_y_m\n0,900,0,0,0,0,0,0,0,0,0,0,0,0\n1,900,0,0,0,0,0,0,0,0,0,0,1,0\n",
     );
     assert!(identify.contains("lacks dvl_u_mps"), "{identify}");
+    // heading and speed for ten minutes: with fixes at both ends alone there is nothing to compare with
+    let reckoned = |fix_every: u32| {
+        let row = |t: u32| {
+            let fix = if t.is_multiple_of(fix_every) { format!("{t},0") } else { ",".to_owned() };
+            format!("{t},0.{},1.{},{fix}\n", t % 7, t % 5)
+        };
+        format!("t_s,heading_rad,speed_log_mps,gps_x_m,gps_y_m\n{}", (0..=600).map(row).collect::<String>())
+    };
+    for (fix_every, is_possible) in [(10, true), (600, false)] {
+        let [_, diagnose] = uses(&reckoned(fix_every));
+        assert_eq!(diagnose.contains("against dead reckoning"), is_possible, "{diagnose}");
+        let found = backseat(folder.path(), &["diagnose", "log.csv"]);
+        assert_eq!(found.status.code() != Some(1), is_possible, "{}", text(&found.stderr));
+    }
+}
+
+#[test]
+fn a_log_of_no_use_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), "t_s,depth_m\n0,1\n1,1.5\n").unwrap();
+    let output = backseat(folder.path(), &["info", "log.csv"]);
+    let printed = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(3), "{printed}");
+    assert!(printed.contains("\nof no use because:\n  navigate lacks a fix to start from: gps_x_m"), "{printed}");
+    let output = backseat(folder.path(), &["info", "log.csv", "--json"]);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((json["verdict"].as_str(), output.status.code()), (Some("of no use"), Some(3)), "{json}");
+    assert_eq!(json["reasons"].as_array().map(Vec::len), Some(3), "{json}");
+    // what a trial leaves beside the vehicle's log has its use
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/guide/samples");
+    for (sample, option) in [("trial_ship.nmea.gz", "--ship"), ("trial_modem.log", "--modem")] {
+        let output = backseat(&samples, &["info", sample]);
+        let printed = text(&output.stdout);
+        assert!(output.status.success() && printed.contains(option) && printed.ends_with("\nusable\n"), "{printed}");
+    }
 }
 
 #[test]

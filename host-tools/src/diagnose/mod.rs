@@ -331,8 +331,9 @@ fn by_log_model(
         let Some(found) = dead_reckoning::run(log, vehicle, use_dvl, truth) else {
             bail!(
                 "{}: the log has neither fins and propeller speed (for the dynamic model) nor heading, speed and GNSS \
-                 fixes under way (for dead reckoning)",
-                log.path.display()
+                 fixes under way, {} stretches between two fixes (for dead reckoning)",
+                log.path.display(),
+                dead_reckoning::FEWEST
             );
         };
         found

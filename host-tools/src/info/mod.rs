@@ -18,8 +18,8 @@ Examples:
 
 Range, rate and gaps of every column; what contradicts units, signs and times (a heading beyond 2 pi, a depth above the
 surface, a yaw rate 57 times what the heading does, mirrored positions, times in milliseconds); and what `navigate`,
-`identify` and `diagnose` can do with it. The last line says \"usable\", or \"suspicious\" with the reason; the exit code
-is then 3, with --strict 1. The three commands make the same check when they begin.";
+`identify` and `diagnose` can do with it. The last lines say \"usable\", or \"suspicious\" or \"of no use\" with the reasons;
+the exit code is then 3, of what is suspicious with --strict 1. The three commands make the same check when they begin.";
 
 /// What a file is, whether it is plausible, and what can be done with it
 #[derive(clap::Args)]
@@ -53,6 +53,6 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
         Some(first) if args.input.is_strict() => {
             bail!("{}: {} (refused by --strict)", args.file.display(), first.message)
         }
-        suspicion => Ok(Outcome::doubtful_if(suspicion.is_some())),
+        _ => Ok(Outcome::doubtful_if(!report::verdict(&read).1.is_empty())),
     }
 }

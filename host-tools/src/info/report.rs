@@ -46,14 +46,25 @@ pub fn text(read: &ReadLog) -> String {
     for finding in examination.findings.iter().filter(|finding| finding.severity == Severity::Remark) {
         let _ = writeln!(out, "remark: {}", finding.message);
     }
-    let suspicions: Vec<&str> = examination.suspicions().map(|finding| finding.message.as_str()).collect();
-    match suspicions.as_slice() {
-        [] if uses::of(log).iter().all(|found| !found.possible) => out += "\nof no use to any command\n",
-        [] => out += "\nusable\n",
-        [one] => out += &format!("\nsuspicious: {one}\n"),
-        many => out += &format!("\nsuspicious:\n  {}\n", many.join("\n  ")),
+    let (verdict, reasons) = verdict(read);
+    match reasons.as_slice() {
+        [] => out += &format!("\n{verdict}\n"),
+        [one] => out += &format!("\n{verdict} because {one}\n"),
+        many => out += &format!("\n{verdict} because:\n  {}\n", many.join("\n  ")),
     }
     out
+}
+
+/// "usable", or what else, and why.
+pub fn verdict(read: &ReadLog) -> (&'static str, Vec<String>) {
+    let suspicions = read.examination.suspicions().map(|finding| finding.message.clone());
+    let uses = uses::of(&read.log);
+    if uses.iter().any(|found| found.possible) {
+        let suspicions: Vec<String> = suspicions.collect();
+        return (if suspicions.is_empty() { "usable" } else { "suspicious" }, suspicions);
+    }
+    let lacks = uses.iter().map(|found| format!("{} {}", found.command, found.how));
+    ("of no use", lacks.chain(suspicions).collect())
 }
 
 pub fn json(read: &ReadLog) -> String {
@@ -62,6 +73,7 @@ pub fn json(read: &ReadLog) -> String {
         .into_iter()
         .map(|found| (found.command.to_owned(), json!({"possible": found.possible, "how": found.how})))
         .collect();
+    let (verdict, reasons) = verdict(read);
     let object = json!({
         "file": log.path,
         "format": read.format,
@@ -71,7 +83,8 @@ pub fn json(read: &ReadLog) -> String {
         "findings": examination.findings.iter().map(finding).collect::<Vec<_>>(),
         "uses": uses,
         "notes": read.reader_notes,
-        "verdict": if examination.is_suspicious() { "suspicious" } else { "usable" },
+        "verdict": verdict,
+        "reasons": reasons,
     });
     format!("{object}\n")
 }

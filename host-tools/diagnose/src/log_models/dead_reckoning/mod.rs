@@ -16,8 +16,8 @@ use backseat_data::{Log, Truth, VehicleFile};
 
 /// A gap in heading or speed longer than this ends a stretch, s.
 const LONGEST_GAP_S: f64 = 5.0;
-/// Fewest stretches that are worth a fit.
-const FEWEST: usize = 12;
+/// Fewest stretches between two fixes that are worth a fit.
+pub const FEWEST: usize = 12;
 /// Stretches wanted of a short log, and the shortest.
 const STRETCHES: f64 = 60.0;
 const SHORTEST_S: f64 = 5.0;
@@ -133,13 +133,28 @@ fn dot(slopes: &[f64; COLUMNS], theta: &[f64]) -> f64 {
     slopes.iter().zip(theta).map(|(slope, value)| slope * value).sum()
 }
 
+/// Whether a log holds heading, speed and fixes under way, enough of them for [`run`].
+#[must_use]
+pub fn is_for(log: &Log) -> bool {
+    let has_dvl = has_dvl(log);
+    stretches(log, has_dvl, apart_s(log), &held(log, has_dvl), None).len() >= FEWEST
+}
+
+fn has_dvl(log: &Log) -> bool {
+    log.has(Column::DvlU) && log.has(Column::DvlV)
+}
+
+/// Time between the fixes that are compared, s.
+fn apart_s(log: &Log) -> f64 {
+    (log.duration_s() / STRETCHES).clamp(SHORTEST_S, BLOCK_S)
+}
+
 /// Diagnoses a log on heading and speed alone; `None` if it has too few fixes, headings or speeds.
 ///
 /// `use_dvl` false leaves the DVL's velocity out: its surge then serves as nothing, the logged speed is used.
 #[must_use]
 pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth>) -> Option<LogModelDiagnosis> {
-    let has_dvl = use_dvl && log.has(Column::DvlU) && log.has(Column::DvlV);
-    let apart_s = (log.duration_s() / STRETCHES).clamp(SHORTEST_S, BLOCK_S);
+    let (has_dvl, apart_s) = (use_dvl && has_dvl(log), apart_s(log));
     let held = held(log, has_dvl);
     let stretches = stretches(log, has_dvl, apart_s, &held, truth);
     if stretches.len() < FEWEST {
