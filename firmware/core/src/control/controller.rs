@@ -1,6 +1,7 @@
 //! The controller: a mission, an estimate and a current in, actuators out.
 
 use super::allocation::{Datum, allocate};
+use super::dive::Dive;
 use super::guidance::{crab_angle_rad, turn_rate_max_radps};
 use super::limits::{ActuatorLimits, Limiter};
 use super::lqr::Lqr;
@@ -50,6 +51,7 @@ pub struct Controller {
     reference: ReferenceTrajectory,
     mission: Mission,
     progress: Progress,
+    dive: Dive,
     limiter: Limiter,
     last_us: Option<u64>,
 }
@@ -72,6 +74,7 @@ impl Controller {
             reference: ReferenceTrajectory::new(limiter),
             mission: Mission::new(),
             progress: Progress::new(),
+            dive: Dive::new(),
             limiter,
             last_us: None,
         }
@@ -139,6 +142,7 @@ impl Controller {
         // Whatever was commanded before, the vehicle is neutral now.
         self.limiter.reset();
         self.last_us = None;
+        self.dive = Dive::new();
         self.reference.start(&self.mission, x, &self.limiter)?;
         self.progress.start(&self.mission, [x[state::X], x[state::Y]])
     }
@@ -169,7 +173,9 @@ impl Controller {
             && x.iter().all(|value| value.is_finite())
         {
             command.status = self.progress.update(&self.mission, x, self.config.turn_radius_m);
-            if let Some(segment) = self.progress.segment() {
+            if let Some(leg) = self.progress.segment() {
+                let speed_mps = self.dive.speed_mps(time_us, x[state::Z], leg.depth_m, leg.speed_mps);
+                let segment = &Segment { speed_mps, ..*leg };
                 let crab = crab_angle_rad(segment, x, current);
                 command.error = segment.error(x);
                 command.helm = Some(HelmCommand {

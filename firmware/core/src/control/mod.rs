@@ -7,6 +7,7 @@
 
 pub mod allocation;
 mod controller;
+mod dive;
 pub mod guidance;
 pub mod limits;
 mod linear;

@@ -213,11 +213,17 @@ impl NavigationConfig {
 }
 
 impl NavigationConfig {
+    /// Whether a depth, m, is so small that the hydrodynamics of the model do not hold. Nothing is learnt of them there:
+    /// a vehicle that hangs at the surface with its fins hard over would otherwise pass for one with a weak propeller.
+    pub(super) fn is_at_surface(&self, depth_m: f64) -> bool {
+        self.surface.is_some_and(|surface| depth_m < surface.depth_m)
+    }
+
     /// Power spectral densities of the accelerations along u, v, w, p, q, r at a depth, m; `sea`: factor on the noise in
     /// heave and pitch.
     pub(super) fn psd_at(&self, depth_m: f64, sea: f64) -> [f64; 6] {
         match &self.surface {
-            Some(surface) if depth_m < surface.depth_m => surface.noise.psd(),
+            Some(surface) if self.is_at_surface(depth_m) => surface.noise.psd(),
             _ => {
                 let psd = self.process_noise.psd();
                 let sea = [1.0, 1.0, sea, 1.0, sea, 1.0];

@@ -162,6 +162,13 @@ impl EffectStates {
         }
     }
 
+    /// Lets the current walk by no more than this, m/s/√s.
+    pub fn limit_current_walk(&mut self, most_mps_per_sqrt_s: f64) {
+        for state in self.states.iter_mut().flatten().filter(|state| is_current(state)) {
+            state.random_walk_per_sqrt_s = state.random_walk_per_sqrt_s.min(most_mps_per_sqrt_s);
+        }
+    }
+
     /// These and one more effect.
     ///
     /// # Errors

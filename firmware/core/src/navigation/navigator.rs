@@ -1,8 +1,10 @@
 //! The filter that the vehicle navigates by: one, or a bank of three.
 //!
-//! The robust filter estimates the unknowns of the vehicle. Where everything is as declared its states cost half of the
-//! accuracy, and it takes the current as nearly steady. The bank runs two more filters beside it: the nominal one, and
-//! a robust one whose current changes steadily, as in a tide. The weight w_i is proportional to the likelihood of
+//! The robust filter estimates the unknowns of the vehicle, with a current that changes steadily, as in a tide. Where
+//! everything is as declared its states cost half of the accuracy, and where the current is steady its rates cost a
+//! quarter. The bank runs two more filters beside it: the nominal one, and a robust one whose current is steady. The
+//! main filter is the one that allows most, because its innovations decide which measurements are used and which sensor
+//! is suspect. The weight w_i is proportional to the likelihood of
 //! filter i's range innovations, each counted with three sigmas at most so that no outlier decides; its logarithm is
 //! forgotten by [`EVIDENCE_MEMORY`] per range. Only ranges count, because they measure the position: a nominal filter
 //! with a wrong model contradicts them long before it contradicts compass and depth sensor, and those have so many
@@ -40,15 +42,19 @@ pub struct Navigator {
 }
 
 /// ln of the prior odds of the others against the main filter. Most water changes by less than a tide's rate within a
-/// dive, or no better than a walk can follow: odds of one to ten for a steady change.
-const PRIOR: [f64; OTHERS] = [0.0, -2.3];
+/// dive: odds of ten to one for a current that does not.
+const PRIOR: [f64; OTHERS] = [2.3, 2.3];
 
-/// Filters beside the main one: [`NOMINAL`] and [`TIDAL`].
+/// Filters beside the main one: [`NOMINAL`] and [`STEADY`].
 const OTHERS: usize = 2;
 /// The vehicle as declared.
 const NOMINAL: usize = 0;
-/// As the main filter, with a current that changes.
-const TIDAL: usize = 1;
+/// As the main filter, with a steady current.
+const STEADY: usize = 1;
+
+/// Most that a steady current walks, m/s/√s: 1 mm/s in three hours. A walk five times larger lets the position stray by
+/// 2 m within half an hour.
+const STEADY_WALK: f64 = 1.0e-5;
 
 /// Filters of a bank.
 pub const MEMBERS: usize = 1 + OTHERS;
@@ -109,7 +115,7 @@ impl Navigator {
     /// # Errors
     /// The first value out of range, or a vehicle that its effects do not fit; the filter is then as it was.
     pub fn configure(&mut self, config: &NavigationConfig, model: &VehicleModel) -> Result<(), ConfigError> {
-        self.main.configure(config, model)?;
+        self.main.configure(&of_main(config), model)?;
         for (k, member) in self.others.iter_mut().enumerate() {
             member.runs = false;
             if config.bank {
@@ -129,7 +135,7 @@ impl Navigator {
         if config.bank != self.main.config().bank {
             return Err(ConfigError::LayoutChange);
         }
-        self.main.reconfigure(config)?;
+        self.main.reconfigure(&of_main(config))?;
         let mut others = self.others.iter_mut().enumerate().filter(|_| config.bank);
         others.try_for_each(|(k, member)| member.filter.reconfigure(&of_member(k, config)))
     }
@@ -178,8 +184,8 @@ impl Navigator {
     /// before the first prediction. The nominal filter stays with the declaration.
     pub fn start_from(&mut self, learnt: &Learnt) {
         self.main.start_from(learnt);
-        if let Some(tidal) = self.others.get_mut(TIDAL) {
-            tidal.filter.start_from(learnt);
+        if let Some(steady) = self.others.get_mut(STEADY) {
+            steady.filter.start_from(learnt);
         }
     }
 
@@ -290,8 +296,9 @@ impl Navigator {
 
     /// Weights of the nominal filter and of the one whose current changes, 0 to 1; 0 without a bank.
     #[must_use]
-    pub fn weights(&self) -> [f64; OTHERS] {
-        [NOMINAL, TIDAL].map(|k| self.others[k].weight)
+    pub fn weights(&self) -> [f64; 2] {
+        let [nominal, steady] = [NOMINAL, STEADY].map(|k| self.others[k].weight);
+        if self.main.config().bank { [nominal, 1.0 - nominal - steady] } else { [0.0; 2] }
     }
 
     /// x_v.
@@ -390,13 +397,22 @@ impl Navigator {
     }
 }
 
+/// The configuration of the main filter.
+fn of_main(config: &NavigationConfig) -> NavigationConfig {
+    let mut main = *config;
+    if config.bank {
+        main.effect_states.add_tide();
+    }
+    main
+}
+
 /// The configuration of a member of the bank.
 fn of_member(k: usize, config: &NavigationConfig) -> NavigationConfig {
     // in place: a temporary for each member would be a kilobyte more of stack
     let mut member = *config;
     match k {
         NOMINAL => (member.effect_states, member.noise_factor) = (EffectStates::NONE, [1.0; 6]),
-        _ => member.effect_states.add_tide(),
+        _ => member.effect_states.limit_current_walk(STEADY_WALK),
     }
     member
 }

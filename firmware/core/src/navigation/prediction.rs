@@ -89,7 +89,7 @@ impl Filter {
         let linearisation = match (self.config.process_model, &self.model) {
             (ProcessModel::Dynamic, Some(model)) => {
                 let linearisation = model.linearise(&self.x.vehicle, input);
-                if self.effects.accelerate() {
+                if self.effects.accelerate() && !self.config.is_at_surface(self.x.vehicle[Z]) {
                     let acceleration = state::velocity(&linearisation.f);
                     self.effects.accelerations(model, input, &acceleration, &self.config, &self.x, &mut self.step);
                 }
