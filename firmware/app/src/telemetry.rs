@@ -6,9 +6,6 @@ use backseat_core::navigation::{FusionOutcome, FusionRecord, Navigator, ShipRepo
 use backseat_core::state::{VEHICLE_STATES, X, Y};
 use backseat_wire::hostlink::{Estimate, Estimates, FusionTelemetry, Mode, ModeReason, Ship, Telemetry};
 
-/// The nominal filter estimates a current at most, which is in every record.
-const WATER_STATES: usize = 2;
-
 /// The record of a step.
 pub fn record(
     time_us: u64,
@@ -59,7 +56,7 @@ pub fn estimates(time_us: u64, navigator: &Navigator, dives: u16) -> Option<Esti
         }
     }
     let weights = navigator.weights().map(|weight| weight as f32);
-    (estimates.len() > WATER_STATES).then_some(Estimates { time_us, weights, dives, estimates })
+    navigator.config().bank.then_some(Estimates { time_us, weights, dives, estimates })
 }
 
 /// The ship as a packet reports it.
