@@ -137,9 +137,9 @@ fn estimates_have_their_sigma_and_a_short_log_separates_none() {
     let row = text.lines().find(|line| line.starts_with("m11 ")).unwrap();
     assert!(row.contains("10.0 %") && row.ends_with("not separable yet"), "{row}");
     // Three minutes on one line at one speed show a trim or two.
-    assert!(text.contains(" of 18 estimates") && text.contains("min after the start"), "{text}");
+    assert!(text.contains(" of 20 estimates") && text.contains("min after the start"), "{text}");
     let page = std::fs::read_to_string(mission.path("report/report.html")).unwrap();
-    assert!(page.contains(" of 18 estimates") && page.contains("not separable yet"));
+    assert!(page.contains(" of 20 estimates") && page.contains("not separable yet"));
     let log = std::fs::read_to_string(mission.path("log.csv")).unwrap();
     std::fs::write(mission.path("short.csv"), log.lines().take(6).collect::<Vec<_>>().join("\n") + "\n").unwrap();
     let output = mission.run(&["navigate", "short.csv", "--no-dvl"]);
