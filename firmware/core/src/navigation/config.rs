@@ -86,7 +86,8 @@ pub struct NavigationConfig {
     pub range_curvature: f64,
     /// Priors of the states that [`Self::make_robust`] adds.
     pub priors: Priors,
-    /// A nominal and a tidal filter run beside this one; the three are weighed by their ranges.
+    /// The current changes, and a filter with a steady one and the nominal filter run beside this one; the three are
+    /// weighed by their ranges.
     pub bank: bool,
 }
 

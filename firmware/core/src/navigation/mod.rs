@@ -18,8 +18,8 @@
 //! its cross covariances are computed: a state that does not move costs nothing but its row.
 //!
 //! **The bank.** To estimate a known quantity costs accuracy, and a steady current cannot follow a tide. A
-//! [`Navigator`] therefore runs three filters, robust, nominal and tidal, and weighs them by the likelihood of their
-//! ranges.
+//! [`Navigator`] therefore runs three filters, a robust one whose current changes, a robust one whose current is
+//! steady, and the nominal one, and weighs them by the likelihood of their ranges.
 //!
 //! **Findings.** [`Filter::estimates`] gives each augmented state with its sigma, and whether the motion has separated
 //! it from the others. A current and the speed along a single line, or hard iron and a current on north-south lines,

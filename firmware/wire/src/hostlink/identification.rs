@@ -79,7 +79,7 @@ pub struct Estimate {
 pub struct Estimates {
     /// Board time, µs.
     pub time_us: u64,
-    /// Weights of the nominal filter and of the one whose current changes, 0 to 1; the rest is the robust filter's.
+    /// Weights of the nominal filter and of the one whose current changes, 0 to 1; the rest is that of the steady current.
     pub weights: [f32; 2],
     /// Dives that it started from.
     pub dives: u16,
