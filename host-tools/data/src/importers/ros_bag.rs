@@ -262,7 +262,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bag.mcap");
         let file = std::io::BufWriter::new(std::fs::File::create(&path).unwrap());
-        let mut writer = mcap::WriteOptions::new().profile("ros2").create(file).unwrap();
+        let writer = mcap::WriteOptions::new().profile("ros2");
+        // what most writers of bags take
+        let mut writer = writer.compression(Some(mcap::Compression::Zstd)).create(file).unwrap();
         let half = std::f64::consts::FRAC_PI_4.sin(); // yaw of 90 degrees from east: heading north
         let imu = [vec![0.0, 0.0, half, half], vec![0.0; 9], vec![0.1, 0.2, 0.3], vec![0.0; 21]].concat();
         let odometry = [vec![10.0, 20.0, -5.0, 0.0, 0.0, half, half], vec![0.0; 36], vec![9.0; 42]].concat();

@@ -2,7 +2,6 @@
 
 use super::board_log::BoardLog;
 use super::format::{self, Direction, Note, Parameters, Start, Tick};
-use super::writer::describe;
 use super::{Attachment, Clock, Damage, Entry, Event, Meta};
 use crate::DataError;
 use mcap::records::{MessageHeader, Record, op};
@@ -279,12 +278,8 @@ enum Broken {
 }
 
 impl From<McapError> for Broken {
-    fn from(error: McapError) -> Self {
-        match error {
-            // written again by another tool
-            McapError::UnsupportedCompression(ref name) if name == "zstd" => Self::Message(describe(error)),
-            _ => Self::Chunk,
-        }
+    fn from(_: McapError) -> Self {
+        Self::Chunk
     }
 }
 
