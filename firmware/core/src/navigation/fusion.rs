@@ -249,7 +249,8 @@ impl Filter {
         let most = self.config.exceedances;
         if ratio > EXCEEDANCE {
             let variance = items.iter().fold(0.0, |most: f64, item| most.max(self.total_variance(item)));
-            self.monitor.exceedance(sensor, self.time_us, items, variance, most);
+            let surfaced = self.config.is_at_surface(self.x.vehicle[Z]);
+            self.monitor.exceedance(sensor, self.time_us, items, (variance, surfaced), most);
             return ratio <= 1.0 && !self.monitor.is_suspect(sensor);
         }
         let bound = EXCEEDANCE * self.monitor.sigma * self.monitor.sigma;

@@ -23,7 +23,8 @@
 //!   Of the position this is an addition to what the filter reports, because ranges have to triangulate; of other
 //!   states it is a floor under P. After unconfirmed ranges the growth begins again with each range, unless the sigma of
 //!   the current grew for them; an unconfirmed velocity or attitude lets the sigma of the position grow while nothing
-//!   measures the position.
+//!   measures the position. Roll and pitch that contradict at the surface are no disagreement: the model has no surface
+//!   and is no witness there.
 //! - A fix of the surfaced vehicle confirms every source, unless ranges contradict: GNSS is one witness, not the judge.
 //!   Ranges that have agreed for [`TURN_US`] without that growth confirm every source but the depth cell, of which they
 //!   see little.
@@ -133,6 +134,9 @@ struct Source {
     by_current: bool,
     /// The sigma of the current has grown for this suspicion.
     current_open: bool,
+    /// Scalars that leave a doubt: all, but for an attitude that contradicted at the surface its heading alone, if that
+    /// did.
+    doubted: [bool; 3],
     /// Worst innovations of the row of exceedances, by scalar.
     worst: [f64; 3],
     /// Least one sigma by scalar while the source is unconfirmed; 0 otherwise.
@@ -156,6 +160,7 @@ impl Source {
         variance: 0.0,
         by_current: false,
         current_open: false,
+        doubted: [true; 3],
         worst: [0.0; 3],
         floor: [0.0; 3],
         recoveries: 0,
@@ -173,8 +178,10 @@ impl Source {
         self.suspect = false;
         self.exceedances = 0;
         self.grow_anew();
-        for (floor, worst) in self.floor.iter_mut().zip(&self.worst) {
-            *floor = floor.max(UNCONFIRMED * worst).min(largest_sigma(sensor));
+        for (floor, (worst, doubted)) in self.floor.iter_mut().zip(self.worst.iter().zip(self.doubted)) {
+            if doubted {
+                *floor = floor.max(UNCONFIRMED * worst).min(largest_sigma(sensor));
+            }
         }
     }
 
@@ -269,7 +276,14 @@ impl InnovationMonitor {
     }
 
     /// An exceedance: its innovations, and their largest `variance`. With `most` of them in a row suspicion begins.
-    pub(super) fn exceedance(&mut self, sensor: Sensor, time_us: u64, items: &[Observation], variance: f64, most: u32) {
+    pub(super) fn exceedance(
+        &mut self,
+        sensor: Sensor,
+        time_us: u64,
+        items: &[Observation],
+        (variance, surfaced): (f64, bool),
+        most: u32,
+    ) {
         let source = &mut self.sources[sensor as usize];
         if source.exceedances == 0 {
             // what a rare range contradicts may have begun after the one before it
@@ -296,6 +310,9 @@ impl InnovationMonitor {
             source.doubt_us = 0;
             source.grow_anew();
             (source.variance, source.current_open) = (variance, false);
+            let [.., heading] = source.worst;
+            let turned = heading * heading > EXCEEDANCE * self.sigma * self.sigma * variance;
+            source.doubted = if surfaced && sensor == Sensor::Attitude { [false, false, turned] } else { [true; 3] };
             let carried = 1.0e-6 * time_us.saturating_sub(source.since_us) as f64 * growth(Sensor::Range);
             let [worst, ..] = source.worst;
             source.by_current = worst * worst <= CURRENT * CURRENT * (variance + carried * carried);

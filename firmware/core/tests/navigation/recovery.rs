@@ -15,6 +15,8 @@ struct Flight {
     ship_error_m: [f64; 2],
     /// Added to the heading that the compass says, rad.
     heading_error_rad: f64,
+    /// Added to the pitch that the AHRS says, rad.
+    pitch_error_rad: f64,
     /// Added to what the DVL says, m/s; `None`: no DVL.
     dvl_error_mps: Option<f64>,
     /// Longest time in a row during which nothing was suspect or unconfirmed, √(σx² + σy²) below 30 m (so that the app
@@ -52,6 +54,7 @@ impl Flight {
             second: 0,
             ship_error_m: [0.0; 2],
             heading_error_rad: 0.0,
+            pitch_error_rad: 0.0,
             dvl_error_mps: None,
             dishonest_s: 0,
             dishonest_now_s: 0,
@@ -69,7 +72,8 @@ impl Flight {
             self.navigator.predict(time_us, &CRUISE).unwrap();
             let (x, sensors, noise) = (&self.truth.x, &self.config.sensors, &mut self.noise);
             self.navigator.fuse(&Measurement::Depth { z_m: x[2] + sensors.depth_m * noise.normal() });
-            let euler_rad = noise.normals([x[3], x[4], x[5] + self.heading_error_rad], sensors.attitude_rad);
+            let mean = [x[3], x[4] + self.pitch_error_rad, x[5] + self.heading_error_rad];
+            let euler_rad = noise.normals(mean, sensors.attitude_rad);
             self.navigator.fuse(&Measurement::Attitude { euler_rad });
             let rates_radps = noise.normals([x[9], x[10], x[11]], sensors.rates_radps);
             self.navigator.fuse(&Measurement::Rates { rates_radps });
@@ -385,4 +389,25 @@ fn ranges_do_not_confirm_a_compass_that_stays_wrong() {
     flight.ranges(60);
     assert!(flight.navigator.unconfirmed_sigma(Sensor::Attitude) > 0.1);
     assert!(flight.dishonest_s <= 120, "{} s", flight.dishonest_s);
+}
+
+/// Pitch or heading contradicts the filter for two minutes and agrees again, deep or where the model does not hold.
+#[test]
+fn a_pitch_that_contradicts_at_the_surface_leaves_no_doubt() {
+    for (surfaced, pitch_rad, heading_rad, doubted) in
+        [(false, 0.4, 0.0, true), (true, 0.4, 0.0, false), (true, 0.0, 0.4, true), (true, 0.4, 0.4, true)]
+    {
+        let mut flight = Flight::new(16, [0.0; 2], [0.0; 2]);
+        flight.ranges(2);
+        let noise = flight.config.process_noise;
+        let surface = surfaced.then_some(SurfaceNoise { depth_m: 50.0, noise });
+        flight.navigator.reconfigure(&NavigationConfig { surface, ..flight.config }).unwrap();
+        (flight.pitch_error_rad, flight.heading_error_rad) = (pitch_rad, heading_rad);
+        flight.run(120);
+        (flight.pitch_error_rad, flight.heading_error_rad) = (0.0, 0.0);
+        flight.run(60);
+        assert!(!flight.suspect() && flight.navigator.recoveries(Sensor::Attitude) > 0);
+        let sigma = flight.navigator.unconfirmed_sigma(Sensor::Attitude);
+        assert_eq!(sigma > 0.0, doubted, "{surfaced} {pitch_rad} {heading_rad}: {sigma}");
+    }
 }
