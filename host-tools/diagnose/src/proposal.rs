@@ -94,6 +94,7 @@ impl ProposedTerm {
             }
             (Target::Reading(C::Depth), F::SurgeSquared) => "dynamic pressure at the depth cell".to_owned(),
             (Target::Reading(C::Depth), F::Time) => "tide, or a drifting depth cell".to_owned(),
+            (Target::Reading(C::Heading), F::Propeller) => "the motor's current turns the compass".to_owned(),
             (Target::Reading(C::Range), F::DistanceSquared) => {
                 "curved rays: the speed of sound is not the same at all depths".to_owned()
             }

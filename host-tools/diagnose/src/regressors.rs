@@ -411,7 +411,7 @@ pub fn dictionary(present: &[bool; ResidualChannel::COUNT]) -> Vec<GenericTerm> 
         (ResidualChannel::Depth, &[F::Time, F::SinPitch, F::SurgeSquared]),
         (ResidualChannel::Roll, &[F::One, F::Time]),
         (ResidualChannel::Pitch, &[F::Time, F::PitchRate]),
-        (ResidualChannel::Heading, &[F::Time, F::YawRate, F::SinTwoHeading, F::CosTwoHeading]),
+        (ResidualChannel::Heading, &[F::Time, F::YawRate, F::Propeller, F::SinTwoHeading, F::CosTwoHeading]),
         (ResidualChannel::P, &[F::Time]),
         (ResidualChannel::Q, &[F::Time]),
         (ResidualChannel::R, &[F::Time, F::YawRate]),
