@@ -140,6 +140,18 @@ fn val_curved_rays_are_not_taken_for_sound_speed_or_clocks() {
     }
 }
 
+/// With steps of speed the motor's current at the compass is no constant of the compass.
+#[test]
+fn val_a_compass_turned_by_the_motor_is_not_taken_for_a_bias() {
+    let d = diagnose(&["compass_crosstalk:rad_s2=-3e-6"], 75, |spec| {
+        (spec.shape, spec.duration_s) = (Shape::Excite, 1800.0);
+    });
+    assert_eq!(d.verdict, Verdict::Unexplained, "{:?}", d.effects);
+    assert_eq!(d.proposed[0].term.name(), "heading reading ∝ n|n|");
+    let [low, high] = d.proposed[0].ci95;
+    assert!((low..=high).contains(&-3e-2), "{low} {high}");
+}
+
 #[test]
 fn what_is_in_no_entry_is_unexplained() {
     let d = diagnose(&["heave_surge:n_s2_per_m2=150"], 71, |_| {});
