@@ -104,7 +104,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         structure_remains,
         exceeds_noise,
         generic_terms_fit_better: has_doubtful_effects
-            && generic_is_better(against_declared.as_ref()?, accepted.len(), explained),
+            && generic_is_better(log_data, against_declared.as_ref()?, accepted.len(), explained),
         is_coloured: whiteness_p(&whitenesses) < LEAST_WHITENESS_P,
         has_effects: !(found.is_empty() && noise_effects.is_empty()),
         has_alternatives: found.iter().any(|found| found.possible_alternatives().next().is_some()),
@@ -159,17 +159,28 @@ fn exceeds_noise(pass: &Pass) -> bool {
     sum.square > count * (1.0 + SLACK) + SIGMAS * (2.0 * count).sqrt()
 }
 /// By how much as many generic terms as entries must explain more to take their place: chance gives them no more than
-/// this where the entries are right.
+/// this where the entries are right. Beside large effects it is what is tolerated of any structure: an entry's
+/// derivative acts on the innovations' variance as well, a generic term's does not.
 const BETTER: f64 = 10.0;
 /// What fewer generic terms than entries may explain less and still take their place: a number and a part.
 const WORSE: (f64, f64) = (10.0, 0.005);
 
 /// Whether as many generic terms explain more than the entries, or fewer as much: then the entries stand in for
-/// something that is not theirs.
-fn generic_is_better(alternative: &Structure, accepted: usize, explained: f64) -> bool {
-    let gain = |terms: usize| alternative.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
-    let is_simpler = accepted > 1 && gain(accepted - 1) > explained - WORSE.0 - WORSE.1 * explained;
-    is_simpler || gain(accepted) > explained + BETTER
+/// something that is not theirs. A derivative promises more than a large effect explains: terms that seem better are
+/// fitted before they count.
+fn generic_is_better(log_data: &mut PreparedLog, alternative: &Structure, accepted: usize, explained: f64) -> bool {
+    let explain_more = |gain: f64| gain > explained + BETTER.max(tolerated(explained));
+    let explain_as_much = |gain: f64| gain > explained - WORSE.0 - WORSE.1 * explained;
+    let promised = |terms: usize| alternative.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
+    let declared = log_data.declared.normal.sum(|_| true).square;
+    let mut fitted = |terms: usize| {
+        let hints = alternative.hints.iter().take(terms).cloned().collect();
+        let fit = proposal::fit(log_data, &Structure { hints, ..Structure::default() });
+        fit.map_or(0.0, |(_, pass)| declared - pass.normal.sum(|_| true).square)
+    };
+    let fewer = accepted - 1;
+    (fewer > 0 && explain_as_much(promised(fewer)) && explain_as_much(fitted(fewer)))
+        || (explain_more(promised(accepted)) && explain_more(fitted(accepted)))
 }
 
 /// Alternatives to every accepted effect; one that explains more takes the effect's place.
