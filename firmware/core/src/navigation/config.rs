@@ -214,8 +214,7 @@ impl NavigationConfig {
 }
 
 impl NavigationConfig {
-    /// Whether a depth, m, is so small that the hydrodynamics of the model do not hold. Nothing is learnt of them there:
-    /// a vehicle that hangs at the surface with its fins hard over would otherwise pass for one with a weak propeller.
+    /// Whether a depth, m, is so small that the hydrodynamics of the model do not hold.
     pub(super) fn is_at_surface(&self, depth_m: f64) -> bool {
         self.surface.is_some_and(|surface| depth_m < surface.depth_m)
     }

@@ -51,6 +51,8 @@ const OTHERS: usize = 2;
 const NOMINAL: usize = 0;
 /// As the main filter, with a steady current.
 const STEADY: usize = 1;
+/// The main filter.
+const MAIN: usize = OTHERS;
 
 /// Most that a steady current walks, m/s/√s: 1 mm/s in three hours. A walk five times larger lets the position stray by
 /// 2 m within half an hour.
@@ -115,11 +117,11 @@ impl Navigator {
     /// # Errors
     /// The first value out of range, or a vehicle that its effects do not fit; the filter is then as it was.
     pub fn configure(&mut self, config: &NavigationConfig, model: &VehicleModel) -> Result<(), ConfigError> {
-        self.main.configure(&of_main(config), model)?;
+        with_config(MAIN, config, |own| self.main.configure(own, model))?;
         for (k, member) in self.others.iter_mut().enumerate() {
             member.runs = false;
             if config.bank {
-                member.filter.configure(&of_member(k, config), model)?;
+                with_config(k, config, |own| member.filter.configure(own, model))?;
             }
         }
         self.mix();
@@ -135,9 +137,9 @@ impl Navigator {
         if config.bank != self.main.config().bank {
             return Err(ConfigError::LayoutChange);
         }
-        self.main.reconfigure(&of_main(config))?;
+        with_config(MAIN, config, |own| self.main.reconfigure(own))?;
         let mut others = self.others.iter_mut().enumerate().filter(|_| config.bank);
-        others.try_for_each(|(k, member)| member.filter.reconfigure(&of_member(k, config)))
+        others.try_for_each(|(k, member)| with_config(k, config, |own| member.filter.reconfigure(own)))
     }
 
     /// Adopts another vehicle while running.
@@ -397,24 +399,18 @@ impl Navigator {
     }
 }
 
-/// The configuration of the main filter.
-fn of_main(config: &NavigationConfig) -> NavigationConfig {
-    let mut main = *config;
-    if config.bank {
-        main.effect_states.add_tide();
-    }
-    main
-}
-
-/// The configuration of a member of the bank.
-fn of_member(k: usize, config: &NavigationConfig) -> NavigationConfig {
-    // in place: a temporary for each member would be a kilobyte more of stack
+/// The configuration of a member of the bank. Not inlined: each copy would take a kilobyte of stack.
+#[inline(never)]
+fn with_config<T>(k: usize, config: &NavigationConfig, adopt: impl FnOnce(&NavigationConfig) -> T) -> T {
+    // in place, for the same reason
     let mut member = *config;
     match k {
         NOMINAL => (member.effect_states, member.noise_factor) = (EffectStates::NONE, [1.0; 6]),
-        _ => member.effect_states.limit_current_walk(STEADY_WALK),
+        STEADY => member.effect_states.limit_current_walk(STEADY_WALK),
+        _ if config.bank => member.effect_states.add_tide(),
+        _ => {}
     }
-    member
+    adopt(&member)
 }
 
 impl Deref for Navigator {

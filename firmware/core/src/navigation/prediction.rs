@@ -12,6 +12,11 @@ use crate::state::{self, VEHICLE_STATES, X, Y, Z};
 const STEP_US: u64 = 100_000;
 /// Most steps of one call.
 const MOST_STEPS: u64 = 600;
+/// Elevators beyond this are hard over, rad: two thirds of what they can.
+const HARD_OVER_RAD: f64 = 0.23;
+/// Noise of the surge of a vehicle that is held at the surface, m/s²/√Hz: it swims up to 0.4 m/s more slowly than the
+/// model says, within some seconds.
+const HELD_SURGE: f64 = 0.2;
 /// Longest gap that one call of [`Filter::predict`] crosses, µs: the steps are then 1 s long. Over
 /// longer gaps a linearised model and its covariance mean nothing.
 pub const MAX_GAP_US: u64 = 600_000_000;
@@ -86,10 +91,11 @@ impl Filter {
     #[doc(hidden)]
     pub fn discretise(&mut self, step_s: f64, input: &ActuatorInput) {
         self.step.effect_count = 0;
+        let is_held = self.is_held_at_surface(input);
         let linearisation = match (self.config.process_model, &self.model) {
             (ProcessModel::Dynamic, Some(model)) => {
                 let linearisation = model.linearise(&self.x.vehicle, input);
-                if self.effects.accelerate() && !self.config.is_at_surface(self.x.vehicle[Z]) {
+                if self.effects.accelerate() && !is_held {
                     let acceleration = state::velocity(&linearisation.f);
                     self.effects.accelerations(model, input, &acceleration, &self.config, &self.x, &mut self.step);
                 }
@@ -97,11 +103,18 @@ impl Filter {
             }
             _ => kinematic_linearise(&self.x.vehicle),
         };
-        self.step.compute(
-            &linearisation,
-            &self.config.psd_at(self.x.vehicle[Z], self.monitor.waves.sea_factor()),
-            step_s,
-        );
+        let mut psd = self.config.psd_at(self.x.vehicle[Z], self.monitor.waves.sea_factor());
+        if is_held {
+            psd[0] = psd[0].max(HELD_SURGE * HELD_SURGE);
+        }
+        self.step.compute(&linearisation, &psd, step_s);
+    }
+
+    /// Whether the elevators are hard over and the vehicle is at the surface all the same, of which the model knows
+    /// nothing: it would pass for one with a weak propeller.
+    fn is_held_at_surface(&self, input: &ActuatorInput) -> bool {
+        let [.., port, starboard] = input.fins_rad;
+        port.abs().min(starboard.abs()) > HARD_OVER_RAD && self.config.is_at_surface(self.x.vehicle[Z])
     }
 
     /// State and covariance over the step last discretised. Public for the cost table only.
