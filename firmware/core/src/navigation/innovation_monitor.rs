@@ -134,9 +134,9 @@ struct Source {
     by_current: bool,
     /// The sigma of the current has grown for this suspicion.
     current_open: bool,
-    /// Scalars that leave a doubt: all, but for an attitude that contradicted at the surface its heading alone, if that
-    /// did.
-    doubted: [bool; 3],
+    /// Scalars that leave no doubt: of an attitude that contradicted at the surface, roll and pitch, and heading unless
+    /// it contradicted itself. Of other sources none.
+    excused: [bool; 3],
     /// Worst innovations of the row of exceedances, by scalar.
     worst: [f64; 3],
     /// Least one sigma by scalar while the source is unconfirmed; 0 otherwise.
@@ -160,7 +160,7 @@ impl Source {
         variance: 0.0,
         by_current: false,
         current_open: false,
-        doubted: [true; 3],
+        excused: [false; 3],
         worst: [0.0; 3],
         floor: [0.0; 3],
         recoveries: 0,
@@ -178,8 +178,8 @@ impl Source {
         self.suspect = false;
         self.exceedances = 0;
         self.grow_anew();
-        for (floor, (worst, doubted)) in self.floor.iter_mut().zip(self.worst.iter().zip(self.doubted)) {
-            if doubted {
+        for (floor, (worst, excused)) in self.floor.iter_mut().zip(self.worst.iter().zip(self.excused)) {
+            if !excused {
                 *floor = floor.max(UNCONFIRMED * worst).min(largest_sigma(sensor));
             }
         }
@@ -312,7 +312,7 @@ impl InnovationMonitor {
             (source.variance, source.current_open) = (variance, false);
             let [.., heading] = source.worst;
             let turned = heading * heading > EXCEEDANCE * self.sigma * self.sigma * variance;
-            source.doubted = if surfaced && sensor == Sensor::Attitude { [false, false, turned] } else { [true; 3] };
+            source.excused = if surfaced && sensor == Sensor::Attitude { [true, true, !turned] } else { [false; 3] };
             let carried = 1.0e-6 * time_us.saturating_sub(source.since_us) as f64 * growth(Sensor::Range);
             let [worst, ..] = source.worst;
             source.by_current = worst * worst <= CURRENT * CURRENT * (variance + carried * carried);
