@@ -28,6 +28,8 @@ pub struct Filter {
     pub(super) x: Estimate,
     pub(super) p: Covariance,
     pub(super) monitor: InnovationMonitor,
+    /// The vehicle has lain at the surface with its elevators hard over for this time, s.
+    pub(super) held_s: f64,
     /// What the declared model lacks.
     pub(super) effects: Effects,
     /// Scratch of the prediction.
@@ -53,6 +55,7 @@ impl Filter {
             x: Estimate::new(),
             p: Covariance::new(),
             monitor: InnovationMonitor::new(),
+            held_s: 0.0,
             effects: Effects::new(),
             step: Discretisation::new(),
             observations: Observations::new(),
@@ -173,6 +176,7 @@ impl Filter {
         }
         self.effects.restart();
         self.monitor = InnovationMonitor::new();
+        self.held_s = 0.0;
         self.time_us = time_us;
         self.failure = None;
         self.initialised = true;
@@ -334,7 +338,7 @@ impl Filter {
     /// Variance of the depth by waves, which the filter takes as noise of the depth cell, m².
     #[must_use]
     pub fn wave_variance(&self) -> f64 {
-        if self.monitor.waves.have_refused(Sensor::Depth) { self.monitor.waves.variance(Sensor::Depth, 0) } else { 0.0 }
+        if self.monitor.waves.have_refused(Sensor::Depth) { self.monitor.waves.variance(Sensor::Depth) } else { 0.0 }
     }
 
     /// Whether one sensor and the filter contradict each other. The sensor is then not fused, and the states that it

@@ -98,9 +98,8 @@ impl Filter {
         }
         let waves = self.monitor.waves.have_refused(sensor);
         if waves {
-            for (axis, item) in self.observations.as_mut_slice().iter_mut().enumerate() {
-                item.variance += self.monitor.waves.variance(sensor, axis);
-            }
+            let by_waves = self.monitor.waves.variance(sensor);
+            self.observations.as_mut_slice().iter_mut().for_each(|item| item.variance += by_waves);
         }
         let mut variance = self.project(0);
         let ratio = self.worst_test_ratio(variance);

@@ -5,7 +5,7 @@
 //! sigma it is refused. Beyond [`EXCEEDANCE`] of the gate (three sigmas of five) it is used and counted as an
 //! *exceedance*; a smaller innovation ends the run of exceedances.
 //!
-//! `exceedances` of them in a row, over at least [`EXCEEDANCES_US`], mean that the source or the filter is wrong. The
+//! `exceedances` of them in a row, over at least [`EXCEEDANCES_US`] (in waves [`WAVED_EXCEEDANCES_US`]), mean that the source or the filter is wrong. The
 //! source is then **suspect**:
 //!
 //! - Nothing of it is used. One sigma of the states that it observes grows by [`growth`] per second, the rate at which
@@ -40,8 +40,10 @@ use super::waves::Waves;
 
 /// Share of the gate's variance beyond which a measurement is an exceedance: (3/5)², three sigmas of the default five.
 pub(super) const EXCEEDANCE: f64 = 0.36;
-/// A row of exceedances lasts at least this long, µs: a DVL on a fish, or a depth cell in a wave, is over by then.
+/// A row of exceedances lasts at least this long, µs: a DVL on a fish is over by then.
 const EXCEEDANCES_US: u64 = 2_000_000;
+/// The same of a sensor whose readings waves move, µs: half a swell of 10 s.
+const WAVED_EXCEEDANCES_US: u64 = 5_000_000;
 /// Least sigma of what an unconfirmed source positions, by the difference: three of it cover that along one line of
 /// sight, and a fifth more for what lay across.
 const UNCONFIRMED: f64 = 0.4;
@@ -304,7 +306,8 @@ impl InnovationMonitor {
         if sensor == Sensor::Range {
             self.agreed_us = 0;
         }
-        let lasts = time_us.saturating_sub(source.since_us) >= EXCEEDANCES_US;
+        let least_us = if self.waves.move_readings(sensor) { WAVED_EXCEEDANCES_US } else { EXCEEDANCES_US };
+        let lasts = time_us.saturating_sub(source.since_us) >= least_us;
         if !source.suspect && lasts && source.exceedances >= most {
             source.suspect = true;
             source.doubt_us = 0;

@@ -3,10 +3,10 @@
 use super::filter::Filter;
 use super::layout::{EFFECTS, SHIP_VELOCITY};
 use super::propagation::{propagate_double_integrator, propagate_vehicle};
-use super::{LinearStep, NavigationError, Observer, ProcessModel};
+use super::{LinearStep, NavigationError, Observer, ProcessModel, SurfaceNoise};
 use crate::dynamics::{ActuatorInput, kinematic_linearise};
 use crate::effects::Step;
-use crate::state::{self, VEHICLE_STATES, X, Y, Z};
+use crate::state::{self, THETA, VEHICLE_STATES, X, Y, Z};
 
 /// Longest step while the gap is at most [`MOST_STEPS`] of them, µs.
 const STEP_US: u64 = 100_000;
@@ -14,9 +14,10 @@ const STEP_US: u64 = 100_000;
 const MOST_STEPS: u64 = 600;
 /// Elevators beyond this are hard over, rad: two thirds of what they can.
 const HARD_OVER_RAD: f64 = 0.23;
-/// Noise of the surge of a vehicle that is held at the surface, m/s²/√Hz: it swims up to 0.4 m/s more slowly than the
-/// model says, within some seconds.
-const HELD_SURGE: f64 = 0.2;
+/// A nose that is down by more dives, rad.
+const NOSE_DOWN_RAD: f64 = 0.1;
+/// A hull that dives has its nose down before, s.
+const HELD_S: f64 = 3.0;
 /// Longest gap that one call of [`Filter::predict`] crosses, µs: the steps are then 1 s long. Over
 /// longer gaps a linearised model and its covariance mean nothing.
 pub const MAX_GAP_US: u64 = 600_000_000;
@@ -78,6 +79,7 @@ impl Filter {
         {
             self.effects.retune(model, t_s, &self.config, &self.x);
         }
+        self.held_s = if self.lies_at_surface(input) { self.held_s + step_s } else { 0.0 };
         if self.effects.actuate() {
             let input = self.effects.actuated(input, &Step { t_s, h_s: step_s }, &self.config, &self.x);
             self.discretise(step_s, &input);
@@ -91,11 +93,11 @@ impl Filter {
     #[doc(hidden)]
     pub fn discretise(&mut self, step_s: f64, input: &ActuatorInput) {
         self.step.effect_count = 0;
-        let is_held = self.is_held_at_surface(input);
+        let is_held = self.held_s > HELD_S;
         let linearisation = match (self.config.process_model, &self.model) {
-            (ProcessModel::Dynamic, Some(model)) => {
+            (ProcessModel::Dynamic, Some(model)) if !is_held => {
                 let linearisation = model.linearise(&self.x.vehicle, input);
-                if self.effects.accelerate() && !is_held {
+                if self.effects.accelerate() {
                     let acceleration = state::velocity(&linearisation.f);
                     self.effects.accelerations(model, input, &acceleration, &self.config, &self.x, &mut self.step);
                 }
@@ -103,18 +105,22 @@ impl Filter {
             }
             _ => kinematic_linearise(&self.x.vehicle),
         };
-        let mut psd = self.config.psd_at(self.x.vehicle[Z], self.monitor.waves.sea_factor());
-        if is_held {
-            psd[0] = psd[0].max(HELD_SURGE * HELD_SURGE);
-        }
+        let psd = if is_held {
+            SurfaceNoise::KINEMATIC.noise.psd()
+        } else {
+            self.config.psd_at(self.x.vehicle[Z], self.monitor.waves.sea_factor())
+        };
         self.step.compute(&linearisation, &psd, step_s);
     }
 
-    /// Whether the elevators are hard over and the vehicle is at the surface all the same, of which the model knows
-    /// nothing: it would pass for one with a weak propeller.
-    fn is_held_at_surface(&self, input: &ActuatorInput) -> bool {
+    /// Whether the elevators are hard over and the vehicle lies at the surface all the same. If that lasts, the surface
+    /// holds it. The model knows of no surface: it would turn and slow down the hull, which would pass for one with a
+    /// weak propeller. The kinematic model takes its place.
+    fn lies_at_surface(&self, input: &ActuatorInput) -> bool {
         let [.., port, starboard] = input.fins_rad;
-        port.abs().min(starboard.abs()) > HARD_OVER_RAD && self.config.is_at_surface(self.x.vehicle[Z])
+        port.abs().min(starboard.abs()) > HARD_OVER_RAD
+            && self.x.vehicle[THETA] > -NOSE_DOWN_RAD
+            && self.config.is_at_surface(self.x.vehicle[Z])
     }
 
     /// State and covariance over the step last discretised. Public for the cost table only.

@@ -92,10 +92,18 @@ impl Waves {
         self.refused_us != [0; 2] && waved(sensor).is_some_and(|(place, _)| self.refused_us.get(place) != Some(&0))
     }
 
-    /// Variance of a reading by waves, of one scalar.
-    pub(super) fn variance(&self, sensor: Sensor, axis: usize) -> f64 {
-        let window = waved(sensor).and_then(|(_, windows)| self.windows.get(windows)?.get(axis));
-        window.map_or(0.0, |window| window.alternating().min(WAVES_VARIANCE))
+    /// Variance of a reading by waves, of each scalar: the water moves in circles, so that whichever axis of a DVL has
+    /// seen them least sees them most after a turn or a dive.
+    pub(super) fn variance(&self, sensor: Sensor) -> f64 {
+        let windows = waved(sensor).and_then(|(_, windows)| self.windows.get(windows));
+        let most = windows.into_iter().flatten().map(Window::alternating).fold(0.0, f64::max);
+        most.min(WAVES_VARIANCE)
+    }
+
+    /// Whether there are waves, by the innovations of depth cell or DVL, that move the readings of this sensor.
+    pub(super) fn move_readings(&self, sensor: Sensor) -> bool {
+        let seen = |sensor| self.have_refused(sensor) && self.variance(sensor) > 0.0;
+        waved(sensor).is_some() && (self.sea.log_factor > 0.0 || seen(Sensor::Depth) || seen(Sensor::BottomTrack))
     }
 
     /// A reading was refused: from now on what alternates counts as noise of depth cell or DVL.
@@ -111,7 +119,7 @@ impl Waves {
     pub(super) fn learn(&mut self, sensor: Sensor, axis: usize, time_us: u64, innovation: f64, variance: f64) {
         let Some((place, windows)) = waved(sensor) else { return };
         let most = WAVES_CLIP * libm::sqrt(variance);
-        let without = variance - self.variance(sensor, axis);
+        let without = variance - self.variance(sensor);
         let Some(windows) = self.windows.get_mut(windows) else { return };
         if let Some(window) = windows.get_mut(axis) {
             window.take(WAVES_S, time_us, innovation.max(-most).min(most), without);
