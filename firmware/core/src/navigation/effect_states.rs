@@ -86,9 +86,9 @@ pub struct EffectStates {
     states: [Option<EffectState>; MAX_EFFECTS],
 }
 
-/// Rate of change of a tidal current, m/s², and its walk, m/s²/√s. A rotary tide of 0.15 m/s changes by 2e-5 m/s² at
-/// most, and that rate turns once in 12.4 h.
-const TIDE: [f64; 2] = [1.0e-5, 5.0e-8];
+/// Rate of change of a tidal current, m/s², and its walk, m/s²/√s. A rotary tide of 0.15 m/s and 12.4 h changes by
+/// 1.5e-5 m/s² along each axis, root mean square, and that rate by as much in a quarter of its period.
+const TIDE: [f64; 2] = [1.5e-5, 1.0e-7];
 
 impl EffectStates {
     /// None.
