@@ -58,8 +58,8 @@ fn too_short_a_log_separates_little_and_says_so() {
     let estimates: Vec<StateEstimate> = navigator.estimates().collect();
     assert_eq!(estimates.len(), 20);
     for estimate in &estimates {
-        // a walk adds up to 2e-3 of the prior in two minutes
-        assert!(estimate.sigma <= estimate.prior_sigma * 1.002 && estimate.correlation <= 1.0, "{estimate:?}");
+        // a walk, that of the tide, adds up to 2.7e-3 of the prior in two minutes
+        assert!(estimate.sigma <= estimate.prior_sigma * 1.003 && estimate.correlation <= 1.0, "{estimate:?}");
     }
     let separable = |name| estimates.iter().find(|estimate| estimate.parameter.name() == name).unwrap().is_separable();
     // Two minutes at one speed: neither the mass nor a compass that is off by a constant.
@@ -93,18 +93,18 @@ fn the_next_dive_starts_from_what_was_learnt_of_the_vehicle() {
     assert!(summed(&second) < summed(&first));
 }
 
-/// A hull that lies at the surface with its elevators hard over, at a speed that the model would brake. It is no proof
+/// A hull that lies at the surface with its elevators hard over swims at two thirds of its speed. It is no proof
 /// of a weak propeller, nor of a current.
 #[test]
 fn a_vehicle_that_the_surface_holds_teaches_no_wrong_propeller() {
-    const SPEED_MPS: f64 = 1.6;
+    const SPEED_MPS: f64 = 0.65;
     let mut navigator = navigator(&robust(|_| {}));
     let mut surfaced = initial();
-    surfaced.state[2] = 0.1;
+    (surfaced.state[2], surfaced.state[6]) = (0.1, SPEED_MPS);
     navigator.initialise(0, &surfaced).unwrap();
     let [x_m, y_m] = [surfaced.state[0], surfaced.state[1]];
     let heading_rad = surfaced.state[5];
-    let input = ActuatorInput { propeller_radps: 190.0, fins_rad: [0.0, 0.0, -0.346, -0.346] };
+    let input = ActuatorInput { propeller_radps: 106.0, fins_rad: [0.0, 0.0, -0.346, -0.346] };
     for k in 1..=600_u64 {
         navigator.predict(k * 100_000, &input).unwrap();
         navigator.fuse(&Measurement::Depth { z_m: 0.1 });
@@ -119,7 +119,10 @@ fn a_vehicle_that_the_surface_holds_teaches_no_wrong_propeller() {
     let speed_mps = navigator.state()[6] + current_north * heading_rad.cos() + current_east * heading_rad.sin();
     // fixes of 1.5 m a second, and a speed that may change by 0.2 m/s in a second
     assert!((speed_mps - SPEED_MPS).abs() < 0.2, "{speed_mps}");
-    for estimate in navigator.estimates().filter(|estimate| estimate.parameter.is_of_the_vehicle()) {
+    // three seconds, in which it may still dive, have taught a little
+    for estimate in
+        navigator.estimates().filter(|estimate| ["m11", "d11", "beta5"].contains(&estimate.parameter.name()))
+    {
         assert!(estimate.value.abs() < 2.0 * estimate.prior_sigma, "{estimate:?}");
     }
 }
