@@ -12,12 +12,12 @@ use std::path::Path;
 
 /// A file and what it is.
 pub struct Other {
-    pub file: String,
-    pub what: &'static str,
+    file: String,
+    what: &'static str,
     /// Lines of text.
-    pub facts: Vec<String>,
+    facts: Vec<String>,
     /// What to do with it.
-    pub next: &'static str,
+    next: &'static str,
 }
 
 impl Other {
@@ -40,7 +40,8 @@ impl Other {
 /// A file that says what it is and is broken.
 pub fn describe(path: &Path) -> anyhow::Result<Option<Other>> {
     if path.extension().is_some_and(|extension| extension == "toml") {
-        return Ok(Some(settings::describe(path)?));
+        let (what, facts, next) = settings::describe(path)?;
+        return Ok(Some(Other { file: path.display().to_string(), what, facts, next }));
     }
     if is_session(path)? {
         return Ok(Some(session(path)?));

@@ -1,7 +1,6 @@
 //! Files of settings, all of them TOML: which of them a file is shows in the names at its top; its own reader then
 //! says what is in it, or what is wrong with it.
 
-use super::other::Other;
 use super::report::span;
 use crate::mission::file as mission;
 use crate::topside::config as topside;
@@ -30,11 +29,14 @@ const NAMES: [(Kind, &[&str]); 5] = [
     (Kind::Vehicle, &["app", "manoeuvring", "effects"]),
 ];
 
-/// What a file of settings is, and which command takes it.
+/// What it is, facts, and what to do with it.
+type Described = (&'static str, Vec<String>, &'static str);
+
+/// What a file of settings is, facts about it, and which command takes it.
 ///
 /// # Errors
 /// A file that says what it is and is broken, or says nothing.
-pub fn describe(path: &Path) -> anyhow::Result<Other> {
+pub fn describe(path: &Path) -> anyhow::Result<Described> {
     let text = backseat_data::settings::read(path)?;
     let kind = match text.trim_start_matches('\u{feff}').parse::<toml::Table>() {
         Ok(table) => {
@@ -51,18 +53,14 @@ pub fn describe(path: &Path) -> anyhow::Result<Other> {
                        topside's configuration";
         return Err(DataError::file(path, message).into());
     };
-    let (what, facts, next) = match kind {
+    Ok(match kind {
         Kind::Mapping => mapping(path)?,
         Kind::Topside => topside(path)?,
         Kind::Scenario => scenario(path)?,
         Kind::Mission => mission(path)?,
         Kind::Vehicle => vehicle(path)?,
-    };
-    Ok(Other { file: path.display().to_string(), what, facts, next })
+    })
 }
-
-/// What it is, facts, and what to do with it.
-type Described = (&'static str, Vec<String>, &'static str);
 
 fn mapping(path: &Path) -> Result<Described, DataError> {
     let map = ColumnMap::read(path)?;
