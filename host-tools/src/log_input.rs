@@ -12,7 +12,7 @@ use std::time::Instant;
 pub struct LogInput {
     /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, hms) and base (start
     /// or epoch), and for each column of the vehicle log, such as `[columns.depth_m]`, its column, unit, sign, scale,
-    /// offset
+    /// offset. For the commands in a ROS 2 bag the same with topics as columns
     #[arg(long = "columns", value_name = "MAP.toml")]
     map: Option<PathBuf>,
     /// Refuse a log whose units, signs or times look wrong, instead of warning

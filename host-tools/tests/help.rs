@@ -71,6 +71,63 @@ fn every_command_has_help_an_example_and_json() {
     }
 }
 
+/// Whatever the outcome, stdout has one object and nothing else; where there is no result, as of a file that is no log,
+/// it has nothing, and stderr says why.
+#[test]
+fn json_is_one_object() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let samples = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/guide/samples");
+    let host_tools = env!("CARGO_MANIFEST_DIR");
+    std::fs::write(at("useless.csv"), "t_s,depth_m\n0,1\n1,1.5\n").unwrap();
+    let header = "t_s,gps_x_m,gps_y_m,roll_rad,pitch_rad,heading_rad,dvl_u_mps,dvl_v_mps,dvl_w_mps\n0,0,0,0,0,0,,,\n";
+    let absurd: String = (1..9).map(|t| format!("{t},,,1e300,1e300,1e300,1e300,1e300,1e300\n")).collect();
+    std::fs::write(at("absurd.csv"), header.to_owned() + &absurd).unwrap();
+    std::fs::write(at("moment.csv"), header).unwrap();
+    let [flight, reset, data] = ["flight", "reset", "data"].map(at);
+    let [session, log, vehicle] = ["flight/session.mcap", "data/log.csv", "data/vehicle.toml"].map(at);
+    for (line, code) in [
+        (format!("sim run --minutes 2 --out {flight}"), 0),
+        // ends before its mission does
+        (format!("sim run {samples}/reset.toml --out {reset}"), 3),
+        (format!("sim dataset --effect random --seed 1 --hours 0.1 --out {data}"), 0),
+        (format!("sim dataset --effect random --seed 1 --hours 0.1 --out {data}"), 1),
+        ("sim dataset --list".to_owned(), 0),
+        ("sim faults --only dvl_scale --runs 1 --minutes 2".to_owned(), 0),
+        ("sim faults --random 1 --minutes 2".to_owned(), 0),
+        (format!("info {session}"), 0),
+        (format!("info {log}"), 0),
+        (format!("info {vehicle}"), 0),
+        (format!("info {}", at("useless.csv")), 3),
+        (format!("map {samples}/other_maker.csv.gz"), 0),
+        (format!("vehicle check {vehicle}"), 0),
+        (format!("navigate {log} --smooth"), 0),
+        (format!("navigate {}", at("moment.csv")), 0),
+        (format!("navigate {}", at("absurd.csv")), 1),
+        (format!("identify {samples}/iver_survey.csv.gz"), 0),
+        (format!("diagnose {samples}/iver_survey.csv.gz"), 0),
+        (format!("diagnose {}", at("useless.csv")), 1),
+        (format!("bench {log}"), 0),
+        (format!("replay {session}"), 0),
+        (format!("export {session} --csv {}", at("tables")), 0),
+        (format!("topside {host_tools}/data/examples/topside.toml --check"), 0),
+        ("effect list".to_owned(), 0),
+        ("effect show heading_bias".to_owned(), 0),
+        ("reproduce figure-3.5 --runs 1".to_owned(), 0),
+        (format!("check {}", at("no-such-port")), 1),
+    ] {
+        let words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+        let (found, stdout, stderr) = backseat(&words, &["--json"]);
+        assert_eq!(found, Some(code), "{line}: {stderr}");
+        if code == 1 {
+            assert!(stdout.is_empty() && stderr.contains("error: "), "{line}: {stdout}{stderr}");
+        } else {
+            let object: Result<serde_json::Map<String, serde_json::Value>, _> = serde_json::from_str(&stdout);
+            assert!(object.is_ok_and(|object| !object.is_empty()), "{line}: {stdout}");
+        }
+    }
+}
+
 #[test]
 fn bad_usage_is_told() {
     for words in leaves(&[]) {

@@ -95,18 +95,45 @@ fn other_files_are_named() {
     survey(at, "log.csv", 1.0, 1.0);
     std::fs::write(at.join("v.toml"), include_str!("../data/vehicles/iver3.toml")).unwrap();
     std::fs::write(at.join("m.toml"), "[time]\ncolumn = \"t\"\n[columns.depth_m]\ncolumn = \"z\"\n").unwrap();
-    for (file, what) in [
-        ("flight/session.mcap", "session or board log"),
-        ("flight/truth.csv", "truth"),
-        ("v.toml", "vehicle file"),
-        ("m.toml", "column mapping"),
+    std::fs::write(at.join("iver3.toml"), include_str!("../data/vehicles/iver3.toml")).unwrap();
+    std::fs::write(at.join("s.toml"), include_str!("../../hil-sim/scenarios/survey.toml")).unwrap();
+    std::fs::write(at.join("ship.toml"), include_str!("../data/examples/topside.toml")).unwrap();
+    let waypoint = "[[mission.waypoints]]\nx_m = 10.0\ny_m = 0.0\ndepth_m = 3.0\nspeed_mps = 1.0\n";
+    std::fs::write(at.join("mission.toml"), waypoint).unwrap();
+    for (file, what, next) in [
+        ("flight/session.mcap", "session or board log", "backseat export"),
+        ("flight/truth.csv", "truth", "backseat navigate LOG --truth"),
+        ("v.toml", "vehicle file", "backseat vehicle check"),
+        ("m.toml", "column mapping", "backseat info LOG --columns"),
+        ("s.toml", "scenario", "backseat sim run"),
+        ("mission.toml", "mission", "backseat mission put"),
+        ("ship.toml", "configuration of topside", "backseat topside"),
     ] {
         let output = backseat(at, &["info", file]);
         let printed = text(&output.stdout);
         assert!(
-            output.status.success() && printed.starts_with(&format!("{file}: {what}\n")),
+            output.status.success() && printed.starts_with(&format!("{file}: {what}\n")) && printed.contains(next),
             "{printed}{}",
             text(&output.stderr)
+        );
+    }
+    // broken, each is told by its own reader; what is none of them by name
+    for (file, from, to, complaint) in [
+        ("s.toml", "duration_s = 12_000.0", "duration_min = 200.0", "duration_min"),
+        ("mission.toml", "depth_m", "depth_ft", "mission.toml:4:1: "),
+        ("ship.toml", "[ports]", "[port]", "ship.toml:"),
+        ("v.toml", "mass_kg", "mass_lb", "mass_lb"),
+        ("m.toml", "", "[package]\nname = \"x\"\n", "none of the files that a command takes: vehicle file, scenario"),
+    ] {
+        let good = std::fs::read_to_string(at.join(file)).unwrap();
+        assert!(good.contains(from), "{file}: {from}");
+        std::fs::write(at.join(file), if from.is_empty() { to.to_owned() } else { good.replacen(from, to, 1) })
+            .unwrap();
+        let output = backseat(at, &["info", file]);
+        let printed = text(&output.stderr);
+        assert!(
+            output.status.code() == Some(1) && printed.contains(complaint) && printed.lines().count() == 1,
+            "{printed}"
         );
     }
     assert_eq!(backseat(at, &["info", "nothing.csv"]).status.code(), Some(1));

@@ -22,7 +22,7 @@ impl Scenario {
     /// # Errors
     /// Whatever is wrong with either, in one line with file, line, column and key.
     pub fn load(path: &Path) -> Result<Self, DataError> {
-        let text = std::fs::read_to_string(path).map_err(|error| DataError::io(path, &error))?;
+        let text = backseat_data::settings::read(path)?;
         let settings = Settings::parse(&text, path)?;
         let vehicle_path = path.parent().unwrap_or(Path::new("")).join(&settings.vehicle);
         if !vehicle_path.is_file() {

@@ -15,6 +15,7 @@ pub mod manoeuvring;
 pub mod output;
 pub mod report;
 pub mod session;
+pub mod settings;
 pub mod smoother;
 pub mod stats;
 pub mod track;

@@ -88,7 +88,7 @@ impl Terms {
 
     /// Reads a file.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+        let text = backseat_data::settings::read(path)?;
         let terms: Self = toml::from_str(&text).with_context(|| path.display().to_string())?;
         if terms.is_empty() {
             bail!(

@@ -2,6 +2,7 @@
 
 mod other;
 mod report;
+mod settings;
 
 use crate::log_input::LogInput;
 use crate::outcome::Outcome;
@@ -25,7 +26,8 @@ the exit code is then 3, of what is suspicious with --strict 1. The three comman
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Any file that a command reads: log, session, board log, vehicle file, truth
+    /// Any file that a command reads: log, session, board log, vehicle file, scenario, mission, mapping, topside's
+    /// configuration, truth
     file: PathBuf,
     #[command(flatten)]
     input: LogInput,

@@ -1,9 +1,10 @@
-//! Files that are no logs of columns: sessions, board logs, vehicle files, mappings, truth.
+//! Files that are no logs of columns: sessions, board logs, truth; settings are in `settings`.
 
 use super::report::span;
-use backseat_data::importers::{self, ColumnMap};
+use super::settings;
+use backseat_data::importers;
 use backseat_data::session::{Event, Reader, port_name};
-use backseat_data::{BoardFile, DataError, Log, Truth};
+use backseat_data::{DataError, Log, Truth};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::Read as _;
@@ -39,7 +40,8 @@ impl Other {
 /// A file that says what it is and is broken.
 pub fn describe(path: &Path) -> anyhow::Result<Option<Other>> {
     if path.extension().is_some_and(|extension| extension == "toml") {
-        return Ok(Some(settings(path)?));
+        let (what, facts, next) = settings::describe(path)?;
+        return Ok(Some(Other { file: path.display().to_string(), what, facts, next }));
     }
     if is_session(path)? {
         return Ok(Some(session(path)?));
@@ -106,31 +108,6 @@ fn add(bytes: &mut Vec<(String, usize)>, way: String, count: usize) {
         Some((_, total)) => *total += count,
         None => bytes.push((way, count)),
     }
-}
-
-/// A vehicle file, a board's parameters, or a column mapping.
-fn settings(path: &Path) -> Result<Other, DataError> {
-    let file = path.display().to_string();
-    if let Ok(map) = ColumnMap::read(path) {
-        let facts = map.columns().map(|(column, target)| format!("{column} becomes {target}")).collect();
-        let next = "`backseat info LOG --columns FILE` shows what becomes of a log";
-        return Ok(Other { file, what: "column mapping", facts, next });
-    }
-    let board = BoardFile::read(path)?;
-    let mut facts = Vec::new();
-    if let Some(vehicle) = &board.vehicle {
-        let p = &vehicle.parameters;
-        facts.push(format!("vehicle {}, {} kg", vehicle.name, p.mass_kg));
-        let effects: Vec<&str> = vehicle.effects.set.active().map(|(_, effect, _)| effect.name).collect();
-        if !effects.is_empty() {
-            facts.push(format!("with the effects {}", effects.join(", ")));
-        }
-    }
-    if !board.app.is_empty() {
-        facts.push(format!("{} parameters of [app]", board.app.len()));
-    }
-    let next = "`backseat vehicle check FILE` flies it and names the numbers that do not fit";
-    Ok(Other { file, what: "vehicle file", facts, next })
 }
 
 /// A truth CSV: positions by `x_m` and `y_m`, which no log has.

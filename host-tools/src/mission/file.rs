@@ -29,7 +29,7 @@ pub struct StoredMission {
 /// # Errors
 /// What is wrong with it, in one line with file, line, column and key.
 pub fn read(path: &Path) -> Result<StoredMission, DataError> {
-    let text = std::fs::read_to_string(path).map_err(|error| DataError::io(path, &error))?;
+    let text = backseat_data::settings::read(path)?;
     parse(&text, path)
 }
 

@@ -1,11 +1,11 @@
 //! `backseat sim dataset`: measured logs of a vehicle that does more than was declared.
 
 use anyhow::bail;
-use backseat_data::VehicleFile;
+use backseat_data::{VehicleFile, console};
 use hil_sim::dataset::{self, Shape, Spec};
 use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::{Request, effects};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Command line.
@@ -70,8 +70,8 @@ pub(super) fn noise(text: &str) -> Result<NoiseKind, String> {
 /// An effect that is unknown, a vehicle file that is wrong, a file that exists or cannot be written.
 pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if arguments.list {
-        print!("{}", list());
-        return Ok(());
+        let text = if arguments.json { format!("{}\n", list_json()) } else { list() };
+        return console::print(text.as_bytes());
     }
     let (Some(seed), Some(hours), Some(out)) = (arguments.seed, arguments.hours, &arguments.out) else {
         bail!("--seed, --hours and --out are needed");
@@ -123,6 +123,21 @@ fn requests(texts: &[String]) -> anyhow::Result<Vec<Request>> {
         return Ok(Vec::new());
     }
     texts.iter().map(|text| Request::parse(text).map_err(anyhow::Error::msg)).collect()
+}
+
+/// Every effect with its parameters, as one object.
+fn list_json() -> Value {
+    let effects = effects::all().map(|kind| {
+        let parameters = kind.parameters.iter();
+        let parameters = parameters.map(|p| json!({"name": p.name, "range": p.range, "optional": p.optional}));
+        json!({
+            "name": kind.name,
+            "about": kind.about,
+            "in_catalogue": kind.catalogue,
+            "parameters": parameters.collect::<Vec<_>>(),
+        })
+    });
+    json!({"effects": effects.collect::<Vec<_>>()})
 }
 
 /// Every effect with its parameters.

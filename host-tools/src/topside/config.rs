@@ -114,7 +114,7 @@ pub struct Read {
 
 /// Reads a configuration file.
 pub fn read(path: &Path) -> anyhow::Result<Read> {
-    let text = std::fs::read_to_string(path).map_err(|error| DataError::io(path, &error))?;
+    let text = backseat_data::settings::read(path)?;
     let file: File = toml::from_str(&text).map_err(|mut error: toml::de::Error| {
         let (line, column) = error.span().map_or((0, 0), |span| place(&text, span.start));
         error.set_input(None);

@@ -1,7 +1,7 @@
 //! `backseat topside`: the ship's half of the system, on the ship's GNSS receiver and modem.
 
 mod abort;
-mod config;
+pub mod config;
 mod json;
 mod line;
 mod model;

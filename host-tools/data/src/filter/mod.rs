@@ -6,11 +6,13 @@
 
 mod acoustics;
 mod health;
+mod history;
 mod options;
 mod start;
 
 pub use crate::track::TrackSample;
 pub use health::{Health, SensorHealth};
+pub use history::{FusedScalar, FusionHistory};
 pub use options::{FilterOptions, ShipSource, Start};
 
 use crate::log::{Column, Log, LogRow, RADPS_PER_RPM};
@@ -19,8 +21,8 @@ use crate::{DataError, VehicleFile, inputs};
 use acoustics::{AcousticEvent, Direction, Flights, Packet, ShipTrack};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    AcousticPath, ConfigError, Consistency, FusionRecord, InitialShip, Learnt, Measurement, NavigationError, Navigator,
-    ProcessModel, Sensor, ShipEnd, StateEstimate, VehicleEnd,
+    AcousticPath, ConfigError, Consistency, InitialShip, Learnt, Measurement, NavigationError, Navigator, ProcessModel,
+    Sensor, ShipEnd, StateEstimate, VehicleEnd,
 };
 use backseat_core::parameters::{Installation, ParameterError};
 use backseat_core::state::{VehicleState, X, Y};
@@ -56,7 +58,7 @@ pub struct FilterRun {
     /// What the log has shown of the vehicle, for the next dive.
     pub learnt: Option<Box<Learnt>>,
     /// Every fusion, in order.
-    pub fusions: Vec<FusionRecord>,
+    pub fusions: FusionHistory,
     /// Per sensor that had a measurement.
     pub sensors: Vec<SensorSummary>,
     /// Digest of state and covariance at every sample of the track.
@@ -192,7 +194,7 @@ impl<'a> Pass<'a> {
             estimates: Vec::new(),
             weights: [0.0; 2],
             learnt: None,
-            fusions: Vec::with_capacity(2 * log.rows.len()),
+            fusions: FusionHistory::default(),
             sensors: Vec::new(),
             digest: 0,
             notes: Vec::new(),
@@ -269,7 +271,7 @@ impl<'a> Pass<'a> {
     fn fuse(&mut self, measurement: &Measurement) {
         for record in self.navigator.fuse(measurement).iter() {
             self.consistency.add(record);
-            self.run.fusions.push(*record);
+            self.run.fusions.push(record);
         }
     }
 

@@ -39,6 +39,7 @@ pub(super) fn read(path: &Path, format: &Format, cells: Cells<'_>) -> Result<Log
             continue;
         }
         let line = record.position().map_or(line, csv::Position::line);
+        table::check_rows(path, line, importer.log.rows.len() as u64 + 1)?;
         if let Some(error) = importer.row(line, &record).err() {
             // A log that was cut off ends within a row.
             let is_last = !reader.read_byte_record(&mut record).map_err(|e| table::csv_error(path, line, &e))?;
@@ -78,6 +79,7 @@ impl<'a> Importer<'a> {
     fn bind(path: &'a Path, format: &'a Format, written: Cells<'a>, header: &ByteRecord) -> Result<Self, DataError> {
         let names: Vec<String> = header.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect();
         let fail = |cell: usize, message: String| Err(DataError::at(path, 1, cell as u64, message));
+        table::check_columns(path, header)?;
         let needed = format.needed.iter().copied();
         let every = format.columns.iter().filter(|_| format.every_column_needed).map(|known| &*known.name);
         if let Some(missing) = needed.chain(every).find(|name| !names.iter().any(|found| found == name)) {

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// Name of what such a table is.
@@ -21,7 +21,7 @@ struct File {
     separator: Option<Spanned<String>>,
     #[serde(default)]
     missing: Vec<String>,
-    time: TimeEntry,
+    time: Option<TimeEntry>,
     #[serde(default)]
     columns: BTreeMap<String, Spanned<Entry>>,
     quaternion: Option<QuaternionEntry>,
@@ -60,13 +60,13 @@ struct Entry {
 /// separator = ";"                 # left out: a comma
 /// missing = ["NaN", "-9999"]      # what stands in a cell without a sample; left out: nothing does
 ///
-/// [time]
+/// [time]                          # of a table; a ROS 2 bag has its own
 /// column = "Time (ms)"
 /// unit = "ms"                     # s, ms, us, ns, min, h, or hms for HH:MM:SS
 /// base = "epoch"                  # the first row is zero; left out: seconds since the start of the log
 ///
 /// [columns.depth_m]               # a column of the vehicle log, or latitude_deg and longitude_deg
-/// column = "Depth (ft)"
+/// column = "Depth (ft)"           # of a ROS 2 bag: "/topic", "/topic[2]", "/topic.field[name]"
 /// unit = "ft"                     # left out: the unit of the vehicle log
 /// sign = -1                       # left out: 1
 /// offset = 0.5                    # added before, in the table's unit; left out: 0
@@ -84,6 +84,7 @@ pub struct ColumnMap {
     format: Format,
     separator: u8,
     missing: Vec<String>,
+    path: PathBuf,
 }
 
 /// Weight of sea water of 1025 kg/m³, N/m³.
@@ -127,7 +128,7 @@ impl ColumnMap {
     /// # Errors
     /// Where the file is no mapping: line, column, what was expected.
     pub fn read(path: &Path) -> Result<Self, DataError> {
-        let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, &e))?;
+        let text = crate::settings::read(path)?;
         Self::parse(&text, path)
     }
 
@@ -157,8 +158,10 @@ impl ColumnMap {
             },
         };
         let mut columns = Vec::new();
-        let role = time_role(&file.time).map_err(|(span, message)| at(span, message))?;
-        columns.push(Known { name: Cow::Owned(file.time.column.get_ref().clone()), role });
+        if let Some(time) = &file.time {
+            let role = time_role(time).map_err(|(span, message)| at(span, message))?;
+            columns.push(Known { name: Cow::Owned(time.column.get_ref().clone()), role });
+        }
         for (target, entry) in &file.columns {
             let role = entry_role(target, entry).map_err(|(span, message)| at(span, message))?;
             columns.push(Known { name: Cow::Owned(entry.get_ref().column.get_ref().clone()), role });
@@ -203,7 +206,16 @@ impl ColumnMap {
             },
             separator,
             missing: file.missing,
+            path: path.to_owned(),
         })
+    }
+
+    /// Fails if it does not say which column of a table has the time.
+    pub(super) fn check_time(&self) -> Result<(), DataError> {
+        match self.format.columns.iter().any(|known| known.role.is_time()) {
+            true => Ok(()),
+            false => Err(DataError::file(&self.path, "missing [time]: the column of a table that has the time")),
+        }
     }
 
     /// Columns of the table and what they become.

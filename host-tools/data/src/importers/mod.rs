@@ -144,11 +144,16 @@ fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
     Err(DataError::file(path, what))
 }
 
-/// Reads a table by a mapping, whatever its header.
+/// Reads a table by a mapping, whatever its header; of a ROS 2 bag what it has by itself, and the numbers that the
+/// mapping names.
 ///
 /// # Errors
-/// Where the table does not fit the mapping.
+/// Where the file does not fit the mapping.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
+    if is_bag(&beginning(path)?) == Some(true) {
+        return ros_bag::read_mapped(path, map);
+    }
+    map.check_time()?;
     Ok(Imported { format: mapping::NAME, log: engine::read(path, map.format(), map.cells())? })
 }
 

@@ -21,14 +21,19 @@ pub(crate) struct Table<'a> {
 /// Opens a file, decompressing it if it is gzip (by its first bytes, not its name) and without a
 /// byte-order mark.
 pub(crate) fn open(path: &Path) -> Result<Box<dyn Read>, DataError> {
+    let mut text = open_bytes(path)?;
+    let mark = first(&mut text, 3).map_err(|e| csv_error(path, 1, &e.into()))?;
+    let start = if mark == [0xef, 0xbb, 0xbf] { Vec::new() } else { mark };
+    Ok(Box::new(Bounded::new(io::Cursor::new(start).chain(text))))
+}
+
+/// Opens a file that need not be text, decompressing it if it is gzip.
+pub(crate) fn open_bytes(path: &Path) -> Result<Box<dyn Read>, DataError> {
     let mut file = File::open(path).map_err(|e| DataError::io(path, &e))?;
     let magic = first(&mut file, 2).map_err(|e| DataError::io(path, &e))?;
     let is_gzip = magic == [0x1f, 0x8b];
     let whole = io::Cursor::new(magic).chain(file);
-    let mut text: Box<dyn Read> = if is_gzip { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) };
-    let mark = first(&mut text, 3).map_err(|e| csv_error(path, 1, &e.into()))?;
-    let start = if mark == [0xef, 0xbb, 0xbf] { Vec::new() } else { mark };
-    Ok(Box::new(Bounded::new(io::Cursor::new(start).chain(text))))
+    Ok(if is_gzip { Box::new(MultiGzDecoder::new(whole)) } else { Box::new(whole) })
 }
 
 /// Longest record, bytes: a line, or more where a quoted cell holds line ends.
@@ -167,6 +172,23 @@ fn shown(text: &str) -> String {
     format!("{:?}", text.chars().take(24).collect::<String>())
 }
 
+/// Fails for a header of more columns than are read.
+pub(crate) fn check_columns(path: &Path, header: &ByteRecord) -> Result<(), DataError> {
+    if header.len() <= MAX_COLUMNS {
+        return Ok(());
+    }
+    let message = format!("{} columns; at most {MAX_COLUMNS} are read", header.len());
+    Err(DataError::at(path, 1, MAX_COLUMNS as u64 + 1, message))
+}
+
+/// Fails at the line of the first row that is one too many.
+pub(crate) fn check_rows(path: &Path, line: u64, rows: u64) -> Result<(), DataError> {
+    if rows <= MAX_ROWS {
+        return Ok(());
+    }
+    Err(DataError::at(path, line, 0, format!("more than {MAX_ROWS} rows; split the file")))
+}
+
 /// Where the cells of a line go.
 struct Bindings {
     time: usize,
@@ -177,9 +199,7 @@ struct Bindings {
 
 fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings, DataError> {
     let fail = |cell: usize, message: String| DataError::at(path, 1, cell as u64 + 1, message);
-    if header.len() > MAX_COLUMNS {
-        return Err(fail(MAX_COLUMNS, format!("{} columns; at most {MAX_COLUMNS} are read", header.len())));
-    }
+    check_columns(path, header)?;
     let names: Vec<String> = header.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect();
     let mut bindings = Bindings { time: usize::MAX, slots: vec![None; names.len()], ignored: Vec::new() };
     for (cell, name) in names.iter().enumerate() {
@@ -294,9 +314,7 @@ pub(crate) fn read<const N: usize>(
             };
         }
         rows += 1;
-        if rows > MAX_ROWS {
-            return Err(DataError::at(path, line, 0, format!("more than {MAX_ROWS} rows; split the file")));
-        }
+        check_rows(path, line, rows)?;
         row(time_us, &values);
     }
     if previous_us.is_none() {

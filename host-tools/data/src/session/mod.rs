@@ -34,6 +34,7 @@ mod telemetry;
 mod writer;
 
 pub use reader::Reader;
+pub(crate) use reader::sound_part;
 pub use telemetry::{EstimateRow, EstimatesRow, FusionRow, TelemetryRow};
 pub use writer::Writer;
 

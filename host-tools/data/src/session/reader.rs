@@ -257,6 +257,43 @@ fn parse_record(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
     mcap::parse_record(opcode, body)
 }
 
+/// The part of an MCAP file that the crate's own streams (0.26) read without a panic and within bounds: up to the first
+/// record that is broken or larger, unpacked, than `limit`; and what that is, `None` where it is the end.
+pub(crate) fn sound_part(bytes: &[u8], limit: u64) -> (&[u8], Option<String>) {
+    let mut at = MAGIC.len();
+    while let Some((&opcode, rest)) = bytes.get(at..).and_then(<[u8]>::split_first) {
+        let part = bytes.get(..at).unwrap_or_default();
+        let Some((length, body)) = rest.split_first_chunk() else { return (part, Some("cut off".to_owned())) };
+        let whole = usize::try_from(u64::from_le_bytes(*length)).ok().and_then(|length| body.get(..length));
+        let Some(body) = whole else {
+            // two times, size unpacked, CRC, length of the compression's name: the beginning of a packed chunk is read
+            let size = body.get(16..).and_then(<[u8]>::first_chunk).map(|size| u64::from_le_bytes(*size));
+            let is_packed = opcode == op::CHUNK && body.get(28..32).is_some_and(|length| length != [0; 4]);
+            if is_packed && size.is_some_and(|size| size <= limit) {
+                return (bytes, None);
+            }
+            return (part, Some("cut off".to_owned()));
+        };
+        match parse_record(opcode, body) {
+            Ok(Record::Chunk { header, .. }) if header.uncompressed_size > limit => {
+                let size = header.uncompressed_size;
+                return (part, Some(format!("a chunk of {size} bytes; at most {limit} are read")));
+            }
+            Ok(Record::Chunk { header, data }) if header.compression.is_empty() && !is_row_of_records(&data) => {
+                return (part, Some("a broken chunk".to_owned()));
+            }
+            Ok(_) => {}
+            Err(error) => return (part, Some(format!("a broken record: {error}"))),
+        }
+        at += 1 + 8 + body.len();
+        // what stands behind is an index
+        if opcode == op::DATA_END {
+            break;
+        }
+    }
+    (bytes.get(..at).unwrap_or(bytes), None)
+}
+
 /// Whether these bytes are records to their end: the crate's reader (0.26) subtracts with overflow where the last one
 /// of an uncompressed chunk is longer than the chunk.
 fn is_row_of_records(mut bytes: &[u8]) -> bool {

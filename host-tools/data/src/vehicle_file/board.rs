@@ -32,7 +32,7 @@ impl BoardFile {
     /// # Errors
     /// As [`VehicleFile::read`]; if there is nothing in it.
     pub fn read(path: &Path) -> Result<Self, DataError> {
-        let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, &e))?;
+        let text = crate::settings::read(path)?;
         Self::parse(&text, path)
     }
 

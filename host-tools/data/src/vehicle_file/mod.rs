@@ -74,7 +74,7 @@ impl VehicleFile {
     /// # Errors
     /// The first key that is unknown, missing, of the wrong type or out of its range: line, column.
     pub fn read(path: &Path) -> Result<Self, DataError> {
-        let text = std::fs::read_to_string(path).map_err(|e| DataError::io(path, &e))?;
+        let text = crate::settings::read(path)?;
         Self::parse(&text, path)
     }
 

@@ -4,10 +4,10 @@ use super::block::Block;
 use super::case::Case;
 use super::declared::{Flown, World};
 use super::motion::rotation;
-use backseat_core::navigation::{FusionOutcome, FusionRecord, Navigator, Sensor};
+use backseat_core::navigation::{FusionOutcome, Navigator, Sensor};
 use backseat_core::state::{VEHICLE_STATES, VehicleState, wrap_angle};
 use backseat_data::DataError;
-use backseat_data::filter::{self, FilterOptions};
+use backseat_data::filter::{self, FilterOptions, FusionHistory};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -93,10 +93,10 @@ pub(super) fn whole_second(navigator: &Navigator) -> Option<usize> {
 }
 
 /// Innovations by sensor, and how many scalars were not fused.
-pub(super) fn squares(fusions: &[FusionRecord]) -> (BTreeMap<&'static str, Vec<Square>>, u64) {
+pub(super) fn squares(fusions: &FusionHistory) -> (BTreeMap<&'static str, Vec<Square>>, u64) {
     let mut squares = BTreeMap::<_, Vec<Square>>::new();
     let mut rejected = 0;
-    for record in fusions {
+    for record in fusions.iter() {
         rejected += u64::from(record.outcome != FusionOutcome::Fused);
         if !matches!(record.outcome, FusionOutcome::Fused | FusionOutcome::Gated) {
             continue;

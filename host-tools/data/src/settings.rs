@@ -1,0 +1,25 @@
+//! The text of a file of settings: vehicle file, scenario, mission, mapping and the like, all of them TOML.
+
+use crate::DataError;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Longest file, bytes: a thousand times what any of them has.
+const MAX_BYTES: u64 = 16 << 20;
+
+/// Reads a file of settings.
+///
+/// # Errors
+/// A file that cannot be read, is no text, or is longer than any settings are.
+pub fn read(path: &Path) -> Result<String, DataError> {
+    let mut text = String::new();
+    let mut file = File::open(path).map_err(|error| DataError::io(path, &error))?.take(MAX_BYTES + 1);
+    let result = file.read_to_string(&mut text);
+    if file.limit() == 0 {
+        let message = format!("more than {} MiB: not a file of settings", MAX_BYTES >> 20);
+        return Err(DataError::file(path, message));
+    }
+    result.map_err(|error| DataError::io(path, &error))?;
+    Ok(text)
+}
