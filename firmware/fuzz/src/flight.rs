@@ -367,14 +367,15 @@ fn flies(board: &mut Board, mut heard: impl FnMut(Port, &[u8])) -> bool {
     board.steady = true;
     for elapsed in 1..=MISSION_S {
         let (telemetry, [north_m, depth_m], error_m) = second(board);
-        if telemetry.leg.is_none() && !found {
+        // it ends a mission that it does not trust, and says why
+        if telemetry.leg.is_none() && (!found || telemetry.mode == Mode::Safe) {
             return false;
         }
         assert!(telemetry.leg.is_some(), "after {elapsed} s: {telemetry:?}");
         if elapsed == MISSION_S {
             let sigma_m = libm::hypot(telemetry.sigma[0], telemetry.sigma[1]);
             assert!(error_m < 5.0 * sigma_m, "{error_m} m off: {telemetry:?}");
-            if !found || telemetry.reason == ModeReason::PositionUncertain {
+            if !found || matches!(telemetry.reason, ModeReason::PositionUncertain | ModeReason::Rejections) {
                 // it was moved to where the fixes are now, remembers that it was sure of another place, and says so
                 if telemetry.mode != Mode::Navigating {
                     return false;
