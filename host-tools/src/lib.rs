@@ -94,6 +94,9 @@ enum Command {
         #[arg(num_args = 5, required = true)]
         ports: Vec<PathBuf>,
     },
+    /// Topside with a host link: what `sim run` starts on the ship
+    #[command(name = "__topside", hide = true)]
+    SimulatedTopside(topside::Simulated),
 }
 
 /// The arguments; `sim run` goes in where no command is named.
@@ -144,6 +147,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
         Command::Map(args) => map::run(&args).map(Outcome::from),
         Command::Vehicle(vehicle) => vehicle.run(),
         Command::Backseat { ports } => sim::backseat(&ports).map(Outcome::from),
+        Command::SimulatedTopside(args) => topside::run_simulated(&args).map(Outcome::from),
         Command::Navigate(args) => navigate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Effect(effect) => effect.run().map(Outcome::from),
