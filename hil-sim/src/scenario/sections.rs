@@ -289,7 +289,7 @@ impl Default for Acoustics {
             vehicle_pulse: true,
             key: Key::NONE,
             address: 2,
-            topside: false,
+            topside: true,
         }
     }
 }
