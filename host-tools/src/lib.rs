@@ -36,7 +36,7 @@ use std::process::ExitCode;
 /// The backseat of an Iver3-class AUV: simulated missions, recorded missions, and the board on the bench.
 ///
 /// Without a command it flies the simulator's default mission, as `backseat sim run` does: ten 1 km lines without a
-/// DVL, the backseat as a separate process on five virtual serial ports. Options are those of `backseat sim run`.
+/// DVL, backseat and topside as processes of their own on virtual serial ports. Options are those of `backseat sim run`.
 #[derive(Parser)]
 #[command(name = "backseat", version, after_help = EXAMPLES)]
 struct Cli {
