@@ -1,14 +1,14 @@
 //! Flights against the real topside: the ship sends and hears through a modem of its own.
 
 use backseat_core::navigation::Sensor;
-use backseat_link::{Arrival, BackseatError, Client};
+use backseat_link::{Arrival, Client};
 use backseat_topside::{Config, Port, Topside};
 use backseat_wire::hostlink::{Mode, ModeReason};
 use backseat_wire::ship_state::Key;
 use hil_sim::backseat::InProcess;
 use hil_sim::flight::{FlightLog, fly_fleet, fly_with_ship};
 use hil_sim::scenario::{Exchange, Scenario};
-use hil_sim::ship_end::{self, Program, ShipEnd};
+use hil_sim::ship_end::{self, Program, ProgramError, ShipEnd};
 use std::sync::atomic::AtomicBool;
 
 fn sea_trial(minutes: f64, exchanges: &[Exchange]) -> Scenario {
@@ -36,7 +36,7 @@ struct AbortsAt {
 }
 
 impl Program for AbortsAt {
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, BackseatError> {
+    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
         if now_us >= self.at_us {
             self.at_us = u64::MAX;
             self.topside.abort(2).expect("a key, a slot, and a vehicle");

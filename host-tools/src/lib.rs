@@ -36,7 +36,7 @@ use std::process::ExitCode;
 /// The backseat of an Iver3-class AUV: simulated missions, recorded missions, and the board on the bench.
 ///
 /// Without a command it flies the simulator's default mission, as `backseat sim run` does: ten 1 km lines without a
-/// DVL, the backseat as a separate process on five virtual serial ports. Options are those of `backseat sim run`.
+/// DVL, backseat and topside as processes of their own on virtual serial ports. Options are those of `backseat sim run`.
 #[derive(Parser)]
 #[command(name = "backseat", version, after_help = EXAMPLES)]
 struct Cli {
@@ -94,6 +94,9 @@ enum Command {
         #[arg(num_args = 5, required = true)]
         ports: Vec<PathBuf>,
     },
+    /// Topside with a host link: what `sim run` starts on the ship
+    #[command(name = "__topside", hide = true)]
+    SimulatedTopside(topside::Simulated),
 }
 
 /// The arguments; `sim run` goes in where no command is named.
@@ -144,6 +147,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
         Command::Map(args) => map::run(&args).map(Outcome::from),
         Command::Vehicle(vehicle) => vehicle.run(),
         Command::Backseat { ports } => sim::backseat(&ports).map(Outcome::from),
+        Command::SimulatedTopside(args) => topside::run_simulated(&args).map(Outcome::from),
         Command::Navigate(args) => navigate::run(&args),
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Effect(effect) => effect.run().map(Outcome::from),

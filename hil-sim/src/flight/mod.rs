@@ -13,7 +13,7 @@ pub use setup::board_parameters;
 use crate::devices::Devices;
 use crate::faults::Board;
 use crate::scenario::Scenario;
-use crate::ship_end::{Craft, ShipEnd};
+use crate::ship_end::{Craft, ProgramError, ShipEnd};
 use crate::world::World;
 use backseat_core::state::{X, Y};
 use backseat_data::DataError;
@@ -39,6 +39,9 @@ pub enum FlightError {
     /// The backseat.
     #[error(transparent)]
     Backseat(#[from] BackseatError),
+    /// The ship's program.
+    #[error(transparent)]
+    Ship(#[from] ProgramError),
     /// A file.
     #[error(transparent)]
     Data(#[from] DataError),

@@ -213,15 +213,14 @@ impl Recorder {
         vehicle: &VehicleTruth,
         ship: &ShipTruth,
     ) {
-        let Some(topside) = end.and_then(|end| end.program().topside()) else { return };
         let utc_us = u64::from(scenario.settings.environment.start_unix_s) * 1_000_000 + time_us;
-        let ship = topside.ship_at(utc_us).map(|estimate| {
+        let address = scenario.settings.acoustics.address;
+        let Some(known) = end.and_then(|end| end.program().knows(utc_us, address)) else { return };
+        let ship = known.ship.map(|estimate| {
             let [n, e] = [0, 1].map(|i| estimate.position_m[i] - ship.position_m[i]);
             [libm::hypot(n, e), estimate.sigma_m()]
         });
-        let address = scenario.settings.acoustics.address;
-        let track = topside.tracks().iter().find(|track| track.vehicle == address);
-        let vehicle = track.and_then(|track| track.at(utc_us)).map(|estimate| {
+        let vehicle = known.vehicle.map(|estimate| {
             // its transducer: where the uplink says it is
             let [x, y, _] = vehicle.position_at(scenario.settings.installation.transducer_arm_m);
             let [n, e] = [estimate.position_m[0] - x, estimate.position_m[1] - y];

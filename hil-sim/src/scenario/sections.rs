@@ -263,14 +263,14 @@ pub struct Acoustics {
     /// One sigma of the range rate, m/s; the vehicle file's `sensors.range_rate_mps` if left out.
     #[serde(deserialize_with = "quantity::non_negative")]
     pub range_rate_sigma_mps: Option<f64>,
-    /// The vehicle's modem has a pulse per second; without one it measures no one-way range (with `--topside` only).
+    /// The vehicle's modem has a pulse per second; without one it measures no one-way range (not with `--topside off`).
     pub vehicle_pulse: bool,
     /// Key of the packets' authentication code, 32 hexadecimal digits: ship and board share it; none if left out.
     #[serde(deserialize_with = "quantity::key")]
     pub key: Key,
     /// Modem address of the vehicle.
     pub address: u8,
-    /// Whether topside sits on the ship unless the command says otherwise.
+    /// Whether `sim run` has topside on the ship unless its options say otherwise.
     pub topside: bool,
 }
 
@@ -289,7 +289,7 @@ impl Default for Acoustics {
             vehicle_pulse: true,
             key: Key::NONE,
             address: 2,
-            topside: false,
+            topside: true,
         }
     }
 }

@@ -1,19 +1,22 @@
 //! The ship's end of a simulation with the real topside: GNSS receiver and modem on serial lines, the program behind
 //! them, and the water between the two modems.
 
+mod on_ports;
 mod program;
 mod receiver;
 
-pub use program::{InProcess, OnPorts, Program, exchange};
+pub use on_ports::{OnPorts, ProgramClock};
+pub use program::{InProcess, Known, Program, ProgramError, announced, exchange};
 
 use crate::devices::micro_modem::{Heard, Launch, MicroModem, Sound};
 use crate::devices::uart::Uart;
 use crate::devices::{Devices, LocalFrame};
+use crate::faults::{Fault, FaultKind, PacketFault};
 use crate::observation::{Observation, ObservationKind, ShipReport};
 use crate::scenario::{self, Exchange, Scenario};
 use crate::world::World;
 use backseat_app::STEP_US;
-use backseat_link::{Arrival, BackseatError};
+use backseat_link::Arrival;
 use backseat_topside::slots::{self, Airtime, SlotTable};
 use backseat_topside::{Config, ConfigError, Port};
 use backseat_wire::modem::{Addresses, ClockEncoding};
@@ -27,6 +30,18 @@ const SHIP: u8 = 1;
 const BAUD: [u32; 2] = [19_200, 19_200];
 /// Frames in the water are forgotten after this, µs.
 const FORGET_US: u64 = 60_000_000;
+
+/// The first fault that acts in the vehicle's modem while it plays the ship's part, and would do nothing in that of a
+/// ship with topside.
+#[must_use]
+pub fn fault_of_lone_modem(scenario: &Scenario) -> Option<&Fault> {
+    use PacketFault::{ClockDrift, ClockStep, Multipath};
+    scenario.settings.faults.iter().find(|fault| match fault.kind {
+        FaultKind::Packet(Multipath { .. } | ClockStep { .. } | ClockDrift { .. }) => false,
+        FaultKind::Packet(_) => true,
+        _ => false,
+    })
+}
 
 /// What topside would have been given for a scenario.
 ///
@@ -204,7 +219,7 @@ impl ShipEnd {
     ///
     /// # Errors
     /// A program that has ended.
-    pub fn run(&mut self, now_us: u64, crafts: &mut [Craft<'_>]) -> Result<(), BackseatError> {
+    pub fn run(&mut self, now_us: u64, crafts: &mut [Craft<'_>]) -> Result<(), ProgramError> {
         while let Some(Arrival { time_us, bytes }) = self.from_program.pop(now_us) {
             self.modem.receive(time_us, &bytes);
         }

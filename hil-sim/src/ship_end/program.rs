@@ -1,8 +1,76 @@
-//! What runs on the ship: topside in this process, or any program at the other end of two serial lines.
+//! What runs on the ship: topside in this process, or a program of its own.
 
-use backseat_link::{Arrival, BackseatError, Pty};
+use backseat_link::{Arrival, BackseatError, board};
+use backseat_topside::ship::ShipEstimate;
+use backseat_topside::track::VehicleEstimate;
 use backseat_topside::{Port, Topside};
 use backseat_wire::hostlink;
+use std::io;
+use std::process::ExitStatus;
+
+/// Why the ship's program cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ProgramError {
+    /// Its process ended.
+    #[error("topside's process ended ({0})")]
+    Ended(ExitStatus),
+    /// It stopped answering.
+    #[error("topside gave no answer for {0} s")]
+    Silent(u32),
+    /// Its answer does not fit the request.
+    #[error("unexpected answer of topside: {0}")]
+    Protocol(String),
+    /// A line, a file or the process itself.
+    #[error("topside: {what}: {error}")]
+    Io {
+        /// Which.
+        what: String,
+        /// How it failed.
+        error: io::Error,
+    },
+}
+
+impl From<BackseatError> for ProgramError {
+    fn from(error: BackseatError) -> Self {
+        match error {
+            BackseatError::Died(status) => Self::Ended(status),
+            BackseatError::Silent { seconds, .. } | BackseatError::Unanswered { seconds } => Self::Silent(seconds),
+            BackseatError::Port { port, error } => Self::Io { what: format!("{} line", line_name(port)), error },
+            BackseatError::Refused { request, refusal } => {
+                Self::Protocol(format!("{request} refused, {}", board::reason(refusal)))
+            }
+            BackseatError::Protocol(text) => Self::Protocol(text),
+            other => Self::Protocol(other.to_string()),
+        }
+    }
+}
+
+/// The name by which the host link announces bytes of a port of topside. It has none for a GNSS receiver, whose place
+/// on the ship is that of the frontseat on the vehicle: it says where the vessel is.
+#[must_use]
+pub const fn announced(port: Port) -> hostlink::Port {
+    match port {
+        Port::Gnss => hostlink::Port::Frontseat,
+        Port::Modem => hostlink::Port::Modem,
+    }
+}
+
+fn line_name(port: hostlink::Port) -> &'static str {
+    match port {
+        hostlink::Port::Frontseat => "GNSS",
+        hostlink::Port::Modem => "modem",
+        _ => "host",
+    }
+}
+
+/// What the ship knows at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// Its own transducer.
+    pub ship: Option<ShipEstimate>,
+    /// The vehicle that was asked for.
+    pub vehicle: Option<VehicleEstimate>,
+}
 
 /// A program on the ship.
 pub trait Program {
@@ -10,11 +78,18 @@ pub trait Program {
     ///
     /// # Errors
     /// It has ended.
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, BackseatError>;
+    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError>;
 
     /// Its state, if it is in this process.
     fn topside(&self) -> Option<&Topside> {
         None
+    }
+
+    /// What it knows of the ship and of the vehicle with this modem address at `utc_us`, if it says that.
+    fn knows(&self, utc_us: u64, vehicle: u8) -> Option<Known> {
+        let topside = self.topside()?;
+        let track = topside.tracks().iter().find(|track| track.vehicle == vehicle);
+        Some(Known { ship: topside.ship_at(utc_us), vehicle: track.and_then(|track| track.at(utc_us)) })
     }
 }
 
@@ -30,7 +105,7 @@ impl InProcess {
 }
 
 impl Program for InProcess {
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, BackseatError> {
+    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
         exchange(&mut self.0, now_us, arrivals, step)
     }
 
@@ -48,7 +123,7 @@ pub fn exchange(
     now_us: u64,
     arrivals: &[(Port, Arrival)],
     step: bool,
-) -> Result<Vec<u8>, BackseatError> {
+) -> Result<Vec<u8>, ProgramError> {
     for (port, arrival) in arrivals {
         topside.receive(*port, arrival.time_us, &arrival.bytes);
     }
@@ -62,39 +137,4 @@ pub fn exchange(
         sent.extend(bytes);
     }
     Ok(sent)
-}
-
-/// A program of its own on two pseudo-terminals, on its own clock.
-pub struct OnPorts {
-    gnss: Pty,
-    modem: Pty,
-}
-
-impl OnPorts {
-    /// Opens the two lines.
-    ///
-    /// # Errors
-    /// What the operating system refuses.
-    pub fn open() -> std::io::Result<Self> {
-        Ok(Self { gnss: Pty::open()?, modem: Pty::open()? })
-    }
-
-    /// Paths of the program's ends: GNSS and modem.
-    #[must_use]
-    pub fn paths(&self) -> [&str; 2] {
-        [self.gnss.path(), self.modem.path()]
-    }
-}
-
-impl Program for OnPorts {
-    fn exchange(&mut self, _: u64, arrivals: &[(Port, Arrival)], _: bool) -> Result<Vec<u8>, BackseatError> {
-        let failed = |error| BackseatError::Port { port: hostlink::Port::Modem, error };
-        for (port, arrival) in arrivals {
-            let line = if *port == Port::Gnss { &self.gnss } else { &self.modem };
-            line.write_all(&arrival.bytes).map_err(failed)?;
-        }
-        let mut buffer = [0; 4096];
-        let count = self.modem.read(&mut buffer, 0).map_err(failed)?;
-        Ok(buffer[..count].to_vec())
-    }
 }

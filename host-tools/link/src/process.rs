@@ -1,4 +1,4 @@
-//! The app as a process of its own on five pseudo-terminals.
+//! A program as a process of its own on pseudo-terminals: the app, or the ship's topside.
 
 use crate::pty::Pty;
 use crate::{BackseatError, Ports};
@@ -8,14 +8,15 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// After this long a silent backseat is given up.
+/// After this long a silent process is given up.
 const PATIENCE_S: u32 = 10;
 const POLL_MS: u32 = 200;
 
-/// A backseat process; it is ended when this is dropped.
+/// A process on pseudo-terminals; it is ended when this is dropped.
 pub struct Process {
     child: Child,
-    ports: Vec<Pty>,
+    /// In the order of [`Port::ALL`]; a program need not have all of them.
+    ports: [Option<Pty>; 5],
 }
 
 impl Process {
@@ -24,29 +25,47 @@ impl Process {
     /// # Errors
     /// When a pseudo-terminal cannot be opened or the program cannot be started.
     pub fn spawn(program: &Path) -> io::Result<Self> {
-        let ports = Port::ALL.iter().map(|_| Pty::open()).collect::<io::Result<Vec<_>>>()?;
-        let child = Command::new(program)
-            .arg("__backseat")
-            .args(ports.iter().map(Pty::path))
+        Self::start(&Port::ALL, |paths| {
+            let mut command = Command::new(program);
+            command.arg("__backseat").args(paths);
+            Ok(command)
+        })
+    }
+
+    /// Starts the command that is given the paths of a fresh pseudo-terminal for each of `lines`, in their order.
+    ///
+    /// # Errors
+    /// When a pseudo-terminal cannot be opened or the program cannot be started; what `command` fails of.
+    pub fn start(lines: &[Port], command: impl FnOnce(&[&str]) -> io::Result<Command>) -> io::Result<Self> {
+        let mut ports = [const { None }; 5];
+        for port in lines {
+            ports[*port as usize] = Some(Pty::open()?);
+        }
+        let paths: Vec<&str> = lines.iter().filter_map(|port| ports[*port as usize].as_ref()).map(Pty::path).collect();
+        let child = command(&paths)?
             .stdin(Stdio::null())
-            // Ctrl-C is for the simulator, which then ends the backseat in order.
+            // Ctrl-C is for the simulator, which then ends the process in order.
             .process_group(0)
             .spawn()?;
         Ok(Self { child, ports })
     }
 
-    /// Paths of the backseat's ends.
+    /// Paths of the process' ends.
     pub fn paths(&self) -> impl Iterator<Item = &str> {
-        self.ports.iter().map(Pty::path)
+        self.ports.iter().flatten().map(Pty::path)
     }
 
-    /// Process id of the backseat.
+    /// Its process id.
     #[must_use]
     pub fn pid(&self) -> u32 {
         self.child.id()
     }
 
-    fn check_alive(&mut self) -> Result<(), BackseatError> {
+    /// Whether it runs.
+    ///
+    /// # Errors
+    /// [`BackseatError::Died`].
+    pub fn check_alive(&mut self) -> Result<(), BackseatError> {
         match self.child.try_wait() {
             Ok(Some(status)) => Err(BackseatError::Died(status)),
             _ => Ok(()),
@@ -54,10 +73,10 @@ impl Process {
     }
 
     fn read_for(&mut self, port: Port, received: &mut Vec<u8>, timeout_ms: u32) -> Result<usize, BackseatError> {
+        // nothing comes on a line that it does not have
+        let Some(line) = &self.ports[port as usize] else { return Ok(0) };
         let mut buffer = [0; 4096];
-        let count = self.ports[port as usize]
-            .read(&mut buffer, timeout_ms)
-            .map_err(|error| BackseatError::Port { port, error })?;
+        let count = line.read(&mut buffer, timeout_ms).map_err(|error| BackseatError::Port { port, error })?;
         received.extend_from_slice(&buffer[..count]);
         Ok(count)
     }
@@ -65,7 +84,10 @@ impl Process {
 
 impl Ports for Process {
     fn write(&mut self, port: Port, bytes: &[u8]) -> Result<(), BackseatError> {
-        let outcome = self.ports[port as usize].write_all(bytes);
+        let Some(line) = &self.ports[port as usize] else {
+            return Err(BackseatError::Port { port, error: io::ErrorKind::Unsupported.into() });
+        };
+        let outcome = line.write_all(bytes);
         if outcome.is_err() {
             self.check_alive()?;
         }

@@ -39,8 +39,8 @@ const REPORT: &str = "report.html";
   backseat sim run --vehicle my_vehicle.toml --minutes 30
   backseat sim run my_scenario.toml --minutes 30 --out flight --json
   backseat sim run --realtime --monitor
-  backseat sim run sea_trial                 topside on the ship, in lock-step
-  backseat sim run sea_trial --realtime      topside as a process of its own on two serial lines
+  backseat sim run sea_trial                 uplinks, downlinks and pings, which topside ranges and tracks
+  backseat sim run --topside off             the vehicle's modem plays the ship's part
   backseat sim run two_vehicles              a companion in slots of its own
   backseat sim run --realtime --wait         practise: mission put, start and stop by hand")]
 pub struct Args {
@@ -70,10 +70,10 @@ pub struct Args {
     /// stopped be started again; opens the ports of --monitor.
     #[arg(long, requires = "realtime")]
     wait: bool,
-    /// Put `backseat topside` on the ship, with a receiver and a modem of its own: `library`, in this process, or with
-    /// --realtime `process`, on two serial ports; `off`: the vehicle's modem plays the ship's part [default: off; in
-    /// sea_trial and two_vehicles library, with --realtime process]. `library` leaves in trial/ what a real trial
-    /// leaves: logs of vehicle, ship's receiver and both modems.
+    /// Who sits on the ship, behind a receiver and a modem of its own: `process`, `backseat topside` on serial ports;
+    /// `library`, the same in this process; `off`, nobody: the vehicle's modem plays the ship's part. With topside,
+    /// trial/ gets what a real trial leaves: logs of vehicle, ship's receiver and both modems [default: process, unless
+    /// the scenario says topside = false or breaks what only the vehicle's modem can].
     #[arg(long, value_name = "off|library|process")]
     topside: Option<TopsideKind>,
     /// Seed of all randomness instead of the scenario's.
@@ -116,7 +116,7 @@ struct Flown {
 /// A scenario that is wrong, a backseat that dies, a file that cannot be written.
 pub fn run(arguments: &Args) -> anyhow::Result<Outcome> {
     let stop = stop_on_interrupt()?;
-    let flown = fly(arguments, &stop, |scenario| start(arguments, scenario))?;
+    let flown = fly(arguments, &stop, TopsideKind::Process, |scenario| start(arguments, scenario))?;
     let Flown { folder, trial, flight, companion, analysis, ending } = &flown;
     if arguments.json {
         println!("{}", summary_json(flight, companion.as_ref(), analysis, *ending));
@@ -150,7 +150,11 @@ pub fn simulate(options: &[String]) -> anyhow::Result<(String, PathBuf)> {
     let inside = |_: &Scenario| -> anyhow::Result<(Box<dyn Ports>, String)> {
         Ok((Box::new(InProcess::new()), "the app in this process".to_owned()))
     };
-    let flown = fly(&arguments, &AtomicBool::new(false), inside)?;
+    // this program may be another's library: it cannot be started again
+    if arguments.topside == Some(TopsideKind::Process) {
+        bail!("--topside process: here topside flies in this process: `library`");
+    }
+    let flown = fly(&arguments, &AtomicBool::new(false), TopsideKind::Library, inside)?;
     let Flown { folder, flight, companion, analysis, ending, .. } = flown;
     Ok((summary_json(&flight, companion.as_ref(), &analysis, ending).to_string(), folder))
 }
@@ -158,6 +162,7 @@ pub fn simulate(options: &[String]) -> anyhow::Result<(String, PathBuf)> {
 fn fly(
     arguments: &Args,
     stop: &AtomicBool,
+    usual: TopsideKind,
     start: impl FnOnce(&Scenario) -> anyhow::Result<(Box<dyn Ports>, String)>,
 ) -> anyhow::Result<Flown> {
     let scenario = load(arguments)?;
@@ -187,8 +192,8 @@ fn fly(
     eprintln!("{}: {ports}", scenario.settings.name);
     let bar = Progress::new("simulated seconds", scenario.settings.duration_s as usize);
     let progress = |t_s| bar.set(t_s as usize);
-    let mut ship = super::ship::start(arguments.topside, arguments.realtime, &scenario, &folder)?;
-    let end = ship.as_mut().map(|ship| &mut ship.end);
+    let mut ship = super::ship::start(arguments.topside, usual, arguments.realtime, &scenario, &folder)?;
+    let end = ship.as_mut();
     let mut companion = None;
     let flight = if let Some(second) = scenario.companion() {
         let end = end.filter(|_| !arguments.realtime);

@@ -1,13 +1,12 @@
 //! The real topside on the simulated ship, in this process or as one of its own.
 
 use super::trial;
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use backseat_topside::{Config, Topside};
 use hil_sim::flight::{FlightLog, ShipSide};
 use hil_sim::scenario::Scenario;
-use hil_sim::ship_end::{self, ShipEnd};
+use hil_sim::ship_end::{self, InProcess, OnPorts, Program, ProgramClock, ShipEnd};
 use serde_json::{Value, json};
-use std::os::unix::process::CommandExt;
 use std::path::Path;
 
 /// How topside takes part.
@@ -21,66 +20,56 @@ pub enum TopsideKind {
     Process,
 }
 
-/// The ship's end, and the process behind it if it is one; it ends with this.
-pub struct Ship {
-    pub end: ShipEnd,
-    process: Option<std::process::Child>,
-}
-
-impl Drop for Ship {
-    fn drop(&mut self) {
-        if let Some(process) = &mut self.process {
-            // both fail only when it has ended by itself
-            let _ = process.kill();
-            let _ = process.wait();
-        }
-    }
-}
-
-/// Starts the topside asked for.
+/// Starts the topside asked for, or the `usual` one where the scenario has it.
 pub fn start(
-    kind: Option<TopsideKind>,
+    asked: Option<TopsideKind>,
+    usual: TopsideKind,
     realtime: bool,
     scenario: &Scenario,
     folder: &Path,
-) -> anyhow::Result<Option<Ship>> {
-    let usual = if realtime { TopsideKind::Process } else { TopsideKind::Library };
-    let kind = match kind {
-        None if scenario.settings.acoustics.topside => usual,
-        None | Some(TopsideKind::Off) => return Ok(None),
-        Some(kind) => kind,
+) -> anyhow::Result<Option<ShipEnd>> {
+    let name = &scenario.settings.name;
+    let misplaced = ship_end::fault_of_lone_modem(scenario);
+    let kind = match (asked, misplaced) {
+        (None, _) if !scenario.settings.acoustics.topside => return Ok(None),
+        (Some(TopsideKind::Off), _) => return Ok(None),
+        (None, Some(fault)) => {
+            eprintln!("{name}: no topside on the ship, because of its fault {fault}");
+            return Ok(None);
+        }
+        (Some(_), Some(fault)) => {
+            bail!("--topside: the fault {fault} is one of the vehicle's modem when it plays the ship's part: `off`")
+        }
+        (kind, None) => kind.unwrap_or(usual),
     };
     let config = ship_end::config(scenario)
-        .map_err(|error| anyhow::anyhow!("{}: acoustics: {error}", scenario.settings.name))?;
-    if kind == TopsideKind::Library {
-        let program = ship_end::InProcess::new(Topside::new(config)?);
-        let start_unix_s = scenario.settings.environment.start_unix_s;
-        let kept = trial::Kept::new(Box::new(program), folder, start_unix_s)?;
-        return Ok(Some(Ship { end: ShipEnd::new(scenario, Box::new(kept)), process: None }));
-    }
-    if !realtime {
-        bail!("--topside process: it has a clock of its own, so it needs --realtime; `library` flies in lock-step");
-    }
-    if scenario.settings.acoustics.key.is_set() {
-        bail!("--topside process: the scenario's key would have to stand in a file; `library` knows it");
-    }
-    let ports = ship_end::OnPorts::open().context("serial ports of topside")?;
-    let file = folder.join("topside.toml");
-    std::fs::write(&file, topside_file(scenario, &config, ports.paths()))
-        .with_context(|| file.display().to_string())?;
+        .map_err(|error| anyhow!("{name}: acoustics: {error} (`--topside off` flies without topside)"))?;
+    let program: Box<dyn Program> = if kind == TopsideKind::Library {
+        if realtime {
+            bail!("--topside library: it has no clock of its own; `process` flies in real time");
+        }
+        Box::new(InProcess::new(Topside::new(config)?))
+    } else {
+        Box::new(process(realtime, scenario, &config, folder)?)
+    };
+    let kept = trial::Kept::new(program, folder, scenario.settings.environment.start_unix_s)?;
+    Ok(Some(ShipEnd::new(scenario, Box::new(kept))))
+}
+
+/// Starts this program again, as the ship's.
+fn process(realtime: bool, scenario: &Scenario, config: &Config, folder: &Path) -> anyhow::Result<OnPorts> {
     let program = std::env::current_exe().context("this program's own path")?;
-    let output = std::fs::File::create(folder.join("topside.jsonl")).context("topside.jsonl")?;
-    let process = std::process::Command::new(program)
-        .arg("topside")
-        .arg(&file)
-        .args(["--json", "--log"])
-        .arg(folder.join("topside.mcap"))
-        .stdin(std::process::Stdio::null())
-        .stdout(output)
-        .process_group(0)
-        .spawn()
-        .context("starting topside")?;
-    Ok(Some(Ship { end: ShipEnd::new(scenario, Box::new(ports)), process: Some(process) }))
+    let clock = if realtime { ProgramClock::Own } else { ProgramClock::Lockstep };
+    let file = folder.join("topside.toml");
+    let command = |paths: &[&str]| {
+        let [gnss, modem, host] = paths else { return Err(std::io::ErrorKind::InvalidInput.into()) };
+        std::fs::write(&file, topside_file(scenario, config, [gnss, modem]))?;
+        eprintln!("topside: gnss {gnss}, modem {modem}, host {host}");
+        let mut command = std::process::Command::new(program);
+        command.arg("__topside").arg(&file).arg(host).args(realtime.then_some("--realtime"));
+        Ok(command)
+    };
+    Ok(OnPorts::start(clock, config.key, &folder.join("topside.jsonl"), command)?)
 }
 
 /// A configuration file of `backseat topside` for a scenario.
@@ -100,8 +89,8 @@ fn topside_file(scenario: &Scenario, config: &Config, [gnss, modem]: [&str; 2]) 
         config.range_sigma_m,
         config.range_max_m,
     );
-    for vehicle in &config.vehicles {
-        text += &format!("[[vehicle]]\naddress = {vehicle}\nname = \"iver3\"\n\n");
+    for (vehicle, name) in config.vehicles.iter().zip(["iver3", "companion"]) {
+        text += &format!("[[vehicle]]\naddress = {vehicle}\nname = \"{name}\"\n\n");
     }
     text += &format!(
         "[cycle]\nperiod_s = {}\npacket_s = {:?}\nlead_s = {:?}\nturnaround_s = {:?}\n",

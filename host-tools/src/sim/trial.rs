@@ -4,12 +4,12 @@
 use anyhow::Context;
 use backseat_data::session::{Event, Reader};
 use backseat_data::{Column, LogWriter, TruthRow, TruthWriter};
-use backseat_link::{Arrival, BackseatError};
+use backseat_link::Arrival;
 use backseat_topside::{Port, Topside};
 use backseat_wire::hostlink;
 use hil_sim::analysis;
 use hil_sim::flight::FlightLog;
-use hil_sim::ship_end::Program;
+use hil_sim::ship_end::{Known, Program, ProgramError};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -91,19 +91,23 @@ impl Kept {
 }
 
 impl Program for Kept {
-    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, BackseatError> {
+    fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
         for (port, Arrival { time_us, bytes }) in arrivals {
             let (log, name) = match port {
-                Port::Gnss => (&mut self.gnss, hostlink::Port::Host),
-                Port::Modem => (&mut self.modem, hostlink::Port::Modem),
+                Port::Gnss => (&mut self.gnss, "ship.nmea"),
+                Port::Modem => (&mut self.modem, "ship_modem.log"),
             };
-            log.write(*time_us, bytes).map_err(|error| BackseatError::Port { port: name, error })?;
+            log.write(*time_us, bytes).map_err(|error| ProgramError::Io { what: name.to_owned(), error })?;
         }
         self.program.exchange(now_us, arrivals, step)
     }
 
     fn topside(&self) -> Option<&Topside> {
         self.program.topside()
+    }
+
+    fn knows(&self, utc_us: u64, vehicle: u8) -> Option<Known> {
+        self.program.knows(utc_us, vehicle)
     }
 }
 

@@ -1,6 +1,6 @@
 //! A serial device that may be unplugged and comes back.
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use serialport::{SerialPort, TTYPort};
 use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
@@ -66,6 +66,22 @@ impl Line {
             Ok(_) => Err(self.lose("hung up")),
             Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => Ok(Vec::new()),
             Err(error) => Err(self.lose(&error.to_string())),
+        }
+    }
+
+    /// The next bytes, as many as there is room for, when at least one has come.
+    ///
+    /// # Errors
+    /// A device that is lost.
+    pub fn wait(&mut self, buffer: &mut [u8]) -> anyhow::Result<usize> {
+        loop {
+            let device = self.device.as_mut().with_context(|| format!("{}: lost", self.path))?;
+            match device.read(buffer) {
+                Ok(count) if count > 0 => return Ok(count),
+                Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
+                Ok(_) => bail!(self.lose("hung up")),
+                Err(error) => bail!(self.lose(&error.to_string())),
+            }
         }
     }
 

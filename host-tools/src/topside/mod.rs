@@ -5,7 +5,10 @@ pub mod config;
 mod json;
 mod line;
 mod model;
+mod simulated;
 mod view;
+
+pub use simulated::{Simulated, run_simulated};
 
 use abort::Prompt;
 use anyhow::{Context, bail};
@@ -18,7 +21,7 @@ use model::Model;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyModifiers};
 use std::io::{ErrorKind, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -97,7 +100,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let read = config::read(&args.config)?;
     let limit =
         args.seconds.map(|s| Duration::try_from_secs_f64(s).with_context(|| format!("--for {s}"))).transpose()?;
-    let mut topside = Topside::new(read.config).with_context(|| args.config.display().to_string())?;
+    let mut topside = Topside::new(read.config.clone()).with_context(|| args.config.display().to_string())?;
     if args.check {
         return check(&topside, &read.vehicles, args.json);
     }
@@ -108,38 +111,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(vehicle) = &args.abort {
         abort::order(&mut topside, &read.vehicles, vehicle, args.yes)?;
     }
-    let gnss = Line::open(GNSS, &read.ports.gnss, 4800)?;
-    let modem = Line::open(MODEM, &read.ports.modem, 19_200)?;
-    let log = args.log.as_ref().map(|path| {
-        let existing = if args.force { Existing::Replace } else { Existing::Keep };
-        let meta = Meta::new(concat!("backseat topside ", env!("CARGO_PKG_VERSION")), Clock::Host)
-            .with("device gnss", &gnss.path)
-            .with("device modem", &modem.path);
-        let mut log = Writer::create(path, &meta, existing)?;
-        log.attach(&Attachment {
-            name: "topside.toml".to_owned(),
-            media_type: "application/toml".to_owned(),
-            bytes: read.text.clone().into_bytes(),
-        })?;
-        anyhow::Ok(log)
-    });
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
+    let existing = if args.force { Existing::Replace } else { Existing::Keep };
+    let mut session = Session::new(topside, read, args.log.as_deref().map(|path| (path, existing)), limit)?;
+    let flag = Arc::clone(&session.stop);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("signal handler")?;
-    let mut session = Session {
-        model: Model::new(&topside),
-        topside,
-        vehicles: read.vehicles,
-        gnss,
-        modem,
-        log: log.transpose()?,
-        begun: Instant::now(),
-        next_step_us: 0,
-        next_second_us: 0,
-        events: Vec::new(),
-        limit,
-        stop,
-    };
     let outcome = if args.json { print(&mut session) } else { ratatui::run(|terminal| show(terminal, &mut session)) };
     let closed = session.log.map_or(Ok(()), Writer::finish);
     outcome.and(closed.map_err(Into::into))
@@ -165,7 +140,52 @@ fn check(topside: &Topside, vehicles: &[Vehicle], as_json: bool) -> anyhow::Resu
     Ok(())
 }
 
+/// What came of bytes and a step.
+struct Acted {
+    /// Bytes sent to the modem.
+    sent: usize,
+    /// The JSON object of a second that is complete.
+    second: Option<serde_json::Value>,
+}
+
 impl Session {
+    /// Opens the ports, and the log if there is to be one.
+    fn new(
+        topside: Topside,
+        read: config::Read,
+        log: Option<(&Path, Existing)>,
+        limit: Option<Duration>,
+    ) -> anyhow::Result<Self> {
+        let gnss = Line::open(GNSS, &read.ports.gnss, 4800)?;
+        let modem = Line::open(MODEM, &read.ports.modem, 19_200)?;
+        let log = log.map(|(path, existing)| {
+            let meta = Meta::new(concat!("backseat topside ", env!("CARGO_PKG_VERSION")), Clock::Host)
+                .with("device gnss", &gnss.path)
+                .with("device modem", &modem.path);
+            let mut log = Writer::create(path, &meta, existing)?;
+            log.attach(&Attachment {
+                name: "topside.toml".to_owned(),
+                media_type: "application/toml".to_owned(),
+                bytes: read.text.into_bytes(),
+            })?;
+            anyhow::Ok(log)
+        });
+        Ok(Self {
+            model: Model::new(&topside),
+            topside,
+            vehicles: read.vehicles,
+            gnss,
+            modem,
+            log: log.transpose()?,
+            begun: Instant::now(),
+            next_step_us: 0,
+            next_second_us: 0,
+            events: Vec::new(),
+            limit,
+            stop: Arc::new(AtomicBool::new(false)),
+        })
+    }
+
     fn now_us(&self) -> u64 {
         u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
     }
@@ -179,37 +199,45 @@ impl Session {
         self.topside.utc_us(time_us).unwrap_or(time_us)
     }
 
-    /// Hears, steps, sends; the JSON object of a second that is complete.
+    /// Hears, steps, sends by its own clock; the JSON object of a second that is complete.
     fn poll(&mut self) -> anyhow::Result<Option<serde_json::Value>> {
         for port in Port::ALL {
-            let (line, name) = if port == Port::Gnss { (&mut self.gnss, GNSS) } else { (&mut self.modem, MODEM) };
+            let line = if port == Port::Gnss { &mut self.gnss } else { &mut self.modem };
             let polled = line.poll();
             let now_us = self.now_us();
             match polled {
                 Ok(bytes) if bytes.is_empty() => {}
-                Ok(bytes) => {
-                    self.topside.receive(port, now_us, &bytes);
-                    let log_us = self.log_us(now_us);
-                    if let Some(log) = &mut self.log {
-                        log.write_line(name, false, log_us, &bytes)?;
-                    }
-                }
+                Ok(bytes) => self.hear(port, now_us, &bytes)?,
                 Err(why) => self.model.note(&self.topside, now_us, true, why),
             }
         }
-        let now_us = self.now_us();
+        let lost = [(&self.gnss, GNSS), (&self.modem, MODEM)];
+        self.model
+            .set_lost(lost.iter().filter(|(line, _)| !line.is_open()).map(|(_, name)| (*name).to_owned()).collect());
+        Ok(self.act(self.now_us())?.second)
+    }
+
+    /// Bytes have come, the last of them at `time_us`.
+    fn hear(&mut self, port: Port, time_us: u64, bytes: &[u8]) -> anyhow::Result<()> {
+        self.topside.receive(port, time_us, bytes);
+        let log_us = self.log_us(time_us);
+        if let Some(log) = &mut self.log {
+            log.write_line(if port == Port::Gnss { GNSS } else { MODEM }, false, log_us, bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Steps if that is due, and sends.
+    fn act(&mut self, now_us: u64) -> anyhow::Result<Acted> {
         if now_us >= self.next_step_us {
             self.next_step_us = now_us - now_us % STEP_US + STEP_US;
             self.topside.step(now_us);
         }
-        self.send(now_us)?;
+        let sent = self.send(now_us)?;
         let events = self.model.take(&mut self.topside, now_us);
         self.events.extend(events);
-        let lost = [(&self.gnss, GNSS), (&self.modem, MODEM)];
-        self.model
-            .set_lost(lost.iter().filter(|(line, _)| !line.is_open()).map(|(_, name)| (*name).to_owned()).collect());
         if now_us < self.next_second_us {
-            return Ok(None);
+            return Ok(Acted { sent, second: None });
         }
         self.next_second_us = now_us + SECOND_US;
         let object = json::object(&self.topside, now_us, &self.events);
@@ -219,7 +247,7 @@ impl Session {
             log.write_json("topside", log_us, &object)?;
             log.flush()?;
         }
-        Ok(Some(object))
+        Ok(Acted { sent, second: Some(object) })
     }
 
     fn press(&mut self, prompt: &mut Prompt, key: char) {
@@ -229,7 +257,8 @@ impl Session {
         }
     }
 
-    fn send(&mut self, now_us: u64) -> anyhow::Result<()> {
+    /// Hands the modem what waits for it; how many bytes.
+    fn send(&mut self, now_us: u64) -> anyhow::Result<usize> {
         let mut bytes = Vec::new();
         while !self.topside.transmit(Port::Modem).is_empty() {
             bytes.extend_from_slice(self.topside.transmit(Port::Modem));
@@ -237,7 +266,7 @@ impl Session {
             self.topside.transmitted(Port::Modem, count);
         }
         if bytes.is_empty() {
-            return Ok(());
+            return Ok(0);
         }
         if let Err(why) = self.modem.send(&bytes) {
             self.model.note(&self.topside, now_us, true, why);
@@ -246,7 +275,7 @@ impl Session {
         if let Some(log) = &mut self.log {
             log.write_line(MODEM, true, log_us, &bytes)?;
         }
-        Ok(())
+        Ok(bytes.len())
     }
 }
 
@@ -254,13 +283,19 @@ fn print(session: &mut Session) -> anyhow::Result<()> {
     while !session.is_over() {
         std::thread::sleep(POLL);
         let Some(object) = session.poll()? else { continue };
-        // a reader that has gone (`| head`) has seen enough
-        match writeln!(std::io::stdout(), "{object}") {
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => return Ok(()),
-            written => written?,
+        if !say(&object)? {
+            return Ok(());
         }
     }
     Ok(())
+}
+
+/// Prints a line; false when its reader has gone (`| head`), and so has seen enough.
+fn say(object: &serde_json::Value) -> anyhow::Result<bool> {
+    match writeln!(std::io::stdout(), "{object}") {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
+        written => Ok(written.map(|()| true)?),
+    }
 }
 
 fn show(terminal: &mut DefaultTerminal, session: &mut Session) -> anyhow::Result<()> {

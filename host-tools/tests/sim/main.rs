@@ -4,4 +4,5 @@ mod both_ways;
 mod dataset;
 mod flight;
 mod session;
+mod ship;
 mod trial;

@@ -16,7 +16,7 @@ use crate::slots::SlotTable;
 use crate::track::Track;
 use backseat_app::{LocalFrame, Ring, UtcClock};
 use backseat_wire::modem::ReceptionStatistics;
-use backseat_wire::ship_state::ShipState;
+use backseat_wire::ship_state::{Key, ShipState};
 use backseat_wire::vehicle_state::VehicleState;
 use heapless::{Deque, Vec};
 use sending::{PendingAbort, SENTENCE};
@@ -195,6 +195,11 @@ impl Topside {
     /// The oldest event that was not taken yet, and its time, µs.
     pub fn next_event(&mut self) -> Option<(u64, Event)> {
         self.events.pop_front()
+    }
+
+    /// Packets carry, and uplinks need, the authentication code of this key from now on; none switches that off.
+    pub fn set_key(&mut self, key: Key) {
+        self.config.key = key;
     }
 
     /// What it was given.
