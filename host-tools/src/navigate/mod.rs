@@ -14,7 +14,7 @@ use anyhow::{Context, bail};
 use backseat_core::navigation::ProcessModel;
 use backseat_data::console::{self, Progress};
 use backseat_data::dead_reckoning::{self, Method};
-use backseat_data::filter::{self, FilterOptions, FilterRun, Health, ShipSource};
+use backseat_data::filter::{self, FilterOptions, Health, ShipSource};
 use backseat_data::inputs;
 use backseat_data::output::{self, Existing};
 use backseat_data::{DataError, Log, ManoeuvringModel, Truth, VehicleFile};
@@ -174,13 +174,17 @@ fn write(
         return Err(DataError::file(path, "the truth has no time in common with the estimate").into());
     }
     if let Some(path) = &args.learn {
-        let Estimate::Filter(FilterRun { learnt: Some(learnt), .. }) = &outcome.estimate else {
+        let learnt = match &outcome.estimate {
+            Estimate::Filter(run) => run.learnt.as_deref(),
+            Estimate::DeadReckoning(_) => None,
+        };
+        let Some(learnt) = learnt else {
             bail!(
                 "--learn: only the robust model learns anything of the vehicle (--model robust, a log with fins and propeller)"
             );
         };
         let vehicle = vehicle.cloned().unwrap_or_else(VehicleFile::reference);
-        let next = VehicleFile { learnt: **learnt, ..vehicle };
+        let next = VehicleFile { learnt: *learnt, ..vehicle };
         next.write(path, &learnt_from(&args.log, &next), existing)?;
     }
     if let Some(path) = &args.out {
@@ -309,7 +313,7 @@ fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Est
         Plan::Filter(options) => {
             let progress = Progress::new("filter", log.rows.len());
             let run = filter::run_with_progress(log, vehicle, options, |row| progress.set(row))?;
-            Estimate::Filter(run)
+            Estimate::Filter(Box::new(run))
         }
     })
 }

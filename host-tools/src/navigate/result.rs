@@ -13,7 +13,7 @@ use std::path::Path;
 /// The estimate, by whichever way.
 pub enum Estimate {
     /// By the filter.
-    Filter(FilterRun),
+    Filter(Box<FilterRun>),
     /// By summing up heading and speed.
     DeadReckoning(Vec<Position>),
 }
