@@ -174,8 +174,10 @@ fn fly(
             scenario.vehicle.name
         );
     }
-    let (backseat, ports) = start(&scenario)?;
     let folder = folder(arguments, &scenario)?;
+    let program = super::ship::start(arguments.topside, usual, arguments.realtime, &scenario, &folder)?;
+    let (backseat, ports) = start(&scenario)?;
+    let mut ship = program.map(|program| super::ship::end(&scenario, program, &folder)).transpose()?;
     let backseat = if arguments.monitor || arguments.wait { watched(backseat)? } else { backseat };
     let mut client = Client::new(backseat);
     client.hello()?;
@@ -192,7 +194,6 @@ fn fly(
     eprintln!("{}: {ports}", scenario.settings.name);
     let bar = Progress::new("simulated seconds", scenario.settings.duration_s as usize);
     let progress = |t_s| bar.set(t_s as usize);
-    let mut ship = super::ship::start(arguments.topside, usual, arguments.realtime, &scenario, &folder)?;
     let end = ship.as_mut();
     let mut companion = None;
     let flight = if let Some(second) = scenario.companion() {
@@ -260,10 +261,7 @@ fn start(arguments: &Args, scenario: &Scenario) -> anyhow::Result<(Box<dyn Ports
             let backseat = Qemu::start(&image)?;
             Ok((Box::new(backseat), format!("{} in QEMU", image.display())))
         }
-        ports if ports.starts_with('/') => Ok((Box::new(Serial::open(ports)?), ports.to_owned())),
-        other => {
-            bail!("--backseat {other}: expected `host`, `qemu` or five serial ports (frontseat,dvl,ahrs,modem,host)")
-        }
+        ports => Ok((Box::new(Serial::open(ports)?), ports.to_owned())),
     }
 }
 
@@ -277,6 +275,10 @@ fn watched(backseat: Box<dyn Ports>) -> anyhow::Result<Box<dyn Ports>> {
 }
 
 fn load(arguments: &Args) -> anyhow::Result<Scenario> {
+    let backseat = &arguments.backseat;
+    if !matches!(backseat.as_str(), "" | "host" | "qemu") && !backseat.starts_with('/') {
+        bail!("--backseat {backseat}: expected `host`, `qemu` or five serial ports (frontseat,dvl,ahrs,modem,host)");
+    }
     let mut scenario = match &arguments.scenario {
         None => Scenario::built_in("survey")?,
         Some(path) => match path.to_str() {

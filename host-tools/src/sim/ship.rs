@@ -20,14 +20,15 @@ pub enum TopsideKind {
     Process,
 }
 
-/// Starts the topside asked for, or the `usual` one where the scenario has it.
+/// Starts the topside asked for, or the `usual` one where the scenario has it. The backseat is started after it: it
+/// waits two seconds for a clock, which a busy machine takes for a program to start.
 pub fn start(
     asked: Option<TopsideKind>,
     usual: TopsideKind,
     realtime: bool,
     scenario: &Scenario,
     folder: &Path,
-) -> anyhow::Result<Option<ShipEnd>> {
+) -> anyhow::Result<Option<Box<dyn Program>>> {
     let name = &scenario.settings.name;
     let misplaced = ship_end::fault_of_lone_modem(scenario);
     let kind = match (asked, misplaced) {
@@ -44,16 +45,19 @@ pub fn start(
     };
     let config = ship_end::config(scenario)
         .map_err(|error| anyhow!("{name}: acoustics: {error} (`--topside off` flies without topside)"))?;
-    let program: Box<dyn Program> = if kind == TopsideKind::Library {
-        if realtime {
-            bail!("--topside library: it has no clock of its own; `process` flies in real time");
-        }
-        Box::new(InProcess::new(Topside::new(config)?))
-    } else {
-        Box::new(process(realtime, scenario, &config, folder)?)
-    };
+    if kind == TopsideKind::Process {
+        return Ok(Some(Box::new(process(realtime, scenario, &config, folder)?)));
+    }
+    if realtime {
+        bail!("--topside library: it has no clock of its own; `process` flies in real time");
+    }
+    Ok(Some(Box::new(InProcess::new(Topside::new(config)?))))
+}
+
+/// The ship's end with this program, which keeps the logs of receiver and modem.
+pub fn end(scenario: &Scenario, program: Box<dyn Program>, folder: &Path) -> anyhow::Result<ShipEnd> {
     let kept = trial::Kept::new(program, folder, scenario.settings.environment.start_unix_s)?;
-    Ok(Some(ShipEnd::new(scenario, Box::new(kept))))
+    Ok(ShipEnd::new(scenario, Box::new(kept)))
 }
 
 /// Starts this program again, as the ship's.
