@@ -11,6 +11,7 @@ use crate::proposal::{self, ProposedTerm};
 use crate::samples::ResidualChannel;
 use crate::scores::{Whiteness, whiteness, whiteness_p};
 use crate::search::{self, Round};
+use crate::statistics::MOST_COLOURED;
 use crate::structure::{self, Structure};
 use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
@@ -97,9 +98,10 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let (left, found) = (left?, found?);
     let explained: f64 = log_data.declared.normal.sum(|_| true).square - joint.whole_square;
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
-    let exceeds_noise = exceeds_noise(&joint.pass);
-    let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
     let whitenesses = whiteness(log_data, &joint.pass);
+    let errs_on_held_out = !accepted.is_empty() && noise_effects.is_empty() && errs_in_a_channel(&whitenesses);
+    let exceeds_noise = exceeds_noise(&joint.pass) || errs_on_held_out;
+    let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
     let rule = verdict::decide(&Conditions {
         structure_remains,
         exceeds_noise,
@@ -158,6 +160,18 @@ fn exceeds_noise(pass: &Pass) -> bool {
     let count = sum.count as f64;
     sum.square > count * (1.0 + SLACK) + SIGMAS * (2.0 * count).sqrt()
 }
+
+/// Whether on held-out blocks some channel errs by more than its noise, beside the effects found: what they say of the
+/// log is not so where they were not fitted. A sum over all channels hides the hundred ranges of a log behind some ten
+/// thousand readings of attitude. Outliers and waves make such errors themselves.
+fn errs_in_a_channel(whitenesses: &[Whiteness]) -> bool {
+    let errs = |w: &Whiteness| {
+        let square = w.nis * w.count as f64 / (1.0 + MOST_COLOURED);
+        chi_square_tail(square, w.count) * (whitenesses.len() as f64) < structure::FAMILY_ERROR
+    };
+    whitenesses.iter().any(errs)
+}
+
 /// By how much as many generic terms as entries must explain more to take their place: chance gives them no more than
 /// this where the entries are right. Beside large effects it is what is tolerated of any structure: an entry's
 /// derivative acts on the innovations' variance as well, a generic term's does not.

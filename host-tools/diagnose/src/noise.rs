@@ -22,7 +22,9 @@ const PASSES: usize = 3;
 #[must_use]
 pub fn scales(residuals: &[Residual]) -> [f64; ResidualChannel::COUNT] {
     std::array::from_fn(|index| {
-        let e: Vec<f64> = residuals.iter().filter(|r| r.channel as usize == index).map(Residual::normalised).collect();
+        // By what one reading is declared to scatter, whatever it is worth beside others.
+        let single = |r: &Residual| r.normalised() * r.alike.sqrt();
+        let e: Vec<f64> = residuals.iter().filter(|r| r.channel as usize == index).map(single).collect();
         if e.len() < LEAST_SAMPLES {
             return 1.0;
         }

@@ -3,6 +3,7 @@
 //! The ship's part of a range is taken from its own GNSS track (a straight line through the fixes
 //! about the launch), so that only the vehicle has states.
 
+use crate::statistics::MOST_COLOURED;
 use backseat_data::commands::{Commands, InputLine, InputTiming};
 use backseat_data::log::Column;
 use backseat_data::{Log, VehicleFile};
@@ -119,8 +120,14 @@ pub enum Reading {
     Rates([f64; 3]),
     /// u, v, w over ground, m/s.
     Dvl([f64; 3]),
-    /// North, east of the vehicle, m.
-    Gnss([f64; 2]),
+    /// A fix of the vehicle.
+    Gnss {
+        /// North, east, m.
+        position_m: [f64; 2],
+        /// Factor on its variance, because the fixes about it share a part of their errors: so many of them are worth one
+        /// ([`design_effect`]).
+        alike: f64,
+    },
     /// Range, m, and range rate, m/s, of one packet.
     Acoustic {
         /// Range, m.
@@ -175,6 +182,8 @@ impl Samples {
     pub fn of(log: &Log, vehicle: &VehicleFile, use_dvl: bool) -> Self {
         let start_us = log.rows.first().map_or(0, |row| row.time_us);
         let seconds = |time_us: u64| (time_us as f64 - start_us as f64) * 1e-6;
+        let fixes_s: Vec<f64> =
+            log.rows.iter().filter(|row| row.gnss_m().is_some()).map(|row| seconds(row.time_us)).collect();
         let ship: Vec<(u64, [f64; 2])> =
             log.rows.iter().filter_map(|row| Some((row.time_us, row.ship_gnss_m()?))).collect();
         let mut samples = Self { start_us, duration_s: log.duration_s(), ..Self::default() };
@@ -193,8 +202,8 @@ impl Samples {
             if let Some(velocity) = row.dvl_mps().filter(|_| use_dvl) {
                 read(Reading::Dvl(velocity));
             }
-            if let Some(fix) = row.gnss_m() {
-                read(Reading::Gnss(fix));
+            if let Some(position_m) = row.gnss_m() {
+                read(Reading::Gnss { position_m, alike: design_effect(&fixes_s, t_s) });
             }
             let range_m = row.get(Column::Range);
             let range_rate_mps = row.get(Column::RangeRate);
@@ -231,6 +240,22 @@ impl Samples {
     }
 }
 
+/// Errors of GNSS fixes last (multipath, the ionosphere): fixes closer than this share a part of them, s.
+const LASTING_S: f64 = 20.0;
+
+/// The share of their variance that lasts. What of a noise may be coloured though it is declared white is tolerated up to
+/// a fifth; how much it is two or three surfaced runs do not tell, and the middle is what is to be expected.
+const LASTING_SHARE: f64 = 0.5 * MOST_COLOURED;
+
+/// How many fixes about `t_s` are worth one independent fix: the design effect of a cluster of n, 1 + (n - 1) ρ (Kish
+/// 1965), where ρ is the share of the variance that they have in common. The scatter of blocks finds the colour of
+/// other sensors; fixes stand in the few blocks of a surfaced run or two, which have no scatter.
+fn design_effect(fixes_s: &[f64], t_s: f64) -> f64 {
+    let first = fixes_s.partition_point(|fix_s| *fix_s <= t_s - LASTING_S);
+    let last = fixes_s.partition_point(|fix_s| *fix_s < t_s + LASTING_S);
+    1.0 + LASTING_SHARE * (last - first).saturating_sub(1) as f64
+}
+
 /// A straight line through the ship's fixes about the launch; without fixes the packet's position.
 fn ship_at(fixes: &[(u64, [f64; 2])], launch_us: u64, told_m: Option<[f64; 2]>, sigma_m: f64) -> Option<ShipAtLaunch> {
     let first = fixes.partition_point(|fix| fix.0 + SHIP_WINDOW_US < launch_us);
@@ -262,4 +287,18 @@ fn ship_at(fixes: &[(u64, [f64; 2])], launch_us: u64, told_m: Option<[f64; 2]>, 
         position_variance_m2: variance * (1.0 / count + mean_s * mean_s / spread),
         velocity_variance_m2ps2: variance / spread,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lone fix is worth one; among 38 others within 20 s, 1 + 38 ρ of them are, at the end of a run half as many.
+    #[test]
+    fn val_fixes_that_share_their_errors() {
+        assert_eq!(design_effect(&[0.0, 100.0], 100.0), 1.0);
+        let run: Vec<f64> = (0..80).map(f64::from).collect();
+        assert!((design_effect(&run, 40.0) - (1.0 + 38.0 * LASTING_SHARE)).abs() < 1e-12); // rounding
+        assert!((design_effect(&run, 0.0) - (1.0 + 19.0 * LASTING_SHARE)).abs() < 1e-12);
+    }
 }

@@ -7,7 +7,7 @@ use crate::proposal;
 use crate::regressors::{self, Proposed, Snapshot};
 use crate::samples::{LogEvent, Reading, ResidualChannel};
 use crate::statistics::{self, NoiseColour};
-use crate::whitener::Pass;
+use crate::whitener::{Pass, Residual};
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::{SensorChannel, Step};
 use backseat_core::navigation::{ProcessModel, models};
@@ -158,7 +158,7 @@ pub fn whiteness(log_data: &PreparedLog, pass: &Pass) -> Vec<Whiteness> {
         .into_iter()
         .filter_map(|channel| {
             let held = pass.residuals.iter().filter(|r| r.channel == channel && r.used && log_data.is_held(r.t_s));
-            let e: Vec<f64> = held.map(crate::whitener::Residual::normalised).collect();
+            let e: Vec<f64> = independent(held).map(Residual::normalised).collect();
             let count = e.len();
             let nis = e.iter().map(|e| e * e).sum::<f64>() / count as f64;
             let correlation = autocorrelation(&e, LAGS.min(count / 4));
@@ -166,6 +166,17 @@ pub fn whiteness(log_data: &PreparedLog, pass: &Pass) -> Vec<Whiteness> {
             (count > 8).then_some(Whiteness { channel, count, nis, p, colour, correlation })
         })
         .collect()
+}
+
+/// Of readings that share a part of their errors, which are not white, as many as they are worth.
+fn independent<'a>(residuals: impl Iterator<Item = &'a Residual>) -> impl Iterator<Item = &'a Residual> {
+    let mut worth = 0.0;
+    residuals.filter(move |r| {
+        worth += 1.0 / r.alike;
+        let counts = worth >= 1.0;
+        worth -= f64::from(u8::from(counts));
+        counts
+    })
 }
 
 /// Smallest p of all channels, times the number of channels that are long enough to be tested.
@@ -268,7 +279,7 @@ fn errors(
             let current = [0, 1, 2].map(|i| current[i] + rotation[(0, i)] * water[X] + rotation[(1, i)] * water[Y]);
             (SensorChannel::Dvl, ResidualChannel::DvlU, [0, 1, 2].map(|i| through[i] + current[i]), velocity)
         }
-        Reading::Gnss(_) | Reading::Acoustic { .. } => return Vec::new(),
+        Reading::Gnss { .. } | Reading::Acoustic { .. } => return Vec::new(),
     };
     let predicted = model.read(t_s, sensor, truth, (x, [0.0; 3])).0;
     let error = |(i, measured): (usize, &f64)| {

@@ -3,7 +3,7 @@
 use backseat_data::stats::ljung_box;
 
 /// Largest share of the variance that is taken as coloured sensor noise; what is more is structure.
-const MOST_COLOURED: f64 = 0.2;
+pub(crate) const MOST_COLOURED: f64 = 0.2;
 /// Probability under whiteness below which a sequence may be taken as white noise plus coloured noise.
 const SUSPECTED: f64 = 1e-6;
 

@@ -45,6 +45,19 @@ fn nothing_is_found_where_nothing_is() {
     }
 }
 
+/// Coloured errors of the fixes at either end of lines to and fro look like an antenna that is elsewhere, or like a
+/// compass that errs; these fixes are few independent ones.
+#[test]
+fn coloured_fixes_at_both_ends_are_no_lever_arm() {
+    for (seed, ramps) in [(10_567, true), (10_727, true)] {
+        let d = diagnose(&[], seed, |spec| {
+            (spec.duration_s, spec.shape, spec.ramps) = (1800.0, Shape::Lawnmower, ramps);
+            spec.noise = hil_sim::noise::NoiseKind::Coloured;
+        });
+        assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {}", d.effects, d.reason);
+    }
+}
+
 #[test]
 fn val_current() {
     assert_finds("water_current:north_mps=0.06,east_mps=-0.04", &[0.06, -0.04], 21);

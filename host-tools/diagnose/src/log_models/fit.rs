@@ -157,7 +157,7 @@ pub(super) fn pass(model: &impl LogModel, noise: &[Noise], theta: &[f64]) -> Pas
                     *slope -= share * before;
                 }
             }
-            let residual = Residual { t_s: row.t_s, channel: row.channel, innovation, sigma, used: true };
+            let residual = Residual { t_s: row.t_s, channel: row.channel, innovation, sigma, alike: 1.0, used: true };
             whitened.push((residual, slopes));
             last = Some(row);
         }

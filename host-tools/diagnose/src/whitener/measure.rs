@@ -24,6 +24,8 @@ struct Prediction {
     /// ∂(truth)/∂x.
     jacobian: Jacobian,
     variance: f64,
+    /// Factor on the variance where neighbouring readings share a part of their errors.
+    alike: f64,
     /// Rᵀ: what a velocity of the water adds to the scalars, by its north and east part.
     by_water: [[f64; 3]; 2],
     /// Unit vector of an acoustic path, towards the vehicle, in body axes.
@@ -64,6 +66,7 @@ impl Filter<'_> {
                 measured: [0.0; 3],
                 jacobian: Jacobian::zeros(),
                 variance: sigma * sigma,
+                alike: 1.0,
                 by_water: [[0.0; 3]; 2],
                 along: [0.0; 3],
             };
@@ -88,8 +91,9 @@ impl Filter<'_> {
                 let prediction = direct(SensorChannel::Rates, ResidualChannel::P, P, rates, sensors.rates_radps);
                 self.update(&prediction, true, residuals, rows);
             }
-            Reading::Gnss(fix) => {
-                let prediction = direct(SensorChannel::Gnss, ResidualChannel::GnssX, X, fix, sensors.gnss_m);
+            Reading::Gnss { position_m, alike } => {
+                let mut prediction = direct(SensorChannel::Gnss, ResidualChannel::GnssX, X, position_m, sensors.gnss_m);
+                prediction.alike = *alike;
                 self.update(&prediction, true, residuals, rows);
             }
             Reading::Dvl(velocity) => {
@@ -136,6 +140,7 @@ impl Filter<'_> {
             measured: [measured, 0.0, 0.0],
             jacobian,
             variance: sensors.range_m.powi(2) + horizontal(&path.direction) * ship.position_variance_m2,
+            alike: 1.0,
             by_water: [[0.0; 3]; 2],
             along: attitude.rotation().tr_mul(&path.direction).into(),
         })
@@ -168,6 +173,7 @@ impl Filter<'_> {
             measured: [measured, 0.0, 0.0],
             jacobian,
             variance: sensors.range_rate_mps.powi(2) + horizontal(&unit) * ship.velocity_variance_m2ps2,
+            alike: 1.0,
             by_water: [[unit.x, 0.0, 0.0], [unit.y, 0.0, 0.0]],
             along: [0.0; 3],
         })
@@ -212,9 +218,9 @@ impl Filter<'_> {
                 innovation = wrap_angle(innovation);
             }
             let ph = matrix::apply(&self.p, &h);
-            let variance = dot(&h, &ph) + (prediction.variance + added) * scale * scale;
+            let variance = dot(&h, &ph) + (prediction.variance + added) * scale * scale * prediction.alike;
             let sigma = variance.sqrt();
-            residuals.push(Residual { t_s, channel, innovation, sigma, used });
+            residuals.push(Residual { t_s, channel, innovation, sigma, alike: prediction.alike, used });
             if !used {
                 continue;
             }

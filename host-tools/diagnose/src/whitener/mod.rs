@@ -69,6 +69,8 @@ pub struct Residual {
     pub innovation: f64,
     /// Its standard deviation.
     pub sigma: f64,
+    /// Factor in its variance on the sensor's, because readings about it share a part of their errors; 1 for most.
+    pub alike: f64,
     /// Whether the filter used it.
     pub used: bool,
 }
@@ -293,7 +295,7 @@ impl<'a> Filter<'a> {
             Reading::Depth(z) => start.depth = Some(z),
             Reading::Attitude(euler) => start.euler = Some(euler),
             Reading::Dvl(velocity) => start.dvl = Some(velocity),
-            Reading::Gnss(fix) => start.fix = Some(fix),
+            Reading::Gnss { position_m, .. } => start.fix = Some(position_m),
             Reading::Acoustic { .. } => {
                 self.acoustic_index += 1;
                 return false;

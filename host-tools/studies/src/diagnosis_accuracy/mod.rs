@@ -18,6 +18,7 @@ use anyhow::{Context, bail};
 use backseat_data::console;
 use backseat_data::output::{self, Existing};
 use page::Page;
+use plan::Class;
 use run::Run;
 use sections::Study;
 use std::path::PathBuf;
@@ -27,13 +28,14 @@ const FIRST_SEED: u64 = 10_000;
 /// The only study of its file.
 const STUDY: &str = "";
 /// Version of the study: results of other versions are not mixed in. Raise it whenever a verdict may change.
-const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-5");
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-6");
 
 const EXAMPLES: &str = "\
 Examples:
   backseat studies diagnosis-accuracy --out study                  the whole study; resumes if it was interrupted
   backseat studies diagnosis-accuracy --out study --runs 40        the first forty runs of it
   backseat studies diagnosis-accuracy --out try --first-seed 100   seeds on which `diagnose` may be tried and changed
+  backseat studies diagnosis-accuracy --out study --class clean,outside   only logs with nothing, or with what is no entry
 
 Each run is a simulated log of half an hour with an undeclared effect, or two or three, or none, or one that is in
 no catalogue.
@@ -53,12 +55,21 @@ pub struct Args {
     /// Seed of the first run; those below 10000 were used while `diagnose` was developed
     #[arg(long, value_name = "S", default_value_t = FIRST_SEED)]
     first_seed: u64,
+    /// Only seeds of these classes, of those that --runs gives
+    #[arg(long, value_name = "CLASS", value_delimiter = ',')]
+    class: Vec<Class>,
     /// Length of each log, s.
     #[arg(skip = 1800.0)]
     seconds: f64,
     /// Print one JSON object instead of the page
     #[arg(long)]
     json: bool,
+}
+
+impl Args {
+    fn wants(&self, seed: u64) -> bool {
+        self.class.is_empty() || self.class.contains(&plan::class_of(seed))
+    }
 }
 
 /// Runs what is missing, writes the page and shows it.
@@ -77,8 +88,10 @@ fn finish(args: &Args) -> anyhow::Result<(String, bool)> {
     let store = Store::open(Some(&args.out.join("runs.jsonl")), VERSION.to_owned())?;
     let seeds = args.first_seed..args.first_seed.saturating_add(args.runs);
     let interrupted = work(args, &store)?;
-    let runs: Vec<Run> = store.of(STUDY, seeds.clone()).into_iter().map(|(seed, run)| Run { seed, ..run }).collect();
-    let page = Page { study: Study::new(&runs), runs: &runs, seeds };
+    let finished = store.of(STUDY, seeds.clone()).into_iter().filter(|(seed, _)| args.wants(*seed));
+    let runs: Vec<Run> = finished.map(|(seed, run)| Run { seed, ..run }).collect();
+    let asked = seeds.clone().filter(|seed| args.wants(*seed)).count();
+    let page = Page { study: Study::new(&runs), runs: &runs, seeds, asked, classes: &args.class };
     let (markdown, html) = (wrapped(&page.markdown()), page.html());
     // The page is made from the runs alone, so that it can be written again.
     for (name, text) in [("study.md", &markdown), ("study.html", &html)] {
@@ -90,7 +103,8 @@ fn finish(args: &Args) -> anyhow::Result<(String, bool)> {
 /// Runs what is missing; whether it was interrupted.
 fn work(args: &Args, store: &Store<Run>) -> anyhow::Result<bool> {
     let seeds = args.first_seed..args.first_seed.saturating_add(args.runs);
-    let jobs: Vec<(Key, ())> = seeds.map(|seed| ((STUDY, seed), ())).filter(|(key, ())| !store.has(*key)).collect();
+    let wanted = seeds.filter(|seed| args.wants(*seed));
+    let jobs: Vec<(Key, ())> = wanted.map(|seed| ((STUDY, seed), ())).filter(|(key, ())| !store.has(*key)).collect();
     run_and_keep("diagnosis", &jobs, store, |seed, ()| {
         let (class, mut spec) = plan::of(seed);
         spec.duration_s = args.seconds;
@@ -107,7 +121,20 @@ mod tests {
     /// Logs of five minutes: what is tested is the bookkeeping.
     fn study(folder: &Path, runs: u64) -> String {
         // Seeds of development: a log with an effect and one without.
-        finish(&Args { out: folder.to_owned(), runs, first_seed: 100, seconds: 300.0, json: false }).unwrap().0
+        finish(&args(folder, runs, Vec::new())).unwrap().0
+    }
+
+    fn args(folder: &Path, runs: u64, class: Vec<Class>) -> Args {
+        Args { out: folder.to_owned(), runs, first_seed: 100, class, seconds: 300.0, json: false }
+    }
+
+    #[test]
+    fn only_the_classes_asked_for_are_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let (page, _) = finish(&args(folder.path(), 2, vec![Class::None])).unwrap();
+        assert!(page.contains("1 of 1 runs, seeds 100 to 101"), "{page}");
+        assert!(page.contains("--class none"), "{page}");
+        assert!(lines(folder.path())[0].contains("\"class\":\"none\""));
     }
 
     fn lines(folder: &Path) -> Vec<String> {

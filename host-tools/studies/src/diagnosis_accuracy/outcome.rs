@@ -79,6 +79,13 @@ impl Run {
     }
 }
 
+impl Run {
+    /// Of a cause that is no entry: how far it is from every entry.
+    pub fn apart(&self) -> Option<&Separability> {
+        self.separability.first()
+    }
+}
+
 impl Case<'_> {
     pub fn separability(&self) -> Option<f64> {
         self.separability.map(|of| of.value)

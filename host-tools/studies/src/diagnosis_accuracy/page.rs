@@ -1,9 +1,11 @@
 //! The page, for people (Markdown, HTML) and for scripts.
 
+use super::plan::Class;
 use super::run::Run;
 use super::sections::{Study, Target};
 use crate::table::markdown_table;
 use backseat_data::report::{Provenance, Report, Table};
+use clap::ValueEnum as _;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -13,6 +15,10 @@ pub struct Page<'a> {
     pub runs: &'a [Run],
     /// Seeds asked for.
     pub seeds: std::ops::Range<u64>,
+    /// How many of them are of the classes asked for.
+    pub asked: usize,
+    /// Those classes; empty if it is all.
+    pub classes: &'a [Class],
 }
 
 impl Page<'_> {
@@ -26,7 +32,7 @@ impl Page<'_> {
              samples. Half of the events end. Seeds below {} were used while `diagnose` was \
              developed; these were not.",
             self.runs.len(),
-            seeds.end - seeds.start,
+            self.asked,
             seeds.start,
             seeds.end - 1,
             super::FIRST_SEED
@@ -38,6 +44,15 @@ impl Page<'_> {
             format!("backseat studies diagnosis-accuracy --out DIR --runs {}", self.seeds.end - self.seeds.start);
         if self.seeds.start != super::FIRST_SEED {
             let _ = write!(command, " --first-seed {}", self.seeds.start);
+        }
+        let classes: Vec<String> = self
+            .classes
+            .iter()
+            .filter_map(|class| class.to_possible_value())
+            .map(|value| value.get_name().to_owned())
+            .collect();
+        if !classes.is_empty() {
+            let _ = write!(command, " --class {}", classes.join(","));
         }
         command
     }

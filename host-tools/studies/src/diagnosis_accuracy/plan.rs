@@ -8,7 +8,7 @@ use hil_sim::scenario::Request;
 use serde::{Deserialize, Serialize};
 
 /// The kind of effects that a run injects.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {
     /// One entry of the catalogue.
@@ -18,6 +18,7 @@ pub enum Class {
     /// Three.
     Triple,
     /// Nothing.
+    #[value(alias = "clean")]
     None,
     /// An effect outside the catalogue.
     Outside,
@@ -43,6 +44,11 @@ const OF_LOGS: [&str; 8] = [
 /// Every entry that is injected.
 pub fn entries() -> impl Iterator<Item = &'static EffectInfo> {
     CATALOGUE.iter().chain(LOG_CATALOGUE.iter().filter(|info| OF_LOGS.contains(&info.name)))
+}
+
+/// The class of a seed.
+pub fn class_of(seed: u64) -> Class {
+    ORDER[(seed % ORDER.len() as u64) as usize]
 }
 
 /// The class and the log of a seed.

@@ -4,7 +4,7 @@ use super::plan::Class;
 use super::separability::{self, Separability, digits, truth};
 use anyhow::{Context, anyhow};
 use backseat_core::effects::{FIN_NAMES, ParameterKind};
-use backseat_diagnose::candidates::{Candidate, beyond};
+use backseat_diagnose::candidates::{Candidate, Instance, beyond};
 use backseat_diagnose::diagnosis::{self, Diagnosis, FoundEffect};
 use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::prepared_log::PreparedLog;
@@ -38,7 +38,7 @@ pub struct Run {
     pub verdict: String,
     /// Effects found, the strongest first.
     pub found: Vec<Named>,
-    /// Of every true effect that has one.
+    /// Of every true effect that has one; of a cause that is no entry, from all entries.
     pub separability: Vec<Separability>,
     /// Errors on held-out blocks: of the declared model, with the effects found, and with the effects injected (out of
     /// catalogue: of the declared model on the same log flown without the effect).
@@ -130,7 +130,13 @@ pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
         not_judged: data.effects.iter().find_map(reason).map(|(name, reason)| format!("{name}: {reason}")),
         verdict: d.verdict.name().to_owned(),
         found: d.effects.iter().map(Named::of).collect(),
-        separability: if class == Class::Outside { Vec::new() } else { separability::of(spec, seed) },
+        separability: match class {
+            Class::Outside => {
+                let named: Vec<Instance> = d.effects.iter().map(|found| found.instance.clone()).collect();
+                separability::of_outside(spec, seed, &named).into_iter().collect()
+            }
+            _ => separability::of(spec, seed),
+        },
         declared,
         after,
         declaring_truth,

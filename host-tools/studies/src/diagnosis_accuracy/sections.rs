@@ -65,6 +65,9 @@ impl<'a> Study<'a> {
         let outside = self.outside();
         let unexplained = Share::of(&outside, |run| run.verdict == "unexplained");
         let blamed = Share::of(&outside, |run| is_blamed(run));
+        let separable: Vec<&Run> = outside.iter().copied().filter(|run| is_apart(run, 0)).collect();
+        let separable_unexplained = Share::of(&separable, |run| run.verdict == "unexplained");
+        let separable_blamed = Share::of(&separable, |run| is_blamed(run));
         let (covered, in_time) = (self.coverage(), self.coverage_in_time());
         let ratios = self.ratios();
         let middle = median(&ratios);
@@ -86,6 +89,16 @@ impl<'a> Study<'a> {
                 share(unexplained, unexplained.value() >= 0.92),
             ),
             target("the same, blamed on an entry", "at most 4 %", share(blamed, blamed.value() <= 0.04)),
+            target(
+                "of these, the log separates the cause from every entry (5 or more): unexplained",
+                "at least 92 %",
+                share(separable_unexplained, separable_unexplained.value() >= 0.92),
+            ),
+            target(
+                "the same, blamed on an entry",
+                "at most 4 %",
+                share(separable_blamed, separable_blamed.value() <= 0.04),
+            ),
             target(
                 "95 % intervals of correctly named effects that hold the truth",
                 "93 to 97 %",
@@ -114,6 +127,7 @@ impl<'a> Study<'a> {
             self.smallest(),
             self.after(),
             self.out_of_catalogue(),
+            self.outside_bands(),
             self.blamed(),
             self.alarms(),
             self.not_judged(),
@@ -126,12 +140,17 @@ pub fn is_single(case: &Case<'_>) -> bool {
 }
 
 pub fn in_band(case: &Case<'_>, band: usize) -> bool {
+    case.separability().is_some_and(|value| is_within(value, band))
+}
+
+fn is_within(value: f64, band: usize) -> bool {
     let (_, low, high) = BANDS[band];
-    let is_in = |value: f64| {
-        (if band == 0 { value >= low } else { value > low || low == 0.0 })
-            && (value < high || (band == 2 && value <= high))
-    };
-    case.separability().is_some_and(is_in)
+    (if band == 0 { value >= low } else { value > low || low == 0.0 }) && (value < high || (band == 2 && value <= high))
+}
+
+/// Whether the separability of a cause that is no entry from every entry lies in a band.
+pub fn is_apart(run: &Run, band: usize) -> bool {
+    run.apart().is_some_and(|of| is_within(of.value, band))
 }
 
 /// The declared model is the closest competitor: the log hardly shows any effect.

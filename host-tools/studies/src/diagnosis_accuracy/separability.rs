@@ -5,7 +5,7 @@ use backseat_data::VehicleFile;
 use backseat_diagnose::candidates::{Candidate, Instance, Span};
 use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::prepared_log::{DataPart, PreparedLog};
-use backseat_diagnose::search;
+use backseat_diagnose::search::{self, Round};
 use hil_sim::dataset::{self, Spec};
 use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::Effect;
@@ -54,21 +54,69 @@ fn one(
     round.ladder.iter().find(|e| e.instance.candidate.effect == own)?;
     let rest: Vec<Effect> = effects.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, e)| e.clone()).collect();
     let without = square(log_data, &truth(vehicle, &rest))?;
+    Some(closest(log_data, &others, own, &round, without).apart(own, declared_square))
+}
+
+/// Of a cause that is no entry: how far it is from every entry, and from the entries `named` together, if any were. Where
+/// it is near, it *is* an entry as far as this log can say, and that entry is the right answer.
+pub fn of_outside(spec: &Spec, seed: u64, named: &[Instance]) -> Option<Separability> {
+    let mut spec = Spec { noise: NoiseKind::Off, ..spec.clone() };
+    let ready = |spec: &Spec| {
+        let data = dataset::simulate(spec, seed);
+        Some((PreparedLog::new(&data.log, &spec.vehicle, spec.dvl)?, data.effects))
+    };
+    let (log_data, effects) = ready(&spec)?;
+    spec.effects.clear();
+    // What the model leaves of the same flight without the cause.
+    let floor = ready(&spec)?.0.declared.normal.sum(|_| true).square;
+    let without = log_data.declared.normal.sum(|_| true).square;
+    let round = search::round(&log_data, &[])?;
+    let mut best = closest(&log_data, &[], "", &round, without);
+    let fits_model = |one: &&Instance| one.candidate.info().enters != Enters::Noise;
+    let named: Vec<Instance> = named.iter().filter(fits_model).cloned().collect();
+    if let Some(fitted) = log_data.fit(&named, DataPart::Whole).filter(|_| !named.is_empty()) {
+        let names: Vec<&str> = named.iter().map(|one| one.candidate.effect).collect();
+        best = best.or(fitted.whole_square, names.join(" and "));
+    }
+    Some(best.apart(effects.first()?.name(), floor))
+}
+
+/// The competitor that leaves least.
+struct Competitor {
+    /// Σ e² with it.
+    square: f64,
+    name: String,
+}
+
+impl Competitor {
+    fn or(self, square: f64, name: impl Into<String>) -> Self {
+        if square < self.square { Self { square, name: name.into() } } else { self }
+    }
+
+    /// How far it is from `effect`, with which Σ e² is `least`.
+    fn apart(self, effect: &str, least: f64) -> Separability {
+        Separability {
+            effect: effect.to_owned(),
+            value: digits((self.square - least).max(0.0).sqrt()),
+            competitor: self.name,
+        }
+    }
+}
+
+/// The best of the entries but `own`, beside `others`; without any, Σ e² is `without`.
+fn closest(log_data: &PreparedLog, others: &[Instance], own: &str, round: &Round, without: f64) -> Competitor {
     let alternatives: Vec<_> =
         round.ladder.iter().filter(|e| e.instance.candidate.effect != own && e.gain > 0.0).collect();
     let top = alternatives.iter().map(|e| e.gain).fold(0.0, f64::max);
     let close = alternatives.into_iter().filter(|e| e.gain > top - SHORT.0 - SHORT.1 * top).take(COMPETITORS);
-    let fitted = close.filter_map(|e| {
-        let mut joint = others.clone();
+    let none = Competitor { square: without, name: "none".to_owned() };
+    close.fold(none, |best, e| {
+        let mut joint = others.to_vec();
         joint.push(e.instance.clone());
-        let fitted = log_data.fit(&joint, DataPart::Whole)?;
-        Some((fitted.whole_square, e.instance.candidate.effect))
-    });
-    let (best, competitor) = fitted.fold((without, "none"), |best, next| if next.0 < best.0 { next } else { best });
-    Some(Separability {
-        effect: own.to_owned(),
-        value: digits((best - declared_square).max(0.0).sqrt()),
-        competitor: competitor.to_owned(),
+        match log_data.fit(&joint, DataPart::Whole) {
+            Some(fitted) => best.or(fitted.whole_square, e.instance.candidate.effect),
+            None => best,
+        }
     })
 }
 

@@ -4,7 +4,7 @@ use super::estimate::Share;
 use super::outcome::{Answer, Case};
 use super::plan::{Class, entries};
 use super::run::Run;
-use super::sections::{BANDS, Choose, Section, Study, in_band, is_blamed, is_invisible, is_single, short};
+use super::sections::{BANDS, Choose, Section, Study, in_band, is_apart, is_blamed, is_invisible, is_single, short};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Study<'_> {
@@ -189,6 +189,46 @@ impl Study<'_> {
         }
     }
 
+    pub fn outside_bands(&self) -> Section {
+        let outside = self.outside();
+        let row = |(band, (name, ..)): (usize, &(&str, f64, f64))| {
+            let runs: Vec<&Run> = outside.iter().copied().filter(|run| is_apart(run, band)).collect();
+            let count = |is: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| is(run)).count().to_string();
+            let mut causes: BTreeMap<&str, usize> = BTreeMap::new();
+            for truth in runs.iter().flat_map(|run| &run.injected) {
+                *causes.entry(truth.effect.as_str()).or_default() += 1;
+            }
+            let causes: Vec<String> = causes.into_iter().map(|(name, count)| format!("{name} {count}")).collect();
+            vec![
+                (*name).to_owned(),
+                runs.len().to_string(),
+                count(&|run| run.verdict == "unexplained"),
+                count(&|run| run.verdict == "unexplained" && run.hint.is_some()),
+                count(&is_blamed),
+                count(&|run| run.verdict == "none"),
+                causes.join(", "),
+            ]
+        };
+        Section {
+            title: "Effects that are no entry, by separability from every entry",
+            text: "Of those that raise an error: the square root of the χ² that the best-fitting entry, or the entries named \
+                   together, leave on the same log without noise, less what the model leaves of the same flight without the \
+                   effect. Where this is 1.5 or less the effect *is* that entry, as far as such a log can say (the motor's \
+                   current at one speed is a constant of the compass, a shear at one depth is a current), and naming it is right."
+                .to_owned(),
+            header: vec![
+                "separability",
+                "logs",
+                "unexplained",
+                "with a term",
+                "blamed on an entry",
+                "none",
+                "effects",
+            ],
+            rows: BANDS.iter().enumerate().map(row).collect(),
+        }
+    }
+
     pub fn blamed(&self) -> Section {
         let row = |run: &&Run| {
             let injected = run.injected.first();
@@ -203,6 +243,7 @@ impl Study<'_> {
                 format!("{}: {}", injected.map_or("", |injected| injected.effect.as_str()), sizes.join(", ")),
                 flown(run),
                 run.found.iter().map(|found| found.effect.as_str()).collect::<Vec<_>>().join(", "),
+                run.apart().map_or_else(String::new, |of| format!("{:.1} ({})", of.value, of.competitor)),
                 ratio(run.declared.position_m, run.declaring_truth.position_m),
                 ratio(run.after.position_m, run.declaring_truth.position_m),
             ]
@@ -212,7 +253,15 @@ impl Study<'_> {
             text: "Position errors on held-out parts, over those of the same flight without the effect: before and after the \
                    entry that is blamed is added."
                 .to_owned(),
-            header: vec!["seed", "injected", "log", "blamed on", "position before", "position after"],
+            header: vec![
+                "seed",
+                "injected",
+                "log",
+                "blamed on",
+                "separability (from)",
+                "position before",
+                "position after",
+            ],
             rows: self.outside().iter().filter(|run| is_blamed(run)).map(row).collect(),
         }
     }
