@@ -225,7 +225,13 @@ fn nothing_is_missing_when_the_installation_is_declared() {
     assert!(installed.board_median_m < 1.3 * plain.board_median_m, "the board's error");
     assert!(declared.worse_than(&at_centre) < 1.3, "errors and innovations over the log");
     let diagnosis = installed.diagnose(&INSTALLED);
-    assert_eq!(diagnosis["verdict"], "none", "{diagnosis}");
+    // Nothing but the serial line, which no [installation] holds: the frame of the fins takes 22 ms on it, and the export
+    // bears the time of sending (docs/guide/record.md). A flight shows that late, or does not show it.
+    for effect in diagnosis["effects"].as_array().unwrap() {
+        assert_eq!(effect["name"], "input_delay", "{diagnosis}");
+        let late_s = &effect["parameters"]["s"]["ci95"];
+        assert!(late_s[0].as_f64().unwrap() < 0.03 && late_s[1].as_f64().unwrap() < 0.06, "{diagnosis}");
+    }
 }
 
 #[test]
