@@ -20,14 +20,6 @@ pub struct Simulated {
     realtime: bool,
 }
 
-/// What the simulator asks for.
-enum Asked {
-    /// Nothing that is not answered yet.
-    Nothing,
-    /// A step of its clock.
-    Step(Step),
-}
-
 /// The simulator's line.
 struct Host {
     line: Line,
@@ -38,18 +30,18 @@ struct Host {
 }
 
 impl Host {
-    /// Answers what has been read, up to the first step.
-    fn serve(&mut self, topside: &mut Topside) -> anyhow::Result<Asked> {
+    /// Answers what has been read, up to the first step that is asked for.
+    fn serve(&mut self, topside: &mut Topside) -> anyhow::Result<Option<Step>> {
         let mut bytes = self.unread.as_slice();
-        let mut asked = Asked::Nothing;
-        while matches!(asked, Asked::Nothing)
+        let mut asked = None;
+        while asked.is_none()
             && let Some(frame) = self.decoder.feed(&mut bytes)
         {
             let message = frame.and_then(|frame| frame.message::<ToBoard<'_>>());
             let message = message.map_err(|error| anyhow!("the simulator's line: {error:?}"))?;
             let answer = match message {
                 ToBoard::Step(step) if !self.own_clock => {
-                    asked = Asked::Step(step);
+                    asked = Some(step);
                     continue;
                 }
                 ToBoard::Step(_) => FromBoard::Refused(Refusal::OwnClock),
@@ -71,7 +63,7 @@ impl Host {
     /// The next step, once it is announced.
     fn step(&mut self, topside: &mut Topside) -> anyhow::Result<Step> {
         loop {
-            if let Asked::Step(step) = self.serve(topside)? {
+            if let Some(step) = self.serve(topside)? {
                 return Ok(step);
             }
             let mut buffer = [0; MAX_FRAME];
@@ -82,7 +74,7 @@ impl Host {
 
     /// Answers what has come by now.
     fn poll(&mut self, topside: &mut Topside) -> anyhow::Result<()> {
-        self.unread.extend(self.line.poll().map_err(|why| anyhow!(why))?);
+        self.unread.extend(self.line.poll().map_err(|_| anyhow!("{}: the simulator has gone", self.line.path))?);
         self.serve(topside).map(|_| ())
     }
 }
