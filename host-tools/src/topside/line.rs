@@ -79,8 +79,8 @@ impl Line {
             match device.read(buffer) {
                 Ok(count) if count > 0 => return Ok(count),
                 Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
-                Ok(_) => bail!(self.lose("hung up")),
-                Err(error) => bail!(self.lose(&error.to_string())),
+                Ok(_) => bail!("{}: hung up", self.path),
+                Err(error) => bail!("{}: {error}", self.path),
             }
         }
     }

@@ -30,7 +30,7 @@ struct Host {
 }
 
 impl Host {
-    /// Answers what has been read, up to the first step, which it returns.
+    /// Answers what has been read, up to the first step that is asked for.
     fn serve(&mut self, topside: &mut Topside) -> anyhow::Result<Option<Step>> {
         let mut bytes = self.unread.as_slice();
         let mut asked = None;
@@ -74,7 +74,7 @@ impl Host {
 
     /// Answers what has come by now.
     fn poll(&mut self, topside: &mut Topside) -> anyhow::Result<()> {
-        self.unread.extend(self.line.poll().map_err(|why| anyhow!(why))?);
+        self.unread.extend(self.line.poll().map_err(|_| anyhow!("{}: the simulator has gone", self.line.path))?);
         self.serve(topside).map(|_| ())
     }
 }
