@@ -125,7 +125,7 @@ pub enum Reading {
         /// North, east, m.
         position_m: [f64; 2],
         /// Factor on its variance, because the fixes about it share a part of their errors: so many of them are worth one
-        /// ([`design_effect`]).
+        /// (Kish's design effect).
         alike: f64,
     },
     /// Range, m, and range rate, m/s, of one packet.
