@@ -52,6 +52,8 @@ pub struct Estimator {
     integrity: Integrity,
     /// One sigma per axis of the slow errors of the vehicle's and of the ship's receiver, m.
     receivers_m: [f64; 2],
+    /// How far pitch and speed say that the pressure sensor has drifted, m.
+    depth_drift_m: f64,
     model: Option<VehicleModel>,
     packets: Packets,
     /// The vehicle at the start of each packet under way, by the packet's number.
@@ -77,6 +79,7 @@ impl Estimator {
             navigator,
             integrity: Integrity::new(),
             receivers_m: [0.0; 2],
+            depth_drift_m: 0.0,
             model: None,
             packets: Packets::new(),
             clones: Vec::new(),
@@ -110,7 +113,8 @@ impl Estimator {
     /// Variance of vehicle state `i` as the board states it: the filter's, and what that leaves out.
     pub fn stated_variance(&self, i: usize) -> f64 {
         let variance = self.navigator.variance(i);
-        variance + self.integrity.unseen(i, variance, self.navigator(), self.receivers_m)
+        let drift_m = if i == Z { self.depth_drift_m } else { 0.0 };
+        variance + self.integrity.unseen(i, variance, self.navigator(), self.receivers_m) + drift_m * drift_m
     }
 
     /// √(σx² + σy²) of these, m.
@@ -121,6 +125,11 @@ impl Estimator {
     /// How far the receivers may be off for a long time: as declared, the vehicle's by its dilution of precision.
     pub fn set_receivers(&mut self, sigma_m: f64, hdop: Option<f64>) {
         self.receivers_m = [sigma_m * hdop.unwrap_or(1.0).max(1.0), sigma_m];
+    }
+
+    /// By how much pitch and speed say that the pressure sensor has drifted, m.
+    pub fn set_depth_drift(&mut self, drift_m: f64) {
+        self.depth_drift_m = drift_m;
     }
 
     /// The vehicle at the time of the last step.

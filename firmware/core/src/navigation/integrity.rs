@@ -8,8 +8,9 @@
 //!   no number of fixes averages it out, and no other sensor shows it;
 //! - **ranges that S does not explain**, by the chi-square of [`Window`] over [`RANGES_S`]: slow drifts, of a clock, of
 //!   fixes, of a receiver, that no single innovation betrays;
-//! - **the other account**, while fixes and ranges contradict each other: the filter follows one of them, and P is as
-//!   small as if the other did not exist. Nothing on board says which of the two is right.
+//! - **the other account**, while fixes and ranges contradict each other, and after a range that the filter followed
+//!   though S did not explain it: the filter follows one of them, and P is as small as if the other did not exist.
+//!   Nothing on board says which of the two is right.
 //!
 //! Of depth it is what the depth cell's innovations have more than S explains, and the waves that the filter smooths.
 
@@ -66,6 +67,13 @@ impl Account {
                 self.rate_mps = now_m / seconds(self.since_us, time_us).max(1.0);
             }
             (self.apart_m, self.lasts, self.ended_us) = (before_m.max(now_m), false, time_us);
+        }
+    }
+
+    /// The filter has followed an innovation that S does not explain: it was where it is now, or it was right before.
+    fn follow(&mut self, time_us: u64, innovation_m: f64) {
+        if innovation_m.abs() > self.before_m(time_us) {
+            (self.apart_m, self.ended_us, self.rate_mps) = (innovation_m.abs(), time_us, 0.0);
         }
     }
 
@@ -162,10 +170,15 @@ impl Integrity {
                 }
                 (Sensor::Range, FusionOutcome::Fused | FusionOutcome::Gated) => {
                     let (innovation, variance) = apart.innovation(record, sensors.range_m);
-                    if record.outcome == FusionOutcome::Fused || innovation * innovation <= CLIP * CLIP * variance {
+                    let is_explained = innovation * innovation <= CLIP * CLIP * variance;
+                    if record.outcome == FusionOutcome::Fused || is_explained {
                         self.range(record.time_us, innovation, variance);
                     } else {
                         self.contradict(0, filter, record, innovation);
+                    }
+                    if record.outcome == FusionOutcome::Fused && !is_explained {
+                        let [ranges, _] = &mut self.accounts;
+                        ranges.follow(record.time_us, innovation);
                     }
                 }
                 (Sensor::VehicleGnss, FusionOutcome::Fused) => self.agree(filter, record),

@@ -293,15 +293,16 @@ impl Fusions {
         }
     }
 
-    /// ln of the likelihood of the first innovation, without its constant; NaN if it was invalid. It counts with three
-    /// sigmas at most: one of a reflected path, or behind a change that the filter is about to follow, says no more.
+    /// ln of the likelihood of the innovations, without its constant; NaN if one was invalid, 0 without one. Each counts
+    /// with three sigmas at most: one of a reflected path, or behind a change that the filter is about to follow, says
+    /// no more.
     #[must_use]
-    pub fn log_likelihood(&self) -> Option<f64> {
+    pub fn log_likelihood(&self) -> f64 {
         const MOST: f64 = 9.0;
         let of = |record: &FusionRecord| {
             -0.5 * (if record.nis() > MOST { MOST } else { record.nis() } + libm::log(record.variance))
         };
-        self.iter().next().map(of)
+        self.iter().map(of).sum()
     }
 
     /// The records in component order.

@@ -53,6 +53,7 @@ mod discretisation;
 mod effect_states;
 mod effects;
 mod error;
+mod evidence;
 mod estimate;
 mod estimates;
 mod filter;
@@ -91,12 +92,13 @@ pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
 pub use effect_states::{EffectState, EffectStates, StateParameter};
 pub use error::{CloneError, ConfigError, NavigationError};
 pub use estimates::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
+pub use evidence::Evidence;
 pub use filter::Filter;
 pub use initial::{InitialShip, InitialSpeed, InitialState};
 pub use integrity::{Apart, Integrity};
 pub use measurement::{
     AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,
 };
-pub use navigator::{BankMember, EVIDENCE_MEMORY, MEMBERS, Navigator};
+pub use navigator::{BankMember, MEMBERS, Navigator};
 pub use observer::{Appended, LinearStep, MAX_STATES, Observer, ScalarUpdate, Transition};
 pub use prediction::MAX_GAP_US;

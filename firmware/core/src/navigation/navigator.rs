@@ -5,30 +5,27 @@
 //! quarter. The bank runs two more filters beside it: the nominal one, and a robust one whose current is steady. The
 //! main filter is the one that allows most, because its innovations decide which measurements are used and which sensor
 //! is suspect. The weight w_i is proportional to the likelihood of
-//! filter i's range innovations, each counted with three sigmas at most so that no outlier decides; its logarithm is
-//! forgotten by [`EVIDENCE_MEMORY`] per range. Only ranges count, because they measure the position: a nominal filter
-//! with a wrong model contradicts them long before it contradicts compass and depth sensor, and those have so many
-//! innovations that they would outweigh the ranges. The estimate is the mixture: x = Σ w_i x_i,
+//! filter i's innovations of ranges and fixes, each counted with three sigmas at most so that no outlier decides; its
+//! logarithm is forgotten slowly ([`Evidence`]). Only these count, because they measure the position: a
+//! nominal filter with a wrong model contradicts them long before it contradicts compass and depth sensor, and those
+//! have so many innovations that they would outweigh the ranges. The estimate is the mixture: x = Σ w_i x_i,
 //! P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
 //!
 //! A member that fails loses its weight. All states behind the vehicle's are those of the robust filter.
 
 use super::digest::Digest;
 use super::effect_states::EffectStates;
+use super::evidence::Evidence;
 use super::filter::Filter;
 use super::{
     CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Learnt, Measurement, NavigationConfig,
-    NavigationError, ProcessModel, ProcessNoise, Sensor,
+    NavigationError, ProcessModel, ProcessNoise,
 };
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
 use core::f64::consts::PI;
 use core::ops::Deref;
 use nalgebra::{ArrayStorage, SMatrix, Vector2};
-
-/// Factor on the earlier evidence with each range: a memory of fifty ranges, 25 minutes at one every 30 s. A current
-/// that sets in later outweighs them within a few.
-pub const EVIDENCE_MEMORY: f64 = 0.98;
 
 /// The navigation filter. Some 100 kB: lives in a static, never passed by value; a host may copy it.
 ///
@@ -65,7 +62,7 @@ pub const MEMBERS: usize = 1 + OTHERS;
 pub struct BankMember<'a> {
     /// The filter.
     pub filter: &'a Filter,
-    /// ln of the likelihood ratio of the ranges so far, this filter's over the main one's, with [`EVIDENCE_MEMORY`].
+    /// ln of the likelihood ratio of ranges and fixes so far, this filter's over the main one's: see [`Evidence`].
     pub log_ratio: f64,
     /// ln of its prior odds against the main filter.
     pub log_prior: f64,
@@ -77,22 +74,13 @@ struct Member {
     filter: Filter,
     /// It follows the main filter.
     runs: bool,
-    /// ln of the likelihood ratio of the ranges, this filter's over the main one's, with [`EVIDENCE_MEMORY`].
+    /// ln of the likelihood ratio of ranges and fixes, this filter's over the main one's: see [`Evidence`].
     log_ratio: f64,
     weight: f64,
 }
 
 impl Member {
     const NEW: Self = Self { filter: Filter::new(), runs: false, log_ratio: 0.0, weight: 0.0 };
-
-    /// Bayes' rule on a range, used or refused; a range that either filter cannot predict does not count.
-    fn weigh(&mut self, main: &Fusions, own: &Fusions) {
-        if let (Some(main), Some(own)) = (main.log_likelihood(), own.log_likelihood())
-            && (own - main).is_finite()
-        {
-            self.log_ratio = EVIDENCE_MEMORY * self.log_ratio + own - main;
-        }
-    }
 
     /// Its vehicle state `i` minus the main filter's.
     fn apart(&self, main: &Filter, i: usize) -> f64 {
@@ -217,8 +205,8 @@ impl Navigator {
         let fusions = self.main.fuse(measurement);
         for member in self.others.iter_mut().filter(|member| member.runs) {
             let other = member.filter.fuse(measurement);
-            if measurement.sensor() == Sensor::Range {
-                member.weigh(&fusions, &other);
+            if let Some(evidence) = Evidence::new(measurement.sensor(), &other, &fusions) {
+                member.log_ratio = evidence.beside(member.log_ratio);
             }
             member.runs = member.filter.failure().is_none();
         }

@@ -57,7 +57,7 @@ impl SafetyLimits {
         speed_max_mps: 4.0,
         dive_time_max_s: 120.0,
         depth_jump_m: 1.5,
-        depth_drift_m: 6.0,
+        depth_drift_m: 3.0,
     };
 }
 

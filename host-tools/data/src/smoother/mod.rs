@@ -30,7 +30,7 @@ pub use recording::Recording;
 
 use crate::track::TrackSample;
 use adjoint::Adjoint;
-use backseat_core::navigation::{EVIDENCE_MEMORY, Filter, LinearStep, MAX_STATES, MEMBERS, Observer};
+use backseat_core::navigation::{Evidence, Filter, LinearStep, MAX_STATES, MEMBERS, Observer};
 use backseat_core::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
 use rayon::prelude::*;
 
@@ -122,22 +122,21 @@ struct Stretch {
     steps: Steps,
     /// ln of its prior odds against the main filter.
     log_prior: f64,
-    /// ln of its likelihood ratio to the main filter: of the ranges before each sample, and of each range.
-    evidence: Vec<Evidence>,
+    /// What ranges and fixes say for it against the main filter: before each sample, and each by itself.
+    evidence: Vec<Mark>,
 }
 
 #[derive(Clone, Copy)]
-enum Evidence {
-    /// So far, at a sample.
+enum Mark {
+    /// ln of the likelihood ratio so far, at a sample.
     Sample(f64),
-    /// Of one range.
-    Range(f64),
+    Evidence(Evidence),
 }
 
 /// The way back of one filter of the bank.
 struct WayBack {
     adjoint: Adjoint,
-    /// ln of the likelihood ratio by the ranges that follow.
+    /// ln of the likelihood ratio by what follows.
     behind: f64,
 }
 
@@ -154,9 +153,9 @@ impl WayBack {
         };
         let mut log_odds = Vec::new();
         for evidence in stretch.evidence.iter().rev() {
-            match evidence {
-                Evidence::Range(log_ratio) => self.behind = log_ratio + EVIDENCE_MEMORY * self.behind,
-                Evidence::Sample(before) => log_odds.push(stretch.log_prior + before + self.behind),
+            match *evidence {
+                Mark::Evidence(evidence) => self.behind = evidence.beside(self.behind),
+                Mark::Sample(before) => log_odds.push(stretch.log_prior + before + self.behind),
             }
         }
         self.adjoint.back(&stretch.steps.0).into_iter().zip(log_odds).collect()

@@ -1,10 +1,10 @@
 //! A filter that remembers how it came where it is.
 
-use super::{Evidence, Filtered, Step, Steps, Stretch};
+use super::{Filtered, Mark, Step, Steps, Stretch};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::navigation::{
-    CloneError, CloneId, EVIDENCE_MEMORY, Filter, Fusions, InitialShip, MEMBERS, Measurement, NavigationError,
-    Navigator, Sensor,
+    CloneError, CloneId, Evidence, Filter, Fusions, InitialShip, MEMBERS, Measurement, NavigationError,
+    Navigator,
 };
 use std::ops::{Deref, DerefMut};
 
@@ -142,31 +142,31 @@ impl Recording {
     pub(super) fn repeat(&self, stretch: usize) -> [Option<Stretch>; MEMBERS] {
         let before = self.copies[stretch].members();
         let after = self.copies.get(stretch + 1).unwrap_or(&self.navigator).members();
-        // The main filter's log-likelihood of every range.
+        // What the main filter made of every measurement that counts.
         let mut main = Vec::new();
         std::array::from_fn(|k| {
             let (member, end) = (before[k].as_ref()?, after[k].as_ref()?);
             let mut filter = Box::new(member.filter.clone());
             let mut out = Stretch { steps: Steps::default(), log_prior: member.log_prior, evidence: Vec::new() };
-            let (mut log_ratio, mut ranges) = (member.log_ratio, main.clone().into_iter());
+            let (mut log_ratio, mut others) = (member.log_ratio, main.clone().into_iter());
             for call in self.calls.iter().skip(stretch * STRETCH).take(STRETCH) {
                 match *call {
                     Call::Fuse(index) => {
                         let measurement = &self.measurements[index];
                         let fusions = filter.fuse_observed(measurement, &mut out.steps);
-                        if measurement.sensor() == Sensor::Range {
-                            let own = fusions.log_likelihood();
-                            if k == 0 {
-                                main.push(own);
-                            } else if let Some(ratio) = log_likelihood_ratio(own, ranges.next().flatten()) {
-                                log_ratio = EVIDENCE_MEMORY * log_ratio + ratio;
-                                out.evidence.push(Evidence::Range(ratio));
-                            }
+                        let sensor = measurement.sensor();
+                        if k == 0 && Evidence::counts(sensor) {
+                            main.push(fusions);
+                        } else if let Some(main) = Evidence::counts(sensor).then(|| others.next()).flatten()
+                            && let Some(evidence) = Evidence::new(sensor, &fusions, &main)
+                        {
+                            log_ratio = evidence.beside(log_ratio);
+                            out.evidence.push(Mark::Evidence(evidence));
                         }
                     }
                     Call::Sample => {
                         out.steps.0.push(Step::Sample(Box::new(Filtered::of(&filter))));
-                        out.evidence.push(Evidence::Sample(log_ratio));
+                        out.evidence.push(Mark::Sample(log_ratio));
                     }
                     ref call => self.move_filter(call, &mut filter, &mut out.steps),
                 }
@@ -195,11 +195,6 @@ impl Recording {
             Call::Fuse(_) | Call::Sample => {}
         }
     }
-}
-
-/// Bayes' rule as the bank has it: a range that either filter cannot predict says nothing.
-fn log_likelihood_ratio(own: Option<f64>, main: Option<f64>) -> Option<f64> {
-    Some(own? - main?).filter(|ratio| ratio.is_finite())
 }
 
 impl Deref for Recording {

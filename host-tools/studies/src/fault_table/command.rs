@@ -18,6 +18,7 @@ use std::sync::atomic::AtomicBool;
   backseat sim faults
   backseat sim faults --only dvl_false_lock --runs 1 --json
   backseat sim faults --random 60 --seed 1
+  backseat sim faults --random 60 --only heading_trim_flooding --scenarios drawn
   backseat sim faults --backseat qemu --only lost_ --only packet_ --minutes 8
   backseat sim faults --out docs/results/fault_table.md --random 60")]
 pub struct Args {
@@ -37,6 +38,9 @@ pub struct Args {
     /// Seed of what is drawn.
     #[arg(long, value_name = "S", default_value_t = 1, requires = "random")]
     seed: u64,
+    /// Write the scenarios of the drawn rows to this folder, for `sim run`.
+    #[arg(long, value_name = "DIR", requires = "random")]
+    scenarios: Option<PathBuf>,
     /// `qemu` flies each row once with the app in this process and once with the ARM image in QEMU, and compares
     /// digests.
     #[arg(long, value_enum, default_value = "host", conflicts_with_all = ["random", "out", "json", "runs"])]
@@ -77,7 +81,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     if arguments.backseat == Backseat::Qemu {
         return in_qemu(arguments);
     }
-    let drawn_rows = arguments.random.map(|count| drawn(count, arguments.seed)).transpose()?;
+    let drawn_rows = arguments.random.map(|count| drawn_rows(count, arguments)).transpose()?;
     if arguments.out.is_none()
         && let Some(rows) = &drawn_rows
     {
@@ -112,6 +116,26 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
         bail!("{} of {} rows fail: {}", failed.len(), summaries.len(), failed.join(", "));
     }
     Ok(())
+}
+
+/// The chosen ones of so many drawn rows; writes their scenarios where --scenarios asks for them.
+fn drawn_rows(count: usize, arguments: &Args) -> anyhow::Result<Vec<Row>> {
+    let mut drawn = drawn(count, arguments.seed)?;
+    if arguments.out.is_none() {
+        choose(&mut drawn, &arguments.only, |(row, _)| &row.name)?;
+    }
+    if let Some(folder) = &arguments.scenarios {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        for (row, text) in &drawn {
+            let path = folder.join(format!("{}.toml", row.name));
+            let text = text.replace("\"../iver3.toml\"", "\"iver3.toml\"");
+            std::fs::write(&path, text).with_context(|| path.display().to_string())?;
+        }
+        let path = folder.join("iver3.toml");
+        std::fs::write(&path, include_str!("../../../../hil-sim/scenarios/iver3.toml"))
+            .with_context(|| path.display().to_string())?;
+    }
+    Ok(drawn.into_iter().map(|(row, _)| row).collect())
 }
 
 /// Flies rows with so many seeds each, the first seed twice, for determinism.
@@ -195,10 +219,16 @@ fn print_drawn(summaries: &[Summary], json: bool) -> anyhow::Result<()> {
 
 fn chosen(only: &[String]) -> anyhow::Result<Vec<Row>> {
     let mut rows = rows()?;
-    let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+    choose(&mut rows, only, |row| &row.name)?;
+    Ok(rows)
+}
+
+/// Keeps what has one of these in its name; all of it without any.
+fn choose<T>(rows: &mut Vec<T>, only: &[String], name: fn(&T) -> &str) -> anyhow::Result<()> {
+    let names: Vec<&str> = rows.iter().map(name).collect();
     if let Some(unknown) = only.iter().find(|part| !names.iter().any(|name| name.contains(part.as_str()))) {
         bail!("--only {unknown}: no such row; there are {}", names.join(", "));
     }
-    rows.retain(|row| only.is_empty() || only.iter().any(|part| row.name.contains(part.as_str())));
-    Ok(rows)
+    rows.retain(|row| only.is_empty() || only.iter().any(|part| name(row).contains(part.as_str())));
+    Ok(())
 }

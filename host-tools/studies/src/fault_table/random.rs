@@ -112,15 +112,15 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// So many rows of a seed.
+/// So many rows of a seed, each with the text of its scenario.
 ///
 /// # Errors
 /// A scenario that was drawn and cannot be read.
-pub fn drawn(count: usize, seed: u64) -> anyhow::Result<Vec<Row>> {
+pub fn drawn(count: usize, seed: u64) -> anyhow::Result<Vec<(Row, String)>> {
     (0..count).map(|index| draw(index, seed)).collect()
 }
 
-fn draw(index: usize, seed: u64) -> anyhow::Result<Row> {
+fn draw(index: usize, seed: u64) -> anyhow::Result<(Row, String)> {
     let mut draw = Draw(Stream::of_fault(seed, index as u64));
     let base = BASES[draw.below(BASES.len())];
     let (head, _) = base.split_once("[limits]").context("a scenario without limits")?;
@@ -150,10 +150,10 @@ fn draw(index: usize, seed: u64) -> anyhow::Result<Row> {
         navigating: 0.0,
         mission: End::Any,
         reasons: Vec::new(),
-        sinks: None,
+        sinks: Some("Drawn: it may be heavier than water.".to_owned()),
         unrevealable: None,
     };
-    Ok(Row::new(&name, scenario, limits))
+    Ok((Row::new(&name, scenario, limits), text))
 }
 
 #[cfg(test)]
@@ -170,9 +170,8 @@ mod tests {
                 assert!(Scenario::with_built_in_vehicle(&text, name).is_ok(), "{text}");
             }
         }
-        let [rows, again] = [3, 3].map(|seed| drawn(60, seed).unwrap());
-        assert!(rows.iter().zip(&again).all(|(a, b)| a.name == b.name && a.scenario.settings == b.scenario.settings));
-        let other = drawn(60, 4).unwrap();
-        assert!(rows.iter().zip(&other).any(|(a, b)| a.scenario.settings.faults != b.scenario.settings.faults));
+        let texts = |seed| drawn(60, seed).unwrap().into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        assert_eq!(texts(3), texts(3));
+        assert_ne!(texts(3), texts(4));
     }
 }
