@@ -151,7 +151,7 @@ impl Backseat {
         Facts {
             depth_m: pressure_m.max(x[Z]),
             pressure_m,
-            sink_mps,
+            sink_mps: sink_mps.max(witness.sink_mps()),
             altitude_m: altitudes.into_iter().flatten().reduce(f64::min),
             pitch_rad: x[THETA],
             speed_mps: x[U],

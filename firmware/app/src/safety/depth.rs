@@ -29,6 +29,8 @@ const SPEED_MPS: f64 = 0.4;
 const RECENT_S: f64 = 120.0;
 /// A leg that differs by this in speed has a constant of its own, m/s.
 const SAME_SPEED_MPS: f64 = 0.05;
+/// Time constant of the rate of pressure, s.
+const SINK_S: f64 = 5.0;
 /// The vehicle is steady after so long without a break, s.
 const SETTLE_S: f64 = 20.0;
 
@@ -69,6 +71,8 @@ pub struct DepthWitness {
     /// What has departed from it, m, with either memory.
     drift_m: f64,
     recent_m: f64,
+    /// The rate of pressure, m/s.
+    sink_mps: f64,
 }
 
 impl DepthWitness {
@@ -81,6 +85,7 @@ impl DepthWitness {
             rate_mps: 0.0,
             drift_m: 0.0,
             recent_m: 0.0,
+            sink_mps: 0.0,
         }
     }
 
@@ -99,10 +104,18 @@ impl DepthWitness {
         self.recent_m
     }
 
+    /// Downwards by the pressure sensor, m/s: a vehicle that is too heavy sinks with its nose up.
+    pub fn sink_mps(&self) -> f64 {
+        self.sink_mps
+    }
+
     /// Another step.
     pub fn step(&mut self, step: &DepthStep) {
         let DepthStep { dt_s, pressure_m, .. } = *step;
         let Some(last_m) = self.last_m.replace(pressure_m) else { return };
+        if dt_s > 0.0 {
+            self.sink_mps += ((pressure_m - last_m) / dt_s - self.sink_mps) * (dt_s / SINK_S).min(1.0);
+        }
         let steady = step.surge_mps > SPEED_MPS
             && step.yaw_radps.abs() < TURN_RADPS
             && step.roll_rad.abs() < ROLL_RAD

@@ -21,7 +21,7 @@ use backseat_wire::hostlink::ModeReason;
 const FORESIGHT_S: f64 = 2.0;
 /// A mission stays above the greatest depth by this, m: what overshoot and noise need.
 const DEPTH_MARGIN_M: f64 = 1.0;
-/// A vehicle that is slower than this has not risen, m/s.
+/// A vehicle that is slower than this, up or down, neither rises nor sinks, m/s.
 const RISING_MPS: f64 = 0.05;
 /// Shallower is at the surface, m.
 const SURFACED_M: f64 = 0.25;
@@ -54,7 +54,7 @@ pub struct Facts {
     pub depth_m: f64,
     /// Of the pressure sensor, m.
     pub pressure_m: f64,
-    /// Downwards, m/s.
+    /// Downwards, by the filter or by pressure, whichever is more, m/s.
     pub sink_mps: f64,
     /// `None` where no sensor shows the bottom, m.
     pub altitude_m: Option<f64>,
@@ -102,7 +102,7 @@ struct Rung {
     broken: fn(&Facts, &SafetyLimits) -> bool,
 }
 
-const RUNGS: usize = 18;
+const RUNGS: usize = 19;
 
 /// Of the largest drift of pressure, what may come in two minutes.
 const RECENT_SHARE: f64 = 0.5;
@@ -120,6 +120,7 @@ static LADDER: [Rung; RUNGS] = {
     [
         rung(R::Leak,            StopAndRise, |_| 0.0,  |f, _| f.leak),
         rung(R::TooDeep,         StopAndRise, |_| 0.5,  |f, l| f.soon(f.depth_m) > l.depth_max_m),
+        rung(R::TooDeep,         StopAndRise, |_| 3.0,  |f, l| f.depth_m - f.leg_depth_m > l.depth_below_leg_m && f.sink_mps > RISING_MPS),
         rung(R::TooDeep,         StopAndRise, |_| 10.0, |f, l| f.depth_m - f.leg_depth_m > l.depth_below_leg_m && f.sink_mps > -RISING_MPS),
         rung(R::TooLow,          StopAndRise, |_| 1.0,  |f, l| f.depth_m > ALTITUDE_FROM_M && f.altitude_m.is_some_and(|m| m - f.soon(0.0) < l.altitude_min_m)),
         rung(R::DepthDoubtful,   StopAndRise, |_| 1.0,  |f, l| f.depth_jump_m > l.depth_jump_m),
@@ -282,6 +283,7 @@ mod tests {
             (Facts { leak: true, ..GOOD }, 0, ModeReason::Leak, StopAndRise),
             (Facts { depth_m: 99.0, sink_mps: 0.6, leg_depth_m: 98.0, ..GOOD }, 5, ModeReason::TooDeep, StopAndRise),
             (Facts { depth_m: 8.1, sink_mps: 0.0, ..GOOD }, 100, ModeReason::TooDeep, StopAndRise),
+            (Facts { depth_m: 8.1, sink_mps: 0.1, ..GOOD }, 30, ModeReason::TooDeep, StopAndRise),
             (Facts { altitude_m: Some(0.9), ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
             (Facts { altitude_m: Some(2.0), sink_mps: 0.6, ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
             (Facts { depth_jump_m: 2.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),

@@ -25,6 +25,8 @@ const RANGES_S: [f64; 2] = [120.0, 960.0];
 /// A range enters its windows with so many sigmas at most: beyond, [`Filter::is_suspect`] decides. One that the main
 /// filter has refused agrees with the mixture within as many.
 const CLIP: f64 = 3.0;
+/// A range with more sigmas that was used has moved the position: chance has one in sixteen thousand.
+const FOLLOWED: f64 = 4.0;
 /// The other account is remembered for so long after the contradiction, µs.
 const MEMORY_US: u64 = TURN_US;
 /// Of the ship's receiver, until the ship has gone around since the last fix: the filter takes the difference of the two
@@ -170,13 +172,13 @@ impl Integrity {
                 }
                 (Sensor::Range, FusionOutcome::Fused | FusionOutcome::Gated) => {
                     let (innovation, variance) = apart.innovation(record, sensors.range_m);
-                    let is_explained = innovation * innovation <= CLIP * CLIP * variance;
-                    if record.outcome == FusionOutcome::Fused || is_explained {
+                    let squared = innovation * innovation;
+                    if record.outcome == FusionOutcome::Fused || squared <= CLIP * CLIP * variance {
                         self.range(record.time_us, innovation, variance);
                     } else {
                         self.contradict(0, filter, record, innovation);
                     }
-                    if record.outcome == FusionOutcome::Fused && !is_explained {
+                    if record.outcome == FusionOutcome::Fused && squared > FOLLOWED * FOLLOWED * variance {
                         let [ranges, _] = &mut self.accounts;
                         ranges.follow(record.time_us, innovation);
                     }

@@ -11,7 +11,8 @@
 //! have so many innovations that they would outweigh the ranges. The estimate is the mixture: x = Σ w_i x_i,
 //! P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
 //!
-//! A member that fails loses its weight. All states behind the vehicle's are those of the robust filter.
+//! A member that fails loses its weight; so does one that refuses a sensor of the vehicle which the main filter uses,
+//! as long as it does. All states behind the vehicle's are those of the robust filter.
 
 use super::digest::Digest;
 use super::effect_states::EffectStates;
@@ -19,7 +20,7 @@ use super::evidence::Evidence;
 use super::filter::Filter;
 use super::{
     CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Learnt, Measurement, NavigationConfig,
-    NavigationError, ProcessModel, ProcessNoise,
+    NavigationError, ProcessModel, ProcessNoise, Sensor,
 };
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
@@ -51,10 +52,6 @@ const STEADY: usize = 1;
 /// The main filter.
 const MAIN: usize = OTHERS;
 
-/// Most that a steady current walks, m/s/√s: 1 mm/s in three hours. A walk five times larger lets the position stray by
-/// 2 m within half an hour.
-const STEADY_WALK: f64 = 1.0e-5;
-
 /// Filters of a bank.
 pub const MEMBERS: usize = 1 + OTHERS;
 
@@ -81,6 +78,13 @@ struct Member {
 
 impl Member {
     const NEW: Self = Self { filter: Filter::new(), runs: false, log_ratio: 0.0, weight: 0.0 };
+
+    /// It refuses a sensor of the vehicle that the main filter uses: its model is wrong.
+    fn is_refuted(&self, main: &Filter) -> bool {
+        const SENSORS: [Sensor; 5] =
+            [Sensor::Depth, Sensor::Attitude, Sensor::Rates, Sensor::BottomTrack, Sensor::WaterTrack];
+        SENSORS.iter().any(|sensor| self.filter.is_suspect(*sensor) && !main.is_suspect(*sensor))
+    }
 
     /// Its vehicle state `i` minus the main filter's.
     fn apart(&self, main: &Filter, i: usize) -> f64 {
@@ -248,8 +252,10 @@ impl Navigator {
     }
 
     fn mix(&mut self) {
-        let evidence =
-            |(member, prior): (&Member, f64)| if member.runs { member.log_ratio + prior } else { f64::NEG_INFINITY };
+        let evidence = |(member, prior): (&Member, f64)| {
+            let counts = member.runs && !member.is_refuted(&self.main);
+            if counts { member.log_ratio + prior } else { f64::NEG_INFINITY }
+        };
         let most = self.others.iter().zip(PRIOR).map(evidence).fold(0.0, f64::max);
         let mut sum = libm::exp(-most);
         for (member, prior) in self.others.iter_mut().zip(PRIOR) {
@@ -394,7 +400,7 @@ fn with_config<T>(k: usize, config: &NavigationConfig, adopt: impl FnOnce(&Navig
     let mut member = *config;
     match k {
         NOMINAL => (member.effect_states, member.noise_factor) = (EffectStates::NONE, [1.0; 6]),
-        STEADY => member.effect_states.limit_current_walk(STEADY_WALK),
+        STEADY => member.effect_states.be_steady(),
         _ if config.bank => member.effect_states.add_tide(),
         _ => {}
     }
