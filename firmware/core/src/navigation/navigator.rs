@@ -1,14 +1,14 @@
 //! The filter that the vehicle navigates by: one, or a bank of three.
 //!
-//! The robust filter estimates the unknowns of the vehicle, with a current that changes steadily, as in a tide. Where
-//! everything is as declared its states cost half of the accuracy, and where the current is steady its rates cost a
-//! quarter. The bank runs two more filters beside it: the nominal one, and a robust one whose current is steady. The
-//! main filter is the one that allows most, because its innovations decide which measurements are used and which sensor
-//! is suspect. The weight w_i is proportional to the likelihood of
-//! filter i's innovations of ranges and fixes, each counted with three sigmas at most so that no outlier decides; its
-//! logarithm is forgotten slowly ([`Evidence`]). Only these count, because they measure the position: a
-//! nominal filter with a wrong model contradicts them long before it contradicts compass and depth sensor, and those
-//! have so many innovations that they would outweigh the ranges. The estimate is the mixture: x = Σ w_i x_i,
+//! The robust filter estimates the unknowns of the vehicle, with a current that changes steadily, as in a tide, and a
+//! weight and a trim that walk, as in a hull that takes in water. Where everything is as declared its states cost half of
+//! the accuracy, and where nothing changes the changes cost a quarter. The bank runs two more filters beside it: the
+//! nominal one, and a robust one whose current, weight and trim are steady. The main filter is the one that allows most,
+//! because its innovations decide which measurements are used and which sensor is suspect. The weight w_i is proportional
+//! to the likelihood of filter i's innovations of ranges and fixes, each counted with three sigmas at most so that no
+//! outlier decides; its logarithm is forgotten slowly ([`Evidence`]). Only these count, because they measure the
+//! position: a nominal filter with a wrong model contradicts them long before it contradicts compass and depth sensor,
+//! and those have so many innovations that they would outweigh the ranges. The estimate is the mixture: x = Σ w_i x_i,
 //! P = Σ w_i (P_i + (x_i − x)(x_i − x)ᵀ).
 //!
 //! A member that fails loses its weight; so does one that refuses a sensor of the vehicle which the main filter uses,
@@ -47,7 +47,7 @@ const PRIOR: [f64; OTHERS] = [2.3, 2.3];
 const OTHERS: usize = 2;
 /// The vehicle as declared.
 const NOMINAL: usize = 0;
-/// As the main filter, with a steady current.
+/// As the main filter, with steady current, weight and trim.
 const STEADY: usize = 1;
 /// The main filter.
 const MAIN: usize = OTHERS;

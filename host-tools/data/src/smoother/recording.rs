@@ -3,8 +3,7 @@
 use super::{Filtered, Mark, Step, Steps, Stretch};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::navigation::{
-    CloneError, CloneId, Evidence, Filter, Fusions, InitialShip, MEMBERS, Measurement, NavigationError,
-    Navigator,
+    CloneError, CloneId, Evidence, Filter, Fusions, InitialShip, MEMBERS, Measurement, NavigationError, Navigator,
 };
 use std::ops::{Deref, DerefMut};
 
