@@ -31,6 +31,8 @@ const RECENT_S: f64 = 120.0;
 const SAME_SPEED_MPS: f64 = 0.05;
 /// Time constant of the rate of pressure, s.
 const SINK_S: f64 = 5.0;
+/// No vehicle sinks or rises faster: a jump of the sensor is no rate, m/s.
+const MOST_MPS: f64 = 1.0;
 /// The vehicle is steady after so long without a break, s.
 const SETTLE_S: f64 = 20.0;
 
@@ -114,7 +116,8 @@ impl DepthWitness {
         let DepthStep { dt_s, pressure_m, .. } = *step;
         let Some(last_m) = self.last_m.replace(pressure_m) else { return };
         if dt_s > 0.0 {
-            self.sink_mps += ((pressure_m - last_m) / dt_s - self.sink_mps) * (dt_s / SINK_S).min(1.0);
+            let rate_mps = ((pressure_m - last_m) / dt_s).clamp(-MOST_MPS, MOST_MPS);
+            self.sink_mps += (rate_mps - self.sink_mps) * (dt_s / SINK_S).min(1.0);
         }
         let steady = step.surge_mps > SPEED_MPS
             && step.yaw_radps.abs() < TURN_RADPS
