@@ -171,7 +171,7 @@ impl EffectStates {
         }
     }
 
-    /// Steady water, weight and trim: the current walks by no more than [`STEADY_WALK`], buoyancy and trim do not.
+    /// Steady water, weight and trim: the current walks by 1e-5 m/s/√s at most, buoyancy and trim do not.
     pub fn be_steady(&mut self) {
         for state in self.states.iter_mut().flatten() {
             match state.parameter {
