@@ -2,10 +2,10 @@
 //!
 //! Pressure says z. Pitch and speed say how fast the nose points down: -u sin θ. In steady flight the two differ by the
 //! angle of attack, by which a vehicle carries its weight in water, and by the error of the pitch sensor: a constant
-//! for one speed. The witness learns that constant, as a mean over the flight, and sums what pressure departs from it. A sensor
-//! that drifts makes the controller fly the vehicle up or down, which pitch shows; so does a vehicle that takes in
-//! water, which has to carry more. The two cannot be told apart, nor from a current that sinks or rises for minutes:
-//! all three are reason to surface.
+//! for one speed. The witness learns that constant, as a mean over the flight, and sums what pressure departs from it.
+//! A sensor that drifts makes the controller fly the vehicle up or down, which pitch shows; so does a vehicle that
+//! takes in water, which has to carry more. The two cannot be told apart, nor from a current that sinks or rises for
+//! minutes: all three are reason to surface.
 
 /// The constant is learned over this time of steady flight before anything is summed, s.
 const LEARN_S: f64 = 60.0;

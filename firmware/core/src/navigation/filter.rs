@@ -348,6 +348,15 @@ impl Filter {
         self.monitor.is_suspect(sensor)
     }
 
+    /// Which sensors of the vehicle itself are suspect, one bit each: in a bank, a filter that suspects one which the
+    /// main filter uses has a wrong model, and no weight as long as it does.
+    #[must_use]
+    pub fn refused(&self) -> u8 {
+        const SENSORS: [Sensor; 5] =
+            [Sensor::Depth, Sensor::Attitude, Sensor::Rates, Sensor::BottomTrack, Sensor::WaterTrack];
+        SENSORS.iter().enumerate().fold(0, |bits, (i, sensor)| bits | u8::from(self.is_suspect(*sensor)) << i)
+    }
+
     /// Floor under the sigma of the states that this sensor observes, while the sensor is unconfirmed (it came back in
     /// contradiction to the filter, and no fix has decided between the two); 0 otherwise.
     #[must_use]

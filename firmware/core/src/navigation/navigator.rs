@@ -20,7 +20,7 @@ use super::evidence::Evidence;
 use super::filter::Filter;
 use super::{
     CloneError, CloneId, ConfigError, Fusions, InitialShip, InitialState, Learnt, Measurement, NavigationConfig,
-    NavigationError, ProcessModel, ProcessNoise, Sensor,
+    NavigationError, ProcessModel, ProcessNoise,
 };
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
@@ -78,13 +78,6 @@ struct Member {
 
 impl Member {
     const NEW: Self = Self { filter: Filter::new(), runs: false, log_ratio: 0.0, weight: 0.0 };
-
-    /// It refuses a sensor of the vehicle that the main filter uses: its model is wrong.
-    fn is_refuted(&self, main: &Filter) -> bool {
-        const SENSORS: [Sensor; 5] =
-            [Sensor::Depth, Sensor::Attitude, Sensor::Rates, Sensor::BottomTrack, Sensor::WaterTrack];
-        SENSORS.iter().any(|sensor| self.filter.is_suspect(*sensor) && !main.is_suspect(*sensor))
-    }
 
     /// Its vehicle state `i` minus the main filter's.
     fn apart(&self, main: &Filter, i: usize) -> f64 {
@@ -253,7 +246,7 @@ impl Navigator {
 
     fn mix(&mut self) {
         let evidence = |(member, prior): (&Member, f64)| {
-            let counts = member.runs && !member.is_refuted(&self.main);
+            let counts = member.runs && member.filter.refused() & !self.main.refused() == 0;
             if counts { member.log_ratio + prior } else { f64::NEG_INFINITY }
         };
         let most = self.others.iter().zip(PRIOR).map(evidence).fold(0.0, f64::max);

@@ -143,11 +143,14 @@ impl Recording {
         let after = self.copies.get(stretch + 1).unwrap_or(&self.navigator).members();
         // What the main filter made of every measurement that counts.
         let mut main = Vec::new();
+        // The sensors that it refused, at every sample.
+        let mut main_refused = Vec::new();
         std::array::from_fn(|k| {
             let (member, end) = (before[k].as_ref()?, after[k].as_ref()?);
             let mut filter = Box::new(member.filter.clone());
             let mut out = Stretch { steps: Steps::default(), log_prior: member.log_prior, evidence: Vec::new() };
             let (mut log_ratio, mut others) = (member.log_ratio, main.clone().into_iter());
+            let mut refusals = main_refused.clone().into_iter();
             for call in self.calls.iter().skip(stretch * STRETCH).take(STRETCH) {
                 match *call {
                     Call::Fuse(index) => {
@@ -165,7 +168,12 @@ impl Recording {
                     }
                     Call::Sample => {
                         out.steps.0.push(Step::Sample(Box::new(Filtered::of(&filter))));
-                        out.evidence.push(Mark::Sample(log_ratio));
+                        let refused = filter.refused();
+                        if k == 0 {
+                            main_refused.push(refused);
+                        }
+                        let counts = refused & !refusals.next().unwrap_or(refused) == 0;
+                        out.evidence.push(Mark::Sample(if counts { log_ratio } else { f64::NEG_INFINITY }));
                     }
                     ref call => self.move_filter(call, &mut filter, &mut out.steps),
                 }
