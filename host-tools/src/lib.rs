@@ -187,6 +187,29 @@ mod tests {
         Cli::command().debug_assert();
     }
 
+    /// Under "Examples:" of every command's help.
+    fn examples(command: &clap::Command) -> Vec<String> {
+        let help =
+            command.get_after_help().or(command.get_after_long_help()).map(ToString::to_string).unwrap_or_default();
+        let own = help.lines().filter_map(|line| line.strip_prefix("  ")).filter(|line| line.starts_with("backseat"));
+        own.map(ToOwned::to_owned).chain(command.get_subcommands().flat_map(examples)).collect()
+    }
+
+    #[test]
+    fn every_example_of_the_help_is_understood() {
+        let examples = examples(&Cli::command());
+        assert!(examples.len() > 60, "{}", examples.len());
+        // What the shell fills in is not known here.
+        for example in examples.iter().filter(|example| !example.contains("$(")) {
+            // What follows two spaces says what it is for.
+            let line = example.split("  ").next().unwrap_or_default();
+            let line = line.split([';', '|', '>', '#']).next().unwrap_or_default();
+            let given = line.split_whitespace().map(|word| OsString::from(word.trim_matches('\'')));
+            let parsed = Cli::try_parse_from(arguments(given));
+            assert!(parsed.is_ok(), "{example}\n{}", parsed.err().map(|error| error.to_string()).unwrap_or_default());
+        }
+    }
+
     #[test]
     fn without_a_command_the_default_mission_is_flown() {
         let full = |given: &str| {

@@ -3,7 +3,7 @@
 //! | module | where it acts |
 //! |---|---|
 //! | `bytes` | on the serial lines, frame by frame, either way |
-//! | `sensors` | on the readings of DVL, AHRS, depth sensor and GNSS |
+//! | `sensors` | on the readings of DVL, AHRS, depth sensor and GNSS, the ship's among them |
 //! | `modem` | on acoustic packets: their time, sender and content |
 //! | `frontseat` | on the frontseat's willingness |
 //! | `backseat` | on the board under test: resets, its clock, its memory |
@@ -194,6 +194,11 @@ pub enum SensorFault {
     },
     /// Fixes of the vehicle wander.
     GnssWander(Wander),
+    /// Fixes of the ship's receiver, which topside hears, are off by so much, north and east, m.
+    ShipGnssJump {
+        /// Added, m.
+        offset_m: [f64; 2],
+    },
     /// Heading is wrong by so much, rad.
     HeadingJump {
         /// Added, rad.

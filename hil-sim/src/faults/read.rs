@@ -35,6 +35,7 @@ enum Name {
     GnssJump,
     GnssDrift,
     GnssWander,
+    ShipGnssJump,
     HeadingJump,
     HeadingDrift,
     PacketLate,
@@ -225,6 +226,9 @@ impl Written {
             }
             Name::GnssDrift => {
                 FaultKind::Sensor(SensorFault::GnssDrift { drift_mps: need(self.drift_mps.take(), "drift_mps")? })
+            }
+            Name::ShipGnssJump => {
+                FaultKind::Sensor(SensorFault::ShipGnssJump { offset_m: need(self.offset_m.take(), "offset_m")? })
             }
             Name::GnssWander => FaultKind::Sensor(SensorFault::GnssWander(self.wander()?)),
             Name::HeadingJump => FaultKind::Sensor(SensorFault::HeadingJump {

@@ -68,6 +68,9 @@ impl SensorFaults {
                 (SensorFault::GnssWander(wander), ObservationKind::VehicleGnss { fix: Some(fix) }) => {
                     shift(&mut fix.position_m, wander.offset_m(observation.time_us - fault.from_us));
                 }
+                (SensorFault::ShipGnssJump { offset_m }, ObservationKind::ShipGnss { position_m }) => {
+                    shift(position_m, offset_m);
+                }
                 (SensorFault::HeadingJump { heading_rad }, ObservationKind::Ahrs { euler_rad, .. }) => {
                     turn(&mut euler_rad[2], heading_rad);
                 }

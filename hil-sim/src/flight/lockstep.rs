@@ -90,18 +90,19 @@ pub fn fly_with_ship<P: Ports>(
     })
 }
 
-/// [`fly`], watched step by step.
+/// [`fly_with_ship`], watched step by step.
 ///
 /// # Errors
 /// As [`fly`].
 pub fn fly_watched<P: Ports>(
     scenario: &Scenario,
     client: &mut Client<P>,
+    ship: Option<&mut ShipEnd>,
     stop: &AtomicBool,
     watch: impl FnMut(Watched<'_>),
 ) -> Result<FlightLog, FlightError> {
     prepare(scenario, client)?;
-    fly_on(scenario, client, None, None, stop, watch)
+    fly_on(scenario, client, ship, None, stop, watch)
 }
 
 /// A vehicle in flight: its world, its board, its log.

@@ -11,14 +11,14 @@ pub use program::{InProcess, Known, Program, ProgramError, announced, exchange};
 use crate::devices::micro_modem::{Heard, Launch, MicroModem, Sound};
 use crate::devices::uart::Uart;
 use crate::devices::{Devices, LocalFrame};
-use crate::faults::{Fault, FaultKind, PacketFault};
+use crate::faults::{Fault, FaultKind, PacketFault, SensorFault, SensorFaults};
 use crate::observation::{Observation, ObservationKind, ShipReport};
 use crate::scenario::{self, Exchange, Scenario};
 use crate::world::World;
 use backseat_app::STEP_US;
 use backseat_link::Arrival;
 use backseat_topside::slots::{self, Airtime, SlotTable};
-use backseat_topside::{Config, ConfigError, Port};
+use backseat_topside::{Config, ConfigError, Port, Topside};
 use backseat_wire::modem::{Addresses, ClockEncoding};
 use backseat_wire::ship_state::ShipState;
 use receiver::Receiver;
@@ -41,6 +41,13 @@ pub fn fault_of_lone_modem(scenario: &Scenario) -> Option<&Fault> {
         FaultKind::Packet(_) => true,
         _ => false,
     })
+}
+
+/// The first fault of the ship's receiver: it does nothing without topside, which alone hears that.
+#[must_use]
+pub fn fault_of_receiver(scenario: &Scenario) -> Option<&Fault> {
+    let is_receivers = |fault: &&Fault| matches!(fault.kind, FaultKind::Sensor(SensorFault::ShipGnssJump { .. }));
+    scenario.settings.faults.iter().find(is_receivers)
 }
 
 /// What topside would have been given for a scenario.
@@ -111,6 +118,7 @@ struct InWater {
 /// Receiver, modem and program on the ship.
 pub struct ShipEnd {
     receiver: Receiver,
+    faults: SensorFaults,
     modem: MicroModem,
     from_program: Uart,
     program: Box<dyn Program>,
@@ -131,6 +139,7 @@ impl ShipEnd {
         let sigma_m = settings.sensors.ship_gnss.sigma_m.unwrap_or(scenario.vehicle.sensors.ship_gnss_m);
         Self {
             receiver: Receiver::new(gnss, frame, environment.start_unix_s, settings.seed, sigma_m),
+            faults: SensorFaults::new(&settings.faults, settings.seed),
             modem: MicroModem::new(modem, environment.start_unix_s, settings.acoustics.packet_duration_s, true),
             from_program: Uart::new(modem),
             program,
@@ -139,6 +148,14 @@ impl ShipEnd {
             packet_us: (settings.acoustics.packet_duration_s * 1e6) as u64,
             in_water: VecDeque::new(),
         }
+    }
+
+    /// With topside in this process.
+    ///
+    /// # Errors
+    /// As [`config`].
+    pub fn with_topside(scenario: &Scenario) -> Result<Self, ConfigError> {
+        Ok(Self::new(scenario, Box::new(InProcess::new(Topside::new(config(scenario)?)?))))
     }
 
     /// The program.
@@ -167,8 +184,12 @@ impl ShipEnd {
         let Craft { address, world, devices } = sensed;
         match &observation.kind {
             // every world has the same ship
-            ObservationKind::ShipGnss { position_m } if craft == 0 => {
-                self.receiver.fix(time_us, *position_m, world.ship().velocity_mps)
+            ObservationKind::ShipGnss { .. } if craft == 0 => {
+                let mut heard = observation.clone();
+                self.faults.distort(&mut heard);
+                if let ObservationKind::ShipGnss { position_m } = heard.kind {
+                    self.receiver.fix(time_us, position_m, world.ship().velocity_mps);
+                }
             }
             ObservationKind::Downlink(packet) => {
                 if let (Some(InWater { addresses, frame, .. }), Some(modem)) =

@@ -36,8 +36,8 @@ use std::time::{Duration, Instant};
 const EXAMPLES: &str = "\
 Examples:
   backseat diagnose log.csv.gz                                the built-in vehicle, one page of text
-  backseat diagnose log.csv --vehicle iver3.toml --report out out/report.html and out/vehicle.toml
-  backseat diagnose log.csv --no-dvl --truth truth.csv --json one JSON object, for scripts
+  backseat diagnose log.csv --vehicle iver3.toml --report out  out/report.html and out/vehicle.toml
+  backseat diagnose log.csv --no-dvl --truth truth.csv --json  one JSON object, for scripts
   backseat diagnose glider_flight.csv --with glider_ctd.csv   two logs of one time base
   backseat diagnose ranges.csv --with transponders.csv        two-way ranges: lever arm and speed of sound
   backseat diagnose turns.csv --with zigzags.csv --with wind.csv

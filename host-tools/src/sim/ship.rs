@@ -31,9 +31,14 @@ pub fn start(
 ) -> anyhow::Result<Option<Box<dyn Program>>> {
     let name = &scenario.settings.name;
     let misplaced = ship_end::fault_of_lone_modem(scenario);
+    let off = asked == Some(TopsideKind::Off) || asked.is_none() && !scenario.settings.acoustics.topside;
+    if let Some(fault) = ship_end::fault_of_receiver(scenario)
+        && (off || misplaced.is_some())
+    {
+        bail!("{name}: the fault {fault} is one of the ship's receiver, which topside alone hears");
+    }
     let kind = match (asked, misplaced) {
-        (None, _) if !scenario.settings.acoustics.topside => return Ok(None),
-        (Some(TopsideKind::Off), _) => return Ok(None),
+        _ if off => return Ok(None),
         (None, Some(fault)) => {
             eprintln!("{name}: no topside on the ship, because of its fault {fault}");
             return Ok(None);

@@ -108,6 +108,10 @@ pub fn words(event: &Event) -> (bool, String) {
         Event::AbortSent { destination, transmit_s, left } => {
             (true, format!("abort for {} leaves at {transmit_s}; {left} more to come", whom(*destination)))
         }
+        Event::ShipJumped { by_m } => (
+            true,
+            format!("the ship's GNSS jumped by {by_m:.1} m: packets state that much more uncertainty, less with time"),
+        ),
         Event::ModemRestarted => (true, "the modem started again: its settings are sent again".to_owned()),
     }
 }

@@ -92,7 +92,7 @@ fn an_error_beyond_three_sigmas_in_good_health_is_a_violation() {
     scenario.settings.duration_s = 300.0;
     let mut judge = Judge::new(&scenario);
     let mut client = Client::new(InProcess::new());
-    let flight = flight::fly_watched(&scenario, &mut client, &AtomicBool::new(false), |step| {
+    let flight = flight::fly_watched(&scenario, &mut client, None, &AtomicBool::new(false), |step| {
         let mut telemetry = step.telemetry.cloned();
         if let Some(telemetry) = telemetry.as_mut().filter(|_| step.time_us > 150_000_000) {
             telemetry.state[0] += 100.0;

@@ -75,6 +75,11 @@ pub enum Event {
         /// So many packets of it are still to leave.
         left: u8,
     },
+    /// The ship's receiver says, five times in a row, that the ship is elsewhere.
+    ShipJumped {
+        /// So far from where it was expected, m.
+        by_m: f64,
+    },
     /// The modem started again and gets its settings anew.
     ModemRestarted,
 }

@@ -9,6 +9,20 @@ const VELOCITY_SIGMA_MPS: f64 = 5.0;
 const GATE_SIGMAS: f64 = 5.0;
 /// ... unless so many in a row are: then the filter starts again from the last.
 const REFUSED_IN_A_ROW: u8 = 5;
+/// Which place was right, the one before a jump or the one after, nobody on the ship can tell: the jump counts as an
+/// error of one sigma and is forgotten with this time constant, s. Reflected signals last for minutes.
+const JUMP_FORGOTTEN_S: f64 = 600.0;
+
+/// What became of a fix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// It was believed.
+    Used,
+    /// It was not.
+    Refused,
+    /// It was believed because those before it said the same; the ship was thought to be so far from there, m.
+    Jumped(f64),
+}
 
 /// The ship at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +85,9 @@ pub struct ShipFilter {
     axes: Option<[Axis; 2]>,
     refused: u32,
     in_a_row: u8,
+    /// Sum of the jumps, north and east, at the time of the last, m: a receiver that jumps back is where it was.
+    jump_m: [f64; 2],
+    jump_us: u64,
 }
 
 impl ShipFilter {
@@ -78,17 +95,18 @@ impl ShipFilter {
     #[must_use]
     pub fn new(acceleration_mps2_per_sqrt_hz: f64) -> Self {
         let density = acceleration_mps2_per_sqrt_hz * acceleration_mps2_per_sqrt_hz;
-        Self { density, time_us: 0, axes: None, refused: 0, in_a_row: 0 }
+        Self { density, time_us: 0, axes: None, refused: 0, in_a_row: 0, jump_m: [0.0; 2], jump_us: 0 }
     }
 
-    /// A fix taken at `time_us`; whether it was believed.
-    pub fn fix(&mut self, time_us: u64, position_m: [f64; 2], sigma_m: [f64; 2]) -> bool {
+    /// A fix taken at `time_us`.
+    pub fn fix(&mut self, time_us: u64, position_m: [f64; 2], sigma_m: [f64; 2]) -> Outcome {
         let finite = position_m.iter().chain(&sigma_m).all(|value| value.is_finite());
         if !finite || (self.axes.is_some() && time_us <= self.time_us) {
-            return false;
+            return Outcome::Refused;
         }
-        let predicted = self.predicted(time_us);
-        if let Some(axes) = &predicted {
+        let mut outcome = Outcome::Used;
+        let mut kept = self.predicted(time_us);
+        if let Some(axes) = &kept {
             let off = |axis: &Axis, value: f64, sigma: f64| {
                 (value - axis.x[0]).abs() > GATE_SIGMAS * libm::sqrt(axis.p[0] + sigma * sigma)
             };
@@ -96,13 +114,12 @@ impl ShipFilter {
                 self.refused = self.refused.saturating_add(1);
                 self.in_a_row += 1;
                 if self.in_a_row < REFUSED_IN_A_ROW {
-                    return false;
+                    return Outcome::Refused;
                 }
-            } else {
-                self.in_a_row = 0;
+                outcome = Outcome::Jumped(self.jump(time_us, axes, position_m));
+                kept = None;
             }
         }
-        let kept = predicted.filter(|_| self.in_a_row == 0);
         self.in_a_row = 0;
         self.time_us = time_us;
         self.axes = Some(match kept {
@@ -120,7 +137,21 @@ impl ShipFilter {
                 [fresh(position_m[0], sigma_m[0]), fresh(position_m[1], sigma_m[1])]
             }
         });
-        true
+        outcome
+    }
+
+    /// Counts a jump from where the ship was expected; its length, m.
+    fn jump(&mut self, time_us: u64, expected: &[Axis; 2], position_m: [f64; 2]) -> f64 {
+        let [north, east] = core::array::from_fn(|i| position_m[i] - expected[i].x[0]);
+        let before_m = self.doubt_m(time_us);
+        (self.jump_m, self.jump_us) = ([before_m[0] + north, before_m[1] + east], time_us);
+        libm::hypot(north, east)
+    }
+
+    /// What is left of the jumps, north and east, m.
+    fn doubt_m(&self, time_us: u64) -> [f64; 2] {
+        let since_s = time_us.saturating_sub(self.jump_us) as f64 * 1.0e-6;
+        self.jump_m.map(|jump_m| jump_m * libm::exp(-since_s / JUMP_FORGOTTEN_S))
     }
 
     /// Speed over ground, north and east, at the time of the last fix.
@@ -138,10 +169,11 @@ impl ShipFilter {
     pub fn at(&self, time_us: u64) -> Option<ShipEstimate> {
         let [north, east] = self.predicted(time_us)?;
         let root = |variance: f64| libm::sqrt(variance.max(0.0));
+        let [north_m, east_m] = self.doubt_m(time_us);
         Some(ShipEstimate {
             position_m: [north.x[0], east.x[0]],
             velocity_mps: [north.x[1], east.x[1]],
-            position_sigma_m: [root(north.p[0]), root(east.p[0])],
+            position_sigma_m: [root(north.p[0] + north_m * north_m), root(east.p[0] + east_m * east_m)],
             velocity_sigma_mps: [root(north.p[2]), root(east.p[2])],
         })
     }
@@ -229,16 +261,41 @@ mod tests {
         let mut filter = ShipFilter::new(0.02);
         assert_eq!(filter.at(0), None);
         for second in 0..30 {
-            assert!(filter.fix(second * 1_000_000, [0.0; 2], [0.5; 2]));
+            assert_eq!(filter.fix(second * 1_000_000, [0.0; 2], [0.5; 2]), Outcome::Used);
         }
         let before = filter.at(29_000_000).unwrap().sigma_m();
         assert!(filter.at(120_000_000).unwrap().sigma_m() > 10.0 * before);
         for second in 30..34 {
-            assert!(!filter.fix(second * 1_000_000, [500.0, 0.0], [0.5; 2]), "{second}");
+            assert_eq!(filter.fix(second * 1_000_000, [500.0, 0.0], [0.5; 2]), Outcome::Refused, "{second}");
         }
-        assert!(filter.fix(34_000_000, [500.0, 0.0], [0.5; 2]));
+        assert_eq!(filter.fix(34_000_000, [500.0, 0.0], [0.5; 2]), Outcome::Jumped(500.0));
         assert_eq!((filter.refused(), filter.at(34_000_000).unwrap().position_m), (5, [500.0, 0.0]));
-        assert!(!filter.fix(34_000_000, [500.0, 0.0], [0.5; 2]), "the same fix again");
-        assert!(!filter.fix(35_000_000, [f64::NAN, 0.0], [0.5; 2]));
+        assert_eq!(filter.fix(34_000_000, [500.0, 0.0], [0.5; 2]), Outcome::Refused, "the same fix again");
+        assert_eq!(filter.fix(35_000_000, [f64::NAN, 0.0], [0.5; 2]), Outcome::Refused);
+    }
+
+    /// A jump of 8 m north: one sigma of 8 m, of 8/e m ten minutes later; back where it was after a minute, what is
+    /// left is 8 (1 - e^(-1/10)) m. East nothing jumps.
+    #[test]
+    fn val_a_jump_counts_in_the_sigma_and_is_forgotten() {
+        let fixed = |from: u64, to: u64, north_m: f64, filter: &mut ShipFilter| {
+            for second in from..to {
+                filter.fix(second * 1_000_000, [north_m, 0.0], [0.5; 2]);
+                filter.velocity([0.0; 2], 0.1);
+            }
+            let [north, east] = filter.at((to - 1) * 1_000_000).unwrap().position_sigma_m;
+            assert!(east < 0.6, "{east}");
+            north
+        };
+        let near = |sigma_m: f64, expected_m: f64| (sigma_m - expected_m).abs() < 0.1;
+        let mut filter = ShipFilter::new(0.02);
+        assert!(fixed(0, 60, 0.0, &mut filter) < 0.5);
+        assert!(near(fixed(60, 65, 8.0, &mut filter), 8.0));
+        let mut back = filter.clone();
+        assert!(near(fixed(65, 665, 8.0, &mut filter), 8.0 * (-1.0_f64).exp()));
+        // the fifth fix at the old place is 60 s after the fifth at the other
+        assert!(near(fixed(65, 120, 8.0, &mut back), 8.0 * (-55.0_f64 / 600.0).exp()));
+        let left_m = 8.0 * (1.0 - (-0.1_f64).exp());
+        assert!(near(fixed(120, 125, 0.0, &mut back), left_m.hypot(0.5)));
     }
 }

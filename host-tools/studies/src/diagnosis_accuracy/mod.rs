@@ -35,7 +35,7 @@ Examples:
   backseat studies diagnosis-accuracy --out study                  the whole study; resumes if it was interrupted
   backseat studies diagnosis-accuracy --out study --runs 40        the first forty runs of it
   backseat studies diagnosis-accuracy --out try --first-seed 100   seeds on which `diagnose` may be tried and changed
-  backseat studies diagnosis-accuracy --out study --class clean,outside   only logs with nothing, or with what is no entry
+  backseat studies diagnosis-accuracy --out study --class none,outside   only logs with nothing, or with what is no entry
 
 Each run is a simulated log of half an hour with an undeclared effect, or two or three, or none, or one that is in
 no catalogue.

@@ -1,5 +1,6 @@
 //! `backseat sim faults`: the fault table.
 
+use super::rows::ship_of;
 use super::{JudgedFlight, Row, Summary, drawn, drawn_markdown, fly, markdown, rows, share, to_json};
 use crate::ensemble::run_all;
 use crate::table::wrapped;
@@ -186,7 +187,8 @@ fn in_qemu(arguments: &Args) -> anyhow::Result<()> {
 fn digest(row: &Row, seed: u64, ports: impl Ports) -> anyhow::Result<u64> {
     let mut scenario = row.scenario.clone();
     scenario.settings.seed = seed;
-    Ok(flight::fly(&scenario, &mut Client::new(ports), None, &AtomicBool::new(false), |_| ())?.digest)
+    let (mut client, mut ship) = (Client::new(ports), ship_of(&scenario)?);
+    Ok(flight::fly_with_ship(&scenario, &mut client, ship.as_mut(), None, &AtomicBool::new(false), |_| ())?.digest)
 }
 
 /// A line a drawn row, and the share of silent flights. A drawn row has no limits of its own to fail.

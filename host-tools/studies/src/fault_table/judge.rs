@@ -86,6 +86,7 @@ pub struct Judge {
     /// Of the step before, m².
     position_variance: f64,
     errors_m: Vec<f64>,
+    navigating_errors_m: Vec<f64>,
     end_error_m: Option<f64>,
     ratios: [f64; 2],
     deepest_m: f64,
@@ -109,6 +110,8 @@ pub struct JudgedFlight {
     pub seed: u64,
     /// Horizontal error from the first fault on: median and largest, m.
     pub error_m: [f64; 2],
+    /// Those while the mode was `navigating`, one a step, m.
+    pub navigating_errors_m: Vec<f64>,
     /// In the end, m.
     pub end_error_m: f64,
     /// Largest error over its own sigma while the mode was `navigating`, and in any mode, from the first fault on.
@@ -151,6 +154,7 @@ impl Judge {
             fixed: false,
             position_variance: f64::INFINITY,
             errors_m: Vec::new(),
+            navigating_errors_m: Vec::new(),
             end_error_m: None,
             ratios: [0.0; 2],
             deepest_m: 0.0,
@@ -275,6 +279,7 @@ impl Judge {
         }
         if *mode == Mode::Navigating && time_us >= self.fault_us {
             *healthy = healthy.max(ratio);
+            self.navigating_errors_m.push(error_m);
         }
     }
 
@@ -284,10 +289,12 @@ impl Judge {
         let error_m = [median(&self.errors_m), self.errors_m.iter().copied().reduce(f64::max)];
         let ended = self.leg.is_some() && self.commands.stops > 0;
         let flown = flight.finished && !ended && self.leg == Some(self.last_leg);
+        let alarms = self.alarms(lost_packets);
         let mut outcome = JudgedFlight {
             seed,
             // none where the flight was over before its first fault
             error_m: error_m.map(|error| error.unwrap_or(0.0)),
+            navigating_errors_m: self.navigating_errors_m,
             end_error_m: self.end_error_m.unwrap_or(f64::NAN),
             ratios: self.ratios,
             deepest_m: self.deepest_m,
@@ -296,7 +303,7 @@ impl Judge {
             navigating: self.navigating_us as f64 / self.steered_us.max(1) as f64,
             spells: self.spells.iter().copied().filter(|s| s.from_us + s.length_us > self.fault_us).collect(),
             fault_us: self.fault_us,
-            alarms: self.alarms(lost_packets),
+            alarms,
             commands: [self.commands.commands, self.commands.neutral, self.commands.stops],
             end: match (flown, ended) {
                 (true, _) => End::Flown,

@@ -29,7 +29,7 @@ const POOL: [(&str, Write); 22] = [
         d.fault("gnss_jump", |d| format!("offset_m = [{}, {}]", d.signed(2.0, 50.0), d.signed(2.0, 50.0)))
     }),
     ("ship", |d| {
-        d.fault("ship_position", |d| format!("offset_m = [{}, {}]", d.signed(1.0, 50.0), d.signed(1.0, 50.0)))
+        d.fault("ship_gnss_jump", |d| format!("offset_m = [{}, {}]", d.signed(1.0, 50.0), d.signed(1.0, 50.0)))
     }),
     ("multipath", |d| {
         d.fault("multipath", |d| format!("share = {}\nextra_m = {}", d.between(0.1, 0.7), d.size(3.0, 60.0)))

@@ -8,6 +8,7 @@ use backseat_link::Client;
 use hil_sim::backseat::InProcess;
 use hil_sim::flight;
 use hil_sim::scenario::{End, Limits, Scenario};
+use hil_sim::ship_end::{self, ShipEnd};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
 
@@ -91,6 +92,7 @@ built_in! {
     "modem_clock_drift"
     "ship_position"
     "ship_position_from_start"
+    "ship_gnss_jump"
     "frontseat_refuses_2s"
     "frontseat_refuses"
     "frontseat_reboots"
@@ -193,12 +195,21 @@ pub fn fly(row: &Row, seed: u64) -> JudgedFlight {
         .unwrap_or_else(|error| failed(seed, &format!("{error:#}")))
 }
 
+/// Topside, where the row has a fault that it alone hears; elsewhere the vehicle's modem plays the ship's part, which
+/// takes half the time.
+pub(super) fn ship_of(scenario: &Scenario) -> anyhow::Result<Option<ShipEnd>> {
+    let ship = ship_end::fault_of_receiver(scenario).map(|_| ShipEnd::with_topside(scenario));
+    ship.transpose().context("acoustics")
+}
+
 fn flown(row: &Row, seed: u64) -> anyhow::Result<JudgedFlight> {
     let mut scenario = row.scenario.clone();
     scenario.settings.seed = seed;
     let mut client = Client::new(InProcess::new());
     let mut judge = Judge::new(&scenario);
-    let flight = flight::fly_watched(&scenario, &mut client, &AtomicBool::new(false), |step| judge.watch(&step))?;
+    let mut ship = ship_of(&scenario)?;
+    let stop = AtomicBool::new(false);
+    let flight = flight::fly_watched(&scenario, &mut client, ship.as_mut(), &stop, |step| judge.watch(&step))?;
     let health = client.ports().health();
     let lost = LOSSES.map(|(loss, name)| (name, health.lost_packets(loss)));
     Ok(judge.finish(seed, &flight, &lost, &row.limits))
@@ -208,6 +219,7 @@ fn failed(seed: u64, why: &str) -> JudgedFlight {
     JudgedFlight {
         seed,
         error_m: [f64::NAN; 2],
+        navigating_errors_m: Vec::new(),
         end_error_m: f64::NAN,
         ratios: [f64::NAN; 2],
         deepest_m: f64::NAN,

@@ -3,7 +3,7 @@
 use super::judge::{SILENT_S, name};
 use super::{JudgedFlight, Row};
 use crate::table::markdown_table;
-use backseat_data::stats::median;
+use backseat_data::stats::{median, percentile};
 use backseat_wire::hostlink::Mode;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -211,15 +211,21 @@ pub fn drawn_markdown(summaries: &[Summary], made_by: &str) -> String {
     text
 }
 
-/// How many flights were wrong in silence for too long: every row, whether it can be seen on board or not.
+/// How many flights were wrong in silence for too long, and the error that is called good: every row, whether it can
+/// be seen on board or not.
 #[must_use]
 pub fn share(summaries: &[Summary]) -> String {
     let flights = || summaries.iter().flat_map(|summary| &summary.outcomes);
     let (silent, all) = (flights().filter(|flight| !flight.is_honest()).count(), flights().count());
-    format!(
+    let mut text = format!(
         "{silent} of {all} flights ({:.1} %) were silently wrong for more than {SILENT_S:.0} s.",
         100.0 * silent as f64 / all.max(1) as f64
-    )
+    );
+    let errors_m: Vec<f64> = flights().flat_map(|flight| &flight.navigating_errors_m).copied().collect();
+    if let Some(error_m) = percentile(&errors_m, 0.95) {
+        text += &format!(" While the mode was `navigating`, the error was below {error_m:.1} m for 95 % of the time.");
+    }
+    text
 }
 
 const INTRODUCTION: &str = "\
