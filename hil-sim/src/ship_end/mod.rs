@@ -185,7 +185,7 @@ impl ShipEnd {
         match &observation.kind {
             // every world has the same ship
             ObservationKind::ShipGnss { .. } if craft == 0 => {
-                let mut heard = observation.clone();
+                let mut heard = *observation;
                 self.faults.distort(&mut heard);
                 if let ObservationKind::ShipGnss { position_m } = heard.kind {
                     self.receiver.fix(time_us, position_m, world.ship().velocity_mps);

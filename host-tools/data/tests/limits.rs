@@ -1,7 +1,7 @@
 //! Files made to cost memory or time: each reader stops at a bound, and its complaint states the bound.
 
 use backseat_data::importers::{self, ColumnMap};
-use backseat_data::{BoardFile, Log, VehicleFile};
+use backseat_data::{BoardFile, Log, LogRow, VehicleFile};
 use flate2::{Compression, write::GzEncoder};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -96,4 +96,15 @@ fn every_reader_states_its_limit() {
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// A command that keeps much of each row takes the first ones, and says which.
+#[test]
+fn the_first_rows_are_kept_and_the_others_told() {
+    let mut log = Log { rows: (0..50).map(|k| LogRow::new(k * 100_000)).collect(), ..Log::default() };
+    log.keep_first(50);
+    assert!(log.notes.is_empty());
+    log.keep_first(11);
+    assert_eq!(log.rows.len(), 11);
+    assert_eq!(log.notes, ["only the first 11 of 50 rows are used, 1 of 5 s: cut the file for another part"]);
 }

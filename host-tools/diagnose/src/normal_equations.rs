@@ -4,10 +4,14 @@
 //! held-out and whole log are sums of blocks; so is every hypothesis a choice of columns.
 
 use rayon::Scope;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// Rows summed into the information matrix at a time: its row stays in the cache meanwhile.
 const ROWS: usize = 8;
+/// So many full blocks may wait for a thread: where all are busy with passes of their own, a long log's would fill the
+/// memory.
+const MOST_WAITING: usize = 8;
 
 /// A column, or one less another: what begins with the first and ends with the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,7 +120,7 @@ impl BlockEquations {
     }
 }
 
-/// Gathers rows and hands each full block to another thread.
+/// Gathers rows and hands each full block to another thread, or sums it itself where too many wait.
 pub struct BlockEquationsBuilder<'s, 'scope> {
     columns: usize,
     block_s: f64,
@@ -124,11 +128,12 @@ pub struct BlockEquationsBuilder<'s, 'scope> {
     /// e and S, row by row.
     rows: Vec<f64>,
     blocks: Vec<Arc<Mutex<NormalEquations>>>,
+    waiting: Arc<AtomicUsize>,
 }
 
 impl<'s, 'scope> BlockEquationsBuilder<'s, 'scope> {
     pub(crate) fn new(columns: usize, block_s: f64, scope: &'s Scope<'scope>) -> Self {
-        Self { columns, block_s, scope, rows: Vec::new(), blocks: Vec::new() }
+        Self { columns, block_s, scope, rows: Vec::new(), blocks: Vec::new(), waiting: Arc::default() }
     }
 
     /// One scalar: its normalised innovation, and `slopes` times `scale` as its derivatives.
@@ -147,11 +152,20 @@ impl<'s, 'scope> BlockEquationsBuilder<'s, 'scope> {
         let rows = std::mem::take(&mut self.rows);
         let columns = self.columns;
         self.rows.reserve(rows.len());
-        self.scope.spawn(move |_| {
+        let keep = move || {
             let sum = accumulate(columns, &rows);
             if let Ok(mut block) = block.lock() {
                 *block = sum;
             }
+        };
+        if self.waiting.load(Ordering::Relaxed) >= MOST_WAITING {
+            return keep();
+        }
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        let waiting = Arc::clone(&self.waiting);
+        self.scope.spawn(move |_| {
+            keep();
+            waiting.fetch_sub(1, Ordering::Relaxed);
         });
     }
 

@@ -15,6 +15,8 @@ use backseat_data::{Log, VehicleFile, inputs};
 
 /// Length of a block, s: longer than the coloured part of most residuals, short against a log.
 pub const BLOCK_S: f64 = 20.0;
+/// A longer log than three hours has longer blocks: each keeps the squares and products of some hundred columns.
+const MOST_BLOCKS: f64 = 600.0;
 /// Blocks in a row that train, and that are held out.
 const TRAIN_BLOCKS: usize = 18;
 const HELD_BLOCKS: usize = 9;
@@ -79,7 +81,7 @@ impl PreparedLog {
             installation: vehicle.installation,
             scale: [1.0; ResidualChannel::COUNT],
             outliers: Vec::new(),
-            block_s: BLOCK_S,
+            block_s: BLOCK_S.max(samples.duration_s / MOST_BLOCKS),
             proposed: Vec::new(),
         };
         let set = Effects::from(vehicle.effects.set);

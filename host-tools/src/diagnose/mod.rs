@@ -98,6 +98,9 @@ struct Judged {
 /// The proposed terms, and the effects that no vehicle file holds, in the report's folder.
 const TERMS_FILE: &str = "proposed_terms.toml";
 
+/// So many rows are diagnosed, a day at 10 Hz: the search keeps about 1 kB of each, and is to do with 2 GB.
+const MOST_ROWS: usize = 1_000_000;
+
 /// What the report shows.
 pub struct DiagnosisReport<'a> {
     /// At the centre of gravity.
@@ -246,6 +249,7 @@ fn read(args: &Args) -> anyhow::Result<ReadLog> {
             );
         }
     }
+    read.log.keep_first(MOST_ROWS);
     Ok(read)
 }
 

@@ -230,6 +230,20 @@ impl Log {
         }
     }
 
+    /// Leaves out what comes after so many rows, and notes that.
+    pub fn keep_first(&mut self, most: usize) {
+        let (all, whole_s) = (self.rows.len(), self.duration_s());
+        if all <= most {
+            return;
+        }
+        self.rows.truncate(most);
+        self.rows.shrink_to_fit();
+        let kept_s = self.duration_s();
+        self.notes.push(format!(
+            "only the first {most} of {all} rows are used, {kept_s:.0} of {whole_s:.0} s: cut the file for another part"
+        ));
+    }
+
     /// Times (µs) and samples of a column.
     pub fn column(&self, column: Column) -> impl Iterator<Item = (u64, f64)> + '_ {
         self.rows.iter().filter_map(move |row| row.get(column).map(|value| (row.time_us, value)))
