@@ -22,8 +22,7 @@ const ALL: [Exchange; 3] = [Exchange::Uplink, Exchange::Downlink, Exchange::TwoW
 
 /// The flight, and what topside knew at its end.
 fn fly(scenario: &Scenario) -> (FlightLog, ShipEnd) {
-    let topside = Topside::new(ship_end::config(scenario).unwrap()).unwrap();
-    let mut ship = ShipEnd::new(scenario, Box::new(ship_end::InProcess::new(topside)));
+    let mut ship = ShipEnd::with_topside(scenario).unwrap();
     let mut client = Client::new(InProcess::new());
     let flight = fly_with_ship(scenario, &mut client, Some(&mut ship), None, &AtomicBool::new(false), |_| {}).unwrap();
     (flight, ship)
@@ -174,6 +173,22 @@ fn val_topside_tracks_the_vehicle() {
     }
 }
 
+/// The receiver jumps by 7 m and -6 m at 200 s. Topside believes it from the fifth fix on and states the larger of the
+/// two; the packet of 240 s says 7 e^(-35/600) = 6.6 m.
+#[test]
+fn a_jump_of_the_ships_receiver_is_stated_in_the_packets() {
+    let text = include_str!("../scenarios/faults/ship_gnss_jump.toml");
+    let mut scenario = Scenario::with_built_in_vehicle(text, "ship_gnss_jump.toml").unwrap();
+    for (until_s, stated_m) in [(195.0, 0.2..1.0), (245.0, 6.3..7.2)] {
+        scenario.settings.duration_s = until_s;
+        let (flight, ship) = fly(&scenario);
+        let sent = ship.program().topside().unwrap().last_sent().unwrap().state;
+        assert!(stated_m.contains(&sent.position_sigma_m), "{until_s} s: {} m", sent.position_sigma_m);
+        let [error_m, _] = flight.ship_side.last().unwrap().ship.unwrap();
+        assert!(error_m < 3.0 * sent.position_sigma_m, "{until_s} s: {error_m} m, {} m", sent.position_sigma_m);
+    }
+}
+
 /// Two vehicles 60 m apart hear the ship and each other; topside tracks each as itself, and no board takes the other's
 /// uplink for the ship.
 #[test]
@@ -181,8 +196,7 @@ fn two_vehicles_keep_their_slots_and_their_tracks() {
     let mut scenario = Scenario::built_in("two_vehicles").unwrap();
     scenario.settings.duration_s = 720.0;
     let second = scenario.companion().unwrap();
-    let topside = Topside::new(ship_end::config(&scenario).unwrap()).unwrap();
-    let mut ship = ShipEnd::new(&scenario, Box::new(ship_end::InProcess::new(topside)));
+    let mut ship = ShipEnd::with_topside(&scenario).unwrap();
     let mut clients = [Client::new(InProcess::new()), Client::new(InProcess::new())];
     let [first_client, second_client] = &mut clients;
     let mut fleet = [(&scenario, first_client, None), (&second, second_client, None)];

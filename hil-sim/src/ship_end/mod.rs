@@ -11,7 +11,7 @@ pub use program::{InProcess, Known, Program, ProgramError, announced, exchange};
 use crate::devices::micro_modem::{Heard, Launch, MicroModem, Sound};
 use crate::devices::uart::Uart;
 use crate::devices::{Devices, LocalFrame};
-use crate::faults::{Fault, FaultKind, PacketFault, SensorFault, SensorFaults};
+use crate::faults::{Fault, FaultKind, PacketFault, SensorFault};
 use crate::observation::{Observation, ObservationKind, ShipReport};
 use crate::scenario::{self, Exchange, Scenario};
 use crate::world::World;
@@ -118,7 +118,6 @@ struct InWater {
 /// Receiver, modem and program on the ship.
 pub struct ShipEnd {
     receiver: Receiver,
-    faults: SensorFaults,
     modem: MicroModem,
     from_program: Uart,
     program: Box<dyn Program>,
@@ -139,7 +138,6 @@ impl ShipEnd {
         let sigma_m = settings.sensors.ship_gnss.sigma_m.unwrap_or(scenario.vehicle.sensors.ship_gnss_m);
         Self {
             receiver: Receiver::new(gnss, frame, environment.start_unix_s, settings.seed, sigma_m),
-            faults: SensorFaults::new(&settings.faults, settings.seed),
             modem: MicroModem::new(modem, environment.start_unix_s, settings.acoustics.packet_duration_s, true),
             from_program: Uart::new(modem),
             program,
@@ -184,12 +182,8 @@ impl ShipEnd {
         let Craft { address, world, devices } = sensed;
         match &observation.kind {
             // every world has the same ship
-            ObservationKind::ShipGnss { .. } if craft == 0 => {
-                let mut heard = *observation;
-                self.faults.distort(&mut heard);
-                if let ObservationKind::ShipGnss { position_m } = heard.kind {
-                    self.receiver.fix(time_us, position_m, world.ship().velocity_mps);
-                }
+            ObservationKind::ShipGnss { position_m } if craft == 0 => {
+                self.receiver.fix(time_us, *position_m, world.ship().velocity_mps)
             }
             ObservationKind::Downlink(packet) => {
                 if let (Some(InWater { addresses, frame, .. }), Some(modem)) =

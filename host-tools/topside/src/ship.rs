@@ -15,7 +15,7 @@ const JUMP_FORGOTTEN_S: f64 = 600.0;
 
 /// What became of a fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Outcome {
+pub enum FixOutcome {
     /// It was believed.
     Used,
     /// It was not.
@@ -99,12 +99,12 @@ impl ShipFilter {
     }
 
     /// A fix taken at `time_us`.
-    pub fn fix(&mut self, time_us: u64, position_m: [f64; 2], sigma_m: [f64; 2]) -> Outcome {
+    pub fn fix(&mut self, time_us: u64, position_m: [f64; 2], sigma_m: [f64; 2]) -> FixOutcome {
         let finite = position_m.iter().chain(&sigma_m).all(|value| value.is_finite());
         if !finite || (self.axes.is_some() && time_us <= self.time_us) {
-            return Outcome::Refused;
+            return FixOutcome::Refused;
         }
-        let mut outcome = Outcome::Used;
+        let mut outcome = FixOutcome::Used;
         let mut kept = self.predicted(time_us);
         if let Some(axes) = &kept {
             let off = |axis: &Axis, value: f64, sigma: f64| {
@@ -114,9 +114,9 @@ impl ShipFilter {
                 self.refused = self.refused.saturating_add(1);
                 self.in_a_row += 1;
                 if self.in_a_row < REFUSED_IN_A_ROW {
-                    return Outcome::Refused;
+                    return FixOutcome::Refused;
                 }
-                outcome = Outcome::Jumped(self.jump(time_us, axes, position_m));
+                outcome = FixOutcome::Jumped(self.jump(time_us, axes, position_m));
                 kept = None;
             }
         }
@@ -261,17 +261,17 @@ mod tests {
         let mut filter = ShipFilter::new(0.02);
         assert_eq!(filter.at(0), None);
         for second in 0..30 {
-            assert_eq!(filter.fix(second * 1_000_000, [0.0; 2], [0.5; 2]), Outcome::Used);
+            assert_eq!(filter.fix(second * 1_000_000, [0.0; 2], [0.5; 2]), FixOutcome::Used);
         }
         let before = filter.at(29_000_000).unwrap().sigma_m();
         assert!(filter.at(120_000_000).unwrap().sigma_m() > 10.0 * before);
         for second in 30..34 {
-            assert_eq!(filter.fix(second * 1_000_000, [500.0, 0.0], [0.5; 2]), Outcome::Refused, "{second}");
+            assert_eq!(filter.fix(second * 1_000_000, [500.0, 0.0], [0.5; 2]), FixOutcome::Refused, "{second}");
         }
-        assert_eq!(filter.fix(34_000_000, [500.0, 0.0], [0.5; 2]), Outcome::Jumped(500.0));
+        assert_eq!(filter.fix(34_000_000, [500.0, 0.0], [0.5; 2]), FixOutcome::Jumped(500.0));
         assert_eq!((filter.refused(), filter.at(34_000_000).unwrap().position_m), (5, [500.0, 0.0]));
-        assert_eq!(filter.fix(34_000_000, [500.0, 0.0], [0.5; 2]), Outcome::Refused, "the same fix again");
-        assert_eq!(filter.fix(35_000_000, [f64::NAN, 0.0], [0.5; 2]), Outcome::Refused);
+        assert_eq!(filter.fix(34_000_000, [500.0, 0.0], [0.5; 2]), FixOutcome::Refused, "the same fix again");
+        assert_eq!(filter.fix(35_000_000, [f64::NAN, 0.0], [0.5; 2]), FixOutcome::Refused);
     }
 
     /// A jump of 8 m north: one sigma of 8 m, of 8/e m ten minutes later; back where it was after a minute, what is

@@ -11,7 +11,7 @@ use crate::event::Event;
 use crate::gnss::{Fix, GnssLink};
 use crate::hold::Hold;
 use crate::modem::{ClockHealth, ModemLink, Report};
-use crate::ship::{Outcome, ShipEstimate, ShipFilter};
+use crate::ship::{FixOutcome, ShipEstimate, ShipFilter};
 use crate::slots::SlotTable;
 use crate::track::Track;
 use backseat_app::{LocalFrame, Ring, UtcClock};
@@ -309,9 +309,9 @@ impl Topside {
         let frame = *self.frame.get_or_insert(LocalFrame::new(latitude, longitude));
         let sigma_m = fix.sigma_m.unwrap_or([self.config.fix_sigma_m; 2]).map(|sigma| sigma.max(0.01));
         match self.ship.fix(fix.utc_us, frame.to_local(latitude, longitude), sigma_m) {
-            Outcome::Refused => return,
-            Outcome::Used => {}
-            Outcome::Jumped(by_m) => self.note(Event::ShipJumped { by_m }),
+            FixOutcome::Refused => return,
+            FixOutcome::Used => {}
+            FixOutcome::Jumped(by_m) => self.note(Event::ShipJumped { by_m }),
         }
         if let Some(velocity_mps) = fix.velocity_mps.filter(|_| self.config.velocity_sigma_mps > 0.0) {
             self.ship.velocity(velocity_mps, self.config.velocity_sigma_mps);
