@@ -132,6 +132,20 @@ fn velocities_in_knots_are_found() {
     assert!(found.contains("speed_log_mps is 1.9") && found.contains("is it in knots?"), "{found}");
 }
 
+/// A pitch that swings as much by its own error as by the vehicle halves the factor of the surge, which is no unit.
+#[test]
+fn errors_of_the_attitude_are_no_unit() {
+    for swing in [0.2, 0.21, 0.22, 0.23] {
+        let mut log = good();
+        for row in &mut log.rows {
+            let t = row.time_us as f64 * 1e-6;
+            let pitch = row.get(Column::Pitch).unwrap() + swing * (0.15 * t).sin();
+            row.set(Column::Pitch, pitch).set_all(Column::GpsX, &[f64::NAN; 2]);
+        }
+        assert!(!messages(&log).contains("times the speed"), "{swing}: {}", messages(&log));
+    }
+}
+
 #[test]
 fn an_unwound_heading_is_a_heading() {
     // ten minutes at 0.03 rad/s: almost three turns

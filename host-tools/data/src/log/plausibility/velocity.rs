@@ -103,6 +103,9 @@ struct Regression {
 struct Factor {
     value: f64,
     sigma: f64,
+    /// The other bound: noise of the attitude makes the fitted value smaller than the true one, and this, of the
+    /// regression the other way round, larger (Frisch 1934).
+    most: f64,
 }
 
 impl Factor {
@@ -113,7 +116,8 @@ impl Factor {
     /// Which other unit the velocity seems to have.
     fn unit(&self) -> Option<&'static str> {
         let is_clear = CLEAR.1 * self.sigma < (self.value - 1.0).abs();
-        let near = UNITS.iter().find(|(ratio, _)| (self.value / ratio - 1.0).abs() + self.sigma / ratio < UNIT_WITHIN);
+        let is_near = |value: f64, ratio: f64| (value / ratio - 1.0).abs() + self.sigma / ratio < UNIT_WITHIN;
+        let near = UNITS.iter().find(|(ratio, _)| is_near(self.value, *ratio) && is_near(self.most, *ratio));
         near.filter(|_| is_clear).map(|(_, guess)| *guess)
     }
 }
@@ -131,8 +135,13 @@ impl Regression {
         let nothing = DMatrix::from_diagonal_element(unknowns, unknowns, 1e-9);
         let inverse = (rows.tr_mul(&rows) + nothing).cholesky()?.inverse();
         let fitted = &inverse * rows.tr_mul(&right);
-        let variance = (right - rows * &fitted).norm_squared() / (count - unknowns) as f64;
-        Some([0, 1].map(|at| Factor { value: fitted[at], sigma: (variance * inverse[(at, at)]).sqrt() }))
+        let freedom = (count - unknowns) as f64;
+        let variance = (right - rows * &fitted).norm_squared() / freedom;
+        Some([0, 1].map(|at| {
+            let (value, sigma) = (fitted[at], (variance * inverse[(at, at)]).sqrt());
+            // The value over the square of the partial correlation, which is t² / (t² + freedom), t = value / sigma.
+            Factor { value, sigma, most: value + freedom * sigma * sigma / value }
+        }))
     }
 }
 
