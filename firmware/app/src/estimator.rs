@@ -29,6 +29,9 @@ const INITIAL_FIX_AGE_US: u64 = 2_500_000;
 /// Step of the prediction to the present, s.
 const OUTPUT_STEP_S: f64 = 0.05;
 
+/// One sigma of a pressure sensor's slow error that no second witness on board sees, m: 0.25 % of 100 m.
+const DEPTH_SLOW_M: f64 = 0.25;
+
 /// Samples that came too late for their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lateness {
@@ -52,7 +55,7 @@ pub struct Estimator {
     integrity: Integrity,
     /// One sigma per axis of the slow errors of the vehicle's and of the ship's receiver, m.
     receivers_m: [f64; 2],
-    /// How far pitch and speed say that the pressure sensor has drifted, m.
+    /// One sigma by which pitch and speed say that the pressure sensor has drifted, m.
     depth_drift_m: f64,
     model: Option<VehicleModel>,
     packets: Packets,
@@ -113,8 +116,8 @@ impl Estimator {
     /// Variance of vehicle state `i` as the board states it: the filter's, and what that leaves out.
     pub fn stated_variance(&self, i: usize) -> f64 {
         let variance = self.navigator.variance(i);
-        let drift_m = if i == Z { self.depth_drift_m } else { 0.0 };
-        variance + self.integrity.unseen(i, variance, self.navigator(), self.receivers_m) + drift_m * drift_m
+        let slow_m = if i == Z { libm::hypot(DEPTH_SLOW_M, self.depth_drift_m) } else { 0.0 };
+        variance + self.integrity.unseen(i, variance, self.navigator(), self.receivers_m) + slow_m * slow_m
     }
 
     /// √(σx² + σy²) of these, m.
@@ -127,9 +130,9 @@ impl Estimator {
         self.receivers_m = [sigma_m * hdop.unwrap_or(1.0).max(1.0), sigma_m];
     }
 
-    /// By how much pitch and speed say that the pressure sensor has drifted, m.
-    pub fn set_depth_drift(&mut self, drift_m: f64) {
-        self.depth_drift_m = drift_m;
+    /// One sigma by which pitch and speed say that the pressure sensor has drifted, m. It holds until the next mission.
+    pub fn set_depth_drift(&mut self, sigma_m: f64) {
+        self.depth_drift_m = sigma_m;
     }
 
     /// The vehicle at the time of the last step.

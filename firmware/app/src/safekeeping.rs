@@ -87,7 +87,6 @@ impl Backseat {
             self.voyage.end();
             self.safety.restart();
             self.witness.restart();
-            self.estimator.set_depth_drift(0.0);
             self.modes.returned();
             return;
         };
@@ -95,7 +94,7 @@ impl Backseat {
         let place_m = [x[X], x[Y]];
         self.voyage.follow(now_us, leg, place_m, self.has_clock(now_us));
         let facts = self.safety_facts(now_us, &target);
-        self.estimator.set_depth_drift(facts.depth_drift_m);
+        self.estimator.set_depth_drift(self.witness.sigma_m());
         let settings = &self.parameters.active().app;
         let Some((reason, action)) = self.safety.judge(now_us, &facts, &settings.safety) else { return };
         // a straight way home that leaves the fence is none

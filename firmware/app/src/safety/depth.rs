@@ -24,11 +24,13 @@ const LEVEL_M: f64 = 1.0;
 const SUBMERGED_M: f64 = 1.0;
 /// Steady: faster than this, m/s. Below it a vehicle is carried by other forces than its hull's.
 const SPEED_MPS: f64 = 0.4;
-/// The same for what came quickly, s: with half of the limit of 3 m, an error of 5 cm/s is seen in 40 s, one of 2 cm/s
-/// in 140 s.
+/// The same for what came quickly, s: with three quarters of the limit of 2 m, an error of 5 cm/s is seen in 40 s.
 const RECENT_S: f64 = 120.0;
 /// A leg that differs by this in speed has a constant of its own, m/s.
 const SAME_SPEED_MPS: f64 = 0.05;
+/// One sigma of depth, in parts of the drift that is seen: the mean follows a drift and the sum forgets it, so that after
+/// four minutes of a steady one the error is three to four times what is seen.
+const SIGMA: f64 = 2.0;
 /// Time constant of the rate of pressure, s.
 const SINK_S: f64 = 5.0;
 /// No vehicle sinks or rises faster: a jump of the sensor is no rate, m/s.
@@ -73,6 +75,8 @@ pub struct DepthWitness {
     /// What has departed from it, m, with either memory.
     drift_m: f64,
     recent_m: f64,
+    /// The most of it, m, forgotten as it is: it crosses zero by chance.
+    most_m: f64,
     /// The rate of pressure, m/s.
     sink_mps: f64,
 }
@@ -87,6 +91,7 @@ impl DepthWitness {
             rate_mps: 0.0,
             drift_m: 0.0,
             recent_m: 0.0,
+            most_m: 0.0,
             sink_mps: 0.0,
         }
     }
@@ -101,7 +106,12 @@ impl DepthWitness {
         self.drift_m
     }
 
-    /// The same of the last two minutes, m.
+    /// One sigma of depth that covers it, m.
+    pub fn sigma_m(&self) -> f64 {
+        SIGMA * self.most_m
+    }
+
+    /// By how much it is deeper by the last two minutes, m.
     pub fn recent_m(&self) -> f64 {
         self.recent_m
     }
@@ -129,6 +139,7 @@ impl DepthWitness {
             (self.speed_mps, self.rate_mps, self.learned_s) = (step.leg_speed_mps, 0.0, 0.0);
             (self.drift_m, self.recent_m) = (0.0, 0.0);
         }
+        self.most_m = self.drift_m.abs().max(self.most_m * (1.0 - (dt_s / MEMORY_S).min(1.0)));
         self.drift_m *= 1.0 - (dt_s / MEMORY_S).min(1.0);
         self.recent_m *= 1.0 - (dt_s / RECENT_S).min(1.0);
         if self.steady_s < SETTLE_S {
@@ -187,8 +198,10 @@ mod tests {
     #[test]
     fn val_a_drifting_sensor_shows_in_pitch() {
         let flight = |t: f64| DepthStep { pitch_rad: if t < 200.0 { -0.04 } else { -0.0901 }, ..STEADY };
-        let drift_m = drift_after(400, flight);
+        let witness = after(400, flight);
+        let drift_m = witness.drift_m();
         assert!((drift_m - 5.60).abs() < 0.05, "{drift_m}");
+        assert!((witness.sigma_m() - 2.0 * drift_m).abs() < 0.1);
         // the short memory: T = 100 s, M = 120 s
         let recent_m = after(300, flight).recent_m();
         assert!((recent_m - 2.62).abs() < 0.05, "{recent_m}");

@@ -182,7 +182,8 @@ fn a_source_that_was_wrong_for_a_while_comes_back_at_once() {
     until(&mut world, &mut board, (Mode::Degraded, ModeReason::Rejections), 10);
     world.x[Z] -= 10.0;
     until(&mut world, &mut board, NAVIGATING, 5);
-    assert!(last(&mut board).sigma[Z] < 0.2);
+    // hypot(0.25, 0.2): a sensor's slow error is always stated
+    assert!(last(&mut board).sigma[Z] < 0.32);
 }
 
 #[test]

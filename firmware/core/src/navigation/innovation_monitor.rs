@@ -44,6 +44,8 @@ pub(super) const EXCEEDANCE: f64 = 0.36;
 const EXCEEDANCES_US: u64 = 2_000_000;
 /// The same of a sensor whose readings waves move, µs: half a swell of 10 s.
 const WAVED_EXCEEDANCES_US: u64 = 5_000_000;
+/// No wave moves a reading further, m, m/s: from trough to crest of 1 m.
+const LARGEST_WAVE: f64 = 1.0;
 /// Least sigma of what an unconfirmed source positions, by the difference: three of it cover that along one line of
 /// sight, and a fifth more for what lay across.
 const UNCONFIRMED: f64 = 0.4;
@@ -306,7 +308,8 @@ impl InnovationMonitor {
         if sensor == Sensor::Range {
             self.agreed_us = 0;
         }
-        let least_us = if self.waves.move_readings(sensor) { WAVED_EXCEEDANCES_US } else { EXCEEDANCES_US };
+        let is_wave = self.waves.move_readings(sensor) && source.worst.iter().all(|worst| *worst < LARGEST_WAVE);
+        let least_us = if is_wave { WAVED_EXCEEDANCES_US } else { EXCEEDANCES_US };
         let lasts = time_us.saturating_sub(source.since_us) >= least_us;
         if !source.suspect && lasts && source.exceedances >= most {
             source.suspect = true;
@@ -459,5 +462,28 @@ impl InnovationMonitor {
         }
         source.added_to_position += growth.drift;
         growth
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::observation::Observations;
+    use super::*;
+
+    /// In waves a swell may hold the depth cell off for 5 s; a jump by more than any wave is suspect after 2 s.
+    #[test]
+    fn no_wave_excuses_a_jump_of_the_depth_cell() {
+        for (innovation, seconds) in [(0.9, 5), (1.8, 2)] {
+            let mut monitor = InnovationMonitor { sigma: 5.0, ..InnovationMonitor::new() };
+            (0..600).for_each(|k| monitor.waves.learn_sea(100_000 * k, libm::sin(0.1 * k as f64), 0.01));
+            assert!(monitor.waves.move_readings(Sensor::Depth));
+            let mut items = Observations::new();
+            items.add_direct(crate::state::Z, innovation, 0.01);
+            for tenth in 0..=10 * seconds {
+                assert!(!monitor.is_suspect(Sensor::Depth), "{innovation} m, {tenth} tenths of a second");
+                monitor.exceedance(Sensor::Depth, 100_000 * (600 + tenth), items.as_slice(), (0.01, false), 3);
+            }
+            assert!(monitor.is_suspect(Sensor::Depth), "{innovation} m");
+        }
     }
 }

@@ -10,7 +10,9 @@
 //!   fixes, of a receiver, that no single innovation betrays;
 //! - **the other account**, while fixes and ranges contradict each other, and after a range that the filter followed
 //!   though S did not explain it: the filter follows one of them, and P is as small as if the other did not exist.
-//!   Nothing on board says which of the two is right.
+//!   Nothing on board says which of the two is right;
+//! - **a range that contradicts before three have been used**: the position rests on fixes alone, and one line of sight
+//!   has not confirmed them.
 //!
 //! Of depth it is what the depth cell's innovations have more than S explains, and the waves that the filter smooths.
 
@@ -37,6 +39,12 @@ const SHARE: [f64; 2] = [1.0, 0.4];
 /// What the other account may have led away from the position, m/s: an undeclared current, and a vehicle that drifts at
 /// the surface. What it says beyond cannot be true.
 const RATE_MPS: [f64; 2] = [0.15, 0.5];
+
+/// So many ranges that were used confirm the first fixes.
+const CONFIRM: u32 = 3;
+/// Largest one sigma by a range that contradicts before, m: fixes that are further off than three of it are contradicted
+/// by the ranges that follow, and an outlier has no bound.
+const UNCONFIRMED_M: f64 = 15.0;
 
 /// An account of the position that contradicts the one that the filter follows.
 #[derive(Clone, Copy)]
@@ -138,8 +146,10 @@ impl Apart {
 /// Watches the innovations of a filter, and says what its covariance leaves out.
 #[derive(Clone)]
 pub struct Integrity {
-    /// A range was used.
-    ranged: bool,
+    /// Ranges that were used, up to [`CONFIRM`].
+    ranges_used: u32,
+    /// Worst innovation of the ranges that were refused before, since one was used, m.
+    refused_m: f64,
     /// When the first range since the last fix was used, µs.
     ranged_us: Option<u64>,
     ranges: [Window; 2],
@@ -153,7 +163,8 @@ impl Integrity {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            ranged: false,
+            ranges_used: 0,
+            refused_m: 0.0,
             ranged_us: None,
             ranges: [Window::NEW; 2],
             depth: Window::NEW,
@@ -177,6 +188,9 @@ impl Integrity {
                         self.range(record.time_us, innovation, variance);
                     } else {
                         self.contradict(0, filter, record, innovation);
+                        if self.ranges_used < CONFIRM {
+                            self.refused_m = innovation.abs().min(UNCONFIRMED_M).max(self.refused_m);
+                        }
                     }
                     if record.outcome == FusionOutcome::Fused && squared > FOLLOWED * FOLLOWED * variance {
                         let [ranges, _] = &mut self.accounts;
@@ -193,7 +207,8 @@ impl Integrity {
     }
 
     fn range(&mut self, time_us: u64, innovation: f64, variance: f64) {
-        self.ranged = true;
+        self.ranges_used = (self.ranges_used + 1).min(CONFIRM);
+        self.refused_m = 0.0;
         self.ranged_us.get_or_insert(time_us);
         let most = CLIP * libm::sqrt(variance);
         for (window, tau_s) in self.ranges.iter_mut().zip(RANGES_S) {
@@ -230,14 +245,14 @@ impl Integrity {
                 let [vehicle_m, ship_m] = receivers_m;
                 let goes_around = self.ranged_us.is_some_and(|us| time_us < us.saturating_add(TURN_US));
                 let ship_m = if goes_around { BLAMED * ship_m } else { ship_m };
-                let mut sum = vehicle_m * vehicle_m + if self.ranged { ship_m * ship_m } else { 0.0 };
+                let mut sum = vehicle_m * vehicle_m + if self.ranges_used > 0 { ship_m * ship_m } else { 0.0 };
                 sum += self.ranges.iter().map(Window::excess).fold(0.0, f64::max);
                 for ((account, share), rate_mps) in self.accounts.iter().zip(SHARE).zip(RATE_MPS) {
                     let sigma_m = account.sigma_m(time_us, share, rate_mps);
                     // P has grown by suspicion as well, where no other source holds the position
                     sum += (sigma_m * sigma_m - variance).max(0.0);
                 }
-                sum
+                sum + (self.refused_m * self.refused_m - variance).max(0.0)
             }
             Z => self.depth.excess().max(filter.wave_variance()),
             _ => 0.0,

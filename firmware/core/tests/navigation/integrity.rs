@@ -3,7 +3,7 @@
 use super::support::*;
 use backseat_core::navigation::*;
 
-/// A flight of `minutes`, with fixes for the first twenty seconds and after `fixes_from_s`, and a range every 20 s. Both
+/// A flight of `seconds`, with fixes for the first twenty seconds and after `fixes_from_s`, and a range every 20 s. Both
 /// sources may err: (error of a fix, error of the ship's report) at a time, m.
 struct Flight {
     navigator: Box<Navigator>,
@@ -12,7 +12,7 @@ struct Flight {
 }
 
 impl Flight {
-    fn run(minutes: u64, fixes_from_s: u64, errors_m: impl Fn(f64) -> ([f64; 2], [f64; 2])) -> Self {
+    fn run(seconds: u64, fixes_from_s: u64, errors_m: impl Fn(f64) -> ([f64; 2], [f64; 2])) -> Self {
         let mut config = NavigationConfig { surface: None, ..NavigationConfig::REFERENCE };
         config.make_robust();
         config.bank = false;
@@ -24,7 +24,7 @@ impl Flight {
         navigator.initialise(0, &initial).unwrap();
         let mut flight = Self { navigator, integrity: Integrity::new(), truth };
         let mut noise = Noise(5);
-        for step in 1..=600 * minutes {
+        for step in 1..=10 * seconds {
             (0..10).for_each(|_| flight.truth.tick(&CRUISE, &config, &mut noise));
             flight.navigator.predict(100_000 * step, &CRUISE).unwrap();
             let (x, sensors, time_s) = (flight.truth.x, &config.sensors, 0.1 * step as f64);
@@ -82,11 +82,11 @@ impl Flight {
 #[test]
 fn val_receivers_are_added_by_their_variances() {
     let still = |_| ([0.0; 2], [0.0; 2]);
-    let flight = Flight::run(2, 1000, still);
+    let flight = Flight::run(120, 1000, still);
     let unseen = |receivers_m| flight.integrity.unseen(0, 1.0, &flight.navigator, receivers_m);
     assert_eq!(unseen([0.0; 2]), 0.0, "nothing contradicts");
     assert!((unseen([1.5, 2.0]) - (2.25 + 16.0)).abs() < 1e-12);
-    let around = Flight::run(17, 2000, still);
+    let around = Flight::run(1020, 2000, still);
     let unseen_around = |receivers_m| around.integrity.unseen(0, 1.0, &around.navigator, receivers_m);
     assert!((unseen_around([1.5, 2.0]) - unseen_around([0.0; 2]) - (2.25 + 4.0)).abs() < 1e-12);
     assert_eq!(flight.integrity.unseen(6, 1.0, &flight.navigator, [1.5, 2.0]), 0.0, "of a velocity");
@@ -98,10 +98,22 @@ fn val_receivers_are_added_by_their_variances() {
 /// small as theirs. What is stated covers the way back.
 #[test]
 fn val_a_slow_spoof_is_stated() {
-    let flight = Flight::run(8, 60, |t| ([0.12 * (t - 60.0).max(0.0), 0.16 * (t - 60.0).max(0.0)], [0.0; 2]));
+    let flight = Flight::run(480, 60, |t| ([0.12 * (t - 60.0).max(0.0), 0.16 * (t - 60.0).max(0.0)], [0.0; 2]));
     let ([p_m, stated_m], error_m) = (flight.sigmas_m(), flight.error_m());
     let doubted = flight.navigator.is_suspect(Sensor::Range) || flight.navigator.is_suspect(Sensor::VehicleGnss);
     assert!(doubted, "one of the two is wrong, and fixes are not the judge");
     assert!(error_m < 3.0 * stated_m, "{error_m} m, {p_m} m, {stated_m} m");
     assert!(error_m < 5.0 || error_m > 3.0 * p_m, "P alone would not have said it: {error_m} m, {p_m} m");
+}
+
+/// Fixes that are 9 m off from the start, and a first range that contradicts them: one is not enough to say which of the
+/// two is wrong, but nothing else has confirmed the position. A first range that agrees leaves nothing.
+#[test]
+fn val_a_range_that_contradicts_the_first_fixes_is_stated() {
+    let flight = Flight::run(20, 1000, |_| ([9.0, 0.0], [0.0; 2]));
+    let ([p_m, stated_m], error_m) = (flight.sigmas_m(), flight.error_m());
+    assert!(error_m > 3.0 * p_m && error_m < 3.0 * stated_m, "{error_m} m, {p_m} m, {stated_m} m");
+    assert!(!flight.navigator.is_suspect(Sensor::Range));
+    let [p_m, stated_m] = Flight::run(20, 1000, |_| ([0.0; 2], [0.0; 2])).sigmas_m();
+    assert!((p_m - stated_m).abs() < 1e-9);
 }
