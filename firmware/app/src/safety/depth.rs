@@ -2,14 +2,17 @@
 //!
 //! Pressure says z. Pitch and speed say how fast the nose points down: -u sin θ. In steady flight the two differ by the
 //! angle of attack, by which a vehicle carries its weight in water, and by the error of the pitch sensor: a constant
-//! for one speed. The witness learns that constant, as a mean over the flight, and sums what pressure departs from it.
+//! for one speed. The witness learns that constant over the flight and sums what pressure departs from it.
 //! A sensor that drifts makes the controller fly the vehicle up or down, which pitch shows; so does a vehicle that
 //! takes in water, which has to carry more. The two cannot be told apart, nor from a current that sinks or rises for
 //! minutes: all three are reason to surface.
 
 /// The constant is learned over this time of steady flight before anything is summed, s.
 const LEARN_S: f64 = 60.0;
-/// It is the mean of the flight up to this time, and follows with this time constant from then on, s.
+/// From then on a departure moves it by this share of what it would move a mean: with a mean, a drift that begins soon
+/// after the dive is learned before it is seen.
+const FOLLOW: f64 = 0.5;
+/// Up to this time; later as at this time, s.
 const FOLLOW_S: f64 = 1800.0;
 /// What was summed is forgotten with this time constant, s: a slower departure than a tenth of the limit in a minute is
 /// the weather.
@@ -148,14 +151,16 @@ impl DepthWitness {
         // deeper by pitch and speed than by pressure
         let departed_m = -step.surge_mps * libm::sin(step.pitch_rad) * dt_s - (pressure_m - last_m);
         let beyond_m = departed_m - self.rate_mps * dt_s;
+        let mut share = 1.0;
         if self.learned_s >= LEARN_S {
             self.drift_m += beyond_m;
             self.recent_m += beyond_m;
+            share = FOLLOW;
         }
-        // a mean over the flight: what the first minute taught is of a vehicle that has just dived
+        // not for good after the first minute: it is of a vehicle that has just dived
         self.learned_s = (self.learned_s + dt_s).min(FOLLOW_S);
         if self.learned_s > 0.0 {
-            self.rate_mps += beyond_m / self.learned_s;
+            self.rate_mps += share * beyond_m / self.learned_s;
         }
     }
 }
@@ -192,19 +197,19 @@ mod tests {
         assert!(drift_after(3600, |_| STEADY).abs() < 1e-6);
     }
 
-    /// 5 cm/s of drift from 200 s on, when the constant is the mean of n = 180 s: the controller holds what the sensor
-    /// says, the nose goes down by 0.05 rad. The mean follows, so that s seconds later 0.05 n / (n + s) is left. With
-    /// the memory M, ∫ 0.05 n / (n + s) exp(-(T - s) / M) ds by quadrature: 5.60 m for T = 200 s, M = 600 s.
+    /// 5 cm/s of drift from 200 s on, when the constant was learned for n = 180 s: the controller holds what the sensor
+    /// says, the nose goes down by 0.05 rad. The constant follows, so that s seconds later 0.05 √(n / (n + s)) is left.
+    /// With the memory M, ∫ 0.05 √(n / (n + s)) exp(-(T - s) / M) ds by quadrature: 6.86 m for T = 200 s, M = 600 s.
     #[test]
     fn val_a_drifting_sensor_shows_in_pitch() {
         let flight = |t: f64| DepthStep { pitch_rad: if t < 200.0 { -0.04 } else { -0.0901 }, ..STEADY };
         let witness = after(400, flight);
         let drift_m = witness.drift_m();
-        assert!((drift_m - 5.60).abs() < 0.05, "{drift_m}");
+        assert!((drift_m - 6.86).abs() < 0.05, "{drift_m}");
         assert!((witness.sigma_m() - 2.0 * drift_m).abs() < 0.1);
         // the short memory: T = 100 s, M = 120 s
         let recent_m = after(300, flight).recent_m();
-        assert!((recent_m - 2.62).abs() < 0.05, "{recent_m}");
+        assert!((recent_m - 2.97).abs() < 0.05, "{recent_m}");
     }
 
     /// A minute at the surface, level, at the speed of the dive that follows: nothing of it is learned.

@@ -420,6 +420,8 @@ impl InnovationMonitor {
     pub(super) fn grow(&mut self, sensor: Sensor, time_us: u64, step_s: f64, estimated: Estimated) -> Growth {
         let bottom = &self.sources[Sensor::BottomTrack as usize];
         let measured = !bottom.suspect && !bottom.is_unconfirmed() && time_us < bottom.consistent_us + VELOCITY_US;
+        // a DVL that contradicts would be taken back by the sigma of the current, and teach it
+        let contradicts = bottom.suspect && time_us < bottom.exceedance_us + VELOCITY_US;
         let witnessed = self.is_witnessed(time_us);
         let source = &mut self.sources[sensor as usize];
         let mut growth = Growth { positioned: 0.0, drift: 0.0, floor: [0.0; 3], current: [0.0; 3] };
@@ -438,7 +440,7 @@ impl InnovationMonitor {
             Sensor::BottomTrack | Sensor::WaterTrack | Sensor::RangeRate
                 if source.suspect && witnessed && estimated.vehicle => {}
             // the sigma of the current carries that of the position on
-            Sensor::Range if source.suspect && by_current && !measured => {
+            Sensor::Range if source.suspect && by_current && !measured && !contradicts => {
                 if !source.current_open {
                     let since_s = 1.0e-6 * time_us.saturating_sub(source.since_us) as f64;
                     let variance = rate * rate;
