@@ -54,14 +54,17 @@ struct Account {
     lasts: bool,
     /// Worst innovation, m.
     worst_m: f64,
-    /// When it ended, µs, how far apart the accounts were then, m, and by how much more with every second, m/s.
+    /// When it ended, µs, how far apart the accounts were then, m, by how much more with every second, m/s, and for how
+    /// long at most, s.
     ended_us: u64,
     apart_m: f64,
     rate_mps: f64,
+    lasted_s: f64,
 }
 
 impl Account {
-    const NEW: Self = Self { since_us: 0, lasts: false, worst_m: 0.0, ended_us: 0, apart_m: 0.0, rate_mps: 0.0 };
+    const NEW: Self =
+        Self { since_us: 0, lasts: false, worst_m: 0.0, ended_us: 0, apart_m: 0.0, rate_mps: 0.0, lasted_s: 0.0 };
 
     fn contradict(&mut self, since_us: u64, innovation_m: f64) {
         if !self.lasts {
@@ -74,7 +77,8 @@ impl Account {
         if self.lasts {
             let (before_m, now_m) = (self.before_m(time_us), self.now_m(time_us, share, rate_mps));
             if now_m > before_m {
-                self.rate_mps = now_m / seconds(self.since_us, time_us).max(1.0);
+                self.lasted_s = seconds(self.since_us, time_us).max(1.0);
+                self.rate_mps = now_m / self.lasted_s;
             }
             (self.apart_m, self.lasts, self.ended_us) = (before_m.max(now_m), false, time_us);
         }
@@ -90,7 +94,8 @@ impl Account {
     /// One sigma that covers what is remembered.
     fn before_m(&self, time_us: u64) -> f64 {
         let remembered = time_us < self.ended_us.saturating_add(MEMORY_US);
-        if remembered { self.apart_m + self.rate_mps * seconds(self.ended_us, time_us) } else { 0.0 }
+        let since_s = seconds(self.ended_us, time_us).min(self.lasted_s);
+        if remembered { self.apart_m + self.rate_mps * since_s } else { 0.0 }
     }
 
     /// One sigma that covers what contradicts now.
