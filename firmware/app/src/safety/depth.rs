@@ -13,7 +13,7 @@ const LEARN_S: f64 = 60.0;
 /// after the dive is learned before it is seen.
 const FOLLOW: f64 = 0.5;
 /// Up to this time; later as at this time, s.
-const FOLLOW_S: f64 = 1800.0;
+const FOLLOW_S: f64 = 900.0;
 /// What was summed is forgotten with this time constant, s: a slower departure than a tenth of the limit in a minute is
 /// the weather.
 const MEMORY_S: f64 = 600.0;
@@ -27,7 +27,7 @@ const LEVEL_M: f64 = 1.0;
 const SUBMERGED_M: f64 = 1.0;
 /// Steady: faster than this, m/s. Below it a vehicle is carried by other forces than its hull's.
 const SPEED_MPS: f64 = 0.4;
-/// The same for what came quickly, s: with three quarters of the limit of 2 m, an error of 5 cm/s is seen in 40 s.
+/// The same for what came quickly, s: with half of the limit of 3 m, an error of 5 cm/s is seen in 40 s.
 const RECENT_S: f64 = 120.0;
 /// A leg that differs by this in speed has a constant of its own, m/s.
 const SAME_SPEED_MPS: f64 = 0.05;

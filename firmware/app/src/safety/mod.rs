@@ -105,7 +105,7 @@ struct Rung {
 const RUNGS: usize = 19;
 
 /// Of the largest drift of pressure, what may come in two minutes.
-const RECENT_SHARE: f64 = 0.75;
+const RECENT_SHARE: f64 = 0.5;
 
 /// The ladder: the first limit that is broken for long enough decides.
 #[rustfmt::skip] // a limit a row
@@ -287,7 +287,7 @@ mod tests {
             (Facts { altitude_m: Some(0.9), ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
             (Facts { altitude_m: Some(2.0), sink_mps: 0.6, ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
             (Facts { depth_jump_m: 2.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
-            (Facts { depth_drift_m: -2.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
+            (Facts { depth_drift_m: -3.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
             (Facts { depth_recent_m: -1.6, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
             (Facts { has_fix: true, ..GOOD }, 100, ModeReason::DepthDoubtful, StopAndRise),
             (Facts { pitch_rad: -1.1, ..GOOD }, 30, ModeReason::PitchExceeded, StopAndRise),

@@ -34,7 +34,7 @@ pub struct SafetyLimits {
     pub dive_time_max_s: f64,
     /// Largest jump of the pressure sensor against the filter, m.
     pub depth_jump_m: f64,
-    /// Largest drift of the pressure sensor against pitch and speed in ten minutes, m; three quarters of it in two.
+    /// Largest drift of the pressure sensor against pitch and speed in ten minutes, m; half of it in two.
     pub depth_drift_m: f64,
 }
 
@@ -56,7 +56,7 @@ impl SafetyLimits {
         speed_max_mps: 4.0,
         dive_time_max_s: 120.0,
         depth_jump_m: 1.5,
-        depth_drift_m: 2.0,
+        depth_drift_m: 3.0,
     };
 }
 

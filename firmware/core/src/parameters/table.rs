@@ -180,5 +180,5 @@ pub const SAFETY: &[Row<SafetyLimits>] = &[
     row!(at_most real "safety.speed_max_mps", "", "m/s", [0.5, 30.0], "A vehicle that is faster through the water for 5 s stops and rises.", speed_max_mps),
     row!(at_most real "safety.dive_time_max_s", "", "s", [5.0, 1.0e7], "A vehicle that is to dive and has been shallower than 0.25 m for longer stops: no water, or no dive.", dive_time_max_s),
     row!(at_most real "safety.depth_jump_m", "", "m", [0.1, 11000.0], "A pressure sensor that has come back so far off the filter's depth ends the mission.", depth_jump_m),
-    row!(at_most real "safety.depth_drift_m", "", "m", [0.5, 11000.0], "A pressure sensor that drifts so far off what pitch and speed make of depth, or three quarters as far in two minutes, ends the mission; so does a change of weight that looks the same.", depth_drift_m),
+    row!(at_most real "safety.depth_drift_m", "", "m", [0.5, 11000.0], "A pressure sensor that drifts so far off what pitch and speed make of depth, or half as far in two minutes, ends the mission; so does a change of weight that looks the same.", depth_drift_m),
 ];
