@@ -31,9 +31,9 @@ const SPEED_MPS: f64 = 0.4;
 const RECENT_S: f64 = 120.0;
 /// A leg that differs by this in speed has a constant of its own, m/s.
 const SAME_SPEED_MPS: f64 = 0.05;
-/// One sigma of depth, in parts of the drift that is seen: the mean follows a drift and the sum forgets it, so that after
-/// four minutes of a steady one the error is three to four times what is seen.
-const SIGMA: f64 = 2.0;
+/// One sigma of depth for each metre of drift that is seen: the constant follows a drift and the sum forgets it, so that
+/// the error is up to four times what is seen.
+const SIGMA_PER_DRIFT: f64 = 2.0;
 /// Time constant of the rate of pressure, s.
 const SINK_S: f64 = 5.0;
 /// No vehicle sinks or rises faster: a jump of the sensor is no rate, m/s.
@@ -111,7 +111,7 @@ impl DepthWitness {
 
     /// One sigma of depth that covers it, m.
     pub fn sigma_m(&self) -> f64 {
-        SIGMA * self.most_m
+        SIGMA_PER_DRIFT * self.most_m
     }
 
     /// By how much it is deeper by the last two minutes, m.
@@ -157,7 +157,7 @@ impl DepthWitness {
             self.recent_m += beyond_m;
             share = FOLLOW;
         }
-        // not for good after the first minute: it is of a vehicle that has just dived
+        // and goes on after the first minute, which is of a vehicle that has just dived
         self.learned_s = (self.learned_s + dt_s).min(FOLLOW_S);
         if self.learned_s > 0.0 {
             self.rate_mps += share * beyond_m / self.learned_s;
@@ -206,7 +206,8 @@ mod tests {
         let witness = after(400, flight);
         let drift_m = witness.drift_m();
         assert!((drift_m - 6.86).abs() < 0.05, "{drift_m}");
-        assert!((witness.sigma_m() - 2.0 * drift_m).abs() < 0.1);
+        // the largest drift is that of the step before: within 5 mm
+        assert!((witness.sigma_m() - 2.0 * drift_m).abs() < 0.02);
         // the short memory: T = 100 s, M = 120 s
         let recent_m = after(300, flight).recent_m();
         assert!((recent_m - 2.97).abs() < 0.05, "{recent_m}");

@@ -419,9 +419,10 @@ impl InnovationMonitor {
     /// What a step of the prediction adds for one source of a filter that estimates `estimated`.
     pub(super) fn grow(&mut self, sensor: Sensor, time_us: u64, step_s: f64, estimated: Estimated) -> Growth {
         let bottom = &self.sources[Sensor::BottomTrack as usize];
-        let measured = !bottom.suspect && !bottom.is_unconfirmed() && time_us < bottom.consistent_us + VELOCITY_US;
+        let measured =
+            !bottom.suspect && !bottom.is_unconfirmed() && time_us < bottom.consistent_us.saturating_add(VELOCITY_US);
         // a DVL that contradicts would be taken back by the sigma of the current, and teach it
-        let contradicts = bottom.suspect && time_us < bottom.exceedance_us + VELOCITY_US;
+        let contradicts = bottom.suspect && time_us < bottom.exceedance_us.saturating_add(VELOCITY_US);
         let witnessed = self.is_witnessed(time_us);
         let source = &mut self.sources[sensor as usize];
         let mut growth = Growth { positioned: 0.0, drift: 0.0, floor: [0.0; 3], current: [0.0; 3] };

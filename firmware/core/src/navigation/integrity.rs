@@ -270,3 +270,20 @@ impl Default for Integrity {
         Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two accounts that came apart by 10 m in 100 s may do so for 100 s more; they are forgotten after 16 minutes.
+    #[test]
+    fn val_a_contradiction_grows_for_as_long_as_it_lasted() {
+        let mut account = Account::NEW;
+        account.contradict(0, 10.0);
+        account.agree(100_000_000, 1.0, 0.15);
+        for (time_s, sigma_m) in [(100, 10.0), (150, 15.0), (200, 20.0), (900, 20.0), (1060, 0.0)] {
+            let stated_m = account.sigma_m(1_000_000 * time_s, 1.0, 0.15);
+            assert!((stated_m - sigma_m).abs() < 1e-9, "{time_s} s: {stated_m} m");
+        }
+    }
+}
