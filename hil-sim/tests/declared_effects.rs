@@ -3,8 +3,8 @@
 
 use backseat_core::effects::{CATALOGUE, Enters};
 use backseat_core::navigation::ProcessModel;
-use backseat_data::filter::{self, FilterOptions};
-use backseat_data::{Log, VehicleFile};
+use backseat_estimation::filter::{self, FilterOptions};
+use backseat_logs::{Log, VehicleFile};
 use hil_sim::dataset::{Shape, Spec, simulate};
 use hil_sim::scenario::{Effect, Request};
 use rayon::prelude::*;

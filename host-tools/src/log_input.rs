@@ -1,9 +1,9 @@
 //! How every command reads a log: by its own format or by a column mapping, examined for units, signs and times.
 
 use anyhow::bail;
-use backseat_data::importers::{self, ColumnMap, Imported};
-use backseat_data::log::plausibility::Examination;
-use backseat_data::{DataError, Log};
+use backseat_logs::importers::{self, ColumnMap, Imported};
+use backseat_logs::log::plausibility::Examination;
+use backseat_logs::{DataError, Log};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

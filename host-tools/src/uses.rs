@@ -1,12 +1,12 @@
 //! What a log can be used for.
 
-use backseat_data::Log;
-use backseat_data::log::Column;
-use backseat_data::manoeuvring;
 use backseat_diagnose::log_models::{
     dead_reckoning, glider, pinger, planar_manoeuvring, reference_velocity, thruster, transponders,
 };
 use backseat_identify::surge_yaw::SurgeYawData;
+use backseat_logs::Log;
+use backseat_logs::log::Column;
+use backseat_logs::manoeuvring;
 
 /// How a log is navigated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -221,7 +221,7 @@ fn replaced(
 }
 
 fn texts() -> Vec<Kind> {
-    let vehicle = include_str!("../data/vehicles/iver3.toml");
+    let vehicle = include_str!("../logs/vehicles/iver3.toml");
     let line = |part: &str| vehicle.lines().position(|line| line.starts_with(part)).unwrap() + 1;
     let [mass, drag, cp] = ["mass_kg", "quadratic_diag", "cp_m"].map(|part| format!("FILE:{}:", line(part)));
     let mut kinds = vec![
@@ -384,7 +384,7 @@ fn scenarios() {
     let good = include_str!("../../hil-sim/scenarios/survey.toml");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.toml");
-    fs::write(folder.path().join("iver3.toml"), include_str!("../data/vehicles/iver3.toml")).unwrap();
+    fs::write(folder.path().join("iver3.toml"), include_str!("../logs/vehicles/iver3.toml")).unwrap();
     let load = |text: &str| {
         fs::write(&path, text).unwrap();
         Scenario::load(&path)

@@ -1,6 +1,6 @@
 //! `backseat bench` on a log of known noise.
 
-use backseat_data::{Column, Log, LogRow, LogWriter};
+use backseat_logs::{Column, Log, LogRow, LogWriter};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -51,7 +51,7 @@ fn val_known_noise_is_found_and_written() {
     let output = bench(folder.path(), &["static.csv", "--out", "mine.toml", "--report", "out", "--json"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let vehicle = backseat_data::VehicleFile::read(&folder.path().join("mine.toml")).unwrap();
+    let vehicle = backseat_logs::VehicleFile::read(&folder.path().join("mine.toml")).unwrap();
     let written: std::collections::BTreeMap<String, f64> = vehicle.flatten().into_iter().collect();
     for (key, sigma) in KNOWN {
         let found = json["sensors"][key].as_f64().unwrap();
@@ -64,7 +64,7 @@ fn val_known_noise_is_found_and_written() {
     assert!(depth["sigma"].as_f64().unwrap() > 0.08 && depth["white"].as_f64().unwrap() < 0.022, "{depth}");
     let notes = json["notes"].to_string();
     assert!(notes.contains("depth: sigma is") && notes.contains("dvl u: no scatter"), "{notes}");
-    assert_eq!(written["sensors.dvl_mps"], backseat_data::VehicleFile::reference().sensors.dvl_mps);
+    assert_eq!(written["sensors.dvl_mps"], backseat_logs::VehicleFile::reference().sensors.dvl_mps);
     let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert!(page.contains("Allan deviation"));
 

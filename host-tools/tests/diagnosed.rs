@@ -4,10 +4,10 @@
 //!
 //! `cargo test -p host-tools --test diagnosed -- --nocapture` prints the figures.
 
-use backseat_data::output::Existing;
-use backseat_data::{BoardFile, VehicleFile};
+use backseat_analysis::flight_score::backseat;
 use backseat_link::Client;
-use hil_sim::analysis::backseat;
+use backseat_logs::output::Existing;
+use backseat_logs::{BoardFile, VehicleFile};
 use hil_sim::backseat::InProcess;
 use hil_sim::flight::{board_parameters, fly_prepared};
 use hil_sim::scenario::{Effect, Lawnmower, Mission, Scenario};

@@ -6,10 +6,10 @@ mod bench;
 
 use backseat_app::App;
 use backseat_app::{Recorder, record_start};
-use backseat_data::output::Existing;
-use backseat_data::session::{Clock, Entry, Event, Meta, Reader, Writer};
-use backseat_data::{Column, Log, LogRow};
 use backseat_link::Client;
+use backseat_logs::output::Existing;
+use backseat_logs::session::{Clock, Entry, Event, Meta, Reader, Writer};
+use backseat_logs::{Column, Log, LogRow};
 use backseat_wire::boardlog::LogRecord;
 use backseat_wire::hostlink::{MAX_FRAME, ResetCause, Restart, encode};
 use bench::program;

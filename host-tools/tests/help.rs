@@ -37,23 +37,8 @@ fn every_command_has_help_an_example_and_json() {
     let commands = leaves(&[]);
     let names: Vec<&str> = commands.iter().map(|words| words[0].as_str()).collect();
     for name in [
-        "sim",
-        "studies",
-        "info",
-        "map",
-        "vehicle",
-        "navigate",
-        "diagnose",
-        "effect",
-        "identify",
-        "bench",
-        "reproduce",
-        "record",
-        "replay",
-        "export",
-        "monitor",
-        "check",
-        "topside",
+        "sim", "info", "map", "vehicle", "navigate", "diagnose", "effect", "identify", "bench", "record", "replay",
+        "export", "monitor", "check", "topside",
     ] {
         assert!(names.contains(&name), "{name} is missing among {names:?}");
     }
@@ -110,10 +95,9 @@ fn json_is_one_object() {
         (format!("bench {log}"), 0),
         (format!("replay {session}"), 0),
         (format!("export {session} --csv {}", at("tables")), 0),
-        (format!("topside {host_tools}/data/examples/topside.toml --check"), 0),
+        (format!("topside {host_tools}/logs/examples/topside.toml --check"), 0),
         ("effect list".to_owned(), 0),
         ("effect show heading_bias".to_owned(), 0),
-        ("reproduce figure-3.5 --runs 1".to_owned(), 0),
         (format!("check {}", at("no-such-port")), 1),
     ] {
         let words: Vec<String> = line.split(' ').map(str::to_owned).collect();
@@ -160,7 +144,7 @@ fn completions_know_every_command() {
     let complete = "COMP_WORDS=(backseat re); COMP_CWORD=1; _backseat backseat re backseat; echo ${COMPREPLY[*]}";
     let Ok(output) = Command::new("bash").arg("-c").arg(format!("{script}\n{complete}")).output() else { return };
     let offered = String::from_utf8(output.stdout).unwrap();
-    for word in ["record", "replay", "reproduce"] {
+    for word in ["record", "replay"] {
         assert!(offered.split_whitespace().any(|offer| offer == word), "{offered}{:?}", output.stderr);
     }
 }

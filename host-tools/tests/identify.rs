@@ -1,8 +1,8 @@
 //! `backseat identify` as a user runs it.
 
 use backseat_core::dynamics::Attitude;
-use backseat_data::{Column, LogRow, LogWriter, VehicleFile};
-use backseat_studies::identification::experiment::{Experiment, wrong_prior};
+use backseat_logs::{Column, LogRow, LogWriter, VehicleFile};
+use hil_sim::experiment::{Experiment, wrong_prior};
 use nalgebra::Vector3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ fn experiment() -> (TempDir, PathBuf) {
     log.finish().expect("written");
     let prior = VehicleFile { parameters: wrong_prior(0.3, 6000), ..VehicleFile::reference() };
     let path = folder.path().join("prior.toml");
-    prior.write(&path, "wrong by up to 30 %", backseat_data::output::Existing::Keep).expect("written");
+    prior.write(&path, "wrong by up to 30 %", backseat_logs::output::Existing::Keep).expect("written");
     (folder, path)
 }
 
@@ -101,11 +101,11 @@ fn declared_effects_are_heeded() {
     }
     log.finish().expect("written");
     let mut file = VehicleFile { parameters: wrong_prior(0.3, 6001), ..VehicleFile::reference() };
-    file.write(&folder.path().join("plain.toml"), "no current", backseat_data::output::Existing::Keep)
+    file.write(&folder.path().join("plain.toml"), "no current", backseat_logs::output::Existing::Keep)
         .expect("written");
     file.effects.set = file.effects.set.with("water_current", &current).expect("an effect");
     file.effects.set = file.effects.set.with("thrust_loss", &[1.0e-3]).expect("an effect");
-    file.write(&folder.path().join("drift.toml"), "a current", backseat_data::output::Existing::Keep).expect("written");
+    file.write(&folder.path().join("drift.toml"), "a current", backseat_logs::output::Existing::Keep).expect("written");
     let surge = |vehicle: &str| {
         let arguments =
             ["log.csv", "--method", "aid", "--json", "--vehicle", vehicle, "--out", &format!("new-{vehicle}")];

@@ -93,11 +93,11 @@ fn other_files_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     survey(at, "log.csv", 1.0, 1.0);
-    std::fs::write(at.join("v.toml"), include_str!("../data/vehicles/iver3.toml")).unwrap();
+    std::fs::write(at.join("v.toml"), include_str!("../logs/vehicles/iver3.toml")).unwrap();
     std::fs::write(at.join("m.toml"), "[time]\ncolumn = \"t\"\n[columns.depth_m]\ncolumn = \"z\"\n").unwrap();
-    std::fs::write(at.join("iver3.toml"), include_str!("../data/vehicles/iver3.toml")).unwrap();
+    std::fs::write(at.join("iver3.toml"), include_str!("../logs/vehicles/iver3.toml")).unwrap();
     std::fs::write(at.join("s.toml"), include_str!("../../hil-sim/scenarios/survey.toml")).unwrap();
-    std::fs::write(at.join("ship.toml"), include_str!("../data/examples/topside.toml")).unwrap();
+    std::fs::write(at.join("ship.toml"), include_str!("../logs/examples/topside.toml")).unwrap();
     let waypoint = "[[mission.waypoints]]\nx_m = 10.0\ny_m = 0.0\ndepth_m = 3.0\nspeed_mps = 1.0\n";
     std::fs::write(at.join("mission.toml"), waypoint).unwrap();
     for (file, what, next) in [

@@ -8,9 +8,9 @@
 use backseat_core::navigation::{ProcessModel, Sensor};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{PHI, PSI, THETA, X, Y, Z, wrap_angle};
-use backseat_data::filter::{self, FilterOptions};
-use backseat_data::output::Existing;
-use backseat_data::{Log, Truth, VehicleFile};
+use backseat_estimation::filter::{self, FilterOptions};
+use backseat_logs::output::Existing;
+use backseat_logs::{Log, Truth, VehicleFile};
 use serde_json::Value;
 use std::io::Write as _;
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! `backseat navigate` as a user runs it.
 
-use backseat_data::{Column, LogRow, LogWriter, Truth, TruthRow, TruthWriter, VehicleFile};
+use backseat_logs::{Column, LogRow, LogWriter, Truth, TruthRow, TruthWriter, VehicleFile};
 use std::path::PathBuf;
 use std::process::{Command, Output};
 use tempfile::TempDir;

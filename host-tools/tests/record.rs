@@ -5,8 +5,8 @@
 mod bench;
 
 use backseat_app::parameters::PARAMETERS;
-use backseat_data::session::{Clock, Entry, Event, Reader};
 use backseat_link::Pty;
+use backseat_logs::session::{Clock, Entry, Event, Reader};
 use backseat_wire::hostlink::{Decoder, FromBoard, Port};
 use bench::{Bench, program};
 use serde_json::Value;

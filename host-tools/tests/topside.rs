@@ -4,7 +4,7 @@ use backseat_link::Pty;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-const EXAMPLE: &str = include_str!("../data/examples/topside.toml");
+const EXAMPLE: &str = include_str!("../logs/examples/topside.toml");
 
 fn backseat(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_backseat")).args(arguments).stdin(Stdio::null()).output().unwrap()

@@ -57,7 +57,7 @@ fn every_template_flies_and_a_scaled_one_too() {
 fn a_vehicle_that_does_not_fly_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let heavy = include_str!("../data/vehicles/iver3.toml")
+    let heavy = include_str!("../logs/vehicles/iver3.toml")
         .replace("mass_kg = 38.0", "mass_kg = 3000.0")
         .replace("displaced_mass_kg = 38.15", "displaced_mass_kg = 3010.0")
         .replace("[39.3, 74.0, 74.0, 0.2, 20.0, 20.0]", "[3100.0, 6000.0, 6000.0, 20.0, 2000.0, 2000.0]");

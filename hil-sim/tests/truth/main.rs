@@ -4,7 +4,7 @@
 mod laws;
 
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use backseat_data::VehicleFile;
+use backseat_logs::VehicleFile;
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Scenario;
 use hil_sim::truth::{Actuators, Parameters, Plant, State, Vehicle, Water};

@@ -2,8 +2,8 @@
 
 use crate::columns::{self, Columns};
 use crate::error;
-use backseat_data::importers::Imported;
-use backseat_data::log::{Column, LogRow};
+use backseat_logs::importers::Imported;
+use backseat_logs::log::{Column, LogRow};
 use host_tools::library::{LogInput, ReadLog};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -25,7 +25,7 @@ impl Log {
             read.note_findings();
             Ok(Self { read })
         })
-        .map_err(|failure: backseat_data::DataError| error(failure))
+        .map_err(|failure: backseat_logs::DataError| error(failure))
     }
 
     /// Makes a log of columns with the names of the vehicle log, in order of time.
@@ -60,7 +60,7 @@ impl Log {
                 row.set(column, value);
             }
         }
-        let log = backseat_data::Log { path: name, rows, ..backseat_data::Log::default() };
+        let log = backseat_logs::Log { path: name, rows, ..backseat_logs::Log::default() };
         let mut read = ReadLog::new(Imported { format: "vehicle log", log });
         read.note_findings();
         Ok(Self { read })

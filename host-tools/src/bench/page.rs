@@ -2,8 +2,8 @@
 
 use super::channels::{Channel, Sensor};
 use super::short;
-use backseat_data::report::plots::{self, Histogram, Scale, XyPlot};
-use backseat_data::report::{Provenance, Report, Table};
+use backseat_report::plots::{self, Histogram, Scale, XyPlot};
+use backseat_report::{Provenance, Report, Table};
 
 pub fn html(log: &str, channels: &[Channel], sensors: &[Sensor]) -> String {
     let verdict = format!("Noise of {} channels at rest.", channels.len());

@@ -15,12 +15,6 @@ use crate::outcome::Outcome;
 use crate::uses;
 use anyhow::{Context, bail};
 use backseat_core::effects::ParameterId;
-use backseat_data::console;
-use backseat_data::importers;
-use backseat_data::inputs;
-use backseat_data::log::Column;
-use backseat_data::output::{self, Existing};
-use backseat_data::{Log, Truth, VehicleFile};
 use backseat_diagnose::diagnosis::{self, Diagnosis};
 use backseat_diagnose::log_effects::{Effects, is_of_readings};
 use backseat_diagnose::log_models::{
@@ -28,6 +22,12 @@ use backseat_diagnose::log_models::{
 };
 use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
+use backseat_estimation::inputs;
+use backseat_logs::importers;
+use backseat_logs::log::Column;
+use backseat_logs::output::{self, Existing};
+use backseat_logs::{Log, Truth, VehicleFile};
+use backseat_report::console;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};

@@ -13,14 +13,14 @@ use crate::uses;
 use anyhow::{Context, anyhow, bail};
 use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
-use backseat_data::VehicleFile;
-use backseat_data::console::{self, Progress};
-use backseat_data::inputs;
-use backseat_data::output::{self, Existing};
+use backseat_estimation::inputs;
 use backseat_identify::{
     IdentificationData, LoggedInputs, Method, Options, TimingEstimate, fold_into_plant, identify, learnt, timing,
     validate,
 };
+use backseat_logs::VehicleFile;
+use backseat_logs::output::{self, Existing};
+use backseat_report::console::{self, Progress};
 use clap::ValueEnum;
 pub use page::html;
 use result::HeldOut;

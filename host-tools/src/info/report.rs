@@ -2,7 +2,7 @@
 
 use crate::log_input::ReadLog;
 use crate::uses::{self, Use};
-use backseat_data::log::plausibility::{ColumnSummary, Finding, Severity};
+use backseat_logs::log::plausibility::{ColumnSummary, Finding, Severity};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 

@@ -8,12 +8,12 @@ use crate::log_input::{LogInput, ReadLog};
 use anyhow::bail;
 use backseat_core::navigation::ProcessModel;
 use backseat_core::state::{X, Y};
-use backseat_data::filter::{self, FilterOptions, TrackSample};
-use backseat_data::importers;
-use backseat_data::inputs;
-use backseat_data::log::{Column, LogRow};
-use backseat_data::stats::median;
-use backseat_data::{Log, VehicleFile};
+use backseat_estimation::filter::{self, FilterOptions, TrackSample};
+use backseat_estimation::inputs;
+use backseat_logs::importers;
+use backseat_logs::log::{Column, LogRow};
+use backseat_logs::stats::median;
+use backseat_logs::{Log, VehicleFile};
 use std::path::{Path, PathBuf};
 
 /// Largest offset of the vehicle's clock that is looked for, s.

@@ -5,9 +5,9 @@
 
 use crate::bench::{Outcome, program, simulate};
 use crate::check::verdict;
-use backseat_data::VehicleFile;
 use backseat_link::Pty;
 use backseat_link::Serial;
+use backseat_logs::VehicleFile;
 use hil_sim::backseat::{build_image, missing};
 use hil_sim::scenario::Scenario;
 use serde_json::Value;

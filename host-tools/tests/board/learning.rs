@@ -2,12 +2,12 @@
 //! same filter on a computer predicts.
 
 use crate::bench::Bench;
+use backseat_analysis::flight_score;
 use backseat_core::navigation::ProcessModel;
-use backseat_data::filter::{self, FilterOptions, ShipSource};
-use backseat_data::stats::ErrorSummary;
-use backseat_data::{BoardFile, VehicleFile};
+use backseat_estimation::filter::{self, FilterOptions, ShipSource};
 use backseat_link::Client;
-use hil_sim::analysis;
+use backseat_logs::stats::ErrorSummary;
+use backseat_logs::{BoardFile, VehicleFile};
 use hil_sim::flight::{FlightLog, board_parameters, fly_prepared};
 use hil_sim::scenario::Scenario;
 use std::sync::atomic::AtomicBool;
@@ -31,7 +31,7 @@ fn fly(bench: &Bench, scenario: &Scenario) -> FlightLog {
 
 /// The error of the board itself.
 fn of_board(flight: &FlightLog) -> ErrorSummary {
-    analysis::backseat("board", flight).unwrap().error
+    flight_score::backseat("board", flight).unwrap().error
 }
 
 /// The error of the filter on a computer, over the same measurements.
@@ -40,7 +40,7 @@ fn predicted(flight: &FlightLog, vehicle: &VehicleFile) -> ErrorSummary {
     options.use_dvl = false;
     options.ship = ShipSource::Packet;
     let run = filter::run(&flight.log, vehicle, &options).unwrap();
-    analysis::of_run("filter", &run, &analysis::truth_of(flight)).unwrap().error
+    flight_score::of_run("filter", &run, &flight_score::truth_of(flight)).unwrap().error
 }
 
 #[test]

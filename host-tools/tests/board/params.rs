@@ -2,8 +2,8 @@
 
 use crate::bench::Bench;
 use backseat_app::parameters::PARAMETERS;
-use backseat_data::{BoardFile, LogWriter, VehicleFile};
-use backseat_studies::identification::experiment::{Experiment, wrong_prior};
+use backseat_logs::{BoardFile, LogWriter, VehicleFile};
+use hil_sim::experiment::{Experiment, wrong_prior};
 
 fn vehicle(changes: &[(&str, f64)]) -> String {
     let mut file = VehicleFile::reference();

@@ -2,7 +2,7 @@
 
 use crate::sim::{Flight, backseat, difference, replay, rewrite};
 use backseat_core::navigation::Sensor;
-use backseat_data::session::{Clock, Entry, Event, Reader};
+use backseat_logs::session::{Clock, Entry, Event, Reader};
 use backseat_wire::hostlink::{Decoder, FromBoard, MAX_FRAME, Port, ToBoard, encode};
 use std::path::Path;
 

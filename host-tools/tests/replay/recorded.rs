@@ -1,7 +1,7 @@
 //! A session with a PC's times.
 
 use crate::sim::{Flight, backseat, replay, rewrite};
-use backseat_data::session::{Clock, Event};
+use backseat_logs::session::{Clock, Event};
 use backseat_wire::hostlink::Port;
 
 /// What a PC beside the board would have recorded: everything later, by cable and buffers, and neither steps nor edges.

@@ -1,9 +1,9 @@
 //! A session in which the board was reset: the replay starts again with it, from what the board found.
 
 use crate::sim::{replay, rewrite};
-use backseat_data::output::Existing;
-use backseat_data::session::{Clock, Event, Meta, Writer};
 use backseat_link::Client;
+use backseat_logs::output::Existing;
+use backseat_logs::session::{Clock, Event, Meta, Writer};
 use hil_sim::backseat::InProcess;
 use hil_sim::flight;
 use hil_sim::scenario::Scenario;

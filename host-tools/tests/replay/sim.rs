@@ -1,8 +1,8 @@
 //! Sessions to replay: a simulated vehicle with its devices, and the program under test.
 
-use backseat_data::output::Existing;
-use backseat_data::session::{Attachment, Clock, Entry, Meta, Reader, Writer};
 use backseat_link::{Arrival, Client, FusionRecord};
+use backseat_logs::output::Existing;
+use backseat_logs::session::{Attachment, Clock, Entry, Meta, Reader, Writer};
 use backseat_wire::hostlink::Port;
 use hil_sim::backseat::InProcess;
 use hil_sim::devices::Devices;

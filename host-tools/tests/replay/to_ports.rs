@@ -1,8 +1,8 @@
 //! `--to`: recorded bytes to ports, and bad usage.
 
 use crate::sim::{Flight, backseat, replay};
-use backseat_data::session::{Event, Reader};
 use backseat_link::Pty;
+use backseat_logs::session::{Event, Reader};
 use backseat_wire::hostlink::Port;
 use std::path::Path;
 use std::thread::{JoinHandle, spawn};

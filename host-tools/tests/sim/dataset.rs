@@ -1,8 +1,8 @@
 //! Data sets: clean where nothing is injected, repeatable, complete, and silent about the truth.
 
 use backseat_core::navigation::ProcessModel;
-use backseat_data::filter::{self, FilterOptions};
-use backseat_data::{Column, Log, Truth, VehicleFile};
+use backseat_estimation::filter::{self, FilterOptions};
+use backseat_logs::{Column, Log, Truth, VehicleFile};
 use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
 use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::Request;

@@ -65,7 +65,7 @@ fn a_mission_is_flown_to_its_end_within_metres() {
     let scenario = Scenario::load(&path).unwrap();
     let flight = on_pseudo_terminals(&scenario, None);
     assert!(flight.finished);
-    let analysis = hil_sim::analysis::analyse(&scenario, &flight).unwrap();
+    let analysis = backseat_analysis::flight_score::analyse(&scenario, &flight).unwrap();
     // Ten minutes after the last fix of 1.5 m, with a range of 1 m every 30 s; a filter that is lost is off by tens of
     // metres.
     let backseat = &analysis.configurations[0].error;
@@ -150,7 +150,7 @@ fn an_interrupted_flight_leaves_a_readable_log() {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(1));
-    let log = backseat_data::Log::read(&out.join("log.csv")).unwrap();
+    let log = backseat_logs::Log::read(&out.join("log.csv")).unwrap();
     assert!(log.duration_s() > 1.0, "{}", log.duration_s());
 }
 

@@ -1,7 +1,7 @@
 //! The session log of a flight: the same bytes each time, and all that it takes to do it again.
 
 use backseat_app::App;
-use backseat_data::session::{Clock, Damage, Event, Reader};
+use backseat_logs::session::{Clock, Damage, Event, Reader};
 use backseat_wire::hostlink::{Decoder, FromBoard, Port, ToBoard};
 use std::path::Path;
 use std::process::{Command, Stdio};
