@@ -1,4 +1,4 @@
-//! The page: title, verdict, tables, figures, and what made it.
+//! A report as one HTML page that needs nothing from elsewhere.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -8,48 +8,15 @@ use std::path::Path;
 use super::glossary::explained;
 use super::lettering::{self, escape};
 use super::palette;
-
-/// What made a report: enough to make it again. No date, so that the same input gives the same bytes.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Provenance<'a> {
-    /// The command as typed.
-    pub command: &'a str,
-    /// Seed of everything random, if anything was.
-    pub seed: Option<u64>,
-    /// Version of the program, normally `env!("CARGO_PKG_VERSION")`.
-    pub version: &'a str,
-}
-
-/// A table whose header names the units. Columns that hold only numbers are set flush right.
-#[derive(Clone, Debug)]
-pub struct Table {
-    caption: String,
-    header: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
+use crate::report::{Part, Report, Shown};
+use crate::table::Table;
 
 impl Table {
-    /// An empty table; `header` names each column with its unit, as in `median [m]`.
-    pub fn new(caption: impl Into<String>, header: &[&str]) -> Self {
-        Self { caption: caption.into(), header: header.iter().map(|h| h.to_string()).collect(), rows: Vec::new() }
-    }
-
-    /// Adds a row. Missing cells stay empty.
-    pub fn row(mut self, cells: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        self.rows.push(cells.into_iter().map(Into::into).collect());
-        self
-    }
-
     fn html(&self) -> String {
-        let columns = self.rows.iter().map(Vec::len).chain([self.header.len()]).max().unwrap_or(0);
+        let columns = self.columns();
         let cell = |row: &[String], column: usize| row.get(column).cloned().unwrap_or_default();
-        let class: Vec<&str> = (0..columns)
-            .map(|column| {
-                let mut filled =
-                    self.rows.iter().map(|row| cell(row, column)).filter(|text| !text.is_empty()).peekable();
-                if filled.peek().is_some() && filled.all(|text| is_numeric(&text)) { " class=\"n\"" } else { "" }
-            })
-            .collect();
+        let class = |column: usize| if self.is_numeric(column) { " class=\"n\"" } else { "" };
+        let class: Vec<&str> = (0..columns).map(class).collect();
         let line = |tag: &str, row: &[String]| {
             let cells = (0..columns).map(|c| format!("<{tag}{}>{}</{tag}>", class[c], explained(&cell(row, c))));
             format!("<tr>{}</tr>\n", cells.collect::<String>())
@@ -63,81 +30,47 @@ impl Table {
     }
 }
 
-/// A report in the making. Parts appear in the order in which they are added: the summary table first.
-#[derive(Clone, Debug)]
-pub struct Report {
-    title: String,
-    body: String,
-    footer: String,
+impl Part {
+    fn html(&self) -> String {
+        match self {
+            Self::Section(title) => format!("<h2>{}</h2>\n", escape(title)),
+            Self::Paragraph(text) | Self::Note(text) => format!("<p>{}</p>\n", escape(text)),
+            Self::Table(table) => table.html(),
+            Self::Facts(facts) => {
+                let rows =
+                    facts.iter().map(|(name, value)| format!("<dt>{}</dt><dd>{}</dd>", explained(name), escape(value)));
+                format!("<dl>{}</dl>\n", rows.collect::<String>())
+            }
+            Self::Figure { caption, svg } => {
+                format!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>\n", explained(caption))
+            }
+            Self::Command(command) => format!("<pre class=\"scroll\"><code>{}</code></pre>\n", escape(command)),
+        }
+    }
 }
 
 impl Report {
-    /// A report with its title and the result in one sentence.
-    pub fn new(title: impl Into<String>, verdict: impl Into<String>) -> Self {
-        let title = escape(&title.into());
-        let body = format!("<h1>{title}</h1>\n<p class=\"verdict\">{}</p>\n", escape(&verdict.into()));
-        Self { title, body, footer: String::new() }
-    }
-
-    /// Says in red, above everything else, why the result is not to be trusted; nothing without a reason.
-    pub fn warnings(mut self, reasons: &[String]) -> Self {
-        if !reasons.is_empty() {
-            let text = format!("Do not trust this result: {}.", reasons.join("; "));
-            self.headline(&text);
+    fn body(&self) -> String {
+        let mut out = String::new();
+        let doubts =
+            (!self.doubts.is_empty()).then(|| format!("Do not trust this result: {}.", self.doubts.join("; ")));
+        for alarm in self.alarms.iter().rev().chain(&doubts) {
+            let _ = writeln!(out, "<p class=\"alarm\" role=\"alert\">{}</p>", escape(alarm));
         }
-        self
+        let (title, answer) = (escape(&self.title), escape(&self.answer));
+        let _ = write!(out, "<h1>{title}</h1>\n<p class=\"verdict\">{answer}</p>\n");
+        out.extend(self.parts.iter().filter(|(shown, _)| *shown != Shown::Terminal).map(|(_, part)| part.html()));
+        out
     }
 
-    /// A red headline, such as "Capsized", above everything else.
-    #[must_use]
-    pub fn alarm(mut self, text: &str) -> Self {
-        self.headline(text);
-        self
-    }
-
-    fn headline(&mut self, text: &str) {
-        self.body.insert_str(0, &format!("<p class=\"alarm\" role=\"alert\">{}</p>\n", escape(text)));
-    }
-
-    /// Adds a command to be typed.
-    pub fn command(mut self, command: &str) -> Self {
-        let _ = writeln!(self.body, "<pre class=\"scroll\"><code>{}</code></pre>", escape(command));
-        self
-    }
-
-    /// Adds a section heading.
-    pub fn section(mut self, title: &str) -> Self {
-        let _ = writeln!(self.body, "<h2>{}</h2>", escape(title));
-        self
-    }
-
-    /// Adds a table.
-    pub fn table(mut self, table: Table) -> Self {
-        self.body.push_str(&table.html());
-        self
-    }
-
-    /// Adds a figure made by one of the functions in [`plots`](super::plots).
-    pub fn figure(mut self, caption: &str, svg: String) -> Self {
-        let _ = writeln!(self.body, "<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", explained(caption));
-        self
-    }
-
-    /// Adds a paragraph of plain text.
-    pub fn text(mut self, paragraph: &str) -> Self {
-        let _ = writeln!(self.body, "<p>{}</p>", escape(paragraph));
-        self
-    }
-
-    /// States at the bottom of the page what made it.
-    pub fn provenance(mut self, provenance: Provenance<'_>) -> Self {
-        let seed = provenance.seed.map_or(String::new(), |seed| format!("<dt>Seed</dt><dd>{seed}</dd>\n"));
-        self.footer = format!(
+    fn footer(&self) -> String {
+        let Some((command, seed, version)) = &self.provenance else { return String::new() };
+        let seed = seed.map_or(String::new(), |seed| format!("<dt>Seed</dt><dd>{seed}</dd>\n"));
+        format!(
             "<footer><dl>\n<dt>Command</dt><dd><code>{}</code></dd>\n{seed}<dt>Version</dt><dd>{}</dd>\n</dl></footer>\n",
-            escape(provenance.command),
-            escape(provenance.version)
-        );
-        self
+            escape(command),
+            escape(version)
+        )
     }
 
     /// The whole page.
@@ -151,9 +84,9 @@ impl Report {
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{}</title>\n<style>\n{style}</style>\n</head>\n\
              <body>\n<main>\n{}{}</main>\n<script>//<![CDATA[\n{}//]]></script>\n</body>\n</html>\n",
-            self.title,
-            self.body,
-            self.footer,
+            escape(&self.title),
+            self.body(),
+            self.footer(),
             include_str!("figure.js")
         )
     }
@@ -165,10 +98,4 @@ impl Report {
     pub fn write(&self, path: &Path) -> io::Result<()> {
         File::create_new(path)?.write_all(self.html().as_bytes())
     }
-}
-
-/// Whether a cell is to be set flush right: a number, perhaps with a sign, a unit or a deviation, or a dash for none.
-fn is_numeric(text: &str) -> bool {
-    let digits = text.trim_start_matches(['+', '-', '−', '±', '<', '>', '≤', '≥', '~', ' ', '(', '[']);
-    digits.starts_with(|c: char| c.is_ascii_digit() || c == '.') || ["–", "—", "-", "NaN", "inf"].contains(&text)
 }

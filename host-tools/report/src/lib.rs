@@ -1,5 +1,5 @@
-//! The one report style of all commands: a single HTML file that opens offline, in light and dark, on a desk and on a
-//! phone.
+//! One [`Report`] value of every command, shown as text, as JSON, and as a single HTML file that opens offline, in light
+//! and dark, on a desk and on a phone.
 //!
 //! ```
 //! use backseat_report::{Provenance, Report, Table, plots};
@@ -27,5 +27,9 @@ mod lettering;
 pub mod markdown;
 mod palette;
 pub mod plots;
+mod report;
+mod table;
+mod text;
 
-pub use html::{Provenance, Report, Table};
+pub use report::{Provenance, Report};
+pub use table::Table;
