@@ -17,12 +17,10 @@ mod monitor;
 mod navigate;
 mod outcome;
 mod params;
-mod provenance;
 mod record;
 mod replay;
 mod sim;
 mod topside;
-mod uses;
 mod vehicle;
 
 use backseat_report::console;

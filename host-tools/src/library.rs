@@ -8,7 +8,7 @@ pub use crate::identify::{
     Choice as Method, IdentificationResult, Known, Settings as IdentificationSettings, compute as identify,
     html as identification_page,
 };
-pub use crate::log_input::{LogInput, ReadLog};
+pub use crate::log_input::LogInput;
 pub use crate::navigate::{
     Estimate, Model, NavigationResult, Settings as NavigationSettings, compute as navigate, html as navigation_page,
 };

@@ -3,5 +3,8 @@
 pub mod ensemble;
 pub mod fault_table;
 pub mod flight_score;
+pub mod provenance;
+pub mod read_log;
 pub mod track_score;
 mod undeclared;
+pub mod uses;

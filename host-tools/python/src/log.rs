@@ -4,7 +4,7 @@ use crate::columns::{self, Columns};
 use crate::error;
 use backseat_logs::importers::Imported;
 use backseat_logs::log::{Column, LogRow};
-use host_tools::library::{LogInput, ReadLog};
+use host_tools::library::ReadLog;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ impl Log {
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf, mapping: Option<PathBuf>) -> PyResult<Self> {
         py.detach(|| {
-            let mut read = LogInput::new(mapping).examine(&path)?;
+            let mut read = ReadLog::of(&path, mapping.as_deref())?;
             read.note_findings();
             Ok(Self { read })
         })

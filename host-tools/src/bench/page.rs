@@ -45,6 +45,6 @@ pub fn html(log: &str, channels: &[Channel], sensors: &[Sensor]) -> String {
             .figure("Histogram, and the normal density of mean and sigma.", plots::histogram(&histogram))
             .figure("Allan deviation.", plots::xy(&allan));
     }
-    let command = crate::provenance::command();
+    let command = backseat_analysis::provenance::command();
     report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
 }

@@ -33,7 +33,7 @@ pub fn page(path: &Path, port: &str, when: &str, signed: Option<&str>, lines: &[
         }
     }
     let name = signed.unwrap_or("______________________");
-    let command = crate::provenance::command();
+    let command = backseat_analysis::provenance::command();
     let html = report
         .table(table)
         .text(&format!("Signed off by: {name}"))

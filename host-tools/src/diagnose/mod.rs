@@ -10,10 +10,11 @@ pub use page::html;
 pub use sentence::sentence;
 
 use crate::effect::terms::Terms;
-use crate::log_input::{LogInput, ReadLog};
+use crate::log_input::LogInput;
 use crate::outcome::Outcome;
-use crate::uses;
 use anyhow::{Context, bail};
+use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::uses;
 use backseat_core::effects::ParameterId;
 use backseat_diagnose::diagnosis::{self, Diagnosis};
 use backseat_diagnose::log_effects::{Effects, is_of_readings};
@@ -142,7 +143,9 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     }
     let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
     let read = read(args)?;
-    read.explain_failure(|| write(args, &read, vehicle.as_ref(), [page.as_deref(), vehicle_path.as_deref()], existing))
+    crate::log_input::explain_failure(&read, || {
+        write(args, &read, vehicle.as_ref(), [page.as_deref(), vehicle_path.as_deref()], existing)
+    })
 }
 
 /// From the log that was read to what is written: the page and the vehicle file.

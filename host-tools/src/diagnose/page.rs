@@ -3,7 +3,7 @@
 use super::DiagnosisReport;
 use super::sentence::{next, sentence};
 use super::text::{headline, number, rows};
-use crate::provenance;
+use backseat_analysis::provenance;
 use backseat_diagnose::figures;
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_diagnose::scores::{HORIZONS_S, PREDICTED};

@@ -2,7 +2,7 @@
 
 use super::Args;
 use super::partial::{self, Horizon, Partial, Quantity};
-use crate::log_input::ReadLog;
+use backseat_analysis::read_log::ReadLog;
 use backseat_identify::manoeuvring::{ManoeuvringData, ManoeuvringEstimate, ManoeuvringPrediction};
 use backseat_logs::log::Column;
 use backseat_logs::manoeuvring::AXES;

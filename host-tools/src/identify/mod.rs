@@ -7,10 +7,11 @@ mod plan;
 mod result;
 mod surge_yaw;
 
-use crate::log_input::{LogInput, ReadLog};
+use crate::log_input::LogInput;
 use crate::outcome::Outcome;
-use crate::uses;
 use anyhow::{Context, anyhow, bail};
+use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::uses;
 use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
 use backseat_estimation::inputs;
@@ -149,7 +150,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
         output::check(path, existing)?;
     }
     let read = args.input.read(path)?;
-    read.explain_failure(|| {
+    crate::log_input::explain_failure(&read, || {
         if surge_yaw::is_for(&read.log) || uses::is_vessel(&read.log) {
             return identify_part(args, path, &read, [page.as_deref(), vehicle_path.as_deref()], existing);
         }

@@ -1,7 +1,7 @@
 //! What an identification gave, as a page.
 
 use super::result::{IdentificationResult, NOTHING, seen};
-use crate::provenance;
+use backseat_analysis::provenance;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_identify::Sample;
 use backseat_identify::simulation;

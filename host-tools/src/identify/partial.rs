@@ -1,7 +1,7 @@
 //! What identification finds in a log of a vehicle whose full dynamics it does not hold: coefficients with intervals, and
 //! predictions beside a vehicle that goes on as it does.
 
-use crate::provenance;
+use backseat_analysis::provenance;
 use backseat_identify::validation::COLUMNS;
 use backseat_report::{Provenance, Report, Table};
 use serde_json::{Map, Value, json};

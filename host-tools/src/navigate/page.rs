@@ -3,7 +3,7 @@
 use super::estimates;
 use super::result::{Against, Estimate, NavigationResult};
 use super::text::gnss_distances;
-use crate::provenance;
+use backseat_analysis::provenance;
 use backseat_core::navigation::{FusionOutcome, Sensor};
 use backseat_core::state::{X, Y};
 use backseat_estimation::filter::FilterRun;

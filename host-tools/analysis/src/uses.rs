@@ -50,8 +50,11 @@ pub fn navigation(log: &Log) -> Option<Navigation> {
 
 /// A command and what it does with a log, or what it lacks.
 pub struct Use {
+    /// Name of the command.
     pub command: &'static str,
+    /// Whether it can use the log.
     pub possible: bool,
+    /// What it does with the log, or what the log lacks.
     pub how: String,
 }
 
