@@ -2,7 +2,6 @@
 
 use crate::{BackseatError, Ports};
 use anyhow::{Context, bail};
-use backseat_host::DEFAULT_BAUD;
 use backseat_wire::hostlink::Port;
 use serialport::{SerialPort, TTYPort};
 use std::io::{ErrorKind, Read, Write};
@@ -36,7 +35,7 @@ impl Serial {
             let port = serialport::new(path, baud).timeout(POLL);
             port.open_native().with_context(|| path.to_owned())
         };
-        Ok(Self { ports: paths.iter().zip(DEFAULT_BAUD).map(open).collect::<anyhow::Result<_>>()? })
+        Ok(Self { ports: paths.iter().zip(Port::DEFAULT_BAUD).map(open).collect::<anyhow::Result<_>>()? })
     }
 
     /// Reads once; how much came before the time-out.

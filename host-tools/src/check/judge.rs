@@ -1,7 +1,6 @@
 //! Verdicts on what was observed of a board.
 
 use backseat_app::parameters::PARAMETER_SCHEMA;
-use backseat_host::PORT_NAMES;
 use backseat_link::board::{Declared, Identity};
 use backseat_wire::calendar::DateTime;
 use backseat_wire::hostlink::{Health, Mode, ModeReason, Oscillator, Port, Restart, Telemetry};
@@ -189,7 +188,7 @@ fn losses(look: &Look) -> Line {
     let Some((before, after)) = &look.counters else {
         return Line::new(Verdict::Note, WHAT, "this firmware does not report it");
     };
-    let losses: Vec<String> = PORT_NAMES
+    let losses: Vec<String> = Port::NAMES
         .iter()
         .zip(before.receive_losses.iter().zip(after.receive_losses))
         .filter(|(_, (_, all))| *all > 0)

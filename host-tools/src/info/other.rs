@@ -3,7 +3,7 @@
 use super::report::span;
 use super::settings;
 use backseat_logs::importers;
-use backseat_logs::session::{Event, Reader, port_name};
+use backseat_logs::session::{Event, Reader};
 use backseat_logs::{DataError, Log, Truth};
 use serde_json::{Value, json};
 use std::fs::File;
@@ -71,8 +71,8 @@ fn session(path: &Path) -> anyhow::Result<Other> {
         first_us = first_us.or(Some(entry.time_us));
         last_us = last_us.max(entry.time_us);
         match entry.event {
-            Event::Received { port, bytes: chunk } => add(&mut bytes, format!("to {}", port_name(port)), chunk.len()),
-            Event::Sent { port, bytes: chunk } => add(&mut bytes, format!("from {}", port_name(port)), chunk.len()),
+            Event::Received { port, bytes: chunk } => add(&mut bytes, format!("to {}", port.name()), chunk.len()),
+            Event::Sent { port, bytes: chunk } => add(&mut bytes, format!("from {}", port.name()), chunk.len()),
             Event::Step { .. } => steps += 1,
             Event::Note(note) => notes.push(note),
             Event::Lost(count) => lost += u64::from(count),

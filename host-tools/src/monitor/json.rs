@@ -2,10 +2,9 @@
 
 use super::model::{Model, Severity, words};
 use backseat_core::effects::parameters;
-use backseat_host::PORT_NAMES;
 use backseat_logs::STATE_COLUMNS;
 use backseat_logs::session::EstimatesRow;
-use backseat_wire::hostlink::{FaultReport, Telemetry, Visibility};
+use backseat_wire::hostlink::{FaultReport, Port, Telemetry, Visibility};
 use serde_json::{Map, Value, json};
 
 /// What is known now; of the events, those after the first `seen`. And how many there are.
@@ -135,7 +134,7 @@ fn ports(model: &Model) -> Value {
         });
         ((*name).to_owned(), value)
     };
-    let mut ports: Map<String, Value> = PORT_NAMES.iter().enumerate().map(of).collect();
+    let mut ports: Map<String, Value> = Port::NAMES.iter().enumerate().map(of).collect();
     ports.insert("pps_edges".into(), json!(health.pps_edges));
     ports.insert("synchronised".into(), json!(health.synchronised));
     ports.insert("oscillator".into(), json!(words::oscillator(health.oscillator)));

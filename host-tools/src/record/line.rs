@@ -1,7 +1,6 @@
 //! One serial line, read by a thread of its own: opened, lost, opened again.
 
-use backseat_host::DEFAULT_BAUD;
-use backseat_logs::session::{port_name, port_named};
+use backseat_logs::session::port_named;
 use backseat_wire::hostlink::Port;
 use serialport::TTYPort;
 use std::io::{ErrorKind, Read};
@@ -30,7 +29,7 @@ impl FromStr for Source {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let names = || Port::ALL.map(port_name).join(", ");
+        let names = || Port::NAMES.join(", ");
         let (name, path) =
             text.split_once('=').ok_or_else(|| format!("expected NAME=PATH with one of the names {}", names()))?;
         let port = port_named(name).ok_or_else(|| format!("{name}: expected one of {}", names()))?;
@@ -40,7 +39,7 @@ impl FromStr for Source {
                 let rate = baud.parse().ok().filter(|rate| *rate > 0);
                 (path, rate.ok_or_else(|| format!("{baud}: not a baud rate; expected a whole number such as 115200"))?)
             }
-            None => (path, DEFAULT_BAUD[port as usize]),
+            None => (path, Port::DEFAULT_BAUD[port as usize]),
         };
         Ok(Self { port, path: path.to_owned(), baud })
     }

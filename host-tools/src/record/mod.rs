@@ -6,7 +6,7 @@ mod line;
 use anyhow::{Context, bail};
 use backseat_logs::DataError;
 use backseat_logs::output::Existing;
-use backseat_logs::session::{Clock, Entry, Event, Meta, Writer, port_name};
+use backseat_logs::session::{Clock, Entry, Event, Meta, Writer};
 use backseat_report::console;
 use backseat_wire::hostlink::Port;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         args.seconds.map(|s| Duration::try_from_secs_f64(s).with_context(|| format!("--for {s}"))).transpose()?;
     for (index, source) in args.ports.iter().enumerate() {
         if args.ports[..index].iter().any(|other| other.port == source.port) {
-            bail!("{}: this port is named twice", port_name(source.port));
+            bail!("{}: this port is named twice", source.port.name());
         }
     }
     let stop = Arc::new(AtomicBool::new(false));
@@ -110,7 +110,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .collect::<anyhow::Result<_>>()?;
     let mut meta = Meta::new(concat!("backseat ", env!("CARGO_PKG_VERSION")), Clock::Host);
     for source in &args.ports {
-        meta = meta.with(&format!("device {}", port_name(source.port)), &source.path);
+        meta = meta.with(&format!("device {}", source.port.name()), &source.path);
     }
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let writer = Writer::create(&args.output, &meta, existing)?;
@@ -207,14 +207,14 @@ impl Recording {
                 if port == Port::Host {
                     self.inquiry = Some(Inquiry::new(device));
                 }
-                if again { self.say(at, format!("{}: {path} is back", port_name(port))) } else { Ok(()) }
+                if again { self.say(at, format!("{}: {path} is back", port.name())) } else { Ok(()) }
             }
             LineEvent::Lost(reason) => {
                 (line.open, line.interruptions) = (false, line.interruptions + 1);
                 if port == Port::Host {
                     self.inquiry = None;
                 }
-                self.say(at, format!("{}: {path} disconnected ({reason}); waiting for it", port_name(port)))
+                self.say(at, format!("{}: {path} disconnected ({reason}); waiting for it", port.name()))
             }
             LineEvent::Bytes(bytes) => {
                 line.bytes += bytes.len() as u64;
@@ -242,7 +242,7 @@ impl Recording {
             line.rate = (line.bytes - line.shown) as f64 / seconds;
             line.shown = line.bytes;
             let rate = if line.open { format!("{:.1} kB/s", line.rate * 1e-3) } else { "gone".to_owned() };
-            message += &format!("  {} {rate}", port_name(line.source.port));
+            message += &format!("  {} {rate}", line.source.port.name());
         }
         self.bar.set_message(message);
         self.bar.tick();
@@ -268,7 +268,7 @@ impl Recording {
                     "interruptions": interruptions,
                     "open_at_end": open,
                 });
-                (port_name(source.port).to_owned(), json)
+                (source.port.name().to_owned(), json)
             };
             let summary = json!({
                 "file": args.output,
@@ -282,7 +282,7 @@ impl Recording {
         }
         let mut text = format!("{}  {seconds:.1} s, {bytes} bytes", args.output.display());
         for Line { source, bytes, interruptions, .. } in &lines {
-            text += &format!("\n  {:<9} {bytes:>10} bytes", port_name(source.port));
+            text += &format!("\n  {:<9} {bytes:>10} bytes", source.port.name());
             if *interruptions > 0 {
                 text += &format!(", interrupted {interruptions} times");
             }

@@ -1,7 +1,6 @@
 //! What the board sent against what the replay sends: where they part, in which record, in which field.
 
 use backseat_logs::STATE_COLUMNS;
-use backseat_logs::session::port_name;
 use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port};
 use serde::Serialize;
 use serde_json::Value;
@@ -148,7 +147,7 @@ impl Sentences {
 }
 
 fn sentence_to(port: Port) -> String {
-    format!("sentence to {}", port_name(port))
+    format!("sentence to {}", port.name())
 }
 
 fn text(bytes: impl Iterator<Item = u8>) -> String {

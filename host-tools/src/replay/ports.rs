@@ -2,7 +2,7 @@
 
 use crate::record::Source;
 use anyhow::{Context, anyhow, bail};
-use backseat_logs::session::{Entry, Event, Reader, port_name};
+use backseat_logs::session::{Entry, Event, Reader};
 use backseat_report::console::Progress;
 use backseat_wire::hostlink::Port;
 use serialport::{SerialPort, TTYPort};
@@ -45,7 +45,7 @@ pub fn play(log: &Path, targets: &[Source], realtime: bool) -> anyhow::Result<(V
     let mut lines: Vec<Line> = Vec::new();
     for target in targets {
         if lines.iter().any(|line| line.port == target.port) {
-            bail!("{}: given twice", port_name(target.port));
+            bail!("{}: given twice", target.port.name());
         }
         lines.push(Line::open(target)?);
     }
@@ -65,7 +65,7 @@ pub fn play(log: &Path, targets: &[Source], realtime: bool) -> anyhow::Result<(V
     }
     let played = lines.into_iter().map(Line::finish).collect::<anyhow::Result<Vec<_>>>()?;
     if let Some(played) = played.iter().find(|played| played.bytes == 0) {
-        bail!("{}: nothing to the board's {} port is in it", log.display(), port_name(played.port));
+        bail!("{}: nothing to the board's {} port is in it", log.display(), played.port.name());
     }
     Ok((played, start.elapsed()))
 }
@@ -106,7 +106,7 @@ impl Line {
 
     fn finish(self) -> anyhow::Result<Played> {
         drop(self.queue);
-        self.thread.join().map_err(|_| anyhow!("{}: its thread failed", port_name(self.port)))?
+        self.thread.join().map_err(|_| anyhow!("{}: its thread failed", self.port.name()))?
     }
 }
 

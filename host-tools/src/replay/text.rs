@@ -3,7 +3,6 @@
 use super::compare::Difference;
 use super::ports::Played;
 use super::{Found, Replayed, approximate, board};
-use backseat_logs::session::port_name;
 use serde_json::{Value, json};
 use std::fmt::{self, Write as _};
 use std::path::Path;
@@ -160,7 +159,7 @@ pub fn json(log: &Path, replayed: &Replayed) -> String {
 pub fn played(played: &[Played], wall: Duration) -> String {
     let mut text = format!("{:.1} s\n", wall.as_secs_f64());
     for port in played {
-        let _ = write!(text, "{:<9} to {}: {} bytes", port_name(port.port), port.path, port.bytes);
+        let _ = write!(text, "{:<9} to {}: {} bytes", port.port.name(), port.path, port.bytes);
         if let (Some(p99), Some(max)) = (port.late_ms(0.99), port.late_ms(1.0)) {
             let _ = write!(text, " in {} pieces, late by {p99:.3} ms (99 %), {max:.3} ms (max)", port.late_us.len());
         }
@@ -174,7 +173,7 @@ pub fn played_json(played: &[Played], wall: Duration) -> String {
         .iter()
         .map(|port| {
             json!({
-                "port": port_name(port.port),
+                "port": port.port.name(),
                 "path": port.path,
                 "bytes": port.bytes,
                 "late_ms": {"p50": port.late_ms(0.5), "p99": port.late_ms(0.99), "max": port.late_ms(1.0)},

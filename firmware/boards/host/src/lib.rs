@@ -38,21 +38,16 @@ pub struct HostPorts {
     pub store: Option<PathBuf>,
 }
 
-/// Default baud rates, in the order of [`Port::ALL`].
-pub const DEFAULT_BAUD: [u32; 5] = [19_200, 115_200, 115_200, 19_200, 115_200];
-/// Names of the ports, in the order of [`Port::ALL`].
-pub const PORT_NAMES: [&str; 5] = ["frontseat", "dvl", "ahrs", "modem", "host"];
-
 /// How often the stop flag is looked at while nothing happens.
 const STOP_INTERVAL: Duration = Duration::from_millis(100);
 /// How long a mission that is handed back before the end has for it: two steps, and the line.
 const LAST_WORDS: Duration = Duration::from_millis(500);
 
 impl HostPorts {
-    /// These devices, in the order of [`Port::ALL`], at [`DEFAULT_BAUD`].
+    /// These devices, in the order of [`Port::ALL`], at [`Port::DEFAULT_BAUD`].
     #[must_use]
     pub fn new(paths: [PathBuf; 5]) -> Self {
-        let mut baud = DEFAULT_BAUD.into_iter();
+        let mut baud = Port::DEFAULT_BAUD.into_iter();
         Self { ports: paths.map(|path| PortSettings { path, baud: baud.next().unwrap_or(115_200) }), store: None }
     }
 }
@@ -140,7 +135,7 @@ fn micros(start: Instant) -> u64 {
 
 fn open(ports: &HostPorts, poll: &Poll) -> Result<[Line; 5]> {
     let mut lines = Vec::new();
-    for (i, (settings, name)) in ports.ports.iter().zip(PORT_NAMES).enumerate() {
+    for (i, (settings, name)) in ports.ports.iter().zip(Port::NAMES).enumerate() {
         let opened = Line::open(settings, i, poll.registry());
         let path = settings.path.display();
         lines.push(opened.with_context(|| format!("{name}: cannot open {path} as a serial port"))?);

@@ -1,7 +1,8 @@
 //! A port that may vanish and come back.
 
+use crate::PortSettings;
 use crate::port::Serial;
-use crate::{PORT_NAMES, PortSettings};
+use backseat_wire::hostlink::Port;
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 use mio::{Registry, Token};
 use std::convert::Infallible;
@@ -42,7 +43,7 @@ impl Line {
 
     /// Name and path, for messages.
     pub(crate) fn label(&self) -> String {
-        format!("{}: {}", PORT_NAMES[self.index], self.settings.path.display())
+        format!("{}: {}", Port::NAMES[self.index], self.settings.path.display())
     }
 
     pub(crate) fn set_ready(&mut self, readable: bool, writable: bool) {

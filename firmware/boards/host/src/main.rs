@@ -1,7 +1,8 @@
 //! `backseat-host`: the backseat on serial ports of this computer.
 
 use anyhow::Result;
-use backseat_host::{DEFAULT_BAUD, HostPorts, PortSettings, run};
+use backseat_host::{HostPorts, PortSettings, run};
+use backseat_wire::hostlink::Port;
 use clap::Parser;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,7 +33,7 @@ struct Args {
     #[arg(long, value_name = "DEVICE")]
     host: PathBuf,
     /// Baud rates of the five ports, in the order above
-    #[arg(long, value_name = "RATE", value_delimiter = ',', num_args = 5, default_values_t = DEFAULT_BAUD)]
+    #[arg(long, value_name = "RATE", value_delimiter = ',', num_args = 5, default_values_t = Port::DEFAULT_BAUD)]
     baud: Vec<u32>,
     /// Keep parameters in this file (`backseat params store`): two copies, of which one is whole at any moment
     #[arg(long, value_name = "FILE")]

@@ -22,8 +22,6 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::pipe::Pipe;
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 
-/// Baud rates, in the order of [`Port::ALL`]: frontseat, DVL, AHRS, modem, host.
-const BAUD: [u32; 5] = [19_200, 115_200, 115_200, 19_200, 115_200];
 /// Bytes on their way to a port; the app's own rings hold the rest.
 const PIPE: usize = 256;
 
@@ -82,7 +80,7 @@ pub fn start(resources: Resources, memory: &'static mut DmaMemory) -> ([SerialPo
     let Resources { frontseat: f, dvl: d, ahrs: a, modem: m, host: h } = resources;
     let config = |port: Port| {
         let mut config = Config::default();
-        config.baudrate = BAUD[port as usize];
+        config.baudrate = Port::DEFAULT_BAUD[port as usize];
         // an open input rests instead of filling the ring with noise
         config.rx_pull = Pull::Up;
         config

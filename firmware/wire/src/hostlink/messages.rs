@@ -34,6 +34,16 @@ impl Port {
     pub const DEVICES: [Self; 4] = [Self::Frontseat, Self::Dvl, Self::Ahrs, Self::Modem];
     /// All five ports.
     pub const ALL: [Self; 5] = [Self::Frontseat, Self::Dvl, Self::Ahrs, Self::Modem, Self::Host];
+    /// Names for people, in the order of [`Self::ALL`].
+    pub const NAMES: [&str; 5] = ["frontseat", "dvl", "ahrs", "modem", "host"];
+    /// Usual baud rates, in the order of [`Self::ALL`].
+    pub const DEFAULT_BAUD: [u32; 5] = [19_200, 115_200, 115_200, 19_200, 115_200];
+
+    /// Its name for people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
 }
 
 /// Bytes that reach a device port in this step: the port's next `length` bytes arrived at `time_us`.

@@ -2,7 +2,6 @@
 
 use crate::{BackseatError, Ports};
 use anyhow::Context;
-use backseat_host::DEFAULT_BAUD;
 use backseat_wire::hostlink::Port;
 use serialport::{ClearBuffer, SerialPort, TTYPort};
 use std::fmt;
@@ -33,7 +32,7 @@ impl FromStr for PortName {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let default = DEFAULT_BAUD[Port::Host as usize];
+        let default = Port::DEFAULT_BAUD[Port::Host as usize];
         // A device may have colons in its own name.
         match text.rsplit_once(':').filter(|_| !Path::new(text).exists()) {
             Some((path, baud)) => match baud.parse() {

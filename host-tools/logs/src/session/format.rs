@@ -1,6 +1,6 @@
 //! Topics and messages as they stand in the file.
 
-use super::{Clock, Meta, port_name, port_named};
+use super::{Clock, Meta, port_named};
 use backseat_wire::hostlink::{Oscillator, Port, ResetCause, Restart};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -39,7 +39,7 @@ pub fn topic(port: Port, direction: Direction) -> String {
         Direction::Rx => "rx",
         Direction::Tx => "tx",
     };
-    format!("port/{}/{direction}", port_name(port))
+    format!("port/{}/{direction}", port.name())
 }
 
 /// The port whose bytes a topic has.

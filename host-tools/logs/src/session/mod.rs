@@ -154,20 +154,8 @@ pub struct Damage {
     pub broken_records: u64,
 }
 
-/// Name of a port, as in topics, files and on command lines.
-#[must_use]
-pub const fn port_name(port: Port) -> &'static str {
-    match port {
-        Port::Frontseat => "frontseat",
-        Port::Dvl => "dvl",
-        Port::Ahrs => "ahrs",
-        Port::Modem => "modem",
-        Port::Host => "host",
-    }
-}
-
-/// The port of a name.
+/// The port of a name, as in topics, files and on command lines.
 #[must_use]
 pub fn port_named(name: &str) -> Option<Port> {
-    Port::ALL.into_iter().find(|port| port_name(*port) == name)
+    Port::ALL.into_iter().find(|port| port.name() == name)
 }

@@ -1,7 +1,6 @@
 //! A board's codes in words.
 
 use super::Severity;
-use backseat_host::PORT_NAMES;
 use backseat_wire::hostlink::{
     Activity, Adoption, AdoptionEvent, FaultCause, FaultDiagnosis, FaultReport, FaultState, Mode, ModeReason,
     Oscillator, Port,
@@ -17,7 +16,7 @@ pub fn time_of_day(utc_us: u64, board_us: u64) -> String {
 }
 
 pub fn port(port: Port) -> &'static str {
-    PORT_NAMES[port as usize]
+    port.name()
 }
 
 /// How bad a mode is.
