@@ -23,7 +23,7 @@ pub fn wrapped(page: &str) -> String {
             || line.starts_with("```")
             || line.starts_with("    ");
         if (is_item || is_verbatim) && !paragraph.is_empty() {
-            break_lines(&mut out, &std::mem::take(&mut paragraph));
+            break_paragraph(&mut out, &std::mem::take(&mut paragraph));
         }
         fenced ^= line.starts_with("```");
         if is_verbatim {
@@ -34,20 +34,28 @@ pub fn wrapped(page: &str) -> String {
             paragraph.push(' ');
         }
     }
-    break_lines(&mut out, &paragraph);
+    break_paragraph(&mut out, &paragraph);
     out
 }
 
 /// One paragraph; a list item hangs under its first word.
-fn break_lines(out: &mut String, paragraph: &str) {
-    let indent = if paragraph.starts_with("- ") || paragraph.starts_with("* ") { "  " } else { "" };
-    let mut width = 0;
-    for word in paragraph.split_whitespace() {
+fn break_paragraph(out: &mut String, paragraph: &str) {
+    let indent = if paragraph.starts_with("- ") || paragraph.starts_with("* ") { 2 } else { 0 };
+    if !paragraph.is_empty() {
+        out.push_str(&broken(paragraph, WIDTH, indent));
+        out.push('\n');
+    }
+}
+
+/// Words in lines of this width, those after the first begun with so many blanks; a longer word stands alone.
+pub(crate) fn broken(text: &str, line_width: usize, indent: usize) -> String {
+    let (mut out, mut width) = (String::with_capacity(text.len()), 0);
+    for word in text.split_whitespace() {
         let length = word.chars().count();
-        if width > 0 && width + 1 + length > WIDTH {
+        if width > 0 && width + 1 + length > line_width {
             out.push('\n');
-            out.push_str(indent);
-            width = indent.len();
+            out.extend(std::iter::repeat_n(' ', indent));
+            width = indent;
         } else if width > 0 {
             out.push(' ');
             width += 1;
@@ -55,9 +63,7 @@ fn break_lines(out: &mut String, paragraph: &str) {
         out.push_str(word);
         width += length;
     }
-    if width > 0 {
-        out.push('\n');
-    }
+    out
 }
 
 #[cfg(test)]

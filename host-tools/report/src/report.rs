@@ -2,6 +2,7 @@
 
 use crate::table::Table;
 use serde_json::{Map, Value};
+use std::path::Path;
 
 /// What made a report: enough to make it again. No date, so that the same input gives the same bytes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -163,6 +164,25 @@ impl Report {
     pub fn value(mut self, key: &str, value: impl Into<Value>) -> Self {
         self.values.insert(key.to_owned(), value.into());
         self
+    }
+
+    /// Adds the values of an object to the JSON object.
+    pub fn values(mut self, object: Value) -> Self {
+        if let Value::Object(values) = object {
+            self.values.extend(values);
+        }
+        self
+    }
+
+    /// A file that was written, or was not: its path or null in JSON, its path as text. A page does not name itself.
+    pub fn file(mut self, key: &str, path: Option<&Path>) -> Self {
+        let path = path.map(|path| path.display().to_string());
+        if let Some(path) = &path {
+            let shown = std::mem::replace(&mut self.shown, Shown::Terminal);
+            self = self.fact(&key.replace('_', " "), path);
+            self.shown = shown;
+        }
+        self.value(key, path)
     }
 
     /// States at the bottom of the page what made it.

@@ -1,8 +1,21 @@
 //! A report as text for a terminal.
 
+use crate::markdown::broken;
 use crate::report::{Part, Report, Shown};
 use crate::table::Table;
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Width, presets};
 use std::fmt::Write as _;
+
+/// Columns of a terminal that nobody has enlarged.
+const WIDTH: usize = 80;
+/// A column of words is not made narrower than this: a table of many numbers is wider than [`WIDTH`] instead.
+const NARROWEST: u16 = 24;
+
+/// Prose in lines of [`WIDTH`]; lines with blanks in front stay as they are.
+fn prose(text: &str) -> String {
+    let line = |line: &str| if line.starts_with(' ') { line.to_owned() } else { broken(line, WIDTH, 2) };
+    text.lines().map(line).collect::<Vec<_>>().join("\n")
+}
 
 impl Report {
     /// The report for a terminal: doubts, answer, then the parts but for figures.
@@ -10,17 +23,17 @@ impl Report {
         let mut out = String::new();
         for doubt in self.alarms.iter().cloned().chain(self.doubts.iter().map(|doubt| format!("DO NOT TRUST: {doubt}")))
         {
-            let _ = writeln!(out, "{doubt}");
+            let _ = writeln!(out, "{}", prose(&doubt));
         }
-        let _ = writeln!(out, "{}", self.answer);
+        let _ = writeln!(out, "{}", prose(&self.answer));
         for (shown, part) in &self.parts {
             if *shown == Shown::Page {
                 continue;
             }
             let _ = match part {
                 Part::Section(title) => writeln!(out, "\n{title}"),
-                Part::Paragraph(text) => writeln!(out, "{text}"),
-                Part::Note(text) => writeln!(out, "note: {text}"),
+                Part::Paragraph(text) => writeln!(out, "{}", prose(text)),
+                Part::Note(text) => writeln!(out, "{}", prose(&format!("note: {text}"))),
                 Part::Command(text) => writeln!(out, "  {text}"),
                 Part::Table(table) => write!(out, "\n{}", table.to_text()),
                 Part::Facts(facts) => write!(out, "\n{}", aligned(facts)),
@@ -35,34 +48,34 @@ impl Report {
 fn aligned(facts: &[(String, String)]) -> String {
     let width = facts.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     facts.iter().fold(String::new(), |mut out, (name, value)| {
+        let place = width + 3;
+        let value = broken(value, WIDTH.saturating_sub(place), 0).replace('\n', &format!("\n{:place$}", ""));
         let _ = writeln!(out, "{name:width$}   {value}");
         out
     })
 }
 
 impl Table {
+    /// Numbers are never broken; words are, where the table is wider than a terminal.
     fn to_text(&self) -> String {
-        let columns = self.columns();
-        let cell = |row: &[String], column: usize| row.get(column).cloned().unwrap_or_default();
-        let widths: Vec<usize> = (0..columns)
-            .map(|column| {
-                let cells = self.rows.iter().chain([&self.header]).map(|row| cell(row, column).chars().count());
-                cells.max().unwrap_or(0)
-            })
-            .collect();
-        let numeric: Vec<bool> = (0..columns).map(|column| self.is_numeric(column)).collect();
-        let mut out = String::new();
-        if !self.caption.is_empty() {
-            let _ = writeln!(out, "{}", self.caption);
+        let mut text = comfy_table::Table::new();
+        text.load_preset(presets::NOTHING)
+            .set_content_arrangement(ContentArrangement::Dynamic)
+            .set_width(WIDTH as u16)
+            .set_header(&self.header)
+            .add_rows(&self.rows);
+        let widths = text.column_max_content_widths();
+        for (place, (column, width)) in text.column_iter_mut().zip(widths).enumerate() {
+            column.set_padding((0, 2));
+            if self.is_numeric(place) {
+                column.set_cell_alignment(CellAlignment::Right);
+                column.set_constraint(ColumnConstraint::ContentWidth);
+            } else {
+                column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(width.min(NARROWEST) + 2)));
+            }
         }
-        for row in [&self.header].into_iter().chain(&self.rows) {
-            let cells = (0..columns).map(|column| {
-                let (text, width) = (cell(row, column), widths[column]);
-                if numeric[column] { format!("{text:>width$}") } else { format!("{text:<width$}") }
-            });
-            let _ = writeln!(out, "{}", cells.collect::<Vec<_>>().join("  ").trim_end());
-        }
-        out
+        let caption = if self.caption.is_empty() { String::new() } else { prose(&self.caption) + "\n" };
+        caption + &text.trim_fmt() + "\n"
     }
 }
 
@@ -87,5 +100,30 @@ mod tests {
         assert_eq!(report.to_text(), expected);
         let html = report.html();
         assert!(html.contains("<p>long</p>") && !html.contains("written"), "{html}");
+    }
+
+    #[test]
+    fn no_line_is_wider_than_a_terminal() {
+        let words = "what was assumed and left out of it ".repeat(9);
+        let header = ["navigation", "median [m]", "95 % [m]", "max [m]", "RMS / DRMS"];
+        let table = Table::new(words.clone(), &header).row(["dynamic, no DVL", "0.46", "0.98", "1.61", "0.80"]).row([
+            words.as_str(),
+            "24.72",
+            "104.01",
+            "209.61",
+            "1.19",
+        ]);
+        let report = Report::new("Title", words.clone())
+            .warnings(std::slice::from_ref(&words))
+            .text(&words)
+            .note(&words)
+            .table(table)
+            .fact("name", words.clone())
+            .command("backseat navigate log.csv");
+        let text = report.to_text();
+        assert!(text.lines().all(|line| line.chars().count() <= 80 && line.trim_end() == line), "{text}");
+        // nothing is lost, and numbers stay whole
+        assert_eq!(text.matches("assumed").count(), 7 * 9, "{text}");
+        assert!(text.lines().any(|line| line.ends_with("24.72    104.01   209.61        1.19")), "{text}");
     }
 }
