@@ -16,6 +16,7 @@ mod mission;
 mod monitor;
 mod navigate;
 mod outcome;
+mod output;
 mod params;
 mod record;
 mod replay;

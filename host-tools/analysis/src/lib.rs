@@ -3,6 +3,7 @@
 pub mod ensemble;
 pub mod fault_table;
 pub mod flight_score;
+pub mod navigate;
 pub mod provenance;
 pub mod read_log;
 pub mod track_score;

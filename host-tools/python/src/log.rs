@@ -2,9 +2,9 @@
 
 use crate::columns::{self, Columns};
 use crate::error;
+use backseat_analysis::read_log::ReadLog;
 use backseat_logs::importers::Imported;
 use backseat_logs::log::{Column, LogRow};
-use host_tools::library::ReadLog;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;

@@ -4,11 +4,11 @@ use crate::columns::{Columns, bytes};
 use crate::error;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
-use anyhow::anyhow;
+use backseat_analysis::navigate::{self, Estimate, Model, NavigationResult, Settings};
 use backseat_estimation::filter::TrackSample;
 use backseat_logs::{STATE_COLUMNS, Truth};
-use clap::ValueEnum;
-use host_tools::library::{self, Estimate, Model, NavigationResult, NavigationSettings};
+use backseat_report::Report;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -28,18 +28,17 @@ pub fn navigate<'py>(
     wants_page: bool,
 ) -> PyResult<Found<'py>> {
     let [no_dvl, no_range_rate, current, packet, smooth] = switches;
-    let model = model
-        .map(|name| Model::from_str(name, false))
-        .transpose()
-        .map_err(|_| error(anyhow!("model {:?}: expected robust, nominal or kinematic", model.unwrap_or_default())))?;
-    let settings = NavigationSettings { model, no_dvl, no_range_rate, current, packet, smooth };
+    let model: Option<Model> =
+        model.map(str::parse).transpose().map_err(|message: String| PyValueError::new_err(message))?;
+    let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth };
     let truth = truth.map(|path| Truth::read(&path)).transpose().map_err(error)?;
-    let compute = || -> anyhow::Result<(NavigationResult<'_>, Option<String>)> {
-        let result = library::navigate(&log.read, vehicle.map(|vehicle| &vehicle.file), truth.as_ref(), &settings)?;
-        let page = wants_page.then(|| library::navigation_page(&result));
-        Ok((result, page))
+    let compute = || -> anyhow::Result<(NavigationResult<'_>, Report)> {
+        let vehicle = vehicle.map(|vehicle| &vehicle.file);
+        let result = navigate::compute(&log.read, vehicle, truth.as_ref(), &settings)?;
+        let report = navigate::report(&result);
+        Ok((result, report))
     };
-    let (result, page) = py.detach(compute).map_err(error)?;
+    let (result, report) = py.detach(compute).map_err(error)?;
     let track = match &result.estimate {
         Estimate::Filter(run) => track(py, &run.track),
         Estimate::DeadReckoning(positions) => vec![
@@ -49,7 +48,7 @@ pub fn navigate<'py>(
         ],
     };
     let smoothed = result.estimate.smoothed().map(|samples| self::track(py, samples));
-    Ok((result.json(None, None), track, smoothed, page))
+    Ok((report.to_json(), track, smoothed, wants_page.then(|| report.html())))
 }
 
 fn track<'py>(py: Python<'py>, samples: &[TrackSample]) -> Columns<'py> {

@@ -4,7 +4,6 @@ use backseat_core::navigation::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
 use backseat_estimation::filter::FilterRun;
 use backseat_report::{Report, Table};
 use serde_json::{Map, Value, json};
-use std::fmt::Write as _;
 
 const ABOUT: &str = "The filter uses all of them. An estimate that is not separable yet is no finding: the motion so far \
                      does not tell it from its prior, or from another estimate. What causes a difference is named by \
@@ -51,21 +50,7 @@ fn worst(run: &FilterRun) -> Option<String> {
     ))
 }
 
-pub fn text(out: &mut String, run: &FilterRun) {
-    if run.estimates.is_empty() {
-        return;
-    }
-    let [name, value, sigma, prior, separable] = HEADER;
-    let _ = writeln!(out, "\n{name:<18} {value:>14} {sigma:>14} {prior:>14}   {separable}");
-    for [name, value, sigma, prior, separable] in run.estimates.iter().filter_map(cells) {
-        let _ = writeln!(out, "{name:<18} {value:>14} {sigma:>14} {prior:>14}   {separable}");
-    }
-    let _ = writeln!(out, "{} {ABOUT}", verdict(run));
-    if let Some(worst) = worst(run) {
-        let _ = writeln!(out, "{worst}");
-    }
-}
-
+/// The table of the estimates and what it says; nothing of a filter without any.
 pub fn section(report: Report, run: &FilterRun) -> Report {
     if run.estimates.is_empty() {
         return report;

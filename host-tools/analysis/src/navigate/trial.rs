@@ -4,8 +4,9 @@
 //! far it is off. The ranges do: they are to where the vehicle was at their arrival in UTC, so that the track of the
 //! log, moved in time by the right amount, fits them best.
 
+use crate::read_log::ReadLog;
+use crate::uses;
 use anyhow::bail;
-use backseat_analysis::read_log::ReadLog;
 use backseat_core::navigation::ProcessModel;
 use backseat_core::state::{X, Y};
 use backseat_estimation::filter::{self, FilterOptions, TrackSample};
@@ -24,17 +25,14 @@ const STEPS_S: [f64; 3] = [1.0, 0.1, 0.01];
 const LEAST_RANGES: usize = 12;
 
 /// The logs of the ship and of the modem.
-#[derive(clap::Args, Clone, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Trial {
-    /// Log of the ship's GNSS (NMEA with RMC and GGA), joined by time
-    #[arg(long, value_name = "SHIP.nmea")]
+    /// Log of the ship's GNSS (NMEA with RMC and GGA).
     pub ship: Option<PathBuf>,
-    /// Log of the vehicle's modem, or of the ship's, or of both by giving it twice ($CARXD and $CACST), joined by time
-    #[arg(long, value_name = "MODEM.log")]
+    /// Logs of the vehicle's modem, of the ship's, or of both ($CARXD and $CACST).
     pub modem: Vec<PathBuf>,
-    /// Latitude and longitude of the origin of the vehicle's log, degrees, where it has positions in metres alone
-    #[arg(long, value_name = "LAT,LON", value_delimiter = ',', allow_hyphen_values = true)]
-    pub origin: Vec<f64>,
+    /// Latitude and longitude of the origin of the vehicle's log, degrees, where it has positions in metres alone.
+    pub origin_deg: Option<[f64; 2]>,
 }
 
 impl Trial {
@@ -46,13 +44,7 @@ impl Trial {
         if self.ship.is_none() && self.modem.is_empty() {
             return Ok(());
         }
-        match self.origin.as_slice() {
-            [] => {}
-            [latitude, longitude] if latitude.abs() <= 90.0 && longitude.abs() <= 180.0 => {
-                read.log.origin_deg = Some([*latitude, *longitude]);
-            }
-            _ => bail!("--origin takes latitude and longitude in degrees, such as 41.53,-70.67"),
-        }
+        read.log.origin_deg = self.origin_deg.or(read.log.origin_deg);
         let mut others = Vec::new();
         let modems = self.modem.iter().map(|path| (path, false));
         for (path, is_ship) in self.ship.iter().map(|path| (path, true)).chain(modems) {
@@ -223,8 +215,7 @@ fn between(fixes: &[(i64, [f64; 2])], time_us: i64) -> Option<[f64; 2]> {
 /// The track of the vehicle's log by itself, without ranges.
 fn own_track(log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Vec<TrackSample>> {
     let log = inputs::at_centre(log, &vehicle.installation);
-    let model =
-        if backseat_analysis::uses::has_actuators(&log) { ProcessModel::Dynamic } else { ProcessModel::Kinematic };
+    let model = if uses::has_actuators(&log) { ProcessModel::Dynamic } else { ProcessModel::Kinematic };
     Ok(filter::run(&log, vehicle, &FilterOptions::new(vehicle, model))?.track)
 }
 

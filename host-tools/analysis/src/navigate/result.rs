@@ -1,14 +1,12 @@
-//! What a run gave, as JSON and as a track.
+//! What a run gave.
 
 use backseat_core::state::{X, Y};
 use backseat_estimation::dead_reckoning::Position;
 use backseat_estimation::filter::{FilterRun, Health, TrackSample};
 use backseat_logs::stats::ErrorSummary;
-use backseat_logs::{Log, STATE_COLUMNS, Truth};
-use serde_json::{Map, Value, json};
+use backseat_logs::{Log, STATE_COLUMNS, Truth, VehicleFile};
 use std::borrow::Cow;
 use std::io::{self, Write};
-use std::path::Path;
 
 /// The estimate, by whichever way.
 pub enum Estimate {
@@ -21,6 +19,7 @@ pub enum Estimate {
 /// What errors are measured against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Against {
+    /// The truth of a simulator or of a better system.
     Truth,
     /// Fixes of the vehicle that were withheld.
     Gnss,
@@ -30,10 +29,19 @@ pub enum Against {
 pub type Errors = (Against, Vec<(u64, f64)>);
 
 impl Against {
+    /// Its name in JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Truth => "truth",
             Self::Gnss => "gnss",
+        }
+    }
+
+    /// What it is, for people.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Truth => "the truth",
+            Self::Gnss => "GNSS fixes, none of which was used after the first",
         }
     }
 }
@@ -109,65 +117,21 @@ impl NavigationResult<'_> {
         ErrorSummary::of(&errors)
     }
 
+    /// The vehicle with what the robust model has learnt of it, for the next dive; no other model learns anything.
+    pub fn learnt(&self, declared: &VehicleFile) -> Option<VehicleFile> {
+        let Estimate::Filter(run) = &self.estimate else { return None };
+        Some(VehicleFile { learnt: *run.learnt.as_deref()?, ..declared.clone() })
+    }
+
     /// Times faster than the mission.
     pub fn rate(&self) -> f64 {
         self.log.duration_s() / self.wall_s
     }
 
-    /// The JSON object of the command, with the paths of the report and the track that were written.
-    pub fn json(&self, report: Option<&Path>, track: Option<&Path>) -> String {
-        let summary = |error: ErrorSummary| {
-            json!({"median_m": error.median_m, "p95_m": error.p95_m, "max_m": error.max_m, "rms_m": error.rms_m,
-                "samples": error.count})
-        };
-        let error = self.error_summary().map(|(_, error)| summary(error));
-        let smoothed_error = self.smoothed_summary().map(summary);
-        let (mut nis, mut fused, mut rejected) = (Map::new(), Map::new(), Map::new());
-        let (mut digest, mut estimates) = (Value::Null, Value::Null);
-        if let Estimate::Filter(run) = &self.estimate {
-            for sensor in &run.sensors {
-                nis.insert(sensor.sensor.name().to_owned(), json!(sensor.nis));
-                fused.insert(sensor.sensor.name().to_owned(), json!(sensor.fused));
-                rejected.insert(sensor.sensor.name().to_owned(), json!(sensor.rejected));
-            }
-            estimates = super::estimates::json(run);
-            // As text: JSON's numbers are doubles and lose the last bits.
-            digest = json!(format!("{:016x}", run.digest));
-        }
-        let sensors: Map<String, Value> = self
-            .health
-            .sensors
-            .iter()
-            .map(|sensor| {
-                let value = json!({"refused_share": sensor.refused, "lag_one_correlation": sensor.lag_one});
-                (sensor.sensor.name().to_owned(), value)
-            })
-            .collect();
-        let [x_m, y_m] = self.estimate.last_m().unwrap_or([f64::NAN; 2]);
-        let object = json!({
-            "configuration": self.description,
-            "error": error,
-            "smoothed_error": smoothed_error,
-            "error_against": self.errors.as_ref().map(|(against, _)| against.name()),
-            "final": {"x_m": x_m, "y_m": y_m},
-            "nis": nis,
-            "fused": fused,
-            "rejected": rejected,
-            "trust": if self.health.doubts.is_empty() { "ok" } else { "suspicious" },
-            "doubts": self.health.doubts,
-            "health": {"sensors": sensors, "rms_over_drms": self.health.rms_over_drms},
-            "estimates": estimates,
-            "simulated_s": self.log.duration_s(),
-            "wall_s": self.wall_s,
-            "digest": digest,
-            "notes": self.notes,
-            "report": report.map(|path| path.display().to_string()),
-            "track": track.map(|path| path.display().to_string()),
-        });
-        format!("{object}\n")
-    }
-
     /// The estimate as CSV; the state has the names of a truth CSV.
+    ///
+    /// # Errors
+    /// Those of writing.
     pub fn write_track(&self, out: &mut dyn Write) -> io::Result<()> {
         match &self.estimate {
             Estimate::DeadReckoning(positions) => {

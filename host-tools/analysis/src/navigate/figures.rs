@@ -1,17 +1,13 @@
-//! What a run gave, as a page.
+//! Figures of a run.
 
-use super::estimates;
 use super::result::{Against, Estimate, NavigationResult};
-use super::text::gnss_distances;
-use backseat_analysis::provenance;
 use backseat_core::navigation::{FusionOutcome, Sensor};
 use backseat_core::state::{X, Y};
 use backseat_estimation::filter::FilterRun;
-use backseat_logs::stats::nis_bounds95;
+use backseat_report::Report;
 use backseat_report::plots::{
     self, Ellipse, ErrorPlot, Histogram, Innovation, InnovationPlot, Point, Scale, TrackPlot,
 };
-use backseat_report::{Provenance, Report, Table};
 
 /// Ellipses offered to the map, which thins them out itself.
 const ELLIPSES: usize = 200;
@@ -32,57 +28,8 @@ const SHOWN: [(Sensor, &[&str]); 9] = [
     (Sensor::WaterTrack, &["water track u innovation [m/s]", "water track v innovation [m/s]"]),
 ];
 
-/// The page, one file.
-pub fn html(outcome: &NavigationResult<'_>) -> String {
-    let verdict = match outcome.error_summary() {
-        Some((against, error)) => format!(
-            "Median horizontal error {:.2} m, 95 % {:.2} m against {}; {}.",
-            error.median_m,
-            error.p95_m,
-            if against == Against::Truth { "the truth" } else { "withheld GNSS fixes" },
-            outcome.description
-        ),
-        None => format!("No truth to compare with; {}.", outcome.description),
-    };
-    let title = outcome.log.path.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
-    let mut report = Report::new(format!("Navigation of {title}"), verdict).warnings(&outcome.health.doubts);
-    for note in &outcome.notes {
-        report = report.text(note);
-    }
-    if let Some((_, error)) = outcome.error_summary() {
-        let header = ["estimate", "median [m]", "95 % [m]", "max [m]", "rms [m]", "samples"];
-        let mut table = Table::new("Horizontal error", &header);
-        for (name, error) in [("filtered", Some(error)), ("smoothed", outcome.smoothed_summary())] {
-            let Some(error) = error else { continue };
-            let cells = [error.median_m, error.p95_m, error.max_m, error.rms_m].map(|value| format!("{value:.2}"));
-            table = table.row([name.to_owned()].into_iter().chain(cells).chain([error.count.to_string()]));
-        }
-        report = report.table(table);
-    }
-    report = match &outcome.estimate {
-        Estimate::Filter(run) => {
-            let report = track(estimates::section(report.table(sensors(run)), run), outcome);
-            innovations(errors(report, outcome), run)
-        }
-        Estimate::DeadReckoning(_) => errors(track(report, outcome), outcome),
-    };
-    let command = provenance::command();
-    report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
-}
-
-fn sensors(run: &FilterRun) -> Table {
-    let header = ["sensor", "fused", "rejected", "mean NIS", "95 % if consistent"];
-    let mut table = Table::new("Normalised innovations squared (1 if the filter is consistent)", &header);
-    for sensor in &run.sensors {
-        let nis = sensor.nis.map_or_else(|| "–".to_owned(), |nis| format!("{nis:.3}"));
-        let bounds = nis_bounds95(sensor.fused).map_or_else(String::new, |(lo, hi)| format!("{lo:.3} to {hi:.3}"));
-        let name = sensor.sensor.name().to_owned();
-        table = table.row([name, sensor.fused.to_string(), sensor.rejected.to_string(), nis, bounds]);
-    }
-    table
-}
-
-fn track(report: Report, outcome: &NavigationResult<'_>) -> Report {
+/// Estimate, truth, fixes and ship on a map.
+pub fn track(outcome: &NavigationResult<'_>) -> String {
     let estimate: Vec<Point> =
         outcome.estimate.positions().iter().map(|p| (p.position_m[0], p.position_m[1])).collect();
     let truth: Option<Vec<Point>> =
@@ -113,17 +60,17 @@ fn track(report: Report, outcome: &NavigationResult<'_>) -> Report {
     if matches!(outcome.estimate, Estimate::DeadReckoning(_)) {
         lines.push(("GNSS", &fixes));
     }
-    let svg = plots::track(&TrackPlot {
+    plots::track(&TrackPlot {
         truth: truth.as_deref(),
         estimates: &lines,
         ellipses: &ellipses,
         ship: (!ship.is_empty()).then_some(&ship),
         ..TrackPlot::default()
-    });
-    report.figure("Track.", svg)
+    })
 }
 
-fn errors(report: Report, outcome: &NavigationResult<'_>) -> Report {
+/// Errors against time with the filter's own statement of them, and the caption; nothing without a reference.
+pub fn errors(outcome: &NavigationResult<'_>) -> Option<(String, String)> {
     let (name, caption, errors) = match (&outcome.errors, &outcome.estimate) {
         (Some((Against::Truth, errors)), _) => ("against the truth", "Error against time.", errors.clone()),
         (Some((Against::Gnss, errors)), _) => {
@@ -134,7 +81,7 @@ fn errors(report: Report, outcome: &NavigationResult<'_>) -> Report {
             "Distance to the GNSS fixes against time; it has their noise in it, the band has not.",
             gnss_distances(run),
         ),
-        (None, Estimate::DeadReckoning(_)) => return report,
+        (None, Estimate::DeadReckoning(_)) => return None,
     };
     let bound: Vec<Point> = match &outcome.estimate {
         Estimate::Filter(run) => run.track.iter().map(|s| (hours(s.time_us), 2.0 * s.drms_m())).collect(),
@@ -154,7 +101,7 @@ fn errors(report: Report, outcome: &NavigationResult<'_>) -> Report {
         scale: Scale::Linear,
     };
     let about = if has_bound { " 2 DRMS holds 95 to 98 % of the errors of a consistent filter." } else { "" };
-    report.figure(&format!("{caption}{about}"), plots::error_vs_time(&plot))
+    Some((format!("{caption}{about}"), plots::error_vs_time(&plot)))
 }
 
 /// Points in hours; the line breaks where samples are missing.
@@ -171,7 +118,8 @@ fn broken_line(errors: &[(u64, f64)]) -> Vec<Point> {
     points
 }
 
-fn innovations(report: Report, run: &FilterRun) -> Report {
+/// Innovations of every sensor against time, and their distributions.
+pub fn innovations(report: Report, run: &FilterRun) -> Report {
     let mut report = report.section("Innovations");
     for (sensor, labels) in SHOWN {
         for (axis, y_label) in labels.iter().enumerate() {
@@ -206,6 +154,16 @@ fn innovations(report: Report, run: &FilterRun) -> Report {
         }
     }
     report
+}
+
+/// (time µs, m) of every fix of the vehicle from the estimate before its use, from both innovations.
+pub fn gnss_distances(run: &FilterRun) -> Vec<(u64, f64)> {
+    let of_gnss = || run.fusions.iter().filter(|record| record.sensor == Sensor::VehicleGnss);
+    of_gnss()
+        .zip(of_gnss().skip(1))
+        .filter(|(x, y)| (x.axis, y.axis) == (0, 1) && x.time_us == y.time_us)
+        .map(|(x, y)| (x.time_us, x.innovation.hypot(y.innovation)))
+        .collect()
 }
 
 fn hours(time_us: u64) -> f64 {

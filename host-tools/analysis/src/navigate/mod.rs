@@ -1,0 +1,225 @@
+//! The flight filter over a recorded mission.
+
+mod estimates;
+mod figures;
+mod report;
+mod result;
+mod trial;
+
+use crate::read_log::ReadLog;
+use crate::uses::{self, Navigation};
+use backseat_core::navigation::ProcessModel;
+use backseat_diagnose::log_effects::Effects;
+use backseat_diagnose::proposal;
+use backseat_diagnose::regressors::{Proposed, Target};
+use backseat_estimation::dead_reckoning::{self, Method};
+use backseat_estimation::filter::{self, FilterOptions, Health, ShipSource};
+use backseat_estimation::inputs;
+use backseat_logs::{Log, ManoeuvringModel, Truth, VehicleFile};
+use backseat_report::console::Progress;
+pub use report::report;
+pub use result::{Against, Errors, Estimate, NavigationResult};
+use std::str::FromStr;
+use std::time::Instant;
+pub use trial::Trial;
+
+/// How a log is navigated.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Settings {
+    /// Process model; the best that the log supports without one.
+    pub model: Option<Model>,
+    /// Leave the DVL out.
+    pub no_dvl: bool,
+    /// Leave acoustic range rates out.
+    pub no_range_rate: bool,
+    /// Estimate a steady water current as well (the robust model always does).
+    pub current: bool,
+    /// Take the ship from the packets alone instead of its GNSS at full rate.
+    pub packet: bool,
+    /// Smooth the track after the filter: the best estimate of each time from the whole log.
+    pub smooth: bool,
+}
+
+/// What moves the vehicle between measurements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// The vehicle's own dynamics; what is not known of vehicle, compass and current is estimated.
+    Robust,
+    /// The vehicle's own dynamics exactly as the vehicle file declares them.
+    Nominal,
+    /// Constant velocity.
+    Kinematic,
+}
+
+impl FromStr for Model {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "robust" => Ok(Self::Robust),
+            "nominal" | "dynamic" => Ok(Self::Nominal),
+            "kinematic" => Ok(Self::Kinematic),
+            _ => Err(format!("model {name:?}: expected robust, nominal or kinematic")),
+        }
+    }
+}
+
+/// What runs over the log.
+enum Plan {
+    Filter(Box<FilterOptions>),
+    DeadReckoning(Method),
+    Manoeuvring(ManoeuvringModel),
+}
+
+/// Takes effects of sensors and proposed terms out of the readings at the centre of gravity; notes which terms do not
+/// concern readings.
+pub fn take_out(read: &mut ReadLog, vehicle: &VehicleFile, terms: &[Proposed], effects: &Effects) {
+    let log = inputs::at_centre(&read.log, &vehicle.installation).into_owned();
+    read.log = effects.corrected(proposal::corrected(&log, terms)).into_owned();
+    for (term, _) in terms.iter().filter(|(term, _)| !matches!(term.target, Target::Reading(_))) {
+        let name = term.name();
+        read.log
+            .notes
+            .push(format!("{name} is not taken into account: the filter has no such term; `effect new` drafts it"));
+    }
+}
+
+/// Navigates a log that was read; without a vehicle, by the built-in reference.
+///
+/// # Errors
+/// The log has nothing to start from, or lacks what the model needs.
+pub fn compute<'a>(
+    read: &'a ReadLog,
+    declared: Option<&VehicleFile>,
+    truth: Option<&'a Truth>,
+    settings: &Settings,
+) -> anyhow::Result<NavigationResult<'a>> {
+    let began = Instant::now();
+    let vehicle = &declared.cloned().unwrap_or_else(VehicleFile::reference);
+    let log = inputs::at_centre(&read.log, &vehicle.installation);
+    let mut notes = log.notes.clone();
+    let plan = plan(settings, &log, vehicle, &mut notes);
+    let estimate = estimate(&plan, &log, vehicle)?;
+    let wall_s = read.read_s + began.elapsed().as_secs_f64();
+
+    let errors = compare(&estimate, &log, truth)?;
+    let smoothed_errors = estimate
+        .smoothed()
+        .zip(truth)
+        .map(|(smoothed, truth)| dead_reckoning::errors_against_truth(&result::positions(smoothed), truth));
+    let mut health = Health::default();
+    if let Estimate::Filter(run) = &estimate {
+        notes.extend(run.notes.iter().cloned());
+        health = Health::of(run, errors.as_ref().map(|(_, errors)| &errors[..]));
+    }
+    health.doubts.splice(..0, read.examination.suspicions().map(|finding| finding.message.clone()));
+    Ok(NavigationResult {
+        description: describe(declared.is_some(), &plan, vehicle),
+        format: read.format,
+        log,
+        estimate,
+        truth,
+        errors,
+        smoothed_errors,
+        health,
+        notes,
+        read_s: read.read_s,
+        wall_s,
+    })
+}
+
+fn plan(settings: &Settings, log: &Log, vehicle: &VehicleFile, notes: &mut Vec<String>) -> Plan {
+    if let (None, Some(model)) = (settings.model, &vehicle.manoeuvring)
+        && uses::navigation(log) != Some(Navigation::Dynamic)
+    {
+        notes.push(
+            "the vehicle file has [manoeuvring]: dead reckoning by propeller, rudder and heading, GNSS withheld after the \
+             first fix of each run"
+                .to_owned(),
+        );
+        return Plan::Manoeuvring(model.clone());
+    }
+    let model = match (settings.model, uses::navigation(log)) {
+        (Some(model), _) => model,
+        (None, Some(Navigation::Dynamic)) => Model::Robust,
+        (None, Some(Navigation::Kinematic)) => {
+            notes.push("the log has no fins and propeller: kinematic model".to_owned());
+            Model::Kinematic
+        }
+        (None, Some(Navigation::DeadReckoning)) => {
+            notes.push(
+                "the log has no fins and propeller, no DVL velocity and no ranges: dead reckoning on its heading and \
+                 speed, GNSS withheld after the first fix"
+                    .to_owned(),
+            );
+            if settings.smooth {
+                notes.push("dead reckoning has no covariance: --smooth changes nothing".to_owned());
+            }
+            return Plan::DeadReckoning(Method::HeadingSpeed);
+        }
+        (None, None) => Model::Kinematic,
+    };
+    let mut options = match model {
+        Model::Robust => FilterOptions::robust(vehicle),
+        Model::Nominal => FilterOptions::new(vehicle, ProcessModel::Dynamic),
+        Model::Kinematic => FilterOptions::new(vehicle, ProcessModel::Kinematic),
+    };
+    options.use_dvl = !settings.no_dvl;
+    options.use_range_rate = !settings.no_range_rate;
+    options.smooth = settings.smooth;
+    if settings.current && model != Model::Robust {
+        options.navigation.effect_states = FilterOptions::water_current();
+    }
+    if settings.packet {
+        options.ship = ShipSource::Packet;
+    }
+    Plan::Filter(Box::new(options))
+}
+
+fn estimate(plan: &Plan, log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Estimate> {
+    Ok(match plan {
+        Plan::DeadReckoning(method) => {
+            Estimate::DeadReckoning(dead_reckoning::run(log, *method, &vehicle.effects.set)?)
+        }
+        Plan::Manoeuvring(model) => Estimate::DeadReckoning(dead_reckoning::by_model(log, model)?),
+        Plan::Filter(options) => {
+            let progress = Progress::new("filter", log.rows.len());
+            let run = filter::run_with_progress(log, vehicle, options, |row| progress.set(row))?;
+            Estimate::Filter(Box::new(run))
+        }
+    })
+}
+
+/// Horizontal errors against the truth, or (dead reckoning) against the fixes that were withheld.
+fn compare(estimate: &Estimate, log: &Log, truth: Option<&Truth>) -> anyhow::Result<Option<Errors>> {
+    let positions = estimate.positions();
+    let (against, errors) = match (truth, estimate) {
+        (Some(truth), _) => (Against::Truth, dead_reckoning::errors_against_truth(&positions, truth)),
+        (None, Estimate::DeadReckoning(_)) => (Against::Gnss, dead_reckoning::errors_against_fixes(&positions, log)),
+        (None, Estimate::Filter(_)) => return Ok(None),
+    };
+    Ok((!errors.is_empty()).then_some((against, errors)))
+}
+
+fn describe(is_declared: bool, plan: &Plan, vehicle: &VehicleFile) -> String {
+    match plan {
+        Plan::DeadReckoning(_) => "dead reckoning on logged heading and speed".to_owned(),
+        Plan::Manoeuvring(_) => "dead reckoning by the vessel's manoeuvring model and its heading".to_owned(),
+        Plan::Filter(options) => {
+            let model = match options.navigation.process_model {
+                ProcessModel::Dynamic if options.is_robust() => "robust dynamic model",
+                ProcessModel::Dynamic => "nominal dynamic model",
+                ProcessModel::Kinematic => "kinematic model",
+            };
+            let dvl = if options.use_dvl { "" } else { ", no DVL" };
+            let range_rate = if options.use_range_rate { "" } else { ", no range rate" };
+            let current = if options.navigation.effect_states.current().is_some() { ", current states" } else { "" };
+            let ship = match options.ship {
+                ShipSource::Centralized => "",
+                ShipSource::Packet => ", ship from packets",
+            };
+            let origin = if is_declared { "" } else { ", built in" };
+            format!("{model}{dvl}{range_rate}{current}{ship}; vehicle {}{origin}", vehicle.name)
+        }
+    }
+}

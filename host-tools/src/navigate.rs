@@ -1,0 +1,154 @@
+//! `backseat navigate`: the flight filter over a recorded mission.
+
+use crate::effect::terms::Terms;
+use crate::log_input::{LogInput, explain_failure};
+use crate::outcome::Outcome;
+use crate::output::Output;
+use anyhow::Context;
+use backseat_analysis::navigate::{self, Model, Settings, Trial};
+use backseat_analysis::read_log::ReadLog;
+use backseat_logs::{DataError, Truth, VehicleFile};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat navigate log.csv.gz --no-dvl                     robust model, ranges only
+  backseat navigate log.csv.gz --model nominal              the declared vehicle taken as exact
+  backseat navigate log.csv --model kinematic               constant velocity, DVL
+  backseat navigate log.csv --truth truth.csv --report out  error against the truth, out/report.html
+  backseat navigate log.csv.gz --no-dvl --smooth            the track by the measurements of the whole dive
+  backseat navigate log.csv.gz --learn next.toml            what it has shown of the vehicle, for the next dive
+  backseat navigate log.csv --terms out/proposed_terms.toml    without what `diagnose` proposes of the readings
+  backseat navigate ship.csv --vehicle out/vehicle.toml     a vessel's manoeuvring model (identify), GNSS withheld
+  backseat navigate 20221007_120000_survey_Iver2.log        dead reckoning on the vehicle's own log
+  backseat navigate table.csv --columns map.toml            a table of any other maker
+  backseat navigate dive.log --ship ship.nmea --modem modem.log    what a trial leaves behind, joined by time
+
+The log is a CSV with t_s and any of prop_rpm, fin_{top,bottom,port,starboard}_rad, depth_m, roll_rad, pitch_rad,
+heading_rad, p_radps, q_radps, r_radps, dvl_u_mps, dvl_v_mps, dvl_w_mps, range_m, range_rate_mps, tol_s, toa_s,
+ship_x_m, ship_y_m, ship_gps_x_m, ship_gps_y_m, gps_x_m, gps_y_m; or the mission log of an Iver.";
+
+/// Run the navigation filter over a recorded mission
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log
+    log: PathBuf,
+    /// Vehicle file, TOML [default: the built-in reference vehicle]
+    #[arg(long, value_name = "V.toml")]
+    vehicle: Option<PathBuf>,
+    #[command(flatten)]
+    input: LogInput,
+    /// Process model [default: the best that the log supports]
+    #[arg(long, value_parser = model())]
+    model: Option<Model>,
+    /// Leave the DVL out
+    #[arg(long)]
+    no_dvl: bool,
+    /// Leave acoustic range rates out
+    #[arg(long)]
+    no_range_rate: bool,
+    /// Estimate a steady water current as well (the robust model always does)
+    #[arg(long)]
+    current: bool,
+    /// Take the ship from the packets alone instead of its GNSS at full rate
+    #[arg(long)]
+    packet: bool,
+    /// Smooth the track after the filter: the best estimate of each time from the whole log
+    #[arg(long)]
+    smooth: bool,
+    /// Log of the ship's GNSS (NMEA with RMC and GGA), joined by time
+    #[arg(long, value_name = "SHIP.nmea")]
+    ship: Option<PathBuf>,
+    /// Log of the vehicle's modem, or of the ship's, or of both by giving it twice ($CARXD and $CACST), joined by time
+    #[arg(long, value_name = "MODEM.log")]
+    modem: Vec<PathBuf>,
+    /// Latitude and longitude of the origin of the vehicle's log, degrees, where it has positions in metres alone
+    #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true, value_parser = origin)]
+    origin: Option<[f64; 2]>,
+    /// Terms that `diagnose --report` proposed, taken out of the readings
+    #[arg(long, value_name = "TERMS.toml")]
+    terms: Option<PathBuf>,
+    /// Truth CSV to compare with
+    #[arg(long, value_name = "T.csv")]
+    truth: Option<PathBuf>,
+    /// Write the vehicle file with what this dive has shown of the vehicle: the next one starts from it
+    #[arg(long, value_name = "V2.toml")]
+    learn: Option<PathBuf>,
+    /// Write the estimated track, CSV
+    #[arg(long, value_name = "TRACK.csv")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
+}
+
+fn model() -> impl TypedValueParser<Value = Model> {
+    PossibleValuesParser::new([
+        PossibleValue::new("robust")
+            .help("The vehicle's own dynamics; what is not known of vehicle, compass and current is estimated"),
+        PossibleValue::new("nominal")
+            .alias("dynamic")
+            .help("The vehicle's own dynamics exactly as the vehicle file declares them"),
+        PossibleValue::new("kinematic").help("Constant velocity"),
+    ])
+    .try_map(|name| name.parse())
+}
+
+fn origin(text: &str) -> Result<[f64; 2], String> {
+    let degrees = |text: &str, most: f64| text.trim().parse().ok().filter(|degrees: &f64| degrees.abs() <= most);
+    let origin = text
+        .split_once(',')
+        .and_then(|(latitude, longitude)| Some([degrees(latitude, 90.0)?, degrees(longitude, 180.0)?]));
+    origin.ok_or_else(|| "expected latitude and longitude in degrees, such as 41.53,-70.67".to_owned())
+}
+
+/// Reads, runs, compares, writes.
+pub fn run(args: &Args) -> anyhow::Result<Outcome> {
+    args.output.check(&[&args.out, &args.learn])?;
+    let declared = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
+    let vehicle = declared.clone().unwrap_or_else(VehicleFile::reference);
+    let mut read = args.input.read(&args.log)?;
+    let trial = Trial { ship: args.ship.clone(), modem: args.modem.clone(), origin_deg: args.origin };
+    trial.join(&mut read, &vehicle)?;
+    if let Some(path) = &args.terms {
+        let file = Terms::read(path)?;
+        navigate::take_out(&mut read, &vehicle, &file.known()?, &file.effects()?);
+        let taken = file.effect.iter().map(|effect| format!("{} was taken out of the readings", effect.name));
+        read.log.notes.extend(taken);
+    }
+    explain_failure(&read, || write(args, &read, declared.as_ref(), &vehicle))
+}
+
+/// From the log that was read to what is written.
+fn write(
+    args: &Args,
+    read: &ReadLog,
+    declared: Option<&VehicleFile>,
+    vehicle: &VehicleFile,
+) -> anyhow::Result<Outcome> {
+    let Args { no_dvl, no_range_rate, current, packet, smooth, model, .. } = *args;
+    let settings = Settings { model, no_dvl, no_range_rate, current, packet, smooth };
+    let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
+    let result = navigate::compute(read, declared, truth.as_ref(), &settings)?;
+    if let (Some(path), true) = (&args.truth, result.errors.is_none()) {
+        return Err(DataError::file(path, "the truth has no time in common with the estimate").into());
+    }
+    if let Some(path) = &args.learn {
+        let next = result.learnt(vehicle).context(
+            "--learn: only the robust model learns anything of the vehicle (--model robust, a log with fins and propeller)",
+        )?;
+        let log = args.log.file_name().map_or_else(|| "a log".into(), |name| name.to_string_lossy());
+        let source = format!(
+            "Vehicle {} with what `backseat navigate --learn` has learnt from {log}, in section [learnt].",
+            next.name
+        );
+        next.write(path, &source, args.output.existing())?;
+    }
+    if let Some(path) = &args.out {
+        backseat_logs::output::write(path, args.output.existing(), |file| result.write_track(file))?;
+    }
+    let report = navigate::report(&result).file("track", args.out.as_deref());
+    args.output.show(report)?;
+    Ok(Outcome::doubtful_if(!result.health.doubts.is_empty()))
+}

@@ -1,0 +1,63 @@
+//! The options by which a command shows and writes its report.
+
+use anyhow::Context;
+use backseat_logs::output::{self, Existing};
+use backseat_report::{Report, console};
+use std::path::PathBuf;
+
+/// Where a report goes: the terminal, as text or as JSON, and a page.
+#[derive(clap::Args)]
+pub struct Output {
+    /// Write an HTML report into this folder
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Print one JSON object instead of the text
+    #[arg(long)]
+    json: bool,
+    /// Replace results that exist
+    #[arg(long)]
+    force: bool,
+}
+
+impl Output {
+    /// What is to be done with results that exist.
+    pub fn existing(&self) -> Existing {
+        if self.force { Existing::Replace } else { Existing::Keep }
+    }
+
+    fn page(&self) -> Option<PathBuf> {
+        self.report.as_ref().map(|folder| folder.join("report.html"))
+    }
+
+    /// Before any work: whether the page and these files can be written.
+    ///
+    /// # Errors
+    /// One of them exists, and `--force` was not given.
+    pub fn check(&self, others: &[&Option<PathBuf>]) -> anyhow::Result<()> {
+        let page = self.page();
+        let mut paths = [&page].into_iter().chain(others.iter().copied()).flatten();
+        Ok(paths.try_for_each(|path| output::check(path, self.existing()))?)
+    }
+
+    /// Writes the page, and prints the report.
+    ///
+    /// # Errors
+    /// The page cannot be written.
+    pub fn show(&self, report: Report) -> anyhow::Result<()> {
+        let page = self.page();
+        let report = report.file("report", page.as_deref());
+        if let (Some(folder), Some(page)) = (&self.report, &page) {
+            std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+            output::write(page, self.existing(), |file| file.write_all(report.html().as_bytes()))?;
+        }
+        print(&report, self.json)
+    }
+}
+
+/// Prints a report.
+///
+/// # Errors
+/// What the operating system reports.
+pub fn print(report: &Report, json: bool) -> anyhow::Result<()> {
+    console::print(if json { report.to_json() } else { report.to_text() }.as_bytes())
+}
