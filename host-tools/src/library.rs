@@ -8,5 +8,3 @@ pub use crate::identify::{
     Choice as Method, IdentificationResult, Known, Settings as IdentificationSettings, compute as identify,
     html as identification_page,
 };
-pub use crate::sim::simulate;
-pub use crate::vehicle::examination;

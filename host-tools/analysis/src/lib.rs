@@ -1,11 +1,15 @@
 //! What each command computes, as values: for the command line, for Python and for the laboratory.
 
+pub mod bench;
 pub mod ensemble;
 pub mod fault_table;
 pub mod flight_score;
 pub mod navigate;
 pub mod provenance;
 pub mod read_log;
+pub mod replay;
+pub mod sim;
 pub mod track_score;
 mod undeclared;
 pub mod uses;
+pub mod vehicle;

@@ -349,28 +349,6 @@ def simulate(
     does and its file does not say, ``"NAME"`` or ``"NAME:parameter=value,..."``. ``out``: folder of the results; a new one
     in ``out/`` if left out. ``force``: fly a vehicle that does not fly.
     """
-    options: List[str] = []
-    folder = None
-    if isinstance(vehicle, Vehicle):
-        import tempfile
-
-        folder = tempfile.TemporaryDirectory()
-        path = Path(folder.name) / "vehicle.toml"
-        vehicle.write(path)
-        options += ["--vehicle", str(path)]
-    elif vehicle is not None:
-        options += ["--vehicle", os.fspath(vehicle)]
-    for flag, value in (("--seed", seed), ("--minutes", minutes), ("--out", _path(out))):
-        if value is not None:
-            options += [flag, str(value)]
-    for effect in effects:
-        options += ["--effect", effect]
-    options += [flag for flag, given in (("--random-effect", random_effect), ("--force", force)) if given]
-    if scenario is not None:
-        options.append(os.fspath(scenario))
-    try:
-        text, where = _backseat.simulate(options)
-    finally:
-        if folder is not None:
-            folder.cleanup()
+    wanted = [*effects, *(["random"] if random_effect else [])]
+    text, where = _backseat.simulate(_path(scenario), _vehicle(vehicle), seed, minutes, wanted, _path(out), force)
     return Flight(json.loads(text), Path(where))

@@ -8,6 +8,7 @@ mod diagnose;
 mod identify;
 mod log;
 mod navigate;
+mod simulate;
 mod vehicle;
 
 use pyo3::exceptions::PyValueError;
@@ -16,13 +17,6 @@ use pyo3::prelude::*;
 /// The error of a command as Python's.
 fn error(error: impl Into<anyhow::Error>) -> PyErr {
     PyValueError::new_err(format!("{:#}", error.into()))
-}
-
-/// A mission of the simulator with the options of `backseat sim run`: its JSON object and its folder.
-#[pyfunction]
-fn simulate(py: Python<'_>, options: Vec<String>) -> PyResult<(String, String)> {
-    let (json, folder) = py.detach(|| host_tools::library::simulate(&options)).map_err(error)?;
-    Ok((json, folder.display().to_string()))
 }
 
 /// The module.
@@ -34,5 +28,5 @@ fn _backseat(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(navigate::navigate, module)?)?;
     module.add_function(wrap_pyfunction!(identify::identify, module)?)?;
     module.add_function(wrap_pyfunction!(diagnose::diagnose, module)?)?;
-    module.add_function(wrap_pyfunction!(simulate, module)?)
+    module.add_function(wrap_pyfunction!(simulate::simulate, module)?)
 }

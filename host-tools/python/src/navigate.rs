@@ -4,7 +4,7 @@ use crate::columns::{Columns, bytes};
 use crate::error;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
-use backseat_analysis::navigate::{self, Estimate, Model, NavigationResult, Settings};
+use backseat_analysis::navigate::{Estimate, Model, NavigationResult, Settings};
 use backseat_estimation::filter::TrackSample;
 use backseat_logs::{STATE_COLUMNS, Truth};
 use backseat_report::Report;
@@ -34,8 +34,8 @@ pub fn navigate<'py>(
     let truth = truth.map(|path| Truth::read(&path)).transpose().map_err(error)?;
     let compute = || -> anyhow::Result<(NavigationResult<'_>, Report)> {
         let vehicle = vehicle.map(|vehicle| &vehicle.file);
-        let result = navigate::compute(&log.read, vehicle, truth.as_ref(), &settings)?;
-        let report = navigate::report(&result);
+        let result = backseat_analysis::navigate::compute(&log.read, vehicle, truth.as_ref(), &settings)?;
+        let report = backseat_analysis::navigate::report(&result);
         Ok((result, report))
     };
     let (result, report) = py.detach(compute).map_err(error)?;

@@ -2,6 +2,7 @@
 
 use crate::error;
 use anyhow::anyhow;
+use backseat_analysis::vehicle;
 use backseat_logs::VehicleFile;
 use backseat_logs::output::Existing;
 use pyo3::prelude::*;
@@ -64,6 +65,7 @@ impl Vehicle {
 
     /// The JSON object of `backseat vehicle check`.
     fn check(&self, py: Python<'_>, speed_mps: f64) -> PyResult<String> {
-        py.detach(|| host_tools::library::examination(&self.file, speed_mps)).map_err(error)
+        let found = py.detach(|| vehicle::examine(&self.file, speed_mps)).map_err(error)?;
+        Ok(vehicle::report(&self.file, &found).to_json())
     }
 }

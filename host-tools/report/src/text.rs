@@ -26,18 +26,23 @@ impl Report {
             let _ = writeln!(out, "{}", prose(&doubt));
         }
         let _ = writeln!(out, "{}", prose(&self.answer));
-        for (shown, part) in &self.parts {
-            if *shown == Shown::Page {
-                continue;
+        let parts = self.parts.iter().filter(|(shown, _)| *shown != Shown::Page).map(|(_, part)| part);
+        let parts: Vec<&Part> = parts.filter(|part| !matches!(part, Part::Figure { .. })).collect();
+        let mut is_after_block = false;
+        // facts of the terminal alone stand with those before them
+        for group in parts.chunk_by(|a, b| matches!((a, b), (Part::Facts(_), Part::Facts(_)))) {
+            let is_prose = matches!(group, [Part::Paragraph(_) | Part::Note(_) | Part::Command(_)]);
+            if is_after_block || !is_prose {
+                out.push('\n');
             }
-            let _ = match part {
-                Part::Section(title) => writeln!(out, "\n{title}"),
-                Part::Paragraph(text) => writeln!(out, "{}", prose(text)),
-                Part::Note(text) => writeln!(out, "{}", prose(&format!("note: {text}"))),
-                Part::Command(text) => writeln!(out, "  {text}"),
-                Part::Table(table) => write!(out, "\n{}", table.to_text()),
-                Part::Facts(facts) => write!(out, "\n{}", aligned(facts)),
-                Part::Figure { .. } => Ok(()),
+            is_after_block = matches!(group, [Part::Facts(_) | Part::Table(_), ..]);
+            let _ = match group {
+                [Part::Section(title)] => writeln!(out, "{title}"),
+                [Part::Paragraph(text)] => writeln!(out, "{}", prose(text)),
+                [Part::Note(text)] => writeln!(out, "{}", prose(&format!("note: {text}"))),
+                [Part::Command(text)] => writeln!(out, "  {text}"),
+                [Part::Table(table)] => write!(out, "{}", table.to_text()),
+                group => write!(out, "{}", aligned(group)),
             };
         }
         out
@@ -45,9 +50,10 @@ impl Report {
 }
 
 /// A line each, the values below each other.
-fn aligned(facts: &[(String, String)]) -> String {
-    let width = facts.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
-    facts.iter().fold(String::new(), |mut out, (name, value)| {
+fn aligned(parts: &[&Part]) -> String {
+    let facts = || parts.iter().flat_map(|part| if let Part::Facts(facts) = part { &facts[..] } else { &[] });
+    let width = facts().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    facts().fold(String::new(), |mut out, (name, value)| {
         let place = width + 3;
         let value = broken(value, WIDTH.saturating_sub(place), 0).replace('\n', &format!("\n{:place$}", ""));
         let _ = writeln!(out, "{name:width$}   {value}");
@@ -96,7 +102,7 @@ mod tests {
             .on_terminal()
             .note("written");
         let expected = "DO NOT TRUST: heading turns the wrong way\nIt is 0.46 m.\n\nError\nmodel      median [m]\n\
-                        nominal          0.46\nkinematic       24.70\n\ntime     1 s\ndigest   00ff\nnote: written\n";
+                        nominal          0.46\nkinematic       24.70\n\ntime     1 s\ndigest   00ff\n\nnote: written\n";
         assert_eq!(report.to_text(), expected);
         let html = report.html();
         assert!(html.contains("<p>long</p>") && !html.contains("written"), "{html}");

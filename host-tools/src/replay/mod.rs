@@ -1,21 +1,12 @@
 //! `backseat replay`: a recorded session through the flight code, or to ports.
 
-mod approximate;
-mod board;
-mod compare;
 mod ports;
-mod survey;
-mod text;
 
+use crate::output::print;
 use crate::record::Source;
-use anyhow::{Context, bail};
-use approximate::Approximate;
-use backseat_logs::session::{Clock, Damage, Meta, Reader};
-use backseat_report::console::{self, Progress};
-use board::Replay;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
-use survey::Survey;
+use anyhow::bail;
+use backseat_analysis::replay;
+use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -47,78 +38,17 @@ pub struct Args {
     json: bool,
 }
 
-/// A session through the flight code.
-struct Replayed {
-    meta: Meta,
-    wall: Duration,
-    damage: Damage,
-    found: Found,
-}
-
-/// What came of it.
-enum Found {
-    /// Compared to the bit.
-    Exact(Box<board::ExactReplay>),
-    /// Compared in metres.
-    Approximate(approximate::ApproximateReplay),
-}
-
 /// Replays.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let log = &args.log;
     if !args.to.is_empty() {
         let (played, wall) = ports::play(log, &args.to, args.realtime)?;
-        let said = if args.json { text::played_json(&played, wall) } else { text::played(&played, wall) };
-        return console::print(said.as_bytes());
+        return print(&ports::report(&played, wall), args.json);
     }
-    let replayed = replay(log)?;
-    let said = if args.json { text::json(log, &replayed) } else { text::text(log, &replayed) };
-    console::print(said.as_bytes())?;
-    match &replayed.found {
-        Found::Exact(outcome) => match outcome.first_difference() {
-            Some(difference) => bail!("{}: the replay is not what the board computed: {difference}", log.display()),
-            None => Ok(()),
-        },
-        Found::Approximate(_) => Ok(()),
+    let replayed = replay::replay(log)?;
+    print(&replay::report(&replayed), args.json)?;
+    match replayed.first_difference() {
+        Some(difference) => bail!("{}: the replay is not what the board computed: {difference}", log.display()),
+        None => Ok(()),
     }
-}
-
-fn replay(log: &Path) -> anyhow::Result<Replayed> {
-    let begun = Instant::now();
-    let survey = Survey::of(log)?;
-    let mut reader = Reader::open(log)?;
-    let meta = reader.meta().clone();
-    let progress = Progress::new("replay", reader.position().1 as usize);
-    let named = || log.display().to_string();
-    let found = match meta.clock {
-        Clock::Board => {
-            let mut replay = Replay::new(&survey);
-            while let Some(entry) = reader.next() {
-                if reader.damage().broken_records > 0 {
-                    replay.hole("a part of the file is broken");
-                }
-                replay.take(entry?).with_context(named)?;
-                progress.set(reader.position().0 as usize);
-            }
-            Found::Exact(Box::new(replay.finish()))
-        }
-        Clock::Host => {
-            let mut replay = Approximate::new(&survey);
-            while let Some(entry) = reader.next() {
-                progress.set(reader.position().0 as usize);
-                if !replay.take(entry?).with_context(named)? {
-                    break;
-                }
-            }
-            Found::Approximate(replay.finish())
-        }
-    };
-    let steps = match &found {
-        Found::Exact(outcome) => outcome.steps,
-        Found::Approximate(outcome) => outcome.steps,
-    };
-    if steps == 0 {
-        bail!("{}: nothing in it that the app could be stepped through", log.display());
-    }
-    Ok(Replayed { meta, wall: begun.elapsed(), damage: reader.damage(), found })
 }

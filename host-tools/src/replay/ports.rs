@@ -3,8 +3,10 @@
 use crate::record::Source;
 use anyhow::{Context, anyhow, bail};
 use backseat_logs::session::{Entry, Event, Reader};
+use backseat_report::Report;
 use backseat_report::console::Progress;
 use backseat_wire::hostlink::Port;
+use serde_json::json;
 use serialport::{SerialPort, TTYPort};
 use std::io::Write;
 use std::path::Path;
@@ -35,6 +37,32 @@ impl Played {
         let last = self.late_us.len().checked_sub(1)?;
         Some(self.late_us[(share * last as f64).round() as usize] as f64 * 1e-3)
     }
+}
+
+/// What all ports took.
+pub fn report(played: &[Played], wall: Duration) -> Report {
+    let ports: Vec<_> = played
+        .iter()
+        .map(|port| {
+            json!({
+                "port": port.port.name(),
+                "path": port.path,
+                "bytes": port.bytes,
+                "late_ms": {"p50": port.late_ms(0.5), "p99": port.late_ms(0.99), "max": port.late_ms(1.0)},
+            })
+        })
+        .collect();
+    let wall_s = wall.as_secs_f64();
+    let report =
+        Report::new("A session played", format!("{wall_s:.1} s")).value("wall_s", wall_s).value("ports", ports);
+    played.iter().fold(report, |report, port| {
+        let mut text = format!("{} bytes to {}", port.bytes, port.path);
+        if let (Some(p99), Some(max)) = (port.late_ms(0.99), port.late_ms(1.0)) {
+            let pieces = port.late_us.len();
+            text += &format!(" in {pieces} pieces, late by {p99:.3} ms (99 %), {max:.3} ms (max)");
+        }
+        report.fact(port.port.name(), text)
+    })
 }
 
 /// Bytes, and when they are due.

@@ -1,8 +1,9 @@
 //! `backseat sim dataset`: measured logs of a vehicle that does more than was declared.
 
+use crate::output::print;
 use anyhow::bail;
 use backseat_logs::VehicleFile;
-use backseat_report::console;
+use backseat_report::{Report, console};
 use hil_sim::dataset::{self, Shape, Spec};
 use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::{Request, effects};
@@ -99,20 +100,16 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     };
     let dataset = dataset::simulate(&spec, seed);
     dataset::write(&dataset, &spec, out)?;
-    if arguments.json {
-        println!(
-            "{}",
-            json!({ "log": out.join("log.csv"), "vehicle": out.join("vehicle.toml"), "truth": out.join("truth"), "rows": dataset.log.rows.len() })
-        );
-    } else {
-        println!(
-            "log      {}\nvehicle  {}\ntruth    {}",
-            out.join("log.csv").display(),
-            out.join("vehicle.toml").display(),
-            out.join("truth").display()
-        );
-    }
-    Ok(())
+    let rows = dataset.log.rows.len();
+    let report = Report::new(
+        "A data set",
+        format!("{rows} rows, {hours} h; what the vehicle does beyond its file stands in the truth"),
+    )
+    .file("log", Some(&out.join("log.csv")))
+    .file("vehicle", Some(&out.join("vehicle.toml")))
+    .file("truth", Some(&out.join("truth")))
+    .value("rows", rows);
+    print(&report, arguments.json)
 }
 
 /// What is asked for; `none` is nothing and goes with nothing else.

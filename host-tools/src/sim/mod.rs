@@ -2,13 +2,8 @@
 
 mod dataset;
 mod faults;
-mod report;
 mod run;
-mod ship;
-mod trial;
 mod vessel;
-
-pub use run::simulate;
 
 use crate::outcome::Outcome;
 use anyhow::{Context, anyhow};

@@ -1,11 +1,12 @@
 //! `backseat sim vessel`: the log of a ship's model with a propeller and a rudder.
 
 use super::dataset::noise;
+use crate::output::print;
 use anyhow::bail;
 use backseat_logs::{Column, DataError, LogWriter, TruthWriter};
+use backseat_report::Report;
 use hil_sim::dataset::vessel::{self, Voyage};
 use hil_sim::noise::NoiseKind;
-use serde_json::json;
 use std::path::PathBuf;
 
 /// Command line.
@@ -74,10 +75,10 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let mut writer = TruthWriter::create(&folder.join("truth.csv"))?;
     truth.rows.iter().try_for_each(|row| writer.write(row))?;
     writer.finish()?;
-    if *json {
-        println!("{}", json!({ "log": path, "truth": folder, "rows": log.rows.len() }));
-    } else {
-        println!("log      {}\ntruth    {}", path.display(), folder.display());
-    }
-    Ok(())
+    let rows = log.rows.len();
+    let report = Report::new("A vessel's data set", format!("{rows} rows, {minutes} min"))
+        .file("log", Some(&path))
+        .file("truth", Some(&folder))
+        .value("rows", rows);
+    print(&report, *json)
 }

@@ -1,11 +1,12 @@
 //! `backseat vehicle new`: a vehicle file from a template and the numbers of a data sheet.
 
+use crate::output::print;
 use anyhow::bail;
+use backseat_analysis::vehicle::{Sizes, TEMPLATES, Template};
 use backseat_logs::VehicleFile;
 use backseat_logs::output::{self, Existing};
-use backseat_report::console;
-use clap::ValueEnum;
-use serde_json::json;
+use backseat_report::Report;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
@@ -18,19 +19,12 @@ Without sizes the template is written as it is, with the source of each number. 
 data sheet does not give are scaled: added mass with the mass, moments of inertia with mass and size squared, drag with
 the areas that make it, thrust with the drag, so that the top speed stays. `identify` then finds better ones.";
 
-/// Templates with their texts.
-const TEMPLATES: [(Template, &str); 3] = [
-    (Template::Iver3, include_str!("../../logs/vehicles/iver3.toml")),
-    (Template::Remus100, include_str!("../../logs/vehicles/remus100.toml")),
-    (Template::Lauv, include_str!("../../logs/vehicles/lauv.toml")),
-];
-
 /// Write a vehicle file from a template and the numbers of a data sheet
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Vehicle to start from
-    #[arg(long, default_value = "iver3")]
+    #[arg(long, default_value = "iver3", value_parser = template())]
     from: Template,
     /// Name of the new vehicle
     #[arg(long)]
@@ -55,31 +49,25 @@ pub struct Args {
     json: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Template {
-    /// L3 OceanServer Iver3: engineering estimates, the reference vehicle
-    Iver3,
-    /// Hydroid REMUS 100: coefficients of Prestero (2001)
-    Remus100,
-    /// LAUV of LSTS Porto: coefficients of da Silva (2007)
-    Lauv,
+fn template() -> impl TypedValueParser<Value = Template> {
+    PossibleValuesParser::new(TEMPLATES.map(|template| PossibleValue::new(template.name).help(template.about)))
+        .try_map(|name| TEMPLATES.into_iter().find(|template| template.name == name).ok_or("no such template"))
 }
 
 /// Writes the file.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
-    let Some((_, template)) = TEMPLATES.iter().find(|(template, _)| *template == args.from) else {
-        bail!("no such template");
-    };
-    let file = VehicleFile::parse(template, Path::new("the template"))?;
+    let file = VehicleFile::parse(args.from.text, Path::new("the template"))?;
     for (name, value) in [("length", args.length), ("diameter", args.diameter), ("mass", args.mass)] {
         if value.is_some_and(|value| !(value.is_finite() && value > 0.0)) {
             bail!("--{name}: expected a positive number");
         }
     }
-    let is_scaled = args.name.is_some() || args.length.is_some() || args.diameter.is_some() || args.mass.is_some();
+    let sizes = Sizes { length_m: args.length, diameter_m: args.diameter, mass_kg: args.mass };
+    let is_scaled = args.name.is_some() || sizes != Sizes::default();
     let text = if is_scaled {
-        let scaled = scaled(&file, args);
+        let mut scaled = sizes.scale(&file);
+        scaled.name = args.name.clone().unwrap_or(scaled.name);
         let source = format!(
             "Scaled by `backseat vehicle new` from {}: what the data sheet does not give are estimates.\n\
              After each number: unit; range that is accepted; meaning.",
@@ -90,79 +78,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         VehicleFile::parse(&text, &args.out)?;
         text
     } else {
-        (*template).to_owned()
+        args.from.text.to_owned()
     };
     output::write(&args.out, existing, |out| out.write_all(text.as_bytes()))?;
-    let path = args.out.display();
-    let printed = if args.json {
-        format!("{}\n", json!({"vehicle_file": args.out, "from": file.name, "scaled": is_scaled}))
-    } else {
-        format!("written: {path}\nnext: backseat vehicle check {path}\n")
-    };
-    console::print(printed.as_bytes())
-}
-
-/// The template in other sizes.
-fn scaled(template: &VehicleFile, args: &Args) -> VehicleFile {
-    let mut file = template.clone();
-    file.name = args.name.clone().unwrap_or_else(|| format!("{}-scaled", template.name));
-    let p = &mut file.parameters;
-    let length = args.length.map_or(1.0, |length| length / p.length_m);
-    let diameter = args.diameter.map_or(1.0, |diameter| diameter / p.diameter_m);
-    // without a mass: a vehicle as dense as the template
-    let mass = args.mass.map_or(length * diameter * diameter, |mass| mass / p.mass_kg);
-    p.length_m *= length;
-    p.diameter_m *= diameter;
-    p.mass_kg *= mass;
-    p.displaced_mass_kg *= mass;
-    p.b_cb_to_cg_m = p.b_cb_to_cg_m.map(|b| b * diameter);
-    let rotary = mass * length * length;
-    let inertia = [mass, mass, mass, mass * diameter * diameter, rotary, rotary];
-    p.m_diag.iter_mut().zip(inertia).for_each(|(m, factor)| *m *= factor);
-    let (frontal, side) = (diameter * diameter, diameter * length);
-    let drag = [frontal, side, side, diameter.powi(4) * length, side * length.powi(3), side * length.powi(3)];
-    p.quadratic_diag.iter_mut().zip(drag).for_each(|(d, factor)| *d *= factor);
-    p.linear_surge_ns_per_m *= frontal;
-    p.d26 *= side * length;
-    p.d35 *= side * length;
-    p.beta5_n_s2_per_rad2 *= frontal;
-    p.advance_n_s2_per_rad_m *= frontal;
-    p.fin_area_m2 *= side;
-    for fin in &mut p.fins {
-        fin.cp_m = [fin.cp_m[0] * length, fin.cp_m[1] * diameter, fin.cp_m[2] * diameter];
-    }
-    file
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn val_a_vehicle_twice_as_large_has_the_same_top_speed() {
-        let args = Args {
-            from: Template::Iver3,
-            name: None,
-            length: Some(4.0),
-            diameter: Some(0.294),
-            mass: None,
-            out: PathBuf::new(),
-            force: false,
-            json: false,
-        };
-        let (small, large) = (VehicleFile::reference(), scaled(&VehicleFile::reference(), &args));
-        // a body twice as large: eight times the mass, 32 times the moments of inertia, four times drag and thrust
-        assert!((large.parameters.mass_kg - 8.0 * small.parameters.mass_kg).abs() < 1e-9);
-        assert!((large.parameters.m_diag[5] - 32.0 * small.parameters.m_diag[5]).abs() < 1e-9);
-        let top = |file: &VehicleFile| file.parameters.beta5_n_s2_per_rad2 / file.parameters.quadratic_diag[0];
-        assert!((top(&large) - top(&small)).abs() < 1e-15);
-    }
-
-    #[test]
-    fn every_template_is_a_vehicle_file() {
-        for (template, text) in TEMPLATES {
-            let file = VehicleFile::parse(text, Path::new("template")).unwrap_or_else(|e| panic!("{template:?}: {e}"));
-            assert!(!file.name.is_empty());
-        }
-    }
+    let path = args.out.display().to_string();
+    let report = Report::new("A new vehicle", format!("written: {path}"))
+        .text(&format!("next: backseat vehicle check {path}"))
+        .value("vehicle_file", path)
+        .value("from", file.name)
+        .value("scaled", is_scaled);
+    print(&report, args.json)
 }

@@ -16,7 +16,9 @@ const JUDGED_S: usize = 20;
 /// How it went.
 #[derive(Clone, Copy, Debug)]
 pub struct ShortFlight {
+    /// Time that was flown, s.
     pub duration_s: f64,
+    /// How it ended.
     pub ending: Ending,
     /// Mean depth of the last seconds, and the depth that was to be held, m.
     pub depth_m: [f64; 2],

@@ -5,6 +5,7 @@ use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::VecDeque;
+use std::fmt;
 
 /// Where log and replay are not the same.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -13,9 +14,19 @@ pub struct Difference {
     pub t_s: String,
     /// `step`, `telemetry`, `fusion`, a sentence to a device…
     pub record: String,
+    /// Its first field that is not the same.
     pub field: String,
+    /// Its value in the log.
     pub logged: String,
+    /// Its value in the replay.
     pub replayed: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { t_s, record, field, logged, replayed } = self;
+        write!(f, "at {t_s} s, {record}, {field}: logged {logged}, replayed {replayed}")
+    }
 }
 
 /// What is there where one side has nothing.

@@ -3,14 +3,13 @@
 use super::trial;
 use anyhow::{Context, anyhow, bail};
 use backseat_topside::{Config, Topside};
-use hil_sim::flight::{FlightLog, ShipSide};
 use hil_sim::scenario::Scenario;
 use hil_sim::ship_end::{self, InProcess, OnPorts, Program, ProgramClock, ShipEnd};
-use serde_json::{Value, json};
 use std::path::Path;
+use std::str::FromStr;
 
 /// How topside takes part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TopsideKind {
     /// None: the vehicle's modem plays the ship's part.
     Off,
@@ -18,6 +17,19 @@ pub enum TopsideKind {
     Library,
     /// A process of its own.
     Process,
+}
+
+impl FromStr for TopsideKind {
+    type Err = &'static str;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        match name {
+            "off" => Ok(Self::Off),
+            "library" => Ok(Self::Library),
+            "process" => Ok(Self::Process),
+            _ => Err("expected off, library or process"),
+        }
+    }
 }
 
 /// Starts the topside asked for, or the `usual` one where the scenario has it. The backseat is started after it: it
@@ -28,6 +40,7 @@ pub fn start(
     realtime: bool,
     scenario: &Scenario,
     folder: &Path,
+    say: &dyn Fn(&str),
 ) -> anyhow::Result<Option<Box<dyn Program>>> {
     let name = &scenario.settings.name;
     let misplaced = ship_end::fault_of_lone_modem(scenario);
@@ -40,7 +53,7 @@ pub fn start(
     let kind = match (asked, misplaced) {
         _ if off => return Ok(None),
         (None, Some(fault)) => {
-            eprintln!("{name}: no topside on the ship, because of its fault {fault}");
+            say(&format!("{name}: no topside on the ship, because of its fault {fault}"));
             return Ok(None);
         }
         (Some(_), Some(fault)) => {
@@ -51,7 +64,7 @@ pub fn start(
     let config = ship_end::config(scenario)
         .map_err(|error| anyhow!("{name}: acoustics: {error} (`--topside off` flies without topside)"))?;
     if kind == TopsideKind::Process {
-        return Ok(Some(Box::new(process(realtime, scenario, &config, folder)?)));
+        return Ok(Some(Box::new(process(realtime, scenario, &config, folder, say)?)));
     }
     if realtime {
         bail!("--topside library: it has no clock of its own; `process` flies in real time");
@@ -66,14 +79,20 @@ pub fn end(scenario: &Scenario, program: Box<dyn Program>, folder: &Path) -> any
 }
 
 /// Starts this program again, as the ship's.
-fn process(realtime: bool, scenario: &Scenario, config: &Config, folder: &Path) -> anyhow::Result<OnPorts> {
+fn process(
+    realtime: bool,
+    scenario: &Scenario,
+    config: &Config,
+    folder: &Path,
+    say: &dyn Fn(&str),
+) -> anyhow::Result<OnPorts> {
     let program = std::env::current_exe().context("this program's own path")?;
     let clock = if realtime { ProgramClock::Own } else { ProgramClock::Lockstep };
     let file = folder.join("topside.toml");
     let command = |paths: &[&str]| {
         let [gnss, modem, host] = paths else { return Err(std::io::ErrorKind::InvalidInput.into()) };
         std::fs::write(&file, topside_file(scenario, config, [gnss, modem]))?;
-        eprintln!("topside: gnss {gnss}, modem {modem}, host {host}");
+        say(&format!("topside: gnss {gnss}, modem {modem}, host {host}"));
         let mut command = std::process::Command::new(program);
         command.arg("__topside").arg(&file).arg(host).args(realtime.then_some("--realtime"));
         Ok(command)
@@ -112,69 +131,6 @@ fn topside_file(scenario: &Scenario, config: &Config, [gnss, modem]: [&str; 2]) 
         text += &format!("\n[[cycle.slot]]\nat_s = {}\nexchange = \"{}\"\n", slot.offset_s, slot.exchange.name());
         if let Some(vehicle) = slot.exchange.vehicle() {
             text += &format!("vehicle = {vehicle}\n");
-        }
-    }
-    text
-}
-
-/// The companion's own error, as its board reports it, m.
-fn own_error(flight: &FlightLog) -> Option<[f64; 2]> {
-    let known = flight.samples.iter().filter(|sample| sample.telemetry.sigma[0] > 0.0);
-    quantiles(known.map(|sample| {
-        let (truth, state) = (&sample.truth.state, &sample.telemetry.state);
-        f64::hypot(truth[0] - state[0], truth[1] - state[1])
-    }))
-}
-
-/// What became of the companion.
-pub fn companion_json(flight: &FlightLog) -> Value {
-    let error = own_error(flight).map(|[median, p95]| json!({"median_m": median, "p95_m": p95}));
-    json!({"backseat": error, "topside": json(flight), "finished": flight.finished})
-}
-
-/// Its two lines of the score table.
-pub fn companion_text(flight: &FlightLog) -> String {
-    let track = quantiles(flight.ship_side.iter().filter_map(|side| side.vehicle).map(|[error_m, _]| error_m));
-    let rows = [("companion: its backseat", own_error(flight)), ("topside: the companion", track)];
-    let rows = rows.into_iter().filter_map(|(name, error)| Some((name, error?)));
-    rows.map(|(name, [median_m, p95_m])| format!("{name:<36} {median_m:>8.2} {p95_m:>8.2}\n")).collect()
-}
-
-/// Median and 95 % of values.
-fn quantiles(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let at =
-        |share: f64| values.get(((values.len() as f64 * share) as usize).min(values.len().saturating_sub(1))).copied();
-    Some([at(0.5)?, at(0.95)?])
-}
-
-/// How well topside knew ship and vehicle, m; the mean of the vehicle's normalised squared error is 2 where its ellipse
-/// is right.
-pub fn json(flight: &FlightLog) -> Value {
-    let error = |pick: fn(&ShipSide) -> Option<[f64; 2]>| {
-        quantiles(flight.ship_side.iter().filter_map(pick).map(|[error_m, _]| error_m))
-            .map(|[median, p95]| json!({"median_m": median, "p95_m": p95}))
-    };
-    if flight.ship_side.is_empty() {
-        return Value::Null;
-    }
-    let squares: Vec<f64> = flight.ship_side.iter().filter_map(|side| side.vehicle).map(|[_, square]| square).collect();
-    json!({
-        "ship": error(|side| side.ship),
-        "vehicle": error(|side| side.vehicle),
-        "vehicle_mean_square": (!squares.is_empty()).then(|| squares.iter().sum::<f64>() / squares.len() as f64),
-        "vehicle_seconds": squares.len(),
-    })
-}
-
-/// The two lines of the score table.
-pub fn text(flight: &FlightLog) -> String {
-    let mut text = String::new();
-    for (name, is_ship) in [("topside: the ship", true), ("topside: the vehicle", false)] {
-        let side = flight.ship_side.iter().filter_map(|side| if is_ship { side.ship } else { side.vehicle });
-        if let Some([median_m, p95_m]) = quantiles(side.map(|[error_m, _]| error_m)) {
-            text += &format!("{name:<36} {median_m:>8.2} {p95_m:>8.2}\n");
         }
     }
     text

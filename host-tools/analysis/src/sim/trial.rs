@@ -1,8 +1,8 @@
 //! What a simulated sea trial leaves behind, in the formats of a real one: the vehicle's log without ranges, the log of
 //! the ship's receiver, the logs of both modems, all in UTC.
 
+use crate::flight_score;
 use anyhow::Context;
-use backseat_analysis::flight_score;
 use backseat_link::Arrival;
 use backseat_logs::session::{Event, Reader};
 use backseat_logs::{Column, LogWriter, TruthRow, TruthWriter};

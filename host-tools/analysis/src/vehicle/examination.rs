@@ -18,16 +18,22 @@ pub struct Misfit {
     pub is_fatal: bool,
     /// Its key in the vehicle file.
     pub key: &'static str,
+    /// What does not fit what.
     pub message: String,
 }
 
 /// A quantity of the file beside that of a slender body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beside {
+    /// The quantity, for people.
     pub what: &'static str,
+    /// Its key in the vehicle file.
     pub key: &'static str,
+    /// Unit of both values.
     pub unit: &'static str,
+    /// As the file says.
     pub declared: f64,
+    /// Of a slender body of the hull's length and diameter.
     pub slender_body: f64,
     /// Factors of the slender body's value within which the declared one is usual.
     usual: [f64; 2],
@@ -35,15 +41,31 @@ pub struct Beside {
 
 /// What was found.
 pub struct Findings {
+    /// Speed of turn, dive and stability, m/s.
     pub speed_mps: f64,
+    /// Level flight at the speeds that the vehicle reaches.
     pub cruises: Vec<Cruise>,
+    /// Of level flight, m/s.
     pub top_speed_mps: Option<f64>,
+    /// With half the rudder.
     pub turn: Option<Turn>,
+    /// With a quarter of the elevator.
     pub dive: Option<Dive>,
+    /// Natural motions, slowest decay first.
     pub modes: Vec<Mode>,
+    /// Against a slender body.
     pub beside: Vec<Beside>,
+    /// In the simulator, of a vehicle that may fly.
     pub flight: Option<ShortFlight>,
+    /// Those that are fatal first.
     pub misfits: Vec<Misfit>,
+}
+
+impl Findings {
+    /// Whether nothing found is fatal.
+    pub fn flies(&self) -> bool {
+        !self.misfits.iter().any(|misfit| misfit.is_fatal)
+    }
 }
 
 /// Why a vehicle cannot fly the simulator's missions; `None` if it can.
@@ -86,7 +108,7 @@ pub fn examine(file: &VehicleFile, speed_mps: f64) -> anyhow::Result<Findings> {
         misfits,
     };
     findings.misfits.extend(motion_misfits(p, &model, &findings));
-    if !findings.misfits.iter().any(|misfit| misfit.is_fatal) {
+    if findings.flies() {
         let flight = flight::fly(file)?;
         findings.misfits.extend(flight_misfits(&flight));
         findings.flight = Some(flight);
@@ -197,6 +219,7 @@ fn lamb(slenderness: f64) -> [f64; 3] {
 }
 
 impl Beside {
+    /// Declared over slender body.
     pub fn factor(&self) -> f64 {
         self.declared / self.slender_body
     }

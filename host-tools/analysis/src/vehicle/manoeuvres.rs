@@ -14,27 +14,35 @@ const SETTLED_S: f64 = 40.0;
 /// Straight level flight at one speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cruise {
+    /// Propeller speed, 1/min.
     pub rpm: f64,
+    /// Speed through the water, m/s.
     pub speed_mps: f64,
+    /// Pitch, fins and thrust.
     pub trim: Trim,
 }
 
 /// A steady turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
+    /// Angle of the rudders, rad.
     pub fin_rad: f64,
+    /// Radius, m.
     pub radius_m: f64,
     /// Time for half a turn from straight flight, s.
     pub half_turn_s: Option<f64>,
+    /// Roll in the steady turn, rad.
     pub heel_rad: f64,
 }
 
 /// A dive with elevators.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dive {
+    /// Angle of the elevators beyond the trim, rad.
     pub fin_rad: f64,
     /// Positive down, m/s.
     pub rate_mps: f64,
+    /// Pitch in the steady dive, rad.
     pub pitch_rad: f64,
 }
 

@@ -34,13 +34,17 @@ const KNOWN: [Known; 16] = [
 
 /// A channel at rest.
 pub struct Channel {
+    /// Its name.
     pub name: &'static str,
+    /// Its unit.
     pub unit: &'static str,
     /// The vehicle file's number.
     key: &'static str,
     /// Readings; angles continuous.
     pub values: Vec<f64>,
+    /// Usual rate of the readings, Hz.
     pub rate_hz: f64,
+    /// Mean of all readings.
     pub mean: f64,
     /// Standard deviation of all readings.
     pub sigma: f64,
@@ -95,6 +99,7 @@ impl Channel {
 
 /// A number of the vehicle file.
 pub struct Sensor {
+    /// Its key.
     pub key: &'static str,
     /// Root mean square of the white parts of its channels.
     pub sigma: f64,

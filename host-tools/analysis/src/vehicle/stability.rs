@@ -41,6 +41,7 @@ impl Mode {
         self.eigenvalue.re > std::f64::consts::LN_2 / SLOW_S
     }
 
+    /// What it does, for people.
     pub fn words(&self) -> String {
         let Complex { re, im } = self.eigenvalue;
         let change = |rate: f64| std::f64::consts::LN_2 / rate.abs();
