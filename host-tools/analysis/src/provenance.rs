@@ -1,6 +1,12 @@
 //! How a report was made.
 
+use backseat_report::{Provenance, Report};
 use std::path::Path;
+
+/// Says at the bottom of the page what made it.
+pub fn of(report: Report, seed: Option<u64>) -> Report {
+    report.provenance(Provenance { command: &command(), seed, version: env!("CARGO_PKG_VERSION") })
+}
 
 /// The command as typed; in another program than `backseat`, that program's name.
 pub fn command() -> String {

@@ -31,7 +31,8 @@ pub fn simulate(
         effects: effects.map_err(|message| error(anyhow!(message)))?,
         minutes,
         out,
-        ..Options::in_this_process()
+        backseat: "host".to_owned(),
+        ..Options::default()
     };
     let (flown, report) = py.detach(|| sim::simulate(&options)).map_err(error)?;
     Ok((report.to_json(), flown.folder.display().to_string()))

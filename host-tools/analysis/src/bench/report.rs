@@ -4,7 +4,7 @@ use super::Bench;
 use super::channels::Channel;
 use crate::provenance;
 use backseat_report::plots::{self, Histogram, Scale, XyPlot};
-use backseat_report::{Provenance, Report, Table};
+use backseat_report::{Report, Table};
 use serde_json::{Map, Value, json};
 
 /// Averaging times shown in a table: the first 1, 4, 16 … intervals of each channel.
@@ -13,7 +13,6 @@ const SHOWN: usize = 6;
 /// The report of sensors at rest; who writes a vehicle file or a page adds notes of them.
 pub fn report(bench: &Bench) -> Report {
     let Bench { log, channels, sensors } = bench;
-    let command = provenance::command();
     let notes: Vec<String> = channels.iter().filter_map(Channel::note).collect();
     let header = ["channel", "readings", "rate [Hz]", "mean", "sigma", "white", "unit"];
     let table = channels.iter().fold(Table::new("Noise by channel", &header), |table, channel| {
@@ -37,8 +36,8 @@ pub fn report(bench: &Bench) -> Report {
         sensors.iter().fold(Table::new("Numbers of the vehicle file", &["number", "sigma"]), |table, sensor| {
             table.row([sensor.key.to_owned(), short(sensor.sigma)])
         });
-    let mut report = Report::new("Sensors at rest", format!("Noise of {} channels at rest: {log}.", channels.len()))
-        .provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") })
+    let answer = format!("Noise of {} channels at rest: {log}.", channels.len());
+    let mut report = provenance::of(Report::new("Sensors at rest", answer), None)
         .values(json(bench, &notes))
         .table(table)
         .table(of_file)

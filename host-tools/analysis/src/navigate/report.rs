@@ -7,16 +7,14 @@ use crate::provenance;
 use backseat_core::state::{X, Y};
 use backseat_estimation::filter::FilterRun;
 use backseat_logs::stats::{ErrorSummary, median, nis_bounds95};
-use backseat_report::{Provenance, Report, Table};
+use backseat_report::{Report, Table};
 use serde_json::{Map, Value, json};
 
 /// The report of a run; who writes its page or its track adds their paths as `report` and `track`.
 pub fn report(result: &NavigationResult<'_>) -> Report {
     let title = result.log.path.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
-    let command = provenance::command();
-    let mut report = Report::new(format!("Navigation of {title}"), answer(result))
+    let mut report = provenance::of(Report::new(format!("Navigation of {title}"), answer(result)), None)
         .warnings(&result.health.doubts)
-        .provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") })
         .values(json(result))
         .figure("Track.", figures::track(result));
     if let Some((caption, figure)) = figures::errors(result) {

@@ -3,7 +3,7 @@
 use super::{Found, Replayed, approximate, board};
 use crate::provenance;
 use backseat_logs::stats::ErrorSummary;
-use backseat_report::{Provenance, Report};
+use backseat_report::Report;
 use serde_json::{Value, json};
 
 const NOT_EXACT: &str =
@@ -42,14 +42,12 @@ impl Replayed {
 
 /// The report of a replay.
 pub fn report(replayed: &Replayed) -> Report {
-    let command = provenance::command();
     let (answer, steps, digest) = match &replayed.found {
         Found::Exact(outcome) => (exact(outcome), outcome.steps, outcome.digest),
         Found::Approximate(outcome) => (distance(outcome), outcome.steps, outcome.digest),
     };
-    let mut report = Report::new(format!("Replay of {}", replayed.log.display()), answer)
-        .provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") })
-        .values(json(replayed));
+    let title = format!("Replay of {}", replayed.log.display());
+    let mut report = provenance::of(Report::new(title, answer), None).values(json(replayed));
     if let Found::Exact(outcome) = &replayed.found {
         for difference in [&outcome.step, &outcome.record].into_iter().flatten() {
             report = report.text(&format!("  {difference}"));

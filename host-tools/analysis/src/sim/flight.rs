@@ -27,7 +27,7 @@ pub const SESSION: &str = "session.mcap";
 pub const REPORT: &str = "report.html";
 
 /// What to fly.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// A scenario file, or the name of a built-in one; `survey` without one.
     pub scenario: Option<PathBuf>,
@@ -53,26 +53,6 @@ pub struct Options {
     pub minutes: Option<f64>,
     /// Folder of the results; the first free one in `out/` without one.
     pub out: Option<PathBuf>,
-}
-
-impl Options {
-    /// The default mission, the app and topside in this process.
-    pub fn in_this_process() -> Self {
-        Self {
-            scenario: None,
-            vehicle: None,
-            force: false,
-            backseat: "host".to_owned(),
-            realtime: false,
-            wait: false,
-            topside: None,
-            usual_topside: TopsideKind::Library,
-            seed: None,
-            effects: Vec::new(),
-            minutes: None,
-            out: None,
-        }
-    }
 }
 
 /// A flight that ended, and what it is worth.

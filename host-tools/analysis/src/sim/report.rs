@@ -9,7 +9,7 @@ use crate::track_score::TrackScore;
 use backseat_core::navigation::Sensor;
 use backseat_logs::stats::ErrorSummary;
 use backseat_report::plots::{Scale, sheet};
-use backseat_report::{Provenance, Report, Table};
+use backseat_report::{Report, Table};
 use hil_sim::ending::Ending;
 use hil_sim::scenario::Scenario;
 use serde_json::{Map, Value, json};
@@ -17,7 +17,6 @@ use serde_json::{Map, Value, json};
 /// The report of a flight.
 pub fn report(flown: &Flown) -> Report {
     let Flown { scenario, flight, analysis, ending, .. } = flown;
-    let command = provenance::command();
     let mut report = Report::new(format!("Mission {}", scenario.settings.name), verdict(flown)).values(json(flown));
     if !ending.is_trustworthy() {
         report = report.alarm(&ending.headline());
@@ -60,11 +59,7 @@ pub fn report(flown: &Flown) -> Report {
         let figure = figures::distribution(flight, sensor);
         report = report.figure("A consistent filter's innovations follow the curve.", figure);
     }
-    report.provenance(Provenance {
-        command: &command,
-        seed: Some(scenario.settings.seed),
-        version: env!("CARGO_PKG_VERSION"),
-    })
+    provenance::of(report, Some(scenario.settings.seed))
 }
 
 /// Map and errors as one picture, SVG.

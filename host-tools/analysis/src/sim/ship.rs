@@ -9,11 +9,12 @@ use std::path::Path;
 use std::str::FromStr;
 
 /// How topside takes part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TopsideKind {
     /// None: the vehicle's modem plays the ship's part.
     Off,
     /// In this process.
+    #[default]
     Library,
     /// A process of its own.
     Process,
