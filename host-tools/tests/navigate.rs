@@ -116,7 +116,7 @@ fn results_are_written_once() {
     let output = mission.run(&args);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
-    for part in ["horizontal error", "x real time", "digest", "report.html", "range_rate"] {
+    for part in ["Horizontal error", "x real time", "digest", "report.html", "range_rate"] {
         assert!(text.contains(part), "{part} in {text}");
     }
     let track = Truth::read(&mission.path("track.csv")).unwrap();

@@ -32,8 +32,11 @@ impl Table {
     }
 }
 
-/// A number, perhaps with a sign, a unit or a deviation, or a dash for none.
+/// A number, perhaps with a sign, a unit or a deviation, or a dash for none; a list of numbers is read as words are.
 fn is_number(text: &str) -> bool {
+    if text.contains(", ") {
+        return false;
+    }
     let digits = text.trim_start_matches(['+', '-', '−', '±', '<', '>', '≤', '≥', '~', ' ', '(', '[']);
     digits.starts_with(|c: char| c.is_ascii_digit() || c == '.') || ["–", "—", "-", "NaN", "inf"].contains(&text)
 }

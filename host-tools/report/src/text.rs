@@ -28,13 +28,14 @@ impl Report {
         let _ = writeln!(out, "{}", prose(&self.answer));
         let parts = self.parts.iter().filter(|(shown, _)| *shown != Shown::Page).map(|(_, part)| part);
         let parts: Vec<&Part> = parts.filter(|part| !matches!(part, Part::Figure { .. })).collect();
-        let mut is_after_block = false;
+        let (mut is_after_block, mut is_after_section) = (false, false);
         // facts of the terminal alone stand with those before them
         for group in parts.chunk_by(|a, b| matches!((a, b), (Part::Facts(_), Part::Facts(_)))) {
             let is_prose = matches!(group, [Part::Paragraph(_) | Part::Note(_) | Part::Command(_)]);
-            if is_after_block || !is_prose {
+            if is_after_block || !is_prose && !is_after_section {
                 out.push('\n');
             }
+            is_after_section = matches!(group, [Part::Section(_)]);
             is_after_block = matches!(group, [Part::Facts(_) | Part::Table(_), ..]);
             let _ = match group {
                 [Part::Section(title)] => writeln!(out, "{title}"),

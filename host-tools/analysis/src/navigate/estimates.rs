@@ -9,7 +9,7 @@ const ABOUT: &str = "The filter uses all of them. An estimate that is not separa
                      does not tell it from its prior, or from another estimate. What causes a difference is named by \
                      backseat diagnose.";
 
-const HEADER: [&str; 5] = ["estimate", "value", "sigma", "declared sigma", "separable"];
+const HEADER: [&str; 5] = ["estimate", "value", "sigma", "declared", "separable"];
 
 /// Name, value, sigma and prior sigma with their unit, and whether it is separable.
 fn cells(estimate: &StateEstimate) -> Option<[String; 5]> {
@@ -18,7 +18,7 @@ fn cells(estimate: &StateEstimate) -> Option<[String; 5]> {
         // the logarithm of a factor
         "1" => format!("{:.1} %", 100.0 * value),
         "rad" => format!("{:.2} deg", value.to_degrees()),
-        unit if unit.ends_with("s^2") => format!("{value:.1e} {unit}"),
+        unit if unit.ends_with("s^2") => format!("{value:.1e} {}", unit.replace("^2", "²")),
         unit => format!("{value:.3} {unit}"),
     };
     let value = if ESTIMATE_UNITS[place] == "1" { estimate.value.exp_m1() } else { estimate.value };
