@@ -1,5 +1,5 @@
-//! The command `backseat`, one module per subcommand, and in [`library`] what the commands compute, for other front
-//! ends.
+//! The command `backseat`, one module per subcommand: arguments, files and exit codes. What the commands compute is in
+//! `backseat-analysis`.
 
 mod bench;
 mod board;
@@ -9,7 +9,6 @@ mod effect;
 mod export;
 mod identify;
 mod info;
-pub mod library;
 mod log_input;
 mod map;
 mod mission;

@@ -1,10 +1,10 @@
 //! `backseat navigate`: the flight filter over a recorded mission.
 
-use crate::effect::terms::Terms;
 use crate::log_input::{LogInput, explain_failure};
 use crate::outcome::Outcome;
 use crate::output::Output;
 use anyhow::Context;
+use backseat_analysis::effect::terms::Terms;
 use backseat_analysis::navigate::{self, Model, Settings, Trial};
 use backseat_analysis::read_log::ReadLog;
 use backseat_logs::{DataError, Truth, VehicleFile};

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use backseat_logs::output::{self, Existing};
 use backseat_report::{Report, console};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Where a report goes: the terminal, as text or as JSON, and a page.
 #[derive(clap::Args)]
@@ -29,6 +29,11 @@ impl Output {
         self.report.as_ref().map(|folder| folder.join("report.html"))
     }
 
+    /// A file beside the page.
+    pub fn in_report(&self, name: &str) -> Option<PathBuf> {
+        self.report.as_ref().map(|folder| folder.join(name))
+    }
+
     /// Before any work: whether the page and these files can be written.
     ///
     /// # Errors
@@ -46,12 +51,29 @@ impl Output {
     pub fn show(&self, report: Report) -> anyhow::Result<()> {
         let page = self.page();
         let report = report.file("report", page.as_deref());
-        if let (Some(folder), Some(page)) = (&self.report, &page) {
-            std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        if let Some(page) = &page {
+            make_folder_of(page)?;
             output::write(page, self.existing(), |file| file.write_all(report.html().as_bytes()))?;
         }
-        print(&report, self.json)
+        self.print(&report)
     }
+
+    /// Prints a report that has no page.
+    ///
+    /// # Errors
+    /// What the operating system reports.
+    pub fn print(&self, report: &Report) -> anyhow::Result<()> {
+        print(report, self.json)
+    }
+}
+
+/// Makes the folder that a file is to be in.
+///
+/// # Errors
+/// What the operating system reports.
+pub fn make_folder_of(path: &Path) -> anyhow::Result<()> {
+    let Some(folder) = path.parent() else { return Ok(()) };
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())
 }
 
 /// Prints a report.

@@ -1,14 +1,22 @@
 //! What each command computes, as values: for the command line, for Python and for the laboratory.
 
 pub mod bench;
+mod columns;
+pub mod diagnose;
+pub mod effect;
 pub mod ensemble;
 pub mod fault_table;
 pub mod flight_score;
+pub mod identify;
+pub mod info;
+pub mod map;
+pub mod mission_file;
 pub mod navigate;
 pub mod provenance;
 pub mod read_log;
 pub mod replay;
 pub mod sim;
+pub mod topside_config;
 pub mod track_score;
 mod undeclared;
 pub mod uses;

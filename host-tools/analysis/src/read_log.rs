@@ -48,3 +48,8 @@ impl ReadLog {
         self.log.notes.extend(self.examination.findings.iter().map(|finding| finding.message.clone()));
     }
 }
+
+/// The name of a log, for a title.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| "log".to_owned(), |name| name.to_string_lossy().into_owned())
+}

@@ -1,8 +1,8 @@
 //! What a log can be used for.
 
-use backseat_diagnose::log_models::{
-    dead_reckoning, glider, pinger, planar_manoeuvring, reference_velocity, thruster, transponders,
-};
+pub use crate::columns::{ACTUATORS, has_actuators};
+use crate::columns::{is_beside, lacking};
+use crate::diagnose::log_kinds;
 use backseat_identify::surge_yaw::SurgeYawData;
 use backseat_logs::Log;
 use backseat_logs::log::Column;
@@ -17,14 +17,6 @@ pub enum Navigation {
     Kinematic,
     /// By summing up heading and speed.
     DeadReckoning,
-}
-
-/// The five columns of propeller and fins.
-pub const ACTUATORS: &[Column] = Column::ALL.split_at(Column::FinStarboard as usize + 1).0;
-
-/// Whether propeller and all fins have samples.
-pub fn has_actuators(log: &Log) -> bool {
-    has_all(log, ACTUATORS)
 }
 
 /// Whether a log holds a vessel with propeller and rudder, and not a whole vehicle.
@@ -64,7 +56,7 @@ pub fn of(log: &Log) -> [Use; 3] {
         Ok(how) => Use { command, possible: true, how: how.to_owned() },
         Err(lacks) => Use { command, possible: false, how: lacks },
     };
-    [entry("navigate", navigate(log)), entry("identify", identify(log)), entry("diagnose", diagnose(log))]
+    [entry("navigate", navigate(log)), entry("identify", identify(log)), entry("diagnose", log_kinds::use_of(log))]
 }
 
 fn navigate(log: &Log) -> Result<&'static str, String> {
@@ -105,50 +97,4 @@ fn identify(log: &Log) -> Result<&'static str, String> {
         _ if is_vessel(log) => Ok("surge, sway and yaw of a vessel with propeller and rudder"),
         _ => Err(format!("lacks {missing}")),
     }
-}
-
-fn diagnose(log: &Log) -> Result<&'static str, String> {
-    if has_actuators(log) {
-        let missing = lacking(log, &[Column::GpsX, Column::GpsY, Column::Roll, Column::Pitch, Column::Heading]);
-        return if missing.is_empty() { Ok("against the vehicle's dynamics") } else { Err(format!("lacks {missing}")) };
-    }
-    if pinger::is_for(log) {
-        Ok("pseudo-ranges of a pinger with its own clock")
-    } else if transponders::is_for(log) {
-        Ok("two-way ranges to transponders, whose places are joined by --with")
-    } else if reference_velocity::is_for(log) {
-        Ok("the DVL against a reference velocity")
-    } else if thruster::is_for(log) {
-        Ok("the thrust of two thrusters")
-    } else if planar_manoeuvring::is_for(log) {
-        Ok("against a manoeuvring model of hull, propeller and rudder")
-    } else if glider::is_for(log) {
-        Ok("against a steady glide")
-    } else if dead_reckoning::is_for(log) {
-        Ok("against dead reckoning from fix to fix")
-    } else if is_beside(log) && [Column::StationX, Column::WindSpeed, Column::WaterDensity].iter().any(|c| log.has(*c))
-    {
-        Ok("only beside another log, with --with")
-    } else {
-        Err(format!(
-            "lacks propeller and fins, and for dead reckoning heading, speed and fixes under way ({} stretches between two \
-             fixes)",
-            dead_reckoning::FEWEST
-        ))
-    }
-}
-
-/// Whether a log may be one that others are joined with: it says nothing of how a vehicle moves.
-fn is_beside(log: &Log) -> bool {
-    ![Column::Depth, Column::DvlU, Column::SpeedLog].into_iter().any(|column| log.has(column))
-}
-
-fn has_all(log: &Log, columns: &[Column]) -> bool {
-    columns.iter().all(|column| log.has(*column))
-}
-
-/// Names of the columns without samples.
-fn lacking(log: &Log, columns: &[Column]) -> String {
-    let names: Vec<&str> = columns.iter().filter(|column| !log.has(**column)).map(|column| column.name()).collect();
-    names.join(", ")
 }

@@ -4,10 +4,10 @@ use crate::columns::{Columns, bytes};
 use crate::error;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
+use backseat_analysis::diagnose::{DiagnosisResult, Files, compute, report, sentence};
 use backseat_diagnose::figures;
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::Truth;
-use host_tools::library::{self, DiagnosisReport};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -25,24 +25,23 @@ pub fn diagnose<'py>(
     no_dvl: bool,
     wants_page: bool,
 ) -> PyResult<Found<'py>> {
-    let compute = || -> anyhow::Result<_> {
+    let work = || -> anyhow::Result<_> {
         let truth = truth.map(|path| Truth::read(&path)).transpose()?;
-        let report = library::diagnose(&log.read, vehicle.map(|vehicle| &vehicle.file), truth.as_ref(), no_dvl)?;
-        let page = wants_page.then(|| library::diagnosis_page(&report));
-        Ok((report, page))
+        let result = compute(&log.read, vehicle.map(|vehicle| &vehicle.file), truth.as_ref(), no_dvl)?;
+        let report = report(&result, Files::default()).file("report", None);
+        Ok((result, report.to_json(), wants_page.then(|| report.html())))
     };
-    let (report, page) = py.detach(compute).map_err(error)?;
-    let figures = figures_of(py, &report);
-    let vehicle = Vehicle { file: report.vehicle.clone() };
-    Ok((library::diagnosis_json(&report), library::sentence(&report), vehicle, page, figures))
+    let (result, json, page) = py.detach(work).map_err(error)?;
+    let (figures, sentence) = (figures_of(py, &result), sentence(&result));
+    Ok((json, sentence, Vehicle { file: result.vehicle }, page, figures))
 }
 
 /// Innovations of every channel under the declared model and with the effects, and the errors of position.
-fn figures_of<'py>(py: Python<'py>, report: &DiagnosisReport<'_>) -> Vec<(String, Columns<'py>)> {
+fn figures_of<'py>(py: Python<'py>, result: &DiagnosisResult<'_>) -> Vec<(String, Columns<'py>)> {
     let mut found = Vec::new();
     for channel in ResidualChannel::ALL {
         let [before, after] =
-            [&report.diagnosis.before, &report.diagnosis.after].map(|pass| figures::channel(pass, channel));
+            [&result.diagnosis.before, &result.diagnosis.after].map(|pass| figures::channel(pass, channel));
         if before.is_empty() || before.len() != after.len() {
             continue;
         }
@@ -54,7 +53,7 @@ fn figures_of<'py>(py: Python<'py>, report: &DiagnosisReport<'_>) -> Vec<(String
         ];
         found.push((format!("{} [{}]", channel.name(), channel.unit()), columns));
     }
-    for (name, scores) in [("position error before [m]", &report.before), ("position error after [m]", &report.after)] {
+    for (name, scores) in [("position error before [m]", &result.before), ("position error after [m]", &result.after)] {
         let columns = vec![
             ("t_s".to_owned(), bytes(py, scores.position_errors.iter().map(|(t_s, _)| *t_s))),
             ("error_m".to_owned(), bytes(py, scores.position_errors.iter().map(|(_, error_m)| *error_m))),

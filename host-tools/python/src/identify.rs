@@ -4,20 +4,9 @@ use crate::error;
 use crate::log::Log;
 use crate::vehicle::Vehicle;
 use anyhow::anyhow;
-use clap::ValueEnum;
-use host_tools::library::{self, IdentificationSettings, Known, Method};
+use backseat_analysis::identify::{Identified, SCALES, Settings};
+use backseat_identify::Method;
 use pyo3::prelude::*;
-
-/// A choice by its name on the command line.
-fn choice<T: ValueEnum>(what: &str, name: &str) -> PyResult<T> {
-    T::from_str(name, false).map_err(|_| {
-        let known: Vec<String> = T::value_variants()
-            .iter()
-            .filter_map(|variant| Some(variant.to_possible_value()?.get_name().to_owned()))
-            .collect();
-        error(anyhow!("{what} {name:?}: expected one of {}", known.join(", ")))
-    })
-}
 
 /// Identifies a vehicle: JSON object, the identified vehicle if any parameter moved, page if it is wanted.
 #[pyfunction]
@@ -34,18 +23,20 @@ pub fn identify(
     current: Vec<f64>,
     wants_page: bool,
 ) -> PyResult<(String, Option<Vehicle>, Option<String>)> {
-    let settings = IdentificationSettings {
-        method: choice::<Method>("method", method)?,
-        scale: choice::<Known>("scale", scale)?,
+    let known = SCALES.into_iter().find(|(name, _)| *name == scale).map(|(_, scale)| scale);
+    let settings = Settings {
+        method: method.parse::<Method>().map_err(|message| error(anyhow!(message)))?,
+        scale: known
+            .ok_or_else(|| error(anyhow!("scale {scale:?}: expected {}", SCALES.map(|(name, _)| name).join(" or "))))?,
         cross_drag,
         current,
     };
     let compute = || -> anyhow::Result<_> {
-        let declared = vehicle.map(|vehicle| &vehicle.file);
-        let result = library::identify(&log.read, declared, validate.map(|log| &log.read), &settings)?;
-        let page = wants_page.then(|| library::identification_page(&result));
-        let json = result.json([None, None]);
-        Ok((json, result.is_changed.then_some(Vehicle { file: result.identified }), page))
+        let found =
+            Identified::of(&log.read, vehicle.map(|vehicle| &vehicle.file), validate.map(|log| &log.read), &settings)?;
+        let report = found.report().file("vehicle_file", None).file("report", None);
+        let vehicle = found.vehicle().map(|(file, _)| Vehicle { file: file.clone() });
+        Ok((report.to_json(), vehicle, wants_page.then(|| report.html())))
     };
     py.detach(compute).map_err(error)
 }

@@ -60,3 +60,32 @@ impl Drop for Progress {
         self.bar.finish_and_clear();
     }
 }
+
+/// What is being done, on stderr, where its length is not known.
+pub struct Spinner {
+    bar: ProgressBar,
+}
+
+impl Spinner {
+    /// A spinner; `what` stands before what is being done.
+    #[must_use]
+    pub fn new(what: &'static str) -> Self {
+        let bar = ProgressBar::new_spinner().with_prefix(what);
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix}: {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self { bar }
+    }
+
+    /// This is being done now.
+    pub fn set(&self, what: &str) {
+        self.bar.set_message(what.to_owned());
+    }
+}
+
+impl Drop for Spinner {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,7 +1,7 @@
 //! Ending a mission from the ship: who is meant, and are you sure?
 
-use super::config::Vehicle;
 use anyhow::{bail, ensure};
+use backseat_analysis::topside_config::Vehicle;
 use backseat_topside::{ABORT_PACKETS, Topside};
 use backseat_wire::abort::EVERYBODY;
 use std::io::{BufRead, IsTerminal, Write};

@@ -1,8 +1,7 @@
 //! `backseat topside`: the ship's half of the system, on the ship's GNSS receiver and modem.
 
 mod abort;
-pub mod config;
-mod json;
+pub mod json;
 mod line;
 mod model;
 mod simulated;
@@ -12,10 +11,10 @@ pub use simulated::{Simulated, run_simulated};
 
 use abort::Prompt;
 use anyhow::{Context, bail};
+use backseat_analysis::topside_config::{self as config, Vehicle};
 use backseat_logs::output::Existing;
 use backseat_logs::session::{Attachment, Clock, Meta, Writer};
 use backseat_topside::{Port, Topside};
-use config::Vehicle;
 use line::Line;
 use model::Model;
 use ratatui::DefaultTerminal;

@@ -1,8 +1,8 @@
 //! The screen: ship, vehicles with their ellipses, clock, slots. It fits 80 columns and 24 rows.
 
 use super::abort::{self, Prompt};
-use super::config::Vehicle;
 use super::model::Model;
+use backseat_analysis::topside_config::Vehicle;
 use backseat_topside::Topside;
 use backseat_topside::slots::Slot;
 use backseat_topside::track::VehicleEstimate;

@@ -1,52 +1,36 @@
 //! Files that are no logs of columns: sessions, board logs, truth; settings are in `settings`.
 
-use super::report::span;
-use super::settings;
+use super::settings::{self, Described};
+use super::span;
 use backseat_logs::importers;
 use backseat_logs::session::{Event, Reader};
 use backseat_logs::{DataError, Log, Truth};
-use serde_json::{Value, json};
+use backseat_report::Report;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
-
-/// A file and what it is.
-pub struct Other {
-    file: String,
-    what: &'static str,
-    /// Lines of text.
-    facts: Vec<String>,
-    /// What to do with it.
-    next: &'static str,
-}
-
-impl Other {
-    pub fn text(&self) -> String {
-        let mut out = format!("{}: {}\n", self.file, self.what);
-        for fact in &self.facts {
-            out += &format!("  {fact}\n");
-        }
-        out + &format!("\n{}\n", self.next)
-    }
-
-    pub fn json(&self) -> Value {
-        json!({"file": self.file, "format": self.what, "facts": self.facts, "next": self.next, "verdict": "usable"})
-    }
-}
 
 /// What a file is that is no log of columns; `None` for what may be one.
 ///
 /// # Errors
 /// A file that says what it is and is broken.
-pub fn describe(path: &Path) -> anyhow::Result<Option<Other>> {
-    if path.extension().is_some_and(|extension| extension == "toml") {
-        let (what, facts, next) = settings::describe(path)?;
-        return Ok(Some(Other { file: path.display().to_string(), what, facts, next }));
-    }
-    if is_session(path)? {
-        return Ok(Some(session(path)?));
-    }
-    Ok(truth(path))
+pub fn describe(path: &Path) -> anyhow::Result<Option<Report>> {
+    let found = if path.extension().is_some_and(|extension| extension == "toml") {
+        Some(settings::describe(path)?)
+    } else if is_session(path)? {
+        Some(session(path)?)
+    } else {
+        truth(path)
+    };
+    Ok(found.map(|found| report(path, found)))
+}
+
+fn report(path: &Path, (what, facts, next): Described) -> Report {
+    let file = path.display().to_string();
+    let report = Report::new(file.clone(), format!("{file}: {what}"));
+    let report = facts.iter().fold(report, |report, fact| report.text(&format!("  {fact}")));
+    let report = report.section("Next").text(next).value("file", file).value("format", what);
+    report.value("facts", facts).value("next", next).value("verdict", "usable")
 }
 
 /// By the first bytes: MCAP, or no text.
@@ -58,7 +42,7 @@ fn is_session(path: &Path) -> Result<bool, DataError> {
     Ok(importers::is_bag(&head[..count]) == Some(false) || is_board_log)
 }
 
-fn session(path: &Path) -> anyhow::Result<Other> {
+fn session(path: &Path) -> anyhow::Result<Described> {
     let mut reader = Reader::open(path)?;
     let meta = reader.meta().clone();
     let mut facts = vec![format!("written by {}", meta.program)];
@@ -94,13 +78,12 @@ fn session(path: &Path) -> anyhow::Result<Other> {
             damage.cut_bytes, damage.broken_records
         ));
     }
-    Ok(Other {
-        file: path.display().to_string(),
-        what: "session or board log",
+    Ok((
+        "session or board log",
         facts,
-        next: "`backseat export FILE --csv DIR` makes DIR/vehicle_log.csv for navigate, identify and diagnose;\n\
+        "`backseat export FILE --csv DIR` makes DIR/vehicle_log.csv for navigate, identify and diagnose;\n\
                `backseat replay FILE` runs it through the flight code",
-    })
+    ))
 }
 
 fn add(bytes: &mut Vec<(String, usize)>, way: String, count: usize) {
@@ -111,7 +94,7 @@ fn add(bytes: &mut Vec<(String, usize)>, way: String, count: usize) {
 }
 
 /// A truth CSV: positions by `x_m` and `y_m`, which no log has.
-fn truth(path: &Path) -> Option<Other> {
+fn truth(path: &Path) -> Option<Described> {
     if Log::read(path).is_ok_and(|log| !log.notes.iter().any(|note| note.contains("x_m, y_m"))) {
         return None;
     }
@@ -120,5 +103,5 @@ fn truth(path: &Path) -> Option<Other> {
     let span_s = (last.time_us - first.time_us) as f64 * 1e-6;
     let facts = vec![format!("{} rows, {}", truth.rows.len(), span(span_s))];
     let next = "`backseat navigate LOG --truth FILE` compares a log's track with it";
-    Some(Other { file: path.display().to_string(), what: "truth", facts, next })
+    Some(("truth", facts, next))
 }

@@ -1,24 +1,31 @@
 //! What identification finds in a log of a vehicle whose full dynamics it does not hold: coefficients with intervals, and
 //! predictions beside a vehicle that goes on as it does.
 
-use backseat_analysis::provenance;
+use crate::provenance;
+use crate::read_log::file_name;
 use backseat_identify::validation::COLUMNS;
+use backseat_logs::VehicleFile;
 use backseat_report::{Provenance, Report, Table};
 use serde_json::{Map, Value, json};
-use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A coefficient.
 pub struct Coefficient {
+    /// Name.
     pub name: String,
+    /// Unit of its value.
     pub unit: &'static str,
+    /// Fitted value.
     pub value: f64,
+    /// 95 % interval, NaN where it has none.
     pub ci95: [f64; 2],
 }
 
 /// A quantity at a horizon.
 pub struct Quantity {
+    /// Name.
     pub name: &'static str,
+    /// Unit of its errors.
     pub unit: &'static str,
     /// Keys in JSON of the model's error, and of a vehicle that goes on.
     pub keys: [&'static str; 2],
@@ -30,107 +37,61 @@ pub struct Quantity {
 
 /// Predictions at one horizon.
 pub struct Horizon {
+    /// Time ahead, s.
     pub horizon_s: f64,
+    /// Predictions made.
     pub count: usize,
+    /// What was predicted.
     pub quantities: Vec<Quantity>,
 }
 
 /// What was found.
 pub struct Partial {
+    /// Where the log came from.
     pub log: PathBuf,
+    /// Name of the method.
     pub method: &'static str,
     /// What it is of the vehicle: "surge and yaw in servo counts".
     pub what: &'static str,
     /// What was fitted, and how well, one line.
     pub fitted: String,
+    /// What was fitted.
     pub coefficients: Vec<Coefficient>,
+    /// Predictions of what was held out.
     pub horizons: Vec<Horizon>,
+    /// What was held out.
     pub judged_on: &'static str,
     /// How a vehicle goes on that the model is compared with.
     pub goes_on: &'static str,
     /// What follows for the reader, one line each.
     pub remarks: Vec<String>,
+    /// What was assumed and left out.
     pub notes: Vec<String>,
     /// Further members of the JSON object.
     pub json: Map<String, Value>,
     /// Validation over ten seconds under the names of the full identification.
     pub validation: Vec<(&'static str, f64)>,
+    /// The declared vehicle with the model of a vessel.
+    pub vehicle: Option<VehicleFile>,
+    /// Why the result should not be trusted.
+    pub doubts: Vec<String>,
 }
 
 impl Partial {
-    pub fn json(&self, [vehicle, page]: [Option<&Path>; 2]) -> String {
-        let parameters: Map<String, Value> = self
-            .coefficients
-            .iter()
-            .map(|c| (c.name.clone(), json!({"value": c.value, "ci95": c.ci95, "unit": c.unit})))
-            .collect();
-        let of = |name: &str| self.validation.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
-        let validation: Map<String, Value> = COLUMNS.iter().map(|name| ((*name).to_owned(), json!(of(name)))).collect();
-        let predictions: Vec<Value> = self
-            .horizons
-            .iter()
-            .map(|horizon| {
-                let mut object = json!({"horizon_s": horizon.horizon_s, "count": horizon.count});
-                for quantity in &horizon.quantities {
-                    for (key, error) in quantity.keys.iter().zip(quantity.errors) {
-                        object[*key] = json!(error);
-                    }
-                }
-                object
-            })
-            .collect();
-        let path = |path: Option<&Path>| path.map(|path| path.display().to_string());
-        let mut object = json!({
-            "method": self.method,
-            "parameters": parameters,
-            "validation": validation,
-            "validated_on": self.judged_on,
-            "predictions": predictions,
-            "notes": self.notes,
-            "vehicle_file": path(vehicle),
-            "report": path(page),
-        });
-        self.json.iter().for_each(|(key, value)| object[key] = value.clone());
-        format!("{object}\n")
+    /// First lines of its vehicle file.
+    pub(super) fn source(&self, vehicle: &VehicleFile) -> String {
+        format!(
+            "Vehicle {} with the manoeuvring model that `backseat identify` found in {}, section [manoeuvring].",
+            vehicle.name,
+            file_name(&self.log)
+        )
     }
 
-    pub fn text(&self, [vehicle, page]: [Option<&Path>; 2]) -> String {
-        let mut out = String::new();
-        let _ = writeln!(out, "{}: {}", self.log.display(), self.what);
-        for note in &self.notes {
-            let _ = writeln!(out, "note: {note}");
-        }
-        let _ = writeln!(out, "\n{}", self.fitted);
-        for Coefficient { name, unit, value, ci95: [low, high] } in &self.coefficients {
-            let _ = writeln!(out, "{name:<24} {value:>12.3e}   95 % {low:.3e} to {high:.3e} {unit}");
-        }
-        for remark in &self.remarks {
-            let _ = writeln!(out, "\n{remark}");
-        }
-        let _ =
-            writeln!(out, "\npredicted on {}, root mean square error (in brackets: {})", self.judged_on, self.goes_on);
-        if self.horizons.is_empty() {
-            let _ = writeln!(out, "nothing to predict: too little was measured there");
-        }
-        for horizon in &self.horizons {
-            let _ = write!(out, "{:>4.0} s", horizon.horizon_s);
-            for Quantity { name, unit, digits, errors: [model, stays], .. } in &horizon.quantities {
-                let _ = write!(out, "   {name} {model:.digits$} {unit} ({stays:.digits$})");
-            }
-            let _ = writeln!(out, "   {} times", horizon.count);
-        }
-        for (name, path) in [("vehicle file", vehicle), ("report", page)] {
-            if let Some(path) = path {
-                let _ = writeln!(out, "{name:<13} {}", path.display());
-            }
-        }
-        out
-    }
-
-    pub fn html(&self) -> String {
+    /// The report, but for the files that are written.
+    pub fn report(&self) -> Report {
         let ten = self.horizons.iter().find(|horizon| horizon.horizon_s == 10.0).or(self.horizons.first());
         let verdict = ten.map_or_else(
-            || "Nothing to predict.".to_owned(),
+            || "Nothing to predict: too little was measured there.".to_owned(),
             |horizon| {
                 let of = |q: &Quantity| {
                     let ([model, stays], digits) = (q.errors, q.digits);
@@ -146,11 +107,9 @@ impl Partial {
                 )
             },
         );
-        let name = self.log.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
-        let mut report = Report::new(format!("{} from {name}", self.what), verdict).text(&self.fitted);
-        for note in &self.notes {
-            report = report.text(note);
-        }
+        let title = format!("Identification from {}", file_name(&self.log));
+        let mut report = Report::new(title, verdict).warnings(&self.doubts).fact("log", self.log.display().to_string());
+        report = report.fact("identified", self.what).fact("fit", self.fitted.clone()).notes(&self.notes);
         let mut table = Table::new("Coefficients", &["", "unit", "value", "95 % from", "to"]);
         for c in &self.coefficients {
             let [low, high] = c.ci95.map(|end| format!("{end:.3e}"));
@@ -176,10 +135,40 @@ impl Partial {
             }
             report = report.table(table);
         }
-        for remark in &self.remarks {
-            report = report.text(remark);
-        }
+        report = self.remarks.iter().fold(report, |report, remark| report.text(remark));
         let command = provenance::command();
-        report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
+        let report = self.json.iter().fold(self.values(report), |report, (k, v)| report.value(k, v.clone()));
+        report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") })
+    }
+
+    /// Adds the values of the JSON object.
+    fn values(&self, report: Report) -> Report {
+        let parameters: Map<String, Value> = self
+            .coefficients
+            .iter()
+            .map(|c| (c.name.clone(), json!({"value": c.value, "ci95": c.ci95, "unit": c.unit})))
+            .collect();
+        let of = |name: &str| self.validation.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+        let validation: Map<String, Value> = COLUMNS.iter().map(|name| ((*name).to_owned(), json!(of(name)))).collect();
+        let predictions: Vec<Value> = self
+            .horizons
+            .iter()
+            .map(|horizon| {
+                let mut object = json!({"horizon_s": horizon.horizon_s, "count": horizon.count});
+                for quantity in &horizon.quantities {
+                    for (key, error) in quantity.keys.iter().zip(quantity.errors) {
+                        object[*key] = json!(error);
+                    }
+                }
+                object
+            })
+            .collect();
+        report
+            .value("method", self.method)
+            .value("parameters", parameters)
+            .value("validation", validation)
+            .value("validated_on", self.judged_on)
+            .value("predictions", predictions)
+            .value("notes", self.notes.clone())
     }
 }

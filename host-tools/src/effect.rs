@@ -1,16 +1,12 @@
 //! `backseat effect`: the catalogue of effects, and drafts of new entries.
 
-mod draft;
-pub mod terms;
-
+use crate::output;
 use anyhow::{anyhow, bail};
-use backseat_core::effects::{self, CATALOGUE, EffectInfo, LOG_CATALOGUE};
-use backseat_logs::output::{self, Existing};
+use backseat_analysis::effect::{self, draft, terms::Terms};
+use backseat_core::effects;
+use backseat_logs::output::{Existing, write};
 use backseat_report::console;
-use serde_json::{Value, json};
-use std::fmt::Write as _;
 use std::path::PathBuf;
-use terms::Terms;
 
 /// The catalogue of effects, and drafts of new entries
 #[derive(clap::Subcommand)]
@@ -61,17 +57,10 @@ pub struct New {
 impl Effect {
     pub fn run(&self) -> anyhow::Result<()> {
         match self {
-            Self::List { json: true } => {
-                let all: Vec<Value> = all().map(entry).collect();
-                print(&format!("{}\n", json!({ "effects": all })))
-            }
-            Self::List { .. } => {
-                let lines = all().map(|info| format!("{:<18} {}\n", info.name, info.equations));
-                print(&lines.collect::<String>())
-            }
+            Self::List { json } => output::print(&effect::list(), *json),
             Self::Show { name, json } => {
                 let info = effects::find_of_log(name).ok_or_else(|| unknown(name))?;
-                print(&if *json { format!("{}\n", entry(info)) } else { described(info) })
+                output::print(&effect::show(info), *json)
             }
             Self::New(new) => new.run(),
         }
@@ -92,58 +81,18 @@ impl New {
         if terms.term.is_empty() {
             bail!("{}: no [[term]]: its effects are entries of the catalogue already", self.from.display());
         }
-        let text = draft::text(&self.name, &terms);
+        let draft = draft::text(&self.name, &terms);
         if let Some(path) = &self.out {
-            output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
+            write(path, existing, |file| file.write_all(draft.as_bytes()))?;
         }
-        match (&self.out, self.json) {
-            (out, true) => {
-                let terms = serde_json::to_value(&terms)?;
-                let file = out.as_ref().map(|path| path.display().to_string());
-                print(&format!(
-                    "{}\n",
-                    json!({ "name": self.name, "terms": terms["term"], "draft": text, "file": file })
-                ))
-            }
-            (Some(path), false) => print(&format!("draft         {}\n", path.display())),
-            (None, false) => print(&text),
+        if self.out.is_none() && !self.json {
+            return console::print(draft.as_bytes());
         }
+        output::print(&draft::report(&self.name, &terms, draft, self.out.as_deref())?, self.json)
     }
-}
-
-/// Those that a board knows, then those that only the analysis of a log knows.
-fn all() -> impl Iterator<Item = &'static EffectInfo> {
-    CATALOGUE.iter().chain(LOG_CATALOGUE)
-}
-
-fn print(text: &str) -> anyhow::Result<()> {
-    console::print(text.as_bytes())
 }
 
 fn unknown(name: &str) -> anyhow::Error {
-    let names: Vec<&str> = all().map(|info| info.name).collect();
+    let names: Vec<&str> = effect::all().map(|info| info.name).collect();
     anyhow!("no effect {name}; the catalogue has {}", names.join(", "))
-}
-
-fn entry(info: &EffectInfo) -> Value {
-    let parameters =
-        info.parameters.iter().map(|p| json!({"name": p.name, "unit": p.unit, "min": p.min, "max": p.max}));
-    let confusions = info.confused_with.iter().map(|confusion| {
-        json!({"effect": confusion.effect, "condition": confusion.condition,
-            "separating_manoeuvre": confusion.separating_manoeuvre})
-    });
-    json!({"name": info.name, "parameters": parameters.collect::<Vec<_>>(), "equations": info.equations,
-        "signature": info.signature, "confused_with": confusions.collect::<Vec<_>>()})
-}
-
-fn described(info: &EffectInfo) -> String {
-    let mut out = format!("{}\n  equations  {}\n", info.name, info.equations);
-    for p in info.parameters {
-        let _ = writeln!(out, "  {:<10} {} ({} to {})", p.name, p.unit, p.min, p.max);
-    }
-    let _ = writeln!(out, "  signature  {}", info.signature);
-    for confusion in info.confused_with {
-        let _ = writeln!(out, "  or {}: {}. {}", confusion.effect, confusion.condition, confusion.separating_manoeuvre);
-    }
-    out
 }

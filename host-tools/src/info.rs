@@ -1,13 +1,10 @@
 //! `backseat info`: what a file is, whether it is plausible, and what can be done with it.
 
-mod other;
-mod report;
-mod settings;
-
 use crate::log_input::LogInput;
 use crate::outcome::Outcome;
+use crate::output;
 use anyhow::bail;
-use backseat_report::console;
+use backseat_analysis::info;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -19,8 +16,9 @@ Examples:
 
 Range, rate and gaps of every column; what contradicts units, signs and times (a heading beyond 2 pi, a depth above the
 surface, a yaw rate 57 times what the heading does, mirrored positions, times in milliseconds); and what `navigate`,
-`identify` and `diagnose` can do with it. The last lines say \"usable\", or \"suspicious\" or \"of no use\" with the reasons;
-the exit code is then 3, of what is suspicious with --strict 1. The three commands make the same check when they begin.";
+`identify` and `diagnose` can do with it. The first line says \"usable\", \"suspicious\" (what speaks against it stands above)
+or \"of no use\"; of the last two the exit code is 3, of what is suspicious with --strict 1. The three commands make the same
+check when they begin.";
 
 /// What a file is, whether it is plausible, and what can be done with it
 #[derive(clap::Args)]
@@ -42,19 +40,17 @@ pub struct Args {
 /// A file that cannot be read; with `--strict`, one that is suspicious.
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     if !args.input.is_mapped()
-        && let Some(found) = other::describe(&args.file)?
+        && let Some(report) = info::describe(&args.file)?
     {
-        let text = if args.json { format!("{}\n", found.json()) } else { found.text() };
-        console::print(text.as_bytes())?;
+        output::print(&report, args.json)?;
         return Ok(Outcome::Done);
     }
     let read = args.input.examine(&args.file)?;
-    let text = if args.json { report::json(&read) } else { report::text(&read) };
-    console::print(text.as_bytes())?;
+    output::print(&info::report(&read), args.json)?;
     match read.examination.suspicions().next() {
         Some(first) if args.input.is_strict() => {
             bail!("{}: {} (refused by --strict)", args.file.display(), first.message)
         }
-        _ => Ok(Outcome::doubtful_if(!report::verdict(&read).1.is_empty())),
+        _ => Ok(Outcome::doubtful_if(!info::verdict(&read).1.is_empty())),
     }
 }

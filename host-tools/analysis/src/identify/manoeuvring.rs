@@ -1,35 +1,30 @@
 //! Surge, sway and yaw of a vessel with propellers and rudders.
 
-use super::Args;
+use super::doubts;
 use super::partial::{self, Horizon, Partial, Quantity};
-use backseat_analysis::read_log::ReadLog;
+use crate::read_log::ReadLog;
 use backseat_identify::manoeuvring::{ManoeuvringData, ManoeuvringEstimate, ManoeuvringPrediction};
+use backseat_logs::VehicleFile;
 use backseat_logs::log::Column;
 use backseat_logs::manoeuvring::AXES;
-use backseat_logs::{ManoeuvringModel, VehicleFile};
 use serde_json::{Map, json};
-use std::path::Path;
 
 /// Share of each run that is fitted; the rest is predicted.
 const FITTED: f64 = 0.6;
 /// Horizons of the predictions, s.
 const HORIZONS_S: [f64; 3] = [5.0, 10.0, 30.0];
 
-pub fn identify(
-    args: &Args,
-    path: &Path,
-    read: &ReadLog,
-    declared: &VehicleFile,
-) -> anyhow::Result<(Partial, ManoeuvringModel)> {
+/// Fits surge, sway and yaw, and predicts the other log or the last part of the same.
+///
+/// # Errors
+/// The motion shows nothing.
+pub(super) fn identify(read: &ReadLog, other: Option<&ReadLog>, declared: VehicleFile) -> anyhow::Result<Partial> {
     let stated = read.log.column(Column::Length).next();
     let length_m = stated.map_or(declared.parameters.length_m, |(_, length_m)| length_m);
     let data = ManoeuvringData::from_log(&read.log, length_m);
     let [first, rest] = data.split(FITTED);
-    let (fitted, judge, judged_on) = match &args.validate {
-        Some(path) => {
-            let other = ManoeuvringData::from_log(&args.input.read(path)?.log, length_m);
-            (data, other, "the other log")
-        }
+    let (fitted, judge, judged_on) = match other {
+        Some(other) => (data, ManoeuvringData::from_log(&other.log, length_m), "the other log"),
         None => (first, rest, "the last two fifths of each stretch under way, held out"),
     };
     let estimate = fitted.fit()?;
@@ -52,7 +47,7 @@ pub fn identify(
     });
     let mut json = Map::new();
     json.insert("length_m".to_owned(), json!(length_m));
-    let model = estimate.model.clone();
+    let model = &estimate.model;
     let coefficients = model
         .coefficients
         .iter()
@@ -66,8 +61,8 @@ pub fn identify(
             }
         })
         .collect();
-    let found = Partial {
-        log: path.to_owned(),
+    Ok(Partial {
+        log: read.log.path.clone(),
         method: "manoeuvring",
         what: "surge, sway and yaw of a vessel with propeller and rudder",
         fitted: fitted_text(&estimate),
@@ -83,8 +78,9 @@ pub fn identify(
         notes,
         json,
         validation,
-    };
-    Ok((found, model))
+        vehicle: Some(VehicleFile { manoeuvring: Some(estimate.model), ..declared }),
+        doubts: doubts(read),
+    })
 }
 
 fn fitted_text(estimate: &ManoeuvringEstimate) -> String {

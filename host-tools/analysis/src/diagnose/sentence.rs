@@ -1,10 +1,11 @@
 //! The answer first: the diagnosis in one sentence, in degrees and minutes, and what to do next.
 
-use super::DiagnosisReport;
+use super::DiagnosisResult;
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::scores::Scores;
 use backseat_diagnose::verdict::Verdict;
+use std::path::Path;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
@@ -43,8 +44,8 @@ const WORDS: [(&str, &str); 28] = [
 ];
 
 /// The diagnosis in one sentence.
-pub fn sentence(outcome: &DiagnosisReport<'_>) -> String {
-    let d = &outcome.diagnosis;
+pub fn sentence(result: &DiagnosisResult<'_>) -> String {
+    let d = &result.diagnosis;
     let phrases: Vec<String> = d.effects.iter().map(phrase).collect();
     let found = phrases.join("; ");
     let mut parts = match d.verdict {
@@ -55,14 +56,15 @@ pub fn sentence(outcome: &DiagnosisReport<'_>) -> String {
         Verdict::Unexplained => vec![found, format!("that does not explain all of it: {}", d.reason)],
         Verdict::Explained | Verdict::Ambiguous => vec![found],
     };
-    parts.extend(gain(&outcome.before, &outcome.after).filter(|_| !phrases.is_empty()));
+    parts.extend(gain(&result.before, &result.after).filter(|_| !phrases.is_empty()));
     parts.extend(d.effects.iter().filter_map(others));
-    let mut text = parts.join("; ");
-    if let Some(first) = text.get(..1) {
-        let first = first.to_uppercase();
-        text.replace_range(..1, &first);
-    }
-    text + "."
+    capital(&parts.join("; ")) + "."
+}
+
+/// With a capital first letter.
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// One effect with its time in front: "since minute 37 the starboard fin is stuck at 1.0 degree", or "from minute 12 to
@@ -175,9 +177,9 @@ fn lower(text: &str) -> String {
 }
 
 /// The next command, and what it brings.
-pub fn next(outcome: &DiagnosisReport<'_>) -> (String, String) {
-    let log = outcome.log.path.display();
-    let d = &outcome.diagnosis;
+pub fn next(result: &DiagnosisResult<'_>, vehicle_file: Option<&Path>) -> (String, String) {
+    let log = result.log.path.display();
+    let d = &result.diagnosis;
     if d.effects.is_empty() {
         let why = match d.verdict {
             Verdict::None => "the track with the declared vehicle, which fits this log",
@@ -186,9 +188,9 @@ pub fn next(outcome: &DiagnosisReport<'_>) -> (String, String) {
         let command = if d.verdict == Verdict::None { "navigate" } else { "info" };
         return (format!("backseat {command} {log}"), why.to_owned());
     }
-    match outcome.vehicle_file {
+    match vehicle_file {
         Some(file) => {
-            let gain = gain(&outcome.before, &outcome.after).unwrap_or_else(|| "the corrected vehicle".to_owned());
+            let gain = gain(&result.before, &result.after).unwrap_or_else(|| "the corrected vehicle".to_owned());
             (format!("backseat navigate {log} --vehicle {}", file.display()), gain)
         }
         None => {

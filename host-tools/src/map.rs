@@ -1,10 +1,11 @@
 //! `backseat map`: a draft of the column mapping of another maker's table.
 
+use crate::output;
 use anyhow::bail;
+use backseat_analysis::map;
 use backseat_logs::importers;
-use backseat_logs::output::{self, Existing};
+use backseat_logs::output::{Existing, write};
 use backseat_report::console;
-use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -45,21 +46,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     if let Some(path) = &args.out {
-        output::write(path, existing, |out| out.write_all(draft.text.as_bytes()))?;
+        write(path, existing, |out| out.write_all(draft.text.as_bytes()))?;
     }
-    let text = if args.json {
-        let guesses: Map<String, Value> =
-            draft.guesses.iter().map(|(column, guess)| (column.clone(), json!(guess))).collect();
-        format!("{}\n", json!({"map": draft.text, "guesses": guesses, "unused": draft.unused, "out": args.out}))
-    } else if let Some(path) = &args.out {
-        let (map, table) = (path.display(), args.table.display());
-        format!(
-            "{} columns guessed, {} not used: {map}\nnext: read it, then backseat info {table} --columns {map}\n",
-            draft.guesses.len(),
-            draft.unused.len()
-        )
-    } else {
-        draft.text
-    };
-    console::print(text.as_bytes())
+    if args.out.is_none() && !args.json {
+        return console::print(draft.text.as_bytes());
+    }
+    output::print(&map::report(&draft, &args.table, args.out.as_deref()), args.json)
 }

@@ -1,46 +1,40 @@
-//! The diagnosis as one JSON object.
+//! The diagnosis in JSON.
 
-use super::DiagnosisReport;
+use super::sentence::sentence;
+use super::{DiagnosisResult, HELD_OUT};
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::proposal::ProposedTerm;
 use backseat_diagnose::scores::{HORIZONS_S, PREDICTED, Scores};
 use backseat_diagnose::structure::NamedTerm;
+use backseat_report::Report;
 use serde_json::{Map, Value, json};
 
-/// The object, on one line.
-pub fn text(outcome: &DiagnosisReport<'_>) -> String {
-    let d = &outcome.diagnosis;
-    let mut hints: Vec<Value> = d
-        .structure
-        .hints
-        .iter()
-        .map(|h| json!({"term": h.generic.name(), "value": h.value, "gain": h.gain, "held_out_gain": h.held_gain, "p_value": h.p}))
-        .collect();
-    hints.extend(d.structure.named.iter().map(
+/// Adds the values of the object.
+pub fn values(report: Report, result: &DiagnosisResult<'_>) -> Report {
+    let d = &result.diagnosis;
+    let hints = d.structure.hints.iter().map(
+        |h| json!({"term": h.generic.name(), "value": h.value, "gain": h.gain, "held_out_gain": h.held_gain, "p_value": h.p}),
+    );
+    let named_hints = d.structure.named.iter().map(
         |t| json!({"term": t.name, "value": t.values, "gain": t.gain, "held_out_gain": t.held_gain, "p_value": t.p}),
-    ));
-    let object = json!({
-        "verdict": d.verdict.name(),
-        "sentence": super::sentence(outcome),
-        "reason": d.reason,
-        "trust": if outcome.doubts.is_empty() { "ok" } else { "suspicious" },
-        "doubts": outcome.doubts,
-        "effects": d.effects.iter().map(effect).collect::<Vec<_>>(),
-        "before": scores(&outcome.before),
-        "after": scores(&outcome.after),
-        "vehicle_file": outcome.vehicle_file.map(|path| path.display().to_string()),
-        "unexplained_structure": hints,
-        "proposed_terms": d.proposed.iter().map(proposed).chain(d.structure.named.iter().map(named)).collect::<Vec<_>>(),
-        "with_proposed_terms": outcome.with_terms.as_ref().map(scores),
-        "terms_file": outcome.terms_file.as_ref().map(|path| path.display().to_string()),
-        "held_out": "a third of the log in blocks, and its last fifth",
-        "notes": outcome.notes,
-        "report": outcome.page.map(|path| path.display().to_string()),
-        "simulated_s": outcome.log.duration_s(),
-        "wall_s": outcome.wall_s,
-    });
-    format!("{object}\n")
+    );
+    let terms = d.proposed.iter().map(proposed).chain(d.structure.named.iter().map(named));
+    report
+        .value("verdict", d.verdict.name())
+        .value("sentence", sentence(result))
+        .value("reason", d.reason)
+        .value("trust", if result.doubts.is_empty() { "ok" } else { "suspicious" })
+        .value("doubts", result.doubts.clone())
+        .value("effects", d.effects.iter().map(effect).collect::<Vec<_>>())
+        .value("before", scores(&result.before))
+        .value("after", scores(&result.after))
+        .value("unexplained_structure", hints.chain(named_hints).collect::<Vec<_>>())
+        .value("proposed_terms", terms.collect::<Vec<_>>())
+        .value("with_proposed_terms", result.with_terms.as_ref().map(scores))
+        .value("held_out", HELD_OUT)
+        .value("simulated_s", result.log.duration_s())
+        .value("wall_s", result.wall_s)
 }
 
 fn proposed(term: &ProposedTerm) -> Value {

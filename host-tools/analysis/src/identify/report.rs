@@ -1,13 +1,15 @@
-//! What an identification gave, as a page.
+//! What an identification gave, as a report.
 
-use super::result::{IdentificationResult, NOTHING, seen};
-use backseat_analysis::provenance;
+use super::IdentificationResult;
+use crate::provenance;
+use crate::read_log::file_name;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_identify::Sample;
-use backseat_identify::simulation;
+use backseat_core::identification::Visibility;
 use backseat_identify::validation::COLUMNS;
+use backseat_identify::{Sample, Validation, simulation};
 use backseat_report::plots::{self, Bar, BarPlot, BeforeAfter, Point, Scale, TimePlot};
 use backseat_report::{Provenance, Report, Table};
+use serde_json::{Map, Value, json};
 
 /// Time drawn, s: long enough to see drift, short enough to see the motion.
 const SHOWN_S: usize = 300;
@@ -20,31 +22,33 @@ const SHOWN: [(usize, &str, f64); 5] = [
     (7, "yaw rate r [deg/s]", 180.0 / std::f64::consts::PI),
 ];
 
-/// The page, one file.
-pub fn html(outcome: &IdentificationResult) -> String {
-    let estimate = &outcome.estimate;
-    let title = outcome.log.file_name().map_or_else(|| "log".into(), |name| name.to_string_lossy());
-    let verdict = match (outcome.before, outcome.after) {
-        _ if !outcome.is_changed => NOTHING.to_owned(),
+/// The report, but for the files that are written.
+pub fn report(result: &IdentificationResult) -> Report {
+    let estimate = &result.estimate;
+    let verdict = match (result.before, result.after) {
+        _ if !result.is_changed => {
+            "No step predicts the held-out data better than the declared vehicle, which is unchanged; \
+                                   no vehicle file is written."
+                .to_owned()
+        }
         (Some(before), Some(after)) => format!(
             "Surge predicted open loop to {:.4} m/s instead of {:.4}, pitch to {:.3}° instead of {:.3}°, on {}.",
             after.mean_absolute[5],
             before.mean_absolute[5],
             after.mean_absolute[1],
             before.mean_absolute[1],
-            outcome.held_out.text()
+            result.held_out.text()
         ),
         _ => "Nothing to judge the estimate by.".to_owned(),
     };
-    let mut report = Report::new(format!("Identification from {title}"), verdict).warnings(&outcome.doubts);
-    if !outcome.is_changed {
+    let mut report =
+        Report::new(format!("Identification from {}", file_name(&result.log)), verdict).warnings(&result.doubts);
+    if !result.is_changed {
         report = report.alarm("Nothing identified");
     }
-    for note in &estimate.notes {
-        report = report.text(note);
-    }
-    report = validation(report, outcome);
-    report = parameters(report, outcome);
+    report = report.fact("log", format!("{}, {}", result.log.display(), result.format));
+    report = report.fact("method", estimate.method.name()).notes(&estimate.notes);
+    report = parameters(validation(report, result), result);
     if !estimate.steps.is_empty() {
         let header = ["step", "held-out error before", "after", "standard error", "taken"];
         let mut table = Table::new(
@@ -59,7 +63,7 @@ pub fn html(outcome: &IdentificationResult) -> String {
         }
         report = report.table(table);
     }
-    report = motion(report, outcome);
+    report = motion(report, result);
     if !estimate.unseen.is_empty() {
         let mut table = Table::new("Not seen in this log, and what would show it", &["parameter", "manoeuvre"]);
         for unseen in &estimate.unseen {
@@ -67,17 +71,77 @@ pub fn html(outcome: &IdentificationResult) -> String {
         }
         report = report.table(table);
     }
+    report = report.on_terminal().fact("time", format!("{:.1} s", result.wall_s)).everywhere();
     let command = provenance::command();
-    report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
+    values(report, result).provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") })
 }
 
-fn validation(report: Report, outcome: &IdentificationResult) -> Report {
-    let (Some(before), Some(after)) = (outcome.before, outcome.after) else { return report };
+/// Adds the values of the JSON object.
+fn values(report: Report, result: &IdentificationResult) -> Report {
+    let mut parameters = Map::new();
+    for parameter in &result.estimate.parameters {
+        parameters.insert(
+            parameter.name.to_owned(),
+            json!({"value": parameter.value, "ci95": parameter.ci95, "prior": parameter.prior, "unit": parameter.unit,
+                "seen": seen(parameter.visibility)}),
+        );
+    }
+    let columns = |validation: &Option<Validation>| {
+        validation.map_or(Value::Null, |validation| {
+            let pairs = COLUMNS.iter().zip(validation.mean_absolute);
+            Value::Object(pairs.map(|(name, value)| ((*name).to_owned(), json!(value))).collect())
+        })
+    };
+    let unseen = result.estimate.unseen.iter();
+    let unseen = unseen.map(|unseen| json!({"parameter": unseen.name, "manoeuvre": unseen.manoeuvre}));
+    let steps = result.estimate.steps.iter().map(|step| {
+        json!({"what": step.what, "held_out_before": step.held_out[0], "held_out_after": step.held_out[1],
+            "standard_error": step.standard_error, "accepted": step.accepted})
+    });
+    let timing = result.timing.as_ref().map(|timing| {
+        let actuators = timing.actuators.iter().map(|a| {
+            (a.name.to_owned(), json!({"hold": a.hold.kind.name(), "delay_s": a.hold.delay_s, "ci95": a.ci95}))
+        });
+        let outputs = timing.whiteness.iter().map(|output| {
+            (output.name.to_owned(), json!({"p": output.p, "max_autocorrelation": output.max_autocorrelation}))
+        });
+        json!({"actuators": actuators.collect::<Map<_, _>>(), "gain": timing.gain,
+            "whiteness": outputs.collect::<Map<_, _>>()})
+    });
+    report
+        .value("method", result.estimate.method.name())
+        .value("changed", result.is_changed)
+        .value("trust", if result.is_changed && result.doubts.is_empty() { "ok" } else { "suspicious" })
+        .value("doubts", result.doubts.clone())
+        .value("parameters", parameters)
+        .value("validation", columns(&result.after))
+        .value("validation_before", columns(&result.before))
+        .value("validated_on", result.held_out.text())
+        .value("collinear", json!(result.estimate.collinear))
+        .value("not_seen", unseen.collect::<Vec<_>>())
+        .value("steps", steps.collect::<Vec<_>>())
+        .value("input_timing", timing)
+        .value("notes", result.estimate.notes.clone())
+        .value("wall_s", result.wall_s)
+}
+
+/// One word for what the motion shows of a parameter.
+const fn seen(visibility: Visibility) -> &'static str {
+    match visibility {
+        Visibility::Known => "known",
+        Visibility::Frozen => "not seen",
+        Visibility::Collinear => "collinear",
+        Visibility::Separate => "seen",
+    }
+}
+
+fn validation(report: Report, result: &IdentificationResult) -> Report {
+    let (Some(before), Some(after)) = (result.before, result.after) else { return report };
     let header = ["", "declared", "identified"];
     let caption = format!(
         "Mean absolute error of {:.0} s predicted open loop on {}; sensor noise included",
         after.duration_s,
-        outcome.held_out.text()
+        result.held_out.text()
     );
     let mut table = Table::new(caption, &header);
     let rows: Vec<(&str, f64, f64)> =
@@ -93,16 +157,16 @@ fn validation(report: Report, outcome: &IdentificationResult) -> Report {
     report.table(table).figure("Open-loop prediction with the declared and with the identified vehicle.", figure)
 }
 
-fn parameters(report: Report, outcome: &IdentificationResult) -> Report {
+fn parameters(report: Report, result: &IdentificationResult) -> Report {
     let mut table =
         Table::new("Parameters", &["", "unit", "declared", "identified", "95 % from", "to", "what the motion shows"]);
-    for p in &outcome.estimate.parameters {
+    for p in &result.estimate.parameters {
         let [low, high] = p.ci95.map_or([String::new(), String::new()], |ends| ends.map(|end| format!("{end:.6}")));
         let cells = [p.name.to_owned(), p.unit.to_owned(), format!("{:.6}", p.prior), format!("{:.6}", p.value)];
         table = table.row(cells.into_iter().chain([low, high, seen(p.visibility).to_owned()]));
     }
     let ratio = |value: f64, prior: f64| value / prior;
-    let bars: Vec<Bar<'_>> = outcome
+    let bars: Vec<Bar<'_>> = result
         .estimate
         .parameters
         .iter()
@@ -121,11 +185,11 @@ fn parameters(report: Report, outcome: &IdentificationResult) -> Report {
 }
 
 /// The first minutes of what was held out, measured and predicted.
-fn motion(mut report: Report, outcome: &IdentificationResult) -> Report {
-    let Some(samples) = outcome.judge.stretches().next() else { return report };
+fn motion(mut report: Report, result: &IdentificationResult) -> Report {
+    let Some(samples) = result.judge.stretches().next() else { return report };
     let samples = &samples[..samples.len().min(SHOWN_S * 10)];
     let (Some(before), Some(after)) =
-        (run(&outcome.declared.parameters, samples), run(&outcome.estimate.vehicle, samples))
+        (run(&result.declared.parameters, samples), run(&result.estimate.vehicle, samples))
     else {
         return report;
     };
@@ -140,7 +204,7 @@ fn motion(mut report: Report, outcome: &IdentificationResult) -> Report {
         let series = [("measured", &measured[..]), ("declared", &before[..]), ("identified", &after[..])];
         let figure = plots::time_series(&TimePlot { y_label: label, series: &series, band: None });
         report =
-            report.figure(&format!("{label}: open loop from the first sample of {}.", outcome.held_out.text()), figure);
+            report.figure(&format!("{label}: open loop from the first sample of {}.", result.held_out.text()), figure);
     }
     report
 }

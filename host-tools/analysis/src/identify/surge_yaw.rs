@@ -1,13 +1,11 @@
 //! Surge and yaw of a log that has servo counts in place of propeller speed and fin angles.
 
-use super::Args;
+use super::doubts;
 use super::partial::{Coefficient, Horizon, Partial, Quantity};
-use anyhow::bail;
-use backseat_analysis::read_log::ReadLog;
+use crate::read_log::ReadLog;
 use backseat_identify::surge_yaw::{NAMES, Prediction, SurgeYawData, UNITS};
 use backseat_logs::{Column, Log, VehicleFile};
 use serde_json::{Map, json};
-use std::path::Path;
 
 /// Share that is fitted; the rest is predicted.
 const FITTED: f64 = 0.6;
@@ -19,17 +17,15 @@ pub fn is_for(log: &Log) -> bool {
     SurgeYawData::is_in(log) && !log.has(Column::PropRpm)
 }
 
-pub fn identify(args: &Args, path: &Path, read: &ReadLog, declared: &VehicleFile) -> anyhow::Result<Partial> {
-    if args.out.is_some() {
-        bail!(
-            "{}: --out is not possible: surge and yaw in servo counts do not determine a vehicle file",
-            path.display()
-        );
-    }
+/// Fits surge and yaw, and predicts the other log or the last part of the same.
+///
+/// # Errors
+/// The motion shows nothing.
+pub(super) fn identify(read: &ReadLog, other: Option<&ReadLog>, declared: &VehicleFile) -> anyhow::Result<Partial> {
     let data = SurgeYawData::from_log(&read.log);
     let [first, rest] = data.split(FITTED);
-    let (fitted, judge, judged_on) = match &args.validate {
-        Some(path) => (data, SurgeYawData::from_log(&args.input.read(path)?.log), "the other log"),
+    let (fitted, judge, judged_on) = match other {
+        Some(other) => (data, SurgeYawData::from_log(&other.log), "the other log"),
         None => (first, rest, "the last two fifths of the log, held out"),
     };
     let estimate = fitted.fit()?;
@@ -75,7 +71,7 @@ pub fn identify(args: &Args, path: &Path, read: &ReadLog, declared: &VehicleFile
         ],
     };
     Ok(Partial {
-        log: path.to_owned(),
+        log: read.log.path.clone(),
         method: "surge-yaw",
         what: "surge and yaw in servo counts",
         fitted: format!(
@@ -97,5 +93,7 @@ pub fn identify(args: &Args, path: &Path, read: &ReadLog, declared: &VehicleFile
         notes,
         json,
         validation,
+        vehicle: None,
+        doubts: doubts(read),
     })
 }

@@ -1,14 +1,12 @@
 //! `backseat mission`: the board's mission, over its host port.
 
-pub(crate) mod file;
-
 use crate::board::Common;
 use anyhow::bail;
+use backseat_analysis::mission_file::{self, StoredMission};
 use backseat_link::board::Board;
 use backseat_logs::output::{self, Existing};
 use backseat_wire::hostlink::Waypoint;
 use clap::Subcommand;
-use file::StoredMission;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -82,7 +80,7 @@ enum Action {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.action {
         Action::Put { common, file } => {
-            let StoredMission { waypoints, fence_m } = file::read(file)?;
+            let StoredMission { waypoints, fence_m } = mission_file::read(file)?;
             let mut board = common.connect()?;
             board.set_mission(&waypoints, &fence_m)?;
             let fence = fence_text(&fence_m);
@@ -101,7 +99,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 bail!("{}: no mission is stored on the board", common.port);
             }
             let fence_m = board.fence()?;
-            let text = file::text_of(&waypoints, &fence_m);
+            let text = mission_file::text_of(&waypoints, &fence_m);
             if let Some(path) = path {
                 output::write(path, existing, |file| file.write_all(text.as_bytes()))?;
             }

@@ -2,7 +2,19 @@
 
 use super::terms::{Term, Terms};
 use backseat_diagnose::regressors::{GenericTerm, Target};
+use backseat_report::Report;
 use std::fmt::Write as _;
+use std::path::Path;
+
+/// The report on a draft that was written to `out`.
+///
+/// # Errors
+/// The terms are no JSON.
+pub fn report(name: &str, terms: &Terms, draft: String, out: Option<&Path>) -> serde_json::Result<Report> {
+    let report = Report::new(name, format!("Draft of {name} by {} terms", terms.term.len()));
+    let report = report.value("name", name).value("terms", serde_json::to_value(&terms.term)?);
+    Ok(report.value("draft", draft).file("file", out))
+}
 
 /// The file's text.
 pub fn text(name: &str, terms: &Terms) -> String {

@@ -1,9 +1,9 @@
 //! Files of settings, all of them TOML: which of them a file is shows in the names at its top; its own reader then
 //! says what is in it, or what is wrong with it.
 
-use super::report::span;
-use crate::mission::file as mission;
-use crate::topside::config as topside;
+use super::span;
+use crate::mission_file as mission;
+use crate::topside_config as topside;
 use backseat_core::parameters::SECTIONS;
 use backseat_logs::importers::ColumnMap;
 use backseat_logs::{BoardFile, DataError};
@@ -29,8 +29,8 @@ const NAMES: [(Kind, &[&str]); 5] = [
     (Kind::Vehicle, &["app", "manoeuvring", "effects"]),
 ];
 
-/// What it is, facts, and what to do with it.
-type Described = (&'static str, Vec<String>, &'static str);
+/// What a file is, facts, and what to do with it.
+pub type Described = (&'static str, Vec<String>, &'static str);
 
 /// What a file of settings is, facts about it, and which command takes it.
 ///

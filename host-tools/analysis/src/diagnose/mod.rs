@@ -1,0 +1,157 @@
+//! Which physical effect the declared model lacks: `backseat diagnose`.
+
+mod corrected_vehicle;
+mod format;
+mod json;
+pub mod log_kinds;
+mod page;
+mod report;
+mod sentence;
+
+pub use report::{Files, report};
+pub use sentence::sentence;
+
+use crate::columns::has_actuators;
+use crate::read_log::{ReadLog, file_name};
+use anyhow::bail;
+use backseat_diagnose::diagnosis::{self, Diagnosis};
+use backseat_diagnose::log_effects::Effects;
+use backseat_diagnose::log_models::LogModelDiagnosis;
+use backseat_diagnose::prepared_log::PreparedLog;
+use backseat_diagnose::scores::{self, Scores};
+use backseat_estimation::inputs;
+use backseat_logs::{Log, Truth, VehicleFile};
+use backseat_report::console::Spinner;
+use std::borrow::Cow;
+use std::time::Instant;
+
+/// The proposed terms, and the effects that no vehicle file holds, in the report's folder.
+pub const TERMS_FILE: &str = "proposed_terms.toml";
+
+/// What scores are computed on.
+const HELD_OUT: &str = "a third of the log in blocks, and its last fifth";
+
+/// What a log says of the declared model.
+pub struct DiagnosisResult<'a> {
+    /// At the centre of gravity.
+    pub log: Cow<'a, Log>,
+    /// Verdict and effects.
+    pub diagnosis: Diagnosis,
+    /// Scores of the declared model on held-out data.
+    pub before: Scores,
+    /// Those with the effects found.
+    pub after: Scores,
+    /// Those with the proposed terms as well, where there are any.
+    pub with_terms: Option<Scores>,
+    /// What was assumed and left out.
+    pub notes: Vec<String>,
+    /// Why the result should not be trusted.
+    pub doubts: Vec<String>,
+    /// The declared vehicle with the effects found.
+    pub vehicle: VehicleFile,
+    /// What of the effects stands in its `[installation]`, and what it cannot hold.
+    pub vehicle_notes: Vec<String>,
+    /// Time taken with reading, s.
+    pub wall_s: f64,
+}
+
+/// A diagnosis with its scores: of the declared model, with the effects, with the proposed terms.
+struct Judged {
+    diagnosis: Diagnosis,
+    before: Scores,
+    after: Scores,
+    with_terms: Option<Scores>,
+}
+
+impl From<LogModelDiagnosis> for Judged {
+    fn from(found: LogModelDiagnosis) -> Self {
+        let LogModelDiagnosis { diagnosis, scores: [before, after], with_terms, .. } = found;
+        Self { diagnosis, before, after, with_terms }
+    }
+}
+
+/// Diagnoses a log that was read; without a vehicle, against the built-in reference.
+///
+/// # Errors
+/// The log fits no model, or the filter cannot start or diverges.
+pub fn compute<'a>(
+    read: &'a ReadLog,
+    declared: Option<&VehicleFile>,
+    truth: Option<&Truth>,
+    no_dvl: bool,
+) -> anyhow::Result<DiagnosisResult<'a>> {
+    let began = Instant::now();
+    let vehicle = &declared.cloned().unwrap_or_else(VehicleFile::reference);
+    let log = inputs::at_centre(&read.log, &vehicle.installation);
+    let mut notes = log.notes.clone();
+    let spinner = Spinner::new("diagnose");
+    let is_dynamic = has_actuators(&log);
+    let Judged { diagnosis, before, after, with_terms } = if is_dynamic {
+        if declared.is_none() {
+            notes.push(format!("no --vehicle given: the declared model is the built-in {}", vehicle.name));
+        }
+        dynamic(&log, vehicle, truth, !no_dvl, &spinner)?
+    } else {
+        log_kinds::run([&read.log, &log], vehicle, truth, !no_dvl, &|what| spinner.set(what))?.into()
+    };
+    drop(spinner);
+    notes.extend(diagnosis.notes.iter().cloned());
+    let (vehicle, vehicle_notes) = corrected_vehicle::of(vehicle, &diagnosis, is_dynamic);
+    Ok(DiagnosisResult {
+        log,
+        diagnosis,
+        before,
+        after,
+        with_terms,
+        notes,
+        doubts: read.examination.suspicions().map(|finding| finding.message.clone()).collect(),
+        vehicle,
+        vehicle_notes,
+        wall_s: read.read_s + began.elapsed().as_secs_f64(),
+    })
+}
+
+impl DiagnosisResult<'_> {
+    /// First lines of the vehicle file.
+    pub fn source(&self) -> String {
+        format!(
+            "{} with the effects that `backseat diagnose` found in {}",
+            self.vehicle.name,
+            file_name(&self.log.path)
+        )
+    }
+}
+
+/// The main route: the vehicle's own dynamics.
+fn dynamic(
+    log: &Log,
+    vehicle: &VehicleFile,
+    truth: Option<&Truth>,
+    use_dvl: bool,
+    spinner: &Spinner,
+) -> anyhow::Result<Judged> {
+    let Some(mut log_data) = PreparedLog::new(log, vehicle, use_dvl) else {
+        bail!(
+            "{}: the filter cannot start: the log needs a GNSS fix (gps_x_m, gps_y_m) and an attitude (roll_rad, pitch_rad, heading_rad)",
+            log.path.display()
+        );
+    };
+    let Some(diagnosis) = diagnosis::run(&mut log_data, |what| spinner.set(what)) else {
+        bail!(
+            "{}: the filter diverged: check the units and signs of the log's columns and the vehicle file",
+            log.path.display()
+        );
+    };
+    spinner.set("before and after");
+    let score = |pass, set| scores::of(&log_data, pass, set, log, vehicle, truth, use_dvl);
+    let declared = Effects::from(vehicle.effects.set);
+    let set = diagnosis.set(&declared);
+    let (before, after) = rayon::join(
+        || score(&diagnosis.before, &declared),
+        || if diagnosis.effects.is_empty() { Ok(None) } else { score(&diagnosis.after, &set).map(Some) },
+    );
+    let before = before?;
+    let after = after?.unwrap_or_else(|| before.clone());
+    let with_terms = diagnosis.with_terms.as_ref().map(|pass| score(pass, &declared)).transpose()?;
+    Ok(Judged { diagnosis, before, after, with_terms })
+}

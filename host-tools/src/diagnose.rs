@@ -1,0 +1,117 @@
+//! `backseat diagnose`: which physical effect the declared model lacks.
+
+use crate::log_input::LogInput;
+use crate::outcome::Outcome;
+use crate::output::{Output, make_folder_of};
+use anyhow::bail;
+use backseat_analysis::diagnose::{self, Files, TERMS_FILE};
+use backseat_analysis::effect::terms::Terms;
+use backseat_analysis::read_log::ReadLog;
+use backseat_logs::importers;
+use backseat_logs::log::Column;
+use backseat_logs::{Truth, VehicleFile};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  backseat diagnose log.csv.gz                                the built-in vehicle, one page of text
+  backseat diagnose log.csv --vehicle iver3.toml --report out  out/report.html and out/vehicle.toml
+  backseat diagnose log.csv --no-dvl --truth truth.csv --json  one JSON object, for scripts
+  backseat diagnose glider_flight.csv --with glider_ctd.csv   two logs of one time base
+  backseat diagnose ranges.csv --with transponders.csv        two-way ranges: lever arm and speed of sound
+  backseat diagnose turns.csv --with zigzags.csv --with wind.csv
+                                                              runs of a vessel with rudder: the wind
+  backseat diagnose runs.csv --run 3                          one run of a table that holds several
+  backseat diagnose table.csv --columns map.toml              a table of any other maker
+
+The log is one that `backseat navigate` reads, or the log of a glider, of a pinger, or of a DVL with an AHRS. A log without
+fin angles and propeller speed is compared with the plainest model that it supports: a steady glide, the pseudo-ranges of
+a pinger with its own clock, or dead reckoning. The vehicle file written holds the declared vehicle and the effects
+found; `navigate`, `params import` and the simulator read it.";
+
+/// Find out which physical effect the declared model lacks
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log
+    log: PathBuf,
+    /// Vehicle file, TOML [default: the built-in reference vehicle]
+    #[arg(long, value_name = "V.toml")]
+    vehicle: Option<PathBuf>,
+    /// Truth CSV to compare positions with
+    #[arg(long, value_name = "T.csv")]
+    truth: Option<PathBuf>,
+    /// Do not use the DVL
+    #[arg(long)]
+    no_dvl: bool,
+    /// A second log of the same time base, joined to the first; may be repeated. Runs join by their labels
+    #[arg(long, value_name = "LOG2")]
+    with: Vec<PathBuf>,
+    /// Use this run only, of a table that holds several, counted from 1
+    #[arg(long, value_name = "N")]
+    run: Option<u32>,
+    #[command(flatten)]
+    input: LogInput,
+    #[command(flatten)]
+    output: Output,
+    /// Write the augmented vehicle file here [default: vehicle.toml beside the report]
+    #[arg(long, value_name = "V2.toml")]
+    out: Option<PathBuf>,
+}
+
+/// So many rows are diagnosed, a day at 10 Hz: the search keeps about 1 kB of each, and is to do with 2 GB.
+const MOST_ROWS: usize = 1_000_000;
+
+/// Reads, diagnoses, writes.
+pub fn run(args: &Args) -> anyhow::Result<Outcome> {
+    let vehicle_path = args.out.clone().or_else(|| args.output.in_report("vehicle.toml"));
+    args.output.check(&[&vehicle_path, &args.output.in_report(TERMS_FILE)])?;
+    let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
+    let read = read(args)?;
+    crate::log_input::explain_failure(&read, || write(args, &read, vehicle.as_ref(), vehicle_path))
+}
+
+/// From the log that was read to what is written: the page, the vehicle file, the terms.
+fn write(
+    args: &Args,
+    read: &ReadLog,
+    vehicle: Option<&VehicleFile>,
+    vehicle_path: Option<PathBuf>,
+) -> anyhow::Result<Outcome> {
+    let truth = args.truth.as_ref().map(|path| Truth::read(path)).transpose()?;
+    let result = diagnose::compute(read, vehicle, truth.as_ref(), args.no_dvl)?;
+    let (found, existing) = (&result.diagnosis, args.output.existing());
+    let vehicle_path = vehicle_path.filter(|_| !found.effects.is_empty());
+    if let Some(path) = &vehicle_path {
+        make_folder_of(path)?;
+        result.vehicle.write(path, &result.source(), existing)?;
+    }
+    let terms = Terms::of(&found.proposed, &found.effects);
+    let terms_path = args.output.in_report(TERMS_FILE).filter(|_| !terms.is_empty());
+    if let Some(path) = &terms_path {
+        make_folder_of(path)?;
+        terms.write(path, &args.log.display().to_string(), existing)?;
+    }
+    let files = Files { vehicle: vehicle_path.as_deref(), terms: terms_path.as_deref() };
+    args.output.show(diagnose::report(&result, files))?;
+    Ok(Outcome::doubtful_if(!result.doubts.is_empty()))
+}
+
+/// The log, with the one beside it.
+fn read(args: &Args) -> anyhow::Result<ReadLog> {
+    let mut read = args.input.read(&args.log)?;
+    for path in &args.with {
+        read.log.join(importers::read(path)?.log);
+    }
+    if let Some(run) = args.run {
+        read.log.rows.retain(|row| row.get(Column::Run) == Some(f64::from(run)));
+        if read.log.rows.is_empty() {
+            bail!(
+                "{}: there is no run {run}; the notes of a diagnosis without --run list the runs",
+                args.log.display()
+            );
+        }
+    }
+    read.log.keep_first(MOST_ROWS);
+    Ok(read)
+}
