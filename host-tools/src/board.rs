@@ -1,7 +1,8 @@
 //! Arguments and output that all commands for a board share.
 
+use crate::output;
 use backseat_link::board::{Board, PortName};
-use backseat_report::console;
+use backseat_report::{Report, console};
 use serde_json::Value;
 
 // Arguments of every command of the board. As a doc comment clap would print this as what the command does.
@@ -18,6 +19,11 @@ impl Common {
     /// The board at the port.
     pub fn connect(&self) -> anyhow::Result<Board> {
         Board::connect(&self.port)
+    }
+
+    /// Prints a report.
+    pub fn show(&self, report: &Report) -> anyhow::Result<()> {
+        output::print(report, self.json)
     }
 
     /// Prints the outcome, as `text` or as JSON.

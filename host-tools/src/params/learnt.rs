@@ -5,8 +5,8 @@ use anyhow::bail;
 use backseat_app::parameters::{self, Settings};
 use backseat_core::navigation::{ESTIMATE_UNITS, LEARNT_NAMES, LEARNT_STATES, Learnt};
 use backseat_link::board::{Board, Declared, reason};
-use serde_json::{Map, Value, json};
-use std::fmt::Write as _;
+use backseat_report::{Report, Table};
+use serde_json::{Map, json};
 
 const SECTION: &str = "learnt.";
 
@@ -35,26 +35,26 @@ pub fn show(common: &Common) -> anyhow::Result<()> {
     if own.is_empty() {
         bail!("{}: the board's firmware keeps nothing of what a dive learns", common.port);
     }
-    let mut json = Map::new();
-    let mut text = format!("learnt in {} dives\n", learnt.dives);
     if learnt.is_none() {
-        text = "nothing learnt: the next dive starts from section [prior]\n".to_owned();
-    } else {
-        let _ = writeln!(text, "{:<14} {:>12} {:>10}  {:<4}  largest correlation", "", "estimate", "sigma", "unit");
+        let report = Report::new("Learnt", "nothing learnt: the next dive starts from section [prior]");
+        return common.show(&report.value("dives", learnt.dives).value("learnt", json!({})));
     }
+    let mut values = Map::new();
+    let mut table = Table::new("", &["", "estimate", "sigma", "unit", "largest correlation"]);
     for (i, name) in LEARNT_NAMES.iter().enumerate().filter(|(i, _)| learnt.sigma[*i] > 0.0) {
         let (mean, sigma, unit) = (learnt.mean[i], learnt.sigma[i], ESTIMATE_UNITS[i]);
         let most = most_correlated(&learnt, i);
         let with = most.map_or_else(String::new, |(j, r)| format!("{r:+.2} with {}", LEARNT_NAMES[j]));
-        let _ = writeln!(text, "{name:<14} {mean:>12.5} {sigma:>10.5}  {unit:<4}  {with}");
-        let value = json!({"value": mean, "sigma": sigma, "unit": unit,
-            "largest_correlation": most.map(|(j, r)| json!({"with": LEARNT_NAMES[j], "value": r}))});
-        json.insert((*name).to_owned(), value);
+        table = table.row([name, &*format!("{mean:.5}"), &*format!("{sigma:.5}"), unit, &*with]);
+        let most = most.map(|(j, r)| json!({"with": LEARNT_NAMES[j], "value": r}));
+        values.insert(
+            (*name).to_owned(),
+            json!({"value": mean, "sigma": sigma, "unit": unit, "largest_correlation": most}),
+        );
     }
-    if !learnt.is_none() {
-        text += "Of m11 to beta5 it is the logarithm of true over declared.\n";
-    }
-    common.say(&json!({"dives": learnt.dives, "learnt": Value::Object(json)}), &text)
+    let report = Report::new("Learnt", format!("learnt in {} dives", learnt.dives)).table(table);
+    let report = report.text("Of m11 to beta5 it is the logarithm of true over declared.");
+    common.show(&report.value("dives", learnt.dives).value("learnt", values))
 }
 
 /// Sets all of them to nothing, and has the board store that.
