@@ -7,7 +7,7 @@ use crate::provenance;
 use crate::read_log::file_name;
 use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::scores::Scores;
-use backseat_report::{Provenance, Report, Table};
+use backseat_report::{Report, Table};
 use std::path::Path;
 
 /// Files that were written of a diagnosis.
@@ -42,11 +42,7 @@ pub fn report(result: &DiagnosisResult<'_>, files: Files<'_>) -> Report {
     let (command, why) = next(result, files.vehicle);
     report = report.on_terminal().fact("time", time).everywhere();
     report = report.section("Next").text(&format!("{}:", capital(&why))).command(&command);
-    json::values(report, result).value("notes", notes).provenance(Provenance {
-        command: &provenance::command(),
-        seed: None,
-        version: env!("CARGO_PKG_VERSION"),
-    })
+    provenance::of(json::values(report, result).value("notes", notes), None)
 }
 
 /// Effects found: a table, and a paragraph each.

@@ -5,7 +5,7 @@ use crate::provenance;
 use crate::read_log::file_name;
 use backseat_identify::validation::COLUMNS;
 use backseat_logs::VehicleFile;
-use backseat_report::{Provenance, Report, Table};
+use backseat_report::{Report, Table};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 
@@ -136,9 +136,7 @@ impl Partial {
             report = report.table(table);
         }
         report = self.remarks.iter().fold(report, |report, remark| report.text(remark));
-        let command = provenance::command();
-        let report = self.json.iter().fold(self.values(report), |report, (k, v)| report.value(k, v.clone()));
-        report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") })
+        provenance::of(self.values(report).values(Value::Object(self.json.clone())), None)
     }
 
     /// Adds the values of the JSON object.

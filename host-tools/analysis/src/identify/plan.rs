@@ -2,7 +2,7 @@
 
 use crate::provenance;
 use backseat_identify::plan::Plan;
-use backseat_report::{Provenance, Report};
+use backseat_report::Report;
 use serde_json::json;
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub fn report(plan: &Plan, path: &Path, depth_m: f64) -> Report {
         plan.waypoints.len(),
         plan.duration_s
     );
-    Report::new("Mission with most information", answer)
+    let report = Report::new("Mission with most information", answer)
         .fact("depth", format!("{shallow:.1} to {deep:.1} m, steepest pitch {steepest_deg:.0} degrees"))
         .fact(
             "information gained",
@@ -29,6 +29,6 @@ pub fn report(plan: &Plan, path: &Path, depth_m: f64) -> Report {
         .value("depth_m", json!([shallow, deep]))
         .value("pitch_deg", steepest_deg)
         .value("log_determinant", information)
-        .value("remaining_percent", remaining)
-        .provenance(Provenance { command: &provenance::command(), seed: None, version: env!("CARGO_PKG_VERSION") })
+        .value("remaining_percent", remaining);
+    provenance::of(report, None)
 }

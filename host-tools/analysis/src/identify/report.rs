@@ -8,7 +8,7 @@ use backseat_core::identification::Visibility;
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{Sample, Validation, simulation};
 use backseat_report::plots::{self, Bar, BarPlot, BeforeAfter, Point, Scale, TimePlot};
-use backseat_report::{Provenance, Report, Table};
+use backseat_report::{Report, Table};
 use serde_json::{Map, Value, json};
 
 /// Time drawn, s: long enough to see drift, short enough to see the motion.
@@ -72,8 +72,7 @@ pub fn report(result: &IdentificationResult) -> Report {
         report = report.table(table);
     }
     report = report.on_terminal().fact("time", format!("{:.1} s", result.wall_s)).everywhere();
-    let command = provenance::command();
-    values(report, result).provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") })
+    provenance::of(values(report, result), None)
 }
 
 /// Adds the values of the JSON object.
