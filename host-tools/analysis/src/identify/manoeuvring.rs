@@ -97,7 +97,7 @@ fn fitted_text(estimate: &ManoeuvringEstimate) -> String {
             })
         })
         .collect();
-    format!("fitted to {segments} segments of {segment_s:.0} s; residual {}", residuals.join(", "))
+    format!("{segments} segments of {segment_s:.0} s; residual {}", residuals.join(", "))
 }
 
 fn horizon(p: &ManoeuvringPrediction) -> Horizon {

@@ -53,7 +53,7 @@ pub struct Partial {
     pub method: &'static str,
     /// What it is of the vehicle: "surge and yaw in servo counts".
     pub what: &'static str,
-    /// What was fitted, and how well, one line.
+    /// What it was fitted to, and how well, one line.
     pub fitted: String,
     /// What was fitted.
     pub coefficients: Vec<Coefficient>,
@@ -109,7 +109,7 @@ impl Partial {
         );
         let title = format!("Identification from {}", file_name(&self.log));
         let mut report = Report::new(title, verdict).warnings(&self.doubts).fact("log", self.log.display().to_string());
-        report = report.fact("identified", self.what).fact("fit", self.fitted.clone()).notes(&self.notes);
+        report = report.fact("identified", self.what).fact("fitted to", self.fitted.clone()).notes(&self.notes);
         let mut table = Table::new("Coefficients", &["", "unit", "value", "95 % from", "to"]);
         for c in &self.coefficients {
             let [low, high] = c.ci95.map(|end| format!("{end:.3e}"));

@@ -75,7 +75,7 @@ pub(super) fn identify(read: &ReadLog, other: Option<&ReadLog>, declared: &Vehic
         method: "surge-yaw",
         what: "surge and yaw in servo counts",
         fitted: format!(
-            "fitted to {} samples in segments of 20 s; residual {:.3} m/s, {:.1} deg",
+            "{} samples in segments of 20 s; residual {:.3} m/s, {:.1} deg",
             estimate.samples,
             estimate.residual[0],
             estimate.residual[1].to_degrees()
