@@ -1,12 +1,12 @@
 //! Simulator of an Iver3, its ship, sensors and acoustic modems, which flies missions against a backseat.
 
 pub mod acoustics;
-pub mod analysis;
 pub mod backseat;
 pub mod dataset;
 pub mod devices;
 pub mod ending;
 pub mod environment;
+pub mod experiment;
 pub mod faults;
 pub mod flight;
 pub mod noise;
@@ -14,10 +14,8 @@ pub mod observation;
 mod quantity;
 pub mod rng;
 pub mod scenario;
-pub mod score;
 pub mod sensors;
 pub mod ship;
 pub mod ship_end;
 pub mod truth;
-mod undeclared;
 pub mod world;

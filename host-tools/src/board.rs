@@ -1,7 +1,7 @@
 //! Arguments and output that all commands for a board share.
 
-use backseat_data::console;
 use backseat_link::board::{Board, PortName};
+use backseat_report::console;
 use serde_json::Value;
 
 // Arguments of every command of the board. As a doc comment clap would print this as what the command does.

@@ -17,15 +17,13 @@ mod monitor;
 mod navigate;
 mod outcome;
 mod params;
-mod provenance;
 mod record;
 mod replay;
 mod sim;
 mod topside;
-mod uses;
 mod vehicle;
 
-use backseat_data::console;
+use backseat_report::console;
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser, Subcommand};
 use outcome::Outcome;
@@ -70,10 +68,6 @@ enum Command {
     Record(record::Args),
     Replay(replay::Args),
     Export(export::Args),
-    Reproduce(backseat_studies::reproduce::Args),
-    /// Ensembles of simulations: the programs behind docs/results
-    #[command(subcommand)]
-    Studies(backseat_studies::Study),
     Mission(mission::Args),
     Params(params::Args),
     Monitor(monitor::Args),
@@ -156,8 +150,6 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
         Command::Record(args) => record::run(&args).map(Outcome::from),
         Command::Replay(args) => replay::run(&args).map(Outcome::from),
         Command::Export(args) => export::run(&args).map(Outcome::from),
-        Command::Reproduce(args) => backseat_studies::reproduce::run(&args).map(Outcome::from),
-        Command::Studies(study) => study.run().map(Outcome::from),
         Command::Mission(args) => mission::run(&args).map(Outcome::from),
         Command::Params(args) => params::run(&args).map(Outcome::from),
         Command::Monitor(args) => monitor::run(&args).map(Outcome::from),

@@ -8,9 +8,9 @@ pub use crate::identify::{
     Choice as Method, IdentificationResult, Known, Settings as IdentificationSettings, compute as identify,
     html as identification_page,
 };
-pub use crate::log_input::{LogInput, ReadLog};
 pub use crate::navigate::{
     Estimate, Model, NavigationResult, Settings as NavigationSettings, compute as navigate, html as navigation_page,
 };
 pub use crate::sim::simulate;
 pub use crate::vehicle::examination;
+pub use backseat_analysis::read_log::ReadLog;

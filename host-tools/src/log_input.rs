@@ -1,11 +1,8 @@
-//! How every command reads a log: by its own format or by a column mapping, examined for units, signs and times.
+//! The options by which every command reads a log.
 
 use anyhow::bail;
-use backseat_data::importers::{self, ColumnMap, Imported};
-use backseat_data::log::plausibility::Examination;
-use backseat_data::{DataError, Log};
+use backseat_analysis::read_log::ReadLog;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 /// How a log is to be read.
 #[derive(clap::Args)]
@@ -20,26 +17,7 @@ pub struct LogInput {
     strict: bool,
 }
 
-/// A log, how it was understood, and what is doubtful about it.
-pub struct ReadLog {
-    /// Name of its format.
-    pub format: &'static str,
-    /// The log; its notes are those of the reader and, after them, the findings.
-    pub log: Log,
-    /// What the reader recognised, assumed and left out.
-    pub reader_notes: Vec<String>,
-    /// Ranges, rates and what contradicts units and signs.
-    pub examination: Examination,
-    /// Time taken to read and examine it, s.
-    pub read_s: f64,
-}
-
 impl LogInput {
-    /// A log by its own format, or by a mapping.
-    pub const fn new(map: Option<PathBuf>) -> Self {
-        Self { map, strict: false }
-    }
-
     /// Reads and examines a log; says on stderr what is doubtful.
     ///
     /// # Errors
@@ -60,15 +38,8 @@ impl LogInput {
     ///
     /// # Errors
     /// The log or the mapping cannot be read.
-    pub fn examine(&self, path: &Path) -> Result<ReadLog, DataError> {
-        let began = Instant::now();
-        let imported = match &self.map {
-            Some(map) => importers::read_mapped(path, &ColumnMap::read(map)?)?,
-            None => importers::read(path)?,
-        };
-        let mut read = ReadLog::new(imported);
-        read.read_s = began.elapsed().as_secs_f64();
-        Ok(read)
+    pub fn examine(&self, path: &Path) -> anyhow::Result<ReadLog> {
+        Ok(ReadLog::of(path, self.map.as_deref())?)
     }
 
     /// Whether the log is one of a mapping.
@@ -82,24 +53,10 @@ impl LogInput {
     }
 }
 
-impl ReadLog {
-    /// Examines a log.
-    pub fn new(imported: Imported) -> Self {
-        let examination = Examination::of(&imported.log);
-        let reader_notes = imported.log.notes.clone();
-        Self { format: imported.format, log: imported.log, reader_notes, examination, read_s: 0.0 }
-    }
-
-    /// Adds the findings to the notes of the log, as every command does before its work.
-    pub fn note_findings(&mut self) {
-        self.log.notes.extend(self.examination.findings.iter().map(|finding| finding.message.clone()));
-    }
-
-    /// Does the work; if that fails, says what the reader recognised and left out, which is often why.
-    ///
-    /// # Errors
-    /// Those of the work.
-    pub fn explain_failure<T>(&self, work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
-        work().inspect_err(|_| self.reader_notes.iter().for_each(|note| eprintln!("note: {note}")))
-    }
+/// Does the work; if that fails, says what the reader recognised and left out, which is often why.
+///
+/// # Errors
+/// Those of the work.
+pub fn explain_failure<T>(read: &ReadLog, work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
+    work().inspect_err(|_| read.reader_notes.iter().for_each(|note| eprintln!("note: {note}")))
 }

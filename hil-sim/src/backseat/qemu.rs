@@ -234,7 +234,7 @@ pub fn build_image() -> anyhow::Result<PathBuf> {
         bail!(missing);
     }
     let output = tool("CARGO", "cargo")
-        .args(["build", "--package", PACKAGE, "--bin", PACKAGE, "--release", "--target", TARGET])
+        .args(["build", "--package", PACKAGE, "--bin", PACKAGE, "--profile", "dist", "--target", TARGET])
         .args(["--quiet", "--message-format", "json-render-diagnostics"])
         .stderr(Stdio::inherit())
         .output()

@@ -2,8 +2,8 @@
 
 use super::{Dataset, Spec};
 use crate::scenario::Effect;
-use backseat_data::output::{self, Existing};
-use backseat_data::{Column, DataError, LogWriter, TruthWriter};
+use backseat_logs::output::{self, Existing};
+use backseat_logs::{Column, DataError, LogWriter, TruthWriter};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 

@@ -22,7 +22,7 @@ use crate::world::World;
 pub use autopilot::Autopilot;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
-use backseat_data::{Column, Log, LogRow, Truth, TruthRow, VehicleFile};
+use backseat_logs::{Column, Log, LogRow, Truth, TruthRow, VehicleFile};
 
 /// Time between two commands, µs.
 pub const COMMAND_US: u64 = 200_000;

@@ -7,7 +7,7 @@
 
 use crate::rng::{Source, Stream};
 use backseat_core::state::{VehicleState, wrap_angle};
-use backseat_data::{Column, Log, LogRow, Truth, TruthRow};
+use backseat_logs::{Column, Log, LogRow, Truth, TruthRow};
 
 /// Water and air, kg/m³.
 const WATER: f64 = 1000.0;

@@ -27,8 +27,8 @@ pub use read::snake;
 pub use sensors::SensorFaults;
 
 use crate::rng::Stream;
-use backseat_data::DataError;
-use backseat_data::output::{self, Existing};
+use backseat_logs::DataError;
+use backseat_logs::output::{self, Existing};
 use backseat_wire::hostlink::{Port, ResetCause};
 use backseat_wire::iver::FrontseatMode;
 use read::Written;

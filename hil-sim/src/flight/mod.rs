@@ -16,8 +16,8 @@ use crate::scenario::Scenario;
 use crate::ship_end::{Craft, ProgramError, ShipEnd};
 use crate::world::World;
 use backseat_core::state::{X, Y};
-use backseat_data::DataError;
 use backseat_link::{BackseatError, Client, Ports};
+use backseat_logs::DataError;
 use record::Recorder;
 
 /// Length of a lock-step, µs.

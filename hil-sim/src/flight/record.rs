@@ -7,8 +7,8 @@ use crate::ship_end::ShipEnd;
 use crate::truth::{Actuators, VehicleTruth};
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::VehicleState;
-use backseat_data::{Column, DataError, Log, LogRow, LogWriter, TruthRow, TruthWriter};
 use backseat_link::FusionRecord;
+use backseat_logs::{Column, DataError, Log, LogRow, LogWriter, TruthRow, TruthWriter};
 use backseat_wire::hostlink::{Adoption, Identification, Mode, ModeReason, Telemetry};
 use std::path::Path;
 

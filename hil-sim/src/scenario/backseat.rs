@@ -4,7 +4,7 @@ use super::Scenario;
 use crate::quantity;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::parameters::Installation;
-use backseat_data::VehicleFile;
+use backseat_logs::VehicleFile;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;

@@ -1,7 +1,7 @@
 //! Reading scenarios from files and from the built-in ones.
 
 use super::{Line, Scenario, Settings};
-use backseat_data::{DataError, VehicleFile};
+use backseat_logs::{DataError, VehicleFile};
 use backseat_wire::hostlink::Waypoint;
 use std::path::Path;
 
@@ -22,7 +22,7 @@ impl Scenario {
     /// # Errors
     /// Whatever is wrong with either, in one line with file, line, column and key.
     pub fn load(path: &Path) -> Result<Self, DataError> {
-        let text = backseat_data::settings::read(path)?;
+        let text = backseat_logs::settings::read(path)?;
         let settings = Settings::parse(&text, path)?;
         let vehicle_path = path.parent().unwrap_or(Path::new("")).join(&settings.vehicle);
         if !vehicle_path.is_file() {

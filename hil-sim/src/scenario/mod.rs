@@ -25,7 +25,7 @@ pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 use crate::faults::Fault;
 use crate::noise::NoiseKind;
 use crate::quantity;
-use backseat_data::VehicleFile;
+use backseat_logs::VehicleFile;
 use serde::Deserialize;
 
 /// A scenario, read and checked.

@@ -281,9 +281,9 @@ const FOOTER: &str = "
 `nopanic` links core, wire and app with a panic handler that does not exist; \"undefined symbol: a_panic_can_be_reached\"
 says that an input can reach a panic. To see where, link it all the same and look for the callers of `core::panicking`:
 
-    cargo rustc -p backseat-mps2 --bin nopanic --release --target thumbv7em-none-eabihf -- \\
+    cargo rustc -p backseat-mps2 --bin nopanic --profile dist --target thumbv7em-none-eabihf -- \\
         -C link-arg=--warn-unresolved-symbols
-    llvm-objdump -d --mcpu=cortex-m7 target/thumbv7em-none-eabihf/release/nopanic |
+    llvm-objdump -d --mcpu=cortex-m7 target/thumbv7em-none-eabihf/dist/nopanic |
         grep -e '[0-9a-zE]E>:$' -e 'bl.*panicking' | grep -B1 'bl.*panicking'
 ";
 

@@ -33,7 +33,7 @@ fn tool(variable: &str, name: &str) -> Command {
 /// Builds one binary of a board's package as the board runs it; its path.
 pub fn build(package: &str, binary: &str) -> anyhow::Result<PathBuf> {
     let output = tool("CARGO", "cargo")
-        .args(["build", "--package", package, "--bin", binary, "--release", "--target", TARGET])
+        .args(["build", "--package", package, "--bin", binary, "--profile", "dist", "--target", TARGET])
         .args(["--quiet", "--message-format", "json-render-diagnostics"])
         .output()
         .context("cargo")?;

@@ -115,7 +115,7 @@ fn alternative(
         }
     };
     let p = if blocks == usize::MAX {
-        backseat_data::stats::chi_square_tail(gain, degrees)
+        backseat_logs::stats::chi_square_tail(gain, degrees)
     } else {
         tail(gain, inflation, blocks, degrees)
     };

@@ -17,7 +17,7 @@ use crate::timing;
 use crate::verdict::{self, Conditions, LEAST_WHITENESS_P, Verdict};
 use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
-use backseat_data::stats::{Z_95, chi_square_tail, mean_ci95};
+use backseat_logs::stats::{Z_95, chi_square_tail, mean_ci95};
 use rayon::prelude::*;
 
 /// The result of a diagnosis.

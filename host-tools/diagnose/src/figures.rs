@@ -3,7 +3,7 @@
 use crate::samples::ResidualChannel;
 use crate::whitener::{Pass, Residual, Trace};
 use backseat_core::state::{PSI, R, THETA, U, Z};
-use backseat_data::stats::autocorrelation;
+use backseat_logs::stats::autocorrelation;
 use std::f64::consts::TAU;
 
 /// Values of one channel in order of time: (time in s, innovation, one sigma).

@@ -7,7 +7,7 @@ use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::scores::{whiteness, whiteness_p};
 use crate::search::{self, Evidence, MOST_EFFECTS, Round};
 use crate::verdict::LEAST_WHITENESS_P;
-use backseat_data::stats::chi_square_tail;
+use backseat_logs::stats::chi_square_tail;
 use rayon::prelude::*;
 
 /// Effects accepted so far.

@@ -10,8 +10,8 @@ use backseat_core::dynamics::{ActuatorInput, Attitude};
 use backseat_core::effects::{EffectError, EffectSet, SensorChannel, Step};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{self, P, PSI, U, VehicleState};
-use backseat_data::inputs;
-use backseat_data::log::{Column, Log};
+use backseat_estimation::inputs;
+use backseat_logs::log::{Column, Log};
 use nalgebra::Vector3;
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -325,7 +325,7 @@ mod tests {
     use super::*;
     use backseat_core::effects::{LOG_CATALOGUE, find_of_log};
     use backseat_core::state::R;
-    use backseat_data::log::LogRow;
+    use backseat_logs::log::LogRow;
 
     #[test]
     fn every_entry_is_one_of_the_catalogue_and_is_kept() {

@@ -2,7 +2,7 @@
 
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use crate::whitener::Residual;
-use backseat_data::stats::{median, poisson_tail};
+use backseat_logs::stats::{median, poisson_tail};
 
 /// Samples below which a channel's scale is not estimated.
 const LEAST_SAMPLES: usize = 60;

@@ -8,7 +8,7 @@ use crate::samples::ResidualChannel;
 use crate::search;
 use crate::waves;
 use crate::whitener::Residual;
-use backseat_data::stats::{Z_95, wilson_ci95};
+use backseat_logs::stats::{Z_95, wilson_ci95};
 
 /// Outliers and waves in the innovations of a pass; what is found changes the log's noise.
 pub fn noise_effects(log_data: &mut PreparedLog, residuals: &[Residual]) -> Option<Vec<FoundEffect>> {

@@ -9,9 +9,10 @@ use crate::samples::{ResidualChannel, Samples};
 use crate::timing;
 use crate::whitener::{self, Pass, Setup};
 use backseat_core::navigation::SurfaceNoise;
-use backseat_data::commands::InputTiming;
-use backseat_data::log::Column;
-use backseat_data::{Log, VehicleFile, inputs};
+use backseat_estimation::commands::InputTiming;
+use backseat_estimation::inputs;
+use backseat_logs::log::Column;
+use backseat_logs::{Log, VehicleFile};
 
 /// Length of a block, s: longer than the coloured part of most residuals, short against a log.
 pub const BLOCK_S: f64 = 20.0;

@@ -14,8 +14,8 @@ use crate::structure::Structure;
 use crate::whitener::Pass;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::state::{P, PHI, PSI, U, VehicleState, Z};
-use backseat_data::log::{Column, Log};
-use backseat_data::stats::Z_95;
+use backseat_logs::log::{Column, Log};
+use backseat_logs::stats::Z_95;
 use std::borrow::Cow;
 
 /// Steps of Gauss and Newton; the terms are linear but for what the filter makes of them.
@@ -241,7 +241,7 @@ const READINGS: [(ResidualChannel, Column); 10] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_data::log::LogRow;
+    use backseat_logs::log::LogRow;
 
     /// A range of 900 m that a curved ray made longer by 5e-5 r², and a heading beside it that no term concerns.
     #[test]

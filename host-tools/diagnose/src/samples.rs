@@ -4,9 +4,9 @@
 //! about the launch), so that only the vehicle has states.
 
 use crate::statistics::MOST_COLOURED;
-use backseat_data::commands::{Commands, InputLine, InputTiming};
-use backseat_data::log::Column;
-use backseat_data::{Log, VehicleFile};
+use backseat_estimation::commands::{Commands, InputLine, InputTiming};
+use backseat_logs::log::Column;
+use backseat_logs::{Log, VehicleFile};
 
 /// Half of the window over which the ship's track about a launch is taken, µs.
 const SHIP_WINDOW_US: u64 = 5_000_000;

@@ -12,10 +12,10 @@ use backseat_core::dynamics::Attitude;
 use backseat_core::effects::{SensorChannel, Step};
 use backseat_core::navigation::{ProcessModel, models};
 use backseat_core::state::{self, P, PHI, PSI, U, VehicleState, X, Y, Z, wrap_angle};
-use backseat_data::filter::{self, FilterOptions, FilterRun};
-use backseat_data::log::Column;
-use backseat_data::stats::{autocorrelation, rms};
-use backseat_data::{DataError, Log, Truth, VehicleFile};
+use backseat_estimation::filter::{self, FilterOptions, FilterRun};
+use backseat_logs::log::Column;
+use backseat_logs::stats::{autocorrelation, rms};
+use backseat_logs::{DataError, Log, Truth, VehicleFile};
 use nalgebra::Vector3;
 
 /// Horizons of prediction, s.

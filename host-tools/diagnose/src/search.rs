@@ -6,7 +6,7 @@ use crate::linear;
 use crate::normal_equations::{Column, NormalEquations};
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::whitener::Pass;
-use backseat_data::stats::{Z_95, chi_square_tail, f_tail};
+use backseat_logs::stats::{Z_95, chi_square_tail, f_tail};
 use rayon::prelude::*;
 
 /// Probability of naming any effect where there is none, over the whole catalogue.

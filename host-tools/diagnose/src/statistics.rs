@@ -1,6 +1,6 @@
 //! Whiteness of a sequence that may hold modestly coloured noise.
 
-use backseat_data::stats::ljung_box;
+use backseat_logs::stats::ljung_box;
 
 /// Largest share of the variance that is taken as coloured sensor noise; what is more is structure.
 pub(crate) const MOST_COLOURED: f64 = 0.2;
@@ -56,7 +56,7 @@ fn noise_colour(correlation: &[f64]) -> Option<NoiseColour> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_data::stats::autocorrelation;
+    use backseat_logs::stats::autocorrelation;
 
     #[test]
     fn modestly_coloured_noise_passes_and_strongly_coloured_noise_does_not() {

@@ -9,7 +9,7 @@ use crate::log_effects::Effects;
 use crate::samples::Samples;
 use crate::whitener::{self, Pass, Residual, Setup};
 use backseat_core::dynamics::INPUTS;
-use backseat_data::commands::{ACTUATORS, Hold, HoldKind, InputTiming};
+use backseat_estimation::commands::{ACTUATORS, Hold, HoldKind, InputTiming};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 

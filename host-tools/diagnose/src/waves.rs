@@ -6,7 +6,7 @@
 
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use crate::whitener::Residual;
-use backseat_data::stats::f_tail;
+use backseat_logs::stats::f_tail;
 use std::f64::consts::TAU;
 
 /// Length of a segment, s: a swell of 12 s has ten periods in it.
@@ -181,5 +181,5 @@ fn size(samples: &Samples, hz: f64) -> Option<(f64, f64, f64, f64)> {
 
 fn samples_step(axis: &[(f64, f64)]) -> Option<f64> {
     let steps: Vec<f64> = axis.windows(2).map(|w| w[1].0 - w[0].0).collect();
-    backseat_data::stats::median(&steps).filter(|step| *step > 0.0)
+    backseat_logs::stats::median(&steps).filter(|step| *step > 0.0)
 }

@@ -2,12 +2,12 @@
 //! logs are a quarter of an hour, so that a test takes seconds.
 
 use backseat_core::state::wrap_angle;
-use backseat_data::VehicleFile;
-use backseat_data::log::Column;
-use backseat_data::stats::mean_ci95;
 use backseat_diagnose::diagnosis::{self, Diagnosis};
 use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::verdict::Verdict;
+use backseat_logs::VehicleFile;
+use backseat_logs::log::Column;
+use backseat_logs::stats::mean_ci95;
 use hil_sim::dataset::{self, Shape, Spec};
 use hil_sim::scenario::Request;
 
@@ -188,7 +188,7 @@ fn without_a_dvl_current_and_hard_iron_stand_in_for_each_other() {
 
 #[test]
 fn inputs_that_move_on_are_no_effect() {
-    use backseat_data::commands::HoldKind;
+    use backseat_estimation::commands::HoldKind;
     for seed in [11, 13, 14] {
         let mut spec = Spec::new(VehicleFile::reference());
         (spec.duration_s, spec.shape, spec.ramps) = (900.0, Shape::Excite, true);

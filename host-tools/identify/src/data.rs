@@ -6,8 +6,8 @@ use crate::sample::{PERIOD_S, PeriodInput, Sample};
 use backseat_core::dynamics::{ActuatorInput, Attitude};
 use backseat_core::effects::{EffectSet, SensorChannel};
 use backseat_core::state::wrap_angle;
-use backseat_data::commands::{Commands, InputTiming};
-use backseat_data::{Log, LogRow};
+use backseat_estimation::commands::{Commands, InputTiming};
+use backseat_logs::{Log, LogRow};
 use nalgebra::{Vector3, Vector6};
 use std::ops::Range;
 
@@ -217,7 +217,7 @@ fn interpolated(channel: &Readings, from: &mut usize, time_us: u64, are_angles: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_data::Column;
+    use backseat_logs::Column;
 
     fn row(time_us: u64, value: f64) -> LogRow {
         let mut row = LogRow::new(time_us);
@@ -297,7 +297,7 @@ mod tests {
 
         // Of the plant's, what does not begin at some time becomes part of the parameters.
         let mut effects = set(&[("linear_drag", &[2.0]), ("drag_change", &[5.0, 100.0, 0.0]), ("dvl_scale", &[0.05])]);
-        let mut vehicle = backseat_data::VehicleFile::reference().parameters;
+        let mut vehicle = backseat_logs::VehicleFile::reference().parameters;
         let before = vehicle.linear_surge_ns_per_m;
         assert_eq!(crate::declared_effects::fold_into_plant(&mut vehicle, &mut effects), ["drag_change"]);
         assert_eq!(vehicle.linear_surge_ns_per_m, before + 2.0);

@@ -12,7 +12,7 @@ use backseat_core::identification::aid::{Instant, model_acceleration};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::theta_of;
 use backseat_core::state;
-use backseat_data::stats::Z_95;
+use backseat_logs::stats::Z_95;
 use nalgebra::{DMatrix, SMatrix};
 
 /// Estimates that vary together more than this are one group.

@@ -1,7 +1,7 @@
 //! One instant of a log.
 
 use backseat_core::dynamics::ActuatorInput;
-use backseat_data::commands::{InputLine, part};
+use backseat_estimation::commands::{InputLine, part};
 use nalgebra::{Vector3, Vector6};
 
 /// Time between samples, s.

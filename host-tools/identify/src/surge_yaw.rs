@@ -9,8 +9,8 @@
 use crate::options::IdentifyError;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::state::wrap_angle;
-use backseat_data::stats::{Z_95, rms};
-use backseat_data::{Column, Log};
+use backseat_logs::stats::{Z_95, rms};
+use backseat_logs::{Column, Log};
 use nalgebra::{DMatrix, DVector};
 
 /// Number of coefficients.
@@ -369,7 +369,7 @@ fn normal(segments: &[&[Sample]], x: &DVector<f64>, sigma: [f64; 2]) -> (DMatrix
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_data::LogRow;
+    use backseat_logs::LogRow;
 
     #[test]
     fn coefficients_of_a_simulated_log_come_back() {

@@ -5,7 +5,7 @@ use crate::Reset;
 use crate::tape::Tape;
 use crate::{BackseatError, Ports};
 use backseat_core::navigation::Sensor;
-use backseat_data::session::{Event, Writer};
+use backseat_logs::session::{Event, Writer};
 use backseat_wire::hostlink::{
     Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Refusal, Step, StepDone,
     Telemetry, ToBoard, Waypoint, encode,

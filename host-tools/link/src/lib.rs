@@ -20,8 +20,8 @@ pub use pty::Pty;
 pub use serial::Serial;
 pub use tap::Tap;
 
-use backseat_data::DataError;
-use backseat_data::session::Event;
+use backseat_logs::DataError;
+use backseat_logs::session::Event;
 use backseat_wire::hostlink::{Port, Refusal, ResetCause};
 use std::io;
 use std::process::ExitStatus;

@@ -1,8 +1,8 @@
 //! What passes between simulator and backseat, as a session log.
 
 use crate::Arrival;
-use backseat_data::DataError;
-use backseat_data::session::{Entry, Event, Writer};
+use backseat_logs::DataError;
+use backseat_logs::session::{Entry, Event, Writer};
 use backseat_wire::hostlink::Port;
 
 /// The recording side of a [`Client`](super::Client); without a session it does nothing.

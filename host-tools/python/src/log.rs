@@ -2,9 +2,9 @@
 
 use crate::columns::{self, Columns};
 use crate::error;
-use backseat_data::importers::Imported;
-use backseat_data::log::{Column, LogRow};
-use host_tools::library::{LogInput, ReadLog};
+use backseat_logs::importers::Imported;
+use backseat_logs::log::{Column, LogRow};
+use host_tools::library::ReadLog;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -21,11 +21,11 @@ impl Log {
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf, mapping: Option<PathBuf>) -> PyResult<Self> {
         py.detach(|| {
-            let mut read = LogInput::new(mapping).examine(&path)?;
+            let mut read = ReadLog::of(&path, mapping.as_deref())?;
             read.note_findings();
             Ok(Self { read })
         })
-        .map_err(|failure: backseat_data::DataError| error(failure))
+        .map_err(|failure: backseat_logs::DataError| error(failure))
     }
 
     /// Makes a log of columns with the names of the vehicle log, in order of time.
@@ -60,7 +60,7 @@ impl Log {
                 row.set(column, value);
             }
         }
-        let log = backseat_data::Log { path: name, rows, ..backseat_data::Log::default() };
+        let log = backseat_logs::Log { path: name, rows, ..backseat_logs::Log::default() };
         let mut read = ReadLog::new(Imported { format: "vehicle log", log });
         read.note_findings();
         Ok(Self { read })

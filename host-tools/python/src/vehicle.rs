@@ -2,8 +2,8 @@
 
 use crate::error;
 use anyhow::anyhow;
-use backseat_data::VehicleFile;
-use backseat_data::output::Existing;
+use backseat_logs::VehicleFile;
+use backseat_logs::output::Existing;
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! Allan deviation: how the mean over a time differs from the mean over the next one.
 
-use backseat_data::stats::median;
+use backseat_logs::stats::median;
 
 /// A channel at rest: times in µs, in order, and readings.
 pub type Readings = [(u64, f64)];

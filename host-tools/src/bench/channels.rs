@@ -2,8 +2,8 @@
 
 use super::allan;
 use backseat_core::state::wrap_angle;
-use backseat_data::stats::{mean, rms, standard_deviation};
-use backseat_data::{Column, Log};
+use backseat_logs::stats::{mean, rms, standard_deviation};
+use backseat_logs::{Column, Log};
 
 /// Fewest readings: sigma of 30 is known to 13 %.
 pub const FEWEST: usize = 30;

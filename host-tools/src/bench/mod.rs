@@ -6,8 +6,9 @@ mod page;
 
 use crate::log_input::LogInput;
 use anyhow::{Context, bail};
-use backseat_data::output::{self, Existing};
-use backseat_data::{VehicleFile, console};
+use backseat_logs::VehicleFile;
+use backseat_logs::output::{self, Existing};
+use backseat_report::console;
 use channels::{Channel, Sensor};
 use serde_json::{Value, json};
 use std::fmt::Write as _;

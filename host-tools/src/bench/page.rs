@@ -2,8 +2,8 @@
 
 use super::channels::{Channel, Sensor};
 use super::short;
-use backseat_data::report::plots::{self, Histogram, Scale, XyPlot};
-use backseat_data::report::{Provenance, Report, Table};
+use backseat_report::plots::{self, Histogram, Scale, XyPlot};
+use backseat_report::{Provenance, Report, Table};
 
 pub fn html(log: &str, channels: &[Channel], sensors: &[Sensor]) -> String {
     let verdict = format!("Noise of {} channels at rest.", channels.len());
@@ -45,6 +45,6 @@ pub fn html(log: &str, channels: &[Channel], sensors: &[Sensor]) -> String {
             .figure("Histogram, and the normal density of mean and sigma.", plots::histogram(&histogram))
             .figure("Allan deviation.", plots::xy(&allan));
     }
-    let command = crate::provenance::command();
+    let command = backseat_analysis::provenance::command();
     report.provenance(Provenance { command: &command, seed: None, version: env!("CARGO_PKG_VERSION") }).html()
 }

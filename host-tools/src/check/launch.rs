@@ -1,8 +1,8 @@
 //! Before a launch: go or no go, on one page to print and sign.
 
 use super::judge::{Line, Verdict};
-use backseat_data::output::{self, Existing};
-use backseat_data::report::{Provenance, Report, Table};
+use backseat_logs::output::{self, Existing};
+use backseat_report::{Provenance, Report, Table};
 use std::path::Path;
 
 /// "GO", or "NO GO" with what failed.
@@ -33,7 +33,7 @@ pub fn page(path: &Path, port: &str, when: &str, signed: Option<&str>, lines: &[
         }
     }
     let name = signed.unwrap_or("______________________");
-    let command = crate::provenance::command();
+    let command = backseat_analysis::provenance::command();
     let html = report
         .table(table)
         .text(&format!("Signed off by: {name}"))

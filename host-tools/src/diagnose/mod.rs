@@ -10,17 +10,12 @@ pub use page::html;
 pub use sentence::sentence;
 
 use crate::effect::terms::Terms;
-use crate::log_input::{LogInput, ReadLog};
+use crate::log_input::LogInput;
 use crate::outcome::Outcome;
-use crate::uses;
 use anyhow::{Context, bail};
+use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::uses;
 use backseat_core::effects::ParameterId;
-use backseat_data::console;
-use backseat_data::importers;
-use backseat_data::inputs;
-use backseat_data::log::Column;
-use backseat_data::output::{self, Existing};
-use backseat_data::{Log, Truth, VehicleFile};
 use backseat_diagnose::diagnosis::{self, Diagnosis};
 use backseat_diagnose::log_effects::{Effects, is_of_readings};
 use backseat_diagnose::log_models::{
@@ -28,6 +23,12 @@ use backseat_diagnose::log_models::{
 };
 use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
+use backseat_estimation::inputs;
+use backseat_logs::importers;
+use backseat_logs::log::Column;
+use backseat_logs::output::{self, Existing};
+use backseat_logs::{Log, Truth, VehicleFile};
+use backseat_report::console;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -142,7 +143,9 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     }
     let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
     let read = read(args)?;
-    read.explain_failure(|| write(args, &read, vehicle.as_ref(), [page.as_deref(), vehicle_path.as_deref()], existing))
+    crate::log_input::explain_failure(&read, || {
+        write(args, &read, vehicle.as_ref(), [page.as_deref(), vehicle_path.as_deref()], existing)
+    })
 }
 
 /// From the log that was read to what is written: the page and the vehicle file.

@@ -3,13 +3,13 @@
 use super::DiagnosisReport;
 use super::sentence::{next, sentence};
 use super::text::{headline, number, rows};
-use crate::provenance;
-use backseat_data::report::plots::{self, Bar, BarPlot, ErrorPlot, Point, Scale, TimePlot, TrackPlot, XyPlot};
-use backseat_data::report::{Provenance, Report, Table};
+use backseat_analysis::provenance;
 use backseat_diagnose::figures;
 use backseat_diagnose::samples::ResidualChannel;
 use backseat_diagnose::scores::{HORIZONS_S, PREDICTED};
 use backseat_diagnose::verdict::Verdict;
+use backseat_report::plots::{self, Bar, BarPlot, ErrorPlot, Point, Scale, TimePlot, TrackPlot, XyPlot};
+use backseat_report::{Provenance, Report, Table};
 
 /// Hypotheses shown of each round.
 const SHOWN: usize = 10;

@@ -5,8 +5,8 @@ pub mod terms;
 
 use anyhow::{anyhow, bail};
 use backseat_core::effects::{self, CATALOGUE, EffectInfo, LOG_CATALOGUE};
-use backseat_data::console;
-use backseat_data::output::{self, Existing};
+use backseat_logs::output::{self, Existing};
+use backseat_report::console;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;

@@ -2,11 +2,11 @@
 //! `effect new`.
 
 use anyhow::{Context, anyhow, bail};
-use backseat_data::output::{self, Existing};
 use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::log_effects::{Effects, is_of_readings};
 use backseat_diagnose::proposal::ProposedTerm;
 use backseat_diagnose::regressors::{GenericTerm, Proposed};
+use backseat_logs::output::{self, Existing};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -88,7 +88,7 @@ impl Terms {
 
     /// Reads a file.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        let text = backseat_data::settings::read(path)?;
+        let text = backseat_logs::settings::read(path)?;
         let terms: Self = toml::from_str(&text).with_context(|| path.display().to_string())?;
         if terms.is_empty() {
             bail!(

@@ -1,7 +1,7 @@
 //! Decodes a session's bytes: raw samples as rows of a vehicle log, and the board's own records.
 //!
 //! The board's own links decode the devices, with the parameters in the log and every change of them over the host
-//! link. The rows are raw samples at their arrival: the reader applies the installation ([`backseat_data::inputs`]). A
+//! link. The rows are raw samples at their arrival: the reader applies the installation ([`backseat_estimation::inputs`]). A
 //! fix is stored at its own time, a range at its time of arrival.
 
 use crate::monitor::words;
@@ -11,8 +11,8 @@ use backseat_app::links::Links;
 use backseat_app::parameters::{AppSettings, ParameterStore};
 use backseat_app::{LocalFrame, UtcClock};
 use backseat_core::dynamics::ActuatorInput;
-use backseat_data::session::{Entry, Event};
-use backseat_data::{Column, LogRow};
+use backseat_logs::session::{Entry, Event};
+use backseat_logs::{Column, LogRow};
 use backseat_wire::calendar::DAY_US;
 use backseat_wire::hostlink::{
     Adoption, Decoder, Estimates, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Port, Telemetry,

@@ -5,8 +5,8 @@ mod foxglove;
 mod tables;
 
 use anyhow::bail;
-use backseat_data::console::{self, Progress};
-use backseat_data::session::{Clock, Damage, Entry, Event, Reader};
+use backseat_logs::session::{Clock, Damage, Entry, Event, Reader};
+use backseat_report::console::{self, Progress};
 use backseat_wire::hostlink::Port;
 use clap::ArgGroup;
 use decode::Decoding;

@@ -2,8 +2,8 @@
 
 use super::decode::{Found, What};
 use anyhow::Context;
-use backseat_data::session::{FusionRow, TelemetryRow};
-use backseat_data::{Column, LogRow, LogWriter};
+use backseat_logs::session::{FusionRow, TelemetryRow};
+use backseat_logs::{Column, LogRow, LogWriter};
 use csv::Writer;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

@@ -2,11 +2,11 @@
 
 use super::Args;
 use super::partial::{self, Horizon, Partial, Quantity};
-use crate::log_input::ReadLog;
-use backseat_data::log::Column;
-use backseat_data::manoeuvring::AXES;
-use backseat_data::{ManoeuvringModel, VehicleFile};
+use backseat_analysis::read_log::ReadLog;
 use backseat_identify::manoeuvring::{ManoeuvringData, ManoeuvringEstimate, ManoeuvringPrediction};
+use backseat_logs::log::Column;
+use backseat_logs::manoeuvring::AXES;
+use backseat_logs::{ManoeuvringModel, VehicleFile};
 use serde_json::{Map, json};
 use std::path::Path;
 

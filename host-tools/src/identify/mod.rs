@@ -7,20 +7,21 @@ mod plan;
 mod result;
 mod surge_yaw;
 
-use crate::log_input::{LogInput, ReadLog};
+use crate::log_input::LogInput;
 use crate::outcome::Outcome;
-use crate::uses;
 use anyhow::{Context, anyhow, bail};
+use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::uses;
 use backseat_core::effects::{EffectSet, water_current};
 use backseat_core::identification::Scale;
-use backseat_data::VehicleFile;
-use backseat_data::console::{self, Progress};
-use backseat_data::inputs;
-use backseat_data::output::{self, Existing};
+use backseat_estimation::inputs;
 use backseat_identify::{
     IdentificationData, LoggedInputs, Method, Options, TimingEstimate, fold_into_plant, identify, learnt, timing,
     validate,
 };
+use backseat_logs::VehicleFile;
+use backseat_logs::output::{self, Existing};
+use backseat_report::console::{self, Progress};
 use clap::ValueEnum;
 pub use page::html;
 use result::HeldOut;
@@ -149,7 +150,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
         output::check(path, existing)?;
     }
     let read = args.input.read(path)?;
-    read.explain_failure(|| {
+    crate::log_input::explain_failure(&read, || {
         if surge_yaw::is_for(&read.log) || uses::is_vessel(&read.log) {
             return identify_part(args, path, &read, [page.as_deref(), vehicle_path.as_deref()], existing);
         }

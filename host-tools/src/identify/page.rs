@@ -1,13 +1,13 @@
 //! What an identification gave, as a page.
 
 use super::result::{IdentificationResult, NOTHING, seen};
-use crate::provenance;
+use backseat_analysis::provenance;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_data::report::plots::{self, Bar, BarPlot, BeforeAfter, Point, Scale, TimePlot};
-use backseat_data::report::{Provenance, Report, Table};
 use backseat_identify::Sample;
 use backseat_identify::simulation;
 use backseat_identify::validation::COLUMNS;
+use backseat_report::plots::{self, Bar, BarPlot, BeforeAfter, Point, Scale, TimePlot};
+use backseat_report::{Provenance, Report, Table};
 
 /// Time drawn, s: long enough to see drift, short enough to see the motion.
 const SHOWN_S: usize = 300;

@@ -1,9 +1,9 @@
 //! What identification finds in a log of a vehicle whose full dynamics it does not hold: coefficients with intervals, and
 //! predictions beside a vehicle that goes on as it does.
 
-use crate::provenance;
-use backseat_data::report::{Provenance, Report, Table};
+use backseat_analysis::provenance;
 use backseat_identify::validation::COLUMNS;
+use backseat_report::{Provenance, Report, Table};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -3,11 +3,10 @@
 use super::Args;
 use crate::mission::file::text_of;
 use anyhow::bail;
-use backseat_data::VehicleFile;
-use backseat_data::console;
-use backseat_data::output::{self, Existing};
-use backseat_identify::plan;
-use backseat_studies::identification::LimitArgs;
+use backseat_identify::plan::{self, Limits};
+use backseat_logs::VehicleFile;
+use backseat_logs::output::{self, Existing};
+use backseat_report::console;
 use backseat_wire::hostlink::Waypoint;
 use serde_json::json;
 use std::path::PathBuf;
@@ -18,8 +17,15 @@ pub struct Planning {
     /// Instead of a log: write the mission with most information about the vehicle, TOML for `backseat mission put`
     #[arg(long, value_name = "MISSION.toml", conflicts_with = "log")]
     plan: Option<PathBuf>,
-    #[command(flatten)]
-    limits: LimitArgs,
+    /// Length of the planned mission, s
+    #[arg(long, value_name = "S", default_value_t = 1800.0)]
+    duration: f64,
+    /// Shallowest and deepest of the planned mission, m
+    #[arg(long, value_name = "MIN,MAX", value_delimiter = ',', default_value = "3,20")]
+    depth: Vec<f64>,
+    /// Slowest and fastest of the planned mission, m/s
+    #[arg(long, value_name = "MIN,MAX", value_delimiter = ',', default_value = "0.7,1.5")]
+    speed: Vec<f64>,
     /// Seed of the legs that are tried
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -35,7 +41,11 @@ impl Planning {
             Some(path) => VehicleFile::read(path)?,
             None => VehicleFile::reference(),
         };
-        let plan = plan::plan(&declared.parameters, &self.limits.limits()?, self.limits.duration, self.seed)?;
+        let (&[shallow, deep], &[slow, fast]) = (&self.depth[..], &self.speed[..]) else {
+            bail!("--depth and --speed take two numbers each, smallest and largest");
+        };
+        let limits = Limits { depth_m: [shallow, deep], speed_mps: [slow, fast], ..Limits::DEFAULT };
+        let plan = plan::plan(&declared.parameters, &limits, self.duration, self.seed)?;
         let waypoints: Vec<Waypoint> = plan
             .waypoints
             .iter()
@@ -61,7 +71,7 @@ impl Planning {
                 path.display(),
                 waypoints.len(),
                 plan.duration_s,
-                0.5 * (self.limits.depth.iter().sum::<f64>()),
+                0.5 * (self.depth.iter().sum::<f64>()),
             )
         };
         console::print(text.as_bytes())

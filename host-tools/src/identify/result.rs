@@ -1,9 +1,9 @@
 //! The result of an identification, as JSON and as text.
 
 use backseat_core::identification::Visibility;
-use backseat_data::VehicleFile;
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{Estimate, IdentificationData, TimingEstimate, Validation};
+use backseat_logs::VehicleFile;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -2,10 +2,10 @@
 
 use super::Args;
 use super::partial::{Coefficient, Horizon, Partial, Quantity};
-use crate::log_input::ReadLog;
 use anyhow::bail;
-use backseat_data::{Column, Log, VehicleFile};
+use backseat_analysis::read_log::ReadLog;
 use backseat_identify::surge_yaw::{NAMES, Prediction, SurgeYawData, UNITS};
+use backseat_logs::{Column, Log, VehicleFile};
 use serde_json::{Map, json};
 use std::path::Path;
 

@@ -7,7 +7,7 @@ mod settings;
 use crate::log_input::LogInput;
 use crate::outcome::Outcome;
 use anyhow::bail;
-use backseat_data::console;
+use backseat_report::console;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\

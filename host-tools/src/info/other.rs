@@ -2,9 +2,9 @@
 
 use super::report::span;
 use super::settings;
-use backseat_data::importers;
-use backseat_data::session::{Event, Reader, port_name};
-use backseat_data::{DataError, Log, Truth};
+use backseat_logs::importers;
+use backseat_logs::session::{Event, Reader, port_name};
+use backseat_logs::{DataError, Log, Truth};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::Read as _;

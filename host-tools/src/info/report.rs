@@ -1,8 +1,8 @@
 //! What was found in a log, as text and as JSON.
 
-use crate::log_input::ReadLog;
-use crate::uses::{self, Use};
-use backseat_data::log::plausibility::{ColumnSummary, Finding, Severity};
+use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::uses::{self, Use};
+use backseat_logs::log::plausibility::{ColumnSummary, Finding, Severity};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 

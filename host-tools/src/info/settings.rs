@@ -5,8 +5,8 @@ use super::report::span;
 use crate::mission::file as mission;
 use crate::topside::config as topside;
 use backseat_core::parameters::SECTIONS;
-use backseat_data::importers::ColumnMap;
-use backseat_data::{BoardFile, DataError};
+use backseat_logs::importers::ColumnMap;
+use backseat_logs::{BoardFile, DataError};
 use hil_sim::scenario::Scenario;
 use std::path::Path;
 
@@ -37,7 +37,7 @@ type Described = (&'static str, Vec<String>, &'static str);
 /// # Errors
 /// A file that says what it is and is broken, or says nothing.
 pub fn describe(path: &Path) -> anyhow::Result<Described> {
-    let text = backseat_data::settings::read(path)?;
+    let text = backseat_logs::settings::read(path)?;
     let kind = match text.trim_start_matches('\u{feff}').parse::<toml::Table>() {
         Ok(table) => {
             let has = |name: &&str| table.contains_key(*name);

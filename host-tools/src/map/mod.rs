@@ -1,9 +1,9 @@
 //! `backseat map`: a draft of the column mapping of another maker's table.
 
 use anyhow::bail;
-use backseat_data::console;
-use backseat_data::importers;
-use backseat_data::output::{self, Existing};
+use backseat_logs::importers;
+use backseat_logs::output::{self, Existing};
+use backseat_report::console;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! The mission file: `[mission]` and `[fence]` of a simulator's scenario, or of a file of its own.
 
-use backseat_data::DataError;
+use backseat_logs::DataError;
 use backseat_wire::hostlink::Waypoint;
 use hil_sim::scenario::{Fence, Mission};
 use serde::Deserialize;
@@ -29,7 +29,7 @@ pub struct StoredMission {
 /// # Errors
 /// What is wrong with it, in one line with file, line, column and key.
 pub fn read(path: &Path) -> Result<StoredMission, DataError> {
-    let text = backseat_data::settings::read(path)?;
+    let text = backseat_logs::settings::read(path)?;
     parse(&text, path)
 }
 

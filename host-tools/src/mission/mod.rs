@@ -4,8 +4,8 @@ pub(crate) mod file;
 
 use crate::board::Common;
 use anyhow::bail;
-use backseat_data::output::{self, Existing};
 use backseat_link::board::Board;
+use backseat_logs::output::{self, Existing};
 use backseat_wire::hostlink::Waypoint;
 use clap::Subcommand;
 use file::StoredMission;

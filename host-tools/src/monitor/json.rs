@@ -2,9 +2,9 @@
 
 use super::model::{Model, Severity, words};
 use backseat_core::effects::parameters;
-use backseat_data::STATE_COLUMNS;
-use backseat_data::session::EstimatesRow;
 use backseat_host::PORT_NAMES;
+use backseat_logs::STATE_COLUMNS;
+use backseat_logs::session::EstimatesRow;
 use backseat_wire::hostlink::{FaultReport, Telemetry, Visibility};
 use serde_json::{Map, Value, json};
 

@@ -1,8 +1,8 @@
 //! What the robust filter has estimated beside the motion, and what of it may be read as a finding.
 
 use backseat_core::navigation::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
-use backseat_data::filter::FilterRun;
-use backseat_data::report::{Report, Table};
+use backseat_estimation::filter::FilterRun;
+use backseat_report::{Report, Table};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 

@@ -7,19 +7,20 @@ mod text;
 mod trial;
 
 use crate::effect::terms::Terms;
-use crate::log_input::{LogInput, ReadLog};
+use crate::log_input::LogInput;
 use crate::outcome::Outcome;
-use crate::uses::{self, Navigation};
 use anyhow::{Context, bail};
+use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::uses::{self, Navigation};
 use backseat_core::navigation::ProcessModel;
-use backseat_data::console::{self, Progress};
-use backseat_data::dead_reckoning::{self, Method};
-use backseat_data::filter::{self, FilterOptions, Health, ShipSource};
-use backseat_data::inputs;
-use backseat_data::output::{self, Existing};
-use backseat_data::{DataError, Log, ManoeuvringModel, Truth, VehicleFile};
 use backseat_diagnose::proposal;
 use backseat_diagnose::regressors::Target;
+use backseat_estimation::dead_reckoning::{self, Method};
+use backseat_estimation::filter::{self, FilterOptions, Health, ShipSource};
+use backseat_estimation::inputs;
+use backseat_logs::output::{self, Existing};
+use backseat_logs::{DataError, Log, ManoeuvringModel, Truth, VehicleFile};
+use backseat_report::console::{self, Progress};
 use clap::ValueEnum;
 pub use page::html;
 use result::{Against, Errors};
@@ -138,7 +139,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     if let Some(path) = &args.terms {
         take_out(&mut read, vehicle.as_ref(), &Terms::read(path)?)?;
     }
-    read.explain_failure(|| write(args, &read, vehicle.as_ref(), page.as_deref(), existing))
+    crate::log_input::explain_failure(&read, || write(args, &read, vehicle.as_ref(), page.as_deref(), existing))
 }
 
 /// Takes effects of sensors and proposed terms out of the readings at the centre of gravity; says which do not concern

@@ -3,15 +3,15 @@
 use super::estimates;
 use super::result::{Against, Estimate, NavigationResult};
 use super::text::gnss_distances;
-use crate::provenance;
+use backseat_analysis::provenance;
 use backseat_core::navigation::{FusionOutcome, Sensor};
 use backseat_core::state::{X, Y};
-use backseat_data::filter::FilterRun;
-use backseat_data::report::plots::{
+use backseat_estimation::filter::FilterRun;
+use backseat_logs::stats::nis_bounds95;
+use backseat_report::plots::{
     self, Ellipse, ErrorPlot, Histogram, Innovation, InnovationPlot, Point, Scale, TrackPlot,
 };
-use backseat_data::report::{Provenance, Report, Table};
-use backseat_data::stats::nis_bounds95;
+use backseat_report::{Provenance, Report, Table};
 
 /// Ellipses offered to the map, which thins them out itself.
 const ELLIPSES: usize = 200;

@@ -1,10 +1,10 @@
 //! What a run gave, as JSON and as a track.
 
 use backseat_core::state::{X, Y};
-use backseat_data::dead_reckoning::Position;
-use backseat_data::filter::{FilterRun, Health, TrackSample};
-use backseat_data::stats::ErrorSummary;
-use backseat_data::{Log, STATE_COLUMNS, Truth};
+use backseat_estimation::dead_reckoning::Position;
+use backseat_estimation::filter::{FilterRun, Health, TrackSample};
+use backseat_logs::stats::ErrorSummary;
+use backseat_logs::{Log, STATE_COLUMNS, Truth};
 use serde_json::{Map, Value, json};
 use std::borrow::Cow;
 use std::io::{self, Write};

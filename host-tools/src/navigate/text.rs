@@ -4,8 +4,8 @@ use super::estimates;
 use super::result::{Against, Estimate, NavigationResult};
 use backseat_core::navigation::Sensor;
 use backseat_core::state::{X, Y};
-use backseat_data::filter::FilterRun;
-use backseat_data::stats::{median, nis_bounds95};
+use backseat_estimation::filter::FilterRun;
+use backseat_logs::stats::{median, nis_bounds95};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -4,16 +4,16 @@
 //! far it is off. The ranges do: they are to where the vehicle was at their arrival in UTC, so that the track of the
 //! log, moved in time by the right amount, fits them best.
 
-use crate::log_input::{LogInput, ReadLog};
 use anyhow::bail;
+use backseat_analysis::read_log::ReadLog;
 use backseat_core::navigation::ProcessModel;
 use backseat_core::state::{X, Y};
-use backseat_data::filter::{self, FilterOptions, TrackSample};
-use backseat_data::importers;
-use backseat_data::inputs;
-use backseat_data::log::{Column, LogRow};
-use backseat_data::stats::median;
-use backseat_data::{Log, VehicleFile};
+use backseat_estimation::filter::{self, FilterOptions, TrackSample};
+use backseat_estimation::inputs;
+use backseat_logs::importers;
+use backseat_logs::log::{Column, LogRow};
+use backseat_logs::stats::median;
+use backseat_logs::{Log, VehicleFile};
 use std::path::{Path, PathBuf};
 
 /// Largest offset of the vehicle's clock that is looked for, s.
@@ -56,7 +56,7 @@ impl Trial {
         let mut others = Vec::new();
         let modems = self.modem.iter().map(|path| (path, false));
         for (path, is_ship) in self.ship.iter().map(|path| (path, true)).chain(modems) {
-            let found = LogInput::new(None).examine(path)?;
+            let found = ReadLog::of(path, None)?;
             read.log.notes.extend(found.log.notes.iter().map(|note| format!("{}: {note}", path.display())));
             others.extend(beside(&read.log, &found.log, path, is_ship)?);
         }
@@ -223,7 +223,8 @@ fn between(fixes: &[(i64, [f64; 2])], time_us: i64) -> Option<[f64; 2]> {
 /// The track of the vehicle's log by itself, without ranges.
 fn own_track(log: &Log, vehicle: &VehicleFile) -> anyhow::Result<Vec<TrackSample>> {
     let log = inputs::at_centre(log, &vehicle.installation);
-    let model = if crate::uses::has_actuators(&log) { ProcessModel::Dynamic } else { ProcessModel::Kinematic };
+    let model =
+        if backseat_analysis::uses::has_actuators(&log) { ProcessModel::Dynamic } else { ProcessModel::Kinematic };
     Ok(filter::run(&log, vehicle, &FilterOptions::new(vehicle, model))?.track)
 }
 

@@ -1,7 +1,7 @@
 //! One serial line, read by a thread of its own: opened, lost, opened again.
 
-use backseat_data::session::{port_name, port_named};
 use backseat_host::DEFAULT_BAUD;
+use backseat_logs::session::{port_name, port_named};
 use backseat_wire::hostlink::Port;
 use serialport::TTYPort;
 use std::io::{ErrorKind, Read};

@@ -4,10 +4,10 @@ mod inquiry;
 mod line;
 
 use anyhow::{Context, bail};
-use backseat_data::DataError;
-use backseat_data::console;
-use backseat_data::output::Existing;
-use backseat_data::session::{Clock, Entry, Event, Meta, Writer, port_name};
+use backseat_logs::DataError;
+use backseat_logs::output::Existing;
+use backseat_logs::session::{Clock, Entry, Event, Meta, Writer, port_name};
+use backseat_report::console;
 use backseat_wire::hostlink::Port;
 use indicatif::{ProgressBar, ProgressStyle};
 use inquiry::Inquiry;

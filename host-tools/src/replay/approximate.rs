@@ -7,7 +7,7 @@ use super::board::{settings, take};
 use super::survey::{ReportedStep, Survey, reported_step};
 use anyhow::bail;
 use backseat_app::{App, START_US, STEP_US};
-use backseat_data::session::{Entry, Event};
+use backseat_logs::session::{Entry, Event};
 use backseat_wire::hostlink::{Decoder, FromBoard, Port};
 use std::collections::VecDeque;
 

@@ -6,7 +6,7 @@ use anyhow::{anyhow, bail};
 use backseat_app::App;
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, PARAMETERS, Settings};
 use backseat_app::store::{Response, RestartRecord};
-use backseat_data::session::{Entry, Event};
+use backseat_logs::session::{Entry, Event};
 use backseat_wire::hostlink::{MAX_FRAME, Port, Restart, ToBoard, encode};
 use std::collections::VecDeque;
 

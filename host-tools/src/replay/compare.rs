@@ -1,7 +1,7 @@
 //! What the board sent against what the replay sends: where they part, in which record, in which field.
 
-use backseat_data::STATE_COLUMNS;
-use backseat_data::session::port_name;
+use backseat_logs::STATE_COLUMNS;
+use backseat_logs::session::port_name;
 use backseat_wire::hostlink::{Decoder, FromBoard, Health, Port};
 use serde::Serialize;
 use serde_json::Value;

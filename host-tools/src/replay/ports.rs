@@ -2,8 +2,8 @@
 
 use crate::record::Source;
 use anyhow::{Context, anyhow, bail};
-use backseat_data::console::Progress;
-use backseat_data::session::{Entry, Event, Reader, port_name};
+use backseat_logs::session::{Entry, Event, Reader, port_name};
+use backseat_report::console::Progress;
 use backseat_wire::hostlink::Port;
 use serialport::{SerialPort, TTYPort};
 use std::io::Write;

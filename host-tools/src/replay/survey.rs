@@ -1,7 +1,7 @@
 //! A first look through a session: what the replay has to know before it begins.
 
-use backseat_data::DataError;
-use backseat_data::session::{Entry, Event, Reader};
+use backseat_logs::DataError;
+use backseat_logs::session::{Entry, Event, Reader};
 use backseat_wire::hostlink::{Adoption, AdoptionEvent, Decoder, FromBoard, Port, Refusal, Telemetry, ToBoard};
 use std::collections::VecDeque;
 use std::path::Path;

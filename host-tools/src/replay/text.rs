@@ -3,7 +3,7 @@
 use super::compare::Difference;
 use super::ports::Played;
 use super::{Found, Replayed, approximate, board};
-use backseat_data::session::port_name;
+use backseat_logs::session::port_name;
 use serde_json::{Value, json};
 use std::fmt::{self, Write as _};
 use std::path::Path;

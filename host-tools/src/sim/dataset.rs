@@ -1,7 +1,8 @@
 //! `backseat sim dataset`: measured logs of a vehicle that does more than was declared.
 
 use anyhow::bail;
-use backseat_data::{VehicleFile, console};
+use backseat_logs::VehicleFile;
+use backseat_report::console;
 use hil_sim::dataset::{self, Shape, Spec};
 use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::{Request, effects};

@@ -1,6 +1,7 @@
 //! `backseat sim`: fly missions in the simulator, and make data sets with it.
 
 mod dataset;
+mod faults;
 mod report;
 mod run;
 mod ship;
@@ -11,7 +12,6 @@ pub use run::simulate;
 
 use crate::outcome::Outcome;
 use anyhow::{Context, anyhow};
-use backseat_studies::fault_table;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
@@ -25,7 +25,7 @@ pub enum Simulation {
     /// Make the log of a ship's model with propeller and rudder on the surface
     Vessel(vessel::Args),
     /// Fly every fault of the table and judge how the backseat copes
-    Faults(fault_table::Args),
+    Faults(faults::Args),
 }
 
 impl Simulation {
@@ -34,7 +34,7 @@ impl Simulation {
             Self::Run(arguments) => run::run(arguments),
             Self::Dataset(arguments) => dataset::run(arguments).map(Outcome::from),
             Self::Vessel(arguments) => vessel::run(arguments).map(Outcome::from),
-            Self::Faults(arguments) => fault_table::run(arguments).map(Outcome::from),
+            Self::Faults(arguments) => faults::run(arguments).map(Outcome::from),
         }
     }
 }

@@ -1,15 +1,15 @@
 //! The report of a flight: one HTML file.
 
 use anyhow::Context;
+use backseat_analysis::flight_score::{self, Analysis, Configuration};
 use backseat_core::navigation::Sensor;
-use backseat_data::output::{self, Existing};
-use backseat_data::report::plots::{
+use backseat_logs::output::{self, Existing};
+use backseat_logs::stats::ErrorSummary;
+use backseat_report::plots::{
     Ellipse, ErrorPlot, Histogram, Innovation, InnovationPlot, Point, Scale, TimePlot, TrackPlot, error_vs_time,
     histogram, innovations, sheet, time_series, track,
 };
-use backseat_data::report::{Provenance, Report, Table};
-use backseat_data::stats::ErrorSummary;
-use hil_sim::analysis::{self, Analysis, Configuration};
+use backseat_report::{Provenance, Report, Table};
 use hil_sim::ending::Ending;
 use hil_sim::flight::FlightLog;
 use hil_sim::scenario::Scenario;
@@ -151,7 +151,7 @@ fn track_table(analysis: &Analysis) -> Option<Table> {
 }
 
 fn nis_table(analysis: &Analysis) -> Table {
-    let sensors = analysis::sensor_names(&analysis.configurations);
+    let sensors = flight_score::sensor_names(&analysis.configurations);
     let header: Vec<&str> = std::iter::once("navigation").chain(sensors.iter().copied()).collect();
     let table = Table::new("Mean normalised innovation squared (1 is consistent), and rejected scalars", &header);
     analysis.configurations.iter().filter(|c| !c.nis.is_empty()).fold(table, |table, configuration| {

@@ -5,21 +5,21 @@ use super::trial;
 use crate::outcome::Outcome;
 use crate::vehicle::unflyable;
 use anyhow::{Context, bail};
-use backseat_data::VehicleFile;
-use backseat_data::console::Progress;
-use backseat_data::output::Existing;
-use backseat_data::session::{Attachment, Clock, Meta, Writer};
-use backseat_data::stats::ErrorSummary;
+use backseat_analysis::flight_score::{self, Analysis, Configuration};
+use backseat_analysis::track_score::TrackScore;
 use backseat_link::{Client, Ports, Process, Serial, Tap};
+use backseat_logs::VehicleFile;
+use backseat_logs::output::Existing;
+use backseat_logs::session::{Attachment, Clock, Meta, Writer};
+use backseat_logs::stats::ErrorSummary;
+use backseat_report::console::Progress;
 use clap::Parser;
-use hil_sim::analysis::{self, Analysis, Configuration};
 use hil_sim::backseat::{InProcess, Qemu, build_image};
 use hil_sim::dataset;
 use hil_sim::ending::Ending;
 use hil_sim::faults::{self, Board};
 use hil_sim::flight::{self, FlightLog};
 use hil_sim::scenario::{Request, Scenario, Settings};
-use hil_sim::score::TrackScore;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -229,7 +229,7 @@ fn fly(
         bail!("interrupted before the first second");
     }
     let ending = Ending::of(&scenario, &flight);
-    let analysis = analysis::analyse(&scenario, &flight)?;
+    let analysis = flight_score::analyse(&scenario, &flight)?;
     super::report::write(&folder.join(REPORT), &scenario, &flight, &analysis, ending)?;
     if let Some(picture) = &arguments.picture {
         super::report::picture(picture, &scenario, &flight, &analysis)?;
@@ -392,7 +392,7 @@ fn summary_text(flight: &FlightLog, companion: Option<&FlightLog>, analysis: &An
     }
     text += &super::ship::text(flight);
     text += &companion.map(super::ship::companion_text).unwrap_or_default();
-    let sensors = analysis::sensor_names(&analysis.configurations);
+    let sensors = flight_score::sensor_names(&analysis.configurations);
     text += &format!("\n{:<36}", "mean NIS (rejected)");
     for sensor in &sensors {
         text += &format!(" {sensor:>12}");

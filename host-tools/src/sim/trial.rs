@@ -2,12 +2,12 @@
 //! the ship's receiver, the logs of both modems, all in UTC.
 
 use anyhow::Context;
-use backseat_data::session::{Event, Reader};
-use backseat_data::{Column, LogWriter, TruthRow, TruthWriter};
+use backseat_analysis::flight_score;
 use backseat_link::Arrival;
+use backseat_logs::session::{Event, Reader};
+use backseat_logs::{Column, LogWriter, TruthRow, TruthWriter};
 use backseat_topside::{Port, Topside};
 use backseat_wire::hostlink;
-use hil_sim::analysis;
 use hil_sim::flight::FlightLog;
 use hil_sim::ship_end::{Known, Program, ProgramError};
 use std::fs::File;
@@ -128,7 +128,7 @@ pub fn add_vehicle(flight: &FlightLog, start_unix_s: u32, session: &Path, folder
     }
     log.finish()?;
     let mut truth = TruthWriter::create(&folder.join("truth.csv"))?;
-    for row in analysis::truth_of(flight).rows {
+    for row in flight_score::truth_of(flight).rows {
         truth.write(&TruthRow { time_us: start_us + row.time_us, ..row })?;
     }
     truth.finish()?;

@@ -2,7 +2,7 @@
 
 use super::dataset::noise;
 use anyhow::bail;
-use backseat_data::{Column, DataError, LogWriter, TruthWriter};
+use backseat_logs::{Column, DataError, LogWriter, TruthWriter};
 use hil_sim::dataset::vessel::{self, Voyage};
 use hil_sim::noise::NoiseKind;
 use serde_json::json;

@@ -1,7 +1,7 @@
 //! The configuration file of `backseat topside`.
 
 use anyhow::anyhow;
-use backseat_data::DataError;
+use backseat_logs::DataError;
 use backseat_topside::slots::{Airtime, Exchange, Slot, SlotTable};
 use backseat_topside::{Config, MAX_VEHICLES};
 use backseat_wire::modem::ClockEncoding;
@@ -114,7 +114,7 @@ pub struct Read {
 
 /// Reads a configuration file.
 pub fn read(path: &Path) -> anyhow::Result<Read> {
-    let text = backseat_data::settings::read(path)?;
+    let text = backseat_logs::settings::read(path)?;
     let file: File = toml::from_str(&text).map_err(|mut error: toml::de::Error| {
         let (line, column) = error.span().map_or((0, 0), |span| place(&text, span.start));
         error.set_input(None);

@@ -12,8 +12,8 @@ pub use simulated::{Simulated, run_simulated};
 
 use abort::Prompt;
 use anyhow::{Context, bail};
-use backseat_data::output::Existing;
-use backseat_data::session::{Attachment, Clock, Meta, Writer};
+use backseat_logs::output::Existing;
+use backseat_logs::session::{Attachment, Clock, Meta, Writer};
 use backseat_topside::{Port, Topside};
 use config::Vehicle;
 use line::Line;
@@ -35,7 +35,7 @@ Examples:
   backseat topside ship.toml --abort iver3       ends its mission, when its name is typed again
 
 CONFIG.toml names the two serial ports, the modem addresses, the cycle and its slots; there is an example in
-host-tools/data/examples/topside.toml, explained in docs/guide/topside.md. --check reads it, says what it means, and opens
+host-tools/logs/examples/topside.toml, explained in docs/guide/topside.md. --check reads it, says what it means, and opens
 no port. The ship sends nothing until GNSS, modem, clock and pulse are good, and says what is missing. Keys: a ends a mission, q quits.";
 
 /// Names of the ports in the session log.

@@ -3,8 +3,8 @@
 use super::examination::{MISSION_MPS, examine};
 use super::report;
 use crate::outcome::Outcome;
-use backseat_data::VehicleFile;
-use backseat_data::console;
+use backseat_logs::VehicleFile;
+use backseat_report::console;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\

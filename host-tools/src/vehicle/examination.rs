@@ -5,7 +5,7 @@ use super::manoeuvres::{self, Cruise, Dive, Turn};
 use super::stability::{self, Mode};
 use backseat_core::control::trim::Trim;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_data::VehicleFile;
+use backseat_logs::VehicleFile;
 use std::f64::consts::PI;
 
 /// Speed of the default mission, m/s.

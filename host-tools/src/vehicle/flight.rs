@@ -1,7 +1,7 @@
 //! A short flight in the simulator with the backseat steering: what `sim run` will look like.
 
-use backseat_data::VehicleFile;
 use backseat_link::Client;
+use backseat_logs::VehicleFile;
 use hil_sim::backseat::InProcess;
 use hil_sim::ending::Ending;
 use hil_sim::flight;

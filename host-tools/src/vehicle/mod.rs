@@ -11,7 +11,7 @@ mod stability;
 pub use examination::unflyable;
 
 use crate::outcome::Outcome;
-use backseat_data::VehicleFile;
+use backseat_logs::VehicleFile;
 
 /// Make a vehicle file, and check that what it describes flies
 #[derive(clap::Subcommand)]

@@ -1,9 +1,9 @@
 //! `backseat vehicle new`: a vehicle file from a template and the numbers of a data sheet.
 
 use anyhow::bail;
-use backseat_data::VehicleFile;
-use backseat_data::console;
-use backseat_data::output::{self, Existing};
+use backseat_logs::VehicleFile;
+use backseat_logs::output::{self, Existing};
+use backseat_report::console;
 use clap::ValueEnum;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -20,9 +20,9 @@ the areas that make it, thrust with the drag, so that the top speed stays. `iden
 
 /// Templates with their texts.
 const TEMPLATES: [(Template, &str); 3] = [
-    (Template::Iver3, include_str!("../../data/vehicles/iver3.toml")),
-    (Template::Remus100, include_str!("../../data/vehicles/remus100.toml")),
-    (Template::Lauv, include_str!("../../data/vehicles/lauv.toml")),
+    (Template::Iver3, include_str!("../../logs/vehicles/iver3.toml")),
+    (Template::Remus100, include_str!("../../logs/vehicles/remus100.toml")),
+    (Template::Lauv, include_str!("../../logs/vehicles/lauv.toml")),
 ];
 
 /// Write a vehicle file from a template and the numbers of a data sheet

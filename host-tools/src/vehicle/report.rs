@@ -1,7 +1,7 @@
 //! What `vehicle check` found, as text and as JSON.
 
 use super::examination::{Findings, Misfit};
-use backseat_data::VehicleFile;
+use backseat_logs::VehicleFile;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 

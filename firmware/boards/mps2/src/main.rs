@@ -12,7 +12,7 @@
 #![no_main]
 
 #[cfg(not(all(target_arch = "arm", target_os = "none")))]
-compile_error!("an ARM image: cargo build -p backseat-mps2 --release --target thumbv7em-none-eabihf");
+compile_error!("an ARM image: cargo build -p backseat-mps2 --profile dist --target thumbv7em-none-eabihf");
 
 mod clock;
 mod failure;

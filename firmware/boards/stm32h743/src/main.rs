@@ -15,7 +15,7 @@
 #![no_main]
 
 #[cfg(not(all(target_arch = "arm", target_os = "none")))]
-compile_error!("an ARM image: cargo build -p backseat-stm32h743 --release --target thumbv7em-none-eabihf");
+compile_error!("an ARM image: cargo build -p backseat-stm32h743 --profile dist --target thumbv7em-none-eabihf");
 
 mod backup;
 mod card;

@@ -11,7 +11,7 @@ use crate::search;
 use crate::structure::NamedTerm;
 use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
-use backseat_data::stats::{Z_95, chi_square_tail, mean_ci95};
+use backseat_logs::stats::{Z_95, chi_square_tail, mean_ci95};
 
 /// Probability by chance, all terms counted, below which a term outside the catalogue is reported.
 const OUTSIDE: f64 = 2e-3;

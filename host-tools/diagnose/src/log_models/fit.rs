@@ -7,7 +7,7 @@ use crate::normal_equations::{BlockEquations, BlockEquationsBuilder};
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
 use crate::whitener::{Pass, Residual};
-use backseat_data::stats::median;
+use backseat_logs::stats::median;
 
 /// Steps of Gauss and Newton: the models are linear or nearly so.
 const STEPS: usize = 8;

@@ -11,9 +11,9 @@
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};
 use crate::samples::ResidualChannel;
-use backseat_data::log::Column;
-use backseat_data::stats::{mean, median};
-use backseat_data::{Log, VehicleFile};
+use backseat_logs::log::Column;
+use backseat_logs::stats::{mean, median};
+use backseat_logs::{Log, VehicleFile};
 
 const G_MPS2: f64 = 9.81;
 /// Reference area of the coefficients, m².
@@ -392,7 +392,7 @@ fn ways(log: &Log, samples: &[Sample]) -> Vec<Way> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_data::LogRow;
+    use backseat_logs::LogRow;
 
     const DRAG: f64 = 0.16;
 

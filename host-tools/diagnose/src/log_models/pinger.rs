@@ -7,9 +7,9 @@
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};
 use crate::samples::ResidualChannel;
-use backseat_data::log::Column;
-use backseat_data::stats::median;
-use backseat_data::{Log, VehicleFile};
+use backseat_logs::log::Column;
+use backseat_logs::stats::median;
+use backseat_logs::{Log, VehicleFile};
 
 /// Fewest pings that are worth a fit.
 const FEWEST: usize = 30;
@@ -203,7 +203,7 @@ fn velocity(positions: &[(f64, [f64; 2])], t_s: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_data::LogRow;
+    use backseat_logs::LogRow;
 
     /// A vehicle to and fro past a pinger whose clock runs as `drift_ppm` says, sound at 1515 m/s.
     fn log(drift_ppm: f64) -> Log {

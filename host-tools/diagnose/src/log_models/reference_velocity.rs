@@ -13,8 +13,8 @@ use crate::prepared_log::FORECAST_SHARE;
 use crate::samples::ResidualChannel;
 use backseat_core::dynamics::Attitude;
 use backseat_core::state::wrap_angle;
-use backseat_data::log::Column;
-use backseat_data::{Log, VehicleFile};
+use backseat_logs::log::Column;
+use backseat_logs::{Log, VehicleFile};
 use nalgebra::Vector3;
 
 /// Fewest readings that are worth a fit.
@@ -303,7 +303,7 @@ fn model(log: &Log, vehicle: &VehicleFile) -> Option<ReferenceVelocity> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_data::LogRow;
+    use backseat_logs::LogRow;
 
     /// Two runs of 200 s with turns to and fro, a DVL 1.8 m astern of the reference, which is 1.4 s late in the first
     /// run and 0.5 s in the second.

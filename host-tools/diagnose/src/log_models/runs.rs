@@ -2,7 +2,7 @@
 
 use crate::diagnosis::ParameterEstimate;
 use backseat_core::effects::ParameterKind;
-use backseat_data::stats::Z_95;
+use backseat_logs::stats::Z_95;
 
 /// Most runs of one table.
 pub(super) const MOST_RUNS: usize = 24;

@@ -16,9 +16,9 @@ use crate::structure::{NamedTerm, Structure};
 use crate::verdict::{self, Conditions};
 use crate::whitener::{Pass, Setup};
 use backseat_core::navigation::SurfaceNoise;
-use backseat_data::commands::InputTiming;
-use backseat_data::stats::{Z_95, rms};
-use backseat_data::{Log, VehicleFile};
+use backseat_estimation::commands::InputTiming;
+use backseat_logs::stats::{Z_95, rms};
+use backseat_logs::{Log, VehicleFile};
 
 /// Probability of the remaining residuals under whiteness below which they have structure.
 const STRUCTURE: f64 = 1e-4;

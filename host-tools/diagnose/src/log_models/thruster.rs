@@ -14,9 +14,9 @@ use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::runs::estimate;
 use super::selection::{self, LogModelDiagnosis};
 use crate::samples::ResidualChannel;
-use backseat_data::log::Column;
-use backseat_data::stats::{Z_95, median, rms};
-use backseat_data::{Log, VehicleFile};
+use backseat_logs::log::Column;
+use backseat_logs::stats::{Z_95, median, rms};
+use backseat_logs::{Log, VehicleFile};
 
 /// Columns: slope, N; linear drag, N s/m; quadratic drag, N s²/m²; dead band; command range lost to saturation; delay
 /// of the command, s; then those without a name: thrust lost with speed, N s/m.
@@ -298,7 +298,7 @@ fn stretches(log: &Log) -> Vec<Stretch> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_data::LogRow;
+    use backseat_logs::LogRow;
 
     /// Half a minute each at several commands, and coasting; 30 kg, dead band 0.15, 20 N a unit, flat from 0.65 on, and
     /// 0.3 s late, with the equations of a Heun step of 10 ms of its own.

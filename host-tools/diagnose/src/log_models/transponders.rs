@@ -14,9 +14,9 @@ use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};
 use crate::samples::ResidualChannel;
 use backseat_core::dynamics::Attitude;
-use backseat_data::log::Column;
-use backseat_data::stats::{Z_95, median};
-use backseat_data::{Log, LogRow, VehicleFile};
+use backseat_logs::log::Column;
+use backseat_logs::stats::{Z_95, median};
+use backseat_logs::{Log, LogRow, VehicleFile};
 use nalgebra::Vector3;
 
 /// Fewest pings that are worth a fit.
@@ -267,7 +267,7 @@ fn legendre(x: f64, count: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use backseat_data::stats::rms;
+    use backseat_logs::stats::rms;
 
     const ARM_M: [f64; 3] = [2.0, -1.5, 12.0];
     const SOUND_MPS: f64 = 1489.0;

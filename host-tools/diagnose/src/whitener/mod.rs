@@ -22,7 +22,7 @@ use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{PSI, VehicleState};
-use backseat_data::commands::InputLine;
+use backseat_estimation::commands::InputLine;
 
 /// Longest step of the filter, s.
 pub const STEP_S: f64 = 0.1;

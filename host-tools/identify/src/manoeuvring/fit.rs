@@ -3,8 +3,8 @@
 
 use super::{ManoeuvringData, ManoeuvringEstimate, STATES, start};
 use crate::options::IdentifyError;
-use backseat_data::manoeuvring::{ManoeuvringModel, Reading};
-use backseat_data::stats::{Z_95, rms};
+use backseat_logs::manoeuvring::{ManoeuvringModel, Reading};
+use backseat_logs::stats::{Z_95, rms};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use rayon::prelude::*;
 

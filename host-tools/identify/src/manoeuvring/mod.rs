@@ -9,11 +9,11 @@ mod fit;
 
 use crate::options::IdentifyError;
 use backseat_core::state::wrap_angle;
-use backseat_data::Log;
-use backseat_data::manoeuvring::{
+use backseat_logs::Log;
+use backseat_logs::manoeuvring::{
     Coefficient, ManoeuvringModel, Reading, actuators, integral, measured, readings, separable,
 };
-use backseat_data::stats::{median, rms};
+use backseat_logs::stats::{median, rms};
 use fit::Fit;
 use nalgebra::{DMatrix, DVector};
 
@@ -42,7 +42,7 @@ const FEWEST_SEGMENTS: usize = 5;
 /// Readings of a vessel under way, cut into stretches without a gap.
 #[derive(Clone, Debug)]
 pub struct ManoeuvringData {
-    actuators: [Vec<backseat_data::Column>; 2],
+    actuators: [Vec<backseat_logs::Column>; 2],
     measured: [bool; 3],
     stretches: Vec<Vec<Reading>>,
     length_m: f64,

@@ -290,7 +290,7 @@ fn leg(x: &VehicleState, limits: &Limits, leg_m: [f64; 2], random: &mut ChaCha8R
 mod tests {
     use super::*;
     use backseat_core::control::mission::Lawnmower;
-    use backseat_data::VehicleFile;
+    use backseat_logs::VehicleFile;
 
     #[test]
     fn a_plan_keeps_its_limits_is_repeatable_and_tells_more_than_a_line() {

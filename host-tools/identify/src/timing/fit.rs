@@ -9,8 +9,8 @@ use crate::sample::Sample;
 use crate::simulation::{self, OUTPUT_STATES, OUTPUTS, Output, Sensitive};
 use backseat_core::dynamics::{INPUTS, VehicleModel, VehicleParameters};
 use backseat_core::state::VehicleState;
-use backseat_data::commands::InputTiming;
-use backseat_data::stats::{autocorrelation, ljung_box};
+use backseat_estimation::commands::InputTiming;
+use backseat_logs::stats::{autocorrelation, ljung_box};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use rayon::prelude::*;
 

@@ -18,8 +18,8 @@ use crate::options::{IdentifyError, Options};
 use crate::output_error::{self, SHORT_S, free};
 use crate::parameters;
 use backseat_core::dynamics::{INPUTS, VehicleParameters};
-use backseat_data::commands::{ACTUATORS, Hold, HoldKind};
-use backseat_data::stats::Z_95;
+use backseat_estimation::commands::{ACTUATORS, Hold, HoldKind};
+use backseat_logs::stats::Z_95;
 use fit::{Problem, Trial};
 
 /// Segments looked at, evenly over the log: 50 minutes.

@@ -2,7 +2,7 @@
 
 use crate::simulation::OUTPUTS;
 use backseat_core::dynamics::INPUTS;
-use backseat_data::commands::{Hold, HoldKind, InputTiming};
+use backseat_estimation::commands::{Hold, HoldKind, InputTiming};
 
 /// An autocorrelation of the residuals from here on is reported as structure.
 const COLOURED: f64 = 0.1;
@@ -10,7 +10,7 @@ const COLOURED: f64 = 0.1;
 /// What a log says about one actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActuatorTiming {
-    /// Which, as in [`backseat_data::commands::ACTUATORS`].
+    /// Which, as in [`backseat_estimation::commands::ACTUATORS`].
     pub name: &'static str,
     /// How it follows its command.
     pub hold: Hold,

@@ -12,7 +12,7 @@ use crate::{BackseatError, Client, printable};
 use anyhow::{Context, anyhow, bail};
 use backseat_core::control::mission::MAX_WAYPOINTS;
 use backseat_core::parameters::Inconsistent;
-use backseat_data::console::Progress;
+use backseat_report::console::Progress;
 use backseat_wire::hostlink::{FromBoard, Health, MAX_FENCE_CORNERS, Refusal, Restart, Telemetry, ToBoard, Waypoint};
 use backseat_wire::ship_state::Key;
 use std::time::{Duration, Instant, SystemTime};

@@ -5,7 +5,7 @@
 extern crate std;
 
 #[allow(dead_code)] // the dynamics need more functions of it than sensors do
-#[path = "../../../tests/dynamics/dual.rs"]
+#[path = "../../../tests/core/dynamics/dual.rs"]
 mod dual;
 
 use super::super::covariance::ROWS;

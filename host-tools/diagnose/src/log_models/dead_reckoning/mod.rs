@@ -10,9 +10,9 @@ use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};
 use crate::prepared_log::BLOCK_S;
 use crate::samples::ResidualChannel;
-use backseat_data::log::Column;
-use backseat_data::stats::{Z_95, median};
-use backseat_data::{Log, Truth, VehicleFile};
+use backseat_logs::log::Column;
+use backseat_logs::stats::{Z_95, median};
+use backseat_logs::{Log, Truth, VehicleFile};
 
 /// A gap in heading or speed longer than this ends a stretch, s.
 const LONGEST_GAP_S: f64 = 5.0;
@@ -202,7 +202,7 @@ pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth
 }
 
 /// Horizontal velocity of a row in body axes.
-fn body(row: &backseat_data::LogRow, has_dvl: bool) -> Option<[f64; 2]> {
+fn body(row: &backseat_logs::LogRow, has_dvl: bool) -> Option<[f64; 2]> {
     if has_dvl {
         row.get(Column::DvlU).zip(row.get(Column::DvlV)).map(|(u, v)| [u, v])
     } else {

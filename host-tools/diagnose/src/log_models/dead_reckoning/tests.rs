@@ -3,7 +3,7 @@
 use super::*;
 use crate::verdict::Verdict;
 use backseat_core::state::VehicleState;
-use backseat_data::{LogRow, TruthRow};
+use backseat_logs::{LogRow, TruthRow};
 
 /// Boxes at 1.5 m/s in a current of 0.12 m/s to the north and 0.08 to the west, a receiver's noise on the fixes;
 /// the compass reads `bias` too much. A DVL, where there is one, is turned by 0.05 rad.

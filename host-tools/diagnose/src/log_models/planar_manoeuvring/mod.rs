@@ -18,10 +18,10 @@ use super::selection::{self, LogModelDiagnosis};
 use crate::linear;
 use crate::samples::ResidualChannel;
 use backseat_core::state::wrap_angle;
-use backseat_data::log::Column;
-use backseat_data::manoeuvring::{self, AXES};
-use backseat_data::stats::median;
-use backseat_data::{Log, VehicleFile};
+use backseat_logs::log::Column;
+use backseat_logs::manoeuvring::{self, AXES};
+use backseat_logs::stats::median;
+use backseat_logs::{Log, VehicleFile};
 use std::ops::Range;
 
 const BLOCK_S: f64 = 20.0;

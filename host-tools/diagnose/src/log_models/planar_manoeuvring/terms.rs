@@ -1,7 +1,7 @@
 //! What a hull may need beside the model's terms, and what a wind does to it.
 
-use backseat_data::VehicleFile;
-use backseat_data::manoeuvring::Reading;
+use backseat_logs::VehicleFile;
+use backseat_logs::manoeuvring::Reading;
 
 /// Terms of sway and yaw that a hull may need beside those of the model.
 pub(super) fn cross(reading: &Reading) -> [f64; 2] {
@@ -56,7 +56,7 @@ impl Windage {
 }
 
 /// Length of the vessel, m: of the log, or of the vehicle file.
-pub(super) fn length_m(log: &backseat_data::Log, vehicle: &VehicleFile) -> f64 {
-    let stated = log.column(backseat_data::log::Column::Length).next();
+pub(super) fn length_m(log: &backseat_logs::Log, vehicle: &VehicleFile) -> f64 {
+    let stated = log.column(backseat_logs::log::Column::Length).next();
     stated.map_or(vehicle.parameters.length_m, |(_, length_m)| length_m)
 }

@@ -1,5 +1,5 @@
 use super::*;
-use backseat_data::LogRow;
+use backseat_logs::LogRow;
 
 const MASS_KG: f64 = 200.0;
 const LENGTH_M: f64 = 3.0;

@@ -5,9 +5,9 @@
 
 use super::terms::{self, Windage};
 use backseat_core::dynamics::planar;
-use backseat_data::Log;
-use backseat_data::manoeuvring::{Reading, integral, readings};
-use backseat_data::stats::median;
+use backseat_logs::Log;
+use backseat_logs::manoeuvring::{Reading, integral, readings};
+use backseat_logs::stats::median;
 
 /// A longer gap than this many times the usual step ends a window.
 const GAP: f64 = 5.0;

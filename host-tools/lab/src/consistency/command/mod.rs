@@ -1,0 +1,185 @@
+//! `cargo lab consistency`: normalised errors and innovations, and the bound, over an ensemble.
+
+mod figures;
+mod text;
+
+use crate::consistency::{self, Bounds, Inside};
+use anyhow::Context;
+use backseat_logs::stats::median;
+use backseat_report::console::Progress;
+use backseat_report::markdown::wrapped;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// Command line.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  cargo lab consistency
+  cargo lab consistency --runs 20 --minutes 5
+  cargo lab consistency --out docs/results/consistency.md --plot docs/results/consistency.svg --report consistency.html")]
+pub struct Args {
+    /// Seeded flights of each model.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(2..=10_000))]
+    runs: u64,
+    /// Seed of the first model's first flight; the others follow, those of the next model from 10 000 more on.
+    #[arg(long, default_value_t = 1)]
+    first_seed: u64,
+    /// Length of each flight.
+    #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u32).range(2..=60))]
+    minutes: u32,
+    /// Write the tables to this file as well (Markdown).
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write a figure of the normalised errors over time.
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+    /// Write a page with all figures; never over an earlier one.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Print one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Seeds between one model's first and the next one's.
+const SEEDS_PER_MODEL: u64 = 10_000;
+/// The prior has worn off, and every sensor has been heard, s.
+const SETTLED_S: usize = 60;
+/// Quantities of errors and bounds, with their units.
+const QUANTITIES: [(&str, &str); 3] = [("position", "m"), ("attitude", "rad"), ("velocity", "m/s")];
+
+/// Results of one model.
+struct Row {
+    name: String,
+    blocks: Vec<Inside>,
+    innovations: Vec<Inside>,
+    rejected: u64,
+    bound: Option<Compared>,
+}
+
+/// Errors beside their bounds.
+struct Compared {
+    /// Root mean squared errors by second, of [`QUANTITIES`].
+    errors: Vec<[f64; 3]>,
+    /// Roots of the bounds, along each track and over the ensemble.
+    bounds: [Vec<[f64; 3]>; 2],
+}
+
+/// Median, least and greatest of a ratio over time.
+struct Ratio {
+    median: f64,
+    least: f64,
+    greatest: f64,
+}
+
+impl Compared {
+    fn new(errors: Vec<[f64; 3]>, bounds: &Bounds) -> Self {
+        let roots = |of: &[consistency::Least]| {
+            of.iter()
+                .map(|least| [least.position_m2, least.attitude_rad2, least.velocity_m2ps2].map(f64::sqrt))
+                .collect()
+        };
+        Self { errors, bounds: [roots(&bounds.track), roots(&bounds.ensemble)] }
+    }
+
+    /// RMSE over one of the bounds.
+    fn ratio(&self, bound: usize, quantity: usize) -> Ratio {
+        let both = self.errors.iter().zip(&self.bounds[bound]).skip(SETTLED_S);
+        let ratios: Vec<f64> = both.map(|(error, bound)| error[quantity] / bound[quantity]).collect();
+        Ratio {
+            median: median(&ratios).unwrap_or(f64::NAN),
+            least: ratios.iter().copied().fold(f64::INFINITY, f64::min),
+            greatest: ratios.iter().copied().fold(0.0, f64::max),
+        }
+    }
+}
+
+/// Flies and prints the tables.
+///
+/// # Errors
+/// A flight or a filter that fails; a file that cannot be written.
+pub fn run(arguments: &Args) -> anyhow::Result<()> {
+    let cases = consistency::cases(arguments.minutes)?;
+    let chunks = u64::from(arguments.minutes) * 30;
+    let bounded = cases.iter().filter(|case| case.bounded).count() as u64;
+    let runs = (cases.len() as u64 + 2) * arguments.runs + bounded * chunks;
+    let progress = Progress::new("ensembles", runs as usize);
+    let seeds = |model: u64| -> Vec<u64> {
+        let first = arguments.first_seed + model * SEEDS_PER_MODEL;
+        (first..first + arguments.runs).collect()
+    };
+    let mut declared = Vec::new();
+    for (model, case) in (0..).zip(&cases) {
+        let seeds = seeds(model);
+        let ensemble = consistency::run(case, &seeds, || progress.advance()).context(case.name)?;
+        let bounds = case.bounded.then(|| consistency::bounds(case, &seeds, || progress.advance()));
+        let errors = consistency::errors(&ensemble);
+        declared.push(Row::of(&ensemble, SETTLED_S, bounds.map(|bounds| Compared::new(errors, &bounds))));
+    }
+    let flights = consistency::surveys(arguments.minutes, &seeds(cases.len() as u64), || progress.advance())?;
+    let flights: Vec<Row> = flights.iter().map(|ensemble| Row::of(ensemble, SETTLED_S, None)).collect();
+    drop(progress);
+
+    let text = text::markdown(arguments, &declared, &flights);
+    if let Some(path) = &arguments.out {
+        std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
+    }
+    if let Some(path) = &arguments.plot {
+        std::fs::write(path, figures::normalised(&declared)).with_context(|| path.display().to_string())?;
+    }
+    if let Some(path) = &arguments.report {
+        figures::page(path, arguments, &declared, &flights)?;
+    }
+    if arguments.json {
+        println!("{}", to_json(arguments, &declared, &flights));
+    } else {
+        print!("{text}");
+    }
+    Ok(())
+}
+
+impl Row {
+    fn of(ensemble: &consistency::Ensemble, from_s: usize, bound: Option<Compared>) -> Self {
+        Self {
+            name: ensemble.name.clone(),
+            blocks: consistency::blocks(ensemble, from_s),
+            innovations: consistency::innovations(ensemble),
+            rejected: ensemble.runs.iter().map(|run| run.rejected).sum(),
+            bound,
+        }
+    }
+}
+
+fn to_json(arguments: &Args, declared: &[Row], flights: &[Row]) -> Value {
+    let inside = |all: &[Inside]| -> Value {
+        let one = |inside: &Inside| {
+            let [inside_share, below, above] = inside.shares;
+            let value = json!({
+                "mean": inside.mean, "degrees": inside.degrees, "band": [inside.band.low, inside.band.high],
+                "mean_band": inside.mean_band.map(|band| [band.low, band.high]),
+                "inside": inside_share, "below": below, "above": above,
+            });
+            (inside.name.to_owned(), value)
+        };
+        Value::Object(all.iter().map(one).collect())
+    };
+    let ratios = |compared: &Compared, bound: usize| -> Value {
+        let one = |(quantity, (name, _)): (usize, &(&str, &str))| {
+            let ratio = compared.ratio(bound, quantity);
+            ((*name).to_owned(), json!({"median": ratio.median, "min": ratio.least, "max": ratio.greatest}))
+        };
+        Value::Object(QUANTITIES.iter().enumerate().map(one).collect())
+    };
+    let row = |row: &Row| {
+        json!({
+            "name": row.name, "anees": inside(&row.blocks), "anis": inside(&row.innovations), "rejected": row.rejected,
+            "rmse_over_track_bound": row.bound.as_ref().map(|bound| ratios(bound, 0)),
+            "rmse_over_ensemble_bound": row.bound.as_ref().map(|bound| ratios(bound, 1)),
+        })
+    };
+    json!({
+        "runs": arguments.runs, "first_seed": arguments.first_seed, "minutes": arguments.minutes,
+        "declared": declared.iter().map(row).collect::<Vec<_>>(),
+        "flights": flights.iter().map(row).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,147 @@
+//! Closed-loop flights, in which only the sensors are as declared.
+//!
+//! The backseat flies the survey's lines in closed loop, from the surface down and up again; servos and propeller lag,
+//! the hull loses buoyancy at the surface, the ship sails its circle, the filters start from a fix. No filter can be
+//! consistent within the band here; it must not be overconfident.
+
+use super::block::Block;
+use super::ensemble::{Ensemble, Run, SHIP_IN_PACKETS, Sample, add_square, squares, whole_second};
+use crate::packet_navigation;
+use anyhow::Context;
+use backseat_core::navigation::{ProcessModel, nees_position};
+use backseat_core::state::VehicleState;
+use backseat_estimation::filter::{self, FilterOptions};
+use backseat_link::Client;
+use hil_sim::backseat::InProcess;
+use hil_sim::flight::{self, FlightLog};
+use hil_sim::rng::{Source, Stream};
+use hil_sim::scenario::{Mission, Scenario};
+use nalgebra::DVector;
+use rayon::prelude::*;
+use std::num::NonZeroU16;
+use std::sync::atomic::AtomicBool;
+
+/// One sigma of a current's components, as the filter's current states have it.
+const CURRENT_MPS: f64 = 0.3;
+/// Lines and their length: the whole survey in small.
+const LINES: NonZeroU16 = NonZeroU16::new(4).unwrap();
+const LENGTH_M: f64 = 150.0;
+const SPACING_M: f64 = 30.0;
+
+struct Filter {
+    name: &'static str,
+    options: FilterOptions,
+}
+
+/// Flies still water and currents drawn from their prior, and filters both.
+///
+/// # Errors
+/// A flight or a filter that fails.
+pub fn surveys(minutes: u32, seeds: &[u64], progress: impl Fn() + Sync) -> anyhow::Result<Vec<Ensemble>> {
+    let mut ensembles = Vec::new();
+    for current in [false, true] {
+        let flights: Vec<Vec<(String, Run)>> = seeds
+            .par_iter()
+            .map(|seed| {
+                let runs = fly(minutes, *seed, current).with_context(|| format!("flight of seed {seed}"));
+                progress();
+                runs
+            })
+            .collect::<anyhow::Result<_>>()?;
+        let Some(first) = flights.first() else { continue };
+        for (place, (name, _)) in first.iter().enumerate() {
+            let runs = flights.iter().map(|flight| flight[place].1.clone()).collect();
+            ensembles.push(Ensemble { name: name.clone(), runs });
+        }
+    }
+    Ok(ensembles)
+}
+
+fn fly(minutes: u32, seed: u64, current: bool) -> anyhow::Result<Vec<(String, Run)>> {
+    let mut scenario = Scenario::built_in(if current { "survey_current" } else { "survey" })?;
+    let settings = &mut scenario.settings;
+    settings.seed = seed;
+    settings.duration_s = 60.0 * f64::from(minutes);
+    if let Mission::Lawnmower(lawnmower) = &mut settings.mission {
+        (lawnmower.lines, lawnmower.length_m, lawnmower.spacing_m) = (LINES, LENGTH_M, SPACING_M);
+    }
+    if current {
+        let mut prior = Stream::new(seed, Source::Effects);
+        [settings.environment.current.north_mps, settings.environment.current.east_mps] = prior.normals(CURRENT_MPS);
+    }
+    let mut client = Client::new(InProcess::new());
+    let flight = flight::fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})?;
+
+    let of = |model, use_dvl| FilterOptions { use_dvl, ..FilterOptions::new(&scenario.vehicle, model) };
+    let mut dynamic = of(ProcessModel::Dynamic, false);
+    let mut runs = Vec::new();
+    let filters = if current {
+        dynamic.navigation.effect_states = FilterOptions::water_current();
+        vec![Filter { name: "dynamic, current drawn from its prior", options: dynamic }]
+    } else {
+        runs.push(("backseat: dynamic, packets".to_owned(), on_board(&scenario, &flight)));
+        vec![
+            Filter { name: "dynamic", options: dynamic },
+            Filter { name: "kinematic + DVL", options: of(ProcessModel::Kinematic, true) },
+        ]
+    };
+    for filter in filters {
+        runs.push((filter.name.to_owned(), filtered(&scenario, &flight, &filter.options)?));
+    }
+    Ok(runs)
+}
+
+fn filtered(scenario: &Scenario, flight: &FlightLog, options: &FilterOptions) -> anyhow::Result<Run> {
+    let mut samples = Vec::new();
+    let effects = options.navigation.effect_states.len();
+    let outcome = filter::run_observed(&flight.log, &scenario.vehicle, options, |navigator| {
+        let Some(second) = whole_second(navigator) else { return };
+        let sample = true_at(flight, second).map(|truth| {
+            Sample::of(navigator, &VehicleState::from_column_slice(&truth.state), &truth.current_mps[..effects])
+        });
+        samples.resize(second, None);
+        samples.push(sample);
+    })?;
+    let (squares, rejected) = squares(&outcome.fusions);
+    Ok(Run { samples, squares, rejected })
+}
+
+fn true_at(flight: &FlightLog, second: usize) -> Option<&hil_sim::truth::VehicleTruth> {
+    let time_us = 1_000_000 * second as u64;
+    let place = flight.samples.binary_search_by_key(&time_us, |sample| sample.truth.time_us).ok()?;
+    Some(&flight.samples[place].truth)
+}
+
+/// The board's own estimate: the covariance of the horizontal position only.
+fn on_board(scenario: &Scenario, flight: &FlightLog) -> Run {
+    let mut run = Run::default();
+    for sample in &flight.samples {
+        let (telemetry, truth) = (&sample.telemetry, &sample.truth);
+        let (sigma, cov_xy_m2) = (telemetry.sigma, telemetry.cov_xy_m2);
+        let error = VehicleState::from_column_slice(&telemetry.state) - VehicleState::from_column_slice(&truth.state);
+        let nees = nees_position([error[0], error[1]], sigma[0].powi(2), cov_xy_m2, sigma[1].powi(2));
+        let second = (truth.time_us / 1_000_000) as usize;
+        run.samples.resize(second, None);
+        run.samples.push(nees.map(|nees| Sample {
+            error: DVector::from_column_slice(error.as_slice()),
+            velocity_ned_mps: [f64::NAN; 3],
+            nees: Block::ALL.map(|block| if block == Block::Horizontal { nees } else { f64::NAN }),
+        }));
+    }
+    for record in &flight.fusions {
+        run.rejected += u64::from(!record.fused);
+        add_square(&mut run.squares, record.sensor, record.axis, record.innovation.powi(2) / record.variance);
+    }
+    let (log, ship) = (&flight.log, &scenario.settings.ship);
+    let launches = packet_navigation::packets(log);
+    let reports = packet_navigation::reports(log, &launches, ship, scenario.vehicle.sensors.ship_gnss_m);
+    for (report, launch) in reports.iter().zip(&launches) {
+        let sample = flight.samples.binary_search_by_key(&launch.launch_us, |sample| sample.truth.time_us);
+        let (Some(report), Ok(place)) = (report, sample) else { continue };
+        let [north, east] = flight.samples[place].ship.position_m;
+        let squared = (report.position_m[0] - north).powi(2) + (report.position_m[1] - east).powi(2);
+        let of_packets = run.squares.entry(SHIP_IN_PACKETS).or_default();
+        of_packets.push((squared / report.position_sigma_m.powi(2), 2));
+    }
+    run
+}

@@ -1,0 +1,129 @@
+//! The page, for people (Markdown, HTML) and for scripts.
+
+use super::plan::Class;
+use super::run::Run;
+use super::sections::{Study, Target};
+use backseat_report::markdown::markdown_table;
+use backseat_report::{Provenance, Report, Table};
+use clap::ValueEnum as _;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// The page with its introduction.
+pub struct Page<'a> {
+    pub study: Study<'a>,
+    pub runs: &'a [Run],
+    /// Seeds asked for.
+    pub seeds: std::ops::Range<u64>,
+    /// How many of them are of the classes asked for.
+    pub asked: usize,
+    /// Those classes; empty if it is all.
+    pub classes: &'a [Class],
+}
+
+impl Page<'_> {
+    fn intro(&self) -> String {
+        let seeds = &self.seeds;
+        format!(
+            "{} of {} runs, seeds {} to {}. Each is a simulated log of half an hour of the reference vehicle with one undeclared \
+             effect, or two, or three, or none, or one that is in no catalogue; `diagnose` is given the log and the declared vehicle \
+             alone. Half of the logs have manoeuvres that excite (dives, steps of speed, legs across), half \
+             are lines to and fro; half have coloured noise, half have a DVL, on half the inputs move on between their \
+             samples. Half of the events end. Seeds below {} were used while `diagnose` was \
+             developed; these were not.",
+            self.runs.len(),
+            self.asked,
+            seeds.start,
+            seeds.end - 1,
+            super::FIRST_SEED
+        )
+    }
+
+    fn command(&self) -> String {
+        let mut command =
+            format!("cargo lab diagnosis-accuracy --out DIR --runs {}", self.seeds.end - self.seeds.start);
+        if self.seeds.start != super::FIRST_SEED {
+            let _ = write!(command, " --first-seed {}", self.seeds.start);
+        }
+        let classes: Vec<String> = self
+            .classes
+            .iter()
+            .filter_map(|class| class.to_possible_value())
+            .map(|value| value.get_name().to_owned())
+            .collect();
+        if !classes.is_empty() {
+            let _ = write!(command, " --class {}", classes.join(","));
+        }
+        command
+    }
+
+    pub fn markdown(&self) -> String {
+        let mut out = format!("# Undeclared effects: how often `diagnose` is right\n\n{}\n\n", self.intro());
+        let _ = writeln!(out, "Command: `{}`, results of version {}.\n", self.command(), super::VERSION);
+        grid(&mut out, &TARGETS, &self.study.targets().iter().map(row).collect::<Vec<_>>());
+        for section in
+            self.study.sections().iter().filter(|section| !section.rows.is_empty() || !section.text.is_empty())
+        {
+            let _ = writeln!(out, "\n## {}\n", section.title);
+            if !section.text.is_empty() {
+                let _ = writeln!(out, "{}\n", section.text);
+            }
+            if !section.rows.is_empty() {
+                grid(&mut out, &section.header, &section.rows);
+            }
+        }
+        out
+    }
+
+    pub fn html(&self) -> String {
+        let targets = self.study.targets();
+        let known = targets.iter().filter(|target| target.reached.is_some()).count();
+        let reached = targets.iter().filter(|target| target.reached == Some(true)).count();
+        let verdict = format!("{} runs: {reached} of {known} targets reached.", self.runs.len());
+        let mut report = Report::new("Undeclared effects: how often diagnose is right", verdict)
+            .text(&self.intro())
+            .table(table("Asked and reached", &TARGETS, &targets.iter().map(row).collect::<Vec<_>>()));
+        for section in self.study.sections() {
+            report = report.section(section.title).text(&section.text);
+            if !section.rows.is_empty() {
+                report = report.table(table(section.title, &section.header, &section.rows));
+            }
+        }
+        let command = self.command();
+        report.provenance(Provenance { command: &command, seed: None, version: super::VERSION }).html()
+    }
+
+    /// One JSON object.
+    pub fn json(&self) -> String {
+        let target = |target: &Target| json!({"what": target.what, "asked": target.asked, "found": target.found, "reached": target.reached});
+        let targets: Vec<Value> = self.study.targets().iter().map(target).collect();
+        let section = |section: &super::sections::Section| json!({"title": section.title, "text": section.text, "header": section.header, "rows": section.rows});
+        let sections: Vec<Value> = self.study.sections().iter().map(section).collect();
+        let seeds = [self.seeds.start, self.seeds.end - 1];
+        let page = json!({
+            "version": super::VERSION, "seeds": seeds, "runs": self.runs.len(), "targets": targets, "sections": sections,
+        });
+        format!("{page}\n")
+    }
+}
+
+const TARGETS: [&str; 4] = ["", "asked", "found", "reached"];
+
+fn row(target: &Target) -> Vec<String> {
+    let reached = match target.reached {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "–",
+    };
+    vec![target.what.to_owned(), target.asked.to_owned(), target.found.clone(), reached.to_owned()]
+}
+
+fn grid(out: &mut String, header: &[&str], rows: &[Vec<String>]) {
+    let mut table = markdown_table(header.iter().copied());
+    table.add_rows(rows.iter().map(|row| row.iter().map(|cell| cell.replace("|n|", "\\|n\\|"))));
+    let _ = writeln!(out, "{table}");
+}
+
+fn table(caption: &str, header: &[&str], rows: &[Vec<String>]) -> Table {
+    rows.iter().fold(Table::new(caption, header), |table, row| table.row(row.iter().map(String::as_str)))
+}

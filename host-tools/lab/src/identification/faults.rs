@@ -1,0 +1,358 @@
+//! The fault study: simulated vehicles with a fault under way, and the diagnosis of the fault monitor.
+//!
+//! Each run identifies the vehicle first, with the board's identifier from a wrong prior on a log of its own; the
+//! monitor then runs with those parameters over another log, in which something breaks at a time that is not declared.
+
+use anyhow::{Context, anyhow};
+use backseat_analysis::ensemble::run_all;
+use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use backseat_core::effects::EffectSet;
+use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
+use backseat_core::identification::{FaultCause, FaultMonitor, FaultState};
+use backseat_identify::identifier::run_identifier;
+use backseat_identify::{IdentificationData, Options};
+use backseat_logs::VehicleFile;
+use backseat_logs::stats::{median, percentile, wilson_ci95};
+use backseat_report::console;
+use backseat_report::markdown::markdown_table;
+use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
+use hil_sim::rng::{Source, Stream};
+use hil_sim::scenario::Request;
+use serde_json::json;
+use std::ops::Range;
+
+/// Faults by their names in the simulator.
+const FAULTS: [&str; 4] = ["flooding", "entanglement", "fin_lost", "fouling"];
+/// Share by which the prior of the identification is wrong.
+const WRONG: f64 = 0.1;
+/// Length of the identification, s.
+const IDENTIFICATION_S: f64 = 1200.0;
+/// Length of a log with a fault, s; it breaks in 20 to 80 % of it.
+const FAULT_S: f64 = 2400.0;
+/// Length of a log without fault, s.
+const SOUND_S: f64 = 7200.0;
+/// Seeds of identification logs are those of the runs plus this.
+const OTHER_SEEDS: u64 = 500_000;
+
+/// A diagnosis is evaluated again after this time, s: its magnitude improves.
+const LATER_S: f64 = 120.0;
+
+/// How the vehicle moves when it breaks.
+const SHAPES: [(Shape, &str); 2] = [(Shape::Excite, "dives, turns, speeds"), (Shape::Lawnmower, "lawnmower")];
+
+/// Diagnoses of the monitor over a log.
+struct Watch {
+    /// First diagnosis: time, s, cause, alternative.
+    diagnosed: Option<(f64, FaultCause, Option<FaultCause>)>,
+    /// The same [`LATER_S`] later: time, s, cause, alternative, magnitude.
+    later: Option<(f64, FaultCause, Option<FaultCause>, f64)>,
+    /// Diagnoses in all; after each it learns anew.
+    diagnoses: u32,
+    suspicions: u32,
+    hours: f64,
+}
+
+/// One run with a fault.
+struct Run {
+    onset_s: f64,
+    fault: FaultCause,
+    magnitude: f64,
+    /// Rate at which it grows to its size, 1/s.
+    rate_per_s: f64,
+    watch: Watch,
+}
+
+impl Run {
+    fn magnitude_at(&self, time_s: f64) -> f64 {
+        self.magnitude.min(self.rate_per_s * (time_s - self.onset_s))
+    }
+
+    fn false_alarm(&self) -> bool {
+        self.watch.diagnosed.is_some_and(|(time_s, ..)| time_s < self.onset_s)
+    }
+
+    fn found(&self) -> Option<(f64, FaultCause, Option<FaultCause>)> {
+        self.watch.diagnosed.filter(|(time_s, ..)| *time_s >= self.onset_s)
+    }
+}
+
+fn spec(shape: Shape, duration_s: f64) -> Spec {
+    Spec { shape, duration_s, ranges: false, ..Spec::new(VehicleFile::reference()) }
+}
+
+/// Every parameter but the scale wrong by the same share, with signs by the seed; B1 and B2 by that share of B3.
+fn wrong_prior(seed: u64) -> VehicleParameters {
+    let declared = VehicleFile::reference().parameters;
+    let mut random = Stream::new(seed, Source::Effects);
+    let mut theta = theta_of(&declared);
+    let righting = theta[B1 + 2];
+    for j in 0..theta.len() {
+        let sign = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
+        let size = if j == B1 || j == B1 + 1 { righting } else { theta[j] };
+        if j != M11 {
+            theta[j] += sign * WRONG * size;
+        }
+    }
+    with_theta(&declared, &theta)
+}
+
+/// The vehicle as the board's identifier knows it after its own log.
+pub(super) fn identified(seed: u64) -> anyhow::Result<VehicleParameters> {
+    let log = simulate(&spec(Shape::Excite, IDENTIFICATION_S), seed + OTHER_SEEDS).log;
+    let data = IdentificationData::from_log(&log, &EffectSet::NONE)?;
+    let sensors = VehicleFile::reference().sensors;
+    let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
+    let options = Options {
+        velocity_noise: [dvl, dvl, dvl, rates, rates, rates],
+        roll_pitch_noise_rad: sensors.attitude_rad,
+        ..Options::DEFAULT
+    };
+    let identifier = run_identifier(&data, &wrong_prior(seed), &options)?;
+    identifier.parameters().ok_or_else(|| anyhow!("not configured"))
+}
+
+fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch> {
+    let model = VehicleModel::new(vehicle).map_err(|error| anyhow!("identified vehicle: {error}"))?;
+    let data = IdentificationData::from_log(&dataset.log, &EffectSet::NONE)?;
+    let mut monitor = Box::new(FaultMonitor::new());
+    let mut watch =
+        Watch { diagnosed: None, later: None, diagnoses: 0, suspicions: 0, hours: data.duration_s() / 3600.0 };
+    let mut before = FaultState::Learning;
+    let mut diagnosed_s = 0.0;
+    for samples in data.stretches() {
+        monitor.interrupt();
+        for pair in samples.windows(2) {
+            let [last, now] = pair else { continue };
+            let state = monitor.sample(&model, now.time_us, &now.attitude, &now.velocity, &last.input.mean());
+            let time_s = now.time_us as f64 * 1e-6;
+            let diagnosis = monitor.diagnosis();
+            if state != before {
+                match state {
+                    FaultState::Suspicious => watch.suspicions += 1,
+                    FaultState::Diagnosed => {
+                        watch.diagnoses += 1;
+                        diagnosed_s = time_s;
+                        watch.diagnosed = watch.diagnosed.or(diagnosis.map(|d| (time_s, d.cause, d.rival)));
+                    }
+                    FaultState::Learning | FaultState::Quiet => {}
+                }
+                before = state;
+            }
+            if let Some(diagnosis) = diagnosis
+                && time_s > diagnosed_s + LATER_S
+            {
+                watch.later.get_or_insert((time_s, diagnosis.cause, diagnosis.rival, diagnosis.magnitude));
+                monitor.restart();
+            }
+        }
+    }
+    Ok(watch)
+}
+
+fn broken(fault: &'static str, shape: Shape, seed: u64, vehicle: &VehicleParameters) -> anyhow::Result<Run> {
+    let request = Request::named(fault).map_err(|error| anyhow!(error))?;
+    let dataset = simulate(&Spec { effects: vec![request], ..spec(shape, FAULT_S) }, seed);
+    let effect = dataset.effects.first().context("an effect was asked for")?;
+    let get = |name: &str| effect.get(name).unwrap_or(f64::NAN);
+    let (fault, magnitude) = match fault {
+        "flooding" => (FaultCause::Flooding, get("kg")),
+        "entanglement" => (FaultCause::Entanglement, get("factor") - 1.0),
+        "fin_lost" => (FaultCause::Fin(get("fin") as u8 - 1), 1.0 - get("share")),
+        _ => (FaultCause::Fouling, 1.0 - get("share")),
+    };
+    let rate_per_s = effect.get("kg_per_s").unwrap_or(f64::INFINITY);
+    Ok(Run { rate_per_s, onset_s: get("time_s"), fault, magnitude, watch: watch(vehicle, &dataset)? })
+}
+
+fn sound(shape: Shape, seed: u64, vehicle: &VehicleParameters) -> anyhow::Result<Watch> {
+    watch(vehicle, &simulate(&spec(shape, SOUND_S), seed))
+}
+
+/// The work of every seed, in order of the seeds.
+fn all_seeds<T: Send>(
+    name: &str,
+    seeds: &Range<u64>,
+    work: impl Fn(u64) -> anyhow::Result<T> + Sync,
+) -> anyhow::Result<Vec<T>> {
+    let all: Vec<u64> = seeds.clone().collect();
+    run_all(name, &all, |seed| work(*seed).with_context(|| format!("{name}, seed {seed}")))
+}
+
+/// A share with Wilson's 95 % interval.
+fn share(hits: usize, of: usize) -> [f64; 3] {
+    let (low, high) = wilson_ci95(hits as u64, of as u64).unwrap_or((f64::NAN, f64::NAN));
+    [hits as f64 / of as f64, low, high]
+}
+
+fn percent([share, low, high]: [f64; 3]) -> String {
+    format!("{:.1} % ({:.1} – {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+}
+
+/// Value below which a share of the samples lies.
+/// Correctness of a diagnosis.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    /// The cause, and no other.
+    Right,
+    /// The cause is one of the two that are named.
+    OneOfTwo,
+    Wrong,
+}
+
+/// Shares of right, one of two and wrong.
+fn shares(verdicts: &[Verdict]) -> [[f64; 3]; 3] {
+    [Verdict::Right, Verdict::OneOfTwo, Verdict::Wrong]
+        .map(|kind| share(verdicts.iter().filter(|verdict| **verdict == kind).count(), verdicts.len().max(1)))
+}
+
+/// One line of the table.
+struct Row {
+    fault: &'static str,
+    shape: &'static str,
+    runs: usize,
+    early: usize,
+    detected: [f64; 3],
+    isolated: [[f64; 3]; 3],
+    isolated_later: [[f64; 3]; 3],
+    median_s: f64,
+    p95_s: f64,
+    magnitude_error: f64,
+}
+
+fn row(fault: &'static str, shape: &'static str, all: &[Run]) -> Row {
+    let runs: Vec<&Run> = all.iter().filter(|run| !run.false_alarm()).collect();
+    let found: Vec<_> = runs.iter().filter_map(|run| Some((run.fault, run.onset_s, run.found()?))).collect();
+    let later: Vec<_> =
+        runs.iter().filter(|run| run.found().is_some()).filter_map(|run| Some((run, run.watch.later?))).collect();
+    let verdict = |fault: FaultCause, cause: FaultCause, rival: Option<FaultCause>| match rival {
+        None if cause == fault => Verdict::Right,
+        Some(rival) if cause == fault || rival == fault => Verdict::OneOfTwo,
+        _ => Verdict::Wrong,
+    };
+    let first: Vec<_> = found.iter().map(|(fault, _, (_, cause, rival))| verdict(*fault, *cause, *rival)).collect();
+    let second: Vec<_> = later.iter().map(|(run, (_, cause, rival, _))| verdict(run.fault, *cause, *rival)).collect();
+    let delays: Vec<f64> = found.iter().map(|(_, onset_s, (time_s, ..))| time_s - onset_s).collect();
+    let errors: Vec<f64> = later
+        .iter()
+        .filter(|(run, (_, cause, ..))| run.fault == *cause)
+        .map(|(run, (time_s, .., size))| (size / run.magnitude_at(*time_s) - 1.0).abs())
+        .collect();
+    Row {
+        fault,
+        shape,
+        runs: all.len(),
+        early: all.len() - runs.len(),
+        detected: share(found.len(), runs.len()),
+        isolated: shares(&first),
+        isolated_later: shares(&second),
+        median_s: median(&delays).unwrap_or(f64::NAN),
+        p95_s: percentile(&delays, 0.95).unwrap_or(f64::NAN),
+        magnitude_error: median(&errors).unwrap_or(f64::NAN),
+    }
+}
+
+/// Runs the study and prints its tables: every fault `runs` times, half of them in either motion, and `hours` without
+/// fault.
+pub fn run(runs: u64, hours: f64, first_seed: u64, as_json: bool) -> anyhow::Result<()> {
+    let seeds = first_seed..first_seed + runs.div_ceil(2);
+    let quiet_seeds = first_seed..first_seed + (0.5 * hours * 3600.0 / SOUND_S).ceil() as u64;
+    let known = first_seed..seeds.end.max(quiet_seeds.end);
+    let vehicles = all_seeds("identification", &known, identified)?;
+    let vehicle = |seed: u64| &vehicles[(seed - first_seed) as usize];
+    let mut rows = Vec::new();
+    for fault in FAULTS {
+        let mut all = Vec::new();
+        for (shape, motion) in SHAPES {
+            let runs =
+                all_seeds(&format!("{fault}, {motion}"), &seeds, |seed| broken(fault, shape, seed, vehicle(seed)))?;
+            rows.push(row(fault, motion, &runs));
+            all.extend(runs);
+        }
+        rows.push(row(fault, "both", &all));
+    }
+    let mut quiet = Vec::new();
+    for (shape, motion) in SHAPES {
+        let watches =
+            all_seeds(&format!("no fault, {motion}"), &quiet_seeds, |seed| sound(shape, seed, vehicle(seed)))?;
+        quiet.push((motion, watches));
+    }
+    let text = if as_json { json_text(&rows, &quiet) } else { markdown(&rows, &quiet) };
+    console::print(text.as_bytes())
+}
+
+fn sums(watches: &[Watch]) -> (f64, u32, u32) {
+    let hours = watches.iter().map(|watch| watch.hours).sum();
+    let diagnoses = watches.iter().map(|watch| watch.diagnoses).sum();
+    (hours, diagnoses, watches.iter().map(|watch| watch.suspicions).sum())
+}
+
+fn markdown(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
+    let mut faults = markdown_table([
+        "fault",
+        "motion",
+        "runs",
+        "detected",
+        "of those: right cause / one of two named / wrong",
+        "the same 2 min later",
+        "delay, median [s]",
+        "delay, 95 % [s]",
+        "error of the magnitude, median",
+        "alarms before",
+    ]);
+    for row in rows {
+        faults.add_row([
+            row.fault.to_owned(),
+            row.shape.to_owned(),
+            row.runs.to_string(),
+            percent(row.detected),
+            row.isolated.map(percent).join(" / "),
+            row.isolated_later.map(percent).join(" / "),
+            format!("{:.0}", row.median_s),
+            format!("{:.0}", row.p95_s),
+            format!("{:.0} %", 100.0 * row.magnitude_error),
+            row.early.to_string(),
+        ]);
+    }
+    let mut alarms = markdown_table([
+        "no fault",
+        "hours",
+        "logs with an alarm",
+        "false alarms",
+        "per hour",
+        "suspicions that were dropped, per hour",
+    ]);
+    for (shape, watches) in quiet {
+        let (hours, diagnoses, suspicions) = sums(watches);
+        let logs = watches.iter().filter(|watch| watch.diagnoses > 0).count();
+        alarms.add_row([
+            (*shape).to_owned(),
+            format!("{hours:.0}"),
+            percent(share(logs, watches.len())),
+            diagnoses.to_string(),
+            format!("{:.4}", f64::from(diagnoses) / hours),
+            format!("{:.3}", f64::from(suspicions - diagnoses) / hours),
+        ]);
+    }
+    format!("{faults}\n\n{alarms}\n")
+}
+
+fn json_text(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
+    let faults: Vec<_> = rows
+        .iter()
+        .map(|row| {
+            json!({
+                "fault": row.fault, "motion": row.shape, "runs": row.runs, "alarms_before": row.early,
+                "detected": row.detected, "right_cause": row.isolated, "right_cause_later": row.isolated_later, "delay_median_s": row.median_s,
+                "delay_p95_s": row.p95_s, "magnitude_error_median": row.magnitude_error,
+            })
+        })
+        .collect();
+    let quiet: Vec<_> = quiet
+        .iter()
+        .map(|(shape, watches)| {
+            let (hours, diagnoses, suspicions) = sums(watches);
+            json!({"motion": shape, "hours": hours, "false_alarms": diagnoses, "suspicions": suspicions})
+        })
+        .collect();
+    format!("{}\n", json!({"faults": faults, "no_fault": quiet}))
+}

@@ -1,0 +1,76 @@
+//! Flights of the simulator's vehicle: along a mission, or with open-loop inputs, sampled at 10 Hz.
+
+use backseat_core::dynamics::ActuatorInput;
+use backseat_core::state::{self, VehicleState};
+use backseat_identify::plan::{Body, exact_sample};
+use backseat_identify::{IdentificationData, PERIOD_S, Sample};
+use hil_sim::experiment::{Noise, Programme};
+use hil_sim::rng::{Source, Stream};
+use hil_sim::truth::{Actuators, Parameters, State, Undeclared, Vehicle, Water};
+use nalgebra::{Vector3, Vector6};
+
+/// The simulator's vehicle, to assess a plan.
+pub struct True(Vehicle);
+
+impl True {
+    const STEPS: u32 = 5;
+
+    /// Heading north at a depth, at 1 m/s.
+    pub fn new(parameters: &Parameters, depth_m: f64, seed: u64) -> Self {
+        let undeclared = Undeclared { no_surface: true, ..Undeclared::default() };
+        let start = State::new([0.0, 0.0, depth_m], [0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]);
+        Self(Vehicle::with(parameters, &undeclared, start, PERIOD_S / f64::from(Self::STEPS), seed))
+    }
+}
+
+impl Body for True {
+    fn state(&self) -> VehicleState {
+        let state = self.0.state();
+        let parts = [state.position_m(), state.euler_rad(), state.velocity_mps(), state.rates_radps()];
+        VehicleState::from_iterator(parts.into_iter().flatten())
+    }
+
+    fn step(&mut self, input: &ActuatorInput) {
+        let targets = Actuators { propeller_radps: input.propeller_radps, fins_rad: input.fins_rad };
+        for _ in 0..Self::STEPS {
+            self.0.step(&targets, &Water::default());
+        }
+    }
+}
+
+/// The open-loop inputs of the thesis' experiment for a time, or until `ends` holds.
+pub fn open_loop(body: &mut impl Body, duration_s: f64, ends: impl Fn(&VehicleState) -> bool) -> Vec<(Sample, f64)> {
+    let mut samples = Vec::new();
+    for step in 0..(duration_s / PERIOD_S).round() as u64 {
+        let x = body.state();
+        if ends(&x) {
+            break;
+        }
+        let input = Programme::IDENTIFICATION.input(step as f64 * PERIOD_S);
+        samples.push((exact_sample(step, &x, &input), x[state::Z]));
+        body.step(&input);
+    }
+    samples
+}
+
+/// Exact samples with the noise of the sensors added.
+pub fn measured(stretches: &[Vec<(Sample, f64)>], noise: &Noise, seed: u64) -> IdentificationData {
+    let (mut ahrs, mut dvl) = (Stream::new(seed, Source::Ahrs), Stream::new(seed, Source::Dvl));
+    let mut data = IdentificationData::default();
+    for stretch in stretches {
+        let from = data.samples.len();
+        let offset_us = data.samples.last().map_or(0, |last| last.time_us + 10_000_000);
+        for (sample, _) in stretch {
+            let [roll, pitch] = ahrs.normals::<2>(noise.roll_pitch_rad);
+            let ([u, v, w], [p, q, r]) = (dvl.normals::<3>(noise.linear_mps), ahrs.normals::<3>(noise.angular_radps));
+            data.samples.push(Sample {
+                time_us: sample.time_us + offset_us,
+                attitude: sample.attitude + Vector3::new(roll, pitch, 0.0),
+                velocity: sample.velocity + Vector6::new(u, v, w, p, q, r),
+                input: sample.input,
+            });
+        }
+        data.stretches.push(from..data.samples.len());
+    }
+    data
+}

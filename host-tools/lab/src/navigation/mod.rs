@@ -1,0 +1,93 @@
+//! `cargo lab navigation`: every filter in undeclared worlds, over an ensemble of seeded missions.
+//!
+//! Each case is one world: parameters, water, compass and fins differ from what the vehicle file says (`cases`). Each
+//! seed is flown once in closed loop by the backseat in this process, steered by the LQR on its own estimate. Its
+//! measurements then go through the filters of the table (`filters`). Finished runs are kept, so that a study that was
+//! interrupted goes on where it was.
+
+mod cases;
+mod filters;
+mod run;
+mod table;
+
+use crate::ensemble::run_and_keep;
+use crate::store::{Key, Store, program_digest};
+use anyhow::{Context, bail};
+use backseat_report::markdown::wrapped;
+use cases::{CASES, Case};
+use run::Run;
+use std::path::PathBuf;
+
+/// Command line.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Args {
+    /// Seeded missions of each case
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+    /// Seed of the first; the others follow
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    first_seed: u64,
+    /// Cases, separated by commas [default: all]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    cases: Vec<String>,
+    /// Flights at a time [default: one a core]
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+    /// End each mission after this simulated time
+    #[arg(long)]
+    minutes: Option<f64>,
+    /// Keep finished runs in this file and go on from it
+    #[arg(long, value_name = "RUNS.jsonl")]
+    store: Option<PathBuf>,
+    /// Write the tables to this file as well (Markdown)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Flies, filters and prints the tables.
+///
+/// # Errors
+/// An unknown case; a flight or a filter that fails; a file that cannot be written.
+pub fn run(arguments: &Args) -> anyhow::Result<()> {
+    let cases = selected(&arguments.cases)?;
+    if let Some(jobs) = arguments.jobs {
+        // Fails only if something has used the pool before: its size then stays.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
+    }
+    // Runs of another build or of another length are not mixed in.
+    let length = arguments.minutes.map_or(String::new(), |minutes| format!(" {minutes} min"));
+    let store: Store<Run> = Store::open(arguments.store.as_deref(), program_digest()? + &length)?;
+    let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
+    let all = seeds.clone().flat_map(|seed| cases.iter().map(move |case| ((case.name, seed), *case)));
+    let jobs: Vec<(Key, &Case)> = all.filter(|(key, _)| !store.has(*key)).collect();
+    run_and_keep("flights", &jobs, &store, |seed, case| run::run(case, seed, arguments.minutes))?;
+    let results: Vec<(&Case, Vec<(u64, Run)>)> =
+        cases.iter().map(|case| (*case, store.of(case.name, seeds.clone()))).collect();
+    let text = table::markdown(arguments, &results);
+    if let Some(path) = &arguments.out {
+        std::fs::write(path, wrapped(&text)).with_context(|| path.display().to_string())?;
+    }
+    if arguments.json {
+        println!("{}", table::json(&results));
+    } else {
+        print!("{text}");
+    }
+    Ok(())
+}
+
+fn selected(names: &[String]) -> anyhow::Result<Vec<&'static Case>> {
+    if names.is_empty() {
+        return Ok(CASES.iter().collect());
+    }
+    let find = |name: &String| match CASES.iter().find(|case| case.name == name) {
+        Some(case) => Ok(case),
+        None => {
+            let known: Vec<&str> = CASES.iter().map(|case| case.name).collect();
+            bail!("no case {name}; there are {}", known.join(", "))
+        }
+    };
+    names.iter().map(find).collect()
+}

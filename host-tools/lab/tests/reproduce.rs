@@ -1,0 +1,65 @@
+//! `cargo lab reproduce` as a user runs it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn reproduce(folder: &Path, arguments: &[&str]) -> Output {
+    let lab = env!("CARGO_BIN_EXE_lab");
+    Command::new(lab).arg("reproduce").args(arguments).current_dir(folder).output().expect("starts")
+}
+
+fn ok(output: &Output) -> &[u8] {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    &output.stdout
+}
+
+/// The cheapest item: surge alone.
+const CHEAP: &str = "least-squares-4.3.2.3";
+
+#[test]
+fn finished_runs_are_kept_and_give_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join("out").join(name);
+    let arguments = [CHEAP, "--runs", "2", "--report", "out", "--json"];
+    let first = reproduce(folder.path(), &arguments);
+    let json: serde_json::Value = serde_json::from_slice(ok(&first)).unwrap();
+    assert_eq!((&json["items"][0]["id"], &json["items"][0]["runs"]), (&CHEAP.into(), &2.into()));
+    let kept = |name: &str| std::fs::read(path(name)).unwrap();
+    let (runs, page) = (kept("runs.jsonl"), kept("report.html"));
+    assert_eq!(runs.iter().filter(|byte| **byte == b'\n').count(), 2);
+
+    let again = reproduce(folder.path(), &arguments);
+    assert_eq!(ok(&again), first.stdout);
+    assert_eq!((kept("runs.jsonl"), kept("report.html")), (runs.clone(), page));
+
+    // Interrupted while it wrote the second run: that one alone is run again.
+    let first_line = runs.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+    std::fs::write(path("runs.jsonl"), &runs[..first_line + 20]).unwrap();
+    std::fs::remove_file(path("report.html")).unwrap();
+    assert_eq!(ok(&reproduce(folder.path(), &arguments)), first.stdout);
+    assert_eq!(kept("runs.jsonl"), runs);
+}
+
+#[test]
+fn other_results_are_not_replaced_without_being_told() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tables.md"), "mine").unwrap();
+    let arguments = [CHEAP, "--runs", "1", "--markdown", "tables.md"];
+    let refused = reproduce(folder.path(), &arguments);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--force"));
+    ok(&reproduce(folder.path(), &[&arguments[..], &["--force"]].concat()));
+    let text = std::fs::read_to_string(folder.path().join("tables.md")).unwrap();
+    assert!(text.contains("NBLS, 1.4 cm/s"), "{text}");
+}
+
+#[test]
+fn an_unknown_item_is_refused_with_what_there_is() {
+    let output = reproduce(Path::new("."), &["table-9.9"]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8_lossy(&output.stderr);
+    for id in ["table-4.15", "figures-2.2-2.6", "closed-loop-models", CHEAP] {
+        assert!(message.contains(id), "{message}");
+    }
+    assert_eq!(reproduce(Path::new("."), &[CHEAP, "--runs", "0"]).status.code(), Some(2));
+}

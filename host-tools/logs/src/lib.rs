@@ -1,0 +1,19 @@
+//! What a vehicle recorded and what is declared of it: vehicle logs, importers for other people's logs, session files,
+//! vehicle files.
+//!
+//! Errors of the readers name the file, the line, the column and what was expected there.
+
+pub mod error;
+pub mod importers;
+pub mod log;
+pub mod manoeuvring;
+pub mod output;
+pub mod session;
+pub mod settings;
+pub mod stats;
+pub mod vehicle_file;
+
+pub use error::DataError;
+pub use log::{Column, Log, LogRow, LogWriter, STATE_COLUMNS, Truth, TruthRow, TruthWriter};
+pub use manoeuvring::ManoeuvringModel;
+pub use vehicle_file::{BoardFile, BoardParameter, VehicleEffects, VehicleFile, parameters_page};

@@ -1,0 +1,278 @@
+//! `backseat navigate` as a user runs it.
+
+use backseat_logs::{Column, LogRow, LogWriter, Truth, TruthRow, TruthWriter, VehicleFile};
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// Three minutes north at 1 m/s and 3 m depth beside a ship that goes east, with plausible noise.
+struct Mission {
+    folder: TempDir,
+}
+
+/// A reproducible number in ±1.
+fn noise(k: u64, salt: u64) -> f64 {
+    let mut x = k.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ salt.wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 31)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((x >> 11) as f64 / (1_u64 << 53) as f64) * 2.0 - 1.0
+}
+
+impl Mission {
+    fn new() -> Self {
+        let mission = Self { folder: tempfile::tempdir().unwrap() };
+        let mut log = LogWriter::create(&mission.path("log.csv")).unwrap();
+        let mut truth = TruthWriter::create(&mission.path("truth.csv")).unwrap();
+        for k in 0..=900_u64 {
+            let (time_us, t) = (k * 200_000, k as f64 * 0.2);
+            let mut row = LogRow::new(time_us);
+            row.set(Column::Depth, 3.0 + 0.06 * noise(k, 1));
+            row.set_all(Column::DvlU, &[1.0 + 0.01 * noise(k, 2), 0.01 * noise(k, 3), 0.01 * noise(k, 4)]);
+            row.set_all(Column::Roll, &[0.01 * noise(k, 5), 0.01 * noise(k, 6), 0.01 * noise(k, 7)]);
+            row.set_all(Column::P, &[0.005 * noise(k, 8), 0.005 * noise(k, 9), 0.005 * noise(k, 10)]);
+            row.set(Column::PropRpm, 1005.0).set_all(Column::FinTop, &[0.0; 4]);
+            if k % 5 == 0 {
+                row.set_all(Column::ShipGpsX, &[200.0 + 0.5 * noise(k, 11), t + 0.5 * noise(k, 12)]);
+                if t <= 10.0 {
+                    row.set_all(Column::GpsX, &[t + noise(k, 13), noise(k, 14)]);
+                }
+            }
+            if k % 150 == 0 && k > 0 {
+                let range = (200.0 - t).hypot(t).hypot(3.0) + 0.5 * noise(k, 15);
+                let rate = ((t - 200.0) + t) / range;
+                let launch = t - range / 1500.0;
+                row.set_all(Column::Range, &[range, rate, launch, t, 200.0, launch]);
+            }
+            log.write(&row).unwrap();
+            let mut row = TruthRow { time_us, state: Default::default(), current_mps: [0.0; 2] };
+            (row.state[0], row.state[2], row.state[6]) = (t, 3.0, 1.0);
+            truth.write(&row).unwrap();
+        }
+        log.finish().unwrap();
+        truth.finish().unwrap();
+        mission
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_backseat")).current_dir(self.folder.path()).args(args).output().unwrap()
+    }
+
+    /// Runs, expects success (3 where the result says that it is not to be trusted), returns the JSON object.
+    fn json(&self, args: &[&str]) -> serde_json::Value {
+        let output = self.run(&[&["navigate", "log.csv", "--json"], args].concat());
+        assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+        let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let code = if result["trust"] == "ok" { 0 } else { 3 };
+        assert_eq!(output.status.code(), Some(code), "{result}");
+        result
+    }
+
+    /// Runs, expects failure, returns the one line on stderr that is neither a note nor a warning.
+    fn failure(&self, args: &[&str]) -> String {
+        let output = self.run(&[&["navigate"], args].concat());
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        let lines = text.lines().filter(|line| !line.starts_with("note: ") && !line.starts_with("warning: "));
+        let [error] = lines.collect::<Vec<_>>()[..] else { panic!("{text}") };
+        assert!(error.starts_with("error: "), "{text}");
+        error.to_owned()
+    }
+}
+
+#[test]
+fn every_configuration_finds_its_way() {
+    let mission = Mission::new();
+    let configurations: [&[&str]; 6] = [
+        &["--model", "kinematic"],
+        &["--model", "dynamic"],
+        &["--model", "dynamic", "--no-dvl"],
+        &["--no-dvl", "--no-range-rate"],
+        &["--no-dvl", "--current"],
+        &["--no-dvl", "--packet"],
+    ];
+    for args in configurations {
+        let result = mission.json(&[args, &["--truth", "truth.csv"]].concat());
+        // Fixes of 1 m (uniform) for 10 s, then 170 s of 1 m/s: no configuration may lose ten metres.
+        let p95_m = result["error"]["p95_m"].as_f64().unwrap();
+        assert!(p95_m < 10.0, "{args:?}: {result}");
+        assert!((result["final"]["x_m"].as_f64().unwrap() - 180.0).abs() < 10.0, "{args:?}: {result}");
+        for key in ["nis", "rejected", "wall_s", "digest"] {
+            assert!(!result[key].is_null(), "{key}");
+        }
+        assert!(result["nis"]["depth"].is_f64());
+        assert_eq!(result["nis"].get("dvl").is_some(), !args.contains(&"--no-dvl"));
+    }
+    assert!(mission.json(&[])["error"].is_null());
+    assert_eq!(mission.json(&[])["digest"], mission.json(&[])["digest"]);
+}
+
+#[test]
+fn results_are_written_once() {
+    let mission = Mission::new();
+    let args = ["navigate", "log.csv", "--truth", "truth.csv", "--out", "track.csv", "--report", "report"];
+    let output = mission.run(&args);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    for part in ["horizontal error", "x real time", "digest", "report.html", "range_rate"] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+    let track = Truth::read(&mission.path("track.csv")).unwrap();
+    assert!(track.rows.len() > 170);
+    let page = std::fs::read_to_string(mission.path("report/report.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("Innovations"));
+    assert!(mission.failure(&args[1..]).contains("exists already"));
+    assert!(mission.run(&[&args[..], &["--force"]].concat()).status.success());
+}
+
+#[test]
+fn estimates_have_their_sigma_and_a_short_log_separates_none() {
+    let mission = Mission::new();
+    let log = ["navigate", "log.csv", "--no-dvl", "--report", "report", "--learn", "next.toml"];
+    let output = mission.run(&log);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let row = text.lines().find(|line| line.starts_with("m11 ")).unwrap();
+    assert!(row.contains("10.0 %") && row.ends_with("not separable yet"), "{row}");
+    // Three minutes on one line at one speed show a trim or two.
+    assert!(text.contains(" of 20 estimates") && text.contains("min after the start"), "{text}");
+    let page = std::fs::read_to_string(mission.path("report/report.html")).unwrap();
+    assert!(page.contains(" of 20 estimates") && page.contains("not separable yet"));
+    let log = std::fs::read_to_string(mission.path("log.csv")).unwrap();
+    std::fs::write(mission.path("short.csv"), log.lines().take(6).collect::<Vec<_>>().join("\n") + "\n").unwrap();
+    let output = mission.run(&["navigate", "short.csv", "--no-dvl"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("too short, or its motion too uniform, to separate any estimate"), "{text}");
+    let estimates = mission.json(&["--no-dvl"])["estimates"].clone();
+    assert_eq!(estimates["beta5"]["separable"], false);
+    assert!(estimates["current_north"]["sigma"].as_f64().unwrap() > 0.0);
+    assert!(mission.json(&["--model", "nominal"])["estimates"].is_null());
+
+    // The next dive starts from it.
+    let next = VehicleFile::read(&mission.path("next.toml")).unwrap();
+    assert_eq!((next.learnt.dives, next.parameters), (1, VehicleFile::reference().parameters));
+    let first = mission.json(&["--no-dvl"]);
+    let second = mission.json(&["--no-dvl", "--vehicle", "next.toml"]);
+    let sigma = |run: &serde_json::Value, name: &str| run["estimates"][name]["sigma"].as_f64().unwrap();
+    assert!(sigma(&second, "beta5") < sigma(&first, "beta5"));
+    assert_ne!(first["digest"], second["digest"]);
+    assert!(
+        mission.failure(&["log.csv", "--model", "nominal", "--learn", "no.toml"]).contains("--learn: only the robust")
+    );
+}
+
+#[test]
+fn a_prior_that_makes_no_sense_is_refused_where_it_stands() {
+    let mission = Mission::new();
+    let file = VehicleFile::reference().to_toml("");
+    for (from, to, words) in [
+        ("current_mps = 0.3", "current_mps = -0.3", "prior.current_mps: -0.3 is outside 0 to 5 (m/s)"),
+        ("fin_lag_s = 0.15", "fin_lag_s = nan", "prior.fin_lag_s: NaN is outside 0 to 2 (s)"),
+        ("fin_lag_s = 0.15", "", "[prior] lacks fin_lag_s (s): Sigma of the lag of the fins."),
+    ] {
+        std::fs::write(mission.path("v.toml"), file.replacen(from, to, 1)).unwrap();
+        let error = mission.failure(&["log.csv", "--vehicle", "v.toml"]);
+        assert!(error.contains("v.toml:") && error.contains(words), "{error}");
+    }
+    std::fs::write(mission.path("v.toml"), file.replacen("fin_lag_s = 0.15", "fin_lag_s = 0", 1)).unwrap();
+    assert!(mission.json(&["--vehicle", "v.toml"])["estimates"].get("fin_lag").is_none(), "known");
+}
+
+#[test]
+fn a_mapped_table_is_the_same_log() {
+    let mission = Mission::new();
+    let log = std::fs::read_to_string(mission.path("log.csv")).unwrap();
+    let (header, rows) = log.split_once('\n').unwrap();
+    let names: Vec<&str> = header.trim_end().split(',').collect();
+    let theirs: Vec<String> = (0..names.len()).map(|k| format!("channel {k}")).collect();
+    std::fs::write(mission.path("table.csv"), format!("{}\n{rows}", theirs.join(","))).unwrap();
+    let mut map = format!("[time]\ncolumn = \"{}\"\nunit = \"s\"\nbase = \"start\"\n", theirs[0]);
+    for (name, theirs) in names.iter().zip(&theirs).skip(1) {
+        map += &format!("[columns.{name}]\ncolumn = \"{theirs}\"\n");
+    }
+    std::fs::write(mission.path("map.toml"), map).unwrap();
+    let output = mission.run(&["navigate", "table.csv", "--columns", "map.toml", "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mapped: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(mapped["digest"], mission.json(&[])["digest"]);
+    assert!(mission.failure(&["table.csv"]).contains("table.csv"));
+}
+
+#[test]
+fn a_log_without_actuators_or_dvl_is_dead_reckoned() {
+    let mission = Mission::new();
+    let rows: String = (0..100).map(|t| format!("{t},{t},0,0.0,1.0\n")).collect();
+    std::fs::write(mission.path("uvc.csv"), format!("t_s,north_m,east_m,heading_true_deg,speed_log_mps\n{rows}"))
+        .unwrap();
+    let output = mission.run(&["navigate", "uvc.csv"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("dead reckoning") && text.contains("GNSS withheld"), "{text}");
+    assert!(text.contains("median 0.00 m"), "{text}");
+    assert!(mission.failure(&["uvc.csv", "--model", "dynamic"]).contains("needs prop_rpm"));
+}
+
+#[test]
+fn broken_input_ends_in_one_line() {
+    let mission = Mission::new();
+    let write = |name: &str, text: &str| std::fs::write(mission.path(name), text).unwrap();
+    write("text.csv", "t_s,depth_m\n0,deep\n");
+    write("back.csv", "t_s,depth_m\n1,1\n0,1\n");
+    write("twice.csv", "t_s,depth_m,depth_m\n1,1,1\n");
+    write("empty.csv", "");
+    write("nofix.csv", "t_s,roll_rad,pitch_rad,heading_rad\n0,0,0,0\n");
+    write("unknown.toml", "[vehicle]\nmass = 3\n");
+    write("type.toml", "[vehicle]\nmass_kg = true\n");
+    write("syntax.toml", "[vehicle\n");
+    write("elsewhere.csv", "t_s,x_m,y_m\n100000,0,0\n");
+    std::fs::write(mission.path("cut.csv.gz"), [0x1f, 0x8b, 8, 0, 0]).unwrap();
+    let cases: [(&[&str], &str); 13] = [
+        (&["none.csv"], "none.csv: No such file"),
+        (&["text.csv"], "text.csv:2:2: depth_m"),
+        (&["back.csv"], "back.csv:3:1: t_s"),
+        (&["twice.csv"], "twice.csv:1:3"),
+        (&["empty.csv"], "empty.csv: the file is empty"),
+        (&["nofix.csv"], "no fix of the vehicle"),
+        (&["cut.csv.gz"], "cut.csv.gz"),
+        (&["log.csv", "--vehicle", "none.toml"], "none.toml: No such file"),
+        (&["log.csv", "--vehicle", "unknown.toml"], "unknown.toml:2:1: unknown key mass"),
+        (&["log.csv", "--vehicle", "type.toml"], "type.toml:"),
+        (&["log.csv", "--vehicle", "syntax.toml"], "syntax.toml:"),
+        (&["log.csv", "--truth", "text.csv"], "no column x_m"),
+        (&["log.csv", "--truth", "elsewhere.csv"], "no time in common"),
+    ];
+    for (args, message) in cases {
+        let text = mission.failure(args);
+        assert!(text.contains(message), "{args:?}: {text}");
+    }
+    assert!(mission.failure(&["log.csv", "--out", "no such folder/track.csv"]).contains("No such file"));
+}
+
+#[test]
+fn usage() {
+    let mission = Mission::new();
+    for args in [&["navigate"][..], &["navigate", "log.csv", "--model", "magic"], &["fly"]] {
+        assert_eq!(mission.run(args).status.code(), Some(2), "{args:?}");
+    }
+    let help = mission.run(&["navigate", "--help"]);
+    assert_eq!(help.status.code(), Some(0));
+    assert!(String::from_utf8(help.stdout).unwrap().contains("Examples:"));
+    let script = mission.run(&["completions", "bash"]);
+    assert!(String::from_utf8(script.stdout).unwrap().contains("navigate"));
+}
+
+#[test]
+fn the_smoothed_track_is_judged_beside_the_filtered_one() {
+    let mission = Mission::new();
+    let kinematic = ["--model", "kinematic", "--truth", "truth.csv"];
+    let plain = mission.json(&kinematic);
+    assert!(plain["smoothed_error"].is_null());
+    let smoothed = mission.json(&[&kinematic[..], &["--smooth", "--report", "out"]].concat());
+    assert_eq!(smoothed["error"], plain["error"]);
+    assert_eq!(smoothed["digest"], plain["digest"]);
+    let rms = |error: &serde_json::Value| error["rms_m"].as_f64().unwrap();
+    assert!(rms(&smoothed["smoothed_error"]) < rms(&smoothed["error"]), "{smoothed}");
+    let page = std::fs::read_to_string(mission.path("out/report.html")).unwrap();
+    assert!(page.contains("smoothed"), "the report has a line of the smoothed track");
+}
