@@ -339,7 +339,7 @@ impl Backseat {
             return;
         }
         let dives = parameters.active().learnt.dives.saturating_add(1);
-        if let Some(learnt) = estimator.navigator().learnt(dives)
+        if let Some(learnt) = estimator.navigator().main().learnt(dives)
             && parameters.learn(&learnt)
         {
             learning.kept();

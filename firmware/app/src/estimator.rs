@@ -16,8 +16,8 @@ use crate::store::{Coasted, Navigation, coast_m};
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    Apart, CloneId, ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Integrity,
-    Measurement, NavigationError, Navigator, ProcessModel, Sensor, ShipReport,
+    CloneId, ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Integrity, Measurement,
+    NavigationError, Navigator, ProcessModel, Sensor, ShipReport,
 };
 use backseat_core::state::{PHI, PSI, U, V, VehicleState, W, X, Y, Z, wrap_angle};
 use heapless::Vec;
@@ -117,7 +117,8 @@ impl Estimator {
     pub fn stated_variance(&self, i: usize) -> f64 {
         let variance = self.navigator.variance(i);
         let slow_m = if i == Z { libm::hypot(DEPTH_SLOW_M, self.depth_drift_m) } else { 0.0 };
-        variance + self.integrity.unseen(i, variance, self.navigator(), self.receivers_m) + slow_m * slow_m
+        let (time_us, wave_variance_m2) = (self.navigator.time_us(), self.navigator.main().wave_variance());
+        variance + self.integrity.unseen((i, variance), time_us, wave_variance_m2, self.receivers_m) + slow_m * slow_m
     }
 
     /// √(σx² + σy²) of these, m.
@@ -324,10 +325,10 @@ impl Estimator {
     }
 
     fn fuse_measurement(&mut self, measurement: &Measurement) {
-        let apart = Apart::new(self.navigator(), measurement);
         let Self { navigator, integrity, .. } = self;
+        let offset = navigator.mixture_offset(measurement);
         let fusions: Fusions = navigator.fuse(measurement);
-        integrity.take(&fusions, navigator, apart);
+        integrity.take(&fusions, navigator.main().monitor(), &navigator.config().sensors, offset);
         for record in fusions.iter() {
             let confirms = matches!(record.sensor, Sensor::VehicleGnss | Sensor::Range);
             if confirms && record.outcome == FusionOutcome::Fused {
@@ -387,7 +388,7 @@ impl Estimator {
 
     /// Since when attitude or depth and the filter have contradicted each other, µs.
     pub fn unsteerable_since_us(&self) -> Option<u64> {
-        let since_us = [Sensor::Attitude, Sensor::Depth].map(|sensor| self.navigator.suspect_since_us(sensor));
+        let since_us = [Sensor::Attitude, Sensor::Depth].map(|sensor| self.navigator.main().suspect_since_us(sensor));
         since_us.into_iter().flatten().min()
     }
 
@@ -397,7 +398,7 @@ impl Estimator {
     }
 
     /// Whether any sensor is suspect, or unconfirmed. Not unconfirmed ranges and fixes: they are used again, and the
-    /// sigma of the position covers both accounts for as long as it takes.
+    /// sigma of the position covers both position solutions for as long as it takes.
     pub fn is_suspect(&self) -> bool {
         let covered = |sensor: Sensor| matches!(sensor, Sensor::Range | Sensor::VehicleGnss);
         self.contradicts(|sensor| !covered(sensor))
@@ -409,9 +410,9 @@ impl Estimator {
     }
 
     fn contradicts(&self, unconfirmed_counts: impl Fn(Sensor) -> bool) -> bool {
-        let navigator = &self.navigator;
+        let filter = self.navigator.main();
         Sensor::ALL.into_iter().any(|sensor| {
-            navigator.is_suspect(sensor) || (unconfirmed_counts(sensor) && navigator.unconfirmed_sigma(sensor) > 0.0)
+            filter.is_suspect(sensor) || (unconfirmed_counts(sensor) && filter.unconfirmed_sigma(sensor) > 0.0)
         })
     }
 }

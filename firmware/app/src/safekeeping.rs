@@ -156,7 +156,7 @@ impl Backseat {
             speed_mps: x[U],
             position_m: [x[X], x[Y]],
             outside_polygon: !fence.contains([x[X], x[Y]]),
-            depth_jump_m: navigator.unconfirmed_sigma(Sensor::Depth) / JUMP_SHARE,
+            depth_jump_m: navigator.main().unconfirmed_sigma(Sensor::Depth) / JUMP_SHARE,
             depth_drift_m: witness.drift_m(),
             depth_recent_m: witness.recent_m(),
             has_fix: fresh(inputs.latest().fix_m, now_us, FIX_AGE_US).is_some(),

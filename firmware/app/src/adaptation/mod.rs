@@ -142,7 +142,7 @@ impl Adaptation {
         let mut velocity =
             Vector3::from(velocity_at_centre(rates_radps, at_instrument, &settings.app.installation.dvl_arm_m));
         if !self.water_track {
-            if navigator.current_sigma().is_some_and(|sigma| sigma.iter().any(|s| *s > CURRENT_SIGMA_MPS)) {
+            if navigator.main().current_sigma().is_some_and(|sigma| sigma.iter().any(|s| *s > CURRENT_SIGMA_MPS)) {
                 return Err(Activity::NoVelocity);
             }
             let [north, east] = navigator.current();

@@ -66,4 +66,5 @@ pub use interface::measurement::{
 };
 pub use sources::models;
 pub use trust::consistency::{Consistency, NisTally, nees_position, nees_vehicle};
-pub use trust::integrity::{Apart, Integrity};
+pub use trust::innovation_monitor::InnovationMonitor;
+pub use trust::integrity::{Integrity, MixtureOffset};

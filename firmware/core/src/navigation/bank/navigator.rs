@@ -22,16 +22,17 @@ use crate::navigation::interface::config::{NavigationConfig, ProcessModel};
 use crate::navigation::interface::effect_states::EffectStates;
 use crate::navigation::interface::error::{CloneError, ConfigError, NavigationError};
 use crate::navigation::interface::initial::{InitialShip, InitialState};
-use crate::navigation::interface::measurement::{CloneId, Fusions, Measurement};
+use crate::navigation::interface::measurement::{AcousticPath, CloneId, Fusions, Measurement, ShipEnd};
+use crate::navigation::trust::integrity::MixtureOffset;
 use crate::parameters::{Learnt, ProcessNoise};
-use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, wrap_angle};
+use crate::state::{PSI, VEHICLE_STATES, VehicleState, X, Y, Z, wrap_angle};
 use core::f64::consts::PI;
-use core::ops::Deref;
 use nalgebra::{ArrayStorage, SMatrix, Vector2};
 
 /// The navigation filter. Some 100 kB: lives in a static, never passed by value; a host may copy it.
 ///
-/// Augmented states, ship and monitor are those of the main filter, through [`Deref`].
+/// State and covariance of the vehicle are the mixture's. What only one filter has (augmented states, ship, innovation
+/// monitor, configuration) is the main filter's: see [`Self::main`].
 #[derive(Clone)]
 pub struct Navigator {
     main: Filter,
@@ -284,6 +285,57 @@ impl Navigator {
         members
     }
 
+    /// The main filter: the member that allows most, whose innovations decide which measurements are used. Its augmented
+    /// states, its ship, its innovation monitor and its configuration stand for the whole bank. Its `state`, `covariance`
+    /// and `current` are its own, not the mixture's: take these from the [`Navigator`].
+    #[must_use]
+    pub fn main(&self) -> &Filter {
+        &self.main
+    }
+
+    /// Time of all filters, µs.
+    #[must_use]
+    pub fn time_us(&self) -> u64 {
+        self.main.time_us()
+    }
+
+    /// Whether state and covariance mean anything: the main filter's do.
+    #[must_use]
+    pub fn is_initialised(&self) -> bool {
+        self.main.is_initialised()
+    }
+
+    /// How the main filter failed, if it did; the bank then refuses everything until initialised again.
+    #[must_use]
+    pub fn failure(&self) -> Option<NavigationError> {
+        self.main.failure()
+    }
+
+    /// The configuration as the main filter uses it.
+    #[must_use]
+    pub fn config(&self) -> &NavigationConfig {
+        self.main.config()
+    }
+
+    /// By how much the main filter's prediction of a depth or a range differs from the mixture's; call it before the
+    /// measurement is fused.
+    #[must_use]
+    pub fn mixture_offset(&self, measurement: &Measurement) -> MixtureOffset {
+        let (main, x) = (&self.main, self.state());
+        let more = |i, j| self.covariance(i, j) - main.propagated_covariance(i, j);
+        match measurement {
+            Measurement::Depth { .. } => MixtureOffset { predicted_m: main.state()[Z] - x[Z], variance_m2: more(Z, Z) },
+            Measurement::Range { path: AcousticPath { ship: ShipEnd::Reported(ship), .. }, .. } => {
+                let [north_m, east_m] = ship.position_m;
+                let distance_m = |x: &VehicleState| libm::hypot(x[X] - north_m, x[Y] - east_m);
+                let [n, e] = [x[X] - north_m, x[Y] - east_m].map(|d| d / distance_m(x).max(1.0));
+                let variance_m2 = n * n * more(X, X) + 2.0 * n * e * more(X, Y) + e * e * more(Y, Y);
+                MixtureOffset { predicted_m: distance_m(main.state()) - distance_m(x), variance_m2 }
+            }
+            _ => MixtureOffset::default(),
+        }
+    }
+
     /// Weights of the nominal filter and of the one whose current changes, 0 to 1; 0 without a bank.
     #[must_use]
     pub fn weights(&self) -> [f64; 2] {
@@ -321,8 +373,8 @@ impl Navigator {
     }
 
     /// Covariance of states `i` and `j`; 0 beyond the last. That of vehicle states is that of the mixture; that of the
-    /// position covers both accounts while ranges are unconfirmed, which P itself does not
-    /// ([`Filter::unconfirmed_sigma`]).
+    /// position covers both position solutions while ranges are unconfirmed, which P itself does
+    /// not ([`Filter::unconfirmed_sigma`]).
     #[must_use]
     pub fn covariance(&self, i: usize, j: usize) -> f64 {
         let main = self.main.covariance(i, j);
@@ -399,14 +451,6 @@ fn with_config<T>(k: usize, config: &NavigationConfig, adopt: impl FnOnce(&Navig
         _ => {}
     }
     adopt(&member)
-}
-
-impl Deref for Navigator {
-    type Target = Filter;
-
-    fn deref(&self) -> &Filter {
-        &self.main
-    }
 }
 
 impl Default for Navigator {

@@ -344,6 +344,12 @@ impl Filter {
         if self.monitor.waves.have_refused(Sensor::Depth) { self.monitor.waves.variance(Sensor::Depth) } else { 0.0 }
     }
 
+    /// The gate's memory, for [`crate::navigation::Integrity`].
+    #[must_use]
+    pub fn monitor(&self) -> &InnovationMonitor {
+        &self.monitor
+    }
+
     /// Whether one sensor and the filter contradict each other. The sensor is then not fused, and the states that it
     /// observes are propagated with more noise until it is consistent again, or silent.
     #[must_use]

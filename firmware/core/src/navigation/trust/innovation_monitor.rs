@@ -221,9 +221,9 @@ pub(crate) struct Growth {
     pub(crate) current: [f64; 3],
 }
 
-/// What the gate remembers of each sensor.
+/// What the gate remembers of each sensor. It is read through [`crate::navigation::Filter`].
 #[derive(Clone)]
-pub(crate) struct InnovationMonitor {
+pub struct InnovationMonitor {
     /// Of the measurement under way, in sigmas.
     pub(crate) sigma: f64,
     /// At least one source is suspect or unconfirmed. In normal operation only this flag is read.
