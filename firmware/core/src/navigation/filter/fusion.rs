@@ -12,7 +12,8 @@ use crate::navigation::interface::effect_states::StateParameter;
 use crate::navigation::interface::error::NavigationError;
 use crate::navigation::interface::measurement::{FusionOutcome, FusionRecord, Fusions, Measurement, Sensor};
 use crate::navigation::sources::{attitude, depth, dvl, range, range_rate, rates, ship_gnss, two_way, vehicle_gnss};
-use crate::navigation::trust::innovation_monitor::{EXCEEDANCE, Estimated, LARGEST_CURRENT_MPS, largest_sigma};
+use crate::navigation::trust::innovation_monitor::{EXCEEDANCE, Estimated, LARGEST_CURRENT_MPS};
+use crate::navigation::trust::source_state::largest_sigma;
 use crate::state::{P, PHI, U, X, Y, Z, wrap_angle};
 use core::ops::Range;
 
