@@ -3,12 +3,12 @@
 //! ```text
 //! bytes ─> links ─> inputs ─> estimator ─┬─> modes, safety > end of a mission ─┐
 //!           │ ^                          ├─> steering ───> sentences, input ─┼─> Backseat::step applies
-//!           │ └── requests               ├─> adaptation ─> other parameters ─┘
+//!           │ └── requests               ├─> adaptation                       │
 //!           └─> echo ─> steering         └─> telemetry
 //! ```
 //! Components know the components to their left at most, own their state and return decisions.
 
-use crate::adaptation::{Adaptation, Change};
+use crate::adaptation::Adaptation;
 use crate::estimator::{Estimator, FilterPlace};
 use crate::host::{HOST_RING, Host, send};
 use crate::inputs::Inputs;
@@ -24,7 +24,7 @@ use crate::storage::{Asked, Storage};
 use crate::telemetry;
 use crate::time::{STEP_US, UtcClock};
 use crate::uplink::Uplink;
-use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use backseat_core::dynamics::VehicleModel;
 use backseat_core::parameters::joint_check;
 use backseat_core::state::Z;
 use backseat_wire::hostlink::{self, FromBoard, Port, Refusal};
@@ -211,7 +211,7 @@ impl Backseat {
         self.carry_out(&orders);
         self.ask(now_us);
         self.call(now_us);
-        self.adapt(now_us);
+        self.adapt();
         self.learn();
         self.store();
         true
@@ -315,14 +315,11 @@ impl Backseat {
         }
     }
 
-    /// One step of the identifier; uses parameters that have proved better.
+    /// One step of the identifier.
     #[inline(never)]
-    fn adapt(&mut self, now_us: u64) {
+    fn adapt(&mut self) {
         let Self { adaptation, inputs, estimator, parameters, steering, .. } = self;
-        let change = adaptation.step(now_us, steering.under_way(), inputs, estimator.navigator(), parameters.active());
-        if let Some(change) = change {
-            self.change_vehicle(now_us, &change);
-        }
+        adaptation.step(steering.under_way(), inputs, estimator.navigator(), parameters.active());
     }
 
     /// At the end of a dive, keeps what the filter has learnt of the vehicle; not from a filter that contradicts its
@@ -346,43 +343,15 @@ impl Backseat {
         }
     }
 
-    /// Flash is never erased under way: what was adopted or learnt is stored when no mission is.
+    /// Flash is never erased under way: what was learnt is stored when no mission is.
     fn store(&mut self) {
         if self.steering.is_engaged() || self.steering.is_wiggling() || !self.storage.is_idle() {
             return;
         }
-        let asked = if self.adaptation.take_to_store() {
-            Asked::Adoption
-        } else if self.learning.take_to_store() {
-            Asked::Learning
-        } else {
-            return;
-        };
-        // idle a line ago
-        let _ = self.storage.request(asked);
-    }
-
-    /// Carries out a change of the parameters in use; false when the vehicle was refused.
-    pub fn change_vehicle(&mut self, now_us: u64, change: &Change) -> bool {
-        let before = self.parameters.active().vehicle;
-        let used = self.use_vehicle(&change.vehicle);
-        self.adaptation.changed(now_us, change, used.then_some(&before));
-        used
-    }
-
-    /// Gives filter and controller another vehicle under way; false, and nothing changed, when they refuse it.
-    fn use_vehicle(&mut self, vehicle: &VehicleParameters) -> bool {
-        let Ok(model) = VehicleModel::new(vehicle) else { return false };
-        let before = self.parameters.active().vehicle;
-        if !self.parameters.adopt(vehicle) {
-            return false;
+        if self.learning.take_to_store() {
+            // idle a line ago
+            let _ = self.storage.request(Asked::Learning);
         }
-        if self.estimator.set_model(&model).is_err() {
-            self.parameters.adopt(&before);
-            return false;
-        }
-        self.steering.set_model(&model);
-        true
     }
 
     /// Telemetry of the step: each fusion, then the step itself.
@@ -409,8 +378,8 @@ impl Backseat {
         if let Some(identification) = self.adaptation.report(now_us) {
             send(out, &FromBoard::Identification(identification));
         }
-        while let Some(verdict) = self.adaptation.take_verdict() {
-            send(out, &FromBoard::Adoption(verdict));
+        if let Some(stored) = self.learning.take_report() {
+            send(out, &FromBoard::LearntStored(stored));
         }
         if let Some(report) = self.adaptation.fault_report(now_us) {
             send(out, &FromBoard::Fault(report));

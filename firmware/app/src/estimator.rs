@@ -179,16 +179,6 @@ impl Estimator {
         Ok(())
     }
 
-    /// Another vehicle, while the filter runs.
-    ///
-    /// # Errors
-    /// The effects do not fit it; the old one stays.
-    pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
-        self.navigator.set_model(model)?;
-        self.model = Some(model.clone());
-        Ok(())
-    }
-
     /// Forgets the last step and what was before a reset.
     pub fn reset(&mut self) {
         self.resumed = None;

@@ -129,16 +129,6 @@ impl Navigator {
         others.try_for_each(|(k, member)| with_config(k, config, |own| member.filter.reconfigure(own)))
     }
 
-    /// Adopts another vehicle while running.
-    ///
-    /// # Errors
-    /// [`ConfigError::Plant`] if the effects do not fit it; the model is then as it was.
-    pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
-        self.main.set_model(model)?;
-        let bank = self.main.config().bank;
-        self.others.iter_mut().filter(|_| bank).try_for_each(|member| member.filter.set_model(model))
-    }
-
     /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 unless set.
     pub fn set_epoch(&mut self, epoch_us: u64) {
         self.main.set_epoch(epoch_us);

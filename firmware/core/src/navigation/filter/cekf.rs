@@ -91,11 +91,6 @@ impl Filter {
         Ok(())
     }
 
-    fn select_effects(&mut self) {
-        self.effects.select(&self.config);
-        self.x.water_mps = water_of(&self.config.effects);
-    }
-
     /// Adopts new numbers while running; state and covariance stay.
     ///
     /// # Errors
@@ -113,17 +108,6 @@ impl Filter {
                 Ok(())
             }
         }
-    }
-
-    /// Adopts another vehicle while running.
-    ///
-    /// # Errors
-    /// [`ConfigError::Plant`] if the effects do not fit it; the model is then as it was.
-    pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
-        self.select_effects();
-        self.effects.adopt(model, &self.config)?;
-        self.model = Some(model.clone());
-        Ok(())
     }
 
     /// Time that the effects' onsets and drifts count from, µs of the filter's time; 0 unless set.
