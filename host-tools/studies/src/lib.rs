@@ -3,7 +3,6 @@
 //! Every study is one command of `backseat studies`, except [`reproduce`] and [`fault_table`] (`backseat sim faults`).
 
 pub mod adaptive_control;
-pub mod adoption;
 mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
@@ -48,10 +47,6 @@ pub enum Study {
   backseat studies navigation --runs 4 --cases exact,10%,Y
   backseat studies navigation --runs 20 --store runs.jsonl --out docs/results/navigation.md")]
     Navigation(navigation::Args),
-    /// Gain of using the parameters that the backseat identified
-    #[command(after_help = "Example:
-  backseat studies adoption --runs 20 --first-seed 301 --out docs/results/adoption.md")]
-    Adoption(EnsembleArgs),
     /// Gains and feed-forward that follow the filter's parameters, against fixed ones
     #[command(after_help = "Example:
   backseat studies adaptive-control --runs 5 --out docs/results/adaptive_control.md")]
@@ -82,7 +77,6 @@ impl Study {
     pub fn run(&self) -> anyhow::Result<()> {
         match self {
             Self::Navigation(arguments) => navigation::run(arguments),
-            Self::Adoption(arguments) => adoption::run(arguments),
             Self::AdaptiveControl(arguments) => adaptive_control::run(arguments),
             Self::Geometry(arguments) => geometry::run(arguments),
             Self::PacketNavigation(arguments) => packet_navigation::run(arguments),
