@@ -10,7 +10,7 @@
 mod acoustics;
 
 use crate::inputs::installation::{self, body_to_ned, horizon_us, velocity_at_centre};
-use crate::inputs::{ActuatorHistory, Inputs, Packets, Sample, fresh};
+use crate::inputs::{ActuatorHistory, Inputs, Packets, SensorSample, fresh};
 use crate::parameters::Settings;
 use crate::store::{Coasted, Navigation, coast_m};
 use crate::time::{UtcClock, micros};
@@ -29,7 +29,8 @@ const INITIAL_FIX_AGE_US: u64 = 2_500_000;
 /// Step of the prediction to the present, s.
 const OUTPUT_STEP_S: f64 = 0.05;
 
-/// One sigma of a pressure sensor's slow error that no second witness on board sees, m: 0.25 % of 100 m.
+/// One sigma of a pressure sensor's slow error, m: 0.25 % of 100 m. No other sensor on board measures depth, and the
+/// cross-check by pitch and speed does not see so slow an error.
 const DEPTH_SLOW_M: f64 = 0.25;
 
 /// Samples that came too late for their order.
@@ -41,11 +42,11 @@ pub struct Lateness {
     pub too_late: u32,
 }
 
-/// Where the filter lives: in the app, or by the feature `filter-apart` where a board puts it.
-#[cfg(not(feature = "filter-apart"))]
+/// Where the filter lives: in the app, or by the feature `static-filter` where a board puts it.
+#[cfg(not(feature = "static-filter"))]
 pub type FilterPlace = Navigator;
 /// Where the filter lives: where the board puts it.
-#[cfg(feature = "filter-apart")]
+#[cfg(feature = "static-filter")]
 pub type FilterPlace = &'static mut Navigator;
 
 /// The filter with the state for its start and its restart.
@@ -108,7 +109,7 @@ impl Estimator {
     }
 
     /// The filter, at its horizon.
-    #[cfg_attr(feature = "filter-apart", expect(clippy::needless_borrow, reason = "the place is a reference there"))]
+    #[cfg_attr(feature = "static-filter", expect(clippy::needless_borrow, reason = "the place is a reference there"))]
     pub fn navigator(&self) -> &Navigator {
         &self.navigator
     }
@@ -288,16 +289,16 @@ impl Estimator {
     }
 
     /// Fuses a sample that was valid `late_s` before the filter's time.
-    fn fuse(&mut self, sample: &Sample, late_s: f64, settings: &Settings, clock: &UtcClock) {
+    fn fuse(&mut self, sample: &SensorSample, late_s: f64, settings: &Settings, clock: &UtcClock) {
         let app = &settings.app;
         let used = match *sample {
-            Sample::Depth { .. } => app.use_depth,
-            Sample::Attitude { .. } => app.use_attitude,
-            Sample::Rates { .. } => app.use_rates,
-            Sample::BottomTrack { .. } => app.use_dvl,
-            Sample::WaterTrack { .. } => app.use_water_track,
-            Sample::Fix { .. } => app.use_gnss && self.navigator.state()[Z] <= app.gnss_max_depth_m,
-            Sample::Acoustic(ref report) => {
+            SensorSample::Depth { .. } => app.use_depth,
+            SensorSample::Attitude { .. } => app.use_attitude,
+            SensorSample::Rates { .. } => app.use_rates,
+            SensorSample::BottomTrack { .. } => app.use_dvl,
+            SensorSample::WaterTrack { .. } => app.use_water_track,
+            SensorSample::Fix { .. } => app.use_gnss && self.navigator.state()[Z] <= app.gnss_max_depth_m,
+            SensorSample::Acoustic(ref report) => {
                 self.follow(report, settings, clock);
                 false
             }

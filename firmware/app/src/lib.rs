@@ -16,7 +16,7 @@
 //! | `adaptation` | the adaptive identifier, the fault monitor |
 //! | `steering`, `command`, `wiggle` | missions, commands to the frontseat, hand-back; the fins on the bench |
 //! | `modes` | mode and reason from facts; when a mission has to end |
-//! | `safety`, `safekeeping` | limits that end a mission though navigation is valid, and what follows |
+//! | `safety` | limits that end a mission though navigation is valid; what follows, as a decision |
 //! | `requests`, `host`, `mission`, `telemetry` | requests and their answers; mission transfer; records of each step |
 //! | [`parameters`] | the declared list, transactions |
 //! | `storage`, [`store`], `persistence` | requests to store; flash and restart record; how a board serves them |
@@ -50,7 +50,6 @@ mod pump;
 mod recorded;
 mod requests;
 mod ring;
-mod safekeeping;
 mod safety;
 mod steering;
 mod step_watch;

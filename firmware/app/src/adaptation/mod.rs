@@ -41,7 +41,7 @@ const CURRENT_SIGMA_MPS: f64 = 0.03;
 const REPORT_US: u64 = 10_000_000;
 
 /// All channels at one time.
-struct Sample {
+struct MotionSample {
     time_us: u64,
     attitude: Vector3<f64>,
     /// Through the water.
@@ -112,7 +112,7 @@ impl Adaptation {
     }
 
     /// All channels at the present sample time, or why there is no sample.
-    fn gather(&self, navigator: &Navigator, inputs: &Inputs, settings: &Settings) -> Result<Sample, Activity> {
+    fn gather(&self, navigator: &Navigator, inputs: &Inputs, settings: &Settings) -> Result<MotionSample, Activity> {
         if navigator.state()[Z] < SURFACE_M {
             return Err(Activity::Surfaced);
         }
@@ -132,7 +132,7 @@ impl Adaptation {
         }
         let since_us = time_us.saturating_sub(PERIOD_US);
         let [p, q, r] = rates_radps;
-        Ok(Sample {
+        Ok(MotionSample {
             time_us,
             attitude,
             velocity: Vector6::new(velocity.x, velocity.y, velocity.z, p, q, r),
@@ -187,7 +187,7 @@ impl Adaptation {
                 return;
             }
         }
-        let Sample { time_us, attitude, velocity, input } = &sample;
+        let MotionSample { time_us, attitude, velocity, input } = &sample;
         self.faults.sample(*time_us, attitude, velocity, input);
         let report = self.identifier.sample(*time_us, attitude, velocity, input);
         self.activity = match report.outcome {

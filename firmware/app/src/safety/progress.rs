@@ -4,7 +4,7 @@ use backseat_core::control::mission::Waypoint;
 
 /// The mission under way, for its limits of time and for the way back.
 #[derive(Clone, Copy, Debug)]
-pub struct Voyage {
+pub struct MissionProgress {
     begun: Option<(u64, [f64; 2])>,
     leg: Option<u16>,
     leg_us: u64,
@@ -13,14 +13,9 @@ pub struct Voyage {
     step_us: Option<u64>,
 }
 
-impl Voyage {
+impl MissionProgress {
     pub const fn new() -> Self {
         Self { begun: None, leg: None, leg_us: 0, leg_from_m: [0.0; 2], had_clock: false, step_us: None }
-    }
-
-    /// No mission is under way.
-    pub fn end(&mut self) {
-        *self = Self::new();
     }
 
     /// A leg is flown at `place_m`, with a precise clock or without.

@@ -82,7 +82,7 @@ impl Member {
     const NEW: Self = Self { filter: Filter::new(), runs: false, log_ratio: 0.0, weight: 0.0 };
 
     /// Its vehicle state `i` minus the main filter's.
-    fn apart(&self, main: &Filter, i: usize) -> f64 {
+    fn offset_from(&self, main: &Filter, i: usize) -> f64 {
         let difference = self.filter.state_at(i) - main.state_at(i);
         if i == PSI { wrap_angle(difference) } else { difference }
     }
@@ -253,7 +253,7 @@ impl Navigator {
         }
         for member in self.others.iter().filter(|member| member.runs) {
             for i in 0..VEHICLE_STATES {
-                self.state[i] += member.weight * member.apart(&self.main, i);
+                self.state[i] += member.weight * member.offset_from(&self.main, i);
             }
         }
         if self.state[PSI].abs() > PI {
@@ -373,7 +373,7 @@ impl Navigator {
         }
         let (mut sum, mut own_weight, mut mean_i, mut mean_j) = (0.0, 1.0, 0.0, 0.0);
         for member in self.others.iter().filter(|member| member.runs) {
-            let (w, a, b) = (member.weight, member.apart(&self.main, i), member.apart(&self.main, j));
+            let (w, a, b) = (member.weight, member.offset_from(&self.main, i), member.offset_from(&self.main, j));
             sum += w * (member.filter.covariance(i, j) + a * b);
             own_weight -= w;
             mean_i += w * a;

@@ -32,9 +32,9 @@ const CLIP: f64 = 3.0;
 const FOLLOWED: f64 = 4.0;
 /// The rejected solution is remembered for so long after the contradiction, µs.
 const MEMORY_US: u64 = TURN_US;
-/// Of the ship's receiver, until the ship has gone around since the last fix: the filter takes the difference of the two
-/// receivers for a current, which leads it away by as much again.
-const BLAMED: f64 = 2.0;
+/// Factor on the sigma of the ship's receiver, until the ship has gone around since the last fix: the filter takes the
+/// difference of the two receivers for a current, which moves the position by as much again.
+const SHIP_RECEIVER_FACTOR: f64 = 2.0;
 /// Of the worst innovation of fixes, which see both axes; ranges see one direction of the difference only.
 const SHARE: [f64; 2] = [1.0, 0.4];
 /// By how much the rejected solution may have moved from the position, m/s: an undeclared current, and a vehicle that drifts at
@@ -243,7 +243,7 @@ impl Integrity {
             X | Y => {
                 let [vehicle_m, ship_m] = receivers_m;
                 let goes_around = self.ranged_us.is_some_and(|us| time_us < us.saturating_add(TURN_US));
-                let ship_m = if goes_around { BLAMED * ship_m } else { ship_m };
+                let ship_m = if goes_around { SHIP_RECEIVER_FACTOR * ship_m } else { ship_m };
                 let mut sum = vehicle_m * vehicle_m + if self.ranges_used > 0 { ship_m * ship_m } else { 0.0 };
                 sum += self.ranges.iter().map(Window::excess).fold(0.0, f64::max);
                 for ((disagreement, share), rate_mps) in self.disagreements.iter().zip(SHARE).zip(RATE_MPS) {
