@@ -6,7 +6,9 @@
 
 use crate::monitor::words;
 use backseat_app::inputs::installation::mounted;
-use backseat_app::inputs::{AcousticReport, HeardShip, Packet, PacketProgress, Packets, Sample, Stamp, TURNAROUND_S};
+use backseat_app::inputs::{
+    AcousticReport, HeardShip, Packet, PacketProgress, Packets, SensorSample as Sample, Stamp, TURNAROUND_S,
+};
 use backseat_app::links::Links;
 use backseat_app::parameters::{AppSettings, ParameterStore};
 use backseat_app::{LocalFrame, UtcClock};
