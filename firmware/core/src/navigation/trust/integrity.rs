@@ -37,8 +37,8 @@ const MEMORY_US: u64 = TURN_US;
 const SHIP_RECEIVER_FACTOR: f64 = 2.0;
 /// Of the worst innovation of fixes, which see both axes; ranges see one direction of the difference only.
 const SHARE: [f64; 2] = [1.0, 0.4];
-/// By how much the rejected solution may have moved from the position, m/s: an undeclared current, and a vehicle that drifts at
-/// the surface. What it says beyond cannot be true.
+/// By how much the rejected solution may have moved from the position, m/s: an undeclared current, and a vehicle that
+/// drifts at the surface. What it says beyond cannot be true.
 const RATE_MPS: [f64; 2] = [0.15, 0.5];
 
 /// So many ranges that were used confirm the first fixes.
@@ -55,8 +55,8 @@ struct Disagreement {
     lasts: bool,
     /// Worst innovation, m.
     worst_m: f64,
-    /// When it ended, µs, how far the solutions were from each other then, m, by how much more with every second, m/s, and for how
-    /// long at most, s.
+    /// When it ended, µs, how far the solutions were from each other then, m, by how much more with every second, m/s,
+    /// and for how long at most, s.
     ended_us: u64,
     difference_m: f64,
     rate_mps: f64,
@@ -229,8 +229,8 @@ impl Integrity {
     }
 
     /// What P, of which `variance` is the diagonal element, leaves out of the variance of vehicle state `i` at
-    /// `time_us`; 0 of all states but position and depth. `receivers_m`: one sigma per axis of the slow errors of the vehicle's and
-    /// of the ship's receiver; `wave_variance_m2`: what the main filter takes as noise of the depth cell by waves.
+    /// `time_us`; 0 of all states but position and depth. `receivers_m`: one sigma per axis of the slow errors of the
+    /// vehicle's and of the ship's receiver; `wave_variance_m2`: what the main filter takes as noise of the depth cell by waves.
     #[must_use]
     pub fn unseen(
         &self,

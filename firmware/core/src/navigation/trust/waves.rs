@@ -27,8 +27,8 @@ const SEA_S: f64 = 60.0;
 /// It rises before much is learnt from the waves, and falls slowly, because the noise it adds hides them from the test.
 const SEA_RISES_S: f64 = 30.0;
 const SEA_FALLS_S: f64 = 600.0;
-/// ln of the largest factor, 20: over that of [`crate::navigation::NavigationConfig::noise_factor`] the noise of waves of 0.15 m and
-/// 6 s at the vehicle, by √(2 A ω³) m/s²/√Hz for a displacement of variance A and frequency ω.
+/// ln of the largest factor, 20: over that of [`crate::navigation::NavigationConfig::noise_factor`] the noise of waves of
+/// 0.15 m and 6 s at the vehicle, by √(2 A ω³) m/s²/√Hz for a displacement of variance A and frequency ω.
 const SEA_MOST: f64 = LN_10 + LN_2;
 /// Scalars of depth cell and DVL.
 const WAVED: usize = 4;
