@@ -61,5 +61,5 @@ fn regress_current() {
 
 #[test]
 fn regress_dvl_and_identification() {
-    compare("dvl_identification", &flight_of("adoption", 10.0));
+    compare("dvl_identification", &flight_of("identification", 10.0));
 }

@@ -337,8 +337,8 @@ fn copies_are_refused_by_cause() {
     let mass = WORD + 8 * PARAMETERS.iter().position(|p| p.name == "vehicle.mass_kg").expect("declared");
     for (flash, cause) in [
         (forged(put(0, b"nope")), Refused::Damaged),
-        (forged(put(4, &[9])), Refused::OtherSchema),
-        // the version before, which had three parameters fewer
+        (forged(put(4, &[0xFE])), Refused::OtherSchema),
+        // an older list
         (forged(put(4, &[6])), Refused::OtherSchema),
         (forged(put(6, &[1])), Refused::OtherSchema),
         (forged(put(12, &[0, 0])), Refused::OtherSchema),
@@ -355,7 +355,7 @@ fn copies_are_refused_by_cause() {
 /// Firmware with another list keeps its set in the other sector: whoever goes back finds it.
 #[test]
 fn a_set_for_another_list_is_kept_until_it_is_the_older_one() {
-    let foreign = forged(|bytes| bytes[4] = 9);
+    let foreign = forged(|bytes| bytes[4] = 0xFE);
     let flash = saved(foreign.clone(), &set(3));
     assert_eq!(flash.bytes[..SECTOR], foreign.bytes[..SECTOR]);
     let flash = saved(flash, &set(4));

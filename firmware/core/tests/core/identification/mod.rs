@@ -4,7 +4,6 @@ mod convergence;
 mod fault;
 mod filter;
 mod laws;
-mod model_comparison;
 mod robustness;
 mod simulation;
 mod support;

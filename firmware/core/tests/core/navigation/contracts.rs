@@ -21,7 +21,7 @@ fn reported(ship: [f64; 2]) -> AcousticPath {
 /// Smallest pivot of the correlation matrix' Cholesky factorisation.
 fn smallest_pivot(navigator: &Navigator) -> f64 {
     const MAX: usize = 34;
-    let n = navigator.dimension();
+    let n = navigator.main().dimension();
     let mut l = Box::new(SMatrix::<f64, MAX, MAX>::zeros());
     let mut smallest = f64::INFINITY;
     for j in 0..n {
@@ -49,7 +49,7 @@ fn random_walk(steps: usize, seed: u64, mut check: impl FnMut(&Navigator, usize)
     let mut clones = Vec::new();
     for step in 0..steps {
         let x = *navigator.state();
-        let ship = navigator.ship_state().unwrap_or([300.0, 100.0, 0.0, 0.0, 0.0, 0.0]);
+        let ship = navigator.main().ship_state().unwrap_or([300.0, 100.0, 0.0, 0.0, 0.0, 0.0]);
         let spread = if noise.uniform() < 0.02 { 50.0 } else { 1.0 };
         let near = |noise: &mut Noise, at: usize, sigma: f64| -> [f64; 3] {
             core::array::from_fn(|i| x[at + i] + spread * sigma * noise.normal())
@@ -276,8 +276,8 @@ fn initial_states_say_what_they_know() {
     assert!((dvl.sigma[6] - 0.3_f64.hypot(0.01)).abs() < 1e-12);
     let mut navigator = navigator(&drifting);
     navigator.initialise(0, &dvl).unwrap();
-    assert_eq!(navigator.current_sigma(), Some([0.3, 0.3]));
+    assert_eq!(navigator.main().current_sigma(), Some([0.3, 0.3]));
     navigator.initialise_ship(&InitialShip::from_report(&report([5.0, 6.0]))).unwrap();
-    assert_eq!(navigator.ship_state().unwrap()[..2], [5.0, 6.0]);
-    assert_eq!(navigator.ship_position_covariance(), Some([0.25, 0.0, 0.25]));
+    assert_eq!(navigator.main().ship_state().unwrap()[..2], [5.0, 6.0]);
+    assert_eq!(navigator.main().ship_position_covariance(), Some([0.25, 0.0, 0.25]));
 }

@@ -242,7 +242,7 @@ fn val_each_state_finds_the_truth_within_its_sigma() {
         let mut tally = Consistency::new();
         let navigator = fly(&set, states, seed, &mut tally);
         for (parameter, truth) in info.parameters.iter().zip(*truth) {
-            let (value, now) = navigator.effect_state(effect, parameter.name).unwrap();
+            let (value, now) = navigator.main().effect_state(effect, parameter.name).unwrap();
             let off = (value - truth) / now;
             println!("{effect}.{} {value:.5} ± {now:.5} ({truth}), {off:.1} sigma", parameter.name);
             (worst, squares, count) = (worst.max(off.abs()), squares + off * off, count + 1.0);

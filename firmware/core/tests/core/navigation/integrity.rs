@@ -54,9 +54,10 @@ impl Flight {
     }
 
     fn fuse(&mut self, measurement: &Measurement) {
-        let apart = Apart::new(&self.navigator, measurement);
-        let fusions = self.navigator.fuse(measurement);
-        self.integrity.take(&fusions, &self.navigator, apart);
+        let Self { navigator, integrity, .. } = self;
+        let offset = navigator.mixture_offset(measurement);
+        let fusions = navigator.fuse(measurement);
+        integrity.take(&fusions, navigator.main().monitor(), &navigator.config().sensors, offset);
     }
 
     fn error_m(&self) -> f64 {
@@ -64,12 +65,18 @@ impl Flight {
         dx.hypot(dy)
     }
 
+    /// What `integrity` adds to the variance of state `i` at the time of this flight, m².
+    fn unseen(&self, integrity: &Integrity, (i, variance): (usize, f64), receivers_m: [f64; 2]) -> f64 {
+        let wave_variance_m2 = self.navigator.main().wave_variance();
+        integrity.unseen((i, variance), self.navigator.time_us(), wave_variance_m2, receivers_m)
+    }
+
     /// √(σx² + σy²): of P alone, and with what it leaves out, without receivers' errors.
     fn sigmas_m(&self) -> [f64; 2] {
         let [p, stated] = [0, 1].map(|k| {
             let of = |i: usize| {
                 let variance = self.navigator.variance(i);
-                variance + if k == 1 { self.integrity.unseen(i, variance, &self.navigator, [0.0; 2]) } else { 0.0 }
+                variance + if k == 1 { self.unseen(&self.integrity, (i, variance), [0.0; 2]) } else { 0.0 }
             };
             (of(0) + of(1)).sqrt()
         });
@@ -83,15 +90,15 @@ impl Flight {
 fn val_receivers_are_added_by_their_variances() {
     let still = |_| ([0.0; 2], [0.0; 2]);
     let flight = Flight::run(120, 1000, still);
-    let unseen = |receivers_m| flight.integrity.unseen(0, 1.0, &flight.navigator, receivers_m);
+    let unseen = |receivers_m| flight.unseen(&flight.integrity, (0, 1.0), receivers_m);
     assert_eq!(unseen([0.0; 2]), 0.0, "nothing contradicts");
     assert!((unseen([1.5, 2.0]) - (2.25 + 16.0)).abs() < 1e-12);
     let around = Flight::run(1020, 2000, still);
-    let unseen_around = |receivers_m| around.integrity.unseen(0, 1.0, &around.navigator, receivers_m);
+    let unseen_around = |receivers_m| around.unseen(&around.integrity, (0, 1.0), receivers_m);
     assert!((unseen_around([1.5, 2.0]) - unseen_around([0.0; 2]) - (2.25 + 4.0)).abs() < 1e-12);
-    assert_eq!(flight.integrity.unseen(6, 1.0, &flight.navigator, [1.5, 2.0]), 0.0, "of a velocity");
+    assert_eq!(flight.unseen(&flight.integrity, (6, 1.0), [1.5, 2.0]), 0.0, "of a velocity");
     let before = Integrity::new();
-    assert!((before.unseen(1, 1.0, &flight.navigator, [1.5, 2.0]) - 2.25).abs() < 1e-12);
+    assert!((flight.unseen(&before, (1, 1.0), [1.5, 2.0]) - 2.25).abs() < 1e-12);
 }
 
 /// Fixes that drift away at 0.2 m/s while the ranges are honest: the filter follows the fixes, which are more, and P is as
@@ -100,7 +107,8 @@ fn val_receivers_are_added_by_their_variances() {
 fn val_a_slow_spoof_is_stated() {
     let flight = Flight::run(480, 60, |t| ([0.12 * (t - 60.0).max(0.0), 0.16 * (t - 60.0).max(0.0)], [0.0; 2]));
     let ([p_m, stated_m], error_m) = (flight.sigmas_m(), flight.error_m());
-    let doubted = flight.navigator.is_suspect(Sensor::Range) || flight.navigator.is_suspect(Sensor::VehicleGnss);
+    let doubted =
+        flight.navigator.main().is_suspect(Sensor::Range) || flight.navigator.main().is_suspect(Sensor::VehicleGnss);
     assert!(doubted, "one of the two is wrong, and fixes are not the judge");
     assert!(error_m < 3.0 * stated_m, "{error_m} m, {p_m} m, {stated_m} m");
     assert!(error_m < 5.0 || error_m > 3.0 * p_m, "P alone would not have said it: {error_m} m, {p_m} m");
@@ -113,7 +121,7 @@ fn val_a_range_that_contradicts_the_first_fixes_is_stated() {
     let flight = Flight::run(20, 1000, |_| ([9.0, 0.0], [0.0; 2]));
     let ([p_m, stated_m], error_m) = (flight.sigmas_m(), flight.error_m());
     assert!(error_m > 3.0 * p_m && error_m < 3.0 * stated_m, "{error_m} m, {p_m} m, {stated_m} m");
-    assert!(!flight.navigator.is_suspect(Sensor::Range));
+    assert!(!flight.navigator.main().is_suspect(Sensor::Range));
     let [p_m, stated_m] = Flight::run(20, 1000, |_| ([0.0; 2], [0.0; 2])).sigmas_m();
     assert!((p_m - stated_m).abs() < 1e-9);
 }

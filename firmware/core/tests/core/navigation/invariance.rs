@@ -171,7 +171,7 @@ fn assert_same(world: &World, estimate_current: bool) {
     let (home, there) = (fly(&HOME, estimate_current), fly(world, estimate_current));
     // Without a current among the states its two places are left out.
     let places: Vec<usize> = (0..20).filter(|i| estimate_current || !(12..14).contains(i)).collect();
-    assert_eq!((home.dimension(), there.dimension()), (places.len(), places.len()));
+    assert_eq!((home.main().dimension(), there.main().dimension()), (places.len(), places.len()));
     let t = world.jacobian();
     let (mut expected, mut expected_p) = (SVector::<f64, 20>::zeros(), SMatrix::<f64, 20, 20>::zeros());
     for (i, row) in places.iter().enumerate() {

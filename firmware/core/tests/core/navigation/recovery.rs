@@ -82,7 +82,7 @@ impl Flight {
                 self.navigator.fuse(&Measurement::BottomTrack { velocity_mps });
             }
         }
-        let unconfirmed = Sensor::ALL.into_iter().any(|sensor| self.navigator.unconfirmed_sigma(sensor) > 0.0);
+        let unconfirmed = Sensor::ALL.into_iter().any(|sensor| self.navigator.main().unconfirmed_sigma(sensor) > 0.0);
         let healthy = !self.suspect() && !unconfirmed && self.navigator.horizontal_sigma_m() < 30.0;
         self.dishonest_now_s = if healthy && self.sigmas() > 3.0 { self.dishonest_now_s + 1 } else { 0 };
         self.dishonest_s = self.dishonest_s.max(self.dishonest_now_s);
@@ -121,7 +121,7 @@ impl Flight {
     }
 
     fn suspect(&self) -> bool {
-        Sensor::ALL.into_iter().any(|sensor| self.navigator.is_suspect(sensor))
+        Sensor::ALL.into_iter().any(|sensor| self.navigator.main().is_suspect(sensor))
     }
 
     fn error_m(&self) -> f64 {
@@ -154,17 +154,17 @@ fn a_filter_that_is_wrong_is_pulled_in_by_good_ranges() {
         assert!(rejected < 20, "not for ever");
     }
     assert!(rejected >= 6, "not at once: {rejected}");
-    assert_eq!(flight.navigator.recoveries(Sensor::Range), 1);
+    assert_eq!(flight.navigator.main().recoveries(Sensor::Range), 1);
     flight.ranges(20);
     // The position is that of the ranges: across the line of sight the suspicion that goes on leaves some 10 m. The
     // covariance covers the other position too.
     assert!(flight.error_m() < 27.0, "{}", flight.error_m());
-    let unconfirmed_m = flight.navigator.unconfirmed_sigma(Sensor::Range);
+    let unconfirmed_m = flight.navigator.main().unconfirmed_sigma(Sensor::Range);
     assert!((25.0..50.0).contains(&unconfirmed_m), "two fifths of what was seen of 120 m: {unconfirmed_m}");
     assert!(flight.navigator.horizontal_sigma_m() > unconfirmed_m);
     // A fix settles it.
     assert!(flight.fix([0.0; 2]));
-    assert_eq!(flight.navigator.unconfirmed_sigma(Sensor::Range), 0.0);
+    assert_eq!(flight.navigator.main().unconfirmed_sigma(Sensor::Range), 0.0);
     flight.ranges(10);
     assert!(flight.error_m() < 3.0 && flight.navigator.horizontal_sigma_m() < 3.0);
 }
@@ -251,7 +251,7 @@ fn surfaced_fixes_pull_a_lost_filter_in() {
         flight.fix([0.0; 2]);
     }
     assert!(flight.error_m() < 3.0 && flight.navigator.horizontal_sigma_m() < 2.0);
-    assert_eq!((flight.suspect(), flight.navigator.unconfirmed_sigma(Sensor::VehicleGnss)), (false, 0.0));
+    assert_eq!((flight.suspect(), flight.navigator.main().unconfirmed_sigma(Sensor::VehicleGnss)), (false, 0.0));
 }
 
 #[test]
@@ -261,14 +261,14 @@ fn a_false_bottom_lock_is_suspect_and_forgotten() {
     flight.run(60);
     flight.dvl_error_mps = Some(-0.8);
     flight.run(3);
-    assert!(flight.navigator.is_suspect(Sensor::BottomTrack));
+    assert!(flight.navigator.main().is_suspect(Sensor::BottomTrack));
     flight.run(17);
     assert!((flight.navigator.state()[6] - flight.truth.x[6]).abs() < 0.1, "the model knows better");
     flight.dvl_error_mps = Some(0.0);
     flight.run(10);
-    assert!(flight.navigator.is_suspect(Sensor::BottomTrack), "it has to agree for as long as it contradicted");
+    assert!(flight.navigator.main().is_suspect(Sensor::BottomTrack), "it has to agree for as long as it contradicted");
     flight.run(10);
-    assert!(!flight.suspect() && flight.navigator.unconfirmed_sigma(Sensor::BottomTrack) == 0.0);
+    assert!(!flight.suspect() && flight.navigator.main().unconfirmed_sigma(Sensor::BottomTrack) == 0.0);
 }
 
 /// In a turn the vehicle is as slow as a wrong DVL says, for ten seconds.
@@ -281,8 +281,8 @@ fn a_false_bottom_lock_that_the_vehicle_crosses_stays_out() {
         flight.dvl_error_mps = Some(error_mps);
         flight.run(seconds);
     }
-    assert!(flight.navigator.is_suspect(Sensor::BottomTrack));
-    assert_eq!(flight.navigator.recoveries(Sensor::BottomTrack), 0);
+    assert!(flight.navigator.main().is_suspect(Sensor::BottomTrack));
+    assert_eq!(flight.navigator.main().recoveries(Sensor::BottomTrack), 0);
 }
 
 #[test]
@@ -305,7 +305,7 @@ fn a_suspect_source_that_falls_silent_stays_unconfirmed() {
     assert!(flight.suspect());
     flight.run(301);
     assert!(!flight.suspect(), "there is nothing left to suspicion");
-    let unconfirmed_m = flight.navigator.unconfirmed_sigma(Sensor::Range);
+    let unconfirmed_m = flight.navigator.main().unconfirmed_sigma(Sensor::Range);
     assert!((34.0..38.0).contains(&unconfirmed_m), "two fifths of 90 m: {unconfirmed_m}");
     assert!(flight.navigator.horizontal_sigma_m() >= unconfirmed_m);
 }
@@ -317,7 +317,7 @@ fn outliers_that_disagree_never_come_in() {
         let (angle, away) = (6.3 * flight.noise.uniform(), 400.0 + 2000.0 * flight.noise.uniform());
         assert!(!flight.fix([away * f64::cos(angle), away * f64::sin(angle)]), "{second}");
     }
-    assert_eq!(flight.navigator.recoveries(Sensor::VehicleGnss), 0);
+    assert_eq!(flight.navigator.main().recoveries(Sensor::VehicleGnss), 0);
     assert!(flight.suspect());
 }
 
@@ -333,7 +333,7 @@ fn what_is_absurd_is_not_believed_however_steady() {
         }
         flight.navigator.fuse(&Measurement::Depth { z_m: 1e12 });
     }
-    assert_eq!(Sensor::ALL.map(|sensor| flight.navigator.recoveries(sensor)), [0; 9]);
+    assert_eq!(Sensor::ALL.map(|sensor| flight.navigator.main().recoveries(sensor)), [0; 9]);
 }
 
 #[test]
@@ -358,7 +358,7 @@ fn a_current_that_sets_in_is_learnt_from_the_ranges_that_contradict() {
     flight.ranges(20);
     let [north, east] = flight.navigator.current();
     assert!((north - 0.12).hypot(east - 0.09) < 0.03, "{north} {east}");
-    assert_eq!(flight.navigator.recoveries(Sensor::Range), 1);
+    assert_eq!(flight.navigator.main().recoveries(Sensor::Range), 1);
     // half a minute of the old current would be 4.5 m
     assert!(flight.error_m() < 4.0, "{} m", flight.error_m());
     assert!(flight.dishonest_s <= 120, "{} s", flight.dishonest_s);
@@ -373,11 +373,11 @@ fn ranges_that_agree_while_the_line_of_sight_turns_confirm_a_compass() {
     flight.run(120);
     flight.heading_error_rad = 0.0;
     flight.run(60);
-    assert!(flight.navigator.unconfirmed_sigma(Sensor::Attitude) > 0.1 && !flight.suspect());
+    assert!(flight.navigator.main().unconfirmed_sigma(Sensor::Attitude) > 0.1 && !flight.suspect());
     flight.ranges(30);
-    assert!(flight.navigator.unconfirmed_sigma(Sensor::Attitude) > 0.1, "not within a quarter of an hour");
+    assert!(flight.navigator.main().unconfirmed_sigma(Sensor::Attitude) > 0.1, "not within a quarter of an hour");
     flight.ranges(10);
-    assert_eq!(flight.navigator.unconfirmed_sigma(Sensor::Attitude), 0.0);
+    assert_eq!(flight.navigator.main().unconfirmed_sigma(Sensor::Attitude), 0.0);
     assert!(flight.error_m() < 5.0 && flight.sigmas() < 3.7, "{} m", flight.error_m());
 }
 
@@ -387,7 +387,7 @@ fn ranges_do_not_confirm_a_compass_that_stays_wrong() {
     flight.ranges(10);
     flight.heading_error_rad = 0.4;
     flight.ranges(60);
-    assert!(flight.navigator.unconfirmed_sigma(Sensor::Attitude) > 0.1);
+    assert!(flight.navigator.main().unconfirmed_sigma(Sensor::Attitude) > 0.1);
     assert!(flight.dishonest_s <= 120, "{} s", flight.dishonest_s);
 }
 
@@ -406,8 +406,8 @@ fn a_pitch_that_contradicts_at_the_surface_leaves_no_doubt() {
         flight.run(120);
         (flight.pitch_error_rad, flight.heading_error_rad) = (0.0, 0.0);
         flight.run(60);
-        assert!(!flight.suspect() && flight.navigator.recoveries(Sensor::Attitude) > 0);
-        let sigma = flight.navigator.unconfirmed_sigma(Sensor::Attitude);
+        assert!(!flight.suspect() && flight.navigator.main().recoveries(Sensor::Attitude) > 0);
+        let sigma = flight.navigator.main().unconfirmed_sigma(Sensor::Attitude);
         assert_eq!(sigma > 0.0, doubted, "{surfaced} {pitch_rad} {heading_rad}: {sigma}");
     }
 }

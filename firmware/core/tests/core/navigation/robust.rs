@@ -55,7 +55,7 @@ fn a_prior_of_zero_means_known() {
 #[test]
 fn too_short_a_log_separates_little_and_says_so() {
     let navigator = flown(&robust(|_| {}), None);
-    let estimates: Vec<StateEstimate> = navigator.estimates().collect();
+    let estimates: Vec<StateEstimate> = navigator.main().estimates().collect();
     assert_eq!(estimates.len(), 20);
     for estimate in &estimates {
         // a walk, that of the tide, adds up to 2.7e-3 of the prior in two minutes
@@ -70,12 +70,12 @@ fn too_short_a_log_separates_little_and_says_so() {
 fn the_next_dive_starts_from_what_was_learnt_of_the_vehicle() {
     let config = robust(|_| {});
     let first = flown(&config, None);
-    let kept = first.learnt(1).expect("a covariance");
+    let kept = first.main().learnt(1).expect("a covariance");
     assert_eq!((kept.dives, kept.check()), (1, Ok(())));
     let mut second = navigator(&config);
     second.initialise(0, &initial()).unwrap();
     second.start_from(&kept);
-    for (kept, learnt) in second.estimates().zip(first.estimates()) {
+    for (kept, learnt) in second.main().estimates().zip(first.main().estimates()) {
         if kept.parameter.is_of_the_vehicle() {
             // Between two dives somebody handles the vehicle: a tenth of the prior's sigma is added.
             let sigma = learnt.sigma.hypot(0.1 * learnt.prior_sigma).min(learnt.prior_sigma);
@@ -89,7 +89,7 @@ fn the_next_dive_starts_from_what_was_learnt_of_the_vehicle() {
     }
     // It is a covariance: the filter goes on from it.
     let second = flown(&config, Some(&kept));
-    let summed = |navigator: &Navigator| navigator.estimates().map(|e| e.sigma / e.prior_sigma).sum::<f64>();
+    let summed = |navigator: &Navigator| navigator.main().estimates().map(|e| e.sigma / e.prior_sigma).sum::<f64>();
     assert!(summed(&second) < summed(&first));
 }
 
@@ -121,7 +121,7 @@ fn a_vehicle_that_the_surface_holds_teaches_no_wrong_propeller() {
     assert!((speed_mps - SPEED_MPS).abs() < 0.2, "{speed_mps}");
     // three seconds, in which it may still dive, have taught a little
     for estimate in
-        navigator.estimates().filter(|estimate| ["m11", "d11", "beta5"].contains(&estimate.parameter.name()))
+        navigator.main().estimates().filter(|estimate| ["m11", "d11", "beta5"].contains(&estimate.parameter.name()))
     {
         assert!(estimate.value.abs() < 2.0 * estimate.prior_sigma, "{estimate:?}");
     }
@@ -141,8 +141,8 @@ fn the_main_filter_allows_most() {
 
 #[test]
 fn a_filter_without_states_of_the_vehicle_learns_nothing() {
-    assert_eq!(flown(&NavigationConfig::REFERENCE, None).learnt(1), None);
-    assert_eq!(Navigator::new().learnt(1), None);
+    assert_eq!(flown(&NavigationConfig::REFERENCE, None).main().learnt(1), None);
+    assert_eq!(Navigator::new().main().learnt(1), None);
 }
 
 #[test]

@@ -71,7 +71,7 @@ fn to_board(kind: usize, name: &str, value: f64, index: u16, step: Step, waypoin
         5 => ToBoard::MissionItem { index, waypoint },
         6 => ToBoard::MissionGet { index },
         7 => ToBoard::ParameterStore,
-        _ => ToBoard::AdoptionRevert,
+        _ => ToBoard::Unlock,
     }
 }
 
