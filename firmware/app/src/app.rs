@@ -19,7 +19,7 @@ pub struct App {
     pub(crate) backseat: Backseat,
 }
 
-#[cfg(not(feature = "filter-apart"))]
+#[cfg(not(feature = "static-filter"))]
 impl Default for App {
     fn default() -> Self {
         Self::new()
@@ -28,14 +28,14 @@ impl Default for App {
 
 impl App {
     /// Default parameters, no mission, nothing received.
-    #[cfg(not(feature = "filter-apart"))]
+    #[cfg(not(feature = "static-filter"))]
     #[must_use]
     pub const fn new() -> Self {
         Self::with(FilterPlace::new())
     }
 
     /// Default parameters, no mission, nothing received; the filter, a new one, lives where the board has put it.
-    #[cfg(feature = "filter-apart")]
+    #[cfg(feature = "static-filter")]
     #[must_use]
     pub const fn new(filter: FilterPlace) -> Self {
         Self::with(filter)

@@ -3,34 +3,34 @@
 //! ```text
 //! bytes ─> links ─> inputs ─> estimator ─┬─> modes, safety > end of a mission ─┐
 //!           │ ^                          ├─> steering ───> sentences, input ─┼─> Backseat::step applies
-//!           │ └── requests               ├─> adaptation ─> other parameters ─┘
+//!           │ └── requests               ├─> adaptation                       │
 //!           └─> echo ─> steering         └─> telemetry
 //! ```
 //! Components know the components to their left at most, own their state and return decisions.
 
-use crate::adaptation::{Adaptation, Change};
+use crate::adaptation::Adaptation;
 use crate::estimator::{Estimator, FilterPlace};
 use crate::host::{HOST_RING, Host, send};
 use crate::inputs::Inputs;
 use crate::inputs::installation::horizon_us;
 use crate::learning::Learning;
 use crate::links::Links;
-use crate::modes::{Facts, Modes};
+use crate::modes::{ModeFacts, Modes};
 use crate::parameters::{ParameterStore, Settings};
 use crate::ring::Ring;
-use crate::safety::{DepthWitness, Fence, Safety, Voyage};
+use crate::safety::{self, Action, Decision, Fence, Observed, SafetyMonitor};
 use crate::steering::{Orders, Situation, Steering};
 use crate::storage::{Asked, Storage};
 use crate::telemetry;
 use crate::time::{STEP_US, UtcClock};
 use crate::uplink::Uplink;
-use backseat_core::dynamics::{VehicleModel, VehicleParameters};
+use backseat_core::dynamics::VehicleModel;
 use backseat_core::parameters::joint_check;
 use backseat_core::state::Z;
-use backseat_wire::hostlink::{self, FromBoard, Port, Refusal};
+use backseat_wire::hostlink::{self, FromBoard, ModeReason, Port, Refusal};
 
-/// Attitude or depth may contradict the filter for this long without a mission, µs.
-const ASTRAY_US: u64 = 20_000_000;
+/// Attitude or depth may contradict the filter for this long without a mission, µs; then it starts anew.
+const CONTRADICTION_US: u64 = 20_000_000;
 /// Time between two reports of the robust filter's estimates, µs.
 const ESTIMATES_US: u64 = 10_000_000;
 /// Deeper than this the vehicle is under water, m.
@@ -50,9 +50,7 @@ pub struct Backseat {
     pub learning: Learning,
     pub modes: Modes,
     pub steering: Steering,
-    pub safety: Safety,
-    pub voyage: Voyage,
-    pub witness: DepthWitness,
+    pub safety: SafetyMonitor,
     /// Of the stored mission.
     pub fence: Fence,
     pub uplink: Uplink,
@@ -60,21 +58,21 @@ pub struct Backseat {
     pub losses: ReceiveLosses,
     /// Bytes to the device ports, in the order of [`Port::DEVICES`].
     out: [Ring<DEVICE_RING>; 4],
-    run: Run,
+    state: StepState,
     /// Reset by a fault without stored parameters: those in use may differ from those before the reset.
     pub unconfigured: bool,
 }
 
 /// State that a restart clears.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct StepState {
     /// Filter and controller are built from the active parameters.
     configured: bool,
     last_step_us: Option<u64>,
     digest: u64,
 }
 
-impl Run {
+impl StepState {
     const NONE: Self = Self { configured: false, last_step_us: None, digest: 0 };
 }
 
@@ -112,15 +110,13 @@ impl Backseat {
             learning: Learning::new(),
             modes: Modes::new(),
             steering: Steering::new(),
-            safety: Safety::new(),
-            voyage: Voyage::new(),
-            witness: DepthWitness::new(),
+            safety: SafetyMonitor::new(),
             fence: Fence::new(),
             uplink: Uplink::new(),
             host: Host::new(),
             losses: ReceiveLosses { since_start: [0; 5], news: false },
             out: [const { Ring::new() }; 4],
-            run: Run::NONE,
+            state: StepState::NONE,
             unconfigured: false,
         }
     }
@@ -137,12 +133,10 @@ impl Backseat {
         self.modes = Modes::new();
         self.steering.restart();
         self.safety.restart();
-        self.voyage.end();
-        self.witness.restart();
         self.uplink = Uplink::new();
         self.host.restart();
         self.out.iter_mut().for_each(Ring::clear);
-        self.run = Run::NONE;
+        self.state = StepState::NONE;
     }
 
     /// Bytes of a device port.
@@ -164,7 +158,7 @@ impl Backseat {
 
     /// Running digest of filter state and covariance.
     pub fn digest(&self) -> u64 {
-        self.run.digest
+        self.state.digest
     }
 
     /// No mission is armed or under way, nothing is being stopped, tested or stored, and no resets wait for the
@@ -176,23 +170,23 @@ impl Backseat {
     }
 
     pub fn last_step_us(&self) -> Option<u64> {
-        self.run.last_step_us
+        self.state.last_step_us
     }
 
     /// Time of the last step, µs; 0 before the first.
     pub fn now_us(&self) -> u64 {
-        self.run.last_step_us.unwrap_or(0)
+        self.state.last_step_us.unwrap_or(0)
     }
 
     /// One step; false when it is not after the last.
     pub fn step(&mut self, now_us: u64) -> bool {
-        if self.run.last_step_us.is_some_and(|last_us| now_us <= last_us) {
+        if self.state.last_step_us.is_some_and(|last_us| now_us <= last_us) {
             return false;
         }
-        self.run.last_step_us = Some(now_us);
-        if !self.run.configured {
+        self.state.last_step_us = Some(now_us);
+        if !self.state.configured {
             // the active set was checked when it was committed; the defaults are valid
-            self.run.configured = configure(self.parameters.active(), &mut self.estimator, &mut self.steering);
+            self.state.configured = configure(self.parameters.active(), &mut self.estimator, &mut self.steering);
         }
         let Self { parameters, links, inputs, estimator, steering, .. } = self;
         let settings = parameters.active();
@@ -203,7 +197,7 @@ impl Backseat {
         let failed = estimator.step(now_us, inputs, settings, &self.clock).is_err();
         // Before it is initialised the filter holds an old state, or none.
         if estimator.navigator().is_initialised() {
-            self.run.digest = estimator.navigator().digest_from(self.run.digest);
+            self.state.digest = estimator.navigator().digest_from(self.state.digest);
         }
         let mut orders = Orders::default();
         self.judge(now_us, failed, &mut orders);
@@ -211,7 +205,7 @@ impl Backseat {
         self.carry_out(&orders);
         self.ask(now_us);
         self.call(now_us);
-        self.adapt(now_us);
+        self.adapt();
         self.learn();
         self.store();
         true
@@ -224,17 +218,70 @@ impl Backseat {
         if self.modes.update(now_us, &facts, settings) {
             self.steering.hand_back(now_us, settings, orders);
         }
-        self.heed_abort(now_us, orders);
-        if self.modes.ready() {
-            self.begin();
+        self.apply_abort(now_us, orders);
+        if self.modes.ready() && self.steering.is_armed() {
+            match safety::may_start(&self.observed()) {
+                Ok(()) => self.steering.begin(self.estimator.output()),
+                Err(reason) => {
+                    self.steering.disarm();
+                    self.modes.ended_by(reason);
+                }
+            }
         }
-        self.keep_safe(now_us, orders);
+        self.apply_safety(now_us, orders);
         // No mission relies on it, and it contradicts its sensors: it starts again from them.
-        let astray = self.estimator.unsteerable_since_us().is_some_and(|us| now_us.saturating_sub(us) > ASTRAY_US);
+        let since_us = self.estimator.unsteerable_since_us();
+        let contradicts = since_us.is_some_and(|us| now_us.saturating_sub(us) > CONTRADICTION_US);
         let idle = !self.steering.under_way();
-        if failed || (astray && idle && self.estimator.has_fix(self.horizon_us(now_us), &self.inputs)) {
-            self.run.configured = false;
+        if failed || (contradicts && idle && self.estimator.has_fix(self.horizon_us(now_us), &self.inputs)) {
+            self.state.configured = false;
         }
+    }
+
+    /// What the limits of safety are judged by.
+    pub fn observed(&self) -> Observed<'_> {
+        let Self { parameters, clock, links, inputs, estimator, steering, fence, modes, .. } = self;
+        let settings = &parameters.active().app;
+        Observed { settings, clock, links, inputs, estimator, steering, fence, degraded: modes.is_degraded() }
+    }
+
+    /// Ends a mission, under way or armed, that the ship aborts.
+    #[inline(never)]
+    fn apply_abort(&mut self, now_us: u64, orders: &mut Orders) {
+        let abort = self.links.take_abort();
+        if !abort.is_some_and(|abort| safety::aborts(&abort, now_us, &self.observed())) {
+            return;
+        }
+        self.steering.disarm();
+        if self.steering.under_way() {
+            self.steering.hand_back(now_us, &self.parameters.active().app, orders);
+        }
+        self.modes.ended_by(ModeReason::Aborted);
+    }
+
+    /// Carries out what the limits of safety decide.
+    #[inline(never)]
+    fn apply_safety(&mut self, now_us: u64, orders: &mut Orders) {
+        let Self { safety, parameters, clock, links, inputs, estimator, steering, fence, modes, .. } = self;
+        let settings = &parameters.active().app;
+        let degraded = modes.is_degraded();
+        let decision =
+            safety.step(now_us, &Observed { settings, clock, links, inputs, estimator, steering, fence, degraded });
+        if decision == Decision::Idle {
+            return modes.returned();
+        }
+        estimator.set_depth_drift(safety.depth_drift_sigma_m());
+        let Decision::End { reason, action, home } = decision else { return };
+        match (action, home) {
+            (Action::Return, Some(home)) if steering.return_to(home, estimator.output()) => {
+                safety.new_leg();
+                return modes.returns_by(reason);
+            }
+            (Action::StopAndRise | Action::Return, _) => steering.hand_back(now_us, settings, orders),
+            (Action::Hold, _) => steering.hold(),
+            (Action::HandBack, _) => steering.lapse(now_us, settings, orders),
+        }
+        modes.ended_by(reason);
     }
 
     /// The filter's time at `now_us`.
@@ -242,7 +289,7 @@ impl Backseat {
         now_us.saturating_sub(horizon_us(&self.parameters.active().app.installation))
     }
 
-    fn facts(&self, now_us: u64, failed: bool) -> Facts {
+    fn facts(&self, now_us: u64, failed: bool) -> ModeFacts {
         let navigator = self.estimator.navigator();
         let samples = self.inputs.latest();
         let frontseat = &self.links.frontseat;
@@ -250,7 +297,7 @@ impl Backseat {
         // a sample is fused when the horizon reaches it
         let sample_age = |time_us: Option<u64>| time_us.map(|us| self.horizon_us(now_us).saturating_sub(us));
         let initialised = !failed && navigator.is_initialised();
-        Facts {
+        ModeFacts {
             failed,
             initialised,
             attitude_age_us: sample_age(samples.euler_rad.map(|(us, _)| us)),
@@ -315,14 +362,11 @@ impl Backseat {
         }
     }
 
-    /// One step of the identifier; uses parameters that have proved better.
+    /// One step of the identifier.
     #[inline(never)]
-    fn adapt(&mut self, now_us: u64) {
+    fn adapt(&mut self) {
         let Self { adaptation, inputs, estimator, parameters, steering, .. } = self;
-        let change = adaptation.step(now_us, steering.under_way(), inputs, estimator.navigator(), parameters.active());
-        if let Some(change) = change {
-            self.change_vehicle(now_us, &change);
-        }
+        adaptation.step(steering.under_way(), inputs, estimator.navigator(), parameters.active());
     }
 
     /// At the end of a dive, keeps what the filter has learnt of the vehicle; not from a filter that contradicts its
@@ -339,50 +383,22 @@ impl Backseat {
             return;
         }
         let dives = parameters.active().learnt.dives.saturating_add(1);
-        if let Some(learnt) = estimator.navigator().learnt(dives)
+        if let Some(learnt) = estimator.navigator().main().learnt(dives)
             && parameters.learn(&learnt)
         {
             learning.kept();
         }
     }
 
-    /// Flash is never erased under way: what was adopted or learnt is stored when no mission is.
+    /// Flash is never erased under way: what was learnt is stored when no mission is.
     fn store(&mut self) {
         if self.steering.is_engaged() || self.steering.is_wiggling() || !self.storage.is_idle() {
             return;
         }
-        let asked = if self.adaptation.take_to_store() {
-            Asked::Adoption
-        } else if self.learning.take_to_store() {
-            Asked::Learning
-        } else {
-            return;
-        };
-        // idle a line ago
-        let _ = self.storage.request(asked);
-    }
-
-    /// Carries out a change of the parameters in use; false when the vehicle was refused.
-    pub fn change_vehicle(&mut self, now_us: u64, change: &Change) -> bool {
-        let before = self.parameters.active().vehicle;
-        let used = self.use_vehicle(&change.vehicle);
-        self.adaptation.changed(now_us, change, used.then_some(&before));
-        used
-    }
-
-    /// Gives filter and controller another vehicle under way; false, and nothing changed, when they refuse it.
-    fn use_vehicle(&mut self, vehicle: &VehicleParameters) -> bool {
-        let Ok(model) = VehicleModel::new(vehicle) else { return false };
-        let before = self.parameters.active().vehicle;
-        if !self.parameters.adopt(vehicle) {
-            return false;
+        if self.learning.take_to_store() {
+            // idle a line ago
+            let _ = self.storage.request(Asked::Learning);
         }
-        if self.estimator.set_model(&model).is_err() {
-            self.parameters.adopt(&before);
-            return false;
-        }
-        self.steering.set_model(&model);
-        true
     }
 
     /// Telemetry of the step: each fusion, then the step itself.
@@ -409,8 +425,8 @@ impl Backseat {
         if let Some(identification) = self.adaptation.report(now_us) {
             send(out, &FromBoard::Identification(identification));
         }
-        while let Some(verdict) = self.adaptation.take_verdict() {
-            send(out, &FromBoard::Adoption(verdict));
+        if let Some(stored) = self.learning.take_report() {
+            send(out, &FromBoard::LearntStored(stored));
         }
         if let Some(report) = self.adaptation.fault_report(now_us) {
             send(out, &FromBoard::Fault(report));

@@ -10,14 +10,14 @@
 mod acoustics;
 
 use crate::inputs::installation::{self, body_to_ned, horizon_us, velocity_at_centre};
-use crate::inputs::{ActuatorHistory, Inputs, Packets, Sample, fresh};
+use crate::inputs::{ActuatorHistory, Inputs, Packets, SensorSample, fresh};
 use crate::parameters::Settings;
 use crate::store::{Coasted, Navigation, coast_m};
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    Apart, CloneId, ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Integrity,
-    Measurement, NavigationError, Navigator, ProcessModel, Sensor, ShipReport,
+    CloneId, ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Integrity, Measurement,
+    NavigationError, Navigator, ProcessModel, Sensor, ShipReport,
 };
 use backseat_core::state::{PHI, PSI, U, V, VehicleState, W, X, Y, Z, wrap_angle};
 use heapless::Vec;
@@ -29,7 +29,8 @@ const INITIAL_FIX_AGE_US: u64 = 2_500_000;
 /// Step of the prediction to the present, s.
 const OUTPUT_STEP_S: f64 = 0.05;
 
-/// One sigma of a pressure sensor's slow error that no second witness on board sees, m: 0.25 % of 100 m.
+/// One sigma of a pressure sensor's slow error, m: 0.25 % of 100 m. No other sensor on board measures depth, and the
+/// cross-check by pitch and speed does not see so slow an error.
 const DEPTH_SLOW_M: f64 = 0.25;
 
 /// Samples that came too late for their order.
@@ -41,11 +42,11 @@ pub struct Lateness {
     pub too_late: u32,
 }
 
-/// Where the filter lives: in the app, or by the feature `filter-apart` where a board puts it.
-#[cfg(not(feature = "filter-apart"))]
+/// Where the filter lives: in the app, or by the feature `static-filter` where a board puts it.
+#[cfg(not(feature = "static-filter"))]
 pub type FilterPlace = Navigator;
 /// Where the filter lives: where the board puts it.
-#[cfg(feature = "filter-apart")]
+#[cfg(feature = "static-filter")]
 pub type FilterPlace = &'static mut Navigator;
 
 /// The filter with the state for its start and its restart.
@@ -108,7 +109,7 @@ impl Estimator {
     }
 
     /// The filter, at its horizon.
-    #[cfg_attr(feature = "filter-apart", expect(clippy::needless_borrow, reason = "the place is a reference there"))]
+    #[cfg_attr(feature = "static-filter", expect(clippy::needless_borrow, reason = "the place is a reference there"))]
     pub fn navigator(&self) -> &Navigator {
         &self.navigator
     }
@@ -117,7 +118,8 @@ impl Estimator {
     pub fn stated_variance(&self, i: usize) -> f64 {
         let variance = self.navigator.variance(i);
         let slow_m = if i == Z { libm::hypot(DEPTH_SLOW_M, self.depth_drift_m) } else { 0.0 };
-        variance + self.integrity.unseen(i, variance, self.navigator(), self.receivers_m) + slow_m * slow_m
+        let (time_us, wave_variance_m2) = (self.navigator.time_us(), self.navigator.main().wave_variance());
+        variance + self.integrity.unseen((i, variance), time_us, wave_variance_m2, self.receivers_m) + slow_m * slow_m
     }
 
     /// √(σx² + σy²) of these, m.
@@ -174,16 +176,6 @@ impl Estimator {
         self.ping = None;
         self.transducer_depth_m = None;
         self.navigator.configure(&settings.navigation_config(), model)?;
-        self.model = Some(model.clone());
-        Ok(())
-    }
-
-    /// Another vehicle, while the filter runs.
-    ///
-    /// # Errors
-    /// The effects do not fit it; the old one stays.
-    pub fn set_model(&mut self, model: &VehicleModel) -> Result<(), ConfigError> {
-        self.navigator.set_model(model)?;
         self.model = Some(model.clone());
         Ok(())
     }
@@ -297,16 +289,16 @@ impl Estimator {
     }
 
     /// Fuses a sample that was valid `late_s` before the filter's time.
-    fn fuse(&mut self, sample: &Sample, late_s: f64, settings: &Settings, clock: &UtcClock) {
+    fn fuse(&mut self, sample: &SensorSample, late_s: f64, settings: &Settings, clock: &UtcClock) {
         let app = &settings.app;
         let used = match *sample {
-            Sample::Depth { .. } => app.use_depth,
-            Sample::Attitude { .. } => app.use_attitude,
-            Sample::Rates { .. } => app.use_rates,
-            Sample::BottomTrack { .. } => app.use_dvl,
-            Sample::WaterTrack { .. } => app.use_water_track,
-            Sample::Fix { .. } => app.use_gnss && self.navigator.state()[Z] <= app.gnss_max_depth_m,
-            Sample::Acoustic(ref report) => {
+            SensorSample::Depth { .. } => app.use_depth,
+            SensorSample::Attitude { .. } => app.use_attitude,
+            SensorSample::Rates { .. } => app.use_rates,
+            SensorSample::BottomTrack { .. } => app.use_dvl,
+            SensorSample::WaterTrack { .. } => app.use_water_track,
+            SensorSample::Fix { .. } => app.use_gnss && self.navigator.state()[Z] <= app.gnss_max_depth_m,
+            SensorSample::Acoustic(ref report) => {
                 self.follow(report, settings, clock);
                 false
             }
@@ -324,10 +316,10 @@ impl Estimator {
     }
 
     fn fuse_measurement(&mut self, measurement: &Measurement) {
-        let apart = Apart::new(self.navigator(), measurement);
         let Self { navigator, integrity, .. } = self;
+        let offset = navigator.mixture_offset(measurement);
         let fusions: Fusions = navigator.fuse(measurement);
-        integrity.take(&fusions, navigator, apart);
+        integrity.take(&fusions, navigator.main().monitor(), &navigator.config().sensors, offset);
         for record in fusions.iter() {
             let confirms = matches!(record.sensor, Sensor::VehicleGnss | Sensor::Range);
             if confirms && record.outcome == FusionOutcome::Fused {
@@ -387,7 +379,7 @@ impl Estimator {
 
     /// Since when attitude or depth and the filter have contradicted each other, µs.
     pub fn unsteerable_since_us(&self) -> Option<u64> {
-        let since_us = [Sensor::Attitude, Sensor::Depth].map(|sensor| self.navigator.suspect_since_us(sensor));
+        let since_us = [Sensor::Attitude, Sensor::Depth].map(|sensor| self.navigator.main().suspect_since_us(sensor));
         since_us.into_iter().flatten().min()
     }
 
@@ -397,7 +389,7 @@ impl Estimator {
     }
 
     /// Whether any sensor is suspect, or unconfirmed. Not unconfirmed ranges and fixes: they are used again, and the
-    /// sigma of the position covers both accounts for as long as it takes.
+    /// sigma of the position covers both position solutions for as long as it takes.
     pub fn is_suspect(&self) -> bool {
         let covered = |sensor: Sensor| matches!(sensor, Sensor::Range | Sensor::VehicleGnss);
         self.contradicts(|sensor| !covered(sensor))
@@ -409,9 +401,9 @@ impl Estimator {
     }
 
     fn contradicts(&self, unconfirmed_counts: impl Fn(Sensor) -> bool) -> bool {
-        let navigator = &self.navigator;
+        let filter = self.navigator.main();
         Sensor::ALL.into_iter().any(|sensor| {
-            navigator.is_suspect(sensor) || (unconfirmed_counts(sensor) && navigator.unconfirmed_sigma(sensor) > 0.0)
+            filter.is_suspect(sensor) || (unconfirmed_counts(sensor) && filter.unconfirmed_sigma(sensor) > 0.0)
         })
     }
 }

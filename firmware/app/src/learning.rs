@@ -7,6 +7,7 @@
 //! not.
 
 use crate::time::STEP_US;
+use backseat_wire::hostlink::LearntStored;
 
 /// A shorter dive shows less of the vehicle than handling it before the next dive takes away, µs.
 const SHORTEST_DIVE_US: u64 = 600_000_000;
@@ -19,11 +20,13 @@ pub struct Learning {
     under_way: bool,
     /// What was learnt is in use and not written yet.
     to_store: bool,
+    /// It was written, or could not be, and the host has not been told.
+    stored: Option<LearntStored>,
 }
 
 impl Learning {
     pub const fn new() -> Self {
-        Self { submerged_us: 0, under_way: false, to_store: false }
+        Self { submerged_us: 0, under_way: false, to_store: false, stored: None }
     }
 
     /// One step; true when a mission has just ended that was long enough to learn from.
@@ -46,6 +49,16 @@ impl Learning {
     /// They are not written yet; asked once.
     pub fn take_to_store(&mut self) -> bool {
         core::mem::take(&mut self.to_store)
+    }
+
+    /// What was learnt was written to the board's memory, or could not be.
+    pub fn stored(&mut self, time_us: u64, kept: bool) {
+        self.stored = Some(LearntStored { time_us, kept });
+    }
+
+    /// The same for the host, once.
+    pub fn take_report(&mut self) -> Option<LearntStored> {
+        self.stored.take()
     }
 }
 

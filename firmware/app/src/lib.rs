@@ -13,10 +13,10 @@
 //! | [`inputs`] | the installation: raw samples to measurements; queue, packets, history of the actuators |
 //! | `uplink` | the vehicle's own slots of the acoustic cycle: state uplink, pings |
 //! | `estimator` | the filter, initialisation, the state at the present |
-//! | `adaptation` | the adaptive identifier, the fault monitor; when identified parameters are adopted and reverted |
+//! | `adaptation` | the adaptive identifier, the fault monitor |
 //! | `steering`, `command`, `wiggle` | missions, commands to the frontseat, hand-back; the fins on the bench |
 //! | `modes` | mode and reason from facts; when a mission has to end |
-//! | `safety`, `safekeeping` | limits that end a mission though navigation is valid, and what follows |
+//! | `safety` | limits that end a mission though navigation is valid; what follows, as a decision |
 //! | `requests`, `host`, `mission`, `telemetry` | requests and their answers; mission transfer; records of each step |
 //! | [`parameters`] | the declared list, transactions |
 //! | `storage`, [`store`], `persistence` | requests to store; flash and restart record; how a board serves them |
@@ -50,7 +50,6 @@ mod pump;
 mod recorded;
 mod requests;
 mod ring;
-mod safekeeping;
 mod safety;
 mod steering;
 mod step_watch;

@@ -12,14 +12,14 @@ use backseat_wire::hostlink::{Mode, ModeReason};
 /// Better facts have to last this long, µs.
 const RECOVERY_US: u64 = 3_000_000;
 /// If attitude or depth has contradicted the filter for longer than this, µs, the vehicle must not be steered by it. A
-/// heading that a fast turn has led astray is back within half of this time.
+/// heading that is wrong after a fast turn agrees again within half of this time.
 const UNSTEERABLE_US: u64 = 10_000_000;
 /// A sigma that was beyond its limit has to fall below this share of it.
 const SIGMA_HYSTERESIS: f64 = 0.8;
 
-/// Facts that determine the mode; ages are `None` while a source was never heard.
+/// ModeFacts that determine the mode; ages are `None` while a source was never heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Facts {
+pub struct ModeFacts {
     /// The filter failed in this step.
     pub failed: bool,
     pub initialised: bool,
@@ -41,7 +41,7 @@ pub struct Facts {
 }
 
 /// The mode that the facts call for, given the mode `now`.
-fn judge(facts: &Facts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason) {
+fn judge(facts: &ModeFacts, settings: &AppSettings, now: Mode) -> (Mode, ModeReason) {
     let stale = |age_us: Option<u64>, timeout_s: f64| age_us.is_none_or(|us| us > micros(timeout_s));
     let attitude = stale(facts.attitude_age_us, settings.attitude_timeout_s);
     let depth = stale(facts.depth_age_us, settings.depth_timeout_s);
@@ -154,7 +154,7 @@ impl Modes {
     }
 
     /// Takes the step's transition, if there is one; true when a mission under way has to end.
-    pub fn update(&mut self, now_us: u64, facts: &Facts, settings: &AppSettings) -> bool {
+    pub fn update(&mut self, now_us: u64, facts: &ModeFacts, settings: &AppSettings) -> bool {
         let standing = self.standing();
         let wanted = judge(facts, settings, standing.0);
         let is_better = match (rank(wanted.0), rank(standing.0)) {
@@ -227,7 +227,7 @@ impl Modes {
 mod tests {
     use super::*;
 
-    const GOOD: Facts = Facts {
+    const GOOD: ModeFacts = ModeFacts {
         failed: false,
         initialised: true,
         attitude_age_us: Some(100_000),
@@ -245,30 +245,30 @@ mod tests {
     #[test]
     fn each_fact_has_its_mode() {
         let settings = AppSettings::DEFAULT;
-        let uncertain = |position_sigma_m| Facts { position_sigma_m, ..GOOD };
+        let uncertain = |position_sigma_m| ModeFacts { position_sigma_m, ..GOOD };
         let cases = [
             (GOOD, Mode::Navigating, ModeReason::Nominal),
-            (Facts { resumed: true, ..GOOD }, Mode::Degraded, ModeReason::Restarted),
-            (Facts { failed: true, ..GOOD }, Mode::Lost, ModeReason::FilterFailed),
-            (Facts { initialised: false, ..GOOD }, Mode::Initialising, ModeReason::NoFix),
-            (Facts { initialised: false, depth_age_us: None, ..GOOD }, Mode::Initialising, ModeReason::DepthStale),
-            (Facts { attitude_age_us: Some(2_100_000), ..GOOD }, Mode::Safe, ModeReason::AttitudeStale),
-            (Facts { attitude_age_us: None, ..GOOD }, Mode::Safe, ModeReason::AttitudeStale),
-            (Facts { depth_age_us: Some(2_100_000), ..GOOD }, Mode::Safe, ModeReason::DepthStale),
-            (Facts { frontseat_age_us: Some(11_000_000), ..GOOD }, Mode::Safe, ModeReason::FrontseatSilent),
-            (Facts { refused_us: Some(4_000_000), ..GOOD }, Mode::Safe, ModeReason::FrontseatRefuses),
+            (ModeFacts { resumed: true, ..GOOD }, Mode::Degraded, ModeReason::Restarted),
+            (ModeFacts { failed: true, ..GOOD }, Mode::Lost, ModeReason::FilterFailed),
+            (ModeFacts { initialised: false, ..GOOD }, Mode::Initialising, ModeReason::NoFix),
+            (ModeFacts { initialised: false, depth_age_us: None, ..GOOD }, Mode::Initialising, ModeReason::DepthStale),
+            (ModeFacts { attitude_age_us: Some(2_100_000), ..GOOD }, Mode::Safe, ModeReason::AttitudeStale),
+            (ModeFacts { attitude_age_us: None, ..GOOD }, Mode::Safe, ModeReason::AttitudeStale),
+            (ModeFacts { depth_age_us: Some(2_100_000), ..GOOD }, Mode::Safe, ModeReason::DepthStale),
+            (ModeFacts { frontseat_age_us: Some(11_000_000), ..GOOD }, Mode::Safe, ModeReason::FrontseatSilent),
+            (ModeFacts { refused_us: Some(4_000_000), ..GOOD }, Mode::Safe, ModeReason::FrontseatRefuses),
             (uncertain(50.0), Mode::Degraded, ModeReason::PositionUncertain),
             (uncertain(500.0), Mode::Lost, ModeReason::PositionUncertain),
             (uncertain(f64::NAN), Mode::Lost, ModeReason::PositionUncertain),
-            (Facts { suspect: true, ..GOOD }, Mode::Degraded, ModeReason::Rejections),
-            (Facts { suspect: true, unsteerable_us: Some(10_100_000), ..GOOD }, Mode::Safe, ModeReason::Rejections),
+            (ModeFacts { suspect: true, ..GOOD }, Mode::Degraded, ModeReason::Rejections),
+            (ModeFacts { suspect: true, unsteerable_us: Some(10_100_000), ..GOOD }, Mode::Safe, ModeReason::Rejections),
             // the worse of two
-            (Facts { depth_age_us: None, ..uncertain(500.0) }, Mode::Lost, ModeReason::PositionUncertain),
-            (Facts { suspect: true, ..uncertain(50.0) }, Mode::Degraded, ModeReason::Rejections),
+            (ModeFacts { depth_age_us: None, ..uncertain(500.0) }, Mode::Lost, ModeReason::PositionUncertain),
+            (ModeFacts { suspect: true, ..uncertain(50.0) }, Mode::Degraded, ModeReason::Rejections),
         ];
         for (facts, mode, reason) in cases {
             assert_eq!(judge(&facts, &settings, Mode::Navigating), (mode, reason), "{facts:?}");
-            let idle = Facts { mission: false, ..facts };
+            let idle = ModeFacts { mission: false, ..facts };
             if reason != ModeReason::FrontseatRefuses {
                 assert_eq!(judge(&idle, &settings, Mode::Navigating), (mode, reason), "without a mission: {facts:?}");
             } else {
@@ -278,21 +278,21 @@ mod tests {
     }
 
     /// Modes that stand at `facts`.
-    fn at(facts: &Facts) -> Modes {
+    fn at(facts: &ModeFacts) -> Modes {
         let mut modes = Modes::new();
         modes.update(0, facts, &AppSettings::DEFAULT);
         modes
     }
 
-    /// Facts whose judgement is one of the modes.
-    fn facts_of(mode: Mode) -> Facts {
-        let facts = Facts { mission: false, ..GOOD };
+    /// ModeFacts whose judgement is one of the modes.
+    fn facts_of(mode: Mode) -> ModeFacts {
+        let facts = ModeFacts { mission: false, ..GOOD };
         match mode {
-            Mode::Initialising => Facts { initialised: false, ..facts },
+            Mode::Initialising => ModeFacts { initialised: false, ..facts },
             Mode::Navigating => facts,
-            Mode::Degraded => Facts { suspect: true, ..facts },
-            Mode::Safe => Facts { attitude_age_us: None, ..facts },
-            Mode::Lost => Facts { position_sigma_m: 1000.0, ..facts },
+            Mode::Degraded => ModeFacts { suspect: true, ..facts },
+            Mode::Safe => ModeFacts { attitude_age_us: None, ..facts },
+            Mode::Lost => ModeFacts { position_sigma_m: 1000.0, ..facts },
         }
     }
 
@@ -336,7 +336,7 @@ mod tests {
             (settings.degraded_sigma_m, Mode::Degraded, Mode::Navigating),
             (settings.lost_sigma_m, Mode::Lost, Mode::Degraded),
         ] {
-            let sigma = |position_sigma_m| Facts { position_sigma_m, mission: false, ..GOOD };
+            let sigma = |position_sigma_m| ModeFacts { position_sigma_m, mission: false, ..GOOD };
             let mut modes = at(&sigma(0.99 * limit_m));
             assert_eq!(modes.present().0, below);
             modes.update(STEP_US, &sigma(1.01 * limit_m), &settings);
@@ -357,10 +357,10 @@ mod tests {
         let mut modes = Modes::new();
         assert!(!modes.ready() && modes.may_arm());
         assert!(!modes.update(0, &GOOD, &settings));
-        assert!(modes.update(STEP_US, &Facts { depth_age_us: None, ..GOOD }, &settings));
+        assert!(modes.update(STEP_US, &ModeFacts { depth_age_us: None, ..GOOD }, &settings));
         for step in 2..=40 {
             assert_eq!(modes.may_arm(), step > 32, "step {step}");
-            assert!(!modes.update(step * STEP_US, &Facts { mission: false, ..GOOD }, &settings));
+            assert!(!modes.update(step * STEP_US, &ModeFacts { mission: false, ..GOOD }, &settings));
             assert_eq!(modes.present(), (Mode::Safe, ModeReason::DepthStale));
         }
         modes.started();
@@ -372,7 +372,7 @@ mod tests {
         let settings = AppSettings::DEFAULT;
         let mut modes = Modes::new();
         modes.barred();
-        modes.update(0, &Facts { mission: false, ..GOOD }, &settings);
+        modes.update(0, &ModeFacts { mission: false, ..GOOD }, &settings);
         assert_eq!((modes.present(), modes.may_arm(), modes.ready()), ((Mode::Safe, ModeReason::Resets), false, false));
         modes.stopped();
         assert_eq!((modes.present(), modes.may_arm()), ((Mode::Safe, ModeReason::Stopped), true));

@@ -18,8 +18,8 @@ impl App {
         found.is_none_or(|settings| self.backseat.restore(settings))
     }
 
-    /// The set that is to be stored, by the host's wish, because it was adopted or because a dive has learnt, until
-    /// [`Self::stored`] answers.
+    /// The set that is to be stored, by the host's wish or because a dive has learnt, until [`Self::stored`]
+    /// answers.
     #[must_use]
     pub fn to_store(&self) -> Option<&Settings> {
         self.backseat.storage.is_busy().then(|| self.backseat.parameters.active())
@@ -32,8 +32,7 @@ impl App {
                 let answer = if kept { FromBoard::Done } else { FromBoard::Refused(Refusal::StoreFailed) };
                 send(&mut self.host_out, &answer);
             }
-            Some(Asked::Adoption) => self.backseat.adaptation.stored(self.backseat.now_us(), kept),
-            Some(Asked::Learning) => self.backseat.adaptation.learnt(self.backseat.now_us(), kept),
+            Some(Asked::Learning) => self.backseat.learning.stored(self.backseat.now_us(), kept),
             None => {}
         }
     }

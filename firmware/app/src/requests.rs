@@ -7,7 +7,7 @@ use crate::parameters::PARAMETER_SCHEMA;
 use crate::ring::Ring;
 use crate::safety;
 use crate::storage::Asked;
-use backseat_wire::hostlink::{AdoptionEvent, FromBoard, Refusal, ToBoard};
+use backseat_wire::hostlink::{FromBoard, Refusal, ToBoard};
 use backseat_wire::ship_state::Key;
 
 /// Parameters stay unlocked this long, µs.
@@ -78,7 +78,6 @@ pub fn answer(backseat: &mut Backseat, request: &ToBoard<'_>, out: &mut Ring<HOS
         ToBoard::MissionStart => outcome(start(backseat)),
         ToBoard::HealthGet => FromBoard::Health(backseat.link_health()),
         ToBoard::FinWiggle => outcome(wiggle(backseat)),
-        ToBoard::AdoptionRevert => outcome(revert_adoption(backseat)),
         ToBoard::MissionStop => {
             backseat.steering.stop();
             backseat.modes.stopped();
@@ -179,7 +178,7 @@ fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
     if backseat.steering.mission().waypoints().is_empty() {
         return Err(backseat.host.mission_refused.get().copied().unwrap_or(Refusal::Sequence));
     }
-    backseat.may_start().map_err(Refusal::Unsafe)?;
+    safety::may_start(&backseat.observed()).map_err(Refusal::Unsafe)?;
     if !backseat.modes.may_arm() || backseat.storage.is_busy() || backseat.steering.is_wiggling() {
         return Err(Refusal::NotReady);
     }
@@ -187,11 +186,4 @@ fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
     backseat.modes.started();
     backseat.steering.arm(backseat.now_us());
     Ok(())
-}
-
-/// Uses the set from before the last adoption.
-fn revert_adoption(backseat: &mut Backseat) -> Result<(), Refusal> {
-    let change = backseat.adaptation.revert(AdoptionEvent::RevertedByHost).ok_or(Refusal::NotReady)?;
-    let now_us = backseat.now_us();
-    if backseat.change_vehicle(now_us, &change) { Ok(()) } else { Err(Refusal::NotReady) }
 }

@@ -115,11 +115,6 @@ impl Steering {
         self.controller.configure(config, model)
     }
 
-    /// Another vehicle, under way.
-    pub fn set_model(&mut self, model: &VehicleModel) {
-        self.controller.set_model(model);
-    }
-
     pub fn mission(&self) -> &Mission {
         self.controller.mission()
     }

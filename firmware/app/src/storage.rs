@@ -11,8 +11,6 @@ enum Request {
     Idle,
     /// The board is to write them, and the host waits for the answer.
     ByHost,
-    /// The board is to write an adopted vehicle.
-    Adopted,
     /// The board is to write what a dive has learnt.
     Learnt,
 }
@@ -22,8 +20,6 @@ enum Request {
 pub enum Asked {
     /// The host, which waits for an answer.
     Host,
-    /// An adoption.
-    Adoption,
     /// The end of a dive.
     Learning,
 }
@@ -54,7 +50,7 @@ impl Storage {
 
     /// The board is writing, or about to.
     pub fn is_busy(&self) -> bool {
-        matches!(self.0, Request::ByHost | Request::Adopted | Request::Learnt)
+        matches!(self.0, Request::ByHost | Request::Learnt)
     }
 
     /// The active set is to be written.
@@ -67,7 +63,6 @@ impl Storage {
         }
         self.0 = match asked {
             Asked::Host => Request::ByHost,
-            Asked::Adoption => Request::Adopted,
             Asked::Learning => Request::Learnt,
         };
         Ok(())
@@ -78,7 +73,6 @@ impl Storage {
         let asked = match self.0 {
             Request::NoMemory | Request::Idle => return None,
             Request::ByHost => Asked::Host,
-            Request::Adopted => Asked::Adoption,
             Request::Learnt => Asked::Learning,
         };
         self.0 = Request::Idle;

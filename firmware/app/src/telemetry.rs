@@ -44,7 +44,7 @@ pub fn record(
 /// What the robust filter estimates; `None`: it does not run.
 pub fn estimates(time_us: u64, navigator: &Navigator, dives: u16) -> Option<Estimates> {
     let mut estimates = heapless::Vec::new();
-    for estimate in navigator.estimates() {
+    for estimate in navigator.main().estimates() {
         if let Some(place) = estimate.parameter.place() {
             // there are no more than it has room for
             let _ = estimates.push(Estimate {

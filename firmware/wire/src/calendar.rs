@@ -6,6 +6,9 @@ use crate::{Decimal, Error};
 /// Microseconds of a day.
 pub const DAY_US: u64 = 86_400_000_000;
 
+/// Julian day of 1970-01-01.
+const EPOCH_JULIAN_DAY: i64 = 2_440_588;
+
 /// A time of day, UTC, µs since midnight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -110,19 +113,17 @@ impl Date {
     ///
     /// # Errors
     /// [`Error::OutOfRange`] when it does not.
-    pub const fn new(year: u16, month: u8, day: u8) -> Result<Self, Error> {
-        let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
-        let days = match month {
-            2 if leap => 29,
-            2 => 28,
-            4 | 6 | 9 | 11 => 30,
-            1..=12 => 31,
-            _ => 0,
-        };
-        if year < 1970 || year > 2399 || day == 0 || day > days {
-            return Err(Error::OutOfRange);
+    pub fn new(year: u16, month: u8, day: u8) -> Result<Self, Error> {
+        let date = Self { year, month, day };
+        if (1970..=2399).contains(&year) {
+            date.civil().map(|_| date).ok_or(Error::OutOfRange)
+        } else {
+            Err(Error::OutOfRange)
         }
-        Ok(Self { year, month, day })
+    }
+
+    fn civil(self) -> Option<time::Date> {
+        time::Date::from_calendar_date(i32::from(self.year), self.month.try_into().ok()?, self.day).ok()
     }
 
     /// Year, month, day.
@@ -130,32 +131,19 @@ impl Date {
         (self.year, self.month, self.day)
     }
 
-    /// Days since 1970-01-01 (H. Hinnant's `days_from_civil`).
-    pub const fn days(self) -> u64 {
-        let (year, month) = (self.year as u64, self.month as u64);
-        let y = if month <= 2 { year - 1 } else { year };
-        let (era, shifted) = (y / 400, if month > 2 { month - 3 } else { month + 9 });
-        let year_of_era = y % 400;
-        let day_of_year = (153 * shifted + 2) / 5 + self.day as u64 - 1;
-        era * 146_097 + year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year - 719_468
+    /// Days since 1970-01-01.
+    pub fn days(self) -> u64 {
+        self.civil().map_or(0, |date| i64::from(date.to_julian_day()).abs_diff(EPOCH_JULIAN_DAY))
     }
 
     /// The day that is `days` after 1970-01-01.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] after 2399.
-    pub const fn from_days(days: u64) -> Result<Self, Error> {
-        if days > 157_000 {
-            return Err(Error::OutOfRange);
-        }
-        let z = days + 719_468;
-        let (era, day_of_era) = (z / 146_097, z % 146_097);
-        let year_of_era = (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-        let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-        let shifted = (5 * day_of_year + 2) / 153;
-        let month = if shifted < 10 { shifted + 3 } else { shifted - 9 };
-        let year = year_of_era + era * 400 + if month <= 2 { 1 } else { 0 };
-        Self::new(year as u16, month as u8, (day_of_year - (153 * shifted + 2) / 5 + 1) as u8)
+    pub fn from_days(days: u64) -> Result<Self, Error> {
+        let julian = i32::try_from(days.saturating_add(EPOCH_JULIAN_DAY.unsigned_abs())).ok();
+        let date = julian.and_then(|day| time::Date::from_julian_day(day).ok()).ok_or(Error::OutOfRange)?;
+        Self::new(u16::try_from(date.year()).map_err(|_| Error::OutOfRange)?, date.month().into(), date.day())
     }
 }
 
@@ -171,7 +159,7 @@ pub struct DateTime {
 
 impl DateTime {
     /// µs since 1970, UTC without leap seconds.
-    pub const fn unix_us(self) -> u64 {
+    pub fn unix_us(self) -> u64 {
         self.date.days() * DAY_US + self.time.us()
     }
 
@@ -179,7 +167,7 @@ impl DateTime {
     ///
     /// # Errors
     /// [`Error::OutOfRange`] after 2399.
-    pub const fn from_unix_us(us: u64) -> Result<Self, Error> {
+    pub fn from_unix_us(us: u64) -> Result<Self, Error> {
         match Date::from_days(us / DAY_US) {
             Ok(date) => Ok(Self { date, time: TimeOfDay::from_us(us) }),
             Err(cause) => Err(cause),

@@ -90,7 +90,6 @@ pub fn fly_realtime_with_ship<P: Ports>(
             FromBoard::Telemetry(telemetry) => latest = Some(telemetry),
             FromBoard::Fusion(fusion) => flight.fusions.extend(FusionRecord::of(&fusion)),
             FromBoard::Identification(record) => flight.identifications.push(record),
-            FromBoard::Adoption(verdict) => flight.adoptions.push(verdict),
             _ => {}
         })?;
         let Some(telemetry) = latest else { continue };

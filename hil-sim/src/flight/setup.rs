@@ -27,7 +27,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ControlLaw::LqrOnReference => 2.0,
     };
     let helm = backseat.control_mode == ControlMode::Oms;
-    let app: [(&str, f64); 16] = [
+    let app: [(&str, f64); 15] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
         ("app.origin_lon_deg", environment.origin_longitude_deg),
         ("app.declination_rad", environment.magnetic_declination_rad),
@@ -40,7 +40,6 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.robust", f64::from(u8::from(backseat.robust))),
         ("app.receiver_bias_m", backseat.receiver_bias_m),
         ("app.current_state", f64::from(u8::from(backseat.current_state))),
-        ("app.adopt", f64::from(u8::from(backseat.adopt))),
         ("app.control_law", control_law),
         ("app.control_mode", f64::from(u8::from(helm))),
         // A frontseat that steers by itself reports its fins only in its state: the model needs them often.

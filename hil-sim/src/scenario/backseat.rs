@@ -27,8 +27,6 @@ pub struct Backseat {
     pub robust: bool,
     /// Estimate a water current, if it is not robust.
     pub current_state: bool,
-    /// Use identified parameters that have predicted better.
-    pub adopt: bool,
     /// The backseat's values of inertia, drag, fins and thrust are each too high or too low by this share; the seed has
     /// the signs.
     #[serde(deserialize_with = "quantity::share")]
@@ -51,7 +49,6 @@ impl Default for Backseat {
             control_mode: ControlMode::default(),
             robust: true,
             current_state: false,
-            adopt: false,
             wrong_share: 0.0,
             wrong_seed: None,
             receiver_bias_m: 0.0,

@@ -11,7 +11,7 @@ const BUILT_IN: [(&str, &str); 7] = [
     ("survey_current", include_str!("../../scenarios/survey_current.toml")),
     ("survey_pd", include_str!("../../scenarios/survey_pd.toml")),
     ("survey_oms", include_str!("../../scenarios/survey_oms.toml")),
-    ("adoption", include_str!("../../scenarios/adoption.toml")),
+    ("identification", include_str!("../../scenarios/identification.toml")),
     ("sea_trial", include_str!("../../scenarios/sea_trial.toml")),
     ("two_vehicles", include_str!("../../scenarios/two_vehicles.toml")),
 ];
@@ -33,7 +33,7 @@ impl Scenario {
         Ok(Self { settings, vehicle: VehicleFile::read(&vehicle_path)? })
     }
 
-    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`, `adoption`,
+    /// A built-in scenario: `survey` (the default mission), `survey_current`, `survey_pd`, `survey_oms`, `identification`,
     /// `sea_trial` or `two_vehicles`.
     ///
     /// # Errors

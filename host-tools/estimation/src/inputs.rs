@@ -9,7 +9,7 @@
 //! their row on.
 
 use backseat_app::inputs::installation::{self, arm_along_path_m, mounted};
-use backseat_app::inputs::{Sample, Stamp};
+use backseat_app::inputs::{SensorSample as Sample, Stamp};
 use backseat_core::navigation::Measurement;
 use backseat_core::parameters::Installation;
 use backseat_core::state::{P, PHI, VehicleState, wrap_angle};

@@ -120,7 +120,6 @@ impl Lie {
                     ToBoard::MissionStop,
                     ToBoard::FinWiggle,
                     ToBoard::ParameterStore,
-                    ToBoard::AdoptionRevert,
                     ToBoard::Hello,
                     ToBoard::Unlock,
                     ToBoard::KeyBegin,

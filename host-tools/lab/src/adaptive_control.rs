@@ -109,7 +109,7 @@ impl Flight {
     /// The declared vehicle with the factors that the filter holds.
     fn held(&self) -> VehicleParameters {
         let mut held = self.declared;
-        for estimate in self.sea.navigator.estimates() {
+        for estimate in self.sea.navigator.main().estimates() {
             if let StateParameter::LogFactor(j) = estimate.parameter {
                 theta::scale(&mut held, usize::from(j), estimate.value.exp());
             }

@@ -88,7 +88,7 @@ fn centralized_arrivals(log: &Log, options: &FilterOptions) -> Vec<PacketArrival
         }
         if row.get(Column::Range).is_some() {
             navigator.drop_clone(clone.take().unwrap());
-            let n = navigator.dimension() - 6;
+            let n = navigator.main().dimension() - 6;
             // Where no current is estimated the information filter has zero with unit variance.
             let own = |i: usize| i < n.min(OWN);
             let mean = SVector::<f64, OWN>::from_fn(|i, _| if own(i) { navigator.state_at(i) } else { 0.0 });

@@ -7,8 +7,8 @@ use crate::{BackseatError, Ports};
 use backseat_core::navigation::Sensor;
 use backseat_logs::session::{Event, Writer};
 use backseat_wire::hostlink::{
-    Adoption, Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Refusal, Step, StepDone,
-    Telemetry, ToBoard, Waypoint, encode,
+    Chunk, Decoder, FromBoard, FusionTelemetry, Identification, MAX_FRAME, Port, Refusal, Step, StepDone, Telemetry,
+    ToBoard, Waypoint, encode,
 };
 use backseat_wire::ship_state::Key;
 use std::thread::sleep;
@@ -57,8 +57,6 @@ pub struct StepOutput {
     pub fusions: Vec<FusionRecord>,
     /// What it identified, if it reports that.
     pub identification: Option<Identification>,
-    /// Verdicts about the parameters in use.
-    pub adoptions: Vec<Adoption>,
     /// Running digest of filter state and covariance.
     pub digest: u64,
 }
@@ -361,7 +359,6 @@ impl<P: Ports> Client<P> {
         let mut telemetry = None;
         let mut fusions = Vec::new();
         let mut identification = None;
-        let mut adoptions = Vec::new();
         let answer = self.receive(|message| match message {
             FromBoard::StepDone(done) => Some(Ok(done)),
             FromBoard::Refused(refusal @ Refusal::OwnClock) => Some(Err(refusal)),
@@ -375,10 +372,6 @@ impl<P: Ports> Client<P> {
             }
             FromBoard::Identification(record) => {
                 identification = Some(record);
-                None
-            }
-            FromBoard::Adoption(verdict) => {
-                adoptions.push(verdict);
                 None
             }
             _ => None,
@@ -400,7 +393,7 @@ impl<P: Ports> Client<P> {
             sent[port as usize] = ahead.drain(..usize::from(count)).collect();
         }
         self.tape.write_outputs(digest, &sent)?;
-        Ok(StepOutput { sent, telemetry, fusions, identification, adoptions, digest })
+        Ok(StepOutput { sent, telemetry, fusions, identification, digest })
     }
 
     /// Forgets what the device ports carried before the board restarted, while it ran on its own

@@ -6,7 +6,9 @@
 
 use crate::monitor::words;
 use backseat_app::inputs::installation::mounted;
-use backseat_app::inputs::{AcousticReport, HeardShip, Packet, PacketProgress, Packets, Sample, Stamp, TURNAROUND_S};
+use backseat_app::inputs::{
+    AcousticReport, HeardShip, Packet, PacketProgress, Packets, SensorSample as Sample, Stamp, TURNAROUND_S,
+};
 use backseat_app::links::Links;
 use backseat_app::parameters::{AppSettings, ParameterStore};
 use backseat_app::{LocalFrame, UtcClock};
@@ -15,8 +17,7 @@ use backseat_logs::session::{Entry, Event};
 use backseat_logs::{Column, LogRow};
 use backseat_wire::calendar::DAY_US;
 use backseat_wire::hostlink::{
-    Adoption, Decoder, Estimates, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Port, Telemetry,
-    ToBoard,
+    Decoder, Estimates, FromBoard, FusionTelemetry, Identification, Mode, ModeReason, Port, Telemetry, ToBoard,
 };
 
 /// A decoded record with its time by the log's clock.
@@ -50,7 +51,7 @@ pub enum What<'a> {
 pub enum EventKind {
     Start,
     Mode,
-    Adoption,
+    Learnt,
     Fault,
     Recorder,
     Loss,
@@ -61,7 +62,7 @@ impl EventKind {
         match self {
             Self::Start => "start",
             Self::Mode => "mode",
-            Self::Adoption => "adoption",
+            Self::Learnt => "learnt",
             Self::Fault => "fault",
             Self::Recorder => "recorder",
             Self::Loss => "loss",
@@ -245,8 +246,9 @@ impl Decoding {
                 Ok(FromBoard::Fusion(fusion)) => out(Found { time_us, what: What::Fusion(&fusion) }),
                 Ok(FromBoard::Identification(record)) => out(Found { time_us, what: What::Identification(&record) }),
                 Ok(FromBoard::Estimates(record)) => out(Found { time_us, what: What::Estimates(&record) }),
-                Ok(FromBoard::Adoption(verdict)) => {
-                    out(Found { time_us, what: What::Event(EventKind::Adoption, adoption(&verdict)) });
+                Ok(FromBoard::LearntStored(stored)) => {
+                    let (_, text) = words::learnt(&stored);
+                    out(Found { time_us, what: What::Event(EventKind::Learnt, text.to_owned()) });
                 }
                 Ok(FromBoard::Fault(report)) => {
                     let (_, text) = words::fault(&report);
@@ -361,11 +363,4 @@ fn measured(row: &LogRow, out: &mut dyn FnMut(Found<'_>)) {
 
 fn frame(settings: &AppSettings) -> LocalFrame {
     LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg)
-}
-
-fn adoption(verdict: &Adoption) -> String {
-    let Adoption { event, stretches, error_active, error_other, .. } = verdict;
-    format!(
-        "{event:?}: error {error_active:.3} of the set in use, {error_other:.3} of the other, {stretches} stretches"
-    )
 }

@@ -205,7 +205,7 @@ fn get(common: &Common, names: &[String]) -> anyhow::Result<()> {
     }
     let wanted = |parameter: &&Declared| names.is_empty() || names.iter().any(|name| is(parameter, name));
     let shown: Vec<&Declared> = all.iter().filter(wanted).collect();
-    let key = if key_wanted { board.has_key()? } else { None };
+    let key = if key_wanted { Some(board.has_key()?) } else { None };
     let mut json = json!({
         "firmware": board.identity.firmware,
         "parameter_schema": board.identity.schema,

@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
   backseat sim run two_vehicles              a companion in slots of its own
   backseat sim run --realtime --wait         practise: mission put, start and stop by hand")]
 pub struct Args {
-    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, adoption,
+    /// Scenario file, or a built-in one: survey (the default), survey_current, survey_pd, survey_oms, identification,
     /// sea_trial, two_vehicles.
     scenario: Option<PathBuf>,
     /// Vehicle file to simulate and to declare, instead of the scenario's; one that does not fly is refused.

@@ -1,9 +1,8 @@
-//! The adaptive identifier beside the filter, and the conditions for using its estimates.
+//! The adaptive identifier and the fault monitor beside the filter.
 //!
-//! In every step the attitude, rates, velocity and commands of one recent time go to the identifier and to a comparison
-//! of open-loop predictions. That time lies [`LAG_US`] back, so that all samples have arrived. The identifier is slower
-//! than the filter and independent of it. Its estimate is used only after it has predicted motion to which it was not
-//! fitted better than the parameters in use did ([`adoption`]).
+//! In every step the attitude, rates, velocity and commands of one recent time go to both. That time lies [`LAG_US`]
+//! back, so that all samples have arrived. The identifier is slower than the filter and independent of it: its estimates
+//! go to the host, not into the filter, whose robust form estimates what it needs itself.
 //!
 //! | input | from |
 //! |---|---|
@@ -15,21 +14,17 @@
 //! telemetry gives the cause ([`Activity`]). A current that is neither estimated nor zero would be taken for motion of
 //! the vehicle: switch `app.current_state` on where there may be one.
 
-mod adoption;
 mod fault;
 mod samples;
 
 use crate::inputs::Inputs;
 use crate::inputs::installation::velocity_at_centre;
 use crate::parameters::Settings;
-use adoption::{Adoptions, Decision};
-use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleParameters};
-use backseat_core::identification::{
-    self, IdentificationConfig, Identifier, ModelComparison, PARAMETERS, SampleOutcome,
-};
+use backseat_core::dynamics::{ActuatorInput, Attitude};
+use backseat_core::identification::{self, IdentificationConfig, Identifier, PARAMETERS, SampleOutcome};
 use backseat_core::navigation::Navigator;
 use backseat_core::state::Z;
-use backseat_wire::hostlink::{Activity, Adoption, AdoptionEvent, FaultReport, Identification, Visibility};
+use backseat_wire::hostlink::{Activity, FaultReport, Identification, Visibility};
 use fault::FaultWatch;
 use nalgebra::{Vector3, Vector6};
 use samples::RecentSamples;
@@ -46,7 +41,7 @@ const CURRENT_SIGMA_MPS: f64 = 0.03;
 const REPORT_US: u64 = 10_000_000;
 
 /// All channels at one time.
-struct Sample {
+struct MotionSample {
     time_us: u64,
     attitude: Vector3<f64>,
     /// Through the water.
@@ -55,19 +50,9 @@ struct Sample {
     input: ActuatorInput,
 }
 
-/// A change of the parameters in use.
-pub struct Change {
-    /// The parameters to use.
-    pub vehicle: VehicleParameters,
-    /// Adopted or reverted.
-    pub event: AdoptionEvent,
-}
-
-/// The identifier with its inputs, and the use of its estimates.
+/// The identifier with its inputs, and the fault monitor.
 pub struct Adaptation {
     identifier: Identifier,
-    comparison: ModelComparison,
-    adoptions: Adoptions,
     faults: FaultWatch,
     attitude: RecentSamples,
     rates: RecentSamples,
@@ -85,8 +70,6 @@ impl Adaptation {
     pub const fn new() -> Self {
         Self {
             identifier: Identifier::new(),
-            comparison: ModelComparison::new(),
-            adoptions: Adoptions::new(),
             faults: FaultWatch::new(),
             attitude: RecentSamples::new(),
             rates: RecentSamples::new(),
@@ -104,7 +87,6 @@ impl Adaptation {
         for samples in [&mut self.attitude, &mut self.rates, &mut self.velocity] {
             samples.clear();
         }
-        self.adoptions.restart();
         self.faults.restart();
         self.configured = false;
         self.activity = Activity::Off;
@@ -130,7 +112,7 @@ impl Adaptation {
     }
 
     /// All channels at the present sample time, or why there is no sample.
-    fn gather(&self, navigator: &Navigator, inputs: &Inputs, settings: &Settings) -> Result<Sample, Activity> {
+    fn gather(&self, navigator: &Navigator, inputs: &Inputs, settings: &Settings) -> Result<MotionSample, Activity> {
         if navigator.state()[Z] < SURFACE_M {
             return Err(Activity::Surfaced);
         }
@@ -142,7 +124,7 @@ impl Adaptation {
         let mut velocity =
             Vector3::from(velocity_at_centre(rates_radps, at_instrument, &settings.app.installation.dvl_arm_m));
         if !self.water_track {
-            if navigator.current_sigma().is_some_and(|sigma| sigma.iter().any(|s| *s > CURRENT_SIGMA_MPS)) {
+            if navigator.main().current_sigma().is_some_and(|sigma| sigma.iter().any(|s| *s > CURRENT_SIGMA_MPS)) {
                 return Err(Activity::NoVelocity);
             }
             let [north, east] = navigator.current();
@@ -150,7 +132,7 @@ impl Adaptation {
         }
         let since_us = time_us.saturating_sub(PERIOD_US);
         let [p, q, r] = rates_radps;
-        Ok(Sample {
+        Ok(MotionSample {
             time_us,
             attitude,
             velocity: Vector6::new(velocity.x, velocity.y, velocity.z, p, q, r),
@@ -158,7 +140,7 @@ impl Adaptation {
         })
     }
 
-    /// Builds identifier and comparison from the parameters in use; the noise of a sample is that of its sensor, and
+    /// Builds identifier and fault monitor from the parameters in use; the noise of a sample is that of its sensor, and
     /// more where the sensor is slower than the samples and its noise with it.
     fn configure(&mut self, settings: &Settings) -> bool {
         let intervals = [&self.attitude, &self.rates, &self.velocity].map(RecentSamples::interval_s);
@@ -176,27 +158,12 @@ impl Adaptation {
         if self.identifier.configure(&config, &settings.vehicle).is_err() {
             return false;
         }
-        let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
-        let ([u, v, w], [p, q, r]) = (
-            settings.navigation.process_noise.linear_mps2_per_sqrt_hz,
-            settings.navigation.process_noise.angular_radps2_per_sqrt_hz,
-        );
-        let noise = [dvl, dvl, dvl, rates, rates, rates];
-        self.comparison.configure(sensors.attitude_rad, &noise, &[u, v, w, p, q, r], period_s);
-        self.adoptions.begin(&mut self.comparison, &settings.vehicle);
         self.faults.use_vehicle(&settings.vehicle);
         true
     }
 
-    /// One step. Returns a change of the parameters in use; the caller answers with [`Self::changed`].
-    pub fn step(
-        &mut self,
-        now_us: u64,
-        under_way: bool,
-        inputs: &Inputs,
-        navigator: &Navigator,
-        settings: &Settings,
-    ) -> Option<Change> {
+    /// One step.
+    pub fn step(&mut self, under_way: bool, inputs: &Inputs, navigator: &Navigator, settings: &Settings) {
         self.listen(inputs, settings);
         let gathered = if !settings.app.adapt {
             Err(Activity::Off)
@@ -209,87 +176,31 @@ impl Adaptation {
             Ok(sample) => sample,
             Err(reason) => {
                 self.activity = reason;
-                self.comparison.interrupt();
                 self.faults.interrupt();
-                return None;
+                return;
             }
         };
         if !self.configured {
             self.configured = self.configure(settings);
             if !self.configured {
                 self.activity = Activity::Off;
-                return None;
+                return;
             }
         }
-        let Sample { time_us, attitude, velocity, input } = &sample;
+        let MotionSample { time_us, attitude, velocity, input } = &sample;
         self.faults.sample(*time_us, attitude, velocity, input);
         let report = self.identifier.sample(*time_us, attitude, velocity, input);
         self.activity = match report.outcome {
             SampleOutcome::Filling | SampleOutcome::WarmingUp => Activity::Starting,
             SampleOutcome::Adapting => Activity::Adapting,
             SampleOutcome::Diverged => Activity::Diverged,
-            SampleOutcome::NotConfigured | SampleOutcome::Refused | SampleOutcome::OutOfOrder => {
-                self.comparison.interrupt();
-                return None;
-            }
+            SampleOutcome::NotConfigured | SampleOutcome::Refused | SampleOutcome::OutOfOrder => self.activity,
         };
-        let model = self.identifier.model()?;
-        if !self.comparison.sample(model, *time_us, attitude, velocity, input) {
-            return None;
-        }
-        match self.adoptions.judge(now_us, &self.identifier, &mut self.comparison, &settings.app) {
-            Decision::Keep => None,
-            Decision::Adopt => {
-                let vehicle = self.adoptions.candidate(&self.comparison, &settings.vehicle)?;
-                Some(Change { vehicle, event: AdoptionEvent::Adopted })
-            }
-            Decision::Revert => self.revert(AdoptionEvent::Reverted),
-        }
-    }
-
-    /// Returns to the set from before the last adoption, if there is one.
-    pub fn revert(&self, event: AdoptionEvent) -> Option<Change> {
-        self.adoptions.previous().map(|vehicle| Change { vehicle, event })
-    }
-
-    /// A change was carried out, with what was in use `before` it; or the vehicle was refused.
-    pub fn changed(&mut self, now_us: u64, change: &Change, before: Option<&VehicleParameters>) {
-        let Self { adoptions, comparison, .. } = self;
-        match change.event {
-            AdoptionEvent::Adopted => adoptions.adopted(now_us, comparison, before),
-            event => adoptions.reverted(now_us, comparison, event),
-        }
-        if change.event == AdoptionEvent::RevertedByHost && before.is_some() {
-            adoptions.hold();
-        }
-        if before.is_some() {
-            self.faults.use_vehicle(&change.vehicle);
-        }
-    }
-
-    /// The set in use has passed its probation and is not stored yet; asked once.
-    pub fn take_to_store(&mut self) -> bool {
-        self.adoptions.take_to_store()
-    }
-
-    /// The set in use was written to the board's memory, or could not be.
-    pub fn stored(&mut self, now_us: u64, kept: bool) {
-        self.adoptions.stored(now_us, kept);
-    }
-
-    /// What a dive has learnt was written to the board's memory, or could not be.
-    pub fn learnt(&mut self, now_us: u64, kept: bool) {
-        self.adoptions.learnt(now_us, kept);
     }
 
     /// The fault monitor has found something wrong with the vehicle.
     pub fn has_fault(&self) -> bool {
         self.faults.has_fault()
-    }
-
-    /// The next verdict for the host.
-    pub fn take_verdict(&mut self) -> Option<Adoption> {
-        self.adoptions.take_verdict()
     }
 
     /// State of the fault monitor, when it has changed.

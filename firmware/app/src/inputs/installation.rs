@@ -1,6 +1,6 @@
 //! Corrections for the installation: turns and delays on arrival, lever arms once attitude and rates are known.
 
-use super::{Sample, Stamp};
+use super::{SensorSample, Stamp};
 use crate::time::micros;
 use backseat_core::dynamics::Attitude;
 use backseat_core::navigation::Measurement;
@@ -10,32 +10,32 @@ use nalgebra::{Matrix3, Vector3};
 
 /// The sample in body axes, and the time at which it is valid, µs.
 #[must_use]
-pub fn mounted(stamp: Stamp, sample: Sample, installation: &Installation) -> (u64, Sample) {
+pub fn mounted(stamp: Stamp, sample: SensorSample, installation: &Installation) -> (u64, SensorSample) {
     let delay_s = match sample {
-        Sample::Depth { .. } => installation.depth_delay_s,
-        Sample::Attitude { .. } | Sample::Rates { .. } => installation.ahrs_delay_s,
-        Sample::BottomTrack { .. } | Sample::WaterTrack { .. } => installation.dvl_delay_s,
-        Sample::Fix { .. } => installation.gnss_delay_s,
-        Sample::Acoustic(_) => 0.0,
+        SensorSample::Depth { .. } => installation.depth_delay_s,
+        SensorSample::Attitude { .. } | SensorSample::Rates { .. } => installation.ahrs_delay_s,
+        SensorSample::BottomTrack { .. } | SensorSample::WaterTrack { .. } => installation.dvl_delay_s,
+        SensorSample::Fix { .. } => installation.gnss_delay_s,
+        SensorSample::Acoustic(_) => 0.0,
     };
     let time_us = match stamp {
         Stamp::Arrival(arrival_us) => arrival_us.saturating_sub(micros(delay_s)),
         Stamp::Own(time_us) => time_us,
     };
     let sample = match sample {
-        Sample::Attitude { euler_rad } => {
-            Sample::Attitude { euler_rad: body_attitude(euler_rad, &installation.ahrs_turn_rad) }
+        SensorSample::Attitude { euler_rad } => {
+            SensorSample::Attitude { euler_rad: body_attitude(euler_rad, &installation.ahrs_turn_rad) }
         }
-        Sample::Rates { rates_radps } => {
-            Sample::Rates { rates_radps: turned(rates_radps, &installation.ahrs_turn_rad) }
+        SensorSample::Rates { rates_radps } => {
+            SensorSample::Rates { rates_radps: turned(rates_radps, &installation.ahrs_turn_rad) }
         }
-        Sample::BottomTrack { velocity_mps } => {
-            Sample::BottomTrack { velocity_mps: turned(velocity_mps, &installation.dvl_turn_rad) }
+        SensorSample::BottomTrack { velocity_mps } => {
+            SensorSample::BottomTrack { velocity_mps: turned(velocity_mps, &installation.dvl_turn_rad) }
         }
-        Sample::WaterTrack { velocity_mps } => {
-            Sample::WaterTrack { velocity_mps: turned(velocity_mps, &installation.dvl_turn_rad) }
+        SensorSample::WaterTrack { velocity_mps } => {
+            SensorSample::WaterTrack { velocity_mps: turned(velocity_mps, &installation.dvl_turn_rad) }
         }
-        Sample::Depth { .. } | Sample::Fix { .. } | Sample::Acoustic(_) => sample,
+        SensorSample::Depth { .. } | SensorSample::Fix { .. } | SensorSample::Acoustic(_) => sample,
     };
     (time_us, sample)
 }
@@ -55,7 +55,7 @@ pub fn horizon_us(installation: &Installation) -> u64 {
 /// is moved along with `velocity_ned_mps`, over ground.
 #[must_use]
 pub fn measurement(
-    sample: &Sample,
+    sample: &SensorSample,
     installation: &Installation,
     x: &VehicleState,
     velocity_ned_mps: [f64; 2],
@@ -63,17 +63,19 @@ pub fn measurement(
 ) -> Option<Measurement> {
     let dvl = |velocity_mps| velocity_at_centre([x[P], x[Q], x[R]], velocity_mps, &installation.dvl_arm_m);
     Some(match *sample {
-        Sample::Depth { depth_m } => Measurement::Depth { z_m: depth_m - body_to_ned(x, &installation.depth_arm_m)[2] },
-        Sample::Attitude { euler_rad } => Measurement::Attitude { euler_rad },
-        Sample::Rates { rates_radps } => Measurement::Rates { rates_radps },
-        Sample::BottomTrack { velocity_mps } => Measurement::BottomTrack { velocity_mps: dvl(velocity_mps) },
-        Sample::WaterTrack { velocity_mps } => Measurement::WaterTrack { velocity_mps: dvl(velocity_mps) },
-        Sample::Fix { position_m } => {
+        SensorSample::Depth { depth_m } => {
+            Measurement::Depth { z_m: depth_m - body_to_ned(x, &installation.depth_arm_m)[2] }
+        }
+        SensorSample::Attitude { euler_rad } => Measurement::Attitude { euler_rad },
+        SensorSample::Rates { rates_radps } => Measurement::Rates { rates_radps },
+        SensorSample::BottomTrack { velocity_mps } => Measurement::BottomTrack { velocity_mps: dvl(velocity_mps) },
+        SensorSample::WaterTrack { velocity_mps } => Measurement::WaterTrack { velocity_mps: dvl(velocity_mps) },
+        SensorSample::Fix { position_m } => {
             let arm_m = body_to_ned(x, &installation.gnss_arm_m);
             let along = |i: usize| velocity_ned_mps[i] * late_s - arm_m[i];
             Measurement::VehicleGnss { position_m: [position_m[0] + along(0), position_m[1] + along(1)] }
         }
-        Sample::Acoustic(_) => return None,
+        SensorSample::Acoustic(_) => return None,
     })
 }
 
@@ -154,9 +156,9 @@ mod tests {
     fn val_a_turned_dvl() {
         let installation =
             Installation { dvl_turn_rad: [0.0, 0.0, FRAC_PI_2], dvl_delay_s: 0.25, ..Installation::DEFAULT };
-        let raw = Sample::BottomTrack { velocity_mps: [0.0, -1.5, 0.1] };
+        let raw = SensorSample::BottomTrack { velocity_mps: [0.0, -1.5, 0.1] };
         let (time_us, sample) = mounted(Stamp::Arrival(1_000_000), raw, &installation);
-        let Sample::BottomTrack { velocity_mps: [u, v, w] } = sample else { panic!("{sample:?}") };
+        let SensorSample::BottomTrack { velocity_mps: [u, v, w] } = sample else { panic!("{sample:?}") };
         assert_eq!(time_us, 750_000);
         assert!((u - 1.5).abs() < 1e-15 && v.abs() < 1e-15 && (w - 0.1).abs() < 1e-15, "{sample:?}");
         let (time_us, _) = mounted(Stamp::Own(1_000_000), raw, &installation);
@@ -168,13 +170,13 @@ mod tests {
     fn val_a_turned_ahrs() {
         let turn = |ahrs_turn_rad| Installation { ahrs_turn_rad, ..Installation::DEFAULT };
         // the sensor's x axis points to starboard, level: it heads east, and the vehicle's pitch is its roll
-        let raw = Sample::Attitude { euler_rad: [0.1, 0.0, FRAC_PI_2] };
+        let raw = SensorSample::Attitude { euler_rad: [0.1, 0.0, FRAC_PI_2] };
         let (_, sample) = mounted(Stamp::Own(0), raw, &turn([0.0, 0.0, FRAC_PI_2]));
-        let Sample::Attitude { euler_rad: [roll, pitch, heading] } = sample else { panic!("{sample:?}") };
+        let SensorSample::Attitude { euler_rad: [roll, pitch, heading] } = sample else { panic!("{sample:?}") };
         assert!(roll.abs() < 1e-15 && (pitch - 0.1).abs() < 1e-15 && heading.abs() < 1e-15, "{sample:?}");
-        let raw = Sample::Rates { rates_radps: [0.1, 0.2, 0.3] };
+        let raw = SensorSample::Rates { rates_radps: [0.1, 0.2, 0.3] };
         let (_, sample) = mounted(Stamp::Own(0), raw, &turn([core::f64::consts::PI, 0.0, 0.0]));
-        let Sample::Rates { rates_radps: [p, q, r] } = sample else { panic!("{sample:?}") };
+        let SensorSample::Rates { rates_radps: [p, q, r] } = sample else { panic!("{sample:?}") };
         assert!((p - 0.1).abs() < 1e-15 && (q + 0.2).abs() < 1e-15 && (r + 0.3).abs() < 1e-15, "{sample:?}");
     }
 

@@ -25,7 +25,7 @@ mod sample;
 
 pub use actuators::ActuatorHistory;
 pub use packets::{HeardShip, Loss, Packet, PacketProgress, Packets, TURNAROUND_S};
-pub use sample::{AcousticReport, Sample, Stamp};
+pub use sample::{AcousticReport, SensorSample, Stamp};
 
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::parameters::Installation;
@@ -52,7 +52,7 @@ impl LatestSamples {
 
 /// Samples that wait for the filter, the latest of each source, and the commands of the actuators.
 pub(crate) struct Inputs {
-    queue: Queue<Sample>,
+    queue: Queue<SensorSample>,
     latest: LatestSamples,
     actuators: ActuatorHistory,
 }
@@ -70,23 +70,23 @@ impl Inputs {
     }
 
     /// A raw sample.
-    pub fn take(&mut self, stamp: Stamp, sample: Sample, installation: &Installation) {
+    pub fn take(&mut self, stamp: Stamp, sample: SensorSample, installation: &Installation) {
         let (time_us, sample) = installation::mounted(stamp, sample, installation);
         self.queue.push(time_us, sample);
     }
 
     /// The earliest sample that is valid until `to_us`.
-    pub fn next_until(&mut self, to_us: u64) -> Option<(u64, Sample)> {
+    pub fn next_until(&mut self, to_us: u64) -> Option<(u64, SensorSample)> {
         let (time_us, sample) = self.queue.pop_until(to_us)?;
         let latest = &mut self.latest;
         match sample {
-            Sample::Depth { depth_m } => latest.depth_m = Some((time_us, depth_m)),
-            Sample::Attitude { euler_rad } => latest.euler_rad = Some((time_us, euler_rad)),
-            Sample::Rates { rates_radps } => latest.rates_radps = Some((time_us, rates_radps)),
-            Sample::BottomTrack { velocity_mps } => latest.bottom_mps = Some((time_us, velocity_mps)),
-            Sample::WaterTrack { velocity_mps } => latest.water_mps = Some((time_us, velocity_mps)),
-            Sample::Fix { position_m } => latest.fix_m = Some((time_us, position_m)),
-            Sample::Acoustic(_) => {}
+            SensorSample::Depth { depth_m } => latest.depth_m = Some((time_us, depth_m)),
+            SensorSample::Attitude { euler_rad } => latest.euler_rad = Some((time_us, euler_rad)),
+            SensorSample::Rates { rates_radps } => latest.rates_radps = Some((time_us, rates_radps)),
+            SensorSample::BottomTrack { velocity_mps } => latest.bottom_mps = Some((time_us, velocity_mps)),
+            SensorSample::WaterTrack { velocity_mps } => latest.water_mps = Some((time_us, velocity_mps)),
+            SensorSample::Fix { position_m } => latest.fix_m = Some((time_us, position_m)),
+            SensorSample::Acoustic(_) => {}
         }
         Some((time_us, sample))
     }

@@ -14,7 +14,7 @@ pub enum Stamp {
 
 /// One sample of one source.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Sample {
+pub enum SensorSample {
     /// Depth of the pressure sensor.
     Depth {
         /// Down, m.

@@ -1,7 +1,7 @@
 //! AHRS port: 3DM-GX3, MIP or OS5000.
 
 use crate::held::Held;
-use crate::inputs::{Sample, Stamp};
+use crate::inputs::{SensorSample, Stamp};
 use crate::parameters::{AhrsProtocol, AppSettings, AttitudeSource};
 use backseat_core::state::wrap_angle;
 use backseat_wire::ahrs::{AhrsSample, gx3, mip, os5000::Os5000};
@@ -80,7 +80,7 @@ impl AhrsLink {
         time_us: u64,
         bytes: &[u8],
         settings: &AppSettings,
-        sink: &mut impl FnMut(Stamp, Sample),
+        sink: &mut impl FnMut(Stamp, SensorSample),
     ) {
         let mut rest = bytes;
         while let Some(outcome) = self.next(&mut rest, settings.ahrs_protocol) {
@@ -175,12 +175,12 @@ impl AhrsLink {
     }
 }
 
-fn push(time_us: u64, sample: &AhrsSample, settings: &AppSettings, sink: &mut impl FnMut(Stamp, Sample)) {
+fn push(time_us: u64, sample: &AhrsSample, settings: &AppSettings, sink: &mut impl FnMut(Stamp, SensorSample)) {
     if let (Some([roll, pitch, heading]), AttitudeSource::Ahrs) = (sample.euler_rad, settings.attitude_source) {
         let euler_rad = [roll, pitch, wrap_angle(heading + settings.declination_rad)];
-        sink(Stamp::Arrival(time_us), Sample::Attitude { euler_rad });
+        sink(Stamp::Arrival(time_us), SensorSample::Attitude { euler_rad });
     }
     if let Some(rates_radps) = sample.rates_radps {
-        sink(Stamp::Arrival(time_us), Sample::Rates { rates_radps });
+        sink(Stamp::Arrival(time_us), SensorSample::Rates { rates_radps });
     }
 }

@@ -1,7 +1,7 @@
 //! DVL port: PD0, PD4/PD5 or PD6.
 
 use crate::held::Held;
-use crate::inputs::{Latest, Sample, Stamp};
+use crate::inputs::{Latest, SensorSample, Stamp};
 use crate::parameters::{AppSettings, DvlSource};
 use backseat_wire::dvl::{DvlSample, pd0, pd4, pd6};
 use backseat_wire::{Counts, Error};
@@ -47,7 +47,7 @@ impl DvlLink {
         time_us: u64,
         bytes: &[u8],
         settings: &AppSettings,
-        sink: &mut impl FnMut(Stamp, Sample),
+        sink: &mut impl FnMut(Stamp, SensorSample),
     ) {
         let mut rest = bytes;
         let mounting_rad = settings.dvl_mounting_rad;
@@ -96,11 +96,11 @@ impl DvlLink {
     }
 }
 
-fn push(time_us: u64, sample: &DvlSample, sink: &mut impl FnMut(Stamp, Sample)) {
+fn push(time_us: u64, sample: &DvlSample, sink: &mut impl FnMut(Stamp, SensorSample)) {
     if let Some(velocity_mps) = sample.bottom_mps {
-        sink(Stamp::Arrival(time_us), Sample::BottomTrack { velocity_mps });
+        sink(Stamp::Arrival(time_us), SensorSample::BottomTrack { velocity_mps });
     }
     if let Some(velocity_mps) = sample.water_mps {
-        sink(Stamp::Arrival(time_us), Sample::WaterTrack { velocity_mps });
+        sink(Stamp::Arrival(time_us), SensorSample::WaterTrack { velocity_mps });
     }
 }

@@ -1,7 +1,7 @@
 //! Frontseat port: compass and depth, state, GPS, acknowledgements; and the requests for them.
 
 use crate::geodesy::LocalFrame;
-use crate::inputs::{Latest, Sample, Stamp};
+use crate::inputs::{Latest, SensorSample, Stamp};
 use crate::parameters::{AppSettings, AttitudeSource, DvlSource};
 use crate::time::{UtcClock, micros};
 use backseat_core::state::wrap_angle;
@@ -85,7 +85,7 @@ impl FrontseatLink {
         bytes: &[u8],
         settings: &AppSettings,
         clock: &mut UtcClock,
-        sink: &mut impl FnMut(Stamp, Sample),
+        sink: &mut impl FnMut(Stamp, SensorSample),
     ) {
         let mut rest = bytes;
         while let Some(outcome) = self.framer.feed(&mut rest) {
@@ -98,7 +98,7 @@ impl FrontseatLink {
                 FromFrontseat::Dvl(dvl) => {
                     self.status.note_altitude(time_us, dvl.altitude_m);
                     if let (Some(velocity_mps), DvlSource::Frontseat) = (dvl.velocity_mps, settings.dvl_source) {
-                        sink(Stamp::Arrival(time_us), Sample::BottomTrack { velocity_mps });
+                        sink(Stamp::Arrival(time_us), SensorSample::BottomTrack { velocity_mps });
                     }
                 }
                 FromFrontseat::State(state) => {
@@ -228,14 +228,14 @@ impl Status {
     }
 }
 
-fn push_compass(time_us: u64, compass: &Compass, settings: &AppSettings, sink: &mut impl FnMut(Stamp, Sample)) {
+fn push_compass(time_us: u64, compass: &Compass, settings: &AppSettings, sink: &mut impl FnMut(Stamp, SensorSample)) {
     if let Some(depth_m) = compass.depth_m {
-        sink(Stamp::Arrival(time_us), Sample::Depth { depth_m });
+        sink(Stamp::Arrival(time_us), SensorSample::Depth { depth_m });
     }
     if settings.attitude_source == AttitudeSource::Frontseat {
         let heading_rad = wrap_angle(compass.heading_rad + settings.declination_rad);
         let euler_rad = [compass.roll_rad, compass.pitch_rad, heading_rad];
-        sink(Stamp::Arrival(time_us), Sample::Attitude { euler_rad });
+        sink(Stamp::Arrival(time_us), SensorSample::Attitude { euler_rad });
     }
 }
 
@@ -244,7 +244,7 @@ fn push_fix(
     rmc: &Rmc,
     settings: &AppSettings,
     clock: &mut UtcClock,
-    sink: &mut impl FnMut(Stamp, Sample),
+    sink: &mut impl FnMut(Stamp, SensorSample),
 ) {
     let Some(utc) = rmc.utc else { return };
     // An invalid fix may carry the receiver's free-running clock.
@@ -256,5 +256,5 @@ fn push_fix(
     let own_us =
         clock.local_us(utc.unix_us()).filter(|&us| clock.is_fine() && us <= time_us && time_us - us <= FIX_AGE_US);
     let position_m = LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg).to_local(lat_deg, lon_deg);
-    sink(own_us.map_or(Stamp::Arrival(time_us), Stamp::Own), Sample::Fix { position_m });
+    sink(own_us.map_or(Stamp::Arrival(time_us), Stamp::Own), SensorSample::Fix { position_m });
 }

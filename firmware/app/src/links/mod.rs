@@ -10,7 +10,7 @@ mod modem;
 
 pub(crate) use frontseat::FrontseatLink;
 
-use crate::inputs::{Latest, Sample, Stamp};
+use crate::inputs::{Latest, SensorSample, Stamp};
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
 use ahrs::AhrsLink;
@@ -56,7 +56,7 @@ impl Links {
         bytes: &[u8],
         settings: &AppSettings,
         clock: &mut UtcClock,
-        mut sink: impl FnMut(Stamp, Sample),
+        mut sink: impl FnMut(Stamp, SensorSample),
     ) {
         match port {
             Port::Frontseat => self.frontseat.receive(time_us, bytes, settings, clock, &mut sink),

@@ -1,7 +1,7 @@
 //! Modem port: packets as they begin and end, clock; and the modem's configuration.
 
 use crate::held::Held;
-use crate::inputs::{AcousticReport, Sample, Stamp};
+use crate::inputs::{AcousticReport, SensorSample, Stamp};
 use crate::parameters::AppSettings;
 use crate::time::UtcClock;
 use backseat_wire::abort::Abort;
@@ -75,7 +75,7 @@ impl ModemLink {
         bytes: &[u8],
         settings: &AppSettings,
         clock: &mut UtcClock,
-        sink: &mut impl FnMut(Stamp, Sample),
+        sink: &mut impl FnMut(Stamp, SensorSample),
     ) {
         let mut rest = bytes;
         self.framer.set_checksum(Checksum::Optional);
@@ -140,7 +140,7 @@ impl ModemLink {
                 _ => None,
             };
             if let Some(report) = report {
-                sink(Stamp::Own(time_us), Sample::Acoustic(report));
+                sink(Stamp::Own(time_us), SensorSample::Acoustic(report));
             }
         }
     }

@@ -12,7 +12,6 @@ pub use list::{PARAMETERS, Parameter, find};
 pub use settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource, Settings};
 
 use crate::held::Held;
-use backseat_core::dynamics::VehicleParameters;
 use backseat_core::navigation::Learnt;
 use backseat_core::parameters::joint_check;
 use backseat_wire::hostlink::{ParameterInfo, Refusal};
@@ -20,7 +19,7 @@ use backseat_wire::ship_state::Key;
 
 /// Version of the parameter list: grows with every change of a name, unit, place or meaning. A board's log has the
 /// values without their names.
-pub const PARAMETER_SCHEMA: u16 = 8;
+pub const PARAMETER_SCHEMA: u16 = 9;
 
 /// The active set and the one a transaction prepares.
 #[derive(Clone, Debug)]
@@ -76,24 +75,6 @@ impl ParameterStore {
         if let Some(staged) = self.staged.get_mut() {
             staged.app.acoustic_key = key;
         }
-    }
-
-    /// Takes another vehicle over into the active set, and into an open transaction that has not changed it; false, and
-    /// nothing changed, when one of its values is not within its range or they do not go together.
-    pub(crate) fn adopt(&mut self, vehicle: &VehicleParameters) -> bool {
-        let Some(active) = self.active_mut() else { return false };
-        let old = core::mem::replace(&mut active.vehicle, *vehicle);
-        let admitted = PARAMETERS.iter().all(|parameter| parameter.admits(parameter.get(active)));
-        if !admitted || joint_check(&active.vehicle, Some(active.control.cruise_speed_mps), &active.learnt).is_err() {
-            active.vehicle = old;
-            return false;
-        }
-        active.learnt = Learnt::NONE;
-        if let Some(staged) = self.staged.get_mut().filter(|staged| staged.vehicle == old) {
-            staged.vehicle = *vehicle;
-            staged.learnt = Learnt::NONE;
-        }
-        true
     }
 
     /// Keeps what a dive has learnt, unless one of its numbers is not within its range. An open transaction gets it as

@@ -129,12 +129,6 @@ pub struct AppSettings {
     pub adapt: bool,
     /// The parameter that is known and fixes the scale of the others.
     pub adapt_scale: Scale,
-    /// Time of adaptation before its estimate is tried, s.
-    pub adapt_settle_s: f64,
-    /// Use identified parameters that have predicted better than those in use.
-    pub adopt: bool,
-    /// Time over which sets are compared before a verdict, s.
-    pub adopt_window_s: f64,
 
     /// `$C` per second.
     pub compass_rate_hz: f64,
@@ -211,9 +205,6 @@ impl AppSettings {
         current_random_walk_mps_per_sqrt_s: 1.0e-4,
         adapt: true,
         adapt_scale: Scale::M11,
-        adapt_settle_s: 120.0,
-        adopt: false,
-        adopt_window_s: 150.0,
         compass_rate_hz: 7.0,
         status_rate_hz: 1.0,
         gps_rate_hz: 1.0,

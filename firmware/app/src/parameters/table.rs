@@ -48,9 +48,6 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     // adaptation
     row!(live flag "app.adapt", "Identify the vehicle under way, while the filter fuses a DVL.", adapt),
     row!(choice "app.adapt_scale", "Parameter taken as known, which fixes the scale of the others: 0 inertia.m_diag[0], 1 propeller.beta5_n_s2_per_rad2.", adapt_scale, [Scale::M11, Scale::Beta5]),
-    row!(live real "app.adapt_settle_s", "", "s", [60.0, 100000.0], "Time of adaptation before an estimate is compared with the parameters in use.", adapt_settle_s),
-    row!(live flag "app.adopt", "Use identified parameters that have predicted better than those in use, if the filter is not robust.", adopt),
-    row!(live real "app.adopt_window_s", "", "s", [150.0, 100000.0], "Time over which identified parameters are compared with those in use before they may replace them.", adopt_window_s),
     // frontseat
     row!(live real "app.compass_rate_hz", "", "Hz", [0.0, 10.0], "Requests of compass and depth ($C) per second.", compass_rate_hz),
     row!(live real "app.status_rate_hz", "", "Hz", [0.0, 10.0], "Requests of the vehicle's state ($OSI) per second.", status_rate_hz),

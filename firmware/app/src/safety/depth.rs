@@ -1,8 +1,8 @@
-//! The second witness of depth: what pitch and speed make of it.
+//! The cross-check of depth: pressure against what pitch and speed make of it.
 //!
 //! Pressure says z. Pitch and speed say how fast the nose points down: -u sin θ. In steady flight the two differ by the
 //! angle of attack, by which a vehicle carries its weight in water, and by the error of the pitch sensor: a constant
-//! for one speed. The witness learns that constant over the flight and sums what pressure departs from it.
+//! for one speed. The cross-check learns that constant over the flight and sums what pressure departs from it.
 //! A sensor that drifts makes the controller fly the vehicle up or down, which pitch shows; so does a vehicle that
 //! takes in water, which has to carry more. The two cannot be told apart, nor from a current that sinks or rises for
 //! minutes: all three are reason to surface.
@@ -64,7 +64,7 @@ pub struct DepthStep {
 
 /// What has been learned and summed in this mission.
 #[derive(Clone, Copy, Debug)]
-pub struct DepthWitness {
+pub struct DepthCrossCheck {
     /// The last depth of the pressure sensor, m.
     last_m: Option<f64>,
     /// How long the vehicle has been steady, s.
@@ -84,7 +84,7 @@ pub struct DepthWitness {
     sink_mps: f64,
 }
 
-impl DepthWitness {
+impl DepthCrossCheck {
     pub const fn new() -> Self {
         Self {
             last_m: None,
@@ -97,11 +97,6 @@ impl DepthWitness {
             most_m: 0.0,
             sink_mps: 0.0,
         }
-    }
-
-    /// A mission begins, or none is under way.
-    pub fn restart(&mut self) {
-        *self = Self::new();
     }
 
     /// By how much the vehicle is deeper than the pressure sensor says, m.
@@ -181,10 +176,10 @@ mod tests {
     };
 
     /// After so many seconds of a flight given by time.
-    fn after(seconds: u32, flight: impl Fn(f64) -> DepthStep) -> DepthWitness {
-        let mut witness = DepthWitness::new();
-        (0..10 * seconds).for_each(|i| witness.step(&flight(0.1 * f64::from(i))));
-        witness
+    fn after(seconds: u32, flight: impl Fn(f64) -> DepthStep) -> DepthCrossCheck {
+        let mut check = DepthCrossCheck::new();
+        (0..10 * seconds).for_each(|i| check.step(&flight(0.1 * f64::from(i))));
+        check
     }
 
     fn drift_after(seconds: u32, flight: impl Fn(f64) -> DepthStep) -> f64 {
@@ -203,11 +198,11 @@ mod tests {
     #[test]
     fn val_a_drifting_sensor_shows_in_pitch() {
         let flight = |t: f64| DepthStep { pitch_rad: if t < 200.0 { -0.04 } else { -0.0901 }, ..STEADY };
-        let witness = after(400, flight);
-        let drift_m = witness.drift_m();
+        let check = after(400, flight);
+        let drift_m = check.drift_m();
         assert!((drift_m - 6.86).abs() < 0.05, "{drift_m}");
         // the largest drift is that of the step before: within 5 mm
-        assert!((witness.sigma_m() - 2.0 * drift_m).abs() < 0.02);
+        assert!((check.sigma_m() - 2.0 * drift_m).abs() < 0.02);
         // the short memory: T = 100 s, M = 120 s
         let recent_m = after(300, flight).recent_m();
         assert!((recent_m - 2.97).abs() < 0.05, "{recent_m}");

@@ -1,16 +1,18 @@
 //! What ends a mission though navigation is valid: one ladder of limits, the worst first.
 //!
-//! [`LADDER`] is the whole of it: what breaks a limit ([`Facts`]), how long it has to be broken, what follows. The
+//! [`LADDER`] is the whole of it: what breaks a limit ([`SafetyFacts`]), how long it has to be broken, what follows. The
 //! numbers are the section `safety` of the parameters. What can be known before is refused before: [`check_mission`] at
 //! upload and start, [`check_start`] at start. Nothing here enters the filter.
 
 mod depth;
 mod fence;
-mod voyage;
+mod monitor;
+mod progress;
 
-pub use depth::{DepthStep, DepthWitness};
+pub use depth::{DepthCrossCheck, DepthStep};
 pub use fence::Fence;
-pub use voyage::{Voyage, seconds};
+pub use monitor::{Decision, Observed, SafetyMonitor, aborts, may_start};
+pub use progress::{MissionProgress, seconds};
 
 use crate::time::micros;
 use backseat_core::control::mission::{Mission, Waypoint};
@@ -49,7 +51,7 @@ pub enum Action {
 
 /// The vehicle and its mission in this step, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Facts {
+pub struct SafetyFacts {
     /// The deeper of pressure sensor and estimate, m.
     pub depth_m: f64,
     /// Of the pressure sensor, m.
@@ -99,7 +101,7 @@ struct Rung {
     action: Action,
     /// How long it has to be broken without a break, s.
     lasts_s: fn(&SafetyLimits) -> f64,
-    broken: fn(&Facts, &SafetyLimits) -> bool,
+    broken: fn(&SafetyFacts, &SafetyLimits) -> bool,
 }
 
 const RUNGS: usize = 19;
@@ -113,7 +115,7 @@ static LADDER: [Rung; RUNGS] = {
     use Action::{HandBack, Hold, Return, StopAndRise};
     use ModeReason as R;
     const fn rung(
-        reason: ModeReason, action: Action, lasts_s: fn(&SafetyLimits) -> f64, broken: fn(&Facts, &SafetyLimits) -> bool,
+        reason: ModeReason, action: Action, lasts_s: fn(&SafetyLimits) -> f64, broken: fn(&SafetyFacts, &SafetyLimits) -> bool,
     ) -> Rung {
         Rung { reason, action, lasts_s, broken }
     }
@@ -140,7 +142,7 @@ static LADDER: [Rung; RUNGS] = {
     ]
 };
 
-impl Facts {
+impl SafetyFacts {
     /// What something that grows with depth will be soon, m.
     fn soon(&self, now_m: f64) -> f64 {
         now_m + FORESIGHT_S * self.sink_mps.max(0.0)
@@ -149,22 +151,17 @@ impl Facts {
 
 /// The ladder's memory: since when each limit has been broken.
 #[derive(Clone, Copy, Debug)]
-pub struct Safety {
+pub struct SafetyLadder {
     since_us: [Option<u64>; RUNGS],
 }
 
-impl Safety {
+impl SafetyLadder {
     pub const fn new() -> Self {
         Self { since_us: [None; RUNGS] }
     }
 
-    /// A mission begins, or none is under way.
-    pub fn restart(&mut self) {
-        *self = Self::new();
-    }
-
     /// The first limit that has been broken for long enough, and what follows.
-    pub fn judge(&mut self, now_us: u64, facts: &Facts, limits: &SafetyLimits) -> Option<(ModeReason, Action)> {
+    pub fn judge(&mut self, now_us: u64, facts: &SafetyFacts, limits: &SafetyLimits) -> Option<(ModeReason, Action)> {
         let mut verdict = None;
         for (rung, since_us) in LADDER.iter().zip(&mut self.since_us) {
             *since_us = (rung.broken)(facts, limits).then_some(since_us.unwrap_or(now_us));
@@ -242,7 +239,7 @@ mod tests {
     use super::*;
 
     const LIMITS: SafetyLimits = SafetyLimits::DEFAULT;
-    const GOOD: Facts = Facts {
+    const GOOD: SafetyFacts = SafetyFacts {
         depth_m: 3.0,
         pressure_m: 3.0,
         sink_mps: 0.0,
@@ -268,8 +265,8 @@ mod tests {
     };
 
     /// After how many steps of 0.1 s, at most an hour, and what.
-    fn verdict_on(facts: &Facts) -> Option<(u64, ModeReason, Action)> {
-        let mut safety = Safety::new();
+    fn verdict_on(facts: &SafetyFacts) -> Option<(u64, ModeReason, Action)> {
+        let mut safety = SafetyLadder::new();
         (0..36_000_u64).find_map(|step| {
             let (reason, action) = safety.judge(step * 100_000, facts, &LIMITS)?;
             Some((step, reason, action))
@@ -280,27 +277,32 @@ mod tests {
     fn each_limit_has_its_time_and_its_action() {
         use Action::{HandBack, Hold, Return, StopAndRise};
         let cases = [
-            (Facts { leak: true, ..GOOD }, 0, ModeReason::Leak, StopAndRise),
-            (Facts { depth_m: 99.0, sink_mps: 0.6, leg_depth_m: 98.0, ..GOOD }, 5, ModeReason::TooDeep, StopAndRise),
-            (Facts { depth_m: 8.1, sink_mps: 0.0, ..GOOD }, 100, ModeReason::TooDeep, StopAndRise),
-            (Facts { depth_m: 8.1, sink_mps: 0.1, ..GOOD }, 30, ModeReason::TooDeep, StopAndRise),
-            (Facts { altitude_m: Some(0.9), ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
-            (Facts { altitude_m: Some(2.0), sink_mps: 0.6, ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
-            (Facts { depth_jump_m: 2.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
-            (Facts { depth_drift_m: -3.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
-            (Facts { depth_recent_m: -1.6, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
-            (Facts { has_fix: true, ..GOOD }, 100, ModeReason::DepthDoubtful, StopAndRise),
-            (Facts { pitch_rad: -1.1, ..GOOD }, 30, ModeReason::PitchExceeded, StopAndRise),
-            (Facts { speed_mps: 4.1, ..GOOD }, 50, ModeReason::SpeedExceeded, StopAndRise),
-            (Facts { pressure_m: 0.1, ..GOOD }, 1200, ModeReason::NoWater, StopAndRise),
-            (Facts { position_m: [9_000.0, 9_000.0], ..GOOD }, 30, ModeReason::OutsideFence, StopAndRise),
-            (Facts { outside_polygon: true, ..GOOD }, 30, ModeReason::OutsideFence, StopAndRise),
-            (Facts { leg_s: 3_061.0, ..GOOD }, 0, ModeReason::LegTooLong, StopAndRise),
-            (Facts { degraded: true, ..GOOD }, 18_000, ModeReason::DegradedTooLong, StopAndRise),
-            (Facts { charge_percent: Some(9.0), ..GOOD }, 100, ModeReason::BatteryLow, Return),
-            (Facts { mission_s: 43_201.0, ..GOOD }, 0, ModeReason::MissionTooLong, Return),
-            (Facts { contact_s: 1.1e7, ..GOOD }, 0, ModeReason::ContactLost, Hold),
-            (Facts { clock_lost: true, ..GOOD }, 6_000, ModeReason::ClockLost, HandBack),
+            (SafetyFacts { leak: true, ..GOOD }, 0, ModeReason::Leak, StopAndRise),
+            (
+                SafetyFacts { depth_m: 99.0, sink_mps: 0.6, leg_depth_m: 98.0, ..GOOD },
+                5,
+                ModeReason::TooDeep,
+                StopAndRise,
+            ),
+            (SafetyFacts { depth_m: 8.1, sink_mps: 0.0, ..GOOD }, 100, ModeReason::TooDeep, StopAndRise),
+            (SafetyFacts { depth_m: 8.1, sink_mps: 0.1, ..GOOD }, 30, ModeReason::TooDeep, StopAndRise),
+            (SafetyFacts { altitude_m: Some(0.9), ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
+            (SafetyFacts { altitude_m: Some(2.0), sink_mps: 0.6, ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
+            (SafetyFacts { depth_jump_m: 2.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
+            (SafetyFacts { depth_drift_m: -3.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
+            (SafetyFacts { depth_recent_m: -1.6, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
+            (SafetyFacts { has_fix: true, ..GOOD }, 100, ModeReason::DepthDoubtful, StopAndRise),
+            (SafetyFacts { pitch_rad: -1.1, ..GOOD }, 30, ModeReason::PitchExceeded, StopAndRise),
+            (SafetyFacts { speed_mps: 4.1, ..GOOD }, 50, ModeReason::SpeedExceeded, StopAndRise),
+            (SafetyFacts { pressure_m: 0.1, ..GOOD }, 1200, ModeReason::NoWater, StopAndRise),
+            (SafetyFacts { position_m: [9_000.0, 9_000.0], ..GOOD }, 30, ModeReason::OutsideFence, StopAndRise),
+            (SafetyFacts { outside_polygon: true, ..GOOD }, 30, ModeReason::OutsideFence, StopAndRise),
+            (SafetyFacts { leg_s: 3_061.0, ..GOOD }, 0, ModeReason::LegTooLong, StopAndRise),
+            (SafetyFacts { degraded: true, ..GOOD }, 18_000, ModeReason::DegradedTooLong, StopAndRise),
+            (SafetyFacts { charge_percent: Some(9.0), ..GOOD }, 100, ModeReason::BatteryLow, Return),
+            (SafetyFacts { mission_s: 43_201.0, ..GOOD }, 0, ModeReason::MissionTooLong, Return),
+            (SafetyFacts { contact_s: 1.1e7, ..GOOD }, 0, ModeReason::ContactLost, Hold),
+            (SafetyFacts { clock_lost: true, ..GOOD }, 6_000, ModeReason::ClockLost, HandBack),
         ];
         assert_eq!(verdict_on(&GOOD), None);
         for (facts, steps, reason, action) in cases {
@@ -314,12 +316,12 @@ mod tests {
     fn what_is_no_danger_ends_nothing() {
         for facts in [
             // on its way up from a deeper leg
-            Facts { depth_m: 40.0, sink_mps: -0.2, ..GOOD },
+            SafetyFacts { depth_m: 40.0, sink_mps: -0.2, ..GOOD },
             // launched in shallow water
-            Facts { depth_m: 0.1, altitude_m: Some(0.6), leg_depth_m: 0.0, ..GOOD },
-            Facts { altitude_m: None, charge_percent: None, ..GOOD },
+            SafetyFacts { depth_m: 0.1, altitude_m: Some(0.6), leg_depth_m: 0.0, ..GOOD },
+            SafetyFacts { altitude_m: None, charge_percent: None, ..GOOD },
             // already on its way back
-            Facts { charge_percent: Some(1.0), mission_s: 1e5, returning: true, ..GOOD },
+            SafetyFacts { charge_percent: Some(1.0), mission_s: 1e5, returning: true, ..GOOD },
         ] {
             assert_eq!(verdict_on(&facts), None, "{facts:?}");
         }
@@ -327,16 +329,16 @@ mod tests {
 
     #[test]
     fn a_limit_is_broken_without_a_break_or_not_at_all() {
-        let mut safety = Safety::new();
+        let mut safety = SafetyLadder::new();
         for step in 0..1000_u64 {
             let pitch_rad = if step % 29 == 0 { 0.0 } else { 1.2 };
-            assert_eq!(safety.judge(step * 100_000, &Facts { pitch_rad, ..GOOD }, &LIMITS), None, "step {step}");
+            assert_eq!(safety.judge(step * 100_000, &SafetyFacts { pitch_rad, ..GOOD }, &LIMITS), None, "step {step}");
         }
     }
 
     #[test]
     fn the_worst_comes_first() {
-        let facts = Facts { leak: true, charge_percent: Some(1.0), depth_m: 200.0, ..GOOD };
+        let facts = SafetyFacts { leak: true, charge_percent: Some(1.0), depth_m: 200.0, ..GOOD };
         assert_eq!(verdict_on(&facts).map(|(_, reason, _)| reason), Some(ModeReason::Leak));
     }
 

@@ -1,11 +1,10 @@
-//! The identifier runs when it may; what it finds is used when it proves better, and given up when it does not.
+//! The identifier runs when it may, and changes nothing that is in use.
 
 use crate::board::{Board, Direct, request_all};
 use crate::flight::parameters;
 use crate::world::World;
-use backseat_app::parameters::PARAMETERS;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_wire::hostlink::{Activity, Adoption, AdoptionEvent, Port, Refusal, ToBoard, Visibility, Waypoint};
+use backseat_wire::hostlink::{Activity, Port, ToBoard, Visibility, Waypoint};
 
 /// Inertia, drag and thrust far from what is declared to the board; faster for the same propeller by a sixth.
 pub fn other_vehicle() -> VehicleModel {
@@ -54,83 +53,14 @@ pub fn under_way(model: Option<VehicleModel>, settings: &[(&str, f64)]) -> (Worl
     (world, board)
 }
 
-/// Runs until a verdict, at most so long.
-fn verdict(world: &mut World, board: &mut Direct, seconds: u64) -> Option<Adoption> {
-    for _ in 0..seconds {
-        world.run(board, 1);
-        if let Some(verdict) = board.heard().adoptions.pop() {
-            return Some(verdict);
-        }
-    }
-    None
-}
-
 fn vehicle(board: &Direct) -> VehicleParameters {
     board.app().parameters().vehicle
 }
 
 #[test]
-fn better_parameters_are_used_and_the_host_takes_them_back() {
-    let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.robust", 0.0), ("app.adopt", 1.0)]);
-    assert_eq!(vehicle(&board), VehicleParameters::IVER3);
-    board.request(&ToBoard::AdoptionRevert);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::NotReady)));
-
-    let adopted = verdict(&mut world, &mut board, 900).expect("a verdict");
-    assert_eq!((adopted.event, adopted.changes, adopted.stretches), (AdoptionEvent::Adopted, 1, 10));
-    // 7 % less drag and thrust are declared than there are; 10 stretches of 15 s show far more than noise does.
-    assert!(adopted.error_other < 0.6 * adopted.error_active, "{adopted:?}");
-    assert!(adopted.gain[0] > 3.5 * adopted.gain[1], "{adopted:?}");
-    let speed = |p: &VehicleParameters| {
-        let fins = 2.0 * p.rho_kg_per_m3 * p.fin_area_m2 * p.cd[0];
-        libm::sqrt(p.beta5_n_s2_per_rad2 / (p.quadratic_diag[0] + fins))
-    };
-    let (truth, used) = (*world.model.parameters(), vehicle(&board));
-    // DVL noise of 1 cm/s over minutes is below 1 %.
-    assert!((speed(&used) / speed(&truth) - 1.0).abs() < 0.03, "{} {}", speed(&used), speed(&truth));
-    assert!(PARAMETERS.iter().all(|p| (p.min..=p.max).contains(&p.get(board.app().parameters()))));
-
-    request_all(&mut board, &[ToBoard::AdoptionRevert]);
-    world.run(&mut board, 1);
-    let reverted = board.heard().adoptions.pop().expect("a verdict");
-    assert_eq!((reverted.event, reverted.changes), (AdoptionEvent::RevertedByHost, 2));
-    // bit for bit what was declared
-    assert_eq!(vehicle(&board), VehicleParameters::IVER3);
-    let advised = verdict(&mut world, &mut board, 600).expect("a verdict");
-    assert_eq!((advised.event, advised.changes), (AdoptionEvent::Advised, 2));
-    assert_eq!(vehicle(&board), VehicleParameters::IVER3);
-}
-
-#[test]
-fn what_predicts_no_better_is_refused() {
-    let (mut world, mut board) = under_way(None, &[("app.robust", 0.0), ("app.adopt", 1.0)]);
-    for _ in 0..3 {
-        let refused = verdict(&mut world, &mut board, 900).expect("a verdict");
-        assert_eq!((refused.event, refused.changes), (AdoptionEvent::Refused, 0), "{refused:?}");
-    }
-    assert_eq!(vehicle(&board), VehicleParameters::IVER3);
-}
-
-#[test]
-fn what_proves_worse_afterwards_is_given_up() {
-    let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.robust", 0.0), ("app.adopt", 1.0)]);
-    let adopted = verdict(&mut world, &mut board, 900).expect("a verdict");
-    assert_eq!(adopted.event, AdoptionEvent::Adopted);
-    // From here on the vehicle is as it was declared at first.
-    world.model = VehicleModel::new(&VehicleParameters::IVER3).unwrap();
-    let mut reverted = verdict(&mut world, &mut board, 600).expect("a verdict");
-    if reverted.event == AdoptionEvent::Refused {
-        reverted = verdict(&mut world, &mut board, 600).expect("a verdict");
-    }
-    assert_eq!((reverted.event, reverted.changes), (AdoptionEvent::Reverted, 2), "{reverted:?}");
-    assert_eq!(vehicle(&board), VehicleParameters::IVER3);
-}
-
-#[test]
-fn without_leave_nothing_is_used() {
+fn what_is_identified_is_reported_and_not_used() {
     let (mut world, mut board) = under_way(Some(other_vehicle()), &[]);
-    let advised = verdict(&mut world, &mut board, 900).expect("a verdict");
-    assert_eq!((advised.event, advised.changes), (AdoptionEvent::Advised, 0));
+    world.run(&mut board, 300);
     assert_eq!(vehicle(&board), VehicleParameters::IVER3);
     let identified = board.heard().identifications.last().cloned().expect("a report");
     assert_eq!((identified.activity, identified.visibility[0]), (Activity::Adapting, Visibility::Known));
@@ -178,27 +108,4 @@ fn nothing_adapts_without_velocity_or_at_the_surface() {
     assert_eq!(activity, Activity::NotUnderWay);
     world.run(&mut board, 60);
     assert_eq!(last(&mut board), Some((Activity::NotUnderWay, stopped_s)));
-}
-
-#[test]
-fn what_passed_its_probation_is_stored_once_the_mission_is_over() {
-    let (mut world, mut board) = under_way(Some(other_vehicle()), &[("app.robust", 0.0), ("app.adopt", 1.0)]);
-    board.app_mut().restore(None);
-    while verdict(&mut world, &mut board, 900).expect("a verdict").event != AdoptionEvent::Adopted {}
-    assert_eq!(board.app().to_store(), None);
-    // Probation and the next trial end together; one that is adopted starts a probation of its own.
-    while verdict(&mut world, &mut board, 900).expect("a verdict").event == AdoptionEvent::Adopted {}
-    assert_eq!(board.app().to_store(), None, "under way");
-    request_all(&mut board, &[ToBoard::MissionStop]);
-    world.run(&mut board, 1);
-    assert_eq!(board.app().to_store().map(|settings| settings.vehicle), Some(vehicle(&board)));
-    assert_ne!(vehicle(&board), VehicleParameters::IVER3);
-    request_all(&mut board, &[ToBoard::Unlock, ToBoard::ParameterBegin]);
-    board.request(&ToBoard::MissionStart);
-    assert_eq!(board.heard().answers.pop(), Some(Err(Refusal::NotReady)), "while it is written");
-    board.app_mut().stored(true);
-    world.run(&mut board, 1);
-    assert_eq!(board.heard().adoptions.pop().map(|verdict| verdict.event), Some(AdoptionEvent::Stored));
-    // Nobody asked, so nobody is answered.
-    assert!(board.heard().answers.is_empty() && board.app().to_store().is_none());
 }

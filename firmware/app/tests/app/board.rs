@@ -2,8 +2,8 @@
 
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::{
-    Adoption, Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, MAX_FRAME,
-    Port, Refusal, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    Chunk, Decoder, Estimates, FaultReport, FromBoard, FusionTelemetry, Health, Identification, LearntStored,
+    MAX_FRAME, Port, Refusal, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -53,7 +53,7 @@ pub struct Heard {
     pub restarts: Vec<Restart>,
     pub health: Option<Health>,
     pub identifications: Vec<Identification>,
-    pub adoptions: Vec<Adoption>,
+    pub learnt_stored: Vec<LearntStored>,
     pub ships: Vec<Ship>,
     pub keys: Vec<bool>,
     pub faults: Vec<FaultReport>,
@@ -85,7 +85,7 @@ impl Listener {
                 FromBoard::Restart(restart) => heard.restarts.push(restart),
                 FromBoard::Health(health) => heard.health = Some(health),
                 FromBoard::Identification(identification) => heard.identifications.push(identification),
-                FromBoard::Adoption(verdict) => heard.adoptions.push(verdict),
+                FromBoard::LearntStored(stored) => heard.learnt_stored.push(stored),
                 FromBoard::Ship(ship) => heard.ships.push(ship),
                 FromBoard::Fault(report) => heard.faults.push(report),
                 FromBoard::Estimates(estimates) => heard.estimates.push(estimates),

@@ -6,7 +6,7 @@ use crate::flight::parameters;
 use crate::world::World;
 use backseat_app::parameters::Settings;
 use backseat_core::navigation::{LEARNT_NAMES, Learnt};
-use backseat_wire::hostlink::{AdoptionEvent, Estimates, ToBoard};
+use backseat_wire::hostlink::{Estimates, ToBoard};
 
 /// Flies for so long and ends the mission.
 fn dive(world: &mut World, board: &mut Direct, seconds: u64) {
@@ -25,7 +25,7 @@ fn learnt() -> Settings {
     assert_eq!(&settings, board.app().parameters());
     board.app_mut().stored(true);
     world.run(&mut board, 1);
-    assert_eq!(board.heard().adoptions.pop().map(|verdict| verdict.event), Some(AdoptionEvent::Learnt));
+    assert_eq!(board.heard().learnt_stored.pop().map(|stored| stored.kept), Some(true));
     assert_eq!(board.app().to_store(), None, "once a dive");
     settings
 }

@@ -11,6 +11,7 @@ mod host_link;
 mod learning;
 mod lockstep;
 mod modes;
+mod parameter_store;
 mod persistence;
 mod safety;
 mod step_watch;

@@ -26,79 +26,45 @@
 //! are not separable: the filter uses such estimates, but they are not findings. The first minutes are the worst; a
 //! dive may start from what the last one has learnt ([`Learnt`]).
 //!
+//! **Rooms.** Each imports only from those below it, and from the file that defines what it needs.
+//!
 //! ```text
-//! navigator       the bank                          filter          one filter: state and covariance
-//! layout          which state stands where          discretisation  f, F -> Φ, Γ, Q_d, step of x
-//! estimate        x̂                                 propagation     P -> Φ P Φᵀ + Γ … + Q_d
-//! covariance      P, lower triangle                 prediction      time update
-//! row             sparse row of H                   cloning         delayed states
-//! observation     ν, h, R of a measurement          meas_*, models  one aiding source each; h(x) and H(x)
-//! acoustic        the ends of an acoustic path      fusion          measurement update
-//! innovation_monitor  the gate, and sources that contradict the filter
-//! innovation_window   chi-square of a source over a window
-//! integrity       what the covariance of the position leaves out
-//! effects         the catalogue's effects in the filter   effect_states   what is estimated, and its priors
-//! estimates       augmented states, with sigma      observer        each step as a linear map, for a smoother
-//! learnt          the prior that a dive leaves
-//! config, initial, measurement, consistency, error  the interface
+//! bank        navigator: the bank and its mixture; evidence: the likelihood of ranges
+//! filter      cekf: one filter; prediction: time update; fusion: measurement update; cloning: delayed states;
+//!             effects: the catalogue's effects in the filter; estimates: augmented states with sigma; learnt: the prior
+//!             that a dive leaves
+//! trust       innovation_monitor: the gate, and sources that contradict the filter; innovation_window: chi-square of a
+//!             source over a window; waves; consistency: NIS and NEES; integrity: what P leaves out of the position
+//! sources     one aiding source each, h(x) and H(x); acoustic: the ends of an acoustic path; models: pure geometry
+//! algebra     layout: which state stands where; estimate: x̂; covariance: P, lower triangle; row: sparse row of H;
+//!             observation: ν, h, R of a measurement; discretisation: f, F -> Φ, Γ, Q_d, step of x; propagation:
+//!             P -> Φ P Φᵀ + Γ … + Q_d; observer: each step as a linear map, for a smoother; digest
+//! interface   config, measurement, initial, error, effect_states (what is estimated, and its priors), fixed_effects
 //! ```
 
-mod acoustic;
-mod cloning;
-mod config;
-mod consistency;
-mod covariance;
-mod digest;
-mod discretisation;
-mod effect_states;
-mod effects;
-mod error;
-mod estimate;
-mod estimates;
-mod evidence;
+mod algebra;
+mod bank;
 mod filter;
-mod fusion;
-mod initial;
-mod innovation_monitor;
-mod innovation_window;
-mod integrity;
-mod layout;
-mod learnt;
-mod meas_attitude;
-mod meas_depth;
-mod meas_dvl;
-mod meas_range;
-mod meas_range_rate;
-mod meas_rates;
-mod meas_ship_gnss;
-mod meas_two_way;
-mod meas_vehicle_gnss;
-mod measurement;
-pub mod models;
-mod navigator;
-mod observation;
-mod observer;
-mod prediction;
-mod propagation;
-mod row;
-#[cfg(test)]
-mod tests;
-mod waves;
+mod interface;
+mod sources;
+mod trust;
 
 pub use crate::parameters::{LEARNT_NAMES, LEARNT_STATES, LEARNT_UNITS, Learnt, NotPositiveDefinite};
 pub use crate::parameters::{Priors, ProcessNoise, SensorNoise};
-pub use config::{NavigationConfig, ProcessModel, ShipNoise, SurfaceNoise};
-pub use consistency::{Consistency, NisTally, nees_position, nees_vehicle};
-pub use effect_states::{EffectState, EffectStates, StateParameter};
-pub use error::{CloneError, ConfigError, NavigationError};
-pub use estimates::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
-pub use evidence::Evidence;
-pub use filter::Filter;
-pub use initial::{InitialShip, InitialSpeed, InitialState};
-pub use integrity::{Apart, Integrity};
-pub use measurement::{
+pub use algebra::observer::{Appended, LinearStep, MAX_STATES, Observer, ScalarUpdate, Transition};
+pub use bank::evidence::Evidence;
+pub use bank::navigator::{BankMember, MEMBERS, Navigator};
+pub use filter::cekf::Filter;
+pub use filter::estimates::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
+pub use filter::prediction::MAX_GAP_US;
+pub use interface::config::{NavigationConfig, ProcessModel, ShipNoise, SurfaceNoise};
+pub use interface::effect_states::{EffectState, EffectStates, StateParameter};
+pub use interface::error::{CloneError, ConfigError, NavigationError};
+pub use interface::initial::{InitialShip, InitialSpeed, InitialState};
+pub use interface::measurement::{
     AcousticPath, CloneId, FusionOutcome, FusionRecord, Fusions, Measurement, Sensor, ShipEnd, ShipReport, VehicleEnd,
 };
-pub use navigator::{BankMember, MEMBERS, Navigator};
-pub use observer::{Appended, LinearStep, MAX_STATES, Observer, ScalarUpdate, Transition};
-pub use prediction::MAX_GAP_US;
+pub use sources::models;
+pub use trust::consistency::{Consistency, NisTally, nees_position, nees_vehicle};
+pub use trust::innovation_monitor::InnovationMonitor;
+pub use trust::integrity::{Integrity, MixtureOffset};

@@ -1,4 +1,4 @@
-//! What the board learns about the vehicle: identified parameters, their adoption, faults.
+//! What the board learns about the vehicle: identified parameters, estimates, faults.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -87,49 +87,13 @@ pub struct Estimates {
     pub estimates: Vec<Estimate, MAX_ESTIMATES>,
 }
 
-/// What happened to the parameters in use.
+/// What a dive has learnt of the vehicle went to the board's memory, for the next dive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum AdoptionEvent {
-    /// Identified parameters predicted better and are in use.
-    Adopted,
-    /// They predicted better, but adoption is switched off.
-    Advised,
-    /// They did not predict better than the set in use by more than chance gives.
-    Refused,
-    /// They make no valid vehicle.
-    Invalid,
-    /// The set before predicted better: it is in use again.
-    Reverted,
-    /// The host asked for the set before: it is in use again.
-    RevertedByHost,
-    /// The set in use was written to the board's memory.
-    Stored,
-    /// The board's memory refused it.
-    StoreFailed,
-    /// What the dive has learnt of the vehicle was written to the board's memory, for the next dive.
-    Learnt,
-    /// The board's memory refused that.
-    LearntFailed,
-}
-
-/// A verdict about the parameters in use.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Adoption {
+pub struct LearntStored {
     /// Board time, µs.
     pub time_us: u64,
-    /// What happened.
-    pub event: AdoptionEvent,
-    /// How often parameters have been adopted or reverted.
-    pub changes: u16,
-    /// Stretches of open-loop prediction that it rests on.
-    pub stretches: u16,
-    /// Mean squared prediction error of the set in use before, in units of what a perfect model has.
-    pub error_active: f64,
-    /// The same of the set it was compared with.
-    pub error_other: f64,
-    /// Mean of ln(error of the set in use / error of the other) over the stretches, and its standard error.
-    pub gain: [f64; 2],
+    /// It is kept; `false`: the memory refused it.
+    pub kept: bool,
 }
 
 /// A fault of the vehicle that the board's fault monitor knows.

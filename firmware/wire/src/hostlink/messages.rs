@@ -1,6 +1,6 @@
 //! The messages of the host link.
 
-use super::identification::{Adoption, Estimates, FaultReport, Identification};
+use super::identification::{Estimates, FaultReport, Identification, LearntStored};
 use crate::packet::Key;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -401,8 +401,6 @@ pub enum ToBoard<'a> {
     HealthGet,
     /// Move the fins one after the other, a little and for four seconds, with the propeller stopped; not under way.
     FinWiggle,
-    /// Use the vehicle parameters from before the last adoption again, and adopt no others until the next start.
-    AdoptionRevert,
     /// Take parameters under way as well, for a minute: those that may change there.
     Unlock,
     /// The key of the acoustic payloads comes next: within two seconds, which the board does not log. Answered by
@@ -464,8 +462,8 @@ pub enum FromBoard<'a> {
     Health(Health),
     /// Every ten seconds while the identifier is switched on.
     Identification(Identification),
-    /// A verdict about the parameters in use.
-    Adoption(Adoption),
+    /// After a dive of which the robust filter has learnt.
+    LearntStored(LearntStored),
     /// After each packet that gave a range.
     Ship(Ship),
     /// Answer to `KeyBegin`.

@@ -9,8 +9,8 @@ mod messages;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use identification::{
-    Activity, Adoption, AdoptionEvent, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState,
-    Identification, MAX_ESTIMATES, Visibility,
+    Activity, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState, Identification, LearntStored,
+    MAX_ESTIMATES, Visibility,
 };
 pub use messages::{
     Chunk, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, Oscillator,

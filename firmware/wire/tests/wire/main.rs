@@ -11,6 +11,7 @@ mod val_modem;
 mod val_os5000;
 
 mod parts;
+mod properties;
 mod ship_state;
 mod soak;
 mod vectors;

@@ -2,7 +2,7 @@
 
 use backseat_logs::DataError;
 use backseat_logs::session::{Entry, Event, Reader};
-use backseat_wire::hostlink::{Adoption, AdoptionEvent, Decoder, FromBoard, Port, Refusal, Telemetry, ToBoard};
+use backseat_wire::hostlink::{Decoder, FromBoard, LearntStored, Port, Refusal, Telemetry, ToBoard};
 use std::collections::VecDeque;
 use std::path::Path;
 
@@ -94,7 +94,6 @@ impl Listener {
                     | ToBoard::MissionStart
                     | ToBoard::MissionStop
                     | ToBoard::FinWiggle
-                    | ToBoard::AdoptionRevert
                     | ToBoard::Unlock
                     | ToBoard::KeySet(_),
                 ) => self.unanswered += 1,
@@ -111,11 +110,8 @@ impl Listener {
                     self.step_us = Some(record.time_us);
                     survey.reported.push(reported_step(read_us, &record));
                 }
-                FromBoard::Adoption(Adoption { time_us, event, .. }) => {
-                    let kept = matches!(event, AdoptionEvent::Stored | AdoptionEvent::Learnt);
-                    if kept || matches!(event, AdoptionEvent::StoreFailed | AdoptionEvent::LearntFailed) {
-                        survey.stored.push_back(Stored { after_us: Some(time_us), kept });
-                    }
+                FromBoard::LearntStored(LearntStored { time_us, kept }) => {
+                    survey.stored.push_back(Stored { after_us: Some(time_us), kept });
                 }
                 FromBoard::Key { set } => survey.has_key |= set,
                 FromBoard::Done | FromBoard::Refused(_) if self.unanswered > 0 => self.unanswered -= 1,

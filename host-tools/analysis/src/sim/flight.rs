@@ -1,9 +1,10 @@
 //! A mission flown in the simulator.
 
+use super::flown::{Flown, REPORT, SESSION};
 use super::report;
 use super::ship::{self, TopsideKind};
 use super::trial;
-use crate::flight_score::{self, Analysis};
+use crate::flight_score;
 use crate::vehicle::unflyable;
 use anyhow::{Context, bail};
 use backseat_link::{Client, Ports};
@@ -16,15 +17,10 @@ use hil_sim::backseat::InProcess;
 use hil_sim::dataset;
 use hil_sim::ending::Ending;
 use hil_sim::faults;
-use hil_sim::flight::{self, FlightLog};
+use hil_sim::flight;
 use hil_sim::scenario::{Request, Scenario, Settings};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-
-/// The session log: all that passed over the ports.
-pub const SESSION: &str = "session.mcap";
-/// The report.
-pub const REPORT: &str = "report.html";
 
 /// What to fly.
 #[derive(Clone, Debug, Default)]
@@ -53,24 +49,6 @@ pub struct Options {
     pub minutes: Option<f64>,
     /// Folder of the results; the first free one in `out/` without one.
     pub out: Option<PathBuf>,
-}
-
-/// A flight that ended, and what it is worth.
-pub struct Flown {
-    /// As it was flown.
-    pub scenario: Scenario,
-    /// Where its files are.
-    pub folder: PathBuf,
-    /// What a real trial would have left.
-    pub trial: Option<PathBuf>,
-    /// What happened.
-    pub flight: FlightLog,
-    /// What happened to the second vehicle.
-    pub companion: Option<FlightLog>,
-    /// How well it was navigated and steered.
-    pub analysis: Analysis,
-    /// How it ended.
-    pub ending: Ending,
 }
 
 /// Flies with the app in this process.

@@ -2,11 +2,13 @@
 
 mod figures;
 mod flight;
+mod flown;
 mod report;
 mod ship;
 mod topside_score;
 mod trial;
 
-pub use flight::{Flown, Options, REPORT, SESSION, fly, simulate};
+pub use flight::{Options, fly, simulate};
+pub use flown::{Flown, REPORT, SESSION};
 pub use report::{picture, report};
 pub use ship::TopsideKind;

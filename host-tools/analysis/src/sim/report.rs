@@ -1,7 +1,7 @@
 //! A flight that was judged, as a report.
 
 use super::figures;
-use super::flight::{Flown, SESSION};
+use super::flown::{Flown, REPORT, SESSION};
 use super::topside_score;
 use crate::flight_score::{self, Analysis, Configuration};
 use crate::provenance;
@@ -139,16 +139,16 @@ fn said_on_a_terminal(report: Report, flown: &Flown) -> Report {
     let Flown { folder, trial, flight, ending, .. } = flown;
     let ended = if ending.is_trustworthy() { ending.headline() } else { ending.name().to_owned() };
     let report = report.on_terminal().text(&format!(
-        "{ended}: {:.0} s in {:.1} s, {:.0} times real time, digest {:016x}",
+        "{ended}: {:.0} s in {:.1} s, {:.0} times real time",
         flight.simulated_s,
         flight.wall_s,
-        flight.simulated_s / flight.wall_s,
-        flight.digest
+        flight.simulated_s / flight.wall_s
     ));
     let report = report
+        .fact("digest", format!("{:016x}", flight.digest))
         .fact("log", folder.join("log.csv").display().to_string())
         .fact("session", folder.join(SESSION).display().to_string())
-        .fact("report", folder.join(super::REPORT).display().to_string());
+        .fact("report", folder.join(REPORT).display().to_string());
     match trial {
         Some(trial) => {
             report.fact("trial", format!("{}, to be joined by backseat navigate --ship --modem", trial.display()))

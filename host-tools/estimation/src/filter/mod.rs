@@ -298,7 +298,7 @@ impl<'a> Pass<'a> {
     }
 
     fn fuse_ship(&mut self, position_m: [f64; 2]) {
-        if self.navigator.ship_state().is_some() {
+        if self.navigator.main().ship_state().is_some() {
             self.fuse(&Measurement::ShipGnss { position_m });
         } else {
             // Refused only if the fix is not finite; the next one will do.
@@ -347,7 +347,7 @@ impl<'a> Pass<'a> {
             (None, Some(clone)) => Some((ShipEnd::Delayed(clone), true)),
             // an uplink arrives where the ship is now
             (None, None) => {
-                let at_ship = packet.direction == Direction::Uplink && self.navigator.ship_state().is_some();
+                let at_ship = packet.direction == Direction::Uplink && self.navigator.main().ship_state().is_some();
                 at_ship.then_some((ShipEnd::Now, true))
             }
         }
@@ -384,7 +384,9 @@ impl<'a> Pass<'a> {
 
     /// The range of the centre of gravity; the ship stands where the packet says, or where the filter has it now.
     fn range_at_centre_m(&self, range_m: f64, ship_m: Option<[f64; 2]>) -> f64 {
-        let Some(ship_m) = ship_m.or(self.navigator.ship_state().map(|[x, y, ..]| [x, y])) else { return range_m };
+        let Some(ship_m) = ship_m.or(self.navigator.main().ship_state().map(|[x, y, ..]| [x, y])) else {
+            return range_m;
+        };
         let depth_m = self.options.navigation.ship_transducer_depth_m;
         inputs::range_at_centre_m(range_m, self.navigator.state(), &self.installation, ship_m, depth_m)
     }
@@ -398,7 +400,7 @@ impl<'a> Pass<'a> {
         self.navigator.sample();
         let navigator = &self.navigator;
         self.run.digest = navigator.digest_from(self.run.digest);
-        if let Some(sigma) = navigator.ship_velocity_sigma_mps() {
+        if let Some(sigma) = navigator.main().ship_velocity_sigma_mps() {
             self.run.ship_velocity_sigma_mps.push((time_us, sigma));
         }
         self.run.track.push(TrackSample {
@@ -413,9 +415,9 @@ impl<'a> Pass<'a> {
     fn finish(mut self) -> FilterRun {
         self.run.smoothed = self.options.smooth.then(|| self.navigator.smooth());
         if self.options.is_robust() {
-            self.run.estimates = self.navigator.estimates().collect();
+            self.run.estimates = self.navigator.main().estimates().collect();
             self.run.weights = self.navigator.weights();
-            self.run.learnt = self.navigator.learnt(self.options.learnt.dives.saturating_add(1)).map(Box::new);
+            self.run.learnt = self.navigator.main().learnt(self.options.learnt.dives.saturating_add(1)).map(Box::new);
         }
         if self.unusable > 0 {
             let count = self.unusable;

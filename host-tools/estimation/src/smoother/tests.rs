@@ -89,7 +89,7 @@ fn check(filtered: &Filtered, adjoint: &Adjoint) {
 fn a_smoothed_covariance_is_positive_and_no_greater_than_the_filtered_one() {
     for right_s in [300, END_S] {
         let recording = flight(right_s);
-        assert!(recording.recoveries(Sensor::Range) > 0, "ranges were suspect");
+        assert!(recording.main().recoveries(Sensor::Range) > 0, "ranges were suspect");
         let members = recording.members();
         for k in (0..members.len()).filter(|k| members[*k].is_some()) {
             let (mut adjoint, mut unconfirmed) = (Adjoint::new(), 0);

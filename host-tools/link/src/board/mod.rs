@@ -17,8 +17,6 @@ use backseat_wire::hostlink::{FromBoard, Health, MAX_FENCE_CORNERS, Refusal, Res
 use backseat_wire::ship_state::Key;
 use std::time::{Duration, Instant, SystemTime};
 
-/// Version of the parameter list from which on a board knows a key.
-const KEY_SCHEMA: u16 = 3;
 /// More parameters than any list will have: a device that claims more is no board, and would keep us for ever.
 const MAX_PARAMETERS: usize = 4096;
 /// Asking for this waypoint and those after it is only a way to be answered.
@@ -193,13 +191,10 @@ impl Board {
         set.map_err(|error| self.failed(&error))
     }
 
-    /// Whether there is a key of the acoustic payloads; `None` from firmware that knows none.
-    pub fn has_key(&mut self) -> anyhow::Result<Option<bool>> {
-        if self.identity.schema < KEY_SCHEMA {
-            return Ok(None);
-        }
+    /// Whether there is a key of the acoustic payloads.
+    pub fn has_key(&mut self) -> anyhow::Result<bool> {
         let has = self.client.has_key();
-        has.map(Some).map_err(|error| self.failed(&error))
+        has.map_err(|error| self.failed(&error))
     }
 
     /// Has the active set written to the board's memory.

@@ -1,23 +1,13 @@
 //! Dates and times of day as text.
 
-/// Days since 1970-01-01 of a date of the Gregorian calendar (H. Hinnant, "chrono-compatible
-/// low-level date algorithms", `days_from_civil`).
-fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
-    let year = if month <= 2 { year - 1 } else { year };
-    let era = year.div_euclid(400);
-    let year_of_era = year - era * 400;
-    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
-    let day_of_era = year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year;
-    era * 146_097 + day_of_era - 719_468
-}
+use backseat_wire::calendar::Date;
 
 /// `M/D/YYYY`, or `M/D/YY` of this century, as days since 1970-01-01.
 pub(super) fn date_days(text: &str) -> Option<i64> {
-    let mut parts = text.trim().split('/').map(|part| part.parse::<i64>().ok());
-    let (month, day, year) = (parts.next()??, parts.next()??, parts.next()??);
-    let year = if (0..100).contains(&year) { 2000 + year } else { year };
-    let is_date = (1..=12).contains(&month) && (1..=31).contains(&day) && (1970..=9999).contains(&year);
-    (is_date && parts.next().is_none()).then(|| days_from_civil(year, month, day))
+    let mut parts = text.trim().split('/');
+    let (month, day, year) = (parts.next()?.parse().ok()?, parts.next()?.parse().ok()?, parts.next()?.parse().ok()?);
+    let date = Date::new(if year < 100 { 2000 + year } else { year }, month, day).ok()?;
+    parts.next().is_none().then_some(date.days() as i64)
 }
 
 /// `HH:MM:SS[.ss]`, 24 h or with AM or PM, as µs since midnight.

@@ -11,7 +11,7 @@
 //! | `parameters` | `json` | the board's active set at this point, by name |
 //! | `note` | `json` | what the recorder noticed: a port unplugged, records lost |
 //! | `telemetry` | `json` | decoded from `port/host/tx`, named and with units: [`TelemetryRow`] |
-//! | `identification`, `adoption`, `health`, `ship` | `json` | decoded from `port/host/tx` |
+//! | `identification`, `learnt`, `health`, `ship` | `json` | decoded from `port/host/tx` |
 //! | `estimates` | `json` | the robust filter's, by name: [`EstimatesRow`] |
 //!
 //! `<name>` is `frontseat`, `dvl`, `ahrs`, `modem` or `host`. A metadata record `session` at the

@@ -176,7 +176,7 @@ impl Writer {
                     self.json(format::TELEMETRY, time_us, &TelemetryRow::from(&record).at(time_us))
                 }
                 FromBoard::Identification(record) => self.json(format::IDENTIFICATION, time_us, &record),
-                FromBoard::Adoption(verdict) => self.json(format::ADOPTION, time_us, &verdict),
+                FromBoard::LearntStored(stored) => self.json(format::LEARNT, time_us, &stored),
                 FromBoard::Health(health) => self.json(format::HEALTH, time_us, &health),
                 FromBoard::Ship(ship) => self.json(format::SHIP, time_us, &ship),
                 FromBoard::Fault(report) => self.json(format::FAULT, time_us, &report),

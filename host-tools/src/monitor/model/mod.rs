@@ -273,9 +273,9 @@ impl Model {
                     self.note(severity, text);
                 }
             }
-            FromBoard::Adoption(verdict) => {
+            FromBoard::LearntStored(stored) => {
                 self.enquiry.hurry();
-                let (severity, text) = words::adoption(&verdict);
+                let (severity, text) = words::learnt(&stored);
                 self.note(severity, text);
             }
             // Answers to another program.

@@ -2,8 +2,7 @@
 
 use super::Severity;
 use backseat_wire::hostlink::{
-    Activity, Adoption, AdoptionEvent, FaultCause, FaultDiagnosis, FaultReport, FaultState, Mode, ModeReason,
-    Oscillator, Port,
+    Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, LearntStored, Mode, ModeReason, Oscillator, Port,
 };
 
 /// Hours, minutes, seconds of UTC; without it the board's own time.
@@ -68,33 +67,13 @@ pub const fn activity(activity: Activity) -> &'static str {
     }
 }
 
-/// A verdict about the parameters in use.
-pub fn adoption(verdict: &Adoption) -> (Severity, String) {
-    let what = match verdict.event {
-        AdoptionEvent::Adopted => "adopted: they predict better",
-        AdoptionEvent::Advised => "predict better; adoption is off",
-        AdoptionEvent::Refused => "refused: they do not predict better than the set in use",
-        AdoptionEvent::Invalid => "refused: they do not make a valid vehicle",
-        AdoptionEvent::Reverted => "reverted: the previous set predicts better",
-        AdoptionEvent::RevertedByHost => "reverted by the host",
-        AdoptionEvent::Stored => "stored in the board's flash",
-        AdoptionEvent::StoreFailed => "not stored: writing the flash failed",
-        AdoptionEvent::Learnt => "what the dive has learnt is stored for the next one",
-        AdoptionEvent::LearntFailed => "what the dive has learnt is not stored: writing the flash failed",
-    };
-    let severity = match verdict.event {
-        AdoptionEvent::Invalid | AdoptionEvent::Reverted | AdoptionEvent::StoreFailed | AdoptionEvent::LearntFailed => {
-            Severity::Warning
-        }
-        _ => Severity::Info,
-    };
-    let [gain, sigma] = verdict.gain;
-    let compared = matches!(
-        verdict.event,
-        AdoptionEvent::Adopted | AdoptionEvent::Advised | AdoptionEvent::Refused | AdoptionEvent::Reverted
-    );
-    let by = if compared { format!(" (ln of the error ratio {gain:+.2} ±{sigma:.2})") } else { String::new() };
-    (severity, format!("identified parameters {what}{by}"))
+/// What became of what a dive has learnt.
+pub fn learnt(stored: &LearntStored) -> (Severity, String) {
+    if stored.kept {
+        (Severity::Info, "what the dive has learnt is stored for the next one".to_owned())
+    } else {
+        (Severity::Warning, "what the dive has learnt is not stored: writing the flash failed".to_owned())
+    }
 }
 
 /// What the fault monitor reports.

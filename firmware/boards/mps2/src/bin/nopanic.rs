@@ -17,7 +17,7 @@ use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
 use backseat_core::control::riccati::{Horizon, LinearQuadratic, RiccatiSolver};
 use backseat_core::control::{ControlConfig, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
-use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, ModelRole, theta};
+use backseat_core::identification::{IdentificationConfig, Identifier, theta};
 use backseat_core::navigation::{
     Consistency, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ProcessModel, ProcessNoise,
     Sensor, nees_position, nees_vehicle,
@@ -64,7 +64,6 @@ struct Objects {
     controller: Controller,
     solver: RiccatiSolver<12, 3>,
     identifier: Identifier,
-    comparison: ModelComparison,
 }
 
 /// In the larger RAM; what it holds at start does not matter here.
@@ -78,7 +77,6 @@ static OBJECTS: ConstStaticCell<Objects> = ConstStaticCell::new(Objects {
     controller: Controller::new(),
     solver: RiccatiSolver::new(),
     identifier: Identifier::new(),
-    comparison: ModelComparison::new(),
 });
 
 #[entry]
@@ -89,7 +87,7 @@ fn main() -> ! {
             app(objects);
             navigation(&mut objects.navigator);
             control(objects);
-            identification(&mut objects.identifier, &mut objects.comparison);
+            identification(&mut objects.identifier);
             let bytes = opaque([0_u8; 64]);
             let length = opaque(0_usize);
             let bytes = bytes.get(..length).unwrap_or_default();
@@ -216,7 +214,6 @@ fn navigation(navigator: &mut Navigator) {
     let config = opaque(NavigationConfig::REFERENCE);
     if let Ok(model) = VehicleModel::new(&opaque(VehicleParameters::IVER3)) {
         opaque(navigator.configure(&config, &model).is_ok());
-        opaque(navigator.set_model(&opaque(model)).is_ok());
     }
     opaque(navigator.reconfigure(&config).is_ok());
     let noise = opaque(ProcessNoise::DYNAMIC);
@@ -235,8 +232,12 @@ fn navigation(navigator: &mut Navigator) {
         navigator.drop_clone(clone);
     }
     opaque((navigator.state_at(opaque(0)), navigator.covariance(opaque(0), opaque(0)), navigator.digest()));
-    opaque((navigator.is_suspect(opaque(Sensor::Depth)), navigator.recoveries(opaque(Sensor::Depth))));
-    opaque((navigator.ship_state(), navigator.ship_position_covariance(), navigator.current_sigma()));
+    opaque((navigator.main().is_suspect(opaque(Sensor::Depth)), navigator.main().recoveries(opaque(Sensor::Depth))));
+    opaque((
+        navigator.main().ship_state(),
+        navigator.main().ship_position_covariance(),
+        navigator.main().current_sigma(),
+    ));
     opaque((navigator.failure(), navigator.horizontal_sigma_m(), navigator.current(), navigator.variance(opaque(0))));
     let mut block = SMatrix::<f64, 12, 12>::zeros();
     navigator.vehicle_covariance(&mut block);
@@ -282,22 +283,12 @@ fn control(objects: &mut Objects) {
     opaque(&gain);
 }
 
-fn identification(identifier: &mut Identifier, comparison: &mut ModelComparison) {
+fn identification(identifier: &mut Identifier) {
     let prior = opaque(VehicleParameters::IVER3);
     opaque(identifier.configure(&opaque(IdentificationConfig::DEFAULT), &prior).is_ok());
-    comparison.configure(opaque(1.0), &opaque([1.0; 6]), &opaque([1.0; 6]), opaque(0.1));
-    for place in [ModelRole::Active, ModelRole::Candidate, ModelRole::Previous] {
-        comparison.enter(place, opaque(identifier.estimate()).as_ref());
-    }
     let (attitude, velocity) = opaque((Vector3::zeros(), Vector6::zeros()));
     let input = opaque(ActuatorInput::default());
     opaque(identifier.sample(opaque(0), &attitude, &velocity, &input));
-    if let Some(model) = identifier.model() {
-        opaque(comparison.sample(model, opaque(0), &attitude, &velocity, &input));
-    }
-    let evidence = comparison.evidence(opaque(ModelRole::Candidate));
-    opaque((evidence.is_better(), evidence.standard_error(), comparison.theta(opaque(ModelRole::Active))));
-    comparison.interrupt();
     opaque((identifier.excitation(), identifier.drift().drifted(), identifier.drift().scores()));
     opaque((identifier.state(), identifier.parameters(), identifier.adapted_s(), identifier.restarts()));
     if let Some(estimate) = identifier.estimate() {

@@ -13,7 +13,7 @@ use backseat_core::dynamics::{
     ActuatorInput, Attitude, Linearisation, VehicleModel, VehicleParameters, kinematic_linearise,
 };
 use backseat_core::identification::aid::{AidState, Instant, heun, rates};
-use backseat_core::identification::{IdentificationConfig, Identifier, ModelComparison, ModelRole, Theta, theta};
+use backseat_core::identification::{IdentificationConfig, Identifier, Theta, theta};
 use backseat_core::navigation::{
     AcousticPath, EffectStates, InitialShip, InitialState, Measurement, NavigationConfig, Navigator, ProcessModel,
     ShipEnd, VehicleEnd,
@@ -29,7 +29,6 @@ pub struct Objects {
     navigator: Navigator,
     controller: Controller,
     identifier: Identifier,
-    comparison: ModelComparison,
     app: App,
     frames: Frames,
 }
@@ -40,7 +39,6 @@ impl Objects {
             navigator: Navigator::new(),
             controller: Controller::new(),
             identifier: Identifier::new(),
-            comparison: ModelComparison::new(),
             app: App::new(),
             frames: Frames::new(),
         }
@@ -49,7 +47,7 @@ impl Objects {
 
 /// Runs everything; `report` gets the name and the digest of each item.
 pub fn run(objects: &mut Objects, report: &mut dyn FnMut(&str, u64)) {
-    let Objects { navigator, controller, identifier, comparison, app, frames } = objects;
+    let Objects { navigator, controller, identifier, app, frames } = objects;
     transcendental(report);
     process_model(report);
     wire_numbers(report);
@@ -60,7 +58,7 @@ pub fn run(objects: &mut Objects, report: &mut dyn FnMut(&str, u64)) {
     commands(controller, report);
     allocation(report);
     identification_steps(report);
-    identification_run(identifier, comparison, report);
+    identification_run(identifier, report);
     voyage(app, frames, report);
 }
 
@@ -342,26 +340,12 @@ fn identification_steps(report: &mut dyn FnMut(&str, u64)) {
     });
 }
 
-/// Forty seconds of the identifier, most of them adapting, and of a comparison of three parameter sets.
-fn identification_run(
-    identifier: &mut Identifier,
-    comparison: &mut ModelComparison,
-    report: &mut dyn FnMut(&str, u64),
-) {
+/// Forty seconds of the identifier, most of them adapting.
+fn identification_run(identifier: &mut Identifier, report: &mut dyn FnMut(&str, u64)) {
     let prior = VehicleParameters::IVER3;
     let config = IdentificationConfig { warm_up_s: 5.0, ..IdentificationConfig::DEFAULT };
     // refused by none: an identifier that is not configured shows as a digest that differs from the one before
     let _ = identifier.configure(&config, &prior);
-    comparison.configure(
-        config.roll_pitch_noise_rad,
-        &config.velocity_noise,
-        &[3e-3, 2e-3, 2e-3, 3e-3, 1e-3, 1e-3],
-        0.1,
-    );
-    for (role, factor) in [(ModelRole::Active, 1.0), (ModelRole::Candidate, 1.1), (ModelRole::Previous, 0.9)] {
-        comparison.enter(role, Some(&(theta::theta_of(&prior) * factor)));
-    }
-    let Some(model) = model(false) else { return };
     let mut random = Random(8);
     item(report, "identification, run", |digest| {
         for k in 1..=400 {
@@ -370,16 +354,12 @@ fn identification_run(
             digest.numbers(now.velocity_error.as_slice());
             digest.numbers(identifier.state().theta.as_slice());
             digest.word(now.outcome as u64);
-            digest.word(comparison.sample(&model, k * STEP_US, &attitude, &velocity, &input).into());
         }
         digest.numbers(identifier.estimate().unwrap_or_default().as_slice());
         digest.numbers(identifier.drift().scores().as_slice());
         for parameter in identifier.excitation() {
             digest.numbers(&[parameter.strength, parameter.noise, parameter.independent]);
             digest.word(parameter.visibility as u64);
-        }
-        for role in [ModelRole::Candidate, ModelRole::Previous] {
-            digest.number(comparison.evidence(role).standard_error());
         }
     });
 }

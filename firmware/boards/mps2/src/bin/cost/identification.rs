@@ -1,28 +1,21 @@
-//! The identifier, and the comparison of parameter sets that decides what becomes of its estimates.
+//! The identifier.
 
 use crate::measure::{Worst, count};
 use crate::motion;
 use crate::random::Random;
 use crate::row;
-use backseat_core::dynamics::{VehicleModel, VehicleParameters};
-use backseat_core::identification::{
-    IdentificationConfig, Identifier, ModelComparison, ModelRole, SampleOutcome, theta,
-};
+use backseat_core::dynamics::VehicleParameters;
+use backseat_core::identification::{IdentificationConfig, Identifier, SampleOutcome};
 use core::hint::black_box;
 
 /// Seven hundred samples: the filter's window fills, the gains settle for a minute, and the last five seconds adapt.
 const SAMPLES: u64 = 700;
 
 /// Everything.
-pub fn measure(identifier: &mut Identifier, comparison: &mut ModelComparison) {
+pub fn measure(identifier: &mut Identifier) {
     let (config, prior) = (IdentificationConfig::DEFAULT, VehicleParameters::IVER3);
-    let Ok(model) = VehicleModel::new(&prior) else { return };
     assert!(identifier.configure(&config, &prior).is_ok());
-    comparison.configure(config.roll_pitch_noise_rad, &config.velocity_noise, &[1e-3; 6], config.period_s);
-    for role in [ModelRole::Active, ModelRole::Candidate, ModelRole::Previous] {
-        comparison.enter(role, Some(&theta::theta_of(&prior)));
-    }
-    let (mut random, mut warming, mut adapting, mut prediction) = (Random(9), Worst(0), Worst(0), Worst(0));
+    let (mut random, mut warming, mut adapting) = (Random(9), Worst(0), Worst(0));
     for k in 1..=SAMPLES {
         let (attitude, velocity, input) = motion::sample(k, &mut random);
         let time_us = k * 100_000;
@@ -33,13 +26,10 @@ pub fn measure(identifier: &mut Identifier, comparison: &mut ModelComparison) {
             SampleOutcome::Adapting => adapting.0 = adapting.0.max(instructions),
             _ => {}
         }
-        prediction
-            .count(|| black_box(&mut *comparison).sample(&model, time_us, black_box(&attitude), &velocity, &input));
     }
     assert!(adapting.0 > 0 && identifier.adapted_s() > 1.0);
     row("identification", "sample, gains not yet known", 0, 0, warming.0, 0);
     row("identification", "sample, adapting (10 Hz)", 0, 0, adapting.0, 0);
-    row("identification", "prediction with three parameter sets (10 Hz)", 0, 0, prediction.0, 0);
     row(
         "identification",
         "what the motion shows of each parameter (0.1 Hz)",

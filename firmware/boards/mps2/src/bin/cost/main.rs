@@ -23,7 +23,7 @@ mod slot;
 
 use backseat_app::{App, Pump};
 use backseat_core::control::Controller;
-use backseat_core::identification::{Identifier, ModelComparison};
+use backseat_core::identification::Identifier;
 use backseat_core::navigation::Navigator;
 use cortex_m_rt::entry;
 use feed::Frames;
@@ -40,7 +40,6 @@ struct Objects {
     navigator: Navigator,
     controller: Controller,
     identifier: Identifier,
-    comparison: ModelComparison,
     app: App,
     pump: Pump,
     frames: Frames,
@@ -50,7 +49,6 @@ static INITIAL: Objects = Objects {
     navigator: Navigator::new(),
     controller: Controller::new(),
     identifier: Identifier::new(),
-    comparison: ModelComparison::new(),
     app: App::new(),
     pump: Pump::new(),
     frames: Frames::new(),
@@ -68,15 +66,14 @@ fn row(group: &str, name: &str, states: usize, entries: usize, instructions: u32
 #[entry]
 fn main() -> ! {
     // SAFETY: `main` is entered once, and the objects hold no references.
-    let Objects { navigator, controller, identifier, comparison, app, pump, frames } =
-        unsafe { OBJECTS.fill(&INITIAL) };
+    let Objects { navigator, controller, identifier, app, pump, frames } = unsafe { OBJECTS.fill(&INITIAL) };
     measure::start();
     measure::paint();
     cycle::measure(app, pump, frames);
     row("stack", "bytes", 0, 0, measure::stack_used(), 0);
     navigation::measure(navigator);
     control::measure(controller);
-    identification::measure(identifier, comparison);
+    identification::measure(identifier);
     parsers::measure(frames);
     semihosting::process::exit(0)
 }

@@ -76,7 +76,7 @@ fn at<const N: usize, const BEFORE: usize, const FIRST: usize>(navigator: &mut N
     let entries = if layout == Layout::Plain { 7 } else { 9 };
     row("clone", "vehicle", N, entries, instructions, append::<BEFORE, N>());
     let Some(vehicle) = vehicle else { return };
-    assert!(navigator.dimension() == N);
+    assert!(navigator.main().dimension() == N);
     for _ in 0..20 {
         step(navigator);
     }

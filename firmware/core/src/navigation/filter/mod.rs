@@ -1,0 +1,12 @@
+//! One extended Kalman filter: time update, measurement update, delayed states and the states that it estimates beside
+//! the vehicle's motion.
+
+pub(super) mod cekf;
+mod cloning;
+mod effects;
+pub(super) mod estimates;
+mod fusion;
+mod learnt;
+pub(super) mod prediction;
+#[cfg(test)]
+mod tests;

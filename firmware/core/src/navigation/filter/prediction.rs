@@ -1,0 +1,195 @@
+//! Time update: the model's step for x̂, Φ P Φᵀ + Q_d for P.
+
+use super::cekf::Filter;
+use crate::dynamics::{ActuatorInput, kinematic_linearise};
+use crate::effects::Step;
+use crate::navigation::algebra::layout::{EFFECTS, SHIP_VELOCITY};
+use crate::navigation::algebra::observer::{LinearStep, Observer};
+use crate::navigation::algebra::propagation::{propagate_double_integrator, propagate_vehicle};
+use crate::navigation::interface::config::{ProcessModel, SurfaceNoise};
+use crate::navigation::interface::error::NavigationError;
+use crate::state::{self, THETA, VEHICLE_STATES, X, Y, Z};
+
+/// Longest step while the gap is at most [`MOST_STEPS`] of them, µs.
+const STEP_US: u64 = 100_000;
+/// Most steps of one call.
+const MOST_STEPS: u64 = 600;
+/// Elevators beyond this are hard over, rad: two thirds of what they can.
+const HARD_OVER_RAD: f64 = 0.23;
+/// A nose that is down by more dives, rad.
+const NOSE_DOWN_RAD: f64 = 0.1;
+/// A hull that dives has its nose down before, s.
+const HELD_S: f64 = 3.0;
+/// Longest gap that one call of [`Filter::predict`] crosses, µs: the steps are then 1 s long. Over
+/// longer gaps a linearised model and its covariance mean nothing.
+pub const MAX_GAP_US: u64 = 600_000_000;
+
+impl Filter {
+    /// Moves the filter to `to_us` under an input that is constant since the last call.
+    ///
+    /// The gap is split into equal steps of at most 0.1 s; from one minute on there are 600 steps,
+    /// which grow up to 1 s. Each step is the zero-order hold of the model linearised at its start.
+    ///
+    /// # Errors
+    /// See [`NavigationError`]; a refused call leaves the filter as it was, a failure is kept.
+    pub fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> Result<(), NavigationError> {
+        self.predict_observed(to_us, input, &mut ())
+    }
+
+    /// [`Self::predict`], showing each step to `observer`.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn predict_observed(
+        &mut self,
+        to_us: u64,
+        input: &ActuatorInput,
+        observer: &mut impl Observer,
+    ) -> Result<(), NavigationError> {
+        if let Some(failure) = self.failure {
+            return Err(failure);
+        }
+        if !self.is_initialised() {
+            return Err(NavigationError::NotInitialised);
+        }
+        let gap_us = to_us.checked_sub(self.time_us).ok_or(NavigationError::TimeBackwards)?;
+        if gap_us > MAX_GAP_US {
+            return Err(NavigationError::GapTooLong);
+        }
+        let dynamic = self.config.process_model == ProcessModel::Dynamic;
+        if dynamic && !(input.propeller_radps.is_finite() && input.fins_rad.iter().all(|fin| fin.is_finite())) {
+            return Err(NavigationError::InvalidInput);
+        }
+        let steps = gap_us.div_ceil(STEP_US).min(MOST_STEPS);
+        if steps > 0 {
+            let step_s = gap_us as f64 * 1.0e-6 / steps as f64;
+            let start_s = self.effect_time_s();
+            for k in 0..steps {
+                self.predict_step(start_s + k as f64 * step_s, step_s, input);
+                observer.observe(&LinearStep::Transition(self.transition(step_s)));
+            }
+        }
+        self.time_us = to_us;
+        let health = self.health();
+        self.failure = health.err();
+        health
+    }
+
+    fn predict_step(&mut self, t_s: f64, step_s: f64, input: &ActuatorInput) {
+        if self.effects.is_stale(t_s)
+            && let Some(model) = &mut self.model
+        {
+            self.effects.retune(model, t_s, &self.config, &self.x);
+        }
+        self.held_s = if self.lies_at_surface(input) { self.held_s + step_s } else { 0.0 };
+        if self.effects.actuate() {
+            let input = self.effects.actuated(input, &Step { t_s, h_s: step_s }, &self.config, &self.x);
+            self.discretise(step_s, &input);
+        } else {
+            self.discretise(step_s, input);
+        }
+        self.propagate(step_s);
+    }
+
+    /// Model, Jacobian and discretisation of one step. Public for the cost table only.
+    #[doc(hidden)]
+    pub fn discretise(&mut self, step_s: f64, input: &ActuatorInput) {
+        self.step.effect_count = 0;
+        let is_held = self.held_s > HELD_S;
+        let linearisation = match (self.config.process_model, &self.model) {
+            (ProcessModel::Dynamic, Some(model)) if !is_held => {
+                let linearisation = model.linearise(&self.x.vehicle, input);
+                if self.effects.accelerate() {
+                    let acceleration = state::velocity(&linearisation.f);
+                    self.effects.accelerations(model, input, &acceleration, &self.config, &self.x, &mut self.step);
+                }
+                linearisation
+            }
+            _ => kinematic_linearise(&self.x.vehicle),
+        };
+        let psd = if is_held {
+            SurfaceNoise::KINEMATIC.noise.psd()
+        } else {
+            self.config.psd_at(self.x.vehicle[Z], self.monitor.waves.sea_factor())
+        };
+        self.step.compute(&linearisation, &psd, step_s);
+    }
+
+    /// Whether the elevators are hard over and the vehicle lies at the surface all the same. If that lasts, the surface
+    /// holds it. The model knows of no surface: it would turn and slow down the hull, which would pass for one with a
+    /// weak propeller. The kinematic model takes its place.
+    fn lies_at_surface(&self, input: &ActuatorInput) -> bool {
+        let [.., port, starboard] = input.fins_rad;
+        port.abs().min(starboard.abs()) > HARD_OVER_RAD
+            && self.x.vehicle[THETA] > -NOSE_DOWN_RAD
+            && self.config.is_at_surface(self.x.vehicle[Z])
+    }
+
+    /// State and covariance over the step last discretised. Public for the cost table only.
+    #[doc(hidden)]
+    pub fn propagate(&mut self, step_s: f64) {
+        let n = self.dimension();
+        for (x, increment) in self.x.vehicle.iter_mut().zip(&self.step.increment) {
+            *x += increment;
+        }
+        self.x.wrap_heading();
+        propagate_vehicle(&mut self.p, n, &self.step);
+
+        let current = self.x.layout.current();
+        let rate = current.and_then(|_| self.x.layout.current_rate());
+        for (at, state) in (EFFECTS..).zip(self.config.effect_states.iter()) {
+            let q = state.random_walk_per_sqrt_s * state.random_walk_per_sqrt_s;
+            match current.and_then(|current| [X, Y].get(at - current)) {
+                Some(&position) => {
+                    self.x.vehicle[position] += self.x.get(at) * step_s;
+                    propagate_double_integrator(&mut self.p, n, position, at, q, step_s);
+                    if let Some(rate) = rate.map(|first| first + position - X) {
+                        let change = self.x.get(rate) * step_s;
+                        self.x.vehicle[position] += 0.5 * change * step_s;
+                        self.x.add_tail(at, change);
+                        self.p.shear(n, position, rate, 0.5 * step_s * step_s);
+                        self.p.shear(n, at, rate, step_s);
+                    }
+                }
+                None => self.p.add(at, at, q * step_s),
+            }
+        }
+        if current.is_none() {
+            for (position, velocity) in [X, Y].into_iter().zip(self.x.water_mps) {
+                self.x.vehicle[position] += velocity * step_s;
+            }
+        }
+        if let Some(at) = self.x.layout.ship() {
+            let linear = self.config.ship_noise.linear_mps2_per_sqrt_hz;
+            let angular = self.config.ship_noise.angular_radps2_per_sqrt_hz;
+            for (i, root) in [linear, linear, angular].into_iter().enumerate() {
+                let (position, velocity) = (at + i, at + SHIP_VELOCITY + i);
+                self.x.add_tail(position, self.x.get(velocity) * step_s);
+                propagate_double_integrator(&mut self.p, n, position, velocity, root * root, step_s);
+            }
+        }
+        if self.monitor.alert {
+            self.grow_suspects(step_s);
+        }
+    }
+
+    /// Every state finite and every variance positive.
+    fn health(&self) -> Result<(), NavigationError> {
+        let n = self.dimension();
+        let tail = self.x.tail.iter().take(n.saturating_sub(VEHICLE_STATES));
+        if !self.x.vehicle.as_slice().iter().chain(tail).all(|x| x.is_finite()) {
+            return Err(NavigationError::NotFinite);
+        }
+        for (i, column) in self.p.columns.iter().enumerate().take(n) {
+            let variance = column[i];
+            if !variance.is_finite() {
+                return Err(NavigationError::NotFinite);
+            }
+            // A position and its clone may be one and the same; nothing else may be certain.
+            if variance < 0.0 || (variance == 0.0 && i < VEHICLE_STATES) {
+                return Err(NavigationError::NotPositive);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,207 @@
+//! Gains, PD and trim against `data/nav_vectors.json` (an independent implementation; data/README.md).
+
+use backseat_core::control::allocation::{AllocationMethod, Datum, allocate};
+use backseat_core::control::guidance::GuidanceGains;
+use backseat_core::control::lqr::{Lqr, LqrWeights, lqr_input_matrix};
+use backseat_core::control::pd::PdGains;
+use backseat_core::control::riccati::{Horizon, LinearQuadratic, RiccatiSolver};
+use backseat_core::control::speed::{SpeedGains, propeller_radps};
+use backseat_core::control::trackline::Segment;
+use backseat_core::control::trim::Trim;
+use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
+use backseat_core::state::{self, VehicleState};
+use nalgebra::SMatrix;
+use serde_json::Value;
+
+fn vectors() -> Value {
+    serde_json::from_str(include_str!("../../data/nav_vectors.json")).unwrap()
+}
+
+fn matrix<const R: usize, const C: usize>(value: &Value) -> SMatrix<f64, R, C> {
+    SMatrix::from_fn(|i, j| value[i][j].as_f64().unwrap())
+}
+
+fn state(value: &Value) -> VehicleState {
+    VehicleState::from_fn(|i, _| value[i].as_f64().unwrap())
+}
+
+fn model() -> VehicleModel {
+    VehicleModel::new(&VehicleParameters::IVER3).unwrap()
+}
+
+/// Largest difference relative to the largest entry.
+fn relative<const R: usize, const C: usize>(a: &SMatrix<f64, R, C>, b: &SMatrix<f64, R, C>) -> f64 {
+    (a - b).amax() / b.amax()
+}
+
+/// Infinite-horizon P and K, and the residual of the algebraic equation relative to Q.
+fn check_infinite<const N: usize, const M: usize>(case: &Value, cross_term: bool) -> [f64; 3] {
+    let (a, b) = (matrix::<N, N>(&case["A"]), matrix::<N, M>(&case["B"]));
+    let (q, r) = (matrix::<N, N>(&case["Q"]), matrix::<M, M>(&case["R"]));
+    let n = if cross_term { matrix::<N, M>(&case["N"]) } else { SMatrix::zeros() };
+    let problem = LinearQuadratic { a: &a, b: &b, q: &q, r: &r, n: cross_term.then_some(&n) };
+    let mut solver = Box::new(RiccatiSolver::<N, M>::new());
+    solver.solve(&problem, Horizon::Infinite).unwrap();
+    let p = *solver.cost();
+    let mut k = SMatrix::zeros();
+    solver.gain_to(&mut k);
+    let residual = a.transpose() * p + p * a - k.transpose() * r * k + q;
+    [relative(&p, &matrix(&case["P"])), relative(&k, &matrix(&case["K"])), residual.amax() / q.amax()]
+}
+
+#[test]
+fn val_riccati_vehicle() {
+    // The reference states its own residual as 2.6e-12; ours accumulates rounding over about 20 doublings of a 12 x 12
+    // system with a condition number of about 1e6.
+    let [p, k, residual] = check_infinite::<12, 3>(&vectors()["lqr_vehicle"], false);
+    println!("P {p:.1e} K {k:.1e} residual {residual:.1e}");
+    assert!(p < 1e-9 && k < 1e-9 && residual < 1e-9, "P {p:e} K {k:e} residual {residual:e}");
+}
+
+#[test]
+fn val_riccati_double_integrator() {
+    // Closed form P = [[√3, 1], [1, √3]], well conditioned: rounding only.
+    let [p, k, residual] = check_infinite::<2, 1>(&vectors()["lqr_double_integrator"], false);
+    assert!(p < 1e-12 && k < 1e-12 && residual < 1e-12, "P {p:e} K {k:e} residual {residual:e}");
+}
+
+#[test]
+fn val_riccati_cross_term() {
+    let [p, k, residual] = check_infinite::<3, 1>(&vectors()["lqr_cross_term"], true);
+    assert!(p < 1e-11 && k < 1e-11 && residual < 1e-11, "P {p:e} K {k:e} residual {residual:e}");
+}
+
+#[test]
+fn val_riccati_finite_horizon() {
+    let vectors = vectors();
+    let case = &vectors["lqr_cross_term"];
+    let (a, b, n) = (matrix::<3, 3>(&case["A"]), matrix::<3, 1>(&case["B"]), matrix::<3, 1>(&case["N"]));
+    let (q, r) = (matrix::<3, 3>(&case["Q"]), matrix::<1, 1>(&case["R"]));
+    let mut solver = RiccatiSolver::<3, 1>::new();
+    for (horizon, p) in case["P_finite_horizon_terminal0"].as_object().unwrap() {
+        let problem = LinearQuadratic { a: &a, b: &b, q: &q, r: &r, n: Some(&n) };
+        solver.solve(&problem, Horizon::Finite(horizon.parse().unwrap())).unwrap();
+        let error = relative(solver.cost(), &matrix(p));
+        println!("horizon {horizon} s: {error:.1e}");
+        // The reference integrated the differential equation; its 10 s matrix is asymmetric by 5e-12.
+        assert!(error < 1e-9, "horizon {horizon}: {error:e}");
+    }
+}
+
+#[test]
+fn val_riccati_scalar_closed_form() {
+    // ẋ = x + u, q = r = 1: P = 1 + √2; with time to go τ, P = sinh(√2 τ) / (√2 cosh(√2 τ) − sinh(√2 τ)).
+    let one = SMatrix::<f64, 1, 1>::new(1.0);
+    let problem = LinearQuadratic { a: &one, b: &one, q: &one, r: &one, n: None };
+    let mut solver = RiccatiSolver::<1, 1>::new();
+    solver.solve(&problem, Horizon::Infinite).unwrap();
+    assert!((solver.cost()[(0, 0)] - 1.0 - libm::sqrt(2.0)).abs() < 1e-13);
+    for time in [0.0, 1e-3, 0.1, 1.0, 3.0] {
+        solver.solve(&problem, Horizon::Finite(time)).unwrap();
+        let root = libm::sqrt(2.0);
+        let (s, c) = (libm::sinh(root * time), libm::cosh(root * time));
+        let expected = s / (root * c - s);
+        assert!((solver.cost()[(0, 0)] - expected).abs() <= 1e-13 * expected.max(1e-6), "{time}");
+    }
+}
+
+#[test]
+fn riccati_refuses_what_has_no_solution() {
+    let one = SMatrix::<f64, 1, 1>::new(1.0);
+    let zero = SMatrix::<f64, 1, 1>::zeros();
+    let nan = SMatrix::<f64, 1, 1>::new(f64::NAN);
+    let mut solver = RiccatiSolver::<1, 1>::new();
+    for (a, b, q, r) in [(&one, &zero, &one, &one), (&one, &one, &one, &zero), (&nan, &one, &one, &one)] {
+        assert!(solver.solve(&LinearQuadratic { a, b, q, r, n: None }, Horizon::Infinite).is_err());
+    }
+    let problem = LinearQuadratic { a: &one, b: &one, q: &one, r: &one, n: None };
+    for horizon in [-1.0, f64::NAN, f64::INFINITY] {
+        assert!(solver.solve(&problem, Horizon::Finite(horizon)).is_err());
+    }
+}
+
+#[test]
+fn val_lqr_input_matrix() {
+    let b = lqr_input_matrix(&model());
+    // Six products and quotients: exact to a unit in the last place.
+    assert!(relative(&b, &matrix(&vectors()["lqr_vehicle"]["B"])) < 1e-15);
+}
+
+#[test]
+fn val_lqr_at_the_reference_trim() {
+    // The reference linearised at a rounded trim (-0.036 rad, 0.008 rad), we at the exact one: the gains agree as far
+    // as the trims do.
+    let model = model();
+    let vectors = vectors();
+    let mut lqr = Box::new(Lqr::new());
+    lqr.configure(&model, &LqrWeights::DEFAULT, 1.0).unwrap();
+    let difference = relative(lqr.gain(), &matrix(&vectors["lqr_vehicle"]["K"]));
+    println!("trim {:?}, K {difference:.1e}", lqr.trim());
+    assert!((lqr.trim().pitch_rad + 0.036).abs() < 1e-3);
+    assert!((lqr.trim().fins_rad[2] - 0.008).abs() < 2e-3);
+    assert!((propeller_radps(model.propeller(), lqr.trim().thrust_n, 1.0) - 106.8).abs() < 0.5);
+    assert!(difference < 1e-3, "{difference:e}");
+}
+
+#[test]
+fn val_trim_is_an_equilibrium() {
+    let model = model();
+    for speed in [0.5, 0.8, 1.0, 1.5, 2.5] {
+        let trim = Trim::solve(&model, speed).unwrap();
+        let input = ActuatorInput {
+            propeller_radps: propeller_radps(model.propeller(), trim.thrust_n, speed),
+            fins_rad: trim.fins_rad,
+        };
+        let mut rate = model.derivative(&trim.state(), &input);
+        rate[state::X] = 0.0; // The only thing that moves.
+        // Newton stops at 1e-12.
+        assert!(rate.amax() < 1e-11, "{speed}: {rate}");
+    }
+    assert_eq!(Trim::solve(&model, 0.0), None);
+    assert_eq!(Trim::solve(&model, f64::NAN), None);
+}
+
+#[test]
+fn val_pd_kappa() {
+    let vectors = vectors();
+    let case = &vectors["pd_kappa"];
+    let x = state(&case["est"]);
+    let number = |key: &str| case["gains"][key].as_f64().unwrap();
+    let pair = |value: &Value| [value[0].as_f64().unwrap(), value[1].as_f64().unwrap()];
+    let segment = Segment {
+        from_ne_m: pair(&case["seg"][0]),
+        to_ne_m: pair(&case["seg"][1]),
+        depth_m: case["z_d"].as_f64().unwrap(),
+        speed_mps: case["u_d"].as_f64().unwrap(),
+    };
+    let guidance = GuidanceGains {
+        kappa_psi: number("kappa_psi"),
+        approach_max_rad: number("heading_sat_deg").to_radians(),
+        kappa_theta: number("kappa_theta"),
+        pitch_max_rad: number("pitch_sat_deg").to_radians(),
+    };
+    let pd =
+        PdGains { kp_psi: number("Kp_psi"), kd_r: number("Kd_r"), kp_theta: number("Kp_theta"), kd_q: number("Kd_q") };
+    let speed = SpeedGains { kp_u: number("Kp_u"), thrust_max_n: number("F_max") };
+    assert_eq!((pd, speed), (PdGains::DEFAULT, SpeedGains::DEFAULT));
+    // A constant and a product round differently.
+    assert!((guidance.pitch_max_rad - GuidanceGains::DEFAULT.pitch_max_rad).abs() < 1e-15);
+
+    // The reference holds pitch about zero, without the trim.
+    let model = model();
+    let error = segment.error(&x);
+    let (heading, pitch) = (guidance.heading_rad(&error, 0.0), guidance.pitch_rad(&error, 0.0));
+    let moments = pd.moments(&x, heading, pitch, 0.0, f64::INFINITY);
+    let v = state::velocity(&x);
+    let limit = number("fin_sat_deg").to_radians();
+    let fins = allocate(AllocationMethod::Decoupled, &model, &v, &moments, &Datum::Total, limit);
+    let propeller =
+        propeller_radps(model.propeller(), speed.thrust_n(&model, &x, &fins, segment.speed_mps), x[state::U]);
+    let expected: Vec<f64> = case["xi_out"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    println!("{propeller} {fins:?}\n{expected:?}");
+    // Both iterate the same nonlinear equations to convergence.
+    assert!((propeller - expected[0]).abs() < 1e-8);
+    for (fin, expected) in fins.iter().zip(&expected[1..]) {
+        assert!((fin - expected).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,6 @@
+//! The numbers from outside: against reference numbers, second derivations, conservation laws and simulated truth.
+
+mod control;
+mod dynamics;
+mod identification;
+mod navigation;

@@ -1,0 +1,9 @@
+//! The simulator from outside: its truth, sensors, effects, ship and scenarios, and golden histories of flights.
+
+mod declared_effects;
+mod effects;
+mod golden_history;
+mod scenario;
+mod ship_end;
+mod truth;
+mod world;

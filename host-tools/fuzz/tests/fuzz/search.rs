@@ -1,0 +1,55 @@
+//! A search without libFuzzer, on any compiler: tracked inputs, mutated. Off unless it is given a time:
+//!
+//! ```text
+//! BACKSEAT_FUZZ_SECONDS=120 BACKSEAT_FUZZ_TARGETS=day,frontseat cargo test -p backseat-fuzz --test search -- --nocapture
+//! ```
+
+use crate::random::Random;
+use backseat_fuzz::TARGETS;
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// A few bytes of an input written over, taken out, repeated or added.
+fn mutated(random: &mut Random, input: &[u8]) -> Vec<u8> {
+    let mut data = input.to_vec();
+    for _ in 0..=random.below(8) {
+        let place = random.below(data.len() + 1);
+        match random.below(4) {
+            0 if place < data.len() => data[place] = random.below(256) as u8,
+            1 if place < data.len() => {
+                data.remove(place);
+            }
+            2 => {
+                let part: Vec<u8> = data[place..].iter().take(1 + random.below(16)).copied().collect();
+                data.splice(place..place, part);
+            }
+            _ => data.insert(place, random.below(256) as u8),
+        }
+    }
+    data.truncate(1000);
+    data
+}
+
+#[test]
+fn mutated_inputs_pass() {
+    let Some(seconds) = std::env::var("BACKSEAT_FUZZ_SECONDS").ok().and_then(|text| text.parse().ok()) else { return };
+    let wanted = std::env::var("BACKSEAT_FUZZ_TARGETS").unwrap_or_default();
+    let is_wanted = |name: &str| wanted.is_empty() || wanted.split(',').any(|part| part == name);
+    for (name, target) in TARGETS.into_iter().filter(|(name, _)| is_wanted(name)) {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(name);
+        let mut inputs: Vec<_> =
+            fs::read_dir(folder).unwrap().map(|entry| fs::read(entry.unwrap().path()).unwrap()).collect();
+        inputs.sort();
+        let (begun, mut random, mut count) = (Instant::now(), Random(1), 0);
+        while begun.elapsed() < Duration::from_secs(seconds) {
+            let input = &inputs[random.below(inputs.len())];
+            let data = mutated(&mut random, input);
+            if std::panic::catch_unwind(|| target(&data)).is_err() {
+                panic!("{name}: {:?}", data.escape_ascii().to_string());
+            }
+            count += 1;
+        }
+        println!("{name}: {count} inputs in {seconds} s");
+    }
+}

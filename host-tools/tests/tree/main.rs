@@ -1,0 +1,5 @@
+//! The tree itself: its pages, its imports, its dependencies.
+
+mod docs;
+mod import_cycles;
+mod supply_chain;
