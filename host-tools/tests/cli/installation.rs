@@ -5,6 +5,7 @@
 //!
 //! `cargo test -p host-tools --test installation -- --nocapture` prints the figures.
 
+use crate::harness::{is_qemu_there, program};
 use backseat_core::navigation::{ProcessModel, Sensor};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{PHI, PSI, THETA, X, Y, Z, wrap_angle};
@@ -12,13 +13,9 @@ use backseat_estimation::filter::{self, FilterOptions};
 use backseat_logs::output::Existing;
 use backseat_logs::{Log, Truth, VehicleFile};
 use serde_json::Value;
-use std::io::Write as _;
-use std::path::PathBuf;
-use std::process::Command;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use tempfile::TempDir;
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_backseat");
 
 /// Larger than on any vehicle of 2 m where that is what it takes to be seen in half an hour: the antenna and the
 /// transducer against a fix of 1 m and a range of 1 m.
@@ -51,15 +48,10 @@ const EACH: [(&str, Forget); 9] = [
 ];
 
 fn backseat(arguments: &[&str]) -> Value {
-    let output = Command::new(PROGRAM).args(arguments).arg("--json").output().unwrap();
-    let is_ok = match output.status.code() {
-        Some(0) => true,
-        // Nothing better than the vehicle file, which is the vehicle's.
-        Some(3) => arguments[0] == "identify",
-        _ => false,
-    };
-    assert!(is_ok, "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+    let outcome = program(Path::new("."), [arguments, &["--json"]].concat());
+    // 3: nothing better than the vehicle file, which is the vehicle's.
+    assert!(outcome.code == Some(0) || arguments[0] == "identify", "{arguments:?}: {}", outcome.stderr);
+    outcome.json()
 }
 
 fn vehicle(installation: &Installation) -> VehicleFile {
@@ -268,9 +260,7 @@ fn identification_finds_the_vehicle_behind_its_installation() {
 
 #[test]
 fn the_arm_image_flies_it_to_the_same_bit() {
-    if let Some(missing) = hil_sim::backseat::missing() {
-        assert!(std::env::var_os("BACKSEAT_REQUIRE_QEMU").is_none(), "{missing}");
-        let _ = writeln!(std::io::stderr(), "SKIPPED: {missing}");
+    if !is_qemu_there() {
         return;
     }
     let [host, arm] = ["host", "qemu"].map(|by| FLIGHTS[1].again(by));
