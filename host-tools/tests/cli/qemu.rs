@@ -71,6 +71,10 @@ impl<P: Ports> Ports for Tap<P> {
         self.note(port, &received[before..]);
         Ok(())
     }
+
+    fn patience(&self) -> Duration {
+        self.ports.patience()
+    }
 }
 
 fn flown<P: Ports>(scenario: &Scenario, ports: P) -> (FlightLog, Vec<(u64, u64)>) {
@@ -113,6 +117,7 @@ fn errors(flight: &FlightLog, vehicle: &VehicleFile) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "a quarter of an hour in QEMU: .ci/nightly"]
 fn val_a_better_vehicle_over_the_host_link_helps_as_predicted() {
     let Some(qemu) = image() else { return };
     let mut scenario = survey(8.0);
