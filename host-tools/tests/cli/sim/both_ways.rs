@@ -28,6 +28,7 @@ fn count(path: &Path, column: &str) -> usize {
 /// Without a pulse on the vehicle no packet gives a range: the pings do. `navigate` over the exported log uses them, and
 /// comes to the board's error; without them an undeclared current carries it off.
 #[test]
+#[ignore = "three tracks of half an hour: .ci/nightly"]
 fn val_an_exported_two_way_mission_is_navigated_like_the_board() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
