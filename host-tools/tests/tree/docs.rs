@@ -11,7 +11,7 @@ fn root() -> &'static Path {
 /// Every Markdown page of the repository that is written for people, relative to its root.
 fn pages() -> Vec<PathBuf> {
     let mut pages: Vec<PathBuf> = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(PathBuf::from).into();
-    let folders = ["docs", "docs/guide", "docs/method", "docs/results", "firmware/fuzz", "firmware/boards/stm32h743"];
+    let folders = ["docs", "docs/guide", "docs/method", "docs/results", "host-tools/fuzz", "firmware/boards/stm32h743"];
     for folder in folders {
         for entry in std::fs::read_dir(root().join(folder)).unwrap() {
             let name = entry.unwrap().file_name();
