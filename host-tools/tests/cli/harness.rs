@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_backseat");
 
 /// What takes longer has hung: on a busy machine what is a matter of seconds may take minutes, and that is no error.
-const HANG: Duration = Duration::from_mins(10);
+pub const HANG: Duration = Duration::from_mins(10);
 
 /// What a run of the program gave.
 pub struct Outcome {

@@ -1,6 +1,6 @@
 //! A bench: the app on five pseudo-terminals, a simulated vehicle where one is needed, and the program under test.
 
-use crate::harness::{Outcome, program};
+use crate::harness::{HANG, Outcome, program};
 use backseat_host::{HostPorts, run};
 use backseat_link::Pty;
 use backseat_link::{BackseatError, Ports};
@@ -176,7 +176,7 @@ impl Ports for Lines {
     }
 
     fn read(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
-        let seconds = 10;
+        let seconds = HANG.as_secs() as u32;
         for _ in 0..seconds * 5 {
             let before = received.len();
             read(&self.0[port as usize], port, received, 200)?;
@@ -189,6 +189,10 @@ impl Ports for Lines {
 
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
         read(&self.0[port as usize], port, received, 0)
+    }
+
+    fn patience(&self) -> Duration {
+        HANG
     }
 }
 
