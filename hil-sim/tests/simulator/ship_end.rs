@@ -126,8 +126,8 @@ fn val_two_way_ranges_alone_navigate() {
     navigate(&[TWO_WAY], 1);
 }
 
-/// Navigation by each part of the cycle.
-/// `cargo test -p hil-sim ship_end -- --ignored --nocapture --test-threads 1` prints the tables of docs/results/sea_trial.md.
+/// Navigation by each part of the cycle. `cargo test -p hil-sim ship_end -- --ignored --nocapture --test-threads 1` prints
+/// this table of docs/results/sea_trial.md, and that of topside's errors.
 #[test]
 #[ignore = "an ensemble: .ci/nightly"]
 fn val_each_part_of_the_cycle_navigates() {
@@ -166,7 +166,6 @@ fn val_topside_tracks_the_vehicle() {
     track(1..=1);
 }
 
-/// The table of topside's errors in docs/results/sea_trial.md.
 #[test]
 #[ignore = "an ensemble: .ci/nightly"]
 fn val_topside_tracks_every_vehicle() {

@@ -219,7 +219,7 @@ static BEGUN: LazyLock<Flight> = LazyLock::new(|| Flight::fly(Some(&INSTALLED), 
 /// Minutes that are never needed.
 const WHOLE: &str = "200";
 
-/// Twice the log-likelihood falls, of a log that is navigated without one of the numbers.
+/// A log that is navigated without one of the numbers is less likely.
 fn is_seen(flight: &Flight, names: &[&str]) {
     let declared = flight.navigate(&INSTALLED);
     for (name, forget) in EACH.into_iter().filter(|(name, _)| names.contains(name)) {
