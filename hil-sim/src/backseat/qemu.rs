@@ -17,8 +17,9 @@ use tempfile::TempDir;
 const EMULATOR: &str = "qemu-system-arm";
 const PACKAGE: &str = "backseat-mps2";
 const TARGET: &str = "thumbv7em-none-eabihf";
-/// After this long a silent backseat is given up.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// After this long a silent backseat hangs. A step takes some hundredths of a second of a processor of its own; on a
+/// machine that is busy with other work it may get none for many seconds.
+const PATIENCE: Duration = Duration::from_mins(10);
 const POLL_MS: u32 = 200;
 /// Bytes come one by one; to wait for some more than the first costs less than to wake for each.
 const REST: Duration = Duration::from_micros(100);
@@ -192,6 +193,10 @@ impl Ports for Qemu {
         }
         received.append(&mut self.lines[port as usize].received);
         Ok(())
+    }
+
+    fn patience(&self) -> Duration {
+        PATIENCE
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Nothing here comes from the backseat's dynamics: a filter that were tested on its own model
 //! could not show that the model is wrong. The two are compared, where they should agree, in
-//! `tests/truth.rs`.
+//! `tests/simulator/truth`.
 //!
 //! What this vehicle has and the backseat's model has not: servos of finite speed, a propeller that
 //! takes time to spin up, white acceleration disturbance, current that varies with depth and time,

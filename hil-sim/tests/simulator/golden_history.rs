@@ -2,7 +2,7 @@
 //!
 //! Each history in `data/` holds time, the twelve vehicle states and their sigmas twice a minute. A change of behaviour
 //! shows up as a difference of these files, to be reviewed with the change that made it. To write them again:
-//! `GOLDEN_HISTORY=write cargo test --test golden_history`.
+//! `GOLDEN_HISTORY=write cargo test -p hil-sim golden_history`.
 
 use backseat_link::Client;
 use hil_sim::backseat::InProcess;

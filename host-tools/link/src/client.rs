@@ -14,8 +14,6 @@ use backseat_wire::ship_state::Key;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// An answer comes within this time, whatever else is sent.
-const PATIENCE: Duration = Duration::from_secs(10);
 /// Nothing is under way on a line that has been silent this long: 190 bytes at 19,200 baud.
 const QUIET: Duration = Duration::from_millis(100);
 
@@ -171,8 +169,9 @@ impl<P: Ports> Client<P> {
             if let Some(answer) = self.unread(&mut take) {
                 return Ok(answer);
             }
-            if begun.elapsed() > PATIENCE {
-                return Err(BackseatError::Unanswered { seconds: PATIENCE.as_secs() as u32 });
+            let patience = self.ports.patience();
+            if begun.elapsed() > patience {
+                return Err(BackseatError::Unanswered { seconds: patience.as_secs() as u32 });
             }
             self.ports.read(Port::Host, &mut self.unread)?;
         }

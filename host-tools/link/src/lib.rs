@@ -25,6 +25,7 @@ use backseat_logs::session::Event;
 use backseat_wire::hostlink::{Port, Refusal, ResetCause};
 use std::io;
 use std::process::ExitStatus;
+use std::time::Duration;
 
 /// Bytes and the time at which the last of them has arrived, µs.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -119,6 +120,11 @@ pub trait Ports {
     /// When the backseat is gone.
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError>;
 
+    /// An answer comes within this time, whatever else is sent.
+    fn patience(&self) -> Duration {
+        Duration::from_secs(10)
+    }
+
     /// Resets the board: what is not in its memory is forgotten. Returns what a session needs to do it again: the start
     /// and the parameters that the board found.
     ///
@@ -140,6 +146,10 @@ impl<P: Ports + ?Sized> Ports for Box<P> {
 
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
         (**self).poll(port, received)
+    }
+
+    fn patience(&self) -> Duration {
+        (**self).patience()
     }
 
     fn reset(&mut self, reset: Reset) -> Result<Vec<Event>, BackseatError> {

@@ -4,6 +4,7 @@ use crate::pty::Pty;
 use crate::{BackseatError, Ports};
 use backseat_wire::hostlink::Port;
 use std::io;
+use std::time::Duration;
 
 /// Ports of a backseat whose host port a second program can read and write.
 ///
@@ -62,6 +63,10 @@ impl<P: Ports> Ports for Tap<P> {
         let from = received.len();
         self.ports.poll(port, received)?;
         self.relay(port, received, from)
+    }
+
+    fn patience(&self) -> Duration {
+        self.ports.patience()
     }
 }
 

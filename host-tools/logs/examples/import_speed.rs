@@ -1,4 +1,4 @@
-//! How long an import takes: `cargo run --release -p backseat-data --example import_speed [FILE...]`.
+//! How long an import takes: `cargo run --release -p backseat-logs --example import_speed [FILE...]`.
 //!
 //! Without a file: an hour at 100 Hz, every column of the standard vehicle log in every row, and the same as a native
 //! Iver mission log, both written first.

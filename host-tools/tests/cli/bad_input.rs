@@ -1,10 +1,11 @@
 //! Broken input of every kind, as a user meets it: one line with file, line and field, exit code 1, nothing
 //! overwritten. Byte-order marks and CR LF are no defects: such files are read as the others.
 
+use crate::harness::backseat;
 use hil_sim::scenario::Scenario;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// What is there before and must be there after.
 const KEPT: &str = "a result of before\n";
@@ -318,8 +319,8 @@ fn run(folder: &Path, kind: &Kind, content: Option<&[u8]>) -> Output {
         Some(content) => fs::write(folder.join(kind.file), content).unwrap(),
         None => drop(fs::remove_file(folder.join(kind.file))),
     }
-    let args = kind.command.iter().map(|arg| if *arg == "FILE" { kind.file } else { arg });
-    Command::new(env!("CARGO_BIN_EXE_backseat")).current_dir(folder).args(args).output().unwrap()
+    let args: Vec<_> = kind.command.iter().map(|arg| if *arg == "FILE" { kind.file } else { arg }).collect();
+    backseat(folder, &args)
 }
 
 /// A folder with all that the commands need beside the file under test.

@@ -1,9 +1,10 @@
 //! `backseat bench` on a log of known noise.
 
+use crate::harness::backseat;
 use backseat_logs::{Column, Log, LogRow, LogWriter};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// One sigma of the log's sensors.
 const KNOWN: [(&str, f64); 5] = [
@@ -41,7 +42,7 @@ fn write_static_log(path: &Path) {
 }
 
 fn bench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_backseat")).current_dir(folder).arg("bench").args(arguments).output().unwrap()
+    backseat(folder, &[&["bench"], arguments].concat())
 }
 
 #[test]

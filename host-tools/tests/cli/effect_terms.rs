@@ -1,22 +1,17 @@
 //! What no vehicle file holds, from `diagnose` through `navigate --terms` and `effect new` to a draft: a compass that
 //! drifts (in no entry of the catalogue) and one that lags (an entry without a parameter of the board).
 
+use crate::harness::{Outcome, program};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
 
-fn backseat(folder: &Path, arguments: &str) -> Output {
-    let arguments = arguments.split_whitespace();
-    Command::new(env!("CARGO_BIN_EXE_backseat")).current_dir(folder).args(arguments).output().unwrap()
+fn backseat(folder: &Path, arguments: &str) -> Outcome {
+    program(folder, arguments.split_whitespace())
 }
 
-/// The JSON object that a command prints.
+/// The JSON object that a command prints. A compass that errs by so much is noticed: exit code 3.
 fn json(folder: &Path, arguments: &str) -> Value {
-    let output = backseat(folder, arguments);
-    let text = || format!("{arguments}\n{}", String::from_utf8_lossy(&output.stderr));
-    // 3: done, but not to be trusted; a compass that errs by so much is noticed.
-    assert!(matches!(output.status.code(), Some(0 | 3)), "{}", text());
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", text()))
+    backseat(folder, arguments).json()
 }
 
 fn simulate(folder: &Path, effect: &str, seed: u32, name: &str) {
@@ -69,7 +64,7 @@ fn a_cause_in_no_entry_becomes_a_term_a_better_track_and_a_draft() {
     assert!(after < 0.5 * before, "{before} -> {after}");
 
     let draft = backseat(folder, "effect new compass_drift --from out/proposed_terms.toml --out draft.rs");
-    assert!(draft.status.success(), "{}", String::from_utf8_lossy(&draft.stderr));
+    draft.good("effect new");
     let draft = std::fs::read_to_string(folder.join("draft.rs")).unwrap();
     let terms: toml::Table = std::fs::read_to_string(folder.join("out/proposed_terms.toml")).unwrap().parse().unwrap();
     let first = &terms["term"][0];
@@ -89,7 +84,7 @@ fn a_cause_in_no_entry_becomes_a_term_a_better_track_and_a_draft() {
     let count = |c: char| draft.chars().filter(|other| *other == c).count();
     assert!(count('{') == count('}') && count('[') == count(']') && count('(') == count(')'), "{draft}");
     let again = backseat(folder, "effect new heading_lag --from out/proposed_terms.toml");
-    assert!(String::from_utf8_lossy(&again.stderr).contains("the catalogue has this entry already"));
+    assert!(again.stderr.contains("the catalogue has this entry already"));
 }
 
 #[test]
@@ -112,7 +107,7 @@ fn a_late_compass_is_named_and_taken_out_of_the_log() {
     assert!(after < 0.5 * before, "{before} -> {after}");
     // It is an entry already: there is nothing to draft.
     let none = backseat(folder, "effect new other --from out/proposed_terms.toml");
-    assert!(!none.status.success() && String::from_utf8_lossy(&none.stderr).contains("no [[term]]"));
+    assert!(none.code != Some(0) && none.stderr.contains("no [[term]]"));
 }
 
 #[test]
@@ -125,10 +120,10 @@ fn the_catalogue_is_listed_and_shown() {
         ["water_current", "waves", "heading_lag", "depth_scale"].iter().all(|name| names.contains(name)),
         "{names:?}"
     );
-    let printed = String::from_utf8(backseat(folder.path(), "effect list").stdout).unwrap();
+    let printed = backseat(folder.path(), "effect list").stdout;
     assert!(names.iter().all(|name| printed.contains(&format!("\n{name} "))), "{printed}");
-    let shown = String::from_utf8(backseat(folder.path(), "effect show heading_lag").stdout).unwrap();
+    let shown = backseat(folder.path(), "effect show heading_lag").stdout;
     assert!(shown.starts_with("heading_lag\n\nequations   psi_m") && shown.contains("signature"), "{shown}");
     let unknown = backseat(folder.path(), "effect show gremlins");
-    assert!(!unknown.status.success() && String::from_utf8_lossy(&unknown.stderr).contains("no effect gremlins"));
+    assert!(unknown.code != Some(0) && unknown.stderr.contains("no effect gremlins"));
 }

@@ -1,6 +1,6 @@
 //! `backseat export`: what a flight's bytes say, against what was measured before any device rounded it.
 
-use crate::board::bench::program;
+use crate::harness::program;
 use backseat_app::App;
 use backseat_app::{Recorder, record_start};
 use backseat_link::Client;
@@ -48,8 +48,7 @@ impl Flight {
 }
 
 fn export(folder: &Path, arguments: &[&str]) -> Value {
-    let text = program(folder, [&["export"], arguments, &["--json"]].concat()).good(&format!("{arguments:?}"));
-    serde_json::from_str(&text).unwrap()
+    program(folder, [&["export"], arguments, &["--json"]].concat()).json()
 }
 
 fn complaint(folder: &Path, arguments: &[&str]) -> String {

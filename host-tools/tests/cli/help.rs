@@ -1,16 +1,17 @@
 //! Every command has help with an example and, where it yields results, `--json`; bad usage is explained; completions work.
 
-use std::process::{Command, Stdio};
+use crate::harness::{Outcome, program};
+use std::path::Path;
+use std::process::Command;
 
 /// Commands whose result is no data: a script.
 const WITHOUT_JSON: [&str; 2] = ["completions", "params docs"];
 
 /// Exit code, stdout and stderr.
 fn backseat(words: &[String], more: &[&str]) -> (Option<i32>, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_backseat"));
-    let output = command.args(words).args(more).stdin(Stdio::null()).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code(), text(output.stdout), text(output.stderr))
+    let words = words.iter().map(String::as_str).chain(more.iter().copied());
+    let Outcome { code, stdout, stderr } = program(Path::new("."), words);
+    (code, stdout, stderr)
 }
 
 /// Names under "Commands:" of a help text.

@@ -1,23 +1,19 @@
 //! `backseat identify` as a user runs it.
 
+use crate::harness::{self, text};
 use backseat_core::dynamics::Attitude;
 use backseat_logs::{Column, LogRow, LogWriter, VehicleFile};
 use hil_sim::experiment::{Experiment, wrong_prior};
 use nalgebra::Vector3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use tempfile::TempDir;
 
 const COLUMNS: [&str; 8] = ["roll_deg", "pitch_deg", "p_degps", "q_degps", "r_degps", "u_mps", "v_mps", "w_mps"];
 
 fn backseat(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_backseat"));
-    command.current_dir(folder).arg("identify").args(arguments).output().expect("runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
+    harness::backseat(folder, &[&["identify"], arguments].concat())
 }
 
 /// Eight minutes of the experiment, and a prior that is 30 % wrong.
@@ -172,8 +168,7 @@ fn a_log_in_servo_counts_gives_surge_and_yaw() {
 fn a_vessel_is_identified_and_navigated() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = |arguments: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_backseat"));
-        let output = command.current_dir(folder.path()).args(arguments).output().expect("runs");
+        let output = harness::backseat(folder.path(), arguments);
         assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
         text(&output.stdout)
     };

@@ -1,16 +1,8 @@
 //! `backseat info`, and the same examination at the start of the commands that read a log: what a wrong unit ends in.
 
+use crate::harness::{backseat, text};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn backseat(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_backseat")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 /// Two minutes of a simulated survey, with attitude and rates times `angle` and times times `time`.
 fn survey(folder: &Path, name: &str, angle: f64, time: f64) {

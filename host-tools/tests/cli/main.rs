@@ -6,6 +6,7 @@ mod board;
 mod diagnosed;
 mod effect_terms;
 mod export;
+mod harness;
 mod help;
 mod identify;
 mod info;

@@ -1,8 +1,9 @@
 //! `backseat navigate` as a user runs it.
 
+use crate::harness::backseat;
 use backseat_logs::{Column, LogRow, LogWriter, Truth, TruthRow, TruthWriter, VehicleFile};
 use std::path::PathBuf;
-use std::process::{Command, Output};
+use std::process::Output;
 use tempfile::TempDir;
 
 /// Three minutes north at 1 m/s and 3 m depth beside a ship that goes east, with plausible noise.
@@ -57,7 +58,7 @@ impl Mission {
     }
 
     fn run(&self, args: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_backseat")).current_dir(self.folder.path()).args(args).output().unwrap()
+        backseat(self.folder.path(), args)
     }
 
     /// Runs, expects success (3 where the result says that it is not to be trusted), returns the JSON object.

@@ -3,16 +3,16 @@
 //! Without QEMU or the ARM target these tests pass over it and say so; with `BACKSEAT_REQUIRE_QEMU` set
 //! in the environment they fail instead.
 
+use crate::harness::{is_qemu_there, wait_for};
 use backseat_analysis::flight_score;
 use backseat_core::navigation::{ProcessModel, Sensor};
 use backseat_estimation::filter::{self, FilterOptions, ShipSource};
 use backseat_link::{BackseatError, Client, Ports};
 use backseat_logs::VehicleFile;
 use backseat_wire::hostlink::{Decoder, FromBoard, Mode, Port, Step, ToBoard};
-use hil_sim::backseat::{InProcess, Qemu, build_image, missing};
+use hil_sim::backseat::{InProcess, Qemu, build_image};
 use hil_sim::flight::{FlightLog, Start, board_parameters, fly, fly_prepared, fly_realtime};
 use hil_sim::scenario::Scenario;
-use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::thread::sleep;
@@ -27,13 +27,7 @@ fn survey(minutes: f64) -> Scenario {
 
 /// `None` when something is not installed.
 fn image() -> Option<Qemu> {
-    if let Some(missing) = missing() {
-        assert!(std::env::var_os("BACKSEAT_REQUIRE_QEMU").is_none(), "{missing}");
-        // Past the capture of a passing test's output.
-        let _ = writeln!(std::io::stderr(), "SKIPPED: {missing}");
-        return None;
-    }
-    Some(Qemu::start(&build_image().unwrap()).unwrap())
+    is_qemu_there().then(|| Qemu::start(&build_image().unwrap()).unwrap())
 }
 
 /// Notes time and digest of every step that passes by on the host port.
@@ -77,6 +71,10 @@ impl<P: Ports> Ports for Tap<P> {
         self.note(port, &received[before..]);
         Ok(())
     }
+
+    fn patience(&self) -> Duration {
+        self.ports.patience()
+    }
 }
 
 fn flown<P: Ports>(scenario: &Scenario, ports: P) -> (FlightLog, Vec<(u64, u64)>) {
@@ -119,6 +117,7 @@ fn errors(flight: &FlightLog, vehicle: &VehicleFile) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "a quarter of an hour in QEMU: .ci/nightly"]
 fn val_a_better_vehicle_over_the_host_link_helps_as_predicted() {
     let Some(qemu) = image() else { return };
     let mut scenario = survey(8.0);
@@ -160,7 +159,7 @@ fn bytes_that_nobody_reads_are_counted_and_reported() {
     // Under the simulator's clock the board reads what is announced, and this is not.
     client.ports().write(Port::Ahrs, &[0x55; SENT]).unwrap();
     let mut losses = [0; 5];
-    for _ in 0..100 {
+    wait_for("the last byte", || {
         client.send(&ToBoard::HealthGet).unwrap();
         losses = client
             .receive(|message| match message {
@@ -168,11 +167,8 @@ fn bytes_that_nobody_reads_are_counted_and_reported() {
                 _ => None,
             })
             .unwrap();
-        if losses[Port::Ahrs as usize] == SENT as u32 - KEPT {
-            break;
-        }
-        sleep(Duration::from_millis(50));
-    }
+        if losses[Port::Ahrs as usize] == SENT as u32 - KEPT { Ok(()) } else { Err(format!("{losses:?}")) }
+    });
     assert_eq!(losses, [0, 0, SENT as u32 - KEPT, 0, 0]);
     // and after the next step without being asked
     client
@@ -187,7 +183,7 @@ fn bytes_that_nobody_reads_are_counted_and_reported() {
 }
 
 #[test]
-#[ignore = "takes two minutes: cargo test -p hil-sim --test qemu -- --ignored"]
+#[ignore = "in real time: .ci/nightly"]
 fn arm_navigates_on_its_own_clock() {
     let Some(qemu) = image() else { return };
     let mut client = Client::new(Tap::new(qemu));

@@ -1,22 +1,18 @@
 //! `backseat topside` as a user meets it: configuration files, wrong ports, a port that is unplugged.
 
+use crate::harness::{Outcome, command, program};
 use backseat_link::Pty;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 
 const EXAMPLE: &str = include_str!("../../logs/examples/topside.toml");
-
-fn backseat(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_backseat")).args(arguments).stdin(Stdio::null()).output().unwrap()
-}
 
 /// Exit code, stdout and stderr of `topside` with this configuration.
 fn topside(folder: &Path, text: &str, more: &[&str]) -> (Option<i32>, String, String) {
     let file = folder.join("ship.toml");
     std::fs::write(&file, text).unwrap();
-    let output = backseat(&[&["topside", file.to_str().unwrap()], more].concat());
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code(), text(output.stdout), text(output.stderr))
+    let Outcome { code, stdout, stderr } = program(folder, [&["topside", file.to_str().unwrap()], more].concat());
+    (code, stdout, stderr)
 }
 
 #[test]
@@ -70,14 +66,13 @@ fn swapped_ports_are_named_and_nothing_is_sent_but_settings() {
     let file = folder.path().join("ship.toml");
     std::fs::write(&file, text).unwrap();
     let log = folder.path().join("dive.mcap");
-    let child = Command::new(env!("CARGO_BIN_EXE_backseat"))
+    let mut child = command(folder.path())
         .args(["topside", file.to_str().unwrap(), "--json", "--for", "7", "--log", log.to_str().unwrap()])
-        .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
     let mut sent = Vec::new();
-    for _ in 0..70 {
+    while child.try_wait().unwrap().is_none() {
         gnss.write_all(b"$CADQF,234,1*55\r\n").unwrap();
         modem.write_all(b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\r\n").unwrap();
         let mut buffer = [0; 4096];

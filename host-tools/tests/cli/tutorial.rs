@@ -1,7 +1,7 @@
 //! The tutorial, line by line: every command of `docs/guide/tutorial.md` is run, and prints what the page shows.
 
+use crate::harness::{Outcome, program};
 use std::path::Path;
-use std::process::Command;
 
 const PAGE: &str = include_str!("../../../docs/guide/tutorial.md");
 
@@ -71,14 +71,8 @@ fn every_command_prints_what_the_page_shows() {
     assert!(steps.iter().filter(|step| !step.shown.is_empty()).count() >= 5, "the page shows too little");
     for step in steps {
         let arguments = step.command.split(" #").next().unwrap().trim().strip_prefix("backseat ").unwrap();
-        let output = Command::new(env!("CARGO_BIN_EXE_backseat"))
-            .current_dir(folder.path())
-            .args(arguments.split_whitespace())
-            .output()
-            .unwrap();
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let (printed, aside) = (text(&output.stdout), text(&output.stderr));
-        assert_eq!(output.status.code(), Some(step.code), "{}\n{printed}{aside}", step.command);
+        let Outcome { code, stdout: printed, stderr: aside } = program(folder.path(), arguments.split_whitespace());
+        assert_eq!(code, Some(step.code), "{}\n{printed}{aside}", step.command);
         if let Err(missing) = is_printed(&step.shown, &printed) {
             panic!("{}: {missing}, it prints\n{printed}{aside}", step.command);
         }

@@ -1,16 +1,7 @@
 //! `backseat vehicle` and the simulator's refusal of vehicles that do not fly.
 
+use crate::harness::{backseat, text};
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn backseat(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_backseat")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 #[test]
 fn every_template_flies_and_a_scaled_one_too() {

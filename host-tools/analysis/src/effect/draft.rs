@@ -60,7 +60,7 @@ pub fn text(name: &str, terms: &Terms) -> String {
     let _ = writeln!(
         out,
         "\n// Then: add `{name}` to CATALOGUE (firmware/core/src/effects/mod.rs), inject it in the simulator by its own equations\n\
-         // (hil-sim/src/scenario/effects), and run hil-sim/tests/effects, which names what is missing."
+         // (hil-sim/src/scenario/effects), and run hil-sim/tests/simulator/effects, which names what is missing."
     );
     out
 }

@@ -1,4 +1,6 @@
-//! Random numbers of a seed.
+//! Random numbers of a seed, and for how long to draw them.
+
+use std::time::Duration;
 
 /// SplitMix64 (Steele, Lea and Flood, 2014).
 pub struct Random(pub u64);
@@ -12,4 +14,10 @@ impl Random {
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) % count.max(1) as u64) as usize
     }
+}
+
+/// The time that a variable of the environment gives, which has to be set.
+pub fn seconds(variable: &str) -> Duration {
+    let text = std::env::var(variable).unwrap_or_else(|_| panic!("{variable} is not set"));
+    Duration::from_secs(text.parse().unwrap_or_else(|_| panic!("{variable}: expected whole seconds")))
 }

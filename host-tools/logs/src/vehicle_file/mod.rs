@@ -191,7 +191,7 @@ mod tests {
         assert_eq!(file.name, "iver3-ref");
     }
 
-    /// `UPDATE_PAGES=1 cargo test -p backseat-data` writes the file anew.
+    /// `UPDATE_PAGES=1 cargo test -p backseat-logs` writes the file anew.
     #[test]
     fn built_in_file_is_as_written() {
         let source: Vec<&str> =

@@ -81,7 +81,7 @@ fn write_row(page: &mut String, name: String, row: &[Parameter]) {
 mod tests {
     use super::*;
 
-    /// `UPDATE_PAGES=1 cargo test -p backseat-data` writes the page anew.
+    /// `UPDATE_PAGES=1 cargo test -p backseat-logs` writes the page anew.
     #[test]
     fn the_page_in_the_guide_is_current() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/guide/parameters.md");

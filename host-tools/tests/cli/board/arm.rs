@@ -3,12 +3,13 @@
 //! Without QEMU or the ARM target the test passes over it and says so; with `BACKSEAT_REQUIRE_QEMU` set
 //! in the environment it fails instead.
 
-use super::bench::{Outcome, program, simulate};
-use super::check::verdict;
+use super::bench::simulate;
+use super::check::{checked, verdict};
+use crate::harness::{Outcome, is_qemu_there, program, wait_for};
 use backseat_link::Pty;
 use backseat_link::Serial;
 use backseat_logs::VehicleFile;
-use hil_sim::backseat::{build_image, missing};
+use hil_sim::backseat::build_image;
 use hil_sim::scenario::Scenario;
 use serde_json::Value;
 use std::fs::File;
@@ -17,11 +18,8 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tempfile::TempDir;
-
-/// QEMU names its ports within this time; cargo looks at the sources first, and others may hold its lock.
-const PATIENCE: Duration = Duration::from_secs(120);
 
 /// The image in QEMU, with its console on a terminal of its own.
 struct Emulator {
@@ -35,10 +33,7 @@ struct Emulator {
 impl Emulator {
     /// `None` when something is not installed.
     fn start() -> Option<Self> {
-        if let Some(missing) = missing() {
-            assert!(std::env::var_os("BACKSEAT_REQUIRE_QEMU").is_none(), "{missing}");
-            // Past the capture of a passing test's output.
-            let _ = writeln!(std::io::stderr(), "SKIPPED: {missing}");
+        if !is_qemu_there() {
             return None;
         }
         build_image().unwrap();
@@ -55,20 +50,18 @@ impl Emulator {
             .stderr(Stdio::inherit())
             .spawn()
             .unwrap();
-        let begun = Instant::now();
         let [ports @ .., monitor] = ["frontseat", "dvl", "ahrs", "modem", "host", "compat_monitor0"].map(|label| {
-            loop {
+            wait_for(label, || {
                 // Behind these lines the image's log follows, which is no text.
                 let text = String::from_utf8_lossy(&std::fs::read(&said).unwrap()).into_owned();
                 let mut lines = text.lines().filter_map(|line| line.strip_prefix("char device redirected to "));
                 let label = format!(" (label {label})");
                 if let Some(path) = lines.find_map(|line| line.strip_suffix(label.as_str())) {
-                    break path.to_owned();
+                    return Ok(path.to_owned());
                 }
                 assert_eq!(child.try_wait().unwrap(), None, "cargo qemu ended: {text}");
-                assert!(begun.elapsed() < PATIENCE, "no line with{label}: {text}");
-                sleep(Duration::from_millis(20));
-            }
+                Err(text)
+            })
         });
         Some(Self { child, folder, ports, monitor })
     }
@@ -84,7 +77,7 @@ impl Emulator {
     }
 
     fn json(&self, arguments: &[&str]) -> Value {
-        serde_json::from_str(&self.good(&[arguments, &["--json"]].concat())).unwrap()
+        self.run(&[arguments, &["--json"]].concat()).json()
     }
 
     /// As the board's reset button: the supply stays on. The mission, which is in memory only, is gone behind it.
@@ -93,11 +86,10 @@ impl Emulator {
         // QEMU looks once a second whether somebody holds the other end.
         sleep(Duration::from_millis(1500));
         monitor.write_all(b"system_reset\n").unwrap();
-        let begun = Instant::now();
-        while self.run(&["mission", "get", "PORT"]).code == Some(0) {
-            assert!(begun.elapsed() < Duration::from_secs(30), "it is not reset");
-            sleep(Duration::from_millis(200));
-        }
+        wait_for("the reset", || {
+            let outcome = self.run(&["mission", "get", "PORT"]);
+            if outcome.code == Some(0) { Err(outcome.stdout) } else { Ok(()) }
+        });
     }
 }
 
@@ -110,6 +102,7 @@ impl Drop for Emulator {
 }
 
 #[test]
+#[ignore = "in real time: .ci/nightly"]
 fn check_mission_and_params_work_against_the_arm_image() {
     let Some(board) = Emulator::start() else { return };
     let scenario = Scenario::built_in("survey").unwrap();
@@ -147,12 +140,9 @@ fn check_mission_and_params_work_against_the_arm_image() {
     assert_eq!(printed["changed"].as_array().unwrap().len(), 2, "{printed}");
     board.good(&["params", "import", "PORT", "set.toml"]);
 
-    sleep(Duration::from_secs(6)); // a fix within a second of its own clock
-    // The emulated board keeps time with the clock, which a busy machine may not grant it for three seconds on end.
-    let check =
-        || -> Value { serde_json::from_str(&board.run(&["check", "PORT", "--wiggle", "--json"]).stdout).unwrap() };
-    let report = (0..3).map(|_| check()).find(|report| report["passed"] == true).unwrap_or_else(check);
-    assert_eq!(report["passed"], true, "{report}");
+    // A fix comes within a second of its own clock. The emulated board keeps time with the clock, which a busy machine may
+    // not grant it for three seconds on end.
+    let report = checked(|| board.run(&["check", "PORT", "--wiggle", "--json"]), |report| report["passed"] == true);
     for check in ["telemetry", "frontseat port", "DVL port", "AHRS port", "receive losses", "mission", "fin wiggle"] {
         assert_eq!(verdict(&report, check).0, "ok", "{report}");
     }

@@ -1,5 +1,6 @@
 //! A bench: the app on five pseudo-terminals, a simulated vehicle where one is needed, and the program under test.
 
+use crate::harness::{HANG, Outcome, program};
 use backseat_host::{HostPorts, run};
 use backseat_link::Pty;
 use backseat_link::{BackseatError, Ports};
@@ -7,8 +8,7 @@ use backseat_wire::hostlink::Port;
 use hil_sim::devices::Devices;
 use hil_sim::scenario::Scenario;
 use hil_sim::world::World;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{JoinHandle, sleep, spawn};
@@ -24,13 +24,6 @@ pub struct Bench {
     folder: TempDir,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
-}
-
-/// What a run of the program gave.
-pub struct Outcome {
-    pub code: Option<i32>,
-    pub stdout: String,
-    pub stderr: String,
 }
 
 impl Bench {
@@ -73,7 +66,7 @@ impl Bench {
         // Only the carriers hold it now: when they let go, the device is gone.
         drop(cable);
         let arguments: Vec<String> = arguments.iter().map(|argument| argument.replace("PORT", &path)).collect();
-        let output = program(self.folder.path(), arguments.iter().map(String::as_str));
+        let output = program(self.folder.path(), &arguments);
         over.store(true, Ordering::Relaxed);
         carriers.into_iter().for_each(|carrier| carrier.join().unwrap());
         output
@@ -85,8 +78,7 @@ impl Bench {
     }
 
     pub fn json(&self, arguments: &[&str]) -> serde_json::Value {
-        let text = self.good(&[arguments, &["--json"]].concat());
-        serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"))
+        self.run(&[arguments, &["--json"]].concat()).json()
     }
 
     /// Runs it, expects one line of complaint and nothing else.
@@ -149,21 +141,6 @@ pub fn simulate(mut lines: impl Ports + Send + 'static, scenario: Scenario, stop
     })
 }
 
-impl Outcome {
-    /// What it printed; it has to have succeeded.
-    pub fn good(&self, what: &str) -> String {
-        assert_eq!(self.code, Some(0), "{what}: {}{}", self.stdout, self.stderr);
-        self.stdout.clone()
-    }
-
-    pub fn complaint(&self, what: &str) -> String {
-        let Self { code, stdout, stderr } = self;
-        assert_eq!(*code, Some(1), "{what}: {stdout}{stderr}");
-        assert!(stdout.is_empty() && stderr.lines().count() == 1 && stderr.starts_with("error: "), "{what}: {stderr}");
-        stderr.clone()
-    }
-}
-
 impl Drop for Bench {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
@@ -172,14 +149,6 @@ impl Drop for Bench {
             assert!(ended.is_ok() || std::thread::panicking(), "a thread of the bench panicked");
         }
     }
-}
-
-/// Runs the program.
-pub fn program<'a>(folder: &Path, arguments: impl IntoIterator<Item = &'a str>) -> Outcome {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_backseat"));
-    let output: Output = command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    Outcome { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
 }
 
 /// One direction of the cable between the program and the board.
@@ -207,7 +176,7 @@ impl Ports for Lines {
     }
 
     fn read(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
-        let seconds = 10;
+        let seconds = HANG.as_secs() as u32;
         for _ in 0..seconds * 5 {
             let before = received.len();
             read(&self.0[port as usize], port, received, 200)?;
@@ -220,6 +189,10 @@ impl Ports for Lines {
 
     fn poll(&mut self, port: Port, received: &mut Vec<u8>) -> Result<(), BackseatError> {
         read(&self.0[port as usize], port, received, 0)
+    }
+
+    fn patience(&self) -> Duration {
+        HANG
     }
 }
 

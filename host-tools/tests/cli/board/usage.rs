@@ -1,6 +1,7 @@
 //! What every command of the board has in common.
 
-use super::bench::{Bench, program};
+use super::bench::Bench;
+use crate::harness::program;
 use backseat_link::Pty;
 use std::path::Path;
 use std::sync::Arc;
@@ -65,7 +66,7 @@ fn a_port_without_a_board_is_given_up() {
 
 #[test]
 fn help_has_examples_and_bad_usage_is_told() {
-    let run = |arguments: &[&str]| program(Path::new("."), arguments.iter().copied());
+    let run = |arguments: &[&str]| program(Path::new("."), arguments);
     for command in COMMANDS {
         let words = command.iter().position(|word| *word == "PORT").unwrap();
         let help = run(&[&command[..words], &["--help"]].concat());

@@ -1,5 +1,6 @@
 //! Sessions to replay: a simulated vehicle with its devices, and the program under test.
 
+use crate::harness::{Outcome, program};
 use backseat_link::{Arrival, Client, FusionRecord};
 use backseat_logs::output::Existing;
 use backseat_logs::session::{Attachment, Clock, Entry, Meta, Reader, Writer};
@@ -11,7 +12,6 @@ use hil_sim::scenario::Scenario;
 use hil_sim::world::World;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Stdio};
 
 pub const STEP_US: u64 = 100_000;
 const SECOND_US: u64 = 1_000_000;
@@ -111,10 +111,8 @@ pub fn rewrite(from: &Path, to: &Path, clock: Clock, mut change: impl FnMut(Entr
 
 /// Exit code, stdout and stderr of the program.
 pub fn backseat(arguments: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_backseat"));
-    let output = command.args(arguments).stdin(Stdio::null()).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    let Outcome { code, stdout, stderr } = program(Path::new("."), arguments);
+    (code.unwrap(), stdout, stderr)
 }
 
 /// The same, with `--json`; what it printed, read.

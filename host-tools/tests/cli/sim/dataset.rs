@@ -1,5 +1,6 @@
 //! Data sets: clean where nothing is injected, repeatable, complete, and silent about the truth.
 
+use crate::harness::program;
 use backseat_core::navigation::ProcessModel;
 use backseat_estimation::filter::{self, FilterOptions};
 use backseat_logs::{Column, Log, Truth, VehicleFile};
@@ -7,10 +8,6 @@ use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
 use hil_sim::noise::NoiseKind;
 use hil_sim::scenario::Request;
 use std::f64::consts::{FRAC_PI_2, TAU};
-use std::path::Path;
-use std::process::{Command, Output};
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_backseat");
 
 fn spec(effect: Option<&str>) -> Spec {
     Spec {
@@ -135,18 +132,12 @@ fn an_exciting_log_has_dives_steps_of_speed_and_legs_across() {
     }
 }
 
-fn backseat(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(PROGRAM).args(arguments).current_dir(folder).output().unwrap()
-}
-
 #[test]
 fn the_folder_keeps_the_truth_apart_and_the_log_betrays_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let make = |effect, out| {
         let arguments = ["sim", "dataset", "--effect", effect, "--seed", "4", "--hours", "0.1", "--out", out, "--json"];
-        let output = backseat(&arguments, folder.path());
-        assert!(output.status.success(), "{output:?}");
-        let said = String::from_utf8(output.stdout).unwrap();
+        let said = program(folder.path(), arguments).good(effect);
         assert!(!said.contains(effect));
     };
     make("random", "a");
@@ -172,12 +163,12 @@ fn the_folder_keeps_the_truth_apart_and_the_log_betrays_nothing() {
     assert!((72.0..=288.0).contains(&stuck["parameters"]["time_s"].as_f64().unwrap()));
 
     let refused =
-        backseat(&["sim", "dataset", "--effect", "none", "--seed", "4", "--hours", "0.1", "--out", "a"], folder.path());
-    assert_eq!(refused.status.code(), Some(1));
-    let unknown = backseat(
-        &["sim", "dataset", "--effect", "gremlin", "--seed", "4", "--hours", "0.1", "--out", "c"],
+        program(folder.path(), ["sim", "dataset", "--effect", "none", "--seed", "4", "--hours", "0.1", "--out", "a"]);
+    assert_eq!(refused.code, Some(1));
+    let unknown = program(
         folder.path(),
+        ["sim", "dataset", "--effect", "gremlin", "--seed", "4", "--hours", "0.1", "--out", "c"],
     );
-    assert!(String::from_utf8_lossy(&unknown.stderr).contains("no effect gremlin"));
+    assert!(unknown.stderr.contains("no effect gremlin"));
     assert!(!folder.path().join("c").exists());
 }

@@ -1,5 +1,6 @@
 //! Topside as a process on three pseudo-terminals, in lock-step: the bytes of the library, and a death that is told.
 
+use crate::harness::{command, program, signal};
 use backseat_link::{Arrival, Client};
 use backseat_topside::{Port, Topside};
 use backseat_wire::ship_state::Key;
@@ -8,11 +9,8 @@ use hil_sim::flight::{FlightError, FlightLog, fly_with_ship};
 use hil_sim::scenario::Scenario;
 use hil_sim::ship_end::{self, Known, OnPorts, Program, ProgramClock, ProgramError, ShipEnd};
 use std::path::Path;
-use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Sender, channel};
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_backseat");
 
 /// Tells what a program sends to its modem, and when.
 struct Told<P> {
@@ -44,9 +42,7 @@ fn sea_trial(minutes: f64) -> Scenario {
 /// The configuration that `sim run` writes for the scenario, with these ports.
 fn configuration(folder: &Path, [gnss, modem]: [&str; 2]) -> String {
     let out = folder.join("written");
-    let run = ["sim", "run", "sea_trial", "--minutes", "0.02", "--json", "--out"];
-    let output = Command::new(PROGRAM).args(run).arg(&out).output().unwrap();
-    assert!(output.status.code().is_some_and(|code| code == 0 || code == 3), "{output:?}");
+    program(folder, ["sim", "run", "sea_trial", "--minutes", "0.02", "--json", "--out", "written"]).json();
     let text = std::fs::read_to_string(out.join("topside.toml")).unwrap();
     assert!(!text.contains("key"), "the key stands in no file: {text}");
     let lines = text.lines().map(|line| match line.split(' ').next() {
@@ -59,14 +55,14 @@ fn configuration(folder: &Path, [gnss, modem]: [&str; 2]) -> String {
 
 fn process(scenario: &Scenario, folder: &Path) -> OnPorts {
     let file = folder.join("topside.toml");
-    let command = |paths: &[&str]| {
+    let start = |paths: &[&str]| {
         std::fs::write(&file, configuration(folder, [paths[0], paths[1]]))?;
-        let mut command = Command::new(PROGRAM);
+        let mut command = command(folder);
         command.arg("__topside").arg(&file).arg(paths[2]);
         Ok(command)
     };
     let key = scenario.settings.acoustics.key;
-    OnPorts::start(ProgramClock::Lockstep, key, &folder.join("topside.jsonl"), command).unwrap()
+    OnPorts::start(ProgramClock::Lockstep, key, &folder.join("topside.jsonl"), start).unwrap()
 }
 
 /// The flight, and what was sent to the ship's modem.
@@ -114,8 +110,7 @@ impl Program for Killed {
     fn exchange(&mut self, now_us: u64, arrivals: &[(Port, Arrival)], step: bool) -> Result<Vec<u8>, ProgramError> {
         if now_us >= self.at_us {
             self.at_us = u64::MAX;
-            let killed = Command::new("kill").args(["-9", &self.program.pid().to_string()]).status().unwrap();
-            assert!(killed.success());
+            signal("KILL", self.program.pid());
         }
         self.program.exchange(now_us, arrivals, step)
     }

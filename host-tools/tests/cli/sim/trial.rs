@@ -1,17 +1,14 @@
 //! What a simulated sea trial leaves behind, joined again from the logs of vehicle, receiver and both modems.
 
+use crate::harness::program;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Stdio};
 
 /// Of the built-in scenario's local frame.
 const ORIGIN: &str = "41.5,-70.7";
 
 fn backseat(arguments: &[&str]) -> Value {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_backseat"));
-    let output = command.args(arguments).stdin(Stdio::null()).output().unwrap();
-    assert!(output.status.code().is_some_and(|code| code == 0 || code == 3), "{arguments:?}: {output:?}");
-    serde_json::from_slice(&output.stdout).unwrap()
+    program(Path::new("."), arguments).json()
 }
 
 /// Ranges that the vehicle heard, that the ship heard (its uplinks), and both: each brings a vehicle without a DVL

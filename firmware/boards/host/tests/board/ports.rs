@@ -12,6 +12,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{JoinHandle, sleep, spawn};
 use std::time::{Duration, Instant};
 
+/// What takes longer has hung: on a busy machine what is a matter of seconds may take minutes, and that is no error.
+const HANG: Duration = Duration::from_mins(10);
 const COMPASS: &[u8] = b"$C82.8P-3.89R-2.63T20.3D3.2*78\r\n";
 
 /// The simulator's ends, and the board in a thread on the others.
@@ -29,7 +31,7 @@ impl Bench {
             .iter()
             .map(|_| {
                 let (mut master, slave) = TTYPort::pair().expect("a pseudo-terminal");
-                master.set_timeout(Duration::from_secs(5)).unwrap();
+                master.set_timeout(HANG).unwrap();
                 // The slave closes here: it cannot be opened twice.
                 (master, PathBuf::from(slave.name().expect("its path")))
             })
@@ -51,7 +53,7 @@ impl Bench {
     /// A pseudo-terminal is broken until the board has opened its end.
     fn wait_for_opening(&self, error: &Error) {
         assert_eq!(error.kind(), ErrorKind::BrokenPipe, "{error}");
-        assert!(self.begun.elapsed() < Duration::from_secs(10), "the board does not open its ports");
+        assert!(self.begun.elapsed() < HANG, "the board does not open its ports");
         sleep(Duration::from_millis(1));
     }
 
@@ -105,15 +107,29 @@ impl Bench {
     }
 }
 
-#[test]
-fn steps_in_lock_step() {
-    let mut bench = Bench::new();
-    bench.step(0, &[]);
-    let begun = Instant::now();
+/// Fifty seconds in lock-step.
+fn fly(bench: &mut Bench) {
     for step in 1..=500 {
         let time_us = step * 100_000;
         assert_eq!(bench.step(time_us, COMPASS).time_us, time_us);
     }
+}
+
+#[test]
+fn steps_in_lock_step() {
+    let mut bench = Bench::new();
+    bench.step(0, &[]);
+    fly(&mut bench);
+    bench.end().unwrap();
+}
+
+#[test]
+#[ignore = "in real time: .ci/nightly"]
+fn a_step_waits_for_nothing() {
+    let mut bench = Bench::new();
+    bench.step(0, &[]);
+    let begun = Instant::now();
+    fly(&mut bench);
     let wall = begun.elapsed();
     println!("{:.0} µs a step", wall.as_secs_f64() * 1e6 / 500.0);
     // about 0.1 ms on an idle machine; what this catches is a wait of whole milliseconds
@@ -121,12 +137,23 @@ fn steps_in_lock_step() {
     bench.end().unwrap();
 }
 
+/// The next record of telemetry.
+fn record(bench: &mut Bench) -> Telemetry {
+    bench.receive(|message| if let FromBoard::Telemetry(record) = message { Some(record) } else { None })
+}
+
 #[test]
+fn steps_by_itself() {
+    let mut bench = Bench::new();
+    let first = record(&mut bench);
+    assert!(record(&mut bench).time_us > first.time_us);
+    bench.end().unwrap();
+}
+
+#[test]
+#[ignore = "in real time: .ci/nightly"]
 fn steps_by_itself_in_real_time() {
     let mut bench = Bench::new();
-    let record = |bench: &mut Bench| -> Telemetry {
-        bench.receive(|message| if let FromBoard::Telemetry(record) = message { Some(record) } else { None })
-    };
     let first = record(&mut bench);
     let begun = Instant::now();
     let last = (0..5).map(|_| record(&mut bench)).last().unwrap();
@@ -164,10 +191,10 @@ fn on_its_own_clock_a_port_comes_back() {
     }
     let (ports, flag) = (HostPorts::new(paths.clone().try_into().unwrap()), Arc::clone(&stop));
     let board = spawn(move || run(&ports, &flag));
-    let listens = |master: &mut TTYPort, seconds: u64| {
+    let listens = |master: &mut TTYPort| {
         let begun = Instant::now();
         master.set_timeout(Duration::from_millis(100)).unwrap();
-        while begun.elapsed() < Duration::from_secs(seconds) {
+        while begun.elapsed() < HANG {
             if master.read(&mut [0; 256]).is_ok_and(|count| count > 0) {
                 return true;
             }
@@ -175,7 +202,7 @@ fn on_its_own_clock_a_port_comes_back() {
         }
         false
     };
-    assert!(listens(&mut masters[0], 10), "the frontseat is asked");
+    assert!(listens(&mut masters[0]), "the frontseat is asked");
     let frontseat = Port::Frontseat as usize;
     drop(masters.remove(frontseat));
     sleep(Duration::from_millis(500));
@@ -185,7 +212,7 @@ fn on_its_own_clock_a_port_comes_back() {
     std::os::unix::fs::symlink(slave.name().unwrap(), &paths[frontseat]).unwrap();
     masters.insert(frontseat, master);
     drop(slave);
-    assert!(listens(&mut masters[frontseat], 10), "the frontseat is asked again");
+    assert!(listens(&mut masters[frontseat]), "the frontseat is asked again");
     // and without any port there is nothing to wait for
     masters.clear();
     let text = format!("{:#}", board.join().unwrap().unwrap_err());

@@ -163,7 +163,7 @@ fn val_covariance_follows_the_square_root_filter_over_1e5_steps() {
 
 /// 11.6 days; see docs/results/endurance.md.
 #[test]
-#[ignore = "takes some minutes: docs/results/endurance.md"]
+#[ignore = "ten million steps, six minutes: .ci/nightly"]
 fn val_covariance_follows_the_square_root_filter_over_1e7_steps() {
     let findings = fly(10_000_000, 500_000);
     judge(&findings);
