@@ -3,7 +3,6 @@
 //! The laboratory: every study is one command of `cargo lab`. Nobody who only uses the tools builds it.
 
 pub mod adaptive_control;
-pub mod adoption;
 mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
@@ -49,10 +48,6 @@ pub enum Study {
   cargo lab navigation --runs 4 --cases exact,10%,Y
   cargo lab navigation --runs 20 --store runs.jsonl --out docs/results/navigation.md")]
     Navigation(navigation::Args),
-    /// Gain of using the parameters that the backseat identified
-    #[command(after_help = "Example:
-  cargo lab adoption --runs 20 --first-seed 301 --out docs/results/adoption.md")]
-    Adoption(EnsembleArgs),
     /// Gains and feed-forward that follow the filter's parameters, against fixed ones
     #[command(after_help = "Example:
   cargo lab adaptive-control --runs 5 --out docs/results/adaptive_control.md")]
@@ -84,7 +79,6 @@ impl Study {
         match self {
             Self::Reproduce(arguments) => reproduce::run(arguments),
             Self::Navigation(arguments) => navigation::run(arguments),
-            Self::Adoption(arguments) => adoption::run(arguments),
             Self::AdaptiveControl(arguments) => adaptive_control::run(arguments),
             Self::Geometry(arguments) => geometry::run(arguments),
             Self::PacketNavigation(arguments) => packet_navigation::run(arguments),

@@ -19,8 +19,6 @@ pub struct Case {
     pub is_declared: bool,
     /// A dive before this one, in another current, has taught the filters of the vehicle.
     pub is_second_dive: bool,
-    /// Flown a second time by the nominal filter, which adopts what the identifier finds.
-    pub is_flown_by_adoption: bool,
 }
 
 const DEFAULT: Case = Case {
@@ -31,7 +29,6 @@ const DEFAULT: Case = Case {
     from_s: 0.0,
     is_declared: false,
     is_second_dive: false,
-    is_flown_by_adoption: false,
 };
 
 /// Speed of the undeclared current, m/s.
@@ -134,11 +131,9 @@ pub const CASES: &[Case] = &[
         apply: |s, _| {
             share(s, 0.10);
             s.settings.backseat.dvl = true;
-            s.settings.backseat.adopt = true;
             s.settings.sensors.dvl.until_s = Some(DVL_S);
         },
         from_s: DVL_S,
-        is_flown_by_adoption: true,
         ..DEFAULT
     },
 ];

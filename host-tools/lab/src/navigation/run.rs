@@ -105,12 +105,6 @@ pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> 
     out.add("closed loop", of_flight(&flight, case.from_s));
     let steered = flight_score::track_of(&scenario, &flight).map(|track| track.cross_track.into());
     out.add("closed loop, true cross-track error", steered);
-    if case.is_flown_by_adoption {
-        let mut nominal = scenario.clone();
-        nominal.settings.backseat.robust = false;
-        let flight = out.fly("closed loop, nominal with adoption", &nominal)?;
-        out.add("closed loop, nominal with adoption", of_flight(&flight, case.from_s));
-    }
     for (name, options) in filters::filters(case, &declared) {
         let run = filter::run(&flight.log, &declared, &options).with_context(|| format!("{name}, seed {seed}"))?;
         out.add(name, of_track(&run, &run.track, &truth, case.from_s));
