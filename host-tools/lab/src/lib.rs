@@ -7,6 +7,7 @@ mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
 mod ensemble;
+mod flights;
 pub mod geometry;
 pub mod identification;
 mod intervals;
@@ -56,7 +57,7 @@ pub enum Study {
     #[command(after_help = "Example:
   cargo lab geometry --runs 5 --out docs/results/geometry.md")]
     Geometry(EnsembleArgs),
-    /// Packet-fed, centralized and information filter on one flight
+    /// What it costs to know the ship from its packets alone: packet-fed and centralized filter on one flight
     PacketNavigation(packet_navigation::Args),
     /// Is the filter's covariance right: normalised errors and innovations, and the Cramér-Rao bound, over an ensemble
     Consistency(consistency::Args),
