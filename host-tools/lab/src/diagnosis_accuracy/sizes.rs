@@ -3,8 +3,8 @@
 use super::estimate::{Share, smallest};
 use super::outcome::Answer;
 use super::plan::{Class, entries};
-use super::run::{Errors, Run};
-use super::sections::{Choose, Section, Study, is_single, short};
+use super::run::{DiagnosedLog, HeldOutErrors};
+use super::sections::{Choose, Findings, Section, is_single, short};
 use backseat_core::effects::FIN_NAMES;
 use backseat_logs::stats::{mean, median, percentile};
 use std::collections::BTreeSet;
@@ -23,7 +23,7 @@ impl Compared {
     }
 }
 
-impl Study<'_> {
+impl Findings<'_> {
     /// Numbers with a finite interval, of effects named without another possible.
     fn compared(&self) -> Vec<Compared> {
         let mut all = Vec::new();
@@ -138,8 +138,12 @@ impl Study<'_> {
         )
     }
 
-    fn ratios_of(&self, choose: impl Fn(&Run) -> bool, error: impl Fn(&Errors) -> Option<f64>) -> Vec<f64> {
-        let named = |run: &&Run| {
+    fn ratios_of(
+        &self,
+        choose: impl Fn(&DiagnosedLog) -> bool,
+        error: impl Fn(&HeldOutErrors) -> Option<f64>,
+    ) -> Vec<f64> {
+        let named = |run: &&DiagnosedLog| {
             choose(run)
                 && run.not_judged.is_none()
                 && run.verdict != "none"
@@ -163,7 +167,7 @@ impl Study<'_> {
         let mut rows = Vec::new();
         for (name, is_in) in groups {
             for (what, error) in [
-                ("position", (|errors| errors.position_m) as fn(&Errors) -> Option<f64>),
+                ("position", (|errors| errors.position_m) as fn(&HeldOutErrors) -> Option<f64>),
                 ("velocity in 10 s", |errors| errors.velocity_mps),
             ] {
                 let ratios = self.ratios_of(is_in, error);

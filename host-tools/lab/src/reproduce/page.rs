@@ -34,7 +34,7 @@ pub fn html(ensemble: &Ensemble<'_>) -> String {
     }
     let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
     let version = format!("{}, build {}", env!("CARGO_PKG_VERSION"), ensemble.store.build());
-    let command = format!("backseat {}", command.join(" "));
+    let command = format!("cargo lab {}", command.join(" "));
     report.provenance(Provenance { command: &command, seed: None, version: &version }).html()
 }
 

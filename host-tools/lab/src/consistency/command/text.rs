@@ -1,6 +1,6 @@
 //! The tables.
 
-use super::{Args, QUANTITIES, Row, SEEDS_PER_MODEL, SETTLED_S};
+use super::{Args, ConsistencyRow, QUANTITIES, SEEDS_PER_MODEL, SETTLED_S};
 use crate::consistency::{Block, Inside, measurement_names};
 use backseat_report::markdown::markdown_table;
 use std::fmt::Write as _;
@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 /// Least share of times inside the pointwise band.
 const ASKED: f64 = 0.9;
 
-pub(super) fn markdown(arguments: &Args, declared: &[Row], flights: &[Row]) -> String {
+pub(super) fn markdown(arguments: &Args, declared: &[ConsistencyRow], flights: &[ConsistencyRow]) -> String {
     let Args { runs, first_seed, minutes, .. } = arguments;
     let mut text = format!(
         "# Is the filter's covariance right?\n\n\
@@ -57,7 +57,7 @@ pub(super) fn markdown(arguments: &Args, declared: &[Row], flights: &[Row]) -> S
 }
 
 /// ANEES by block.
-fn errors(text: &mut String, rows: &[Row]) {
+fn errors(text: &mut String, rows: &[ConsistencyRow]) {
     let names: Vec<&str> = Block::ALL.iter().map(|block| block.name()).collect();
     let mut table = markdown_table(["ANEES"].iter().chain(&names).copied().chain(["vehicle's band"]));
     for row in rows {
@@ -84,7 +84,7 @@ fn errors(text: &mut String, rows: &[Row]) {
 }
 
 /// ANIS by kind of measurement.
-fn measurements(text: &mut String, rows: &[Row]) {
+fn measurements(text: &mut String, rows: &[ConsistencyRow]) {
     let present = |name: &&str| rows.iter().flat_map(|row| &row.innovations).any(|inside| inside.name == *name);
     let names: Vec<&str> = measurement_names().filter(present).collect();
     let cell = |inside: &Inside| {
@@ -101,7 +101,7 @@ fn measurements(text: &mut String, rows: &[Row]) {
     let _ = writeln!(text, "{table}");
 }
 
-fn bounds(text: &mut String, rows: &[Row]) {
+fn bounds(text: &mut String, rows: &[ConsistencyRow]) {
     text.push_str(
         "\n## The posterior Cramér-Rao bound\n\n\
          Root mean squared error over the flights against the bound (Tichavský, Muravchik and Nehorai 1998), computed apart from the\n\
