@@ -163,11 +163,26 @@ mod tests {
             assert!(!examples(command).is_empty(), "{} has no example", command.get_name());
         }
         for example in examples(&lab) {
-            // What follows two spaces says what it is for.
-            let line = example.split("  ").next().unwrap_or_default();
-            let parsed = Lab::try_parse_from(line.split_whitespace());
-            assert!(parsed.is_ok(), "{example}\n{}", parsed.err().map(|error| error.to_string()).unwrap_or_default());
+            is_understood(&example);
         }
+    }
+
+    fn is_understood(example: &str) {
+        // What follows two spaces says what it is for.
+        let line = example.split("  ").next().unwrap_or_default();
+        let parsed = Lab::try_parse_from(line.split_whitespace());
+        assert!(parsed.is_ok(), "{example}\n{}", parsed.err().map(|error| error.to_string()).unwrap_or_default());
+    }
+
+    #[test]
+    fn every_command_line_of_the_guide_is_understood() {
+        let guide = include_str!("../../../docs/guide/laboratory.md");
+        let lines = guide.lines().filter_map(|line| line.strip_prefix("    "));
+        let own = lines.filter_map(|line| Some(line[line.find("lab ")?..].split(" :::").next()?.to_owned()));
+        let own: Vec<String> = own.collect();
+        assert!(own.len() > 7, "{own:?}");
+        // What the scheduler fills in.
+        own.iter().for_each(|line| is_understood(&line.replace("$SLURM_ARRAY_TASK_ID", "1").replace("{}", "1")));
     }
 
     #[test]

@@ -75,7 +75,7 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
     }
     let mut text = format!(
         "# Navigation with undeclared vehicles, sensors and water\n\n\
-         Made by `cargo lab navigation {options}` (seeds {first_seed} to {}).\n\n\
+         Made by `cargo lab navigation {options}` (version {}, seeds {first_seed} to {}).\n\n\
          Ten 1 km lines 100 m apart at 3 m depth, 1 m/s unless a case says otherwise, three hours. Depth 7 Hz with 0.06 m, attitude 3 Hz\n\
          with 1 degree, no gyro rates unless a case says so, no DVL. A packet every 30 s: its range has 1 m, its range rate is not\n\
          used. GNSS only while surfaced at either end. The ship circles at 600 m; its packets hold its own GNSS position (0.5 m).\n\n\
@@ -86,6 +86,7 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
          Refused: share of the measurements, all of them good, that were not used.\n\
          `closed loop` is the backseat's own estimate in flight, on which the LQR steers. The other filters run over the\n\
          same measurements afterwards; the same wrong vehicle is declared to all.\n",
+        env!("CARGO_PKG_VERSION"),
         first_seed + runs - 1
     );
     for (case, runs) in results {

@@ -12,7 +12,7 @@ pub(super) fn markdown(arguments: &Args, declared: &[ConsistencyRow], flights: &
     let Args { runs, first_seed, minutes, .. } = arguments;
     let mut text = format!(
         "# Is the filter's covariance right?\n\n\
-         Made by `cargo lab consistency --runs {runs} --minutes {minutes} --first-seed {first_seed}`: {runs} flights of {minutes} minutes for each row, seeds from\n\
+         Made by `cargo lab consistency --runs {runs} --minutes {minutes} --first-seed {first_seed}` (version {}): {runs} flights of {minutes} minutes for each row, seeds from\n\
          {first_seed} on for the first row, {SEEDS_PER_MODEL} more for each next one. Everything counts from {SETTLED_S} s on.\n\n\
          *ANEES* is eᵀ P⁻¹ e of the estimate's error e and the filter's own covariance P, averaged over the flights at each second and\n\
          divided by its degrees of freedom: 1 if the covariance is right, above 1 where the filter is overconfident, below where it is\n\
@@ -25,7 +25,8 @@ pub(super) fn markdown(arguments: &Args, declared: &[ConsistencyRow], flights: &
          every sensor have the declared noise; effects are drawn from their priors. The vehicle moves by the simulator's equations and\n\
          integrator. Lines, turns, ranges every 30 s. The kinematic model's world is a vehicle that only its declared noise\n\
          moves, on a wide circle; its q is small (5, 5, 2 e-3 m/s²/√Hz; 1.5, 1.5, 3 e-5 rad/s²/√Hz), or it would tumble. Currents have\n\
-         the filter's default prior of 0.3 m/s, drag 0.3 N s/m (a tenth), the clock 1 ms.\n\n"
+         the filter's default prior of 0.3 m/s, drag 0.3 N s/m (a tenth), the clock 1 ms.\n\n",
+        env!("CARGO_PKG_VERSION")
     );
     errors(&mut text, declared);
     if let Some(name) = arguments.plot.as_ref().and_then(|path| path.file_name()) {
