@@ -9,3 +9,6 @@ mod robustness;
 mod simulation;
 mod support;
 mod vectors;
+
+#[path = "../random/mod.rs"]
+mod random;
