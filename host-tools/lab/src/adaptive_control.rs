@@ -164,7 +164,7 @@ pub fn run(args: &EnsembleArgs) -> anyhow::Result<()> {
         let errors: Vec<[Option<f64>; 6]> = errors.iter().filter_map(|flown| flown.root_mean_squares).collect();
         let cell = |i: usize| {
             let column: Vec<f64> = errors.iter().filter_map(|errors| errors[i]).collect();
-            if column.is_empty() { "no trim".to_owned() } else { with_interval(&column, 3) }
+            if errors.is_empty() { "no trim".to_owned() } else { with_interval(&column, 3) }
         };
         let flown = format!("{} of {runs}", errors.len());
         let name = [case.name.to_owned(), gains(*is_adaptive).to_owned(), flown];

@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-    struct Square {
+    struct Stored {
         value: f64,
     }
 
@@ -203,7 +203,7 @@ mod tests {
         (study.to_owned(), seed)
     }
 
-    fn open(path: &Path) -> anyhow::Result<Store<Square>> {
+    fn open(path: &Path) -> anyhow::Result<Store<Stored>> {
         Store::open(Some(path), "this".to_owned())
     }
 
@@ -213,25 +213,25 @@ mod tests {
         let path = folder.path().join("runs.jsonl");
         let store = open(&path).unwrap();
         for (seed, value) in [(1, 0.1 + 0.2), (3, 1.0 / 3.0)] {
-            store.add(key("study", seed), &Square { value }).unwrap();
+            store.add(key("study", seed), &Stored { value }).unwrap();
         }
         let later = open(&path).unwrap();
         assert!(later.has(&key("study", 3)) && !later.has(&key("study", 2)) && !later.has(&key("other", 1)));
         assert_eq!(store.of("study", 1..4), later.of("study", 1..4));
-        assert_eq!(later.of("study", 1..3), [(1, Square { value: 0.1 + 0.2 })]);
+        assert_eq!(later.of("study", 1..3), [(1, Stored { value: 0.1 + 0.2 })]);
     }
 
     #[test]
     fn a_line_cut_off_and_another_build_are_passed_over() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.jsonl");
-        open(&path).unwrap().add(key("study", 1), &Square { value: 1.0 }).unwrap();
+        open(&path).unwrap().add(key("study", 1), &Stored { value: 1.0 }).unwrap();
         let mut file = OpenOptions::new().append(true).open(&path).unwrap();
         write!(file, "{{\"build\":\"another\",\"seed\":2}}\n{{\"build\":").unwrap();
         let store = open(&path).unwrap();
         assert_eq!(store.of("study", 1..9).len(), 1);
-        store.add(key("study", 3), &Square { value: 3.0 }).unwrap();
-        let seeds = |store: &Store<Square>| store.of("study", 1..9).iter().map(|(seed, _)| *seed).collect::<Vec<_>>();
+        store.add(key("study", 3), &Stored { value: 3.0 }).unwrap();
+        let seeds = |store: &Store<Stored>| store.of("study", 1..9).iter().map(|(seed, _)| *seed).collect::<Vec<_>>();
         assert_eq!(seeds(&open(&path).unwrap()), [1, 3]);
         std::fs::write(&path, "{}\n").unwrap();
         let error = open(&path).err().unwrap().to_string();

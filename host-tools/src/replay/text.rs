@@ -4,6 +4,7 @@ use super::compare::Difference;
 use super::ports::Played;
 use super::{Found, Replayed, approximate, board};
 use backseat_logs::session::port_name;
+use backseat_logs::stats::ErrorSummary;
 use serde_json::{Value, json};
 use std::fmt::{self, Write as _};
 use std::path::Path;
@@ -100,7 +101,7 @@ const NOT_EXACT: &str =
 
 fn distance(outcome: &approximate::ApproximateReplay, text: &mut String) {
     let _ = writeln!(text, "not to the bit: {NOT_EXACT}");
-    if let Some([median_m, p95_m, max_m]) = quantiles(&outcome.distances_m) {
+    if let Some(ErrorSummary { median_m, p95_m, max_m, .. }) = ErrorSummary::of(&outcome.distances_m) {
         let _ = writeln!(
             text,
             "distance from the board's position at {} steps: median {median_m:.3} m, 95 % {p95_m:.3} m, max {max_m:.3} m",
@@ -110,13 +111,6 @@ fn distance(outcome: &approximate::ApproximateReplay, text: &mut String) {
     if outcome.unmatched > 0 {
         let _ = writeln!(text, "at {} steps only one of the two had a position", outcome.unmatched);
     }
-}
-
-fn quantiles(values: &[f64]) -> Option<[f64; 3]> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().checked_sub(1)?;
-    Some([0.5, 0.95, 1.0].map(|share| sorted[(share * last as f64).round() as usize]))
 }
 
 pub fn json(log: &Path, replayed: &Replayed) -> String {
@@ -146,8 +140,8 @@ pub fn json(log: &Path, replayed: &Replayed) -> String {
             "steps": outcome.steps,
             "digest": format!("{:016x}", outcome.digest),
             "pulse_edges": outcome.edges,
-            "distance_m": quantiles(&outcome.distances_m)
-                .map(|[median, p95, max]| json!({"median": median, "p95": p95, "max": max})),
+            "distance_m": ErrorSummary::of(&outcome.distances_m)
+                .map(|ErrorSummary { median_m: median, p95_m: p95, max_m: max, .. }| json!({"median": median, "p95": p95, "max": max})),
             "steps_unmatched": outcome.unmatched,
         }),
     };

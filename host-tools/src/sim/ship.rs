@@ -2,6 +2,7 @@
 
 use super::trial;
 use anyhow::{Context, anyhow, bail};
+use backseat_logs::stats::percentile;
 use backseat_topside::{Config, Topside};
 use hil_sim::flight::{FlightLog, ShipSide};
 use hil_sim::scenario::Scenario;
@@ -142,11 +143,8 @@ pub fn companion_text(flight: &FlightLog) -> String {
 
 /// Median and 95 % of values.
 fn quantiles(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let at =
-        |share: f64| values.get(((values.len() as f64 * share) as usize).min(values.len().saturating_sub(1))).copied();
-    Some([at(0.5)?, at(0.95)?])
+    let values: Vec<f64> = values.collect();
+    Some([percentile(&values, 0.5)?, percentile(&values, 0.95)?])
 }
 
 /// How well topside knew ship and vehicle, m; the mean of the vehicle's normalised squared error is 2 where its ellipse

@@ -195,7 +195,7 @@ struct Track<'a> {
 }
 
 /// What one run adds to the averages of one step.
-struct Share {
+struct TrackShare {
     /// Of vehicle and effects.
     transition: DMatrix<f64>,
     /// Q of vehicle and effects.
@@ -222,10 +222,10 @@ pub fn bounds(case: &DeclaredCase, seeds: &[u64]) -> Bounds {
     let grid = (case.duration_s as u64 * SECOND_STEPS / GRID_STEPS) as usize;
     for first in (0..grid).step_by(CHUNK) {
         let count = CHUNK.min(grid - first);
-        let shares: Vec<Vec<Share>> =
+        let shares: Vec<Vec<TrackShare>> =
             tracks.par_iter_mut().map(|track| (0..count).map(|_| track.step()).collect()).collect();
         for k in 0..count {
-            let of_step: Vec<&Share> = shares.iter().map(|run| &run[k]).collect();
+            let of_step: Vec<&TrackShare> = shares.iter().map(|run| &run[k]).collect();
             let steps = (first + k) as u64 * GRID_STEPS;
             advance_ensemble(case, layout, &mut ensemble.0, steps, &of_step);
             if (steps + GRID_STEPS).is_multiple_of(SECOND_STEPS) {
@@ -241,7 +241,7 @@ pub fn bounds(case: &DeclaredCase, seeds: &[u64]) -> Bounds {
     Bounds { ensemble: ensemble.1, track }
 }
 
-fn advance_ensemble(case: &DeclaredCase, layout: Layout, bound: &mut Bound, steps: u64, shares: &[&Share]) {
+fn advance_ensemble(case: &DeclaredCase, layout: Layout, bound: &mut Bound, steps: u64, shares: &[&TrackShare]) {
     if DeclaredWorld::launches(steps) {
         bound.copy(layout.ship(), layout.launched(), 4);
     }
@@ -262,7 +262,7 @@ fn advance_ensemble(case: &DeclaredCase, layout: Layout, bound: &mut Bound, step
 }
 
 impl Track<'_> {
-    fn step(&mut self) -> Share {
+    fn step(&mut self) -> TrackShare {
         let (layout, case) = (self.layout, self.case);
         let steps = self.world.steps;
         if DeclaredWorld::launches(steps) {
@@ -291,7 +291,7 @@ impl Track<'_> {
         if self.world.steps.is_multiple_of(SECOND_STEPS) {
             self.least.push(Least::of(&self.bound));
         }
-        Share { transition: own.transition, noise: own.noise, information }
+        TrackShare { transition: own.transition, noise: own.noise, information }
     }
 
     /// What is measured at the present step, and what arrived on the way to it.

@@ -106,7 +106,7 @@ enum MethodRun {
 }
 
 /// Errors of every seed of every condition.
-type Results = [(&'static Condition, Vec<[f64; 8]>)];
+type MethodErrors = [(&'static Condition, Vec<[f64; 8]>)];
 
 /// Runs the ensemble and prints its table.
 pub fn run(runs: u64, part: &PartArgs, as_json: bool) -> anyhow::Result<()> {
@@ -142,7 +142,7 @@ fn column(errors: &[[f64; 8]], index: usize) -> Vec<f64> {
     errors.iter().map(|row| row[index]).collect()
 }
 
-fn markdown(runs: u64, results: &Results, accelerations: &[AccelerationErrors]) -> String {
+fn markdown(runs: u64, results: &MethodErrors, accelerations: &[AccelerationErrors]) -> String {
     let mut out = String::new();
     let _ = writeln!(
         out,
@@ -169,7 +169,7 @@ fn markdown(runs: u64, results: &Results, accelerations: &[AccelerationErrors]) 
     out
 }
 
-fn json_text(runs: u64, results: &Results) -> String {
+fn json_text(runs: u64, results: &MethodErrors) -> String {
     let rows: Vec<_> = results
         .iter()
         .map(|(condition, errors)| {

@@ -183,7 +183,7 @@ fn table(supplies: &[Supply], flown: Option<&flight_score::Configuration>) -> St
         }
     }
     if let Some(flown) = flown {
-        row("every second", &flown.name, &flown.error, flown.drms_m, Some(ship_state::LENGTH));
+        row("every second", flown.name, &flown.error, flown.drms_m, Some(ship_state::LENGTH));
     }
     format!("{table}\n")
 }

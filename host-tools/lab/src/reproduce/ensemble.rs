@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
 /// Items with their finished runs.
-pub struct Ensemble<'a> {
+pub struct ItemRuns<'a> {
     pub items: &'a [&'static Item],
     /// Runs that were asked for.
     pub runs: u64,
@@ -79,7 +79,7 @@ pub struct Table {
 /// A curve's name and points.
 pub type Curve = (&'static str, Vec<(f64, f64)>);
 
-impl Ensemble<'_> {
+impl ItemRuns<'_> {
     fn finished(&self, item: &Item) -> Vec<Measured> {
         self.store.of(item.study.name, 1..self.runs + 1).into_iter().map(|(_, measured)| measured).collect()
     }

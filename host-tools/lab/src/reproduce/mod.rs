@@ -18,7 +18,7 @@ use crate::store::{Key, Store, version};
 use anyhow::{Context, bail};
 use backseat_logs::output::{self, Existing};
 use backseat_report::console;
-use ensemble::Ensemble;
+use ensemble::ItemRuns;
 use item::Item;
 use std::path::PathBuf;
 use studies::{Measured, Study};
@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if progressed == Progressed::Part {
         return Ok(());
     }
-    let ensemble = Ensemble { items: &items, runs: args.runs, store: &store };
+    let ensemble = ItemRuns { items: &items, runs: args.runs, store: &store };
     if let Some(path) = &page {
         write(args, path, &page::html(&ensemble))?;
     }

@@ -63,12 +63,12 @@ struct ConsistencyRow {
     blocks: Vec<Inside>,
     innovations: Vec<Inside>,
     rejected: u64,
-    bound: Option<Compared>,
+    bound: Option<AgainstBound>,
 }
 
 /// Errors beside their bounds.
 #[derive(Clone, Serialize, Deserialize)]
-struct Compared {
+struct AgainstBound {
     /// Root mean squared errors by second, of [`QUANTITIES`].
     errors: Vec<[f64; 3]>,
     /// Roots of the bounds, along each track and over the ensemble.
@@ -82,7 +82,7 @@ struct Ratio {
     greatest: f64,
 }
 
-impl Compared {
+impl AgainstBound {
     fn new(errors: Vec<[f64; 3]>, bounds: &Bounds) -> Self {
         let roots = |of: &[consistency::Least]| {
             of.iter()
@@ -164,7 +164,7 @@ impl RowJob<'_> {
                 let ensemble = consistency::run(case, seeds)?;
                 let errors = consistency::errors(&ensemble);
                 let bounds = case.bounded.then(|| consistency::bounds(case, seeds));
-                vec![ConsistencyRow::of(&ensemble, bounds.map(|bounds| Compared::new(errors, &bounds)))]
+                vec![ConsistencyRow::of(&ensemble, bounds.map(|bounds| AgainstBound::new(errors, &bounds)))]
             }
             Self::Flights { current } => {
                 let flown = consistency::surveys(minutes, seeds, *current)?;
@@ -176,7 +176,7 @@ impl RowJob<'_> {
 }
 
 impl ConsistencyRow {
-    fn of(ensemble: &consistency::Ensemble, bound: Option<Compared>) -> Self {
+    fn of(ensemble: &consistency::Ensemble, bound: Option<AgainstBound>) -> Self {
         Self {
             name: ensemble.name.clone(),
             blocks: consistency::blocks(ensemble, SETTLED_S),
@@ -200,7 +200,7 @@ fn to_json(arguments: &Args, declared: &[ConsistencyRow], flights: &[Consistency
         };
         Value::Object(all.iter().map(one).collect())
     };
-    let ratios = |compared: &Compared, bound: usize| -> Value {
+    let ratios = |compared: &AgainstBound, bound: usize| -> Value {
         let one = |(quantity, (name, _)): (usize, &(&str, &str))| {
             let ratio = compared.ratio(bound, quantity);
             ((*name).to_owned(), json!({"median": ratio.median, "min": ratio.least, "max": ratio.greatest}))

@@ -52,9 +52,9 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
 }
 
 /// One sample, low-passed without delay: v and s.
-type Smooth = (Vector6<f64>, Vector3<f64>);
+type Smoothed = (Vector6<f64>, Vector3<f64>);
 
-fn smooth(case: &ExperimentLog) -> Vec<Smooth> {
+fn smooth(case: &ExperimentLog) -> Vec<Smoothed> {
     let outputs: Vec<_> = case.data.samples.iter().map(measured).collect();
     let attitude = |x: &Output| Attitude::new(&Vector3::new(x[0], x[1], 0.0));
     low_pass(&outputs, &CUT_OFFS_HZ).iter().map(|x| (x.fixed_rows::<6>(2).into_owned(), attitude(x).down())).collect()
@@ -62,7 +62,7 @@ fn smooth(case: &ExperimentLog) -> Vec<Smooth> {
 
 /// The beginning and the end of every period; the commands of its beginning are held.
 fn instants(case: &ExperimentLog, model: &VehicleModel) -> Vec<[Instant; 2]> {
-    let at = |(velocity, down): &Smooth, input: ActuatorInput| Instant::new(model, velocity, down, &input);
+    let at = |(velocity, down): &Smoothed, input: ActuatorInput| Instant::new(model, velocity, down, &input);
     let periods = smooth(case);
     let periods = periods.windows(2).zip(&case.data.samples);
     periods.map(|(pair, sample)| [0, 1].map(|end| at(&pair[end], sample.input.mean()))).collect()
