@@ -18,6 +18,7 @@ use hil_sim::world::World;
 
 /// The board's step, µs.
 pub const STEP_US: u64 = 100_000;
+const STEP_S: f64 = 0.1;
 /// Speed and depth of the missions, m/s and m.
 pub const SPEED_MPS: f64 = 1.0;
 pub const DEPTH_M: f64 = 3.0;
@@ -117,7 +118,7 @@ impl TrueVehicle {
     /// At time zero.
     pub fn new(parameters: &Parameters, undeclared: Undeclared, start: State, seed: u64) -> Self {
         let undeclared = Undeclared { no_surface: true, ..undeclared };
-        let step_s = STEP_US as f64 * 1e-6 / f64::from(Self::SUBSTEPS);
+        let step_s = STEP_S / f64::from(Self::SUBSTEPS);
         let vehicle = Vehicle::with(parameters, &undeclared, start, step_s, seed);
         Self { vehicle, time_us: 0, input: ActuatorInput::default() }
     }
