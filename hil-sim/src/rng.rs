@@ -52,6 +52,8 @@ pub enum Source {
     RatesColour = 19,
     /// Speed over ground of the ship's GNSS receiver.
     ShipGnssVelocity = 20,
+    /// What a study draws beside the simulation: which world a seed means.
+    Study = 21,
 }
 
 /// The random numbers of one source.
@@ -91,6 +93,11 @@ impl Stream {
     /// A number within [0, 1).
     pub fn uniform(&mut self) -> f64 {
         self.0.random()
+    }
+
+    /// 1 or -1.
+    pub fn sign(&mut self) -> f64 {
+        if self.uniform() < 0.5 { -1.0 } else { 1.0 }
     }
 }
 

@@ -47,8 +47,11 @@ pub enum FlightError {
     Data(#[from] DataError),
 }
 
-/// Sends a board its parameters and its mission.
-fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), BackseatError> {
+/// Sends a board the parameters, the key and the mission of a scenario.
+///
+/// # Errors
+/// A board that does not answer or refuses one of them.
+pub fn prepare<P: Ports>(scenario: &Scenario, client: &mut Client<P>) -> Result<(), BackseatError> {
     client.hello()?;
     client.set_parameters(&board_parameters(scenario))?;
     if scenario.settings.acoustics.key.is_set() {

@@ -2,11 +2,10 @@
 
 use super::Scenario;
 use crate::quantity;
+use crate::rng::{Source, Stream};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::parameters::Installation;
 use backseat_logs::VehicleFile;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 
 /// `[backseat]`.
@@ -101,11 +100,11 @@ impl Scenario {
 #[must_use]
 pub fn perturbed(parameters: &VehicleParameters, share: f64, seed: u64) -> VehicleParameters {
     let mut wrong = *parameters;
-    let mut coin = ChaCha8Rng::seed_from_u64(seed);
+    let mut random = Stream::new(seed, Source::Disturbance);
     let plant = wrong.m_diag.iter_mut().chain(&mut wrong.quadratic_diag);
     let actuators = wrong.cd.iter_mut().chain(&mut wrong.cl).chain(std::iter::once(&mut wrong.beta5_n_s2_per_rad2));
     for value in plant.chain(actuators) {
-        *value *= if coin.random_bool(0.5) { 1.0 + share } else { 1.0 - share };
+        *value *= 1.0 - share * random.sign();
     }
     wrong
 }

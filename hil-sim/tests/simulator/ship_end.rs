@@ -2,6 +2,7 @@
 
 use backseat_core::navigation::Sensor;
 use backseat_link::{Arrival, Client};
+use backseat_logs::stats::percentile;
 use backseat_topside::{Config, Port, Topside};
 use backseat_wire::hostlink::{Mode, ModeReason};
 use backseat_wire::ship_state::Key;
@@ -69,9 +70,8 @@ fn an_abort_of_topside_ends_the_mission() {
 
 /// Median and 95 % of the horizontal errors.
 fn quantiles(errors: impl Iterator<Item = f64>) -> [f64; 2] {
-    let mut errors: Vec<f64> = errors.collect();
-    errors.sort_by(f64::total_cmp);
-    [errors.len() / 2, errors.len() * 95 / 100].map(|index| errors.get(index).copied().unwrap_or(f64::NAN))
+    let errors: Vec<f64> = errors.collect();
+    [0.5, 0.95].map(|share| percentile(&errors, share).unwrap_or(f64::NAN))
 }
 
 fn vehicle_error(flight: &FlightLog) -> [f64; 2] {

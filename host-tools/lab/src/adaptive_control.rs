@@ -6,19 +6,21 @@
 //! feed-forward and LQR gain are worked out anew. Fixed: it keeps the declared vehicle.
 
 use crate::EnsembleArgs;
-use crate::closed_loop::{ClosedLoop, DEPTH_M, SPEED_MPS, STEP_US, across_m, mission_along, start_deep};
+use crate::closed_loop::{self, ClosedLoop, DEPTH_M, SPEED_MPS, STEP_US, across_m, mission_along, start_deep};
+use crate::ensemble::all_runs;
 use crate::intervals::with_interval;
+use crate::store::{Key, version};
 use anyhow::{Context, anyhow};
-use backseat_analysis::ensemble::run_all;
-use backseat_core::control::{ControlConfig, ControlError, ControlLaw, Controller};
+use backseat_core::control::{ControlConfig, ControlLaw};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::identification::theta;
-use backseat_core::navigation::StateParameter;
+use backseat_core::navigation::{Navigator, StateParameter};
 use backseat_core::state::{PHI, U, VehicleState, Z};
 use backseat_estimation::filter::FilterOptions;
 use backseat_report::console;
 use backseat_report::markdown::{markdown_table, wrapped};
-use hil_sim::scenario::{Effect, Line, Scenario, perturbed};
+use hil_sim::scenario::{Effect, Scenario, perturbed};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -33,22 +35,23 @@ const FROM_S: f64 = 1100.0;
 
 /// What is wrong with the declared vehicle, and the law that steers.
 #[derive(Clone, Copy, Debug)]
-struct Case {
+struct SteeringCase {
     name: &'static str,
     wrong_share: f64,
     fin_lost: bool,
     law: ControlLaw,
 }
 
-const RIGHT: Case = Case { name: "LQR, right parameters", wrong_share: 0.0, fin_lost: false, law: ControlLaw::Lqr };
+const RIGHT: SteeringCase =
+    SteeringCase { name: "LQR, right parameters", wrong_share: 0.0, fin_lost: false, law: ControlLaw::Lqr };
 
-const CASES: [Case; 6] = [
+const CASES: [SteeringCase; 6] = [
     RIGHT,
-    Case { name: "LQR, 10 % wrong", wrong_share: 0.1, ..RIGHT },
-    Case { name: "LQR, 30 % wrong", wrong_share: 0.3, ..RIGHT },
-    Case { name: "LQR, a fin lost", fin_lost: true, ..RIGHT },
-    Case { name: "PD, 30 % wrong", wrong_share: 0.3, law: ControlLaw::Pd, ..RIGHT },
-    Case { name: "PD, a fin lost", fin_lost: true, law: ControlLaw::Pd, ..RIGHT },
+    SteeringCase { name: "LQR, 10 % wrong", wrong_share: 0.1, ..RIGHT },
+    SteeringCase { name: "LQR, 30 % wrong", wrong_share: 0.3, ..RIGHT },
+    SteeringCase { name: "LQR, a fin lost", fin_lost: true, ..RIGHT },
+    SteeringCase { name: "PD, 30 % wrong", wrong_share: 0.3, law: ControlLaw::Pd, ..RIGHT },
+    SteeringCase { name: "PD, a fin lost", fin_lost: true, law: ControlLaw::Pd, ..RIGHT },
 ];
 
 /// Columns of the table: root mean squares.
@@ -69,88 +72,71 @@ const READING: &str = "With wrong parameters, following them holds depth and spe
      one factor for the lift of all four fins, which cannot be right where one of them is gone. Intervals that reach below zero \
      are of few flights that went far off.";
 
-/// A vehicle at sea: what is measured goes to the filter, its estimate steers.
-struct Flight {
-    sea: ClosedLoop,
-    controller: Box<Controller>,
-    declared: VehicleParameters,
-    lines: Vec<Line>,
+/// The declared vehicle with the factors that the filter holds.
+fn held(declared: &VehicleParameters, navigator: &Navigator) -> VehicleParameters {
+    let mut held = *declared;
+    for estimate in navigator.main().estimates() {
+        if let StateParameter::LogFactor(j) = estimate.parameter {
+            theta::scale(&mut held, usize::from(j), estimate.value.exp());
+        }
+    }
+    held
 }
 
-impl Flight {
-    /// `None` where the declared vehicle has no trim at the speed of the mission, so that no gain can be worked out for
-    /// it: the board would refuse it.
-    fn new(case: &Case, seed: u64) -> anyhow::Result<Option<Self>> {
-        let mut scenario = Scenario::built_in("survey")?;
-        let settings = &mut scenario.settings;
-        settings.seed = seed;
-        start_deep(settings);
-        if case.fin_lost {
-            let values = [("fin", (1 + seed % 4) as f64), ("share", 0.0), ("time_s", LOST_S)];
-            settings.effects.push(Effect::new("fin_lost", &values).map_err(|error| anyhow!(error))?);
-        }
-        let lines = settings.lines();
-        let mut vehicle = scenario.vehicle.clone();
-        vehicle.parameters = perturbed(&vehicle.parameters, case.wrong_share, seed);
-        let model = VehicleModel::new(&vehicle.parameters).map_err(|error| anyhow!("declared vehicle: {error}"))?;
-        let sea = ClosedLoop::new(&scenario, &vehicle, &model, &FilterOptions::robust(&vehicle).navigation)?;
-        let mut controller = Box::new(Controller::new());
-        let control = ControlConfig { law: case.law, ..ControlConfig::REFERENCE };
-        match controller.configure(&control, &model) {
-            Err(ControlError::NoTrim) => return Ok(None),
-            configured => configured.map_err(|error| anyhow!("controller: {error:?}"))?,
-        }
-        controller.set_mission(&mission_along(&lines)?);
-        let state = VehicleState::from_column_slice(&sea.world.truth().state);
-        controller.start(&state).map_err(|error| anyhow!("start: {error:?}"))?;
-        Ok(Some(Self { sea, controller, declared: vehicle.parameters, lines }))
-    }
-
-    /// The declared vehicle with the factors that the filter holds.
-    fn held(&self) -> VehicleParameters {
-        let mut held = self.declared;
-        for estimate in self.sea.navigator.main().estimates() {
-            if let StateParameter::LogFactor(j) = estimate.parameter {
-                theta::scale(&mut held, usize::from(j), estimate.value.exp());
-            }
-        }
-        held
-    }
+/// A finished flight.
+#[derive(Clone, Serialize, Deserialize)]
+struct SteeringErrors {
+    /// In the order of [`COLUMNS`]; none of a declared vehicle that could not start.
+    root_mean_squares: Option<[Option<f64>; COLUMNS.len()]>,
 }
 
-/// Root mean squares of a flight, in the order of [`COLUMNS`]; `None` of a vehicle that could not start.
-fn fly(case: &Case, seed: u64, is_adaptive: bool, minutes: f64) -> anyhow::Result<Option<[f64; 6]>> {
-    let Some(mut flight) = Flight::new(case, seed)? else { return Ok(None) };
-    let (mut squares, mut counts) = ([0.0; 6], [0.0; 6]);
-    for time_us in (STEP_US..=(60.0e6 * minutes) as u64).step_by(STEP_US as usize) {
-        flight.sea.advance(time_us)?;
+fn fly(case: &SteeringCase, seed: u64, is_adaptive: bool, minutes: f64) -> anyhow::Result<SteeringErrors> {
+    let mut scenario = Scenario::built_in("survey")?;
+    let settings = &mut scenario.settings;
+    settings.seed = seed;
+    start_deep(settings);
+    if case.fin_lost {
+        let values = [("fin", (1 + seed % 4) as f64), ("share", 0.0), ("time_s", LOST_S)];
+        settings.effects.push(Effect::new("fin_lost", &values).map_err(|error| anyhow!(error))?);
+    }
+    let lines = settings.lines();
+    let mut vehicle = scenario.vehicle.clone();
+    vehicle.parameters = perturbed(&vehicle.parameters, case.wrong_share, seed);
+    let model = VehicleModel::new(&vehicle.parameters).map_err(|error| anyhow!("declared vehicle: {error}"))?;
+    let mut sea = ClosedLoop::new(&scenario, &vehicle, &model, &FilterOptions::robust(&vehicle).navigation)?;
+    let config = ControlConfig { law: case.law, ..ControlConfig::REFERENCE };
+    let start = VehicleState::from_column_slice(&sea.world.truth().state);
+    let controller = closed_loop::controller(&config, &model, &mission_along(&lines)?, &start)?;
+    let Some(mut controller) = controller else { return Ok(SteeringErrors { root_mean_squares: None }) };
+    let (mut squares, mut count) = ([0.0; COLUMNS.len()], 0.0);
+    closed_loop::fly(&mut sea, STEP_US..=(60.0e6 * minutes) as u64, |time_us, sea| {
         if is_adaptive
             && time_us % RENEWAL_US == 0
-            && let Ok(model) = VehicleModel::new(&flight.held())
+            && let Ok(model) = VehicleModel::new(&held(&vehicle.parameters, &sea.navigator))
         {
-            flight.controller.set_model(&model);
+            controller.set_model(&model);
         }
-        let Flight { sea, controller, lines, .. } = &mut flight;
         let command = controller.command(time_us, sea.navigator.state(), sea.navigator.current());
-        sea.actuate(time_us, command.input);
         let truth = sea.world.truth().state;
-        let Some(across_m) = across_m(lines, &truth).filter(|_| time_us as f64 * 1e-6 > FROM_S) else { continue };
-        let fins_rad = command.input.fins_rad;
-        let fins = (fins_rad.iter().map(|fin| fin * fin).sum::<f64>() / 4.0).sqrt();
-        let errors = [
-            command.error.cross_m,
-            across_m,
-            truth[Z] - DEPTH_M,
-            truth[U] - SPEED_MPS,
-            truth[PHI].to_degrees(),
-            fins.to_degrees(),
-        ];
-        for ((sum, count), error) in squares.iter_mut().zip(&mut counts).zip(errors) {
-            *sum += error * error;
-            *count += 1.0;
+        if let Some(across_m) = across_m(&lines, &truth).filter(|_| time_us as f64 * 1e-6 > FROM_S) {
+            let fins_rad = command.input.fins_rad;
+            let fins = (fins_rad.iter().map(|fin| fin * fin).sum::<f64>() / 4.0).sqrt();
+            let errors = [
+                command.error.cross_m,
+                across_m,
+                truth[Z] - DEPTH_M,
+                truth[U] - SPEED_MPS,
+                truth[PHI].to_degrees(),
+                fins.to_degrees(),
+            ];
+            squares.iter_mut().zip(errors).for_each(|(sum, error)| *sum += error * error);
+            count += 1.0;
         }
-    }
-    Ok(Some(core::array::from_fn(|column| f64::sqrt(squares[column] / counts[column]))))
+        Ok(Some(command.input))
+    })?;
+    // A flight that ends before the errors count has none.
+    let root_mean = |sum: f64| (count > 0.0).then(|| f64::sqrt(sum / count));
+    Ok(SteeringErrors { root_mean_squares: Some(squares.map(root_mean)) })
 }
 
 /// Runs the study.
@@ -159,27 +145,32 @@ fn fly(case: &Case, seed: u64, is_adaptive: bool, minutes: f64) -> anyhow::Resul
 /// A flight that fails; a page that cannot be written.
 pub fn run(args: &EnsembleArgs) -> anyhow::Result<()> {
     let minutes = args.minutes.unwrap_or(MINUTES);
-    let seeds = args.first_seed..args.first_seed + args.runs;
-    let jobs: Vec<(Case, bool, u64)> = CASES
+    let rows: Vec<(&SteeringCase, bool)> =
+        CASES.iter().flat_map(|case| [false, true].map(|is_adaptive| (case, is_adaptive))).collect();
+    let gains = |is_adaptive: bool| if is_adaptive { "adaptive" } else { "fixed" };
+    let jobs: Vec<(Key, (&SteeringCase, bool))> = rows
         .iter()
-        .flat_map(|case| [false, true].map(|is_adaptive| (*case, is_adaptive)))
-        .flat_map(|(case, is_adaptive)| seeds.clone().map(move |seed| (case, is_adaptive, seed)))
+        .flat_map(|row| args.seeds().map(|seed| ((format!("{}, {}", row.0.name, gains(row.1)), seed), *row)))
         .collect();
-    let flown = run_all("flights", &jobs, |(case, is_adaptive, seed)| fly(case, *seed, *is_adaptive, minutes))?;
+    let version = version("adaptive-control", &format!("{minutes} min"))?;
+    let flown = all_runs("flights", &args.part, version, &jobs, |seed, (case, is_adaptive)| {
+        fly(case, seed, *is_adaptive, minutes)
+    })?;
+    let Some(flown) = flown else { return Ok(()) };
     let runs = args.runs as usize;
     let mut table = markdown_table(["", "gains", "flown"].into_iter().chain(COLUMNS));
-    let mut rows: Vec<Value> = Vec::new();
-    for (jobs, errors) in jobs.chunks(runs).zip(flown.chunks(runs)) {
-        let Some((case, is_adaptive, _)) = jobs.first() else { continue };
-        let gains = if *is_adaptive { "adaptive" } else { "fixed" };
-        let errors: Vec<[f64; 6]> = errors.iter().flatten().copied().collect();
+    let mut json_rows: Vec<Value> = Vec::new();
+    for ((case, is_adaptive), errors) in rows.iter().zip(flown.chunks(runs)) {
+        let errors: Vec<[Option<f64>; 6]> = errors.iter().filter_map(|flown| flown.root_mean_squares).collect();
         let cell = |i: usize| {
-            let column: Vec<f64> = errors.iter().map(|errors| errors[i]).collect();
-            if column.is_empty() { "no trim".to_owned() } else { with_interval(&column, 3) }
+            let column: Vec<f64> = errors.iter().filter_map(|errors| errors[i]).collect();
+            if errors.is_empty() { "no trim".to_owned() } else { with_interval(&column, 3) }
         };
         let flown = format!("{} of {runs}", errors.len());
-        table.add_row([case.name.to_owned(), gains.to_owned(), flown].into_iter().chain((0..COLUMNS.len()).map(cell)));
-        rows.push(json!({"case": case.name, "gains": gains, "flown": errors.len(), "root_mean_squares": errors}));
+        let name = [case.name.to_owned(), gains(*is_adaptive).to_owned(), flown];
+        table.add_row(name.into_iter().chain((0..COLUMNS.len()).map(cell)));
+        let gains = gains(*is_adaptive);
+        json_rows.push(json!({"case": case.name, "gains": gains, "flown": errors.len(), "root_mean_squares": errors}));
     }
     let last = args.first_seed + args.runs - 1;
     let mut page = String::from("# Adaptive control\n\n");
@@ -199,6 +190,6 @@ pub fn run(args: &EnsembleArgs) -> anyhow::Result<()> {
     if let Some(path) = &args.out {
         std::fs::write(path, &page).with_context(|| path.display().to_string())?;
     }
-    let text = if args.json { format!("{}\n", json!({"columns": COLUMNS, "rows": rows})) } else { page };
+    let text = if args.json { format!("{}\n", json!({"columns": COLUMNS, "rows": json_rows})) } else { page };
     console::print(text.as_bytes())
 }

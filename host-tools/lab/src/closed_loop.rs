@@ -1,21 +1,24 @@
-//! A closed loop without a board: the simulator's vehicle, a filter that sees its sensors, and whoever steers on the
-//! filter's estimate.
+//! A closed loop without a board: the simulator's vehicle, and whoever steers it. Steered on a filter's estimate it is a
+//! [`ClosedLoop`], on its true state a [`TrueVehicle`]; [`fly`] is the loop of both.
 
 use anyhow::anyhow;
 use backseat_core::control::mission::{Mission, Waypoint};
+use backseat_core::control::{ControlConfig, ControlError, Controller};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
     AcousticPath, InitialState, Measurement, NavigationConfig, Navigator, ShipEnd, ShipReport, VehicleEnd,
 };
 use backseat_core::state::{PSI, VehicleState, X, Y};
+use backseat_identify::plan::Body;
 use backseat_logs::VehicleFile;
 use hil_sim::observation::{Observation, ObservationKind};
 use hil_sim::scenario::{Line, Plant, Scenario, Settings, Start};
-use hil_sim::truth::Actuators;
+use hil_sim::truth::{Actuators, Parameters, State, Undeclared, Vehicle, Water};
 use hil_sim::world::World;
 
 /// The board's step, µs.
 pub const STEP_US: u64 = 100_000;
+const STEP_S: f64 = 0.1;
 /// Speed and depth of the missions, m/s and m.
 pub const SPEED_MPS: f64 = 1.0;
 pub const DEPTH_M: f64 = 3.0;
@@ -26,17 +29,128 @@ pub fn start_deep(settings: &mut Settings) {
     settings.plant = Plant { surface: false, ..settings.plant };
 }
 
+/// A mission of waypoints.
+///
+/// # Errors
+/// More waypoints than a mission holds.
+pub fn mission(waypoints: impl IntoIterator<Item = Waypoint>) -> anyhow::Result<Mission> {
+    let mut mission = Mission::new();
+    for waypoint in waypoints {
+        mission.push(waypoint).map_err(|error| anyhow!("mission: {error:?}"))?;
+    }
+    Ok(mission)
+}
+
 /// The mission along these lines.
 ///
 /// # Errors
 /// More lines than a mission holds.
 pub fn mission_along(lines: &[Line]) -> anyhow::Result<Mission> {
-    let mut mission = Mission::new();
-    for [x_m, y_m] in lines.iter().flat_map(|line| [line.from_m, line.to_m]) {
-        let waypoint = Waypoint { x_m, y_m, depth_m: DEPTH_M, speed_mps: SPEED_MPS };
-        mission.push(waypoint).map_err(|error| anyhow!("mission: {error:?}"))?;
+    let ends = lines.iter().flat_map(|line| [line.from_m, line.to_m]);
+    mission(ends.map(|[x_m, y_m]| Waypoint { x_m, y_m, depth_m: DEPTH_M, speed_mps: SPEED_MPS }))
+}
+
+/// The board's controller under way on a mission; `None` where the model has no trim at the speed of the mission, so
+/// that no gain can be worked out for it: the board would refuse it.
+///
+/// # Errors
+/// Anything else that the controller refuses.
+pub fn controller(
+    config: &ControlConfig,
+    model: &VehicleModel,
+    mission: &Mission,
+    x: &VehicleState,
+) -> anyhow::Result<Option<Box<Controller>>> {
+    let mut controller = Box::new(Controller::new());
+    match controller.configure(config, model) {
+        Err(ControlError::NoTrim) => return Ok(None),
+        configured => configured.map_err(|error| anyhow!("controller: {error:?}"))?,
     }
-    Ok(mission)
+    controller.set_mission(mission);
+    controller.start(x).map_err(|error| anyhow!("start: {error:?}"))?;
+    Ok(Some(controller))
+}
+
+/// A vehicle that can be steered.
+pub trait Steered {
+    /// Moves it to a time, µs, under the last command.
+    ///
+    /// # Errors
+    /// Its filter failed.
+    fn advance(&mut self, to_us: u64) -> anyhow::Result<()>;
+    /// The command from a time on, µs.
+    fn actuate(&mut self, time_us: u64, input: ActuatorInput);
+}
+
+/// The flight loop: at every step of the board the vehicle is moved there, looked at and commanded, until the end of
+/// the times or of the commands; whether it was that of the commands.
+///
+/// # Errors
+/// Of the vehicle, or of what steers it.
+pub fn fly<V: Steered>(
+    vehicle: &mut V,
+    times_us: std::ops::RangeInclusive<u64>,
+    mut steer: impl FnMut(u64, &V) -> anyhow::Result<Option<ActuatorInput>>,
+) -> anyhow::Result<bool> {
+    for time_us in times_us.step_by(STEP_US as usize) {
+        vehicle.advance(time_us)?;
+        let Some(input) = steer(time_us, vehicle)? else { return Ok(true) };
+        vehicle.actuate(time_us, input);
+    }
+    Ok(false)
+}
+
+fn actuators(input: &ActuatorInput) -> Actuators {
+    Actuators { propeller_radps: input.propeller_radps, fins_rad: input.fins_rad }
+}
+
+/// The simulator's vehicle alone in still water without a surface, its true state known to whoever steers it.
+pub struct TrueVehicle {
+    vehicle: Vehicle,
+    time_us: u64,
+    input: ActuatorInput,
+}
+
+impl TrueVehicle {
+    /// Steps of the true vehicle in one of the board's.
+    const SUBSTEPS: u32 = 5;
+
+    /// At time zero.
+    pub fn new(parameters: &Parameters, undeclared: Undeclared, start: State, seed: u64) -> Self {
+        let undeclared = Undeclared { no_surface: true, ..undeclared };
+        let step_s = STEP_S / f64::from(Self::SUBSTEPS);
+        let vehicle = Vehicle::with(parameters, &undeclared, start, step_s, seed);
+        Self { vehicle, time_us: 0, input: ActuatorInput::default() }
+    }
+}
+
+impl Body for TrueVehicle {
+    fn state(&self) -> VehicleState {
+        let x = self.vehicle.state();
+        let parts = [x.position_m(), x.euler_rad(), x.velocity_mps(), x.rates_radps()];
+        VehicleState::from_iterator(parts.into_iter().flatten())
+    }
+
+    fn step(&mut self, input: &ActuatorInput) {
+        for _ in 0..Self::SUBSTEPS {
+            self.vehicle.step(&actuators(input), &Water::default());
+        }
+        self.time_us += STEP_US;
+    }
+}
+
+impl Steered for TrueVehicle {
+    fn advance(&mut self, to_us: u64) -> anyhow::Result<()> {
+        while self.time_us < to_us {
+            let input = self.input;
+            self.step(&input);
+        }
+        Ok(())
+    }
+
+    fn actuate(&mut self, _: u64, input: ActuatorInput) {
+        self.input = input;
+    }
 }
 
 /// Distance of a state from the line that it flies, m; none in turns and before the first.
@@ -82,11 +196,14 @@ impl ClosedLoop {
         Ok(Self { world, navigator, input: ActuatorInput::default() })
     }
 
-    /// Moves world and filter to a time: depth, attitude, rates and acoustic packets go to the filter, no DVL.
-    ///
-    /// # Errors
-    /// A filter that fails.
-    pub fn advance(&mut self, to_us: u64) -> anyhow::Result<()> {
+    fn predict(&mut self, to_us: u64) -> anyhow::Result<()> {
+        self.navigator.predict(to_us, &self.input).map_err(|error| anyhow!("filter: {error:?}"))
+    }
+}
+
+impl Steered for ClosedLoop {
+    /// Depth, attitude, rates and acoustic packets go to the filter, no DVL.
+    fn advance(&mut self, to_us: u64) -> anyhow::Result<()> {
         let mut observed: Vec<Observation> = Vec::new();
         self.world.advance(to_us, &mut |observation| observed.push(*observation));
         for observation in observed {
@@ -119,14 +236,8 @@ impl ClosedLoop {
         self.predict(to_us)
     }
 
-    fn predict(&mut self, to_us: u64) -> anyhow::Result<()> {
-        self.navigator.predict(to_us, &self.input).map_err(|error| anyhow!("filter: {error:?}"))
-    }
-
-    /// The command from now on, for the vehicle and for its filter.
-    pub fn actuate(&mut self, time_us: u64, input: ActuatorInput) {
+    fn actuate(&mut self, time_us: u64, input: ActuatorInput) {
         self.input = input;
-        let ActuatorInput { propeller_radps, fins_rad } = input;
-        self.world.set_actuator_targets(time_us, Actuators { propeller_radps, fins_rad });
+        self.world.set_actuator_targets(time_us, actuators(&input));
     }
 }

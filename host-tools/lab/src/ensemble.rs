@@ -1,44 +1,152 @@
-//! An ensemble whose runs are kept: to its end or until Ctrl-C, resumed by the next command.
+//! An ensemble whose runs are kept: to its end or until Ctrl-C, resumed by the next command, in parts on several
+//! machines.
 
 use crate::store::{Key, Store};
-use anyhow::Context;
-use backseat_report::console::Progress;
+use anyhow::{Context, bail};
+use backseat_report::console::{self, Progress};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Runs the jobs on all cores, in their order, and keeps each finished run at once; whether Ctrl-C ended it early.
+/// Where finished runs are kept, and which part of the ensemble is done here.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct PartArgs {
+    /// Keep finished runs in this file and go on from it
+    #[arg(long, value_name = "RUNS.jsonl")]
+    pub store: Option<PathBuf>,
+    /// Do the I-th of N parts only and keep its runs in the store, without a page; `cargo lab merge` joins the stores
+    #[arg(long, value_name = "I/N", requires = "store")]
+    shard: Option<Shard>,
+}
+
+/// A part of an ensemble: the `index`-th of `count`, from 1 on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Shard {
+    index: usize,
+    count: usize,
+}
+
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        let shard = numbers.map(|(index, count)| Self { index, count });
+        let shard = shard.filter(|shard| (1..=shard.count).contains(&shard.index));
+        shard.ok_or_else(|| "expected I/N, I from 1 to N, as in 2/8".to_owned())
+    }
+}
+
+/// How far an ensemble has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progressed {
+    /// Every run is in the store.
+    Whole,
+    /// Ctrl-C ended it early.
+    Interrupted,
+    /// A part of it is in the store, as was asked for.
+    Part,
+}
+
+/// Runs the jobs of this part that the store lacks, on all cores in their order, and keeps each finished run at once.
+/// The jobs of an ensemble must always be given in the same order: it says which part a job belongs to.
 ///
 /// # Errors
 /// The first run that fails; a run that cannot be kept.
 pub fn run_and_keep<J: Sync, R: Clone + Send + Serialize + DeserializeOwned>(
     what: impl Into<String>,
+    part: &PartArgs,
     jobs: &[(Key, J)],
     store: &Store<R>,
     run: impl Fn(u64, &J) -> anyhow::Result<R> + Sync,
-) -> anyhow::Result<bool> {
+) -> anyhow::Result<Progressed> {
     static STOP: AtomicBool = AtomicBool::new(false);
-    if jobs.is_empty() {
-        return Ok(false);
+    let Shard { index, count } = part.shard.unwrap_or(Shard { index: 1, count: 1 });
+    let due: Vec<&(Key, J)> = jobs.iter().skip(index - 1).step_by(count).filter(|(key, _)| !store.has(key)).collect();
+    if !due.is_empty() {
+        let handler = ctrlc::set_handler(|| {
+            if STOP.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+            eprintln!("\nending the runs under way; Ctrl-C once more ends at once");
+        });
+        // A second ensemble of one process (a test) keeps the handler of the first.
+        handler.or_else(|error| if matches!(error, ctrlc::Error::MultipleHandlers) { Ok(()) } else { Err(error) })?;
+        let progress = Progress::new(what, due.len());
+        // In their order: seeds are finished one after the other, so that what an interruption leaves is balanced.
+        due.iter().par_bridge().try_for_each(|(key, job)| {
+            if !STOP.load(Ordering::Relaxed) {
+                let (row, seed) = key;
+                let finished = run(*seed, job).with_context(|| format!("{row} seed {seed}"))?;
+                store.add(key.clone(), &finished)?;
+                progress.advance();
+            }
+            anyhow::Ok(())
+        })?;
     }
-    let handler = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
+    if STOP.load(Ordering::Relaxed) {
+        return Ok(Progressed::Interrupted);
+    }
+    let Some(path) = part.store.as_ref().filter(|_| part.shard.is_some()) else { return Ok(Progressed::Whole) };
+    let done = jobs.iter().skip(index - 1).step_by(count).count();
+    console::print(
+        format!("part {index} of {count}: {done} of {} runs in {}\n", jobs.len(), path.display()).as_bytes(),
+    )?;
+    Ok(Progressed::Part)
+}
+
+/// An ensemble of which nothing is shown before its end: all runs in the order of the jobs, `None` after a part.
+///
+/// # Errors
+/// As [`run_and_keep`]; an interruption, after which the same command goes on if it has a store.
+pub fn all_runs<J: Sync, R: Clone + Send + Serialize + DeserializeOwned>(
+    what: impl Into<String>,
+    part: &PartArgs,
+    version: String,
+    jobs: &[(Key, J)],
+    run: impl Fn(u64, &J) -> anyhow::Result<R> + Sync,
+) -> anyhow::Result<Option<Vec<R>>> {
+    let store = Store::open(part.store.as_deref(), version)?;
+    match run_and_keep(what, part, jobs, &store, run)? {
+        Progressed::Interrupted => bail!("interrupted; with --store the finished runs are kept"),
+        Progressed::Part => Ok(None),
+        Progressed::Whole => {
+            jobs.iter().map(|(key, _)| store.get(key).context("a run is missing")).collect::<Result<_, _>>().map(Some)
         }
-        eprintln!("\nending the runs under way; Ctrl-C once more ends at once");
-    });
-    // A second ensemble of one process (a test) keeps the handler of the first.
-    handler.or_else(|error| if matches!(error, ctrlc::Error::MultipleHandlers) { Ok(()) } else { Err(error) })?;
-    let progress = Progress::new(what, jobs.len());
-    // In their order: seeds are finished one after the other, so that what an interruption leaves is balanced.
-    jobs.iter().par_bridge().try_for_each(|((study, seed), job)| {
-        if !STOP.load(Ordering::Relaxed) {
-            let finished = run(*seed, job).with_context(|| format!("{study} seed {seed}"))?;
-            store.add((*study, *seed), &finished)?;
-            progress.advance();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_share_the_jobs_and_together_are_the_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let jobs: Vec<(Key, u64)> = (1..=7).map(|seed| ((String::new(), seed), 10 * seed)).collect();
+        let run = |store: Option<&str>, shard: Option<&str>| {
+            let store = store.map(|name| folder.path().join(name));
+            let part = PartArgs { store, shard: shard.map(|text| text.parse().unwrap()) };
+            all_runs("jobs", &part, "1".to_owned(), &jobs, |seed, ten| {
+                Ok(std::collections::BTreeMap::from([("x".to_owned(), seed + ten)]))
+            })
+            .unwrap()
+        };
+        let whole = run(None, None).unwrap();
+        assert!(run(Some("a"), Some("1/2")).is_none() && run(Some("b"), Some("2/2")).is_none());
+        let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+        let lines = |path: &PathBuf| std::fs::read_to_string(path).unwrap().lines().count();
+        assert_eq!([lines(&a), lines(&b)], [4, 3]);
+        crate::store::merge(&[a, b], &folder.path().join("c")).unwrap();
+        assert_eq!(run(Some("c"), None).unwrap(), whole);
+    }
+
+    #[test]
+    fn a_part_that_there_is_not_is_refused() {
+        for text in ["0/2", "3/2", "1", "a/b", "1/0", "-1/2"] {
+            assert!(text.parse::<Shard>().is_err(), "{text}");
         }
-        anyhow::Ok(())
-    })?;
-    Ok(STOP.load(Ordering::Relaxed))
+    }
 }

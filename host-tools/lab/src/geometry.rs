@@ -1,24 +1,23 @@
 //! `cargo lab geometry`: where the ship is, against the error of the vehicle's position and its observability.
 
-use crate::EnsembleArgs;
+use crate::ensemble::all_runs;
+use crate::store::{Key, nan, version};
+use crate::{EnsembleArgs, flights};
 use anyhow::Context;
-use backseat_analysis::ensemble::run_all;
 use backseat_analysis::flight_score;
 use backseat_core::navigation::ProcessModel;
 use backseat_estimation::filter::{self, FilterOptions};
-use backseat_link::Client;
 use backseat_logs::Truth;
 use backseat_logs::stats::{ErrorSummary, mean, median};
 use backseat_report::console;
 use backseat_report::markdown::{markdown_table, wrapped};
-use hil_sim::backseat::InProcess;
-use hil_sim::flight::{self, FlightLog};
+use hil_sim::flight::FlightLog;
 use hil_sim::scenario::{Scenario, Ship, ShipTrack};
 use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
-use std::sync::atomic::AtomicBool;
 
 /// Time over which position information is added up, s.
 const WINDOW_S: f64 = 600.0;
@@ -74,15 +73,17 @@ const FILTERS: [(&str, ProcessModel, bool); 3] = [
 ];
 
 /// One flight.
-struct Flown {
+#[derive(Clone, Serialize, Deserialize)]
+struct GeometryFlight {
     /// Smallest eigenvalue of the position information over ten minutes, 1/m²: median and least of the flight.
+    #[serde(deserialize_with = "nan::many")]
     information: [f64; 2],
     /// Median, 95 % and RMS over own DRMS of each filter; none of one that failed.
     errors: [Option<[f64; 3]>; FILTERS.len()],
 }
 
 /// Flies, and shows the measurements to the filters.
-fn fly(ship: &Ship, seed: u64, minutes: f64) -> anyhow::Result<Flown> {
+fn fly(ship: &Ship, seed: u64, minutes: f64) -> anyhow::Result<GeometryFlight> {
     let mut scenario = Scenario::built_in("survey")?;
     let settings = &mut scenario.settings;
     settings.seed = seed;
@@ -91,8 +92,7 @@ fn fly(ship: &Ship, seed: u64, minutes: f64) -> anyhow::Result<Flown> {
     // Steered with a DVL, so that the vehicle keeps its lines whatever the ship does.
     settings.backseat.robust = false;
     settings.backseat.dvl = true;
-    let mut client = Client::new(InProcess::new());
-    let flight = flight::fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})?;
+    let flight = flights::fly(&scenario)?;
     let truth = flight_score::truth_of(&flight);
     let information = information(&flight, &scenario);
     let errors = FILTERS.map(|(_, model, use_dvl)| {
@@ -104,7 +104,7 @@ fn fly(ship: &Ship, seed: u64, minutes: f64) -> anyhow::Result<Flown> {
         };
         error(&flight, &truth, &scenario, &options)
     });
-    Ok(Flown { information, errors })
+    Ok(GeometryFlight { information, errors })
 }
 
 fn error(flight: &FlightLog, truth: &Truth, scenario: &Scenario, options: &FilterOptions) -> Option<[f64; 3]> {
@@ -126,7 +126,7 @@ fn information(flight: &FlightLog, scenario: &Scenario) -> [f64; 2] {
         (sum / variance).symmetric_eigenvalues().min()
     });
     let smallest: Vec<f64> = smallest.collect();
-    [median(&smallest).unwrap_or(f64::NAN), smallest.iter().copied().fold(f64::INFINITY, f64::min)]
+    [median(&smallest).unwrap_or(f64::NAN), smallest.iter().copied().reduce(f64::min).unwrap_or(f64::NAN)]
 }
 
 /// u uᵀ of a direction.
@@ -142,11 +142,14 @@ fn towards([x, y]: [f64; 2]) -> Matrix2<f64> {
 pub fn run(args: &EnsembleArgs) -> anyhow::Result<()> {
     let geometries = geometries();
     let minutes = args.minutes.unwrap_or(MINUTES);
-    let seeds = args.first_seed..args.first_seed + args.runs;
-    let jobs: Vec<(Ship, u64)> =
-        geometries.iter().flat_map(|(_, ship)| seeds.clone().map(|seed| (*ship, seed))).collect();
-    let flown = run_all("geometry", &jobs, |(ship, seed)| fly(ship, *seed, minutes))?;
-    let rows: Vec<(&str, &[Flown])> =
+    let jobs: Vec<(Key, &Ship)> = geometries
+        .iter()
+        .flat_map(|(name, ship)| args.seeds().map(move |seed| (((*name).to_owned(), seed), ship)))
+        .collect();
+    let version = version("geometry", &format!("{minutes} min"))?;
+    let flown = all_runs("geometry", &args.part, version, &jobs, |seed, ship| fly(ship, seed, minutes))?;
+    let Some(flown) = flown else { return Ok(()) };
+    let rows: Vec<(&str, &[GeometryFlight])> =
         geometries.iter().map(|(name, _)| *name).zip(flown.chunks(args.runs as usize)).collect();
     let page = page(&rows, args, minutes);
     if let Some(path) = &args.out {
@@ -156,11 +159,11 @@ pub fn run(args: &EnsembleArgs) -> anyhow::Result<()> {
     console::print(text.as_bytes())
 }
 
-fn median_of(runs: &[Flown], value: impl Fn(&Flown) -> Option<f64>) -> f64 {
+fn median_of(runs: &[GeometryFlight], value: impl Fn(&GeometryFlight) -> Option<f64>) -> f64 {
     median(&runs.iter().filter_map(value).collect::<Vec<f64>>()).unwrap_or(f64::NAN)
 }
 
-fn page(rows: &[(&str, &[Flown])], args: &EnsembleArgs, minutes: f64) -> String {
+fn page(rows: &[(&str, &[GeometryFlight])], args: &EnsembleArgs, minutes: f64) -> String {
     let header = ["ship", "smallest eigenvalue [1/m²], median", "least", "as sigma [m]"];
     let mut table = markdown_table(header.into_iter().chain(FILTERS.map(|(name, ..)| name)));
     for (name, runs) in rows {
@@ -198,7 +201,7 @@ fn page(rows: &[(&str, &[Flown])], args: &EnsembleArgs, minutes: f64) -> String 
     wrapped(&out)
 }
 
-fn json_text(rows: &[(&str, &[Flown])]) -> String {
+fn json_text(rows: &[(&str, &[GeometryFlight])]) -> String {
     let rows: Vec<Value> = rows
         .iter()
         .map(|(name, runs)| {

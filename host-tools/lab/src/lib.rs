@@ -7,6 +7,7 @@ mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
 mod ensemble;
+mod flights;
 pub mod geometry;
 pub mod identification;
 mod intervals;
@@ -16,6 +17,9 @@ pub mod reproduce;
 mod sampled_lqr;
 mod store;
 
+use backseat_report::console;
+use ensemble::PartArgs;
+use std::ops::Range;
 use std::path::PathBuf;
 
 /// Which flights an ensemble has, and where its table goes.
@@ -33,14 +37,50 @@ pub struct EnsembleArgs {
     /// Write the table to this file as well (Markdown)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    part: PartArgs,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
+impl EnsembleArgs {
+    fn seeds(&self) -> Range<u64> {
+        self.first_seed..self.first_seed + self.runs
+    }
+}
+
+/// Stores to be joined.
+#[derive(clap::Args, Clone, Debug)]
+pub struct MergeArgs {
+    /// Stores of one command with the same options, made by the same program
+    #[arg(value_name = "STORE", required = true)]
+    stores: Vec<PathBuf>,
+    /// The store to write; it must not exist
+    #[arg(short, long, value_name = "STORE")]
+    out: PathBuf,
+}
+
+impl MergeArgs {
+    fn run(&self) -> anyhow::Result<()> {
+        let runs = store::merge(&self.stores, &self.out)?;
+        console::print(format!("{runs} runs in {}\n", self.out.display()).as_bytes())
+    }
+}
+
+/// The laboratory: ensembles of seeded simulations, and the thesis reproduced. What makes docs/results.
+///
+/// Nobody who only uses the tools builds it: the tools are in `backseat`.
+#[derive(clap::Parser)]
+#[command(name = "lab", bin_name = "cargo lab", version)]
+pub struct Lab {
+    #[command(subcommand)]
+    command: LabCommand,
+}
+
 /// A study, with its options.
 #[derive(clap::Subcommand)]
-pub enum Study {
+enum LabCommand {
     /// Reproduce the thesis' tables and figures
     Reproduce(reproduce::Args),
     /// Error of every filter where vehicle, sensors and water are not as declared, over an ensemble of seeded missions
@@ -56,7 +96,7 @@ pub enum Study {
     #[command(after_help = "Example:
   cargo lab geometry --runs 5 --out docs/results/geometry.md")]
     Geometry(EnsembleArgs),
-    /// Packet-fed, centralized and information filter on one flight
+    /// What it costs to know the ship from its packets alone: packet-fed and centralized filter on one flight
     PacketNavigation(packet_navigation::Args),
     /// Is the filter's covariance right: normalised errors and innovations, and the Cramér-Rao bound, over an ensemble
     Consistency(consistency::Args),
@@ -68,25 +108,87 @@ pub enum Study {
     FaultDetection(identification::FaultArgs),
     /// A planned identification mission against a lawnmower and open-loop inputs
     Plan(identification::PlanArgs),
+    /// Join the stores of the parts of an ensemble
+    #[command(after_help = MERGE_EXAMPLES)]
+    Merge(MergeArgs),
 }
 
-impl Study {
+const MERGE_EXAMPLES: &str = "\
+Examples:
+  cargo lab geometry --runs 20 --shard 1/2 --store a.jsonl        on one machine
+  cargo lab geometry --runs 20 --shard 2/2 --store b.jsonl        on another, with the same program
+  cargo lab merge a.jsonl b.jsonl -o all.jsonl
+  cargo lab geometry --runs 20 --store all.jsonl --out geometry.md
+
+Results of one version only: the same program, command and conditions. A run that stands in two stores must be the
+same in both.";
+
+impl Lab {
     /// Runs it, prints its tables and writes the files asked for.
     ///
     /// # Errors
     /// A flight or a filter that fails; a file that cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
-        match self {
-            Self::Reproduce(arguments) => reproduce::run(arguments),
-            Self::Navigation(arguments) => navigation::run(arguments),
-            Self::AdaptiveControl(arguments) => adaptive_control::run(arguments),
-            Self::Geometry(arguments) => geometry::run(arguments),
-            Self::PacketNavigation(arguments) => packet_navigation::run(arguments),
-            Self::Consistency(arguments) => consistency::run_command(arguments),
-            Self::DiagnosisAccuracy(arguments) => diagnosis_accuracy::run(arguments),
-            Self::Identification(arguments) => arguments.run(),
-            Self::FaultDetection(arguments) => arguments.run(),
-            Self::Plan(arguments) => arguments.run(),
+        match &self.command {
+            LabCommand::Reproduce(arguments) => reproduce::run(arguments),
+            LabCommand::Navigation(arguments) => navigation::run(arguments),
+            LabCommand::AdaptiveControl(arguments) => adaptive_control::run(arguments),
+            LabCommand::Geometry(arguments) => geometry::run(arguments),
+            LabCommand::PacketNavigation(arguments) => packet_navigation::run(arguments),
+            LabCommand::Consistency(arguments) => consistency::run_command(arguments),
+            LabCommand::DiagnosisAccuracy(arguments) => diagnosis_accuracy::run(arguments),
+            LabCommand::Identification(arguments) => arguments.run(),
+            LabCommand::FaultDetection(arguments) => arguments.run(),
+            LabCommand::Plan(arguments) => arguments.run(),
+            LabCommand::Merge(arguments) => arguments.run(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{CommandFactory as _, Parser as _};
+
+    fn examples(command: &clap::Command) -> Vec<String> {
+        let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        let own = help.lines().filter_map(|line| line.strip_prefix("  cargo ")).map(ToOwned::to_owned);
+        own.chain(command.get_subcommands().flat_map(examples)).collect()
+    }
+
+    #[test]
+    fn every_command_has_an_example_and_every_example_is_understood() {
+        let lab = Lab::command();
+        for command in lab.get_subcommands() {
+            assert!(!examples(command).is_empty(), "{} has no example", command.get_name());
+        }
+        for example in examples(&lab) {
+            is_understood(&example);
+        }
+    }
+
+    fn is_understood(example: &str) {
+        // What follows two spaces says what it is for.
+        let line = example.split("  ").next().unwrap_or_default();
+        let parsed = Lab::try_parse_from(line.split_whitespace());
+        assert!(parsed.is_ok(), "{example}\n{}", parsed.err().map(|error| error.to_string()).unwrap_or_default());
+    }
+
+    #[test]
+    fn every_command_line_of_the_guide_is_understood() {
+        let guide = include_str!("../../../docs/guide/laboratory.md");
+        let lines = guide.lines().filter_map(|line| line.strip_prefix("    "));
+        let own = lines.filter_map(|line| Some(line[line.find("lab ")?..].split(" :::").next()?.to_owned()));
+        let own: Vec<String> = own.collect();
+        assert!(own.len() > 7, "{own:?}");
+        // What the scheduler fills in.
+        own.iter().for_each(|line| is_understood(&line.replace("$SLURM_ARRAY_TASK_ID", "1").replace("{}", "1")));
+    }
+
+    #[test]
+    fn a_part_needs_a_store() {
+        let parsed = |line: &str| Lab::try_parse_from(line.split_whitespace()).is_ok();
+        assert!(parsed("lab geometry --shard 1/2 --store a.jsonl"));
+        assert!(!parsed("lab geometry --shard 1/2") && !parsed("lab geometry --shard 3/2 --store a.jsonl"));
     }
 }

@@ -4,7 +4,7 @@
 use backseat_core::navigation::{EffectStates, ProcessModel};
 use backseat_estimation::filter::{self, FilterOptions};
 use backseat_lab::consistency::{
-    Bound, Case, Ensemble, Inside, Moments, blocks, bounds, cases, errors, innovations, run, run_in,
+    Bound, DeclaredCase, Ensemble, Inside, Moments, blocks, bounds, cases, errors, innovations, run, run_in,
 };
 use backseat_link::Client;
 use backseat_logs::stats::mean;
@@ -17,12 +17,12 @@ use std::sync::atomic::AtomicBool;
 const MINUTES: u32 = 3;
 const SEEDS: std::ops::Range<u64> = 301..341;
 
-fn case(name: &str) -> Case {
+fn case(name: &str) -> DeclaredCase {
     cases(MINUTES).unwrap().into_iter().find(|case| case.name == name).unwrap()
 }
 
-fn flown(case: &Case) -> Ensemble {
-    run(case, &SEEDS.collect::<Vec<_>>(), || {}).unwrap()
+fn flown(case: &DeclaredCase) -> Ensemble {
+    run(case, &SEEDS.collect::<Vec<_>>()).unwrap()
 }
 
 fn of(all: &[Inside], name: &str) -> Inside {
@@ -66,7 +66,7 @@ fn val_filter_with_too_little_declared_noise_is_found_out() {
     let mut declared = world.clone();
     // The world stays; the filter assumes half of its compass noise.
     declared.options.navigation.sensors.attitude_rad *= 0.5;
-    let ensemble = run_in(&world, &declared.options, &SEEDS.collect::<Vec<_>>(), || {}).unwrap();
+    let ensemble = run_in(&world, &declared.options, &SEEDS.collect::<Vec<_>>()).unwrap();
     let vehicle = of(&blocks(&ensemble, 30), "vehicle");
     assert!(vehicle.shares[0] < 0.1 && vehicle.mean > 1.3, "{} {:?}", vehicle.mean, vehicle.shares);
 }
@@ -101,7 +101,7 @@ fn val_speed_learnt_on_a_line_is_hardly_biased() {
 fn val_ranges_to_first_order_are_overconfident_in_an_unknown_current() {
     let [first, second] = ["dynamic + current, ranges to first order", "dynamic + current"].map(|name| {
         // Twice the default, and long enough for the position to be learnt, and too much of it to be believed.
-        let mut case = Case { duration_s: 360, ..case(name) };
+        let mut case = DeclaredCase { duration_s: 360, ..case(name) };
         case.effects.iter_mut().for_each(|prior| prior.sigma = 0.6);
         case.options.navigation.effect_states = EffectStates::water_current(0.6, 1.0e-4);
         of(&blocks(&flown(&case), 120), "position")
@@ -116,8 +116,8 @@ fn val_ranges_to_first_order_are_overconfident_in_an_unknown_current() {
 fn val_errors_are_as_small_as_the_bound() {
     let case = case("dynamic");
     let seeds: Vec<u64> = SEEDS.collect();
-    let errors = errors(&run(&case, &seeds, || {}).unwrap());
-    let bounds = bounds(&case, &seeds[..4], || {});
+    let errors = errors(&run(&case, &seeds).unwrap());
+    let bounds = bounds(&case, &seeds[..4]);
     for (quantity, name) in ["position", "attitude", "velocity"].iter().enumerate() {
         let square = |second: usize| {
             let least = &bounds.track[second];

@@ -3,9 +3,12 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+fn lab(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lab")).args(arguments).current_dir(folder).output().expect("starts")
+}
+
 fn reproduce(folder: &Path, arguments: &[&str]) -> Output {
-    let lab = env!("CARGO_BIN_EXE_lab");
-    Command::new(lab).arg("reproduce").args(arguments).current_dir(folder).output().expect("starts")
+    lab(folder, &[&["reproduce"], arguments].concat())
 }
 
 fn ok(output: &Output) -> &[u8] {
@@ -62,4 +65,28 @@ fn an_unknown_item_is_refused_with_what_there_is() {
         assert!(message.contains(id), "{message}");
     }
     assert_eq!(reproduce(Path::new("."), &[CHEAP, "--runs", "0"]).status.code(), Some(2));
+}
+
+#[test]
+fn two_parts_merged_give_the_same_page_as_one_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let runs = |more: &[&str]| reproduce(folder.path(), &[&[CHEAP, "--runs", "3"], more].concat());
+    let whole = runs(&["--markdown", "whole.md"]);
+    for (part, store) in [("1/2", "a.jsonl"), ("2/2", "b.jsonl")] {
+        let text = runs(&["--shard", part, "--store", store]);
+        assert!(String::from_utf8_lossy(ok(&text)).contains("of 3 runs in"), "{text:?}");
+    }
+    ok(&lab(folder.path(), &["merge", "a.jsonl", "b.jsonl", "-o", "both.jsonl"]));
+    let merged = runs(&["--store", "both.jsonl", "--markdown", "merged.md"]);
+    assert_eq!(ok(&merged), ok(&whole));
+    assert_eq!(page("merged.md"), page("whole.md"));
+    assert_eq!(page("both.jsonl").iter().filter(|byte| **byte == b'\n').count(), 3, "a run was done again");
+
+    // A result of another program is refused by file and line.
+    let other = String::from_utf8(page("b.jsonl")).unwrap().replacen("\"build\":\"", "\"build\":\"0", 1);
+    std::fs::write(folder.path().join("c.jsonl"), other).unwrap();
+    let refused = lab(folder.path(), &["merge", "a.jsonl", "c.jsonl", "-o", "all.jsonl"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("c.jsonl, line 1: a result of version"), "{refused:?}");
 }

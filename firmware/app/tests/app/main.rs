@@ -18,3 +18,6 @@ mod step_watch;
 mod streams;
 mod time;
 mod world;
+
+#[path = "../random/mod.rs"]
+mod random;

@@ -1,29 +1,15 @@
 //! The parameter store in a model of NOR flash whose power can be cut at any operation.
 
+mod random;
+
 use backseat_app::parameters::{PARAMETERS, Settings};
 use backseat_app::store::{Geometry, ParameterFlash, Refused, SaveError, WORD};
 use backseat_core::parameters::Kind;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use random::Random;
 
 const SECTOR: usize = 4096;
 const CAPACITY: usize = 2 * SECTOR;
-
-/// SplitMix64 (Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: u64) -> u64 {
-        self.next() % n
-    }
-}
 
 /// What the operation leaves behind during which the power goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -167,7 +153,7 @@ impl NorFlash for Flash {
         let torn = self.operate()?;
         let erased = match torn {
             Torn::Before => from..from,
-            Torn::Half => from..from + SECTOR * (Random(self.random).below(16) as usize) / 16,
+            Torn::Half => from..from + SECTOR * Random(self.random).below(16) / 16,
             Torn::Garbage | Torn::Unreadable => {
                 self.scramble(from..to, torn == Torn::Garbage);
                 return self.finish();
@@ -285,8 +271,8 @@ fn cut_after_cut() {
     let mut present = set(0);
     for seed in 1..2000 {
         let new = set(seed);
-        let torn = TORN[random.below(5) as usize];
-        let mut cut = store(flash.cut_at(random.below(48) as usize, torn, random.next()));
+        let torn = TORN[random.below(5)];
+        let mut cut = store(flash.cut_at(random.below(48), torn, random.next()));
         // beyond the last operation the save succeeds
         let kept = cut.save(&new).is_ok();
         flash = cut.release().powered();

@@ -21,8 +21,8 @@
 //! recursion along every single true track, the covariances averaged afterwards. It is not below the first (Jensen),
 //! and an estimator that loses nothing by linearisation reaches it.
 
-use super::case::{Case, Effect};
-use super::declared::{AHRS_STEPS, DEPTH_STEPS, DVL_STEPS, GRID_STEPS, RangeArrival, SECOND_STEPS, World};
+use super::case::{DeclaredCase, DeclaredEffect};
+use super::declared::{AHRS_STEPS, DEPTH_STEPS, DVL_STEPS, DeclaredWorld, GRID_STEPS, RangeArrival, SECOND_STEPS};
 use super::motion::{self, Smooth};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
@@ -115,14 +115,14 @@ impl Bound {
 
 /// A measured arrival, or any measurement: ∂h/∂x and variances.
 #[derive(Clone, Debug)]
-pub struct Measured {
+pub struct Sensed {
     /// H.
     pub gradient: DMatrix<f64>,
     /// Diagonal of R.
     pub variances: Vec<f64>,
 }
 
-impl Measured {
+impl Sensed {
     fn add_to(&self, information: &mut DMatrix<f64>) {
         for (row, variance) in self.gradient.row_iter().zip(&self.variances) {
             information.ger(1.0 / variance, &row.transpose(), &row.transpose(), 1.0);
@@ -187,15 +187,15 @@ impl Layout {
 
 /// One run, and the bound along its own track.
 struct Track<'a> {
-    case: &'a Case,
+    case: &'a DeclaredCase,
     layout: Layout,
-    world: World<'a>,
+    world: DeclaredWorld<'a>,
     bound: Bound,
     least: Vec<Least>,
 }
 
 /// What one run adds to the averages of one step.
-struct Share {
+struct TrackShare {
     /// Of vehicle and effects.
     transition: DMatrix<f64>,
     /// Q of vehicle and effects.
@@ -205,7 +205,7 @@ struct Share {
 
 /// Both bounds over the runs of these seeds.
 #[must_use]
-pub fn bounds(case: &Case, seeds: &[u64], progress: impl Fn()) -> Bounds {
+pub fn bounds(case: &DeclaredCase, seeds: &[u64]) -> Bounds {
     let layout = Layout { effects: case.effects.len() };
     let prior = Bound::new(prior_covariance(case, layout));
     let mut tracks: Vec<Track> = seeds
@@ -213,7 +213,7 @@ pub fn bounds(case: &Case, seeds: &[u64], progress: impl Fn()) -> Bounds {
         .map(|seed| Track {
             case,
             layout,
-            world: World::new(case, *seed),
+            world: DeclaredWorld::new(case, *seed),
             bound: prior.clone(),
             least: vec![Least::of(&prior)],
         })
@@ -222,17 +222,16 @@ pub fn bounds(case: &Case, seeds: &[u64], progress: impl Fn()) -> Bounds {
     let grid = (case.duration_s as u64 * SECOND_STEPS / GRID_STEPS) as usize;
     for first in (0..grid).step_by(CHUNK) {
         let count = CHUNK.min(grid - first);
-        let shares: Vec<Vec<Share>> =
+        let shares: Vec<Vec<TrackShare>> =
             tracks.par_iter_mut().map(|track| (0..count).map(|_| track.step()).collect()).collect();
         for k in 0..count {
-            let of_step: Vec<&Share> = shares.iter().map(|run| &run[k]).collect();
+            let of_step: Vec<&TrackShare> = shares.iter().map(|run| &run[k]).collect();
             let steps = (first + k) as u64 * GRID_STEPS;
             advance_ensemble(case, layout, &mut ensemble.0, steps, &of_step);
             if (steps + GRID_STEPS).is_multiple_of(SECOND_STEPS) {
                 ensemble.1.push(Least::of(&ensemble.0));
             }
         }
-        progress();
     }
     let mut track = vec![Least::default(); ensemble.1.len()];
     for run in &tracks {
@@ -242,8 +241,8 @@ pub fn bounds(case: &Case, seeds: &[u64], progress: impl Fn()) -> Bounds {
     Bounds { ensemble: ensemble.1, track }
 }
 
-fn advance_ensemble(case: &Case, layout: Layout, bound: &mut Bound, steps: u64, shares: &[&Share]) {
-    if World::launches(steps) {
+fn advance_ensemble(case: &DeclaredCase, layout: Layout, bound: &mut Bound, steps: u64, shares: &[&TrackShare]) {
+    if DeclaredWorld::launches(steps) {
         bound.copy(layout.ship(), layout.launched(), 4);
     }
     let count = shares.len() as f64;
@@ -263,10 +262,10 @@ fn advance_ensemble(case: &Case, layout: Layout, bound: &mut Bound, steps: u64, 
 }
 
 impl Track<'_> {
-    fn step(&mut self) -> Share {
+    fn step(&mut self) -> TrackShare {
         let (layout, case) = (self.layout, self.case);
         let steps = self.world.steps;
-        if World::launches(steps) {
+        if DeclaredWorld::launches(steps) {
             self.bound.copy(layout.ship(), layout.launched(), 4);
         }
         let smooth = motion::to_smooth(&self.world.state);
@@ -292,11 +291,11 @@ impl Track<'_> {
         if self.world.steps.is_multiple_of(SECOND_STEPS) {
             self.least.push(Least::of(&self.bound));
         }
-        Share { transition: own.transition, noise: own.noise, information }
+        TrackShare { transition: own.transition, noise: own.noise, information }
     }
 
     /// What is measured at the present step, and what arrived on the way to it.
-    fn measured(&self, arrival: Option<RangeArrival>) -> Vec<Measured> {
+    fn measured(&self, arrival: Option<RangeArrival>) -> Vec<Sensed> {
         let (layout, case, steps) = (self.layout, self.case, self.world.steps);
         let sensors = &case.options.navigation.sensors;
         let mut y = DVector::zeros(layout.len());
@@ -306,7 +305,7 @@ impl Track<'_> {
         let direct = |first: usize, count: usize, sigma: f64| {
             let mut gradient = DMatrix::zeros(count, layout.len());
             (0..count).for_each(|i| gradient[(i, first + i)] = 1.0);
-            Measured { gradient, variances: vec![sigma * sigma; count] }
+            Sensed { gradient, variances: vec![sigma * sigma; count] }
         };
         let mut out = Vec::new();
         let part = |y: &DVector<f64>, at: usize| Vector3::new(y[at], y[at + 1], y[at + 2]);
@@ -314,17 +313,18 @@ impl Track<'_> {
             out.push(direct(2, 1, sensors.depth_m));
         }
         if due(AHRS_STEPS) {
-            out.push(Measured {
+            out.push(Sensed {
                 variances: sensors.angles_rad().map(|sigma| sigma * sigma).to_vec(),
                 ..direct(3, 3, 1.0)
             });
             let rates = |y: &DVector<f64>| as_vector(motion::rates_by_euler_rates(&part(y, 3)) * part(y, 9));
-            out.push(Measured {
+            out.push(Sensed {
                 gradient: motion::gradient(rates, &y, &[3, 4, 9, 10, 11]),
                 variances: vec![sensors.rates_radps.powi(2); 3],
             });
         }
-        let current = case.effects.iter().position(|prior| prior.effect == Effect::CurrentNorth).map(|at| 12 + at);
+        let current =
+            case.effects.iter().position(|prior| prior.effect == DeclaredEffect::CurrentNorth).map(|at| 12 + at);
         let ground = |y: &DVector<f64>| {
             let [north, east] = current.map_or([0.0; 2], |at| [y[at], y[at + 1]]);
             part(y, 6) + Vector3::new(north, east, 0.0)
@@ -333,7 +333,7 @@ impl Track<'_> {
         if due(DVL_STEPS) && case.options.use_dvl {
             let track = |y: &DVector<f64>| as_vector(motion::rotation(&part(y, 3)).tr_mul(&ground(y)));
             let columns: Vec<usize> = (3..9).chain(currents.clone()).collect();
-            out.push(Measured {
+            out.push(Sensed {
                 gradient: motion::gradient(track, &y, &columns),
                 variances: vec![sensors.dvl_mps.powi(2); 3],
             });
@@ -342,7 +342,8 @@ impl Track<'_> {
             out.push(direct(layout.ship(), 2, sensors.ship_gnss_m));
         }
         if let Some(arrival) = arrival {
-            let clock = case.effects.iter().position(|prior| prior.effect == Effect::ClockOffset).map(|at| 12 + at);
+            let clock =
+                case.effects.iter().position(|prior| prior.effect == DeclaredEffect::ClockOffset).map(|at| 12 + at);
             let launched = layout.launched();
             y.rows_mut(0, 3).copy_from_slice(&arrival.position_m);
             let carried = ground(&y) - part(&y, 6);
@@ -356,7 +357,7 @@ impl Track<'_> {
             };
             let columns: Vec<usize> =
                 (0..3).chain(6..9).chain(currents).chain(clock).chain(launched..launched + 4).collect();
-            out.push(Measured {
+            out.push(Sensed {
                 gradient: motion::gradient(sound, &y, &columns),
                 variances: vec![sensors.range_m.powi(2), sensors.range_rate_mps.powi(2)],
             });
@@ -370,26 +371,26 @@ fn as_vector(v: Vector3<f64>) -> DVector<f64> {
 }
 
 /// Of vehicle and effects over `step_s`.
-fn transition(case: &Case, world: &World, smooth: &Smooth, step_s: f64) -> DMatrix<f64> {
+fn transition(case: &DeclaredCase, world: &DeclaredWorld, smooth: &Smooth, step_s: f64) -> DMatrix<f64> {
     let own = Layout::VEHICLE + case.effects.len();
-    let drag = case.effects.iter().position(|prior| prior.effect == Effect::LinearDrag);
-    let value = drag.map(|_| world.effect(Effect::LinearDrag));
+    let drag = case.effects.iter().position(|prior| prior.effect == DeclaredEffect::LinearDrag);
+    let value = drag.map(|_| world.effect(DeclaredEffect::LinearDrag));
     let vehicle = case.motion.transition(smooth, &world.actuators, step_s, value);
     let mut out = DMatrix::identity(own, own);
     out.view_mut((0, 0), (12, 12)).copy_from(&vehicle.columns(0, 12));
     for (at, prior) in (12..).zip(&case.effects) {
         match prior.effect {
-            Effect::CurrentNorth => out[(0, at)] = step_s,
-            Effect::CurrentEast => out[(1, at)] = step_s,
-            Effect::LinearDrag => out.view_mut((0, at), (12, 1)).copy_from(&vehicle.columns(12, 1)),
-            Effect::ClockOffset => {}
+            DeclaredEffect::CurrentNorth => out[(0, at)] = step_s,
+            DeclaredEffect::CurrentEast => out[(1, at)] = step_s,
+            DeclaredEffect::LinearDrag => out.view_mut((0, at), (12, 1)).copy_from(&vehicle.columns(12, 1)),
+            DeclaredEffect::ClockOffset => {}
         }
     }
     out
 }
 
 /// Q = ∫ Φ(s) G S Gᵀ Φ(s)ᵀ ds by Simpson's rule, exact where Φ is linear in s; Φ at the step's middle and end.
-fn noise(case: &Case, smooth: &Smooth, half: &DMatrix<f64>, whole: &DMatrix<f64>) -> DMatrix<f64> {
+fn noise(case: &DeclaredCase, smooth: &Smooth, half: &DMatrix<f64>, whole: &DMatrix<f64>) -> DMatrix<f64> {
     let mut driven = motion::noise_input(smooth);
     for (mut column, density) in driven.column_iter_mut().zip(case.densities()) {
         column *= density;
@@ -406,10 +407,10 @@ fn noise(case: &Case, smooth: &Smooth, half: &DMatrix<f64>, whole: &DMatrix<f64>
         let q = prior.walk * prior.walk;
         out[(at, at)] = q * STEP_S;
         let position = match prior.effect {
-            Effect::CurrentNorth => 0,
-            Effect::CurrentEast => 1,
+            DeclaredEffect::CurrentNorth => 0,
+            DeclaredEffect::CurrentEast => 1,
             // Their random walk within the step is not yet felt.
-            Effect::LinearDrag | Effect::ClockOffset => continue,
+            DeclaredEffect::LinearDrag | DeclaredEffect::ClockOffset => continue,
         };
         out[(position, position)] += q * STEP_S.powi(3) / 3.0;
         out[(position, at)] += q * STEP_S.powi(2) / 2.0;
@@ -419,7 +420,7 @@ fn noise(case: &Case, smooth: &Smooth, half: &DMatrix<f64>, whole: &DMatrix<f64>
 }
 
 /// With the ship, which moves at constant velocity under white acceleration, and its copy, which stays.
-fn with_ship(case: &Case, layout: Layout, own: &Moments) -> Moments {
+fn with_ship(case: &DeclaredCase, layout: Layout, own: &Moments) -> Moments {
     let (n, at) = (own.transition.nrows(), layout.ship());
     let mut transition = DMatrix::identity(layout.len(), layout.len());
     transition.view_mut((0, 0), (n, n)).copy_from(&own.transition);
@@ -442,7 +443,7 @@ fn with_ship(case: &Case, layout: Layout, own: &Moments) -> Moments {
 }
 
 /// P0 in the coordinates of the bound, at the prior's mean.
-fn prior_covariance(case: &Case, layout: Layout) -> DMatrix<f64> {
+fn prior_covariance(case: &DeclaredCase, layout: Layout) -> DMatrix<f64> {
     let x = &case.vehicle_prior.state;
     let in_filter = |x: &DVector<f64>| {
         let part = |at: usize| [x[at], x[at + 1], x[at + 2]];

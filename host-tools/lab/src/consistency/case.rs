@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// An effect state as it enters the true world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effect {
+pub enum DeclaredEffect {
     /// North of `water_current`, m/s.
     CurrentNorth,
     /// East of `water_current`, m/s.
@@ -26,14 +26,14 @@ pub enum Effect {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectPrior {
     /// Which.
-    pub effect: Effect,
+    pub effect: DeclaredEffect,
     /// One sigma at the start.
     pub sigma: f64,
     /// √PSD of the walk, per √s.
     pub walk: f64,
 }
 
-impl Effect {
+impl DeclaredEffect {
     /// Entry and parameter of the catalogue.
     fn names(self) -> (&'static str, &'static str) {
         match self {
@@ -47,17 +47,17 @@ impl Effect {
 
 /// The current of [`FilterOptions::water_current`].
 const CURRENT: [EffectPrior; 2] = [
-    EffectPrior { effect: Effect::CurrentNorth, sigma: 0.3, walk: 1.0e-4 },
-    EffectPrior { effect: Effect::CurrentEast, sigma: 0.3, walk: 1.0e-4 },
+    EffectPrior { effect: DeclaredEffect::CurrentNorth, sigma: 0.3, walk: 1.0e-4 },
+    EffectPrior { effect: DeclaredEffect::CurrentEast, sigma: 0.3, walk: 1.0e-4 },
 ];
 /// A tenth of the drag at 1 m/s, creeping by a tenth of that.
-const DRAG: EffectPrior = EffectPrior { effect: Effect::LinearDrag, sigma: 0.3, walk: 1.0e-3 };
+const DRAG: EffectPrior = EffectPrior { effect: DeclaredEffect::LinearDrag, sigma: 0.3, walk: 1.0e-3 };
 /// A millisecond: 1.5 m of range.
-const CLOCK: EffectPrior = EffectPrior { effect: Effect::ClockOffset, sigma: 1.0e-3, walk: 1.0e-6 };
+const CLOCK: EffectPrior = EffectPrior { effect: DeclaredEffect::ClockOffset, sigma: 1.0e-3, walk: 1.0e-6 };
 
 /// A world that behaves as declared, and the filter with this declaration.
 #[derive(Clone, Debug)]
-pub struct Case {
+pub struct DeclaredCase {
     /// For tables.
     pub name: &'static str,
     /// The filter.
@@ -80,7 +80,7 @@ pub struct Case {
     pub bounded: bool,
 }
 
-impl Case {
+impl DeclaredCase {
     /// Standard deviations of the accelerations' white noise, √PSD, u, v, w, p, q, r.
     #[must_use]
     pub fn densities(&self) -> [f64; 6] {
@@ -98,16 +98,16 @@ const SHIP_NOISE: f64 = 5.0e-3;
 ///
 /// # Errors
 /// If the built-in scenario cannot be read.
-pub fn cases(minutes: u32) -> Result<Vec<Case>, DataError> {
+pub fn cases(minutes: u32) -> Result<Vec<DeclaredCase>, DataError> {
     let duration_s = 60 * minutes;
     let mut scenario = Scenario::built_in("survey")?;
     // The vehicle is what the file declares: no lag of servos or propeller.
     scenario.settings.plant =
         Plant { servo_rate_radps: 1.0e6, propeller_lag_s: 0.0, surface: false, ..Plant::default() };
     let vehicle = scenario.vehicle.clone();
-    let dynamic = |name, effects: &[EffectPrior]| -> Case {
+    let dynamic = |name, effects: &[EffectPrior]| -> DeclaredCase {
         let vehicle_prior = vehicle_prior(0.0);
-        Case {
+        DeclaredCase {
             name,
             options: options(&vehicle, ProcessModel::Dynamic, effects, vehicle_prior),
             vehicle: vehicle.clone(),

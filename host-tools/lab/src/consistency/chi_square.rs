@@ -1,10 +1,11 @@
 //! Bands of averages of normalised squares.
 
 use backseat_logs::stats::chi_square_quantile;
+use serde::{Deserialize, Serialize};
 
 /// Where the average of normalised squares of a consistent filter lies with a probability of 95 %: χ² of all degrees of
 /// freedom over the number averaged.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Band {
     /// 2.5 % lie below.
     pub low: f64,

@@ -4,7 +4,7 @@
 //! at 3.3 Hz, DVL at 5 Hz, the ship's GNSS at 1 Hz, a packet from the ship every 30 s. A range is measured at the
 //! instant of its arrival, and belongs to the ship at its launch.
 
-use super::case::{Case, Effect};
+use super::case::{DeclaredCase, DeclaredEffect};
 use super::motion::Motion;
 use backseat_core::dynamics::ActuatorInput;
 use backseat_core::parameters::Installation;
@@ -37,11 +37,11 @@ const PRIOR: Source = Source::Mission;
 const EFFECTS: Source = Source::Effects;
 
 /// Ship: north, east, and their velocities.
-pub(super) type Ship = [f64; 4];
+pub(super) type ShipState = [f64; 4];
 
 /// The true state at one whole second.
 #[derive(Clone, Debug)]
-pub struct Truth {
+pub struct TrueState {
     /// Vehicle.
     pub vehicle: VehicleState,
     /// In the order of the case.
@@ -50,10 +50,10 @@ pub struct Truth {
 
 /// A packet under way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Packet {
+pub(super) struct PacketUnderWay {
     pub launch_us: u64,
     /// At launch.
-    pub ship: Ship,
+    pub ship: ShipState,
 }
 
 /// A packet arrived, in truth.
@@ -64,30 +64,30 @@ pub(super) struct RangeArrival {
     /// Over ground, m/s.
     pub velocity_mps: [f64; 3],
     /// At launch.
-    pub ship: Ship,
+    pub ship: ShipState,
 }
 
 /// The measurements and the truth.
 #[derive(Clone, Debug)]
-pub struct Flown {
+pub struct DeclaredFlight {
     /// Measurements and commands.
     pub log: Log,
     /// At each whole second.
-    pub truth: Vec<Truth>,
+    pub truth: Vec<TrueState>,
 }
 
 /// One run of a case, step by step.
 #[derive(Clone, Debug)]
-pub struct World<'a> {
-    case: &'a Case,
+pub struct DeclaredWorld<'a> {
+    case: &'a DeclaredCase,
     motion: Motion,
     autopilot: Option<Autopilot<'a>>,
     pub(super) steps: u64,
     pub(super) state: State,
-    pub(super) ship: Ship,
+    pub(super) ship: ShipState,
     pub(super) effects: Vec<f64>,
     pub(super) actuators: Actuators,
-    pub(super) packet: Option<Packet>,
+    pub(super) packet: Option<PacketUnderWay>,
     /// Packets that arrived in the last step.
     pub(super) arrival: Option<RangeArrival>,
     random: Random,
@@ -106,10 +106,10 @@ struct Random {
     effects: Stream,
 }
 
-impl<'a> World<'a> {
+impl<'a> DeclaredWorld<'a> {
     /// Drawn from the prior.
     #[must_use]
-    pub fn new(case: &'a Case, seed: u64) -> Self {
+    pub fn new(case: &'a DeclaredCase, seed: u64) -> Self {
         let mut prior = Stream::new(seed, PRIOR);
         let x = case.vehicle_prior.state + case.vehicle_prior.sigma.map(|sigma| sigma * prior.normal());
         let ship = [0, 1, 3, 4].map(|i| case.ship_prior.state[i] + case.ship_prior.sigma[i] * prior.normal());
@@ -146,7 +146,7 @@ impl<'a> World<'a> {
 
     /// Flies a case to its end.
     #[must_use]
-    pub fn fly(case: &'a Case, seed: u64) -> Flown {
+    pub fn fly(case: &'a DeclaredCase, seed: u64) -> DeclaredFlight {
         let mut world = Self::new(case, seed);
         let mut truth = vec![world.truth()];
         for _ in 0..case.duration_s {
@@ -155,11 +155,11 @@ impl<'a> World<'a> {
             }
             truth.push(world.truth());
         }
-        Flown { log: Log { rows: world.rows, ..Log::default() }, truth }
+        DeclaredFlight { log: Log { rows: world.rows, ..Log::default() }, truth }
     }
 
-    fn truth(&self) -> Truth {
-        Truth { vehicle: self.vehicle(), effects: self.effects.clone() }
+    fn truth(&self) -> TrueState {
+        TrueState { vehicle: self.vehicle(), effects: self.effects.clone() }
     }
 
     fn vehicle(&self) -> VehicleState {
@@ -172,13 +172,13 @@ impl<'a> World<'a> {
         x
     }
 
-    pub(super) fn effect(&self, effect: Effect) -> f64 {
+    pub(super) fn effect(&self, effect: DeclaredEffect) -> f64 {
         let place = self.case.effects.iter().position(|prior| prior.effect == effect);
         place.map_or(0.0, |place| self.effects[place])
     }
 
     fn water(&self) -> Water {
-        let surface_mps = [Effect::CurrentNorth, Effect::CurrentEast].map(|effect| self.effect(effect));
+        let surface_mps = [DeclaredEffect::CurrentNorth, DeclaredEffect::CurrentEast].map(|effect| self.effect(effect));
         Water { surface_mps, ..Water::default() }
     }
 
@@ -219,7 +219,7 @@ impl<'a> World<'a> {
     fn move_effects(&mut self) {
         for (value, prior) in self.effects.iter_mut().zip(&self.case.effects) {
             *value += prior.walk * STEP_S.sqrt() * self.random.effects.normal();
-            if prior.effect == Effect::LinearDrag {
+            if prior.effect == DeclaredEffect::LinearDrag {
                 self.motion.set_drag(*value);
             }
         }
@@ -261,7 +261,7 @@ impl<'a> World<'a> {
         let arrival_us = (1e6 * (now_s - (1.0 - share) * STEP_S)).round() as u64;
         // A packet's position of the ship is a raw fix.
         let fix = [s1 + sensors.ship_gnss_m * north, s2 + sensors.ship_gnss_m * east];
-        let late_m = SOUND_SPEED_MPS * self.effect(Effect::ClockOffset);
+        let late_m = SOUND_SPEED_MPS * self.effect(DeclaredEffect::ClockOffset);
         self.row(arrival_us)
             .set(Column::Range, range_m + late_m + sensors.range_m * range)
             .set(Column::RangeRate, opening + sensors.range_rate_mps * rate)
@@ -311,7 +311,7 @@ impl<'a> World<'a> {
             self.row(time_us).set_all(Column::ShipGpsX, &fix);
         }
         if Self::launches(steps) {
-            self.packet = Some(Packet { launch_us: time_us, ship: self.ship });
+            self.packet = Some(PacketUnderWay { launch_us: time_us, ship: self.ship });
         }
         if steps.is_multiple_of(COMMAND_STEPS) {
             if let Some(autopilot) = &mut self.autopilot {

@@ -1,8 +1,8 @@
 //! The filter over the runs of an ensemble.
 
 use super::block::Block;
-use super::case::Case;
-use super::declared::{Flown, World};
+use super::case::DeclaredCase;
+use super::declared::{DeclaredFlight, DeclaredWorld};
 use super::motion::rotation;
 use backseat_core::navigation::{FusionOutcome, Navigator, Sensor};
 use backseat_core::state::{VEHICLE_STATES, VehicleState, wrap_angle};
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 /// One whole second of one run.
 #[derive(Clone, Debug)]
-pub struct Sample {
+pub struct ErrorSample {
     /// Estimate minus truth of the vehicle, then of the effects.
     pub error: DVector<f64>,
     /// Estimate minus truth of the velocity through the water in NED, m/s.
@@ -28,9 +28,9 @@ pub type Square = (f64, u32);
 
 /// One run.
 #[derive(Clone, Debug, Default)]
-pub struct Run {
+pub struct FilteredRun {
     /// By whole second.
-    pub samples: Vec<Option<Sample>>,
+    pub samples: Vec<Option<ErrorSample>>,
     /// By sensor, in order of time, those refused by the gate included.
     pub squares: BTreeMap<&'static str, Vec<Square>>,
     /// Scalars that were not fused.
@@ -43,47 +43,39 @@ pub struct Ensemble {
     /// For tables.
     pub name: String,
     /// In order of the seeds.
-    pub runs: Vec<Run>,
+    pub runs: Vec<FilteredRun>,
 }
 
 /// Flies and filters a case.
 ///
 /// # Errors
 /// A filter that fails.
-pub fn run(case: &Case, seeds: &[u64], progress: impl Fn() + Sync) -> Result<Ensemble, DataError> {
-    run_in(case, &case.options, seeds, progress)
+pub fn run(case: &DeclaredCase, seeds: &[u64]) -> Result<Ensemble, DataError> {
+    run_in(case, &case.options, seeds)
 }
 
 /// Flies a case and filters it with options other than its own.
 ///
 /// # Errors
 /// A filter that fails.
-pub fn run_in(
-    world: &Case,
-    options: &FilterOptions,
-    seeds: &[u64],
-    progress: impl Fn() + Sync,
-) -> Result<Ensemble, DataError> {
-    let one = |seed: &u64| {
-        let run = filtered(world, options, &World::fly(world, *seed));
-        progress();
-        run
-    };
+pub fn run_in(world: &DeclaredCase, options: &FilterOptions, seeds: &[u64]) -> Result<Ensemble, DataError> {
+    let one = |seed: &u64| filtered(world, options, &DeclaredWorld::fly(world, *seed));
     let runs = seeds.par_iter().map(one).collect::<Result<_, _>>()?;
     Ok(Ensemble { name: world.name.to_owned(), runs })
 }
 
-fn filtered(world: &Case, options: &FilterOptions, flown: &Flown) -> Result<Run, DataError> {
+fn filtered(world: &DeclaredCase, options: &FilterOptions, flown: &DeclaredFlight) -> Result<FilteredRun, DataError> {
     let mut samples = Vec::new();
     let outcome = filter::run_observed(&flown.log, &world.vehicle, options, |navigator| {
         if let Some(second) = whole_second(navigator) {
-            let sample = flown.truth.get(second).map(|truth| Sample::of(navigator, &truth.vehicle, &truth.effects));
+            let sample =
+                flown.truth.get(second).map(|truth| ErrorSample::of(navigator, &truth.vehicle, &truth.effects));
             samples.resize(second, None);
             samples.push(sample);
         }
     })?;
     let (squares, rejected) = squares(&outcome.fusions);
-    Ok(Run { samples, squares, rejected })
+    Ok(FilteredRun { samples, squares, rejected })
 }
 
 /// The filter's time, if it is a whole second.
@@ -126,7 +118,7 @@ pub fn measurement_names() -> impl Iterator<Item = &'static str> {
     Sensor::ALL.iter().map(|sensor| sensor.name()).chain([SHIP_IN_PACKETS])
 }
 
-impl Sample {
+impl ErrorSample {
     pub(super) fn of(navigator: &Navigator, truth: &VehicleState, effects: &[f64]) -> Self {
         let n = VEHICLE_STATES + effects.len();
         let true_state =

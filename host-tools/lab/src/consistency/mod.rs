@@ -28,11 +28,11 @@ mod survey;
 
 pub use block::Block;
 pub use bound::{Bound, Bounds, Least, Moments, bounds};
-pub use case::{Case, Effect, EffectPrior, cases};
+pub use case::{DeclaredCase, DeclaredEffect, EffectPrior, cases};
 pub use chi_square::Band;
 pub use command::{Args, run as run_command};
-pub use declared::{Flown, Truth, World};
-pub use ensemble::{Ensemble, Run, Sample, Square, measurement_names, run, run_in};
+pub use declared::{DeclaredFlight, DeclaredWorld, TrueState};
+pub use ensemble::{Ensemble, ErrorSample, FilteredRun, Square, measurement_names, run, run_in};
 pub use motion::{Motion, Smooth};
 pub use statistics::{Inside, blocks, errors, innovations};
 pub use survey::surveys;

@@ -2,14 +2,15 @@
 
 use super::block::Block;
 use super::chi_square::Band;
-use super::ensemble::{Ensemble, Sample, Square, measurement_names};
+use super::ensemble::{Ensemble, ErrorSample, Square, measurement_names};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// How averages lie to their pointwise 95 % bands.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inside {
     /// Of the block or the sensor.
-    pub name: &'static str,
+    pub name: String,
     /// Degrees of freedom of one normalised square.
     pub degrees: u64,
     /// Time in s (of a measurement: its number) and average over the runs, over the degrees of freedom: 1 is expected.
@@ -25,13 +26,21 @@ pub struct Inside {
 }
 
 impl Inside {
-    fn of(name: &'static str, degrees: u64, runs: u64, averages: Vec<(f64, f64)>) -> Option<Self> {
+    fn of(name: &str, degrees: u64, runs: u64, averages: Vec<(f64, f64)>) -> Option<Self> {
         let band = per_degree(runs, degrees);
         let count = averages.len() as f64;
         let share = |of: &dyn Fn(f64) -> bool| averages.iter().filter(|(_, value)| of(*value)).count() as f64 / count;
         let shares = [share(&|v| band.holds(v)), share(&|v| v < band.low), share(&|v| v > band.high)];
         let mean = averages.iter().map(|(_, value)| value).sum::<f64>() / count;
-        (!averages.is_empty()).then_some(Self { name, degrees, averages, band, mean, mean_band: None, shares })
+        (!averages.is_empty()).then_some(Self {
+            name: name.to_owned(),
+            degrees,
+            averages,
+            band,
+            mean,
+            mean_band: None,
+            shares,
+        })
     }
 }
 
@@ -46,9 +55,10 @@ fn per_degree(averaged: u64, degrees: u64) -> Band {
 pub fn blocks(ensemble: &Ensemble, from_s: usize) -> Vec<Inside> {
     let runs = ensemble.runs.len();
     let seconds = ensemble.runs.iter().map(|run| run.samples.len()).min().unwrap_or(0);
-    let moments: Vec<(usize, Vec<&Sample>)> = (from_s..seconds)
+    let moments: Vec<(usize, Vec<&ErrorSample>)> = (from_s..seconds)
         .filter_map(|second| {
-            let samples: Option<Vec<&Sample>> = ensemble.runs.iter().map(|run| run.samples[second].as_ref()).collect();
+            let samples: Option<Vec<&ErrorSample>> =
+                ensemble.runs.iter().map(|run| run.samples[second].as_ref()).collect();
             samples.map(|samples| (second, samples))
         })
         .collect();
@@ -58,7 +68,7 @@ pub fn blocks(ensemble: &Ensemble, from_s: usize) -> Vec<Inside> {
         .enumerate()
         .filter_map(|(place, block)| {
             let degrees = block.states(effects).len();
-            let average = |samples: &[&Sample]| {
+            let average = |samples: &[&ErrorSample]| {
                 samples.iter().map(|sample| sample.nees[place]).sum::<f64>() / (runs * degrees) as f64
             };
             let averages = moments.iter().map(|(second, samples)| (*second as f64, average(samples)));
@@ -90,7 +100,7 @@ pub fn innovations(ensemble: &Ensemble) -> Vec<Inside> {
 #[must_use]
 pub fn errors(ensemble: &Ensemble) -> Vec<[f64; 3]> {
     let seconds = ensemble.runs.iter().map(|run| run.samples.len()).min().unwrap_or(0);
-    let squared = |sample: &Sample| {
+    let squared = |sample: &ErrorSample| {
         let sum = |at: Range<usize>| sample.error.rows_range(at).norm_squared();
         [sum(0..2), sum(3..6), sample.velocity_ned_mps.iter().map(|v| v * v).sum()]
     };

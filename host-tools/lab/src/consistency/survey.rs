@@ -5,21 +5,17 @@
 //! consistent within the band here; it must not be overconfident.
 
 use super::block::Block;
-use super::ensemble::{Ensemble, Run, SHIP_IN_PACKETS, Sample, add_square, squares, whole_second};
-use crate::packet_navigation;
-use anyhow::Context;
+use super::ensemble::{Ensemble, ErrorSample, FilteredRun, SHIP_IN_PACKETS, add_square, squares, whole_second};
+use crate::{flights, packet_navigation};
 use backseat_core::navigation::{ProcessModel, nees_position};
 use backseat_core::state::VehicleState;
 use backseat_estimation::filter::{self, FilterOptions};
-use backseat_link::Client;
-use hil_sim::backseat::InProcess;
-use hil_sim::flight::{self, FlightLog};
+use hil_sim::flight::FlightLog;
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::{Mission, Scenario};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use std::num::NonZeroU16;
-use std::sync::atomic::AtomicBool;
 
 /// One sigma of a current's components, as the filter's current states have it.
 const CURRENT_MPS: f64 = 0.3;
@@ -28,36 +24,27 @@ const LINES: NonZeroU16 = NonZeroU16::new(4).unwrap();
 const LENGTH_M: f64 = 150.0;
 const SPACING_M: f64 = 30.0;
 
-struct Filter {
+struct SurveyFilter {
     name: &'static str,
     options: FilterOptions,
 }
 
-/// Flies still water and currents drawn from their prior, and filters both.
+/// Flies still water, or currents drawn from their prior, and filters it: an ensemble for each filter.
 ///
 /// # Errors
 /// A flight or a filter that fails.
-pub fn surveys(minutes: u32, seeds: &[u64], progress: impl Fn() + Sync) -> anyhow::Result<Vec<Ensemble>> {
-    let mut ensembles = Vec::new();
-    for current in [false, true] {
-        let flights: Vec<Vec<(String, Run)>> = seeds
-            .par_iter()
-            .map(|seed| {
-                let runs = fly(minutes, *seed, current).with_context(|| format!("flight of seed {seed}"));
-                progress();
-                runs
-            })
-            .collect::<anyhow::Result<_>>()?;
-        let Some(first) = flights.first() else { continue };
-        for (place, (name, _)) in first.iter().enumerate() {
-            let runs = flights.iter().map(|flight| flight[place].1.clone()).collect();
-            ensembles.push(Ensemble { name: name.clone(), runs });
-        }
-    }
-    Ok(ensembles)
+pub fn surveys(minutes: u32, seeds: &[u64], current: bool) -> anyhow::Result<Vec<Ensemble>> {
+    let flights: Vec<Vec<(String, FilteredRun)>> =
+        seeds.par_iter().map(|seed| fly(minutes, *seed, current)).collect::<anyhow::Result<_>>()?;
+    let Some(first) = flights.first() else { return Ok(Vec::new()) };
+    let of_filter = |(place, (name, _)): (usize, &(String, FilteredRun))| {
+        let runs = flights.iter().map(|flight| flight[place].1.clone()).collect();
+        Ensemble { name: name.clone(), runs }
+    };
+    Ok(first.iter().enumerate().map(of_filter).collect())
 }
 
-fn fly(minutes: u32, seed: u64, current: bool) -> anyhow::Result<Vec<(String, Run)>> {
+fn fly(minutes: u32, seed: u64, current: bool) -> anyhow::Result<Vec<(String, FilteredRun)>> {
     let mut scenario = Scenario::built_in(if current { "survey_current" } else { "survey" })?;
     let settings = &mut scenario.settings;
     settings.seed = seed;
@@ -69,20 +56,19 @@ fn fly(minutes: u32, seed: u64, current: bool) -> anyhow::Result<Vec<(String, Ru
         let mut prior = Stream::new(seed, Source::Effects);
         [settings.environment.current.north_mps, settings.environment.current.east_mps] = prior.normals(CURRENT_MPS);
     }
-    let mut client = Client::new(InProcess::new());
-    let flight = flight::fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})?;
+    let flight = flights::fly(&scenario)?;
 
     let of = |model, use_dvl| FilterOptions { use_dvl, ..FilterOptions::new(&scenario.vehicle, model) };
     let mut dynamic = of(ProcessModel::Dynamic, false);
     let mut runs = Vec::new();
     let filters = if current {
         dynamic.navigation.effect_states = FilterOptions::water_current();
-        vec![Filter { name: "dynamic, current drawn from its prior", options: dynamic }]
+        vec![SurveyFilter { name: "dynamic, current drawn from its prior", options: dynamic }]
     } else {
         runs.push(("backseat: dynamic, packets".to_owned(), on_board(&scenario, &flight)));
         vec![
-            Filter { name: "dynamic", options: dynamic },
-            Filter { name: "kinematic + DVL", options: of(ProcessModel::Kinematic, true) },
+            SurveyFilter { name: "dynamic", options: dynamic },
+            SurveyFilter { name: "kinematic + DVL", options: of(ProcessModel::Kinematic, true) },
         ]
     };
     for filter in filters {
@@ -91,19 +77,19 @@ fn fly(minutes: u32, seed: u64, current: bool) -> anyhow::Result<Vec<(String, Ru
     Ok(runs)
 }
 
-fn filtered(scenario: &Scenario, flight: &FlightLog, options: &FilterOptions) -> anyhow::Result<Run> {
+fn filtered(scenario: &Scenario, flight: &FlightLog, options: &FilterOptions) -> anyhow::Result<FilteredRun> {
     let mut samples = Vec::new();
     let effects = options.navigation.effect_states.len();
     let outcome = filter::run_observed(&flight.log, &scenario.vehicle, options, |navigator| {
         let Some(second) = whole_second(navigator) else { return };
         let sample = true_at(flight, second).map(|truth| {
-            Sample::of(navigator, &VehicleState::from_column_slice(&truth.state), &truth.current_mps[..effects])
+            ErrorSample::of(navigator, &VehicleState::from_column_slice(&truth.state), &truth.current_mps[..effects])
         });
         samples.resize(second, None);
         samples.push(sample);
     })?;
     let (squares, rejected) = squares(&outcome.fusions);
-    Ok(Run { samples, squares, rejected })
+    Ok(FilteredRun { samples, squares, rejected })
 }
 
 fn true_at(flight: &FlightLog, second: usize) -> Option<&hil_sim::truth::VehicleTruth> {
@@ -113,8 +99,8 @@ fn true_at(flight: &FlightLog, second: usize) -> Option<&hil_sim::truth::Vehicle
 }
 
 /// The board's own estimate: the covariance of the horizontal position only.
-fn on_board(scenario: &Scenario, flight: &FlightLog) -> Run {
-    let mut run = Run::default();
+fn on_board(scenario: &Scenario, flight: &FlightLog) -> FilteredRun {
+    let mut run = FilteredRun::default();
     for sample in &flight.samples {
         let (telemetry, truth) = (&sample.telemetry, &sample.truth);
         let (sigma, cov_xy_m2) = (telemetry.sigma, telemetry.cov_xy_m2);
@@ -122,7 +108,7 @@ fn on_board(scenario: &Scenario, flight: &FlightLog) -> Run {
         let nees = nees_position([error[0], error[1]], sigma[0].powi(2), cov_xy_m2, sigma[1].powi(2));
         let second = (truth.time_us / 1_000_000) as usize;
         run.samples.resize(second, None);
-        run.samples.push(nees.map(|nees| Sample {
+        run.samples.push(nees.map(|nees| ErrorSample {
             error: DVector::from_column_slice(error.as_slice()),
             velocity_ned_mps: [f64::NAN; 3],
             nees: Block::ALL.map(|block| if block == Block::Horizontal { nees } else { f64::NAN }),

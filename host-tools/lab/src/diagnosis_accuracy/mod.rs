@@ -11,7 +11,7 @@ mod separability;
 mod sizes;
 mod verdicts;
 
-use crate::ensemble::run_and_keep;
+use crate::ensemble::{PartArgs, Progressed, run_and_keep};
 use crate::store::{Key, Store};
 use anyhow::{Context, bail};
 use backseat_logs::output::{self, Existing};
@@ -19,8 +19,8 @@ use backseat_report::console;
 use backseat_report::markdown::wrapped;
 use page::Page;
 use plan::Class;
-use run::Run;
-use sections::Study;
+use run::DiagnosedLog;
+use sections::Findings;
 use std::path::PathBuf;
 
 /// Seeds below this were used while `diagnose` was developed.
@@ -28,7 +28,7 @@ const FIRST_SEED: u64 = 10_000;
 /// The only study of its file.
 const STUDY: &str = "";
 /// Version of the study: results of other versions are not mixed in. Raise it whenever a verdict may change.
-const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-6");
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "-7");
 
 const EXAMPLES: &str = "\
 Examples:
@@ -39,7 +39,7 @@ Examples:
 
 Each run is a simulated log of half an hour with an undeclared effect, or two or three, or none, or one that is in
 no catalogue.
-Finished runs are kept in DIR/runs.jsonl, and the same command resumes there. Ctrl-C stops the runs under way. The page,
+Finished runs are kept in DIR/runs.jsonl (or in --store), and the same command resumes there. Ctrl-C stops the runs under way. The page,
 DIR/study.md and DIR/study.html, covers the finished runs.";
 
 /// How often the right cause is found: verdicts over simulated logs of undeclared effects
@@ -58,6 +58,8 @@ pub struct Args {
     /// Only seeds of these classes, of those that --runs gives
     #[arg(long, value_name = "CLASS", value_delimiter = ',')]
     class: Vec<Class>,
+    #[command(flatten)]
+    part: PartArgs,
     /// Length of each log, s.
     #[arg(skip = 1800.0)]
     seconds: f64,
@@ -74,38 +76,42 @@ impl Args {
 
 /// Runs what is missing, writes the page and shows it.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let (text, interrupted) = finish(args)?;
+    let (text, progressed) = finish(args)?;
     console::print(text.as_bytes())?;
-    if interrupted {
+    if progressed == Progressed::Interrupted {
         bail!("interrupted: the result covers the finished runs only");
     }
     Ok(())
 }
 
-/// Runs what is missing and writes the page; what is to be shown, and whether it was interrupted.
-fn finish(args: &Args) -> anyhow::Result<(String, bool)> {
+/// Runs what is missing and writes the page; what is to be shown, and how far it came.
+fn finish(args: &Args) -> anyhow::Result<(String, Progressed)> {
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
-    let store = Store::open(Some(&args.out.join("runs.jsonl")), VERSION.to_owned())?;
+    let path = args.part.store.clone().unwrap_or_else(|| args.out.join("runs.jsonl"));
+    let store = Store::open(Some(&path), VERSION.to_owned())?;
     let seeds = args.first_seed..args.first_seed.saturating_add(args.runs);
-    let interrupted = work(args, &store)?;
+    let progressed = work(args, &store)?;
+    if progressed == Progressed::Part {
+        return Ok((String::new(), progressed));
+    }
     let finished = store.of(STUDY, seeds.clone()).into_iter().filter(|(seed, _)| args.wants(*seed));
-    let runs: Vec<Run> = finished.map(|(seed, run)| Run { seed, ..run }).collect();
+    let runs: Vec<DiagnosedLog> = finished.map(|(seed, run)| DiagnosedLog { seed, ..run }).collect();
     let asked = seeds.clone().filter(|seed| args.wants(*seed)).count();
-    let page = Page { study: Study::new(&runs), runs: &runs, seeds, asked, classes: &args.class };
+    let page = Page { study: Findings::new(&runs), runs: &runs, seeds, asked, classes: &args.class };
     let (markdown, html) = (wrapped(&page.markdown()), page.html());
     // The page is made from the runs alone, so that it can be written again.
     for (name, text) in [("study.md", &markdown), ("study.html", &html)] {
         output::write(&args.out.join(name), Existing::Replace, |file| file.write_all(text.as_bytes()))?;
     }
-    Ok((if args.json { page.json() } else { markdown }, interrupted))
+    Ok((if args.json { page.json() } else { markdown }, progressed))
 }
 
-/// Runs what is missing; whether it was interrupted.
-fn work(args: &Args, store: &Store<Run>) -> anyhow::Result<bool> {
+/// Runs what is missing.
+fn work(args: &Args, store: &Store<DiagnosedLog>) -> anyhow::Result<Progressed> {
     let seeds = args.first_seed..args.first_seed.saturating_add(args.runs);
     let wanted = seeds.filter(|seed| args.wants(*seed));
-    let jobs: Vec<(Key, ())> = wanted.map(|seed| ((STUDY, seed), ())).filter(|(key, ())| !store.has(*key)).collect();
-    run_and_keep("diagnosis", &jobs, store, |seed, ()| {
+    let jobs: Vec<(Key, ())> = wanted.map(|seed| ((STUDY.to_owned(), seed), ())).collect();
+    run_and_keep("diagnosis", &args.part, &jobs, store, |seed, ()| {
         let (class, mut spec) = plan::of(seed);
         spec.duration_s = args.seconds;
         run::run(class, &spec, seed)
@@ -125,7 +131,15 @@ mod tests {
     }
 
     fn args(folder: &Path, runs: u64, class: Vec<Class>) -> Args {
-        Args { out: folder.to_owned(), runs, first_seed: 100, class, seconds: 300.0, json: false }
+        Args {
+            out: folder.to_owned(),
+            runs,
+            first_seed: 100,
+            class,
+            part: PartArgs::default(),
+            seconds: 300.0,
+            json: false,
+        }
     }
 
     #[test]

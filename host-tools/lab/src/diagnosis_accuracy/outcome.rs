@@ -1,7 +1,7 @@
 //! Verdict on a finished run: was the right cause named?
 
 use super::plan::Class;
-use super::run::{Injected, Run};
+use super::run::{DiagnosedLog, Injected};
 use super::separability::Separability;
 
 /// Outcome of a verdict for one true effect.
@@ -34,8 +34,8 @@ impl Answer {
 }
 
 /// One true effect and the answer of `diagnose`.
-pub struct Case<'a> {
-    pub run: &'a Run,
+pub struct JudgedEffect<'a> {
+    pub run: &'a DiagnosedLog,
     pub truth: &'a Injected,
     pub answer: Answer,
     /// Of a single effect: it is named, and before all others. Of a pair: it is named.
@@ -43,14 +43,14 @@ pub struct Case<'a> {
     pub separability: Option<&'a Separability>,
 }
 
-impl Run {
+impl DiagnosedLog {
     /// Its true effects of the catalogue, if logs of its kind can judge them all.
-    pub fn cases(&self) -> impl Iterator<Item = Case<'_>> {
+    pub fn cases(&self) -> impl Iterator<Item = JudgedEffect<'_>> {
         let is_scored = self.class != Class::Outside && self.not_judged.is_none();
         self.injected.iter().filter(move |_| is_scored).map(|truth| self.case(truth))
     }
 
-    fn case<'a>(&'a self, truth: &'a Injected) -> Case<'a> {
+    fn case<'a>(&'a self, truth: &'a Injected) -> JudgedEffect<'a> {
         let own = truth.effect.as_str();
         let place = self.found.iter().position(|found| found.effect == own);
         let is_listed = self.found.iter().flat_map(|found| &found.ambiguous_with).any(|label| effect_of(label) == own);
@@ -61,7 +61,7 @@ impl Run {
             "explained" if place.is_some() => Answer::Named,
             _ => Answer::Other,
         };
-        Case {
+        JudgedEffect {
             run: self,
             truth,
             answer,
@@ -79,14 +79,14 @@ impl Run {
     }
 }
 
-impl Run {
+impl DiagnosedLog {
     /// Of a cause that is no entry: how far it is from every entry.
     pub fn apart(&self) -> Option<&Separability> {
         self.separability.first()
     }
 }
 
-impl Case<'_> {
+impl JudgedEffect<'_> {
     pub fn separability(&self) -> Option<f64> {
         self.separability.map(|of| of.value)
     }

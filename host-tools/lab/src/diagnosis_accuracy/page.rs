@@ -1,8 +1,8 @@
 //! The page, for people (Markdown, HTML) and for scripts.
 
 use super::plan::Class;
-use super::run::Run;
-use super::sections::{Study, Target};
+use super::run::DiagnosedLog;
+use super::sections::{Findings, Target};
 use backseat_report::markdown::markdown_table;
 use backseat_report::{Provenance, Report, Table};
 use clap::ValueEnum as _;
@@ -11,8 +11,8 @@ use std::fmt::Write as _;
 
 /// The page with its introduction.
 pub struct Page<'a> {
-    pub study: Study<'a>,
-    pub runs: &'a [Run],
+    pub study: Findings<'a>,
+    pub runs: &'a [DiagnosedLog],
     /// Seeds asked for.
     pub seeds: std::ops::Range<u64>,
     /// How many of them are of the classes asked for.

@@ -4,6 +4,7 @@ use backseat_core::effects::{CATALOGUE, EffectInfo, LOG_CATALOGUE, ParameterKind
 use backseat_logs::VehicleFile;
 use hil_sim::dataset::{Shape, Spec};
 use hil_sim::noise::NoiseKind;
+use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Request;
 use serde::{Deserialize, Serialize};
 
@@ -61,6 +62,9 @@ pub fn of(seed: u64) -> (Class, Spec) {
     let of_class = |places: &[Class]| places.iter().filter(|other| **other == class).count() as u64;
     let index = turn * of_class(&ORDER) + of_class(&ORDER[..place]);
     let mut spec = Spec::new(VehicleFile::reference());
+    let mut random = Stream::new(seed, Source::Study);
+    spec.ramps = random.uniform() < 0.5;
+    let ending = Ending::drawn(&mut random);
     let (names, round) = match class {
         Class::Single => single(index),
         Class::Pair => several(index, 2),
@@ -70,7 +74,7 @@ pub fn of(seed: u64) -> (Class, Spec) {
     };
     spec.effects = match class {
         Class::Outside => vec![Request::RandomOutside],
-        _ => names.iter().filter_map(|name| request(name, seed, spec.duration_s).ok()).collect(),
+        _ => names.iter().filter_map(|name| request(name, &ending, spec.duration_s).ok()).collect(),
     };
     let has = |wanted: &[&str]| names.iter().any(|name| wanted.contains(name));
     spec.shape = if round.is_multiple_of(2) { Shape::Excite } else { Shape::Lawnmower };
@@ -79,7 +83,6 @@ pub fn of(seed: u64) -> (Class, Spec) {
     spec.dvl =
         has(&["dvl_scale", "dvl_misalignment", "dvl_delay", "dvl_lever_arm", "waves"]) || (round / 4).is_multiple_of(2);
     spec.ctd = has(&["water_density"]);
-    spec.ramps = drawn(seed, 0) < 0.5;
     (class, spec)
 }
 
@@ -101,24 +104,30 @@ fn several(index: u64, how_many: u64) -> (Vec<&'static str>, u64) {
     ((0..how_many).map(|k| open[((first + k * apart) % count) as usize].name).collect(), round + first)
 }
 
-/// The entry with all its numbers drawn. Half of the events end: after a sixth to a half of the log.
-fn request(name: &str, seed: u64, duration_s: f64) -> Result<Request, String> {
-    let is_event = entries().any(|e| e.name == name && e.parameters.iter().any(|p| p.kind == ParameterKind::End));
-    if !is_event || drawn(seed, 1) < 0.5 {
-        return Request::named(name);
-    }
-    let onset_s = duration_s * (0.15 + 0.35 * drawn(seed, 2));
-    let end_s = onset_s + duration_s * (1.0 / 6.0 + drawn(seed, 3) / 3.0);
-    Request::parse(&format!("{name}:time_s={onset_s:.1},until_s={end_s:.1}"))
+/// When the events of a log begin and end, if they do: half of them, after a sixth to a half of the log.
+struct Ending {
+    ends: bool,
+    /// Shares of the log.
+    onset: f64,
+    lasts: f64,
 }
 
-/// A number between 0 and 1 for one purpose of a seed.
-fn drawn(seed: u64, purpose: u64) -> f64 {
-    // the finaliser of splitmix64
-    let mut x = seed.wrapping_mul(8).wrapping_add(purpose).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+impl Ending {
+    fn drawn(random: &mut Stream) -> Self {
+        let ends = random.uniform() >= 0.5;
+        Self { ends, onset: 0.15 + 0.35 * random.uniform(), lasts: (1.0 + 2.0 * random.uniform()) / 6.0 }
+    }
+}
+
+/// The entry with all its numbers drawn.
+fn request(name: &str, ending: &Ending, duration_s: f64) -> Result<Request, String> {
+    let is_event = entries().any(|e| e.name == name && e.parameters.iter().any(|p| p.kind == ParameterKind::End));
+    if !is_event || !ending.ends {
+        return Request::named(name);
+    }
+    let onset_s = duration_s * ending.onset;
+    let end_s = onset_s + duration_s * ending.lasts;
+    Request::parse(&format!("{name}:time_s={onset_s:.1},until_s={end_s:.1}"))
 }
 
 #[cfg(test)]

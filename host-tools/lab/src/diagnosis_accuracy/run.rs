@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 
 /// A finished run, as it is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Run {
+pub struct DiagnosedLog {
     /// Kept beside the run, not in it.
     #[serde(skip)]
     pub seed: u64,
@@ -42,9 +42,9 @@ pub struct Run {
     pub separability: Vec<Separability>,
     /// Errors on held-out blocks: of the declared model, with the effects found, and with the effects injected (out of
     /// catalogue: of the declared model on the same log flown without the effect).
-    pub declared: Errors,
-    pub after: Errors,
-    pub declaring_truth: Errors,
+    pub declared: HeldOutErrors,
+    pub after: HeldOutErrors,
+    pub declaring_truth: HeldOutErrors,
     /// First term on which the unexplained residual depends.
     pub hint: Option<String>,
 }
@@ -63,7 +63,7 @@ pub struct Named {
     pub effect: String,
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub fin: Option<String>,
-    pub parameters: BTreeMap<String, Sized>,
+    pub parameters: BTreeMap<String, SizeEstimate>,
     /// Entries that the data leave possible in its place, with the fin where there is one.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub ambiguous_with: Vec<String>,
@@ -71,14 +71,14 @@ pub struct Named {
 
 /// A value with its interval, if a finite one was given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sized {
+pub struct SizeEstimate {
     pub value: f64,
     pub ci95: Option<[f64; 2]>,
 }
 
 /// Root mean squares on held-out blocks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Errors {
+pub struct HeldOutErrors {
     /// Horizontal position of the flight filter against the truth, m.
     pub position_m: Option<f64>,
     /// Velocity after ten seconds of prediction, m/s.
@@ -90,15 +90,15 @@ pub struct Errors {
 }
 
 /// Simulates, diagnoses and compares.
-pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
+pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<DiagnosedLog> {
     let data = dataset::simulate(spec, seed);
     let mut log_data = ready(&data, spec)?;
     let declared_set = Effects::from(spec.vehicle.effects.set);
     let d = diagnosis::run(&mut log_data, |_| {})
         .context("a state of the filter is not finite: check the units and signs of the log")?;
-    let score = |log_data: &PreparedLog, data: &Dataset, pass: &Pass, set: &Effects| -> anyhow::Result<Errors> {
+    let score = |log_data: &PreparedLog, data: &Dataset, pass: &Pass, set: &Effects| -> anyhow::Result<HeldOutErrors> {
         let scores = scores::of(log_data, pass, set, &data.log, &spec.vehicle, Some(&data.truth), spec.dvl);
-        Ok(Errors::of(&scores.map_err(|error| anyhow!("{error}"))?))
+        Ok(HeldOutErrors::of(&scores.map_err(|error| anyhow!("{error}"))?))
     };
     let declared = score(&log_data, &data, &d.before, &declared_set)?;
     let set = d.set(&declared_set);
@@ -119,7 +119,7 @@ pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<Run> {
     };
     let skipped = beyond(&log_data.scope);
     let reason = |effect: &Effect| skipped.iter().find(|(name, _)| *name == effect.name());
-    Ok(Run {
+    Ok(DiagnosedLog {
         seed,
         class,
         excite: spec.shape == Shape::Excite,
@@ -165,7 +165,7 @@ impl Named {
         let own = &found.instance.candidate;
         let value = |value: &diagnosis::ParameterEstimate| {
             let ci95 = value.ci95.iter().all(|end| end.is_finite()).then_some(value.ci95.map(digits));
-            (value.name.to_owned(), Sized { value: digits(value.value), ci95 })
+            (value.name.to_owned(), SizeEstimate { value: digits(value.value), ci95 })
         };
         let mut ambiguous_with: Vec<String> = Vec::new();
         for alternative in found.alternatives.iter().filter(|alternative| alternative.is_possible()) {
@@ -184,7 +184,7 @@ fn fin(candidate: &Candidate) -> Option<String> {
     candidate.fin.and_then(|fin| FIN_NAMES.get(fin)).map(|name| (*name).to_owned())
 }
 
-impl Errors {
+impl HeldOutErrors {
     fn of(scores: &Scores) -> Self {
         Self {
             position_m: scores.position_rmse_m.map(digits),

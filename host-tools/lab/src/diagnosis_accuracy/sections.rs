@@ -1,9 +1,9 @@
 //! Common parts of the page's sections: runs, cases, targets.
 
 use super::estimate::Share;
-use super::outcome::{Answer, Case};
+use super::outcome::{Answer, JudgedEffect};
 use super::plan::Class;
-use super::run::Run;
+use super::run::DiagnosedLog;
 use backseat_logs::stats::median;
 
 /// A heading, a paragraph and a table.
@@ -28,29 +28,29 @@ pub const BANDS: [(&str, f64, f64); 3] =
     [("5 and more", 5.0, f64::INFINITY), ("1.5 to 5", 1.5, 5.0), ("1.5 and less", 0.0, 1.5)];
 
 /// Some of the runs.
-pub type Choose = fn(&Run) -> bool;
+pub type Choose = fn(&DiagnosedLog) -> bool;
 
 /// All runs, and the effects in them.
-pub struct Study<'a> {
-    pub runs: &'a [Run],
-    pub cases: Vec<Case<'a>>,
+pub struct Findings<'a> {
+    pub runs: &'a [DiagnosedLog],
+    pub cases: Vec<JudgedEffect<'a>>,
 }
 
-impl<'a> Study<'a> {
-    pub fn new(runs: &'a [Run]) -> Self {
-        Self { runs, cases: runs.iter().flat_map(Run::cases).collect() }
+impl<'a> Findings<'a> {
+    pub fn new(runs: &'a [DiagnosedLog]) -> Self {
+        Self { runs, cases: runs.iter().flat_map(DiagnosedLog::cases).collect() }
     }
 
-    pub fn of_class(&self, class: Class) -> Vec<&'a Run> {
+    pub fn of_class(&self, class: Class) -> Vec<&'a DiagnosedLog> {
         self.runs.iter().filter(|run| run.class == class).collect()
     }
 
-    pub fn cases(&self, choose: impl Fn(&Case<'_>) -> bool) -> Vec<&Case<'a>> {
+    pub fn cases(&self, choose: impl Fn(&JudgedEffect<'_>) -> bool) -> Vec<&JudgedEffect<'a>> {
         self.cases.iter().filter(|case| choose(case)).collect()
     }
 
     /// Out of catalogue, and large enough to matter.
-    pub fn outside(&self) -> Vec<&'a Run> {
+    pub fn outside(&self) -> Vec<&'a DiagnosedLog> {
         self.of_class(Class::Outside).into_iter().filter(|run| run.raises_error()).collect()
     }
 
@@ -65,7 +65,7 @@ impl<'a> Study<'a> {
         let outside = self.outside();
         let unexplained = Share::of(&outside, |run| run.verdict == "unexplained");
         let blamed = Share::of(&outside, |run| is_blamed(run));
-        let separable: Vec<&Run> = outside.iter().copied().filter(|run| is_apart(run, 0)).collect();
+        let separable: Vec<&DiagnosedLog> = outside.iter().copied().filter(|run| is_apart(run, 0)).collect();
         let separable_unexplained = Share::of(&separable, |run| run.verdict == "unexplained");
         let separable_blamed = Share::of(&separable, |run| is_blamed(run));
         let (covered, in_time) = (self.coverage(), self.coverage_in_time());
@@ -135,11 +135,11 @@ impl<'a> Study<'a> {
     }
 }
 
-pub fn is_single(case: &Case<'_>) -> bool {
+pub fn is_single(case: &JudgedEffect<'_>) -> bool {
     case.run.class == Class::Single
 }
 
-pub fn in_band(case: &Case<'_>, band: usize) -> bool {
+pub fn in_band(case: &JudgedEffect<'_>, band: usize) -> bool {
     case.separability().is_some_and(|value| is_within(value, band))
 }
 
@@ -149,16 +149,16 @@ fn is_within(value: f64, band: usize) -> bool {
 }
 
 /// Whether the separability of a cause that is no entry from every entry lies in a band.
-pub fn is_apart(run: &Run, band: usize) -> bool {
+pub fn is_apart(run: &DiagnosedLog, band: usize) -> bool {
     run.apart().is_some_and(|of| is_within(of.value, band))
 }
 
 /// The declared model is the closest competitor: the log hardly shows any effect.
-pub fn is_invisible(case: &Case<'_>) -> bool {
+pub fn is_invisible(case: &JudgedEffect<'_>) -> bool {
     case.separability.is_some_and(|of| of.competitor == "none") && case.separability().is_some_and(|value| value < 5.0)
 }
 
-pub fn is_blamed(run: &Run) -> bool {
+pub fn is_blamed(run: &DiagnosedLog) -> bool {
     run.verdict == "explained" || run.verdict == "ambiguous"
 }
 

@@ -3,36 +3,36 @@
 use super::estimate::{Share, smallest};
 use super::outcome::Answer;
 use super::plan::{Class, entries};
-use super::run::{Errors, Run};
-use super::sections::{Choose, Section, Study, is_single, short};
+use super::run::{DiagnosedLog, HeldOutErrors};
+use super::sections::{Choose, Findings, Section, is_single, short};
 use backseat_core::effects::FIN_NAMES;
 use backseat_logs::stats::{mean, median, percentile};
 use std::collections::BTreeSet;
 
 /// A number that was estimated.
-struct Compared {
+struct SizeCompared {
     name: String,
     truth: f64,
     value: f64,
     ci95: [f64; 2],
 }
 
-impl Compared {
+impl SizeCompared {
     fn is_covered(&self) -> bool {
         (self.ci95[0]..=self.ci95[1]).contains(&self.truth)
     }
 }
 
-impl Study<'_> {
+impl Findings<'_> {
     /// Numbers with a finite interval, of effects named without another possible.
-    fn compared(&self) -> Vec<Compared> {
+    fn compared(&self) -> Vec<SizeCompared> {
         let mut all = Vec::new();
         for case in self.cases.iter().filter(|case| case.answer == Answer::Named && case.first) {
             for found in case.run.found.iter().filter(|found| found.effect == case.truth.effect) {
                 for (name, sized) in &found.parameters {
                     if let (Some(truth), Some(ci95)) = (case.truth.parameters.get(name), sized.ci95) {
                         let name = format!("{}.{name}", found.effect);
-                        all.push(Compared { name, truth: *truth, value: sized.value, ci95 });
+                        all.push(SizeCompared { name, truth: *truth, value: sized.value, ci95 });
                     }
                 }
             }
@@ -41,13 +41,14 @@ impl Study<'_> {
     }
 
     pub fn coverage(&self) -> Share {
-        Share::of(&self.compared(), Compared::is_covered)
+        Share::of(&self.compared(), SizeCompared::is_covered)
     }
 
     /// Of onsets and ends of events alone.
     pub fn coverage_in_time(&self) -> Share {
-        let is_time = |compared: &Compared| [".time_s", ".until_s"].iter().any(|name| compared.name.ends_with(name));
-        Share::of(&self.compared().into_iter().filter(is_time).collect::<Vec<_>>(), Compared::is_covered)
+        let is_time =
+            |compared: &SizeCompared| [".time_s", ".until_s"].iter().any(|name| compared.name.ends_with(name));
+        Share::of(&self.compared().into_iter().filter(is_time).collect::<Vec<_>>(), SizeCompared::is_covered)
     }
 
     /// Of effects of one fin that are named: it is the right one.
@@ -67,8 +68,8 @@ impl Study<'_> {
         let compared = self.compared();
         let names: BTreeSet<&String> = compared.iter().map(|compared| &compared.name).collect();
         let row = |name: &String| {
-            let of: Vec<&Compared> = compared.iter().filter(|compared| compared.name == *name).collect();
-            let middle = |value: fn(&Compared) -> f64| {
+            let of: Vec<&SizeCompared> = compared.iter().filter(|compared| compared.name == *name).collect();
+            let middle = |value: fn(&SizeCompared) -> f64| {
                 let values: Vec<f64> = of.iter().map(|compared| value(compared)).collect();
                 median(&values).map_or_else(|| "–".to_owned(), short)
             };
@@ -138,8 +139,12 @@ impl Study<'_> {
         )
     }
 
-    fn ratios_of(&self, choose: impl Fn(&Run) -> bool, error: impl Fn(&Errors) -> Option<f64>) -> Vec<f64> {
-        let named = |run: &&Run| {
+    fn ratios_of(
+        &self,
+        choose: impl Fn(&DiagnosedLog) -> bool,
+        error: impl Fn(&HeldOutErrors) -> Option<f64>,
+    ) -> Vec<f64> {
+        let named = |run: &&DiagnosedLog| {
             choose(run)
                 && run.not_judged.is_none()
                 && run.verdict != "none"
@@ -163,7 +168,7 @@ impl Study<'_> {
         let mut rows = Vec::new();
         for (name, is_in) in groups {
             for (what, error) in [
-                ("position", (|errors| errors.position_m) as fn(&Errors) -> Option<f64>),
+                ("position", (|errors| errors.position_m) as fn(&HeldOutErrors) -> Option<f64>),
                 ("velocity in 10 s", |errors| errors.velocity_mps),
             ] {
                 let ratios = self.ratios_of(is_in, error);

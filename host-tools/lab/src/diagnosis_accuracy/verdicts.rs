@@ -1,13 +1,13 @@
 //! Tables of verdicts against what was injected.
 
 use super::estimate::Share;
-use super::outcome::{Answer, Case};
+use super::outcome::{Answer, JudgedEffect};
 use super::plan::{Class, entries};
-use super::run::Run;
-use super::sections::{BANDS, Choose, Section, Study, in_band, is_apart, is_blamed, is_invisible, is_single, short};
+use super::run::DiagnosedLog;
+use super::sections::{BANDS, Choose, Findings, Section, in_band, is_apart, is_blamed, is_invisible, is_single, short};
 use std::collections::{BTreeMap, BTreeSet};
 
-impl Study<'_> {
+impl Findings<'_> {
     pub fn confusion(&self) -> Section {
         let mut rows = Vec::new();
         for info in entries() {
@@ -41,8 +41,9 @@ impl Study<'_> {
             groups.map(|(name, is_in)| answers(name, &self.cases(|case| is_single(case) && is_in(case.run)))).into();
         rows.push(answers("each effect of a pair", &self.cases(|case| case.run.class == Class::Pair)));
         rows.push(answers("each effect of a triple", &self.cases(|case| case.run.class == Class::Triple)));
-        let has_all =
-            |run: &Run| run.injected.iter().all(|truth| run.found.iter().any(|found| found.effect == truth.effect));
+        let has_all = |run: &DiagnosedLog| {
+            run.injected.iter().all(|truth| run.found.iter().any(|found| found.effect == truth.effect))
+        };
         let shares = |class: Class| {
             let runs = self.of_class(class);
             let all = Share::of(&runs, |run| has_all(run));
@@ -111,7 +112,7 @@ impl Study<'_> {
 
     pub fn wrong(&self) -> Section {
         let cases = self.cases(|case| is_single(case) && in_band(case, 0) && !case.first);
-        let row = |case: &&Case<'_>| {
+        let row = |case: &&JudgedEffect<'_>| {
             let named: Vec<&str> = case.run.found.iter().map(|found| found.effect.as_str()).collect();
             vec![
                 case.run.seed.to_string(),
@@ -132,14 +133,14 @@ impl Study<'_> {
 
     pub fn out_of_catalogue(&self) -> Section {
         let all = self.of_class(Class::Outside);
-        let mut by: BTreeMap<&str, Vec<&Run>> = BTreeMap::new();
+        let mut by: BTreeMap<&str, Vec<&DiagnosedLog>> = BTreeMap::new();
         for run in &all {
             for effect in &run.injected {
                 by.entry(effect.effect.as_str()).or_default().push(run);
             }
         }
-        let row = |(name, runs): (&str, Vec<&Run>)| {
-            let large: Vec<&Run> = runs.iter().copied().filter(|run| run.raises_error()).collect();
+        let row = |(name, runs): (&str, Vec<&DiagnosedLog>)| {
+            let large: Vec<&DiagnosedLog> = runs.iter().copied().filter(|run| run.raises_error()).collect();
             let mut hints: BTreeMap<&str, usize> = BTreeMap::new();
             for hint in large.iter().filter_map(|run| run.hint.as_deref()) {
                 *hints.entry(hint).or_default() += 1;
@@ -150,7 +151,7 @@ impl Study<'_> {
             for run in large.iter().filter(|run| is_blamed(run)) {
                 blamed.extend(run.found.iter().map(|found| found.effect.as_str()));
             }
-            let count = |is: &dyn Fn(&Run) -> bool| large.iter().filter(|run| is(run)).count().to_string();
+            let count = |is: &dyn Fn(&DiagnosedLog) -> bool| large.iter().filter(|run| is(run)).count().to_string();
             vec![
                 name.to_owned(),
                 runs.len().to_string(),
@@ -164,7 +165,7 @@ impl Study<'_> {
         };
         let mut rows: Vec<Vec<String>> = by.into_iter().map(row).collect();
         rows.push(row(("all", all.clone())));
-        let small: Vec<&Run> = all.iter().copied().filter(|run| !run.raises_error()).collect();
+        let small: Vec<&DiagnosedLog> = all.iter().copied().filter(|run| !run.raises_error()).collect();
         let quiet = Share::of(&small, |run| !is_blamed(run));
         Section {
             title: "Effects that are no entry",
@@ -192,8 +193,8 @@ impl Study<'_> {
     pub fn outside_bands(&self) -> Section {
         let outside = self.outside();
         let row = |(band, (name, ..)): (usize, &(&str, f64, f64))| {
-            let runs: Vec<&Run> = outside.iter().copied().filter(|run| is_apart(run, band)).collect();
-            let count = |is: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| is(run)).count().to_string();
+            let runs: Vec<&DiagnosedLog> = outside.iter().copied().filter(|run| is_apart(run, band)).collect();
+            let count = |is: &dyn Fn(&DiagnosedLog) -> bool| runs.iter().filter(|run| is(run)).count().to_string();
             let mut causes: BTreeMap<&str, usize> = BTreeMap::new();
             for truth in runs.iter().flat_map(|run| &run.injected) {
                 *causes.entry(truth.effect.as_str()).or_default() += 1;
@@ -230,7 +231,7 @@ impl Study<'_> {
     }
 
     pub fn blamed(&self) -> Section {
-        let row = |run: &&Run| {
+        let row = |run: &&DiagnosedLog| {
             let injected = run.injected.first();
             let size = |(name, value): (&String, &f64)| format!("{name} {}", short(*value));
             let sizes: Vec<String> =
@@ -268,12 +269,12 @@ impl Study<'_> {
 
     pub fn alarms(&self) -> Section {
         let runs = self.of_class(Class::None);
-        let row = |run: &&Run| {
+        let row = |run: &&DiagnosedLog| {
             let named: Vec<&str> = run.found.iter().map(|found| found.effect.as_str()).collect();
             let what = if named.is_empty() { run.hint.clone().unwrap_or_default() } else { named.join(", ") };
             vec![run.seed.to_string(), flown(run), run.verdict.clone(), what]
         };
-        let alarms: Vec<&Run> = runs.iter().copied().filter(|run| run.verdict != "none").collect();
+        let alarms: Vec<&DiagnosedLog> = runs.iter().copied().filter(|run| run.verdict != "none").collect();
         let white =
             Share::of(&runs.iter().filter(|run| !run.coloured).collect::<Vec<_>>(), |run| run.verdict != "none");
         let coloured =
@@ -291,12 +292,12 @@ impl Study<'_> {
     }
 
     pub fn not_judged(&self) -> Section {
-        let runs: Vec<&Run> = self.runs.iter().filter(|run| run.not_judged.is_some()).collect();
-        let mut by: BTreeMap<&str, Vec<&Run>> = BTreeMap::new();
+        let runs: Vec<&DiagnosedLog> = self.runs.iter().filter(|run| run.not_judged.is_some()).collect();
+        let mut by: BTreeMap<&str, Vec<&DiagnosedLog>> = BTreeMap::new();
         for run in &runs {
             by.entry(run.not_judged.as_deref().unwrap_or_default()).or_default().push(run);
         }
-        let row = |(reason, runs): (&str, Vec<&Run>)| {
+        let row = |(reason, runs): (&str, Vec<&DiagnosedLog>)| {
             let count = |verdict: &str| runs.iter().filter(|run| run.verdict == verdict).count().to_string();
             let mut row = vec![reason.to_owned(), runs.len().to_string()];
             row.extend(["none", "explained", "ambiguous", "unexplained"].map(count));
@@ -312,11 +313,11 @@ impl Study<'_> {
     }
 }
 
-fn competitor<'a>(case: &'a Case<'_>) -> &'a str {
+fn competitor<'a>(case: &'a JudgedEffect<'_>) -> &'a str {
     case.separability.map_or("", |of| of.competitor.as_str())
 }
 
-fn flown(run: &Run) -> String {
+fn flown(run: &DiagnosedLog) -> String {
     let manoeuvre = if run.excite { "excites" } else { "lines" };
     let noise = if run.coloured { "coloured" } else { "white" };
     format!("{manoeuvre}, {noise}, {}", if run.dvl { "DVL" } else { "no DVL" })
@@ -329,7 +330,7 @@ fn answer_header(first: &'static str) -> Vec<&'static str> {
     header
 }
 
-fn answers(name: &str, cases: &[&Case<'_>]) -> Vec<String> {
+fn answers(name: &str, cases: &[&JudgedEffect<'_>]) -> Vec<String> {
     let mut row = vec![name.to_owned(), cases.len().to_string()];
     row.extend(Answer::ALL.map(|answer| cases.iter().filter(|case| case.answer == answer).count().to_string()));
     row.push(Share::of(cases, |case| case.first).text());

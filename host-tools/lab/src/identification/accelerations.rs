@@ -13,7 +13,6 @@ use backseat_identify::{IdentificationData, Sample, smoothing};
 use backseat_report::markdown::markdown_table;
 use hil_sim::experiment::Experiment;
 use nalgebra::{Vector3, Vector6};
-use rayon::prelude::*;
 
 /// Noise of linear velocity, m/s (Table 4.13).
 const DVL_MPS: f64 = 0.013;
@@ -43,7 +42,10 @@ fn felt(truth: &[Sample], k: usize, mounting: &Mounting) -> Vector3<f64> {
 }
 
 /// Root mean square errors of u̇, v̇, ẇ of every row, m/s².
-fn errors(seed: u64) -> Option<[[f64; 3]; 3]> {
+pub type AccelerationErrors = [[f64; 3]; 3];
+
+/// Those of a seed.
+pub fn errors(seed: u64) -> Option<AccelerationErrors> {
     let experiment = Experiment { duration_s: 1000.0, ..Experiment::identification(DVL_MPS) };
     let run = experiment.run(seed);
     let truth = IdentificationData::from_log(&run.exact_log(), &EffectSet::NONE).ok()?;
@@ -86,8 +88,7 @@ fn errors(seed: u64) -> Option<[[f64; 3]; 3]> {
 }
 
 /// The table over so many seeds.
-pub fn markdown(runs: u64) -> String {
-    let all: Vec<[[f64; 3]; 3]> = (1..=runs).into_par_iter().filter_map(errors).collect();
+pub fn markdown(runs: u64, all: &[AccelerationErrors]) -> String {
     let out = format!(
         "Root mean square error of acceleration in m/s², all low-passed at {CUTOFF_HZ} Hz: mean (95 % interval of the mean) over \
          seeds 1 to {runs}.\n\n"

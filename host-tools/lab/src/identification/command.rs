@@ -1,17 +1,19 @@
 //! The commands of these studies.
 
-use super::{compensation, excitation_planning, faults, methods};
+use super::{excitation_planning, faults, methods};
+use crate::ensemble::PartArgs;
 use backseat_identify::plan::Limits;
-use backseat_report::console;
 
 /// Arguments of the study of methods.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Example:
   cargo lab identification --runs 10")]
 pub struct MethodArgs {
     /// Seeds of each method
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
+    #[command(flatten)]
+    part: PartArgs,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -23,12 +25,12 @@ impl MethodArgs {
     /// # Errors
     /// An identification that fails.
     pub fn run(&self) -> anyhow::Result<()> {
-        methods::run(self.runs, self.json)
+        methods::run(self.runs, &self.part, self.json)
     }
 }
 
 /// Arguments of the study of fault detection.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Example:
   cargo lab fault-detection --runs 200")]
 pub struct FaultArgs {
@@ -41,6 +43,8 @@ pub struct FaultArgs {
     /// First seed
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    #[command(flatten)]
+    part: PartArgs,
     /// Print one JSON object, without the table of compensation
     #[arg(long)]
     json: bool,
@@ -56,26 +60,23 @@ impl FaultArgs {
     /// # Errors
     /// A flight or an identification that fails.
     pub fn run(&self) -> anyhow::Result<()> {
-        faults::run(self.runs, self.hours, self.seed, self.json)?;
-        if self.json {
-            return Ok(());
-        }
-        let table = compensation::markdown(self.runs.div_ceil(10).max(2), self.seed)?;
-        console::print(format!("\n{table}").as_bytes())
+        faults::run(self.runs, self.hours, self.seed, &self.part, self.json)
     }
 }
 
 /// Arguments of the study of planned missions.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Example:
   cargo lab plan --runs 10 --duration 1800")]
 pub struct PlanArgs {
     /// Seeds of each mission
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
     /// Length of each mission, s
     #[arg(long, value_name = "S", default_value_t = 1800.0)]
     duration: f64,
+    #[command(flatten)]
+    part: PartArgs,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -87,6 +88,6 @@ impl PlanArgs {
     /// # Errors
     /// A plan that is not found, or an identification that fails.
     pub fn run(&self) -> anyhow::Result<()> {
-        excitation_planning::run(self.runs, &Limits::DEFAULT, self.duration, self.json)
+        excitation_planning::run(self.runs, &Limits::DEFAULT, self.duration, &self.part, self.json)
     }
 }

@@ -1,9 +1,10 @@
 //! Planned missions against the thesis' open-loop inputs and a plain lawnmower, in equal time.
 
-use super::plan_flight::{self, True};
+use super::plan_flight::{self, true_vehicle};
+use crate::ensemble::{PartArgs, all_runs};
 use crate::intervals::with_interval;
+use crate::store::{Key, nan, version};
 use anyhow::anyhow;
-use backseat_analysis::ensemble::run_all;
 use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
@@ -19,6 +20,7 @@ use hil_sim::experiment::{Noise, Programme};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Scenario;
 use hil_sim::truth::Parameters;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 /// Noise of linear velocity, m/s.
@@ -52,16 +54,22 @@ impl Excitation {
     }
 }
 
-type Flight = Vec<Vec<(Sample, f64)>>;
+/// Stretches of samples with their depths.
+type Stretches = Vec<Vec<(Sample, f64)>>;
 
+#[derive(Clone, Serialize, Deserialize)]
 struct PlanResult {
+    #[serde(deserialize_with = "nan::one")]
     log_determinant: f64,
+    #[serde(deserialize_with = "nan::one")]
     remaining_percent: f64,
     depth_m: [f64; 2],
     pitch_deg: f64,
     starts: usize,
     /// Root mean square of the parameters' errors, relative to their sizes, %.
+    #[serde(deserialize_with = "nan::one")]
     error_percent: f64,
+    #[serde(deserialize_with = "nan::many")]
     validation: [f64; 8],
 }
 
@@ -92,11 +100,11 @@ fn fly(
     limits: &Limits,
     duration_s: f64,
     seed: u64,
-) -> anyhow::Result<Flight> {
+) -> anyhow::Result<Stretches> {
     let middle = limits.middle_m();
-    let steered = |waypoints: &[Waypoint]| -> anyhow::Result<Flight> {
+    let steered = |waypoints: &[Waypoint]| -> anyhow::Result<Stretches> {
         let model = VehicleModel::new(prior).map_err(|error| anyhow!("prior: {error}"))?;
-        let mut body = True::new(truth, middle, seed);
+        let mut body = true_vehicle(truth, middle, seed);
         Ok(vec![plan::follow(&mut body, &mut *plan::controller(&model)?, waypoints, duration_s)?])
     };
     match excitation {
@@ -117,21 +125,21 @@ fn fly(
         Excitation::OpenLoopWithin => {
             let (mut flight, mut left_s) = (Vec::new(), duration_s);
             while left_s > 1.0 {
-                let stretch = plan_flight::open_loop(&mut True::new(truth, middle, seed), left_s, leaves(limits));
+                let stretch = plan_flight::open_loop(&mut true_vehicle(truth, middle, seed), left_s, leaves(limits));
                 left_s -= stretch.len() as f64 * backseat_identify::PERIOD_S;
                 flight.push(stretch);
             }
             Ok(flight)
         }
         Excitation::OpenLoopFree => {
-            Ok(vec![plan_flight::open_loop(&mut True::new(truth, DEEP_M, seed), duration_s, |_| false)])
+            Ok(vec![plan_flight::open_loop(&mut true_vehicle(truth, DEEP_M, seed), duration_s, |_| false)])
         }
     }
 }
 
 /// Validation data for the estimate: other open-loop inputs, 600 s.
 fn unseen(truth: &Parameters) -> IdentificationData {
-    let mut body = True::new(truth, DEEP_M, 0);
+    let mut body = true_vehicle(truth, DEEP_M, 0);
     let samples: Vec<(Sample, f64)> = (0..6000_u64)
         .map(|step| {
             let x = body.state();
@@ -191,16 +199,20 @@ fn interval(values: &[f64], digits: usize) -> String {
 }
 
 /// Runs the comparison and prints its tables.
-pub fn run(runs: u64, limits: &Limits, duration_s: f64, as_json: bool) -> anyhow::Result<()> {
+pub fn run(runs: u64, limits: &Limits, duration_s: f64, part: &PartArgs, as_json: bool) -> anyhow::Result<()> {
     let mut scenario = Scenario::built_in("survey")?;
     scenario.vehicle = VehicleFile::reference();
     let truth = Parameters { disturbance_per_sqrt_hz: [0.0; 6], ..scenario.truth_parameters() };
     let unseen = unseen(&truth);
-    let jobs: Vec<(Excitation, u64)> =
-        Excitation::ALL.into_iter().flat_map(|excitation| (1..=runs).map(move |seed| (excitation, seed))).collect();
-    let outcomes = run_all("experiments", &jobs, |(excitation, seed)| {
-        outcome(*excitation, &truth, limits, duration_s, &unseen, *seed)
+    let jobs: Vec<(Key, Excitation)> = Excitation::ALL
+        .into_iter()
+        .flat_map(|excitation| (1..=runs).map(move |seed| ((excitation.name().to_owned(), seed), excitation)))
+        .collect();
+    let version = version("plan", &format!("{duration_s} s"))?;
+    let outcomes = all_runs("experiments", part, version, &jobs, |seed, excitation| {
+        outcome(*excitation, &truth, limits, duration_s, &unseen, seed)
     })?;
+    let Some(outcomes) = outcomes else { return Ok(()) };
     if as_json {
         return console::print(json_text(&outcomes, runs).as_bytes());
     }

@@ -3,8 +3,10 @@
 //! Each run identifies the vehicle first, with the board's identifier from a wrong prior on a log of its own; the
 //! monitor then runs with those parameters over another log, in which something breaks at a time that is not declared.
 
+use super::compensation::{self, FaultyPair, PairJob};
+use crate::ensemble::{PartArgs, all_runs};
+use crate::store::{Key, version};
 use anyhow::{Context, anyhow};
-use backseat_analysis::ensemble::run_all;
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::effects::EffectSet;
 use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
@@ -18,8 +20,8 @@ use backseat_report::markdown::markdown_table;
 use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Request;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
-use std::ops::Range;
 
 /// Faults by their names in the simulator.
 const FAULTS: [&str; 4] = ["flooding", "entanglement", "fin_lost", "fouling"];
@@ -52,27 +54,64 @@ struct Watch {
     hours: f64,
 }
 
-/// One run with a fault.
-struct Run {
-    onset_s: f64,
-    fault: FaultCause,
-    magnitude: f64,
-    /// Rate at which it grows to its size, 1/s.
-    rate_per_s: f64,
-    watch: Watch,
+/// One flight with a fault.
+#[derive(Clone, Serialize, Deserialize)]
+struct FaultFlight {
+    /// A diagnosis before the onset.
+    is_false_alarm: bool,
+    /// First diagnosis from the onset on: time since then, s.
+    found: Option<(f64, Isolation)>,
+    /// The same [`LATER_S`] later; with the right cause the relative error of the magnitude.
+    later: Option<(Isolation, Option<f64>)>,
 }
 
-impl Run {
-    fn magnitude_at(&self, time_s: f64) -> f64 {
-        self.magnitude.min(self.rate_per_s * (time_s - self.onset_s))
-    }
+/// One flight without.
+#[derive(Clone, Serialize, Deserialize)]
+struct SoundFlight {
+    diagnoses: u32,
+    suspicions: u32,
+    hours: f64,
+}
 
-    fn false_alarm(&self) -> bool {
-        self.watch.diagnosed.is_some_and(|(time_s, ..)| time_s < self.onset_s)
-    }
+/// What a seed is flown for.
+#[derive(Clone, Copy)]
+enum FaultJob {
+    /// Every fault in either motion, and without one, with the same identified vehicle.
+    Monitor { with: bool, without: bool },
+    /// A fault that is compensated.
+    Compensation(PairJob),
+}
 
-    fn found(&self) -> Option<(f64, FaultCause, Option<FaultCause>)> {
-        self.watch.diagnosed.filter(|(time_s, ..)| *time_s >= self.onset_s)
+/// Results of a [`FaultJob`].
+#[derive(Clone, Serialize, Deserialize)]
+enum FaultRuns {
+    Monitor {
+        /// By fault, then by motion.
+        broken: Vec<FaultFlight>,
+        /// By motion.
+        sound: Vec<SoundFlight>,
+    },
+    Compensation(FaultyPair),
+}
+
+impl FaultJob {
+    fn run(self, seed: u64) -> anyhow::Result<FaultRuns> {
+        let (with, without) = match self {
+            Self::Compensation(pair) => return Ok(FaultRuns::Compensation(pair.run(seed)?)),
+            Self::Monitor { with, without } => (with, without),
+        };
+        let vehicle = identified(seed)?;
+        let (mut broken, mut sound) = (Vec::new(), Vec::new());
+        for fault in FAULTS.iter().filter(|_| with) {
+            for (shape, _) in SHAPES {
+                broken.push(broken_in(fault, shape, seed, &vehicle)?);
+            }
+        }
+        for (shape, _) in SHAPES.iter().filter(|_| without) {
+            let watch = watch(&vehicle, &simulate(&spec(*shape, SOUND_S), seed))?;
+            sound.push(SoundFlight { diagnoses: watch.diagnoses, suspicions: watch.suspicions, hours: watch.hours });
+        }
+        Ok(FaultRuns::Monitor { broken, sound })
     }
 }
 
@@ -149,7 +188,7 @@ fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch
     Ok(watch)
 }
 
-fn broken(fault: &'static str, shape: Shape, seed: u64, vehicle: &VehicleParameters) -> anyhow::Result<Run> {
+fn broken_in(fault: &'static str, shape: Shape, seed: u64, vehicle: &VehicleParameters) -> anyhow::Result<FaultFlight> {
     let request = Request::named(fault).map_err(|error| anyhow!(error))?;
     let dataset = simulate(&Spec { effects: vec![request], ..spec(shape, FAULT_S) }, seed);
     let effect = dataset.effects.first().context("an effect was asked for")?;
@@ -160,22 +199,24 @@ fn broken(fault: &'static str, shape: Shape, seed: u64, vehicle: &VehicleParamet
         "fin_lost" => (FaultCause::Fin(get("fin") as u8 - 1), 1.0 - get("share")),
         _ => (FaultCause::Fouling, 1.0 - get("share")),
     };
-    let rate_per_s = effect.get("kg_per_s").unwrap_or(f64::INFINITY);
-    Ok(Run { rate_per_s, onset_s: get("time_s"), fault, magnitude, watch: watch(vehicle, &dataset)? })
-}
-
-fn sound(shape: Shape, seed: u64, vehicle: &VehicleParameters) -> anyhow::Result<Watch> {
-    watch(vehicle, &simulate(&spec(shape, SOUND_S), seed))
-}
-
-/// The work of every seed, in order of the seeds.
-fn all_seeds<T: Send>(
-    name: &str,
-    seeds: &Range<u64>,
-    work: impl Fn(u64) -> anyhow::Result<T> + Sync,
-) -> anyhow::Result<Vec<T>> {
-    let all: Vec<u64> = seeds.clone().collect();
-    run_all(name, &all, |seed| work(*seed).with_context(|| format!("{name}, seed {seed}")))
+    // Rate at which it grows to its size, 1/s.
+    let (onset_s, rate_per_s) = (get("time_s"), effect.get("kg_per_s").unwrap_or(f64::INFINITY));
+    let isolation = |cause: FaultCause, rival: Option<FaultCause>| match rival {
+        None if cause == fault => Isolation::Right,
+        Some(rival) if cause == fault || rival == fault => Isolation::OneOfTwo,
+        _ => Isolation::Wrong,
+    };
+    let watch = watch(vehicle, &dataset)?;
+    let found = watch.diagnosed.filter(|(time_s, ..)| *time_s >= onset_s);
+    let later = watch.later.filter(|_| found.is_some()).map(|(time_s, cause, rival, size)| {
+        let true_size = magnitude.min(rate_per_s * (time_s - onset_s));
+        (isolation(cause, rival), (cause == fault).then(|| (size / true_size - 1.0).abs()))
+    });
+    Ok(FaultFlight {
+        is_false_alarm: watch.diagnosed.is_some() && found.is_none(),
+        found: found.map(|(time_s, cause, rival)| (time_s - onset_s, isolation(cause, rival))),
+        later,
+    })
 }
 
 /// A share with Wilson's 95 % interval.
@@ -188,10 +229,9 @@ fn percent([share, low, high]: [f64; 3]) -> String {
     format!("{:.1} % ({:.1} – {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
 }
 
-/// Value below which a share of the samples lies.
 /// Correctness of a diagnosis.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Verdict {
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Isolation {
     /// The cause, and no other.
     Right,
     /// The cause is one of the two that are named.
@@ -200,13 +240,13 @@ enum Verdict {
 }
 
 /// Shares of right, one of two and wrong.
-fn shares(verdicts: &[Verdict]) -> [[f64; 3]; 3] {
-    [Verdict::Right, Verdict::OneOfTwo, Verdict::Wrong]
-        .map(|kind| share(verdicts.iter().filter(|verdict| **verdict == kind).count(), verdicts.len().max(1)))
+fn shares(all: &[Isolation]) -> [[f64; 3]; 3] {
+    [Isolation::Right, Isolation::OneOfTwo, Isolation::Wrong]
+        .map(|kind| share(all.iter().filter(|isolation| **isolation == kind).count(), all.len().max(1)))
 }
 
 /// One line of the table.
-struct Row {
+struct FaultRow {
     fault: &'static str,
     shape: &'static str,
     runs: usize,
@@ -219,74 +259,78 @@ struct Row {
     magnitude_error: f64,
 }
 
-fn row(fault: &'static str, shape: &'static str, all: &[Run]) -> Row {
-    let runs: Vec<&Run> = all.iter().filter(|run| !run.false_alarm()).collect();
-    let found: Vec<_> = runs.iter().filter_map(|run| Some((run.fault, run.onset_s, run.found()?))).collect();
-    let later: Vec<_> =
-        runs.iter().filter(|run| run.found().is_some()).filter_map(|run| Some((run, run.watch.later?))).collect();
-    let verdict = |fault: FaultCause, cause: FaultCause, rival: Option<FaultCause>| match rival {
-        None if cause == fault => Verdict::Right,
-        Some(rival) if cause == fault || rival == fault => Verdict::OneOfTwo,
-        _ => Verdict::Wrong,
-    };
-    let first: Vec<_> = found.iter().map(|(fault, _, (_, cause, rival))| verdict(*fault, *cause, *rival)).collect();
-    let second: Vec<_> = later.iter().map(|(run, (_, cause, rival, _))| verdict(run.fault, *cause, *rival)).collect();
-    let delays: Vec<f64> = found.iter().map(|(_, onset_s, (time_s, ..))| time_s - onset_s).collect();
-    let errors: Vec<f64> = later
-        .iter()
-        .filter(|(run, (_, cause, ..))| run.fault == *cause)
-        .map(|(run, (time_s, .., size))| (size / run.magnitude_at(*time_s) - 1.0).abs())
-        .collect();
-    Row {
+fn row(fault: &'static str, shape: &'static str, all: &[&FaultFlight]) -> FaultRow {
+    let runs: Vec<&FaultFlight> = all.iter().copied().filter(|flight| !flight.is_false_alarm).collect();
+    let (delays, first): (Vec<f64>, Vec<Isolation>) = runs.iter().filter_map(|flight| flight.found).unzip();
+    let (later, errors): (Vec<Isolation>, Vec<Option<f64>>) = runs.iter().filter_map(|flight| flight.later).unzip();
+    let errors: Vec<f64> = errors.into_iter().flatten().collect();
+    FaultRow {
         fault,
         shape,
         runs: all.len(),
         early: all.len() - runs.len(),
-        detected: share(found.len(), runs.len()),
+        detected: share(delays.len(), runs.len()),
         isolated: shares(&first),
-        isolated_later: shares(&second),
+        isolated_later: shares(&later),
         median_s: median(&delays).unwrap_or(f64::NAN),
         p95_s: percentile(&delays, 0.95).unwrap_or(f64::NAN),
         magnitude_error: median(&errors).unwrap_or(f64::NAN),
     }
 }
 
-/// Runs the study and prints its tables: every fault `runs` times, half of them in either motion, and `hours` without
-/// fault.
-pub fn run(runs: u64, hours: f64, first_seed: u64, as_json: bool) -> anyhow::Result<()> {
+/// Runs the study and prints its tables: every fault `runs` times, half of them in either motion, `hours` without
+/// fault, and for people a tenth of the runs with compensation.
+pub fn run(runs: u64, hours: f64, first_seed: u64, part: &PartArgs, as_json: bool) -> anyhow::Result<()> {
     let seeds = first_seed..first_seed + runs.div_ceil(2);
     let quiet_seeds = first_seed..first_seed + (0.5 * hours * 3600.0 / SOUND_S).ceil() as u64;
-    let known = first_seed..seeds.end.max(quiet_seeds.end);
-    let vehicles = all_seeds("identification", &known, identified)?;
-    let vehicle = |seed: u64| &vehicles[(seed - first_seed) as usize];
-    let mut rows = Vec::new();
-    for fault in FAULTS {
-        let mut all = Vec::new();
-        for (shape, motion) in SHAPES {
-            let runs =
-                all_seeds(&format!("{fault}, {motion}"), &seeds, |seed| broken(fault, shape, seed, vehicle(seed)))?;
-            rows.push(row(fault, motion, &runs));
-            all.extend(runs);
+    let compensated = runs.div_ceil(10).max(2);
+    let monitored = (first_seed..seeds.end.max(quiet_seeds.end)).map(|seed| {
+        let job = FaultJob::Monitor { with: seeds.contains(&seed), without: quiet_seeds.contains(&seed) };
+        (("monitor".to_owned(), seed), job)
+    });
+    let compensation = compensation::jobs(first_seed..first_seed + compensated).into_iter();
+    let jobs: Vec<(Key, FaultJob)> =
+        monitored.chain(compensation.map(|(key, pair)| (key, FaultJob::Compensation(pair)))).collect();
+    let version = version("fault-detection", &format!("{} to {}, {}", first_seed, seeds.end, quiet_seeds.end))?;
+    let finished = all_runs("flights", part, version, &jobs, |seed, job| job.run(seed))?;
+    let Some(finished) = finished else { return Ok(()) };
+    let (mut broken, mut sound, mut pairs) = (Vec::new(), Vec::new(), Vec::new());
+    for runs in finished {
+        match runs {
+            FaultRuns::Monitor { broken: with, sound: without } => {
+                broken.extend((!with.is_empty()).then_some(with));
+                sound.extend((!without.is_empty()).then_some(without));
+            }
+            FaultRuns::Compensation(pair) => pairs.push(pair),
         }
-        rows.push(row(fault, "both", &all));
     }
-    let mut quiet = Vec::new();
-    for (shape, motion) in SHAPES {
-        let watches =
-            all_seeds(&format!("no fault, {motion}"), &quiet_seeds, |seed| sound(shape, seed, vehicle(seed)))?;
-        quiet.push((motion, watches));
+    let mut rows = Vec::new();
+    for (number, fault) in FAULTS.into_iter().enumerate() {
+        let of = |motion: usize| broken.iter().map(move |flights| &flights[number * SHAPES.len() + motion]);
+        for (motion, (_, name)) in SHAPES.iter().enumerate() {
+            rows.push(row(fault, name, &of(motion).collect::<Vec<_>>()));
+        }
+        rows.push(row(fault, "both", &(0..SHAPES.len()).flat_map(of).collect::<Vec<_>>()));
     }
-    let text = if as_json { json_text(&rows, &quiet) } else { markdown(&rows, &quiet) };
+    let of_motion = |(motion, (_, name)): (usize, &(Shape, &'static str))| {
+        (*name, sound.iter().map(|flights| flights[motion].clone()).collect())
+    };
+    let quiet: Vec<(&str, Vec<SoundFlight>)> = SHAPES.iter().enumerate().map(of_motion).collect();
+    let text = if as_json {
+        json_text(&rows, &quiet)
+    } else {
+        markdown(&rows, &quiet) + "\n" + &compensation::markdown(&pairs, compensated as usize)
+    };
     console::print(text.as_bytes())
 }
 
-fn sums(watches: &[Watch]) -> (f64, u32, u32) {
+fn sums(watches: &[SoundFlight]) -> (f64, u32, u32) {
     let hours = watches.iter().map(|watch| watch.hours).sum();
     let diagnoses = watches.iter().map(|watch| watch.diagnoses).sum();
     (hours, diagnoses, watches.iter().map(|watch| watch.suspicions).sum())
 }
 
-fn markdown(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
+fn markdown(rows: &[FaultRow], quiet: &[(&'static str, Vec<SoundFlight>)]) -> String {
     let mut faults = markdown_table([
         "fault",
         "motion",
@@ -336,7 +380,7 @@ fn markdown(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
     format!("{faults}\n\n{alarms}\n")
 }
 
-fn json_text(rows: &[Row], quiet: &[(&'static str, Vec<Watch>)]) -> String {
+fn json_text(rows: &[FaultRow], quiet: &[(&'static str, Vec<SoundFlight>)]) -> String {
     let faults: Vec<_> = rows
         .iter()
         .map(|row| {

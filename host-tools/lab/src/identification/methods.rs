@@ -1,8 +1,9 @@
 //! The ensemble table: every method on simulated experiments, errors in cross-validation against the truth.
 
-use super::accelerations;
+use super::accelerations::{self, AccelerationErrors};
+use crate::ensemble::{PartArgs, all_runs};
+use crate::store::{Key, version};
 use anyhow::anyhow;
-use backseat_analysis::ensemble::run_all;
 use backseat_core::effects::EffectSet;
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{IdentificationData, Method, Options, identify, validate};
@@ -10,6 +11,7 @@ use backseat_logs::stats::{mean, mean_ci95, median};
 use backseat_report::console;
 use backseat_report::markdown::markdown_table;
 use hil_sim::experiment::{Experiment, wrong_prior};
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::fmt::Write as _;
 
@@ -40,7 +42,7 @@ const fn worse_prior(method: Method) -> Condition {
     Condition { wrong: 0.5, ..condition(method, 0.014) }
 }
 
-const CONDITIONS: [Condition; 17] = [
+static CONDITIONS: [Condition; 17] = [
     condition(Method::AidOnline, 0.012),
     condition(Method::AidOnline, 0.014),
     condition(Method::Aid, 0.012),
@@ -89,21 +91,50 @@ impl Condition {
     }
 }
 
-/// Errors of every seed of every condition.
-pub fn ensemble(runs: u64) -> anyhow::Result<Vec<(Condition, Vec<[f64; 8]>)>> {
-    let jobs: Vec<(Condition, u64)> =
-        CONDITIONS.iter().flat_map(|condition| (1..=runs).map(|seed| (*condition, seed))).collect();
-    let errors = run_all("experiments", &jobs, |(condition, seed)| condition.errors(*seed))?;
-    Ok(CONDITIONS.iter().zip(errors.chunks(runs as usize)).map(|(c, errors)| (*c, errors.to_vec())).collect())
+/// What a seed is run for.
+#[derive(Clone, Copy)]
+enum MethodJob {
+    Errors(&'static Condition),
+    Accelerations,
 }
 
+/// Results of a [`MethodJob`].
+#[derive(Clone, Serialize, Deserialize)]
+enum MethodRun {
+    Errors([f64; 8]),
+    Accelerations(Option<AccelerationErrors>),
+}
+
+/// Errors of every seed of every condition.
+type MethodErrors = [(&'static Condition, Vec<[f64; 8]>)];
+
 /// Runs the ensemble and prints its table.
-pub fn run(runs: u64, as_json: bool) -> anyhow::Result<()> {
+pub fn run(runs: u64, part: &PartArgs, as_json: bool) -> anyhow::Result<()> {
     if !(2..FIRST_TUNING_SEED).contains(&runs) {
         return Err(anyhow!("--runs takes 2 to {} seeds", FIRST_TUNING_SEED - 1));
     }
-    let results = ensemble(runs)?;
-    let text = if as_json { json_text(runs, &results) } else { markdown(runs, &results) };
+    let of_condition = |condition: &'static Condition| {
+        (1..=runs).map(move |seed| ((condition.name(), seed), MethodJob::Errors(condition)))
+    };
+    let accelerations = (1..=runs).map(|seed| (("accelerations".to_owned(), seed), MethodJob::Accelerations));
+    let jobs: Vec<(Key, MethodJob)> = CONDITIONS.iter().flat_map(of_condition).chain(accelerations).collect();
+    let finished = all_runs("experiments", part, version("identification", "")?, &jobs, |seed, job| {
+        Ok(match job {
+            MethodJob::Errors(condition) => MethodRun::Errors(condition.errors(seed)?),
+            MethodJob::Accelerations => MethodRun::Accelerations(accelerations::errors(seed)),
+        })
+    })?;
+    let Some(finished) = finished else { return Ok(()) };
+    let (mut errors, mut accelerations) = (Vec::new(), Vec::new());
+    for run in finished {
+        match run {
+            MethodRun::Errors(of_run) => errors.push(of_run),
+            MethodRun::Accelerations(of_run) => accelerations.extend(of_run),
+        }
+    }
+    let results: Vec<(&Condition, Vec<[f64; 8]>)> =
+        CONDITIONS.iter().zip(errors.chunks(runs as usize).map(<[_]>::to_vec)).collect();
+    let text = if as_json { json_text(runs, &results) } else { markdown(runs, &results, &accelerations) };
     console::print(text.as_bytes())
 }
 
@@ -111,7 +142,7 @@ fn column(errors: &[[f64; 8]], index: usize) -> Vec<f64> {
     errors.iter().map(|row| row[index]).collect()
 }
 
-fn markdown(runs: u64, results: &[(Condition, Vec<[f64; 8]>)]) -> String {
+fn markdown(runs: u64, results: &MethodErrors, accelerations: &[AccelerationErrors]) -> String {
     let mut out = String::new();
     let _ = writeln!(
         out,
@@ -134,11 +165,11 @@ fn markdown(runs: u64, results: &[(Condition, Vec<[f64; 8]>)]) -> String {
         medians.add_row([condition.name()].into_iter().chain(of_median));
     }
     let _ = writeln!(out, "{means}\n\nMedians over the same seeds:\n\n{medians}");
-    let _ = writeln!(out, "\n{}", accelerations::markdown(runs));
+    let _ = writeln!(out, "\n{}", accelerations::markdown(runs, accelerations));
     out
 }
 
-fn json_text(runs: u64, results: &[(Condition, Vec<[f64; 8]>)]) -> String {
+fn json_text(runs: u64, results: &MethodErrors) -> String {
     let rows: Vec<_> = results
         .iter()
         .map(|(condition, errors)| {

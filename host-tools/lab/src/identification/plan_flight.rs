@@ -1,41 +1,18 @@
 //! Flights of the simulator's vehicle: along a mission, or with open-loop inputs, sampled at 10 Hz.
 
-use backseat_core::dynamics::ActuatorInput;
+use crate::closed_loop::TrueVehicle;
 use backseat_core::state::{self, VehicleState};
 use backseat_identify::plan::{Body, exact_sample};
 use backseat_identify::{IdentificationData, PERIOD_S, Sample};
 use hil_sim::experiment::{Noise, Programme};
 use hil_sim::rng::{Source, Stream};
-use hil_sim::truth::{Actuators, Parameters, State, Undeclared, Vehicle, Water};
+use hil_sim::truth::{Parameters, State, Undeclared};
 use nalgebra::{Vector3, Vector6};
 
-/// The simulator's vehicle, to assess a plan.
-pub struct True(Vehicle);
-
-impl True {
-    const STEPS: u32 = 5;
-
-    /// Heading north at a depth, at 1 m/s.
-    pub fn new(parameters: &Parameters, depth_m: f64, seed: u64) -> Self {
-        let undeclared = Undeclared { no_surface: true, ..Undeclared::default() };
-        let start = State::new([0.0, 0.0, depth_m], [0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]);
-        Self(Vehicle::with(parameters, &undeclared, start, PERIOD_S / f64::from(Self::STEPS), seed))
-    }
-}
-
-impl Body for True {
-    fn state(&self) -> VehicleState {
-        let state = self.0.state();
-        let parts = [state.position_m(), state.euler_rad(), state.velocity_mps(), state.rates_radps()];
-        VehicleState::from_iterator(parts.into_iter().flatten())
-    }
-
-    fn step(&mut self, input: &ActuatorInput) {
-        let targets = Actuators { propeller_radps: input.propeller_radps, fins_rad: input.fins_rad };
-        for _ in 0..Self::STEPS {
-            self.0.step(&targets, &Water::default());
-        }
-    }
+/// The simulator's vehicle, to assess a plan: heading north at a depth, at 1 m/s.
+pub fn true_vehicle(parameters: &Parameters, depth_m: f64, seed: u64) -> TrueVehicle {
+    let start = State::new([0.0, 0.0, depth_m], [0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]);
+    TrueVehicle::new(parameters, Undeclared::default(), start, seed)
 }
 
 /// The open-loop inputs of the thesis' experiment for a time, or until `ends` holds.

@@ -1,16 +1,17 @@
 //! Undeclared errors of the vehicle, its sensors and the water.
 
+use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::{Current, Effect, Mission, MissionWaypoint, Scenario};
 use std::f64::consts::TAU;
 
 /// One world. Sizes are those of the table; signs and directions are drawn by the seed.
-pub struct Case {
+pub struct MissionCase {
     /// As in tables and on the command line.
     pub name: &'static str,
     /// What differs from the mission's defaults.
     pub about: &'static str,
     /// Changes the scenario.
-    apply: fn(&mut Scenario, &mut Draw),
+    apply: fn(&mut Scenario, &mut Stream),
     /// The app and the filters may fuse body rates (0.5 degree/s).
     pub rates: bool,
     /// Errors count from here on, s.
@@ -21,7 +22,7 @@ pub struct Case {
     pub is_second_dive: bool,
 }
 
-const DEFAULT: Case = Case {
+const DEFAULT: MissionCase = MissionCase {
     name: "",
     about: "",
     apply: |_, _| {},
@@ -41,22 +42,38 @@ const SECOND_SEED: u64 = 1_000_000;
 const DVL_S: f64 = 1200.0;
 
 /// All, in the order of the table.
-pub const CASES: &[Case] = &[
-    Case { name: "exact", about: "truth and filter share the parameters, still water", is_declared: true, ..DEFAULT },
-    Case { name: "exact-gyros", about: "exact, with gyro rates of 0.5 degree/s", rates: true, ..DEFAULT },
-    Case { name: "5%", about: "inertia, drag, fins and thrust each 5 % off", apply: |s, _| share(s, 0.05), ..DEFAULT },
-    Case { name: "10%", about: "each 10 % off", apply: |s, _| share(s, 0.10), ..DEFAULT },
-    Case { name: "20%", about: "each 20 % off", apply: |s, _| share(s, 0.20), ..DEFAULT },
-    Case {
+pub const CASES: &[MissionCase] = &[
+    MissionCase {
+        name: "exact",
+        about: "truth and filter share the parameters, still water",
+        is_declared: true,
+        ..DEFAULT
+    },
+    MissionCase { name: "exact-gyros", about: "exact, with gyro rates of 0.5 degree/s", rates: true, ..DEFAULT },
+    MissionCase {
+        name: "5%",
+        about: "inertia, drag, fins and thrust each 5 % off",
+        apply: |s, _| share(s, 0.05),
+        ..DEFAULT
+    },
+    MissionCase { name: "10%", about: "each 10 % off", apply: |s, _| share(s, 0.10), ..DEFAULT },
+    MissionCase { name: "20%", about: "each 20 % off", apply: |s, _| share(s, 0.20), ..DEFAULT },
+    MissionCase {
         name: "10%+current+heading",
         about: "10 %, a steady current of 0.15 m/s, compass 2 degrees off",
         apply: wrong_current_heading,
         ..DEFAULT
     },
-    Case { name: "Y", about: Y_ABOUT, apply: everything, ..DEFAULT },
-    Case { name: "Y-second-dive", about: SECOND_ABOUT, apply: everything, is_second_dive: true, ..DEFAULT },
-    Case { name: "Y-gyros", about: "Y, with gyro rates of 0.5 degree/s", apply: everything, rates: true, ..DEFAULT },
-    Case {
+    MissionCase { name: "Y", about: Y_ABOUT, apply: everything, ..DEFAULT },
+    MissionCase { name: "Y-second-dive", about: SECOND_ABOUT, apply: everything, is_second_dive: true, ..DEFAULT },
+    MissionCase {
+        name: "Y-gyros",
+        about: "Y, with gyro rates of 0.5 degree/s",
+        apply: everything,
+        rates: true,
+        ..DEFAULT
+    },
+    MissionCase {
         name: "tide",
         about: "Y with a rotary tide of 0.15 m/s and 12.4 h for its current",
         apply: |s, d| {
@@ -68,17 +85,17 @@ pub const CASES: &[Case] = &[
         },
         ..DEFAULT
     },
-    Case {
+    MissionCase {
         name: "shear",
         about: "Y with a current that changes by 0.1 m/s from the first line to the last",
         apply: |s, d| {
             everything(s, d);
-            let [north, east] = d.direction(0.1 / 900.0);
+            let [north, east] = direction(d, 0.1 / 900.0);
             s.settings.environment.current.gradient_per_s = [north, east];
         },
         ..DEFAULT
     },
-    Case {
+    MissionCase {
         name: "front",
         about: "Y with its current east of the fifth line only",
         apply: |s, d| {
@@ -87,7 +104,7 @@ pub const CASES: &[Case] = &[
         },
         ..DEFAULT
     },
-    Case {
+    MissionCase {
         name: "late-current",
         about: "10 % and heading; a current of 0.15 m/s sets in after an hour",
         apply: |s, d| {
@@ -96,7 +113,7 @@ pub const CASES: &[Case] = &[
         },
         ..DEFAULT
     },
-    Case {
+    MissionCase {
         name: "waves",
         about: "10 %, waves of 0.1 m and 6 s (0.075 m/s at 3 m depth)",
         apply: |s, _| {
@@ -105,7 +122,7 @@ pub const CASES: &[Case] = &[
         },
         ..DEFAULT
     },
-    Case {
+    MissionCase {
         name: "speed-changes",
         about: "10 %, linear drag of 0.3 N s/m, thrust loss of 0.003 N s²/(rad m), legs at 1.0, 1.3 and 0.8 m/s by turns",
         apply: |s, _| {
@@ -116,7 +133,7 @@ pub const CASES: &[Case] = &[
         },
         ..DEFAULT
     },
-    Case {
+    MissionCase {
         name: "d26",
         about: "10 %, cross drag d26 of 20 kg m/rad²",
         apply: |s, d| {
@@ -125,7 +142,7 @@ pub const CASES: &[Case] = &[
         },
         ..DEFAULT
     },
-    Case {
+    MissionCase {
         name: "10%-dvl-first",
         about: "10 %, a DVL for the first twenty minutes, then none; errors from then on",
         apply: |s, _| {
@@ -144,13 +161,13 @@ const Y_ABOUT: &str = "10 % + current + heading, hard iron 1 degree, servo lag 0
 const SECOND_ABOUT: &str =
     "The vehicle of Y in another current, after a dive in the first one from which the robust filter starts";
 
-impl Case {
+impl MissionCase {
     /// The second dive of the mission of one seed: another current and other noise. What was learnt is not in it.
     pub fn second_dive(&self, seed: u64, minutes: Option<f64>) -> anyhow::Result<Scenario> {
         let mut scenario = self.scenario(seed, minutes)?;
         scenario.settings.backseat.wrong_seed = Some(seed);
         scenario.settings.seed = seed + SECOND_SEED;
-        let [north_mps, east_mps] = Draw(scenario.settings.seed).direction(CURRENT_MPS);
+        let [north_mps, east_mps] = direction(&mut Stream::new(scenario.settings.seed, Source::Study), CURRENT_MPS);
         set_current(&mut scenario, Current { north_mps, east_mps, ..still() });
         Ok(scenario)
     }
@@ -165,32 +182,15 @@ impl Case {
         if let Some(minutes) = minutes {
             settings.duration_s = settings.duration_s.min(60.0 * minutes);
         }
-        (self.apply)(&mut scenario, &mut Draw(seed));
+        (self.apply)(&mut scenario, &mut Stream::new(seed, Source::Study));
         Ok(scenario)
     }
 }
 
-/// Signs and directions of one seed.
-struct Draw(u64);
-
-impl Draw {
-    /// In 0 to 1 (SplitMix64).
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn sign(&mut self) -> f64 {
-        if self.uniform() < 0.5 { -1.0 } else { 1.0 }
-    }
-
-    fn direction(&mut self, size: f64) -> [f64; 2] {
-        let (sin, cos) = libm::sincos(TAU * self.uniform());
-        [size * cos, size * sin]
-    }
+/// A vector of this length in a direction that is drawn.
+fn direction(draw: &mut Stream, size: f64) -> [f64; 2] {
+    let (sin, cos) = libm::sincos(TAU * draw.uniform());
+    [size * cos, size * sin]
 }
 
 fn share(scenario: &mut Scenario, share: f64) {
@@ -210,17 +210,17 @@ fn set_current(scenario: &mut Scenario, current: Current) {
     scenario.settings.environment.current = current;
 }
 
-fn wrong_current_heading(scenario: &mut Scenario, draw: &mut Draw) {
+fn wrong_current_heading(scenario: &mut Scenario, draw: &mut Stream) {
     share(scenario, 0.10);
-    let [north_mps, east_mps] = draw.direction(CURRENT_MPS);
+    let [north_mps, east_mps] = direction(draw, CURRENT_MPS);
     set_current(scenario, Current { north_mps, east_mps, ..still() });
     effect(scenario, "heading_bias", &[("const_rad", draw.sign() * 2.0_f64.to_radians())]);
 }
 
-fn everything(scenario: &mut Scenario, draw: &mut Draw) {
+fn everything(scenario: &mut Scenario, draw: &mut Stream) {
     let degree = 1.0_f64.to_radians();
     wrong_current_heading(scenario, draw);
-    let [sin, cos] = draw.direction(degree);
+    let [sin, cos] = direction(draw, degree);
     effect(scenario, "heading_bias", &[("sin_rad", sin), ("cos_rad", cos)]);
     effect(scenario, "fin_lag", &[("s", 0.2)]);
     // In yaw top and bottom have opposite offsets, in pitch port and starboard.

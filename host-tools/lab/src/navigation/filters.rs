@@ -1,6 +1,6 @@
 //! The filters of the table.
 
-use super::cases::Case;
+use super::cases::MissionCase;
 use backseat_core::navigation::ProcessModel;
 use backseat_estimation::filter::{FilterOptions, ShipSource};
 use backseat_logs::VehicleFile;
@@ -16,13 +16,13 @@ fn alone(mut robust: FilterOptions) -> FilterOptions {
 
 /// The filters that give the bound: over measurements without noise they stay at the truth, and their covariance is
 /// that of the problem linearised there.
-pub fn bounds(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
+pub fn bounds(case: &MissionCase, declared: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
     let names = [("nominal", "bound of the nominal problem (DRMS)"), (ALONE, "bound of the robust problem (DRMS)")];
     let filters = filters(case, declared).into_iter();
     filters.filter_map(|(name, options)| Some((names.iter().find(|(of, _)| *of == name)?.1, options))).collect()
 }
 
-fn base(case: &Case, declared: &VehicleFile, model: ProcessModel) -> FilterOptions {
+fn base(case: &MissionCase, declared: &VehicleFile, model: ProcessModel) -> FilterOptions {
     let mut options = FilterOptions::new(declared, model);
     options.ship = ShipSource::Packet;
     options.use_dvl = case.from_s > 0.0;
@@ -32,14 +32,14 @@ fn base(case: &Case, declared: &VehicleFile, model: ProcessModel) -> FilterOptio
 }
 
 /// The robust filter.
-pub fn robust(case: &Case, declared: &VehicleFile) -> FilterOptions {
+pub fn robust(case: &MissionCase, declared: &VehicleFile) -> FilterOptions {
     let mut options = base(case, declared, ProcessModel::Dynamic);
     options.navigation.make_robust();
     options
 }
 
 /// The filters over the log of a case, to which this vehicle is declared, in the order of the table.
-pub fn filters(case: &Case, declared: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
+pub fn filters(case: &MissionCase, declared: &VehicleFile) -> Vec<(&'static str, FilterOptions)> {
     let base = |model| base(case, declared, model);
     let mut filters = vec![("nominal", base(ProcessModel::Dynamic))];
     let robust = FilterOptions { smooth: true, ..robust(case, declared) };

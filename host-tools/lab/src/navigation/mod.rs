@@ -10,12 +10,12 @@ mod filters;
 mod run;
 mod table;
 
-use crate::ensemble::run_and_keep;
-use crate::store::{Key, Store, program_digest};
+use crate::ensemble::{PartArgs, Progressed, run_and_keep};
+use crate::store::{Key, Store, version};
 use anyhow::{Context, bail};
 use backseat_report::markdown::wrapped;
-use cases::{CASES, Case};
-use run::Run;
+use cases::{CASES, MissionCase};
+use run::MissionRun;
 use std::path::PathBuf;
 
 /// Command line.
@@ -36,9 +36,8 @@ pub struct Args {
     /// End each mission after this simulated time
     #[arg(long)]
     minutes: Option<f64>,
-    /// Keep finished runs in this file and go on from it
-    #[arg(long, value_name = "RUNS.jsonl")]
-    store: Option<PathBuf>,
+    #[command(flatten)]
+    part: PartArgs,
     /// Write the tables to this file as well (Markdown)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -57,14 +56,16 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
         // Fails only if something has used the pool before: its size then stays.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs).build_global();
     }
-    // Runs of another build or of another length are not mixed in.
-    let length = arguments.minutes.map_or(String::new(), |minutes| format!(" {minutes} min"));
-    let store: Store<Run> = Store::open(arguments.store.as_deref(), program_digest()? + &length)?;
+    let length = arguments.minutes.map_or(String::new(), |minutes| format!("{minutes} min"));
+    let store: Store<MissionRun> = Store::open(arguments.part.store.as_deref(), version("navigation", &length)?)?;
     let seeds = arguments.first_seed..arguments.first_seed + arguments.runs;
-    let all = seeds.clone().flat_map(|seed| cases.iter().map(move |case| ((case.name, seed), *case)));
-    let jobs: Vec<(Key, &Case)> = all.filter(|(key, _)| !store.has(*key)).collect();
-    run_and_keep("flights", &jobs, &store, |seed, case| run::run(case, seed, arguments.minutes))?;
-    let results: Vec<(&Case, Vec<(u64, Run)>)> =
+    let all = seeds.clone().flat_map(|seed| cases.iter().map(move |case| ((case.name.to_owned(), seed), *case)));
+    let jobs: Vec<(Key, &MissionCase)> = all.collect();
+    let fly = |seed: u64, case: &&MissionCase| run::run(case, seed, arguments.minutes);
+    if run_and_keep("flights", &arguments.part, &jobs, &store, fly)? == Progressed::Part {
+        return Ok(());
+    }
+    let results: Vec<(&MissionCase, Vec<(u64, MissionRun)>)> =
         cases.iter().map(|case| (*case, store.of(case.name, seeds.clone()))).collect();
     let text = table::markdown(arguments, &results);
     if let Some(path) = &arguments.out {
@@ -78,7 +79,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn selected(names: &[String]) -> anyhow::Result<Vec<&'static Case>> {
+fn selected(names: &[String]) -> anyhow::Result<Vec<&'static MissionCase>> {
     if names.is_empty() {
         return Ok(CASES.iter().collect());
     }

@@ -1,39 +1,35 @@
 //! One seed of one case: a flight in closed loop, and the filters over its measurements.
 
-use super::cases::Case;
+use super::cases::MissionCase;
 use super::filters;
+use crate::flights;
 use anyhow::Context;
 use backseat_analysis::flight_score;
 use backseat_core::navigation::Learnt;
 use backseat_core::state::{X, Y};
 use backseat_estimation::filter::{self, FilterRun, TrackSample};
-use backseat_link::Client;
 use backseat_link::board::mode_reason;
 use backseat_logs::Truth;
 use backseat_logs::stats::ErrorSummary;
 use backseat_wire::hostlink::Mode;
-use hil_sim::backseat::InProcess;
 use hil_sim::ending::Ending;
-use hil_sim::flight::{self, FlightLog};
+use hil_sim::flight::FlightLog;
 use hil_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::AtomicBool;
 
 /// Stored results of a seed: each row of the table.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Run {
+pub struct MissionRun {
     /// Name and figures, in the order of the table.
-    pub rows: Vec<(String, Measured)>,
+    pub rows: Vec<(String, EstimateScore)>,
     /// Flights that did not fly their mission to its end: which, how they ended and why.
     #[serde(default)]
     pub cut_short: Vec<String>,
-    /// How long it took, s.
-    pub wall_s: f64,
 }
 
 /// One estimate against the truth.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Measured {
+pub struct EstimateScore {
     /// Median of the horizontal error, m.
     pub median_m: f64,
     /// 95th percentile, m.
@@ -53,18 +49,18 @@ pub struct Measured {
 }
 
 /// An estimate against the truth at one time.
-struct Compared {
+struct PositionError {
     error_m: [f64; 2],
     /// xx, xy, yy, m².
     covariance_m2: [f64; 3],
 }
 
-impl Measured {
-    fn of(samples: &[Compared], fused: u64, refused: u64) -> Option<Self> {
+impl EstimateScore {
+    fn of(samples: &[PositionError], fused: u64, refused: u64) -> Option<Self> {
         let errors: Vec<f64> = samples.iter().map(|s| s.error_m[0].hypot(s.error_m[1])).collect();
         let count = samples.len() as f64;
         let variance = samples.iter().map(|s| s.covariance_m2[0] + s.covariance_m2[2]).sum::<f64>() / count;
-        let nees = |s: &Compared| {
+        let nees = |s: &PositionError| {
             let ([x, y], [xx, xy, yy]) = (s.error_m, s.covariance_m2);
             (x * x * yy - 2.0 * x * y * xy + y * y * xx) / (xx * yy - xy * xy)
         };
@@ -79,7 +75,7 @@ impl Measured {
     }
 }
 
-impl From<ErrorSummary> for Measured {
+impl From<ErrorSummary> for EstimateScore {
     fn from(error: ErrorSummary) -> Self {
         let ErrorSummary { median_m, p95_m, max_m, rms_m, .. } = error;
         Self { median_m, p95_m, max_m, rms_m, ..Self::default() }
@@ -90,15 +86,14 @@ impl From<ErrorSummary> for Measured {
 ///
 /// # Errors
 /// A flight or a filter that fails.
-pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> {
-    let began = std::time::Instant::now();
+pub fn run(case: &MissionCase, seed: u64, minutes: Option<f64>) -> anyhow::Result<MissionRun> {
     let mut scenario = case.scenario(seed, minutes)?;
     if case.is_second_dive {
         let learnt = learnt_in(&scenario, case)?;
         scenario = case.second_dive(seed, minutes)?;
         scenario.vehicle.learnt = learnt;
     }
-    let mut out = Run::default();
+    let mut out = MissionRun::default();
     let flight = out.fly("closed loop", &scenario)?;
     let truth = flight_score::truth_of(&flight);
     let declared = scenario.declared_vehicle();
@@ -120,22 +115,21 @@ pub fn run(case: &Case, seed: u64, minutes: Option<f64>) -> anyhow::Result<Run> 
             out.add(name, of_track(&run, &run.track, &truth, case.from_s));
         }
     }
-    out.wall_s = began.elapsed().as_secs_f64();
     Ok(out)
 }
 
 /// What a dive teaches of the vehicle.
-fn learnt_in(scenario: &Scenario, case: &Case) -> anyhow::Result<Learnt> {
-    let flight = fly(scenario)?;
+fn learnt_in(scenario: &Scenario, case: &MissionCase) -> anyhow::Result<Learnt> {
+    let flight = flights::fly(scenario)?;
     let declared = scenario.declared_vehicle();
     let run = filter::run(&flight.log, &declared, &filters::robust(case, &declared))?;
     run.learnt.map(|learnt| *learnt).context("the first dive teaches nothing: it is too short")
 }
 
-impl Run {
+impl MissionRun {
     /// A flight; if it was cut short, that is kept.
     fn fly(&mut self, name: &str, scenario: &Scenario) -> anyhow::Result<FlightLog> {
-        let flight = fly(scenario)?;
+        let flight = flights::fly(scenario)?;
         let ending = Ending::of(scenario, &flight);
         if !matches!(ending, Ending::Flown | Ending::Unfinished) {
             let stop = flight.modes.iter().rfind(|change| change.mode == Mode::Safe);
@@ -147,7 +141,7 @@ impl Run {
         Ok(flight)
     }
 
-    fn add(&mut self, name: &str, measured: Option<Measured>) {
+    fn add(&mut self, name: &str, measured: Option<EstimateScore>) {
         if let Some(measured) = measured {
             self.rows.push((name.to_owned(), measured));
         }
@@ -168,42 +162,36 @@ fn without_sensor_noise(scenario: &Scenario) -> Scenario {
     quiet
 }
 
-fn fly(scenario: &Scenario) -> anyhow::Result<FlightLog> {
-    let mut client = Client::new(InProcess::new());
-    let flight = flight::fly(scenario, &mut client, None, &AtomicBool::new(false), |_| {});
-    flight.with_context(|| format!("flight of seed {}", scenario.settings.seed))
-}
-
 /// Estimates that the backseat reported in flight.
-fn of_flight(flight: &FlightLog, from_s: f64) -> Option<Measured> {
+fn of_flight(flight: &FlightLog, from_s: f64) -> Option<EstimateScore> {
     let known = flight
         .samples
         .iter()
         .filter(|sample| sample.telemetry.sigma[0] > 0.0 && sample.truth.time_us as f64 * 1e-6 >= from_s);
-    let samples: Vec<Compared> = known
+    let samples: Vec<PositionError> = known
         .map(|sample| {
             let (estimate, truth) = (&sample.telemetry, &sample.truth.state);
-            Compared {
+            PositionError {
                 error_m: [estimate.state[0] - truth[0], estimate.state[1] - truth[1]],
                 covariance_m2: [estimate.sigma[0].powi(2), estimate.cov_xy_m2, estimate.sigma[1].powi(2)],
             }
         })
         .collect();
     let fused = flight.fusions.iter().filter(|record| record.fused).count() as u64;
-    Measured::of(&samples, fused, flight.fusions.len() as u64 - fused)
+    EstimateScore::of(&samples, fused, flight.fusions.len() as u64 - fused)
 }
 
-fn of_track(run: &FilterRun, track: &[TrackSample], truth: &Truth, from_s: f64) -> Option<Measured> {
+fn of_track(run: &FilterRun, track: &[TrackSample], truth: &Truth, from_s: f64) -> Option<EstimateScore> {
     let due = track.iter().filter(|sample| sample.time_us as f64 * 1e-6 >= from_s);
-    let samples: Vec<Compared> = due
+    let samples: Vec<PositionError> = due
         .filter_map(|sample| {
             let at = truth.at(sample.time_us)?;
-            Some(Compared {
+            Some(PositionError {
                 error_m: [sample.state[X] - at.state[X], sample.state[Y] - at.state[Y]],
                 covariance_m2: [sample.sigma[X].powi(2), sample.cov_xy_m2, sample.sigma[Y].powi(2)],
             })
         })
         .collect();
     let count = |of: fn(&filter::SensorSummary) -> u64| run.sensors.iter().map(of).sum();
-    Measured::of(&samples, count(|sensor| sensor.fused), count(|sensor| sensor.rejected))
+    EstimateScore::of(&samples, count(|sensor| sensor.fused), count(|sensor| sensor.rejected))
 }

@@ -1,24 +1,24 @@
 //! The tables: all rows of all cases over their seeds.
 
 use super::Args;
-use super::cases::Case;
-use super::run::{Measured, Run};
+use super::cases::MissionCase;
+use super::run::{EstimateScore, MissionRun};
 use crate::intervals::with_interval;
 use backseat_logs::stats::{mean, mean_ci95};
 use backseat_report::markdown::markdown_table;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-type Results<'a> = [(&'a Case, Vec<(u64, Run)>)];
+type Results<'a> = [(&'a MissionCase, Vec<(u64, MissionRun)>)];
 
 /// One row over all seeds.
-struct Row<'a> {
+struct FilterRow<'a> {
     name: &'a str,
-    runs: Vec<(u64, &'a Measured)>,
+    runs: Vec<(u64, &'a EstimateScore)>,
 }
 
-impl Row<'_> {
-    fn all(&self, of: impl Fn(&Measured) -> f64) -> Vec<f64> {
+impl FilterRow<'_> {
+    fn all(&self, of: impl Fn(&EstimateScore) -> f64) -> Vec<f64> {
         self.runs.iter().map(|(_, measured)| of(measured)).collect()
     }
 
@@ -39,24 +39,24 @@ impl Row<'_> {
     }
 
     /// The run with the largest 95th percentile.
-    fn worst(&self) -> Option<(u64, &Measured)> {
+    fn worst(&self) -> Option<(u64, &EstimateScore)> {
         self.runs.iter().copied().max_by(|a, b| a.1.p95_m.total_cmp(&b.1.p95_m))
     }
 
     fn refused(&self) -> (u64, u64) {
-        let sum = |of: fn(&Measured) -> u64| self.runs.iter().map(|(_, m)| of(m)).sum();
+        let sum = |of: fn(&EstimateScore) -> u64| self.runs.iter().map(|(_, m)| of(m)).sum();
         (sum(|m| m.refused), sum(|m| m.fused + m.refused))
     }
 }
 
 /// The rows of one case, in the order in which they were run.
-fn rows(runs: &[(u64, Run)]) -> Vec<Row<'_>> {
-    let mut rows: Vec<Row<'_>> = Vec::new();
+fn rows(runs: &[(u64, MissionRun)]) -> Vec<FilterRow<'_>> {
+    let mut rows: Vec<FilterRow<'_>> = Vec::new();
     for (seed, run) in runs {
         for (name, measured) in &run.rows {
             match rows.iter_mut().find(|row| row.name == name.as_str()) {
                 Some(row) => row.runs.push((*seed, measured)),
-                None => rows.push(Row { name, runs: vec![(*seed, measured)] }),
+                None => rows.push(FilterRow { name, runs: vec![(*seed, measured)] }),
             }
         }
     }
@@ -75,7 +75,7 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
     }
     let mut text = format!(
         "# Navigation with undeclared vehicles, sensors and water\n\n\
-         Made by `cargo lab navigation {options}` (seeds {first_seed} to {}).\n\n\
+         Made by `cargo lab navigation {options}` (version {}, seeds {first_seed} to {}).\n\n\
          Ten 1 km lines 100 m apart at 3 m depth, 1 m/s unless a case says otherwise, three hours. Depth 7 Hz with 0.06 m, attitude 3 Hz\n\
          with 1 degree, no gyro rates unless a case says so, no DVL. A packet every 30 s: its range has 1 m, its range rate is not\n\
          used. GNSS only while surfaced at either end. The ship circles at 600 m; its packets hold its own GNSS position (0.5 m).\n\n\
@@ -86,6 +86,7 @@ pub fn markdown(arguments: &Args, results: &Results<'_>) -> String {
          Refused: share of the measurements, all of them good, that were not used.\n\
          `closed loop` is the backseat's own estimate in flight, on which the LQR steers. The other filters run over the\n\
          same measurements afterwards; the same wrong vehicle is declared to all.\n",
+        env!("CARGO_PKG_VERSION"),
         first_seed + runs - 1
     );
     for (case, runs) in results {

@@ -1,6 +1,6 @@
 //! The flight filter fed by packets, as on the board.
 
-use super::walk::{OnVehicle, Packet};
+use super::packets::Packet;
 use anyhow::anyhow;
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
@@ -35,12 +35,11 @@ pub fn reports(log: &Log, packets: &[Packet], ship: &scenario::Ship, fix_sigma_m
 /// The flight filter, each packet's ship state taken as independent.
 pub struct PacketFed {
     navigator: Box<Navigator>,
-    reports: std::vec::IntoIter<Option<ShipReport>>,
     use_range_rate: bool,
 }
 
 impl PacketFed {
-    /// From the same prior as the others.
+    /// From a prior at a time, µs.
     ///
     /// # Errors
     /// A configuration or prior that the filter refuses.
@@ -49,17 +48,14 @@ impl PacketFed {
         initial: &InitialState,
         config: &NavigationConfig,
         model: &VehicleModel,
-        reports: Vec<Option<ShipReport>>,
         use_range_rate: bool,
     ) -> anyhow::Result<Self> {
         let mut navigator = Box::new(Navigator::new());
         navigator.configure(config, model).map_err(|error| anyhow!("{error:?}"))?;
         navigator.initialise(time_us, initial).map_err(|error| anyhow!("{error:?}"))?;
-        Ok(Self { navigator, reports: reports.into_iter(), use_range_rate })
+        Ok(Self { navigator, use_range_rate })
     }
-}
 
-impl OnVehicle for PacketFed {
     fn predict(&mut self, to_us: u64, input: &ActuatorInput) -> anyhow::Result<()> {
         self.navigator.predict(to_us, input).map_err(|error| anyhow!("{error:?}"))
     }
@@ -76,8 +72,7 @@ impl OnVehicle for PacketFed {
         }
     }
 
-    fn arrive(&mut self, _: &Packet, row: &LogRow) -> anyhow::Result<()> {
-        let Some(report) = self.reports.next().flatten() else { return Ok(()) };
+    fn arrive(&mut self, report: ShipReport, row: &LogRow) {
         let path = AcousticPath { vehicle: VehicleEnd::Now, ship: ShipEnd::Reported(report) };
         if let Some(range_m) = row.get(Column::Range) {
             self.navigator.fuse(&Measurement::Range { path, range_m });
@@ -85,17 +80,52 @@ impl OnVehicle for PacketFed {
         if let Some(range_rate_mps) = row.get(Column::RangeRate).filter(|_| self.use_range_rate) {
             self.navigator.fuse(&Measurement::RangeRate { path, range_rate_mps });
         }
-        Ok(())
     }
 
-    fn sample(&mut self) -> anyhow::Result<TrackSample> {
+    fn sample(&self) -> TrackSample {
         let navigator = &self.navigator;
-        Ok(TrackSample {
+        TrackSample {
             time_us: navigator.time_us(),
             state: *navigator.state(),
             sigma: VehicleState::from_fn(|i, _| navigator.variance(i).sqrt()),
             cov_xy_m2: navigator.covariance(X, Y),
             current_mps: navigator.current(),
-        })
+        }
     }
+}
+
+/// Leads the filter through a log, in the order of [`backseat_estimation::filter`]; the estimate at every row time.
+///
+/// # Errors
+/// The filter has failed.
+pub fn track(
+    log: &Log,
+    packets: &[Packet],
+    reports: &[Option<ShipReport>],
+    mut filter: PacketFed,
+) -> anyhow::Result<Vec<TrackSample>> {
+    let mut input = ActuatorInput::default();
+    let mut launches = packets.iter().map(|packet| packet.launch_us).peekable();
+    let mut arrivals = packets.iter().zip(reports).peekable();
+    let mut track = Vec::with_capacity(log.rows.len());
+    let mut first = 0;
+    for instant in log.rows.chunk_by(|a, b| a.time_us == b.time_us) {
+        let time_us = instant[0].time_us;
+        // The centralized filter stops at each launch for its clone.
+        while let Some(launch_us) = launches.next_if(|launch_us| *launch_us <= time_us) {
+            filter.predict(launch_us, &input)?;
+        }
+        filter.predict(time_us, &input)?;
+        for row in instant {
+            filter.fuse(row);
+            input = row.actuators().unwrap_or(input);
+        }
+        let next = first + instant.len();
+        while let Some((packet, report)) = arrivals.next_if(|(packet, _)| packet.row < next) {
+            report.iter().for_each(|report| filter.arrive(*report, &log.rows[packet.row]));
+        }
+        first = next;
+        track.push(filter.sample());
+    }
+    Ok(track)
 }

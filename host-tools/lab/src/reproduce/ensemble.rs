@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
 /// Items with their finished runs.
-pub struct Ensemble<'a> {
+pub struct ItemRuns<'a> {
     pub items: &'a [&'static Item],
     /// Runs that were asked for.
     pub runs: u64,
@@ -77,9 +77,9 @@ pub struct Table {
 }
 
 /// A curve's name and points.
-pub type Line = (&'static str, Vec<(f64, f64)>);
+pub type Curve = (&'static str, Vec<(f64, f64)>);
 
-impl Ensemble<'_> {
+impl ItemRuns<'_> {
     fn finished(&self, item: &Item) -> Vec<Measured> {
         self.store.of(item.study.name, 1..self.runs + 1).into_iter().map(|(_, measured)| measured).collect()
     }
@@ -96,7 +96,7 @@ impl Ensemble<'_> {
     }
 
     /// Median curves of an item's rows.
-    pub fn curves(&self, item: &Item, curves: &Curves) -> Vec<Line> {
+    pub fn curves(&self, item: &Item, curves: &Curves) -> Vec<Curve> {
         let finished = self.finished(item);
         let lines = item.rows.iter().map(|row| {
             let key = format!("{}/{row}", curves.prefix);
@@ -110,7 +110,7 @@ impl Ensemble<'_> {
             let points = at.iter().filter(|(_, values)| 2 * values.len() >= most);
             (*row, points.filter_map(|(t, values)| Some((*t as f64 / 3600.0, median(values)?))).collect())
         });
-        lines.filter(|(_, points): &Line| !points.is_empty()).collect()
+        lines.filter(|(_, points): &Curve| !points.is_empty()).collect()
     }
 
     /// One JSON object.

@@ -1,6 +1,6 @@
 //! The tables as Markdown.
 
-use super::ensemble::{Ensemble, Verdict};
+use super::ensemble::{ItemRuns, Verdict};
 use super::text::{grid, seeds, summary};
 use backseat_report::markdown::{markdown_table, wrapped};
 use std::fmt::Write as _;
@@ -24,8 +24,8 @@ gives the same numbers of a static log of one's own sensors.
 in their place.
 ";
 
-pub fn page(ensemble: &Ensemble<'_>) -> String {
-    let Ensemble { items, runs, store } = ensemble;
+pub fn page(ensemble: &ItemRuns<'_>) -> String {
+    let ItemRuns { items, runs, store } = ensemble;
     let mut out = format!(
         "# The thesis' tables and figures, reproduced\n\n\
          Made by `cargo lab reproduce --runs {runs}` (version {}, build {}; seeds 1 to {runs}, methods were tuned on seeds from {} on).\n\

@@ -13,12 +13,12 @@ mod registry;
 mod studies;
 mod text;
 
-use crate::ensemble::run_and_keep;
-use crate::store::{Key, Store, program_digest};
+use crate::ensemble::{PartArgs, Progressed, run_and_keep};
+use crate::store::{Key, Store, version};
 use anyhow::{Context, bail};
 use backseat_logs::output::{self, Existing};
 use backseat_report::console;
-use ensemble::Ensemble;
+use ensemble::ItemRuns;
 use item::Item;
 use std::path::PathBuf;
 use studies::{Measured, Study};
@@ -46,9 +46,11 @@ pub struct Args {
     /// Runs of each, with seeds from 1
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..FIRST_TUNING_SEED))]
     runs: u64,
-    /// Write an HTML report into this folder, and keep finished runs there
+    /// Write an HTML report into this folder, and keep finished runs there unless --store says where
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    part: PartArgs,
     /// Write the tables to this file too, Markdown
     #[arg(long, value_name = "FILE.md")]
     markdown: Option<PathBuf>,
@@ -64,16 +66,19 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let items = registry::selected(&args.items);
     let store = open_store(args)?;
-    let pending = pending(&items, args.runs, &store);
+    let jobs = jobs(&items, args.runs);
     let page = args.report.as_ref().map(|folder| folder.join("report.html"));
-    if !pending.is_empty() {
+    if jobs.iter().any(|(key, _)| !store.has(key)) {
         // Before the work, not after it.
         for path in [&page, &args.markdown].into_iter().flatten() {
             output::check(path, existing(args))?;
         }
     }
-    let interrupted = run_and_keep("reproduce", &pending, &store, |seed, study| study.run(seed))?;
-    let ensemble = Ensemble { items: &items, runs: args.runs, store: &store };
+    let progressed = run_and_keep("reproduce", &args.part, &jobs, &store, |seed, study| study.run(seed))?;
+    if progressed == Progressed::Part {
+        return Ok(());
+    }
+    let ensemble = ItemRuns { items: &items, runs: args.runs, store: &store };
     if let Some(path) = &page {
         write(args, path, &page::html(&ensemble))?;
     }
@@ -85,7 +90,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(path) = page.filter(|_| !args.json) {
         console::print(format!("\nreport   {}\n", path.display()).as_bytes())?;
     }
-    if interrupted {
+    if progressed == Progressed::Interrupted {
         bail!("interrupted: the result covers the finished runs only");
     }
     Ok(())
@@ -96,9 +101,11 @@ fn existing(args: &Args) -> Existing {
 }
 
 fn open_store(args: &Args) -> anyhow::Result<Store<Measured>> {
-    let Some(folder) = &args.report else { return Store::open(None, program_digest()?) };
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    Store::open(Some(&folder.join("runs.jsonl")), program_digest()?)
+    if let Some(folder) = &args.report {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    let in_report = args.report.as_ref().map(|folder| folder.join("runs.jsonl"));
+    Store::open(args.part.store.clone().or(in_report).as_deref(), version("reproduce", "")?)
 }
 
 /// Writes a result, unless an identical file exists.
@@ -109,14 +116,13 @@ fn write(args: &Args, path: &std::path::Path, text: &str) -> anyhow::Result<()> 
     Ok(output::write(path, existing(args), |file| file.write_all(text.as_bytes()))?)
 }
 
-/// Runs of the items' studies that are not there yet, seed by seed: what an interruption leaves is an ensemble of each.
-fn pending(items: &[&'static Item], runs: u64, store: &Store<Measured>) -> Vec<(Key, &'static Study)> {
+/// Runs of the items' studies, seed by seed: what an interruption leaves is an ensemble of each.
+fn jobs(items: &[&'static Item], runs: u64) -> Vec<(Key, &'static Study)> {
     let mut studies: Vec<&'static Study> = Vec::new();
     for item in items {
         if !studies.iter().any(|study| study.name == item.study.name) {
             studies.push(item.study);
         }
     }
-    let all = (1..=runs).flat_map(|seed| studies.iter().map(move |study| ((study.name, seed), *study)));
-    all.filter(|(key, _)| !store.has(*key)).collect()
+    (1..=runs).flat_map(|seed| studies.iter().map(move |study| ((study.name.to_owned(), seed), *study))).collect()
 }

@@ -1,12 +1,12 @@
 //! The tables and plots as a page.
 
-use super::ensemble::{Ensemble, Verdict};
+use super::ensemble::{ItemRuns, Verdict};
 use super::item::Item;
 use super::text::{grid, seeds, summary};
 use backseat_report::plots::{self, Bar, BarPlot, ErrorPlot, Scale, Series};
 use backseat_report::{Provenance, Report, Table};
 
-pub fn html(ensemble: &Ensemble<'_>) -> String {
+pub fn html(ensemble: &ItemRuns<'_>) -> String {
     let items = ensemble.items.len();
     let verdict = format!(
         "{items} tables and figures of the thesis, each as the median and the middle 95 % of up to {} simulated runs.",
@@ -34,7 +34,7 @@ pub fn html(ensemble: &Ensemble<'_>) -> String {
     }
     let command: Vec<String> = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned()).collect();
     let version = format!("{}, build {}", env!("CARGO_PKG_VERSION"), ensemble.store.build());
-    let command = format!("backseat {}", command.join(" "));
+    let command = format!("cargo lab {}", command.join(" "));
     report.provenance(Provenance { command: &command, seed: None, version: &version }).html()
 }
 
@@ -45,7 +45,7 @@ fn table(caption: &str, grid: &[Vec<String>]) -> Table {
 }
 
 /// Bars of the first column, then the curves.
-fn plots(mut report: Report, ensemble: &Ensemble<'_>, item: &Item) -> Report {
+fn plots(mut report: Report, ensemble: &ItemRuns<'_>, item: &Item) -> Report {
     let ours = ensemble.table(item);
     if let Some(column) = item.columns.first().filter(|column| !column.is_claim) {
         let bars: Vec<Bar<'_>> = ours

@@ -1,11 +1,11 @@
 //! Tables for the terminal.
 
-use super::ensemble::{Cell, Ensemble, Table, Verdict, short};
+use super::ensemble::{Cell, ItemRuns, Table, Verdict, short};
 use super::item::{Item, Printed, Reported};
 use std::fmt::Write as _;
 
 /// Every item in full, or (`brief`) a line each.
-pub fn tables(ensemble: &Ensemble<'_>, brief: bool) -> String {
+pub fn tables(ensemble: &ItemRuns<'_>, brief: bool) -> String {
     let mut out = String::new();
     if brief {
         let _ = writeln!(
@@ -27,7 +27,7 @@ pub fn tables(ensemble: &Ensemble<'_>, brief: bool) -> String {
 }
 
 /// How many runs are finished, with which seeds.
-pub fn seeds(ensemble: &Ensemble<'_>, table: &Table) -> String {
+pub fn seeds(ensemble: &ItemRuns<'_>, table: &Table) -> String {
     match (table.runs as u64, ensemble.runs) {
         (runs, asked) if runs < asked => format!("{runs} finished of seeds 1 to {asked}"),
         (1, _) => "1, seed 1".to_owned(),
@@ -59,7 +59,7 @@ pub fn grid(item: &Item, table: &Table) -> Vec<Vec<String>> {
 }
 
 /// An item a line: what is printed of it, and how ours compares, or the first column of our rows.
-pub fn summary(ensemble: &Ensemble<'_>) -> Vec<Vec<String>> {
+pub fn summary(ensemble: &ItemRuns<'_>) -> Vec<Vec<String>> {
     let header = ["item", "what", "ours against print", "runs"];
     let mut grid = vec![header.map(str::to_owned).to_vec()];
     for item in ensemble.items {

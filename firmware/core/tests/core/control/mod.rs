@@ -4,3 +4,6 @@ mod closed_loop;
 mod properties;
 mod simulation;
 mod vectors;
+
+#[path = "../random/mod.rs"]
+mod random;

@@ -1,6 +1,7 @@
 //! Commands stay finite and within limits whatever comes in.
 
-use super::simulation::{Scatter, check_limits};
+use super::simulation::check_limits;
+use crate::random::Random;
 use backseat_core::control::ControlError::{Gains, OutOfRange};
 use backseat_core::control::allocation::{Datum, Moments, allocate};
 use backseat_core::control::limits::{ActuatorLimits, Limiter};
@@ -22,7 +23,7 @@ fn any_state_gives_a_command_within_limits() {
     let mission = Mission::lawnmower(&Lawnmower::REFERENCE).unwrap();
     for law in [ControlLaw::Pd, ControlLaw::Lqr, ControlLaw::LqrOnReference] {
         for allocation in [AllocationMethod::Decoupled, AllocationMethod::SixDof] {
-            let mut scatter = Scatter(7);
+            let mut scatter = Random(7);
             let config = ControlConfig { law, allocation, ..ControlConfig::REFERENCE };
             let mut controller = Box::new(Controller::new());
             controller.configure(&config, &model()).unwrap();
@@ -31,14 +32,14 @@ fn any_state_gives_a_command_within_limits() {
             let mut last = ActuatorInput::default();
             for step in 0..2000u64 {
                 let size = [1e-3, 1.0, 30.0, 1e4, 1e150, 1e300][(step % 6) as usize];
-                let mut x = VehicleState::from_fn(|_, _| size * scatter.unit());
+                let mut x = VehicleState::from_fn(|_, _| size * scatter.within(1.0));
                 // So that the mission is not over at once.
                 x[state::X] = x[state::X].min(0.0);
                 let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
                 if step % 7 == 0 {
                     x[(step / 7 % 12) as usize] = bad[(step % 3) as usize];
                 }
-                let current = [scatter.unit() * size, if step % 11 == 0 { f64::NAN } else { scatter.unit() }];
+                let current = [scatter.within(1.0) * size, if step % 11 == 0 { f64::NAN } else { scatter.within(1.0) }];
                 let command = controller.command(step * 100_000, &x, current);
                 check_limits(&config.limits, &last, &command.input);
                 last = command.input;
@@ -140,9 +141,9 @@ fn limiter_reaches_the_wanted_input_and_no_further() {
 #[test]
 fn val_allocation_gives_the_moments_asked_for() {
     let model = model();
-    let mut scatter = Scatter(3);
+    let mut scatter = Random(3);
     for round in 0..200 {
-        let mut rates = || 0.05 * scatter.unit();
+        let mut rates = || 0.05 * scatter.within(1.0);
         let v = Vector6::new(1.0 + rates(), rates(), rates(), rates(), rates(), rates());
         let trim = [rates(), rates(), rates(), rates()];
         let wanted = Moments { roll_nm: 2.0 * rates(), pitch_nm: 40.0 * rates(), yaw_nm: 40.0 * rates() };

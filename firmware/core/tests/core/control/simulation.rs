@@ -1,5 +1,6 @@
 //! The model in closed loop with the controller: RK4, no noise, no estimation error.
 
+use crate::random::Random;
 use backseat_core::control::limits::ActuatorLimits;
 use backseat_core::control::mission::{Mission, MissionStatus};
 use backseat_core::control::{Command, ControlConfig, Controller};
@@ -42,19 +43,6 @@ impl Default for Disturbance {
     }
 }
 
-/// xorshift64*: enough to scatter states, the same on every machine.
-pub struct Scatter(pub u64);
-
-impl Scatter {
-    /// Uniform in [-1, 1).
-    pub fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
-
 /// One step's worth of history.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
@@ -82,13 +70,14 @@ pub fn fly(
         controller.set_model(&faulted);
     }
     let known_ne_mps = if disturbance.current_known { disturbance.current_ne_mps } else { [0.0; 2] };
-    let mut scatter = Scatter(5);
+    let mut scatter = Random(5);
     let mut actual_vehicle = VehicleModel::new(&disturbance.vehicle).unwrap();
     actual_vehicle.set_fin_effectiveness(&disturbance.fin_shares);
     let mut last = ActuatorInput::default();
     let mut samples = Vec::new();
     for step in 0..(longest_s / STEP_S) as u64 {
-        let estimate = VehicleState::from_fn(|i, _| x[i] + libm::sqrt(3.0) * disturbance.noise[i] * scatter.unit());
+        let estimate =
+            VehicleState::from_fn(|i, _| x[i] + libm::sqrt(3.0) * disturbance.noise[i] * scatter.within(1.0));
         let command = controller.command(step * 100_000, &estimate, known_ne_mps);
         check_limits(&config.limits, &last, &command.input);
         last = command.input;

@@ -8,3 +8,6 @@ mod reference;
 mod singular;
 mod support;
 mod textbook;
+
+#[path = "../random/mod.rs"]
+mod random;

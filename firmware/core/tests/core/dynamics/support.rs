@@ -23,20 +23,9 @@ pub fn model(parameters: &VehicleParameters) -> VehicleModel {
     VehicleModel::new(parameters).expect("valid parameters")
 }
 
-/// SplitMix64: enough to scatter test points, the same on every machine.
-pub struct Random(pub u64);
+pub use crate::random::Random;
 
 impl Random {
-    /// Uniform in [-scale, scale).
-    pub fn within(&mut self, scale: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        scale * ((z >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
-    }
-
     /// Any attitude short of the vertical; slow and fast, ahead and astern.
     pub fn state(&mut self) -> VehicleState {
         let scales = [100.0, 100.0, 50.0, 3.0, 1.4, 3.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.0];

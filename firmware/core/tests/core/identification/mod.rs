@@ -8,3 +8,6 @@ mod robustness;
 mod simulation;
 mod support;
 mod vectors;
+
+#[path = "../random/mod.rs"]
+mod random;

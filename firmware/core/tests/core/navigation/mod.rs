@@ -11,3 +11,6 @@ mod order;
 mod recovery;
 mod robust;
 mod support;
+
+#[path = "../random/mod.rs"]
+mod random;

@@ -4,23 +4,15 @@ use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
 use backseat_core::navigation::*;
 use backseat_core::state::VehicleState;
 
-/// SplitMix64 with Box-Muller.
-pub struct Noise(pub u64);
+pub use crate::random::Random as Noise;
 
 impl Noise {
-    pub fn word(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
     /// In (0, 1].
     pub fn uniform(&mut self) -> f64 {
         ((self.word() >> 11) + 1) as f64 / (1_u64 << 53) as f64
     }
 
+    /// Standard normal (Box and Muller).
     pub fn normal(&mut self) -> f64 {
         (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
     }

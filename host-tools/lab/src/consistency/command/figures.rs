@@ -1,6 +1,6 @@
 //! Figures: normalised errors over time with their band, errors beside their bounds.
 
-use super::{Args, QUANTITIES, Row};
+use super::{Args, ConsistencyRow, QUANTITIES};
 use anyhow::Context;
 use backseat_report::plots::{ErrorPlot, Point, Scale, TimePlot, error_vs_time, time_series};
 use backseat_report::{Provenance, Report};
@@ -14,7 +14,7 @@ fn hours(time_s: f64) -> f64 {
 }
 
 /// ANEES of the vehicle's twelve states of all rows, and its band.
-pub(super) fn normalised(rows: &[Row]) -> String {
+pub(super) fn normalised(rows: &[ConsistencyRow]) -> String {
     let lines: Vec<(&str, Vec<Point>)> = rows
         .iter()
         .filter_map(|row| {
@@ -40,7 +40,7 @@ pub(super) fn normalised(rows: &[Row]) -> String {
 }
 
 /// Errors and both bounds of one quantity.
-fn bounded(row: &Row, quantity: usize) -> Option<String> {
+fn bounded(row: &ConsistencyRow, quantity: usize) -> Option<String> {
     let compared = row.bound.as_ref()?;
     let line = |values: &[[f64; 3]]| -> Vec<Point> {
         values.iter().enumerate().map(|(second, value)| (hours(second as f64), value[quantity])).collect()
@@ -60,7 +60,12 @@ fn bounded(row: &Row, quantity: usize) -> Option<String> {
 }
 
 /// The page.
-pub(super) fn page(path: &Path, arguments: &Args, declared: &[Row], flights: &[Row]) -> anyhow::Result<()> {
+pub(super) fn page(
+    path: &Path,
+    arguments: &Args,
+    declared: &[ConsistencyRow],
+    flights: &[ConsistencyRow],
+) -> anyhow::Result<()> {
     let verdict = format!("{} flights of each model against the filter's own covariance.", arguments.runs);
     let mut report = Report::new("Does the filter know how wrong it is?", verdict)
         .figure("Worlds that behave as declared: ANEES of the vehicle's twelve states.", normalised(declared))

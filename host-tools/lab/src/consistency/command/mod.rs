@@ -3,11 +3,13 @@
 mod figures;
 mod text;
 
-use crate::consistency::{self, Bounds, Inside};
+use crate::consistency::{self, Bounds, DeclaredCase, Inside};
+use crate::ensemble::{PartArgs, all_runs};
+use crate::store::{Key, version};
 use anyhow::Context;
 use backseat_logs::stats::median;
-use backseat_report::console::Progress;
 use backseat_report::markdown::wrapped;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -36,6 +38,8 @@ pub struct Args {
     /// Write a page with all figures; never over an earlier one.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    part: PartArgs,
     /// Print one JSON object on stdout.
     #[arg(long)]
     json: bool,
@@ -48,17 +52,23 @@ const SETTLED_S: usize = 60;
 /// Quantities of errors and bounds, with their units.
 const QUANTITIES: [(&str, &str); 3] = [("position", "m"), ("attitude", "rad"), ("velocity", "m/s")];
 
+/// Names of the two sets of real flights.
+const STILL: &str = "flights in still water";
+const CURRENT: &str = "flights in a current";
+
 /// Results of one model.
-struct Row {
+#[derive(Clone, Serialize, Deserialize)]
+struct ConsistencyRow {
     name: String,
     blocks: Vec<Inside>,
     innovations: Vec<Inside>,
     rejected: u64,
-    bound: Option<Compared>,
+    bound: Option<AgainstBound>,
 }
 
 /// Errors beside their bounds.
-struct Compared {
+#[derive(Clone, Serialize, Deserialize)]
+struct AgainstBound {
     /// Root mean squared errors by second, of [`QUANTITIES`].
     errors: Vec<[f64; 3]>,
     /// Roots of the bounds, along each track and over the ensemble.
@@ -72,7 +82,7 @@ struct Ratio {
     greatest: f64,
 }
 
-impl Compared {
+impl AgainstBound {
     fn new(errors: Vec<[f64; 3]>, bounds: &Bounds) -> Self {
         let roots = |of: &[consistency::Least]| {
             of.iter()
@@ -100,25 +110,22 @@ impl Compared {
 /// A flight or a filter that fails; a file that cannot be written.
 pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let cases = consistency::cases(arguments.minutes)?;
-    let chunks = u64::from(arguments.minutes) * 30;
-    let bounded = cases.iter().filter(|case| case.bounded).count() as u64;
-    let runs = (cases.len() as u64 + 2) * arguments.runs + bounded * chunks;
-    let progress = Progress::new("ensembles", runs as usize);
-    let seeds = |model: u64| -> Vec<u64> {
-        let first = arguments.first_seed + model * SEEDS_PER_MODEL;
-        (first..first + arguments.runs).collect()
-    };
-    let mut declared = Vec::new();
-    for (model, case) in (0..).zip(&cases) {
-        let seeds = seeds(model);
-        let ensemble = consistency::run(case, &seeds, || progress.advance()).context(case.name)?;
-        let bounds = case.bounded.then(|| consistency::bounds(case, &seeds, || progress.advance()));
-        let errors = consistency::errors(&ensemble);
-        declared.push(Row::of(&ensemble, SETTLED_S, bounds.map(|bounds| Compared::new(errors, &bounds))));
-    }
-    let flights = consistency::surveys(arguments.minutes, &seeds(cases.len() as u64), || progress.advance())?;
-    let flights: Vec<Row> = flights.iter().map(|ensemble| Row::of(ensemble, SETTLED_S, None)).collect();
-    drop(progress);
+    let declared = cases.iter().map(|case| (case.name.to_owned(), RowJob::Declared(case)));
+    let flights =
+        [(STILL, false), (CURRENT, true)].map(|(name, current)| (name.to_owned(), RowJob::Flights { current }));
+    // The two sets of flights have the same seeds: in a current and in still water.
+    let seeds = (0..cases.len()).chain([cases.len(); 2]).map(|row| arguments.first_seed + row as u64 * SEEDS_PER_MODEL);
+    let jobs: Vec<(Key, RowJob)> =
+        declared.chain(flights).zip(seeds).map(|((name, job), seed)| ((name, seed), job)).collect();
+    let version = version("consistency", &format!("{} runs, {} min", arguments.runs, arguments.minutes))?;
+    let finished = all_runs("rows", &arguments.part, version, &jobs, |seed, job| {
+        let seeds: Vec<u64> = (seed..seed + arguments.runs).collect();
+        job.run(&seeds, arguments.minutes)
+    })?;
+    let Some(mut finished) = finished else { return Ok(()) };
+    let flights = finished.split_off(cases.len());
+    let [declared, flights]: [Vec<ConsistencyRow>; 2] =
+        [finished, flights].map(|of| of.into_iter().flat_map(|finished| finished.rows).collect());
 
     let text = text::markdown(arguments, &declared, &flights);
     if let Some(path) = &arguments.out {
@@ -138,11 +145,41 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-impl Row {
-    fn of(ensemble: &consistency::Ensemble, from_s: usize, bound: Option<Compared>) -> Self {
+/// What is kept of one job.
+#[derive(Clone, Serialize, Deserialize)]
+struct FinishedRows {
+    rows: Vec<ConsistencyRow>,
+}
+
+/// One row, or the rows of one set of flights.
+enum RowJob<'a> {
+    Declared(&'a DeclaredCase),
+    Flights { current: bool },
+}
+
+impl RowJob<'_> {
+    fn run(&self, seeds: &[u64], minutes: u32) -> anyhow::Result<FinishedRows> {
+        let rows = match self {
+            Self::Declared(case) => {
+                let ensemble = consistency::run(case, seeds)?;
+                let errors = consistency::errors(&ensemble);
+                let bounds = case.bounded.then(|| consistency::bounds(case, seeds));
+                vec![ConsistencyRow::of(&ensemble, bounds.map(|bounds| AgainstBound::new(errors, &bounds)))]
+            }
+            Self::Flights { current } => {
+                let flown = consistency::surveys(minutes, seeds, *current)?;
+                flown.iter().map(|ensemble| ConsistencyRow::of(ensemble, None)).collect()
+            }
+        };
+        Ok(FinishedRows { rows })
+    }
+}
+
+impl ConsistencyRow {
+    fn of(ensemble: &consistency::Ensemble, bound: Option<AgainstBound>) -> Self {
         Self {
             name: ensemble.name.clone(),
-            blocks: consistency::blocks(ensemble, from_s),
+            blocks: consistency::blocks(ensemble, SETTLED_S),
             innovations: consistency::innovations(ensemble),
             rejected: ensemble.runs.iter().map(|run| run.rejected).sum(),
             bound,
@@ -150,7 +187,7 @@ impl Row {
     }
 }
 
-fn to_json(arguments: &Args, declared: &[Row], flights: &[Row]) -> Value {
+fn to_json(arguments: &Args, declared: &[ConsistencyRow], flights: &[ConsistencyRow]) -> Value {
     let inside = |all: &[Inside]| -> Value {
         let one = |inside: &Inside| {
             let [inside_share, below, above] = inside.shares;
@@ -159,18 +196,18 @@ fn to_json(arguments: &Args, declared: &[Row], flights: &[Row]) -> Value {
                 "mean_band": inside.mean_band.map(|band| [band.low, band.high]),
                 "inside": inside_share, "below": below, "above": above,
             });
-            (inside.name.to_owned(), value)
+            (inside.name.clone(), value)
         };
         Value::Object(all.iter().map(one).collect())
     };
-    let ratios = |compared: &Compared, bound: usize| -> Value {
+    let ratios = |compared: &AgainstBound, bound: usize| -> Value {
         let one = |(quantity, (name, _)): (usize, &(&str, &str))| {
             let ratio = compared.ratio(bound, quantity);
             ((*name).to_owned(), json!({"median": ratio.median, "min": ratio.least, "max": ratio.greatest}))
         };
         Value::Object(QUANTITIES.iter().enumerate().map(one).collect())
     };
-    let row = |row: &Row| {
+    let row = |row: &ConsistencyRow| {
         json!({
             "name": row.name, "anees": inside(&row.blocks), "anis": inside(&row.innovations), "rejected": row.rejected,
             "rmse_over_track_bound": row.bound.as_ref().map(|bound| ratios(bound, 0)),

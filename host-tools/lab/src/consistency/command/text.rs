@@ -1,6 +1,6 @@
 //! The tables.
 
-use super::{Args, QUANTITIES, Row, SEEDS_PER_MODEL, SETTLED_S};
+use super::{Args, ConsistencyRow, QUANTITIES, SEEDS_PER_MODEL, SETTLED_S};
 use crate::consistency::{Block, Inside, measurement_names};
 use backseat_report::markdown::markdown_table;
 use std::fmt::Write as _;
@@ -8,11 +8,11 @@ use std::fmt::Write as _;
 /// Least share of times inside the pointwise band.
 const ASKED: f64 = 0.9;
 
-pub(super) fn markdown(arguments: &Args, declared: &[Row], flights: &[Row]) -> String {
+pub(super) fn markdown(arguments: &Args, declared: &[ConsistencyRow], flights: &[ConsistencyRow]) -> String {
     let Args { runs, first_seed, minutes, .. } = arguments;
     let mut text = format!(
         "# Is the filter's covariance right?\n\n\
-         Made by `cargo lab consistency --runs {runs} --minutes {minutes} --first-seed {first_seed}`: {runs} flights of {minutes} minutes for each row, seeds from\n\
+         Made by `cargo lab consistency --runs {runs} --minutes {minutes} --first-seed {first_seed}` (version {}): {runs} flights of {minutes} minutes for each row, seeds from\n\
          {first_seed} on for the first row, {SEEDS_PER_MODEL} more for each next one. Everything counts from {SETTLED_S} s on.\n\n\
          *ANEES* is eᵀ P⁻¹ e of the estimate's error e and the filter's own covariance P, averaged over the flights at each second and\n\
          divided by its degrees of freedom: 1 if the covariance is right, above 1 where the filter is overconfident, below where it is\n\
@@ -25,7 +25,8 @@ pub(super) fn markdown(arguments: &Args, declared: &[Row], flights: &[Row]) -> S
          every sensor have the declared noise; effects are drawn from their priors. The vehicle moves by the simulator's equations and\n\
          integrator. Lines, turns, ranges every 30 s. The kinematic model's world is a vehicle that only its declared noise\n\
          moves, on a wide circle; its q is small (5, 5, 2 e-3 m/s²/√Hz; 1.5, 1.5, 3 e-5 rad/s²/√Hz), or it would tumble. Currents have\n\
-         the filter's default prior of 0.3 m/s, drag 0.3 N s/m (a tenth), the clock 1 ms.\n\n"
+         the filter's default prior of 0.3 m/s, drag 0.3 N s/m (a tenth), the clock 1 ms.\n\n",
+        env!("CARGO_PKG_VERSION")
     );
     errors(&mut text, declared);
     if let Some(name) = arguments.plot.as_ref().and_then(|path| path.file_name()) {
@@ -57,7 +58,7 @@ pub(super) fn markdown(arguments: &Args, declared: &[Row], flights: &[Row]) -> S
 }
 
 /// ANEES by block.
-fn errors(text: &mut String, rows: &[Row]) {
+fn errors(text: &mut String, rows: &[ConsistencyRow]) {
     let names: Vec<&str> = Block::ALL.iter().map(|block| block.name()).collect();
     let mut table = markdown_table(["ANEES"].iter().chain(&names).copied().chain(["vehicle's band"]));
     for row in rows {
@@ -84,7 +85,7 @@ fn errors(text: &mut String, rows: &[Row]) {
 }
 
 /// ANIS by kind of measurement.
-fn measurements(text: &mut String, rows: &[Row]) {
+fn measurements(text: &mut String, rows: &[ConsistencyRow]) {
     let present = |name: &&str| rows.iter().flat_map(|row| &row.innovations).any(|inside| inside.name == *name);
     let names: Vec<&str> = measurement_names().filter(present).collect();
     let cell = |inside: &Inside| {
@@ -101,7 +102,7 @@ fn measurements(text: &mut String, rows: &[Row]) {
     let _ = writeln!(text, "{table}");
 }
 
-fn bounds(text: &mut String, rows: &[Row]) {
+fn bounds(text: &mut String, rows: &[ConsistencyRow]) {
     text.push_str(
         "\n## The posterior Cramér-Rao bound\n\n\
          Root mean squared error over the flights against the bound (Tichavský, Muravchik and Nehorai 1998), computed apart from the\n\

@@ -1,6 +1,6 @@
 //! Scalar against diagonal gains of the adaptive laws, on the same filtered log and at the same limit of stability.
 
-use super::identification::Case;
+use super::identification::ExperimentLog;
 use super::{Kind, Measured, Study};
 use anyhow::Context;
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel};
@@ -28,7 +28,7 @@ const GAMMA_TIME_S: f64 = 1000.0;
 const AVERAGE: usize = 10_000;
 
 fn run(seed: u64) -> anyhow::Result<Measured> {
-    let case = Case::table_4_13(seed)?;
+    let case = ExperimentLog::table_4_13(seed)?;
     let model = VehicleModel::new(&case.prior).ok().context("the prior")?;
     let instants = instants(&case, &model);
     let prior = theta_of(&case.prior);
@@ -52,17 +52,17 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
 }
 
 /// One sample, low-passed without delay: v and s.
-type Smooth = (Vector6<f64>, Vector3<f64>);
+type Smoothed = (Vector6<f64>, Vector3<f64>);
 
-fn smooth(case: &Case) -> Vec<Smooth> {
+fn smooth(case: &ExperimentLog) -> Vec<Smoothed> {
     let outputs: Vec<_> = case.data.samples.iter().map(measured).collect();
     let attitude = |x: &Output| Attitude::new(&Vector3::new(x[0], x[1], 0.0));
     low_pass(&outputs, &CUT_OFFS_HZ).iter().map(|x| (x.fixed_rows::<6>(2).into_owned(), attitude(x).down())).collect()
 }
 
 /// The beginning and the end of every period; the commands of its beginning are held.
-fn instants(case: &Case, model: &VehicleModel) -> Vec<[Instant; 2]> {
-    let at = |(velocity, down): &Smooth, input: ActuatorInput| Instant::new(model, velocity, down, &input);
+fn instants(case: &ExperimentLog, model: &VehicleModel) -> Vec<[Instant; 2]> {
+    let at = |(velocity, down): &Smoothed, input: ActuatorInput| Instant::new(model, velocity, down, &input);
     let periods = smooth(case);
     let periods = periods.windows(2).zip(&case.data.samples);
     periods.map(|(pair, sample)| [0, 1].map(|end| at(&pair[end], sample.input.mean()))).collect()
@@ -87,7 +87,7 @@ fn energy(instants: &[[Instant; 2]], theta: &Theta) -> Theta {
 }
 
 /// The laws over the log; the mean of θ̂ over its last part.
-fn adapt(case: &Case, instants: &[[Instant; 2]], prior: &Theta, gains: &Theta) -> Theta {
+fn adapt(case: &ExperimentLog, instants: &[[Instant; 2]], prior: &Theta, gains: &Theta) -> Theta {
     let bounds = ParameterBox::around(&case.prior, case.options.box_ratio);
     let mut state =
         AidState { velocity: instants.first().map_or_else(Vector6::zeros, |[at, _]| at.velocity), theta: *prior };

@@ -13,7 +13,7 @@ use hil_sim::experiment::{Between, Experiment, Motion, Noise, OpenLoop, Referenc
 /// NBLS on the references of Table 4.6, Tables 4.10 to 4.12.
 pub const NBLS: Study = Study {
     name: "nbls",
-    kind: Kind::Identification(Conditions {
+    kind: Kind::Identification(NoiseGrid {
         method: Method::Nbls,
         motion: NBLS_MOTION,
         duration_s: NBLS_S,
@@ -33,7 +33,7 @@ const NBLS_CUTOFF_HZ: f64 = 0.2;
 /// AID on the inputs of Table 4.14, Tables 4.15 to 4.17 and Figure 4.11.
 pub const AID_FINE_RATES: Study = Study {
     name: "aid, 0.01 deg/s",
-    kind: Kind::Identification(Conditions {
+    kind: Kind::Identification(NoiseGrid {
         rates_degps: 0.01,
         velocity_cmps: &[0.0, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, TABLE_4_13_CMPS, 1.4],
         ..AID
@@ -42,14 +42,14 @@ pub const AID_FINE_RATES: Study = Study {
 /// The same with ten times the noise of angular rates, Tables 4.18 and 4.19.
 pub const AID_COARSE_RATES: Study = Study {
     name: "aid, 0.1 deg/s",
-    kind: Kind::Identification(Conditions {
+    kind: Kind::Identification(NoiseGrid {
         rates_degps: 0.1,
         velocity_cmps: &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4],
         ..AID
     }),
 };
 
-const AID: Conditions = Conditions {
+const AID: NoiseGrid = NoiseGrid {
     method: Method::Aid,
     motion: Motion::OpenLoop(OpenLoop::IDENTIFICATION),
     duration_s: 5000.0,
@@ -70,7 +70,7 @@ const CURVE: usize = 20;
 
 /// A grid.
 #[derive(Clone, Copy, Debug)]
-pub struct Conditions {
+pub struct NoiseGrid {
     method: Method,
     motion: Motion,
     duration_s: f64,
@@ -80,7 +80,7 @@ pub struct Conditions {
     velocity_cmps: &'static [f64],
 }
 
-impl Conditions {
+impl NoiseGrid {
     /// MAE and RMS of every noise.
     pub fn run(&self, seed: u64) -> anyhow::Result<Measured> {
         let mut measured = Measured::default();
@@ -90,7 +90,7 @@ impl Conditions {
                 angular_radps: self.rates_degps.to_radians(),
                 roll_pitch_rad: ROLL_PITCH_DEG.to_radians(),
             };
-            let case = Case::new(seed, self.motion, self.duration_s, noise)?;
+            let case = ExperimentLog::new(seed, self.motion, self.duration_s, noise)?;
             let vehicle = match self.method {
                 Method::Nbls => case.nbls(NBLS_CUTOFF_HZ)?,
                 method => identify(method, &case.data, &case.prior, &case.options, &|_| {})?.vehicle,
@@ -105,7 +105,7 @@ impl Conditions {
 }
 
 /// One log and its validation data.
-pub struct Case {
+pub struct ExperimentLog {
     pub data: IdentificationData,
     pub prior: VehicleParameters,
     pub options: Options,
@@ -125,7 +125,7 @@ const UNSEEN: Experiment = Experiment {
 /// Error of a vehicle at a time of the cross-validation, s, in the order and units of [`COLUMNS`].
 type ErrorAt = (f64, [f64; 8]);
 
-impl Case {
+impl ExperimentLog {
     /// An experiment of this motion.
     pub fn new(seed: u64, motion: Motion, duration_s: f64, noise: Noise) -> anyhow::Result<Self> {
         let experiment = Experiment { motion, duration_s, noise, cross_drag: [0.0; 2], between: Between::default() };
@@ -202,7 +202,7 @@ fn run_cut_offs(seed: u64) -> anyhow::Result<Measured> {
     let mut measured = Measured::default();
     for cmps in [0.2, 0.4, 0.5, 0.6, 0.65, 0.7, 1.0] {
         let noise = Noise::table_4_13(0.01 * cmps);
-        let case = Case::new(seed, NBLS_MOTION, NBLS_S, noise)?;
+        let case = ExperimentLog::new(seed, NBLS_MOTION, NBLS_S, noise)?;
         for cutoff_hz in [0.1, 0.15, 0.2, 0.25, 0.3, 0.5] {
             let completes = case.errors(&case.nbls(cutoff_hz)?).is_some();
             measured.set(&format!("{cutoff_hz} Hz"), &format!("at_{cmps}"), f64::from(u8::from(completes)));

@@ -35,7 +35,7 @@ pub struct Study {
 #[derive(Debug)]
 pub enum Kind {
     /// Identification and cross-validation over a grid of noise.
-    Identification(identification::Conditions),
+    Identification(identification::NoiseGrid),
     /// A flight and its measurements through several filters.
     Navigation(navigation::Navigation),
     /// One of its own.

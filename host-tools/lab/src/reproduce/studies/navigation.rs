@@ -2,7 +2,7 @@
 
 use super::conditions::{self, Conditions};
 use super::first_nbls;
-use super::steering::{self, Flown};
+use super::steering::{self, PrintedFlight};
 use super::{Kind, Measured, Study};
 use anyhow::Context;
 use backseat_core::dynamics::VehicleParameters;
@@ -162,7 +162,7 @@ const CURVE_S: usize = 60;
 impl Navigation {
     /// Flies, and shows the measurements to every filter.
     pub fn run(&self, seed: u64) -> anyhow::Result<Measured> {
-        let Flown { scenario, flight, truth } = steering::fly(self.conditions, seed)?;
+        let PrintedFlight { scenario, flight, truth } = steering::fly(self.conditions, seed)?;
         let vehicle = &scenario.vehicle;
         let mut random = Stream::new(seed, Source::Outliers);
         let bearing = std::f64::consts::TAU * random.uniform();

@@ -5,7 +5,7 @@
 
 use super::steering::scenario_of;
 use super::{Kind, Measured, Study, conditions};
-use crate::closed_loop::{ClosedLoop, SPEED_MPS, STEP_US, across_m, mission_along, start_deep};
+use crate::closed_loop::{self, ClosedLoop, SPEED_MPS, STEP_US, across_m, mission_along, start_deep};
 use crate::sampled_lqr::SampledLqr;
 use anyhow::{Context, anyhow};
 use backseat_core::control::allocation::{Datum, Moments, allocate};
@@ -127,15 +127,9 @@ fn fly(measured: &mut Measured, row: &str, source: Gain, seed: u64) -> anyhow::R
     let mut regulator = Regulator::new(&model, mission_along(&lines)?, &start, source)?;
     let (mut across, mut depth, mut from_reference, mut navigation) = (vec![], vec![], vec![], vec![]);
     let (mut fins, mut fin_steps, mut before) = (vec![], vec![], [0.0; 4]);
-    let mut finished = false;
-    for time_us in (STEP_US..=end_us).step_by(STEP_US as usize) {
-        sea.advance(time_us)?;
+    let finished = closed_loop::fly(&mut sea, STEP_US..=end_us, |time_us, sea| {
         let estimate = *sea.navigator.state();
-        let Some((input, x_ref)) = regulator.command(&estimate) else {
-            finished = true;
-            break;
-        };
-        sea.actuate(time_us, input);
+        let Some((input, x_ref)) = regulator.command(&estimate) else { return Ok(None) };
         let truth = sea.world.truth().state;
         fins.extend(input.fins_rad);
         fin_steps.extend(input.fins_rad.iter().zip(before).map(|(now, then)| now - then));
@@ -148,7 +142,8 @@ fn fly(measured: &mut Measured, row: &str, source: Gain, seed: u64) -> anyhow::R
                 depth.push((truth[2] - conditions::C.lines.depth_m).abs());
             }
         }
-    }
+        Ok(Some(input))
+    })?;
     let across = ErrorSummary::of(&across).context("no line was flown")?;
     measured.set(row, "cross_median_m", across.median_m);
     measured.set(row, "cross_p95_m", across.p95_m);

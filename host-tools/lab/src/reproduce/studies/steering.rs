@@ -2,47 +2,45 @@
 
 use super::conditions::{self, Conditions};
 use super::{Kind, Measured, Study};
+use crate::flights;
 use anyhow::{Context, bail};
 use backseat_analysis::flight_score;
 use backseat_core::navigation::{ProcessNoise, SurfaceNoise};
-use backseat_link::Client;
 use backseat_logs::Truth;
 use backseat_logs::stats::ErrorSummary;
-use hil_sim::backseat::InProcess;
 use hil_sim::experiment::declared;
-use hil_sim::flight::{self, FlightLog, board_parameters};
+use hil_sim::flight::FlightLog;
 use hil_sim::scenario::{ControlLaw, Exchange, Mission, Scenario, Slot};
-use std::sync::atomic::AtomicBool;
 
 /// Flights of chapter 5, closed loop.
 pub const STEERING: Study = Study { name: "steering", kind: Kind::Own(run) };
 
 /// On which estimate the vehicle is steered.
 #[derive(Clone, Copy, Debug)]
-struct Estimate {
+struct SteeredOn {
     row: &'static str,
     law: ControlLaw,
     kinematic: bool,
     dvl: bool,
 }
 
-const DYNAMIC: Estimate = Estimate {
+const DYNAMIC: SteeredOn = SteeredOn {
     row: "LQR on reference, dynamic, no DVL",
     law: ControlLaw::LqrOnReference,
     kinematic: false,
     dvl: false,
 };
 
-const FLOWN: [Estimate; 5] = [
+const FLOWN: [SteeredOn; 5] = [
     DYNAMIC,
-    Estimate { row: "LQR on line, dynamic, no DVL", law: ControlLaw::Lqr, ..DYNAMIC },
-    Estimate { row: "PD, dynamic, no DVL", law: ControlLaw::Pd, ..DYNAMIC },
-    Estimate { row: "LQR on reference, kinematic + DVL", kinematic: true, dvl: true, ..DYNAMIC },
-    Estimate { row: "LQR on reference, kinematic, no DVL", kinematic: true, ..DYNAMIC },
+    SteeredOn { row: "LQR on line, dynamic, no DVL", law: ControlLaw::Lqr, ..DYNAMIC },
+    SteeredOn { row: "PD, dynamic, no DVL", law: ControlLaw::Pd, ..DYNAMIC },
+    SteeredOn { row: "LQR on reference, kinematic + DVL", kinematic: true, dvl: true, ..DYNAMIC },
+    SteeredOn { row: "LQR on reference, kinematic, no DVL", kinematic: true, ..DYNAMIC },
 ];
 
 /// A flight, with its truth.
-pub struct Flown {
+pub struct PrintedFlight {
     pub scenario: Scenario,
     pub flight: FlightLog,
     pub truth: Truth,
@@ -84,12 +82,12 @@ pub fn scenario_of(conditions: &Conditions, seed: u64) -> anyhow::Result<Scenari
 }
 
 /// Flies under printed conditions.
-pub fn fly(conditions: &Conditions, seed: u64) -> anyhow::Result<Flown> {
+pub fn fly(conditions: &Conditions, seed: u64) -> anyhow::Result<PrintedFlight> {
     fly_on(scenario_of(conditions, seed)?, false)
 }
 
-fn fly_on(scenario: Scenario, kinematic: bool) -> anyhow::Result<Flown> {
-    let mut parameters = board_parameters(&scenario);
+fn fly_on(scenario: Scenario, kinematic: bool) -> anyhow::Result<PrintedFlight> {
+    let mut parameters = Vec::new();
     if kinematic {
         parameters.push(("app.process_model".to_owned(), 1.0));
         // Noise that covers what the fins do to follow a noisy estimate: with less, the dive is rejected and lost.
@@ -100,13 +98,9 @@ fn fly_on(scenario: Scenario, kinematic: bool) -> anyhow::Result<Flown> {
             parameters.extend(noise.map(|(axis, value)| (format!("noise.{group}[{axis}]"), value)));
         }
     }
-    let mut client = Client::new(InProcess::new());
-    client.hello()?;
-    client.set_parameters(&parameters)?;
-    client.set_mission(&scenario.settings.waypoints())?;
-    let flight = flight::fly_prepared(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})?;
+    let flight = flights::fly_with(&scenario, &parameters)?;
     let truth = flight_score::truth_of(&flight);
-    Ok(Flown { scenario, flight, truth })
+    Ok(PrintedFlight { scenario, flight, truth })
 }
 
 fn run(seed: u64) -> anyhow::Result<Measured> {
@@ -121,8 +115,8 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
     Ok(measured)
 }
 
-fn keep(measured: &mut Measured, row: &str, flown: &Flown) {
-    let Flown { scenario, flight, .. } = flown;
+fn keep(measured: &mut Measured, row: &str, flown: &PrintedFlight) {
+    let PrintedFlight { scenario, flight, .. } = flown;
     if let Some(track) = flight_score::track_of(scenario, flight) {
         measured.set(row, "cross_median_m", track.cross_track.median_m);
         measured.set(row, "cross_p95_m", track.cross_track.p95_m);

@@ -1,0 +1,33 @@
+//! A flight of the app in this process: the whole board in lock-step with the simulator.
+
+use anyhow::Context;
+use backseat_link::Client;
+use hil_sim::backseat::InProcess;
+use hil_sim::flight::{self, FlightError, FlightLog};
+use hil_sim::scenario::Scenario;
+use std::sync::atomic::AtomicBool;
+
+/// Flies a scenario to its end.
+///
+/// # Errors
+/// The simulator or the app failed; the error names the seed.
+pub fn fly(scenario: &Scenario) -> anyhow::Result<FlightLog> {
+    fly_with(scenario, &[])
+}
+
+/// The same with parameters of the board that no scenario has, by name.
+///
+/// # Errors
+/// The same; a parameter that the board refuses.
+pub fn fly_with(scenario: &Scenario, more: &[(String, f64)]) -> anyhow::Result<FlightLog> {
+    let fly = || -> Result<FlightLog, FlightError> {
+        let mut client = Client::new(InProcess::new());
+        flight::prepare(scenario, &mut client)?;
+        if !more.is_empty() {
+            client.set_parameters(more)?;
+        }
+        flight::fly_prepared(scenario, &mut client, None, &AtomicBool::new(false), |_| {})
+    };
+    let seed = scenario.settings.seed;
+    fly().with_context(|| format!("flight of seed {seed}"))
+}
