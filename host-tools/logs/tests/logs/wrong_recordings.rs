@@ -103,7 +103,9 @@ impl Wrong {
                 if !log.has(*column) {
                     return None;
                 }
-                log.rows.iter_mut().for_each(|row| drop(row.set(*column, f64::NAN)));
+                log.rows.iter_mut().for_each(|row| {
+                    row.set(*column, f64::NAN);
+                });
                 log.unused_columns.push((*name).to_owned());
             }
         }
@@ -280,6 +282,8 @@ pub enum Verdict {
     Named,
     /// Its line is among others that explain the log as well.
     AmongOthers,
+    /// Remarked with the line that undoes it.
+    Remarked,
     /// Suspicious, but another mend or none is named.
     Suspicious,
     /// Said to be untestable, or remarked.
@@ -301,6 +305,8 @@ pub fn judge(wrong: &Wrong, log: &Log) -> Option<(Verdict, Examination)> {
         verdict = Verdict::Named;
     } else if is_whole || found.suspicions().any(|finding| finding.alternatives.iter().any(is_wanted)) {
         verdict = Verdict::AmongOthers;
+    } else if found.findings.iter().any(|finding| finding.mend.as_ref().is_some_and(is_wanted)) {
+        verdict = Verdict::Remarked;
     } else if verdict == Verdict::Silent && !(found.findings.is_empty() && found.untested.is_empty()) {
         verdict = Verdict::Told;
     }

@@ -3,6 +3,7 @@
 use super::recording::Mend;
 use super::{ColumnSummary, Finding, Severity};
 use crate::log::{Column, Log};
+use crate::stats::percentile;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Values of some columns that are plausible, in their units.
@@ -53,6 +54,8 @@ const LIMITS: &[Limit] = &[
 
 /// A fast vehicle turns at 1 rad/s; a heading in degrees seems to turn faster.
 const FASTEST_TURN_RADPS: f64 = 2.0;
+/// Steps between samples in which noise of an angle is no motion, µs.
+const SLOW_STEP_US: (u64, u64) = (50_000, 2_000_000);
 /// A step of a heading that is a wrap in degrees.
 const WRAP: f64 = 100.0;
 /// Median time between samples of a moving sensor from which on the unit of the time is doubted, s.
@@ -91,6 +94,10 @@ pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
         findings.extend(range(log, summary));
     }
     findings.extend(heading(log));
+    for column in [Column::Roll, Column::Pitch] {
+        let is_told = findings.iter().any(|f: &Finding| f.column == Some(column) && f.severity == Severity::Suspicious);
+        findings.extend(jumps(log, column).filter(|_| !is_told));
+    }
     findings.extend(groups(log));
     findings
 }
@@ -110,7 +117,9 @@ fn range(log: &Log, summary: &ColumnSummary) -> Option<Finding> {
         return Some(Finding::remark(summary.column, message));
     }
     let finding = Finding::suspicious(summary.column, message);
-    Some(match limit.unit(summary) {
+    let is_upside_down = summary.column == Column::Depth && summary.percentile_1_99[1] <= limit.low.abs();
+    let sign = is_upside_down.then(|| Mend::sign(&[Column::Depth]));
+    Some(match sign.or_else(|| limit.unit(summary)) {
         Some(mend) => finding.mended_by(mend.lines()),
         None => finding,
     })
@@ -138,6 +147,20 @@ fn heading(log: &Log) -> Option<Finding> {
         let message = format!("heading_rad reaches {largest:.1}: a turn has 6.28 rad; is it in degrees?");
         Finding::suspicious(Column::Heading, message).mended_by(Mend::unit(Column::Heading, "deg", DEG).lines())
     })
+}
+
+/// A roll or pitch that is small in degrees stays below its limit, and leaps by radians from sample to sample.
+fn jumps(log: &Log, column: Column) -> Option<Finding> {
+    let samples: Vec<(u64, f64)> = log.column(column).collect();
+    let rates: Vec<f64> = samples
+        .windows(2)
+        .filter(|pair| (SLOW_STEP_US.0..SLOW_STEP_US.1).contains(&(pair[1].0 - pair[0].0)))
+        .map(|pair| (pair[1].1 - pair[0].1).abs() / ((pair[1].0 - pair[0].0) as f64 * 1e-6))
+        .collect();
+    let typical = percentile(&rates, 0.8).filter(|rate| rates.len() > 100 && *rate > FASTEST_TURN_RADPS)?;
+    let message =
+        format!("{} changes by {typical:.1} a second in a fifth of its steps: is it in degrees?", column.name());
+    Some(Finding::suspicious(column, message).mended_by(Mend::unit(column, "deg", DEG).lines()))
 }
 
 /// The unit of the time, and gaps.

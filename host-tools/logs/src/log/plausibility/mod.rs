@@ -80,12 +80,18 @@ impl Examination {
             let is_doubted = |column| {
                 odd.iter().any(|finding| finding.column == Some(column) && finding.severity == Severity::Suspicious)
             };
-            let is_in_degrees = values.iter().any(|finding| finding.column == Some(Column::Heading));
-            let (contradictions, not_tested) = recording::check(log, is_in_degrees, is_doubted);
+            let beyond: Vec<Column> = values
+                .iter()
+                .filter(|finding| finding.severity == Severity::Suspicious)
+                .filter_map(|finding| finding.column)
+                .collect();
+            let (contradictions, not_tested) = recording::check(log, &beyond, is_doubted);
             untested = not_tested;
             // a value beyond all limits whose cause is found needs no second finding
             let is_explained = |finding: &Finding| {
-                contradictions.iter().any(|found| found.mend.is_some() && found.column == finding.column)
+                let entry = finding.column.map_or_else(String::new, |column| format!("columns.{} =", column.name()));
+                let is_mended = |lines: &String| lines.contains(&entry);
+                finding.column.is_some() && contradictions.iter().any(|found| found.mend.as_ref().is_some_and(is_mended))
             };
             findings.extend(values.into_iter().filter(|finding| !is_explained(finding)));
             findings.extend(odd);

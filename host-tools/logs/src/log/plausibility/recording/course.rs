@@ -73,7 +73,7 @@ fn moving(legs: &Legs) -> Vec<(Way, Way)> {
         fixed > DRIFT_MPS && (legs.speed.is_none() || ahead > 0.3 * typical)
     };
     let rate = |leg: &Leg| (leg.fixed / leg.seconds, (leg.ahead + leg.aside) / leg.seconds);
-    legs.legs.iter().filter(is_moving).map(rate).collect()
+    legs.legs.iter().filter(is_moving).flat_map(|leg| std::iter::repeat_n(rate(leg), leg.counts)).collect()
 }
 
 /// Factor of the speed and current that fit best, and the misfit of each leg, (m/s)².
@@ -132,23 +132,24 @@ fn course(grid: &Grid) -> Outcome {
     let angles: Vec<f64> = ways.iter().map(|(fixed, reckoned)| difference(*fixed, *reckoned).to_degrees()).collect();
     let angle = median(&angles).unwrap_or(0.0);
     let said = format!(
-        "on {} legs of {} in {seconds:.0} s, course and heading_rad differ by {angle:.0} degrees (median)",
+        "over {} legs or minutes of {} in {seconds:.0} s, course and heading_rad differ by {angle:.0} degrees (median)",
         ways.len(),
         legs.fixes
     );
     let total = |misfits: &[f64]| misfits.iter().map(|misfit| misfit.min(4.0 * power)).sum::<f64>();
     let best = fitted.iter().min_by(|a, b| total(&a.1).total_cmp(&total(&b.1))).unwrap_or(&fitted[0]);
     if best.0 != as_recorded && is_better(&ways, own, best) {
-        return Outcome { state: State::Contradicted, evidence: said };
+        return Outcome::new(State::Contradicted, said);
     }
     let unexplained = mean(&best.1).unwrap_or(0.0) / power;
     let turns = concentration(ways.iter().map(|way| way.1));
     let is_driven = legs.speed.is_some() || grid.has(Column::PropRpm);
     if unexplained > 0.5 && ways.len() >= MANY && is_driven && narrow.min(turns) < 0.9 {
-        return Outcome { state: State::Contradicted, evidence: format!("{said}: heading_rad has no relation to the course") };
+        return Outcome::new(State::Contradicted, format!("{said}: heading_rad has no relation to the course"));
     }
     let holds = best.0 == as_recorded || typical(own) < 0.1 * power;
-    Outcome { state: if holds && mean(own).unwrap_or(0.0) < 0.5 * power { State::Holds } else { State::Untested }, evidence: said }
+    let is_explained = mean(own).unwrap_or(0.0) < 0.5 * power;
+    Outcome::new(if holds && is_explained { State::Holds } else { State::Untested }, said)
 }
 
 /// Whether a hypothesis fits where it differs from what was recorded, and that does not, beyond chance.
@@ -177,22 +178,23 @@ fn gross_speed(grid: &Grid) -> Outcome {
         .legs
         .iter()
         .filter(|leg| leg.ahead.norm() > 0.05 * leg.seconds || leg.fixed.norm() > DRIFT_MPS * leg.seconds)
-        .map(|leg| leg.fixed.norm() / leg.ahead.norm().max(1e-6))
+        .flat_map(|leg| std::iter::repeat_n(leg.fixed.norm() / leg.ahead.norm().max(1e-6), leg.counts))
         .collect();
     let Some(ratio) = median(&ratios).filter(|_| ratios.len() >= ENOUGH) else {
         return Outcome::untested(format!("{} legs between fixes", ratios.len()));
     };
     let evidence = format!("{} cover {ratio:.3} times the way of {} (median of {} legs)", legs.fixes, speed.name(), ratios.len());
-    let beyond = |limit: f64| ratios.iter().filter(|r| if ratio > 1.0 { **r > limit } else { **r < 1.0 / limit }).count();
-    // currents of half the speed, sway and bends on the leg are within the first
-    let state = if (0.45..2.0).contains(&ratio) {
+    // currents of half the speed are within the first
+    let is_plain = |ratio: &f64| (0.5..1.7).contains(ratio);
+    let beyond = ratios.iter().filter(|r| if ratio > 1.0 { **r > 2.2 } else { **r < 0.4 }).count();
+    let state = if is_plain(&ratio) {
         State::Holds
-    } else if beyond(2.8) * 4 > ratios.len() * 3 {
+    } else if beyond * 4 > ratios.len() * 3 {
         State::Contradicted
     } else {
         State::Untested
     };
-    Outcome { state, evidence }
+    Outcome::new(state, evidence)
 }
 
 /// Which unknown of the track is looked at.

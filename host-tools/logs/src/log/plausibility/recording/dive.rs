@@ -8,7 +8,7 @@ use crate::stats::percentile;
 
 /// Changes of depth are compared over so long, s: a noisy depth needs long ones, a heave that swings short ones.
 const OVER_S: [f64; 4] = [1.0, 2.5, 6.0, 15.0];
-const STRETCH_S: f64 = 20.0;
+const STRETCH_S: f64 = 10.0;
 /// At the surface depth is noise and waves, m.
 const DIVE_M: f64 = 0.5;
 
@@ -57,7 +57,7 @@ fn compare(grid: &Grid, part: usize, x: &str, demand: &Demand) -> Outcome {
     }
     let slopes = OVER_S.map(|over_s| {
         let over = grid.cells(over_s, 2);
-        let stretch = grid.cells(STRETCH_S, 3 * over);
+        let stretch = grid.cells(STRETCH_S, 2 * over);
         let equations = (0..grid.len.saturating_sub(over)).step_by(over).map(|at| {
             let sum = |of: &[f64]| {
                 of[at..at + over].iter().zip(&of[at + 1..=at + over]).map(|(a, b)| 0.5 * (a + b)).sum::<f64>() * grid.cell_s

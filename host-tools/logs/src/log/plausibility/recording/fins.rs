@@ -92,7 +92,7 @@ fn by_angle(grid: &Grid, fin: Column, sign: f64, angle: Column) -> Outcome {
 fn axes(grid: &Grid) -> Outcome {
     let most = |fin, sign, rate| {
         let slopes = OVER_S.into_iter().filter_map(|over_s| rate_slope(grid, fin, sign, rate, over_s));
-        slopes.max_by(|a, b| a.t().total_cmp(&b.t()))
+        slopes.min_by(|a, b| a.chance().total_cmp(&b.chance()))
     };
     let found = [
         most(Column::FinTop, 1.0, Column::R),
@@ -116,7 +116,7 @@ fn axes(grid: &Grid) -> Outcome {
     } else {
         super::relation::State::Untested
     };
-    Outcome { state, evidence }
+    Outcome::new(state, evidence)
 }
 
 fn mean(values: &[f64]) -> f64 {

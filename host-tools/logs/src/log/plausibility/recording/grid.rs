@@ -82,8 +82,10 @@ fn carry(column: Column) -> Carry {
 /// A log at even times; NaN where a column has nothing.
 #[derive(Clone)]
 pub struct Grid {
-    /// Length of a cell, s.
+    /// Length of a cell by the log, s.
     pub cell_s: f64,
+    /// Length by which windows are counted in cells, s: the same, unless the unit of the time is doubted.
+    pace_s: f64,
     /// Number of cells.
     pub len: usize,
     columns: Vec<Option<Vec<f64>>>,
@@ -93,7 +95,7 @@ impl Grid {
     /// Of a log, its heading in radians or degrees, without the columns that are doubted already; `None` if nothing is left to compare.
     pub fn of(log: &Log, is_in_degrees: bool, is_doubted: impl Fn(Column) -> bool) -> Option<Self> {
         let first_us = log.rows.first()?.time_us;
-        let cell_s = cell_s(log);
+        let (cell_s, pace_s) = cell_s(log);
         let cell_us = cell_s * 1e6;
         let len = ((log.rows.last()?.time_us - first_us) as f64 / cell_us) as usize + 1;
         let len = len.min(MOST_CELLS);
@@ -128,7 +130,7 @@ impl Grid {
             }
             columns[column as usize] = Some(values);
         }
-        Some(Self { cell_s, len, columns })
+        Some(Self { cell_s, pace_s, len, columns })
     }
 
     /// A column; `None` where the log has none.
@@ -170,12 +172,12 @@ impl Grid {
 
     /// Cells of so many seconds, at least `least`.
     pub fn cells(&self, seconds: f64, least: usize) -> usize {
-        ((seconds / self.cell_s).round() as usize).max(least)
+        ((seconds / self.pace_s).round() as usize).max(least)
     }
 }
 
-/// The cell that suits the sampling of what moves.
-fn cell_s(log: &Log) -> f64 {
+/// The cell that suits the sampling of what moves, and what it is taken for, s.
+fn cell_s(log: &Log) -> (f64, f64) {
     let moving = [Column::Heading, Column::Pitch, Column::Depth, Column::DvlU, Column::SpeedLog];
     let interval = |column| {
         let times: Vec<u64> = log.column(column).map(|(time_us, _)| time_us).collect();
@@ -183,9 +185,9 @@ fn cell_s(log: &Log) -> f64 {
         median(&steps).filter(|step| *step > 0.0 && steps.len() > 20)
     };
     match moving.into_iter().filter_map(interval).min_by(f64::total_cmp) {
-        Some(step) if step < SAMPLING_S[0] || step > SAMPLING_S[1] => 2.0 * step,
-        Some(step) => step.max(CELL_S),
-        None => CELL_S,
+        Some(step) if step < SAMPLING_S[0] || step > SAMPLING_S[1] => (2.0 * step, CELL_S),
+        Some(step) => (step.max(CELL_S), step.max(CELL_S)),
+        None => (CELL_S, CELL_S),
     }
 }
 

@@ -3,9 +3,11 @@
 use super::grid::Grid;
 use crate::log::Column;
 use nalgebra::{Complex, Normed};
+use std::f64::consts::FRAC_PI_2;
 
-/// A leg is at least so long, s and m, and at most so long, s: nearer fixes are noise, of further ones errors rule.
-const SHORTEST: (f64, f64) = (10.0, 8.0);
+/// A leg is at least so long, s, and that or so long, m; and at most so long, s: nearer fixes are noise, of further ones
+/// errors rule.
+const SHORTEST: (f64, f64, f64) = (10.0, 60.0, 8.0);
 const LONGEST_S: f64 = 1200.0;
 /// Share of a leg without heading or speed.
 const MISSING: f64 = 0.1;
@@ -21,6 +23,8 @@ pub fn polar(length: f64, angle: f64) -> Way {
 /// From one fix to another.
 pub struct Leg {
     pub seconds: f64,
+    /// For how many legs it counts: one a minute.
+    pub counts: usize,
     /// By the fixes, m.
     pub fixed: Way,
     /// By heading and what moves ahead, m (s, where no speed is known).
@@ -49,22 +53,25 @@ impl Legs {
         let v = if speed == Some(Column::DvlU) { grid.get(Column::DvlV) } else { None };
         let pitch = grid.get(Column::Pitch);
         let (place, fixes) = places(grid)?;
+        let [shortest, long, longest] = [SHORTEST.0, SHORTEST.1, LONGEST_S].map(|seconds| grid.cells(seconds, 1));
         let (mut legs, mut start): (Vec<Leg>, Option<(usize, Way)>) = (Vec::new(), None);
         let (mut ahead, mut aside, mut missing) = (Way::default(), Way::default(), 0_usize);
         for cell in 0..grid.len {
             if let Some(here) = place[cell] {
                 let (from, before) = *start.get_or_insert((cell, here));
-                let (seconds, way) = ((cell - from) as f64 * grid.cell_s, here - before);
-                if seconds >= SHORTEST.0 && (way.norm() >= SHORTEST.1 || seconds >= LONGEST_S) {
-                    let is_whole = (missing as f64) < MISSING * (cell - from) as f64 && seconds <= LONGEST_S;
+                let (cells, way) = (cell - from, here - before);
+                let seconds = cells as f64 * grid.cell_s;
+                if cells >= shortest && (way.norm() >= SHORTEST.2 || cells >= long) {
+                    let is_whole = (missing as f64) < MISSING * cells as f64 && cells <= longest;
                     if is_whole {
-                        let filled = (cell - from) as f64 / ((cell - from - missing) as f64).max(1.0);
-                        legs.push(Leg { seconds, fixed: way, ahead: ahead * filled, aside: aside * filled });
+                        let filled = cells as f64 / ((cells - missing) as f64).max(1.0);
+                        let counts = cells.div_ceil(long);
+                        legs.push(Leg { seconds, counts, fixed: way, ahead: ahead * filled, aside: aside * filled });
                     }
                     (start, ahead, aside, missing) = (Some((cell, here)), Way::default(), Way::default(), 0);
                 }
             }
-            let level = pitch.map_or(1.0, |pitch| if pitch[cell].is_nan() { 1.0 } else { pitch[cell].cos() });
+            let level = pitch.map_or(1.0, |pitch| if pitch[cell].abs() < FRAC_PI_2 { pitch[cell].cos() } else { 1.0 });
             let forward = polar(grid.cell_s, heading[cell]);
             let sway = v.map_or(0.0, |v| if v[cell].is_nan() { 0.0 } else { v[cell] });
             let step = forward * (u[cell] * level);

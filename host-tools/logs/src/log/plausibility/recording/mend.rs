@@ -68,7 +68,8 @@ impl Mend {
         Self::one(what, Edit { scale, unit: Some(unit), ..Edit::plain(column) })
     }
 
-    fn sign(columns: &[Column]) -> Self {
+    /// The wrong sign of some columns.
+    pub fn sign(columns: &[Column]) -> Self {
         let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
         Self {
             what: format!("{} {} the wrong sign", names.join(" and "), if names.len() == 1 { "has" } else { "have" }),
@@ -113,7 +114,9 @@ impl Mend {
 
     /// Whether a log has what it changes.
     pub fn fits(&self, grid: &Grid) -> bool {
-        self.edits.iter().all(|edit| grid.has(edit.source))
+        // the axes of a DVL share their unit
+        let is_part = matches!(self.edits[..], [Edit { target: Column::DvlU, unit: Some(_), .. }]);
+        self.edits.iter().all(|edit| grid.has(edit.source)) && !(is_part && grid.has(Column::DvlV))
     }
 
     /// The log as it is after the mend.

@@ -14,6 +14,7 @@ mod propeller;
 mod ranges;
 mod rates;
 mod relation;
+mod slip;
 mod slope;
 
 use super::{Finding, Severity, Untested};
@@ -51,13 +52,31 @@ impl Tested {
     }
 }
 
-/// What contradicts signs, axes and units, and what this log cannot show; columns that are doubted are left out.
+/// What a mend is worth for each column whose values are odd.
+const OF_ODD: i32 = 3;
+
+/// What a mend is worth for one relation. To break one is worth more than to mend several; to lose one, for its noise grows
+/// or the log shows less, costs less than to mend one.
+const fn value(before: State, after: State) -> i32 {
+    match (before, after) {
+        (State::Contradicted, State::Holds) => 10,
+        (State::Contradicted, _) => 0,
+        (_, State::Contradicted) => -100,
+        (State::Absent, State::Holds) => 2,
+        (State::Untested, State::Holds) => 1,
+        (State::Holds, State::Untested | State::Absent) => -1,
+        _ => 0,
+    }
+}
+
+/// What contradicts signs, axes and units, and what this log cannot show. Columns whose values are `odd` are the first to
+/// be blamed; those that are doubted are left out.
 pub(super) fn check(
     log: &Log,
-    is_in_degrees: bool,
+    odd: &[Column],
     is_doubted: impl Fn(Column) -> bool,
 ) -> (Vec<Finding>, Vec<Untested>) {
-    let Some(mut grid) = Grid::of(log, is_in_degrees, is_doubted) else { return (Vec::new(), Vec::new()) };
+    let Some(mut grid) = Grid::of(log, odd.contains(&Column::Heading), is_doubted) else { return (Vec::new(), Vec::new()) };
     let test = |relation: &'static Relation, grid: &Grid| {
         let missing: Vec<&str> =
             relation.needs.iter().filter(|column| !grid.has(**column)).map(|column| column.name()).collect();
@@ -76,49 +95,36 @@ pub(super) fn check(
     let mut findings = Vec::new();
     let mends: Vec<Mend> = mend::all().into_iter().filter(|mend| mend.fits(&grid)).collect();
     for _ in 0..MOST_MENDS {
-        let is_bad = |tested: &Tested| tested.is(State::Contradicted) || tested.is(State::Absent);
-        if !tested.iter().any(is_bad) {
-            break;
-        }
-        let mut found: Vec<(usize, &Mend, Grid, Vec<(usize, Outcome)>)> = Vec::new();
+        let mut found: Vec<(i32, &Mend, Grid, Vec<(usize, Outcome)>)> = Vec::new();
         for mend in &mends {
-            let counts = |tested: &Tested| {
-                (tested.is(State::Contradicted) || (mend.is_exchange && tested.is(State::Absent)))
-                    && mend.touches(&tested.columns())
+            let is_touched = |tested: &Tested| mend.touches(&tested.columns());
+            // a relation that is absent is noise, unless another column has it
+            let is_reason = |tested: &Tested| {
+                let is_absent = !tested.is(State::Holds) && tested.outcome.has_slope;
+                tested.is(State::Contradicted) || (mend.is_exchange && is_absent)
             };
-            if !tested.iter().any(counts) {
+            let reasons = (0..tested.len()).filter(|&place| is_touched(&tested[place]) && is_reason(&tested[place]));
+            let reasons: Vec<usize> = reasons.collect();
+            if reasons.is_empty() {
                 continue;
             }
             let mended = mend.apply(&grid);
-            let mut outcomes = Vec::new();
-            let mut good = 0;
-            for (place, tested) in tested.iter().enumerate().filter(|(_, tested)| counts(tested)) {
-                let outcome = test(tested.relation, &mended);
-                if outcome.state == State::Holds {
-                    good += if tested.is(State::Contradicted) { 10 } else { 1 };
-                }
-                outcomes.push((place, outcome));
-            }
-            if good == 0 {
+            let mut outcomes: Vec<(usize, Outcome)> =
+                reasons.iter().map(|&place| (place, test(tested[place].relation, &mended))).collect();
+            if outcomes.iter().all(|(_, outcome)| outcome.state != State::Holds) {
                 continue;
             }
-            let rest = tested.iter().enumerate().filter(|(_, tested)| !counts(tested) && mend.touches(&tested.columns()));
-            let mut breaks = false;
-            for (place, tested) in rest {
-                let outcome = test(tested.relation, &mended);
-                breaks |= match tested.outcome.state {
-                    State::Holds => outcome.state != State::Holds,
-                    State::Untested | State::Absent => outcome.state == State::Contradicted,
-                    State::Contradicted => false,
-                };
-                outcomes.push((place, outcome));
-            }
-            if !breaks {
-                found.push((good, mend, mended, outcomes));
+            let rest = (0..tested.len()).filter(|place| is_touched(&tested[*place]) && !reasons.contains(place));
+            outcomes.extend(rest.map(|place| (place, test(tested[place].relation, &mended))));
+            let change = outcomes.iter().map(|(place, outcome)| value(tested[*place].outcome.state, outcome.state));
+            let blamed = odd.iter().filter(|column| mend.touches(&[**column])).count() as i32;
+            let score = change.sum::<i32>();
+            if score > 0 {
+                found.push((score + OF_ODD * blamed, mend, mended, outcomes));
             }
         }
-        let Some(most) = found.iter().map(|(good, ..)| *good).max() else { break };
-        found.retain(|(good, ..)| *good == most);
+        let Some(most) = found.iter().map(|(score, ..)| *score).max() else { break };
+        found.retain(|(score, ..)| *score == most);
         // the first of those that explain the same; the sort is stable
         found.sort_by_key(|(_, mend, ..)| mend.edits.len());
         let names: Vec<Mend> = found.iter().map(|(_, mend, ..)| (*mend).clone()).collect();
@@ -135,6 +141,11 @@ pub(super) fn check(
         grid = mended;
     }
     findings.extend(tested.iter().filter(|tested| tested.is(State::Contradicted)).map(unexplained));
+    let is_blamed = findings.iter().any(|finding| finding.column == Some(Column::DvlV));
+    let outcome = test(&slip::RELATION, &grid);
+    if outcome.state == State::Contradicted && !is_blamed {
+        findings.push(slips_inwards(&outcome));
+    }
     (findings, untested)
 }
 
@@ -174,4 +185,13 @@ fn unexplained(tested: &Tested) -> Finding {
         mend: None,
         alternatives: Vec::new(),
     }
+}
+
+/// A remark, for a DVL far ahead sees the same.
+fn slips_inwards(outcome: &Outcome) -> Finding {
+    let what = "dvl_v_mps slips into turns, where a hull slips out of them: it has the wrong sign, or the DVL is far ahead \
+                of the centre of gravity";
+    let lines = Mend::sign(&[Column::DvlV]).lines();
+    let finding = Finding::remark(Column::DvlV, format!("{what}: {}", outcome.evidence));
+    Finding { what: what.to_owned(), evidence: outcome.evidence.clone(), ..finding }.mended_by(lines)
 }

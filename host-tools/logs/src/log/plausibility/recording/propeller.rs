@@ -6,8 +6,9 @@ use crate::log::Column;
 use crate::stats::median;
 
 /// Way of a torpedo or a small vessel for each turn of its propeller, m: 0.4 to 1.2 diameters (Carlton 2018) of 0.05 to
-/// 0.4 m, and a motor with a gear.
-const PER_TURN_M: [f64; 2] = [0.008, 0.5];
+/// 0.25 m. Beyond the second a motor with a gear and a large vessel are left behind as well.
+const PER_TURN_M: [f64; 2] = [0.02, 0.3];
+const POSSIBLE_M: [f64; 2] = [0.012, 0.5];
 /// Below it a vehicle starts, stops or drifts, m/s and share of the highest propeller speed.
 const MAKING_WAY_MPS: f64 = 0.3;
 const TURNING: f64 = 0.2;
@@ -62,7 +63,7 @@ fn sign(grid: &Grid) -> Outcome {
         ..20 => State::Holds,
         _ => State::Untested,
     };
-    Outcome { state, evidence }
+    Outcome::new(state, evidence)
 }
 
 fn size(grid: &Grid) -> Outcome {
@@ -78,6 +79,11 @@ fn size(grid: &Grid) -> Outcome {
         PER_TURN_M[0],
         PER_TURN_M[1]
     );
-    let state = if (PER_TURN_M[0]..=PER_TURN_M[1]).contains(&per_turn) { State::Holds } else { State::Contradicted };
-    Outcome { state, evidence }
+    let is_within = |[low, high]: [f64; 2]| (low..=high).contains(&per_turn);
+    let state = match (is_within(PER_TURN_M), is_within(POSSIBLE_M)) {
+        (true, _) => State::Holds,
+        (_, true) => State::Untested,
+        _ => State::Contradicted,
+    };
+    Outcome::new(state, evidence)
 }

@@ -15,7 +15,7 @@ const SHORTEST_M: f64 = 20.0;
 /// Pings further apart say nothing of the rate between, s.
 const BETWEEN_S: f64 = 120.0;
 /// Dead reckoning holds for so long, s, with so many pings.
-const SEGMENT_S: f64 = 600.0;
+const SEGMENT_S: f64 = 1800.0;
 const PINGS: usize = 10;
 /// What the track may be wrong by where all columns are right: current, m/s; heading, rad; speed, share; fix, m.
 const CURRENT_MPS: f64 = 0.3;
@@ -78,7 +78,7 @@ fn travel_time(grid: &Grid) -> Outcome {
         "range_m over (toa_s - tol_s) is {speed:.1} m/s in the median of {} pings, the speed of sound about 1500",
         speeds.len()
     );
-    Outcome { state, evidence }
+    Outcome::new(state, evidence)
 }
 
 fn rate(grid: &Grid) -> Outcome {
@@ -113,7 +113,7 @@ fn ship(grid: &Grid) -> Outcome {
         "ship_x_m, ship_y_m are {typical:.0} m from ship_gps_x_m, ship_gps_y_m of that time, median of {} packets",
         apart.len()
     );
-    Outcome { state, evidence }
+    Outcome::new(state, evidence)
 }
 
 /// A range from a place of the ship, after the start of a segment.
@@ -147,11 +147,11 @@ fn track(grid: &Grid) -> Outcome {
         _ => State::Untested,
     };
     let evidence = format!(
-        "dead reckoning misses range_m by {typical:.0} m in the median of {} stretches of {SEGMENT_S:.0} s, current, \
+        "dead reckoning misses ranges or fixes by {typical:.0} m in the median of {} stretches of {SEGMENT_S:.0} s, current, \
          heading bias and start fitted",
         segments.len()
     );
-    Outcome { state, evidence }
+    Outcome::new(state, evidence)
 }
 
 fn segments(grid: &Grid) -> Option<Vec<Segment>> {
@@ -194,7 +194,7 @@ fn segments(grid: &Grid) -> Option<Vec<Segment>> {
 type Unknowns = SVector<f64, 6>;
 
 impl Segment {
-    /// What the best dead reckoning misses the ranges by, median, m.
+    /// What the best dead reckoning misses the ranges or the fixes by, median, m.
     fn missed_m(&self) -> Option<f64> {
         let first = self.pings.first()?;
         let ring = (0..8).map(|k| {
@@ -203,7 +203,10 @@ impl Segment {
         let starts = self.fixes.first().map(|(_, way, place)| place - way).into_iter().chain(ring);
         let fitted = starts.map(|start| self.fit(start));
         let (_, best) = fitted.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        median(&self.pings.iter().map(|ping| (place(&best, ping.seconds, ping.way) - ping.ship).norm() - ping.level_m).map(f64::abs).collect::<Vec<_>>())
+        let of_pings = self.pings.iter().map(|p| ((place(&best, p.seconds, p.way) - p.ship).norm() - p.level_m).abs());
+        let of_fixes = self.fixes.iter().map(|(seconds, way, fix)| (place(&best, *seconds, *way) - fix).norm());
+        let of_fixes = median(&of_fixes.collect::<Vec<_>>()).unwrap_or(0.0);
+        Some(median(&of_pings.collect::<Vec<_>>())?.max(of_fixes))
     }
 
     /// Weighted misfit and unknowns, by Gauss and Newton from a start.

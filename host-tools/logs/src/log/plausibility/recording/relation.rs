@@ -21,6 +21,8 @@ pub struct Outcome {
     pub state: State,
     /// The numbers, one sentence without its full stop.
     pub evidence: String,
+    /// There was a slope to judge.
+    pub has_slope: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,37 +47,52 @@ pub struct Demand {
     pub stretch_s: f64,
 }
 
+/// A correlation is close to the closest from this share of it on.
+const CLOSE: f64 = 0.7;
+
 impl Outcome {
+    pub const fn new(state: State, evidence: String) -> Self {
+        Self { state, evidence, has_slope: false }
+    }
+
     pub fn untested(why: impl Into<String>) -> Self {
-        Self { state: State::Untested, evidence: why.into() }
+        Self::new(State::Untested, why.into())
     }
 
     /// The most telling of several slopes of `y` on `x`.
     pub fn of(slopes: impl IntoIterator<Item = Option<Slope>>, x: &str, y: &str, demand: &Demand) -> Self {
-        let Some(slope) = slopes.into_iter().flatten().max_by(|a, b| a.t().total_cmp(&b.t())) else {
+        let mut slopes: Vec<Slope> = slopes.into_iter().flatten().collect();
+        // the surest of those that are close
+        let sure = slopes.iter().filter(|slope| slope.is_sure());
+        let closest = sure.map(|slope| slope.correlation.abs()).fold(0.0, f64::max);
+        let is_loose = |slope: &Slope| slope.correlation.abs() < CLOSE * closest;
+        slopes.sort_by(|a, b| is_loose(a).cmp(&is_loose(b)).then(a.chance().total_cmp(&b.chance())));
+        let Some(slope) = slopes.first() else {
             return Self::untested(format!("{x} and {y} move together in too few stretches"));
         };
         let [low, high] = demand.gain;
-        let [all, same] = slope.stretches;
+        let [all, same] = slope.beyond(0.0);
         let wanted = if high.is_finite() { format!("{low} to {high}") } else { "positive".to_owned() };
         let evidence = format!(
             "{y} on {x} has slope {:.3} ± {:.3} (expected {wanted}), correlation {:.2}, the same sign in {same} of {all} \
              stretches of {:.0} s",
             slope.gain, slope.sigma, slope.correlation, demand.stretch_s
         );
+        let is_absent = |slope: &Slope| {
+            slope.gain < low && slope.is_beyond(low) && slope.correlation.abs() < demand.correlation
+        };
         let is_clear = slope.is_sure() && slope.correlation.abs() >= demand.correlation;
         let (gain, bound) = (slope.gain, slope.other_bound());
-        let state = if is_clear && gain < 0.0 {
-            State::Contradicted
-        } else if is_clear && ((gain > high && slope.is_beyond(high)) || (bound < low && slope.is_beyond(low))) {
+        let is_beyond = (gain > high && slope.is_beyond(high)) || (bound < low && slope.is_beyond(low));
+        let state = if is_clear && (gain < 0.0 || is_beyond) {
             State::Contradicted
         } else if is_clear && bound >= low && gain <= high {
             State::Holds
-        } else if gain < low && slope.is_beyond(low) && slope.correlation.abs() < demand.correlation {
+        } else if slopes.iter().any(is_absent) {
             State::Absent
         } else {
             State::Untested
         };
-        Self { state, evidence }
+        Self { state, evidence, has_slope: true }
     }
 }

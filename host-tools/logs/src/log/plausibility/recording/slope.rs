@@ -19,15 +19,15 @@ pub struct Equation {
 }
 
 /// A fitted gain.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Slope {
     pub gain: f64,
     /// Standard error by the jackknife.
     pub sigma: f64,
     /// Partial correlation.
     pub correlation: f64,
-    /// Stretches, and how many of them show the sign of the gain.
-    pub stretches: [usize; 2],
+    /// The gain by each stretch in which x moves.
+    stretches: Vec<f64>,
     /// Degrees of freedom.
     pub freedom: f64,
 }
@@ -77,33 +77,44 @@ impl Slope {
         let mean = left_out.iter().sum::<f64>() / left_out.len() as f64;
         let n = sums.len() as f64;
         let sigma = ((n - 1.0) / n * left_out.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>()).sqrt();
-        let moving = sums.iter().filter(|s| s[0] > STILL * xx / n);
-        let (all, same) = moving.fold((0, 0), |(all, same), s| (all + 1, same + usize::from(s[1] * gain > 0.0)));
-        Some(Self { gain, sigma, correlation: xy / (xx * yy).sqrt(), stretches: [all, same], freedom })
+        let stretches = sums.iter().filter(|s| s[0] > STILL * xx / n).map(|s| s[1] / s[0]).collect();
+        Some(Self { gain, sigma, correlation: xy / (xx * yy).sqrt(), stretches, freedom })
     }
 
-    /// Whether the sign is beyond chance: by Student's t, or by the signs of the stretches alone, which a few large
-    /// motions among many small ones do not sway.
+    /// Stretches in which x moves, and how many of them have their gain on the side of a value where the whole has it.
+    pub fn beyond(&self, value: f64) -> [usize; 2] {
+        let is_same = |gain: &&f64| (**gain - value) * (self.gain - value) > 0.0;
+        [self.stretches.len(), self.stretches.iter().filter(is_same).count()]
+    }
+
+    /// Probability of this sign by chance.
+    pub fn chance(&self) -> f64 {
+        self.tail(0.0)
+    }
+
+    /// Whether the sign is beyond chance.
     pub fn is_sure(&self) -> bool {
-        let [all, same] = self.stretches.map(|count| count as u64);
-        let by_signs = Binomial::new(0.5, all).is_ok_and(|chance| same > 0 && chance.sf(same - 1) < CHANCE);
-        self.is_beyond(0.0) || by_signs
+        self.chance() < CHANCE
     }
 
     /// Whether the gain differs from a value beyond chance.
     pub fn is_beyond(&self, value: f64) -> bool {
+        self.tail(value) < CHANCE
+    }
+
+    /// Probability that the gain is on this side of a value by chance: by Student's t, or by the stretches alone, which a
+    /// few large motions among many small ones do not sway.
+    fn tail(&self, value: f64) -> f64 {
         let t = (self.gain - value).abs() / self.sigma.max(1e-12 * self.gain.abs()).max(f64::MIN_POSITIVE);
-        StudentsT::new(0.0, 1.0, self.freedom).is_ok_and(|student| student.sf(t) < CHANCE)
+        let by_size = StudentsT::new(0.0, 1.0, self.freedom).map_or(1.0, |student| student.sf(t));
+        let [all, same] = self.beyond(value).map(|count| count as u64);
+        let by_count = Binomial::new(0.5, all).map_or(1.0, |chance| if same > 0 { chance.sf(same - 1) } else { 1.0 });
+        by_size.min(by_count)
     }
 
     /// The gain, if x had the noise rather than y: the truth lies between the two (Frisch 1934).
     pub fn other_bound(&self) -> f64 {
         self.gain / (self.correlation * self.correlation)
-    }
-
-    /// How telling it is.
-    pub fn t(&self) -> f64 {
-        (self.gain / self.sigma.max(1e-12 * self.gain.abs()).max(f64::MIN_POSITIVE)).abs()
     }
 }
 
