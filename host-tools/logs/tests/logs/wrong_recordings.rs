@@ -35,7 +35,8 @@ impl Wrong {
     /// The log as it would have been recorded; `None` if it has none of the columns.
     pub fn apply(&self, log: &Log) -> Option<Log> {
         let mut log = log.clone();
-        let has = |log: &Log, mut columns: &mut dyn Iterator<Item = Column>| Iterator::all(&mut columns, |c| log.has(c));
+        let has =
+            |log: &Log, mut columns: &mut dyn Iterator<Item = Column>| Iterator::all(&mut columns, |c| log.has(c));
         match &self.change {
             Change::Values(changes) => {
                 if !has(&log, &mut changes.iter().map(|change| change.0)) {
@@ -160,9 +161,8 @@ pub fn all() -> Vec<Wrong> {
     use Column::*;
     let dvl = [DvlU, DvlV, DvlW];
     let wrapped = |x: f64| (x + PI).rem_euclid(2.0 * PI) - PI;
-    let heading = |name: &str, change: fn(f64) -> f64, rest: &str| {
-        values(name, &[Heading], move |x| wrapped(change(x)), rest)
-    };
+    let heading =
+        |name: &str, change: fn(f64) -> f64, rest: &str| values(name, &[Heading], move |x| wrapped(change(x)), rest);
     let quarter = ", offset = 1.5707963";
     let mut list = vec![
         heading("heading negated", |x| -x, ", sign = -1"),
@@ -301,7 +301,9 @@ pub fn judge(wrong: &Wrong, log: &Log) -> Option<(Verdict, Examination)> {
     let lines: Vec<&str> = found.suspicions().filter_map(|f| f.mend.as_deref()).flat_map(str::lines).collect();
     // one finding a column, or one for all
     let is_whole = wrong.mends.iter().any(|mend| !mend.is_empty() && mend.lines().all(|line| lines.contains(&line)));
-    if is_whole && lines.iter().all(|line| wanted.contains(line)) || (wrong.mends[0].is_empty() && found.is_suspicious()) {
+    if is_whole && lines.iter().all(|line| wanted.contains(line))
+        || (wrong.mends[0].is_empty() && found.is_suspicious())
+    {
         verdict = Verdict::Named;
     } else if is_whole || found.suspicions().any(|finding| finding.alternatives.iter().any(is_wanted)) {
         verdict = Verdict::AmongOthers;
@@ -321,4 +323,83 @@ pub fn table(log: &Log) -> BTreeMap<String, (Verdict, Examination)> {
 pub fn sample(name: &str) -> Log {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/guide/samples").join(name);
     importers::read(&path).unwrap().log
+}
+
+/// Verdicts of which the log shows something, and of those the ones that name the right mend.
+fn counts(table: &BTreeMap<String, (Verdict, Examination)>) -> [usize; 3] {
+    let count = |of: &dyn Fn(Verdict) -> bool| table.values().filter(|(verdict, _)| of(*verdict)).count();
+    [
+        count(&|v| v == Verdict::Silent),
+        count(&|v| !matches!(v, Verdict::Silent | Verdict::Told)),
+        count(&|v| matches!(v, Verdict::Named | Verdict::AmongOthers | Verdict::Remarked)),
+    ]
+}
+
+/// The logs show more or fewer of the mistakes: one in which the vehicle never dives shows no sign of a pitch.
+#[test]
+fn no_wrong_recording_that_a_log_shows_passes_in_silence() {
+    for (name, least) in [("dive.csv.gz", 80), ("trial_vehicle.csv.gz", 50), ("iver_survey.csv.gz", 29)] {
+        let log = sample(name);
+        let table = table(&log);
+        let [silent, shown, right] = counts(&table);
+        let missed: Vec<&String> =
+            table.iter().filter(|(_, found)| found.0 >= Verdict::Suspicious).map(|(n, _)| n).collect();
+        assert_eq!(silent, 0, "{name}: {missed:?}");
+        assert!(shown >= least, "{name}: {shown} shown, {missed:?}");
+        assert!(right * 10 >= shown * 9, "{name}: {right} of {shown}, {missed:?}");
+    }
+}
+
+#[test]
+fn what_is_recorded_rightly_is_not_accused() {
+    for name in ["dive.csv.gz", "trial_vehicle.csv.gz", "iver_survey.csv.gz", "other_maker.csv.gz"] {
+        let Ok(imported) =
+            importers::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/guide/samples").join(name))
+        else {
+            continue;
+        };
+        let found = Examination::of(&imported.log);
+        assert!(!found.is_suspicious(), "{name}: {:?}", found.findings);
+    }
+}
+
+/// A mend is text for a mapping: read by it, the wrong log is the right one.
+#[test]
+fn a_mapping_with_the_mend_reads_the_right_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wrong.csv");
+    let log = sample("dive.csv.gz");
+    for name in
+        ["heading negated", "heading from east, counter-clockwise", "gps_x_m and gps_y_m exchanged", "depth_m in ft"]
+    {
+        let wrong = all().into_iter().find(|wrong| wrong.name == name).unwrap();
+        let wrong_log = wrong.apply(&log).unwrap();
+        let found = Examination::of(&wrong_log);
+        let mend = found.suspicions().next().unwrap().mend.clone().unwrap();
+        let columns = [Column::Heading, Column::GpsX, Column::GpsY, Column::Depth];
+        let mut text = format!("t_s,{}\n", columns.map(Column::name).join(","));
+        let cell = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+        for row in &wrong_log.rows {
+            text +=
+                &format!("{},{}\n", row.time_us as f64 * 1e-6, columns.map(|column| cell(row.get(column))).join(","));
+        }
+        std::fs::write(&path, text).unwrap();
+        let mut map = format!("time = {{ column = \"t_s\" }}\n{mend}\n");
+        for column in columns.iter().filter(|column| !mend.contains(&format!("columns.{} =", column.name()))) {
+            map += &format!("columns.{0} = {{ column = \"{0}\" }}\n", column.name());
+        }
+        let map = importers::ColumnMap::parse(&map, Path::new("mend.toml")).unwrap();
+        let mended = importers::read_mapped(&path, &map).unwrap().log;
+        for column in columns {
+            for ((_, a), (_, b)) in mended.column(column).zip(log.column(column)) {
+                let apart = if column == Column::Heading {
+                    (a - b).sin().abs().max(1.0 - (a - b).cos())
+                } else {
+                    (a - b).abs()
+                };
+                // digits of the offset in the mend, and of a depth in feet
+                assert!(apart < 1e-6, "{name}: {} {a} {b}", column.name());
+            }
+        }
+    }
 }

@@ -140,7 +140,7 @@ fn fixes(log: &Log) -> Option<Finding> {
             "gps_x_m, gps_y_m have {deep} of {all} fixes at more than {SUBMERGED_M} m of depth, where no receiver has one: \
              are they reckoned, or is depth_m wrong?"
         );
-        return Some(Finding::suspicious(Column::GpsX, message));
+        return Some(Finding::remark(Column::GpsX, message)); // of an acoustic positioning system, maybe
     }
     None
 }

@@ -40,8 +40,7 @@ const LIMITS: &[Limit] = &[
     .units(1.5, &[("mm/s", 1e-3), ("cm/s", 1e-2)]),
     limit(&[Column::PropRpm], -6000.0, 6000.0, "is it in rad/s, in degrees per second or in per mille?"),
     limit(&[Column::Range, Column::TwoWayRange, Column::UplinkRange], 0.0, 30_000.0, "is it in mm, or a travel time?"),
-    limit(&[Column::RangeRate], -20.0, 20.0, "is it in cm/s or mm/s?")
-        .units(1.5, &[("mm/s", 1e-3), ("cm/s", 1e-2)]),
+    limit(&[Column::RangeRate], -20.0, 20.0, "is it in cm/s or mm/s?").units(1.5, &[("mm/s", 1e-3), ("cm/s", 1e-2)]),
     limit(
         &[Column::GpsX, Column::GpsY, Column::ShipGpsX, Column::ShipGpsY, Column::ShipX, Column::ShipY],
         -200_000.0,

@@ -91,7 +91,8 @@ impl Examination {
             let is_explained = |finding: &Finding| {
                 let entry = finding.column.map_or_else(String::new, |column| format!("columns.{} =", column.name()));
                 let is_mended = |lines: &String| lines.contains(&entry);
-                finding.column.is_some() && contradictions.iter().any(|found| found.mend.as_ref().is_some_and(is_mended))
+                finding.column.is_some()
+                    && contradictions.iter().any(|found| found.mend.as_ref().is_some_and(is_mended))
             };
             findings.extend(values.into_iter().filter(|finding| !is_explained(finding)));
             findings.extend(odd);

@@ -41,9 +41,9 @@ pub const RELATIONS: [Relation; 4] = [
 const CURRENT_WEIGHT: f64 = 0.25;
 /// Speed below which a vessel may drift, m/s.
 const DRIFT_MPS: f64 = 0.4;
-/// Fewest legs that tell two hypotheses apart, and the chance that is none.
+/// Fewest legs that tell two hypotheses apart, and the chance that is none where the misfit falls to a quarter as well.
 const ENOUGH: usize = 5;
-const CHANCE: f64 = 1e-4;
+const CHANCE: f64 = 1e-3;
 /// Fewest legs for "no relation".
 const MANY: usize = 12;
 
@@ -67,7 +67,8 @@ fn no_legs() -> Outcome {
 
 /// Legs on which the vehicle makes way, as (fixed, reckoned) per second.
 fn moving(legs: &Legs) -> Vec<(Way, Way)> {
-    let typical = median(&legs.legs.iter().map(|leg| leg.ahead.norm() / leg.seconds).collect::<Vec<_>>()).unwrap_or(0.0);
+    let typical =
+        median(&legs.legs.iter().map(|leg| leg.ahead.norm() / leg.seconds).collect::<Vec<_>>()).unwrap_or(0.0);
     let is_moving = |leg: &&Leg| {
         let (fixed, ahead) = (leg.fixed.norm() / leg.seconds, leg.ahead.norm() / leg.seconds);
         fixed > DRIFT_MPS && (legs.speed.is_none() || ahead > 0.3 * typical)
@@ -107,9 +108,8 @@ fn rms(ways: &[(Way, Way)], of: impl Fn(&(Way, Way)) -> Way) -> f64 {
 
 /// Length of the mean direction: 1 is one direction, 0 is all.
 fn concentration(ways: impl Iterator<Item = Way>) -> f64 {
-    let (sum, count) = ways.fold((Way::default(), 0.0), |(sum, count), way| {
-        (sum + way / way.norm().max(1e-9), count + 1.0)
-    });
+    let (sum, count) =
+        ways.fold((Way::default(), 0.0), |(sum, count), way| (sum + way / way.norm().max(1e-9), count + 1.0));
     sum.norm() / f64::max(count, 1.0)
 }
 
@@ -125,7 +125,9 @@ fn course(grid: &Grid) -> Outcome {
         return Outcome::untested("one course, and no speed beside the fixes: what drifts looks the same");
     }
     let as_recorded = Turned { is_reflected: false, quarters: 0 };
-    let all = [false, true].into_iter().flat_map(|is_reflected| (0..4).map(move |quarters| Turned { is_reflected, quarters }));
+    let all = [false, true]
+        .into_iter()
+        .flat_map(|is_reflected| (0..4).map(move |quarters| Turned { is_reflected, quarters }));
     let fitted: Vec<(Turned, Vec<f64>)> = all.map(|turned| (turned, fit(&ways, turned))).collect();
     let (own, power) = (&fitted[0].1, rms(&ways, |way| way.0).powi(2));
     let typical = |misfits: &[f64]| median(misfits).unwrap_or(f64::INFINITY);
@@ -183,7 +185,8 @@ fn gross_speed(grid: &Grid) -> Outcome {
     let Some(ratio) = median(&ratios).filter(|_| ratios.len() >= ENOUGH) else {
         return Outcome::untested(format!("{} legs between fixes", ratios.len()));
     };
-    let evidence = format!("{} cover {ratio:.3} times the way of {} (median of {} legs)", legs.fixes, speed.name(), ratios.len());
+    let evidence =
+        format!("{} cover {ratio:.3} times the way of {} (median of {} legs)", legs.fixes, speed.name(), ratios.len());
     // currents of half the speed are within the first
     let is_plain = |ratio: &f64| (0.5..1.7).contains(ratio);
     let beyond = ratios.iter().filter(|r| if ratio > 1.0 { **r > 2.2 } else { **r < 0.4 }).count();

@@ -32,7 +32,7 @@ fn by_pitch(grid: &Grid) -> Outcome {
     let speed = [Column::DvlU, Column::WaterSpeed, Column::SpeedLog].into_iter().find(|column| grid.has(*column));
     // Without the heave a vehicle may sink flat or fly at an angle of attack; without a speed the gain is the speed.
     let gain = match speed {
-        Some(_) if has_heave => [0.6, 1.7],
+        Some(_) if has_heave => [0.6, 1.6],
         Some(Column::SpeedLog | Column::WaterSpeed) => [0.4, 2.5],
         Some(_) => [0.3, 3.0],
         None => [0.05, 20.0],
@@ -60,7 +60,8 @@ fn compare(grid: &Grid, part: usize, x: &str, demand: &Demand) -> Outcome {
         let stretch = grid.cells(STRETCH_S, 2 * over);
         let equations = (0..grid.len.saturating_sub(over)).step_by(over).map(|at| {
             let sum = |of: &[f64]| {
-                of[at..at + over].iter().zip(&of[at + 1..=at + over]).map(|(a, b)| 0.5 * (a + b)).sum::<f64>() * grid.cell_s
+                of[at..at + over].iter().zip(&of[at + 1..=at + over]).map(|(a, b)| 0.5 * (a + b)).sum::<f64>()
+                    * grid.cell_s
             };
             let other = if parts[1 - part].is_empty() { 0.0 } else { sum(&parts[1 - part]) };
             Equation {

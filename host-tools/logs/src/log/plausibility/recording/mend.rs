@@ -85,10 +85,7 @@ impl Mend {
         let turned = if pairs.iter().any(|pair| pair.2 < 0.0) { ", and turned" } else { "" };
         Self {
             what: format!("{} are exchanged{turned}", names.join(" and ")),
-            edits: pairs
-                .iter()
-                .map(|&(target, source, scale)| Edit { source, scale, ..Edit::plain(target) })
-                .collect(),
+            edits: pairs.iter().map(|&(target, source, scale)| Edit { source, scale, ..Edit::plain(target) }).collect(),
             is_exchange: true,
             time: None,
         }

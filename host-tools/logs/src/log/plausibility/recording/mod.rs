@@ -71,12 +71,10 @@ const fn value(before: State, after: State) -> i32 {
 
 /// What contradicts signs, axes and units, and what this log cannot show. Columns whose values are `odd` are the first to
 /// be blamed; those that are doubted are left out.
-pub(super) fn check(
-    log: &Log,
-    odd: &[Column],
-    is_doubted: impl Fn(Column) -> bool,
-) -> (Vec<Finding>, Vec<Untested>) {
-    let Some(mut grid) = Grid::of(log, odd.contains(&Column::Heading), is_doubted) else { return (Vec::new(), Vec::new()) };
+pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bool) -> (Vec<Finding>, Vec<Untested>) {
+    let Some(mut grid) = Grid::of(log, odd.contains(&Column::Heading), is_doubted) else {
+        return (Vec::new(), Vec::new());
+    };
     let test = |relation: &'static Relation, grid: &Grid| {
         let missing: Vec<&str> =
             relation.needs.iter().filter(|column| !grid.has(**column)).map(|column| column.name()).collect();
@@ -159,11 +157,7 @@ fn finding(mends: &[Mend], evidence: &[String]) -> Finding {
     Finding {
         column: first.edits.first().map(|edit| edit.target()),
         severity: Severity::Suspicious,
-        message: format!(
-            "{}{others}: {evidence}; mended by {}",
-            first.what,
-            lines.join(" or ").replace('\n', " and ")
-        ),
+        message: format!("{}{others}: {evidence}; mended by {}", first.what, lines.join(" or ").replace('\n', " and ")),
         what: first.what.clone(),
         evidence,
         mend: Some(lines[0].clone()),

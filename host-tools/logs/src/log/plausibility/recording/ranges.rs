@@ -5,7 +5,7 @@ use super::legs::{Way, polar};
 use super::relation::{Demand, Outcome, Relation, State};
 use super::slope::{Equation, Slope};
 use crate::log::Column;
-use crate::stats::median;
+use crate::stats::{median, percentile};
 use nalgebra::{Normed, SMatrix, SVector};
 
 /// Speeds that sound has in water with room for clocks and conversions, m/s.
@@ -22,6 +22,9 @@ const CURRENT_MPS: f64 = 0.3;
 const HEADING: f64 = 0.1;
 const SPEED: f64 = 0.1;
 const FIX_M: f64 = 5.0;
+/// Fixes nearer to each other in time say the same, s; a fix of four may be an outlier.
+const BETWEEN_FIXES_S: f64 = 30.0;
+const MOST_FIXES: f64 = 0.75;
 /// Error of a range beside which nothing else counts, m, and residuals beyond so many of them weigh less (Huber 1964).
 const RANGE_M: f64 = 3.0;
 const HUBER: f64 = 2.0;
@@ -133,7 +136,9 @@ struct Segment {
 }
 
 fn track(grid: &Grid) -> Outcome {
-    let Some(segments) = segments(grid) else { return Outcome::untested("no speed, or no place of the ship, beside the ranges") };
+    let Some(segments) = segments(grid) else {
+        return Outcome::untested("no speed, or no place of the ship, beside the ranges");
+    };
     let segments: Vec<Segment> = segments.into_iter().filter(|segment| segment.pings.len() >= PINGS).collect();
     let missed: Vec<f64> = segments.iter().filter_map(Segment::missed_m).collect();
     let Some(typical) = median(&missed) else {
@@ -178,7 +183,9 @@ fn segments(grid: &Grid) -> Option<Vec<Segment>> {
             segment.pings.push(Ping { seconds, way, ship: here, level_m });
         }
         if let Some([x, y]) = own.filter(|[x, y]| !x[cell].is_nan() && !y[cell].is_nan()) {
-            segment.fixes.push((seconds, way, Way::new(x[cell], y[cell])));
+            if segment.fixes.last().is_none_or(|(before, ..)| seconds - before >= BETWEEN_FIXES_S) {
+                segment.fixes.push((seconds, way, Way::new(x[cell], y[cell])));
+            }
         }
         let sway = v.map_or(0.0, |v| if v[cell].is_nan() { 0.0 } else { v[cell] });
         let step = polar(grid.cell_s, heading[cell]) * Way::new(u[cell], sway);
@@ -197,15 +204,14 @@ impl Segment {
     /// What the best dead reckoning misses the ranges or the fixes by, median, m.
     fn missed_m(&self) -> Option<f64> {
         let first = self.pings.first()?;
-        let ring = (0..8).map(|k| {
-            first.ship + polar(first.level_m, f64::from(k) * std::f64::consts::FRAC_PI_4) - first.way
-        });
+        let ring =
+            (0..8).map(|k| first.ship + polar(first.level_m, f64::from(k) * std::f64::consts::FRAC_PI_4) - first.way);
         let starts = self.fixes.first().map(|(_, way, place)| place - way).into_iter().chain(ring);
         let fitted = starts.map(|start| self.fit(start));
         let (_, best) = fitted.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let of_pings = self.pings.iter().map(|p| ((place(&best, p.seconds, p.way) - p.ship).norm() - p.level_m).abs());
         let of_fixes = self.fixes.iter().map(|(seconds, way, fix)| (place(&best, *seconds, *way) - fix).norm());
-        let of_fixes = median(&of_fixes.collect::<Vec<_>>()).unwrap_or(0.0);
+        let of_fixes = percentile(&of_fixes.collect::<Vec<_>>(), MOST_FIXES).unwrap_or(0.0);
         Some(median(&of_pings.collect::<Vec<_>>())?.max(of_fixes))
     }
 
@@ -213,7 +219,6 @@ impl Segment {
     fn fit(&self, start: Way) -> (f64, Unknowns) {
         let mut at = Unknowns::from([start.re, start.im, 0.0, 0.0, 0.0, 0.0]);
         let mut cost = f64::INFINITY;
-        let every = self.fixes.len().div_ceil(20).max(1);
         for _ in 0..12 {
             let mut normal = SMatrix::<f64, 6, 6>::zeros();
             let mut right = Unknowns::zeros();
@@ -236,7 +241,7 @@ impl Segment {
                 let jacobian = along(&at, ping.seconds, ping.way, apart / distance) / RANGE_M;
                 add(jacobian, (distance - ping.level_m) / RANGE_M);
             }
-            for (seconds, way, fix) in self.fixes.iter().step_by(every) {
+            for (seconds, way, fix) in &self.fixes {
                 let apart = place(&at, *seconds, *way) - fix;
                 add(along(&at, *seconds, *way, Way::new(1.0, 0.0)) / FIX_M, apart.re / FIX_M);
                 add(along(&at, *seconds, *way, Way::new(0.0, 1.0)) / FIX_M, apart.im / FIX_M);

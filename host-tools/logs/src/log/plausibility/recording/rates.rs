@@ -40,7 +40,8 @@ fn angle_by_rate(grid: &Grid, angle: Column, rate: Column) -> Outcome {
         let over = grid.cells(over_s, 2);
         let stretch = grid.cells(STRETCH_S, 2 * over);
         let equations = (0..grid.len.saturating_sub(over)).step_by(over).map(|at| {
-            let turned: f64 = rates[at..at + over].iter().zip(&rates[at + 1..=at + over]).map(|(a, b)| 0.5 * (a + b)).sum();
+            let turned: f64 =
+                rates[at..at + over].iter().zip(&rates[at + 1..=at + over]).map(|(a, b)| 0.5 * (a + b)).sum();
             Equation {
                 stretch: at / stretch,
                 y: angles[at + over] - angles[at],

@@ -48,7 +48,7 @@ pub struct Demand {
 }
 
 /// A correlation is close to the closest from this share of it on.
-const CLOSE: f64 = 0.7;
+const CLOSE: f64 = 0.9;
 
 impl Outcome {
     pub const fn new(state: State, evidence: String) -> Self {
@@ -78,9 +78,8 @@ impl Outcome {
              stretches of {:.0} s",
             slope.gain, slope.sigma, slope.correlation, demand.stretch_s
         );
-        let is_absent = |slope: &Slope| {
-            slope.gain < low && slope.is_beyond(low) && slope.correlation.abs() < demand.correlation
-        };
+        let is_absent =
+            |slope: &Slope| slope.gain < low && slope.is_beyond(low) && slope.correlation.abs() < demand.correlation;
         let is_clear = slope.is_sure() && slope.correlation.abs() >= demand.correlation;
         let (gain, bound) = (slope.gain, slope.other_bound());
         let is_beyond = (gain > high && slope.is_beyond(high)) || (bound < low && slope.is_beyond(low));
