@@ -7,6 +7,8 @@ use crate::log::Column;
 
 /// Changes are compared over so long, s: rolling and waves need short, slow turns and late sensors long.
 const OVER_S: [f64; 3] = [1.0, 4.0, 12.0];
+/// No gyro of a vehicle is biased by more than a degree a second.
+const LARGEST_BIAS_RADPS: f64 = 0.02;
 /// Length of a stretch, s: errors of gyro and attitude forget each other within a second or two.
 const STRETCH_S: f64 = 5.0;
 /// A sensor that lags, or that smooths, halves a gain at most; degrees are a factor of 57.
@@ -36,21 +38,21 @@ pub const RELATIONS: [Relation; 3] = [
 /// Changes of the angle on the integral of the rate; of a heeled or pitched vehicle the difference is within the demand.
 fn angle_by_rate(grid: &Grid, angle: Column, rate: Column) -> Outcome {
     let Some([angles, rates]) = grid.all([angle, rate]) else { return Outcome::untested("no such columns") };
-    let slopes = OVER_S.map(|over_s| {
+    let slope = |over_s: f64, is_turning: bool| {
         let over = grid.cells(over_s, 2);
         let stretch = grid.cells(STRETCH_S, 2 * over);
+        let seconds = over as f64 * grid.cell_s;
         let equations = (0..grid.len.saturating_sub(over)).step_by(over).map(|at| {
-            let turned: f64 =
-                rates[at..at + over].iter().zip(&rates[at + 1..=at + over]).map(|(a, b)| 0.5 * (a + b)).sum();
-            Equation {
-                stretch: at / stretch,
-                y: angles[at + over] - angles[at],
-                x: turned * grid.cell_s,
-                // the bias of the gyro
-                others: [1.0, 0.0, 0.0, 0.0],
-            }
+            let sums = rates[at..at + over].iter().zip(&rates[at + 1..=at + over]).map(|(a, b)| 0.5 * (a + b));
+            // of a steady turn nothing is left beside a free bias: turns faster than any bias are looked at without
+            let others = [if is_turning { 0.0 } else { 1.0 }, 0.0, 0.0, 0.0];
+            let (y, x) = (angles[at + over] - angles[at], sums.sum::<f64>() * grid.cell_s);
+            Equation { stretch: at / stretch, y, x, others }
         });
-        Slope::of(equations.collect())
-    });
+        let is_used = |e: &Equation| !is_turning || e.x.abs().max(e.y.abs()) > LARGEST_BIAS_RADPS * seconds;
+        Slope::of(equations.filter(is_used).collect())
+    };
+    let slopes = OVER_S.map(|over_s| slope(over_s, false));
+    let slopes = slopes.into_iter().chain(OVER_S[1..].iter().map(|over_s| slope(*over_s, true)));
     Outcome::of(slopes, rate.name(), &format!("the change of {}", angle.name()), &DEMAND)
 }
