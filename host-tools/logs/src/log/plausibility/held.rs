@@ -78,7 +78,8 @@ fn frozen(log: &Log, columns: &[ColumnSummary], column: Column) -> Option<Findin
     if summary.min == summary.max || summary.repeated > 0.95 {
         return None; // said already
     }
-    let (mut run, mut longest): ((u64, usize, f64), (u64, u64, usize, f64)) = ((0, 0, f64::NAN), (0, 0, 0, 0.0));
+    let mut run = (0_u64, 0_usize, f64::NAN);
+    let mut longest = (0_u64, 0_u64, 0_usize, 0.0_f64);
     let mut step = f64::INFINITY;
     for (time_us, value) in log.column(column) {
         if value == run.2 {

@@ -41,9 +41,11 @@ pub const RELATIONS: [Relation; 4] = [
 const CURRENT_WEIGHT: f64 = 0.25;
 /// Speed below which a vessel may drift, m/s.
 const DRIFT_MPS: f64 = 0.4;
-/// Fewest legs that tell two hypotheses apart, and the chance that is none where the misfit falls to a quarter as well.
+/// Fewest legs that tell two hypotheses apart, and the chance that is none where most of the misfit goes as well.
 const ENOUGH: usize = 5;
-const CHANCE: f64 = 1e-3;
+const CHANCE: f64 = 2e-3;
+/// Share of the misfit that the right hypothesis may leave: noise of fixes on short legs.
+const LEFT: f64 = 0.4;
 /// Fewest legs for "no relation".
 const MANY: usize = 12;
 
@@ -169,7 +171,7 @@ fn is_better(ways: &[(Way, Way)], own: &[f64], (turned, misfits): &(Turned, Vec<
     // no smaller than a tenth: a fit without noise must not count as infinitely many legs
     let t = average / (variance.sqrt().max(0.1) / count.sqrt());
     let is_sure = StudentsT::new(0.0, 1.0, count - 1.0).is_ok_and(|student| student.sf(t) < CHANCE);
-    is_sure && of(misfits) < 0.25 * of(own)
+    is_sure && of(misfits) < LEFT * of(own)
 }
 
 /// Metres and seconds by the fixes against those by the speed, whatever the course.

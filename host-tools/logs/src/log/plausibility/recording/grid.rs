@@ -185,7 +185,7 @@ fn cell_s(log: &Log) -> (f64, f64) {
         median(&steps).filter(|step| *step > 0.0 && steps.len() > 20)
     };
     match moving.into_iter().filter_map(interval).min_by(f64::total_cmp) {
-        Some(step) if step < SAMPLING_S[0] || step > SAMPLING_S[1] => (2.0 * step, CELL_S),
+        Some(step) if !(SAMPLING_S[0]..=SAMPLING_S[1]).contains(&step) => (2.0 * step, CELL_S),
         Some(step) => (step.max(CELL_S), step.max(CELL_S)),
         None => (CELL_S, CELL_S),
     }

@@ -52,6 +52,13 @@ impl Tested {
     }
 }
 
+/// A mend that explains something, and what the relations that it touches would be.
+struct Candidate<'a> {
+    score: i32,
+    mend: &'a Mend,
+    outcomes: Vec<(usize, Outcome)>,
+}
+
 /// What a mend is worth for each column whose values are odd.
 const OF_ODD: i32 = 3;
 
@@ -93,7 +100,7 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
     let mut findings = Vec::new();
     let mends: Vec<Mend> = mend::all().into_iter().filter(|mend| mend.fits(&grid)).collect();
     for _ in 0..MOST_MENDS {
-        let mut found: Vec<(i32, &Mend, Grid, Vec<(usize, Outcome)>)> = Vec::new();
+        let mut found: Vec<Candidate<'_>> = Vec::new();
         for mend in &mends {
             let is_touched = |tested: &Tested| mend.touches(&tested.columns());
             // a relation that is absent is noise, unless another column has it
@@ -118,15 +125,15 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
             let blamed = odd.iter().filter(|column| mend.touches(&[**column])).count() as i32;
             let score = change.sum::<i32>();
             if score > 0 {
-                found.push((score + OF_ODD * blamed, mend, mended, outcomes));
+                found.push(Candidate { score: score + OF_ODD * blamed, mend, outcomes });
             }
         }
-        let Some(most) = found.iter().map(|(score, ..)| *score).max() else { break };
-        found.retain(|(score, ..)| *score == most);
+        let Some(most) = found.iter().map(|candidate| candidate.score).max() else { break };
+        found.retain(|candidate| candidate.score == most);
         // the first of those that explain the same; the sort is stable
-        found.sort_by_key(|(_, mend, ..)| mend.edits.len());
-        let names: Vec<Mend> = found.iter().map(|(_, mend, ..)| (*mend).clone()).collect();
-        let (_, _, mended, outcomes) = found.swap_remove(0);
+        found.sort_by_key(|candidate| candidate.mend.edits.len());
+        let names: Vec<Mend> = found.iter().map(|candidate| candidate.mend.clone()).collect();
+        let Candidate { mend, outcomes, .. } = found.swap_remove(0);
         let evidence: Vec<String> = outcomes
             .iter()
             .filter(|(place, outcome)| outcome.state == State::Holds && !tested[*place].is(State::Holds))
@@ -136,7 +143,7 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
         for (place, outcome) in outcomes {
             tested[place].outcome = outcome;
         }
-        grid = mended;
+        grid = mend.apply(&grid);
     }
     findings.extend(tested.iter().filter(|tested| tested.is(State::Contradicted)).map(unexplained));
     let is_blamed = findings.iter().any(|finding| finding.column == Some(Column::DvlV));

@@ -29,7 +29,7 @@ const MOST_FIXES: f64 = 0.75;
 const RANGE_M: f64 = 3.0;
 const HUBER: f64 = 2.0;
 /// A track misses its ranges by this: m, and share of the typical range.
-const MISSED: (f64, f64) = (15.0, 0.1);
+const MISSED: (f64, f64) = (15.0, 0.05);
 
 const OF_RANGE: &[Column] = &[Column::Range, Column::Heading];
 const OF_TRACK: &[Column] = &[
@@ -182,10 +182,10 @@ fn segments(grid: &Grid) -> Option<Vec<Segment>> {
             let level_m = (range[cell] * range[cell] - down * down).max(0.0).sqrt();
             segment.pings.push(Ping { seconds, way, ship: here, level_m });
         }
-        if let Some([x, y]) = own.filter(|[x, y]| !x[cell].is_nan() && !y[cell].is_nan()) {
-            if segment.fixes.last().is_none_or(|(before, ..)| seconds - before >= BETWEEN_FIXES_S) {
-                segment.fixes.push((seconds, way, Way::new(x[cell], y[cell])));
-            }
+        if let Some([x, y]) = own.filter(|[x, y]| !x[cell].is_nan() && !y[cell].is_nan())
+            && segment.fixes.last().is_none_or(|(before, ..)| seconds - before >= BETWEEN_FIXES_S)
+        {
+            segment.fixes.push((seconds, way, Way::new(x[cell], y[cell])));
         }
         let sway = v.map_or(0.0, |v| if v[cell].is_nan() { 0.0 } else { v[cell] });
         let step = polar(grid.cell_s, heading[cell]) * Way::new(u[cell], sway);

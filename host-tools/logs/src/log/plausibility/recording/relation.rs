@@ -47,9 +47,6 @@ pub struct Demand {
     pub stretch_s: f64,
 }
 
-/// A correlation is close to the closest from this share of it on.
-const CLOSE: f64 = 0.9;
-
 impl Outcome {
     pub const fn new(state: State, evidence: String) -> Self {
         Self { state, evidence, has_slope: false }
@@ -62,11 +59,11 @@ impl Outcome {
     /// The most telling of several slopes of `y` on `x`.
     pub fn of(slopes: impl IntoIterator<Item = Option<Slope>>, x: &str, y: &str, demand: &Demand) -> Self {
         let mut slopes: Vec<Slope> = slopes.into_iter().flatten().collect();
-        // the surest of those that are close
-        let sure = slopes.iter().filter(|slope| slope.is_sure());
-        let closest = sure.map(|slope| slope.correlation.abs()).fold(0.0, f64::max);
-        let is_loose = |slope: &Slope| slope.correlation.abs() < CLOSE * closest;
-        slopes.sort_by(|a, b| is_loose(a).cmp(&is_loose(b)).then(a.chance().total_cmp(&b.chance())));
+        // of those that are sure the closest, of others the least unsure
+        slopes.sort_by(|a, b| match (a.is_sure(), b.is_sure()) {
+            (true, true) => b.correlation.abs().total_cmp(&a.correlation.abs()),
+            _ => a.chance().total_cmp(&b.chance()),
+        });
         let Some(slope) = slopes.first() else {
             return Self::untested(format!("{x} and {y} move together in too few stretches"));
         };
@@ -82,7 +79,10 @@ impl Outcome {
             |slope: &Slope| slope.gain < low && slope.is_beyond(low) && slope.correlation.abs() < demand.correlation;
         let is_clear = slope.is_sure() && slope.correlation.abs() >= demand.correlation;
         let (gain, bound) = (slope.gain, slope.other_bound());
-        let is_beyond = (gain > high && slope.is_beyond(high)) || (bound < low && slope.is_beyond(low));
+        // the closest says how far, any of them how sure
+        let is_above = gain > high && slopes.iter().any(|slope| slope.gain > high && slope.is_beyond(high));
+        let is_below = bound < low && slopes.iter().any(|slope| slope.gain < low && slope.is_beyond(low));
+        let is_beyond = is_above || is_below;
         let state = if is_clear && (gain < 0.0 || is_beyond) {
             State::Contradicted
         } else if is_clear && bound >= low && gain <= high {
