@@ -32,6 +32,17 @@ enum Change {
 }
 
 impl Wrong {
+    /// The columns that it changes; a wrong time changes none alone.
+    fn columns(&self) -> Vec<Column> {
+        match &self.change {
+            Change::Values(changes) => changes.iter().map(|change| change.0).collect(),
+            Change::Places(places) => places.iter().map(|place| place.0).collect(),
+            Change::Time(_) => Vec::new(),
+            Change::Shuffled(columns) | Change::Held(columns, _) => columns.clone(),
+            Change::Lost(column, _) => vec![*column],
+        }
+    }
+
     /// The log as it would have been recorded; `None` if it has none of the columns.
     pub fn apply(&self, log: &Log) -> Option<Log> {
         let mut log = log.clone();
@@ -286,7 +297,7 @@ pub enum Verdict {
     Remarked,
     /// Suspicious, but another mend or none is named.
     Suspicious,
-    /// Said to be untestable, or remarked.
+    /// A test of a column that it changes is said to be impossible, or the column is remarked upon.
     Told,
     Silent,
 }
@@ -309,7 +320,12 @@ pub fn judge(wrong: &Wrong, log: &Log) -> Option<(Verdict, Examination)> {
         verdict = Verdict::AmongOthers;
     } else if found.findings.iter().any(|finding| finding.mend.as_ref().is_some_and(is_wanted)) {
         verdict = Verdict::Remarked;
-    } else if verdict == Verdict::Silent && !(found.findings.is_empty() && found.untested.is_empty()) {
+    } else if verdict == Verdict::Silent
+        && wrong.columns().iter().any(|column| {
+            let is_untested = found.untested.iter().any(|untested| untested.columns.contains(column));
+            is_untested || found.findings.iter().any(|finding| finding.column == Some(*column))
+        })
+    {
         verdict = Verdict::Told;
     }
     Some((verdict, found))

@@ -47,6 +47,8 @@ pub struct Finding {
 pub struct Untested {
     /// What would have been compared.
     pub test: &'static str,
+    /// Columns of which it would have told.
+    pub columns: Vec<Column>,
     /// Why it was not.
     pub why: String,
 }

@@ -52,6 +52,9 @@ impl Tested {
     }
 }
 
+/// A relation that nothing contradicts is another column's only from this correlation on.
+const OF_EXCHANGE: f64 = 0.5;
+
 /// A mend that explains something, and what the relations that it touches would be.
 struct Candidate<'a> {
     score: i32,
@@ -95,7 +98,11 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
     let untested = tested
         .iter()
         .filter(|tested| matches!(tested.outcome.state, State::Untested | State::Absent))
-        .map(|tested| Untested { test: tested.relation.name, why: tested.outcome.evidence.clone() })
+        .map(|tested| Untested {
+            test: tested.relation.name,
+            columns: tested.columns(),
+            why: tested.outcome.evidence.clone(),
+        })
         .collect();
     let mut findings = Vec::new();
     let mends: Vec<Mend> = mend::all().into_iter().filter(|mend| mend.fits(&grid)).collect();
@@ -105,7 +112,7 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
             let is_touched = |tested: &Tested| mend.touches(&tested.columns());
             // a relation that is absent is noise, unless another column has it
             let is_reason = |tested: &Tested| {
-                let is_absent = !tested.is(State::Holds) && tested.outcome.has_slope;
+                let is_absent = !tested.is(State::Holds) && tested.outcome.correlation.is_some();
                 tested.is(State::Contradicted) || (mend.is_exchange && is_absent)
             };
             let reasons = (0..tested.len()).filter(|&place| is_touched(&tested[place]) && is_reason(&tested[place]));
@@ -116,7 +123,11 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
             let mended = mend.apply(&grid);
             let mut outcomes: Vec<(usize, Outcome)> =
                 reasons.iter().map(|&place| (place, test(tested[place].relation, &mended))).collect();
-            if outcomes.iter().all(|(_, outcome)| outcome.state != State::Holds) {
+            let is_mended = |(place, outcome): &(usize, Outcome)| {
+                let is_close = outcome.correlation.is_some_and(|correlation| correlation > OF_EXCHANGE);
+                outcome.state == State::Holds && (tested[*place].is(State::Contradicted) || is_close)
+            };
+            if !outcomes.iter().any(is_mended) {
                 continue;
             }
             let rest = (0..tested.len()).filter(|place| is_touched(&tested[*place]) && !reasons.contains(place));

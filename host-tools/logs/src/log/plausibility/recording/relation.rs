@@ -21,8 +21,9 @@ pub struct Outcome {
     pub state: State,
     /// The numbers, one sentence without its full stop.
     pub evidence: String,
-    /// There was a slope to judge.
-    pub has_slope: bool,
+    /// Correlation of a slope whose size is known beforehand. That of a fin is not: a fin that is stuck, or a controller,
+    /// ties its command to any motion.
+    pub correlation: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +50,7 @@ pub struct Demand {
 
 impl Outcome {
     pub const fn new(state: State, evidence: String) -> Self {
-        Self { state, evidence, has_slope: false }
+        Self { state, evidence, correlation: None }
     }
 
     pub fn untested(why: impl Into<String>) -> Self {
@@ -92,6 +93,6 @@ impl Outcome {
         } else {
             State::Untested
         };
-        Self { state, evidence, has_slope: true }
+        Self { state, evidence, correlation: high.is_finite().then_some(slope.correlation) }
     }
 }
