@@ -63,7 +63,17 @@ pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> 
         ));
     }
     let (start_unix_us, origin_deg, runs) = (log.start_unix_us, log.origin_deg, log.runs.clone());
-    Cow::Owned(Log { path: log.path.clone(), rows, notes, at_centre: true, start_unix_us, origin_deg, runs })
+    let unused_columns = log.unused_columns.clone();
+    Cow::Owned(Log {
+        path: log.path.clone(),
+        rows,
+        notes,
+        at_centre: true,
+        start_unix_us,
+        origin_deg,
+        runs,
+        unused_columns,
+    })
 }
 
 /// Range from the ship's transducer to the centre of gravity of a vehicle at `x`, m, of a measured one.

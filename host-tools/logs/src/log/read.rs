@@ -16,12 +16,14 @@ impl Log {
         let hint =
             "a vehicle log has some of prop_rpm, fin_top_rad, depth_m, heading_rad, dvl_u_mps, range_m, gps_x_m …";
         let mut rows = Vec::new();
-        let notes = table::read(path, &Table { names: &names, required: &[], hint }, |time_us, values| {
-            rows.push(LogRow::of(time_us, values));
-        })?;
+        let (notes, unused_columns) =
+            table::read(path, &Table { names: &names, required: &[], hint }, |time_us, values| {
+                rows.push(LogRow::of(time_us, values));
+            })?;
         // seconds since 1970, not since some start: from 1973 on
         let is_unix = rows.first().is_some_and(|row| row.time_us > 100_000_000_000_000);
-        let log = Self { path: path.to_owned(), rows, notes, start_unix_us: is_unix.then_some(0), ..Self::default() };
+        let start_unix_us = is_unix.then_some(0);
+        let log = Self { path: path.to_owned(), rows, notes, start_unix_us, unused_columns, ..Self::default() };
         log.check_acoustics()?;
         Ok(log)
     }

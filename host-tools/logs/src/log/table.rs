@@ -248,12 +248,12 @@ fn bind(path: &Path, header: &ByteRecord, table: &Table<'_>) -> Result<Bindings,
     Ok(bindings)
 }
 
-/// Reads a table row by row into `row(time_us, values)`, NaN for an empty cell; returns notes.
+/// Reads a table row by row into `row(time_us, values)`, NaN for an empty cell; returns notes and the columns not used.
 pub(crate) fn read<const N: usize>(
     path: &Path,
     table: &Table<'_>,
     mut row: impl FnMut(u64, &[f64; N]),
-) -> Result<Vec<String>, DataError> {
+) -> Result<(Vec<String>, Vec<String>), DataError> {
     let mut reader = lines(ReaderBuilder::new().buffer_capacity(1 << 16)).from_reader(open(path)?);
     let mut record = ByteRecord::new();
     if !reader.read_byte_record(&mut record).map_err(|e| csv_error(path, 1, &e))? {
@@ -320,5 +320,5 @@ pub(crate) fn read<const N: usize>(
     if previous_us.is_none() {
         return Err(DataError::file(path, "no rows after the header"));
     }
-    Ok(notes)
+    Ok((notes, bindings.ignored))
 }

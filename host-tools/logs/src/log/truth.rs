@@ -60,7 +60,7 @@ impl Truth {
     pub fn read(path: &Path) -> Result<Self, DataError> {
         let mut rows = Vec::new();
         let table = Table { names: &NAMES, required: &NAMES[..2], hint: "a truth CSV has x_m and y_m" };
-        let notes = table::read(path, &table, |time_us, values: &[f64; VEHICLE_STATES + 2]| {
+        let (notes, _) = table::read(path, &table, |time_us, values: &[f64; VEHICLE_STATES + 2]| {
             let current = [values[VEHICLE_STATES], values[VEHICLE_STATES + 1]];
             rows.push(TruthRow {
                 time_us,

@@ -5,3 +5,4 @@ mod limits;
 mod parameters;
 mod round_trip;
 mod session;
+mod wrong_recordings;

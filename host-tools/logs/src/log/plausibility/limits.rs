@@ -1,7 +1,9 @@
-//! Values that no vehicle has: wrong units, marks of no reading, sensors that stand still.
+//! Values that no vehicle has: wrong units, marks of no reading, times that cannot be.
 
+use super::recording::Mend;
 use super::{ColumnSummary, Finding, Severity};
 use crate::log::{Column, Log};
+use crate::stats::percentile;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Values of some columns that are plausible, in their units.
@@ -11,29 +13,34 @@ struct Limit {
     high: f64,
     /// What values outside could be.
     guess: &'static str,
+    /// Units that the mapping knows, in the column's own, and a size that is usual.
+    units: &'static [(&'static str, f64)],
+    usual: f64,
 }
 
 /// Wide: beyond every AUV, ship and glider that this project knows.
 const LIMITS: &[Limit] = &[
-    limit(&[Column::Roll], -PI, PI, "is it in degrees?"),
-    limit(&[Column::Pitch], -FRAC_PI_2, FRAC_PI_2, "is it in degrees?"),
-    limit(&[Column::P, Column::Q, Column::R], -2.0, 2.0, "is it in degrees per second?"),
+    limit(&[Column::Roll], -PI, PI, "is it in degrees?").units(0.3, &[("deg", DEG)]),
+    limit(&[Column::Pitch], -FRAC_PI_2, FRAC_PI_2, "is it in degrees?").units(0.3, &[("deg", DEG)]),
+    limit(&[Column::P, Column::Q, Column::R], -2.0, 2.0, "is it in degrees per second?").units(0.2, &[("deg/s", DEG)]),
     limit(
         &[Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard],
         -FRAC_PI_2,
         FRAC_PI_2,
         "is it in degrees, or in servo counts?",
-    ),
+    )
+    .units(0.2, &[("deg", DEG)]),
     limit(&[Column::Depth], -3.0, 11_000.0, "depth is positive down, in metres: wrong sign, or another unit?"),
     limit(
         &[Column::DvlU, Column::DvlV, Column::DvlW, Column::SpeedLog, Column::WaterSpeed],
         -12.0,
         12.0,
         "is it in cm/s or mm/s, or the instrument's mark of no reading?",
-    ),
+    )
+    .units(1.5, &[("mm/s", 1e-3), ("cm/s", 1e-2)]),
     limit(&[Column::PropRpm], -6000.0, 6000.0, "is it in rad/s, in degrees per second or in per mille?"),
     limit(&[Column::Range, Column::TwoWayRange, Column::UplinkRange], 0.0, 30_000.0, "is it in mm, or a travel time?"),
-    limit(&[Column::RangeRate], -20.0, 20.0, "is it in cm/s or mm/s?"),
+    limit(&[Column::RangeRate], -20.0, 20.0, "is it in cm/s or mm/s?").units(1.5, &[("mm/s", 1e-3), ("cm/s", 1e-2)]),
     limit(
         &[Column::GpsX, Column::GpsY, Column::ShipGpsX, Column::ShipGpsY, Column::ShipX, Column::ShipY],
         -200_000.0,
@@ -46,6 +53,8 @@ const LIMITS: &[Limit] = &[
 
 /// A fast vehicle turns at 1 rad/s; a heading in degrees seems to turn faster.
 const FASTEST_TURN_RADPS: f64 = 2.0;
+/// Steps between samples in which noise of an angle is no motion, µs.
+const SLOW_STEP_US: (u64, u64) = (50_000, 2_000_000);
 /// A step of a heading that is a wrap in degrees.
 const WRAP: f64 = 100.0;
 /// Median time between samples of a moving sensor from which on the unit of the time is doubted, s.
@@ -53,27 +62,41 @@ const SLOWEST_SENSOR_S: f64 = 30.0;
 const FASTEST_SENSOR_S: f64 = 2.0e-4;
 /// The filter refuses longer gaps, s.
 const LONGEST_GAP_S: f64 = 600.0;
-/// Fewest samples that say something about how a sensor behaves.
-const ENOUGH: usize = 100;
-/// Pitch changes by more than this only in dives, rad: waves at the surface and trim are below.
-const PITCH_OF_DIVES_RAD: f64 = 0.2;
-/// Of sensors that never stand still.
-const RESTLESS: [Column; 8] =
-    [Column::Roll, Column::Pitch, Column::Heading, Column::P, Column::Q, Column::R, Column::DvlU, Column::DvlV];
+/// Columns of sensors that are read all the time.
+const MOVING: [Column; 5] = [Column::Depth, Column::Heading, Column::DvlU, Column::SpeedLog, Column::PropRpm];
 
 const fn limit(columns: &'static [Column], low: f64, high: f64, guess: &'static str) -> Limit {
-    Limit { columns, low, high, guess }
+    Limit { columns, low, high, guess, units: &[], usual: 0.0 }
 }
+
+impl Limit {
+    const fn units(mut self, usual: f64, units: &'static [(&'static str, f64)]) -> Self {
+        self.units = units;
+        self.usual = usual;
+        self
+    }
+
+    /// The unit in which the values are most usual.
+    fn unit(&self, summary: &ColumnSummary) -> Option<Mend> {
+        let size = summary.percentile_1_99[0].abs().max(summary.percentile_1_99[1].abs());
+        let unusual = |scale: f64| (size * scale / self.usual).ln().abs();
+        let (unit, scale) = self.units.iter().copied().min_by(|a, b| unusual(a.1).total_cmp(&unusual(b.1)))?;
+        Some(Mend::unit(summary.column, unit, scale))
+    }
+}
+
+const DEG: f64 = PI / 180.0;
 
 pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for summary in columns {
         findings.extend(range(log, summary));
-        findings.extend(stillness(summary));
     }
-    findings.extend(frozen_depth(columns));
     findings.extend(heading(log));
-    findings.extend(time(columns));
+    for column in [Column::Roll, Column::Pitch] {
+        let is_told = findings.iter().any(|f: &Finding| f.column == Some(column) && f.severity == Severity::Suspicious);
+        findings.extend(jumps(log, column).filter(|_| !is_told));
+    }
     findings.extend(groups(log));
     findings
 }
@@ -89,12 +112,16 @@ fn range(log: &Log, summary: &ColumnSummary) -> Option<Finding> {
     let outside = log.column(summary.column).filter(|(_, value)| is_outside(*value)).count();
     let name = summary.column.name();
     let message = format!("{name} reaches {extreme:.4} ({outside} of {} samples): {}", summary.samples, limit.guess);
-    let severity = if summary.percentile_1_99.into_iter().any(is_outside) || outside == summary.samples {
-        Severity::Suspicious
-    } else {
-        Severity::Remark
-    };
-    Some(Finding { column: Some(summary.column), severity, message })
+    if !summary.percentile_1_99.into_iter().any(is_outside) && outside < summary.samples {
+        return Some(Finding::remark(summary.column, message));
+    }
+    let finding = Finding::suspicious(summary.column, message);
+    let is_upside_down = summary.column == Column::Depth && summary.percentile_1_99[1] <= limit.low.abs();
+    let sign = is_upside_down.then(|| Mend::sign(&[Column::Depth]));
+    Some(match sign.or_else(|| limit.unit(summary)) {
+        Some(mend) => finding.mended_by(mend.lines()),
+        None => finding,
+    })
 }
 
 /// A heading may be unwound, turn after turn; in degrees it starts beyond a turn or seems to spin.
@@ -117,47 +144,31 @@ fn heading(log: &Log) -> Option<Finding> {
     let starts_beyond = samples.first().is_some_and(|(_, first)| first.abs() > TAU);
     (starts_beyond || wraps || fast * 1000 > all).then(|| {
         let message = format!("heading_rad reaches {largest:.1}: a turn has 6.28 rad; is it in degrees?");
-        Finding::suspicious(Column::Heading, message)
+        Finding::suspicious(Column::Heading, message).mended_by(Mend::unit(Column::Heading, "deg", DEG).lines())
     })
 }
 
-/// Readings that are held on, and sensors that give one value.
-fn stillness(summary: &ColumnSummary) -> Option<Finding> {
-    if summary.samples < ENOUGH || !RESTLESS.contains(&summary.column) {
-        return None;
-    }
-    let name = summary.column.name();
-    if summary.min == summary.max {
-        let message = format!("{name} is {} in all {} samples: is the sensor connected?", summary.min, summary.samples);
-        return Some(Finding::remark(summary.column, message));
-    }
-    (summary.repeated > 0.6).then(|| {
-        let message = format!(
-            "{name} repeats the value before in {:.0} % of its samples: a slow sensor held on in a faster table? Leave \
-             the held cells empty, or they count as measurements",
-            100.0 * summary.repeated
-        );
-        Finding::remark(summary.column, message)
-    })
-}
-
-/// A depth that is one number to the last digit: below the surface no sensor gives that, and at zero not in a dive.
-fn frozen_depth(columns: &[ColumnSummary]) -> Option<Finding> {
-    let of = |column| columns.iter().find(|summary| summary.column == column);
-    let depth = of(Column::Depth).filter(|depth| depth.samples >= ENOUGH && depth.min == depth.max)?;
-    let [low, high] = of(Column::Pitch).map_or([0.0; 2], |pitch| pitch.percentile_1_99);
-    let is_diving = high - low > PITCH_OF_DIVES_RAD;
-    (is_diving || depth.min != 0.0).then(|| {
-        let so = if is_diving { format!(" while pitch_rad goes from {low:.2} to {high:.2}") } else { String::new() };
-        let message = format!("depth_m is {} in all {} samples{so}: is the sensor frozen?", depth.min, depth.samples);
-        Finding::suspicious(Column::Depth, message)
-    })
+/// A roll or pitch that is small in degrees stays below its limit, and leaps by radians from sample to sample.
+fn jumps(log: &Log, column: Column) -> Option<Finding> {
+    let samples: Vec<(u64, f64)> = log.column(column).collect();
+    let rates: Vec<f64> = samples
+        .windows(2)
+        .filter(|pair| (SLOW_STEP_US.0..SLOW_STEP_US.1).contains(&(pair[1].0 - pair[0].0)))
+        .map(|pair| (pair[1].1 - pair[0].1).abs() / ((pair[1].0 - pair[0].0) as f64 * 1e-6))
+        .collect();
+    let typical = percentile(&rates, 0.8).filter(|rate| rates.len() > 100 && *rate > FASTEST_TURN_RADPS)?;
+    let message =
+        format!("{} changes by {typical:.1} a second in a fifth of its steps: is it in degrees?", column.name());
+    Some(Finding::suspicious(column, message).mended_by(Mend::unit(column, "deg", DEG).lines()))
 }
 
 /// The unit of the time, and gaps.
-fn time(columns: &[ColumnSummary]) -> Vec<Finding> {
-    let moving = [Column::Depth, Column::Heading, Column::DvlU, Column::SpeedLog, Column::PropRpm];
-    let of_moving = |summary: &&ColumnSummary| moving.contains(&summary.column) && summary.samples > 20;
+pub(super) fn time(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
+    let of_moving = |summary: &&ColumnSummary| MOVING.contains(&summary.column) && summary.samples > 20;
+    if log.duration_s() == 0.0 && columns.iter().any(|summary| of_moving(&summary)) {
+        let message = format!("t_s is the same in all {} rows: the log has no time", log.rows.len());
+        return vec![Finding::new(Severity::Suspicious, None, message)];
+    }
     let mut findings = Vec::new();
     let fastest = columns
         .iter()
@@ -167,16 +178,16 @@ fn time(columns: &[ColumnSummary]) -> Vec<Finding> {
     if let Some(fastest) = fastest {
         let name = fastest.column.name();
         let guess = match fastest.interval_s {
-            s if s > 2.0e7 => Some("is the time in nanoseconds?"),
-            s if s > 2.0e4 => Some("is the time in microseconds?"),
-            s if s > SLOWEST_SENSOR_S => Some("is the time in milliseconds?"),
-            s if s < FASTEST_SENSOR_S => Some("is the time in hours, or in minutes?"),
+            s if s > 2.0e7 => Some(("is the time in nanoseconds?", "ns", 1e-9)),
+            s if s > 2.0e4 => Some(("is the time in microseconds?", "us", 1e-6)),
+            s if s > SLOWEST_SENSOR_S => Some(("is the time in milliseconds?", "ms", 1e-3)),
+            s if s < FASTEST_SENSOR_S => Some(("is the time in hours, or in minutes?", "h", 3600.0)),
             _ => None,
         };
-        if let Some(guess) = guess {
+        if let Some((guess, unit, factor)) = guess {
             let message = format!("t_s: {:.3} s between samples of {name}: {guess}", fastest.interval_s);
-            findings.push(Finding { column: None, severity: Severity::Suspicious, message });
-            return findings;
+            let finding = Finding::new(Severity::Suspicious, None, message);
+            return vec![finding.mended_by(Mend::time(unit, factor).lines())];
         }
     }
     for summary in columns.iter().filter(of_moving) {

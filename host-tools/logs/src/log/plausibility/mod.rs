@@ -1,13 +1,14 @@
 //! Is a log what its column names say? Ranges, rates and gaps of every column, and what contradicts units and signs.
 //!
-//! Two kinds of evidence: values that no vehicle has (`limits`), and columns that contradict each other (`relations`),
-//! such as a yaw rate that is 57 times what the heading does,
-//! and velocities that do not carry the vehicle where depth and fixes show it (`velocity`).
+//! Evidence of four kinds: names that are almost those of columns (`names`), values that no vehicle has (`limits`),
+//! readings that stand still or in no order (`held`), and columns that contradict each other by physics that needs no
+//! vehicle (`recording`), such as a heading that falls where the yaw rate is positive.
 
+mod held;
 mod limits;
-mod relations;
+mod names;
+mod recording;
 mod summary;
-mod velocity;
 
 pub use summary::ColumnSummary;
 
@@ -29,8 +30,27 @@ pub struct Finding {
     pub column: Option<Column>,
     /// How much it matters.
     pub severity: Severity,
-    /// What was found and what it could mean, one line.
+    /// What was found, by what evidence, and what would mend it, one line.
     pub message: String,
+    /// The mistake in a few words.
+    pub what: String,
+    /// Numbers that show it; empty where `what` says all.
+    pub evidence: String,
+    /// Lines of a column mapping that mend it, one for each column, where a mapping can.
+    pub mend: Option<String>,
+    /// Mends of other mistakes that would explain the same evidence as well.
+    pub alternatives: Vec<String>,
+}
+
+/// A test that this log does not allow.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Untested {
+    /// What would have been compared.
+    pub test: &'static str,
+    /// Columns of which it would have told.
+    pub columns: Vec<Column>,
+    /// Why it was not.
+    pub why: String,
 }
 
 /// What an examination of a log gave.
@@ -42,6 +62,8 @@ pub struct Examination {
     pub columns: Vec<ColumnSummary>,
     /// What contradicts units, signs and times, and what is merely odd.
     pub findings: Vec<Finding>,
+    /// What could not be tested.
+    pub untested: Vec<Untested>,
 }
 
 impl Examination {
@@ -50,10 +72,36 @@ impl Examination {
     pub fn of(log: &Log) -> Self {
         let columns: Vec<ColumnSummary> =
             Column::ALL.into_iter().filter_map(|column| ColumnSummary::of(log, column)).collect();
-        let mut findings = limits::check(log, &columns);
-        findings.extend(relations::check(log, &findings));
+        let mut findings = names::check(log);
+        findings.extend(limits::time(log, &columns));
+        let mut untested = Vec::new();
+        // with times that are wrong nothing else can be compared
+        if findings.iter().all(|finding| finding.column.is_some() || finding.severity == Severity::Remark) {
+            let odd = held::check(log, &columns);
+            let values = limits::check(log, &columns);
+            let is_doubted = |column| {
+                odd.iter().any(|finding| finding.column == Some(column) && finding.severity == Severity::Suspicious)
+            };
+            let beyond: Vec<Column> = values
+                .iter()
+                .filter(|finding| finding.severity == Severity::Suspicious)
+                .filter_map(|finding| finding.column)
+                .collect();
+            let (contradictions, not_tested) = recording::check(log, &beyond, is_doubted);
+            untested = not_tested;
+            // a value beyond all limits whose cause is found needs no second finding
+            let is_explained = |finding: &Finding| {
+                let entry = finding.column.map_or_else(String::new, |column| format!("columns.{} =", column.name()));
+                let is_mended = |lines: &String| lines.contains(&entry);
+                finding.column.is_some()
+                    && contradictions.iter().any(|found| found.mend.as_ref().is_some_and(is_mended))
+            };
+            findings.extend(values.into_iter().filter(|finding| !is_explained(finding)));
+            findings.extend(odd);
+            findings.extend(contradictions);
+        }
         findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-        Self { span_s: log.duration_s(), columns, findings }
+        Self { span_s: log.duration_s(), columns, findings, untested }
     }
 
     /// What makes the log suspicious.
@@ -69,12 +117,24 @@ impl Examination {
 }
 
 impl Finding {
+    fn new(severity: Severity, column: Option<Column>, message: impl Into<String>) -> Self {
+        let message = message.into();
+        let (what, evidence) = (message.clone(), String::new());
+        Self { column, severity, message, what, evidence, mend: None, alternatives: Vec::new() }
+    }
+
     fn suspicious(column: Column, message: impl Into<String>) -> Self {
-        Self { column: Some(column), severity: Severity::Suspicious, message: message.into() }
+        Self::new(Severity::Suspicious, Some(column), message)
     }
 
     fn remark(column: Column, message: impl Into<String>) -> Self {
-        Self { column: Some(column), severity: Severity::Remark, message: message.into() }
+        Self::new(Severity::Remark, Some(column), message)
+    }
+
+    fn mended_by(mut self, lines: String) -> Self {
+        self.message = format!("{}; mended by {}", self.message, lines.replace('\n', " and "));
+        self.mend = Some(lines);
+        self
     }
 }
 

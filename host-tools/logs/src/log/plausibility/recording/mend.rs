@@ -1,0 +1,299 @@
+//! Ways in which columns are recorded wrongly, and the lines of a column mapping that mend each.
+
+use super::grid::Grid;
+use crate::log::{Column, M_PER_FOOT, MPS_PER_KNOT, RADPS_PER_RPM};
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::fmt::Write as _;
+
+/// What a column becomes: (source + offset) · scale.
+#[derive(Clone, Copy, Debug)]
+pub struct Edit {
+    target: Column,
+    source: Column,
+    scale: f64,
+    offset: f64,
+    /// Unit of the source, where that is the scale.
+    unit: Option<&'static str>,
+}
+
+/// One mistake.
+#[derive(Clone, Debug)]
+pub struct Mend {
+    /// What was wrong, in words.
+    pub what: String,
+    pub edits: Vec<Edit>,
+    /// Columns change places: such a mistake may leave no relation at all.
+    pub is_exchange: bool,
+    /// Factor of the time, and its unit.
+    time: Option<(f64, &'static str)>,
+}
+
+impl Edit {
+    const fn plain(column: Column) -> Self {
+        Self { target: column, source: column, scale: 1.0, offset: 0.0, unit: None }
+    }
+
+    /// The column that changes.
+    pub const fn target(&self) -> Column {
+        self.target
+    }
+
+    /// As an entry of the mapping.
+    fn line(&self) -> String {
+        let mut line = format!("columns.{} = {{ column = \"{}\"", self.target.name(), self.source.name());
+        if let Some(unit) = self.unit {
+            let _ = write!(line, ", unit = \"{unit}\"");
+        }
+        if self.scale < 0.0 {
+            line += ", sign = -1";
+        }
+        if self.unit.is_none() && self.scale.abs() != 1.0 {
+            let _ = write!(line, ", scale = {:.7}", self.scale.abs());
+        }
+        if self.offset != 0.0 {
+            let _ = write!(line, ", offset = {:.7}", self.offset);
+        }
+        line + " }"
+    }
+}
+
+impl Mend {
+    fn one(what: impl Into<String>, edit: Edit) -> Self {
+        Self { what: what.into(), edits: vec![edit], is_exchange: false, time: None }
+    }
+
+    /// Another unit of one column.
+    pub fn unit(column: Column, unit: &'static str, scale: f64) -> Self {
+        let what = format!("{} is in {unit}", column.name());
+        Self::one(what, Edit { scale, unit: Some(unit), ..Edit::plain(column) })
+    }
+
+    /// The wrong sign of some columns.
+    pub fn sign(columns: &[Column]) -> Self {
+        let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
+        Self {
+            what: format!("{} {} the wrong sign", names.join(" and "), if names.len() == 1 { "has" } else { "have" }),
+            edits: columns.iter().map(|column| Edit { scale: -1.0, ..Edit::plain(*column) }).collect(),
+            is_exchange: false,
+            time: None,
+        }
+    }
+
+    /// Columns that stand in each other's place, some with the other sign.
+    fn exchange(pairs: &[(Column, Column, f64)]) -> Self {
+        let names: Vec<&str> = pairs.iter().map(|(target, ..)| target.name()).collect();
+        let turned = if pairs.iter().any(|pair| pair.2 < 0.0) { ", and turned" } else { "" };
+        Self {
+            what: format!("{} are exchanged{turned}", names.join(" and ")),
+            edits: pairs.iter().map(|&(target, source, scale)| Edit { source, scale, ..Edit::plain(target) }).collect(),
+            is_exchange: true,
+            time: None,
+        }
+    }
+
+    /// Another unit of the time.
+    pub fn time(unit: &'static str, factor: f64) -> Self {
+        Self { what: format!("t_s is in {unit}"), edits: Vec::new(), is_exchange: false, time: Some((factor, unit)) }
+    }
+
+    /// The lines of the mapping, one for each column.
+    pub fn lines(&self) -> String {
+        match self.time {
+            Some((_, unit)) => format!("time = {{ column = \"t_s\", unit = \"{unit}\" }}"),
+            None => self.edits.iter().map(Edit::line).collect::<Vec<_>>().join("\n"),
+        }
+    }
+
+    /// Whether it changes any of these columns.
+    pub fn touches(&self, columns: &[Column]) -> bool {
+        self.time.is_some() || self.edits.iter().any(|edit| columns.contains(&edit.target))
+    }
+
+    /// Whether a log has what it changes.
+    pub fn fits(&self, grid: &Grid) -> bool {
+        // the axes of a DVL share their unit
+        let is_part = matches!(self.edits[..], [Edit { target: Column::DvlU, unit: Some(_), .. }]);
+        self.edits.iter().all(|edit| grid.has(edit.source)) && !(is_part && grid.has(Column::DvlV))
+    }
+
+    /// The log as it is after the mend.
+    pub fn apply(&self, grid: &Grid) -> Grid {
+        let mut mended = grid.clone();
+        if let Some((factor, _)) = self.time {
+            mended.cell_s *= factor;
+        }
+        for edit in &self.edits {
+            if edit.source != edit.target {
+                mended.put(edit.target, grid.get(edit.source).map(<[f64]>::to_vec));
+            }
+            mended.change(edit.target, edit.scale, edit.offset);
+        }
+        mended
+    }
+}
+
+const DEG: f64 = PI / 180.0;
+const FINS: [Column; 4] = [Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
+
+/// Every mistake that is looked for, frequent ones first: of two that explain the same, the first is named first.
+pub fn all() -> Vec<Mend> {
+    let mut mends = Vec::new();
+    mends.extend(headings());
+    for column in [
+        Column::R,
+        Column::Q,
+        Column::P,
+        Column::Pitch,
+        Column::Roll,
+        Column::Depth,
+        Column::DvlU,
+        Column::DvlV,
+        Column::DvlW,
+        Column::SpeedLog,
+        Column::PropRpm,
+        Column::Rudder,
+        Column::RangeRate,
+        Column::GpsX,
+        Column::GpsY,
+        Column::ShipX,
+        Column::ShipY,
+        Column::ShipGpsX,
+        Column::ShipGpsY,
+    ] {
+        mends.push(Mend::sign(&[column]));
+    }
+    mends.extend(FINS.map(|fin| Mend::sign(&[fin])));
+    mends.push(Mend::sign(&[Column::FinTop, Column::FinBottom]));
+    mends.push(Mend::sign(&[Column::FinPort, Column::FinStarboard]));
+    mends.push(Mend::sign(&FINS));
+    mends.push(Mend::sign(&[Column::P, Column::Q, Column::R]));
+    mends.push(Mend::sign(&[Column::Q, Column::R]));
+    mends.push(Mend::sign(&[Column::DvlV, Column::DvlW]));
+    mends.push(Mend::sign(&[Column::DvlU, Column::DvlV, Column::DvlW]));
+    mends.push(Mend::sign(&[Column::DvlU, Column::DvlV]));
+    mends.push(Mend::sign(&[Column::DvlU, Column::DvlW]));
+    mends.push(Mend::sign(&[Column::GpsX, Column::GpsY]));
+    mends.push(Mend::sign(&[Column::ShipX, Column::ShipY]));
+    mends.push(Mend::sign(&[Column::ShipGpsX, Column::ShipGpsY]));
+    mends.push(Mend::sign(&[Column::ShipX, Column::ShipY, Column::ShipGpsX, Column::ShipGpsY]));
+    mends.extend(exchanges());
+    mends.extend(units());
+    for (unit, factor) in [("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)] {
+        mends.push(Mend::time(unit, factor));
+    }
+    mends
+}
+
+fn headings() -> Vec<Mend> {
+    let heading = |what: &str, scale: f64, offset: f64| {
+        Mend::one(format!("heading_rad is {what}"), Edit { scale, offset, ..Edit::plain(Column::Heading) })
+    };
+    vec![
+        heading("counted counter-clockwise (negated)", -1.0, 0.0),
+        heading("counted from east, counter-clockwise", -1.0, -FRAC_PI_2),
+        heading("counted from east, clockwise", 1.0, FRAC_PI_2),
+        heading("that of the stern (turned by half a turn)", 1.0, PI),
+        heading("counted from west, clockwise", 1.0, -FRAC_PI_2),
+        heading("counted from south, counter-clockwise", -1.0, -PI),
+        heading("counted from west, counter-clockwise", -1.0, FRAC_PI_2),
+        heading("converted from degrees twice", 180.0 / PI, 0.0),
+    ]
+}
+
+fn exchanges() -> Vec<Mend> {
+    let pair = |a, b| Mend::exchange(&[(a, b, 1.0), (b, a, 1.0)]);
+    let quarter = |a, b| [Mend::exchange(&[(a, b, 1.0), (b, a, -1.0)]), Mend::exchange(&[(a, b, -1.0), (b, a, 1.0)])];
+    let mut mends = vec![
+        pair(Column::GpsX, Column::GpsY),
+        pair(Column::P, Column::Q),
+        pair(Column::Q, Column::R),
+        pair(Column::P, Column::R),
+        pair(Column::Roll, Column::Pitch),
+        pair(Column::DvlU, Column::DvlV),
+        pair(Column::DvlV, Column::DvlW),
+        pair(Column::DvlU, Column::DvlW),
+        pair(Column::ShipX, Column::ShipY),
+        pair(Column::ShipGpsX, Column::ShipGpsY),
+        Mend::exchange(&[
+            (Column::ShipX, Column::ShipY, 1.0),
+            (Column::ShipY, Column::ShipX, 1.0),
+            (Column::ShipGpsX, Column::ShipGpsY, 1.0),
+            (Column::ShipGpsY, Column::ShipGpsX, 1.0),
+        ]),
+        Mend::exchange(&[
+            (Column::FinTop, Column::FinPort, 1.0),
+            (Column::FinBottom, Column::FinStarboard, 1.0),
+            (Column::FinPort, Column::FinTop, 1.0),
+            (Column::FinStarboard, Column::FinBottom, 1.0),
+        ]),
+        pair(Column::FinTop, Column::FinBottom),
+        pair(Column::FinPort, Column::FinStarboard),
+    ];
+    mends.extend(quarter(Column::GpsX, Column::GpsY));
+    mends.extend(quarter(Column::DvlU, Column::DvlV));
+    mends.extend(quarter(Column::Roll, Column::Pitch));
+    mends.extend(quarter(Column::P, Column::Q));
+    mends
+}
+
+fn units() -> Vec<Mend> {
+    let mut mends = Vec::new();
+    let each = |columns: &[Column], unit: &'static str, scale: f64| {
+        let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        Mend {
+            what: format!("{} {verb} in {unit}", names.join(", ")),
+            edits: columns.iter().map(|c| Edit { scale, unit: Some(unit), ..Edit::plain(*c) }).collect(),
+            is_exchange: false,
+            time: None,
+        }
+    };
+    let scaled = |what: String, column: Column, scale: f64| Mend::one(what, Edit { scale, ..Edit::plain(column) });
+    let rates = [Column::P, Column::Q, Column::R];
+    mends.push(each(&rates, "deg/s", DEG));
+    for column in rates {
+        mends.push(Mend::unit(column, "deg/s", DEG));
+        mends.push(scaled(format!("{} is converted from degrees twice", column.name()), column, 1.0 / DEG));
+    }
+    for column in [Column::Roll, Column::Pitch] {
+        mends.push(Mend::unit(column, "deg", DEG));
+        mends.push(scaled(format!("{} is converted from degrees twice", column.name()), column, 1.0 / DEG));
+    }
+    let n_per_m3 = 1025.0 * 9.81;
+    for (unit, scale) in [
+        ("ft", M_PER_FOOT),
+        ("bar", 1e5 / n_per_m3),
+        ("cm", 1e-2),
+        ("mm", 1e-3),
+        ("kPa", 1e3 / n_per_m3),
+        ("mbar", 1e2 / n_per_m3),
+    ] {
+        mends.push(Mend::unit(Column::Depth, unit, scale));
+    }
+    let dvl = [Column::DvlU, Column::DvlV, Column::DvlW];
+    for (unit, scale) in [("kn", MPS_PER_KNOT), ("mm/s", 1e-3), ("cm/s", 1e-2), ("km/h", 1.0 / 3.6)] {
+        mends.push(each(&dvl, unit, scale));
+        mends.push(Mend::unit(Column::DvlU, unit, scale));
+        mends.push(Mend::unit(Column::SpeedLog, unit, scale));
+    }
+    for (what, scale) in [("in ft/s", M_PER_FOOT), ("converted from knots twice", 1.0 / MPS_PER_KNOT)] {
+        let edits = dvl.iter().map(|column| Edit { scale, ..Edit::plain(*column) }).collect();
+        let what_dvl = format!("dvl_u_mps, dvl_v_mps, dvl_w_mps are {what}");
+        mends.push(Mend { what: what_dvl, edits, is_exchange: false, time: None });
+        mends.push(scaled(format!("speed_log_mps is {what}"), Column::SpeedLog, scale));
+    }
+    for (unit, scale) in [("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0)] {
+        mends.push(Mend::unit(Column::PropRpm, unit, scale));
+    }
+    mends.push(scaled("prop_rpm is in degrees per second".to_owned(), Column::PropRpm, 1.0 / 6.0));
+    for (unit, scale) in [("km", 1e3), ("mm", 1e-3), ("cm", 1e-2), ("ft", M_PER_FOOT)] {
+        mends.push(each(&[Column::GpsX, Column::GpsY], unit, scale));
+        mends.push(Mend::unit(Column::Range, unit, scale));
+    }
+    mends.push(scaled("range_m is a two-way distance".to_owned(), Column::Range, 0.5));
+    mends.push(scaled("range_m is half of a one-way distance".to_owned(), Column::Range, 2.0));
+    for (unit, scale) in [("mm/s", 1e-3), ("cm/s", 1e-2), ("kn", MPS_PER_KNOT), ("km/h", 1.0 / 3.6)] {
+        mends.push(Mend::unit(Column::RangeRate, unit, scale));
+    }
+    mends
+}

@@ -1,0 +1,209 @@
+//! Signs, axes and units of columns against physics that needs no vehicle.
+//!
+//! Every relation between columns (`rates`, `dive`, `fins`, `course`, `propeller`, `ranges`) is tested as recorded. Where
+//! one is contradicted, every mistake in recording (`mend`) is tried: the one that mends most contradictions, and breaks
+//! nothing that held, is named with the lines of a column mapping that undo it.
+
+mod course;
+mod dive;
+mod fins;
+mod grid;
+mod legs;
+mod mend;
+mod propeller;
+mod ranges;
+mod rates;
+mod relation;
+mod slip;
+mod slope;
+
+use super::{Finding, Severity, Untested};
+use crate::log::{Column, Log};
+use grid::Grid;
+pub(super) use mend::Mend;
+use relation::{Outcome, Relation, State};
+
+/// Mistakes in one log; more are found after these are mended.
+const MOST_MENDS: usize = 4;
+
+fn relations() -> impl Iterator<Item = &'static Relation> {
+    rates::RELATIONS
+        .iter()
+        .chain(&dive::RELATIONS)
+        .chain(&fins::RELATIONS)
+        .chain(&course::RELATIONS)
+        .chain(&propeller::RELATIONS)
+        .chain(&ranges::RELATIONS)
+}
+
+/// A relation and what the log says of it now.
+struct Tested {
+    relation: &'static Relation,
+    outcome: Outcome,
+}
+
+impl Tested {
+    fn is(&self, state: State) -> bool {
+        self.outcome.state == state
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        self.relation.needs.iter().chain(self.relation.uses).copied().collect()
+    }
+}
+
+/// A relation that nothing contradicts is another column's only from this correlation on.
+const OF_EXCHANGE: f64 = 0.5;
+
+/// A mend that explains something, and what the relations that it touches would be.
+struct Candidate<'a> {
+    score: i32,
+    mend: &'a Mend,
+    outcomes: Vec<(usize, Outcome)>,
+}
+
+/// What a mend is worth for each column whose values are odd.
+const OF_ODD: i32 = 3;
+
+/// What a mend is worth for one relation. To break one is worth more than to mend several; to lose one, for its noise grows
+/// or the log shows less, costs less than to mend one.
+const fn value(before: State, after: State) -> i32 {
+    match (before, after) {
+        (State::Contradicted, State::Holds) => 10,
+        (State::Contradicted, _) => 0,
+        (_, State::Contradicted) => -100,
+        (State::Absent, State::Holds) => 2,
+        (State::Untested, State::Holds) => 1,
+        (State::Holds, State::Untested | State::Absent) => -1,
+        _ => 0,
+    }
+}
+
+/// What contradicts signs, axes and units, and what this log cannot show. Columns whose values are `odd` are the first to
+/// be blamed; those that are doubted are left out.
+pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bool) -> (Vec<Finding>, Vec<Untested>) {
+    let Some(mut grid) = Grid::of(log, odd.contains(&Column::Heading), is_doubted) else {
+        return (Vec::new(), Vec::new());
+    };
+    let test = |relation: &'static Relation, grid: &Grid| {
+        let missing: Vec<&str> =
+            relation.needs.iter().filter(|column| !grid.has(**column)).map(|column| column.name()).collect();
+        if !missing.is_empty() {
+            return Outcome::untested(format!("no {}", missing.join(", ")));
+        }
+        (relation.test)(grid)
+    };
+    let mut tested: Vec<Tested> =
+        relations().map(|relation| Tested { relation, outcome: test(relation, &grid) }).collect();
+    let untested = tested
+        .iter()
+        .filter(|tested| matches!(tested.outcome.state, State::Untested | State::Absent))
+        .map(|tested| Untested {
+            test: tested.relation.name,
+            columns: tested.columns(),
+            why: tested.outcome.evidence.clone(),
+        })
+        .collect();
+    let mut findings = Vec::new();
+    let mends: Vec<Mend> = mend::all().into_iter().filter(|mend| mend.fits(&grid)).collect();
+    for _ in 0..MOST_MENDS {
+        let mut found: Vec<Candidate<'_>> = Vec::new();
+        for mend in &mends {
+            let is_touched = |tested: &Tested| mend.touches(&tested.columns());
+            // a relation that is absent is noise, unless another column has it
+            let is_reason = |tested: &Tested| {
+                let is_absent = !tested.is(State::Holds) && tested.outcome.correlation.is_some();
+                tested.is(State::Contradicted) || (mend.is_exchange && is_absent)
+            };
+            let reasons = (0..tested.len()).filter(|&place| is_touched(&tested[place]) && is_reason(&tested[place]));
+            let reasons: Vec<usize> = reasons.collect();
+            if reasons.is_empty() {
+                continue;
+            }
+            let mended = mend.apply(&grid);
+            let mut outcomes: Vec<(usize, Outcome)> =
+                reasons.iter().map(|&place| (place, test(tested[place].relation, &mended))).collect();
+            let is_mended = |(place, outcome): &(usize, Outcome)| {
+                let is_close = outcome.correlation.is_some_and(|correlation| correlation > OF_EXCHANGE);
+                outcome.state == State::Holds && (tested[*place].is(State::Contradicted) || is_close)
+            };
+            if !outcomes.iter().any(is_mended) {
+                continue;
+            }
+            let rest = (0..tested.len()).filter(|place| is_touched(&tested[*place]) && !reasons.contains(place));
+            outcomes.extend(rest.map(|place| (place, test(tested[place].relation, &mended))));
+            let change = outcomes.iter().map(|(place, outcome)| value(tested[*place].outcome.state, outcome.state));
+            let blamed = odd.iter().filter(|column| mend.touches(&[**column])).count() as i32;
+            let score = change.sum::<i32>();
+            if score > 0 {
+                found.push(Candidate { score: score + OF_ODD * blamed, mend, outcomes });
+            }
+        }
+        let Some(most) = found.iter().map(|candidate| candidate.score).max() else { break };
+        found.retain(|candidate| candidate.score == most);
+        // the first of those that explain the same; the sort is stable
+        found.sort_by_key(|candidate| candidate.mend.edits.len());
+        let names: Vec<Mend> = found.iter().map(|candidate| candidate.mend.clone()).collect();
+        let Candidate { mend, outcomes, .. } = found.swap_remove(0);
+        let evidence: Vec<String> = outcomes
+            .iter()
+            .filter(|(place, outcome)| outcome.state == State::Holds && !tested[*place].is(State::Holds))
+            .map(|(place, _)| tested[*place].outcome.evidence.clone())
+            .collect();
+        findings.push(finding(&names, &evidence));
+        for (place, outcome) in outcomes {
+            tested[place].outcome = outcome;
+        }
+        grid = mend.apply(&grid);
+    }
+    findings.extend(tested.iter().filter(|tested| tested.is(State::Contradicted)).map(unexplained));
+    let is_blamed = findings.iter().any(|finding| finding.column == Some(Column::DvlV));
+    let outcome = test(&slip::RELATION, &grid);
+    if outcome.state == State::Contradicted && !is_blamed {
+        findings.push(slips_inwards(&outcome));
+    }
+    (findings, untested)
+}
+
+/// A contradiction that one mistake explains.
+fn finding(mends: &[Mend], evidence: &[String]) -> Finding {
+    let first = &mends[0];
+    let others: Vec<&str> = mends.iter().skip(1).map(|mend| mend.what.as_str()).collect();
+    let others = if others.is_empty() { String::new() } else { format!("; or {}", others.join("; or ")) };
+    let lines: Vec<String> = mends.iter().map(Mend::lines).collect();
+    let evidence = evidence.join("; ");
+    Finding {
+        column: first.edits.first().map(|edit| edit.target()),
+        severity: Severity::Suspicious,
+        message: format!("{}{others}: {evidence}; mended by {}", first.what, lines.join(" or ").replace('\n', " and ")),
+        what: first.what.clone(),
+        evidence,
+        mend: Some(lines[0].clone()),
+        alternatives: lines[1..].to_vec(),
+    }
+}
+
+/// A contradiction that no single mistake explains.
+fn unexplained(tested: &Tested) -> Finding {
+    let Tested { relation, outcome } = tested;
+    // Dead reckoning may be poor for other reasons; one of two signs of the same fin may be chance of its control.
+    let is_weak = relation.name.starts_with("range against the way") || relation.name.contains("fin");
+    Finding {
+        column: relation.needs.first().copied(),
+        severity: if is_weak { Severity::Remark } else { Severity::Suspicious },
+        message: format!("{}: {}; no single mistake in recording explains it", relation.name, outcome.evidence),
+        what: format!("{} disagree", relation.name),
+        evidence: outcome.evidence.clone(),
+        mend: None,
+        alternatives: Vec::new(),
+    }
+}
+
+/// A remark, for a DVL far ahead sees the same.
+fn slips_inwards(outcome: &Outcome) -> Finding {
+    let what = "dvl_v_mps slips into turns, where a hull slips out of them: it has the wrong sign, or the DVL is far ahead \
+                of the centre of gravity";
+    let lines = Mend::sign(&[Column::DvlV]).lines();
+    let finding = Finding::remark(Column::DvlV, format!("{what}: {}", outcome.evidence));
+    Finding { what: what.to_owned(), evidence: outcome.evidence.clone(), ..finding }.mended_by(lines)
+}

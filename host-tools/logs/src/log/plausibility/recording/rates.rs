@@ -1,0 +1,58 @@
+//! Angular rates against the attitude that they turn: Euler's kinematic equations, of no vehicle.
+
+use super::grid::Grid;
+use super::relation::{Demand, Outcome, Relation};
+use super::slope::{Equation, Slope};
+use crate::log::Column;
+
+/// Changes are compared over so long, s: rolling and waves need short, slow turns and late sensors long.
+const OVER_S: [f64; 3] = [1.0, 4.0, 12.0];
+/// No gyro of a vehicle is biased by more than a degree a second.
+const LARGEST_BIAS_RADPS: f64 = 0.02;
+/// Length of a stretch, s: errors of gyro and attitude forget each other within a second or two.
+const STRETCH_S: f64 = 5.0;
+/// A sensor that lags, or that smooths, halves a gain at most; degrees are a factor of 57.
+const DEMAND: Demand = Demand { gain: [0.4, 2.5], correlation: 0.3, stretch_s: STRETCH_S };
+
+pub const RELATIONS: [Relation; 3] = [
+    Relation {
+        name: "roll rate against roll",
+        needs: &[Column::Roll, Column::P],
+        uses: &[],
+        test: |grid| angle_by_rate(grid, Column::Roll, Column::P),
+    },
+    Relation {
+        name: "pitch rate against pitch",
+        needs: &[Column::Pitch, Column::Q],
+        uses: &[],
+        test: |grid| angle_by_rate(grid, Column::Pitch, Column::Q),
+    },
+    Relation {
+        name: "yaw rate against heading",
+        needs: &[Column::Heading, Column::R],
+        uses: &[],
+        test: |grid| angle_by_rate(grid, Column::Heading, Column::R),
+    },
+];
+
+/// Changes of the angle on the integral of the rate; of a heeled or pitched vehicle the difference is within the demand.
+fn angle_by_rate(grid: &Grid, angle: Column, rate: Column) -> Outcome {
+    let Some([angles, rates]) = grid.all([angle, rate]) else { return Outcome::untested("no such columns") };
+    let slope = |over_s: f64, is_turning: bool| {
+        let over = grid.cells(over_s, 2);
+        let stretch = grid.cells(STRETCH_S, 2 * over);
+        let seconds = over as f64 * grid.cell_s;
+        let equations = (0..grid.len.saturating_sub(over)).step_by(over).map(|at| {
+            let sums = rates[at..at + over].iter().zip(&rates[at + 1..=at + over]).map(|(a, b)| 0.5 * (a + b));
+            // of a steady turn nothing is left beside a free bias: turns faster than any bias are looked at without
+            let others = [if is_turning { 0.0 } else { 1.0 }, 0.0, 0.0, 0.0];
+            let (y, x) = (angles[at + over] - angles[at], sums.sum::<f64>() * grid.cell_s);
+            Equation { stretch: at / stretch, y, x, others }
+        });
+        let is_used = |e: &Equation| !is_turning || e.x.abs().max(e.y.abs()) > LARGEST_BIAS_RADPS * seconds;
+        Slope::of(equations.filter(is_used).collect())
+    };
+    let slopes = OVER_S.map(|over_s| slope(over_s, false));
+    let slopes = slopes.into_iter().chain(OVER_S[1..].iter().map(|over_s| slope(*over_s, true)));
+    Outcome::of(slopes, rate.name(), &format!("the change of {}", angle.name()), &DEMAND)
+}
