@@ -19,5 +19,4 @@ mod streams;
 mod time;
 mod world;
 
-#[path = "../random/mod.rs"]
 mod random;

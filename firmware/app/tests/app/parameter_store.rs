@@ -1,12 +1,10 @@
 //! The parameter store in a model of NOR flash whose power can be cut at any operation.
 
-mod random;
-
+use crate::random::Random;
 use backseat_app::parameters::{PARAMETERS, Settings};
 use backseat_app::store::{Geometry, ParameterFlash, Refused, SaveError, WORD};
 use backseat_core::parameters::Kind;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-use random::Random;
 
 const SECTOR: usize = 4096;
 const CAPACITY: usize = 2 * SECTOR;

@@ -2,7 +2,6 @@
 
 use super::trial;
 use anyhow::{Context, anyhow, bail};
-use backseat_logs::stats::percentile;
 use backseat_topside::{Config, Topside};
 use hil_sim::scenario::Scenario;
 use hil_sim::ship_end::{self, InProcess, OnPorts, Program, ProgramClock, ShipEnd};

@@ -2,8 +2,7 @@
 
 mod closed_loop;
 mod properties;
+#[path = "../random.rs"]
+mod random;
 mod simulation;
 mod vectors;
-
-#[path = "../random/mod.rs"]
-mod random;

@@ -4,10 +4,9 @@ mod conservation;
 mod dual;
 mod jacobian;
 mod parameters;
+#[path = "../random.rs"]
+mod random;
 mod reference;
 mod singular;
 mod support;
 mod textbook;
-
-#[path = "../random/mod.rs"]
-mod random;

@@ -4,10 +4,9 @@ mod convergence;
 mod fault;
 mod filter;
 mod laws;
+#[path = "../random.rs"]
+mod random;
 mod robustness;
 mod simulation;
 mod support;
 mod vectors;
-
-#[path = "../random/mod.rs"]
-mod random;

@@ -66,7 +66,7 @@ pub fn input(state: &Value) -> ActuatorInput {
     ActuatorInput { propeller_radps: number(&state["omega_p"]), fins_rad: IDENT_FIN.map(|theirs| -delta[theirs]) }
 }
 
-pub use crate::random::Random;
+pub use super::random::Random;
 
 impl Random {
     /// Normal with that standard deviation: the sum of twelve uniform numbers.

@@ -8,9 +8,8 @@ mod integrity;
 mod invariance;
 mod mini_run;
 mod order;
+#[path = "../random.rs"]
+mod random;
 mod recovery;
 mod robust;
 mod support;
-
-#[path = "../random/mod.rs"]
-mod random;

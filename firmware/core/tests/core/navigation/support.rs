@@ -4,7 +4,7 @@ use backseat_core::dynamics::{ActuatorInput, VehicleModel, VehicleParameters};
 use backseat_core::navigation::*;
 use backseat_core::state::VehicleState;
 
-pub use crate::random::Random as Noise;
+pub use super::random::Random as Noise;
 
 impl Noise {
     /// In (0, 1].
