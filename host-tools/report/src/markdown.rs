@@ -12,7 +12,7 @@ pub fn markdown_table<T: Into<String>>(header: impl IntoIterator<Item = T>) -> T
 /// Longest line of prose.
 const WIDTH: usize = 118;
 
-/// A page with its paragraphs and list items broken to lines of [`WIDTH`]; tables, headings and code stay as they are.
+/// A page with its paragraphs and list items broken to lines of `WIDTH`; tables, headings and code stay as they are.
 pub fn wrapped(page: &str) -> String {
     let (mut out, mut paragraph, mut fenced) = (String::new(), String::new(), false);
     for line in page.lines() {

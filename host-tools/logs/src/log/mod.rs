@@ -201,8 +201,7 @@ pub struct Log {
     pub rows: Vec<LogRow>,
     /// What the reader ignored or assumed, one line each.
     pub notes: Vec<String>,
-    /// Samples are those of the centre of gravity ([`inputs::at_centre`](backseat_estimation::inputs::at_centre)), not of the
-    /// sensors.
+    /// Samples are those of the centre of gravity (`inputs::at_centre` of the estimation), not of the sensors.
     pub at_centre: bool,
     /// µs since 1970 of time 0, where the log has a date; of the clock that the log was written by.
     pub start_unix_us: Option<i64>,
