@@ -94,7 +94,7 @@ fn write(
     }
     let files = Files { vehicle: vehicle_path.as_deref(), terms: terms_path.as_deref() };
     args.output.show(diagnose::report(&result, files))?;
-    Ok(Outcome::doubtful_if(!result.doubts.is_empty()))
+    Ok(Outcome::doubtful_if(result.is_doubtful()))
 }
 
 /// The log, with the one beside it.

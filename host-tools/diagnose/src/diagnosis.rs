@@ -3,6 +3,7 @@
 use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
 use crate::event_times::{self, Intervals};
+use crate::floor::Remaining;
 pub use crate::found::{FoundEffect, ParameterEstimate};
 use crate::ladder::{self, Ladder};
 use crate::log_effects::Effects;
@@ -27,6 +28,10 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The condition that decided it.
     pub reason: &'static str,
+    /// What it was decided from.
+    pub conditions: Conditions,
+    /// What is left on data that judges, beside what the sensors can make.
+    pub remaining: Vec<Remaining>,
     /// Effects found, strongest first.
     pub effects: Vec<FoundEffect>,
     /// The ladder of every round.
@@ -50,6 +55,17 @@ impl Diagnosis {
     #[must_use]
     pub fn set(&self, declared: &Effects) -> Effects {
         self.effects.iter().fold(*declared, |set, found| found.instance.apply(&set))
+    }
+
+    /// Puts the floor under the verdict: what is left, and whether enough judges.
+    #[must_use]
+    pub fn held_to(mut self, remaining: Vec<Remaining>, is_undecided: bool) -> Self {
+        self.conditions.is_implausible |= remaining.iter().any(Remaining::is_beyond);
+        self.conditions.is_undecided |= is_undecided;
+        self.remaining = remaining;
+        let rule = verdict::decide(&self.conditions);
+        (self.verdict, self.reason) = (rule.verdict, rule.condition);
+        self
     }
 }
 
@@ -96,13 +112,13 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         || describe(log_data, &accepted, alternatives, &joint, &rounds),
     );
     let (left, found) = (left?, found?);
-    let explained: f64 = log_data.declared.normal.sum(|_| true).square - joint.whole_square;
+    let explained: f64 = log_data.seen_square(&log_data.declared) - joint.seen_square;
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let whitenesses = whiteness(log_data, &joint.pass);
     let errs_on_held_out = !accepted.is_empty() && noise_effects.is_empty() && errs_in_a_channel(&whitenesses);
     let exceeds_noise = exceeds_noise(&joint.pass) || errs_on_held_out;
     let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
-    let rule = verdict::decide(&Conditions {
+    let conditions = Conditions {
         structure_remains,
         exceeds_noise,
         generic_terms_fit_better: has_doubtful_effects
@@ -110,7 +126,9 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         is_coloured: whiteness_p(&whitenesses) < LEAST_WHITENESS_P,
         has_effects: !(found.is_empty() && noise_effects.is_empty()),
         has_alternatives: found.iter().any(|found| found.possible_alternatives().next().is_some()),
-    });
+        ..Conditions::default()
+    };
+    let rule = verdict::decide(&conditions);
     let (mut found, mut structure) = (found, left);
     if rule.verdict == Verdict::Unexplained {
         // The entries stood in for something else: the terms reported are those against the declared model.
@@ -131,6 +149,8 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let diagnosis = Diagnosis {
         verdict: rule.verdict,
         reason: rule.condition,
+        conditions,
+        remaining: Vec::new(),
         effects: found,
         rounds,
         structure,
@@ -186,11 +206,11 @@ fn generic_is_better(log_data: &mut PreparedLog, alternative: &Structure, accept
     let explain_more = |gain: f64| gain > explained + BETTER.max(tolerated(explained));
     let explain_as_much = |gain: f64| gain > explained - WORSE.0 - WORSE.1 * explained;
     let promised = |terms: usize| alternative.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
-    let declared = log_data.declared.normal.sum(|_| true).square;
+    let declared = log_data.seen_square(&log_data.declared);
     let mut fitted = |terms: usize| {
         let hints = alternative.hints.iter().take(terms).cloned().collect();
         let fit = proposal::fit(log_data, &Structure { hints, ..Structure::default() });
-        fit.map_or(0.0, |(_, pass)| declared - pass.normal.sum(|_| true).square)
+        fit.map_or(0.0, |(_, pass)| declared - log_data.seen_square(&pass))
     };
     let fewer = accepted - 1;
     (fewer > 0 && explain_as_much(promised(fewer)) && explain_as_much(fitted(fewer)))
@@ -269,8 +289,8 @@ fn describe(
     let mut at = 0;
     let mut found = Vec::new();
     for ((instance, alternatives), (without, times)) in accepted.iter().zip(alternatives).zip(alone?) {
-        let gain = without.normal.sum(|_| true).square - joint.whole_square;
-        let blocks = log_data.held_gain(&without, &joint.pass);
+        let gain = log_data.seen_square(&without) - joint.seen_square;
+        let blocks = log_data.gains(DataPart::Judge, &without, &joint.pass);
         let held_gain =
             mean_ci95(&blocks).map(|(low, high)| (blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]));
         let sigmas = &joint.sigmas[at..at + instance.sizes.len()];

@@ -111,7 +111,7 @@ impl Ladder {
 
     fn cost(&self) -> Option<f64> {
         let numbers: usize = self.accepted.iter().map(|instance| instance.candidate.degrees()).sum();
-        Some(self.joint.as_ref()?.whole_square + COST * numbers as f64)
+        Some(self.joint.as_ref()?.seen_square + COST * numbers as f64)
     }
 }
 
@@ -142,8 +142,8 @@ fn choose(log_data: &PreparedLog, accepted: &[Instance], round: &Round) -> Optio
         .filter_map(|e| {
             let mut instances = accepted.to_vec();
             instances.push(e.instance.clone());
-            let joint = log_data.fit(&instances, DataPart::Whole)?;
-            Some((joint.whole_square + 2.0 * e.degrees as f64, joint.instances.last()?.clone()))
+            let joint = log_data.fit(&instances, DataPart::Seen)?;
+            Some((joint.seen_square + 2.0 * e.degrees as f64, joint.instances.last()?.clone()))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, instance)| instance)

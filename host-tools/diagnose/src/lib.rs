@@ -15,6 +15,7 @@
 //! log_models        logs without fins and propeller     figures       what the report draws
 //! proposal          terms in no catalogue, as a formula event_times   intervals of onset and end
 //! statistics        whiteness of a sequence             timing        when fins and propeller act
+//! split             what fits, chooses and judges       floor         what is left beside what the sensors can make
 //! ```
 //!
 //! The method: the filter itself is the whitener. Its normalised innovations are white if the model is right, so that
@@ -32,6 +33,7 @@ pub mod candidates;
 pub mod diagnosis;
 pub mod event_times;
 pub mod figures;
+pub mod floor;
 pub mod found;
 pub mod ladder;
 pub mod linear;
@@ -47,6 +49,7 @@ pub mod regressors;
 pub mod samples;
 pub mod scores;
 pub mod search;
+pub mod split;
 pub mod statistics;
 pub mod structure;
 pub mod timing;

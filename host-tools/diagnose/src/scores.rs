@@ -130,12 +130,12 @@ pub fn of(
         None => ("withheld GNSS fixes", against_fixes(&run, &corrected)),
     };
     let position_errors: Vec<(f64, f64)> = errors.iter().map(|(time_us, e)| (seconds(*time_us), *e)).collect();
-    let held: Vec<f64> = position_errors.iter().filter(|(t_s, _)| log_data.is_held(*t_s)).map(|(_, e)| *e).collect();
+    let held: Vec<f64> = position_errors.iter().filter(|(t_s, _)| log_data.is_judged(*t_s)).map(|(_, e)| *e).collect();
     let velocities: Vec<f64> = (0..3).filter_map(|axis| prediction[axis][VELOCITY_HORIZON]).collect();
     let velocity_rmse_mps = if velocities.len() == 3 {
         rms(&velocities)
     } else {
-        truth.and_then(|truth| velocity_against(&run, truth, |time_us| log_data.is_held(seconds(time_us))))
+        truth.and_then(|truth| velocity_against(&run, truth, |time_us| log_data.is_judged(seconds(time_us))))
     };
     Ok(Scores {
         velocity_rmse_mps,
@@ -157,7 +157,7 @@ pub fn whiteness(log_data: &PreparedLog, pass: &Pass) -> Vec<Whiteness> {
     ResidualChannel::ALL
         .into_iter()
         .filter_map(|channel| {
-            let held = pass.residuals.iter().filter(|r| r.channel == channel && r.used && log_data.is_held(r.t_s));
+            let held = pass.residuals.iter().filter(|r| r.channel == channel && r.used && log_data.is_judged(r.t_s));
             let e: Vec<f64> = independent(held).map(Residual::normalised).collect();
             let count = e.len();
             let nis = e.iter().map(|e| e * e).sum::<f64>() / count as f64;
@@ -197,7 +197,7 @@ pub fn predictions(log_data: &PreparedLog, pass: &Pass, set: &Effects) -> Vec<[O
     let mut next_s = 0.0;
     for trace in &pass.trace {
         let longest = HORIZONS_S[HORIZONS_S.len() - 1];
-        if trace.t_s < next_s || !log_data.is_held(trace.t_s) || trace.t_s + longest > log_data.samples.duration_s {
+        if trace.t_s < next_s || !log_data.is_judged(trace.t_s) || trace.t_s + longest > log_data.samples.duration_s {
             continue;
         }
         next_s = trace.t_s + EVERY_S;

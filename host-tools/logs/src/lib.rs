@@ -8,6 +8,7 @@ pub mod importers;
 pub mod log;
 pub mod manoeuvring;
 pub mod output;
+pub mod plausible_noise;
 pub mod session;
 pub mod settings;
 pub mod stats;

@@ -112,6 +112,11 @@ pub fn compute<'a>(
 }
 
 impl DiagnosisResult<'_> {
+    /// Whether the verdict or the log itself says that the result is not to be trusted.
+    pub fn is_doubtful(&self) -> bool {
+        self.diagnosis.verdict.is_doubtful() || !self.doubts.is_empty()
+    }
+
     /// First lines of the vehicle file.
     pub fn source(&self) -> String {
         format!(

@@ -3,6 +3,7 @@
 use super::DiagnosisResult;
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
+use backseat_diagnose::floor::Remaining;
 use backseat_diagnose::scores::Scores;
 use backseat_diagnose::verdict::Verdict;
 use std::path::Path;
@@ -50,6 +51,17 @@ pub fn sentence(result: &DiagnosisResult<'_>) -> String {
     let found = phrases.join("; ");
     let mut parts = match d.verdict {
         Verdict::None => vec!["Nothing found: the declared model leaves no significant residual".to_owned()],
+        Verdict::Implausible => {
+            let beyond = d.remaining.iter().filter(|remaining| remaining.is_beyond()).map(Remaining::describe);
+            let left = beyond.collect::<Vec<_>>().join(", ");
+            let what =
+                format!("not to be believed: there is left a {left}; a column's sign, unit or time may be wrong");
+            std::iter::once(what).chain((!found.is_empty()).then_some(found)).collect()
+        }
+        Verdict::Undecided => {
+            let what = format!("not decided: {}", d.reason);
+            std::iter::once(what).chain((!found.is_empty()).then_some(found)).collect()
+        }
         Verdict::Unexplained if phrases.is_empty() => {
             vec![format!("Not explained: {}, and no entry of the catalogue describes what remains", d.reason)]
         }
@@ -180,7 +192,7 @@ fn lower(text: &str) -> String {
 pub fn next(result: &DiagnosisResult<'_>, vehicle_file: Option<&Path>) -> (String, String) {
     let log = result.log.path.display();
     let d = &result.diagnosis;
-    if d.effects.is_empty() {
+    if d.effects.is_empty() || d.verdict.is_doubtful() {
         let why = match d.verdict {
             Verdict::None => "the track with the declared vehicle, which fits this log",
             _ => "what the numbers of this log look like: a wrong unit or sign is no entry of the catalogue",

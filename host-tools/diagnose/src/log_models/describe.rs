@@ -136,7 +136,7 @@ impl<M: LogModel> Described<'_, M> {
             start[*column] = 0.0;
         }
         let without = fit::solve(self.model, self.log_data, self.noise, others, &start, DataPart::Train)?;
-        let blocks = self.log_data.held_gain(&fit::pass(self.model, self.noise, &without), self.after);
+        let blocks = self.log_data.gains(DataPart::Judge, &fit::pass(self.model, self.noise, &without), self.after);
         let (low, high) = mean_ci95(&blocks)?;
         Some((blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]))
     }
@@ -168,7 +168,7 @@ impl<M: LogModel> Described<'_, M> {
     /// Columns without a name beside everything found, one after the other, best first.
     pub(super) fn nameless(&self, free: &[usize]) -> Vec<NamedTerm> {
         let sum = |part| self.after.normal.sum(|block| self.log_data.is_in(part, block));
-        let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Held), sum(DataPart::Whole));
+        let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Choose), sum(DataPart::Seen));
         let gain = |columns: &[usize]| linear::fit(&whole, columns, &[]).map_or(0.0, |fit| fit.gain);
         let held_gain = |columns: &[usize]| {
             linear::fit(&train, columns, &[]).map_or(0.0, |fit| linear::gain_of(&held, columns, &fit.theta, &[]))

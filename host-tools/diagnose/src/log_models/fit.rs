@@ -84,7 +84,7 @@ pub(super) fn noise(
         theta[column] = guess;
     }
     for _ in 0..3 {
-        theta = solve(model, log_data, &noise, &columns, &theta, DataPart::Whole)?;
+        theta = solve(model, log_data, &noise, &columns, &theta, DataPart::Seen)?;
         let rows = model.rows(&theta);
         for noise in &mut noise {
             *noise = of_channel(&rows, noise.channel);

@@ -8,7 +8,7 @@ use crate::candidates::{self, Candidate, Hypothesis, Scope};
 use crate::diagnosis::{Diagnosis, FoundEffect};
 use crate::linear;
 use crate::log_effects::Effects;
-use crate::prepared_log::{DataPart, PreparedLog};
+use crate::prepared_log::{DataPart, PreparedLog, Split};
 use crate::samples::{ResidualChannel, Samples};
 use crate::scores::{HORIZONS_S, PREDICTED, Scores, whiteness};
 use crate::search::{self, FAMILY_ERROR, MOST_EFFECTS, Round};
@@ -106,12 +106,13 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let is_ambiguous = effects.iter().any(|found| found.alternatives.iter().any(Alternative::is_possible));
     let tests = whiteness(&log_data, &after);
     let is_coloured = tests.iter().any(|w| w.p * (tests.len() as f64) < STRUCTURE);
-    let rule = verdict::decide(&Conditions {
+    let conditions = Conditions {
         structure_remains: is_coloured || !named.is_empty(),
         has_effects: !effects.is_empty(),
         has_alternatives: is_ambiguous,
         ..Conditions::default()
-    });
+    };
+    let rule = verdict::decide(&conditions);
     let open = described.open(&free(&calibrated, &chosen), hypotheses.iter().filter(|h| !chosen.contains(h)));
     let forecast = if model.forecast_share() > 0.0 { ", and the last fifth of the log" } else { "" };
     let held = format!("held out: nine of every 27 blocks of {:.0} s{forecast}", model.block_s());
@@ -122,6 +123,8 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let diagnosis = Diagnosis {
         verdict: rule.verdict,
         reason: rule.condition,
+        conditions,
+        remaining: Vec::new(),
         effects,
         rounds,
         structure,
@@ -257,7 +260,7 @@ fn empty(log: &Log, vehicle: &VehicleFile, model: &impl LogModel) -> PreparedLog
         scope,
         own_scale: [1.0; ResidualChannel::COUNT],
         declared: crate::whitener::Pass::default(),
-        forecast_share: model.forecast_share(),
+        split: Split::of_one_run(log.duration_s(), model.block_s(), model.forecast_share()),
     }
 }
 
@@ -265,12 +268,12 @@ fn empty(log: &Log, vehicle: &VehicleFile, model: &impl LogModel) -> PreparedLog
 #[must_use]
 pub fn scores(log_data: &PreparedLog, pass: &crate::whitener::Pass, measures: Measures) -> Scores {
     let held = |errors: &[(f64, f64)]| {
-        let of: Vec<f64> = errors.iter().filter(|(t_s, _)| log_data.is_held(*t_s)).map(|(_, error)| *error).collect();
+        let of: Vec<f64> = errors.iter().filter(|(t_s, _)| log_data.is_judged(*t_s)).map(|(_, error)| *error).collect();
         rms(&of)
     };
     // Share of the variance about the mean.
     let share = |of: &Unexplained| {
-        let held: Vec<_> = of.values.iter().filter(|(t_s, ..)| log_data.is_held(*t_s)).collect();
+        let held: Vec<_> = of.values.iter().filter(|(t_s, ..)| log_data.is_judged(*t_s)).collect();
         let mean = held.iter().map(|(.., measured)| measured).sum::<f64>() / held.len().max(1) as f64;
         let all: f64 = held.iter().map(|(.., measured)| (measured - mean).powi(2)).sum();
         let left: f64 = held.iter().map(|(_, residual, _)| residual.powi(2)).sum();
