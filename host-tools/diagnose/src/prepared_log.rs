@@ -65,6 +65,7 @@ impl PreparedLog {
             sensors: vehicle.sensors,
             installation: vehicle.installation,
             scale: [1.0; ResidualChannel::COUNT],
+            colours: Vec::new(),
             outliers: Vec::new(),
             block_s: BLOCK_S.max(samples.duration_s / MOST_BLOCKS),
             proposed: Vec::new(),

@@ -3,7 +3,7 @@
 
 use backseat_core::state::wrap_angle;
 use backseat_diagnose::diagnosis::{self, Diagnosis};
-use backseat_diagnose::prepared_log::PreparedLog;
+use backseat_diagnose::prepared_log::{DataPart, PreparedLog};
 use backseat_diagnose::verdict::Verdict;
 use backseat_logs::VehicleFile;
 use backseat_logs::log::Column;

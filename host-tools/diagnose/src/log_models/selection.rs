@@ -249,6 +249,7 @@ fn empty(log: &Log, vehicle: &VehicleFile, model: &impl LogModel) -> PreparedLog
         sensors: vehicle.sensors,
         installation: vehicle.installation,
         scale: [1.0; ResidualChannel::COUNT],
+        colours: Vec::new(),
         outliers: Vec::new(),
         block_s: model.block_s(),
         proposed: Vec::new(),
