@@ -2,6 +2,7 @@
 
 use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
+use crate::coloured_noise;
 use crate::event_times::{self, Intervals};
 use crate::floor::Remaining;
 pub use crate::found::{FoundEffect, ParameterEstimate};
@@ -74,6 +75,57 @@ impl Diagnosis {
 /// `None` if the filter diverges.
 #[must_use]
 pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
+    let (mut diagnosis, accepted) = timed(log_data, &mut progress)?;
+    propose(log_data, &mut diagnosis);
+    // Noise is estimated beside what was found, so that it does not take up what is none; what was found is then judged
+    // against that noise from the beginning.
+    progress("noise that lasts");
+    if estimate_noise(log_data, &diagnosis, &accepted)? {
+        (diagnosis, _) = timed(log_data, &mut progress)?;
+        propose(log_data, &mut diagnosis);
+    }
+    diagnosis.notes.extend(coloured_noise::notes(&log_data.setup));
+    diagnosis.notes.extend(timing::note(&log_data.timing));
+    if diagnosis.effects.iter().any(|found| found.instance.candidate.is_pure_delay()) {
+        let note = "beside input_delay a log does not show whether inputs hold or move on between their samples: if they move \
+                    on, they are half a sample later than if they hold";
+        diagnosis.notes.push(note.to_owned());
+    }
+    Some(diagnosis)
+}
+
+/// Fits the terms of what remains unexplained.
+fn propose(log_data: &mut PreparedLog, diagnosis: &mut Diagnosis) {
+    if diagnosis.verdict == Verdict::Unexplained
+        && let Some((terms, after)) = proposal::fit(log_data, &diagnosis.structure)
+    {
+        (diagnosis.proposed, diagnosis.with_terms) = (terms, Some(after));
+    }
+}
+
+/// Estimates the noise beside what a first diagnosis found; whether it is another than was taken.
+fn estimate_noise(log_data: &mut PreparedLog, diagnosis: &Diagnosis, accepted: &[Instance]) -> Option<bool> {
+    let declared = log_data.scope.declared;
+    let set = if diagnosis.proposed.is_empty() { set_of(&declared, accepted) } else { declared };
+    log_data.setup.proposed = diagnosis.proposed.iter().map(|term| (term.term, term.value)).collect();
+    // Waves are an effect: they are not taken for noise of what they move.
+    let waves = diagnosis.effects.iter().any(|found| found.instance.candidate.effect == "waves");
+    let kept: &[ResidualChannel] = if waves { &MOVED_BY_WAVES } else { &[] };
+    let is_new = coloured_noise::estimate(log_data, &set, kept);
+    log_data.setup.proposed.clear();
+    if is_new? {
+        log_data.declared = log_data.pass(&declared, &[])?;
+        return Some(true);
+    }
+    Some(false)
+}
+
+/// Channels that swing in waves.
+const MOVED_BY_WAVES: [ResidualChannel; 4] =
+    [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW, ResidualChannel::Depth];
+
+/// Once, and again where the inputs act at other times than was taken.
+fn timed(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
     let (mut diagnosis, mut accepted) = once(log_data, &mut progress)?;
     // What effects leave shows the timing of the inputs better than what the declared model leaves; but a lag takes up the
     // half sample between held and moving inputs, so that beside one the two are fitted anew.
@@ -83,20 +135,9 @@ pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option
         (diagnosis, accepted) = once(log_data, &mut progress)?;
     }
     if log_data.retime_beside_lag(&accepted)? {
-        (diagnosis, _) = once(log_data, &mut progress)?;
+        (diagnosis, accepted) = once(log_data, &mut progress)?;
     }
-    diagnosis.notes.extend(timing::note(&log_data.timing));
-    if diagnosis.effects.iter().any(|found| found.instance.candidate.is_pure_delay()) {
-        let note = "beside input_delay a log does not show whether inputs hold or move on between their samples: if they move \
-                    on, they are half a sample later than if they hold";
-        diagnosis.notes.push(note.to_owned());
-    }
-    if diagnosis.verdict == Verdict::Unexplained
-        && let Some((terms, after)) = proposal::fit(log_data, &diagnosis.structure)
-    {
-        (diagnosis.proposed, diagnosis.with_terms) = (terms, Some(after));
-    }
-    Some(diagnosis)
+    Some((diagnosis, accepted))
 }
 
 /// With the timing of the inputs as it is; beside the diagnosis the entries accepted, even where they do not explain all.

@@ -6,6 +6,7 @@
 //! normal_equations  information matrix and score, by    linear        least squares on a choice of columns
 //!                   blocks of time
 //! noise             scales, outliers                    waves         a peak in the DVL's spectrum
+//! coloured_noise    noise that lasts, channel by channel
 //! candidates        the catalogue as hypotheses         search        forward selection, times of events
 //! alternatives      which other entry it could be       structure     terms outside the catalogue that remain
 //! prepared_log      one log made ready, joint fits      diagnosis     the whole loop
@@ -30,6 +31,7 @@
 
 pub mod alternatives;
 pub mod candidates;
+pub mod coloured_noise;
 pub mod diagnosis;
 pub mod event_times;
 pub mod figures;

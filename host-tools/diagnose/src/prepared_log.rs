@@ -8,7 +8,7 @@ use crate::regressors::Regressor;
 use crate::samples::{ResidualChannel, Samples};
 pub use crate::split::{DataPart, FORECAST_SHARE, Split};
 use crate::timing;
-use crate::whitener::{self, Pass, Setup};
+use crate::whitener::{self, Pass, Residual, Setup};
 use backseat_core::navigation::SurfaceNoise;
 use backseat_estimation::commands::InputTiming;
 use backseat_estimation::inputs;
@@ -71,10 +71,13 @@ impl PreparedLog {
             proposed: Vec::new(),
         };
         let set = Effects::from(vehicle.effects.set);
-        let (timing, pass) = timing::choose(&setup, &samples, &set, &InputTiming::default())?;
+        let split = Split::of_one_run(samples.duration_s, setup.block_s, FORECAST_SHARE);
+        let (timing, pass) = timing::choose((&setup, &split), &samples, &set, &InputTiming::default())?;
         samples.act(&timing);
         let mut declared = pass.or_else(|| whitener::run(&setup, &samples, &set, &[]))?;
-        setup.scale = noise::scales(&declared.residuals);
+        let seen: Vec<Residual> =
+            declared.residuals.iter().filter(|r| split.is_at(DataPart::Seen, r.t_s)).copied().collect();
+        setup.scale = noise::scales(&seen, &setup.sensors);
         let is_scaled = setup.scale.iter().any(|scale| *scale > 1.0);
         // An outlier bends what follows it, so that its neighbours look wrong: look again without it.
         for attempt in 0..2 {
@@ -93,13 +96,12 @@ impl PreparedLog {
             declared: set,
         };
         let own_scale = setup.scale;
-        let split = Split::of_one_run(samples.duration_s, setup.block_s, FORECAST_SHARE);
         Some(Self { own_scale, setup, samples, timing, scope, declared, split })
     }
 
     /// Looks again when the inputs act, with these effects; whether that is not as before.
     pub fn retime(&mut self, set: &Effects) -> Option<bool> {
-        let (timing, _) = timing::choose(&self.setup, &self.samples, set, &self.timing)?;
+        let (timing, _) = timing::choose((&self.setup, &self.split), &self.samples, set, &self.timing)?;
         if timing == self.timing {
             return Some(false);
         }
