@@ -6,6 +6,7 @@ use crate::coloured_noise;
 use crate::event_times::{self, Intervals};
 use crate::floor::Remaining;
 pub use crate::found::{FoundEffect, ParameterEstimate};
+use crate::judged;
 use crate::ladder::{self, Ladder};
 use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
@@ -144,18 +145,28 @@ fn timed(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(
 fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
     let Ladder { accepted, rounds, joint, noise_effects } = ladder::climb(log_data, &mut progress)?;
     progress("alternatives");
-    let (accepted, alternatives, joint) = settle(log_data, accepted, joint, &rounds)?;
+    let (mut accepted, mut joint, mut unfounded) = (accepted, joint, Vec::new());
+    let (alternatives, joint, without) = loop {
+        let (settled, alternatives, fitted) = settle(log_data, accepted, joint.take(), &rounds)?;
+        accepted = settled;
+        let without = judged::without_each(log_data, &accepted)?;
+        let Some((place, reason)) = judged::unfounded(log_data, &fitted, &without) else {
+            break (alternatives, fitted, without);
+        };
+        accepted.remove(place);
+        unfounded.push(reason);
+    };
     progress("structure");
     let swell = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
     let against_declared = || if accepted.is_empty() { None } else { structure::find(log_data, &[], swell) };
     let ((left, against_declared), found) = rayon::join(
         || rayon::join(|| structure::find(log_data, &accepted, swell), against_declared),
-        || describe(log_data, &accepted, alternatives, &joint, &rounds),
+        || describe(log_data, &accepted, alternatives, &joint, (&without, &rounds)),
     );
     let (left, found) = (left?, found?);
     let explained: f64 = log_data.seen_square(&log_data.declared) - joint.seen_square;
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
-    let whitenesses = whiteness(log_data, &joint.pass);
+    let whitenesses = whiteness(log_data, &joint.pass, DataPart::Judge);
     let errs_on_held_out = !accepted.is_empty() && noise_effects.is_empty() && errs_in_a_channel(&whitenesses);
     let exceeds_noise = exceeds_noise(&joint.pass) || errs_on_held_out;
     let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
@@ -184,6 +195,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         .into_iter()
         .map(|(effect, reason)| format!("{effect} was not tested: {reason}"))
         .chain(search::undetermined(&rounds))
+        .chain(unfounded)
         .chain(scale_notes(log_data))
         .chain(whitenesses.iter().filter_map(Whiteness::colour_note))
         .collect();
@@ -287,17 +299,16 @@ fn settle(
         });
         match swap {
             None => {
-                let joint = match joint.take() {
-                    Some(joint) => joint,
-                    None => search::refit(log_data, &accepted)?,
-                };
+                // The values that are reported are of all that does not judge.
+                let start = joint.as_ref().map_or(&accepted, |joint| &joint.instances);
+                let joint = log_data.fit(start, DataPart::Seen)?;
                 return Some((joint.instances.clone(), alternatives, joint));
             }
             Some((place, instance)) => accepted[place] = instance,
         }
         joint = None;
     }
-    let joint = search::refit(log_data, &accepted)?;
+    let joint = log_data.fit(&accepted, DataPart::Seen)?;
     let alternatives = vec![Vec::new(); accepted.len()];
     Some((joint.instances.clone(), alternatives, joint))
 }
@@ -312,26 +323,22 @@ fn describe(
     accepted: &[Instance],
     alternatives: Vec<Vec<Alternative>>,
     joint: &JointFit,
-    rounds: &[Round],
+    (without_each, rounds): (&[Pass], &[Round]),
 ) -> Option<Vec<FoundEffect>> {
-    let alone: Option<Vec<(Pass, Intervals)>> = (0..accepted.len())
+    let times: Vec<Intervals> = (0..accepted.len())
         .into_par_iter()
         .map(|place| {
             let others = without(accepted, place);
-            let times = event_times::intervals(log_data, &others, &accepted[place]);
-            let pass = if others.is_empty() {
-                log_data.declared.clone()
-            } else {
-                log_data.fit(&others, DataPart::Train)?.pass
-            };
-            Some((pass, times))
+            event_times::intervals(log_data, &others, &accepted[place])
         })
         .collect();
     let mut at = 0;
     let mut found = Vec::new();
-    for ((instance, alternatives), (without, times)) in accepted.iter().zip(alternatives).zip(alone?) {
-        let gain = log_data.seen_square(&without) - joint.seen_square;
-        let blocks = log_data.gains(DataPart::Judge, &without, &joint.pass);
+    for ((instance, alternatives), (without, times)) in
+        accepted.iter().zip(alternatives).zip(without_each.iter().zip(times))
+    {
+        let gain = log_data.seen_square(without) - joint.seen_square;
+        let blocks = log_data.gains(DataPart::Judge, without, &joint.pass);
         let held_gain =
             mean_ci95(&blocks).map(|(low, high)| (blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]));
         let sigmas = &joint.sigmas[at..at + instance.sizes.len()];

@@ -1,7 +1,12 @@
 //! The floor under a verdict: what is left on data that judges, beside what the sensors can make.
 
+use crate::diagnosis::Diagnosis;
+use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
-use backseat_logs::plausible_noise::SensorKind;
+use crate::scores::Scores;
+use crate::whitener::Pass;
+use backseat_logs::plausible_noise::{Carrier, SensorKind, most_position_error_m};
+use backseat_logs::stats::rms;
 
 /// Blocks that judge, below which nothing is said.
 pub const FEWEST_JUDGED: usize = 3;
@@ -36,6 +41,67 @@ impl Remaining {
         let [left, most] = [self.left, self.most].map(number);
         format!("{} of {left} {unit}, where the sensors make at most {most} {unit}", self.what, unit = self.unit)
     }
+}
+
+/// Puts the floor under the verdict on a log of the vehicle's dynamics; `scores` are those of the model that is proposed,
+/// effects and terms included.
+#[must_use]
+pub fn under(diagnosis: Diagnosis, log_data: &PreparedLog, scores: &Scores) -> Diagnosis {
+    let pass = diagnosis.with_terms.as_ref().unwrap_or(&diagnosis.after);
+    let judged = |(index, block): (usize, &crate::normal_equations::NormalEquations)| {
+        log_data.is_in(DataPart::Judge, index) && block.count > 0
+    };
+    let blocks = pass.normal.blocks.iter().enumerate().filter(|block| judged(*block)).count();
+    let remaining = position(log_data, pass, scores).into_iter().chain(channels(log_data, pass)).collect();
+    diagnosis.held_to(remaining, blocks < FEWEST_JUDGED)
+}
+
+/// Innovations of each channel, beside the filter's own uncertainty and the largest plausible noise of its sensor.
+fn channels(log_data: &PreparedLog, pass: &Pass) -> Vec<Remaining> {
+    let of = |channel: ResidualChannel| {
+        let most = channel.sensor().most(&log_data.setup.sensors);
+        let own = pass.residuals.iter().filter(|r| r.channel == channel && r.used);
+        let judged: Vec<_> = own.filter(|r| log_data.split.is_at(DataPart::Judge, r.t_s)).collect();
+        let left = rms(&judged.iter().map(|r| r.innovation).collect::<Vec<_>>())?;
+        let most = rms(&judged.iter().map(|r| r.sigma.hypot(most)).collect::<Vec<_>>())?;
+        Some(Remaining { what: format!("{} innovation", channel.name()), unit: channel.unit(), left, most })
+    };
+    ResidualChannel::ALL.into_iter().filter_map(of).collect()
+}
+
+/// The flight filter's position, beside what drifts between the fixes that it was given.
+fn position(log_data: &PreparedLog, pass: &Pass, scores: &Scores) -> Option<Remaining> {
+    /// Ranges that make a fix: two that cross, each twice for the geometry.
+    const RANGES_A_FIX: f64 = 4.0;
+    let present = &log_data.scope.present;
+    let carrier = if present[ResidualChannel::DvlU as usize] { Carrier::BottomTrack } else { Carrier::WaterSpeed };
+    let runs = distances_run(pass);
+    let total_m = runs.last()?.1;
+    let ranges = pass.residuals.iter().filter(|r| r.channel == ResidualChannel::Range && r.used).count();
+    let between_fixes_m = if ranges > 0 { RANGES_A_FIX * total_m / ranges as f64 } else { total_m };
+    let judged = scores.position_errors.iter().filter(|(t_s, _)| log_data.is_judged(*t_s));
+    let (mut left, mut most) = (Vec::new(), Vec::new());
+    for (t_s, error_m) in judged {
+        let at = runs.partition_point(|(run_s, _)| run_s <= t_s);
+        let run_m = at.checked_sub(1).map_or(0.0, |at| runs[at].1);
+        left.push(*error_m);
+        most.push(most_position_error_m(carrier, run_m.min(between_fixes_m), &log_data.setup.sensors));
+    }
+    Some(Remaining { what: "position error".to_owned(), unit: "m", left: rms(&left)?, most: rms(&most)? })
+}
+
+/// Time in s and distance run since the filter started, m.
+fn distances_run(pass: &Pass) -> Vec<(f64, f64)> {
+    let mut run_m = 0.0;
+    let mut last = None;
+    let step = |trace: &crate::whitener::Trace| {
+        let [north_m, east_m] = [trace.x[0], trace.x[1]];
+        if let Some([north, east]) = last.replace([north_m, east_m]) {
+            run_m += f64::hypot(north_m - north, east_m - east);
+        }
+        (trace.t_s, run_m)
+    };
+    pass.trace.iter().map(step).collect()
 }
 
 impl ResidualChannel {

@@ -16,6 +16,7 @@
 //! log_models        logs without fins and propeller     figures       what the report draws
 //! proposal          terms in no catalogue, as a formula event_times   intervals of onset and end
 //! statistics        whiteness of a sequence             timing        when fins and propeller act
+//! judged            what may be named
 //! split             what fits, chooses and judges       floor         what is left beside what the sensors can make
 //! ```
 //!
@@ -37,6 +38,7 @@ pub mod event_times;
 pub mod figures;
 pub mod floor;
 pub mod found;
+pub mod judged;
 pub mod ladder;
 pub mod linear;
 pub mod log_effects;

@@ -2,10 +2,11 @@
 
 use crate::log_effects::Effects;
 use crate::model::Model;
-use crate::prepared_log::PreparedLog;
+use crate::prepared_log::{DataPart, PreparedLog};
 use crate::proposal;
 use crate::regressors::{self, Proposed, Snapshot};
 use crate::samples::{LogEvent, Reading, ResidualChannel};
+use crate::split::Split;
 use crate::statistics::{self, NoiseColour};
 use crate::whitener::{Pass, Residual};
 use backseat_core::dynamics::Attitude;
@@ -114,7 +115,7 @@ pub fn of(
     truth: Option<&Truth>,
     use_dvl: bool,
 ) -> Result<Scores, DataError> {
-    let whiteness = whiteness(log_data, pass);
+    let whiteness = whiteness(log_data, pass, DataPart::Judge);
     let prediction = predictions(log_data, pass, set);
     let innovation_whiteness_p = whiteness_p(&whiteness);
     let largest = whiteness
@@ -151,13 +152,23 @@ pub fn of(
     })
 }
 
-/// Whiteness of each channel on the held-out blocks; sequences stay in their order of time.
+/// Root mean square of the position's errors where data judge between those that were fitted, and in the forecast.
 #[must_use]
-pub fn whiteness(log_data: &PreparedLog, pass: &Pass) -> Vec<Whiteness> {
+pub fn position_by_part(split: &Split, scores: &Scores) -> [Option<f64>; 2] {
+    [false, true].map(|forecast| {
+        let wanted = |t_s: f64| split.is_at(DataPart::Judge, t_s) && split.is_at(DataPart::Forecast, t_s) == forecast;
+        rms(&scores.position_errors.iter().filter(|(t_s, _)| wanted(*t_s)).map(|(_, e)| *e).collect::<Vec<_>>())
+    })
+}
+
+/// Whiteness of each channel on a part of the log; sequences stay in their order of time.
+#[must_use]
+pub fn whiteness(log_data: &PreparedLog, pass: &Pass, part: DataPart) -> Vec<Whiteness> {
     ResidualChannel::ALL
         .into_iter()
         .filter_map(|channel| {
-            let held = pass.residuals.iter().filter(|r| r.channel == channel && r.used && log_data.is_judged(r.t_s));
+            let held =
+                pass.residuals.iter().filter(|r| r.channel == channel && r.used && log_data.split.is_at(part, r.t_s));
             let e: Vec<f64> = independent(held).map(Residual::normalised).collect();
             let count = e.len();
             let nis = e.iter().map(|e| e * e).sum::<f64>() / count as f64;

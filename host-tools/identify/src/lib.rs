@@ -49,4 +49,4 @@ pub use method::identify;
 pub use options::{IdentifyError, Method, Options};
 pub use sample::{PERIOD_S, PeriodInput, Sample};
 pub use timing::TimingEstimate;
-pub use validation::{Validation, validate};
+pub use validation::{Validation, nothing_changes, validate};

@@ -30,6 +30,7 @@ pub fn values(report: Report, result: &DiagnosisResult<'_>) -> Report {
         .value("doubts", result.doubts.clone())
         .value("effects", d.effects.iter().map(effect).collect::<Vec<_>>())
         .value("before", scores(&result.before))
+        .value("position_by_part_m", by_part(&result.position_by_part))
         .value("after", scores(&result.after))
         .value("unexplained_structure", hints.chain(named_hints).collect::<Vec<_>>())
         .value("proposed_terms", terms.collect::<Vec<_>>())
@@ -37,6 +38,11 @@ pub fn values(report: Report, result: &DiagnosisResult<'_>) -> Report {
         .value("held_out", HELD_OUT)
         .value("simulated_s", result.log.duration_s())
         .value("wall_s", result.wall_s)
+}
+
+fn by_part([before, after]: &[[Option<f64>; 2]; 2]) -> Value {
+    let parts = |[between, forecast]: &[Option<f64>; 2]| json!({"between": between, "forecast": forecast});
+    json!({"before": parts(before), "after": parts(after)})
 }
 
 fn remaining(of: &Remaining) -> Value {

@@ -104,7 +104,7 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let mut named = described.nameless(&free(&calibrated, &chosen));
     let with_terms = with_terms(&described, &free(&calibrated, &chosen), &mut named);
     let is_ambiguous = effects.iter().any(|found| found.alternatives.iter().any(Alternative::is_possible));
-    let tests = whiteness(&log_data, &after);
+    let tests = whiteness(&log_data, &after, DataPart::Judge);
     let is_coloured = tests.iter().any(|w| w.p * (tests.len() as f64) < STRUCTURE);
     let conditions = Conditions {
         structure_remains: is_coloured || !named.is_empty(),
@@ -281,7 +281,7 @@ pub fn scores(log_data: &PreparedLog, pass: &crate::whitener::Pass, measures: Me
         (all > 0.0).then_some((of.name, left / all))
     };
     let unexplained_variance = measures.unexplained.iter().filter_map(share).collect();
-    let whiteness = whiteness(log_data, pass);
+    let whiteness = whiteness(log_data, pass, DataPart::Judge);
     let tested = whiteness.len().max(1) as f64;
     let position_rmse_m = held(&measures.position);
     Scores {
