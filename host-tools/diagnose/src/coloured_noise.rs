@@ -9,8 +9,8 @@
 
 use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, PreparedLog};
-use crate::samples::ResidualChannel;
-use crate::whitener::{self, Colour, Setup};
+use crate::samples::{ResidualChannel, Samples};
+use crate::whitener::{self, Colour, Pass, Setup};
 use backseat_core::navigation::SensorNoise;
 use backseat_logs::stats::{autocorrelation, ljung_box};
 use rayon::prelude::*;
@@ -33,8 +33,11 @@ const FEWEST: usize = 400;
 /// Lags of the test whether there is anything to estimate, and its probability.
 const LAGS: usize = 20;
 const SUSPECTED: f64 = 1e-4;
-/// Time constants tried, s.
+/// Time constants in s and shares tried at first.
 const TAUS_S: [f64; 5] = [0.7, 2.0, 6.0, 20.0, 60.0];
+const SHARES: [f64; 3] = [0.15, 0.5, 0.85];
+/// The first so many seconds of a log say enough of its noise: of a time constant of a minute, fifteen.
+const LONGEST_S: f64 = 900.0;
 /// What a part that lasts must gain in Σ (ln S + e²): three numbers at their cost in a log of 10,000 samples.
 const LEAST_GAIN: f64 = 27.0;
 
@@ -88,20 +91,14 @@ pub fn most_scale(channel: ResidualChannel, sensors: &SensorNoise) -> f64 {
 /// Estimates the noise beside a set of effects; whether any channel's is not as it was taken. Channels of `kept` stay.
 pub fn estimate(log_data: &mut PreparedLog, set: &Effects, kept: &[ResidualChannel]) -> Option<bool> {
     let base = whitener::run(&log_data.setup, &log_data.samples, set, &[])?;
-    let suspected: Vec<ResidualChannel> = LASTING
-        .into_iter()
-        .filter(|channel| !kept.contains(channel))
-        .filter(|channel| {
-            let seen = |t_s: f64| log_data.split.is_at(DataPart::Seen, t_s);
-            let own = base.residuals.iter().filter(|r| r.channel == *channel && r.used && seen(r.t_s));
-            let e: Vec<f64> = own.map(whitener::Residual::normalised).collect();
-            e.len() >= FEWEST && ljung_box(&autocorrelation(&e, LAGS), e.len(), 0) < SUSPECTED
-        })
-        .collect();
+    let mut suspected = suspected(log_data, &base);
+    suspected.retain(|channel| !kept.contains(channel));
     if suspected.is_empty() {
         return Some(false);
     }
-    let search = Search { log_data, set, suspected: &suspected };
+    let mut samples = log_data.samples.clone();
+    samples.events.retain(|(t_s, _)| *t_s <= LONGEST_S);
+    let search = Search { log_data, samples, set, suspected: &suspected };
     let found = search.run()?;
     let is_new = suspected.iter().any(|channel| found[*channel as usize].parts[0].0 > 0.0);
     if is_new {
@@ -111,6 +108,18 @@ pub fn estimate(log_data: &mut PreparedLog, set: &Effects, kept: &[ResidualChann
         }
     }
     Some(is_new)
+}
+
+/// Channels whose innovations are not white where nothing judges.
+#[must_use]
+pub fn suspected(log_data: &PreparedLog, pass: &Pass) -> Vec<ResidualChannel> {
+    let is_suspected = |channel: &ResidualChannel| {
+        let seen = |t_s: f64| log_data.split.is_at(DataPart::Seen, t_s);
+        let own = pass.residuals.iter().filter(|r| r.channel == *channel && r.used && seen(r.t_s));
+        let e: Vec<f64> = own.map(whitener::Residual::normalised).collect();
+        e.len() >= FEWEST && ljung_box(&autocorrelation(&e, LAGS), e.len(), 0) < SUSPECTED
+    };
+    LASTING.into_iter().filter(is_suspected).collect()
 }
 
 /// Sets the noise of `channels`.
@@ -129,6 +138,7 @@ fn apply(setup: &mut Setup, noise: &Mixtures, channels: &[ResidualChannel]) {
 
 struct Search<'a> {
     log_data: &'a PreparedLog,
+    samples: Samples,
     set: &'a Effects,
     suspected: &'a [ResidualChannel],
 }
@@ -139,12 +149,13 @@ impl Search<'_> {
         let white: Mixtures = std::array::from_fn(|channel| Mixture::white(scale[channel]));
         let mut best = (white, self.cost(&white)?);
         let first = |share: f64, tau_s: f64| move |m: &Mixture| Mixture { parts: [(share, tau_s), (0.0, 1.0)], ..*m };
-        self.improve(&mut best, &TAUS_S.map(|tau_s| first(0.5, tau_s)));
+        let grid: Vec<_> = SHARES.iter().flat_map(|share| TAUS_S.map(|tau_s| first(*share, tau_s))).collect();
+        self.improve(&mut best, &grid);
         let share = |share: f64| {
             move |m: &Mixture| with_part(m, 0, |(old, tau_s)| (if old > 0.0 { share } else { 0.0 }, tau_s))
         };
-        self.improve(&mut best, &[0.15, 0.3, 0.75, 0.92].map(share));
-        self.improve(&mut best, &[0.7, 0.85, 1.2, 1.45, 1.75].map(sized));
+        self.improve(&mut best, &[0.08, 0.3, 0.7, 0.93].map(share));
+        self.improve(&mut best, &[0.75, 0.87, 1.15, 1.35, 1.6].map(sized));
         self.improve(&mut best, &[0.6, 1.6].map(slower));
         let second = |share: f64, tau_s: f64| {
             move |m: &Mixture| with_part(m, 1, |_| if m.parts[0].0 > 0.0 { (share, tau_s) } else { (0.0, 1.0) })
@@ -158,6 +169,7 @@ impl Search<'_> {
                 (best.0[at], best.1[at]) = (one.0[at], one.1[at]);
             }
         }
+        self.improve(&mut best, &[0.1, 0.2, 0.4, 0.6, 0.8].map(share));
         self.improve(&mut best, &[0.9, 1.1].map(sized));
         self.improve(&mut best, &[0.77, 1.3].map(slower));
         let plain = self.cost(&white)?;
@@ -182,7 +194,8 @@ impl Search<'_> {
             for channel in self.suspected {
                 let at = *channel as usize;
                 let mut changed = change(&best.0[at]);
-                changed.size = changed.size.min(most_scale(*channel, sensors));
+                // Data are not trusted more than they were declared.
+                changed.size = changed.size.clamp(1.0, most_scale(*channel, sensors));
                 if changed.is_possible() {
                     trial[at] = changed;
                 }
@@ -212,7 +225,7 @@ impl Search<'_> {
     fn cost(&self, noise: &Mixtures) -> Option<[f64; ResidualChannel::COUNT]> {
         let mut setup = self.log_data.setup.clone();
         apply(&mut setup, noise, self.suspected);
-        let pass = whitener::run(&setup, &self.log_data.samples, self.set, &[])?;
+        let pass = whitener::run(&setup, &self.samples, self.set, &[])?;
         let mut cost = [0.0; ResidualChannel::COUNT];
         for r in pass.residuals.iter().filter(|r| r.used && self.log_data.split.is_at(DataPart::Seen, r.t_s)) {
             cost[r.channel as usize] += 2.0 * r.sigma.ln() + r.normalised().powi(2);

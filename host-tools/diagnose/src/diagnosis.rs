@@ -76,15 +76,8 @@ impl Diagnosis {
 /// `None` if the filter diverges.
 #[must_use]
 pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
-    let (mut diagnosis, accepted) = timed(log_data, &mut progress)?;
+    let mut diagnosis = timed(log_data, &mut progress)?;
     propose(log_data, &mut diagnosis);
-    // Noise is estimated beside what was found, so that it does not take up what is none; what was found is then judged
-    // against that noise from the beginning.
-    progress("noise that lasts");
-    if estimate_noise(log_data, &diagnosis, &accepted)? {
-        (diagnosis, _) = timed(log_data, &mut progress)?;
-        propose(log_data, &mut diagnosis);
-    }
     diagnosis.notes.extend(coloured_noise::notes(&log_data.setup));
     diagnosis.notes.extend(timing::note(&log_data.timing));
     if diagnosis.effects.iter().any(|found| found.instance.candidate.is_pure_delay()) {
@@ -104,21 +97,32 @@ fn propose(log_data: &mut PreparedLog, diagnosis: &mut Diagnosis) {
     }
 }
 
-/// Estimates the noise beside what a first diagnosis found; whether it is another than was taken.
-fn estimate_noise(log_data: &mut PreparedLog, diagnosis: &Diagnosis, accepted: &[Instance]) -> Option<bool> {
-    let declared = log_data.scope.declared;
-    let set = if diagnosis.proposed.is_empty() { set_of(&declared, accepted) } else { declared };
-    log_data.setup.proposed = diagnosis.proposed.iter().map(|term| (term.term, term.value)).collect();
+/// The ladder; where its innovations are not white, noise that lasts is estimated beside what it found, terms in no
+/// catalogue included, so that the noise does not take up what is none, and the ladder begins again against that noise.
+fn climb(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Ladder> {
+    let ladder = ladder::climb(log_data, &mut progress)?;
+    let joint = match &ladder.joint {
+        Some(joint) => joint.clone(),
+        None => search::refit(log_data, &ladder.accepted)?,
+    };
+    if log_data.is_noise_estimated || coloured_noise::suspected(log_data, &joint.pass).is_empty() {
+        return Some(ladder);
+    }
+    progress("noise that lasts");
+    log_data.is_noise_estimated = true;
     // Waves are an effect: they are not taken for noise of what they move.
-    let waves = diagnosis.effects.iter().any(|found| found.instance.candidate.effect == "waves");
+    let waves = ladder.noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
     let kept: &[ResidualChannel] = if waves { &MOVED_BY_WAVES } else { &[] };
+    let left = structure::find(log_data, &joint.instances, waves)?;
+    log_data.setup.proposed = left.hints.iter().map(|hint| (hint.generic, hint.value)).collect();
+    let set = set_of(&log_data.scope.declared, &joint.instances);
     let is_new = coloured_noise::estimate(log_data, &set, kept);
     log_data.setup.proposed.clear();
-    if is_new? {
-        log_data.declared = log_data.pass(&declared, &[])?;
-        return Some(true);
+    if !is_new? {
+        return Some(ladder);
     }
-    Some(false)
+    log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
+    ladder::climb(log_data, &mut progress)
 }
 
 /// Channels that swing in waves.
@@ -126,7 +130,7 @@ const MOVED_BY_WAVES: [ResidualChannel; 4] =
     [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW, ResidualChannel::Depth];
 
 /// Once, and again where the inputs act at other times than was taken.
-fn timed(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
+fn timed(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
     let (mut diagnosis, mut accepted) = once(log_data, &mut progress)?;
     // What effects leave shows the timing of the inputs better than what the declared model leaves; but a lag takes up the
     // half sample between held and moving inputs, so that beside one the two are fitted anew.
@@ -136,14 +140,14 @@ fn timed(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(
         (diagnosis, accepted) = once(log_data, &mut progress)?;
     }
     if log_data.retime_beside_lag(&accepted)? {
-        (diagnosis, accepted) = once(log_data, &mut progress)?;
+        (diagnosis, _) = once(log_data, &mut progress)?;
     }
-    Some((diagnosis, accepted))
+    Some(diagnosis)
 }
 
 /// With the timing of the inputs as it is; beside the diagnosis the entries accepted, even where they do not explain all.
 fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
-    let Ladder { accepted, rounds, joint, noise_effects } = ladder::climb(log_data, &mut progress)?;
+    let Ladder { accepted, rounds, joint, noise_effects } = climb(log_data, &mut progress)?;
     progress("alternatives");
     let (mut accepted, mut joint, mut unfounded) = (accepted, joint, Vec::new());
     let (alternatives, joint, without) = loop {
@@ -175,7 +179,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         exceeds_noise,
         generic_terms_fit_better: has_doubtful_effects
             && generic_is_better(log_data, against_declared.as_ref()?, accepted.len(), explained),
-        is_coloured: whiteness_p(&whitenesses) < LEAST_WHITENESS_P,
+        is_coloured: is_coloured(&whitenesses, !log_data.setup.colours.is_empty()),
         has_effects: !(found.is_empty() && noise_effects.is_empty()),
         has_alternatives: found.iter().any(|found| found.possible_alternatives().next().is_some()),
         ..Conditions::default()
@@ -214,6 +218,15 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         notes,
     };
     Some((diagnosis, accepted))
+}
+
+/// Whether innovations are not white on the data that judges. Beside noise that was estimated, what is left is that the
+/// noise has another spectrum than two processes: a correlation that is tolerated up to this size, however small its p.
+fn is_coloured(whitenesses: &[Whiteness], is_noise_estimated: bool) -> bool {
+    const TOLERATED: f64 = 0.15;
+    let small = |w: &&Whiteness| !(is_noise_estimated && w.correlation.iter().all(|r| r.abs() < TOLERATED));
+    let counted: Vec<Whiteness> = whitenesses.iter().filter(small).cloned().collect();
+    whiteness_p(&counted) < LEAST_WHITENESS_P
 }
 
 /// Structure beside the accepted effects is tolerated up to this share of their gain, and up to this much.

@@ -35,6 +35,8 @@ pub struct PreparedLog {
     pub declared: Pass,
     /// What each block is used for.
     pub split: Split,
+    /// Whether noise that lasts was looked for.
+    pub is_noise_estimated: bool,
 }
 
 /// Effects fitted together.
@@ -96,7 +98,7 @@ impl PreparedLog {
             declared: set,
         };
         let own_scale = setup.scale;
-        Some(Self { own_scale, setup, samples, timing, scope, declared, split })
+        Some(Self { own_scale, setup, samples, timing, scope, declared, split, is_noise_estimated: false })
     }
 
     /// Looks again when the inputs act, with these effects; whether that is not as before.

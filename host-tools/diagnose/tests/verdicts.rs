@@ -3,7 +3,9 @@
 
 use backseat_core::state::wrap_angle;
 use backseat_diagnose::diagnosis::{self, Diagnosis};
+use backseat_diagnose::floor;
 use backseat_diagnose::prepared_log::{DataPart, PreparedLog};
+use backseat_diagnose::scores;
 use backseat_diagnose::verdict::Verdict;
 use backseat_logs::VehicleFile;
 use backseat_logs::log::Column;
@@ -43,6 +45,47 @@ fn nothing_is_found_where_nothing_is() {
         let d = diagnose(&[], seed, |spec| spec.noise = noise);
         assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {:?}", d.effects, d.structure.hints);
     }
+}
+
+/// Noise of another size than declared that lasts for seconds, steps of the readings, gaps, readings written twice: none of
+/// it is an effect, and an effect beside it is found.
+#[test]
+fn noise_as_sensors_have_it_is_no_effect() {
+    let noisy = |spec: &mut Spec| (spec.noise, spec.duration_s) = (hil_sim::noise::NoiseKind::Mixed, 900.0);
+    for seed in [111, 112] {
+        let d = diagnose(&[], seed, noisy);
+        assert_eq!(d.verdict, Verdict::None, "seed {seed}: {:?} {} {:?}", d.effects, d.reason, d.structure.hints);
+    }
+    let d = diagnose(&["heading_bias:const_rad=0.02,sin_rad=0.03,cos_rad=-0.02"], 113, noisy);
+    assert_eq!(d.effects.first().map(|found| found.instance.candidate.effect), Some("heading_bias"), "{}", d.reason);
+}
+
+/// Nothing good is said of a log with its heading negated, nor of one that is too short for anything to judge it.
+#[test]
+fn the_floor_under_every_word() {
+    let vehicle = VehicleFile::reference();
+    let verdict = |log: &backseat_logs::Log| {
+        let mut log_data = PreparedLog::new(log, &vehicle, true).unwrap();
+        let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
+        let set = d.set(&vehicle.effects.set.into());
+        let scores = scores::of(&log_data, &d.after, &set, log, &vehicle, None, true).unwrap();
+        let d = floor::under(d, &log_data, &scores);
+        (d.verdict, d.remaining)
+    };
+    let mut spec = Spec::new(vehicle.clone());
+    spec.duration_s = 600.0;
+    let mut log = dataset::simulate(&spec, 51).log;
+    assert_eq!(verdict(&log).0, Verdict::None);
+    for row in &mut log.rows {
+        if let Some(heading) = row.get(Column::Heading) {
+            row.set(Column::Heading, -heading);
+        }
+    }
+    let (said, remaining) = verdict(&log);
+    assert!(matches!(said, Verdict::Implausible | Verdict::Unexplained), "{said:?} {remaining:?}");
+    spec.duration_s = 60.0;
+    let said = verdict(&dataset::simulate(&spec, 52).log).0;
+    assert!(!matches!(said, Verdict::None | Verdict::Explained), "{said:?}");
 }
 
 /// Coloured errors of the fixes at either end of lines to and fro look like an antenna that is elsewhere, or like a

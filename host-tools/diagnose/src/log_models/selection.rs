@@ -262,6 +262,7 @@ fn empty(log: &Log, vehicle: &VehicleFile, model: &impl LogModel) -> PreparedLog
         own_scale: [1.0; ResidualChannel::COUNT],
         declared: crate::whitener::Pass::default(),
         split: Split::of_one_run(log.duration_s(), model.block_s(), model.forecast_share()),
+        is_noise_estimated: false,
     }
 }
 
