@@ -36,7 +36,7 @@ impl Readings {
 
     /// The reading as it is logged, if it is.
     pub(super) fn logged(&mut self, observation: &Observation) -> Option<Observation> {
-        let Observation { time_us, mut kind } = observation.clone();
+        let Observation { time_us, mut kind } = *observation;
         let [depth_m, angle_rad, velocity_mps] = self.steps;
         match &mut kind {
             ObservationKind::Depth { depth_m: depth } => *depth = stepped(*depth, depth_m),
@@ -64,10 +64,10 @@ impl Readings {
     fn repeat(&mut self, sensor: usize, kind: &mut ObservationKind) {
         if self.repeated > 0.0 && self.random.uniform() < self.repeated {
             if let Some(last) = &self.last[sensor] {
-                *kind = last.clone();
+                *kind = *last;
             }
         } else {
-            self.last[sensor] = Some(kind.clone());
+            self.last[sensor] = Some(*kind);
         }
     }
 }
