@@ -150,12 +150,14 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let Ladder { accepted, rounds, joint, noise_effects } = climb(log_data, &mut progress)?;
     progress("alternatives");
     let (mut accepted, mut joint, mut unfounded) = (accepted, joint, Vec::new());
-    let (alternatives, joint, without) = loop {
+    let (alternatives, joint, without, times) = loop {
         let (settled, alternatives, fitted) = settle(log_data, accepted, joint.take(), &rounds)?;
         accepted = settled;
+        let times = event_times(log_data, &accepted);
+        log_data.split.except(times.iter().flatten().flatten().copied().collect());
         let without = judged::without_each(log_data, &accepted)?;
         let Some((place, reason)) = judged::unfounded(log_data, &fitted, &without) else {
-            break (alternatives, fitted, without);
+            break (alternatives, fitted, without, times);
         };
         accepted.remove(place);
         unfounded.push(reason);
@@ -165,7 +167,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let against_declared = || if accepted.is_empty() { None } else { structure::find(log_data, &[], swell) };
     let ((left, against_declared), found) = rayon::join(
         || rayon::join(|| structure::find(log_data, &accepted, swell), against_declared),
-        || describe(log_data, &accepted, alternatives, &joint, (&without, &rounds)),
+        || describe(log_data, &accepted, alternatives, &joint, (&without, times, &rounds)),
     );
     let (left, found) = (left?, found?);
     let explained: f64 = log_data.seen_square(&log_data.declared) - joint.seen_square;
@@ -326,6 +328,12 @@ fn settle(
     Some((joint.instances.clone(), alternatives, joint))
 }
 
+/// Intervals of onset and end of every effect that has them.
+fn event_times(log_data: &PreparedLog, accepted: &[Instance]) -> Vec<Intervals> {
+    let of = |place: usize| event_times::intervals(log_data, &without(accepted, place), &accepted[place]);
+    (0..accepted.len()).into_par_iter().map(of).collect()
+}
+
 /// The others.
 fn without(accepted: &[Instance], place: usize) -> Vec<Instance> {
     accepted.iter().enumerate().filter(|(i, _)| *i != place).map(|(_, other)| other.clone()).collect()
@@ -336,15 +344,8 @@ fn describe(
     accepted: &[Instance],
     alternatives: Vec<Vec<Alternative>>,
     joint: &JointFit,
-    (without_each, rounds): (&[Pass], &[Round]),
+    (without_each, times, rounds): (&[Pass], Vec<Intervals>, &[Round]),
 ) -> Option<Vec<FoundEffect>> {
-    let times: Vec<Intervals> = (0..accepted.len())
-        .into_par_iter()
-        .map(|place| {
-            let others = without(accepted, place);
-            event_times::intervals(log_data, &others, &accepted[place])
-        })
-        .collect();
     let mut at = 0;
     let mut found = Vec::new();
     for ((instance, alternatives), (without, times)) in

@@ -32,6 +32,8 @@ pub struct Split {
     pub forecast_share: f64,
     /// Beginning and end of each run, s since the log's first row, in order of time.
     runs: Vec<[f64; 2]>,
+    /// Times between which an event begins or ends, as far as the log says: no model is judged there, s.
+    unjudged: Vec<[f64; 2]>,
 }
 
 impl Split {
@@ -45,7 +47,13 @@ impl Split {
     #[must_use]
     pub fn of_runs(mut runs: Vec<[f64; 2]>, block_s: f64, forecast_share: f64) -> Self {
         runs.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        Self { block_s, forecast_share, runs }
+        Self { block_s, forecast_share, runs, unjudged: Vec::new() }
+    }
+
+    /// Judges nothing between these times: what begins or ends within a stretch that judges is not found there, and its time
+    /// is not known any better.
+    pub fn except(&mut self, unjudged: Vec<[f64; 2]>) {
+        self.unjudged = unjudged;
     }
 
     /// Whether a block belongs to a part.
@@ -58,12 +66,14 @@ impl Split {
         let place = ((middle_s - from_s).max(0.0) / self.block_s) as usize % CYCLE.iter().sum::<usize>();
         let is_train = !is_forecast && place < CYCLE[0];
         let is_judge = is_forecast || place >= CYCLE[0] + CYCLE[1];
+        let within = |[from_s, to_s]: &[f64; 2]| (from_s - self.block_s..=to_s + self.block_s).contains(&middle_s);
+        let is_open = !self.unjudged.iter().any(within);
         match part {
             DataPart::Train => is_train,
             DataPart::Choose => !is_train && !is_judge,
             DataPart::Seen => !is_judge,
-            DataPart::Judge => is_judge,
-            DataPart::Forecast => is_forecast,
+            DataPart::Judge => is_judge && is_open,
+            DataPart::Forecast => is_forecast && is_open,
         }
     }
 

@@ -284,7 +284,11 @@ fn val_proposed_terms_predict_what_they_were_not_fitted_to() {
         assert!(first.physical_reading().is_some() && first.ci95[0] < first.value && first.value < first.ci95[1]);
         // A slow drift hides from predictions over ten seconds; the held-out innovations see it.
         let after = d.with_terms.as_ref().unwrap();
-        let gains = log_data.gains(DataPart::Judge, &d.before, after);
+        // Fitted on the training blocks alone.
+        let gains: Vec<f64> = [DataPart::Choose, DataPart::Judge]
+            .into_iter()
+            .flat_map(|part| log_data.gains(part, &d.before, after))
+            .collect();
         assert!(mean_ci95(&gains).unwrap().0 > 0.0, "{effect}: {gains:?}");
         if effect.is_empty() {
             assert!(first.ci95[0] < 0.3 && 0.3 < first.ci95[1], "{:?}", first.ci95);
