@@ -1,5 +1,5 @@
 //! Verdicts on logs of the simulator, whose truth shares no code with the catalogue. Seeds are those of development;
-//! logs are a quarter of an hour, so that a test takes seconds.
+//! logs are twenty minutes, of which a quarter of an hour is fitted: the rest judges.
 
 use backseat_core::state::wrap_angle;
 use backseat_diagnose::diagnosis::{self, Diagnosis};
@@ -15,7 +15,7 @@ use hil_sim::scenario::Request;
 
 fn diagnose(effects: &[&str], seed: u64, change: impl FnOnce(&mut Spec)) -> Diagnosis {
     let mut spec = Spec::new(VehicleFile::reference());
-    spec.duration_s = 900.0;
+    spec.duration_s = 1200.0;
     spec.shape = Shape::Excite;
     spec.effects = effects.iter().map(|text| Request::parse(text).unwrap()).collect();
     change(&mut spec);
@@ -218,7 +218,7 @@ fn what_is_in_no_entry_is_unexplained() {
 #[test]
 fn without_a_dvl_current_and_hard_iron_stand_in_for_each_other() {
     let d = diagnose(&["heading_bias:const_rad=0,sin_rad=0.004,cos_rad=0.004"], 601, |spec| {
-        (spec.dvl, spec.shape, spec.duration_s) = (false, Shape::Lawnmower, 1800.0);
+        (spec.dvl, spec.shape, spec.duration_s) = (false, Shape::Lawnmower, 2400.0);
     });
     assert_eq!(d.verdict, Verdict::Ambiguous, "{:?}", d.effects);
     let found = &d.effects[0];
@@ -234,7 +234,7 @@ fn inputs_that_move_on_are_no_effect() {
     use backseat_estimation::commands::HoldKind;
     for seed in [11, 13, 14] {
         let mut spec = Spec::new(VehicleFile::reference());
-        (spec.duration_s, spec.shape, spec.ramps) = (900.0, Shape::Excite, true);
+        (spec.duration_s, spec.shape, spec.ramps) = (1200.0, Shape::Excite, true);
         let data = dataset::simulate(&spec, seed);
         let mut log_data = PreparedLog::new(&data.log, &VehicleFile::reference(), true).unwrap();
         let d = diagnosis::run(&mut log_data, |_| {}).unwrap();
