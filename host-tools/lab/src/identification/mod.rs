@@ -5,6 +5,7 @@ mod command;
 mod compensation;
 mod excitation_planning;
 mod faults;
+mod identified_vehicle;
 mod methods;
 mod plan_flight;
 
