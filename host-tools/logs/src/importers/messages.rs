@@ -4,6 +4,7 @@ use super::origin::Origin;
 use crate::DataError;
 use crate::log::{Column, Log, LogRow};
 use backseat_core::state::wrap_angle;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -23,7 +24,7 @@ pub(super) struct Gathering {
     /// The first time that a row refers to, µs.
     first_us: Option<i64>,
     /// Messages that were left out, by name, with their count and the reason.
-    left_out: BTreeMap<String, (usize, &'static str)>,
+    left_out: BTreeMap<String, (usize, Cow<'static, str>)>,
 }
 
 impl Gathering {
@@ -95,7 +96,12 @@ impl Gathering {
 
     /// Counts a message that is left out.
     pub(super) fn leave_out(&mut self, name: &str, reason: &'static str) {
-        self.left_out.entry(name.to_owned()).or_insert((0, reason)).0 += 1;
+        self.leave_out_so_many(name, 1, reason);
+    }
+
+    /// Counts messages that are left out.
+    pub(super) fn leave_out_so_many(&mut self, name: &str, count: usize, reason: impl Into<Cow<'static, str>>) {
+        self.left_out.entry(name.to_owned()).or_insert_with(|| (0, reason.into())).0 += count;
     }
 
     /// The log, its first row at zero.
@@ -108,6 +114,7 @@ impl Gathering {
         self.rows.retain(|(_, row)| !row.is_empty());
         // messages of several sources may be out of order by some milliseconds
         self.rows.sort_by_key(|(time_us, _)| *time_us);
+        hold_commands(&mut self.rows);
         let Some(start_us) =
             self.rows.first().map(|(time_us, _)| self.first_us.map_or(*time_us, |us| us.min(*time_us)))
         else {
@@ -131,5 +138,26 @@ impl Gathering {
             origin_deg: self.origin.map(|origin| origin.degrees()),
             ..Log::default()
         })
+    }
+}
+
+/// Propeller and fins come one by one; each holds until its next command, and a row has all five or none.
+fn hold_commands(rows: &mut [(i64, LogRow)]) {
+    const COMMANDS: [Column; 5] =
+        [Column::PropRpm, Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
+    let mut held = [None; 5];
+    for (_, row) in rows {
+        let commanded = COMMANDS.map(|column| row.get(column));
+        if commanded.iter().all(Option::is_none) {
+            continue;
+        }
+        for (held, commanded) in held.iter_mut().zip(commanded) {
+            *held = commanded.or(*held);
+        }
+        if held.iter().all(Option::is_some) {
+            for (column, value) in COMMANDS.into_iter().zip(held) {
+                row.set(column, value.unwrap_or_default());
+            }
+        }
     }
 }
