@@ -86,8 +86,16 @@ static MESSAGES: [Message; 9] = [
     },
     Message { name: "GpsFix", only: Only::Bits("validity", VALID_POSITION), takes: &[Take::Fix(["lat", "lon"], DEG)] },
     Message { name: "Rpm", only: Only::Always, takes: &[number("value", Column::PropRpm, 1.0)] },
-    Message { name: "SoundSpeed", only: Only::From("value", 1000.0), takes: &[number("value", Column::SoundSpeed, 1.0)] },
-    Message { name: "WaterDensity", only: Only::From("value", 900.0), takes: &[number("value", Column::WaterDensity, 1.0)] },
+    Message {
+        name: "SoundSpeed",
+        only: Only::From("value", 1000.0),
+        takes: &[number("value", Column::SoundSpeed, 1.0)],
+    },
+    Message {
+        name: "WaterDensity",
+        only: Only::From("value", 900.0),
+        takes: &[number("value", Column::WaterDensity, 1.0)],
+    },
     // where no sensor's own message is logged
     Message {
         name: "EstimatedState",
@@ -105,7 +113,10 @@ static MESSAGES: [Message; 9] = [
 ];
 
 const HINTS: &[Hint] = &[
-    ("SetServoPosition", "commands of fins, whose numbers differ by vehicle: name them by --columns, as SetServoPosition[0].value"),
+    (
+        "SetServoPosition",
+        "commands of fins, whose numbers differ by vehicle: name them by --columns, as SetServoPosition[0].value",
+    ),
     ("SetThrusterActuation", "a share of full thrust: Rpm has the propeller's speed"),
     ("ServoPosition", "measured angles: the commands can be named by --columns"),
     ("LblRange", "ranges to transponders whose places are not part of the message"),

@@ -19,6 +19,8 @@ const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_MCRF4XX);
 const SUBMARINE: f64 = 12.0;
 /// `MAV_AUTOPILOT_INVALID`: a ground station or a camera.
 const NO_AUTOPILOT: f64 = 8.0;
+/// Packets that follow each other are less apart, µs.
+const DAY_US: u64 = 86_400_000_000;
 /// Pressure at the surface, hPa.
 const SURFACE_HPA: f64 = 1013.25;
 /// Metres of sea water in one hPa.
@@ -27,7 +29,8 @@ const M_PER_HPA: f64 = 100.0 / super::mapping::SEA_WATER_N_PER_M3;
 /// Number, check number and name of a message, and its numbers as they stand in the packet.
 type Layout = (u32, u8, &'static str, &'static [(&'static str, u8)]);
 
-const PRESSURE: &[(&str, u8)] = &[("time_boot_ms", b'I'), ("press_abs", b'f'), ("press_diff", b'f'), ("temperature", b'h')];
+const PRESSURE: &[(&str, u8)] =
+    &[("time_boot_ms", b'I'), ("press_abs", b'f'), ("press_diff", b'f'), ("temperature", b'h')];
 
 #[rustfmt::skip]
 const LAYOUTS: [Layout; 13] = [
@@ -97,7 +100,10 @@ static MESSAGES: [Message; 4] = [
 
 const ESTIMATE: &str = "the vehicle's own estimate";
 const HINTS: &[Hint] = &[
-    ("SERVO_OUTPUT_RAW", "pulse widths of the outputs: name propeller and fins by --columns, as SERVO_OUTPUT_RAW.servo1_raw"),
+    (
+        "SERVO_OUTPUT_RAW",
+        "pulse widths of the outputs: name propeller and fins by --columns, as SERVO_OUTPUT_RAW.servo1_raw",
+    ),
     ("RPM", "measured speeds: name the propeller by --columns"),
     ("LOCAL_POSITION_NED", ESTIMATE),
     ("GLOBAL_POSITION_INT", ESTIMATE),
@@ -163,12 +169,20 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
     // the first system with an autopilot, and whether it is a submarine
     let mut vehicle: Option<(u8, bool)> = None;
     while let Some(time_us) = bytes.get(at..).and_then(time_us) {
-        let Some(packet) = packet(bytes.get(at + 8..).unwrap_or_default()) else {
+        // what is no packet by its check sum is one if another begins behind it
+        let found = packet(bytes.get(at + 8..).unwrap_or_default());
+        let is_whole = |packet: &Packet<'_>| {
+            let next = bytes.get(at + 8 + packet.length..).unwrap_or_default();
+            let is_packet = next.get(8..).and_then(packet_frame).is_some();
+            next.is_empty() || (is_packet && self::time_us(next).is_some_and(|us| us.abs_diff(time_us) < DAY_US))
+        };
+        let is_known = |packet: &Packet<'_>| packet.layout.is_some() && packet.is_sound;
+        let Some(packet) = found.filter(|packet| is_known(packet) || is_whole(packet)) else {
             (at, skipped) = (at + 1, skipped + 1);
             continue;
         };
         if !packet.is_sound {
-            (at, skipped, broken) = (at + 1, skipped + 1, broken + 1);
+            (at, skipped, broken) = (at + 8 + packet.length, skipped + 8 + packet.length, broken + 1);
             continue;
         }
         at += 8 + packet.length;
@@ -193,7 +207,9 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
         let per_second = match (*name, get("time_delta_usec")) {
             ("VISION_POSITION_DELTA", Some(us)) if us > 0.0 => {
                 let delta = |axis: usize| get(["position_delta[0]", "position_delta[1]", "position_delta[2]"][axis]);
-                [("u", 0), ("v", 1), ("w", 2)].map(|(name, axis)| (name, delta(axis).unwrap_or(f64::NAN) * 1e6 / us)).to_vec()
+                [("u", 0), ("v", 1), ("w", 2)]
+                    .map(|(name, axis)| (name, delta(axis).unwrap_or(f64::NAN) * 1e6 / us))
+                    .to_vec()
             }
             _ => Vec::new(),
         };

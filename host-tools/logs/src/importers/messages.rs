@@ -12,6 +12,9 @@ use std::path::Path;
 /// them one by one.
 const TOGETHER_US: i64 = 30_000;
 
+/// So many names of what is left out for one reason are shown.
+const MOST_NAMES: usize = 20;
+
 /// From here on a time counts from 1970 and not from a start, µs: 1973.
 const LEAST_UNIX_US: i64 = 100_000_000_000_000;
 
@@ -110,7 +113,13 @@ impl Gathering {
         for (name, (count, reason)) in &self.left_out {
             reasons.entry(reason).or_default().push(format!("{name} ({count})"));
         }
-        notes.extend(reasons.into_iter().map(|(reason, names)| format!("left out {}: {reason}", names.join(", "))));
+        for (reason, mut names) in reasons {
+            if names.len() > MOST_NAMES {
+                let more = names.split_off(MOST_NAMES).len();
+                names.push(format!("{more} more"));
+            }
+            notes.push(format!("left out {}: {reason}", names.join(", ")));
+        }
         self.rows.retain(|(_, row)| !row.is_empty());
         // messages of several sources may be out of order by some milliseconds
         self.rows.sort_by_key(|(time_us, _)| *time_us);

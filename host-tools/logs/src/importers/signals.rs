@@ -2,7 +2,7 @@
 //!
 //! A format is a table of its messages and of what their numbers become ([`Message`]); its reader takes only the bytes
 //! apart. Where several messages of the table fill one column, the first that the log has is used; of several sensors
-//! that send one message, the first. An entry of a mapping takes the place of both. Its `column` is a message with its
+//! that send one message, the one that sends most. An entry of a mapping takes the place of both. Its `column` is a message with its
 //! number, `RCOU.C1`, `vehicle_local_position.z`, `SetServoPosition[2].value`, or the name alone where a message has
 //! one number.
 
@@ -56,6 +56,8 @@ struct Seen {
     count: usize,
     /// Row of the table.
     row: Option<usize>,
+    /// Number of the message in order of its first coming.
+    number: usize,
     /// Entries of the mapping that take a number of it, and which.
     wanted: Vec<(usize, String)>,
     fields: Vec<String>,
@@ -83,10 +85,8 @@ pub(super) struct Signals<'a> {
     table: &'static [Message],
     sources: Vec<Source<'a>>,
     seen: BTreeMap<String, Seen>,
-    /// The message that each row of the table is read from.
-    used: Vec<Option<String>>,
-    /// Time in µs, row of the table (`None`: the mapping) and what was taken.
-    kept: Vec<(i64, Option<usize>, Taken)>,
+    /// Time in µs, row of the table and number of the message (`None`: the mapping), and what was taken.
+    kept: Vec<(i64, Option<(usize, usize)>, Taken)>,
     /// Rows of the table that are not used, and why.
     refused: BTreeMap<usize, &'static str>,
     /// Added to every time, µs.
@@ -114,7 +114,6 @@ impl<'a> Signals<'a> {
             table,
             sources,
             seen: BTreeMap::new(),
-            used: table.iter().map(|_| None).collect(),
             kept: Vec::new(),
             refused: BTreeMap::new(),
             shift_us: 0,
@@ -163,6 +162,7 @@ impl<'a> Signals<'a> {
             self.kept.push((time_us, None, Taken::Numbers(samples)));
         }
         let Some((place, row)) = seen.row.and_then(|place| Some((place, self.table.get(place)?))) else { return };
+        let from = Some((place, seen.number));
         let is_of_use = match row.only {
             Only::Always => true,
             Only::From(field, least) => get(field).is_some_and(|value| value >= least),
@@ -180,7 +180,7 @@ impl<'a> Signals<'a> {
                 Take::Fix([latitude, longitude], degrees) => {
                     if let (Some(latitude), Some(longitude)) = (get(latitude), get(longitude)) {
                         let fix_deg = [latitude * degrees, longitude * degrees];
-                        self.kept.push((time_us, Some(place), Taken::FixDeg(fix_deg)));
+                        self.kept.push((time_us, from, Taken::FixDeg(fix_deg)));
                     }
                 }
                 Take::Quaternion(parts) => {
@@ -193,18 +193,12 @@ impl<'a> Signals<'a> {
             }
         }
         if !samples.is_empty() {
-            self.kept.push((time_us, Some(place), Taken::Numbers(samples)));
+            self.kept.push((time_us, from, Taken::Numbers(samples)));
         }
     }
 
     /// Binds a message that comes for the first time.
-    fn first_sight(&mut self, base: &str, name: &str, fields: &[(&str, f64)]) -> Seen {
-        let row = self.table.iter().position(|row| row.name == base);
-        // another sensor that sends the same
-        let row = row.filter(|place| match self.used.get_mut(*place) {
-            Some(used) => used.get_or_insert_with(|| name.to_owned()) == name,
-            None => false,
-        });
+    fn first_sight(&self, base: &str, name: &str, fields: &[(&str, f64)]) -> Seen {
         let wanted = |(place, source): (usize, &Source)| {
             let rest = source.name.strip_prefix(name)?;
             let field = if rest.is_empty() && fields.len() == 1 { fields[0].0 } else { rest.strip_prefix('.')? };
@@ -212,7 +206,8 @@ impl<'a> Signals<'a> {
         };
         Seen {
             count: 0,
-            row,
+            row: self.table.iter().position(|row| row.name == base),
+            number: self.seen.len(),
             wanted: self.sources.iter().enumerate().filter_map(wanted).collect(),
             fields: fields.iter().map(|(field, _)| (*field).to_owned()).collect(),
         }
@@ -227,7 +222,9 @@ impl<'a> Signals<'a> {
 
     /// Whether a message has come, from any sensor.
     pub(super) fn has(&self, base: &str) -> bool {
-        self.seen.keys().any(|name| name.strip_prefix(base).is_some_and(|rest| rest.is_empty() || rest.starts_with('[')))
+        self.seen
+            .keys()
+            .any(|name| name.strip_prefix(base).is_some_and(|rest| rest.is_empty() || rest.starts_with('[')))
     }
 
     /// The log.
@@ -235,20 +232,30 @@ impl<'a> Signals<'a> {
         if let Some(source) = self.sources.iter().find(|source| !source.is_found) {
             return Err(DataError::file(self.path, self.not_found(source.name)));
         }
-        let owners = self.owners();
-        let is_owned = |row: Option<usize>, column: Column| owners.get(&column).is_none_or(|owner| *owner == row);
-        let mut gathering = Gathering::default();
-        for (time_us, row, taken) in self.kept {
-            if row.is_some_and(|row| self.refused.contains_key(&row)) {
-                continue;
+        // of several sensors with one message the one that sends most
+        let mut used: BTreeMap<usize, (&Seen, &str)> = BTreeMap::new();
+        for (name, seen) in &self.seen {
+            if let Some(row) = seen.row.filter(|row| !self.refused.contains_key(row)) {
+                let most = used.entry(row).or_insert((seen, name));
+                if seen.count > most.0.count {
+                    *most = (seen, name);
+                }
             }
+        }
+        let is_used = |from: (usize, usize)| used.get(&from.0).is_some_and(|(seen, _)| seen.number == from.1);
+        let owners = owners(&self.kept, is_used);
+        let is_owned = |from: Option<(usize, usize)>, column: Column| {
+            from.is_none_or(is_used) && owners.get(&column) == Some(&from.map(|from| from.0))
+        };
+        let mut gathering = Gathering::default();
+        for (time_us, from, taken) in self.kept {
             let time_us = time_us + self.shift_us;
             match taken {
                 Taken::Numbers(mut samples) => {
-                    samples.retain(|(column, _)| is_owned(row, *column));
+                    samples.retain(|(column, _)| is_owned(from, *column));
                     gathering.add(time_us, &samples);
                 }
-                Taken::FixDeg([latitude, longitude]) if is_owned(row, Column::GpsX) => {
+                Taken::FixDeg([latitude, longitude]) if is_owned(from, Column::GpsX) => {
                     gathering.add_fix(time_us, latitude, longitude);
                 }
                 Taken::FixDeg(_) => {}
@@ -262,7 +269,7 @@ impl<'a> Signals<'a> {
         }
         let read: Vec<String> = read
             .into_iter()
-            .filter_map(|(row, columns)| Some(format!("{} ({})", self.used.get(row)?.as_ref()?, columns.join(", "))))
+            .filter_map(|(row, columns)| Some(format!("{} ({})", used.get(&row)?.1, columns.join(", "))))
             .collect();
         let recognised = if read.is_empty() { "nothing by itself".to_owned() } else { read.join(", ") };
         let mut notes = vec![format!("{format}; recognised: {recognised}")];
@@ -272,18 +279,18 @@ impl<'a> Signals<'a> {
         }
         notes.extend(more);
         for (name, seen) in &self.seen {
-            let is_read = seen.row.is_some_and(|row| owners.values().any(|owner| *owner == Some(row)));
+            let is_this = seen.row.is_some_and(|row| is_used((row, seen.number)));
+            let is_read = is_this && owners.values().any(|owner| *owner == seen.row && owner.is_some());
             if is_read || !seen.wanted.is_empty() {
                 continue;
             }
             let base = name.split('[').next().unwrap_or(name);
             let refused = seen.row.and_then(|row| self.refused.get(&row).copied());
             let hint = hints.iter().find(|(hinted, _)| *hinted == base).map(|(_, reason)| *reason);
-            let is_known = self.table.iter().any(|row| row.name == base);
-            let reason = refused.or(hint).unwrap_or(match (seen.row, is_known) {
-                (Some(_), _) => "other messages have the same, or none of it is valid",
-                (None, true) => "another sensor with the same message is used",
-                (None, false) => "not part of a vehicle log",
+            let reason = refused.or(hint).unwrap_or(match (seen.row, is_this) {
+                (Some(_), true) => "other messages have the same, or none of it is valid",
+                (Some(_), false) => "another sensor with the same message is used",
+                (None, _) => "not part of a vehicle log",
             });
             gathering.leave_out_so_many(name, seen.count, reason);
         }
@@ -298,33 +305,14 @@ impl<'a> Signals<'a> {
         Ok(Imported { format, log })
     }
 
-    /// The row of the table, or the mapping, that each column is filled from.
-    fn owners(&self) -> BTreeMap<Column, Option<usize>> {
-        let mut present: BTreeSet<(Column, Option<usize>)> = BTreeSet::new();
-        for (_, row, taken) in &self.kept {
-            if row.is_some_and(|row| self.refused.contains_key(&row)) {
-                continue;
-            }
-            match taken {
-                Taken::Numbers(samples) => present.extend(samples.iter().map(|(column, _)| (*column, *row))),
-                Taken::FixDeg(_) => present.extend([(Column::GpsX, *row), (Column::GpsY, *row)]),
-            }
-        }
-        let mut owners = BTreeMap::new();
-        // the mapping is first, then the rows in their order
-        for (column, row) in present {
-            owners.entry(column).or_insert(row);
-        }
-        owners
-    }
-
     /// What the log has instead of a number that the mapping names.
     fn not_found(&self, name: &str) -> String {
         let beginning = |list: Vec<&str>| {
             let text = list.join(", ");
             if text.chars().count() <= 300 { text } else { text.chars().take(300).collect::<String>() + " ..." }
         };
-        let message = self.seen.iter().filter(|(seen, _)| name.strip_prefix(seen.as_str()).is_some_and(|r| !is_word(r)));
+        let message =
+            self.seen.iter().filter(|(seen, _)| name.strip_prefix(seen.as_str()).is_some_and(|r| !is_word(r)));
         match message.max_by_key(|(seen, _)| seen.len()) {
             Some((seen, Seen { fields, .. })) => {
                 let fields = beginning(fields.iter().map(String::as_str).collect());
@@ -336,6 +324,27 @@ impl<'a> Signals<'a> {
             }
         }
     }
+}
+
+/// The row of the table, or the mapping, that each column is filled from.
+fn owners(
+    kept: &[(i64, Option<(usize, usize)>, Taken)],
+    is_used: impl Fn((usize, usize)) -> bool,
+) -> BTreeMap<Column, Option<usize>> {
+    let mut present: BTreeSet<(Column, Option<usize>)> = BTreeSet::new();
+    for (_, from, taken) in kept.iter().filter(|(_, from, _)| from.is_none_or(&is_used)) {
+        let row = from.map(|from| from.0);
+        match taken {
+            Taken::Numbers(samples) => present.extend(samples.iter().map(|(column, _)| (*column, row))),
+            Taken::FixDeg(_) => present.extend([(Column::GpsX, row), (Column::GpsY, row)]),
+        }
+    }
+    let mut owners = BTreeMap::new();
+    // the mapping is first, then the rows in their order
+    for (column, row) in present {
+        owners.entry(column).or_insert(row);
+    }
+    owners
 }
 
 /// Whether a text goes on with a letter, digit or underscore.

@@ -51,7 +51,8 @@ pub(crate) fn read(path: &Path) -> Result<MatTable, DataError> {
     let file = std::fs::File::open(path).map_err(|e| DataError::io(path, &e))?;
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|e| DataError::io(path, &e))?;
     if is_hdf5(&bytes) {
-        let message = "a MAT-file of version 7.3 (HDF5): save it in MATLAB by save(..., '-v7'), or as a table by writetable";
+        let message =
+            "a MAT-file of version 7.3 (HDF5): save it in MATLAB by save(..., '-v7'), or as a table by writetable";
         return Err(DataError::file(path, message));
     }
     if bytes.len() as u64 > MAX_BYTES {
@@ -74,10 +75,9 @@ pub(crate) fn read(path: &Path) -> Result<MatTable, DataError> {
             }
         }
     }
-    table(arrays).map_err(|message| DataError::file(path, message)).map(|table| MatTable {
-        notes: [notes, table.notes].concat(),
-        ..table
-    })
+    table(arrays)
+        .map_err(|message| DataError::file(path, message))
+        .map(|table| MatTable { notes: [notes, table.notes].concat(), ..table })
 }
 
 /// The largest group of columns of one length.
@@ -101,8 +101,10 @@ fn table(arrays: Arrays) -> Result<MatTable, String> {
         columns.iter_mut().for_each(|(name, _)| *name = name[shared.len()..].to_owned());
     }
     let mut notes = vec![format!("a MAT-file; its {} vectors of {rows} are the table", columns.len())];
-    let others: Vec<String> =
-        groups.iter().flat_map(|(rows, columns)| columns.iter().map(move |(name, _)| format!("{name} ({rows})"))).collect();
+    let others: Vec<String> = groups
+        .iter()
+        .flat_map(|(rows, columns)| columns.iter().map(move |(name, _)| format!("{name} ({rows})")))
+        .collect();
     for (what, names) in [("arrays of other lengths", others), ("what is no array of real numbers", arrays.other)] {
         if !names.is_empty() {
             notes.push(format!("left out {}: {what}", names.join(", ")));
@@ -263,5 +265,10 @@ impl Arrays {
 
 /// A name, of the letters that names of MATLAB have.
 fn text(bytes: &[u8]) -> String {
-    bytes.iter().take_while(|byte| **byte != 0).filter(|b| b.is_ascii_alphanumeric() || **b == b'_').map(|b| char::from(*b)).collect()
+    bytes
+        .iter()
+        .take_while(|byte| **byte != 0)
+        .filter(|b| b.is_ascii_alphanumeric() || **b == b'_')
+        .map(|b| char::from(*b))
+        .collect()
 }

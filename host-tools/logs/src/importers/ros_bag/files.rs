@@ -124,7 +124,8 @@ fn read_db3(path: &Path, take: &mut dyn Take) -> Outcome {
     let rows = database.table_rows(&messages, &mut |database, row| {
         let head = database.values(row, 1 + topic.max(time))?;
         let number = |place: usize| head.get(place).and_then(Value::integer);
-        let (Some([topic, type_name, encoding]), Some(log_ns)) = (number(topic).and_then(|id| known.get(&id)), number(time))
+        let (Some([topic, type_name, encoding]), Some(log_ns)) =
+            (number(topic).and_then(|id| known.get(&id)), number(time))
         else {
             return Ok(());
         };
@@ -152,7 +153,10 @@ fn read_db3(path: &Path, take: &mut dyn Take) -> Outcome {
     let mut faults: Vec<String> = rows.err().into_iter().collect();
     let beside = path.with_extension("db3-wal");
     if std::fs::metadata(&beside).is_ok_and(|wal| wal.len() > 0) {
-        faults.push(format!("the newest rows are still in {}: first `ros2 bag reindex` or open it by sqlite3", beside.display()));
+        faults.push(format!(
+            "the newest rows are still in {}: first `ros2 bag reindex` or open it by sqlite3",
+            beside.display()
+        ));
     }
     Ok((count, faults))
 }

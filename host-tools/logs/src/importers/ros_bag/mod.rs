@@ -87,7 +87,10 @@ const COULD_BE: [(&str, &str); 9] = [
     ("geometry_msgs/msg/Vector3", "a velocity or a command: record it as geometry_msgs/msg/TwistWithCovarianceStamped"),
     ("geometry_msgs/msg/Wrench", "commanded forces, not speeds of a propeller"),
     ("dvl", "a velocity over ground: let the DVL's driver write geometry_msgs/msg/TwistWithCovarianceStamped as well"),
-    ("sensor_msgs/msg/MagneticField", "part of a heading: let the driver write sensor_msgs/msg/Imu with its orientation"),
+    (
+        "sensor_msgs/msg/MagneticField",
+        "part of a heading: let the driver write sensor_msgs/msg/Imu with its orientation",
+    ),
     ("mavros_msgs", "what the autopilot logs itself: its .BIN is read"),
     ("px4_msgs", "what the autopilot logs itself: its .ulg is read"),
     ("sensor_msgs/msg/Range", "a height above the bottom"),
@@ -230,7 +233,10 @@ fn read_with(path: &Path, sources: Sources<'_>) -> Result<Imported, DataError> {
     for (log_us, Mapped { stamp_us, samples }) in commands {
         gathering.add(stamp_us.unwrap_or(log_us + ahead_us), &samples);
     }
-    let used: Vec<String> = topics.iter().map(|(name, topic)| format!("{topic} ({name})")).collect();
+    let mut used: Vec<String> = topics.iter().map(|(name, topic)| format!("{topic} ({name})")).collect();
+    if used.is_empty() {
+        used.push("nothing by itself".to_owned());
+    }
     notes.insert(
         0,
         format!("{NAME}; recognised: {}; turned to north-east-down and forward-right-down", used.join(", ")),
@@ -451,8 +457,10 @@ mod tests {
         let samples = |column: Column| -> Vec<(u64, f64)> {
             log.rows.iter().filter_map(|row| Some((row.time_us, row.get(column)?))).collect()
         };
+        // the first; with the last of the five at 1 s all stand in the row
         let one = |column: Column| match samples(column)[..] {
             [sample] => sample,
+            [sample, (1_000_000, held)] if held == sample.1 => sample,
             ref other => panic!("{}: {other:?}", column.name()),
         };
         let column = |name: &str| Column::from_name(name).unwrap();

@@ -123,11 +123,7 @@ impl Database {
         Ok(page)
     }
 
-    fn rows(
-        &mut self,
-        root: u32,
-        each: &mut dyn FnMut(&mut Self, &Row) -> Result<(), String>,
-    ) -> Result<(), String> {
+    fn rows(&mut self, root: u32, each: &mut dyn FnMut(&mut Self, &Row) -> Result<(), String>) -> Result<(), String> {
         let mut waiting = vec![root];
         let mut visited = 0;
         while let Some(number) = waiting.pop() {
@@ -241,8 +237,11 @@ impl Row {
 
 /// Names of the columns in a statement that makes a table.
 fn columns(statement: &str) -> Vec<String> {
-    let inside = statement.split_once('(').map_or("", |(_, rest)| rest.rsplit_once(')').map_or(rest, |(inside, _)| inside));
-    let name = |column: &str| column.split_whitespace().next().unwrap_or_default().trim_matches(['"', '`', '[', ']']).to_owned();
+    let inside =
+        statement.split_once('(').map_or("", |(_, rest)| rest.rsplit_once(')').map_or(rest, |(inside, _)| inside));
+    let name = |column: &str| {
+        column.split_whitespace().next().unwrap_or_default().trim_matches(['"', '`', '[', ']']).to_owned()
+    };
     inside.split(',').map(name).collect()
 }
 
