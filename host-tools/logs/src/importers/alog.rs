@@ -47,6 +47,7 @@ pub(super) fn is_alog(beginning: &str) -> bool {
 /// Reads an alog.
 pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
     let mut signals = Signals::new(path, map, &VARIABLES)?;
+    signals.is_one_by_one = true;
     let mut lines = BufReader::new(table::open(path)?);
     let mut bytes = Vec::new();
     for number in 1.. {
@@ -114,6 +115,32 @@ mod tests {
         assert_eq!(imported.log.rows[1].time_us, 1_000_000);
         let notes = imported.log.notes.join("\n");
         assert!(notes.contains("DESIRED_RUDDER (1)") && notes.contains("APPCAST (1)"), "{notes}");
+    }
+
+    /// The helm's commands come one by one, each where it changes; a row has all that hold.
+    #[test]
+    fn commands_are_those_that_the_mapping_names() {
+        let alog = format!(
+            "{}0.70 DESIRED_THRUST pHelm 50\n0.90 DESIRED_ELEVATOR pHelm -10\n1.20 DESIRED_RUDDER pHelm -4\n",
+            ALOG.rsplit_once('\n').unwrap().0.to_owned() + "\n"
+        );
+        let entry =
+            |column: &str, variable: &str, rest: &str| format!("[columns.{column}]\ncolumn = \"{variable}\"\n{rest}\n");
+        let map = entry("prop_rpm", "DESIRED_THRUST", "scale = 20")
+            + &entry("fin_top_rad", "DESIRED_RUDDER", "unit = \"deg\"")
+            + &entry("fin_bottom_rad", "DESIRED_RUDDER", "unit = \"deg\"\nsign = -1")
+            + &entry("fin_port_rad", "DESIRED_ELEVATOR", "unit = \"deg\"")
+            + &entry("fin_starboard_rad", "DESIRED_ELEVATOR", "unit = \"deg\"\nsign = -1");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.alog");
+        std::fs::write(&path, alog).unwrap();
+        let map = ColumnMap::parse(&map, Path::new("m.toml")).unwrap();
+        let log = super::super::read_mapped(&path, &map).unwrap().log;
+        let inputs: Vec<_> = log.rows.iter().filter_map(|row| Some((row.time_us, row.actuators()?))).collect();
+        let [(0.., first), (700_000, last)] = inputs[..] else { panic!("{inputs:?}") };
+        assert!((first.propeller_radps - 1000.0 * std::f64::consts::PI / 30.0).abs() < 1e-9, "{first:?}");
+        assert_eq!(first.fins_rad.map(|rad| rad.to_degrees().round()), [12.0, -12.0, -10.0, 10.0]);
+        assert_eq!(last.fins_rad.map(|rad| rad.to_degrees().round()), [-4.0, 4.0, -10.0, 10.0]);
     }
 
     #[test]

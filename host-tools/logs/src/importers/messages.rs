@@ -21,6 +21,8 @@ const LEAST_UNIX_US: i64 = 100_000_000_000_000;
 /// A vehicle log in the making.
 #[derive(Default)]
 pub(super) struct Gathering {
+    /// Only messages of the very same time share a row.
+    pub is_exact: bool,
     /// Rows with the time of the log that is read, µs.
     rows: Vec<(i64, LogRow)>,
     origin: Option<Origin>,
@@ -34,7 +36,8 @@ impl Gathering {
     /// Adds samples of one time.
     pub(super) fn add(&mut self, time_us: i64, samples: &[(Column, f64)]) {
         let is_free = |row: &LogRow| samples.iter().all(|(column, _)| row.get(*column).is_none());
-        let last = self.rows.last_mut().filter(|(row_us, row)| (time_us - row_us).abs() <= TOGETHER_US && is_free(row));
+        let together_us = if self.is_exact { 0 } else { TOGETHER_US };
+        let last = self.rows.last_mut().filter(|(row_us, row)| (time_us - row_us).abs() <= together_us && is_free(row));
         let row = match last {
             Some((_, row)) => row,
             None => {

@@ -179,12 +179,15 @@ fn beginning(path: &Path) -> Result<Vec<u8>, DataError> {
     Ok(first_bytes(File::open(path).map_err(|e| DataError::io(path, &e))?))
 }
 
-/// The first line; empty if it cannot be read, which leads to the vehicle log's own complaint.
+/// The first line that is no comment; empty if it cannot be read, which leads to the vehicle log's own complaint.
 fn header(path: &Path) -> Result<String, DataError> {
     /// Far longer than any header.
     const LONGEST_HEADER: u64 = 1 << 16;
+    let mut lines = BufReader::new(table::open(path)?.take(LONGEST_HEADER));
     let mut header = Vec::new();
-    let _ = BufReader::new(table::open(path)?.take(LONGEST_HEADER)).read_until(b'\n', &mut header);
+    while lines.read_until(b'\n', &mut header).is_ok_and(|count| count > 0) && header.starts_with(b"#") {
+        header.clear();
+    }
     Ok(String::from_utf8_lossy(&header).into_owned())
 }
 

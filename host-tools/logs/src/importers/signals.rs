@@ -91,6 +91,8 @@ pub(super) struct Signals<'a> {
     refused: BTreeMap<usize, &'static str>,
     /// Added to every time, µs.
     pub shift_us: i64,
+    /// What belongs together comes one number at a time.
+    pub is_one_by_one: bool,
 }
 
 impl<'a> Signals<'a> {
@@ -117,6 +119,7 @@ impl<'a> Signals<'a> {
             kept: Vec::new(),
             refused: BTreeMap::new(),
             shift_us: 0,
+            is_one_by_one: false,
         })
     }
 
@@ -248,6 +251,7 @@ impl<'a> Signals<'a> {
             from.is_none_or(is_used) && owners.get(&column) == Some(&from.map(|from| from.0))
         };
         let mut gathering = Gathering::default();
+        gathering.is_exact = !self.is_one_by_one;
         for (time_us, from, taken) in self.kept {
             let time_us = time_us + self.shift_us;
             match taken {

@@ -121,9 +121,9 @@ fn first(reader: &mut impl Read, count: u64) -> io::Result<Vec<u8>> {
 }
 
 /// Set-up of a CSV reader whose line numbers hold: with the default terminator the reader counts a
-/// line that ends in CR LF before it has seen the LF.
+/// line that ends in CR LF before it has seen the LF. Lines that begin with `#` are comments.
 pub(crate) fn lines(builder: &mut ReaderBuilder) -> &mut ReaderBuilder {
-    builder.has_headers(false).flexible(true).terminator(Terminator::Any(b'\n'))
+    builder.has_headers(false).flexible(true).comment(Some(b'#')).terminator(Terminator::Any(b'\n'))
 }
 
 /// Whether a line holds nothing but its end.
