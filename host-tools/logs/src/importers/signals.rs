@@ -78,6 +78,12 @@ enum Taken {
     FixDeg([f64; 2]),
 }
 
+/// Row of the table and number of the message; `None`: the mapping.
+type Origin = Option<(usize, usize)>;
+
+/// Time in µs, and what was taken from where.
+type Kept = (i64, Origin, Taken);
+
 /// A log of messages as it is read.
 pub(super) struct Signals<'a> {
     path: &'a Path,
@@ -85,8 +91,7 @@ pub(super) struct Signals<'a> {
     table: &'static [Message],
     sources: Vec<Source<'a>>,
     seen: BTreeMap<String, Seen>,
-    /// Time in µs, row of the table and number of the message (`None`: the mapping), and what was taken.
-    kept: Vec<(i64, Option<(usize, usize)>, Taken)>,
+    kept: Vec<Kept>,
     /// Rows of the table that are not used, and why.
     refused: BTreeMap<usize, &'static str>,
     /// Added to every time, µs.
@@ -247,7 +252,7 @@ impl<'a> Signals<'a> {
         }
         let is_used = |from: (usize, usize)| used.get(&from.0).is_some_and(|(seen, _)| seen.number == from.1);
         let owners = owners(&self.kept, is_used);
-        let is_owned = |from: Option<(usize, usize)>, column: Column| {
+        let is_owned = |from: Origin, column: Column| {
             from.is_none_or(is_used) && owners.get(&column) == Some(&from.map(|from| from.0))
         };
         let mut gathering = Gathering::default();
@@ -331,10 +336,7 @@ impl<'a> Signals<'a> {
 }
 
 /// The row of the table, or the mapping, that each column is filled from.
-fn owners(
-    kept: &[(i64, Option<(usize, usize)>, Taken)],
-    is_used: impl Fn((usize, usize)) -> bool,
-) -> BTreeMap<Column, Option<usize>> {
+fn owners(kept: &[Kept], is_used: impl Fn((usize, usize)) -> bool) -> BTreeMap<Column, Option<usize>> {
     let mut present: BTreeSet<(Column, Option<usize>)> = BTreeSet::new();
     for (_, from, taken) in kept.iter().filter(|(_, from, _)| from.is_none_or(&is_used)) {
         let row = from.map(|from| from.0);

@@ -205,7 +205,7 @@ fn no_bytes_make_a_reader_panic() {
     let mut state = 1_u32;
     let mut below = |limit: usize| {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (u64::from(state) * limit as u64 >> 32) as usize
+        ((u64::from(state) * limit as u64) >> 32) as usize
     };
     for name in names {
         let whole = std::fs::read(vector(name)).unwrap();
