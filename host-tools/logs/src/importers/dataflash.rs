@@ -1,5 +1,5 @@
-//! DataFlash logs of ArduPilot (`.BIN`): each message begins with A3 95 and its number; FMT messages say what the others
-//! hold. Angles are in degrees, rates of the body axes forward, right, down.
+//! DataFlash logs of ArduPilot (`.BIN`): each message begins with A3 95 and its number; FMT messages say what the
+//! others hold. Angles are in degrees, rates of the body axes forward, right, down.
 //!
 //! No crate reads them well enough: the one there is stops at damage and knows no half-precision numbers.
 

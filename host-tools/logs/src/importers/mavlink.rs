@@ -1,5 +1,5 @@
-//! Telemetry logs of MAVLink (`.tlog`), as ground stations write them: microseconds since 1970, then a packet. Body axes
-//! forward, right, down. Times are those at which the ground station received a packet.
+//! Telemetry logs of MAVLink (`.tlog`), as ground stations write them: microseconds since 1970, then a packet. Body
+//! axes forward, right, down. Times are those at which the ground station received a packet.
 //!
 //! Layouts and check numbers are those of the dialects `common` and `ardupilotmega`, of the few messages that are read.
 
@@ -58,7 +58,8 @@ const LAYOUTS: [Layout; 13] = [
         ("servo13_raw", b'H'), ("servo14_raw", b'H'), ("servo15_raw", b'H'), ("servo16_raw", b'H'),
     ]),
     (74, 20, "VFR_HUD", &[
-        ("airspeed", b'f'), ("groundspeed", b'f'), ("alt", b'f'), ("climb", b'f'), ("heading", b'h'), ("throttle", b'H'),
+        ("airspeed", b'f'), ("groundspeed", b'f'), ("alt", b'f'), ("climb", b'f'), ("heading", b'h'),
+        ("throttle", b'H'),
     ]),
     (103, 208, "VISION_SPEED_ESTIMATE", &[("usec", b'Q'), ("x", b'f'), ("y", b'f'), ("z", b'f')]),
     (137, 195, "SCALED_PRESSURE2", PRESSURE),

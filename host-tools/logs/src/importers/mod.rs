@@ -209,8 +209,8 @@ fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
     Err(DataError::file(path, what))
 }
 
-/// Reads a table by a mapping, whatever its header; of a log of messages, such as a ROS 2 bag, what it has by itself and
-/// the numbers that the mapping names.
+/// Reads a table by a mapping, whatever its header; of a log of messages, such as a ROS 2 bag, what it has by itself
+/// and the numbers that the mapping names.
 ///
 /// # Errors
 /// Where the file does not fit the mapping.

@@ -1,10 +1,10 @@
 //! Logs of named messages with named numbers: which of them a vehicle log holds, and what a mapping names.
 //!
-//! A format is a table of its messages and of what their numbers become ([`Message`]); its reader takes only the bytes
-//! apart. Where several messages of the table fill one column, the first that the log has is used; of several sensors
-//! that send one message, the one that sends most. An entry of a mapping takes the place of both. Its `column` is a message with its
-//! number, `RCOU.C1`, `vehicle_local_position.z`, `SetServoPosition[2].value`, or the name alone where a message has
-//! one number.
+//! A format is a table of its messages and of what their numbers become ([`Message`]); its reader takes only the
+//! bytes apart. Where several messages of the table fill one column, the first that the log has is used; of several
+//! sensors that send one message, the one that sends most. An entry of a mapping takes the place of both. Its
+//! `column` is a message with its number, `RCOU.C1`, `vehicle_local_position.z`, `SetServoPosition[2].value`, or the
+//! name alone where a message has one number.
 
 use super::Imported;
 use super::engine::euler_rad;

@@ -1,5 +1,5 @@
-//! Logs of PX4 (ULog, `.ulg`): topics with the names and types of their numbers. Body axes forward, right, down; attitude
-//! to north-east-down.
+//! Logs of PX4 (ULog, `.ulg`): topics with the names and types of their numbers. Body axes forward, right, down;
+//! attitude to north-east-down.
 //!
 //! PX4's own crate (px4-ulog 0.6) panics where a message is shorter than its kind, so it cannot be given any file.
 

@@ -1,5 +1,5 @@
-//! ROS 2 bags, as MCAP, SQLite (`.db3`) or a folder of such files: the standard messages of attitude, velocity, pressure
-//! and position, CDR encoded.
+//! ROS 2 bags, as MCAP, SQLite (`.db3`) or a folder of such files: the standard messages of attitude, velocity,
+//! pressure and position, CDR encoded.
 //!
 //! Messages are in the conventions of REP 103 and REP 105: body forward-left-up, world east-north-up; here they are
 //! turned to forward-right-down and north-east-down. Times are those of the headers.
