@@ -1,5 +1,5 @@
 //! Rows of a table of an SQLite file, read only, page by page: what a bag in `.db3` needs of the file format
-//! (sqlite.org/fileformat2). SQLite itself would add a C library of nine megabytes to every build.
+//! (sqlite.org/fileformat2). SQLite itself would add its C sources to every build.
 
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
