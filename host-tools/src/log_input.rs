@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 pub struct LogInput {
     /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, hms) and base (start
     /// or epoch), and for each column of the vehicle log, such as `[columns.depth_m]`, its column, unit, sign, scale,
-    /// offset. For the commands in a ROS 2 bag the same with topics as columns
+    /// offset. In a log of messages (ROS 2 bag, MOOS, LSTS, ArduPilot, MAVLink, PX4) the same with their numbers as
+    /// columns, such as RCOU.C1
     #[arg(long = "columns", value_name = "MAP.toml")]
     map: Option<PathBuf>,
     /// Refuse a log whose units, signs or times look wrong, instead of warning

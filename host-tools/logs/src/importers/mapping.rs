@@ -95,7 +95,7 @@ const UNITS: [(&str, &[(&str, f64)]); 9] = [
     ("_radps", &[("rad/s", 1.0), ("deg/s", RAD_PER_DEG)]),
     ("_rad", &[("rad", 1.0), ("deg", RAD_PER_DEG)]),
     ("_mps", &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3), ("kn", MPS_PER_KNOT), ("km/h", 1.0 / 3.6)]),
-    ("_rpm", &[("rpm", 1.0), ("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0)]),
+    ("_rpm", &[("rpm", 1.0), ("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0), ("rps", 60.0)]),
     ("_per_m3", &[("kg/m^3", 1.0), ("g/cm^3", 1e3)]),
     ("_m3", &[("m^3", 1.0), ("l", 1e-3), ("cc", 1e-6)]),
     (

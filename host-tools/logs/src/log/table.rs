@@ -1,6 +1,7 @@
 //! A CSV of a time and numbers, columns bound by name.
 
 use super::decimal::{MAX_SECONDS, seconds_to_us};
+use super::mat;
 use crate::DataError;
 use csv::{ByteRecord, ErrorKind, ReaderBuilder, Terminator};
 use flate2::read::MultiGzDecoder;
@@ -19,9 +20,14 @@ pub(crate) struct Table<'a> {
 }
 
 /// Opens a file, decompressing it if it is gzip (by its first bytes, not its name) and without a
-/// byte-order mark.
+/// byte-order mark; the arrays of a MAT-file as a table.
 pub(crate) fn open(path: &Path) -> Result<Box<dyn Read>, DataError> {
     let mut text = open_bytes(path)?;
+    let beginning = first(&mut text, 32).map_err(|e| csv_error(path, 1, &e.into()))?;
+    if mat::is_mat(&beginning) {
+        return Ok(Box::new(Bounded::new(mat::read(path)?)));
+    }
+    let mut text = io::Cursor::new(beginning).chain(text);
     let mark = first(&mut text, 3).map_err(|e| csv_error(path, 1, &e.into()))?;
     let start = if mark == [0xef, 0xbb, 0xbf] { Vec::new() } else { mark };
     Ok(Box::new(Bounded::new(io::Cursor::new(start).chain(text))))
@@ -115,9 +121,9 @@ fn first(reader: &mut impl Read, count: u64) -> io::Result<Vec<u8>> {
 }
 
 /// Set-up of a CSV reader whose line numbers hold: with the default terminator the reader counts a
-/// line that ends in CR LF before it has seen the LF.
+/// line that ends in CR LF before it has seen the LF. Lines that begin with `#` are comments.
 pub(crate) fn lines(builder: &mut ReaderBuilder) -> &mut ReaderBuilder {
-    builder.has_headers(false).flexible(true).terminator(Terminator::Any(b'\n'))
+    builder.has_headers(false).flexible(true).comment(Some(b'#')).terminator(Terminator::Any(b'\n'))
 }
 
 /// Whether a line holds nothing but its end.

@@ -1,6 +1,7 @@
 //! Files: what is read is what was written, and what is wrong is told with its place.
 
 mod broken;
+mod foreign;
 mod limits;
 mod parameters;
 mod round_trip;
