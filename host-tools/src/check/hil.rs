@@ -6,6 +6,7 @@ use super::{look, wiggle};
 use crate::board::Common;
 use anyhow::Context;
 use backseat_link::board::{Board, reason};
+use backseat_report::markdown::markdown_table;
 use backseat_wire::hostlink::{Health, Port, ResetCause};
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
@@ -107,11 +108,9 @@ fn parameter_store(mut board: Board, common: &Common) -> anyhow::Result<Vec<Chec
 /// It cannot be written.
 pub fn report(path: &Path, port: &str, when: &str, signed: Option<&str>, lines: &[CheckLine]) -> anyhow::Result<()> {
     let failed = lines.iter().filter(|line| line.verdict == Verdict::Fail).count();
-    let mut text =
-        format!("# Bench report\n\nBoard at {port}, {when} UTC.\n\n| check | verdict | found |\n|---|---|---|\n");
-    for line in lines {
-        let _ = writeln!(text, "{}", line.row());
-    }
+    let mut table = markdown_table(["check", "verdict", "found"]);
+    table.add_rows(lines.iter().map(CheckLine::cells));
+    let mut text = format!("# Bench report\n\nBoard at {port}, {when} UTC.\n\n{table}\n");
     let outcome =
         if failed == 0 { "passed".to_owned() } else { format!("**{failed} of {} checks failed**", lines.len()) };
     let name = signed.unwrap_or("______________________");

@@ -55,11 +55,6 @@ impl CheckLine {
         [self.what, self.verdict.name(), &self.found]
     }
 
-    /// As a row of a Markdown table.
-    pub fn row(&self) -> String {
-        format!("| {} | {} | {} |", self.what, self.verdict.name(), self.found)
-    }
-
     pub fn json(&self) -> Value {
         json!({"check": self.what, "verdict": self.verdict.name().to_lowercase(), "found": self.found})
     }
