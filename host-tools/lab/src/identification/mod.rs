@@ -7,6 +7,7 @@ mod compensation;
 mod excitation_planning;
 mod faults;
 mod gtls;
+mod identified;
 mod methods;
 mod plan_flight;
 
