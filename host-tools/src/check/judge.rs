@@ -72,7 +72,7 @@ pub struct Look {
     pub parameters: Vec<Declared>,
     pub waypoints: usize,
     /// Before and after the watch.
-    pub counters: Option<(Health, Health)>,
+    pub counters: (Health, Health),
     /// During the watch.
     pub telemetry: Vec<Telemetry>,
     pub watched: Duration,
@@ -149,15 +149,7 @@ fn device(look: &Look, port: Port) -> CheckLine {
         Port::Modem | Port::Host => ("modem port", uses_ranges(look)),
     };
     let index = port as usize;
-    let Some((before, after)) = &look.counters else {
-        // Older firmware counts refused frames only.
-        let rejected = look.telemetry.last().map_or(0, |record| record.rejected_frames[index]);
-        return CheckLine::new(
-            Verdict::Note,
-            what,
-            format!("{rejected} frames refused since start; this firmware does not count good ones"),
-        );
-    };
+    let (before, after) = &look.counters;
     let during = |counts: fn(&Health) -> [u32; 4]| counts(after)[index].saturating_sub(counts(before)[index]);
     let (accepted, rejected) = (during(|health| health.accepted_frames), during(|health| health.rejected_frames));
     let all = (after.accepted_frames[index], after.rejected_frames[index]);
@@ -180,9 +172,7 @@ fn device(look: &Look, port: Port) -> CheckLine {
 /// Bytes that reached the board and not its decoders: too much at once, or a line that is wired or set wrong.
 fn losses(look: &Look) -> CheckLine {
     const WHAT: &str = "receive losses";
-    let Some((before, after)) = &look.counters else {
-        return CheckLine::new(Verdict::Note, WHAT, "this firmware does not report it");
-    };
+    let (before, after) = &look.counters;
     let losses: Vec<String> = Port::NAMES
         .iter()
         .zip(before.receive_losses.iter().zip(after.receive_losses))
@@ -224,9 +214,7 @@ pub fn date(utc_us: u64) -> String {
 /// What counts the board's time: without a crystal one-way ranges need every edge of the pulse per second.
 fn oscillator(look: &Look) -> CheckLine {
     const WHAT: &str = "oscillator";
-    let Some((_, health)) = &look.counters else {
-        return CheckLine::new(Verdict::Note, WHAT, "this firmware does not report it");
-    };
+    let (_, health) = &look.counters;
     let (found, verdict) = match (health.oscillator, health.synchronised) {
         (Oscillator::Crystal, _) => ("external, 20 ppm", Verdict::Pass),
         (Oscillator::Internal, true) => {
@@ -241,9 +229,7 @@ fn oscillator(look: &Look) -> CheckLine {
 }
 
 fn pps(look: &Look) -> CheckLine {
-    let Some((before, after)) = &look.counters else {
-        return CheckLine::new(Verdict::Note, "PPS", "this firmware does not report it");
-    };
+    let (before, after) = &look.counters;
     let edges = after.pps_edges.saturating_sub(before.pps_edges);
     let seconds = look.watched.as_secs();
     let synchronised =
@@ -315,7 +301,7 @@ mod tests {
             identity: Identity { firmware: String::new(), schema: PARAMETER_SCHEMA, restart: None },
             parameters: Vec::new(),
             waypoints: 0,
-            counters: Some((health(before), health(after))),
+            counters: (health(before), health(after)),
             telemetry: Vec::new(),
             watched: Duration::from_secs(3),
             now_us: 0,
@@ -332,7 +318,5 @@ mod tests {
         for (before, after, verdict, found) in cases {
             assert_eq!(losses(&look(before, after)), CheckLine::new(verdict, "receive losses", found));
         }
-        let older = Look { counters: None, ..look([0; 5], [0; 5]) };
-        assert_eq!(losses(&older).verdict, Verdict::Note);
     }
 }

@@ -100,7 +100,7 @@ fn look(board: &mut Board) -> anyhow::Result<Look> {
         identity: board.identity.clone(),
         parameters,
         waypoints,
-        counters: before.zip(after),
+        counters: (before, after),
         telemetry,
         watched: WATCH,
         now_us,
