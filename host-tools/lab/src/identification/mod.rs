@@ -7,7 +7,6 @@ mod compensation;
 mod excitation_planning;
 mod faults;
 mod gtls;
-mod identified;
 mod methods;
 mod plan_flight;
 
