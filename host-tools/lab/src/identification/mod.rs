@@ -7,6 +7,7 @@ mod compensation;
 mod excitation_planning;
 mod faults;
 mod gtls;
+mod identified_vehicle;
 mod methods;
 mod plan_flight;
 
