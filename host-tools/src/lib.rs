@@ -19,6 +19,7 @@ mod output;
 mod params;
 mod record;
 mod replay;
+mod screen;
 mod sim;
 mod topside;
 mod vehicle;

@@ -7,6 +7,7 @@ mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
 mod ensemble;
+pub mod experiment;
 mod flights;
 pub mod geometry;
 pub mod identification;

@@ -72,7 +72,6 @@ fn method() -> impl TypedValueParser<Value = Method> {
             Method::AidOnline => "The board's adaptive identifier as it runs under way",
             Method::Aid => "Adaptive identification without delay, in several passes",
             Method::Nbls => "Nullspace least squares of the thesis",
-            Method::Gtls => "Nullspace least squares, noise taken out",
             Method::Iv => "Weak form with instrumental variables",
             Method::OutputError => "Prediction error, Gauss-Newton",
             Method::Auto => "AID, instrumental variables, output error: each only where it predicts better",
