@@ -69,8 +69,12 @@ pub struct Imported {
 /// Reads a vehicle log or any known format, identified by its header line.
 ///
 /// # Errors
-/// As the reader of the format; a file of no known format is read as a vehicle log.
+/// As the reader of the format; a file of no known format is read as a vehicle log. Of what is no log: what it is.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
+    read_known(path).map_err(|error| crate::kinds::instead(path, error))
+}
+
+fn read_known(path: &Path) -> Result<Imported, DataError> {
     if let Some((_, read)) = other_than_table(path)? {
         return read(path);
     }
@@ -136,12 +140,9 @@ fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
     if !header.contains(|c: char| c.is_control() && !"\t\r\n".contains(c)) {
         return Ok(());
     }
-    let what = if header.starts_with("PK") {
-        "an archive or the workbook of a spreadsheet: save the table as CSV"
-    } else {
-        "binary data, not a table"
-    };
-    Err(DataError::file(path, what))
+    let message = "binary data of no known format, not a log: docs/guide/log_format.md lists those that are read; export a \
+                   table as CSV";
+    Err(DataError::file(path, message))
 }
 
 /// Reads a table by a mapping, whatever its header; of a ROS 2 bag what it has by itself, and the numbers that the
@@ -150,6 +151,10 @@ fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
 /// # Errors
 /// Where the file does not fit the mapping.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
+    read_by(path, map).map_err(|error| crate::kinds::instead(path, error))
+}
+
+fn read_by(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
     if is_bag(&beginning(path)?) == Some(true) {
         return ros_bag::read_mapped(path, map);
     }
@@ -173,9 +178,9 @@ mod tests {
     #[test]
     fn what_is_no_text_is_told() {
         let complaint = import("PK\u{3}\u{4}\u{1b}[2J;sheet1.xml").unwrap_err().to_string();
-        assert!(complaint.contains("the workbook of a spreadsheet: save the table as CSV"), "{complaint}");
+        assert!(complaint.contains("the workbook of a spreadsheet, not a log: unpack it, or save the table as CSV"), "{complaint}");
         let complaint = import("\u{89}PNG\r\u{1a}\n1,2\n").unwrap_err().to_string();
-        assert!(complaint.contains("binary data, not a table"), "{complaint}");
+        assert!(complaint.contains("a picture, not a log"), "{complaint}");
     }
 
     #[test]

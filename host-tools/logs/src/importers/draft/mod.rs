@@ -47,6 +47,10 @@ struct Seen {
 /// # Errors
 /// A file that cannot be read, or is no table.
 pub fn draft(path: &Path) -> Result<Draft, DataError> {
+    draft_of(path).map_err(|error| crate::kinds::instead(path, error))
+}
+
+fn draft_of(path: &Path) -> Result<Draft, DataError> {
     if let Some((name, _)) = super::other_than_table(path)? {
         let message = format!("{name}: needs no mapping, every command reads it (`backseat info` says what it holds)");
         return Err(DataError::file(path, message));

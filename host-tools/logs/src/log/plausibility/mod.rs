@@ -49,6 +49,8 @@ pub struct Untested {
     pub test: &'static str,
     /// Columns of which it would have told.
     pub columns: Vec<Column>,
+    /// Whether the log lacks what would be compared.
+    pub lacks_columns: bool,
     /// Why it was not.
     pub why: String,
 }

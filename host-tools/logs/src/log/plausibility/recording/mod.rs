@@ -101,6 +101,7 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
         .map(|tested| Untested {
             test: tested.relation.name,
             columns: tested.columns(),
+            lacks_columns: tested.relation.needs.iter().any(|column| !grid.has(*column)),
             why: tested.outcome.evidence.clone(),
         })
         .collect();
