@@ -23,6 +23,8 @@ pub enum Change {
     Shuffled(Vec<Column>),
     /// The first value of these columns after so many is held on.
     Held(Vec<Column>, usize),
+    /// Rows without samples of these columns get the last ones.
+    Filled(Vec<Column>),
     /// The column was not recorded under its name.
     Lost(Column, &'static str),
 }
@@ -34,7 +36,7 @@ impl Wrong {
             Change::Values(changes) => changes.iter().map(|change| change.0).collect(),
             Change::Places(places) => places.iter().map(|place| place.0).collect(),
             Change::Time(_) => Vec::new(),
-            Change::Shuffled(columns) | Change::Held(columns, _) => columns.clone(),
+            Change::Shuffled(columns) | Change::Held(columns, _) | Change::Filled(columns) => columns.clone(),
             Change::Lost(column, _) => vec![*column],
         }
     }
@@ -104,6 +106,18 @@ impl Wrong {
                 for row in with.into_iter().skip(start) {
                     for column in columns {
                         log.rows[row].set(*column, first.get(*column)?);
+                    }
+                }
+            }
+            Change::Filled(columns) => {
+                if !has(&log, &mut columns.iter().copied()) {
+                    return None;
+                }
+                for column in columns {
+                    let mut last = None;
+                    for row in &mut log.rows {
+                        last = row.get(*column).or(last);
+                        row.set(*column, last.unwrap_or(f64::NAN));
                     }
                 }
             }
