@@ -258,6 +258,7 @@ fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
     let global = match target {
         "latitude_deg" => Some(Role::Latitude),
         "longitude_deg" => Some(Role::Longitude),
+        "run" => return Ok(Role::Run),
         _ => None,
     };
     let column = Column::from_name(target);
@@ -285,13 +286,21 @@ fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
     let scale = sign * factor * number(&entry.scale, "scale", 1.0)?;
     let offset = number(&entry.offset, "offset", 0.0)?;
     match (global, column) {
+        (Some(Role::Latitude), _) if scale == 1.0 / RAD_PER_DEG && offset == 0.0 => Ok(Role::LatitudeRad),
+        (Some(Role::Longitude), _) if scale == 1.0 / RAD_PER_DEG && offset == 0.0 => Ok(Role::LongitudeRad),
         (Some(_), _) if scale != 1.0 || offset != 0.0 => {
-            Err((span, format!("{name}: positions are in degrees; unit, sign, scale and offset do not apply")))
+            Err((span, format!("{name}: positions are in deg or rad; sign, scale and offset do not apply")))
         }
         (Some(role), _) => Ok(role),
         (None, Some(column)) => Ok(Role::Sample { column, scale, offset }),
         (None, None) => Err((span, format!("{name}: unknown"))),
     }
+}
+
+/// What one of a unit is in the own unit of a column of the vehicle log; `None` of a unit that it does not take.
+pub(super) fn unit_factor(target: &str, unit: &str) -> Option<f64> {
+    let (_, units) = UNITS.iter().find(|(ending, _)| target.ends_with(ending))?;
+    units.iter().find(|(known, _)| *known == unit).map(|(_, factor)| *factor)
 }
 
 fn factor(name: &str, unit: Option<&Spanned<String>>, units: &[(&str, f64)]) -> Result<f64, Complaint> {

@@ -121,12 +121,18 @@ fn beginning(path: &Path) -> Result<Vec<u8>, DataError> {
     Ok(beginning)
 }
 
-/// The first line; empty if it cannot be read, which leads to the vehicle log's own complaint.
+/// The first line with anything in it; empty if it cannot be read, which leads to the vehicle log's own complaint.
 fn header(path: &Path) -> Result<String, DataError> {
     /// Far longer than any header.
     const LONGEST_HEADER: u64 = 1 << 16;
     let mut header = Vec::new();
-    let _ = BufReader::new(crate::log::table::open(path)?.take(LONGEST_HEADER)).read_until(b'\n', &mut header);
+    let mut text = BufReader::new(crate::log::table::open(path)?.take(LONGEST_HEADER));
+    while header.trim_ascii().is_empty() {
+        header.clear();
+        if !text.read_until(b'\n', &mut header).is_ok_and(|count| count > 0) {
+            break;
+        }
+    }
     Ok(String::from_utf8_lossy(&header).into_owned())
 }
 

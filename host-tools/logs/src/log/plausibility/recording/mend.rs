@@ -226,7 +226,9 @@ pub fn all() -> Vec<Mend> {
 
 fn headings() -> Vec<Mend> {
     let heading = |what: &str, scale: f64, offset: f64| {
-        Mend::one(format!("heading_rad is {what}"), Edit { scale, offset, ..Edit::plain(Column::Heading) })
+        let mend = Mend::one(format!("heading_rad is {what}"), Edit { scale, offset, ..Edit::plain(Column::Heading) });
+        // by a quarter turn north and east change places
+        Mend { is_exchange: offset.abs() == FRAC_PI_2, ..mend }
     };
     vec![
         heading("counted counter-clockwise (negated)", -1.0, 0.0),
