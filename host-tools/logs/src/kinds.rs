@@ -12,8 +12,10 @@ const SHEET: (&str, &str) =
     ("an archive or the workbook of a spreadsheet", "unpack it, or save the table as CSV, and give the file in it");
 const ARCHIVE: (&str, &str) = ("an archive", "unpack it and give the log in it");
 const PROGRAM: (&str, &str) = ("a program", "give the log that it wrote");
-const DATA: (&str, &str) =
-    ("a container of arrays (HDF5 or NetCDF)", "export its channels as CSV, one row a time, and `backseat map` the table");
+const DATA: (&str, &str) = (
+    "a container of arrays (HDF5 or NetCDF)",
+    "export its channels as CSV, one row a time, and `backseat map` the table",
+);
 
 /// What a file begins with: at which byte, with what.
 const BEGINNINGS: [(usize, &[u8], (&str, &str)); 28] = [
@@ -33,7 +35,7 @@ const BEGINNINGS: [(usize, &[u8], (&str, &str)); 28] = [
     (0, b"%!PS", DOCUMENT),
     (0, b"{\\rtf", DOCUMENT),
     (0, b"\xd0\xcf\x11\xe0", DOCUMENT),
-    (0, b"PK\x03\x04", SHEET),
+    (0, b"PK\x03", SHEET),
     (0, b"PK\x05\x06", SHEET),
     (257, b"ustar", ARCHIVE),
     (0, b"7z\xbc\xaf", ARCHIVE),
@@ -65,7 +67,9 @@ pub fn of(path: &Path) -> Option<(&'static str, &'static str)> {
         let files: Vec<_> = std::fs::read_dir(path).ok()?.flatten().map(|entry| entry.file_name()).collect();
         let has = |ending: &str| files.iter().any(|name| name.to_string_lossy().ends_with(ending));
         let what = match (has("metadata.yaml"), has(".csv") || has(".log") || has(".mcap")) {
-            (true, _) => ("the folder of a ROS 2 bag", "give the .mcap file in it; `ros2 bag convert` writes one of a .db3"),
+            (true, _) => {
+                ("the folder of a ROS 2 bag", "give the .mcap file in it; `ros2 bag convert` writes one of a .db3")
+            }
             (_, true) => ("a folder", "give one of the logs in it"),
             _ => ("a folder", "give a log"),
         };
@@ -84,7 +88,7 @@ pub fn of(path: &Path) -> Option<(&'static str, &'static str)> {
     // two or three letters may begin the header of a table
     let is_text = !beginning.contains(&0);
     let is = |(at, bytes, _): &&(usize, &[u8], _)| {
-        let is_short = bytes.len() < 4 && bytes.is_ascii();
+        let is_short = bytes.len() < 4 && bytes.iter().all(u8::is_ascii_graphic);
         beginning.get(*at..).is_some_and(|rest| rest.starts_with(bytes)) && !(is_short && is_text)
     };
     if let Some((.., what)) = BEGINNINGS.iter().find(is) {

@@ -74,7 +74,13 @@ pub fn clean(kind: Clean, seed: u64) -> anyhow::Result<(String, Log)> {
     let mut one_in = |share: f64| random.uniform() < share;
     let [is_excited, is_coloured, dvl, ranges, ramps, is_short, is_long, has_current, ctd] =
         [0.5, 0.5, 0.6, 0.8, 0.5, 0.3, 0.2, 0.5, 0.2].map(&mut one_in);
-    let duration_s = if is_short { 600.0 } else if is_long { 5400.0 } else { 1800.0 };
+    let duration_s = if is_short {
+        600.0
+    } else if is_long {
+        5400.0
+    } else {
+        1800.0
+    };
     if kind == Clean::Vessel {
         let wind_mps = if has_current { [4.0, -3.0] } else { [0.0; 2] };
         let voyage = Voyage { duration_s: duration_s.max(1200.0), velocities: dvl, wind_mps, noise: true };

@@ -57,7 +57,7 @@ pub struct Args {
     #[arg(long)]
     json: bool,
     /// Length of the simulated logs in which wrong recordings are made, s
-    #[arg(skip = 3600.0)]
+    #[arg(skip = 1800.0)]
     seconds: f64,
 }
 
@@ -84,10 +84,8 @@ enum Job {
 /// Makes the recordings, examines them and writes the page.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let seeds = [args.first_seed, args.first_seed + 1];
-    let simulated = [
-        Base::Dives { seed: seeds[0], seconds: args.seconds },
-        Base::Lines { seed: seeds[1], seconds: args.seconds },
-    ];
+    let simulated =
+        [Base::Dives { seed: seeds[0], seconds: args.seconds }, Base::Lines { seed: seeds[1], seconds: args.seconds }];
     let files = args.log.iter().chain(&args.held_out).map(|path| Base::File(path.clone()));
     let bases: Vec<Base> = simulated.into_iter().chain(files).collect();
     let mut jobs: Vec<(Key, Job)> =
@@ -147,11 +145,7 @@ fn wrongly(log: &Log) -> Done {
     let each = |list: Vec<Wrong>| -> BTreeMap<String, Judged> {
         list.iter().filter_map(|wrong| Some((wrong.name.clone(), judge(wrong, log)?))).collect()
     };
-    Done::Wrong {
-        clean: accusations(log),
-        known: each(recordings::known()),
-        held_out: each(recordings::held_out()),
-    }
+    Done::Wrong { clean: accusations(log), known: each(recordings::known()), held_out: each(recordings::held_out()) }
 }
 
 fn accusations(log: &Log) -> Vec<String> {

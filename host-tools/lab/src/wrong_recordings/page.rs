@@ -105,7 +105,15 @@ impl Page {
 
     fn table(&self, of: fn(&Row) -> Counts) -> String {
         let mut table = markdown_table([
-            "log", "mistakes", "named", "among others", "refused", "remarked", "told", "silent", "right of shown",
+            "log",
+            "mistakes",
+            "named",
+            "among others",
+            "refused",
+            "remarked",
+            "told",
+            "silent",
+            "right of shown",
             "right of all",
         ]);
         let mut sums = [Counts::default(); 2];

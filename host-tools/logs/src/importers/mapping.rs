@@ -343,15 +343,15 @@ mod tests {
     fn decimal_commas_quotes_and_marks_of_no_sample() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
-        std::fs::write(&path, "\"ms\";v;\"Rest\";Tiefe;Kurs\n1500;0,5;\"a; b\";-11;270\n2500;NaN;x;-9999;90\n")
+        std::fs::write(&path, "\"ms\";v;\"Rest\";Tiefe;Kurs\n1500;0,5;\"a; b\";-11;270\n2500;n/a;x;-9999;90\n")
             .unwrap();
-        let marked = format!("missing = [\"NaN\", \"-9999\"]\n{MAP}");
+        let marked = format!("missing = [\"n/a\", \"-9999\"]\n{MAP}");
         let log = super::super::read_mapped(&path, &map(&marked).unwrap()).unwrap().log;
         assert_eq!(log.rows[0].get(Column::DvlU), Some(1.0));
         assert!((log.rows[0].get(Column::Depth).unwrap() - 3.048).abs() < 1e-12);
         assert_eq!([Column::DvlU, Column::Depth].map(|column| log.rows[1].get(column)), [None; 2]);
         let complaint = super::super::read_mapped(&path, &map(MAP).unwrap()).unwrap_err().to_string();
-        assert!(complaint.contains(":3:2: v: \"NaN\" is not a finite number"), "{complaint}");
+        assert!(complaint.contains(":3:2: v: \"n/a\" is not a number"), "{complaint}");
     }
 
     #[test]

@@ -184,9 +184,12 @@ mod tests {
     #[test]
     fn what_is_no_text_is_told() {
         let complaint = import("PK\u{3}\u{4}\u{1b}[2J;sheet1.xml").unwrap_err().to_string();
-        assert!(complaint.contains("the workbook of a spreadsheet, not a log: unpack it, or save the table as CSV"), "{complaint}");
+        assert!(
+            complaint.contains("the workbook of a spreadsheet, not a log: unpack it, or save the table as CSV"),
+            "{complaint}"
+        );
         let complaint = import("\u{89}PNG\r\u{1a}\n1,2\n").unwrap_err().to_string();
-        assert!(complaint.contains("a picture, not a log"), "{complaint}");
+        assert!(complaint.contains("binary data of no known format, not a log"), "{complaint}");
     }
 
     #[test]

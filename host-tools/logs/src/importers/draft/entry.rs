@@ -35,9 +35,8 @@ pub(super) struct Frames {
 impl Frames {
     pub fn of(columns: &[Seen]) -> Self {
         let by = |words: &[&str], of_velocities: bool| {
-            let is_of = |column: &&Seen| {
-                !of_velocities || column.target().is_some_and(|target| target.starts_with("dvl_"))
-            };
+            let is_of =
+                |column: &&Seen| !of_velocities || column.target().is_some_and(|target| target.starts_with("dvl_"));
             columns.iter().filter(is_of).find(|column| column.says(words)).map(|column| column.name.clone())
         };
         let ros = columns.iter().find(|column| ROS.iter().any(|part| column.plain.contains(part)));
@@ -234,7 +233,8 @@ pub(super) fn confirm(entries: &mut [Entry], found: &Examination) {
     for entry in entries.iter_mut().filter(|entry| entry.sure.is_none()) {
         let Some(column) = column_of(entry.target) else { continue };
         let shows = |test: &str, columns: &[Column]| {
-            let is_of_course = test.starts_with("course") || test.contains("speed") || test.starts_with("range against the way");
+            let is_of_course =
+                test.starts_with("course") || test.contains("speed") || test.starts_with("range against the way");
             // what is summed up beside the main thing may have either sign; fixes are preferred to a reference velocity
             let is_aside = is_of_course
                 && (matches!(column, Column::DvlV | Column::Depth | Column::PropRpm)
@@ -251,8 +251,7 @@ pub(super) fn confirm(entries: &mut [Entry], found: &Examination) {
 }
 
 /// Columns whose signs depend on the axes of the body.
-const OF_BODY: [Column; 7] =
-    [Column::Roll, Column::Pitch, Column::P, Column::Q, Column::R, Column::DvlV, Column::DvlW];
+const OF_BODY: [Column; 7] = [Column::Roll, Column::Pitch, Column::P, Column::Q, Column::R, Column::DvlV, Column::DvlW];
 
 /// The column of the vehicle log that an entry fills.
 fn column_of(target: &str) -> Option<Column> {

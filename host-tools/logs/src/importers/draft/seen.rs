@@ -128,7 +128,8 @@ impl Seen {
 
     /// Whether it is what a servo or a motor takes, in no unit.
     pub fn is_in_counts(&self) -> bool {
-        let looks_so = self.unit.is_none() && self.is_whole && self.min >= 0.0 && self.max > 45.0 && self.max < 65_536.0;
+        let looks_so =
+            self.unit.is_none() && self.is_whole && self.min >= 0.0 && self.max > 45.0 && self.max < 65_536.0;
         self.unit == Some(COUNTS) || looks_so
     }
 
@@ -155,7 +156,9 @@ impl Seen {
         let is_command = self.says(&COMMAND);
         let is_of_fin = self.says(&["fin", "servo", "plane"]);
         let fits = |(parts, target): &&(&[&str], &'static str)| {
-            let is_allowed = is_actuator(target) || !(is_command || is_of_fin);
+            // a place and a velocity have the same words
+            let is_velocity = !target.starts_with("ref_") || self.unit.is_some() || self.plain.starts_with('v');
+            let is_allowed = (is_actuator(target) || !(is_command || is_of_fin)) && is_velocity;
             parts.iter().any(|part| is(part)) && is_allowed && self.takes_unit(target)
         };
         NAMES.iter().find(fits).map(|(_, target)| *target)

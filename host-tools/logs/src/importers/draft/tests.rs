@@ -13,8 +13,7 @@ fn a_draft_runs_as_it_is() {
         1600000000200000000;2;271;2;1;5;-5;1000;2;41.0;-70.0;ok\n";
     std::fs::write(&path, text).unwrap();
     let draft = draft(&path).unwrap();
-    let map =
-        ColumnMap::parse(&draft.text, Path::new("draft.toml")).unwrap_or_else(|e| panic!("{e}\n{}", draft.text));
+    let map = ColumnMap::parse(&draft.text, Path::new("draft.toml")).unwrap_or_else(|e| panic!("{e}\n{}", draft.text));
     let log = read_mapped(&path, &map).unwrap().log;
     assert_eq!(log.rows[1].time_us, 200_000);
     let value = |column| log.rows[0].get(column).unwrap();
@@ -47,8 +46,7 @@ fn names_of_ros_and_marks_of_no_sample() {
     assert_eq!([Column::Q, Column::R, Column::DvlV, Column::DvlW].map(value), [-0.1, -0.2, -0.3, -0.4]);
     assert_eq!((value(Column::DvlU), rows[0].gnss_m()), (1.5, Some([8.0, 7.0])));
     assert_eq!([0, 1].map(|row| rows[row].get(Column::PropRpm).map(f64::round)), [None, Some(955.0)]);
-    std::fs::write(&path, "t,yaw enu [deg],DVL Velocity X [m/s],DVL Velocity Z [m/s]\n0,90,1,2\n1,180,1,2\n")
-        .unwrap();
+    std::fs::write(&path, "t,yaw enu [deg],DVL Velocity X [m/s],DVL Velocity Z [m/s]\n0,90,1,2\n1,180,1,2\n").unwrap();
     let map = ColumnMap::parse(&super::draft(&path).unwrap().text, Path::new("m.toml")).unwrap();
     let rows = read_mapped(&path, &map).unwrap().log.rows;
     assert!(rows[0].get(Column::Heading).unwrap().abs() < 1e-12); // to the north

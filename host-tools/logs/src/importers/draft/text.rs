@@ -32,8 +32,7 @@ impl Parts<'_> {
              # An entry has: column, unit, sign (1 or -1), scale, offset (added first, in the table's unit).\n",
             self.path.file_name().map_or_else(|| "a table".into(), |name| name.to_string_lossy())
         );
-        let shown =
-            if self.separator == b'\t' { "\\t".to_owned() } else { char::from(self.separator).to_string() };
+        let shown = if self.separator == b'\t' { "\\t".to_owned() } else { char::from(self.separator).to_string() };
         let _ = writeln!(text, "separator = \"{shown}\"");
         let missing = self.columns.iter().filter_map(|column| column.missing.as_deref().map(quoted));
         let mut missing: Vec<String> = missing.collect();

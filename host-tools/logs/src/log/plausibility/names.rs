@@ -25,8 +25,7 @@ fn misspelt(log: &Log, name: &str) -> Option<Finding> {
         // a letter in four, and never the first of a short name: p_radps and q_radps are two columns
         .filter(|(letters, column)| {
             let is_short = column.name().len() <= 4 * LETTERS;
-            *letters <= if is_short { 1 } else { LETTERS }
-                && (!is_short || given.starts_with(&column.name()[..1]))
+            *letters <= if is_short { 1 } else { LETTERS } && (!is_short || given.starts_with(&column.name()[..1]))
         })
         .min_by_key(|(letters, _)| *letters)?
         .1;
@@ -56,8 +55,7 @@ fn missing_fins(log: &Log) -> Option<Finding> {
     let near = |fin: &Column| {
         let likeness = |name: &&String| strsim::jaro_winkler(fin.name(), &name.to_lowercase());
         let words = |name: &&String| FIN_WORDS.iter().any(|word| name.to_lowercase().contains(word));
-        let nearest =
-            log.unused_columns.iter().filter(words).max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
+        let nearest = log.unused_columns.iter().filter(words).max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
         Some(format!("columns.{} = {{ column = {nearest:?} }}", fin.name()))
     };
     // one name for each, or none

@@ -134,9 +134,8 @@ impl Mend {
 
     /// Whether each column of other lines has a line of its own here.
     pub fn replaces(&self, lines: &str) -> bool {
-        let has = |line: &str| {
-            self.edits.iter().any(|edit| line.starts_with(&format!("columns.{} =", edit.target.name())))
-        };
+        let has =
+            |line: &str| self.edits.iter().any(|edit| line.starts_with(&format!("columns.{} =", edit.target.name())));
         lines.lines().all(has)
     }
 
