@@ -74,7 +74,7 @@ pub fn clean(kind: Clean, seed: u64) -> anyhow::Result<(String, Log)> {
     let mut one_in = |share: f64| random.uniform() < share;
     let [is_excited, is_coloured, dvl, ranges, ramps, is_short, is_long, has_current, ctd] =
         [0.5, 0.5, 0.6, 0.8, 0.5, 0.3, 0.2, 0.5, 0.2].map(&mut one_in);
-    let duration_s = if is_short {
+    let duration_s: f64 = if is_short {
         600.0
     } else if is_long {
         5400.0

@@ -52,6 +52,7 @@ impl Counts {
         self.0[1] + self.0[2]
     }
 
+    #[cfg(test)]
     pub fn silent(&self) -> usize {
         self.0[6]
     }

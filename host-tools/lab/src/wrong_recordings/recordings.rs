@@ -259,11 +259,8 @@ pub fn held_out() -> Vec<Wrong> {
     use Column::*;
     let n_per_m3 = 1025.0 * 9.81;
     let wrapped = |x: f64| (x + PI).rem_euclid(2.0 * PI) - PI;
-    let other = |name: &str, change: Change, mend: &str| Wrong {
-        name: name.to_owned(),
-        change,
-        mends: vec![mend.to_owned()],
-    };
+    let other =
+        |name: &str, change: Change, mend: &str| Wrong { name: name.to_owned(), change, mends: vec![mend.to_owned()] };
     let cycle = [(DvlU, DvlV, 1.0), (DvlV, DvlW, 1.0), (DvlW, DvlU, 1.0)];
     let uncycle = [(DvlU, DvlW), (DvlV, DvlU), (DvlW, DvlV)];
     let uncycle: Vec<String> = uncycle.iter().map(|(a, b)| exchanged(*a, *b, "")).collect();
