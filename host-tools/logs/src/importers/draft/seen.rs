@@ -144,7 +144,7 @@ impl Seen {
             return None;
         }
         let is_none = |part: &&str| if part.contains('_') { self.plain.contains(*part) } else { self.says(&[part]) };
-        if NONE.iter().any(|part| is_none(part)) {
+        if NONE.iter().any(is_none) {
             return None;
         }
         let stem = self.words.join("_");

@@ -163,7 +163,7 @@ fn order(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
     for (column, spread) in SPREAD {
         // degrees, or what else: steps of radians are not steps of it
         let is_angle = column == Column::Heading || column == Column::Pitch;
-        let is_other = |summary: &ColumnSummary| summary.column == column && is_angle && summary.max > 2.0 * TAU;
+        let is_other = |summary: &ColumnSummary| summary.column == column && is_angle && summary.max > TAU;
         if columns.iter().any(is_other) {
             continue;
         }
