@@ -76,8 +76,12 @@ pub struct Imported {
 /// Reads a vehicle log or any known format, identified by its header line.
 ///
 /// # Errors
-/// As the reader of the format; a file of no known format is read as a vehicle log.
+/// As the reader of the format; a file of no known format is read as a vehicle log. Of what is no log: what it is.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
+    read_known(path).map_err(|error| crate::kinds::instead(path, error))
+}
+
+fn read_known(path: &Path) -> Result<Imported, DataError> {
     if let Some((_, read)) = other_than_table(path)? {
         return read(path, None);
     }
@@ -179,14 +183,17 @@ fn beginning(path: &Path) -> Result<Vec<u8>, DataError> {
     Ok(first_bytes(File::open(path).map_err(|e| DataError::io(path, &e))?))
 }
 
-/// The first line that is no comment; empty if it cannot be read, which leads to the vehicle log's own complaint.
+/// The first line with anything in it; empty if it cannot be read, which leads to the vehicle log's own complaint.
 fn header(path: &Path) -> Result<String, DataError> {
     /// Far longer than any header.
     const LONGEST_HEADER: u64 = 1 << 16;
     let mut lines = BufReader::new(table::open(path)?.take(LONGEST_HEADER));
     let mut header = Vec::new();
-    while lines.read_until(b'\n', &mut header).is_ok_and(|count| count > 0) && header.starts_with(b"#") {
+    while header.trim_ascii().is_empty() {
         header.clear();
+        if !lines.read_until(b'\n', &mut header).is_ok_and(|count| count > 0) {
+            break;
+        }
     }
     Ok(String::from_utf8_lossy(&header).into_owned())
 }
@@ -201,12 +208,9 @@ fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
     if !header.contains(|c: char| c.is_control() && !"\t\r\n".contains(c)) {
         return Ok(());
     }
-    let what = if header.starts_with("PK") {
-        "an archive or the workbook of a spreadsheet: save the table as CSV"
-    } else {
-        "binary data, not a table"
-    };
-    Err(DataError::file(path, what))
+    let message = "binary data of no known format, not a log: docs/guide/log_format.md lists those that are read; export a \
+                   table as CSV";
+    Err(DataError::file(path, message))
 }
 
 /// Reads a table by a mapping, whatever its header; of a log of messages, such as a ROS 2 bag, what it has by itself
@@ -215,6 +219,10 @@ fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
 /// # Errors
 /// Where the file does not fit the mapping.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
+    read_by(path, map).map_err(|error| crate::kinds::instead(path, error))
+}
+
+fn read_by(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
     if let Some((_, read)) = other_than_table(path)? {
         return read(path, Some(map));
     }
@@ -238,9 +246,12 @@ mod tests {
     #[test]
     fn what_is_no_text_is_told() {
         let complaint = import("PK\u{3}\u{4}\u{1b}[2J;sheet1.xml").unwrap_err().to_string();
-        assert!(complaint.contains("the workbook of a spreadsheet: save the table as CSV"), "{complaint}");
+        assert!(
+            complaint.contains("the workbook of a spreadsheet, not a log: unpack it, or save the table as CSV"),
+            "{complaint}"
+        );
         let complaint = import("\u{89}PNG\r\u{1a}\n1,2\n").unwrap_err().to_string();
-        assert!(complaint.contains("binary data, not a table"), "{complaint}");
+        assert!(complaint.contains("binary data of no known format, not a log"), "{complaint}");
     }
 
     #[test]

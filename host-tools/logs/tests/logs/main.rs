@@ -6,4 +6,3 @@ mod limits;
 mod parameters;
 mod round_trip;
 mod session;
-mod wrong_recordings;
