@@ -66,14 +66,11 @@ pub fn of(path: &Path) -> Option<(&'static str, &'static str)> {
     if path.is_dir() {
         let files: Vec<_> = std::fs::read_dir(path).ok()?.flatten().map(|entry| entry.file_name()).collect();
         let has = |ending: &str| files.iter().any(|name| name.to_string_lossy().ends_with(ending));
-        let what = match (has("metadata.yaml"), has(".csv") || has(".log") || has(".mcap")) {
-            (true, _) => {
-                ("the folder of a ROS 2 bag", "give the .mcap file in it; `ros2 bag convert` writes one of a .db3")
-            }
-            (_, true) => ("a folder", "give one of the logs in it"),
-            _ => ("a folder", "give a log"),
-        };
-        return Some(what);
+        if has(".mcap") || has(".db3") {
+            return None; // a ROS 2 bag: its reader says what is missing
+        }
+        let next = if has(".csv") || has(".log") { "give one of the logs in it" } else { "give a log" };
+        return Some(("a folder", next));
     }
     let mut beginning = Vec::new();
     let _ = File::open(path).ok()?.take(512).read_to_end(&mut beginning);
@@ -133,9 +130,9 @@ mod tests {
         }
         let complaint = crate::importers::read(folder.path()).unwrap_err().to_string();
         assert!(complaint.contains("a folder, not a log: give one of the logs in it"), "{complaint}");
-        std::fs::write(folder.path().join("metadata.yaml"), "").unwrap();
+        std::fs::write(folder.path().join("bag.db3"), "").unwrap();
         let complaint = crate::importers::read(folder.path()).unwrap_err().to_string();
-        assert!(complaint.contains("the folder of a ROS 2 bag"), "{complaint}");
+        assert!(!complaint.contains("give one of the logs"), "{complaint}");
         std::fs::write(folder.path().join("table.csv"), "time,depth\n1,2\n").unwrap();
         assert_eq!(of(&folder.path().join("table.csv")), None);
     }

@@ -175,7 +175,7 @@ fn val_a_bag_in_sqlite_as_rosbags_writes_it() {
     assert_eq!(samples(&mapped("bag_sqlite", map).unwrap().log, Column::PropRpm).last(), Some(&1027.0));
     let folder = tempfile::tempdir().unwrap();
     let complaint = importers::read(folder.path()).unwrap_err().to_string();
-    assert!(complaint.contains("a folder without a ROS 2 bag"), "{complaint}");
+    assert!(complaint.contains("a folder, not a log: give a log"), "{complaint}");
 }
 
 #[test]
