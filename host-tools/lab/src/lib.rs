@@ -7,6 +7,7 @@ mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
 mod ensemble;
+pub mod experiment;
 mod flights;
 pub mod geometry;
 pub mod identification;
@@ -16,6 +17,7 @@ pub mod packet_navigation;
 pub mod reproduce;
 mod sampled_lqr;
 mod store;
+mod wrong_recordings;
 
 use backseat_report::console;
 use ensemble::PartArgs;
@@ -108,6 +110,8 @@ enum LabCommand {
     FaultDetection(identification::FaultArgs),
     /// A planned identification mission against a lawnmower and open-loop inputs
     Plan(identification::PlanArgs),
+    /// Whether a log that is recorded wrongly is told, and one that is recorded rightly is not
+    WrongRecordings(wrong_recordings::Args),
     /// Join the stores of the parts of an ensemble
     #[command(after_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
@@ -140,6 +144,7 @@ impl Lab {
             LabCommand::Identification(arguments) => arguments.run(),
             LabCommand::FaultDetection(arguments) => arguments.run(),
             LabCommand::Plan(arguments) => arguments.run(),
+            LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),
         }
     }
