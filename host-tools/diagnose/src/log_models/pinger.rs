@@ -4,6 +4,7 @@
 //! takes the offset as unknown (it is always fitted), the period as the median of the intervals, and the declared speed
 //! of sound. As a range: c (t_k − k T) = (1 + ratio) r_k + c (offset + drift t), by the catalogue's definitions.
 
+use super::layout::Layout;
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};
 use crate::samples::ResidualChannel;
@@ -46,7 +47,7 @@ impl LogModel for Pinger {
             .map(|ping| {
                 let known: f64 = ping.slopes.iter().zip(theta).map(|(slope, value)| slope * value).sum();
                 let residual = ping.pseudo_range_m - ping.range_m - known;
-                Row { t_s: ping.t_s, channel: ResidualChannel::Range, residual, slopes: ping.slopes.to_vec() }
+                Row { t_s: ping.t_s, channel: ResidualChannel::Range, sequence: 0, residual, slopes: ping.slopes.to_vec() }
             })
             .collect()
     }
@@ -76,8 +77,8 @@ impl LogModel for Pinger {
         BLOCK_S
     }
 
-    fn measures(&self, theta: &[f64]) -> Measures {
-        let position = self.rows(theta).into_iter().map(|row| (row.t_s, row.residual)).collect();
+    fn measures(&self, rows: &[Row], _layout: &Layout) -> Measures {
+        let position = rows.iter().map(|row| (row.t_s, row.residual)).collect();
         Measures { position, against: Some("range to the pinger by GNSS"), ..Measures::default() }
     }
 }
