@@ -250,7 +250,8 @@ impl<M: LogModel> Described<'_, M> {
             let half = |column: &usize| {
                 places.iter().position(|place| place == column).map_or(f64::INFINITY, |at| Z_95 * sigmas[at])
             };
-            term.ci95 = own.iter().map(|column| [theta[*column] - half(column), theta[*column] + half(column)]).collect();
+            term.ci95 =
+                own.iter().map(|column| [theta[*column] - half(column), theta[*column] + half(column)]).collect();
         }
         Some((rows, pass))
     }
@@ -263,7 +264,8 @@ pub(super) fn judged_gain<M: LogModel>(
     after: &Pass,
 ) -> Option<(f64, [f64; 2])> {
     let is_judged = fitting.is_in(DataPart::Judge);
-    let of = |normal: &BlockEquations| normal.blocks.iter().map(|block| (block.count, block.square)).collect::<Vec<_>>();
+    let of =
+        |normal: &BlockEquations| normal.blocks.iter().map(|block| (block.count, block.square)).collect::<Vec<_>>();
     let (from, to) = (of(&before.normal), of(&after.normal));
     let gains: Vec<f64> = from
         .iter()

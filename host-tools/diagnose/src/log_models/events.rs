@@ -3,7 +3,7 @@
 use super::evidence::{Linearised, columns};
 use super::fit::{Fitting, Step};
 use super::model::{LogModel, Row};
-use super::selection::{Chosen, free, refit};
+use super::selection::{Chosen, free};
 use crate::candidates::{Candidate, Hypothesis, Instance, Span};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};
 use crate::normal_equations::Column;
@@ -32,6 +32,8 @@ pub(super) struct Event {
     p: f64,
     gain: f64,
     chosen_gain: f64,
+    /// What else was fitted, beside it.
+    theta: Vec<f64>,
 }
 
 /// Takes what events make of the residuals out of them.
@@ -75,7 +77,9 @@ pub(super) fn find<M: LogModel>(
     let spans: Vec<Span> = std::iter::once(f64::NEG_INFINITY)
         .chain(times.iter().copied())
         .flat_map(|onset_s| ends.iter().map(move |end_s| Span { onset_s, end_s: *end_s }))
-        .filter(|span| span.end_s.is_none_or(|end_s| end_s > span.onset_s) && (span.onset_s.is_finite() || span.end_s.is_some()))
+        .filter(|span| {
+            span.end_s.is_none_or(|end_s| end_s > span.onset_s) && (span.onset_s.is_finite() || span.end_s.is_some())
+        })
         .collect();
     let tried = (wanted.len() * spans.len()) as f64;
     let mut best: Option<Event> = None;
@@ -91,8 +95,7 @@ pub(super) fn find<M: LogModel>(
     let about = |time_s: f64| (-8..=8).map(move |k| time_s + cell_s * f64::from(k) / 8.0);
     let onsets: Vec<f64> =
         if coarse.span.onset_s.is_finite() { about(coarse.span.onset_s).collect() } else { vec![f64::NEG_INFINITY] };
-    let ends: Vec<Option<f64>> =
-        coarse.span.end_s.map_or_else(|| vec![None], |end_s| about(end_s).map(Some).collect());
+    let ends: Vec<Option<f64>> = coarse.span.end_s.map_or_else(|| vec![None], |end_s| about(end_s).map(Some).collect());
     let spans: Vec<Span> = onsets
         .iter()
         .flat_map(|onset_s| ends.iter().map(|end_s| Span { onset_s: *onset_s, end_s: *end_s }))
@@ -103,23 +106,9 @@ pub(super) fn find<M: LogModel>(
     times.sort_by(f64::total_cmp);
     times.dedup();
     let event = search(fitting, chosen, &coarse.hypothesis, &spans, &times, tried).unwrap_or(coarse);
-    if let Some(place) = chosen.hypotheses.iter().position(|h| *h == event.hypothesis) {
-        chosen.hypotheses.remove(place);
-        chosen.theta = refit_beside(fitting, chosen, &event)?;
-    }
+    chosen.hypotheses.retain(|h| *h != event.hypothesis);
+    chosen.theta.clone_from(&event.theta);
     Some(vec![event])
-}
-
-/// What is chosen, with an entry taken out whose event is fitted in its place: the rest stays as it was fitted beside it.
-fn refit_beside<M: LogModel>(fitting: &Fitting<'_, M>, chosen: &Chosen, event: &Event) -> Option<Vec<f64>> {
-    let mut theta = chosen.theta.clone();
-    for column in &event.hypothesis.free {
-        theta[*column] = 0.0;
-    }
-    if chosen.hypotheses.is_empty() && fitting.model.calibrated().is_empty() {
-        return refit(fitting, &chosen.hypotheses, &theta);
-    }
-    Some(theta)
 }
 
 /// The best span of one entry, if it is significant, better than the lasting entry, and gains where effects are chosen.
@@ -149,8 +138,7 @@ fn search<M: LogModel>(
     let span_columns = |span: &Span| -> Option<Vec<Column>> {
         (0..hypothesis.free.len())
             .map(|size| {
-                let begin =
-                    if span.onset_s.is_finite() { at(size, span.onset_s)? } else { hypothesis.free[size] };
+                let begin = if span.onset_s.is_finite() { at(size, span.onset_s)? } else { hypothesis.free[size] };
                 let end = span.end_s.map(|end_s| at(size, end_s));
                 Some(Column::until(begin, end.map_or(Some(None), |end| end.map(Some))?))
             })
@@ -181,7 +169,16 @@ fn search<M: LogModel>(
         near.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], time| [low.min(time), high.max(time)])
     };
     let sigmas = crate::linear::sigmas(&linear.pass.normal, fitting.is_in(DataPart::Seen), &with, &fit, &[]);
+    let mut theta = chosen.theta.clone();
+    for column in &hypothesis.free {
+        theta[*column] = 0.0;
+    }
+    let rest = chosen.hypotheses.iter().filter(|h| *h != hypothesis).flat_map(|h| h.free.clone());
+    for (column, step) in model.calibrated().into_iter().chain(rest).zip(&fit.theta) {
+        theta[column] += step;
+    }
     Some(Event {
+        theta,
         hypothesis: hypothesis.clone(),
         span: *span,
         intervals: [within(&|span| span.onset_s), within(&|span| span.end_s.unwrap_or(f64::INFINITY))],

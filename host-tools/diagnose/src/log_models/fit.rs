@@ -7,7 +7,6 @@ use crate::linear::{self, Fit};
 use crate::normal_equations::{BlockEquations, BlockEquationsBuilder, NormalEquations};
 use crate::split::DataPart;
 use crate::whitener::{Pass, Residual};
-use backseat_core::navigation::SensorNoise;
 
 /// Steps of Gauss and Newton: the models are linear or nearly so.
 const STEPS: usize = 12;
@@ -32,7 +31,7 @@ pub(super) struct Fitting<'a, M> {
 
 impl<'a, M: LogModel> Fitting<'a, M> {
     /// With its noise, and θ with every entry fitted together on the data that fit and choose.
-    pub fn new(model: &'a M, layout: Layout, sensors: &SensorNoise) -> Option<(Self, Vec<f64>)> {
+    pub fn new(model: &'a M, layout: Layout) -> Option<(Self, Vec<f64>)> {
         let mut prior = vec![[0.0, 0.0]; model.columns()];
         let mut columns = model.calibrated();
         for (entry, own) in model.entries() {
@@ -53,7 +52,7 @@ impl<'a, M: LogModel> Fitting<'a, M> {
         let mut theta = model.guess();
         let rows = model.rows(&theta);
         let is_summed = |channel| model.is_summed(channel);
-        let noise = noise::estimate(&rows, &layout, is_summed, sensors, 0);
+        let noise = noise::estimate(&rows, &layout, is_summed, 0);
         let mut fitting = Self { model, layout, noise, prior };
         if model.guess().iter().any(|value| *value != 0.0) {
             // What a guess leaves is the effects themselves: it says nothing of the noise's memory.
@@ -65,7 +64,7 @@ impl<'a, M: LogModel> Fitting<'a, M> {
         for _ in 0..ROUNDS {
             theta = fitting.solve(&columns, &theta, DataPart::Seen)?;
             let rows = model.rows(&theta);
-            fitting.noise = noise::estimate(&rows, &fitting.layout, is_summed, sensors, columns.len());
+            fitting.noise = noise::estimate(&rows, &fitting.layout, is_summed, columns.len());
         }
         theta = fitting.solve(&columns, &theta, DataPart::Seen)?;
         Some((fitting, theta))
@@ -106,7 +105,9 @@ impl<'a, M: LogModel> Fitting<'a, M> {
                 whitened.push((self.layout.block(row.t_s), residual, weight, w.slopes));
             }
         }
-        whitened.sort_by(|a, b| (a.0, a.1.t_s, a.1.channel).partial_cmp(&(b.0, b.1.t_s, b.1.channel)).unwrap_or(std::cmp::Ordering::Equal));
+        whitened.sort_by(|a, b| {
+            (a.0, a.1.t_s, a.1.channel).partial_cmp(&(b.0, b.1.t_s, b.1.channel)).unwrap_or(std::cmp::Ordering::Equal)
+        });
         let mut blocks = Vec::new();
         rayon::in_place_scope(|scope| {
             let mut builder = BlockEquationsBuilder::new(count, 1.0, scope);
@@ -166,7 +167,8 @@ impl<'a, M: LogModel> Fitting<'a, M> {
             .filter(|r| is_in(self.layout.block(r.t_s)))
             .map(|r| noise::loss(r.normalised()) - noise::loss(noise::OUTLIER))
             .sum();
-        let known: f64 = self.prior.iter().zip(theta).map(|([mean, precision], at)| precision * (at - mean).powi(2)).sum();
+        let known: f64 =
+            self.prior.iter().zip(theta).map(|([mean, precision], at)| precision * (at - mean).powi(2)).sum();
         data + known
     }
 

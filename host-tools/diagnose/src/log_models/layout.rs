@@ -42,10 +42,16 @@ impl Layout {
         self.split.block_s
     }
 
+    /// Place of a time's run.
+    #[must_use]
+    pub fn run(&self, t_s: f64) -> usize {
+        self.runs.partition_point(|([from_s, _], _)| *from_s <= t_s).saturating_sub(1)
+    }
+
     /// Number of a time's block.
     #[must_use]
     pub fn block(&self, t_s: f64) -> usize {
-        let run = self.runs.partition_point(|([from_s, _], _)| *from_s <= t_s).saturating_sub(1);
+        let run = self.run(t_s);
         let Some(([from_s, _], at_s)) = self.runs.get(run) else { return 0 };
         ((t_s - from_s + at_s + 1e-9) / self.split.block_s).max(0.0) as usize
     }

@@ -3,13 +3,13 @@
 //! A scalar's error is white noise, plus a first-order Gauss-Markov process (a receiver's wander, waves, eddies), plus,
 //! where rows are sums since the beginning of their sequence, a random walk. The three sizes and the correlation time
 //! are those of largest likelihood on the data that fit and choose. A Kalman filter whitens by them; its gains are those
-//! of the residuals and of their derivatives alike, which makes the fit generalised least squares.
+//! of the residuals and of their derivatives alike, which makes the fit generalised least squares. Noise that no sensor
+//! makes does not pass as noise: what is left on the data that judges is held against [`backseat_logs::plausible_noise`].
 
 use super::layout::Layout;
 use super::model::Row;
 use crate::samples::ResidualChannel;
 use crate::split::DataPart;
-use backseat_core::navigation::SensorNoise;
 use backseat_logs::stats::median;
 
 /// Correlation times that noise may have, s; what is slower is structure.
@@ -86,11 +86,7 @@ impl Noise {
                 let dt_s = (row.t_s - last.t_s).max(0.0);
                 let keep = (-dt_s / self.memory_s).exp();
                 state.iter_mut().for_each(|state| state[1] *= keep);
-                p = [
-                    p[0] + self.walk * self.walk * dt_s,
-                    p[1] * keep,
-                    p[2] * keep * keep + slow * (1.0 - keep * keep),
-                ];
+                p = [p[0] + self.walk * self.walk * dt_s, p[1] * keep, p[2] * keep * keep + slow * (1.0 - keep * keep)];
             } else {
                 state = vec![[0.0; 2]; values.len()];
                 p = [if is_sum { unknown } else { 0.0 }, 0.0, slow];
@@ -121,12 +117,7 @@ impl Noise {
     }
 
     /// Whitened rows of the channel; `slopes` gives the derivatives of the row at a place.
-    pub(super) fn whiten(
-        &self,
-        rows: &[Row],
-        layout: &Layout,
-        slopes: &dyn Fn(usize) -> Vec<f64>,
-    ) -> Vec<Whitened> {
+    pub(super) fn whiten(&self, rows: &[Row], layout: &Layout, slopes: &dyn Fn(usize) -> Vec<f64>) -> Vec<Whitened> {
         let mut whitened = Vec::new();
         self.filter(&of_channel(rows, self.channel), layout, Some(slopes), |row, innovation, variance, slopes| {
             let sigma = variance.sqrt();
@@ -169,7 +160,6 @@ pub(super) fn estimate(
     rows: &[Row],
     layout: &Layout,
     is_summed: impl Fn(ResidualChannel) -> bool,
-    sensors: &SensorNoise,
     free: usize,
 ) -> Vec<Noise> {
     let seen: Vec<Row> = rows
@@ -194,8 +184,7 @@ pub(super) fn estimate(
             continue;
         }
         let channels: Vec<Vec<(usize, &Row)>> = pair.iter().map(|channel| of_channel(&seen, *channel)).collect();
-        let most = channel.sensor().most(sensors);
-        let mut noise = of_largest_likelihood(channel, &channels, layout, is_summed(channel), most);
+        let mut noise = of_largest_likelihood(channel, &channels, layout, is_summed(channel));
         let widen = share.sqrt();
         (noise.white, noise.slow, noise.walk) = (noise.white / widen, noise.slow / widen, noise.walk / widen);
         found.push(noise);
@@ -209,7 +198,6 @@ fn of_largest_likelihood(
     channels: &[Vec<(usize, &Row)>],
     layout: &Layout,
     is_sum: bool,
-    most: f64,
 ) -> Noise {
     let residuals: Vec<f64> = channels.iter().flatten().map(|(_, row)| row.residual).collect();
     let steps: Vec<f64> = channels
@@ -232,8 +220,8 @@ fn of_largest_likelihood(
     }
     let of = |x: &[f64; 4]| Noise {
         channel,
-        white: x[0].exp().clamp(least, most),
-        slow: x[1].exp().clamp(0.0, most),
+        white: x[0].exp().max(least),
+        slow: x[1].exp(),
         memory_s: x[2].exp().clamp(MEMORY_S[0], MEMORY_S[1]),
         walk: if is_sum { x[3].exp().max(1e-3 * least) } else { 0.0 },
     };

@@ -47,7 +47,13 @@ impl LogModel for Pinger {
             .map(|ping| {
                 let known: f64 = ping.slopes.iter().zip(theta).map(|(slope, value)| slope * value).sum();
                 let residual = ping.pseudo_range_m - ping.range_m - known;
-                Row { t_s: ping.t_s, channel: ResidualChannel::Range, sequence: 0, residual, slopes: ping.slopes.to_vec() }
+                Row {
+                    t_s: ping.t_s,
+                    channel: ResidualChannel::Range,
+                    sequence: 0,
+                    residual,
+                    slopes: ping.slopes.to_vec(),
+                }
             })
             .collect()
     }

@@ -6,7 +6,7 @@ use crate::samples::ResidualChannel;
 use crate::scores::{HORIZONS_S, PREDICTED, Scores, Whiteness, whiteness_p};
 use crate::split::DataPart;
 use crate::statistics;
-use crate::whitener::{Pass, Residual};
+use crate::whitener::Pass;
 use backseat_logs::stats::{autocorrelation, rms};
 
 /// Lags of the whiteness test.
@@ -50,11 +50,25 @@ pub(super) fn scores(model: &impl LogModel, layout: &Layout, pass: &Pass, rows: 
 /// Whiteness of each channel on the data that judge.
 fn whiteness(layout: &Layout, pass: &Pass) -> Vec<Whiteness> {
     let of = |channel: ResidualChannel| {
-        let judged = pass.residuals.iter().filter(|r| r.channel == channel && layout.is_judged(r.t_s));
-        let e: Vec<f64> = judged.map(Residual::normalised).collect();
-        let count = e.len();
-        let nis = e.iter().map(|e| e * e).sum::<f64>() / count as f64;
-        let correlation = autocorrelation(&e, LAGS.min(count / 4));
+        // Run by run, so that neither their order nor what lies between them counts.
+        let mut runs: Vec<(usize, Vec<f64>)> = Vec::new();
+        for r in pass.residuals.iter().filter(|r| r.channel == channel && layout.is_judged(r.t_s)) {
+            let run = layout.run(r.t_s);
+            match runs.last_mut() {
+                Some((last, e)) if *last == run => e.push(r.normalised()),
+                _ => runs.push((run, vec![r.normalised()])),
+            }
+        }
+        let count: usize = runs.iter().map(|(_, e)| e.len()).sum();
+        let power = |e: &[f64]| e.iter().map(|e| e * e).sum::<f64>();
+        let all: f64 = runs.iter().map(|(_, e)| power(e)).sum();
+        let nis = all / count as f64;
+        let mut correlation = vec![0.0; LAGS.min(count / 4)];
+        for (_, e) in &runs {
+            for (sum, own) in correlation.iter_mut().zip(autocorrelation(e, LAGS)) {
+                *sum += own * power(e) / all.max(f64::MIN_POSITIVE);
+            }
+        }
         let (p, colour) = statistics::whiteness(&correlation, count);
         (count > 8).then_some(Whiteness { channel, count, nis, p, colour, correlation })
     };

@@ -23,10 +23,13 @@ use crate::structure::Structure;
 use crate::verdict::{self, Conditions};
 use backseat_logs::{Log, VehicleFile};
 
-/// Probability of the remaining residuals under whiteness below which they have structure.
-const STRUCTURE: f64 = 1e-4;
+/// Probability of the remaining residuals under whiteness below which they have structure. Whitened fixes of every second
+/// show a receiver's own filter, which no position depends on.
+const STRUCTURE: f64 = 1e-6;
 /// Blocks that a log must have for each number of an effect: with fewer, anything fits.
 const BLOCKS_A_NUMBER: usize = 4;
+/// Cost of a fitted number where gains are compared.
+const COST: f64 = 2.0;
 /// Rounds of adding and pruning.
 const ROUNDS: usize = 6;
 
@@ -64,7 +67,7 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
         runs.push([0.0, log.duration_s()]);
     }
     let layout = Layout::new(&runs, model.block_s(), model.forecast_share());
-    let (fitting, joint) = Fitting::new(model, layout, &vehicle.sensors)?;
+    let (fitting, joint) = Fitting::new(model, layout)?;
     let calibrated = model.calibrated();
     let mut start = vec![0.0; model.columns()];
     for column in &calibrated {
@@ -81,7 +84,8 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     });
     let (chosen, round) = choose(&fitting, &joint, &all, seen)?;
     let mut chosen = chosen;
-    let events = if runs.len() == 1 { events::find(&fitting, &mut chosen, &all, log.duration_s())? } else { Vec::new() };
+    let events =
+        if runs.len() == 1 { events::find(&fitting, &mut chosen, &all, log.duration_s())? } else { Vec::new() };
     let theta = &chosen.theta;
     let mut after_rows = model.rows(theta);
     events::apply(&mut after_rows, model, &events);
@@ -190,6 +194,15 @@ fn choose<M: LogModel>(
             break;
         }
     }
+    // What was refused is no matter if nothing of it is left beside what was chosen instead.
+    let rows = model.rows(&theta);
+    let linear = Linearised::new(fitting, &theta, fitting.pass(&rows, &[]));
+    let others = free(&calibrated, &chosen, None);
+    let remains = |effect: &str| {
+        let refused = all.iter().find(|h| h.candidate.effect == effect);
+        refused.and_then(|h| p_of(&linear, h, &others)).is_some_and(|p| p * tried < FAMILY_ERROR)
+    };
+    refused.retain(|(effect, _)| remains(effect));
     Some((Chosen { hypotheses: chosen, theta, refused }, round))
 }
 
@@ -237,7 +250,10 @@ fn prune<M: LogModel>(linear: &Linearised<'_, M>, chosen: &mut Vec<Hypothesis>, 
                 // Of several that say nothing the one with the least gain goes first.
                 let least = (0..chosen.len())
                     .filter(|place| p_of(linear, &chosen[*place], &free(calibrated, chosen, Some(*place))).is_none())
-                    .map(|place| (gain_of(linear, chosen, calibrated, place), place))
+                    .map(|place| {
+                        let cost = COST * chosen[place].free.len() as f64;
+                        (gain_of(linear, chosen, calibrated, place) - cost, place)
+                    })
                     .min_by(|a, b| a.0.total_cmp(&b.0));
                 chosen.remove(least.map_or(place, |(_, place)| place));
             }
@@ -246,26 +262,15 @@ fn prune<M: LogModel>(linear: &Linearised<'_, M>, chosen: &mut Vec<Hypothesis>, 
     }
 }
 
-fn gain_of<M: LogModel>(
-    linear: &Linearised<'_, M>,
-    chosen: &[Hypothesis],
-    calibrated: &[Column],
-    place: usize,
-) -> f64 {
+fn gain_of<M: LogModel>(linear: &Linearised<'_, M>, chosen: &[Hypothesis], calibrated: &[Column], place: usize) -> f64 {
     let others = free(calibrated, chosen, Some(place));
     linear.added(&columns(&chosen[place].free), &others, 1).map_or(0.0, |added| added.gain)
 }
 
 /// The chosen entry that loses most on the data that choose, if one does.
-fn in_vain<M: LogModel>(
-    linear: &Linearised<'_, M>,
-    chosen: &[Hypothesis],
-    calibrated: &[Column],
-) -> Option<usize> {
+fn in_vain<M: LogModel>(linear: &Linearised<'_, M>, chosen: &[Hypothesis], calibrated: &[Column]) -> Option<usize> {
     (0..chosen.len())
-        .map(|place| {
-            (linear.chosen_gain(&columns(&chosen[place].free), &free(calibrated, chosen, Some(place))), place)
-        })
+        .map(|place| (linear.chosen_gain(&columns(&chosen[place].free), &free(calibrated, chosen, Some(place))), place))
         .filter(|(gain, _)| *gain <= 0.0)
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, place)| place)
@@ -299,8 +304,12 @@ fn ladder<M: LogModel>(linear: &Linearised<'_, M>, all: &[Hypothesis], calibrate
         let added = linear.added(&own, calibrated, h.free.len())?;
         let with: Vec<Column> = calibrated.iter().chain(&own).copied().collect();
         let fit = linear.fit(&with)?;
-        let sizes: Vec<f64> =
-            h.free.iter().zip(&fit.theta[calibrated.len()..]).map(|(column, step)| linear.theta[*column] + step).collect();
+        let sizes: Vec<f64> = h
+            .free
+            .iter()
+            .zip(&fit.theta[calibrated.len()..])
+            .map(|(column, step)| linear.theta[*column] + step)
+            .collect();
         Some(Evidence {
             instance: Instance { candidate: h.candidate, sizes },
             gain: added.gain,

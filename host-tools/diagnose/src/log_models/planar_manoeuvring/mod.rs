@@ -192,7 +192,8 @@ impl Planar {
         }
         let hull: Vec<usize> = self.hull(0).chain(self.hull(1)).collect();
         let free: Vec<usize> = hull.iter().copied().chain(self.squares()).collect();
-        let rows: Vec<Row> = self.windows.iter().flat_map(|window| self.rows_of(window, &guess).into_iter().take(2)).collect();
+        let rows: Vec<Row> =
+            self.windows.iter().flat_map(|window| self.rows_of(window, &guess).into_iter().take(2)).collect();
         let sum = |of: &dyn Fn(&Row) -> f64| rows.iter().map(of).sum::<f64>();
         let information = (0..free.len())
             .flat_map(|i| (0..=i).map(move |j| (i, j)))
