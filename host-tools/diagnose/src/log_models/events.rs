@@ -152,12 +152,14 @@ fn search<M: LogModel>(
     let never = linear.fit(&others)?.gain;
     let gains: Vec<(f64, &Span)> =
         spans.iter().filter_map(|span| Some((gain_of(&span_columns(span)?)?, span))).collect();
-    let (gain, span) = gains.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let times_of = |span: &Span| usize::from(span.onset_s.is_finite()) + usize::from(span.end_s.is_some());
+    let score = |(gain, span): &(f64, &Span)| gain - TIME_GAIN * times_of(span) as f64;
+    let (gain, span) = gains.iter().copied().max_by(|a, b| score(a).total_cmp(&score(b)))?;
     let own = span_columns(span)?;
-    let degrees = hypothesis.free.len() + usize::from(span.onset_s.is_finite()) + usize::from(span.end_s.is_some());
+    let degrees = hypothesis.free.len() + times_of(span);
     let added = linear.added(&own, &others, degrees)?;
     let chosen_gain = linear.chosen_gain(&own, &others);
-    let is_better = gain > always.max(never) + TIME_GAIN * added.inflation.max(1.0);
+    let is_better = gain > always.max(never) + TIME_GAIN * times_of(span) as f64 * added.inflation.max(1.0);
     if !is_better || added.p * tried >= FAMILY_ERROR || chosen_gain <= 0.0 {
         return None;
     }

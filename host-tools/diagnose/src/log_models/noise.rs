@@ -208,7 +208,8 @@ fn of_largest_likelihood(
         .collect();
     let spread = |of: &[f64]| 1.482_602 * median(of).unwrap_or(0.0);
     let middle = median(&residuals).unwrap_or(0.0);
-    let all = spread(&residuals.iter().map(|e| (e - middle).abs()).collect::<Vec<_>>()).max(1e-9);
+    // A mean that nothing explains yet is part of what has to be allowed for, or every row would be an outlier.
+    let all = spread(&residuals.iter().map(|e| (e - middle).abs()).collect::<Vec<_>>()).hypot(middle).max(1e-9);
     let least = (1e-3 * spread(&steps)).max(1e-9);
     let size = if is_sum { spread(&steps).max(1e-6) } else { all };
     // Few rows determine one number.
