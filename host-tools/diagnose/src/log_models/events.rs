@@ -34,6 +34,8 @@ pub(super) struct Event {
     chosen_gain: f64,
     /// What else was fitted, beside it.
     theta: Vec<f64>,
+    /// What was chosen and says nothing beside it.
+    weak: Vec<Hypothesis>,
 }
 
 /// Takes what events make of the residuals out of them.
@@ -106,6 +108,16 @@ pub(super) fn find<M: LogModel>(
     times.sort_by(f64::total_cmp);
     times.dedup();
     let event = search(fitting, chosen, &coarse.hypothesis, &spans, &times, tried).unwrap_or(coarse);
+    // What was chosen in its stead is not needed beside it.
+    chosen.hypotheses.retain(|h| !event.weak.contains(h));
+    for column in event.weak.iter().flat_map(|h| &h.free) {
+        chosen.theta[*column] = 0.0;
+    }
+    let event = if event.weak.is_empty() {
+        event
+    } else {
+        search(fitting, chosen, &event.hypothesis, &spans, &times, tried).unwrap_or(event)
+    };
     chosen.hypotheses.retain(|h| *h != event.hypothesis);
     chosen.theta.clone_from(&event.theta);
     Some(vec![event])
@@ -179,8 +191,18 @@ fn search<M: LogModel>(
     for (column, step) in model.calibrated().into_iter().chain(rest).zip(&fit.theta) {
         theta[column] += step;
     }
+    let is_weak = |h: &&Hypothesis| {
+        let place = chosen.hypotheses.iter().position(|other| other == *h);
+        let rest = free(&columns(&model.calibrated()), &chosen.hypotheses, place);
+        let beside: Vec<Column> =
+            rest.into_iter().filter(|column| !lasting.contains(column)).chain(own.clone()).collect();
+        let added = linear.added(&columns(&h.free), &beside, h.free.len());
+        added.is_none_or(|added| added.p * chosen.hypotheses.len() as f64 >= FAMILY_ERROR)
+    };
+    let weak = chosen.hypotheses.iter().filter(|h| *h != hypothesis).filter(is_weak).cloned().collect();
     Some(Event {
         theta,
+        weak,
         hypothesis: hypothesis.clone(),
         span: *span,
         intervals: [within(&|span| span.onset_s), within(&|span| span.end_s.unwrap_or(f64::INFINITY))],

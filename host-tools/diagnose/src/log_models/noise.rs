@@ -65,6 +65,7 @@ impl Noise {
         rows: &[(usize, &Row)],
         layout: &Layout,
         slopes: Option<&dyn Fn(usize) -> Vec<f64>>,
+        limit: f64,
         mut visit: impl FnMut(usize, f64, f64, Vec<f64>),
     ) {
         let is_sum = self.walk > 0.0;
@@ -99,7 +100,7 @@ impl Noise {
                 values.iter().zip(&state).map(|(value, state)| value - state[0] - state[1]).collect();
             // The first of a sum only says where the sum begins.
             let is_start = is_first && is_sum;
-            if !is_start && innovations[0].abs() > OUTLIER * variance.sqrt() {
+            if !is_start && innovations[0].abs() > limit * variance.sqrt() {
                 bad += 1;
                 continue;
             }
@@ -118,8 +119,15 @@ impl Noise {
 
     /// Whitened rows of the channel; `slopes` gives the derivatives of the row at a place.
     pub(super) fn whiten(&self, rows: &[Row], layout: &Layout, slopes: &dyn Fn(usize) -> Vec<f64>) -> Vec<Whitened> {
+        let own = of_channel(rows, self.channel);
+        // Far from a fit every row would be an outlier: then the limit is of what they scatter.
+        let mut sizes = Vec::new();
+        self.filter(&own, layout, None, f64::INFINITY, |_, innovation, variance, _| {
+            sizes.push(innovation.abs() / variance.sqrt());
+        });
+        let limit = OUTLIER * (1.482_602 * median(&sizes).unwrap_or(0.0)).max(1.0);
         let mut whitened = Vec::new();
-        self.filter(&of_channel(rows, self.channel), layout, Some(slopes), |row, innovation, variance, slopes| {
+        self.filter(&own, layout, Some(slopes), limit, |row, innovation, variance, slopes| {
             let sigma = variance.sqrt();
             let slopes = slopes.into_iter().map(|slope| slope / sigma).collect();
             whitened.push(Whitened { row, e: innovation / sigma, sigma, slopes });
@@ -132,7 +140,7 @@ impl Noise {
         let mut cost = 0.0;
         for rows in channels {
             let mut used = 0;
-            self.filter(rows, layout, None, |_, innovation, variance, _| {
+            self.filter(rows, layout, None, OUTLIER, |_, innovation, variance, _| {
                 cost += loss(innovation / variance.sqrt()) + variance.ln();
                 used += 1;
             });
@@ -227,7 +235,8 @@ fn of_largest_likelihood(
         walk: if is_sum { x[3].exp().max(1e-3 * least) } else { 0.0 },
     };
     let mut best: Option<(f64, [f64; 4])> = None;
-    for memory_s in [3.0_f64, 30.0] {
+    let narrow = spread(&steps).clamp(least, size);
+    for (size, memory_s) in [(size, 3.0_f64), (size, 30.0), (narrow, 3.0), (narrow, 30.0)] {
         let mut x = [(0.7 * size).ln(), (0.5 * size).ln(), memory_s.ln(), (0.3 * size).ln()];
         let mut cost = of(&x).cost(channels, layout);
         let mut step = 1.0;

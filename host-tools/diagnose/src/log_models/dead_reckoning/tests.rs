@@ -180,3 +180,62 @@ fn a_speed_that_is_held_is_left_out() {
     assert!(found.notes.iter().any(|note| note.contains("from 1800 s to 2399 s")), "{:?}", found.notes);
     assert_eq!(found.effects[0].instance.candidate.effect, "water_current");
 }
+
+#[test]
+fn a_heading_that_is_negated_is_never_called_explained() {
+    let (mut log, _) = log(0.0, false);
+    for row in &mut log.rows {
+        let heading = row.get(Column::Heading).unwrap();
+        row.set(Column::Heading, -heading);
+    }
+    let d = run(&log, &VehicleFile::reference(), true, None).unwrap().diagnosis;
+    assert!(matches!(d.verdict, Verdict::Implausible | Verdict::Unexplained), "{:?} {:?}", d.verdict, d.remaining);
+}
+
+#[test]
+fn no_arm_is_longer_than_the_vehicle() {
+    // As where the sign of the sway is wrong: the track in turns is that of a point far ahead.
+    let (mut log, _) = log(0.0, true);
+    for row in &mut log.rows {
+        let heading = row.get(Column::Heading).unwrap();
+        let [north, east] = row.gnss_m().unwrap();
+        row.set_all(Column::GpsX, &[north + 6.0 * heading.cos(), east + 6.0 * heading.sin()]);
+    }
+    let d = run(&log, &VehicleFile::reference(), true, None).unwrap().diagnosis;
+    let arms = ["gnss_lever_arm", "dvl_lever_arm"];
+    assert!(d.effects.iter().all(|found| !arms.contains(&found.instance.candidate.effect)), "{:?}", d.effects);
+    assert_eq!(d.verdict, Verdict::Unexplained, "{:?}", d.notes);
+}
+
+#[test]
+fn val_the_current_does_not_depend_on_where_the_cut_lies() {
+    let (log, _) = log(0.0, false);
+    let current = |from: usize| {
+        let part = Log { rows: log.rows[from..].to_vec(), ..Log::default() };
+        let d = run(&part, &VehicleFile::reference(), true, None).unwrap().diagnosis;
+        let found = d.effects.iter().find(|f| f.instance.candidate.effect == "water_current").unwrap();
+        found.values.clone()
+    };
+    let whole = current(0);
+    for from in [37, 101, 211] {
+        for (a, b) in whole.iter().zip(current(from)) {
+            assert!((a.value - b.value).abs() < 0.5 * (b.ci95[1] - b.ci95[0]), "{from}: {a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn val_a_current_that_sets_in() {
+    let (mut log, _) = log(0.0, false);
+    for (second, row) in log.rows.iter_mut().enumerate() {
+        let [north, east] = row.gnss_m().unwrap();
+        let since = (second as f64 - 1100.0).max(0.0);
+        // Still water before, and then 0.3 m/s to the south.
+        row.set_all(Column::GpsX, &[north - 0.12 * second as f64 - 0.3 * since, east + 0.08 * second as f64]);
+    }
+    let d = run(&log, &VehicleFile::reference(), true, None).unwrap().diagnosis;
+    let found = d.effects.iter().find(|f| f.instance.candidate.effect == "water_current").unwrap();
+    let value = |name: &str| found.values.iter().find(|value| value.name == name).unwrap().value;
+    assert!((value("north_mps") + 0.3).abs() < 0.03 && value("east_mps").abs() < 0.03, "{:?}", found.values);
+    assert!((value("onset_s") - 1100.0).abs() < 60.0, "{:?}", found.values);
+}
