@@ -10,6 +10,8 @@ use crate::whitener::{Pass, Residual};
 
 /// Steps of Gauss and Newton: the models are linear or nearly so.
 const STEPS: usize = 12;
+/// Share added to the information of each column: columns that a precise log does not tell apart stay where they are.
+const RIDGE: f64 = 1e-8;
 /// Rounds in which noise and θ follow each other.
 const ROUNDS: usize = 4;
 
@@ -142,8 +144,9 @@ impl<'a, M: LogModel> Fitting<'a, M> {
         let mut information = Vec::with_capacity(count * (count + 1) / 2);
         for i in 0..count {
             information.extend((0..=i).map(|j| sum.information(i, j)));
-            if let Some([_, precision]) = self.prior.get(i) {
-                *information.last_mut().expect("the diagonal") += precision;
+            let known = self.prior.get(i).map_or(0.0, |[_, precision]| *precision);
+            if let Some(own) = information.last_mut() {
+                *own += known + RIDGE * *own;
             }
         }
         let score = (0..count)

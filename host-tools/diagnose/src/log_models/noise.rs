@@ -218,7 +218,8 @@ fn of_largest_likelihood(
     let middle = median(&residuals).unwrap_or(0.0);
     // A mean that nothing explains yet is part of what has to be allowed for, or every row would be an outlier.
     let all = spread(&residuals.iter().map(|e| (e - middle).abs()).collect::<Vec<_>>()).hypot(middle).max(1e-9);
-    let least = (1e-3 * spread(&steps)).max(1e-9);
+    // No sensor is a thousand times better than its class may be.
+    let least = (1e-3 * spread(&steps)).max(1e-3 * channel.sensor().of_class());
     let size = if is_sum { spread(&steps).max(1e-6) } else { all };
     // Few rows determine one number.
     if residuals.len() < 40 {
@@ -235,7 +236,7 @@ fn of_largest_likelihood(
         walk: if is_sum { x[3].exp().max(1e-3 * least) } else { 0.0 },
     };
     let mut best: Option<(f64, [f64; 4])> = None;
-    let narrow = spread(&steps).clamp(least, size);
+    let narrow = spread(&steps).min(size).max(least);
     for (size, memory_s) in [(size, 3.0_f64), (size, 30.0), (narrow, 3.0), (narrow, 30.0)] {
         let mut x = [(0.7 * size).ln(), (0.5 * size).ln(), memory_s.ln(), (0.3 * size).ln()];
         let mut cost = of(&x).cost(channels, layout);
