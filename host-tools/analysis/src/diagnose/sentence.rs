@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
-const WORDS: [(&str, &str); 28] = [
+const WORDS: [(&str, &str); 29] = [
     ("linear_drag", "the hull drags {surge_ns_per_m} more in surge"),
     ("drag_change", "the hull drags {surge_ns_per_m} more in surge"),
     ("thrust_loss", "the propeller loses thrust with speed, {k_n_s2_per_rad_m}"),
@@ -31,6 +31,7 @@ const WORDS: [(&str, &str); 28] = [
     ("waves", "waves move the vehicle by {amplitude_mps} every {period_s}"),
     ("heading_lag", "the heading is {s} late"),
     ("dvl_delay", "the DVL is {s} late"),
+    ("gnss_delay", "the fixes are {s} late"),
     ("dvl_lever_arm", "the DVL stands {x_m} ahead and {y_m} to starboard of where it is declared"),
     ("soft_iron", "soft iron turns the compass by {sin2_rad} sin 2ψ and {cos2_rad} cos 2ψ"),
     ("depth_scale", "the depth reads a factor {ratio} too deep"),
