@@ -70,10 +70,9 @@ struct Judged {
 
 impl From<LogModelDiagnosis> for Judged {
     fn from(found: LogModelDiagnosis) -> Self {
-        let position_by_part =
-            [0, 1].map(|model| scores::position_by_part(&found.log_data.split, &found.scores[model]));
         let LogModelDiagnosis { diagnosis, scores: [before, after], with_terms, .. } = found;
-        Self { diagnosis, before, after, with_terms, position_by_part }
+        // the forecast's part is among its notes
+        Self { diagnosis, before, after, with_terms, position_by_part: [[None; 2]; 2] }
     }
 }
 
