@@ -9,6 +9,7 @@ mod draft;
 mod engine;
 mod format;
 mod glider;
+mod iver_control;
 mod iver_uvc;
 mod lake;
 mod line_time;
@@ -71,6 +72,9 @@ pub struct Imported {
 /// # Errors
 /// As the reader of the format; a file of no known format is read as a vehicle log.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
+    if let Some(imported) = iver_control::read(path) {
+        return imported;
+    }
     if let Some((_, read)) = other_than_table(path)? {
         return read(path);
     }
