@@ -50,6 +50,7 @@ pub mod search;
 pub mod statistics;
 pub mod structure;
 pub mod timing;
+pub mod torpedo;
 pub mod verdict;
 pub mod waves;
 pub mod whitener;

@@ -25,30 +25,28 @@ const fn term(name: &'static str, unit: &'static str, [default, min, max]: [f64;
 }
 
 /// Terms that all runs have in common.
-pub const COMMON: [Term; 13] = [
+pub const COMMON: [Term; 10] = [
     term("fin_delay_s", "s", [0.0, -3.0, 5.0], "The fins do at t what the row of t - fin_delay_s holds"),
     term("propeller_delay_s", "s", [0.0, -3.0, 5.0], "The same of the propeller"),
     term("attitude_delay_s", "s", [0.0, -1.0, 3.0], "Roll, pitch, heading are this much older than their row"),
-    term("effectiveness_top", "1", [1.0, 0.0, 2.0], "Share of its lift that the top fin has"),
-    term("effectiveness_bottom", "1", [1.0, 0.0, 2.0], "The same of the bottom fin"),
-    term("effectiveness_port", "1", [1.0, 0.0, 2.0], "The same of the port fin"),
-    term("effectiveness_starboard", "1", [1.0, 0.0, 2.0], "The same of the starboard fin"),
+    term("gain_top", "1", [1.0, -1.0, 3.0], "Angle of the top fin over the angle commanded"),
+    term("gain_bottom", "1", [1.0, -1.0, 3.0], "The same of the bottom fin"),
+    term("gain_port", "1", [1.0, -1.0, 3.0], "The same of the port fin"),
+    term("gain_starboard", "1", [1.0, -1.0, 3.0], "The same of the starboard fin"),
     term("propeller_torque_arm_m", "m", [0.0, -0.5, 0.5], "K = -arm T"),
     term("ahrs_tilt", "1", [0.0, -1.0, 3.0], "Roll and pitch are those of the specific force, in this share"),
-    term("hull_force", "N s^2/m^2", [0.0, -500.0, 500.0], "Y -= c u v, Z -= c u w: lift of the hull"),
-    term("hull_moment", "N s^2/m", [0.0, -500.0, 500.0], "M += c u w, N -= c u v: moment of that lift"),
-    term("hull_damping", "N s^2", [0.0, -500.0, 500.0], "M -= c u q, N -= c u r"),
-    term("depth_arm_m", "m", [0.0, -2.0, 2.0], "Pressure sensor ahead of the centre of gravity"),
+    term("dvl_scale", "1", [0.0, -0.1, 0.1], "The DVL reads (1 + c) times the velocity"),
 ];
 
 /// Terms that differ between configurations.
-pub const OF_CONFIGURATION: [Term; 6] = [
+pub const OF_CONFIGURATION: [Term; 7] = [
     term("k_uu", "N s^2/m", [0.0, -20.0, 20.0], "K += k_uu u |u|: roll moment of a hull or fins that are not alike"),
     term("m_uu", "N s^2/m", [0.0, -20.0, 20.0], "M += m_uu u |u|"),
     term("n_uu", "N s^2/m", [0.0, -20.0, 20.0], "N += n_uu u |u|"),
     term("b_x_m", "m", [0.0, -0.2, 0.2], "Added to b_cb_to_cg_m[0]: trim in pitch"),
     term("b_y_m", "m", [0.0, -0.2, 0.2], "Added to b_cb_to_cg_m[1]: trim in roll"),
     term("buoyancy_kg", "kg", [0.0, -5.0, 5.0], "Added to displaced_mass_kg"),
+    term("rudder_gain", "1", [0.0, -2.0, 2.0], "Added to gain_top and gain_bottom"),
 ];
 
 /// A value with its 95 % interval, where it was estimated.

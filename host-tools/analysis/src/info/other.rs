@@ -35,6 +35,9 @@ fn report(path: &Path, (what, facts, next): Described) -> Report {
 
 /// By the first bytes: MCAP, or no text.
 fn is_session(path: &Path) -> Result<bool, DataError> {
+    if path.is_dir() {
+        return Ok(false);
+    }
     let mut head = [0; 64];
     let mut file = File::open(path).map_err(|e| DataError::io(path, &e))?;
     let count = file.read(&mut head).map_err(|e| DataError::io(path, &e))?;

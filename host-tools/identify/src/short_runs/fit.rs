@@ -4,26 +4,26 @@
 //! the runs do not show stays at the textbook's value. Errors of a prediction are not independent from row to row: their
 //! information is divided by `CORRELATED` rows.
 
-use super::model::RunModel;
+use super::model::{RunModel, common};
 use super::predict::{CHANNELS, errors};
 use super::recording::{Run, Wanted, Window, windows};
-use super::start::{OPEN, measured_state};
+use super::start::{OPEN, measured_state, moved};
 use super::unknowns::{Draft, Unknown};
 use backseat_core::state::VehicleState;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use rayon::prelude::*;
 
 /// One sigma of what a good model leaves of each channel over some seconds, SI.
-const SIGMA: [f64; CHANNELS.len()] = [0.045, 0.035, 0.06, 0.25, 0.06, 0.12];
+const SIGMA: [f64; CHANNELS.len()] = [0.035, 0.026, 0.06, 0.20, 0.08, 0.10];
 /// Residuals beyond so many sigmas count linearly.
 const HUBER: f64 = 2.5;
 /// Rows that make one independent error: windows overlap, and errors persist for a second or two.
 const CORRELATED: f64 = 6.0;
 const STARTS: usize = OPEN.len();
 /// Steps of the iteration at each length.
-const STEPS: usize = 12;
+const STEPS: usize = 30;
 /// A step that gains less than this share ends it.
-const SETTLED: f64 = 1e-4;
+const SETTLED: f64 = 3e-5;
 
 /// What is fitted to which runs.
 #[derive(Clone, Debug)]
@@ -47,6 +47,48 @@ pub struct Fit {
     pub prior_share: Vec<f64>,
     /// Robust cost, with the priors.
     pub cost: f64,
+    /// Normal matrix and gradient of data and priors, and the part of each run, at the values.
+    information: DMatrix<f64>,
+    parts: Vec<Part>,
+}
+
+#[derive(Clone, Debug)]
+struct Part {
+    run: usize,
+    normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+impl Fit {
+    /// Runs that were used.
+    #[must_use]
+    pub fn runs(&self) -> Vec<usize> {
+        self.parts.iter().map(|part| part.run).collect()
+    }
+
+    /// Values of a fit without one run, by one Gauss-Newton step from those with it.
+    #[must_use]
+    pub fn without(&self, run: usize) -> Vec<f64> {
+        let Some(part) = self.parts.iter().find(|part| part.run == run) else { return self.values.clone() };
+        let step = (&self.information - &part.normal).cholesky().map(|factor| factor.solve(&part.gradient));
+        let step = step.unwrap_or_else(|| DVector::zeros(self.values.len()));
+        self.values.iter().zip(step.iter()).map(|(value, step)| value - step).collect()
+    }
+
+    /// One sigma of each value: the larger of the information's, and of the spread of the values without each run.
+    #[must_use]
+    pub fn sigmas(&self) -> Vec<f64> {
+        let without: Vec<Vec<f64>> = self.parts.iter().map(|part| self.without(part.run)).collect();
+        let count = without.len() as f64;
+        (0..self.values.len())
+            .map(|i| {
+                let mean = without.iter().map(|values| values[i]).sum::<f64>() / count;
+                let spread: f64 = without.iter().map(|values| (values[i] - mean).powi(2)).sum();
+                let jackknife = if count > 1.0 { ((count - 1.0) / count * spread).sqrt() } else { 0.0 };
+                jackknife.max(self.covariance[(i, i)].sqrt())
+            })
+            .collect()
+    }
 }
 
 struct Shot {
@@ -64,18 +106,28 @@ struct Evaluated {
     border: DMatrix<f64>,
 }
 
+impl Evaluated {
+    /// Normal matrix and gradient of the unknowns with the start taken out.
+    fn reduced(&self) -> (DMatrix<f64>, DVector<f64>) {
+        let normal = &self.normal - &self.border * self.inverse * self.border.transpose();
+        (normal, &self.gradient - &self.border * (self.inverse * self.start_gradient))
+    }
+}
+
 impl Problem<'_> {
     /// Fits to the runs that `is_used`, from `start`, with windows that grow to each of `lengths_s`.
     #[must_use]
     pub fn fit(&self, is_used: &(dyn Fn(usize) -> bool + Sync), start: &[f64], lengths_s: &[f64]) -> Option<Fit> {
         let mut values = DVector::from_column_slice(start);
         let mut last = None;
+        let mut at_end = Vec::new();
         for &length_s in lengths_s {
             let mut shots = self.shots(is_used, length_s);
             if shots.is_empty() {
                 return None;
             }
             last = Some(self.iterate(&mut values, &mut shots)?);
+            at_end = shots;
         }
         let (normal, cost) = last?;
         let covariance = normal.clone().cholesky()?.inverse();
@@ -85,7 +137,27 @@ impl Problem<'_> {
             .enumerate()
             .map(|(i, unknown)| (covariance[(i, i)] / unknown.sigma.powi(2)).clamp(0.0, 1.0))
             .collect();
-        Some(Fit { values: values.iter().copied().collect(), covariance, prior_share, cost })
+        let parts = self.parts(&values, &at_end)?;
+        let values = values.iter().copied().collect();
+        Some(Fit { values, covariance, prior_share, cost, information: normal, parts })
+    }
+
+    /// What each run says at the values.
+    fn parts(&self, values: &DVector<f64>, shots: &[Shot]) -> Option<Vec<Part>> {
+        let models = self.models_around(values)?;
+        let evaluated: Vec<Evaluated> = shots.par_iter().map(|shot| self.evaluate(&models, shot)).collect();
+        let mut parts: Vec<Part> = Vec::new();
+        for (shot, one) in shots.iter().zip(&evaluated) {
+            let (normal, gradient) = one.reduced();
+            match parts.iter_mut().find(|part| part.run == shot.window.run) {
+                Some(part) => {
+                    part.normal += normal;
+                    part.gradient += gradient;
+                }
+                None => parts.push(Part { run: shot.window.run, normal, gradient }),
+            }
+        }
+        Some(parts)
     }
 
     fn shots(&self, is_used: &(dyn Fn(usize) -> bool + Sync), length_s: f64) -> Vec<Shot> {
@@ -94,7 +166,11 @@ impl Problem<'_> {
         let used = windows.into_iter().filter(|window| is_used(window.run));
         used.map(|window| Shot {
             window,
-            measured: measured_state(&self.runs[window.run], window.first, self.base.dvl_delay_s),
+            measured: measured_state(
+                &self.runs[window.run],
+                window.first,
+                [self.base.dvl_delay_s.max(0.7), self.base.common[common::DVL_SCALE]],
+            ),
             deviation: SVector::zeros(),
         })
         .collect()
@@ -112,8 +188,9 @@ impl Problem<'_> {
             normal = DMatrix::zeros(count, count);
             let mut gradient = DVector::zeros(count);
             for part in &evaluated {
-                normal += &part.normal - &part.border * part.inverse * part.border.transpose();
-                gradient += &part.gradient - &part.border * (part.inverse * part.start_gradient);
+                let (of_window, by_window) = part.reduced();
+                normal += of_window;
+                gradient += by_window;
             }
             for (i, unknown) in self.unknowns.iter().enumerate() {
                 let weight = unknown.sigma.powi(-2);
@@ -178,18 +255,10 @@ impl Problem<'_> {
         Some((here, moved?))
     }
 
-    fn start(shot: &Shot, deviation: &SVector<f64, STARTS>) -> VehicleState {
-        let mut start = shot.measured;
-        for ((state, _), value) in OPEN.iter().zip(deviation.iter()) {
-            start[*state] += value;
-        }
-        start
-    }
-
     fn residuals(&self, models: &[RunModel], shot: &Shot, deviation: &SVector<f64, STARTS>) -> Vec<f64> {
         let run = &self.runs[shot.window.run];
         let model = models.get(run.configuration).unwrap_or(&models[0]);
-        let readings = model.predict(run, shot.window, &Self::start(shot, deviation));
+        let readings = model.predict(run, shot.window, &moved(&shot.measured, deviation.as_slice()));
         errors(run, shot.window, &readings)
             .iter()
             .flat_map(|row| row.iter().zip(SIGMA).map(|(error, sigma)| error.map_or(0.0, |error| error / sigma)))
@@ -205,10 +274,8 @@ impl Problem<'_> {
         let column = |other: &[f64], size: f64| -> Vec<f64> {
             residual.iter().zip(other).map(|(here, other)| (here - other) / size).collect()
         };
-        let unknowns: Vec<Vec<f64>> = moved
-            .iter()
-            .map(|(models, size)| column(&self.residuals(models, shot, &shot.deviation), *size))
-            .collect();
+        let unknowns: Vec<Vec<f64>> =
+            moved.iter().map(|(models, size)| column(&self.residuals(models, shot, &shot.deviation), *size)).collect();
         let starts: Vec<Vec<f64>> = OPEN
             .iter()
             .enumerate()

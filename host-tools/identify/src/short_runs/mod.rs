@@ -11,6 +11,8 @@ pub mod model;
 pub mod predict;
 pub mod recording;
 pub mod start;
+#[cfg(test)]
+mod tests;
 pub mod unknowns;
 
 pub use fit::{Fit, Problem};

@@ -7,7 +7,7 @@ use backseat_logs::short_runs::{COMMON, OF_CONFIGURATION};
 use nalgebra::Vector3;
 
 /// Longest step of the integration, s: the roll damping of fins at 2 m/s has a time constant of 0.1 s.
-const STEP_S: f64 = 0.1;
+const STEP_S: f64 = 0.125;
 /// Beyond these a run has diverged: pitch in rad, rates in rad/s, speed in m/s.
 const MOST: [f64; 3] = [1.5, 12.0, 12.0];
 
@@ -16,13 +16,10 @@ pub(crate) mod common {
     pub(crate) const FIN_DELAY: usize = 0;
     pub(crate) const PROPELLER_DELAY: usize = 1;
     pub(crate) const ATTITUDE_DELAY: usize = 2;
-    pub(crate) const EFFECTIVENESS: usize = 3;
+    pub(crate) const GAIN: usize = 3;
     pub(crate) const TORQUE_ARM: usize = 7;
     pub(crate) const AHRS_TILT: usize = 8;
-    pub(crate) const HULL_FORCE: usize = 9;
-    pub(crate) const HULL_MOMENT: usize = 10;
-    pub(crate) const HULL_DAMPING: usize = 11;
-    pub(crate) const DEPTH_ARM: usize = 12;
+    pub(crate) const DVL_SCALE: usize = 9;
 }
 
 /// What predicts one configuration's runs.
@@ -58,20 +55,21 @@ impl RunModel {
         [dvl_delay_s, dvl_yaw_rad]: [f64; 2],
     ) -> Result<Self, ParameterError> {
         let mut parameters = *parameters;
-        let [_, _, _, b_x_m, b_y_m, buoyancy_kg] = of_configuration;
+        let [_, _, _, b_x_m, b_y_m, buoyancy_kg, rudder_gain] = of_configuration;
         parameters.b_cb_to_cg_m[0] += b_x_m;
         parameters.b_cb_to_cg_m[1] += b_y_m;
         parameters.displaced_mass_kg += buoyancy_kg;
-        let mut vehicle = VehicleModel::new(&parameters)?;
-        let shares: [f64; FINS] = core::array::from_fn(|fin| terms[common::EFFECTIVENESS + fin]);
-        vehicle.set_fin_effectiveness(&shares);
+        let vehicle = VehicleModel::new(&parameters)?;
+        let mut terms = terms;
+        terms[common::GAIN] += rudder_gain;
+        terms[common::GAIN + 1] += rudder_gain;
         Ok(Self { vehicle, terms, of_configuration, dvl_delay_s, dvl_yaw_rad })
     }
 
-    /// How late a DVL reading is, s.
+    /// How late a DVL reading is, s, and by which share it is too large.
     #[must_use]
-    pub const fn dvl_delay_s(&self) -> f64 {
-        self.dvl_delay_s
+    pub const fn dvl(&self) -> [f64; 2] {
+        [self.dvl_delay_s, self.terms[common::DVL_SCALE]]
     }
 
     /// ẋ with the terms.
@@ -79,16 +77,11 @@ impl RunModel {
         let mut rate = self.vehicle.derivative(x, input);
         let mass = &self.vehicle.parameters().m_diag;
         let [k_uu, m_uu, n_uu, ..] = self.of_configuration;
-        let (u, v, w, q, r) = (x[U], x[V], x[W], x[Q], x[R]);
-        let square = u * u.abs();
-        let thrust = self.vehicle.propeller().thrust(input.propeller_radps, u);
-        let (force, moment) = (self.terms[common::HULL_FORCE], self.terms[common::HULL_MOMENT]);
-        let damping = self.terms[common::HULL_DAMPING];
+        let square = x[U] * x[U].abs();
+        let thrust = self.vehicle.propeller().thrust(input.propeller_radps, x[U]);
         rate[P] += (k_uu * square - self.terms[common::TORQUE_ARM] * thrust) / mass[3];
-        rate[V] -= force * u * v / mass[1];
-        rate[W] -= force * u * w / mass[2];
-        rate[Q] += (m_uu * square + moment * u * w - damping * u * q) / mass[4];
-        rate[R] += (n_uu * square - moment * u * v - damping * u * r) / mass[5];
+        rate[Q] += m_uu * square / mass[4];
+        rate[R] += n_uu * square / mass[5];
         rate
     }
 
@@ -128,6 +121,18 @@ impl RunModel {
         readings
     }
 
+    /// Motion over a step with the attitude and rates that were measured at its start, not the model's own: what a
+    /// navigator does without a DVL.
+    #[must_use]
+    pub fn carried(&self, run: &Run, x: &VehicleState, [from_s, to_s]: [f64; 2]) -> VehicleState {
+        let steps = ((to_s - from_s) / STEP_S).ceil().max(1.0);
+        let h_s = (to_s - from_s) / steps;
+        (0..steps as usize).fold(*x, |x, step| {
+            let t_s = from_s + h_s * step as f64;
+            self.step(&x, h_s, &self.input(run, t_s, t_s + h_s))
+        })
+    }
+
     /// What the sensors read at a time.
     fn reading(&self, run: &Run, trail: &[(f64, VehicleState)], t_s: f64) -> Reading {
         let at = |t_s: f64| interpolated(trail, t_s);
@@ -140,13 +145,12 @@ impl RunModel {
             attitude_rad[0] += tilt * (roll - x[PHI]);
             attitude_rad[1] += tilt * (pitch - x[THETA]);
         }
-        let now = at(t_s);
-        let depth_m = now[Z] - self.terms[common::DEPTH_ARM] * now[THETA].sin();
+        let depth_m = at(t_s)[Z];
         let dvl_s = t_s - self.dvl_delay_s;
         let dvl_mps = (dvl_s >= trail[0].0 - 1e-9).then(|| {
             let x = at(dvl_s);
             let (sin, cos) = self.dvl_yaw_rad.sin_cos();
-            [cos * x[U] + sin * x[V], cos * x[V] - sin * x[U], x[W]]
+            [cos * x[U] + sin * x[V], cos * x[V] - sin * x[U], x[W]].map(|v| v * (1.0 + self.terms[common::DVL_SCALE]))
         });
         Reading { attitude_rad, depth_m, dvl_mps }
     }
@@ -168,7 +172,8 @@ impl RunModel {
     /// Mean input over a step: fins hold, the propeller's speed moves on between rows.
     fn input(&self, run: &Run, from_s: f64, to_s: f64) -> ActuatorInput {
         let fin_s = self.terms[common::FIN_DELAY];
-        let fins_rad = held_mean(run, from_s - fin_s, to_s - fin_s);
+        let commanded_rad = held_mean(run, from_s - fin_s, to_s - fin_s);
+        let fins_rad = core::array::from_fn(|fin| self.terms[common::GAIN + fin] * commanded_rad[fin]);
         let propeller_s = self.terms[common::PROPELLER_DELAY];
         let propeller_radps = interpolated_speed(run, 0.5 * (from_s + to_s) - propeller_s);
         ActuatorInput { propeller_radps, fins_rad }

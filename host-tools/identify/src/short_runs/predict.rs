@@ -29,14 +29,7 @@ pub fn errors(run: &Run, window: Window, readings: &[Option<Reading>]) -> Vec<[O
             };
             let attitude = |axis: usize| Some(sample.attitude_rad[axis] - reading.attitude_rad[axis]);
             let velocity = |axis: usize| Some(sample.dvl_mps?[axis] - reading.dvl_mps?[axis]);
-            [
-                attitude(0),
-                attitude(1),
-                attitude(2),
-                Some(sample.depth_m - reading.depth_m),
-                velocity(0),
-                velocity(1),
-            ]
+            [attitude(0), attitude(1), attitude(2), Some(sample.depth_m - reading.depth_m), velocity(0), velocity(1)]
         })
         .collect()
 }
@@ -100,5 +93,5 @@ pub fn open_loop(runs: &[Run], models: &[RunModel], length_s: f64) -> Vec<Square
 /// The state a prediction starts from.
 #[must_use]
 pub fn start_of(model: &RunModel, run: &Run, window: Window) -> VehicleState {
-    measured_state(run, window.first, model.dvl_delay_s())
+    measured_state(run, window.first, model.dvl())
 }

@@ -14,14 +14,14 @@ pub enum Place {
     Drag(&'static [usize]),
     /// Factor e^x of the fins' lift.
     FinLift,
+    /// Added to the cubic of the fins' lift.
+    LiftCurve,
     /// Factor e^x of the thrust.
     Thrust,
     /// Thrust lost with speed, as a share of the thrust at 1.5 m/s and the log's usual propeller speed.
     Advance,
     /// Factor e^x of the height of the metacentre, b_z.
     Metacentre,
-    /// Cross drags d26 and d35, on the vehicle's own scale.
-    CrossDrag(usize),
     /// A common term.
     Common(usize),
     /// A term of one configuration: term, configuration.
@@ -104,9 +104,8 @@ impl Draft {
                 let usual_radps = 850.0 / 1.5;
                 plant.advance_n_s2_per_rad_m += value.max(0.0) * plant.beta5_n_s2_per_rad2 * usual_radps;
             }
+            Place::LiftCurve => plant.cl[1] += value,
             Place::Metacentre => plant.b_cb_to_cg_m[2] *= value.exp(),
-            Place::CrossDrag(0) => plant.d26 += value,
-            Place::CrossDrag(_) => plant.d35 += value,
             Place::Common(term) => self.common[term] += value,
             Place::Of(term, configuration) => {
                 if let Some(terms) = self.configurations.get_mut(configuration) {
@@ -124,10 +123,7 @@ impl Draft {
     /// A parameter outside its range.
     pub fn models(&self) -> Result<Vec<RunModel>, ParameterError> {
         let sensors = [self.dvl_delay_s, self.dvl_yaw_rad];
-        self.configurations
-            .iter()
-            .map(|terms| RunModel::new(&self.parameters, self.common, *terms, sensors))
-            .collect()
+        self.configurations.iter().map(|terms| RunModel::new(&self.parameters, self.common, *terms, sensors)).collect()
     }
 
     /// Whether every number is inside its range; otherwise the name of one that is not.
@@ -149,16 +145,19 @@ pub fn coefficients() -> Vec<Unknown> {
     let of = |name: &str, place, sigma| Unknown { name: name.to_owned(), effect: "", place, prior: 0.0, sigma };
     vec![
         of("ln m11", mass(&[0]), 0.08),
-        of("ln m22 = m33", mass(&[1, 2]), 0.15),
-        of("ln m44", mass(&[3]), 0.5),
-        of("ln m55 = m66", mass(&[4, 5]), 0.25),
+        of("ln m22 = m33", mass(&[1, 2]), 0.10),
+        of("ln m44", mass(&[3]), 0.4),
+        of("ln m55 = m66", mass(&[4, 5]), 0.15),
         of("ln d11", Place::Drag(&[0]), 0.4),
         of("ln d22 = d33", Place::Drag(&[1, 2]), 0.5),
-        of("ln d44", Place::Drag(&[3]), 1.0),
+        of("ln d33/d22", Place::Drag(&[2]), 0.5),
+        of("ln d44", Place::Drag(&[3]), 1.5),
         of("ln d55 = d66", Place::Drag(&[4, 5]), 0.7),
-        of("ln fin lift", Place::FinLift, 0.4),
+        of("ln fin lift", Place::FinLift, 1.0),
         of("ln beta5", Place::Thrust, 0.7),
-        of("ln b_z", Place::Metacentre, 1.0),
+        of("ln m66/m55", mass(&[5]), 0.10),
+        of("ln d66/d55", Place::Drag(&[5]), 0.3),
+        of("ln b_z", Place::Metacentre, 1.2),
     ]
 }
 
@@ -179,22 +178,18 @@ pub fn of_effect(effect: &'static str, configurations: usize) -> Vec<Unknown> {
     match effect {
         "input_delay" => vec![common(common::FIN_DELAY, 0.4), common(common::PROPELLER_DELAY, 0.4)],
         "attitude_delay" => vec![common(common::ATTITUDE_DELAY, 0.3)],
-        "fin_effectiveness" => (0..4).map(|fin| common(common::EFFECTIVENESS + fin, 0.25)).collect(),
+        "fin_gain" => (0..4).map(|fin| common(common::GAIN + fin, 0.5)).collect(),
         "propeller_torque" => vec![common(common::TORQUE_ARM, 0.05)],
         "ahrs_tilt" => vec![common(common::AHRS_TILT, 0.7)],
-        "hull_lift" => vec![
-            common(common::HULL_FORCE, 15.0),
-            common(common::HULL_MOMENT, 10.0),
-            common(common::HULL_DAMPING, 10.0),
-        ],
-        "depth_lever_arm" => vec![common(common::DEPTH_ARM, 0.4)],
+        "rudder_gain" => each(6, 0.3).skip(1).collect(),
+        "dvl_scale" => vec![common(common::DVL_SCALE, 0.03)],
+        "lift_curve" => vec![one("cl4", Place::LiftCurve, 3.0)],
         "speed_moment" => each(0, 0.3).chain(each(1, 0.5)).chain(each(2, 0.5)).collect(),
         "pitch_trim" => each(3, 0.005).collect(),
         "roll_trim" => each(4, 0.001).collect(),
         "buoyancy_offset" => each(5, 0.3).collect(),
-        "thrust_loss" => vec![one("thrust loss, share", Place::Advance, 0.4)],
-        "cross_drag" => vec![one("d26", Place::CrossDrag(0), 15.0), one("d35", Place::CrossDrag(1), 15.0)],
-        "dvl_delay" => vec![one("dvl_delay_s", Place::DvlDelay, 0.5)],
+        "thrust_loss" => vec![Unknown { prior: 0.3, ..one("thrust loss, share", Place::Advance, 0.3) }],
+        "dvl_delay" => vec![Unknown { prior: 0.5, ..one("dvl_delay_s", Place::DvlDelay, 0.5) }],
         "dvl_misalignment" => vec![one("dvl yaw_rad", Place::DvlYaw, 0.1)],
         _ => Vec::new(),
     }

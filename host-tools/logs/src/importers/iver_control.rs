@@ -62,10 +62,15 @@ fn files(path: &Path) -> Option<Vec<PathBuf>> {
     (!runs.is_empty()).then_some(runs)
 }
 
-/// Reads a run or a folder of runs; `None`: it is none.
-pub(super) fn read(path: &Path) -> Option<Result<Imported, DataError>> {
-    let files = files(path)?;
-    Some(read_runs(path, &files).map(|log| Imported { format: NAME, log }))
+/// Whether a path is a run or a folder of runs.
+pub(super) fn is_one(path: &Path) -> bool {
+    files(path).is_some()
+}
+
+/// Reads a run or a folder of runs.
+pub(super) fn read(path: &Path) -> Result<Imported, DataError> {
+    let log = read_runs(path, &files(path).unwrap_or_default())?;
+    Ok(Imported { format: NAME, log })
 }
 
 /// What of a run was not used, for one note each.
@@ -239,7 +244,9 @@ fn append(
 impl Omitted {
     fn notes(&self) -> Vec<String> {
         let mut notes = vec![
-            "positions are dead-reckoned by the vehicle from zero: not fixes, left out".to_owned(),
+            "positions are dead-reckoned by the vehicle from zero: not fixes, left out; `navigate` of a run counts from where it \
+             starts"
+                .to_owned(),
             format!(
                 "times are those of a clock of {CLOCK_S} s; the times written jitter about it"
             ),

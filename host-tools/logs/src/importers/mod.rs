@@ -72,9 +72,6 @@ pub struct Imported {
 /// # Errors
 /// As the reader of the format; a file of no known format is read as a vehicle log.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
-    if let Some(imported) = iver_control::read(path) {
-        return imported;
-    }
     if let Some((_, read)) = other_than_table(path)? {
         return read(path);
     }
@@ -99,6 +96,9 @@ type Reader = fn(&Path) -> Result<Imported, DataError>;
 
 /// Name and reader of a format that is no table of columns; `None`: a table, or nothing that is known.
 fn other_than_table(path: &Path) -> Result<Option<(&'static str, Reader)>, DataError> {
+    if iver_control::is_one(path) {
+        return Ok(Some((iver_control::NAME, iver_control::read)));
+    }
     let beginning = beginning(path)?;
     Ok(match is_bag(&beginning) {
         Some(true) => Some((ros_bag::NAME, ros_bag::read)),

@@ -125,7 +125,7 @@ mod tests {
         runs.configurations.push(Configuration {
             name: "13 September".to_owned(),
             settings: vec![("control.rollpidp".to_owned(), String::new()), ("fins.x".to_owned(), "3".to_owned())],
-            values: [0.1, 0.0, 0.0, 0.0, 0.0, 0.2].map(Value::from),
+            values: [0.1, 0.0, 0.0, 0.0, 0.0, 0.2, 0.0].map(Value::from),
         });
         let vehicle = VehicleFile { short_runs: Some(runs), ..VehicleFile::reference() };
         let text = vehicle.to_toml("a test");
