@@ -310,9 +310,7 @@ fn mounting_notes(log: &Log) -> Vec<String> {
         if step_s > 2.0 * PAUSE_S || get(row, Column::PropRpm) < POWERED_RPM || get(row, Column::Depth) < SURFACE_M {
             continue;
         }
-        let rate = |column| {
-            backseat_core::state::wrap_angle(get(after, column) - get(before, column)) / step_s
-        };
+        let rate = |column| backseat_core::state::wrap_angle(get(after, column) - get(before, column)) / step_s;
         let yawing = 0.5 * (get(row, Column::FinTop) - get(row, Column::FinBottom));
         let pitching = 0.5 * (get(row, Column::FinPort) - get(row, Column::FinStarboard));
         for (slope, x, y) in [
@@ -327,7 +325,13 @@ fn mounting_notes(log: &Log) -> Vec<String> {
     }
     let say = |what: &str, slope: &Slope| {
         let sigmas = slope.sigmas();
-        let verdict = if sigmas > 3.0 { "agrees" } else if sigmas < -3.0 { "CONTRADICTS" } else { "does not show it" };
+        let verdict = if sigmas > 3.0 {
+            "agrees"
+        } else if sigmas < -3.0 {
+            "CONTRADICTS"
+        } else {
+            "does not show it"
+        };
         format!("{what}; the log {verdict} ({sigmas:.0} sigma)")
     };
     vec![
@@ -352,7 +356,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for (label, text) in runs {
             std::fs::write(folder.path().join(format!("{PREFIX}{label}.log")), text).unwrap();
-            let configuration = "\n === Config ===\ncontrol.abortelevatorangle = 30\ncontrol.rollpidp = 0.5\nfins.trim = 1\nfins.cu";
+            let configuration =
+                "\n === Config ===\ncontrol.abortelevatorangle = 30\ncontrol.rollpidp = 0.5\nfins.trim = 1\nfins.cu";
             std::fs::write(folder.path().join(format!("{CONFIGURATION_PREFIX}{label}.log")), configuration).unwrap();
         }
         folder

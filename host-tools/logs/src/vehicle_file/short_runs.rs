@@ -107,7 +107,10 @@ pub(super) fn to_toml(runs: &ShortRuns) -> String {
         let settings: Vec<String> =
             configuration.settings.iter().map(|(key, value)| format!("{} = {}", quoted(key), quoted(value))).collect();
         let _ = writeln!(text, "settings = {{ {} }}  # of a run of it; \"\": absent", settings.join(", "));
-        OF_CONFIGURATION.iter().zip(&configuration.values).for_each(|(term, value)| write_value(&mut text, term, value));
+        OF_CONFIGURATION
+            .iter()
+            .zip(&configuration.values)
+            .for_each(|(term, value)| write_value(&mut text, term, value));
     }
     text
 }
