@@ -1,6 +1,6 @@
 //! Which effects the runs show: all are fitted, those that no run needs are taken out one by one, and those that stay are
-//! added again in the order of what each gains, with predictions of each run by the values that
-//! the other runs give.
+//! added again in the order of what each gains, with predictions of each run by a fit to the
+//! others.
 
 use super::entries::{ENTRIES, Entry};
 use super::{configurations, textbook};
@@ -17,8 +17,8 @@ use rayon::prelude::*;
 pub const HORIZONS_S: [f64; 3] = [5.0, 10.0, 20.0];
 /// Lengths of the windows as the fit proceeds: short ones converge from afar.
 const LENGTHS_S: [f64; 3] = [5.0, 10.0, 20.0];
-/// An effect whose largest value is fewer sigmas from none goes at once; others one at a time.
-const CLEARLY_NOT: f64 = 1.2;
+/// Cost that an effect has to take away, beside 2 for each of its numbers (Akaike).
+const LEAST_GAIN: f64 = 8.0;
 /// Fewer runs say nothing of how far a value differs from run to run.
 const FEWEST_RUNS: usize = 4;
 /// Prior's share of the information from which a value is the prior's.
@@ -134,25 +134,25 @@ pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str
             if used.len() == 1 { "" } else { "s" }
         ));
     }
-    loop {
-        let evidence: Vec<f64> = kept.iter().map(|effect| evidence(&selected, effect)).collect();
-        let needed = t_quantile(used.len() - 1);
-        let Some((weakest, least)) = evidence.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else {
-            break;
-        };
-        if least > needed {
-            break;
+    let needed = t_quantile(used.len() - 1);
+    // first those that the information does not ask for, then those that differ from run to run by as much as they are
+    for is_by_runs in [false, true] {
+        loop {
+            let excess = |effect: &&'static str| {
+                if is_by_runs {
+                    evidence(&selected, effect) - needed
+                } else {
+                    let count = of_effect(effect, configurations.len()).len() as f64;
+                    gain(&selected, effect) - LEAST_GAIN - 2.0 * count
+                }
+            };
+            let scored = kept.iter().map(excess).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((weakest, _)) = scored.filter(|(_, excess)| *excess < 0.0) else { break };
+            let effect = kept.remove(weakest);
+            progress(&format!("without {effect}"));
+            let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
+            selected = fitted(problem(&kept), start, &all)?;
         }
-        let before = kept.clone();
-        kept = before
-            .iter()
-            .enumerate()
-            .filter(|(place, _)| *place != weakest && evidence[*place] >= CLEARLY_NOT)
-            .map(|(_, effect)| *effect)
-            .collect();
-        progress(&format!("without {}", before[weakest]));
-        let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-        selected = fitted(problem(&kept), start, &all)?;
     }
 
     // what each of those kept gains beside all others
@@ -350,13 +350,14 @@ fn per_run(runs: &[Run], mut of: impl FnMut(usize, f64) -> Option<Vec<Squares>>)
     all
 }
 
-/// Predictions of each run by the values of a fit without it ([`Fit::without`]).
+/// Predictions of each run by a fit without it.
 fn held_out(name: String, runs: &[Run], selected: &Selected<'_>) -> Step {
     let used = selected.fit.runs();
     let each: Vec<(usize, [Squares; HORIZONS_S.len()])> = used
         .par_iter()
         .map(|&run| {
-            let values = selected.fit.without(run);
+            let fit = selected.problem.fit(&|other| other != run, &selected.fit.values, &LENGTHS_S[2..]);
+            let values = fit.map_or_else(|| selected.fit.without(run), |fit| fit.values);
             let draft = selected.problem.base.with(&selected.problem.unknowns, &values);
             let squares = HORIZONS_S.map(|horizon_s| {
                 let models = draft.models().unwrap_or_default();
