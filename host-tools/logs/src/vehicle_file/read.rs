@@ -75,7 +75,8 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
     let root = root.get_ref();
     let sections = || SECTIONS.map(|section| format!("[{}]", section.name)).join(", ");
     for (key, value) in root {
-        let known = [effects::SECTION, manoeuvring::SECTION, short_runs::SECTION, BOARD_SECTION].contains(&key.get_ref().as_ref())
+        let known = [effects::SECTION, manoeuvring::SECTION, short_runs::SECTION, BOARD_SECTION]
+            .contains(&key.get_ref().as_ref())
             || SECTIONS.iter().any(|section| section.name == key.get_ref());
         if !known {
             return Err(source.error(key.span(), format!("unknown key {}; expected {}", key.get_ref(), sections())));
