@@ -5,6 +5,7 @@
 use super::entries::{ENTRIES, Entry};
 use super::{configurations, textbook};
 use backseat_identify::short_runs::predict::{CHANNELS, Squares, open_loop};
+use backseat_identify::short_runs::recording::{Wanted, windows};
 use backseat_identify::short_runs::unknowns::{Place, coefficients, into_vehicle, of_effect};
 use backseat_identify::short_runs::{self, Draft, Fit, Problem, Run, Unknown};
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION, Value};
@@ -352,7 +353,10 @@ fn per_run(runs: &[Run], mut of: impl FnMut(usize, f64) -> Option<Vec<Squares>>)
 
 /// Predictions of each run by a fit without it.
 fn held_out(name: String, runs: &[Run], selected: &Selected<'_>) -> Step {
-    let used = selected.fit.runs();
+    let wanted = Wanted { depth_m: 0.5, powered: true, speed_mps: 0.0 };
+    let mut used: Vec<usize> =
+        windows(runs, wanted, HORIZONS_S[0], HORIZONS_S[0]).iter().map(|window| window.run).collect();
+    used.dedup();
     let each: Vec<(usize, [Squares; HORIZONS_S.len()])> = used
         .par_iter()
         .map(|&run| {
