@@ -57,6 +57,7 @@ pub mod split;
 pub mod statistics;
 pub mod structure;
 pub mod timing;
+pub mod torpedo;
 pub mod verdict;
 pub mod waves;
 pub mod whitener;

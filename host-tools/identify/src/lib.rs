@@ -33,6 +33,7 @@ pub mod output_error;
 pub mod parameters;
 pub mod plan;
 mod sample;
+pub mod short_runs;
 pub mod simulation;
 pub mod smoothing;
 pub mod surge_yaw;

@@ -7,6 +7,7 @@ pub mod log_kinds;
 mod page;
 mod report;
 mod sentence;
+pub mod torpedo;
 
 pub use report::{Files, report};
 pub use sentence::sentence;
