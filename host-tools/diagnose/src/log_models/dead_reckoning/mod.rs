@@ -161,11 +161,14 @@ impl LogModel for DeadReckoning {
             ("water_current", vec![CURRENT, CURRENT + 1]),
             ("heading_bias", vec![HEADING, HEADING + 1, HEADING + 2]),
             ("dvl_scale", vec![SCALE]),
-            ("soft_iron", vec![IRON, IRON + 1]),
             ("heading_lag", vec![LAG]),
             ("gnss_lever_arm", vec![ARM, ARM + 1]),
             ("gnss_delay", vec![FIX_DELAY]),
         ];
+        // heading bias and soft iron are five numbers
+        if self.track.directions() >= 5 {
+            entries.push(("soft_iron", vec![IRON, IRON + 1]));
+        }
         if self.has_dvl {
             entries.push(("dvl_misalignment", vec![YAW]));
             entries.push(("dvl_lever_arm", vec![DVL_ARM, DVL_ARM + 1]));

@@ -49,6 +49,28 @@ pub(super) struct Track {
     pub held: Vec<[f64; 2]>,
 }
 
+/// Directions count as different from here on, and where at least this share of the fixes lies; a turn passes the others.
+const APART_RAD: f64 = std::f64::consts::TAU / 10.0;
+const FLOWN_SHARE: f64 = 0.05;
+
+impl Track {
+    /// In how many different directions the vehicle went.
+    pub fn directions(&self) -> usize {
+        let mut headings: Vec<f64> = self.fixes.iter().map(|fix| wrap_angle(fix.heading_rad)).collect();
+        headings.sort_by(f64::total_cmp);
+        let about = |heading: f64| headings.iter().filter(|h| wrap_angle(*h - heading).abs() < 0.5 * APART_RAD).count();
+        let least = FLOWN_SHARE * headings.len() as f64;
+        let mut apart: Vec<f64> = Vec::new();
+        for heading in &headings {
+            let is_apart = apart.iter().all(|h| wrap_angle(*heading - h).abs() >= APART_RAD);
+            if is_apart && about(*heading) as f64 >= least {
+                apart.push(*heading);
+            }
+        }
+        apart.len()
+    }
+}
+
 /// Horizontal velocity of a row in body axes.
 fn body(row: &LogRow, has_dvl: bool) -> Option<[f64; 2]> {
     if has_dvl {
