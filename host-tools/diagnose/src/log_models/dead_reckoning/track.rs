@@ -4,6 +4,7 @@ use super::super::held_readings;
 use backseat_core::state::wrap_angle;
 use backseat_logs::log::Column;
 use backseat_logs::{Log, LogRow, Truth};
+use std::f64::consts::TAU;
 
 /// A gap in heading or speed longer than this ends a sequence, s.
 const LONGEST_GAP_S: f64 = 5.0;
@@ -49,22 +50,29 @@ pub(super) struct Track {
     pub held: Vec<[f64; 2]>,
 }
 
-/// Directions count as different from here on, and where at least this share of the fixes lies; a turn passes the others.
-const APART_RAD: f64 = std::f64::consts::TAU / 10.0;
+/// Sectors in which headings are counted.
+const SECTORS: usize = 120;
+/// Directions count as different from 36 degrees on, and where at least this share of the fixes lies within half of that;
+/// a turn passes the others.
+const APART: usize = SECTORS / 10;
 const FLOWN_SHARE: f64 = 0.05;
 
 impl Track {
     /// In how many different directions the vehicle went.
     pub fn directions(&self) -> usize {
-        let mut headings: Vec<f64> = self.fixes.iter().map(|fix| wrap_angle(fix.heading_rad)).collect();
-        headings.sort_by(f64::total_cmp);
-        let about = |heading: f64| headings.iter().filter(|h| wrap_angle(*h - heading).abs() < 0.5 * APART_RAD).count();
-        let least = FLOWN_SHARE * headings.len() as f64;
-        let mut apart: Vec<f64> = Vec::new();
-        for heading in &headings {
-            let is_apart = apart.iter().all(|h| wrap_angle(*heading - h).abs() >= APART_RAD);
-            if is_apart && about(*heading) as f64 >= least {
-                apart.push(*heading);
+        let mut counts = [0_usize; SECTORS];
+        for fix in &self.fixes {
+            let share = fix.heading_rad.rem_euclid(TAU) / TAU;
+            counts[((share * SECTORS as f64) as usize).min(SECTORS - 1)] += 1;
+        }
+        let about = |sector: usize| -> usize {
+            (0..=APART).map(|k| counts[(sector + SECTORS + k - APART / 2) % SECTORS]).sum()
+        };
+        let mut apart: Vec<usize> = Vec::new();
+        for sector in (0..SECTORS).filter(|sector| counts[*sector] > 0) {
+            let is_apart = |other: &usize| (sector - other).min(SECTORS + other - sector) >= APART;
+            if apart.iter().all(is_apart) && about(sector) as f64 >= FLOWN_SHARE * self.fixes.len() as f64 {
+                apart.push(sector);
             }
         }
         apart.len()
