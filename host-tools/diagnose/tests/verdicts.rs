@@ -26,7 +26,11 @@ fn diagnose(effects: &[&str], seed: u64, change: impl FnOnce(&mut Spec)) -> Diag
 
 /// Named first, and every interval, widened by half for one log of many, holds the truth.
 fn assert_finds(effect: &str, truth: &[f64], seed: u64) {
-    let d = diagnose(&[effect], seed, |_| {});
+    assert_finds_within(1200.0, effect, truth, seed);
+}
+
+fn assert_finds_within(duration_s: f64, effect: &str, truth: &[f64], seed: u64) {
+    let d = diagnose(&[effect], seed, |spec| spec.duration_s = duration_s);
     let name = effect.split(':').next().unwrap();
     assert_ne!(d.verdict, Verdict::None, "{effect}");
     assert_ne!(d.verdict, Verdict::Unexplained, "{effect}: {:?}", d.structure.hints);
@@ -160,8 +164,19 @@ fn val_sensors_and_propeller_that_only_a_log_knows() {
     assert_finds("depth_scale:ratio=0.02", &[0.02], 93);
     assert_finds("propeller_torque:arm_m=0.04", &[0.04], 94);
     assert_finds("input_delay:s=0.3", &[0.3], 97);
-    assert_finds("transducer_lever_arm:x_m=2,y_m=-1,z_m=0", &[2.0, -1.0, 0.0], 601);
-    assert_finds("gnss_lever_arm:x_m=2.5,y_m=0", &[2.5, 0.0], 602);
+}
+
+/// No arm is longer than the hull, which is 2 m. Ranges come every half minute, so that their log is longer.
+#[test]
+fn val_arms_on_the_vehicle() {
+    assert_finds_within(3600.0, "transducer_lever_arm:x_m=1.6,y_m=-1,z_m=0", &[1.6, -1.0, 0.0], 601);
+}
+
+/// One of 2.5 m was found in a quarter of an hour, but is longer than the hull.
+#[test]
+#[ignore = "open: an antenna's arm within the hull is not told from fixes that share their errors"]
+fn val_an_antenna_on_the_vehicle() {
+    assert_finds_within(3600.0, "gnss_lever_arm:x_m=1.9,y_m=0", &[1.9, 0.0], 602);
 }
 
 /// What turns with the vehicle is late with the DVL: with both, each of its own size.
