@@ -11,7 +11,7 @@ mod acoustics;
 
 use crate::inputs::installation::{self, body_to_ned, horizon_us, velocity_at_centre};
 use crate::inputs::{ActuatorHistory, Inputs, Packets, SensorSample, fresh};
-use crate::parameters::Settings;
+use crate::parameters::{AppSettings, Settings};
 use crate::store::{Coasted, Navigation, coast_m};
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
@@ -132,10 +132,15 @@ impl Estimator {
         libm::sqrt(self.stated_variance(X) + self.stated_variance(Y))
     }
 
-    /// How far the receivers may be off for a long time: as declared, the vehicle's by its dilution of precision.
-    pub fn set_receivers(&mut self, sigma_m: f64, hdop: Option<f64>) {
+    /// What is declared of receivers and water; the vehicle's receiver counts by its dilution of precision.
+    pub fn declare(&mut self, app: &AppSettings, hdop: Option<f64>) {
+        let sigma_m = app.receiver_bias_m;
         self.receivers_m = [sigma_m * hdop.unwrap_or(1.0).max(1.0), sigma_m];
-        self.declared.receivers_m = self.receivers_m;
+        self.declared = Declared {
+            area: app.water_area,
+            receivers_m: self.receivers_m,
+            probability_per_hour: app.level_probability_per_hour,
+        };
     }
 
     /// One sigma by which pitch and speed say that the pressure sensor has drifted, m. It holds until the next mission.
@@ -221,7 +226,7 @@ impl Estimator {
         }
         if self.navigator.is_initialised() {
             self.predict(horizon_us, inputs.actuators())?;
-            self.protection.follow(&self.navigator, &self.declared);
+            self.protection.follow(&self.navigator.followed(), &self.declared);
             if self.packets.expire(horizon_us, &settings.app) {
                 self.drop_clones();
             }
@@ -330,7 +335,9 @@ impl Estimator {
     fn fuse_measurement(&mut self, measurement: &Measurement) {
         let Self { navigator, integrity, protection, declared, .. } = self;
         let offset = navigator.mixture_offset(measurement);
-        protection.take(navigator, measurement, declared);
+        if let Some(aiding) = navigator.aiding(measurement) {
+            protection.take(&navigator.followed(), &aiding, declared);
+        }
         let fusions: Fusions = navigator.fuse(measurement);
         integrity.take(&fusions, navigator.main().monitor(), &navigator.config().sensors, offset);
         for record in fusions.iter() {
@@ -386,7 +393,7 @@ impl Estimator {
         if self.navigator.initialise(now_us, &initial).is_ok() {
             self.navigator.start_from(&settings.learnt);
             self.integrity = Integrity::new();
-            self.protection.start(&self.navigator, sigma_m, &self.declared);
+            self.protection.start(&self.navigator.followed(), sigma_m, &self.declared);
             self.resumed = resumed;
         }
     }

@@ -36,6 +36,12 @@ pub struct Backseat {
     /// by faults.
     #[serde(deserialize_with = "quantity::non_negative")]
     pub receiver_bias_m: f64,
+    /// Alert limit of the horizontal protection level, m; 0: none.
+    #[serde(deserialize_with = "quantity::non_negative")]
+    pub alert_horizontal_m: f64,
+    /// The same in depth, m.
+    #[serde(deserialize_with = "quantity::non_negative")]
+    pub alert_depth_m: f64,
 }
 
 impl Default for Backseat {
@@ -51,6 +57,8 @@ impl Default for Backseat {
             wrong_share: 0.0,
             wrong_seed: None,
             receiver_bias_m: 0.0,
+            alert_horizontal_m: 0.0,
+            alert_depth_m: 0.0,
         }
     }
 }

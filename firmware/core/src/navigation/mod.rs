@@ -29,9 +29,9 @@
 //! **Rooms.** Each imports only from those below it, and from the file that defines what it needs.
 //!
 //! ```text
+//! bank        navigator: the bank and its mixture; evidence: the likelihood of ranges
 //! integrity   level: what the error exceeds with a declared probability only; hypotheses: the table of what may be wrong;
 //!             account: position by one entry of it; vertical: the same of depth
-//! bank        navigator: the bank and its mixture; evidence: the likelihood of ranges
 //! filter      cekf: one filter; prediction: time update; fusion: measurement update; cloning: delayed states;
 //!             effects: the catalogue's effects in the filter; estimates: augmented states with sigma; learnt: the prior
 //!             that a dive leaves
@@ -60,7 +60,7 @@ pub use bank::navigator::{BankMember, MEMBERS, Navigator};
 pub use filter::cekf::Filter;
 pub use filter::estimates::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
 pub use filter::prediction::MAX_GAP_US;
-pub use integrity::{Area, Declared, HYPOTHESES, Hypothesis, Level, Nuisance, ProtectionLevel};
+pub use integrity::{Aiding, Area, Declared, Followed, HYPOTHESES, Hypothesis, Level, Nuisance, ProtectionLevel};
 pub use interface::config::{NavigationConfig, ProcessModel, ShipNoise, SurfaceNoise};
 pub use interface::effect_states::{EffectState, EffectStates, StateParameter};
 pub use interface::error::{CloneError, ConfigError, NavigationError};

@@ -189,9 +189,8 @@ mod tests {
             for seed in 0..300 {
                 let first = drawn(seed, options).unwrap();
                 assert_eq!(first.text, drawn(seed, options).unwrap().text);
-                let allowed = |name: &&str| {
-                    *name == NONE || which.places().iter().any(|&place| CLASSES[place].name == *name)
-                };
+                let allowed =
+                    |name: &&str| *name == NONE || which.places().iter().any(|&place| CLASSES[place].name == *name);
                 assert!(first.classes.iter().all(allowed), "{:?}", first.classes);
             }
         }

@@ -84,8 +84,15 @@ pub fn page(judged: &[Judged], args: &Args) -> String {
         }
     }
     let mut table = markdown_table([
-        "class", "flights", "beyond, horizontal", "beyond, depth", "largest error / level", "in depth",
-        "median level [m]", "level / 95 % error", "level at most 25 m under ranges",
+        "class",
+        "flights",
+        "beyond, horizontal",
+        "beyond, depth",
+        "largest error / level",
+        "in depth",
+        "median level [m]",
+        "level / 95 % error",
+        "level at most 25 m under ranges",
     ]);
     for (name, flights) in rows {
         table.add_row(row(name, &flights));

@@ -103,39 +103,41 @@ pub fn judge(drawn: &Drawn) -> anyhow::Result<Judged> {
     let (mut horizontal, mut depth) = (Watch::default(), Watch::default());
     let (mut last_s, mut beyond_sigmas_s, mut too_deep_m) = (0.0, 0.0, f64::NEG_INFINITY);
     let (mut heard_s, mut under_ranges_s, mut tight_s) = (f64::NEG_INFINITY, 0.0, 0.0);
-    let flight = flight::fly_watched(scenario, &mut client, ship.as_mut(), &AtomicBool::new(false), |step: Watched<'_>| {
-        let time_s = step.time_us as f64 * 1e-6;
-        let dt_s = time_s - std::mem::replace(&mut last_s, time_s);
-        let range = |record: &&backseat_link::FusionRecord| record.sensor == backseat_core::navigation::Sensor::Range;
-        if step.fusions.iter().find(range).is_some_and(|record| record.fused) {
-            heard_s = time_s;
-        }
-        let Some(telemetry) = step.telemetry else { return };
-        // a level that is not finite bounds nothing, and JSON has no such number
-        let [level_m, depth_level_m] = telemetry.level_m.map(|level_m| f64::from(level_m).min(1.0e9));
-        if telemetry.mode == Mode::Initialising || level_m <= 0.0 {
-            return;
-        }
-        let (x, truth) = (&telemetry.state, &step.truth.state);
-        let [north_m, east_m] = [x[0] - truth[0], x[1] - truth[1]];
-        let error_m = north_m.hypot(east_m);
-        horizontal.step(time_s, dt_s, error_m, level_m);
-        depth.step(time_s, dt_s, (x[2] - truth[2]).abs(), depth_level_m);
-        let sigma = &telemetry.sigma;
-        let spread = (north_m * sigma[0]).powi(2)
-            + 2.0 * north_m * east_m * telemetry.cov_xy_m2
-            + (east_m * sigma[1]).powi(2);
-        if error_m * error_m > 3.0 * spread.sqrt() {
-            beyond_sigmas_s += dt_s;
-        }
-        if time_s < heard_s + 120.0 {
-            under_ranges_s += dt_s;
-            tight_s += if level_m <= 25.0 { dt_s } else { 0.0 };
-        }
-        if telemetry.leg.is_some() {
-            too_deep_m = f64::max(too_deep_m, truth[2] - deepest_m);
-        }
-    });
+    let flight =
+        flight::fly_watched(scenario, &mut client, ship.as_mut(), &AtomicBool::new(false), |step: Watched<'_>| {
+            let time_s = step.time_us as f64 * 1e-6;
+            let dt_s = time_s - std::mem::replace(&mut last_s, time_s);
+            let range =
+                |record: &&backseat_link::FusionRecord| record.sensor == backseat_core::navigation::Sensor::Range;
+            if step.fusions.iter().find(range).is_some_and(|record| record.fused) {
+                heard_s = time_s;
+            }
+            let Some(telemetry) = step.telemetry else { return };
+            // a level that is not finite bounds nothing, and JSON has no such number
+            let [level_m, depth_level_m] = telemetry.level_m.map(|level_m| f64::from(level_m).min(1.0e9));
+            if telemetry.mode == Mode::Initialising || level_m <= 0.0 {
+                return;
+            }
+            let (x, truth) = (&telemetry.state, &step.truth.state);
+            let [north_m, east_m] = [x[0] - truth[0], x[1] - truth[1]];
+            let error_m = north_m.hypot(east_m);
+            horizontal.step(time_s, dt_s, error_m, level_m);
+            depth.step(time_s, dt_s, (x[2] - truth[2]).abs(), depth_level_m);
+            let sigma = &telemetry.sigma;
+            let spread = (north_m * sigma[0]).powi(2)
+                + 2.0 * north_m * east_m * telemetry.cov_xy_m2
+                + (east_m * sigma[1]).powi(2);
+            if error_m * error_m > 3.0 * spread.sqrt() {
+                beyond_sigmas_s += dt_s;
+            }
+            if time_s < heard_s + 120.0 {
+                under_ranges_s += dt_s;
+                tight_s += if level_m <= 25.0 { dt_s } else { 0.0 };
+            }
+            if telemetry.leg.is_some() {
+                too_deep_m = f64::max(too_deep_m, truth[2] - deepest_m);
+            }
+        });
     let flight = flight.with_context(|| drawn.text.clone())?;
     Ok(Judged {
         classes: drawn.classes.iter().map(|&name| name.to_owned()).collect(),

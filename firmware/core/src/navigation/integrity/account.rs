@@ -37,8 +37,10 @@ pub(super) const STATES: usize = 14;
 const POSITION_NOISE: f64 = 0.1;
 /// Squared: a measurement counts with so many sigmas at most ...
 const HUBER: f64 = 9.0;
-/// ... and beyond so many, squared, what an entry allows is open again.
-const REOPENS: f64 = 16.0;
+/// ... and beyond so many, squared, what an entry allows is open again ...
+const REOPENS: f64 = 12.0;
+/// ... with the way that it has taken the vehicle since the range before: 0.3 m/s for 30 s, m.
+const OPENED_M: f64 = 10.0;
 
 /// Sigma and memory of each state; 0 of those that are known.
 #[derive(Clone, Copy)]
@@ -145,16 +147,19 @@ impl Account {
         let squared = innovation * innovation;
         let (mut by_state, mut predicted) = self.spread(&row);
         if squared > REOPENS * (predicted + variance) {
-            let mut opened = false;
+            let mut moves = false;
             for i in 0..STATES {
-                if priors.open[i] && row[i] != 0.0 && self.p[i][i] < priors.variance[i] {
+                // what moves the vehicle has done so since the last measurement
+                let moved = (CURRENT.start..COURSE.end).contains(&i);
+                if priors.open[i] && (moved || row[i] != 0.0) && self.p[i][i] < priors.variance[i] {
                     self.p[i][i] = priors.variance[i];
-                    opened = true;
+                    moves |= moved;
                 }
             }
-            if opened {
-                (by_state, predicted) = self.spread(&row);
+            for i in POSITION.filter(|_| moves) {
+                self.p[i][i] += OPENED_M * OPENED_M;
             }
+            (by_state, predicted) = self.spread(&row);
         }
         // one of three sigmas at most
         let total = (predicted + variance).max(squared / HUBER);

@@ -22,11 +22,11 @@ pub enum Area {
 
 impl Area {
     /// One sigma of the current per axis, m/s. Lakes: wind-driven currents of 2 to 3 % of the wind (G. E. Hutchinson, A
-    /// Treatise on Limnology, 1957); coast: half a knot of tidal stream; strait: two knots.
+    /// Treatise on Limnology, 1957); coast: a tidal stream with an amplitude of half a knot; strait: of a knot and a half.
     const fn current_mps(self) -> f64 {
         match self {
             Self::Lake => 0.05,
-            Self::Coast => 0.15,
+            Self::Coast => 0.2,
             Self::Strait => 0.5,
         }
     }
@@ -71,12 +71,12 @@ pub(super) const CURRENT_DEPTH_M: f64 = 5.0;
 
 /// What is declared of a healthy vehicle; the current's and the receivers' sigmas are those of [`Declared`].
 pub(super) const HEALTHY: [Nuisance; 9] = [
-    // the water: tides turn in hours
-    nuisance(CURRENT, 1.0, HOUR),
+    // the water, as long as nothing happens: it turns with the tides, over days in the mean
+    nuisance(CURRENT, 1.0, 48.0 * HOUR),
     // speed through the water at given turns of the propeller: 3 % by drag of fouling and load
-    nuisance(SPEED, 0.03, HOUR),
-    // compass after swinging: 1 degree, another on another course (data sheets of OS5000 and 3DM-GX3: 0.5 to 2 degrees)
-    nuisance(COURSE, 0.02, 600.0),
+    nuisance(SPEED, 0.03, 24.0 * HOUR),
+    // compass after swinging: 1 degree (data sheets of OS5000 and 3DM-GX3: 0.5 to 2 degrees)
+    nuisance(COURSE, 0.02, 12.0 * HOUR),
     // receivers: a slow error in tens of minutes (ionosphere, orbit: GPS SPS Performance Standard, 2020)
     nuisance(SHIP, 1.0, 1200.0),
     nuisance(FIX, 1.0, 1200.0),
@@ -109,25 +109,26 @@ pub const HYPOTHESES: usize = 7;
 pub(super) const TABLE: [Hypothesis; HYPOTHESES] = [
     Hypothesis { name: "healthy", rate: 1.0, larger: &[], without_dvl: false },
     // antenna or lever arm 1 to 10 m, datum up to 100 m (NAD27 to WGS 84), a receiver that is spoofed
-    Hypothesis { name: "ship", rate: 0.01, larger: &[nuisance(SHIP, 40.0, 3.0 * HOUR)], without_dvl: false },
+    Hypothesis { name: "ship", rate: 0.01, larger: &[nuisance(SHIP, 40.0, 100.0 * HOUR)], without_dvl: false },
     // reflected paths of tens of metres, a step or a drift of a clock of ppm, a profile that bends rays
     Hypothesis {
         name: "range",
         rate: 0.01,
-        larger: &[nuisance(BIAS, 20.0, HOUR), nuisance(SCALE, 0.015, HOUR)],
+        larger: &[nuisance(BIAS, 20.0, 20.0 * HOUR), nuisance(SCALE, 0.015, 100.0 * HOUR)],
         without_dvl: false,
     },
     // fixes by reflections or a spoofer, repeated fixes
-    Hypothesis { name: "fix", rate: 0.01, larger: &[nuisance(FIX, 10.0, 3.0 * HOUR)], without_dvl: false },
-    // a front, a current that sets in or turns; fouling, a lost blade, a battery that sags
+    Hypothesis { name: "fix", rate: 0.01, larger: &[nuisance(FIX, 10.0, 100.0 * HOUR)], without_dvl: false },
+    // a front, a current that sets in or turns: the area's current is another within an hour; fouling, a lost blade, a
+    // battery that sags
     Hypothesis {
         name: "water",
-        rate: 0.03,
-        larger: &[nuisance(CURRENT, 0.3, 1200.0), nuisance(SPEED, 0.1, 1200.0)],
+        rate: 0.01,
+        larger: &[nuisance(CURRENT, 1.0, HOUR), nuisance(SPEED, 0.1, HOUR)],
         without_dvl: false,
     },
-    // a compass beside iron or a current, 5 degrees, another on another course
-    Hypothesis { name: "compass", rate: 0.01, larger: &[nuisance(COURSE, 0.09, 600.0)], without_dvl: false },
+    // a compass beside iron or a motor's leads: 5 degrees
+    Hypothesis { name: "compass", rate: 0.01, larger: &[nuisance(COURSE, 0.09, 12.0 * HOUR)], without_dvl: false },
     // lock on something that moves, a wrong sound speed at the transducer
     Hypothesis { name: "dvl", rate: 0.01, larger: &[], without_dvl: true },
 ];
@@ -154,8 +155,8 @@ impl Hypothesis {
             priors.set(&Nuisance { sigma, ..*nuisance }, false);
         }
         for nuisance in self.larger {
-            let start = nuisance.states.0;
-            let sigma = if start == CURRENT.start { 2.0 * declared.area.current_mps() } else { nuisance.sigma };
+            let is_current = nuisance.states.0 == CURRENT.start;
+            let sigma = if is_current { declared.area.current_mps() } else { nuisance.sigma };
             priors.set(&Nuisance { sigma, ..*nuisance }, true);
         }
         priors

@@ -6,8 +6,8 @@ use super::account::{
 use super::hypotheses::{Declared, HYPOTHESES, TABLE, sigmas};
 use super::vertical::{CELLS, Vertical};
 use crate::dynamics::Attitude;
-use crate::navigation::bank::navigator::Navigator;
-use crate::navigation::interface::measurement::{AcousticPath, Measurement, ShipEnd, ShipReport};
+use crate::navigation::interface::measurement::ShipReport;
+use crate::parameters::SensorNoise;
 use crate::state::{self, THETA, U, V, VehicleState, W, X, Y, Z};
 use nalgebra::Vector3;
 
@@ -31,6 +31,39 @@ pub struct Level {
     pub horizontal_m: f64,
     /// In depth, m.
     pub vertical_m: f64,
+}
+
+/// What the accounts see of the filter beside them.
+#[derive(Clone, Copy, Debug)]
+pub struct Followed<'a> {
+    /// Its time, µs.
+    pub time_us: u64,
+    /// Its vehicle.
+    pub state: &'a VehicleState,
+    /// Noise of the sensors.
+    pub sensors: &'a SensorNoise,
+    /// Depth of the ship's transducer, m.
+    pub ship_transducer_depth_m: f64,
+}
+
+/// What the accounts take of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aiding {
+    /// Depth of the cell, m.
+    Depth(f64),
+    /// A fix of the vehicle, m.
+    Fix([f64; 2]),
+    /// Velocity over ground in body axes, m/s.
+    BottomTrack([f64; 3]),
+    /// A range to a ship that was reported.
+    Range {
+        /// By how much the vehicle has moved since, north and east, m.
+        since_m: [f64; 2],
+        /// The ship.
+        ship: ShipReport,
+        /// m.
+        range_m: f64,
+    },
 }
 
 /// The accounts, and the level that they give.
@@ -71,16 +104,16 @@ impl ProtectionLevel {
     }
 
     /// Starts with the filter, at a place with one sigma per axis, m.
-    pub fn start(&mut self, navigator: &Navigator, sigma_m: f64, declared: &Declared) {
-        let x = navigator.state();
+    pub fn start(&mut self, followed: &Followed<'_>, sigma_m: f64, declared: &Declared) {
+        let x = followed.state;
         for (account, entry) in self.accounts.iter_mut().zip(&TABLE) {
             account.start([x[X], x[Y]], sigma_m, &entry.nuisances(declared));
         }
         for (depth, slow) in self.depths.iter_mut().zip(&CELLS) {
-            depth.start(x[Z], navigator.config().sensors.depth_m, slow);
+            depth.start(x[Z], followed.sensors.depth_m, slow);
         }
         (self.since_s, self.through_water_m, self.nose_m) = (0.0, [0.0; 2], 0.0);
-        (self.time_us, self.depth_m) = (navigator.time_us(), x[Z]);
+        (self.time_us, self.depth_m) = (followed.time_us, x[Z]);
         self.state_level(x, declared);
     }
 
@@ -96,56 +129,52 @@ impl ProtectionLevel {
     }
 
     /// Follows the filter to its present time.
-    pub fn follow(&mut self, navigator: &Navigator, declared: &Declared) {
+    pub fn follow(&mut self, followed: &Followed<'_>, declared: &Declared) {
         if self.level.is_none() {
             return;
         }
-        self.gather(navigator);
+        self.gather(followed);
         if self.since_s >= STEP_S {
-            self.advance(navigator.state()[Z], declared);
+            self.advance(followed.state[Z], declared);
             (self.dvl_due, self.cell_due) = (true, true);
-            self.state_level(navigator.state(), declared);
+            self.state_level(followed.state, declared);
         }
     }
 
     /// Takes what the filter is about to fuse.
-    pub fn take(&mut self, navigator: &Navigator, measurement: &Measurement, declared: &Declared) {
+    pub fn take(&mut self, followed: &Followed<'_>, aiding: &Aiding, declared: &Declared) {
         if self.level.is_none() {
             return;
         }
-        self.gather(navigator);
-        let sensors = &navigator.config().sensors;
-        match *measurement {
-            Measurement::Depth { z_m } if self.cell_due => {
+        self.gather(followed);
+        let sensors = followed.sensors;
+        match *aiding {
+            Aiding::Depth(z_m) if self.cell_due => {
                 self.cell_due = false;
                 self.depths.iter_mut().for_each(|depth| depth.cell(z_m, sensors.depth_m));
             }
-            Measurement::VehicleGnss { position_m } => {
-                self.advance(navigator.state()[Z], declared);
+            Aiding::Fix(position_m) => {
+                self.advance(followed.state[Z], declared);
                 self.fix(position_m, sensors.gnss_m, declared);
             }
-            Measurement::BottomTrack { velocity_mps } if self.dvl_due => {
+            Aiding::BottomTrack(velocity_mps) if self.dvl_due => {
                 self.dvl_due = false;
-                self.bottom_track(navigator.state(), velocity_mps, sensors.dvl_mps, declared);
+                self.bottom_track(followed.state, velocity_mps, sensors.dvl_mps, declared);
             }
-            Measurement::Range { path, range_m } => {
-                self.advance(navigator.state()[Z], declared);
-                self.range(navigator, &[path], range_m, declared);
-            }
-            Measurement::TwoWayRange { outward, back, range_m } => {
-                self.advance(navigator.state()[Z], declared);
-                self.range(navigator, &[outward, back], range_m, declared);
+            Aiding::Range { since_m, ship, range_m } => {
+                self.advance(followed.state[Z], declared);
+                self.range(followed, since_m, &ship, range_m, declared);
             }
             _ => {}
         }
     }
 
     /// Sums the way since the last look.
-    fn gather(&mut self, navigator: &Navigator) {
-        let step_s = 1.0e-6 * navigator.time_us().saturating_sub(self.time_us) as f64;
-        self.time_us = navigator.time_us();
+    fn gather(&mut self, followed: &Followed<'_>) {
+        let step_s = 1.0e-6 * followed.time_us.saturating_sub(self.time_us) as f64;
+        self.time_us = followed.time_us;
         if step_s > 0.0 && step_s < GAP_S {
-            let x = navigator.state();
+            let x = followed.state;
             let [north_mps, east_mps] = through_water(x);
             self.since_s += step_s;
             self.through_water_m[0] += step_s * north_mps;
@@ -214,23 +243,16 @@ impl ProtectionLevel {
         }
     }
 
-    /// A range, or half of a round trip, between one or two pairs of ends.
-    fn range(&mut self, navigator: &Navigator, paths: &[AcousticPath], range_m: f64, declared: &Declared) {
-        let filter = navigator.main();
-        let (now, config) = (filter.state(), navigator.config());
-        let mut since_m = [0.0; 2];
-        let mut reported: Option<&ShipReport> = None;
-        for path in paths {
-            let (Some(end_m), ShipEnd::Reported(ship)) = (filter.vehicle_end_m(&path.vehicle), &path.ship) else {
-                return;
-            };
-            let share = 1.0 / paths.len() as f64;
-            since_m = [since_m[0] + share * (now[X] - end_m[0]), since_m[1] + share * (now[Y] - end_m[1])];
-            reported = Some(ship);
-        }
-        let Some(ship) = reported else { return };
-        let down_m = now[Z] - config.ship_transducer_depth_m;
-        let noise = config.sensors.range_m * config.sensors.range_m
+    fn range(
+        &mut self,
+        followed: &Followed<'_>,
+        since_m: [f64; 2],
+        ship: &ShipReport,
+        range_m: f64,
+        declared: &Declared,
+    ) {
+        let down_m = followed.state[Z] - followed.ship_transducer_depth_m;
+        let noise = followed.sensors.range_m * followed.sensors.range_m
             + RANGE_M * RANGE_M
             + ship.position_sigma_m * ship.position_sigma_m;
         for (account, entry) in self.accounts.iter_mut().zip(&TABLE) {
@@ -251,10 +273,7 @@ impl ProtectionLevel {
             let curvature_m = (across / distance_m).min(distance_m);
             let predicted_m = (1.0 + x[SCALE.start]) * distance_m + x[BIAS.start] + 0.5 * curvature_m;
             let variance = noise + 0.5 * curvature_m * curvature_m;
-            account.correct(
-                &Scalar { row, innovation: range_m - predicted_m, variance },
-                &entry.nuisances(declared),
-            );
+            account.correct(&Scalar { row, innovation: range_m - predicted_m, variance }, &entry.nuisances(declared));
         }
     }
 
@@ -264,9 +283,8 @@ impl ProtectionLevel {
             // a number that is none bounds nothing
             if level_m.is_finite() { level_m } else { f64::INFINITY }
         };
-        let horizontal = self.accounts.iter().zip(&TABLE).map(|(account, entry)| {
-            level(account.apart([x[X], x[Y]]), entry.rate)
-        });
+        let horizontal =
+            self.accounts.iter().zip(&TABLE).map(|(account, entry)| level(account.apart([x[X], x[Y]]), entry.rate));
         let vertical = self.depths.iter().zip(&CELLS).map(|(depth, slow)| level(depth.apart(x[Z]), slow.rate));
         self.level =
             Some(Level { horizontal_m: horizontal.fold(0.0, f64::max), vertical_m: vertical.fold(0.0, f64::max) });

@@ -27,4 +27,4 @@ mod level;
 mod vertical;
 
 pub use hypotheses::{Area, Declared, HYPOTHESES, Hypothesis, Nuisance};
-pub use level::{Level, ProtectionLevel};
+pub use level::{Aiding, Followed, Level, ProtectionLevel};
