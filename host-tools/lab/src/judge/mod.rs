@@ -20,7 +20,7 @@ use backseat_report::console;
 use classes::Which;
 use draw::{Drawn, Options, drawn};
 use std::path::PathBuf;
-use watch::{Judged, judge};
+use watch::judge;
 
 /// Options of the command.
 #[derive(clap::Args, Clone, Debug)]

@@ -302,3 +302,101 @@ fn through_water(x: &VehicleState) -> [f64; 2] {
     let velocity = Attitude::new(&state::attitude(x)).rotation() * Vector3::new(x[U], x[V], x[W]);
     [velocity.x, velocity.y]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::navigation::interface::config::NavigationConfig;
+
+    /// North of the ship's circle at 1 m/s; what is wrong with it.
+    #[derive(Clone, Copy, Default)]
+    struct Wrong {
+        ship_m: [f64; 2],
+        range_m: f64,
+        current_mps: [f64; 2],
+        depth_mps: f64,
+        /// No ranges from here on, s.
+        silent_s: f64,
+    }
+
+    /// Largest error over level, horizontally and in depth, and the last level, of an estimate that believes the fix, the
+    /// cell and the still water; the ship goes around it every 15 minutes.
+    fn fly(wrong: Wrong, duration_s: u32) -> ([f64; 2], Level) {
+        let sensors = NavigationConfig::REFERENCE.sensors;
+        let declared = Declared { receivers_m: [1.5; 2], ..Declared::DEFAULT };
+        let mut level = ProtectionLevel::new();
+        let (mut estimate, mut truth) = (VehicleState::zeros(), [0.0; 3]);
+        estimate[U] = 1.0;
+        let mut worst = [0.0_f64; 2];
+        for second in 1..=duration_s {
+            let time_s = f64::from(second);
+            estimate[X] += 1.0;
+            truth =
+                [truth[0] + 1.0 + wrong.current_mps[0], truth[1] + wrong.current_mps[1], truth[2] + wrong.depth_mps];
+            // a controller that believes the cell holds its depth, nose down
+            estimate[THETA] = -libm::asin(wrong.depth_mps);
+            let followed = Followed {
+                time_us: 1_000_000 * u64::from(second),
+                state: &estimate,
+                sensors: &sensors,
+                ship_transducer_depth_m: 0.0,
+            };
+            if second == 1 {
+                level.start(&followed, sensors.gnss_m, &declared);
+                continue;
+            }
+            level.take(&followed, &Aiding::Depth(estimate[Z]), &declared);
+            if second % 30 == 0 && (wrong.silent_s == 0.0 || time_s < wrong.silent_s) {
+                let (sin, cos) = libm::sincos(core::f64::consts::TAU * time_s / 900.0);
+                let place = [truth[0] + 400.0 * cos, truth[1] + 400.0 * sin];
+                let [north, east] = [truth[0] - place[0], truth[1] - place[1]];
+                let range_m = libm::hypot(libm::hypot(north, east), truth[2]) + wrong.range_m;
+                let ship = ShipReport {
+                    position_m: [place[0] + wrong.ship_m[0], place[1] + wrong.ship_m[1]],
+                    velocity_mps: [0.0; 2],
+                    position_sigma_m: 0.5,
+                    velocity_sigma_mps: 0.1,
+                };
+                level.take(&followed, &Aiding::Range { since_m: [0.0; 2], ship, range_m }, &declared);
+            }
+            level.follow(&followed, &declared);
+            let stated = level.level().unwrap();
+            let error_m = libm::hypot(estimate[X] - truth[0], estimate[Y] - truth[1]);
+            worst[0] = worst[0].max(error_m / stated.horizontal_m);
+            worst[1] = worst[1].max((estimate[Z] - truth[2]).abs() / stated.vertical_m);
+        }
+        (worst, level.level().unwrap())
+    }
+
+    /// Whatever the estimate does, here nothing at all, the level covers its error, for as long as it lasts.
+    #[test]
+    fn val_the_level_covers_an_estimate_that_is_wrong() {
+        let cases = [
+            Wrong::default(),
+            Wrong { ship_m: [30.0, -20.0], ..Wrong::default() },
+            Wrong { range_m: 15.0, ..Wrong::default() },
+            Wrong { current_mps: [0.1, -0.15], ..Wrong::default() },
+            Wrong { current_mps: [0.1, 0.1], silent_s: 900.0, ..Wrong::default() },
+            Wrong { depth_mps: 0.005, ..Wrong::default() },
+        ];
+        for (case, wrong) in cases.into_iter().enumerate() {
+            let (worst, _) = fly(wrong, 2700);
+            assert!(worst[0] < 1.0 && worst[1] < 1.0, "case {case}: {worst:?}");
+        }
+    }
+
+    /// A ship's offset is seen by nothing but the first fix: the level does not forget the contradiction.
+    #[test]
+    fn a_contradiction_is_not_forgotten() {
+        let [before, after] = [1800, 5400]
+            .map(|duration_s| fly(Wrong { ship_m: [60.0, 0.0], ..Wrong::default() }, duration_s).1.horizontal_m);
+        assert!(before > 60.0 && after > 60.0, "{before} m, {after} m");
+    }
+
+    /// Silence costs: without ranges the level grows without end.
+    #[test]
+    fn a_level_without_ranges_grows() {
+        let silent = |silent_s| fly(Wrong { silent_s, ..Wrong::default() }, 1800).1.horizontal_m;
+        assert!(silent(600.0) > 2.0 * silent(0.0), "{} m, {} m", silent(600.0), silent(0.0));
+    }
+}
