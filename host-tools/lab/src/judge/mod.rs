@@ -1,4 +1,4 @@
-//! `cargo lab judge`: is the bound that the board states a bound? Flights drawn over the whole scenario language, judged by
+//! `cargo lab judge`: is the bound that the board states a bound? Flights drawn over the scenario language, judged by
 //! truth and telemetry alone.
 //!
 //! | module | |

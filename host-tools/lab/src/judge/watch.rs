@@ -48,7 +48,8 @@ pub struct Judged {
     pub depth: Bound,
     /// Time with an error beyond three of the board's own sigmas, horizontally, s.
     pub beyond_sigmas_s: f64,
-    /// Share of the time with a range in the last two minutes in which the level is at most 25 m; 1 without such a time.
+    /// Share of the time with a range in the last two minutes in which the level is at most 25 m; 1 without such a
+    /// time.
     pub tight: f64,
     /// Deepest true point under way below the mission's depth, m.
     pub too_deep_m: f64,

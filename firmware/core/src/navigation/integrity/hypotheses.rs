@@ -22,7 +22,8 @@ pub enum Area {
 
 impl Area {
     /// One sigma of the current per axis, m/s. Lakes: wind-driven currents of 2 to 3 % of the wind (G. E. Hutchinson, A
-    /// Treatise on Limnology, 1957); coast: a tidal stream with an amplitude of half a knot; strait: of a knot and a half.
+    /// Treatise on Limnology, 1957); coast: a tidal stream with an amplitude of half a knot; strait: of a knot and a
+    /// half.
     const fn current_mps(self) -> f64 {
         match self {
             Self::Lake => 0.05,

@@ -215,8 +215,8 @@ impl ProtectionLevel {
         self.depths.iter_mut().for_each(Vertical::surfaced);
     }
 
-    /// Velocity over ground: in axes by the measured heading it is that of the account, turned back by its course's error
-    /// and by the DVL's yaw.
+    /// Velocity over ground: in axes by the measured heading it is that of the account, turned back by its course's
+    /// error and by the DVL's yaw.
     fn bottom_track(&mut self, x: &VehicleState, velocity_mps: [f64; 3], sigma_mps: f64, declared: &Declared) {
         let over_ground = Attitude::new(&state::attitude(x)).rotation() * Vector3::from(velocity_mps);
         let [n, e] = through_water(x);
@@ -319,8 +319,8 @@ mod tests {
         silent_s: f64,
     }
 
-    /// Largest error over level, horizontally and in depth, and the last level, of an estimate that believes the fix, the
-    /// cell and the still water; the ship goes around it every 15 minutes.
+    /// Largest error over level, horizontally and in depth, and the last level, of an estimate that believes the fix,
+    /// the cell and the still water; the ship goes around it every 15 minutes.
     fn fly(wrong: Wrong, duration_s: u32) -> ([f64; 2], Level) {
         let sensors = NavigationConfig::REFERENCE.sensors;
         let declared = Declared { receivers_m: [1.5; 2], ..Declared::DEFAULT };
