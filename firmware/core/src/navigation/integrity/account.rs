@@ -57,10 +57,10 @@ impl Priors {
 
     pub(super) fn set(&mut self, nuisance: &Nuisance, open: bool) {
         let (from, to) = nuisance.states;
-        for i in (0..STATES).filter(|i| (from..to).contains(i)) {
-            self.variance[i] = self.variance[i].max(nuisance.sigma * nuisance.sigma);
-            self.memory_s[i] = nuisance.memory_s;
-            self.open[i] = open;
+        let states = self.variance.iter_mut().zip(&mut self.memory_s).zip(&mut self.open).enumerate();
+        for (_, ((variance, memory_s), is_open)) in states.filter(|(i, _)| (from..to).contains(i)) {
+            *variance = variance.max(nuisance.sigma * nuisance.sigma);
+            (*memory_s, *is_open) = (nuisance.memory_s, open);
         }
     }
 }
@@ -97,8 +97,8 @@ impl Account {
     /// Starts at a place that is known but for a fix's error.
     pub(super) fn start(&mut self, position_m: [f64; 2], sigma_m: f64, priors: &Priors) {
         *self = Self::NEW;
-        for (i, row) in self.p.iter_mut().enumerate() {
-            row[i] = priors.variance[i];
+        for i in 0..STATES {
+            self.p[i][i] = priors.variance[i];
         }
         for i in POSITION {
             let offset = FIX.start + i;
@@ -125,16 +125,16 @@ impl Account {
             row[1] += t * row[3] + e * row[4] + n * row[5];
         }
         let mut kept = [1.0; STATES];
-        for (i, kept) in kept.iter_mut().enumerate() {
+        for i in 0..STATES {
             let depths = if CURRENT.contains(&i) { depth_m.abs() / CURRENT_DEPTH_M } else { 0.0 };
-            *kept = libm::exp(-t / priors.memory_s[i] - depths);
+            kept[i] = libm::exp(-t / priors.memory_s[i] - depths);
         }
-        for (i, row) in p.iter_mut().enumerate() {
+        for i in 0..STATES {
             x[i] *= kept[i];
-            for (value, kept_j) in row.iter_mut().zip(kept) {
-                *value *= kept[i] * kept_j;
+            for j in 0..STATES {
+                p[i][j] *= kept[i] * kept[j];
             }
-            row[i] += priors.variance[i] * (1.0 - kept[i] * kept[i]);
+            p[i][i] += priors.variance[i] * (1.0 - kept[i] * kept[i]);
         }
         for i in POSITION {
             p[i][i] += POSITION_NOISE * POSITION_NOISE * t;

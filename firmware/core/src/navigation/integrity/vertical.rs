@@ -62,12 +62,12 @@ impl Vertical {
         }
         let kept = [1.0, libm::exp(-step_s / slow.memory_s), libm::exp(-step_s / RATE_S)];
         let variance = [0.0, slow.bias_m * slow.bias_m, RATE_MPS * RATE_MPS];
-        for (i, row) in p.iter_mut().enumerate() {
+        for i in 0..3 {
             x[i] *= kept[i];
-            for (value, kept_j) in row.iter_mut().zip(kept) {
-                *value *= kept[i] * kept_j;
+            for j in 0..3 {
+                p[i][j] *= kept[i] * kept[j];
             }
-            row[i] += variance[i] * (1.0 - kept[i] * kept[i]);
+            p[i][i] += variance[i] * (1.0 - kept[i] * kept[i]);
         }
         p[0][0] += NOISE * NOISE * step_s;
     }
@@ -86,11 +86,11 @@ impl Vertical {
         let by_state = self.p.map(|of_state| of_state.iter().zip(row).map(|(p, h)| p * h).sum::<f64>());
         let predicted: f64 = by_state.iter().zip(row).map(|(p, h)| p * h).sum();
         let total = (predicted + variance).max(innovation * innovation / HUBER);
-        for (i, (x, of_state)) in self.x.iter_mut().zip(&mut self.p).enumerate() {
+        for i in 0..3 {
             let gain = by_state[i] / total;
-            *x += gain * innovation;
-            for (value, by) in of_state.iter_mut().zip(by_state) {
-                *value -= gain * by;
+            self.x[i] += gain * innovation;
+            for j in 0..3 {
+                self.p[i][j] -= gain * by_state[j];
             }
         }
     }
