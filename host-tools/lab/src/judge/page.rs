@@ -77,6 +77,9 @@ pub fn page(judged: &[Judged], args: &Args) -> String {
         "- For comparison: beyond three of the board's own sigmas for longer than that in {sigmas} flights.\n- Deeper than the \
          mission's depth by more than 6 m (limit and 1 m) under way: {deep} flights.\n"
     );
+    if let Some(name) = args.picture.as_ref().and_then(|path| path.file_name()) {
+        let _ = writeln!(text, "![Error against level, one point a minute]({})\n", name.display());
+    }
     let mut rows: BTreeMap<&str, Vec<&Judged>> = BTreeMap::new();
     for flight in judged {
         for name in &flight.classes {
