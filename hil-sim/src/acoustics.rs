@@ -47,7 +47,7 @@ pub struct Sender {
 
 /// A packet on its way.
 #[derive(Clone, Copy, Debug)]
-struct Flight {
+struct PacketFlight {
     /// When it left, s.
     left_s: f64,
     /// From where, m.
@@ -88,7 +88,7 @@ pub struct Acoustics {
     noise: Stream,
     loss: Stream,
     outliers: Stream,
-    flights: Vec<Flight>,
+    flights: Vec<PacketFlight>,
 }
 
 impl Acoustics {
@@ -141,7 +141,7 @@ impl Acoustics {
             let lost = self.loss.uniform() < self.settings.loss_share;
             let flight = self.flight(slot.exchange, time_us, errors, vehicle, ship, estimator);
             if let Some(flight) = flight.filter(|_| !lost) {
-                self.flights.push(Flight { outlier_m, ..flight });
+                self.flights.push(PacketFlight { outlier_m, ..flight });
             }
         }
     }
@@ -180,17 +180,17 @@ impl Acoustics {
         let flight = match exchange {
             Exchange::Downlink => {
                 let kind = FlightKind::Downlink { tol_us, ship_velocity_mps: ship.at(left_s).velocity_mps, report };
-                Some(Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m, kind })
+                Some(PacketFlight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m, kind })
             }
             Exchange::Uplink => Some(self.uplink(tol_us, errors, vehicle, ship)),
             Exchange::TwoWay => self.ping(tol_us, errors, vehicle, ship),
             Exchange::ShipPing => {
                 let kind = FlightKind::ShipPing { tol_us };
-                Some(Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m, kind })
+                Some(PacketFlight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m, kind })
             }
         };
         if let Some(flight) = flight.filter(|_| !lost) {
-            self.flights.push(Flight { outlier_m, ..flight });
+            self.flights.push(PacketFlight { outlier_m, ..flight });
         }
     }
 
@@ -217,13 +217,13 @@ impl Acoustics {
         vehicle: &Sender,
         ship: &ShipMotion,
         estimator: &ShipEstimator,
-    ) -> Option<Flight> {
+    ) -> Option<PacketFlight> {
         let left_s = seconds(tol_us);
         Some(match exchange {
             Exchange::Downlink => {
                 let report = estimator.report(left_s)?;
                 let kind = FlightKind::Downlink { tol_us, ship_velocity_mps: ship.at(left_s).velocity_mps, report };
-                Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m: 0.0, kind }
+                PacketFlight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m: 0.0, kind }
             }
             Exchange::Uplink => self.uplink(tol_us, errors, vehicle, ship),
             Exchange::TwoWay => self.ping(tol_us, errors, vehicle, ship)?,
@@ -232,7 +232,7 @@ impl Acoustics {
         })
     }
 
-    fn uplink(&self, tol_us: u64, errors: [f64; 2], vehicle: &Sender, ship: &ShipMotion) -> Flight {
+    fn uplink(&self, tol_us: u64, errors: [f64; 2], vehicle: &Sender, ship: &ShipMotion) -> PacketFlight {
         let left_s = seconds(tol_us);
         let (arrival_s, _) = self.arrival_at_ship(left_s, vehicle.position_m, ship);
         let [north, east] = ship.at(arrival_s).velocity_mps;
@@ -241,17 +241,17 @@ impl Acoustics {
             difference([north, east, 0.0], vehicle.velocity_mps),
         );
         let kind = FlightKind::Uplink { tol_us, arrival_s, range_rate_mps };
-        Flight { left_s, from_m: vehicle.position_m, errors, outlier_m: 0.0, kind }
+        PacketFlight { left_s, from_m: vehicle.position_m, errors, outlier_m: 0.0, kind }
     }
 
-    fn ping(&self, tol_us: u64, errors: [f64; 2], vehicle: &Sender, ship: &ShipMotion) -> Option<Flight> {
+    fn ping(&self, tol_us: u64, errors: [f64; 2], vehicle: &Sender, ship: &ShipMotion) -> Option<PacketFlight> {
         let (arrival_s, outward_m) = self.arrival_at_ship(seconds(tol_us), vehicle.position_m, ship);
         if outward_m > self.settings.max_range_m {
             return None;
         }
         let left_s = arrival_s + self.settings.turnaround_s;
         let kind = FlightKind::Return { tol_us, outward_m };
-        Some(Flight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m: 0.0, kind })
+        Some(PacketFlight { left_s, from_m: self.transducer(ship, left_s), errors, outlier_m: 0.0, kind })
     }
 
     fn transducer(&self, ship: &ShipMotion, time_s: f64) -> [f64; 3] {
@@ -295,7 +295,7 @@ impl Acoustics {
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    fn arrival(&self, flight: &Flight, passage: &Passage) -> Option<f64> {
+    fn arrival(&self, flight: &PacketFlight, passage: &Passage) -> Option<f64> {
         if let FlightKind::Uplink { arrival_s, .. } = flight.kind {
             return (arrival_s <= passage.to_s).then_some(arrival_s);
         }
@@ -312,7 +312,7 @@ impl Acoustics {
 
     fn received(
         &self,
-        flight: &Flight,
+        flight: &PacketFlight,
         arrival_s: f64,
         passage: &Passage,
         ship: &ShipMotion,

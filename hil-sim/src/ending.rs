@@ -1,6 +1,6 @@
 //! How a flight really ended, by the truth: flown, cut short, capsized, given up, never begun.
 
-use crate::flight::{self, FlightLog, Sample};
+use crate::flight::{self, FlightLog, FlightSample};
 use crate::scenario::Scenario;
 use backseat_core::state::{PHI, THETA};
 
@@ -88,8 +88,8 @@ impl Ending {
 }
 
 /// When the vehicle was upside down for [`CAPSIZED_S`] samples, one a second.
-fn capsized(samples: &[Sample]) -> Option<f64> {
-    let is_over = |sample: &Sample| {
+fn capsized(samples: &[FlightSample]) -> Option<f64> {
+    let is_over = |sample: &FlightSample| {
         let [roll, pitch] = [PHI, THETA].map(|angle| sample.truth.state[angle]);
         roll.cos() * pitch.cos() < 0.0
     };

@@ -6,7 +6,6 @@ pub mod dataset;
 pub mod devices;
 pub mod ending;
 pub mod environment;
-pub mod experiment;
 pub mod faults;
 pub mod flight;
 pub mod noise;

@@ -134,3 +134,26 @@ pub fn step_us<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Err
         Err(D::Error::custom(format_args!("{step} is not a divisor of 1000000 within 100 to 10000")))
     }
 }
+
+/// Tables of a settings file in which every key may be left out: after `as` who reads it, after `=` its default.
+macro_rules! settings {
+    ($($(#[$meta:meta])* pub struct $name:ident {
+        $($(#[$doc:meta])* $field:ident: $type:ty $(as $read:literal)? = $default:expr,)*
+    })*) => {$(
+        $(#[$meta])*
+        #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name {$(
+            $(#[$doc])*
+            $(#[serde(deserialize_with = $read)])?
+            pub $field: $type,
+        )*}
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+    )*};
+}
+pub(crate) use settings;

@@ -1,6 +1,7 @@
 //! `backseat bench`: noise of every sensor from a log at rest, and a vehicle file with it.
 
-use crate::log_input::LogInput;
+use crate::log_input::{LogInput, is_admitted};
+use crate::outcome::Outcome;
 use crate::output::Output;
 use backseat_analysis::bench::{self, Bench};
 use backseat_logs::VehicleFile;
@@ -35,9 +36,12 @@ pub struct Args {
 }
 
 /// Measures, prints and writes.
-pub fn run(args: &Args) -> anyhow::Result<()> {
+pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     args.output.check(&[&args.out])?;
-    let read = args.input.read(&args.log)?;
+    let mut read = args.input.read(&args.log)?;
+    if !is_admitted(&mut [&mut read], "bench", &args.output)? {
+        return Ok(Outcome::Doubtful);
+    }
     let found = Bench::of(&read.log)?;
     if let Some(out) = &args.out {
         let vehicle =
@@ -45,5 +49,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let source = format!("Section [sensors] by backseat bench of {}.", args.log.display());
         found.applied(&vehicle)?.write(out, &source, args.output.existing())?;
     }
-    args.output.show(bench::report(&found).file("vehicle_file", args.out.as_deref()))
+    args.output.show(bench::report(&found).file("vehicle_file", args.out.as_deref()))?;
+    Ok(Outcome::Done)
 }

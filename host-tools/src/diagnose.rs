@@ -1,13 +1,12 @@
 //! `backseat diagnose`: which physical effect the declared model lacks.
 
-use crate::log_input::LogInput;
+use crate::log_input::{LogInput, explain_failure, is_admitted};
 use crate::outcome::Outcome;
 use crate::output::{Output, make_folder_of};
 use anyhow::bail;
 use backseat_analysis::diagnose::{self, Files, TERMS_FILE};
 use backseat_analysis::effect::terms::Terms;
 use backseat_analysis::read_log::ReadLog;
-use backseat_logs::importers;
 use backseat_logs::log::Column;
 use backseat_logs::{Truth, VehicleFile};
 use std::path::PathBuf;
@@ -67,8 +66,8 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let vehicle_path = args.out.clone().or_else(|| args.output.in_report("vehicle.toml"));
     args.output.check(&[&vehicle_path, &args.output.in_report(TERMS_FILE)])?;
     let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
-    let read = read(args)?;
-    crate::log_input::explain_failure(&read, || write(args, &read, vehicle.as_ref(), vehicle_path))
+    let Some(read) = read(args)? else { return Ok(Outcome::Doubtful) };
+    explain_failure(&read, || write(args, &read, vehicle.as_ref(), vehicle_path))
 }
 
 /// From the log that was read to what is written: the page, the vehicle file, the terms.
@@ -97,11 +96,17 @@ fn write(
     Ok(Outcome::doubtful_if(!result.doubts.is_empty()))
 }
 
-/// The log, with the one beside it.
-fn read(args: &Args) -> anyhow::Result<ReadLog> {
+/// The log, with those beside it; `None` if one is refused.
+fn read(args: &Args) -> anyhow::Result<Option<ReadLog>> {
     let mut read = args.input.read(&args.log)?;
-    for path in &args.with {
-        read.log.join(importers::read(path)?.log);
+    let beside = args.with.iter().map(|path| ReadLog::of(path, None));
+    let mut beside = beside.collect::<Result<Vec<ReadLog>, _>>()?;
+    let mut logs: Vec<&mut ReadLog> = std::iter::once(&mut read).chain(&mut beside).collect();
+    if !is_admitted(&mut logs, "diagnose", &args.output)? {
+        return Ok(None);
+    }
+    for other in beside {
+        read.log.join(other.log);
     }
     if let Some(run) = args.run {
         read.log.rows.retain(|row| row.get(Column::Run) == Some(f64::from(run)));
@@ -113,5 +118,5 @@ fn read(args: &Args) -> anyhow::Result<ReadLog> {
         }
     }
     read.log.keep_first(MOST_ROWS);
-    Ok(read)
+    Ok(Some(read))
 }

@@ -3,7 +3,6 @@
 use crate::log_input::LogInput;
 use crate::outcome::Outcome;
 use crate::output;
-use anyhow::bail;
 use backseat_analysis::info;
 use std::path::PathBuf;
 
@@ -16,9 +15,9 @@ Examples:
 
 Range, rate and gaps of every column; what contradicts units, signs and times (a heading beyond 2 pi, a depth above the
 surface, a yaw rate 57 times what the heading does, mirrored positions, times in milliseconds); and what `navigate`,
-`identify` and `diagnose` can do with it. The first line says \"usable\", \"suspicious\" (what speaks against it stands above)
-or \"of no use\"; of the last two the exit code is 3, of what is suspicious with --strict 1. The three commands make the same
-check when they begin.";
+`identify` and `diagnose` can do with it. The first line says \"usable\", \"suspicious\" (what speaks against it stands above,
+with the lines of a mapping that mend it) or \"of no use\"; of the last two the exit code is 3. The three commands make the same
+check when they begin, and refuse what is suspicious; with --force they go on. What the log does not let be tested is said.";
 
 /// What a file is, whether it is plausible, and what can be done with it
 #[derive(clap::Args)]
@@ -37,7 +36,7 @@ pub struct Args {
 /// Examines a file.
 ///
 /// # Errors
-/// A file that cannot be read; with `--strict`, one that is suspicious.
+/// A file that cannot be read.
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     if !args.input.is_mapped()
         && let Some(report) = info::describe(&args.file)?
@@ -45,12 +44,7 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
         output::print(&report, args.json)?;
         return Ok(Outcome::Done);
     }
-    let read = args.input.examine(&args.file)?;
+    let read = args.input.read(&args.file)?;
     output::print(&info::report(&read), args.json)?;
-    match read.examination.suspicions().next() {
-        Some(first) if args.input.is_strict() => {
-            bail!("{}: {} (refused by --strict)", args.file.display(), first.message)
-        }
-        _ => Ok(Outcome::doubtful_if(!info::verdict(&read).1.is_empty())),
-    }
+    Ok(Outcome::doubtful_if(!info::verdict(&read).1.is_empty()))
 }

@@ -19,6 +19,7 @@ mod output;
 mod params;
 mod record;
 mod replay;
+mod screen;
 mod sim;
 mod topside;
 mod vehicle;
@@ -138,7 +139,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
     let result = match cli.command {
         Command::Sim(simulation) => simulation.run(),
         Command::Info(args) => info::run(&args),
-        Command::Map(args) => map::run(&args).map(Outcome::from),
+        Command::Map(args) => map::run(&args),
         Command::Vehicle(vehicle) => vehicle.run(),
         Command::Backseat { ports } => sim::backseat(&ports).map(Outcome::from),
         Command::SimulatedTopside(args) => topside::run_simulated(&args).map(Outcome::from),
@@ -146,7 +147,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
         Command::Diagnose(args) => diagnose::run(&args),
         Command::Effect(effect) => effect.run().map(Outcome::from),
         Command::Identify(args) => identify::run(&args),
-        Command::Bench(args) => bench::run(&args).map(Outcome::from),
+        Command::Bench(args) => bench::run(&args),
         Command::Record(args) => record::run(&args).map(Outcome::from),
         Command::Replay(args) => replay::run(&args).map(Outcome::from),
         Command::Export(args) => export::run(&args).map(Outcome::from),

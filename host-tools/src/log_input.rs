@@ -1,7 +1,8 @@
 //! The options by which every command reads a log.
 
-use anyhow::bail;
+use crate::output::Output;
 use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::refusal;
 use std::path::{Path, PathBuf};
 
 /// How a log is to be read.
@@ -9,36 +10,18 @@ use std::path::{Path, PathBuf};
 pub struct LogInput {
     /// Column mapping for a table of another maker: `[time]` with column, unit (s, ms, us, min, h, hms) and base (start
     /// or epoch), and for each column of the vehicle log, such as `[columns.depth_m]`, its column, unit, sign, scale,
-    /// offset. For the commands in a ROS 2 bag the same with topics as columns
+    /// offset. In a log of messages (ROS 2 bag, MOOS, LSTS, ArduPilot, MAVLink, PX4) the same with their numbers as
+    /// columns, such as RCOU.C1
     #[arg(long = "columns", value_name = "MAP.toml")]
     map: Option<PathBuf>,
-    /// Refuse a log whose units, signs or times look wrong, instead of warning
-    #[arg(long)]
-    strict: bool,
 }
 
 impl LogInput {
-    /// Reads and examines a log; says on stderr what is doubtful.
-    ///
-    /// # Errors
-    /// The log or the mapping cannot be read; with `--strict`, the log is suspicious.
-    pub fn read(&self, path: &Path) -> anyhow::Result<ReadLog> {
-        let mut read = self.examine(path)?;
-        for finding in &read.examination.findings {
-            eprintln!("warning: {}: {}", path.display(), finding.message);
-        }
-        read.note_findings();
-        if let Some(first) = read.examination.suspicions().next().filter(|_| self.strict) {
-            bail!("{}: {} (refused by --strict)", path.display(), first.message);
-        }
-        Ok(read)
-    }
-
-    /// Reads and examines a log, and says nothing.
+    /// Reads and examines a log.
     ///
     /// # Errors
     /// The log or the mapping cannot be read.
-    pub fn examine(&self, path: &Path) -> anyhow::Result<ReadLog> {
+    pub fn read(&self, path: &Path) -> anyhow::Result<ReadLog> {
         Ok(ReadLog::of(path, self.map.as_deref())?)
     }
 
@@ -46,11 +29,29 @@ impl LogInput {
     pub const fn is_mapped(&self) -> bool {
         self.map.is_some()
     }
+}
 
-    /// Whether a suspicious log is an error.
-    pub const fn is_strict(&self) -> bool {
-        self.strict
+/// Whether a command goes on with its logs: what contradicts physics is refused, unless `--force` was given. Says what was
+/// found: in the refusal, or on stderr.
+///
+/// # Errors
+/// What the operating system reports.
+pub fn is_admitted(logs: &mut [&mut ReadLog], command: &str, output: &Output) -> anyhow::Result<bool> {
+    let refused = logs.iter().find_map(|read| refusal::of(read, command));
+    if let Some(report) = refused.filter(|_| !output.is_forced()) {
+        output.print(&report)?;
+        return Ok(false);
     }
+    logs.iter_mut().for_each(|read| warn(read));
+    Ok(true)
+}
+
+/// Says on stderr, and in the notes of the log, what is doubtful about it.
+pub fn warn(read: &mut ReadLog) {
+    for finding in &read.examination.findings {
+        eprintln!("warning: {}: {}", read.log.path.display(), finding.message);
+    }
+    read.note_findings();
 }
 
 /// Does the work; if that fails, says what the reader recognised and left out, which is often why.

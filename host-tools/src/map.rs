@@ -1,5 +1,6 @@
 //! `backseat map`: a draft of the column mapping of another maker's table.
 
+use crate::outcome::Outcome;
 use crate::output;
 use anyhow::bail;
 use backseat_analysis::map;
@@ -14,8 +15,11 @@ Examples:
   backseat info table.csv --columns map.toml      do units and signs fit each other?
   backseat diagnose table.csv --columns map.toml
 
-Guesses come from the names and ranges of the columns; units in names, as in \"Depth (ft)\", are heeded. The draft lists
-what it did not use, and says how to write constants, quaternions and turned axes.";
+Guesses come from the names and ranges of the columns; units in names, as in \"Depth (ft)\", are heeded, and words such as
+left, up and enu decide the axes of all. The draft is read, its columns are tested against each other, and what physics
+contradicts is changed. Each entry is marked \"sure\", with the test that shows it, or \"check\". What still contradicts
+stands at the top, and the exit code is 3. The draft lists what it did not use, and says how to write constants,
+quaternions and turned axes.";
 
 /// Draft the column mapping of another maker's table
 #[derive(clap::Args)]
@@ -35,7 +39,7 @@ pub struct Args {
 }
 
 /// Drafts and writes.
-pub fn run(args: &Args) -> anyhow::Result<()> {
+pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let draft = importers::draft(&args.table)?;
     if draft.guesses.len() < 2 {
@@ -49,7 +53,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         write(path, existing, |out| out.write_all(draft.text.as_bytes()))?;
     }
     if args.out.is_none() && !args.json {
-        return console::print(draft.text.as_bytes());
+        console::print(draft.text.as_bytes())?;
+    } else {
+        output::print(&map::report(&draft, &args.table, args.out.as_deref()), args.json)?;
     }
-    output::print(&map::report(&draft, &args.table, args.out.as_deref()), args.json)
+    Ok(Outcome::doubtful_if(!draft.doubts.is_empty()))
 }

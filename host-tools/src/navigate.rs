@@ -1,6 +1,6 @@
 //! `backseat navigate`: the flight filter over a recorded mission.
 
-use crate::log_input::{LogInput, explain_failure};
+use crate::log_input::{LogInput, explain_failure, is_admitted};
 use crate::outcome::Outcome;
 use crate::output::Output;
 use anyhow::Context;
@@ -109,6 +109,9 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let declared = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
     let vehicle = declared.clone().unwrap_or_else(VehicleFile::reference);
     let mut read = args.input.read(&args.log)?;
+    if !is_admitted(&mut [&mut read], "navigate", &args.output)? {
+        return Ok(Outcome::Doubtful);
+    }
     let trial = Trial { ship: args.ship.clone(), modem: args.modem.clone(), origin_deg: args.origin };
     trial.join(&mut read, &vehicle)?;
     if let Some(path) = &args.terms {

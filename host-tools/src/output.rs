@@ -14,12 +14,17 @@ pub struct Output {
     /// Print one JSON object instead of the text
     #[arg(long)]
     json: bool,
-    /// Replace results that exist
+    /// Go on with a log that contradicts physics, and replace results that exist
     #[arg(long)]
     force: bool,
 }
 
 impl Output {
+    /// Whether to go on with what is not to be trusted.
+    pub const fn is_forced(&self) -> bool {
+        self.force
+    }
+
     /// What is to be done with results that exist.
     pub fn existing(&self) -> Existing {
         if self.force { Existing::Replace } else { Existing::Keep }

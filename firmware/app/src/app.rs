@@ -19,13 +19,6 @@ pub struct App {
     pub(crate) backseat: Backseat,
 }
 
-#[cfg(not(feature = "static-filter"))]
-impl Default for App {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl App {
     /// Default parameters, no mission, nothing received.
     #[cfg(not(feature = "static-filter"))]

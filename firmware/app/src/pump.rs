@@ -69,12 +69,6 @@ pub struct Pump {
     lockstep: Lockstep,
 }
 
-impl Default for Pump {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Pump {
     /// Before the first byte.
     #[must_use]

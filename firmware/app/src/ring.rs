@@ -9,12 +9,6 @@ pub struct Ring<const N: usize> {
     dropped: u32,
 }
 
-impl<const N: usize> Default for Ring<N> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl<const N: usize> Ring<N> {
     /// Nothing waits.
     #[must_use]

@@ -53,12 +53,6 @@ pub struct UtcClock {
     oscillator: Oscillator,
 }
 
-impl Default for UtcClock {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl UtcClock {
     /// Knows nothing of UTC.
     #[must_use]

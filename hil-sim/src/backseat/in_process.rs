@@ -67,12 +67,6 @@ pub struct InProcess {
     record: RestartRecord,
 }
 
-impl Default for InProcess {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl InProcess {
     /// As after power-up, with nothing in its memory.
     #[must_use]

@@ -27,7 +27,7 @@ const REST: Duration = Duration::from_micros(100);
 const ENDING: Duration = Duration::from_millis(200);
 
 /// One UART's socket, and what has come from it.
-struct Line {
+struct EmulatedUart {
     stream: UnixStream,
     received: Vec<u8>,
 }
@@ -36,7 +36,7 @@ struct Line {
 pub struct Qemu {
     child: Child,
     /// In the order of [`Port::ALL`].
-    lines: Vec<Line>,
+    lines: Vec<EmulatedUart>,
     // Removed with the sockets in it when the emulator is gone.
     _sockets: TempDir,
 }
@@ -79,7 +79,7 @@ impl Qemu {
         let mut qemu = Self { child, lines: Vec::new(), _sockets: sockets };
         for listener in listeners {
             let stream = qemu.accept(&listener)?;
-            qemu.lines.push(Line { stream, received: Vec::new() });
+            qemu.lines.push(EmulatedUart { stream, received: Vec::new() });
         }
         // The first it says is that its ports are open.
         qemu.wait_until("boot", || Ok((log.as_file().metadata()?.len() > 0).then_some(())))?;

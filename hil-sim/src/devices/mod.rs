@@ -15,7 +15,7 @@ pub mod uart;
 pub use dvl::MOUNTING_RAD as DVL_MOUNTING_RAD;
 pub use geodesy::LocalFrame;
 
-use crate::faults::{Direction, FrontseatFaults, Line, PacketFaults, SensorFaults};
+use crate::faults::{Direction, FaultyLine, FrontseatFaults, PacketFaults, SensorFaults};
 use crate::observation::Observation;
 use crate::scenario::Scenario;
 use crate::truth::Actuators;
@@ -49,7 +49,7 @@ pub struct Devices {
     sensor_faults: SensorFaults,
     packet_faults: PacketFaults,
     /// To the backseat and from it.
-    lines: [[Line; 4]; 2],
+    lines: [[FaultyLine; 4]; 2],
 }
 
 impl Devices {
@@ -62,8 +62,9 @@ impl Devices {
         let (faults, seed) = (&settings.faults, settings.seed);
         let sensor_faults = SensorFaults::new(faults, seed);
         let packet_faults = PacketFaults::new(faults, seed, environment.sound_speed_mps);
-        let lines = [Direction::ToBackseat, Direction::FromBackseat]
-            .map(|direction| Port::DEVICES.map(|port| Line::new(faults, seed, port, direction, BAUD[port as usize])));
+        let lines = [Direction::ToBackseat, Direction::FromBackseat].map(|direction| {
+            Port::DEVICES.map(|port| FaultyLine::new(faults, seed, port, direction, BAUD[port as usize]))
+        });
         let frame = LocalFrame::new(environment.origin_latitude_deg, environment.origin_longitude_deg);
         let start_unix_s = environment.start_unix_s;
         let declination_rad = environment.magnetic_declination_rad;

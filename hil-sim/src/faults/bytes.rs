@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 
 /// One direction of a line.
 #[derive(Clone, Debug)]
-pub struct Line {
+pub struct FaultyLine {
     faults: Vec<Active<Damage>>,
     /// Time of one byte on the wire, µs.
     byte_us: f64,
@@ -22,7 +22,7 @@ pub struct Line {
     late: VecDeque<Arrival>,
 }
 
-impl Line {
+impl FaultyLine {
     /// The line of `port` in one direction.
     #[must_use]
     pub fn new(faults: &[Fault], seed: u64, port: Port, direction: Direction, baud: u32) -> Self {
@@ -141,10 +141,10 @@ impl Line {
 mod tests {
     use super::*;
 
-    fn line(damage: Damage) -> Line {
+    fn line(damage: Damage) -> FaultyLine {
         let kind = FaultKind::Line { port: Port::Dvl, direction: Direction::ToBackseat, damage };
         let fault = Fault { kind, from_us: 1_000_000, until_us: 2_000_000, text: String::new() };
-        Line::new(&[fault], 1, Port::Dvl, Direction::ToBackseat, 10_000) // 1 ms a byte
+        FaultyLine::new(&[fault], 1, Port::Dvl, Direction::ToBackseat, 10_000) // 1 ms a byte
     }
 
     fn frame(time_us: u64, byte: u8) -> Arrival {

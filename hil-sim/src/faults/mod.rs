@@ -20,7 +20,7 @@ mod read;
 mod sensors;
 
 pub use backseat::{Board, Flash};
-pub use bytes::Line;
+pub use bytes::FaultyLine;
 pub use frontseat::{FrontseatFault, FrontseatFaults};
 pub use modem::{Delivery, PacketFaults};
 pub use read::snake;

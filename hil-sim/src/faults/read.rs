@@ -4,6 +4,7 @@ use super::{
     BoardFault, Damage, Direction, Fault, FaultKind, FrontseatFault, ModeName, PacketFault, SensorFault, Wander,
 };
 use crate::quantity;
+use FaultKind::{Board, Frontseat, Packet, Sensor};
 use backseat_wire::hostlink::{Port, ResetCause};
 use serde::Deserialize;
 use std::fmt::Write as _;
@@ -137,9 +138,11 @@ written! {
     copies: u8;
 }
 
-/// The value of a key that the fault cannot do without.
-fn need<T>(value: Option<T>, key: &str) -> Result<T, String> {
-    value.ok_or_else(|| format!("{key} is missing"))
+/// Takes the value of a key that the fault cannot do without.
+macro_rules! need {
+    ($written:ident.$key:ident) => {
+        $written.$key.take().ok_or_else(|| concat!(stringify!($key), " is missing").to_owned())?
+    };
 }
 
 impl TryFrom<Written> for Fault {
@@ -164,37 +167,33 @@ impl TryFrom<Written> for Fault {
 impl Written {
     /// Takes what damage to frames calls for; nothing for other faults.
     fn damage(&mut self) -> Result<Option<Damage>, String> {
-        let share = |this: &mut Self| need(this.share.take(), "share");
-        let factor = |this: &mut Self| match need(this.factor.take(), "factor")? {
-            factor @ 1..=1000 => Ok(factor),
+        let factor = |factor: u32| match factor {
+            1..=1000 => Ok(factor),
             other => Err(format!("factor: {other} is outside 1 to 1000")),
         };
         Ok(Some(match self.name {
-            Name::Lost => Damage::Lost { share: share(self)? },
-            Name::Repeated => Damage::Repeated { share: share(self)? },
-            Name::Reordered => Damage::Reordered { share: share(self)? },
-            Name::Late => {
-                let delay_us = micros(need(self.delay_s.take(), "delay_s")?);
-                Damage::Late { share: share(self)?, delay_us }
-            }
-            Name::BitFlipped => Damage::BitFlipped { share: share(self)? },
-            Name::Truncated => Damage::Truncated { share: share(self)? },
+            Name::Lost => Damage::Lost { share: need!(self.share) },
+            Name::Repeated => Damage::Repeated { share: need!(self.share) },
+            Name::Reordered => Damage::Reordered { share: need!(self.share) },
+            Name::Late => Damage::Late { delay_us: micros(need!(self.delay_s)), share: need!(self.share) },
+            Name::BitFlipped => Damage::BitFlipped { share: need!(self.share) },
+            Name::Truncated => Damage::Truncated { share: need!(self.share) },
             Name::Silent => Damage::Silent,
-            Name::Babbling => Damage::Babbling { factor: factor(self)? },
-            Name::Garbage => Damage::Garbage { factor: factor(self)? },
+            Name::Babbling => Damage::Babbling { factor: factor(need!(self.factor))? },
+            Name::Garbage => Damage::Garbage { factor: factor(need!(self.factor))? },
             _ => return Ok(None),
         }))
     }
 
     fn wander(&mut self) -> Result<Wander, String> {
-        let period_s = need(self.period_s.take(), "period_s")?;
-        Ok(Wander { sigma_m: need(self.sigma_m.take(), "sigma_m")?, period_s })
+        let period_s = need!(self.period_s);
+        Ok(Wander { sigma_m: need!(self.sigma_m), period_s })
     }
 
     /// Takes what the name calls for.
     fn kind(&mut self) -> Result<FaultKind, String> {
         if let Some(damage) = self.damage()? {
-            let port = match need(self.port.take(), "port")? {
+            let port = match need!(self.port) {
                 PortName::Frontseat => Port::Frontseat,
                 PortName::Dvl => Port::Dvl,
                 PortName::Ahrs => Port::Ahrs,
@@ -202,90 +201,62 @@ impl Written {
             };
             return Ok(FaultKind::Line { port, direction: self.direction.take().unwrap_or_default(), damage });
         }
-        let delay_us = |this: &mut Self| need(this.delay_s.take(), "delay_s").map(micros);
         Ok(match self.name {
-            Name::DvlNoLock => FaultKind::Sensor(SensorFault::DvlNoLock),
-            Name::DvlFalseLock => FaultKind::Sensor(SensorFault::DvlFalseLock {
-                velocity_mps: need(self.velocity_mps.take(), "velocity_mps")?,
-            }),
-            Name::AhrsFrozen => FaultKind::Sensor(SensorFault::AhrsFrozen),
-            Name::AhrsNan => FaultKind::Sensor(SensorFault::AhrsNan),
-            Name::AhrsUpsideDown => FaultKind::Sensor(SensorFault::AhrsUpsideDown),
-            Name::AhrsTimerRollover => FaultKind::Sensor(SensorFault::AhrsTimerRollover),
-            Name::DepthJump => {
-                FaultKind::Sensor(SensorFault::DepthJump { depth_m: need(self.depth_m.take(), "depth_m")? })
-            }
-            Name::DepthDrift => {
-                FaultKind::Sensor(SensorFault::DepthDrift { rate_mps: need(self.rate_mps.take(), "rate_mps")? })
-            }
-            Name::DepthFactor => {
-                FaultKind::Sensor(SensorFault::DepthFactor { factor: need(self.ratio.take(), "ratio")? })
-            }
-            Name::GnssJump => {
-                FaultKind::Sensor(SensorFault::GnssJump { offset_m: need(self.offset_m.take(), "offset_m")? })
-            }
-            Name::GnssDrift => {
-                FaultKind::Sensor(SensorFault::GnssDrift { drift_mps: need(self.drift_mps.take(), "drift_mps")? })
-            }
-            Name::ShipGnssJump => {
-                FaultKind::Sensor(SensorFault::ShipGnssJump { offset_m: need(self.offset_m.take(), "offset_m")? })
-            }
-            Name::GnssWander => FaultKind::Sensor(SensorFault::GnssWander(self.wander()?)),
-            Name::HeadingJump => FaultKind::Sensor(SensorFault::HeadingJump {
-                heading_rad: need(self.heading_rad.take(), "heading_rad")?,
-            }),
-            Name::HeadingDrift => {
-                FaultKind::Sensor(SensorFault::HeadingDrift { rate_radps: need(self.rate_radps.take(), "rate_radps")? })
-            }
-            Name::PacketLate => FaultKind::Packet(PacketFault::Late { delay_us: delay_us(self)? }),
-            Name::PacketDuplicated => FaultKind::Packet(PacketFault::Duplicated { delay_us: delay_us(self)? }),
-            Name::PacketWrongSource => {
-                FaultKind::Packet(PacketFault::WrongSource { address: need(self.address.take(), "address")? })
-            }
+            Name::DvlNoLock => Sensor(SensorFault::DvlNoLock),
+            Name::DvlFalseLock => Sensor(SensorFault::DvlFalseLock { velocity_mps: need!(self.velocity_mps) }),
+            Name::AhrsFrozen => Sensor(SensorFault::AhrsFrozen),
+            Name::AhrsNan => Sensor(SensorFault::AhrsNan),
+            Name::AhrsUpsideDown => Sensor(SensorFault::AhrsUpsideDown),
+            Name::AhrsTimerRollover => Sensor(SensorFault::AhrsTimerRollover),
+            Name::DepthJump => Sensor(SensorFault::DepthJump { depth_m: need!(self.depth_m) }),
+            Name::DepthDrift => Sensor(SensorFault::DepthDrift { rate_mps: need!(self.rate_mps) }),
+            Name::DepthFactor => Sensor(SensorFault::DepthFactor { factor: need!(self.ratio) }),
+            Name::GnssJump => Sensor(SensorFault::GnssJump { offset_m: need!(self.offset_m) }),
+            Name::GnssDrift => Sensor(SensorFault::GnssDrift { drift_mps: need!(self.drift_mps) }),
+            Name::ShipGnssJump => Sensor(SensorFault::ShipGnssJump { offset_m: need!(self.offset_m) }),
+            Name::GnssWander => Sensor(SensorFault::GnssWander(self.wander()?)),
+            Name::HeadingJump => Sensor(SensorFault::HeadingJump { heading_rad: need!(self.heading_rad) }),
+            Name::HeadingDrift => Sensor(SensorFault::HeadingDrift { rate_radps: need!(self.rate_radps) }),
+            Name::PacketLate => Packet(PacketFault::Late { delay_us: micros(need!(self.delay_s)) }),
+            Name::PacketDuplicated => Packet(PacketFault::Duplicated { delay_us: micros(need!(self.delay_s)) }),
+            Name::PacketWrongSource => Packet(PacketFault::WrongSource { address: need!(self.address) }),
             Name::PacketWrongSecond => {
-                let offset_s = need(self.offset_s.take(), "offset_s")?;
+                let offset_s = need!(self.offset_s);
                 if offset_s.fract() != 0.0 {
                     return Err(format!("offset_s: {offset_s} is no whole second"));
                 }
-                FaultKind::Packet(PacketFault::WrongSecond { offset_s: offset_s as i32 })
+                Packet(PacketFault::WrongSecond { offset_s: offset_s as i32 })
             }
-            Name::PacketForged => FaultKind::Packet(PacketFault::Forged),
-            Name::PacketReplayed => FaultKind::Packet(PacketFault::Replayed),
-            Name::PacketAbort => {
-                FaultKind::Packet(PacketFault::Abort { address: need(self.address.take(), "address")? })
+            Name::PacketForged => Packet(PacketFault::Forged),
+            Name::PacketReplayed => Packet(PacketFault::Replayed),
+            Name::PacketAbort => Packet(PacketFault::Abort { address: need!(self.address) }),
+            Name::Multipath => {
+                Packet(PacketFault::Multipath { share: need!(self.share), extra_m: need!(self.extra_m) })
             }
-            Name::Multipath => FaultKind::Packet(PacketFault::Multipath {
-                share: need(self.share.take(), "share")?,
-                extra_m: need(self.extra_m.take(), "extra_m")?,
-            }),
-            Name::ModemClockStep => {
-                FaultKind::Packet(PacketFault::ClockStep { offset_s: need(self.offset_s.take(), "offset_s")? })
-            }
-            Name::ModemClockDrift => {
-                FaultKind::Packet(PacketFault::ClockDrift { rate: 1e-6 * need(self.drift_ppm.take(), "drift_ppm")? })
-            }
+            Name::ModemClockStep => Packet(PacketFault::ClockStep { offset_s: need!(self.offset_s) }),
+            Name::ModemClockDrift => Packet(PacketFault::ClockDrift { rate: 1e-6 * need!(self.drift_ppm) }),
             Name::ShipPosition => {
-                let offset_m = need(self.offset_m.take(), "offset_m")?;
-                FaultKind::Packet(PacketFault::ShipPosition { offset_m, share: self.share.take().unwrap_or(1.0) })
+                let offset_m = need!(self.offset_m);
+                Packet(PacketFault::ShipPosition { offset_m, share: self.share.take().unwrap_or(1.0) })
             }
-            Name::ShipWander => FaultKind::Packet(PacketFault::ShipWander(self.wander()?)),
-            Name::FrontseatRefuses => FaultKind::Frontseat(FrontseatFault::Refuses),
-            Name::FrontseatReboots => FaultKind::Frontseat(FrontseatFault::Reboots),
-            Name::FrontseatMode => FaultKind::Frontseat(FrontseatFault::Mode(need(self.mode.take(), "mode")?.mode())),
+            Name::ShipWander => Packet(PacketFault::ShipWander(self.wander()?)),
+            Name::FrontseatRefuses => Frontseat(FrontseatFault::Refuses),
+            Name::FrontseatReboots => Frontseat(FrontseatFault::Reboots),
+            Name::FrontseatMode => Frontseat(FrontseatFault::Mode(need!(self.mode).mode())),
             Name::Reset => {
                 let cause = match self.cause.take().unwrap_or_default() {
                     ResetCauseName::Watchdog => ResetCause::Watchdog,
                     ResetCauseName::BrownOut => ResetCause::BrownOut,
                 };
                 let down_us = micros(self.down_s.take().unwrap_or(WATCHDOG_DOWN_S));
-                FaultKind::Board(BoardFault::Reset { cause, down_us })
+                Board(BoardFault::Reset { cause, down_us })
             }
             Name::BoardClock => {
-                let offset_s = need(self.offset_s.take(), "offset_s")?;
-                FaultKind::Board(BoardFault::Clock { offset_us: (offset_s * 1e6).round() as i64 })
+                let offset_s = need!(self.offset_s);
+                Board(BoardFault::Clock { offset_us: (offset_s * 1e6).round() as i64 })
             }
-            Name::FlashCorrupted => match need(self.copies.take(), "copies")? {
-                copies @ 1..=2 => FaultKind::Board(BoardFault::Flash { copies }),
+            Name::FlashCorrupted => match need!(self.copies) {
+                copies @ 1..=2 => Board(BoardFault::Flash { copies }),
                 other => return Err(format!("copies: {other} is not 1 or 2")),
             },
             name => return Err(format!("{name:?} is no such fault")),

@@ -1,6 +1,6 @@
 //! A flight in lock-step: as fast as the machine allows, and the same bytes each time.
 
-use super::record::{Recorder, Sample};
+use super::record::{FlightSample, Recorder};
 use super::{FlightError, FlightLog, Moved, STEP_US, advance, join, prepare};
 use crate::devices::Devices;
 use crate::faults::Board;
@@ -174,7 +174,7 @@ impl<'a, P: Ports> Aloft<'a, P> {
         *under_way |= telemetry.leg.is_some();
         if edge {
             recorder.ship_side(scenario, now_us, ship, &truth, &world.ship());
-            recorder.sample(Sample { truth, ship: world.ship(), telemetry })?;
+            recorder.sample(FlightSample { truth, ship: world.ship(), telemetry })?;
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ mod setup;
 
 pub use lockstep::{Watched, fly, fly_fleet, fly_prepared, fly_watched, fly_with_ship};
 pub use realtime::{Start, fly_realtime, fly_realtime_with_ship};
-pub use record::{FlightLog, ModeChange, Sample, ShipSide};
+pub use record::{FlightLog, FlightSample, ModeChange, ShipSide};
 pub use setup::board_parameters;
 
 use crate::devices::Devices;

@@ -1,6 +1,6 @@
 //! A flight at the speed of the clock: frames at their true times, the board on its own timer.
 
-use super::record::{Recorder, Sample};
+use super::record::{FlightSample, Recorder};
 use super::{END_RADIUS_M, FlightError, FlightLog, Moved, advance, join, prepare, short_of_m};
 use crate::devices::Devices;
 use crate::scenario::Scenario;
@@ -101,7 +101,7 @@ pub fn fly_realtime_with_ship<P: Ports>(
         if second > sampled_s {
             sampled_s = second;
             recorder.ship_side(scenario, now_us, ship.as_deref(), &world.truth(), &world.ship());
-            recorder.sample(Sample { truth: world.truth(), ship: world.ship(), telemetry })?;
+            recorder.sample(FlightSample { truth: world.truth(), ship: world.ship(), telemetry })?;
             progress(now_us as f64 * 1e-6);
         }
     }

@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// Truth and estimate at one time.
 #[derive(Clone, Debug)]
-pub struct Sample {
+pub struct FlightSample {
     /// The true vehicle.
     pub truth: VehicleTruth,
     /// The true ship.
@@ -51,7 +51,7 @@ pub struct FlightLog {
     /// The measurements as a vehicle log, before any device rounded them.
     pub log: Log,
     /// Once a second.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<FlightSample>,
     /// What the backseat fused.
     pub fusions: Vec<FusionRecord>,
     /// What the backseat identified.
@@ -185,7 +185,7 @@ impl Recorder {
     }
 
     /// Once a second.
-    pub(super) fn sample(&mut self, sample: Sample) -> Result<(), DataError> {
+    pub(super) fn sample(&mut self, sample: FlightSample) -> Result<(), DataError> {
         let truth = &sample.truth;
         if let Some(files) = &mut self.files {
             files.truth.write(&TruthRow {

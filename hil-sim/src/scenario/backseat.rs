@@ -1,65 +1,43 @@
 //! `[backseat]`: how the backseat under test is configured.
 
 use super::Scenario;
-use crate::quantity;
+use crate::quantity::{self, settings};
 use crate::rng::{Source, Stream};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::parameters::Installation;
 use backseat_logs::VehicleFile;
 use serde::Deserialize;
 
-/// `[backseat]`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Backseat {
-    /// The app may fuse DVL velocities (it is simulated and logged either way).
-    pub dvl: bool,
-    /// The app may fuse acoustic range rates.
-    pub range_rate: bool,
-    /// The app may fuse body rates.
-    pub rates: bool,
-    /// Which law steers.
-    pub control_law: ControlLaw,
-    /// What is commanded.
-    pub control_mode: ControlMode,
-    /// The app estimates what the declaration leaves open; otherwise it takes the vehicle as declared.
-    pub robust: bool,
-    /// Estimate a water current, if it is not robust.
-    pub current_state: bool,
-    /// The backseat's values of inertia, drag, fins and thrust are each too high or too low by this share; the seed has
-    /// the signs.
-    #[serde(deserialize_with = "quantity::share")]
-    pub wrong_share: f64,
-    /// The seed that has them, if it is not the flight's: of a second dive of the same vehicle.
-    pub wrong_seed: Option<u64>,
-    /// One sigma per axis of a GNSS receiver's slow error, as the board is told, m. The simulated receivers have none but
-    /// by faults.
-    #[serde(deserialize_with = "quantity::non_negative")]
-    pub receiver_bias_m: f64,
-    /// Alert limit of the horizontal protection level, m; 0: none.
-    #[serde(deserialize_with = "quantity::non_negative")]
-    pub alert_horizontal_m: f64,
-    /// The same in depth, m.
-    #[serde(deserialize_with = "quantity::non_negative")]
-    pub alert_depth_m: f64,
-}
-
-impl Default for Backseat {
-    fn default() -> Self {
-        Self {
-            dvl: false,
-            range_rate: true,
-            rates: true,
-            control_law: ControlLaw::default(),
-            control_mode: ControlMode::default(),
-            robust: true,
-            current_state: false,
-            wrong_share: 0.0,
-            wrong_seed: None,
-            receiver_bias_m: 0.0,
-            alert_horizontal_m: 0.0,
-            alert_depth_m: 0.0,
-        }
+settings! {
+    /// `[backseat]`.
+    #[derive(Copy)]
+    pub struct Backseat {
+        /// The app may fuse DVL velocities (it is simulated and logged either way).
+        dvl: bool = false,
+        /// The app may fuse acoustic range rates.
+        range_rate: bool = true,
+        /// The app may fuse body rates.
+        rates: bool = true,
+        /// Which law steers.
+        control_law: ControlLaw = ControlLaw::default(),
+        /// What is commanded.
+        control_mode: ControlMode = ControlMode::default(),
+        /// The app estimates what the declaration leaves open; otherwise it takes the vehicle as declared.
+        robust: bool = true,
+        /// Estimate a water current, if it is not robust.
+        current_state: bool = false,
+        /// The backseat's values of inertia, drag, fins and thrust are each too high or too low by this share; the seed
+        /// has the signs.
+        wrong_share: f64 as "quantity::share" = 0.0,
+        /// The seed that has them, if it is not the flight's: of a second dive of the same vehicle.
+        wrong_seed: Option<u64> = None,
+        /// One sigma per axis of a GNSS receiver's slow error, as the board is told, m. The simulated receivers have
+        /// none but by faults.
+        receiver_bias_m: f64 as "quantity::non_negative" = 0.0,
+        /// Alert limit of the horizontal protection level, m; 0: none.
+        alert_horizontal_m: f64 as "quantity::non_negative" = 0.0,
+        /// The same in depth, m.
+        alert_depth_m: f64 as "quantity::non_negative" = 0.0,
     }
 }
 

@@ -1,8 +1,9 @@
 //! Reading scenarios from files and from the built-in ones.
 
-use super::{Line, Scenario, Settings};
+use super::{Scenario, Settings, SurveyLine};
 use backseat_logs::{DataError, VehicleFile};
 use backseat_wire::hostlink::Waypoint;
+use serde::de::DeserializeOwned;
 use std::path::Path;
 
 /// The built-in scenarios by name; they fly the built-in reference vehicle.
@@ -62,17 +63,7 @@ impl Settings {
     /// # Errors
     /// The first key that is unknown, missing, of the wrong type or out of its range.
     pub fn parse(text: &str, path: &Path) -> Result<Self, DataError> {
-        toml::from_str(text).map_err(|mut error: toml::de::Error| {
-            let (line, column) = error.span().map_or((0, 0), |span| place(text, span.start));
-            // Without the text at hand, the error names the key instead of drawing the line.
-            error.set_input(None);
-            let rendered = error.to_string();
-            let mut parts = rendered.trim_end().splitn(2, "\nin `");
-            let what = parts.next().unwrap_or_default();
-            let key = parts.next().map(|key| key.trim_end_matches('`'));
-            let message = key.map_or_else(|| what.to_owned(), |key| format!("{key}: {what}"));
-            DataError::at(path, line, column, message.replace('\n', " "))
-        })
+        from_toml(text, path)
     }
 
     /// The waypoints for the backseat, in order.
@@ -83,9 +74,25 @@ impl Settings {
 
     /// The lines on which the true track is judged.
     #[must_use]
-    pub fn lines(&self) -> Vec<Line> {
+    pub fn lines(&self) -> Vec<SurveyLine> {
         self.mission.lines([self.start.x_m, self.start.y_m])
     }
+}
+
+/// What a text of settings declares; `path` is for the messages.
+///
+/// # Errors
+/// What is wrong with it, in one line with file, line, column and key.
+pub fn from_toml<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, DataError> {
+    toml::from_str(text).map_err(|mut error: toml::de::Error| {
+        let (line, column) = error.span().map_or((0, 0), |span| place(text, span.start));
+        // Without the text at hand, the error names the key instead of drawing the line.
+        error.set_input(None);
+        let rendered = error.to_string();
+        let (what, key) = rendered.trim_end().split_once("\nin `").unwrap_or((rendered.trim_end(), ""));
+        let message = if key.is_empty() { what.to_owned() } else { format!("{}: {what}", key.trim_end_matches('`')) };
+        DataError::at(path, line, column, message.replace('\n', " "))
+    })
 }
 
 /// Line and column, from 1, of a byte of the text.

@@ -79,7 +79,7 @@ pub struct MissionWaypoint {
 
 /// A line on which the true track is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct SurveyLine {
     /// Where it starts, north and east, m.
     pub from_m: [f64; 2],
     /// Where it ends, north and east, m.
@@ -103,7 +103,7 @@ impl Mission {
 
     /// The lines on which the true track is judged; `start_m` is where the first leg begins.
     #[must_use]
-    pub fn lines(&self, start_m: [f64; 2]) -> Vec<Line> {
+    pub fn lines(&self, start_m: [f64; 2]) -> Vec<SurveyLine> {
         match self {
             Self::Waypoints(waypoints) => {
                 let ends = waypoints.iter().map(|w| [w.x_m, w.y_m]);
@@ -112,7 +112,7 @@ impl Mission {
                     .zip(ends)
                     .zip(waypoints)
                     .filter(|(_, waypoint)| waypoint.scored)
-                    .map(|((from_m, to_m), waypoint)| Line { from_m, to_m, depth_m: waypoint.depth_m })
+                    .map(|((from_m, to_m), waypoint)| SurveyLine { from_m, to_m, depth_m: waypoint.depth_m })
                     .collect()
             }
             Self::Lawnmower(lawnmower) => lawnmower.survey_lines().collect(),
@@ -121,12 +121,12 @@ impl Mission {
 }
 
 impl Lawnmower {
-    fn survey_lines(&self) -> impl Iterator<Item = Line> {
+    fn survey_lines(&self) -> impl Iterator<Item = SurveyLine> {
         (0..self.lines.get()).map(|index| {
             let across = f64::from(index) * self.spacing_m;
             let (near, far) = (self.place(0.0, across), self.place(self.length_m, across));
             let (from_m, to_m) = if index.is_multiple_of(2) { (near, far) } else { (far, near) };
-            Line { from_m, to_m, depth_m: self.depth_m }
+            SurveyLine { from_m, to_m, depth_m: self.depth_m }
         })
     }
 
@@ -189,7 +189,7 @@ mod tests {
         let leg = |x_m, scored| MissionWaypoint { x_m, y_m: 0.0, depth_m: 3.0, speed_mps: 1.0, scored };
         let mission = Mission::Waypoints(vec![leg(10.0, true), leg(20.0, false), leg(30.0, true)]);
         let lines = mission.lines([-5.0, 0.0]);
-        assert_eq!(lines[0], Line { from_m: [-5.0, 0.0], to_m: [10.0, 0.0], depth_m: 3.0 });
-        assert_eq!(lines[1], Line { from_m: [20.0, 0.0], to_m: [30.0, 0.0], depth_m: 3.0 });
+        assert_eq!(lines[0], SurveyLine { from_m: [-5.0, 0.0], to_m: [10.0, 0.0], depth_m: 3.0 });
+        assert_eq!(lines[1], SurveyLine { from_m: [20.0, 0.0], to_m: [30.0, 0.0], depth_m: 3.0 });
     }
 }

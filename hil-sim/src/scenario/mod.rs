@@ -18,7 +18,8 @@ pub use backseat::{Backseat, ControlLaw, ControlMode, perturbed};
 pub use effects::{Effect, Effects, Physics, Request};
 pub use installation::Installation;
 pub use limits::{End, Limits};
-pub use mission::{Fence, Lawnmower, Line, Mission, MissionWaypoint};
+pub use load::from_toml;
+pub use mission::{Fence, Lawnmower, Mission, MissionWaypoint, SurveyLine};
 pub use sections::{Acoustics, Companion, Current, Environment, Exchange, Plant, Ship, ShipTrack, Slot, Start};
 pub use sensors::{Ahrs, Depth, Dvl, Gnss, Sensors, ShipGnss};
 

@@ -3,7 +3,7 @@
 //! Every key carries its unit. What is left out takes the default that stands here; noise left out
 //! takes the `[sensors]` of the vehicle file.
 
-use crate::quantity;
+use crate::quantity::{self, settings};
 use backseat_wire::ship_state::Key;
 use serde::Deserialize;
 
@@ -33,96 +33,50 @@ pub struct Start {
     pub speed_mps: f64,
 }
 
-/// `[environment]`: water, place and date.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Environment {
-    /// Latitude of the local frame's origin, degrees north.
-    #[serde(deserialize_with = "quantity::latitude")]
-    pub origin_latitude_deg: f64,
-    /// Longitude of the local frame's origin, degrees east.
-    #[serde(deserialize_with = "quantity::longitude")]
-    pub origin_longitude_deg: f64,
-    /// UTC of time zero, whole seconds since 1970.
-    pub start_unix_s: u32,
-    /// Magnetic declination, positive east, rad.
-    #[serde(deserialize_with = "quantity::angle")]
-    pub magnetic_declination_rad: f64,
-    /// Sound speed that everybody declares, m/s.
-    #[serde(deserialize_with = "quantity::sound_speed")]
-    pub sound_speed_mps: f64,
-    /// Depth of the flat bottom, m.
-    #[serde(deserialize_with = "quantity::positive")]
-    pub bottom_depth_m: f64,
-    /// The water's own motion.
-    pub current: Current,
-}
-
-impl Default for Environment {
-    fn default() -> Self {
-        Self {
-            origin_latitude_deg: 41.5,
-            origin_longitude_deg: -70.7,
-            start_unix_s: 1_748_952_000, // 2025-06-03 12:00:00 UTC
-            magnetic_declination_rad: 0.0,
-            sound_speed_mps: 1500.0,
-            bottom_depth_m: 20.0,
-            current: Current::default(),
-        }
+settings! {
+    /// `[environment]`: water, place and date.
+    #[derive(Copy)]
+    pub struct Environment {
+        /// Latitude of the local frame's origin, degrees north.
+        origin_latitude_deg: f64 as "quantity::latitude" = 41.5,
+        /// Longitude of the local frame's origin, degrees east.
+        origin_longitude_deg: f64 as "quantity::longitude" = -70.7,
+        /// UTC of time zero, whole seconds since 1970.
+        start_unix_s: u32 = 1_748_952_000, // 2025-06-03 12:00:00 UTC
+        /// Magnetic declination, positive east, rad.
+        magnetic_declination_rad: f64 as "quantity::angle" = 0.0,
+        /// Sound speed that everybody declares, m/s.
+        sound_speed_mps: f64 as "quantity::sound_speed" = 1500.0,
+        /// Depth of the flat bottom, m.
+        bottom_depth_m: f64 as "quantity::positive" = 20.0,
+        /// The water's own motion.
+        current: Current = Current::default(),
     }
-}
 
-/// `[environment.current]`: steady part, linear shear with depth, change from place to place and a rotary tide, added
-/// up; all of it from its onset on, and on one side of a front.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Current {
-    /// Steady current at the surface, north, m/s.
-    #[serde(deserialize_with = "quantity::velocity")]
-    pub north_mps: f64,
-    /// Steady current at the surface, east, m/s.
-    #[serde(deserialize_with = "quantity::velocity")]
-    pub east_mps: f64,
-    /// Change of the north current with depth, m/s per m.
-    #[serde(deserialize_with = "quantity::shear")]
-    pub shear_north_mps_per_m: f64,
-    /// Change of the east current with depth, m/s per m.
-    #[serde(deserialize_with = "quantity::shear")]
-    pub shear_east_mps_per_m: f64,
-    /// Amplitude of the rotary tide, m/s.
-    #[serde(deserialize_with = "quantity::speed")]
-    pub tide_mps: f64,
-    /// Period of the rotary tide, s.
-    #[serde(deserialize_with = "quantity::duration")]
-    pub tide_period_s: f64,
-    /// Direction the tide flows to at time zero, rad; it turns clockwise.
-    #[serde(deserialize_with = "quantity::angle")]
-    pub tide_phase_rad: f64,
-    /// Change of the north and of the east current with the distance east, m/s per m.
-    #[serde(deserialize_with = "quantity::shear")]
-    pub gradient_per_s: [f64; 2],
-    /// The current sets in at this time and grows over five minutes, s; 0: it is there from the start.
-    #[serde(deserialize_with = "quantity::delay")]
-    pub onset_s: f64,
-    /// The current flows east of this line only, across a front of some 40 m, m; everywhere if left out.
-    #[serde(deserialize_with = "quantity::coordinate")]
-    pub front_east_m: Option<f64>,
-}
-
-impl Default for Current {
-    fn default() -> Self {
-        Self {
-            north_mps: 0.0,
-            east_mps: 0.0,
-            shear_north_mps_per_m: 0.0,
-            shear_east_mps_per_m: 0.0,
-            tide_mps: 0.0,
-            tide_period_s: 44_714.0, // M2, 12.42 h
-            tide_phase_rad: 0.0,
-            gradient_per_s: [0.0; 2],
-            onset_s: 0.0,
-            front_east_m: None,
-        }
+    /// `[environment.current]`: steady part, linear shear with depth, change from place to place and a rotary tide,
+    /// added up; all of it from its onset on, and on one side of a front.
+    #[derive(Copy)]
+    pub struct Current {
+        /// Steady current at the surface, north, m/s.
+        north_mps: f64 as "quantity::velocity" = 0.0,
+        /// Steady current at the surface, east, m/s.
+        east_mps: f64 as "quantity::velocity" = 0.0,
+        /// Change of the north current with depth, m/s per m.
+        shear_north_mps_per_m: f64 as "quantity::shear" = 0.0,
+        /// Change of the east current with depth, m/s per m.
+        shear_east_mps_per_m: f64 as "quantity::shear" = 0.0,
+        /// Amplitude of the rotary tide, m/s.
+        tide_mps: f64 as "quantity::speed" = 0.0,
+        /// Period of the rotary tide, s.
+        tide_period_s: f64 as "quantity::duration" = 44_714.0, // M2, 12.42 h
+        /// Direction the tide flows to at time zero, rad; it turns clockwise.
+        tide_phase_rad: f64 as "quantity::angle" = 0.0,
+        /// Change of the north and of the east current with the distance east, m/s per m.
+        gradient_per_s: [f64; 2] as "quantity::shear" = [0.0; 2],
+        /// The current sets in at this time and grows over five minutes, s; 0: it is there from the start.
+        onset_s: f64 as "quantity::delay" = 0.0,
+        /// The current flows east of this line only, across a front of some 40 m, m; everywhere if left out.
+        front_east_m: Option<f64> as "quantity::coordinate" = None,
     }
 }
 
@@ -141,59 +95,32 @@ pub enum ShipTrack {
     Line,
 }
 
-/// `[ship]`: constant speed on a track, plus a small wander.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Ship {
-    /// How it moves.
-    pub track: ShipTrack,
-    /// Course of a drift or a line, rad.
-    #[serde(deserialize_with = "quantity::angle")]
-    pub course_rad: f64,
-    /// Length of a line, m.
-    #[serde(deserialize_with = "quantity::positive")]
-    pub length_m: f64,
-    /// Centre of the circle, north and east, m.
-    #[serde(deserialize_with = "quantity::coordinate")]
-    pub centre_m: [f64; 2],
-    /// Radius of the circle, m; of the other tracks the distance of their start from the centre.
-    #[serde(deserialize_with = "quantity::positive")]
-    pub radius_m: f64,
-    /// Speed along the track, m/s.
-    #[serde(deserialize_with = "quantity::speed")]
-    pub speed_mps: f64,
-    /// Bearing of the ship from the centre at time zero, rad.
-    #[serde(deserialize_with = "quantity::angle")]
-    pub bearing_rad: f64,
-    /// Standard deviation of the wander about the track, per axis, m.
-    #[serde(deserialize_with = "quantity::non_negative")]
-    pub wander_m: f64,
-    /// Period of the wander, s.
-    #[serde(deserialize_with = "quantity::duration")]
-    pub wander_period_s: f64,
-    /// Depth of the transducer, m.
-    #[serde(deserialize_with = "quantity::depth")]
-    pub transducer_depth_m: f64,
-    /// Acceleration that the ship's own estimator allows for, m/s²/√Hz.
-    #[serde(deserialize_with = "quantity::positive")]
-    pub estimator_mps2_per_sqrt_hz: f64,
-}
-
-impl Default for Ship {
-    fn default() -> Self {
-        Self {
-            track: ShipTrack::Circle,
-            course_rad: 0.0,
-            length_m: 1000.0,
-            centre_m: [500.0, 450.0],
-            radius_m: 600.0,
-            speed_mps: 2.0,
-            bearing_rad: 0.0,
-            wander_m: 0.5,
-            wander_period_s: 120.0,
-            transducer_depth_m: 0.0,
-            estimator_mps2_per_sqrt_hz: 0.02,
-        }
+settings! {
+    /// `[ship]`: constant speed on a track, plus a small wander.
+    #[derive(Copy)]
+    pub struct Ship {
+        /// How it moves.
+        track: ShipTrack = ShipTrack::Circle,
+        /// Course of a drift or a line, rad.
+        course_rad: f64 as "quantity::angle" = 0.0,
+        /// Length of a line, m.
+        length_m: f64 as "quantity::positive" = 1000.0,
+        /// Centre of the circle, north and east, m.
+        centre_m: [f64; 2] as "quantity::coordinate" = [500.0, 450.0],
+        /// Radius of the circle, m; of the other tracks the distance of their start from the centre.
+        radius_m: f64 as "quantity::positive" = 600.0,
+        /// Speed along the track, m/s.
+        speed_mps: f64 as "quantity::speed" = 2.0,
+        /// Bearing of the ship from the centre at time zero, rad.
+        bearing_rad: f64 as "quantity::angle" = 0.0,
+        /// Standard deviation of the wander about the track, per axis, m.
+        wander_m: f64 as "quantity::non_negative" = 0.5,
+        /// Period of the wander, s.
+        wander_period_s: f64 as "quantity::duration" = 120.0,
+        /// Depth of the transducer, m.
+        transducer_depth_m: f64 as "quantity::depth" = 0.0,
+        /// Acceleration that the ship's own estimator allows for, m/s²/√Hz.
+        estimator_mps2_per_sqrt_hz: f64 as "quantity::positive" = 0.02,
     }
 }
 
@@ -235,101 +162,54 @@ pub struct Companion {
     pub shift_m: [f64; 2],
 }
 
-/// `[acoustics]`: the TDMA cycle and the channel.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Acoustics {
-    /// Start of the first cycle, whole seconds.
-    pub first_s: u32,
-    /// Length of the cycle, whole seconds.
-    pub period_s: std::num::NonZeroU32,
-    /// Slots of the cycle.
-    pub slots: Vec<Slot>,
-    /// Time from the first to the last byte of a packet on the air, s.
-    #[serde(deserialize_with = "quantity::delay")]
-    pub packet_duration_s: f64,
-    /// Share of packets that are lost.
-    #[serde(deserialize_with = "quantity::share")]
-    pub loss_share: f64,
-    /// Paths longer than this are never heard, m.
-    #[serde(deserialize_with = "quantity::positive")]
-    pub max_range_m: f64,
-    /// Time the ship takes to answer a ping, s.
-    #[serde(deserialize_with = "quantity::delay")]
-    pub turnaround_s: f64,
-    /// One sigma of the range, m; the vehicle file's `sensors.range_m` if left out.
-    #[serde(deserialize_with = "quantity::non_negative")]
-    pub range_sigma_m: Option<f64>,
-    /// One sigma of the range rate, m/s; the vehicle file's `sensors.range_rate_mps` if left out.
-    #[serde(deserialize_with = "quantity::non_negative")]
-    pub range_rate_sigma_mps: Option<f64>,
-    /// The vehicle's modem has a pulse per second; without one it measures no one-way range (not with `--topside off`).
-    pub vehicle_pulse: bool,
-    /// Key of the packets' authentication code, 32 hexadecimal digits: ship and board share it; none if left out.
-    #[serde(deserialize_with = "quantity::key")]
-    pub key: Key,
-    /// Modem address of the vehicle.
-    pub address: u8,
-    /// Whether `sim run` has topside on the ship unless its options say otherwise.
-    pub topside: bool,
-}
-
-impl Default for Acoustics {
-    fn default() -> Self {
-        Self {
-            first_s: 60,
-            period_s: const { std::num::NonZeroU32::new(30).unwrap() },
-            slots: vec![Slot { offset_s: 0, exchange: Exchange::Downlink, companion: false }],
-            packet_duration_s: 3.6,
-            loss_share: 0.0,
-            max_range_m: 3000.0,
-            turnaround_s: 1.0,
-            range_sigma_m: None,
-            range_rate_sigma_mps: None,
-            vehicle_pulse: true,
-            key: Key::NONE,
-            address: 2,
-            topside: true,
-        }
+settings! {
+    /// `[acoustics]`: the TDMA cycle and the channel.
+    pub struct Acoustics {
+        /// Start of the first cycle, whole seconds.
+        first_s: u32 = 60,
+        /// Length of the cycle, whole seconds.
+        period_s: std::num::NonZeroU32 = const { std::num::NonZeroU32::new(30).unwrap() },
+        /// Slots of the cycle.
+        slots: Vec<Slot> = vec![Slot { offset_s: 0, exchange: Exchange::Downlink, companion: false }],
+        /// Time from the first to the last byte of a packet on the air, s.
+        packet_duration_s: f64 as "quantity::delay" = 3.6,
+        /// Share of packets that are lost.
+        loss_share: f64 as "quantity::share" = 0.0,
+        /// Paths longer than this are never heard, m.
+        max_range_m: f64 as "quantity::positive" = 3000.0,
+        /// Time the ship takes to answer a ping, s.
+        turnaround_s: f64 as "quantity::delay" = 1.0,
+        /// One sigma of the range, m; the vehicle file's `sensors.range_m` if left out.
+        range_sigma_m: Option<f64> as "quantity::non_negative" = None,
+        /// One sigma of the range rate, m/s; the vehicle file's `sensors.range_rate_mps` if left out.
+        range_rate_sigma_mps: Option<f64> as "quantity::non_negative" = None,
+        /// The vehicle's modem has a pulse per second; without one it measures no one-way range (not with `--topside
+        /// off`).
+        vehicle_pulse: bool = true,
+        /// Key of the packets' authentication code, 32 hexadecimal digits: ship and board share it; none if left out.
+        key: Key as "quantity::key" = Key::NONE,
+        /// Modem address of the vehicle.
+        address: u8 = 2,
+        /// Whether `sim run` has topside on the ship unless its options say otherwise.
+        topside: bool = true,
     }
-}
 
-/// `[plant]`: physics that the declared vehicle leaves out.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Plant {
-    /// Integration step, µs; a divisor of one second, at most 10 000 (100 Hz).
-    #[serde(deserialize_with = "quantity::step_us")]
-    pub step_us: u64,
-    /// Factor on the process noise of the vehicle file.
-    #[serde(deserialize_with = "quantity::factor")]
-    pub process_noise_factor: f64,
-    /// Fastest a fin servo turns, rad/s.
-    #[serde(deserialize_with = "quantity::positive")]
-    pub servo_rate_radps: f64,
-    /// Time constant of the propeller's speed, s.
-    #[serde(deserialize_with = "quantity::delay")]
-    pub propeller_lag_s: f64,
-    /// Factor on the area of each fin: top, bottom, port, starboard.
-    #[serde(deserialize_with = "quantity::factor")]
-    pub fin_area_factor: [f64; 4],
-    /// There is a surface at which the hull loses buoyancy.
-    pub surface: bool,
-    /// Added to the declared vector from centre of buoyancy to centre of gravity, m.
-    #[serde(deserialize_with = "quantity::lever")]
-    pub cg_offset_m: [f64; 3],
-}
-
-impl Default for Plant {
-    fn default() -> Self {
-        Self {
-            step_us: 10_000,
-            process_noise_factor: 1.0,
-            servo_rate_radps: 1.5,
-            propeller_lag_s: 0.2,
-            fin_area_factor: [1.0; 4],
-            surface: true,
-            cg_offset_m: [0.0; 3],
-        }
+    /// `[plant]`: physics that the declared vehicle leaves out.
+    #[derive(Copy)]
+    pub struct Plant {
+        /// Integration step, µs; a divisor of one second, at most 10 000 (100 Hz).
+        step_us: u64 as "quantity::step_us" = 10_000,
+        /// Factor on the process noise of the vehicle file.
+        process_noise_factor: f64 as "quantity::factor" = 1.0,
+        /// Fastest a fin servo turns, rad/s.
+        servo_rate_radps: f64 as "quantity::positive" = 1.5,
+        /// Time constant of the propeller's speed, s.
+        propeller_lag_s: f64 as "quantity::delay" = 0.2,
+        /// Factor on the area of each fin: top, bottom, port, starboard.
+        fin_area_factor: [f64; 4] as "quantity::factor" = [1.0; 4],
+        /// There is a surface at which the hull loses buoyancy.
+        surface: bool = true,
+        /// Added to the declared vector from centre of buoyancy to centre of gravity, m.
+        cg_offset_m: [f64; 3] as "quantity::lever" = [0.0; 3],
     }
 }

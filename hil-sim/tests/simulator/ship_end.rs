@@ -75,7 +75,7 @@ fn quantiles(errors: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 fn vehicle_error(flight: &FlightLog) -> [f64; 2] {
-    let error = |sample: &hil_sim::flight::Sample| {
+    let error = |sample: &hil_sim::flight::FlightSample| {
         let (truth, state) = (&sample.truth.state, &sample.telemetry.state);
         f64::hypot(truth[0] - state[0], truth[1] - state[1])
     };

@@ -268,7 +268,7 @@ const HEADER: &str = "\
 Written by `BACKSEAT_WRITE_COST=1 cargo test -p hil-sim --test target`; do not edit. The same test without the variable
 is the gate: it fails when a budget is exceeded, or when a number is more than 10 % off this table.
 
-Measured on the ARM image `firmware/boards/mps2/src/bin/cost` in QEMU, mps2-an500, `-icount`:
+Measured on the ARM image `firmware/boards/mps2/tests/cost` in QEMU, mps2-an500, `-icount`:
 instructions of a Cortex-M7 with double precision, repeatable to the timer's tick. No cycles: caches, flash wait states
 and dual issue are the real board's. Limits of flash and memory are those of `memory.x`. The stack of the STM32H743's
 image is painted in its [emulation](emulation.md).

@@ -4,7 +4,7 @@
 //! in the environment they fail instead.
 
 mod cost;
-#[path = "../../../firmware/boards/mps2/src/exercise/mod.rs"]
+#[path = "../../../firmware/boards/mps2/tests/exercise/mod.rs"]
 mod exercise;
 mod image;
 mod stack;

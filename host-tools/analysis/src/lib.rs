@@ -14,6 +14,7 @@ pub mod mission_file;
 pub mod navigate;
 pub mod provenance;
 pub mod read_log;
+pub mod refusal;
 pub mod replay;
 pub mod sim;
 pub mod topside_config;

@@ -7,23 +7,39 @@ use std::path::Path;
 
 /// The report on a draft that was written to `out`.
 pub fn report(draft: &Draft, table: &Path, out: Option<&Path>) -> Report {
-    let counts = format!("{} columns guessed, {} not used", draft.guesses.len(), draft.unused.len());
-    let guesses = draft.guesses.iter().map(|(column, guess)| (column.clone(), json!(guess)));
-    let report = Report::new(
+    let counts = format!(
+        "{} columns guessed, {} entries to check, {} columns not used",
+        draft.guesses.len(),
+        draft.checks.len(),
+        draft.unused.len()
+    );
+    let object = |pairs: &[(String, String)]| -> Map<_, _> {
+        pairs.iter().map(|(name, what)| (name.clone(), json!(what))).collect()
+    };
+    let mut report = Report::new(
         format!("Mapping of {}", table.display()),
         out.map_or(counts.clone(), |out| format!("{counts}: {}", out.display())),
-    );
-    let report = match out {
-        Some(out) => report.section("Next").text("Read it, then:").command(&format!(
+    )
+    .warnings(&draft.doubts);
+    for change in &draft.changes {
+        report = report.note(&format!("the first guess contradicted physics and was changed: {change}"));
+    }
+    for (entry, why) in &draft.checks {
+        report = report.note(&if why.is_empty() { format!("check {entry}") } else { format!("check {entry}: {why}") });
+    }
+    if let Some(out) = out {
+        report = report.section("Next").text("Read it, then:").command(&format!(
             "backseat info {} --columns {}",
             table.display(),
             out.display()
-        )),
-        None => report,
-    };
+        ));
+    }
     report
         .value("map", draft.text.clone())
-        .value("guesses", guesses.collect::<Map<_, _>>())
+        .value("guesses", object(&draft.guesses))
+        .value("checks", object(&draft.checks))
+        .value("changes", draft.changes.clone())
+        .value("doubts", draft.doubts.clone())
         .value("unused", draft.unused.clone())
         .value("out", json!(out))
 }

@@ -2,7 +2,7 @@
 
 use backseat_logs::DataError;
 use backseat_wire::hostlink::Waypoint;
-use hil_sim::scenario::{Fence, Mission};
+use hil_sim::scenario::{Fence, Mission, from_toml};
 use serde::Deserialize;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -34,27 +34,12 @@ pub fn read(path: &Path) -> Result<StoredMission, DataError> {
 }
 
 fn parse(text: &str, path: &Path) -> Result<StoredMission, DataError> {
-    let file: MissionFile = toml::from_str(text).map_err(|error| complaint(error, text, path))?;
+    let file: MissionFile = from_toml(text, path)?;
     let waypoints = file.mission.waypoints();
     if waypoints.is_empty() {
         return Err(DataError::file(path, "mission.waypoints: a mission needs at least one"));
     }
     Ok(StoredMission { waypoints, fence_m: file.fence.corners_m })
-}
-
-fn complaint(mut error: toml::de::Error, text: &str, path: &Path) -> DataError {
-    let before = error.span().and_then(|span| text.get(..span.start));
-    let (line, column) = before.map_or((0, 0), |before| {
-        let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
-        (line as u64, before.chars().rev().take_while(|&c| c != '\n').count() as u64 + 1)
-    });
-    // Without the text at hand, the error names the key instead of drawing the line.
-    error.set_input(None);
-    let rendered = error.to_string();
-    let (what, key) = rendered.trim_end().split_once("\nin `").unwrap_or((rendered.trim_end(), ""));
-    let what = what.replace('\n', " ");
-    let message = if key.is_empty() { what } else { format!("{}: {what}", key.trim_end_matches('`')) };
-    DataError::at(path, line, column, message)
 }
 
 /// The text of a mission file; without corners it has no fence.

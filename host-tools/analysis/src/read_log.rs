@@ -1,8 +1,10 @@
 //! How every command reads a log: by its own format or by a column mapping, examined for units, signs and times.
 
+use crate::info;
 use backseat_logs::importers::{self, ColumnMap, Imported};
-use backseat_logs::log::plausibility::Examination;
+use backseat_logs::log::plausibility::{Examination, Finding, Severity};
 use backseat_logs::{DataError, Log};
+use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
@@ -29,7 +31,10 @@ impl ReadLog {
         let began = Instant::now();
         let imported = match map {
             Some(map) => importers::read_mapped(path, &ColumnMap::read(map)?)?,
-            None => importers::read(path)?,
+            None => importers::read(path).map_err(|error| match info::instead_of_log(path) {
+                Some(what) => DataError::file(path, what),
+                None => error,
+            })?,
         };
         let mut read = Self::new(imported);
         read.read_s = began.elapsed().as_secs_f64();
@@ -52,4 +57,17 @@ impl ReadLog {
 /// The name of a log, for a title.
 pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(|| "log".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// A finding for a script.
+pub(crate) fn finding(finding: &Finding) -> Value {
+    json!({
+        "column": finding.column.map(|column| column.name()),
+        "suspicious": finding.severity == Severity::Suspicious,
+        "message": finding.message,
+        "what": finding.what,
+        "evidence": finding.evidence,
+        "mend": finding.mend,
+        "alternatives": finding.alternatives,
+    })
 }

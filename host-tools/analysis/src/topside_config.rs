@@ -1,11 +1,11 @@
 //! The configuration file of `backseat topside`.
 
 use anyhow::anyhow;
-use backseat_logs::DataError;
 use backseat_topside::slots::{Airtime, Exchange, Slot, SlotTable};
 use backseat_topside::{Config, MAX_VEHICLES};
 use backseat_wire::modem::ClockEncoding;
 use backseat_wire::ship_state::Key;
+use hil_sim::scenario::from_toml;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -115,23 +115,11 @@ pub struct Read {
 /// Reads a configuration file.
 pub fn read(path: &Path) -> anyhow::Result<Read> {
     let text = backseat_logs::settings::read(path)?;
-    let file: File = toml::from_str(&text).map_err(|mut error: toml::de::Error| {
-        let (line, column) = error.span().map_or((0, 0), |span| place(&text, span.start));
-        error.set_input(None);
-        DataError::at(path, line, column, error.to_string().trim_end().replace('\n', " "))
-    })?;
+    let file: File = from_toml(&text, path)?;
     let config = assemble(&file).map_err(|error| anyhow!("{}: {error:#}", path.display()))?;
     let without_key = |line: &&str| !line.trim_start().starts_with("key");
     let text = text.lines().filter(without_key).map(|line| format!("{line}\n")).collect();
     Ok(Read { ports: file.ports, vehicles: file.vehicles, config, text })
-}
-
-/// Line and column, from 1, of a byte of the text.
-fn place(text: &str, byte: usize) -> (u64, u64) {
-    let before = &text[..byte];
-    let line = before.bytes().filter(|&b| b == b'\n').count() as u64 + 1;
-    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    (line, before[start..].chars().count() as u64 + 1)
 }
 
 fn assemble(file: &File) -> anyhow::Result<Config> {

@@ -1,7 +1,7 @@
 //! How well a mission was steered: the true track against the lines.
 
 use backseat_logs::stats::ErrorSummary;
-use hil_sim::scenario::Line;
+use hil_sim::scenario::SurveyLine;
 
 /// A line is judged from this far behind its start to this far before its end, m: what lies
 /// outside belongs to the turns.
@@ -25,7 +25,7 @@ impl TrackScore {
     /// [`TURN_MARGIN_M`]) it lies; beyond the ends of all lines it belongs to a turn and is not
     /// judged. However far off the track strays beside a line, it counts. `None` if nothing does.
     #[must_use]
-    pub fn of(track_m: impl IntoIterator<Item = [f64; 3]>, lines: &[Line]) -> Option<Self> {
+    pub fn of(track_m: impl IntoIterator<Item = [f64; 3]>, lines: &[SurveyLine]) -> Option<Self> {
         let (cross_m, depth_m): (Vec<f64>, Vec<f64>) = track_m
             .into_iter()
             .filter_map(|place| {
@@ -45,7 +45,7 @@ fn magnitudes(errors_m: &[f64]) -> Option<ErrorSummary> {
 }
 
 /// Distance to starboard of a line, m; `None` outside the part of it that is judged.
-fn cross_track_m(line: &Line, place: [f64; 3]) -> Option<f64> {
+fn cross_track_m(line: &SurveyLine, place: [f64; 3]) -> Option<f64> {
     let [dx, dy] = [line.to_m[0] - line.from_m[0], line.to_m[1] - line.from_m[1]];
     let length = dx.hypot(dy);
     let [px, py] = [place[0] - line.from_m[0], place[1] - line.from_m[1]];
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn val_track_beside_a_diagonal_line() {
-        let line = Line { from_m: [0.0, 0.0], to_m: [300.0, 400.0], depth_m: 3.0 };
+        let line = SurveyLine { from_m: [0.0, 0.0], to_m: [300.0, 400.0], depth_m: 3.0 };
         // 2 m to starboard of the line (starboard of (0.6, 0.8) is (−0.8, 0.6)), 0.25 m too deep.
         let track = (0..=500).map(|s| {
             let s = f64::from(s);
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn turns_are_not_judged_and_strays_are() {
-        let line = |y| Line { from_m: [0.0, y], to_m: [1000.0, y], depth_m: 3.0 };
+        let line = |y| SurveyLine { from_m: [0.0, y], to_m: [1000.0, y], depth_m: 3.0 };
         let lines = [line(0.0), line(100.0)];
         assert_eq!(TrackScore::of([[1020.0, 50.0, 3.0], [40.0, 1.0, 3.0]], &lines), None);
         let stray = TrackScore::of([[500.0, 60.0, 3.0]], &lines).unwrap();

@@ -1,7 +1,7 @@
 //! The whole app: any bytes on all ports at any times, and then a mission.
 
+use crate::false_inputs::FalseInput;
 use crate::flight::{self, Board, STEP_US};
-use crate::lies::Lie;
 use arbitrary::{Arbitrary, Unstructured};
 use backseat_wire::hostlink::Port;
 
@@ -13,7 +13,7 @@ enum Happening {
     /// What real devices said, from anywhere in a mission, perhaps with a bit pattern wrong in each piece.
     Replayed { wait_us: u16, from: u16, count: u8, wrong: Option<(u16, u8)> },
     /// Sentences and frames that are right in form.
-    Lie { wait_us: u16, times: u8, lie: Lie },
+    False { wait_us: u16, times: u8, input: FalseInput },
     /// An edge of the pulse per second.
     Edge { wait_us: u32 },
     /// The app steps on.
@@ -60,8 +60,8 @@ pub fn app(data: &[u8]) {
                     board.receive(*port, &bytes);
                 }
             }
-            Happening::Lie { wait_us, times, lie } => {
-                let (port, bytes) = lie.on_port();
+            Happening::False { wait_us, times, input } => {
+                let (port, bytes) = input.on_port();
                 for _ in 0..usize::from(times % 16).min(MOST_PIECES - pieces) {
                     pieces += 1;
                     board.wait(u64::from(wait_us));

@@ -1,7 +1,7 @@
 //! A lab's day: missions uploaded, started, stopped, flown among honest devices, or with a frontseat that lies.
 
+use crate::false_inputs::FalseInput;
 use crate::flight::{self, Board, Trial};
-use crate::lies::Lie;
 use arbitrary::{Arbitrary, Unstructured};
 use backseat_wire::hostlink::{Port, ToBoard, Waypoint};
 use backseat_wire::iver::{
@@ -55,11 +55,11 @@ pub fn day(data: &[u8]) {
                 assert!(telemetry.leg.is_none(), "{telemetry:?}");
             }
             Act::Ask(ask) => {
-                let lie = match ask {
-                    Ask::Parameter { index, value } => Lie::Parameter { index, value },
-                    Ask::Request { which } => Lie::Request { which },
+                let input = match ask {
+                    Ask::Parameter { index, value } => FalseInput::Parameter { index, value },
+                    Ask::Request { which } => FalseInput::Request { which },
                 };
-                let (port, bytes) = lie.on_port();
+                let (port, bytes) = input.on_port();
                 trial.board.receive(port, &bytes);
                 trial.board.drain();
             }
@@ -151,8 +151,8 @@ impl Word {
             Self::Bytes { length } => {
                 rest.bytes(rest.len().min(usize::from(length))).map(<[u8]>::to_vec).unwrap_or_default()
             }
-            Self::Fix { near, at, utc_s } => Lie::Fix { near, at, utc_s }.on_port().1,
-            Self::Compass { euler, depth } => Lie::Compass { euler, depth }.on_port().1,
+            Self::Fix { near, at, utc_s } => FalseInput::Fix { near, at, utc_s }.on_port().1,
+            Self::Compass { euler, depth } => FalseInput::Compass { euler, depth }.on_port().1,
             Self::Answer { command, accepted, error } => {
                 emitted(FromFrontseat::Acknowledge(Acknowledge { command: command % 16, accepted, error }))
             }

@@ -249,8 +249,8 @@ impl Trial {
         Self { board, world: World::new(scenario()), devices: Devices::new(scenario()), end_us: 0 }
     }
 
-    /// A second of ten steps; `meddle` may change what each port hears in each of them. The telemetry in the end.
-    pub(crate) fn second(&mut self, mut meddle: impl FnMut(u64, Port, &mut Vec<u8>)) -> Telemetry {
+    /// A second of ten steps; `change` may alter what each port hears in each of them. The telemetry in the end.
+    pub(crate) fn second(&mut self, mut change: impl FnMut(u64, Port, &mut Vec<u8>)) -> Telemetry {
         for tenth in 0..SECOND_US / STEP_US {
             self.end_us += STEP_US;
             self.board.wait(STEP_US);
@@ -260,7 +260,7 @@ impl Trial {
                 heard[port as usize].1.extend_from_slice(&arrival.bytes);
             }
             for (port, bytes) in &mut heard {
-                meddle(tenth, *port, bytes);
+                change(tenth, *port, bytes);
                 self.board.receive(*port, bytes);
             }
             if self.end_us.is_multiple_of(SECOND_US) {

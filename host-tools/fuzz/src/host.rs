@@ -1,7 +1,7 @@
 //! A host that means harm: any message, in any order and cut anywhere, to a board that flies on its own clock.
 
+use crate::false_inputs::FalseInput;
 use crate::flight::{self, Board};
-use crate::lies::Lie;
 use arbitrary::{Arbitrary, Unstructured};
 use backseat_app::Pump;
 use backseat_wire::hostlink::{Chunk, MAX_FRAME, Port, Step, Telemetry, ToBoard, encode};
@@ -57,8 +57,8 @@ impl Act {
                 }
                 framed(&ToBoard::Step(step))
             }
-            Self::Parameter { index, value } => Lie::Parameter { index, value }.on_port().1,
-            Self::Request { which } => Lie::Request { which }.on_port().1,
+            Self::Parameter { index, value } => FalseInput::Parameter { index, value }.on_port().1,
+            Self::Request { which } => FalseInput::Request { which }.on_port().1,
             Self::Mission { count, index } => {
                 let waypoint = backseat_wire::hostlink::Waypoint { x_m: 10.0, y_m: 0.0, depth_m: 1.0, speed_mps: 1.0 };
                 let item = ToBoard::MissionItem { index, waypoint };
@@ -68,7 +68,7 @@ impl Act {
                 rest.bytes(rest.len().min(usize::from(length))).map(<[u8]>::to_vec).unwrap_or_default()
             }
             Self::Cut { which, length } => {
-                let mut bytes = Lie::Request { which }.on_port().1;
+                let mut bytes = FalseInput::Request { which }.on_port().1;
                 bytes.truncate(usize::from(length) % bytes.len().max(1));
                 bytes
             }

@@ -12,20 +12,20 @@
 
 mod app;
 mod day;
+mod disturbed;
+mod false_inputs;
 mod files;
 mod flight;
 mod host;
-mod lies;
-mod meddled;
 mod sentences;
 mod stores;
 mod streams;
 
 pub use app::app;
 pub use day::{day, frontseat};
+pub use disturbed::fly_disturbed;
 pub use files::{board_log, csv_log, importers, scenario, session, vehicle_file};
 pub use host::host;
-pub use meddled::meddled;
 pub use sentences::{framer, gps, iver, modem, os5000};
 pub use stores::{parameter_store, restart_record, ship_state};
 pub use streams::{gx3, hostlink, mip, pd0, pd4, pd6};

@@ -6,18 +6,16 @@
 //! ```text
 //! sample, data      the log at 10 Hz, in stretches without gaps      identifier    the board's adaptive identifier over a log
 //! parameters        θ (21), d26 and d35 as one vector                aid           the same laws offline, without its delay
-//! simulation        free run with sensitivities to θ and start       nullspace     NBLS of the thesis, and noise-whitened
+//! simulation        free run with sensitivities to θ and start       nullspace     NBLS of the thesis
 //! smoothing         zero-phase filter; the model's own trajectory    instrumental  weak form, instruments from the model
 //! validation        open-loop prediction, held-out comparison        output_error  prediction error, Gauss-Newton
 //! declared_effects  effects of the vehicle file, removed first       automatic     tries them, each step on held-out data
 //! estimate          the result of a method                           excitation    what the motion shows of each parameter
-//! acceleration      section 4.2.2: from an AHRS's specific force     surge_yaw     logs in servo counts: surge and yaw only
-//! learnt            the estimate's covariance as a prior for the robust filter
+//! learnt            the covariance as a robust filter's prior         surge_yaw     logs in servo counts: surge and yaw only
 //! options, method   settings, and one entrance to all methods        plan          the mission with most information
 //! timing            when fins and propeller follow their commands     manoeuvring   vessels with propellers and rudders
 //! ```
 
-pub mod acceleration;
 pub mod aid;
 mod automatic;
 pub mod data;

@@ -22,7 +22,6 @@ pub fn identify(
         Method::AidOnline => aid::online(data, prior, options),
         Method::Aid => aid::offline(data, prior, options, progress),
         Method::Nbls => nullspace::nbls(data, prior, options),
-        Method::Gtls => nullspace::gtls(data, prior, options),
         Method::Iv => instrumental::identify(data, prior, options, progress),
         Method::OutputError => output_error::identify(data, prior, options, progress),
         Method::Auto => automatic::identify(data, prior, options, progress),

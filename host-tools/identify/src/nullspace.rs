@@ -2,12 +2,7 @@
 //! shrinks most.
 //!
 //! As the thesis has it (NBLS, 4.3), every column of W is as noisy as it is and all noise counts alike: total least
-//! squares whose bias grows with the noise until drags change sign. The noise-whitened form (GTLS) weights each axis by
-//! its own residual and takes out of Wᵀ W what sensor noise of known size puts into it: (Wᵀ W − λ Σ) θ = 0, generalised
-//! total least squares with λ = 1, or less where the noise is less than declared. It needs no hard filter against the
-//! noise, and so distorts the motion less. Its rows are those of the intervals between samples, to fourth order: with
-//! NBLS's central differences the rest that rolling leaves is larger than the noise, and weights and λ are those of a
-//! noise that is not there.
+//! squares whose bias grows with the noise until drags change sign.
 
 use crate::data::IdentificationData;
 use crate::estimate::Estimate;
@@ -18,16 +13,12 @@ use crate::sample::{PERIOD_S, Sample, mean};
 use crate::simulation::{self, Output};
 use crate::smoothing::{self, CutOffs};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
-use backseat_core::identification::Theta;
-use backseat_core::identification::aid::interval;
-use backseat_core::identification::regressor::{Regressor, known_wrench, regressor};
-use backseat_core::identification::theta::{B1, BETA1, M11, W, theta_of};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3, Vector6};
+use backseat_core::identification::regressor::{Regressor, regressor};
+use backseat_core::identification::theta::{B1, BETA1, M11, W};
+use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
 /// Cut-off of all signals: NBLS's, Hz.
 const CUTOFF_HZ: f64 = 0.3;
-/// The same of the noise-whitened form, Hz.
-const WHITENED_CUTOFF_HZ: f64 = 0.8;
 /// Samples left out at either end of a stretch, where the filter sees less.
 const MARGIN: usize = 30;
 /// Number of NBLS's columns: θ without B1 and B2, with d26 and d35.
@@ -51,11 +42,15 @@ pub const ORDER: [usize; COLUMNS] = {
 };
 
 /// One instant, filtered.
-struct Filtered {
-    acceleration: Vector6<f64>,
-    velocity: Vector6<f64>,
-    roll_pitch: [f64; 2],
-    input: ActuatorInput,
+pub struct Filtered {
+    /// u, v, w, p, q, r differentiated, m/s² and rad/s².
+    pub acceleration: Vector6<f64>,
+    /// u, v, w, p, q, r, m/s and rad/s.
+    pub velocity: Vector6<f64>,
+    /// rad.
+    pub roll_pitch: [f64; 2],
+    /// What the actuators do.
+    pub input: ActuatorInput,
 }
 
 impl Filtered {
@@ -74,7 +69,8 @@ impl Filtered {
 
 /// Everything through one filter, fins and propeller too: linear relations survive a filter that all share. The input
 /// of an instant is `held` until the next, or else the mean of before and after.
-fn filtered(samples: &[Sample], cutoff_hz: f64, held: bool) -> Vec<Filtered> {
+#[must_use]
+pub fn filtered(samples: &[Sample], cutoff_hz: f64, held: bool) -> Vec<Filtered> {
     let all: CutOffs = [cutoff_hz; simulation::OUTPUTS];
     let outputs: Vec<Output> = samples.iter().map(simulation::measured).collect();
     let inputs: Vec<Output> = samples
@@ -100,58 +96,6 @@ fn filtered(samples: &[Sample], cutoff_hz: f64, held: bool) -> Vec<Filtered> {
             },
         })
         .collect()
-}
-
-/// One interval between filtered samples: its input and its ends, v, roll and pitch.
-#[derive(Clone, Copy)]
-struct Interval {
-    acceleration: Vector6<f64>,
-    velocity: [Vector6<f64>; 2],
-    roll_pitch: [[f64; 2]; 2],
-    input: ActuatorInput,
-}
-
-impl Interval {
-    fn new(then: &Filtered, now: &Filtered) -> Self {
-        Self {
-            acceleration: (now.velocity - then.velocity) / PERIOD_S,
-            velocity: [then.velocity, now.velocity],
-            roll_pitch: [then.roll_pitch, now.roll_pitch],
-            input: then.input,
-        }
-    }
-
-    /// The rows of this interval, between whose ends `model` knows the way.
-    fn rows(&self, model: &VehicleModel, theta: &Theta) -> ExtendedRegressor {
-        let down = self.roll_pitch.map(|[roll, pitch]| Attitude::new(&Vector3::new(roll, pitch, 0.0)).down());
-        let ends = [(&self.velocity[0], &down[0]), (&self.velocity[1], &down[1])];
-        let mut rows = ExtendedRegressor::zeros();
-        let mut y = Regressor::zeros();
-        for at in interval(model, theta, ends, &self.input, PERIOD_S) {
-            regressor(&self.acceleration, &at.velocity, &at.down, &at.actuators, &mut y);
-            rows += parameters::extended(&y, &at.velocity) * 0.5;
-        }
-        rows
-    }
-
-    /// With an error (m/s, rad/s; m/s², rad/s²; rad) in one of fourteen directions.
-    fn disturbed(&self, direction: usize, options: &Options, (value_gain, slope_gain): (f64, f64)) -> Self {
-        let mut disturbed = *self;
-        match direction {
-            0..6 => {
-                for velocity in &mut disturbed.velocity {
-                    velocity[direction] += options.velocity_noise[direction] * value_gain;
-                }
-            }
-            6..12 => disturbed.acceleration[direction - 6] += options.velocity_noise[direction - 6] * slope_gain,
-            _ => {
-                for angles in &mut disturbed.roll_pitch {
-                    angles[direction - 12] += options.roll_pitch_noise_rad * value_gain;
-                }
-            }
-        }
-        disturbed
-    }
 }
 
 /// The thesis' row block of NBLS: the columns of [`ORDER`].
@@ -231,123 +175,6 @@ pub(crate) fn nbls(
 ) -> Result<Estimate, IdentifyError> {
     let values = unbounded(data, None, prior, options.scale.parameter(), CUTOFF_HZ)?;
     Ok(boxed(Method::Nbls, data, prior, options, values))
-}
-
-/// The noise-whitened form.
-pub(crate) fn gtls(
-    data: &IdentificationData,
-    prior: &VehicleParameters,
-    options: &Options,
-) -> Result<Estimate, IdentifyError> {
-    /// Rounds of the way between samples, by what the round before found.
-    const PASSES: usize = 3;
-    let mut values = parameters::of(prior);
-    for _ in 0..PASSES {
-        let mut vehicle = values;
-        parameters::project(prior, options.box_ratio, &mut vehicle);
-        let model = VehicleModel::new(&parameters::with(prior, &vehicle)).map_err(IdentifyError::Prior)?;
-        values = whitened(data, prior, &model, options)?;
-    }
-    let mut estimate = boxed(Method::Gtls, data, prior, options, values);
-    let beyond = |sample: &Sample| known_wrench(prior, &sample.velocity, &sample.input.mean()).amax() > 0.0;
-    if data.samples.iter().any(beyond) {
-        estimate.notes.push("linear drag and advance of the declared vehicle are left out by this method".into());
-    }
-    Ok(estimate)
-}
-
-/// One pass.
-fn whitened(
-    data: &IdentificationData,
-    prior: &VehicleParameters,
-    model: &VehicleModel,
-    options: &Options,
-) -> Result<Extended, IdentifyError> {
-    /// Rounds of reweighting the axes by their residuals.
-    const ROUNDS: usize = 4;
-    let known = options.scale.parameter();
-    let used: Vec<usize> = (0..EXTENDED).filter(|&j| options.cross_drag || j < D26).collect();
-    let n = used.len();
-    let scale = parameters::scale(prior);
-    let pick =
-        |rows: &ExtendedRegressor, axis: usize| DVector::from_fn(n, |i, _| rows[(axis, used[i])] * scale[used[i]]);
-    let (mut energy, mut noise) = (vec![DMatrix::zeros(n, n); 6], vec![DMatrix::zeros(n, n); 6]);
-    let (gains, found) = (noise_gains(), theta_of(model.parameters()));
-    for samples in data.stretches() {
-        for (k, pair) in filtered(samples, WHITENED_CUTOFF_HZ, true).windows(2).enumerate().step_by(3) {
-            let interval = Interval::new(&pair[0], &pair[1]);
-            let rows = interval.rows(model, &found);
-            for (axis, energy) in energy.iter_mut().enumerate() {
-                let row = pick(&rows, axis);
-                energy.ger(1.0, &row, &row, 1.0);
-            }
-            if k % 9 != 0 {
-                continue;
-            }
-            // What one sigma in each direction changes, three times as rare as the rows.
-            for direction in 0..14 {
-                let change = interval.disturbed(direction, options, gains).rows(model, &found) - rows;
-                for (axis, noise) in noise.iter_mut().enumerate() {
-                    let row = pick(&change, axis);
-                    noise.ger(3.0, &row, &row, 1.0);
-                }
-            }
-        }
-    }
-    let declared = parameters::of(prior);
-    let mut theta = DVector::from_fn(n, |i, _| declared[used[i]] / scale[used[i]]);
-    let column = used.iter().position(|&j| j == known).unwrap_or(M11);
-    let free: Vec<usize> = (0..n).filter(|&i| i != column).collect();
-    for _ in 0..ROUNDS {
-        let (mut a, mut sigma) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-        for (energy, noise) in energy.iter().zip(&noise) {
-            let residual = theta.dot(&(energy * &theta)).max(f64::MIN_POSITIVE);
-            a += energy / residual;
-            sigma += noise / residual;
-        }
-        let lambda = LEAST_SHARE * smallest_ratio(&a, &sigma)?;
-        let matrix = a - sigma * lambda.min(1.0);
-        let right = DVector::from_fn(free.len(), |i, _| -matrix[(free[i], column)] * theta[column]);
-        let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| matrix[(free[i], free[j])]);
-        let solution = matrix.lu().solve(&right).ok_or_else(degenerate)?;
-        for (&i, value) in free.iter().zip(solution.iter()) {
-            theta[i] = *value;
-        }
-    }
-    let mut values = declared;
-    for (&j, value) in used.iter().zip(theta.iter()) {
-        values[j] = value * scale[j];
-    }
-    Ok(values)
-}
-
-/// Of the smallest λ for which A − λ Σ is singular, this much may be taken out.
-const LEAST_SHARE: f64 = 0.95;
-
-fn degenerate() -> IdentifyError {
-    IdentifyError::Degenerate("noise-whitened least squares: a column is zero".into())
-}
-
-/// The smallest λ with det(A − λ Σ) = 0; A is positive definite, Σ need not be.
-fn smallest_ratio(a: &DMatrix<f64>, sigma: &DMatrix<f64>) -> Result<f64, IdentifyError> {
-    let n = a.nrows();
-    let length = a.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
-    let scaled = |m: &DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| m[(i, j)] * length[i] * length[j]);
-    let factor = (scaled(a) + DMatrix::identity(n, n) * 1.0e-13).cholesky().ok_or_else(degenerate)?;
-    let inverse = factor.l().try_inverse().ok_or_else(degenerate)?;
-    let largest = (&inverse * scaled(sigma) * inverse.transpose()).symmetric_eigen().eigenvalues.max();
-    Ok(1.0 / largest.max(f64::MIN_POSITIVE))
-}
-
-/// Gain of the filter and of the difference after it for white noise.
-fn noise_gains() -> (f64, f64) {
-    const LENGTH: usize = 201;
-    let mut impulse = vec![Output::zeros(); LENGTH];
-    impulse[LENGTH / 2] = Output::repeat(1.0);
-    let response = smoothing::low_pass(&impulse, &[WHITENED_CUTOFF_HZ; simulation::OUTPUTS]);
-    let value: f64 = response.iter().map(|r| r[0] * r[0]).sum();
-    let slope: f64 = response.windows(2).map(|r| ((r[1][0] - r[0][0]) / PERIOD_S).powi(2)).sum();
-    (value.sqrt(), slope.sqrt())
 }
 
 /// The estimate inside the box, with a note of what left it.

@@ -14,8 +14,6 @@ pub enum Method {
     Aid,
     /// Nullspace least squares of the thesis.
     Nbls,
-    /// Nullspace least squares with the noise's own metric.
-    Gtls,
     /// Weak form with instrumental variables.
     Iv,
     /// Prediction error over long runs, Gauss-Newton.
@@ -26,8 +24,7 @@ pub enum Method {
 
 impl Method {
     /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::AidOnline, Self::Aid, Self::Nbls, Self::Gtls, Self::Iv, Self::OutputError, Self::Auto];
+    pub const ALL: [Self; 6] = [Self::AidOnline, Self::Aid, Self::Nbls, Self::Iv, Self::OutputError, Self::Auto];
 
     /// Name on the command line and in JSON.
     #[must_use]
@@ -36,7 +33,6 @@ impl Method {
             Self::AidOnline => "aid-online",
             Self::Aid => "aid",
             Self::Nbls => "nbls",
-            Self::Gtls => "gtls",
             Self::Iv => "iv",
             Self::OutputError => "output-error",
             Self::Auto => "auto",

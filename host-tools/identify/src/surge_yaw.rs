@@ -42,7 +42,7 @@ const PLAUSIBLE: [f64; COEFFICIENTS] = [5.0e-4, 1.0, 0.5, 1.0, 2.0, 2.0e-2, 100.
 
 /// One sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sample {
+struct SurgeYawSample {
     time_s: f64,
     /// Not where it is frozen.
     surge_mps: Option<f64>,
@@ -55,7 +55,7 @@ struct Sample {
 /// Surge, heading and counts of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurgeYawData {
-    samples: Vec<Sample>,
+    samples: Vec<SurgeYawSample>,
 }
 
 /// Coefficients with confidence.
@@ -96,7 +96,7 @@ impl SurgeYawData {
     /// Takes it from a log.
     #[must_use]
     pub fn from_log(log: &Log) -> Self {
-        let mut samples: Vec<Sample> = Vec::new();
+        let mut samples: Vec<SurgeYawSample> = Vec::new();
         for row in &log.rows {
             let (Some(speed), Some(heading), Some(motor), Some(rudder)) = (
                 row.get(Column::SpeedLog),
@@ -110,7 +110,7 @@ impl SurgeYawData {
                 samples.last().map_or(heading, |last| last.heading_rad + wrap_angle(heading - last.heading_rad));
             let time_s = row.time_us as f64 * 1.0e-6;
             if samples.last().is_none_or(|last| time_s > last.time_s) {
-                samples.push(Sample { time_s, surge_mps: Some(speed), heading_rad, motor, rudder });
+                samples.push(SurgeYawSample { time_s, surge_mps: Some(speed), heading_rad, motor, rudder });
             }
         }
         let speeds: Vec<Option<f64>> = samples.iter().map(|sample| sample.surge_mps).collect();
@@ -137,8 +137,8 @@ impl SurgeYawData {
     }
 
     /// Runs of samples without a gap and with a measured speed.
-    fn runs(&self) -> Vec<&[Sample]> {
-        let fits = |pair: &[Sample; 2]| {
+    fn runs(&self) -> Vec<&[SurgeYawSample]> {
+        let fits = |pair: &[SurgeYawSample; 2]| {
             pair.iter().all(|sample| sample.surge_mps.is_some()) && pair[1].time_s - pair[0].time_s < GAP_S
         };
         self.samples.chunk_by(|a, b| fits(&[*a, *b])).filter(|run| run.len() > 3).collect()
@@ -149,7 +149,7 @@ impl SurgeYawData {
     /// # Errors
     /// If too little was measured, or the data do not determine the parameters.
     pub fn fit(&self) -> Result<SurgeYawEstimate, IdentifyError> {
-        let segments: Vec<&[Sample]> =
+        let segments: Vec<&[SurgeYawSample]> =
             self.runs().into_iter().flat_map(|run| run.chunks(SEGMENT)).filter(|s| s.len() > 5).collect();
         if segments.len() < 5 {
             return Err(IdentifyError::Degenerate(
@@ -253,7 +253,7 @@ impl SurgeYawEstimate {
 
 /// Speed, heading and yaw rate at the sample `at`; the rate is that of the samples around it (`at` 1) or before (`at`
 /// 2).
-fn start(samples: &[Sample], at: usize) -> [f64; 3] {
+fn start(samples: &[SurgeYawSample], at: usize) -> [f64; 3] {
     let first = samples[0];
     let Some(last) = samples.get(2).or(samples.last()) else { return [0.0; 3] };
     let rate = (last.heading_rad - first.heading_rad) / (last.time_s - first.time_s).max(0.1);
@@ -261,7 +261,7 @@ fn start(samples: &[Sample], at: usize) -> [f64; 3] {
     [here.surge_mps.unwrap_or(0.0), here.heading_rad, rate]
 }
 
-fn derivative(c: &[f64; COEFFICIENTS], [u, _, r]: [f64; 3], sample: &Sample) -> [f64; 3] {
+fn derivative(c: &[f64; COEFFICIENTS], [u, _, r]: [f64; 3], sample: &SurgeYawSample) -> [f64; 3] {
     let [k, d2, d1, a0, a1, b, offset] = *c;
     let n = sample.motor;
     [
@@ -272,7 +272,7 @@ fn derivative(c: &[f64; COEFFICIENTS], [u, _, r]: [f64; 3], sample: &Sample) -> 
 }
 
 /// The states at the samples; counts are held between them.
-fn simulate(c: &[f64; COEFFICIENTS], start: [f64; 3], samples: &[Sample]) -> Vec<[f64; 3]> {
+fn simulate(c: &[f64; COEFFICIENTS], start: [f64; 3], samples: &[SurgeYawSample]) -> Vec<[f64; 3]> {
     let moved = |x: [f64; 3], slope: [f64; 3], by: f64| core::array::from_fn(|i| x[i] + slope[i] * by);
     let mut x = start;
     let mut states = vec![x];
@@ -289,7 +289,7 @@ fn simulate(c: &[f64; COEFFICIENTS], start: [f64; 3], samples: &[Sample]) -> Vec
 }
 
 /// Weighted residuals of one segment: speed and heading of every sample.
-fn segment_residuals(c: &[f64; COEFFICIENTS], start: [f64; 3], segment: &[Sample]) -> Vec<[f64; 2]> {
+fn segment_residuals(c: &[f64; COEFFICIENTS], start: [f64; 3], segment: &[SurgeYawSample]) -> Vec<[f64; 2]> {
     simulate(c, start, segment)
         .iter()
         .zip(segment)
@@ -301,7 +301,7 @@ fn unpack(x: &DVector<f64>, segment: usize) -> ([f64; COEFFICIENTS], [f64; 3]) {
     (core::array::from_fn(|j| x[j]), core::array::from_fn(|j| x[COEFFICIENTS + 3 * segment + j]))
 }
 
-fn residuals(segments: &[&[Sample]], x: &DVector<f64>) -> [[f64; 2]; 2] {
+fn residuals(segments: &[&[SurgeYawSample]], x: &DVector<f64>) -> [[f64; 2]; 2] {
     let (mut squares, mut count) = ([0.0; 2], [0.0; 2]);
     for (index, segment) in segments.iter().enumerate() {
         let (c, start) = unpack(x, index);
@@ -320,7 +320,7 @@ fn prior_cost(x: &DVector<f64>) -> f64 {
 }
 
 /// Normal equations with sensitivities by differences, and the cost.
-fn normal(segments: &[&[Sample]], x: &DVector<f64>, sigma: [f64; 2]) -> (DMatrix<f64>, DVector<f64>, f64) {
+fn normal(segments: &[&[SurgeYawSample]], x: &DVector<f64>, sigma: [f64; 2]) -> (DMatrix<f64>, DVector<f64>, f64) {
     const LOCAL: usize = COEFFICIENTS + 3;
     let n = x.len();
     let (mut matrix, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
@@ -374,10 +374,10 @@ mod tests {
     #[test]
     fn coefficients_of_a_simulated_log_come_back() {
         let truth = [6.0e-5, 0.12, 0.02, 0.2, 0.4, -3.0e-3, 6.0];
-        let samples: Vec<Sample> = (0..900)
+        let samples: Vec<SurgeYawSample> = (0..900)
             .map(|k| {
                 let t = f64::from(k);
-                Sample {
+                SurgeYawSample {
                     time_s: t,
                     surge_mps: Some(0.0),
                     heading_rad: 0.0,

@@ -12,7 +12,7 @@ use backseat_core::state::{PSI, VehicleState, X, Y};
 use backseat_identify::plan::Body;
 use backseat_logs::VehicleFile;
 use hil_sim::observation::{Observation, ObservationKind};
-use hil_sim::scenario::{Line, Plant, Scenario, Settings, Start};
+use hil_sim::scenario::{Plant, Scenario, Settings, Start, SurveyLine};
 use hil_sim::truth::{Actuators, Parameters, State, Undeclared, Vehicle, Water};
 use hil_sim::world::World;
 
@@ -45,7 +45,7 @@ pub fn mission(waypoints: impl IntoIterator<Item = Waypoint>) -> anyhow::Result<
 ///
 /// # Errors
 /// More lines than a mission holds.
-pub fn mission_along(lines: &[Line]) -> anyhow::Result<Mission> {
+pub fn mission_along(lines: &[SurveyLine]) -> anyhow::Result<Mission> {
     let ends = lines.iter().flat_map(|line| [line.from_m, line.to_m]);
     mission(ends.map(|[x_m, y_m]| Waypoint { x_m, y_m, depth_m: DEPTH_M, speed_mps: SPEED_MPS }))
 }
@@ -154,8 +154,8 @@ impl Steered for TrueVehicle {
 }
 
 /// Distance of a state from the line that it flies, m; none in turns and before the first.
-pub fn across_m(lines: &[Line], x: &[f64; 12]) -> Option<f64> {
-    let along = |line: &Line| {
+pub fn across_m(lines: &[SurveyLine], x: &[f64; 12]) -> Option<f64> {
+    let along = |line: &SurveyLine| {
         let way = [line.to_m[0] - line.from_m[0], line.to_m[1] - line.from_m[1]];
         let length = way[0].hypot(way[1]);
         let off = [x[X] - line.from_m[0], x[Y] - line.from_m[1]];

@@ -7,6 +7,7 @@ mod closed_loop;
 pub mod consistency;
 mod diagnosis_accuracy;
 mod ensemble;
+pub mod experiment;
 mod flights;
 pub mod geometry;
 pub mod identification;
@@ -17,6 +18,7 @@ pub mod packet_navigation;
 pub mod reproduce;
 mod sampled_lqr;
 mod store;
+mod wrong_recordings;
 
 use backseat_report::console;
 use ensemble::PartArgs;
@@ -115,6 +117,8 @@ enum LabCommand {
     Judge(judge::Args),
     /// A planned identification mission against a lawnmower and open-loop inputs
     Plan(identification::PlanArgs),
+    /// Whether a log that is recorded wrongly is told, and one that is recorded rightly is not
+    WrongRecordings(wrong_recordings::Args),
     /// Join the stores of the parts of an ensemble
     #[command(after_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
@@ -148,6 +152,7 @@ impl Lab {
             LabCommand::FaultDetection(arguments) => arguments.run(),
             LabCommand::Judge(arguments) => judge::run(arguments),
             LabCommand::Plan(arguments) => arguments.run(),
+            LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),
         }
     }

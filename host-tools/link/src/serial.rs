@@ -1,7 +1,8 @@
 //! A board on five serial ports of this machine.
 
+use crate::board::PortName;
 use crate::{BackseatError, Ports};
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use backseat_wire::hostlink::Port;
 use serialport::{SerialPort, TTYPort};
 use std::io::{ErrorKind, Read, Write};
@@ -27,13 +28,9 @@ impl Serial {
             bail!("{list}: expected five ports separated by commas: frontseat,dvl,ahrs,modem,host");
         }
         let open = |(path, default): (&&str, u32)| {
-            let (path, baud) = match path.rsplit_once(':') {
-                Some((path, baud)) => (path, baud.parse().with_context(|| format!("{baud}: not a baud rate"))?),
-                None => (*path, default),
-            };
+            let device = PortName::parse(path, default).map_err(|why| anyhow!("{path}: {why}"))?;
             // A short time-out: reading waits in `read` below, where it is counted.
-            let port = serialport::new(path, baud).timeout(POLL);
-            port.open_native().with_context(|| path.to_owned())
+            device.open(POLL).with_context(|| device.to_string())
         };
         Ok(Self { ports: paths.iter().zip(Port::DEFAULT_BAUD).map(open).collect::<anyhow::Result<_>>()? })
     }

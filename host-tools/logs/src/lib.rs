@@ -5,6 +5,7 @@
 
 pub mod error;
 pub mod importers;
+pub mod kinds;
 pub mod log;
 pub mod manoeuvring;
 pub mod output;

@@ -2,7 +2,7 @@
 
 use crate::DataError;
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 /// Longest file, bytes: a thousand times what any of them has.
@@ -20,6 +20,12 @@ pub fn read(path: &Path) -> Result<String, DataError> {
         let message = format!("more than {} MiB: not a file of settings", MAX_BYTES >> 20);
         return Err(DataError::file(path, message));
     }
-    result.map_err(|error| DataError::io(path, &error))?;
-    Ok(text)
+    match (result, crate::kinds::of(path)) {
+        (Ok(_), _) => Ok(text),
+        (Err(_), Some((what, _))) => Err(DataError::file(path, format!("{what}; expected a file of settings (TOML)"))),
+        (Err(error), None) if error.kind() == ErrorKind::InvalidData => {
+            Err(DataError::file(path, "no text; expected a file of settings (TOML)"))
+        }
+        (Err(error), None) => Err(DataError::io(path, &error)),
+    }
 }

@@ -39,13 +39,13 @@ impl Verdict {
 
 /// One check.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
+pub struct CheckLine {
     pub verdict: Verdict,
     pub what: &'static str,
     found: String,
 }
 
-impl Line {
+impl CheckLine {
     pub fn new(verdict: Verdict, what: &'static str, found: impl Into<String>) -> Self {
         Self { verdict, what, found: found.into() }
     }
@@ -55,17 +55,12 @@ impl Line {
         [self.what, self.verdict.name(), &self.found]
     }
 
-    /// As a row of a Markdown table.
-    pub fn row(&self) -> String {
-        format!("| {} | {} | {} |", self.what, self.verdict.name(), self.found)
-    }
-
     pub fn json(&self) -> Value {
         json!({"check": self.what, "verdict": self.verdict.name().to_lowercase(), "found": self.found})
     }
 }
 
-impl fmt::Display for Line {
+impl fmt::Display for CheckLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:<4}  {:<15}  {}", self.verdict.name(), self.what, self.found)
     }
@@ -77,7 +72,7 @@ pub struct Look {
     pub parameters: Vec<Declared>,
     pub waypoints: usize,
     /// Before and after the watch.
-    pub counters: Option<(Health, Health)>,
+    pub counters: (Health, Health),
     /// During the watch.
     pub telemetry: Vec<Telemetry>,
     pub watched: Duration,
@@ -86,7 +81,7 @@ pub struct Look {
 }
 
 /// Every check, in the order of a table.
-pub fn lines(look: &Look) -> Vec<Line> {
+pub fn lines(look: &Look) -> Vec<CheckLine> {
     let mut lines = vec![firmware(&look.identity), restart(look.identity.restart.as_ref()), telemetry(look)];
     lines.extend(Port::DEVICES.map(|port| device(look, port)));
     lines.extend([
@@ -101,31 +96,31 @@ pub fn lines(look: &Look) -> Vec<Line> {
     lines
 }
 
-fn firmware(identity: &Identity) -> Line {
+fn firmware(identity: &Identity) -> CheckLine {
     let Identity { firmware, schema, .. } = identity;
     let same = *schema == PARAMETER_SCHEMA;
     let other = if same { String::new() } else { format!("; this program knows version {PARAMETER_SCHEMA}") };
     let verdict = if same { Verdict::Pass } else { Verdict::Note };
-    Line::new(verdict, "firmware", format!("{firmware}, parameter list version {schema}{other}"))
+    CheckLine::new(verdict, "firmware", format!("{firmware}, parameter list version {schema}{other}"))
 }
 
-fn restart(restart: Option<&Restart>) -> Line {
+fn restart(restart: Option<&Restart>) -> CheckLine {
     let Some(Restart { cause, resets, safe }) = restart else {
-        return Line::new(Verdict::Note, "last start", "cause unknown to the board");
+        return CheckLine::new(Verdict::Note, "last start", "cause unknown to the board");
     };
     let barred = if *safe { "; too many in ten minutes: safe mode" } else { "" };
     let found = format!("{cause:?}; {resets} resets by a fault since power-on{barred}");
-    Line::new(Verdict::of(*resets == 0 && !safe), "last start", found)
+    CheckLine::new(Verdict::of(*resets == 0 && !safe), "last start", found)
 }
 
-fn telemetry(look: &Look) -> Line {
+fn telemetry(look: &Look) -> CheckLine {
     let rate_hz = look.telemetry.len() as f64 / look.watched.as_secs_f64();
     let found = if look.telemetry.is_empty() {
         "none; a board in lock-step waits for its simulator".to_owned()
     } else {
         format!("{rate_hz:.1} records a second")
     };
-    Line::new(Verdict::of(rate_hz >= LEAST_RATE_HZ), "telemetry", found)
+    CheckLine::new(Verdict::of(rate_hz >= LEAST_RATE_HZ), "telemetry", found)
 }
 
 /// Whether a parameter of the board is on.
@@ -141,7 +136,7 @@ fn uses_ranges(look: &Look) -> bool {
     is_on(look, "app.use_range") || is_on(look, "app.use_range_rate")
 }
 
-fn device(look: &Look, port: Port) -> Line {
+fn device(look: &Look, port: Port) -> CheckLine {
     let (what, needed) = match port {
         Port::Frontseat => ("frontseat port", true),
         // 3: the velocity comes in the frontseat's sentence
@@ -154,15 +149,7 @@ fn device(look: &Look, port: Port) -> Line {
         Port::Modem | Port::Host => ("modem port", uses_ranges(look)),
     };
     let index = port as usize;
-    let Some((before, after)) = &look.counters else {
-        // Older firmware counts refused frames only.
-        let rejected = look.telemetry.last().map_or(0, |record| record.rejected_frames[index]);
-        return Line::new(
-            Verdict::Note,
-            what,
-            format!("{rejected} frames refused since start; this firmware does not count good ones"),
-        );
-    };
+    let (before, after) = &look.counters;
     let during = |counts: fn(&Health) -> [u32; 4]| counts(after)[index].saturating_sub(counts(before)[index]);
     let (accepted, rejected) = (during(|health| health.accepted_frames), during(|health| health.rejected_frames));
     let all = (after.accepted_frames[index], after.rejected_frames[index]);
@@ -179,15 +166,13 @@ fn device(look: &Look, port: Port) -> Line {
         "{accepted} good and {rejected} refused frames in {seconds} s ({} and {} since start){unused}",
         all.0, all.1
     );
-    Line::new(verdict, what, found)
+    CheckLine::new(verdict, what, found)
 }
 
 /// Bytes that reached the board and not its decoders: too much at once, or a line that is wired or set wrong.
-fn losses(look: &Look) -> Line {
+fn losses(look: &Look) -> CheckLine {
     const WHAT: &str = "receive losses";
-    let Some((before, after)) = &look.counters else {
-        return Line::new(Verdict::Note, WHAT, "this firmware does not report it");
-    };
+    let (before, after) = &look.counters;
     let losses: Vec<String> = Port::NAMES
         .iter()
         .zip(before.receive_losses.iter().zip(after.receive_losses))
@@ -203,20 +188,20 @@ fn losses(look: &Look) -> Line {
         true => "none on any port since start".to_owned(),
         false => format!("in {} s: {}", look.watched.as_secs(), losses.join(", ")),
     };
-    Line::new(verdict, WHAT, found)
+    CheckLine::new(verdict, WHAT, found)
 }
 
-fn clock(look: &Look) -> Line {
+fn clock(look: &Look) -> CheckLine {
     let verdict = |known| if uses_ranges(look) { Verdict::of(known) } else { Verdict::Note };
     let utc_us = look.telemetry.last().map_or(0, |record| record.utc_us);
     if utc_us == 0 {
         let found = "unknown: no GPS sentence with a valid time yet";
-        return Line::new(verdict(false), "clock", found);
+        return CheckLine::new(verdict(false), "clock", found);
     }
     let seconds = (utc_us as f64 - look.now_us as f64) * 1e-6;
     let found = format!("{} UTC, {seconds:+.1} s from this computer's clock", date(utc_us));
     let close = seconds.abs() < CLOCK_DIFFERENCE_S;
-    Line::new(if close { Verdict::Pass } else { Verdict::Note }, "clock", found)
+    CheckLine::new(if close { Verdict::Pass } else { Verdict::Note }, "clock", found)
 }
 
 /// Date and time of day.
@@ -227,11 +212,9 @@ pub fn date(utc_us: u64) -> String {
 }
 
 /// What counts the board's time: without a crystal one-way ranges need every edge of the pulse per second.
-fn oscillator(look: &Look) -> Line {
+fn oscillator(look: &Look) -> CheckLine {
     const WHAT: &str = "oscillator";
-    let Some((_, health)) = &look.counters else {
-        return Line::new(Verdict::Note, WHAT, "this firmware does not report it");
-    };
+    let (_, health) = &look.counters;
     let (found, verdict) = match (health.oscillator, health.synchronised) {
         (Oscillator::Crystal, _) => ("external, 20 ppm", Verdict::Pass),
         (Oscillator::Internal, true) => {
@@ -242,13 +225,11 @@ fn oscillator(look: &Look) -> Line {
             if uses_ranges(look) { Verdict::Fail } else { Verdict::Note },
         ),
     };
-    Line::new(verdict, WHAT, found)
+    CheckLine::new(verdict, WHAT, found)
 }
 
-fn pps(look: &Look) -> Line {
-    let Some((before, after)) = &look.counters else {
-        return Line::new(Verdict::Note, "PPS", "this firmware does not report it");
-    };
+fn pps(look: &Look) -> CheckLine {
+    let (before, after) = &look.counters;
     let edges = after.pps_edges.saturating_sub(before.pps_edges);
     let seconds = look.watched.as_secs();
     let synchronised =
@@ -260,12 +241,12 @@ fn pps(look: &Look) -> Line {
         (false, true) => Verdict::Fail,
         (false, false) => Verdict::Note,
     };
-    Line::new(verdict, "PPS", found)
+    CheckLine::new(verdict, "PPS", found)
 }
 
-fn mode(look: &Look) -> Line {
+fn mode(look: &Look) -> CheckLine {
     let Some(Telemetry { mode, reason, state, sigma, .. }) = look.telemetry.last() else {
-        return Line::new(Verdict::Fail, "mode", "not received");
+        return CheckLine::new(Verdict::Fail, "mode", "not received");
     };
     let verdict = match (mode, reason) {
         (Mode::Navigating, _) => Verdict::Pass,
@@ -280,10 +261,10 @@ fn mode(look: &Look) -> Line {
     } else {
         String::new()
     };
-    Line::new(verdict, "mode", format!("{mode:?}, {reason:?}{place}"))
+    CheckLine::new(verdict, "mode", format!("{mode:?}, {reason:?}{place}"))
 }
 
-fn parameters(parameters: &[Declared]) -> Line {
+fn parameters(parameters: &[Declared]) -> CheckLine {
     let outside: Vec<&str> = parameters
         .iter()
         .filter(|p| !(p.min..=p.max).contains(&p.value))
@@ -293,13 +274,13 @@ fn parameters(parameters: &[Declared]) -> Line {
     let outside_range =
         if outside.is_empty() { String::new() } else { format!("; outside their range: {}", outside.join(", ")) };
     let found = format!("{} read, {own} not at their default{outside_range}", parameters.len());
-    Line::new(Verdict::of(outside.is_empty()), "parameters", found)
+    CheckLine::new(Verdict::of(outside.is_empty()), "parameters", found)
 }
 
-fn mission(waypoints: usize) -> Line {
+fn mission(waypoints: usize) -> CheckLine {
     match waypoints {
-        0 => Line::new(Verdict::Note, "mission", "none stored"),
-        count => Line::new(Verdict::Pass, "mission", format!("{count} waypoints stored")),
+        0 => CheckLine::new(Verdict::Note, "mission", "none stored"),
+        count => CheckLine::new(Verdict::Pass, "mission", format!("{count} waypoints stored")),
     }
 }
 
@@ -320,7 +301,7 @@ mod tests {
             identity: Identity { firmware: String::new(), schema: PARAMETER_SCHEMA, restart: None },
             parameters: Vec::new(),
             waypoints: 0,
-            counters: Some((health(before), health(after))),
+            counters: (health(before), health(after)),
             telemetry: Vec::new(),
             watched: Duration::from_secs(3),
             now_us: 0,
@@ -335,9 +316,7 @@ mod tests {
             ([0, 0, 7, 0, 0], [0, 2, 8, 0, 0], Verdict::Fail, "in 3 s: dvl 2 (2 since start), ahrs 1 (8 since start)"),
         ];
         for (before, after, verdict, found) in cases {
-            assert_eq!(losses(&look(before, after)), Line::new(verdict, "receive losses", found));
+            assert_eq!(losses(&look(before, after)), CheckLine::new(verdict, "receive losses", found));
         }
-        let older = Look { counters: None, ..look([0; 5], [0; 5]) };
-        assert_eq!(losses(&older).verdict, Verdict::Note);
     }
 }

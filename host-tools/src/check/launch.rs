@@ -1,12 +1,12 @@
 //! Before a launch: go or no go, on one page to print and sign.
 
-use super::judge::{Line, Verdict};
+use super::judge::{CheckLine, Verdict};
 use backseat_logs::output::{self, Existing};
 use backseat_report::{Provenance, Report, Table};
 use std::path::Path;
 
 /// "GO", or "NO GO" with what failed.
-pub fn verdict(lines: &[Line]) -> String {
+pub fn verdict(lines: &[CheckLine]) -> String {
     let of = |wanted: Verdict| -> Vec<&str> {
         lines.iter().filter(|line| line.verdict == wanted).map(|line| line.what).collect()
     };
@@ -19,7 +19,7 @@ pub fn verdict(lines: &[Line]) -> String {
 }
 
 /// Writes the page; never over another one.
-pub fn page(path: &Path, port: &str, when: &str, signed: Option<&str>, lines: &[Line]) -> anyhow::Result<()> {
+pub fn page(path: &Path, port: &str, when: &str, signed: Option<&str>, lines: &[CheckLine]) -> anyhow::Result<()> {
     let said = verdict(lines);
     let mut report = Report::new("Before the launch", format!("{said}. Board at {port}, {when} UTC."));
     if said.starts_with("NO") {
@@ -49,10 +49,12 @@ mod tests {
 
     #[test]
     fn one_failure_is_no_go_and_stands_first() {
-        let mut lines =
-            vec![Line::new(Verdict::Pass, "telemetry", "10 a second"), Line::new(Verdict::Note, "mission", "none")];
+        let mut lines = vec![
+            CheckLine::new(Verdict::Pass, "telemetry", "10 a second"),
+            CheckLine::new(Verdict::Note, "mission", "none"),
+        ];
         assert_eq!(verdict(&lines), "GO: nothing failed; for you to judge: mission");
-        lines.push(Line::new(Verdict::Fail, "PPS", "never came"));
+        lines.push(CheckLine::new(Verdict::Fail, "PPS", "never came"));
         assert_eq!(verdict(&lines), "NO GO: 1 of 3 checks failed: PPS");
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("launch.html");

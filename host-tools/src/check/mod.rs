@@ -8,7 +8,7 @@ use crate::board::Common;
 use anyhow::bail;
 use backseat_link::board::{Board, reason};
 use backseat_wire::hostlink::Telemetry;
-use judge::{Line, Look, Verdict};
+use judge::{CheckLine, Look, Verdict};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
     }
     let failed = lines.iter().filter(|line| line.verdict == Verdict::Fail).count();
-    let list: Vec<_> = lines.iter().map(Line::json).collect();
+    let list: Vec<_> = lines.iter().map(CheckLine::json).collect();
     let mut table: String = lines.iter().map(|line| format!("{line}\n")).collect();
     if !args.hil {
         table += &format!("\n{}\n", launch::verdict(&lines));
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn with_devices(args: &Args) -> anyhow::Result<Vec<Line>> {
+fn with_devices(args: &Args) -> anyhow::Result<Vec<CheckLine>> {
     let mut board = args.common.connect()?;
     let mut lines = judge::lines(&look(&mut board)?);
     if args.wiggle {
@@ -100,16 +100,16 @@ fn look(board: &mut Board) -> anyhow::Result<Look> {
         identity: board.identity.clone(),
         parameters,
         waypoints,
-        counters: before.zip(after),
+        counters: (before, after),
         telemetry,
         watched: WATCH,
         now_us,
     })
 }
 
-fn wiggle(board: &mut Board) -> anyhow::Result<Line> {
+fn wiggle(board: &mut Board) -> anyhow::Result<CheckLine> {
     if let Err(refusal) = board.wiggle()? {
-        return Ok(Line::new(Verdict::Fail, "fin wiggle", format!("refused: {}", reason(refusal))));
+        return Ok(CheckLine::new(Verdict::Fail, "fin wiggle", format!("refused: {}", reason(refusal))));
     }
     let records = board.listen(WIGGLE)?;
     let moved = |fin: usize| {
@@ -125,5 +125,5 @@ fn wiggle(board: &mut Board) -> anyhow::Result<Line> {
         if still { "stopped" } else { "commanded to turn" },
     );
     let verdict = if fins == 4 && still && rests { Verdict::Pass } else { Verdict::Fail };
-    Ok(Line::new(verdict, "fin wiggle", about))
+    Ok(CheckLine::new(verdict, "fin wiggle", about))
 }

@@ -2,7 +2,7 @@
 
 mod plan;
 
-use crate::log_input::LogInput;
+use crate::log_input::{LogInput, explain_failure, is_admitted};
 use crate::outcome::Outcome;
 use crate::output::{Output, make_folder_of};
 use anyhow::bail;
@@ -72,7 +72,6 @@ fn method() -> impl TypedValueParser<Value = Method> {
             Method::AidOnline => "The board's adaptive identifier as it runs under way",
             Method::Aid => "Adaptive identification without delay, in several passes",
             Method::Nbls => "Nullspace least squares of the thesis",
-            Method::Gtls => "Nullspace least squares, noise taken out",
             Method::Iv => "Weak form with instrumental variables",
             Method::OutputError => "Prediction error, Gauss-Newton",
             Method::Auto => "AID, instrumental variables, output error: each only where it predicts better",
@@ -92,12 +91,22 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     let Some(path) = &args.log else { return args.plan.run(args).map(Outcome::from) };
     let vehicle = args.out.clone().or_else(|| args.output.in_report("vehicle.toml"));
     args.output.check(&[&vehicle])?;
-    let read = args.input.read(path)?;
-    crate::log_input::explain_failure(&read, || write(args, &read, vehicle))
+    let mut read = args.input.read(path)?;
+    let mut other = args.validate.as_ref().map(|path| args.input.read(path)).transpose()?;
+    let mut logs: Vec<&mut ReadLog> = std::iter::once(&mut read).chain(&mut other).collect();
+    if !is_admitted(&mut logs, "identify", &args.output)? {
+        return Ok(Outcome::Doubtful);
+    }
+    explain_failure(&read, || write(args, &read, other.as_ref(), vehicle))
 }
 
 /// From the log that was read to what is written: the page and the vehicle file.
-fn write(args: &Args, read: &ReadLog, vehicle_path: Option<PathBuf>) -> anyhow::Result<Outcome> {
+fn write(
+    args: &Args,
+    read: &ReadLog,
+    other: Option<&ReadLog>,
+    vehicle_path: Option<PathBuf>,
+) -> anyhow::Result<Outcome> {
     if args.out.is_some() && surge_yaw::is_for(&read.log) {
         bail!(
             "{}: --out is not possible: surge and yaw in servo counts do not determine a vehicle file",
@@ -105,10 +114,9 @@ fn write(args: &Args, read: &ReadLog, vehicle_path: Option<PathBuf>) -> anyhow::
         );
     }
     let declared = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
-    let other = args.validate.as_ref().map(|path| args.input.read(path)).transpose()?;
     let Args { method, scale, cross_drag, ref current, .. } = *args;
     let settings = Settings { method, scale, cross_drag, current: current.clone() };
-    let found = Identified::of(read, declared.as_ref(), other.as_ref(), &settings)?;
+    let found = Identified::of(read, declared.as_ref(), other, &settings)?;
     // a file that repeats the declared vehicle would be taken for a result
     let vehicle_path = vehicle_path.filter(|_| found.vehicle().is_some());
     if let (Some(path), Some((vehicle, source))) = (&vehicle_path, found.vehicle()) {

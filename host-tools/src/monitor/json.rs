@@ -58,7 +58,7 @@ fn navigation(record: &Telemetry) -> Value {
 
 fn sensors(model: &Model, now_us: u64) -> Value {
     let board_us = model.board_us(now_us);
-    let of = |source: &super::model::Source| {
+    let of = |source: &super::model::SourceHistory| {
         let value = json!({
             "rate_hz": source.rate_hz(board_us),
             "age_s": source.age_s(board_us),

@@ -1,10 +1,11 @@
 //! One serial line, read by a thread of its own: opened, lost, opened again.
 
+use anyhow::Context;
+use backseat_link::board::PortName;
 use backseat_logs::session::port_named;
 use backseat_wire::hostlink::Port;
 use serialport::TTYPort;
 use std::io::{ErrorKind, Read};
-use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,13 +20,12 @@ const RETRY: Duration = Duration::from_millis(200);
 
 /// A port of the board and the device on which this machine listens to it: `NAME=PATH` or `NAME=PATH:BAUD`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Source {
+pub struct NamedDevice {
     pub port: Port,
-    pub path: String,
-    baud: u32,
+    pub device: PortName,
 }
 
-impl FromStr for Source {
+impl FromStr for NamedDevice {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -33,15 +33,7 @@ impl FromStr for Source {
         let (name, path) =
             text.split_once('=').ok_or_else(|| format!("expected NAME=PATH with one of the names {}", names()))?;
         let port = port_named(name).ok_or_else(|| format!("{name}: expected one of {}", names()))?;
-        // A device may have colons in its own name.
-        let (path, baud) = match path.rsplit_once(':').filter(|_| !Path::new(path).exists()) {
-            Some((path, baud)) => {
-                let rate = baud.parse().ok().filter(|rate| *rate > 0);
-                (path, rate.ok_or_else(|| format!("{baud}: not a baud rate; expected a whole number such as 115200"))?)
-            }
-            None => (path, Port::DEFAULT_BAUD[port as usize]),
-        };
-        Ok(Self { port, path: path.to_owned(), baud })
+        Ok(Self { port, device: PortName::parse(path, Port::DEFAULT_BAUD[port as usize])? })
     }
 }
 
@@ -62,9 +54,10 @@ pub struct LineReport {
     pub event: LineEvent,
 }
 
-impl Source {
-    pub fn open(&self) -> serialport::Result<TTYPort> {
-        serialport::new(&self.path, self.baud).timeout(PATIENCE).preserve_dtr_on_open().open_native()
+impl NamedDevice {
+    pub fn open(&self) -> anyhow::Result<TTYPort> {
+        let device = &self.device;
+        device.open(PATIENCE).with_context(|| format!("{device}: cannot be opened as a serial port"))
     }
 
     /// Reads the device until asked to stop; reopens it when it is lost.
@@ -118,11 +111,11 @@ mod tests {
 
     #[test]
     fn names_devices_and_rates() {
-        let source = |port, path: &str, baud| Ok(Source { port, path: path.to_owned(), baud });
-        assert_eq!("modem=/dev/ttyUSB2".parse(), source(Port::Modem, "/dev/ttyUSB2", 19_200));
-        assert_eq!("host=/dev/ttyACM0:921600".parse(), source(Port::Host, "/dev/ttyACM0", 921_600));
-        assert!("/dev/ttyUSB0".parse::<Source>().unwrap_err().contains("frontseat, dvl, ahrs, modem, host"));
-        assert!("sonar=/dev/ttyUSB0".parse::<Source>().unwrap_err().contains("sonar: expected one of"));
-        assert!("dvl=/dev/x:fast".parse::<Source>().unwrap_err().contains("fast: not a baud rate"));
+        let named = |port, path: &str, baud| Ok(NamedDevice { port, device: PortName::parse(path, baud)? });
+        assert_eq!("modem=/dev/ttyUSB2".parse(), named(Port::Modem, "/dev/ttyUSB2", 19_200));
+        assert_eq!("host=/dev/ttyACM0:921600".parse(), named(Port::Host, "/dev/ttyACM0", 921_600));
+        assert!("/dev/ttyUSB0".parse::<NamedDevice>().unwrap_err().contains("frontseat, dvl, ahrs, modem, host"));
+        assert!("sonar=/dev/ttyUSB0".parse::<NamedDevice>().unwrap_err().contains("sonar: expected one of"));
+        assert!("dvl=/dev/x:fast".parse::<NamedDevice>().unwrap_err().contains("fast: not a baud rate"));
     }
 }

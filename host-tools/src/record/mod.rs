@@ -11,7 +11,7 @@ use backseat_report::console;
 use backseat_wire::hostlink::Port;
 use indicatif::{ProgressBar, ProgressStyle};
 use inquiry::Inquiry;
-pub use line::Source;
+pub use line::NamedDevice;
 use line::{LineEvent, LineReport};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -42,7 +42,7 @@ complete up to the last second: read it with backseat replay, backseat export, o
 pub struct Args {
     /// What to record: NAME=PATH or NAME=PATH:BAUD
     #[arg(value_name = "NAME=PATH", required = true)]
-    ports: Vec<Source>,
+    ports: Vec<NamedDevice>,
     /// File to write
     #[arg(short, long, value_name = "LOG.mcap")]
     output: PathBuf,
@@ -57,9 +57,9 @@ pub struct Args {
     json: bool,
 }
 
-/// A line and its counts.
-struct Line {
-    source: Source,
+/// A recorded device and its counts.
+struct RecordedLine {
+    source: NamedDevice,
     open: bool,
     bytes: u64,
     /// Bytes when the rate was last shown, and the rate.
@@ -71,7 +71,7 @@ struct Line {
 /// A recording under way.
 struct Recording {
     writer: Writer,
-    lines: Vec<Line>,
+    lines: Vec<RecordedLine>,
     inquiry: Option<Inquiry>,
     parameters: Option<usize>,
     began: Instant,
@@ -103,14 +103,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).context("Ctrl-C handler")?;
 
-    let devices: Vec<_> = args
-        .ports
-        .iter()
-        .map(|source| source.open().with_context(|| format!("{}: cannot be opened as a serial port", source.path)))
-        .collect::<anyhow::Result<_>>()?;
+    let devices: Vec<_> = args.ports.iter().map(NamedDevice::open).collect::<anyhow::Result<_>>()?;
     let mut meta = Meta::new(concat!("backseat ", env!("CARGO_PKG_VERSION")), Clock::Host);
     for source in &args.ports {
-        meta = meta.with(&format!("device {}", source.port.name()), &source.path);
+        meta = meta.with(&format!("device {}", source.port.name()), source.device.path());
     }
     let existing = if args.force { Existing::Replace } else { Existing::Keep };
     let writer = Writer::create(&args.output, &meta, existing)?;
@@ -133,8 +129,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 impl Recording {
-    fn new(writer: Writer, sources: &[Source]) -> Self {
-        let line = |source: &Source| Line {
+    fn new(writer: Writer, sources: &[NamedDevice]) -> Self {
+        let line = |source: &NamedDevice| RecordedLine {
             source: source.clone(),
             open: false,
             bytes: 0,
@@ -199,7 +195,7 @@ impl Recording {
 
     fn take(&mut self, LineReport { line: index, at, event }: LineReport) -> Result<(), DataError> {
         let line = &mut self.lines[index];
-        let (port, path) = (line.source.port, line.source.path.clone());
+        let (port, path) = (line.source.port, line.source.device.to_string());
         match event {
             LineEvent::Opened(device) => {
                 let again = line.interruptions > 0;
@@ -259,10 +255,10 @@ impl Recording {
         })?;
         let bytes: u64 = lines.iter().map(|line| line.bytes).sum();
         if args.json {
-            let port = |line: &Line| {
-                let Line { source, open, bytes, interruptions, .. } = line;
+            let port = |line: &RecordedLine| {
+                let RecordedLine { source, open, bytes, interruptions, .. } = line;
                 let json = json!({
-                    "device": source.path,
+                    "device": source.device.path(),
                     "bytes": bytes,
                     "mean_bytes_per_s": *bytes as f64 / seconds,
                     "interruptions": interruptions,
@@ -281,7 +277,7 @@ impl Recording {
             return console::print(format!("{summary}\n").as_bytes());
         }
         let mut text = format!("{}  {seconds:.1} s, {bytes} bytes", args.output.display());
-        for Line { source, bytes, interruptions, .. } in &lines {
+        for RecordedLine { source, bytes, interruptions, .. } in &lines {
             text += &format!("\n  {:<9} {bytes:>10} bytes", source.port.name());
             if *interruptions > 0 {
                 text += &format!(", interrupted {interruptions} times");

@@ -3,7 +3,7 @@
 mod ports;
 
 use crate::output::print;
-use crate::record::Source;
+use crate::record::NamedDevice;
 use anyhow::bail;
 use backseat_analysis::replay;
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ pub struct Args {
     log: PathBuf,
     /// Write what a port of the board received to a device instead
     #[arg(long, value_name = "NAME=PATH[:BAUD]", num_args = 1..)]
-    to: Vec<Source>,
+    to: Vec<NamedDevice>,
     /// Write each byte at its recorded time
     #[arg(long, requires = "to")]
     realtime: bool,

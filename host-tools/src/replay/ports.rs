@@ -1,6 +1,6 @@
 //! `--to`: what the board's ports received, to real or virtual ports.
 
-use crate::record::Source;
+use crate::record::NamedDevice;
 use anyhow::{Context, anyhow, bail};
 use backseat_logs::session::{Entry, Event, Reader};
 use backseat_report::Report;
@@ -69,13 +69,13 @@ pub fn report(played: &[Played], wall: Duration) -> Report {
 type Chunk = (Option<Instant>, Vec<u8>);
 
 /// Plays a session to these ports; how long it took.
-pub fn play(log: &Path, targets: &[Source], realtime: bool) -> anyhow::Result<(Vec<Played>, Duration)> {
-    let mut lines: Vec<Line> = Vec::new();
+pub fn play(log: &Path, targets: &[NamedDevice], realtime: bool) -> anyhow::Result<(Vec<Played>, Duration)> {
+    let mut lines: Vec<PlayedLine> = Vec::new();
     for target in targets {
         if lines.iter().any(|line| line.port == target.port) {
             bail!("{}: given twice", target.port.name());
         }
-        lines.push(Line::open(target)?);
+        lines.push(PlayedLine::open(target)?);
     }
     let mut reader = Reader::open(log)?;
     let progress = Progress::new("replay", reader.position().1 as usize);
@@ -91,7 +91,7 @@ pub fn play(log: &Path, targets: &[Source], realtime: bool) -> anyhow::Result<(V
             break; // its thread says why
         }
     }
-    let played = lines.into_iter().map(Line::finish).collect::<anyhow::Result<Vec<_>>>()?;
+    let played = lines.into_iter().map(PlayedLine::finish).collect::<anyhow::Result<Vec<_>>>()?;
     if let Some(played) = played.iter().find(|played| played.bytes == 0) {
         bail!("{}: nothing to the board's {} port is in it", log.display(), played.port.name());
     }
@@ -114,18 +114,17 @@ impl Timeline {
 }
 
 /// A port with a thread of its own, so that a slow one does not delay the others.
-struct Line {
+struct PlayedLine {
     port: Port,
     queue: SyncSender<Chunk>,
     thread: JoinHandle<anyhow::Result<Played>>,
 }
 
-impl Line {
-    fn open(target: &Source) -> anyhow::Result<Self> {
-        let Source { port, path, .. } = target.clone();
-        let unusable = || format!("{path}: cannot be opened as a serial port");
-        let mut device = target.open().with_context(unusable)?;
-        device.set_timeout(PATIENCE).with_context(unusable)?;
+impl PlayedLine {
+    fn open(target: &NamedDevice) -> anyhow::Result<Self> {
+        let (port, path) = (target.port, target.device.to_string());
+        let mut device = target.open()?;
+        device.set_timeout(PATIENCE).with_context(|| path.clone())?;
         let (queue, chunks) = sync_channel(QUEUE);
         let thread =
             thread::spawn(move || carry(device, &chunks, Played { port, path, bytes: 0, late_us: Vec::new() }));

@@ -1,9 +1,9 @@
 //! A serial device that may be unplugged and comes back.
 
 use anyhow::{Context, anyhow, bail};
+use backseat_link::board::PortName;
 use serialport::{SerialPort, TTYPort};
 use std::io::{ErrorKind, Read, Write};
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Time between two attempts to open a lost device.
@@ -12,33 +12,20 @@ const RETRY: Duration = Duration::from_millis(300);
 const PATIENCE: Duration = Duration::from_millis(20);
 
 /// The device, open or lost.
-pub struct Line {
-    pub path: String,
-    baud: u32,
+pub struct SerialLine {
+    pub name: PortName,
     device: Option<TTYPort>,
     tried: Instant,
     pub interruptions: u32,
 }
 
-impl Line {
+impl SerialLine {
     /// Opens `PATH` or `PATH:BAUD`; it has to be there.
     pub fn open(what: &str, text: &str, default_baud: u32) -> anyhow::Result<Self> {
-        let (path, baud) = match text.rsplit_once(':').filter(|_| !Path::new(text).exists()) {
-            Some((path, baud)) => {
-                let baud = baud.parse().ok().filter(|baud| *baud > 0);
-                (path, baud.ok_or_else(|| anyhow!("ports.{what}: {text}: no baud rate behind the colon"))?)
-            }
-            None => (text, default_baud),
-        };
-        let mut line = Self { path: path.to_owned(), baud, device: None, tried: Instant::now(), interruptions: 0 };
+        let name = PortName::parse(text, default_baud).map_err(|why| anyhow!("ports.{what}: {text}: {why}"))?;
         let device =
-            line.try_open().with_context(|| format!("ports.{what}: {path} cannot be opened as a serial port"))?;
-        line.device = Some(device);
-        Ok(line)
-    }
-
-    fn try_open(&self) -> serialport::Result<TTYPort> {
-        serialport::new(&self.path, self.baud).timeout(PATIENCE).preserve_dtr_on_open().open_native()
+            name.open(PATIENCE).with_context(|| format!("ports.{what}: {name} cannot be opened as a serial port"))?;
+        Ok(Self { name, device: Some(device), tried: Instant::now(), interruptions: 0 })
     }
 
     /// Whether it is there.
@@ -51,7 +38,7 @@ impl Line {
         let Some(device) = &mut self.device else {
             if self.tried.elapsed() >= RETRY {
                 self.tried = Instant::now();
-                self.device = self.try_open().ok();
+                self.device = self.name.open(PATIENCE).ok();
             }
             return Ok(Vec::new());
         };
@@ -75,12 +62,12 @@ impl Line {
     /// A device that is lost.
     pub fn wait(&mut self, buffer: &mut [u8]) -> anyhow::Result<usize> {
         loop {
-            let device = self.device.as_mut().with_context(|| format!("{}: lost", self.path))?;
+            let device = self.device.as_mut().with_context(|| format!("{}: lost", self.name))?;
             match device.read(buffer) {
                 Ok(count) if count > 0 => return Ok(count),
                 Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
-                Ok(_) => bail!("{}: hung up", self.path),
-                Err(error) => bail!("{}: {error}", self.path),
+                Ok(_) => bail!("{}: hung up", self.name),
+                Err(error) => bail!("{}: {error}", self.name),
             }
         }
     }
@@ -98,6 +85,6 @@ impl Line {
         self.device = None;
         self.tried = Instant::now();
         self.interruptions += 1;
-        format!("{}: lost ({why}); waiting for it", self.path)
+        format!("{}: lost ({why}); waiting for it", self.name)
     }
 }

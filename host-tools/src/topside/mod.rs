@@ -15,7 +15,7 @@ use backseat_analysis::topside_config::{self as config, Vehicle};
 use backseat_logs::output::Existing;
 use backseat_logs::session::{Attachment, Clock, Meta, Writer};
 use backseat_topside::{Port, Topside};
-use line::Line;
+use line::SerialLine;
 use model::Model;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyModifiers};
@@ -80,8 +80,8 @@ struct Session {
     topside: Topside,
     model: Model,
     vehicles: Vec<Vehicle>,
-    gnss: Line,
-    modem: Line,
+    gnss: SerialLine,
+    modem: SerialLine,
     log: Option<Writer>,
     begun: Instant,
     next_step_us: u64,
@@ -155,12 +155,12 @@ impl Session {
         log: Option<(&Path, Existing)>,
         limit: Option<Duration>,
     ) -> anyhow::Result<Self> {
-        let gnss = Line::open(GNSS, &read.ports.gnss, 4800)?;
-        let modem = Line::open(MODEM, &read.ports.modem, 19_200)?;
+        let gnss = SerialLine::open(GNSS, &read.ports.gnss, 4800)?;
+        let modem = SerialLine::open(MODEM, &read.ports.modem, 19_200)?;
         let log = log.map(|(path, existing)| {
             let meta = Meta::new(concat!("backseat topside ", env!("CARGO_PKG_VERSION")), Clock::Host)
-                .with("device gnss", &gnss.path)
-                .with("device modem", &modem.path);
+                .with("device gnss", gnss.name.path())
+                .with("device modem", modem.name.path());
             let mut log = Writer::create(path, &meta, existing)?;
             log.attach(&Attachment {
                 name: "topside.toml".to_owned(),

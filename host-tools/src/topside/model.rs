@@ -1,6 +1,7 @@
 //! What the screen and the logs show beyond the present: tracks and events.
 
 use super::json::words;
+use crate::screen::time_of_day;
 use backseat_topside::Topside;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
@@ -47,10 +48,7 @@ impl Model {
 
     /// Something that the program noticed.
     pub fn note(&mut self, topside: &Topside, time_us: u64, trouble: bool, text: String) {
-        let when = topside.utc_us(time_us).map_or("--:--:--".to_owned(), |us| {
-            let day_s = us / 1_000_000 % 86_400;
-            format!("{:02}:{:02}:{:02}", day_s / 3600, day_s / 60 % 60, day_s % 60)
-        });
+        let when = topside.utc_us(time_us).map_or("--:--:--".to_owned(), time_of_day);
         self.events.push_back((when, trouble, text));
         if self.events.len() > EVENTS {
             self.events.pop_front();

@@ -1,6 +1,6 @@
 //! Topside at the other end of a simulator: a third line, the host link, brings the key and, in lock-step, the clock.
 
-use super::line::Line;
+use super::line::SerialLine;
 use super::{Acted, POLL, Session, config, say};
 use anyhow::{Context, anyhow, bail};
 use backseat_topside::{Port, Topside};
@@ -22,7 +22,7 @@ pub struct Simulated {
 
 /// The simulator's line.
 struct Host {
-    line: Line,
+    line: SerialLine,
     decoder: Decoder,
     unread: Vec<u8>,
     /// The clock is this program's.
@@ -74,12 +74,12 @@ impl Host {
 
     /// Answers what has come by now.
     fn poll(&mut self, topside: &mut Topside) -> anyhow::Result<()> {
-        self.unread.extend(self.line.poll().map_err(|_| anyhow!("{}: the simulator has gone", self.line.path))?);
+        self.unread.extend(self.line.poll().map_err(|_| anyhow!("{}: the simulator has gone", self.line.name))?);
         self.serve(topside).map(|_| ())
     }
 }
 
-fn send(line: &mut Line, answer: &FromBoard<'_>) -> anyhow::Result<()> {
+fn send(line: &mut SerialLine, answer: &FromBoard<'_>) -> anyhow::Result<()> {
     let mut buffer = [0; MAX_FRAME];
     let frame = encode(answer, &mut buffer).map_err(|error| anyhow!("an answer that fits no frame: {error:?}"))?;
     line.send(frame).map_err(|why| anyhow!(why))
@@ -93,7 +93,7 @@ pub fn run_simulated(args: &Simulated) -> anyhow::Result<()> {
     let read = config::read(&args.config)?;
     let topside = Topside::new(read.config.clone()).with_context(|| args.config.display().to_string())?;
     let mut host = Host {
-        line: Line::open("host", &args.host, 115_200)?,
+        line: SerialLine::open("host", &args.host, 115_200)?,
         decoder: Decoder::new(),
         unread: Vec::new(),
         own_clock: args.realtime,

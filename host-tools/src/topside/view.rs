@@ -2,6 +2,7 @@
 
 use super::abort::{self, Prompt};
 use super::model::Model;
+use crate::screen::{Ellipse, Window, faint, panel, time_of_day};
 use backseat_analysis::topside_config::Vehicle;
 use backseat_topside::Topside;
 use backseat_topside::slots::Slot;
@@ -11,17 +12,11 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
 use ratatui::widgets::canvas::{Canvas, Points};
-use ratatui::widgets::{Block, Borders, Paragraph};
 
-/// √ of the 95 % point of chi-square with two degrees of freedom.
-const ELLIPSE: f64 = 2.4477;
-/// Points of an ellipse.
-const POINTS: usize = 72;
 /// A map is no smaller than this, m.
 const LEAST_M: f64 = 50.0;
-/// Dots of a character cell: down, across.
-const DOTS: [f64; 2] = [4.0, 2.0];
 const VEHICLE_COLOURS: [Color; 4] = [Color::Cyan, Color::Yellow, Color::Green, Color::Blue];
 
 /// Draws a screen for `time_us` of the program's clock.
@@ -51,22 +46,6 @@ pub fn draw(
     events(frame, log, model);
 }
 
-const fn faint() -> Style {
-    Style::new().fg(Color::DarkGray)
-}
-
-fn panel(frame: &mut Frame<'_>, area: Rect, title: &str, remark: &str) -> Rect {
-    let bold = Style::new().add_modifier(Modifier::BOLD);
-    let block = Block::new()
-        .borders(Borders::TOP)
-        .border_style(faint())
-        .title(Line::from(Span::styled(format!("{title} "), bold)))
-        .title(Line::from(Span::styled(format!(" {remark}"), faint())).right_aligned());
-    let inner = block.inner(area);
-    frame.render_widget(block, area);
-    inner
-}
-
 /// The question that is open, or the abort that is being sent.
 fn order(topside: &Topside, vehicles: &[Vehicle], prompt: Prompt) -> Option<String> {
     prompt.text(vehicles).or_else(|| {
@@ -85,10 +64,7 @@ fn head(
     let hold = topside.hold();
     let (text, back) = if hold.is_none() { ("SENDING", Color::Green) } else { ("HOLD", Color::Red) };
     let badge = Style::new().fg(Color::Black).bg(back).add_modifier(Modifier::BOLD);
-    let clock = utc_us.map_or("no UTC".to_owned(), |us| {
-        let day_s = us / 1_000_000 % 86_400;
-        format!("{:02}:{:02}:{:02} UTC", day_s / 3600, day_s / 60 % 60, day_s % 60)
-    });
+    let clock = utc_us.map_or("no UTC".to_owned(), |us| format!("{} UTC", time_of_day(us)));
     let first = Line::from(vec![
         Span::styled(format!(" {text} "), badge),
         Span::raw(format!(" {clock}  {} packets sent  ", topside.sent())),
@@ -123,32 +99,20 @@ fn head(
     vec![first, second, Line::from(ship), Line::from(modem)]
 }
 
-/// North, east and half the size of the window, m; metres a dot.
-fn window(points: &[[f64; 2]], dots: [f64; 2]) -> Option<([f64; 2], f64)> {
-    let first = *points.first()?;
-    let (least, largest) = points.iter().fold((first, first), |(least, largest), point| {
-        ([0, 1].map(|i| least[i].min(point[i])), [0, 1].map(|i| largest[i].max(point[i])))
-    });
-    let scale = |i: usize| (1.15 * (largest[i] - least[i])).max(LEAST_M) / dots[i];
-    Some(([0, 1].map(|i| 0.5 * (least[i] + largest[i])), scale(0).max(scale(1))))
-}
-
 fn map(frame: &mut Frame<'_>, area: Rect, topside: &Topside, model: &Model, utc_us: Option<u64>) {
-    let dots = [f64::from(area.height.saturating_sub(1)) * DOTS[0], f64::from(area.width) * DOTS[1]];
     let ship = utc_us.and_then(|us| topside.ship_at(us));
     let estimates: Vec<Option<VehicleEstimate>> =
         topside.tracks().iter().map(|track| utc_us.and_then(|us| track.at(us))).collect();
     let places = estimates.iter().flatten().map(|estimate| estimate.position_m);
-    let all: Vec<[f64; 2]> =
-        model.paths().iter().flatten().copied().chain(places).chain(ship.map(|ship| ship.position_m)).collect();
-    let Some((centre, scale_m)) = window(&all, dots) else {
+    let all = model.paths().iter().flatten().copied().chain(places).chain(ship.map(|ship| ship.position_m));
+    let Some(window) = Window::around(all, LEAST_M, area) else {
         let inner = panel(frame, area, "map", "north up");
         frame.render_widget(Paragraph::new("no position yet").style(faint()), inner);
         return;
     };
-    let inner = panel(frame, area, "map", &format!("north up, {:.0} m wide, 95 %", dots[1] * scale_m));
-    let bounds = |i: usize| [centre[i] - 0.5 * dots[i] * scale_m, centre[i] + 0.5 * dots[i] * scale_m];
-    let canvas = Canvas::default().marker(Marker::Braille).x_bounds(bounds(1)).y_bounds(bounds(0)).paint(|map| {
+    let inner = panel(frame, area, "map", &format!("north up, {:.0} m wide, 95 %", window.width_m()));
+    let [x_bounds, y_bounds] = window.bounds();
+    let canvas = Canvas::default().marker(Marker::Braille).x_bounds(x_bounds).y_bounds(y_bounds).paint(|map| {
         for (path, index) in model.paths().iter().zip(0_usize..) {
             let colour = index.checked_sub(1).map_or(Color::Magenta, |i| VEHICLE_COLOURS[i % VEHICLE_COLOURS.len()]);
             let points: Vec<(f64, f64)> = path.iter().map(|[north, east]| (*east, *north)).collect();
@@ -158,7 +122,8 @@ fn map(frame: &mut Frame<'_>, area: Rect, topside: &Topside, model: &Model, utc_
         for (estimate, index) in estimates.iter().zip(0_usize..) {
             let Some(estimate) = estimate else { continue };
             let colour = VEHICLE_COLOURS[index % VEHICLE_COLOURS.len()];
-            map.draw(&Points { coords: &ellipse(estimate), color: colour });
+            let ellipse = Ellipse::of(estimate.position_m, estimate.covariance_m2);
+            map.draw(&Points { coords: &ellipse.points(1.0), color: colour });
             let [north, east] = estimate.position_m;
             let style = Style::new().fg(colour).add_modifier(Modifier::BOLD);
             map.print(east, north, Span::styled(format!("{}", index + 1), style));
@@ -169,21 +134,6 @@ fn map(frame: &mut Frame<'_>, area: Rect, topside: &Topside, model: &Model, utc_
         }
     });
     frame.render_widget(canvas, inner);
-}
-
-/// East and north of the outline that holds 95 %.
-fn ellipse(estimate: &VehicleEstimate) -> Vec<(f64, f64)> {
-    // Cholesky factor of the covariance times a circle
-    let [nn, ee, ne] = estimate.covariance_m2;
-    let l00 = nn.max(0.0).sqrt();
-    let l10 = if l00 > 0.0 { ne / l00 } else { 0.0 };
-    let l11 = (ee - l10 * l10).max(0.0).sqrt();
-    let [north, east] = estimate.position_m;
-    let of = |i: usize| {
-        let (sin, cos) = (std::f64::consts::TAU * i as f64 / POINTS as f64).sin_cos();
-        (east + ELLIPSE * (l10 * cos + l11 * sin), north + ELLIPSE * l00 * cos)
-    };
-    (0..POINTS).map(of).collect()
 }
 
 fn draw_vehicles(frame: &mut Frame<'_>, area: Rect, topside: &Topside, vehicles: &[Vehicle], utc_us: Option<u64>) {
@@ -243,17 +193,6 @@ mod tests {
     use backseat_topside::Config;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
-
-    /// Variances 9 and 1 m², uncorrelated: half axes 3 and 1 times 2.4477.
-    #[test]
-    fn val_the_ellipse_holds_95_percent() {
-        let estimate =
-            VehicleEstimate { position_m: [100.0, -20.0], velocity_mps: [0.0; 2], covariance_m2: [9.0, 1.0, 0.0] };
-        let points = ellipse(&estimate);
-        let north = points.iter().map(|(_, north)| north - 100.0).fold(0.0, f64::max);
-        let east = points.iter().map(|(east, _)| east + 20.0).fold(0.0, f64::max);
-        assert!((north - 3.0 * ELLIPSE).abs() < 1e-9 && (east - ELLIPSE).abs() < 1e-9, "{north} {east}");
-    }
 
     #[test]
     fn a_fresh_start_fits_80_by_24_and_names_what_is_missing() {

@@ -175,7 +175,7 @@ impl Table {
             ("time missing", renamed_time, vec![format!("{file}:1:")]),
             ("text in a number", self.with(3, number, "deep"), in_cell(3, number)),
             ("time going back", text(&swapped), vec![at(4, time), time.to_owned(), "before".to_owned()]),
-            ("not a number", self.with(4, number, "NaN"), in_cell(4, number)),
+            ("not a number", self.with(4, number, "inf"), in_cell(4, number)),
             ("beyond any number", self.with(4, number, "1e999"), in_cell(4, number)),
             ("text in the time", self.with(4, time, "noon"), in_cell(4, time)),
             ("no time", self.with(4, time, ""), in_cell(4, time)),

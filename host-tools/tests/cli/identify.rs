@@ -2,8 +2,8 @@
 
 use crate::harness::{self, text};
 use backseat_core::dynamics::Attitude;
+use backseat_lab::experiment::{Experiment, wrong_prior};
 use backseat_logs::{Column, LogRow, LogWriter, VehicleFile};
-use hil_sim::experiment::{Experiment, wrong_prior};
 use nalgebra::Vector3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};

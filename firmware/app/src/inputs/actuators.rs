@@ -17,12 +17,6 @@ pub struct ActuatorHistory {
     before: ActuatorInput,
 }
 
-impl Default for ActuatorHistory {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl ActuatorHistory {
     /// Neutral at all times.
     #[must_use]

@@ -52,12 +52,6 @@ pub struct AhrsLink {
     rates: Repeats,
 }
 
-impl Default for AhrsLink {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl AhrsLink {
     pub const fn new() -> Self {
         Self {

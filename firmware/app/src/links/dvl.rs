@@ -17,12 +17,6 @@ pub struct DvlLink {
     altitude_m: Latest<f64>,
 }
 
-impl Default for DvlLink {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl DvlLink {
     pub const fn new() -> Self {
         Self {

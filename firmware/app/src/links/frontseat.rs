@@ -50,12 +50,6 @@ struct Status {
     hdop: Option<f64>,
 }
 
-impl Default for FrontseatLink {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl FrontseatLink {
     pub const fn new() -> Self {
         Self {

@@ -25,7 +25,6 @@ use dvl::DvlLink;
 use modem::ModemLink;
 
 /// The four device ports.
-#[derive(Default)]
 pub struct Links {
     pub(crate) frontseat: FrontseatLink,
     dvl: DvlLink,

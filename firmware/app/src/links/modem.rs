@@ -31,12 +31,6 @@ pub struct ModemLink {
     synchronous: bool,
 }
 
-impl Default for ModemLink {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl ModemLink {
     pub const fn new() -> Self {
         Self {

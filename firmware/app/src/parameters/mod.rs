@@ -29,12 +29,6 @@ pub struct ParameterStore {
     staged: Held<Settings>,
 }
 
-impl Default for ParameterStore {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl ParameterStore {
     /// The defaults.
     #[must_use]

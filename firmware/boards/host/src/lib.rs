@@ -14,7 +14,7 @@ use backseat_app::parameters::Settings;
 use backseat_app::store::ParameterFlash;
 use backseat_app::{App, Progress, Pump};
 use backseat_wire::hostlink::Port;
-use line::Line;
+use line::PtyLine;
 use mio::{Events, Poll, Token};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -106,7 +106,7 @@ pub fn run(ports: &HostPorts, stop: &AtomicBool) -> Result<()> {
 }
 
 /// Ports that have vanished, and those that come back. `owed`: the frontseat vanished under way.
-fn look_after(lines: &mut [Line; 5], app: &mut App, pump: &Pump, poll: &Poll, owed: &mut bool) -> Result<()> {
+fn look_after(lines: &mut [PtyLine; 5], app: &mut App, pump: &Pump, poll: &Poll, owed: &mut bool) -> Result<()> {
     for (i, line) in lines.iter_mut().enumerate() {
         if let Some(lost) = line.lost.take() {
             if pump.is_lockstep() {
@@ -123,7 +123,7 @@ fn look_after(lines: &mut [Line; 5], app: &mut App, pump: &Pump, poll: &Poll, ow
             }
         }
     }
-    if !lines.iter().any(Line::is_open) {
+    if !lines.iter().any(PtyLine::is_open) {
         bail!("every port has vanished");
     }
     Ok(())
@@ -133,10 +133,10 @@ fn micros(start: Instant) -> u64 {
     u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX)
 }
 
-fn open(ports: &HostPorts, poll: &Poll) -> Result<[Line; 5]> {
+fn open(ports: &HostPorts, poll: &Poll) -> Result<[PtyLine; 5]> {
     let mut lines = Vec::new();
     for (i, (settings, name)) in ports.ports.iter().zip(Port::NAMES).enumerate() {
-        let opened = Line::open(settings, i, poll.registry());
+        let opened = PtyLine::open(settings, i, poll.registry());
         let path = settings.path.display();
         lines.push(opened.with_context(|| format!("{name}: cannot open {path} as a serial port"))?);
     }

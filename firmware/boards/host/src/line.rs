@@ -15,7 +15,7 @@ const RETRY: Duration = Duration::from_secs(1);
 
 /// A port, open or gone. While it is gone nothing comes, and what is sent is dropped: a command of the past must not
 /// wait for a frontseat that comes back.
-pub(crate) struct Line {
+pub(crate) struct PtyLine {
     settings: PortSettings,
     index: usize,
     serial: Option<Serial>,
@@ -24,7 +24,7 @@ pub(crate) struct Line {
     tried: Instant,
 }
 
-impl Line {
+impl PtyLine {
     /// Opens a port for the first time.
     pub(crate) fn open(settings: &PortSettings, index: usize, registry: &Registry) -> io::Result<Self> {
         let mut line = Self { settings: settings.clone(), index, serial: None, lost: None, tried: Instant::now() };
@@ -83,29 +83,29 @@ impl Line {
     }
 }
 
-impl ErrorType for Line {
+impl ErrorType for PtyLine {
     type Error = Infallible;
 }
 
-impl ReadReady for Line {
+impl ReadReady for PtyLine {
     fn read_ready(&mut self) -> Result<bool, Infallible> {
         self.with(false, Serial::read_ready)
     }
 }
 
-impl Read for Line {
+impl Read for PtyLine {
     fn read(&mut self, out: &mut [u8]) -> Result<usize, Infallible> {
         self.with(0, |serial| serial.read(out))
     }
 }
 
-impl WriteReady for Line {
+impl WriteReady for PtyLine {
     fn write_ready(&mut self) -> Result<bool, Infallible> {
         self.with(true, Serial::write_ready)
     }
 }
 
-impl Write for Line {
+impl Write for PtyLine {
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         self.with(bytes.len(), |serial| serial.write(bytes))
     }

@@ -67,12 +67,12 @@ pub fn config(oscillator: Oscillator) -> Config {
 }
 
 /// What the core runs from, after the HAL has set up the tree.
-pub struct Source {
+pub struct ClockSource {
     /// HSE has not come yet.
     waits: bool,
 }
 
-impl Source {
+impl ClockSource {
     /// Goes on waiting for HSE where it has not come: the HAL has switched it off.
     pub fn new(oscillator: Oscillator) -> Self {
         let waits = oscillator == Oscillator::Internal;

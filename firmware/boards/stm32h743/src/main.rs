@@ -37,7 +37,7 @@ use backseat_wire::boardlog::LogRecord;
 use backseat_wire::hostlink::Oscillator;
 use backup::BackupMemory;
 use card::Card;
-use clocks::Source;
+use clocks::ClockSource;
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
@@ -87,7 +87,7 @@ async fn main(_spawner: Spawner) {
     core.SCB.enable_icache();
     let mut clock = Clock::start(p.TIM5, p.PA3);
     defmt::info!("backseat-stm32h743 {=str}, clock: {}, reset by {}", env!("CARGO_PKG_VERSION"), oscillator, cause);
-    let source = clocks::Source::new(oscillator);
+    let source = ClockSource::new(oscillator);
     supply::start();
 
     let mut backup = BackupMemory::take();
@@ -196,7 +196,7 @@ struct Board {
     pump: &'static mut Pump,
     ports: [SerialPort; 5],
     log: Log,
-    source: Source,
+    source: ClockSource,
     clock: Clock,
     watchdog: Watchdog,
     steps: StepWatch,

@@ -56,12 +56,6 @@ pub struct Controller {
     last_us: Option<u64>,
 }
 
-impl Default for Controller {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Controller {
     /// Not configured: commands neutral.
     #[must_use]

@@ -99,12 +99,6 @@ pub struct Lqr {
     stale: bool,
 }
 
-impl Default for Lqr {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Lqr {
     /// Without a gain: asks for nothing.
     #[must_use]

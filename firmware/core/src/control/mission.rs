@@ -74,12 +74,6 @@ pub struct Mission {
     len: usize,
 }
 
-impl Default for Mission {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Mission {
     /// Furthest coordinate from the local origin, m: beyond it the local plane is no longer one.
     pub const MAX_COORDINATE_M: f64 = 1.0e5;

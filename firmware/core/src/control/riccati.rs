@@ -103,12 +103,6 @@ const fn zeros<const R: usize, const C: usize>() -> SMatrix<f64, R, C> {
     SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; R]; C]))
 }
 
-impl<const N: usize, const M: usize> Default for RiccatiSolver<N, M> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl<const N: usize, const M: usize> RiccatiSolver<N, M> {
     /// Most calls of [`Self::step`] that one solution can take.
     pub const MAX_STEPS: usize = 2 * ORDER as usize + 1 + MAX_DOUBLINGS as usize + 1;

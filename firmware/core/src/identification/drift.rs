@@ -94,9 +94,3 @@ impl DriftMonitor {
         )
     }
 }
-
-impl Default for DriftMonitor {
-    fn default() -> Self {
-        Self::new()
-    }
-}

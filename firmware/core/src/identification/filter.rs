@@ -110,9 +110,3 @@ impl PreFilter {
         Some(filtered)
     }
 }
-
-impl Default for PreFilter {
-    fn default() -> Self {
-        Self::new()
-    }
-}

@@ -298,12 +298,6 @@ impl Identifier {
     }
 }
 
-impl Default for Identifier {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 /// Directions in which a measured instant can be wrong: the axes of v, and s turned about body x and y.
 const NOISE_DIRECTIONS: usize = 8;
 

@@ -359,9 +359,3 @@ fn acknowledgement(frame: &[u8]) -> Result<(FromGx3, u32), Error> {
     let [command] = at(frame, 1)?;
     Ok((FromGx3::Continuous(command), u32::from_be_bytes(at(frame, 2)?)))
 }
-
-impl Default for Decoder {
-    fn default() -> Self {
-        Self::new()
-    }
-}

@@ -265,9 +265,3 @@ impl Decoder {
         &self.window.counts
     }
 }
-
-impl Default for Decoder {
-    fn default() -> Self {
-        Self::new()
-    }
-}

@@ -282,8 +282,6 @@ impl Acknowledge {
     pub const VELOCITY: u8 = 15;
     /// Error: a safety rule is engaged and the command was not processed.
     pub const SAFETY_RULE: u8 = 26;
-    /// Error: the GPS is too old to start.
-    pub const GPS_AGE: u8 = 15;
     /// Error: the vehicle must be running.
     pub const NOT_RUNNING: u8 = 45;
 

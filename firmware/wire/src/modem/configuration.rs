@@ -19,12 +19,6 @@ pub struct Configuration<const N: usize> {
     next_us: u64,
 }
 
-impl<const N: usize> Default for Configuration<N> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl<const N: usize> Configuration<N> {
     /// None is confirmed.
     #[must_use]

@@ -6,11 +6,11 @@ use crate::{Error, hex};
 /// Payload bytes, borrowed as the digits of a sentence or as plain bytes; equal when the bytes are.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Payload<'a>(Source<'a>);
+pub struct Payload<'a>(PayloadSource<'a>);
 
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-enum Source<'a> {
+enum PayloadSource<'a> {
     /// An even number of digits, checked.
     Digits(&'a [u8]),
     Bytes(&'a [u8]),
@@ -19,21 +19,21 @@ enum Source<'a> {
 impl<'a> Payload<'a> {
     /// Of plain bytes.
     pub const fn new(bytes: &'a [u8]) -> Self {
-        Self(Source::Bytes(bytes))
+        Self(PayloadSource::Bytes(bytes))
     }
 
     pub(crate) fn from_digits(digits: &'a [u8]) -> Result<Self, Error> {
         if !digits.len().is_multiple_of(2) || digits.iter().any(|digit| hex::digit(*digit).is_err()) {
             return Err(Error::Malformed);
         }
-        Ok(Self(Source::Digits(digits)))
+        Ok(Self(PayloadSource::Digits(digits)))
     }
 
     /// Number of bytes.
     pub const fn len(&self) -> usize {
         match self.0 {
-            Source::Digits(digits) => digits.len() / 2,
-            Source::Bytes(bytes) => bytes.len(),
+            PayloadSource::Digits(digits) => digits.len() / 2,
+            PayloadSource::Bytes(bytes) => bytes.len(),
         }
     }
 
@@ -45,11 +45,11 @@ impl<'a> Payload<'a> {
     /// The bytes, one by one.
     pub fn bytes(&self) -> impl Iterator<Item = u8> + '_ {
         (0..self.len()).filter_map(|index| match self.0 {
-            Source::Digits(digits) => match digits.get(2 * index..2 * index + 2) {
+            PayloadSource::Digits(digits) => match digits.get(2 * index..2 * index + 2) {
                 Some([high, low]) => hex::decode(*high, *low).ok(),
                 _ => None,
             },
-            Source::Bytes(bytes) => bytes.get(index).copied(),
+            PayloadSource::Bytes(bytes) => bytes.get(index).copied(),
         })
     }
 

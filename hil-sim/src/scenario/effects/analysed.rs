@@ -1,22 +1,14 @@
 //! Entries of the catalogue that only the analysis of a log has: places and delays that are not as declared, sensors and
 //! a propeller with errors that no board corrects, and what a command does. Asked for by name, never drawn by chance.
 
-use super::catalogue::{number, optional};
+use super::catalogue::{entries, number, optional};
 use super::{Draw, EffectKind, ParameterKind};
 
 const fn arm(name: &'static str) -> ParameterKind {
     optional(name, 5.0, Draw::Vector(0.2, 1.0))
 }
 
-macro_rules! analysed {
-    ($($name:literal, $about:literal, [$($parameter:expr),* $(,)?], $apply:expr;)*) => {
-        &[$(EffectKind {
-            name: $name, catalogue: false, by_name_only: true, about: $about, parameters: &[$($parameter),*], apply: $apply,
-        }),*]
-    };
-}
-
-pub(super) const ENTRIES: &[EffectKind] = analysed! {
+pub(super) const ENTRIES: &[EffectKind] = entries! { catalogue: false, by_name_only: true;
     "gnss_lever_arm", "where the antenna is minus where it is declared",
     [arm("x_m"), arm("y_m")],
     |p, v| (0..2).for_each(|i| p.installation.gnss_arm_m[i] += v[i]);

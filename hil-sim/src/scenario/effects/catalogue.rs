@@ -30,13 +30,23 @@ fn span(from_s: f64, until_s: f64) -> Span {
 }
 
 macro_rules! entries {
-    ($catalogue:literal; $($name:literal, $about:literal, [$($parameter:expr),* $(,)?], $apply:expr;)*) => {
-        &[$(EffectKind { name: $name, catalogue: $catalogue, by_name_only: false, about: $about, parameters: &[$($parameter),*], apply: $apply }),*]
+    (
+        catalogue: $catalogue:literal, by_name_only: $by_name_only:literal;
+        $($name:literal, $about:literal, [$($parameter:expr),* $(,)?], $apply:expr;)*
+    ) => {
+        &[$(EffectKind {
+            name: $name,
+            catalogue: $catalogue,
+            by_name_only: $by_name_only,
+            about: $about,
+            parameters: &[$($parameter),*],
+            apply: $apply,
+        }),*]
     };
 }
 pub(super) use entries;
 
-pub(super) const ENTRIES: &[EffectKind] = entries! { true;
+pub(super) const ENTRIES: &[EffectKind] = entries! { catalogue: true, by_name_only: false;
     "water_current", "the water moves over ground",
     [optional("north_mps", 1.5, Draw::Vector(0.02, 0.4)), optional("east_mps", 1.5, Draw::Vector(0.02, 0.4))],
     |p, v| p.currents.push(Current { north_mps: v[0], east_mps: v[1], ..Current::default() });

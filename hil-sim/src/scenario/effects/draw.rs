@@ -35,10 +35,7 @@ impl Draw {
     fn value(self, random: &mut Stream, duration_s: f64) -> f64 {
         match self {
             Self::Size(low, high) => size(random, low, high),
-            Self::Signed(low, high) => {
-                let sign = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
-                sign * size(random, low, high)
-            }
+            Self::Signed(low, high) => random.sign() * size(random, low, high),
             Self::Vector(..) => random.normal(),
             Self::Uniform(low, high) => low + (high - low) * random.uniform(),
             Self::Angle => TAU * random.uniform(),

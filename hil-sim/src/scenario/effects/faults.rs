@@ -1,18 +1,10 @@
 //! Faults: what breaks under way. In no catalogue and never drawn by chance; asked for by name.
 
-use super::catalogue::{FIN, TIME, number, optional};
+use super::catalogue::{FIN, TIME, entries, number, optional};
 use super::{Draw, EffectKind};
 use crate::truth::{Flooding, Step};
 
-macro_rules! faults {
-    ($($name:literal, $about:literal, [$($parameter:expr),* $(,)?], $apply:expr;)*) => {
-        &[$(EffectKind {
-            name: $name, catalogue: false, by_name_only: true, about: $about, parameters: &[$($parameter),*], apply: $apply,
-        }),*]
-    };
-}
-
-pub(super) const ENTRIES: &[EffectKind] = faults! {
+pub(super) const ENTRIES: &[EffectKind] = entries! { catalogue: false, by_name_only: true;
     "flooding", "water enters a compartment x_m ahead of the centre of gravity from a time on, until it is full",
     [
         number("kg", [0.0, 10.0], Draw::Size(0.3, 1.0)),

@@ -4,7 +4,7 @@ use super::catalogue::{FIN, entries, fin, number, optional};
 use super::{Draw, EffectKind};
 use crate::scenario::Current;
 
-pub(super) const ENTRIES: &[EffectKind] = entries! { false;
+pub(super) const ENTRIES: &[EffectKind] = entries! { catalogue: false, by_name_only: false;
     "compressibility", "displaced mass gained per metre of depth; a hull softer than water loses some",
     [number("kg_per_m", [-0.2, 0.2], Draw::Signed(0.005, 0.04))],
     |p, v| p.undeclared.compressibility_kg_per_m += v[0];

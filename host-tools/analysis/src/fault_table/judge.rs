@@ -39,7 +39,7 @@ pub struct Spell {
 
 /// History of a source.
 #[derive(Clone, Copy, Debug, Default)]
-struct Source {
+struct SourceHistory {
     rejected_in_a_row: u32,
     since_us: u64,
     last_us: u64,
@@ -81,7 +81,7 @@ pub struct Judge {
     fault_us: u64,
     last_leg: u16,
     pub(super) commands: CommandWatch,
-    sources: [Source; Sensor::ALL.len()],
+    sources: [SourceHistory; Sensor::ALL.len()],
     fixed: bool,
     /// Of the step before, m².
     position_variance: f64,

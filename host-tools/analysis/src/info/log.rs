@@ -1,9 +1,9 @@
 //! What was found in a log.
 
 use super::span;
-use crate::read_log::ReadLog;
+use crate::read_log::{ReadLog, finding};
 use crate::uses::{self, Use};
-use backseat_logs::log::plausibility::{ColumnSummary, Finding, Severity};
+use backseat_logs::log::plausibility::{ColumnSummary, Severity, Untested};
 use backseat_report::{Report, Table};
 use serde_json::{Map, Value, json};
 
@@ -26,6 +26,7 @@ pub fn report(read: &ReadLog) -> Report {
         uses.into_iter().map(|found| (found.command.to_owned(), json!({"possible": found.possible, "how": found.how})));
     report
         .table(examination.columns.iter().fold(Table::new("", &header), row))
+        .notes(&not_tested(read))
         .notes(&read.reader_notes)
         .notes(&remarks.map(|finding| finding.message.clone()).collect::<Vec<_>>())
         .value("file", json!(log.path))
@@ -34,6 +35,7 @@ pub fn report(read: &ReadLog) -> Report {
         .value("span_s", examination.span_s)
         .value("columns", examination.columns.iter().map(column).collect::<Vec<_>>())
         .value("findings", examination.findings.iter().map(finding).collect::<Vec<_>>())
+        .value("untested", examination.untested.iter().map(untested).collect::<Vec<_>>())
         .value("uses", uses.collect::<Map<_, _>>())
         .value("notes", read.reader_notes.clone())
         .value("verdict", verdict)
@@ -79,12 +81,21 @@ fn column(summary: &ColumnSummary) -> Value {
     })
 }
 
-fn finding(finding: &Finding) -> Value {
-    json!({
-        "column": finding.column.map(|column| column.name()),
-        "suspicious": finding.severity == Severity::Suspicious,
-        "message": finding.message,
-    })
+/// Tests that the log does not allow: those whose columns are there one by one, the others by what is missing.
+fn not_tested(read: &ReadLog) -> Vec<String> {
+    let untested = &read.examination.untested;
+    let (lacking, shown): (Vec<&Untested>, Vec<&Untested>) = untested.iter().partition(|test| test.lacks_columns);
+    let mut lines: Vec<String> = shown.iter().map(|test| format!("not tested: {} ({})", test.test, test.why)).collect();
+    if !lacking.is_empty() {
+        let names: Vec<&str> = lacking.iter().map(|test| test.test).collect();
+        lines.push(format!("not tested for lack of columns: {}", names.join(", ")));
+    }
+    lines
+}
+
+fn untested(test: &Untested) -> Value {
+    let columns: Vec<&str> = test.columns.iter().map(|column| column.name()).collect();
+    json!({"test": test.test, "columns": columns, "why": test.why})
 }
 
 /// Four significant digits, in at most ten characters.

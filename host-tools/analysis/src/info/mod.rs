@@ -6,6 +6,7 @@ mod settings;
 
 pub use log::{report, verdict};
 pub use other::describe;
+pub(crate) use settings::instead_of_log;
 
 /// A time in the unit that suits it.
 fn span(seconds: f64) -> String {

@@ -4,7 +4,7 @@ use super::settings::{self, Described};
 use super::span;
 use backseat_logs::importers;
 use backseat_logs::session::{Event, Reader};
-use backseat_logs::{DataError, Log, Truth};
+use backseat_logs::{DataError, Log, Truth, kinds};
 use backseat_report::Report;
 use std::fs::File;
 use std::io::Read as _;
@@ -15,6 +15,12 @@ use std::path::Path;
 /// # Errors
 /// A file that says what it is and is broken.
 pub fn describe(path: &Path) -> anyhow::Result<Option<Report>> {
+    if let Some((what, next)) = kinds::of(path).filter(|_| path.is_file()) {
+        return Err(DataError::file(path, format!("{what}, of no use here: {next}")).into());
+    }
+    if path.is_dir() {
+        return Ok(None);
+    }
     let found = if path.extension().is_some_and(|extension| extension == "toml") {
         Some(settings::describe(path)?)
     } else if is_session(path)? {
@@ -35,6 +41,9 @@ fn report(path: &Path, (what, facts, next): Described) -> Report {
 
 /// By the first bytes: MCAP, or no text.
 fn is_session(path: &Path) -> Result<bool, DataError> {
+    if path.is_dir() {
+        return Ok(false);
+    }
     let mut head = [0; 64];
     let mut file = File::open(path).map_err(|e| DataError::io(path, &e))?;
     let count = file.read(&mut head).map_err(|e| DataError::io(path, &e))?;

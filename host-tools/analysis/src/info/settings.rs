@@ -38,16 +38,8 @@ pub type Described = (&'static str, Vec<String>, &'static str);
 /// A file that says what it is and is broken, or says nothing.
 pub fn describe(path: &Path) -> anyhow::Result<Described> {
     let text = backseat_logs::settings::read(path)?;
-    let kind = match text.trim_start_matches('\u{feff}').parse::<toml::Table>() {
-        Ok(table) => {
-            let has = |name: &&str| table.contains_key(*name);
-            let is_vehicle = || SECTIONS.iter().any(|section| has(&section.name));
-            let named = NAMES.iter().find(|(_, names)| names.iter().any(has)).map(|(kind, _)| *kind);
-            named.or_else(|| is_vehicle().then_some(Kind::Vehicle))
-        }
-        // the reader of a vehicle file says where
-        Err(_) => Some(Kind::Vehicle),
-    };
+    // of what is no TOML the reader of a vehicle file says where
+    let kind = table(&text).map_or(Some(Kind::Vehicle), |table| kind(&table));
     let Some(kind) = kind else {
         let message = "TOML, but none of the files that a command takes: vehicle file, scenario, mission, column mapping, \
                        topside's configuration";
@@ -59,6 +51,29 @@ pub fn describe(path: &Path) -> anyhow::Result<Described> {
         Kind::Scenario => scenario(path)?,
         Kind::Mission => mission(path)?,
         Kind::Vehicle => vehicle(path)?,
+    })
+}
+
+fn table(text: &str) -> Option<toml::Table> {
+    text.trim_start_matches('\u{feff}').parse().ok()
+}
+
+fn kind(table: &toml::Table) -> Option<Kind> {
+    let has = |name: &&str| table.contains_key(*name);
+    let is_vehicle = || SECTIONS.iter().any(|section| has(&section.name));
+    let named = NAMES.iter().find(|(_, names)| names.iter().any(has)).map(|(kind, _)| *kind);
+    named.or_else(|| is_vehicle().then_some(Kind::Vehicle))
+}
+
+/// What a file given as a log is, and which command takes it, where it is one of settings.
+pub fn instead_of_log(path: &Path) -> Option<&'static str> {
+    let table = table(&backseat_logs::settings::read(path).ok()?)?;
+    Some(match kind(&table)? {
+        Kind::Mapping => "a column mapping, not a log: `LOG --columns FILE` reads a log by it",
+        Kind::Topside => "a configuration of topside, not a log: `backseat topside FILE` runs it",
+        Kind::Scenario => "a scenario, not a log: `backseat sim run FILE` flies it and writes one",
+        Kind::Mission => "a mission, not a log: `backseat mission put PORT FILE` stores it on the board",
+        Kind::Vehicle => "a vehicle file, not a log: give it by --vehicle, beside a log",
     })
 }
 

@@ -60,7 +60,7 @@ pub fn errors(configurations: &[Configuration], scale: Scale) -> String {
 }
 
 pub fn depth(flight: &FlightLog) -> String {
-    let line = |depth: fn(&hil_sim::flight::Sample) -> f64| -> Vec<Point> {
+    let line = |depth: fn(&hil_sim::flight::FlightSample) -> f64| -> Vec<Point> {
         flight.samples.iter().map(|s| (hours(s.truth.time_us), depth(s))).collect()
     };
     let (truth, estimate) = (line(|s| s.truth.state[2]), line(|s| s.telemetry.state[2]));

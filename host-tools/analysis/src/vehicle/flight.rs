@@ -41,7 +41,7 @@ pub fn fly(vehicle: &VehicleFile) -> anyhow::Result<ShortFlight> {
     let flight = flight::fly(&scenario, &mut client, None, &AtomicBool::new(false), |_| {})?;
     let samples = &flight.samples;
     let last = &samples[samples.len().saturating_sub(JUDGED_S)..];
-    let mean = |of: fn(&flight::Sample) -> f64| last.iter().map(of).sum::<f64>() / last.len().max(1) as f64;
+    let mean = |of: fn(&flight::FlightSample) -> f64| last.iter().map(of).sum::<f64>() / last.len().max(1) as f64;
     let largest = |place: usize| samples.iter().map(|sample| sample.truth.state[place].abs()).fold(0.0, f64::max);
     Ok(ShortFlight {
         duration_s: DURATION_S,

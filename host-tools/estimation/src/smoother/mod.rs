@@ -12,9 +12,9 @@
 //! log.
 //!
 //! # Unconfirmed ranges
-//! While ranges are unconfirmed, the filter states P and, of the position, a variance that is in no gain: either account
-//! may have been right ([`Filter::covariance`]). λ and Λ belong to P itself. The smoother adds that variance to what it
-//! has smoothed by P: the ranges of the whole log are no witness of themselves.
+//! While ranges are unconfirmed, the filter states P and, of the position, a variance that is in no gain: either ranges
+//! or dynamics may have been right ([`Filter::covariance`]). λ and Λ belong to P itself. The smoother adds that variance to what it
+//! has smoothed by P: the ranges of a whole log cannot confirm themselves.
 //!
 //! # The bank
 //! The filters of a bank know nothing of each other, so each is smoothed by itself. They are mixed as in flight, by the

@@ -7,7 +7,7 @@
 //! ```
 
 use crate::random::{Random, seconds};
-use backseat_fuzz::meddled;
+use backseat_fuzz::fly_disturbed;
 use backseat_link::Client;
 use hil_sim::backseat::{InProcess, Qemu, build_image, missing};
 use std::io::Write as _;
@@ -32,8 +32,8 @@ fn agree(goes_on: impl Fn(u64) -> bool) {
         seed += 1;
         let mut random = Random(seed);
         let data: Vec<u8> = (0..INPUT).map(|_| random.below(256) as u8).collect();
-        let host = meddled(&mut Client::new(InProcess::new()), &data).unwrap();
-        let arm = meddled(&mut Client::new(Qemu::start(&image).unwrap()), &data).unwrap();
+        let host = fly_disturbed(&mut Client::new(InProcess::new()), &data).unwrap();
+        let arm = fly_disturbed(&mut Client::new(Qemu::start(&image).unwrap()), &data).unwrap();
         for (step, (host, arm)) in host.iter().zip(&arm).enumerate() {
             assert_eq!(format!("{arm:?}"), format!("{host:?}"), "seed {seed}, step {step}, ARM and host");
         }

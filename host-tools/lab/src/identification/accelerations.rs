@@ -3,15 +3,15 @@
 //! The accelerometer itself is perfect here and its lever arm known. Gravity is removed by a measured roll and pitch,
 //! with noise or with a constant error. Both accelerations pass the same low-pass filter.
 
+use super::acceleration::{Mounting, body_acceleration, specific_force};
+use crate::experiment::Experiment;
 use crate::intervals::with_interval;
 use backseat_core::dynamics::Attitude;
 use backseat_core::effects::EffectSet;
 use backseat_identify::PERIOD_S;
-use backseat_identify::acceleration::{Mounting, body_acceleration, specific_force};
 use backseat_identify::simulation::{OUTPUTS, Output};
 use backseat_identify::{IdentificationData, Sample, smoothing};
 use backseat_report::markdown::markdown_table;
-use hil_sim::experiment::Experiment;
 use nalgebra::{Vector3, Vector6};
 
 /// Noise of linear velocity, m/s (Table 4.13).

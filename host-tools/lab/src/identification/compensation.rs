@@ -3,7 +3,7 @@
 //! The true vehicle is the simulator's, steered by the board's controller on its true state, so that only control is
 //! compared; the monitor sees noisy measurements. Both flights are the same until the diagnosis.
 
-use super::faults::identified;
+use super::identified_vehicle::identified;
 use crate::closed_loop::{self, STEP_US, TrueVehicle};
 use crate::intervals::with_interval;
 use crate::store::{Key, nan};

@@ -2,6 +2,7 @@
 
 use super::plan_flight::{self, true_vehicle};
 use crate::ensemble::{PartArgs, all_runs};
+use crate::experiment::{Noise, Programme};
 use crate::intervals::with_interval;
 use crate::store::{Key, nan, version};
 use anyhow::anyhow;
@@ -16,7 +17,6 @@ use backseat_logs::VehicleFile;
 use backseat_logs::stats::mean;
 use backseat_report::console;
 use backseat_report::markdown::markdown_table;
-use hil_sim::experiment::{Noise, Programme};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Scenario;
 use hil_sim::truth::Parameters;

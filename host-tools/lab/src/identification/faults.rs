@@ -4,38 +4,29 @@
 //! monitor then runs with those parameters over another log, in which something breaks at a time that is not declared.
 
 use super::compensation::{self, FaultyPair, PairJob};
+use super::identified_vehicle::identified;
 use crate::ensemble::{PartArgs, all_runs};
 use crate::store::{Key, version};
 use anyhow::{Context, anyhow};
 use backseat_core::dynamics::{VehicleModel, VehicleParameters};
 use backseat_core::effects::EffectSet;
-use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
 use backseat_core::identification::{FaultCause, FaultMonitor, FaultState};
-use backseat_identify::identifier::run_identifier;
-use backseat_identify::{IdentificationData, Options};
+use backseat_identify::IdentificationData;
 use backseat_logs::VehicleFile;
 use backseat_logs::stats::{median, percentile, wilson_ci95};
 use backseat_report::console;
 use backseat_report::markdown::markdown_table;
 use hil_sim::dataset::{Dataset, Shape, Spec, simulate};
-use hil_sim::rng::{Source, Stream};
 use hil_sim::scenario::Request;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 /// Faults by their names in the simulator.
 const FAULTS: [&str; 4] = ["flooding", "entanglement", "fin_lost", "fouling"];
-/// Share by which the prior of the identification is wrong.
-const WRONG: f64 = 0.1;
-/// Length of the identification, s.
-const IDENTIFICATION_S: f64 = 1200.0;
 /// Length of a log with a fault, s; it breaks in 20 to 80 % of it.
 const FAULT_S: f64 = 2400.0;
 /// Length of a log without fault, s.
 const SOUND_S: f64 = 7200.0;
-/// Seeds of identification logs are those of the runs plus this.
-const OTHER_SEEDS: u64 = 500_000;
-
 /// A diagnosis is evaluated again after this time, s: its magnitude improves.
 const LATER_S: f64 = 120.0;
 
@@ -117,37 +108,6 @@ impl FaultJob {
 
 fn spec(shape: Shape, duration_s: f64) -> Spec {
     Spec { shape, duration_s, ranges: false, ..Spec::new(VehicleFile::reference()) }
-}
-
-/// Every parameter but the scale wrong by the same share, with signs by the seed; B1 and B2 by that share of B3.
-fn wrong_prior(seed: u64) -> VehicleParameters {
-    let declared = VehicleFile::reference().parameters;
-    let mut random = Stream::new(seed, Source::Effects);
-    let mut theta = theta_of(&declared);
-    let righting = theta[B1 + 2];
-    for j in 0..theta.len() {
-        let sign = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
-        let size = if j == B1 || j == B1 + 1 { righting } else { theta[j] };
-        if j != M11 {
-            theta[j] += sign * WRONG * size;
-        }
-    }
-    with_theta(&declared, &theta)
-}
-
-/// The vehicle as the board's identifier knows it after its own log.
-pub(super) fn identified(seed: u64) -> anyhow::Result<VehicleParameters> {
-    let log = simulate(&spec(Shape::Excite, IDENTIFICATION_S), seed + OTHER_SEEDS).log;
-    let data = IdentificationData::from_log(&log, &EffectSet::NONE)?;
-    let sensors = VehicleFile::reference().sensors;
-    let (dvl, rates) = (sensors.dvl_mps, sensors.rates_radps);
-    let options = Options {
-        velocity_noise: [dvl, dvl, dvl, rates, rates, rates],
-        roll_pitch_noise_rad: sensors.attitude_rad,
-        ..Options::DEFAULT
-    };
-    let identifier = run_identifier(&data, &wrong_prior(seed), &options)?;
-    identifier.parameters().ok_or_else(|| anyhow!("not configured"))
 }
 
 fn watch(vehicle: &VehicleParameters, dataset: &Dataset) -> anyhow::Result<Watch> {

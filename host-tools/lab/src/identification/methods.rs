@@ -1,7 +1,9 @@
 //! The ensemble table: every method on simulated experiments, errors in cross-validation against the truth.
 
 use super::accelerations::{self, AccelerationErrors};
+use super::gtls;
 use crate::ensemble::{PartArgs, all_runs};
+use crate::experiment::{Experiment, wrong_prior};
 use crate::store::{Key, version};
 use anyhow::anyhow;
 use backseat_core::effects::EffectSet;
@@ -10,7 +12,6 @@ use backseat_identify::{IdentificationData, Method, Options, identify, validate}
 use backseat_logs::stats::{mean, mean_ci95, median};
 use backseat_report::console;
 use backseat_report::markdown::markdown_table;
-use hil_sim::experiment::{Experiment, wrong_prior};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -18,10 +19,19 @@ use std::fmt::Write as _;
 /// Seeds below this are for reports; methods were tuned on seeds from here on.
 const FIRST_TUNING_SEED: u64 = 1000;
 
+/// A method of `backseat identify`, or one that is kept to compare with.
+#[derive(Clone, Copy)]
+enum Compared {
+    Product(Method),
+    Gtls,
+}
+
+use Compared::{Gtls, Product};
+
 /// One row of the table.
 #[derive(Clone, Copy)]
 pub struct Condition {
-    pub method: Method,
+    method: Compared,
     /// Noise of linear velocity, m/s.
     noise_mps: f64,
     /// Share by which the prior is wrong.
@@ -30,31 +40,31 @@ pub struct Condition {
     cross_drag: [f64; 2],
 }
 
-const fn condition(method: Method, noise_mps: f64) -> Condition {
+const fn condition(method: Compared, noise_mps: f64) -> Condition {
     Condition { method, noise_mps, wrong: 0.3, cross_drag: [0.0; 2] }
 }
 
 const fn undeclared(method: Method) -> Condition {
-    Condition { cross_drag: [8.0, -8.0], ..condition(method, 0.014) }
+    Condition { cross_drag: [8.0, -8.0], ..condition(Product(method), 0.014) }
 }
 
 const fn worse_prior(method: Method) -> Condition {
-    Condition { wrong: 0.5, ..condition(method, 0.014) }
+    Condition { wrong: 0.5, ..condition(Product(method), 0.014) }
 }
 
 static CONDITIONS: [Condition; 17] = [
-    condition(Method::AidOnline, 0.012),
-    condition(Method::AidOnline, 0.014),
-    condition(Method::Aid, 0.012),
-    condition(Method::Aid, 0.014),
-    condition(Method::Nbls, 0.0),
-    condition(Method::Nbls, 0.014),
-    condition(Method::Gtls, 0.003),
-    condition(Method::Gtls, 0.014),
-    condition(Method::Iv, 0.014),
-    condition(Method::OutputError, 0.014),
-    condition(Method::Auto, 0.012),
-    condition(Method::Auto, 0.014),
+    condition(Product(Method::AidOnline), 0.012),
+    condition(Product(Method::AidOnline), 0.014),
+    condition(Product(Method::Aid), 0.012),
+    condition(Product(Method::Aid), 0.014),
+    condition(Product(Method::Nbls), 0.0),
+    condition(Product(Method::Nbls), 0.014),
+    condition(Gtls, 0.003),
+    condition(Gtls, 0.014),
+    condition(Product(Method::Iv), 0.014),
+    condition(Product(Method::OutputError), 0.014),
+    condition(Product(Method::Auto), 0.012),
+    condition(Product(Method::Auto), 0.014),
     undeclared(Method::Aid),
     undeclared(Method::OutputError),
     undeclared(Method::Auto),
@@ -69,11 +79,20 @@ const PRINTED: [(&str, [f64; 8]); 3] = [
     ("independent AID, 1.4 cm/s", [0.017, 0.039, 0.014, 0.006, 0.008, 0.0012, 0.0001, 0.0002]),
 ];
 
+impl Compared {
+    fn name(self) -> &'static str {
+        match self {
+            Product(method) => method.name(),
+            Gtls => "gtls",
+        }
+    }
+}
+
 impl Condition {
     fn name(&self) -> String {
         let cross = if self.cross_drag == [0.0; 2] { "" } else { ", undeclared d26 = 8, d35 = −8" };
         let prior = if self.wrong > 0.3 { ", prior 50 % wrong" } else { "" };
-        format!("{}, {:.1} cm/s{cross}{prior}", self.method, 100.0 * self.noise_mps)
+        format!("{}, {:.1} cm/s{cross}{prior}", self.method.name(), 100.0 * self.noise_mps)
     }
 
     /// Mean absolute errors of one seed, in the order of [`COLUMNS`].
@@ -83,10 +102,14 @@ impl Condition {
         let noise = self.noise_mps.max(1.0e-4);
         let [_, _, _, p, q, r] = Options::DEFAULT.velocity_noise;
         let options = Options { velocity_noise: [noise, noise, noise, p, q, r], ..Options::DEFAULT };
-        let estimate = identify(self.method, &data, &wrong_prior(self.wrong, seed), &options, &|_| {})?;
+        let prior = wrong_prior(self.wrong, seed);
+        let vehicle = match self.method {
+            Product(method) => identify(method, &data, &prior, &options, &|_| {})?.vehicle,
+            Gtls => gtls(&data, &prior, &options)?,
+        };
         let unseen = Experiment { cross_drag: self.cross_drag, ..Experiment::cross_validation() }.run(seed);
         let unseen = IdentificationData::from_log(&unseen.exact_log(), &EffectSet::NONE)?;
-        let validation = validate(&estimate.vehicle, &unseen).ok_or_else(|| anyhow!("unusable estimate"))?;
+        let validation = validate(&vehicle, &unseen).ok_or_else(|| anyhow!("unusable estimate"))?;
         Ok(validation.mean_absolute)
     }
 }

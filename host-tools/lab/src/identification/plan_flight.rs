@@ -1,10 +1,10 @@
 //! Flights of the simulator's vehicle: along a mission, or with open-loop inputs, sampled at 10 Hz.
 
 use crate::closed_loop::TrueVehicle;
+use crate::experiment::{Noise, Programme};
 use backseat_core::state::{self, VehicleState};
 use backseat_identify::plan::{Body, exact_sample};
 use backseat_identify::{IdentificationData, PERIOD_S, Sample};
-use hil_sim::experiment::{Noise, Programme};
 use hil_sim::rng::{Source, Stream};
 use hil_sim::truth::{Parameters, State, Undeclared};
 use nalgebra::{Vector3, Vector6};

@@ -5,7 +5,7 @@ use backseat_core::effects::EffectSet;
 use backseat_identify::parameters::{self, EXTENDED};
 use backseat_identify::simulation::{COLUMNS, OUTPUT_STATES, Sensitive, free_run, output, start};
 use backseat_identify::{IdentificationData, Sample};
-use hil_sim::experiment::{Experiment, declared};
+use backseat_lab::experiment::{Experiment, declared};
 
 fn samples() -> Vec<Sample> {
     let run = Experiment { duration_s: 120.0, ..Experiment::cross_validation() }.run(1);

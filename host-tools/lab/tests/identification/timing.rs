@@ -3,7 +3,7 @@
 use backseat_core::effects::EffectSet;
 use backseat_estimation::commands::HoldKind;
 use backseat_identify::{IdentificationData, LoggedInputs, Method, Options, identify, timing, validate};
-use hil_sim::experiment::{Between, Experiment, Noise, wrong_prior};
+use backseat_lab::experiment::{Between, Experiment, Noise, wrong_prior};
 
 const HELD: Between = Between { continuous: false, delay_s: 0.0 };
 const CONTINUOUS: Between = Between { continuous: true, delay_s: 0.0 };

@@ -219,25 +219,16 @@ impl Board {
         }
     }
 
-    /// The corners of the stored mission's fence, north and east, m; none without a polygon, and from firmware that
-    /// knows none.
+    /// The corners of the stored mission's fence, north and east, m; none without a polygon.
     pub fn fence(&mut self) -> anyhow::Result<Vec<[f64; 2]>> {
         let mut corners_m = Vec::new();
         loop {
             let wanted = u8::try_from(corners_m.len())?;
-            // firmware that does not know this request stays silent; it does know the next one
-            let sent = self.client.send(&ToBoard::FenceGet { index: wanted });
-            sent.map_err(|error| self.failed(&error))?;
-            let mut answer = None;
-            self.ask(&ToBoard::MissionGet { index: u16::MAX }, |message| match message {
-                FromBoard::Fence { index, corner_m, .. } if index == wanted => {
-                    answer = corner_m;
-                    None
-                }
-                FromBoard::Mission { index, .. } => (index == u16::MAX).then_some(()),
+            let corner_m = self.ask(&ToBoard::FenceGet { index: wanted }, |message| match message {
+                FromBoard::Fence { index, corner_m, .. } if index == wanted => Some(corner_m),
                 _ => None,
             })?;
-            let Some(corner_m) = answer else { return Ok(corners_m) };
+            let Some(corner_m) = corner_m else { return Ok(corners_m) };
             corners_m.push(corner_m);
         }
     }
@@ -276,21 +267,12 @@ impl Board {
         self.demand(&ToBoard::MissionStop, "to stop")
     }
 
-    /// The counters; `None` from firmware that does not report them.
-    pub fn health(&mut self) -> anyhow::Result<Option<Health>> {
-        // Firmware that does not know this request stays silent; it does know the next one.
-        let sent = self.client.send(&ToBoard::HealthGet);
-        sent.map_err(|error| self.failed(&error))?;
-        let mut health = None;
-        self.ask(&ToBoard::MissionGet { index: u16::MAX }, |message| match message {
-            FromBoard::Health(counters) => {
-                health = Some(counters);
-                None
-            }
-            FromBoard::Mission { index, .. } => (index == u16::MAX).then_some(()),
+    /// The counters.
+    pub fn health(&mut self) -> anyhow::Result<Health> {
+        self.ask(&ToBoard::HealthGet, |message| match message {
+            FromBoard::Health(counters) => Some(counters),
             _ => None,
-        })?;
-        Ok(health)
+        })
     }
 
     /// Moves the fins one after the other, with the propeller stopped.

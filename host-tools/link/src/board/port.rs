@@ -22,6 +22,34 @@ pub struct PortName {
 }
 
 impl PortName {
+    /// `PATH`, at this rate, or `PATH:BAUD`.
+    ///
+    /// # Errors
+    /// If what stands behind the colon is no baud rate.
+    pub fn parse(text: &str, default_baud: u32) -> Result<Self, String> {
+        // A device may have colons in its own name.
+        match text.rsplit_once(':').filter(|_| !Path::new(text).exists()) {
+            Some((path, baud)) => match baud.parse() {
+                Ok(baud) if baud > 0 => Ok(Self { path: path.to_owned(), baud }),
+                _ => Err(format!("{baud}: not a baud rate; expected a whole number such as 115200")),
+            },
+            None => Ok(Self { path: text.to_owned(), baud: default_baud }),
+        }
+    }
+
+    /// Opens the device; a read or a write waits no longer than this.
+    ///
+    /// # Errors
+    /// If it cannot be opened as a serial port.
+    pub fn open(&self, timeout: Duration) -> serialport::Result<TTYPort> {
+        serialport::new(&self.path, self.baud).timeout(timeout).preserve_dtr_on_open().open_native()
+    }
+
+    /// Path of the device.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
     /// The same device at another rate.
     pub fn with_baud(&self, baud: u32) -> Self {
         Self { path: self.path.clone(), baud }
@@ -32,15 +60,7 @@ impl FromStr for PortName {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let default = Port::DEFAULT_BAUD[Port::Host as usize];
-        // A device may have colons in its own name.
-        match text.rsplit_once(':').filter(|_| !Path::new(text).exists()) {
-            Some((path, baud)) => match baud.parse() {
-                Ok(baud) if baud > 0 => Ok(Self { path: path.to_owned(), baud }),
-                _ => Err(format!("{baud}: not a baud rate")),
-            },
-            None => Ok(Self { path: text.to_owned(), baud: default }),
-        }
+        Self::parse(text, Port::DEFAULT_BAUD[Port::Host as usize])
     }
 }
 
@@ -60,9 +80,7 @@ impl HostPort {
     /// If it cannot be opened.
     pub fn open(name: &PortName) -> anyhow::Result<Self> {
         // A short time-out: reading waits in `read` below, where it is counted.
-        let builder = serialport::new(&name.path, name.baud).timeout(POLL).preserve_dtr_on_open();
-        let port = builder.open_native().with_context(|| format!("{name}: cannot be opened as a serial port"))?;
-        Ok(Self(port))
+        name.open(POLL).map(Self).with_context(|| format!("{name}: cannot be opened as a serial port"))
     }
 
     /// Forgets what has come by now.
@@ -128,7 +146,9 @@ mod tests {
         let name = |path: &str, baud| PortName { path: path.to_owned(), baud };
         assert_eq!("/dev/ttyACM0".parse(), Ok(name("/dev/ttyACM0", 115_200)));
         assert_eq!("/dev/ttyACM0:921600".parse(), Ok(name("/dev/ttyACM0", 921_600)));
-        assert_eq!("/dev/x:fast".parse::<PortName>(), Err("fast: not a baud rate".to_owned()));
-        assert_eq!("/dev/x:0".parse::<PortName>(), Err("0: not a baud rate".to_owned()));
+        for wrong in ["fast", "0"] {
+            let refused = format!("/dev/x:{wrong}").parse::<PortName>().unwrap_err();
+            assert!(refused.starts_with(&format!("{wrong}: not a baud rate")), "{refused}");
+        }
     }
 }

@@ -1,32 +1,42 @@
 //! Logs of MOOS (`.alog`): one variable a line, as time, name, source, value.
 //!
 //! The variables are those that MOOS-IvP's helms and simulators share: x east and y north in metres, heading in degrees
-//! from true north, speed in m/s, depth in metres; yaw, pitch and roll in radians.
+//! from true north, speed in m/s, depth in metres; yaw, pitch and roll in radians. A mapping names any other, such as
+//! the helm's commands: `DESIRED_RUDDER` is in degrees or per cent by vehicle.
 
-use super::Imported;
-use super::RAD_PER_DEG;
-use super::messages::Gathering;
+use super::mapping::ColumnMap;
+use super::signals::{Hint, Message, Only, Signals, number};
+use super::{Imported, RAD_PER_DEG};
 use crate::DataError;
 use crate::log::{Column, table};
-use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 /// Name of the format.
 pub(super) const NAME: &str = "MOOS alog";
 
-/// Variables and what they are: column and factor.
-const VARIABLES: &[(&str, Column, f64)] = &[
-    ("NAV_HEADING", Column::Heading, RAD_PER_DEG),
-    ("NAV_PITCH", Column::Pitch, 1.0),
-    ("NAV_ROLL", Column::Roll, 1.0),
-    ("NAV_DEPTH", Column::Depth, 1.0),
-    ("NAV_SPEED", Column::SpeedLog, 1.0),
-    ("SOUND_SPEED", Column::SoundSpeed, 1.0),
-    ("GPS_X", Column::GpsY, 1.0),
-    ("GPS_Y", Column::GpsX, 1.0),
-    ("NAV_X", Column::GpsY, 1.0),
-    ("NAV_Y", Column::GpsX, 1.0),
+/// Variables, the sensors' own before the vehicle's estimate.
+static VARIABLES: [Message; 10] = [
+    Message { name: "NAV_HEADING", only: Only::Always, takes: &[number("", Column::Heading, RAD_PER_DEG)] },
+    Message { name: "NAV_PITCH", only: Only::Always, takes: &[number("", Column::Pitch, 1.0)] },
+    Message { name: "NAV_ROLL", only: Only::Always, takes: &[number("", Column::Roll, 1.0)] },
+    Message { name: "NAV_DEPTH", only: Only::Always, takes: &[number("", Column::Depth, 1.0)] },
+    Message { name: "NAV_SPEED", only: Only::Always, takes: &[number("", Column::SpeedLog, 1.0)] },
+    Message { name: "SOUND_SPEED", only: Only::Always, takes: &[number("", Column::SoundSpeed, 1.0)] },
+    Message { name: "GPS_X", only: Only::Always, takes: &[number("", Column::GpsY, 1.0)] },
+    Message { name: "GPS_Y", only: Only::Always, takes: &[number("", Column::GpsX, 1.0)] },
+    Message { name: "NAV_X", only: Only::Always, takes: &[number("", Column::GpsY, 1.0)] },
+    Message { name: "NAV_Y", only: Only::Always, takes: &[number("", Column::GpsX, 1.0)] },
+];
+
+const COMMAND: &str = "per cent or degrees, by vehicle: name propeller and fins by --columns";
+const ESTIMATE: &str = "the vehicle's own estimate; GPS_X and GPS_Y are used";
+const HINTS: &[Hint] = &[
+    ("DESIRED_RUDDER", COMMAND),
+    ("DESIRED_ELEVATOR", COMMAND),
+    ("DESIRED_THRUST", COMMAND),
+    ("NAV_X", ESTIMATE),
+    ("NAV_Y", ESTIMATE),
 ];
 
 /// Whether the beginning of a file is that of an alog.
@@ -35,68 +45,47 @@ pub(super) fn is_alog(beginning: &str) -> bool {
 }
 
 /// Reads an alog.
-pub(super) fn read(path: &Path) -> Result<Imported, DataError> {
-    let lines = lines(path)?;
-    let present: BTreeSet<&str> = lines.iter().filter_map(|(_, line)| line.split_whitespace().nth(1)).collect();
-    let has_gps = present.contains("GPS_X") && present.contains("GPS_Y");
-    let mut gathering = Gathering::default();
-    let mut recognised: BTreeSet<&str> = BTreeSet::new();
-    for (number, line) in &lines {
-        let mut cells = line.split_whitespace();
-        let (Some(time), Some(variable), Some(_source)) = (cells.next(), cells.next(), cells.next()) else {
-            return Err(DataError::at(path, *number, 0, "expected time, variable, source and value"));
-        };
-        let Some(time_s) = time.parse::<f64>().ok().filter(|time_s| time_s.is_finite() && time_s.abs() < 1e10) else {
-            return Err(DataError::at(path, *number, 1, format!("{time:?} is not a time in seconds")));
-        };
-        let value = cells.next().unwrap_or_default();
-        let Some((_, column, factor)) = VARIABLES.iter().find(|(name, ..)| *name == variable) else {
-            let reason = match variable {
-                "DESIRED_RUDDER" | "DESIRED_ELEVATOR" | "DESIRED_THRUST" => {
-                    "per cent or degrees, by vehicle: no fin angle"
-                }
-                _ => "not part of a vehicle log",
-            };
-            gathering.leave_out(variable, reason);
-            continue;
-        };
-        if has_gps && ["NAV_X", "NAV_Y"].contains(&variable) {
-            gathering.leave_out(variable, "the vehicle's own estimate; GPS_X and GPS_Y are used");
-            continue;
-        }
-        let Ok(number_read) = value.parse::<f64>() else {
-            return Err(DataError::at(path, *number, 4, format!("{variable}: {value:?} is not a number")));
-        };
-        recognised.insert(variable);
-        gathering.add((time_s * 1e6).round() as i64, &[(*column, number_read * factor)]);
-    }
-    let recognised: Vec<&str> = recognised.into_iter().collect();
-    let mut notes = vec![format!("{NAME}; recognised: {}", recognised.join(", "))];
-    if !has_gps && recognised.contains(&"NAV_X") {
-        notes.push(
-            "NAV_X and NAV_Y are taken for fixes: where the vehicle reckons them itself they are none".to_owned(),
-        );
-    }
-    Ok(Imported { format: NAME, log: gathering.finish(path, notes)? })
-}
-
-/// Lines that are no comment, with their numbers; a last line without its end was cut off.
-fn lines(path: &Path) -> Result<Vec<(u64, String)>, DataError> {
-    let mut reader = BufReader::new(table::open(path)?);
-    let (mut lines, mut bytes) = (Vec::new(), Vec::new());
+pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
+    let mut signals = Signals::new(path, map, &VARIABLES)?;
+    signals.is_one_by_one = true;
+    let mut lines = BufReader::new(table::open(path)?);
+    let mut bytes = Vec::new();
     for number in 1.. {
         bytes.clear();
-        let count = reader.read_until(b'\n', &mut bytes).map_err(|e| DataError::io(path, &e))?;
+        let count = lines.read_until(b'\n', &mut bytes).map_err(|e| DataError::io(path, &e))?;
+        // a last line without its end was cut off
         if count == 0 || (bytes.last() != Some(&b'\n') && number > 1) {
             break;
         }
         let line = String::from_utf8_lossy(&bytes);
-        let line = line.trim();
-        if !line.is_empty() && !line.starts_with('%') {
-            lines.push((number, line.to_owned()));
+        let mut cells = line.split_whitespace();
+        let Some(time) = cells.next().filter(|first| !first.starts_with('%')) else {
+            // %% LOGSTART with seconds since 1970
+            let start = line.split_once("LOGSTART").and_then(|(_, start)| start.trim().parse::<f64>().ok());
+            if let Some(start_s) = start.filter(|start_s| (0.0..1e10).contains(start_s)) {
+                signals.shift_us = (start_s * 1e6).round() as i64;
+            }
+            continue;
+        };
+        let (Some(variable), Some(_source)) = (cells.next(), cells.next()) else {
+            return Err(DataError::at(path, number, 0, "expected time, variable, source and value"));
+        };
+        let Some(time_s) = time.parse::<f64>().ok().filter(|time_s| time_s.is_finite() && time_s.abs() < 1e10) else {
+            return Err(DataError::at(path, number, 1, format!("{time:?} is not a time in seconds")));
+        };
+        let time_us = (time_s * 1e6).round() as i64;
+        let value = cells.next().unwrap_or_default();
+        match value.parse::<f64>() {
+            Ok(value) => signals.message(time_us, variable, "", &[("", value)]),
+            Err(_) if VARIABLES.iter().any(|row| row.name == variable) => {
+                return Err(DataError::at(path, number, 4, format!("{variable}: {value:?} is not a number")));
+            }
+            Err(_) => signals.message(time_us, variable, "", &[]),
         }
     }
-    Ok(lines)
+    let is_reckoned = signals.has("NAV_X") && !(signals.has("GPS_X") && signals.has("GPS_Y"));
+    let note = "NAV_X and NAV_Y are taken for fixes: where the vehicle reckons them itself they are none";
+    signals.finish(NAME, HINTS, if is_reckoned { vec![note.to_owned()] } else { Vec::new() })
 }
 
 #[cfg(test)]
@@ -126,6 +115,32 @@ mod tests {
         assert_eq!(imported.log.rows[1].time_us, 1_000_000);
         let notes = imported.log.notes.join("\n");
         assert!(notes.contains("DESIRED_RUDDER (1)") && notes.contains("APPCAST (1)"), "{notes}");
+    }
+
+    /// The helm's commands come one by one, each where it changes; a row has all that hold.
+    #[test]
+    fn commands_are_those_that_the_mapping_names() {
+        let alog = format!(
+            "{}0.70 DESIRED_THRUST pHelm 50\n0.90 DESIRED_ELEVATOR pHelm -10\n1.20 DESIRED_RUDDER pHelm -4\n",
+            ALOG.rsplit_once('\n').unwrap().0.to_owned() + "\n"
+        );
+        let entry =
+            |column: &str, variable: &str, rest: &str| format!("[columns.{column}]\ncolumn = \"{variable}\"\n{rest}\n");
+        let map = entry("prop_rpm", "DESIRED_THRUST", "scale = 20")
+            + &entry("fin_top_rad", "DESIRED_RUDDER", "unit = \"deg\"")
+            + &entry("fin_bottom_rad", "DESIRED_RUDDER", "unit = \"deg\"\nsign = -1")
+            + &entry("fin_port_rad", "DESIRED_ELEVATOR", "unit = \"deg\"")
+            + &entry("fin_starboard_rad", "DESIRED_ELEVATOR", "unit = \"deg\"\nsign = -1");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.alog");
+        std::fs::write(&path, alog).unwrap();
+        let map = ColumnMap::parse(&map, Path::new("m.toml")).unwrap();
+        let log = super::super::read_mapped(&path, &map).unwrap().log;
+        let inputs: Vec<_> = log.rows.iter().filter_map(|row| Some((row.time_us, row.actuators()?))).collect();
+        let [(0.., first), (700_000, last)] = inputs[..] else { panic!("{inputs:?}") };
+        assert!((first.propeller_radps - 1000.0 * std::f64::consts::PI / 30.0).abs() < 1e-9, "{first:?}");
+        assert_eq!(first.fins_rad.map(|rad| rad.to_degrees().round()), [12.0, -12.0, -10.0, 10.0]);
+        assert_eq!(last.fins_rad.map(|rad| rad.to_degrees().round()), [-4.0, 4.0, -10.0, 10.0]);
     }
 
     #[test]

@@ -185,10 +185,11 @@ impl<'a> Importer<'a> {
                         row.set(Column::Toa, seconds);
                     }
                 }
-                Role::Latitude | Role::Longitude => {
-                    let axis = usize::from(known.role == Role::Longitude);
+                Role::Latitude | Role::Longitude | Role::LatitudeRad | Role::LongitudeRad => {
+                    let axis = usize::from(matches!(known.role, Role::Longitude | Role::LongitudeRad));
+                    let is_in_radians = matches!(known.role, Role::LatitudeRad | Role::LongitudeRad);
                     let limit = [90.0, 180.0][axis];
-                    place[axis] = number()?;
+                    place[axis] = number()?.map(|angle| if is_in_radians { angle.to_degrees() } else { angle });
                     if let Some(degrees) = place[axis].filter(|degrees| degrees.abs() > limit) {
                         return Err(fail(format!("{degrees} is outside -{limit} to {limit} degrees")));
                     }
@@ -343,7 +344,7 @@ fn is_bound(bound: &[(usize, &Known)], wanted: Column) -> bool {
 }
 
 const fn is_global(role: Role) -> bool {
-    matches!(role, Role::Latitude | Role::Longitude)
+    matches!(role, Role::Latitude | Role::Longitude | Role::LatitudeRad | Role::LongitudeRad)
 }
 
 /// One line for every reason for which columns are left out.

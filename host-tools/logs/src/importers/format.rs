@@ -24,6 +24,10 @@ pub(super) enum Role {
     Latitude,
     /// Degrees.
     Longitude,
+    /// Radians.
+    LatitudeRad,
+    /// Radians.
+    LongitudeRad,
     /// A position beside it is a fix where this is more than zero.
     Satellites,
     /// A position beside it is a fix where this is zero.
@@ -65,7 +69,9 @@ impl Role {
             Self::Label(_) => "the number in the label",
             Self::Run => "the number of the run",
             Self::Date => "the date",
-            Self::Latitude | Self::Longitude => "a position, gps_x_m and gps_y_m",
+            Self::Latitude | Self::Longitude | Self::LatitudeRad | Self::LongitudeRad => {
+                "a position, gps_x_m and gps_y_m"
+            }
             Self::Satellites | Self::FixStatus => "whether the position is a fix",
             Self::Quaternion { .. } => "part of the attitude, roll_rad, pitch_rad and heading_rad",
             Self::Sample { column, .. } => column.name(),

@@ -160,7 +160,7 @@ mod tests {
     fn broken_rows_name_line_and_column() {
         let complaint = |text: &str| import(text).unwrap_err().to_string();
         assert!(complaint(&NATIVE_ROWS.replace("00:00:01.00", "soon")).contains(":4:3: Time:"));
-        assert!(complaint(&NATIVE_ROWS.replace("10/8/2022", "10/8/2822")).contains("the time is more than a century"));
+        assert!(complaint(&NATIVE_ROWS.replace("10/8/2022", "10/8/2322")).contains("the time is more than a century"));
         assert!(complaint(&NATIVE_ROWS.replace("10/8/2022", "8.10.22")).contains(":3:4: Date:"));
         assert!(complaint(&RENAMED_ROWS.replace("2.0,25.9", "0.5,25.9")).contains(":4:1: t_s: the time is before"));
         assert!(complaint(&RENAMED_ROWS.replace("160,128,22\n1", "160\n1")).contains(":2: 12 cells"));

@@ -95,7 +95,7 @@ const UNITS: [(&str, &[(&str, f64)]); 9] = [
     ("_radps", &[("rad/s", 1.0), ("deg/s", RAD_PER_DEG)]),
     ("_rad", &[("rad", 1.0), ("deg", RAD_PER_DEG)]),
     ("_mps", &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3), ("kn", MPS_PER_KNOT), ("km/h", 1.0 / 3.6)]),
-    ("_rpm", &[("rpm", 1.0), ("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0)]),
+    ("_rpm", &[("rpm", 1.0), ("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0), ("rps", 60.0)]),
     ("_per_m3", &[("kg/m^3", 1.0), ("g/cm^3", 1e3)]),
     ("_m3", &[("m^3", 1.0), ("l", 1e-3), ("cc", 1e-6)]),
     (
@@ -258,6 +258,7 @@ fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
     let global = match target {
         "latitude_deg" => Some(Role::Latitude),
         "longitude_deg" => Some(Role::Longitude),
+        "run" => return Ok(Role::Run),
         _ => None,
     };
     let column = Column::from_name(target);
@@ -285,13 +286,21 @@ fn entry_role(target: &str, entry: &Spanned<Entry>) -> Result<Role, Complaint> {
     let scale = sign * factor * number(&entry.scale, "scale", 1.0)?;
     let offset = number(&entry.offset, "offset", 0.0)?;
     match (global, column) {
+        (Some(Role::Latitude), _) if scale == 1.0 / RAD_PER_DEG && offset == 0.0 => Ok(Role::LatitudeRad),
+        (Some(Role::Longitude), _) if scale == 1.0 / RAD_PER_DEG && offset == 0.0 => Ok(Role::LongitudeRad),
         (Some(_), _) if scale != 1.0 || offset != 0.0 => {
-            Err((span, format!("{name}: positions are in degrees; unit, sign, scale and offset do not apply")))
+            Err((span, format!("{name}: positions are in deg or rad; sign, scale and offset do not apply")))
         }
         (Some(role), _) => Ok(role),
         (None, Some(column)) => Ok(Role::Sample { column, scale, offset }),
         (None, None) => Err((span, format!("{name}: unknown"))),
     }
+}
+
+/// What one of a unit is in the own unit of a column of the vehicle log; `None` of a unit that it does not take.
+pub(super) fn unit_factor(target: &str, unit: &str) -> Option<f64> {
+    let (_, units) = UNITS.iter().find(|(ending, _)| target.ends_with(ending))?;
+    units.iter().find(|(known, _)| *known == unit).map(|(_, factor)| *factor)
 }
 
 fn factor(name: &str, unit: Option<&Spanned<String>>, units: &[(&str, f64)]) -> Result<f64, Complaint> {
@@ -334,15 +343,15 @@ mod tests {
     fn decimal_commas_quotes_and_marks_of_no_sample() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
-        std::fs::write(&path, "\"ms\";v;\"Rest\";Tiefe;Kurs\n1500;0,5;\"a; b\";-11;270\n2500;NaN;x;-9999;90\n")
+        std::fs::write(&path, "\"ms\";v;\"Rest\";Tiefe;Kurs\n1500;0,5;\"a; b\";-11;270\n2500;n/a;x;-9999;90\n")
             .unwrap();
-        let marked = format!("missing = [\"NaN\", \"-9999\"]\n{MAP}");
+        let marked = format!("missing = [\"n/a\", \"-9999\"]\n{MAP}");
         let log = super::super::read_mapped(&path, &map(&marked).unwrap()).unwrap().log;
         assert_eq!(log.rows[0].get(Column::DvlU), Some(1.0));
         assert!((log.rows[0].get(Column::Depth).unwrap() - 3.048).abs() < 1e-12);
         assert_eq!([Column::DvlU, Column::Depth].map(|column| log.rows[1].get(column)), [None; 2]);
         let complaint = super::super::read_mapped(&path, &map(MAP).unwrap()).unwrap_err().to_string();
-        assert!(complaint.contains(":3:2: v: \"NaN\" is not a finite number"), "{complaint}");
+        assert!(complaint.contains(":3:2: v: \"n/a\" is not a number"), "{complaint}");
     }
 
     #[test]

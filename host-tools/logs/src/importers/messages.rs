@@ -4,6 +4,7 @@ use super::origin::Origin;
 use crate::DataError;
 use crate::log::{Column, Log, LogRow};
 use backseat_core::state::wrap_angle;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -11,26 +12,32 @@ use std::path::Path;
 /// them one by one.
 const TOGETHER_US: i64 = 30_000;
 
+/// So many names of what is left out for one reason are shown.
+const MOST_NAMES: usize = 20;
+
 /// From here on a time counts from 1970 and not from a start, µs: 1973.
 const LEAST_UNIX_US: i64 = 100_000_000_000_000;
 
 /// A vehicle log in the making.
 #[derive(Default)]
 pub(super) struct Gathering {
+    /// Only messages of the very same time share a row.
+    pub is_exact: bool,
     /// Rows with the time of the log that is read, µs.
     rows: Vec<(i64, LogRow)>,
     origin: Option<Origin>,
     /// The first time that a row refers to, µs.
     first_us: Option<i64>,
     /// Messages that were left out, by name, with their count and the reason.
-    left_out: BTreeMap<String, (usize, &'static str)>,
+    left_out: BTreeMap<String, (usize, Cow<'static, str>)>,
 }
 
 impl Gathering {
     /// Adds samples of one time.
     pub(super) fn add(&mut self, time_us: i64, samples: &[(Column, f64)]) {
         let is_free = |row: &LogRow| samples.iter().all(|(column, _)| row.get(*column).is_none());
-        let last = self.rows.last_mut().filter(|(row_us, row)| (time_us - row_us).abs() <= TOGETHER_US && is_free(row));
+        let together_us = if self.is_exact { 0 } else { TOGETHER_US };
+        let last = self.rows.last_mut().filter(|(row_us, row)| (time_us - row_us).abs() <= together_us && is_free(row));
         let row = match last {
             Some((_, row)) => row,
             None => {
@@ -95,7 +102,12 @@ impl Gathering {
 
     /// Counts a message that is left out.
     pub(super) fn leave_out(&mut self, name: &str, reason: &'static str) {
-        self.left_out.entry(name.to_owned()).or_insert((0, reason)).0 += 1;
+        self.leave_out_so_many(name, 1, reason);
+    }
+
+    /// Counts messages that are left out.
+    pub(super) fn leave_out_so_many(&mut self, name: &str, count: usize, reason: impl Into<Cow<'static, str>>) {
+        self.left_out.entry(name.to_owned()).or_insert_with(|| (0, reason.into())).0 += count;
     }
 
     /// The log, its first row at zero.
@@ -104,10 +116,17 @@ impl Gathering {
         for (name, (count, reason)) in &self.left_out {
             reasons.entry(reason).or_default().push(format!("{name} ({count})"));
         }
-        notes.extend(reasons.into_iter().map(|(reason, names)| format!("left out {}: {reason}", names.join(", "))));
+        for (reason, mut names) in reasons {
+            if names.len() > MOST_NAMES {
+                let more = names.split_off(MOST_NAMES).len();
+                names.push(format!("{more} more"));
+            }
+            notes.push(format!("left out {}: {reason}", names.join(", ")));
+        }
         self.rows.retain(|(_, row)| !row.is_empty());
         // messages of several sources may be out of order by some milliseconds
         self.rows.sort_by_key(|(time_us, _)| *time_us);
+        hold_commands(&mut self.rows);
         let Some(start_us) =
             self.rows.first().map(|(time_us, _)| self.first_us.map_or(*time_us, |us| us.min(*time_us)))
         else {
@@ -131,5 +150,26 @@ impl Gathering {
             origin_deg: self.origin.map(|origin| origin.degrees()),
             ..Log::default()
         })
+    }
+}
+
+/// Propeller and fins come one by one; each holds until its next command, and a row has all five or none.
+fn hold_commands(rows: &mut [(i64, LogRow)]) {
+    const COMMANDS: [Column; 5] =
+        [Column::PropRpm, Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
+    let mut held = [None; 5];
+    for (_, row) in rows {
+        let commanded = COMMANDS.map(|column| row.get(column));
+        if commanded.iter().all(Option::is_none) {
+            continue;
+        }
+        for (held, commanded) in held.iter_mut().zip(commanded) {
+            *held = commanded.or(*held);
+        }
+        if held.iter().all(Option::is_some) {
+            for (column, value) in COMMANDS.into_iter().zip(held) {
+                row.set(column, value.unwrap_or_default());
+            }
+        }
     }
 }

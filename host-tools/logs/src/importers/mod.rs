@@ -5,14 +5,18 @@
 
 mod alog;
 mod calendar;
+mod dataflash;
 mod draft;
 mod engine;
 mod format;
 mod glider;
 mod iver_uvc;
 mod lake;
+mod layout;
 mod line_time;
+mod lsf;
 mod mapping;
+mod mavlink;
 mod messages;
 mod origin;
 mod pd0_file;
@@ -20,12 +24,15 @@ mod pinger;
 mod ros_bag;
 mod runs;
 mod sentences;
+mod signals;
 mod transponders;
+mod ulog;
 
 pub use draft::{Draft, draft};
 pub use mapping::ColumnMap;
 pub use ros_bag::is_bag;
 
+use crate::log::{mat, table};
 use crate::{DataError, Log};
 use format::Format;
 use std::f64::consts::PI;
@@ -69,10 +76,14 @@ pub struct Imported {
 /// Reads a vehicle log or any known format, identified by its header line.
 ///
 /// # Errors
-/// As the reader of the format; a file of no known format is read as a vehicle log.
+/// As the reader of the format; a file of no known format is read as a vehicle log. Of what is no log: what it is.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
+    read_known(path).map_err(|error| crate::kinds::instead(path, error))
+}
+
+fn read_known(path: &Path) -> Result<Imported, DataError> {
     if let Some((_, read)) = other_than_table(path)? {
-        return read(path);
+        return read(path, None);
     }
     let header = header(path)?;
     check_text(path, &header)?;
@@ -85,44 +96,105 @@ pub fn read(path: &Path) -> Result<Imported, DataError> {
     match FORMATS.iter().find_map(separator_of) {
         Some((format, separator)) => {
             let cells = engine::Cells { separator, missing: &[] };
-            Ok(Imported { format: format.name, log: engine::read(path, format, cells)? })
+            noted(path, Imported { format: format.name, log: engine::read(path, format, cells)? })
         }
-        None => Ok(Imported { format: "vehicle log", log: Log::read(path)? }),
+        None => noted(path, Imported { format: "vehicle log", log: Log::read(path)? }),
     }
 }
 
-type Reader = fn(&Path) -> Result<Imported, DataError>;
+/// A table's log, with what is said of the file that the table was made from.
+fn noted(path: &Path, mut imported: Imported) -> Result<Imported, DataError> {
+    if mat::is_mat(&beginning(path)?) {
+        imported.log.notes.extend(mat::read(path)?.notes);
+    }
+    Ok(imported)
+}
+
+type Reader = fn(&Path, Option<&ColumnMap>) -> Result<Imported, DataError>;
+
+/// Longest binary log, unpacked, bytes: a day of an autopilot is a tenth of it.
+const MAX_BYTES: u64 = 2 << 30;
 
 /// Name and reader of a format that is no table of columns; `None`: a table, or nothing that is known.
 fn other_than_table(path: &Path) -> Result<Option<(&'static str, Reader)>, DataError> {
+    if path.is_dir() && !ros_bag::is_any_bag(path, &[]) {
+        let message = "a folder without a ROS 2 bag (.mcap or .db3) in it; name the file of a log";
+        return Err(DataError::file(path, message));
+    }
     let beginning = beginning(path)?;
-    Ok(match is_bag(&beginning) {
-        Some(true) => Some((ros_bag::NAME, ros_bag::read)),
-        Some(false) => {
-            let message = "a session, not a table: first `backseat export FILE --csv DIR`, then DIR/vehicle_log.csv";
-            return Err(DataError::file(path, message));
-        }
-        None if alog::is_alog(&header(path)?) => Some((alog::NAME, alog::read)),
-        None if pd0_file::is_pd0(&beginning) => Some((pd0_file::NAME, pd0_file::read)),
-        None if sentences::is_sentences(path)? => Some((sentences::NAME, sentences::read)),
-        None => None,
-    })
+    if is_bag(&beginning) == Some(false) {
+        let message = "a session, not a table: first `backseat export FILE --csv DIR`, then DIR/vehicle_log.csv";
+        return Err(DataError::file(path, message));
+    }
+    if ros_bag::is_any_bag(path, &beginning) {
+        return Ok(Some((ros_bag::NAME, ros_bag::read)));
+    }
+    // logs of messages, which may be compressed
+    let unpacked = first_bytes(table::open_bytes(path)?);
+    let binary: [(bool, &'static str, Reader); 5] = [
+        (dataflash::is_dataflash(&unpacked), dataflash::NAME, dataflash::read),
+        (ulog::is_ulog(&unpacked), ulog::NAME, ulog::read),
+        (mavlink::is_tlog(&unpacked), mavlink::NAME, mavlink::read),
+        (lsf::is_lsf(&unpacked), lsf::NAME, lsf::read),
+        (pd0_file::is_pd0(&beginning), pd0_file::NAME, |path, map| unmapped(path, map, pd0_file::read)),
+    ];
+    if let Some((_, name, reader)) = binary.into_iter().find(|(is_this, ..)| *is_this) {
+        return Ok(Some((name, reader)));
+    }
+    if alog::is_alog(&header(path)?) {
+        return Ok(Some((alog::NAME, alog::read)));
+    }
+    let sentences: Reader = |path, map| unmapped(path, map, sentences::read);
+    Ok(sentences::is_sentences(path)?.then_some((sentences::NAME, sentences)))
+}
+
+/// Reads a format that has nothing to name.
+fn unmapped(
+    path: &Path,
+    map: Option<&ColumnMap>,
+    read: fn(&Path) -> Result<Imported, DataError>,
+) -> Result<Imported, DataError> {
+    match map {
+        Some(_) => Err(DataError::file(path, "its numbers have fixed meanings: leave --columns out")),
+        None => read(path),
+    }
+}
+
+/// A binary log as a whole, unpacked.
+fn whole(path: &Path) -> Result<Vec<u8>, DataError> {
+    let mut bytes = Vec::new();
+    // what comes before a fault of a compressed file is read
+    let _ = table::open_bytes(path)?.take(MAX_BYTES + 1).read_to_end(&mut bytes);
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(DataError::file(path, format!("more than {} GiB, unpacked; split the file", MAX_BYTES >> 30)));
+    }
+    Ok(bytes)
+}
+
+/// What begins a file.
+fn first_bytes(from: impl Read) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let _ = from.take(64).read_to_end(&mut bytes);
+    bytes
 }
 
 /// The first bytes as they stand in the file.
 fn beginning(path: &Path) -> Result<Vec<u8>, DataError> {
-    let mut beginning = Vec::new();
-    let file = File::open(path).map_err(|e| DataError::io(path, &e))?;
-    let _ = file.take(64).read_to_end(&mut beginning);
-    Ok(beginning)
+    Ok(first_bytes(File::open(path).map_err(|e| DataError::io(path, &e))?))
 }
 
-/// The first line; empty if it cannot be read, which leads to the vehicle log's own complaint.
+/// The first line with anything in it; empty if it cannot be read, which leads to the vehicle log's own complaint.
 fn header(path: &Path) -> Result<String, DataError> {
     /// Far longer than any header.
     const LONGEST_HEADER: u64 = 1 << 16;
+    let mut lines = BufReader::new(table::open(path)?.take(LONGEST_HEADER));
     let mut header = Vec::new();
-    let _ = BufReader::new(crate::log::table::open(path)?.take(LONGEST_HEADER)).read_until(b'\n', &mut header);
+    while header.trim_ascii().is_empty() {
+        header.clear();
+        if !lines.read_until(b'\n', &mut header).is_ok_and(|count| count > 0) {
+            break;
+        }
+    }
     Ok(String::from_utf8_lossy(&header).into_owned())
 }
 
@@ -136,25 +208,26 @@ fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
     if !header.contains(|c: char| c.is_control() && !"\t\r\n".contains(c)) {
         return Ok(());
     }
-    let what = if header.starts_with("PK") {
-        "an archive or the workbook of a spreadsheet: save the table as CSV"
-    } else {
-        "binary data, not a table"
-    };
-    Err(DataError::file(path, what))
+    let message = "binary data of no known format, not a log: docs/guide/log_format.md lists those that are read; export a \
+                   table as CSV";
+    Err(DataError::file(path, message))
 }
 
-/// Reads a table by a mapping, whatever its header; of a ROS 2 bag what it has by itself, and the numbers that the
-/// mapping names.
+/// Reads a table by a mapping, whatever its header; of a log of messages, such as a ROS 2 bag, what it has by itself
+/// and the numbers that the mapping names.
 ///
 /// # Errors
 /// Where the file does not fit the mapping.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
-    if is_bag(&beginning(path)?) == Some(true) {
-        return ros_bag::read_mapped(path, map);
+    read_by(path, map).map_err(|error| crate::kinds::instead(path, error))
+}
+
+fn read_by(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
+    if let Some((_, read)) = other_than_table(path)? {
+        return read(path, Some(map));
     }
     map.check_time()?;
-    Ok(Imported { format: mapping::NAME, log: engine::read(path, map.format(), map.cells())? })
+    noted(path, Imported { format: mapping::NAME, log: engine::read(path, map.format(), map.cells())? })
 }
 
 #[cfg(test)]
@@ -173,9 +246,12 @@ mod tests {
     #[test]
     fn what_is_no_text_is_told() {
         let complaint = import("PK\u{3}\u{4}\u{1b}[2J;sheet1.xml").unwrap_err().to_string();
-        assert!(complaint.contains("the workbook of a spreadsheet: save the table as CSV"), "{complaint}");
+        assert!(
+            complaint.contains("the workbook of a spreadsheet, not a log: unpack it, or save the table as CSV"),
+            "{complaint}"
+        );
         let complaint = import("\u{89}PNG\r\u{1a}\n1,2\n").unwrap_err().to_string();
-        assert!(complaint.contains("binary data, not a table"), "{complaint}");
+        assert!(complaint.contains("binary data of no known format, not a log"), "{complaint}");
     }
 
     #[test]

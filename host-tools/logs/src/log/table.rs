@@ -1,11 +1,12 @@
 //! A CSV of a time and numbers, columns bound by name.
 
 use super::decimal::{MAX_SECONDS, seconds_to_us};
+use super::mat;
 use crate::DataError;
 use csv::{ByteRecord, ErrorKind, ReaderBuilder, Terminator};
 use flate2::read::MultiGzDecoder;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 /// What a table may and must hold beside `t_s`.
@@ -19,12 +20,57 @@ pub(crate) struct Table<'a> {
 }
 
 /// Opens a file, decompressing it if it is gzip (by its first bytes, not its name) and without a
-/// byte-order mark.
+/// byte-order mark; the arrays of a MAT-file as a table. Lines of comment at a text's beginning are blank, or the header.
 pub(crate) fn open(path: &Path) -> Result<Box<dyn Read>, DataError> {
     let mut text = open_bytes(path)?;
+    let beginning = first(&mut text, 32).map_err(|e| csv_error(path, 1, &e.into()))?;
+    if mat::is_mat(&beginning) {
+        return Ok(Box::new(Bounded::new(mat::read(path)?)));
+    }
+    let mut text = io::Cursor::new(beginning).chain(text);
     let mark = first(&mut text, 3).map_err(|e| csv_error(path, 1, &e.into()))?;
     let start = if mark == [0xef, 0xbb, 0xbf] { Vec::new() } else { mark };
-    Ok(Box::new(Bounded::new(io::Cursor::new(start).chain(text))))
+    let whole = BufReader::new(io::Cursor::new(start).chain(text));
+    let (beginning, rest) = without_comments(whole).map_err(|e| csv_error(path, 1, &e.into()))?;
+    Ok(Box::new(Bounded::new(io::Cursor::new(beginning).chain(rest))))
+}
+
+/// Longest line of comment, bytes.
+const MAX_COMMENT: u64 = 1 << 16;
+
+/// The beginning with blank lines in place of lines of comment (`#`, or `%` as MATLAB has it), so that the numbers of
+/// lines hold. Where numbers follow, the last comment with as many cells has their names.
+fn without_comments<R: BufRead>(mut text: R) -> io::Result<(Vec<u8>, R)> {
+    let mut lines: Vec<Vec<u8>> = Vec::new();
+    loop {
+        let mut line = Vec::new();
+        (&mut text).take(MAX_COMMENT).read_until(b'\n', &mut line)?;
+        // two of them begin a log of MOOS
+        let is_comment = line.starts_with(b"#") || (line.starts_with(b"%") && !line.starts_with(b"%%"));
+        let is_whole = line.ends_with(b"\n");
+        lines.push(line);
+        if !is_comment || !is_whole {
+            break;
+        }
+    }
+    let Some((first, comments)) = lines.split_last().filter(|(_, comments)| !comments.is_empty()) else {
+        return Ok((lines.concat(), text));
+    };
+    let cells = |line: &[u8]| line.iter().filter(|byte| b",;\t".contains(byte)).count();
+    let is_number = |cell: &[u8]| number(cell.trim_ascii()).is_ok_and(|value| !value.is_nan());
+    let has_numbers = first.split(|byte| b",;\t".contains(byte)).any(is_number);
+    let header = comments.iter().rposition(|line| has_numbers && cells(line) > 0 && cells(line) == cells(first));
+    let mut beginning = Vec::new();
+    for (place, comment) in comments.iter().enumerate() {
+        if Some(place) == header {
+            let names = comment.iter().position(|byte| !b"#% ".contains(byte)).unwrap_or(0);
+            beginning.extend_from_slice(&comment[names..]);
+        } else {
+            beginning.push(b'\n');
+        }
+    }
+    beginning.extend_from_slice(first);
+    Ok((beginning, text))
 }
 
 /// Opens a file that need not be text, decompressing it if it is gzip.
@@ -115,9 +161,9 @@ fn first(reader: &mut impl Read, count: u64) -> io::Result<Vec<u8>> {
 }
 
 /// Set-up of a CSV reader whose line numbers hold: with the default terminator the reader counts a
-/// line that ends in CR LF before it has seen the LF.
+/// line that ends in CR LF before it has seen the LF. Lines that begin with `#` are comments.
 pub(crate) fn lines(builder: &mut ReaderBuilder) -> &mut ReaderBuilder {
-    builder.has_headers(false).flexible(true).terminator(Terminator::Any(b'\n'))
+    builder.has_headers(false).flexible(true).comment(Some(b'#')).terminator(Terminator::Any(b'\n'))
 }
 
 /// Whether a line holds nothing but its end.
@@ -136,14 +182,14 @@ pub(crate) fn csv_error(path: &Path, line: u64, error: &csv::Error) -> DataError
     }
 }
 
-/// Reads a number from a cell; `Ok(NaN)` where the cell is empty.
+/// Reads a number from a cell; `Ok(NaN)` where the cell is empty, or NaN as MATLAB and Python write no sample.
 pub(crate) fn number(cell: &[u8]) -> Result<f64, String> {
     if cell.is_empty() {
         return Ok(f64::NAN);
     }
     let text = std::str::from_utf8(cell).map_err(|_| "not text (UTF-8)".to_owned())?;
     match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => return Ok(value),
+        Ok(value) if !value.is_infinite() => return Ok(value),
         Ok(_) => return Err(format!("{} is not a finite number; leave the cell empty for no sample", shown(text))),
         Err(_) => {}
     }

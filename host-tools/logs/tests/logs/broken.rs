@@ -67,7 +67,7 @@ fn logs() {
         ("t_s,salinity\n0,1\n", "no known column beside t_s"),
         ("t_s,depth_m,depth_m\n0,1,1\n", ":1:3: column depth_m appears twice"),
         ("t_s,depth_m\n0,deep\n", ":2:2: depth_m: \"deep\" is not a number"),
-        ("t_s,depth_m\n0,NaN\n", ":2:2: depth_m: \"NaN\" is not a finite number; leave the cell empty"),
+        ("t_s,depth_m\n0,inf\n", ":2:2: depth_m: \"inf\" is not a finite number; leave the cell empty"),
         ("t_s,depth_m\n0,1\n1,inf\n", ":3:2: depth_m: \"inf\" is not a finite"),
         ("t_s,depth_m\n0,1\n,1\n", ":3:1: t_s: is empty"),
         ("t_s,depth_m\n0,1\n-1,1\n", ":3:1: t_s: -1 is outside"),

@@ -1,8 +1,8 @@
 //! Files: what is read is what was written, and what is wrong is told with its place.
 
 mod broken;
+mod foreign;
 mod limits;
 mod parameters;
 mod round_trip;
 mod session;
-mod wrong_recordings;

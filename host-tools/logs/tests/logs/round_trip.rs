@@ -80,3 +80,16 @@ fn only_the_columns_asked_for() {
     writer.finish().unwrap();
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "t_s,sound_speed_mps,depth_m\n1.5,,2\n");
 }
+
+/// What a program writes above a table about itself.
+#[test]
+fn lines_that_begin_with_a_hash_are_comments() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    std::fs::write(&path, "# a lake, 2024\nt_s,depth_m\n0,1\n# moored\n1,2\n2,x\n").unwrap();
+    // lines are counted with them
+    let complaint = backseat_logs::importers::read(&path).unwrap_err().to_string();
+    assert!(complaint.contains("log.csv:6:2: depth_m"), "{complaint}");
+    std::fs::write(&path, "# a lake, 2024\nt_s,depth_m\n0,1\n# moored\n1,2\n").unwrap();
+    assert_eq!(backseat_logs::importers::read(&path).unwrap().log.rows.len(), 2);
+}

@@ -13,7 +13,7 @@ pub use alarms::Alarm;
 pub use journal::{Journal, Severity};
 pub use learned::Identified;
 pub use link::{Link, Meter};
-pub use sources::{Source, Turn};
+pub use sources::{SourceHistory, Turn};
 
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};

@@ -22,7 +22,7 @@ struct Measurement {
 
 /// One sensor as the filter sees it.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct SourceHistory {
     pub sensor: Sensor,
     last: VecDeque<Measurement>,
     /// Of innovation² / variance.
@@ -43,7 +43,7 @@ pub enum Turn {
     FusedAgain(u32),
 }
 
-impl Source {
+impl SourceHistory {
     fn new(sensor: Sensor) -> Self {
         let last = VecDeque::with_capacity(MEASUREMENTS);
         Self { sensor, last, mean_square: 0.0, scalars: 0.0, fused: 0, rejected: 0, in_a_row: 0 }
@@ -112,7 +112,7 @@ impl Source {
 
 /// All sensors that were heard.
 #[derive(Default)]
-pub struct Sources(Vec<Source>);
+pub struct Sources(Vec<SourceHistory>);
 
 impl Sources {
     /// Takes a fusion; what it changed.
@@ -120,13 +120,13 @@ impl Sources {
         let sensor = *Sensor::ALL.get(usize::from(record.sensor))?;
         let at = self.0.partition_point(|source| (source.sensor as u8) < sensor as u8);
         if self.0.get(at).is_none_or(|source| source.sensor != sensor) {
-            self.0.insert(at, Source::new(sensor));
+            self.0.insert(at, SourceHistory::new(sensor));
         }
         self.0[at].note(record).map(|turn| (sensor, turn))
     }
 
     /// In the order of the filter's list.
-    pub fn iter(&self) -> impl Iterator<Item = &Source> {
+    pub fn iter(&self) -> impl Iterator<Item = &SourceHistory> {
         self.0.iter()
     }
 

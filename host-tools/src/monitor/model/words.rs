@@ -10,8 +10,7 @@ pub fn time_of_day(utc_us: u64, board_us: u64) -> String {
     if utc_us == 0 {
         return format!("+{:.1} s", board_us as f64 * 1e-6);
     }
-    let s = utc_us / 1_000_000 % 86_400;
-    format!("{:02}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+    crate::screen::time_of_day(utc_us)
 }
 
 pub fn port(port: Port) -> &'static str {

@@ -8,12 +8,11 @@ mod sensors;
 mod vehicle;
 
 use super::model::{Model, Severity};
+use crate::screen::{faint, panel};
 use ratatui::Frame;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Color, Modifier, Style};
-use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Borders};
+use ratatui::style::Color;
 
 /// From this width on there are two columns.
 const TWO_COLUMNS: u16 = 76;
@@ -165,32 +164,12 @@ fn stack(area: Rect, rows: [u16; 4]) -> [Rect; 4] {
     })
 }
 
-/// A panel's frame: a line with its title. Gives what is inside.
-fn panel(frame: &mut Frame<'_>, area: Rect, title: &str, remark: &str) -> Rect {
-    let rule = Style::new().fg(Color::DarkGray);
-    let mut block = Block::new()
-        .borders(Borders::TOP)
-        .border_style(rule)
-        .title(Line::from(Span::styled(format!("{title} "), Style::new().add_modifier(Modifier::BOLD))));
-    if !remark.is_empty() {
-        block = block.title(Line::from(Span::styled(format!(" {remark}"), rule)).right_aligned());
-    }
-    let inner = block.inner(area);
-    frame.render_widget(block, area);
-    inner
-}
-
 const fn colour(severity: Severity) -> Color {
     match severity {
         Severity::Info => Color::Reset,
         Severity::Warning => Color::Yellow,
         Severity::Critical => Color::Red,
     }
-}
-
-/// What is beside the point.
-const fn faint() -> Style {
-    Style::new().fg(Color::DarkGray)
 }
 
 /// A number in so many places, or a dash.

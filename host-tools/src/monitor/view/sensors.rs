@@ -1,7 +1,7 @@
 //! Each sensor's rate and age, and its innovations beside the gate.
 
 use super::{dash, faint, panel};
-use crate::monitor::model::{Model, Source};
+use crate::monitor::model::{Model, SourceHistory};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
@@ -34,7 +34,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, now_us: u64) {
     frame.render_widget(Paragraph::new(lines), inner);
 }
 
-fn row(source: &Source, gate: f64, bar: u16, wide: bool, board_us: u64) -> Line<'static> {
+fn row(source: &SourceHistory, gate: f64, bar: u16, wide: bool, board_us: u64) -> Line<'static> {
     let age_s = source.age_s(board_us);
     let overdue = age_s.zip(source.interval_s()).is_some_and(|(age_s, interval_s)| age_s > (3.5 * interval_s).max(2.0));
     let rate = dash(source.rate_hz(board_us), 2);

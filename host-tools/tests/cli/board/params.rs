@@ -2,8 +2,8 @@
 
 use super::bench::Bench;
 use backseat_app::parameters::PARAMETERS;
+use backseat_lab::experiment::{Experiment, wrong_prior};
 use backseat_logs::{BoardFile, LogWriter, VehicleFile};
-use hil_sim::experiment::{Experiment, wrong_prior};
 
 fn vehicle(changes: &[(&str, f64)]) -> String {
     let mut file = VehicleFile::reference();

@@ -110,12 +110,6 @@ pub struct FaultMonitor {
     named: u8,
 }
 
-impl Default for FaultMonitor {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl FaultMonitor {
     /// Before the first sample.
     #[must_use]

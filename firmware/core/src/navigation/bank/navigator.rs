@@ -479,9 +479,3 @@ fn with_config<T>(k: usize, config: &NavigationConfig, adopt: impl FnOnce(&Navig
     }
     adopt(&member)
 }
-
-impl Default for Navigator {
-    fn default() -> Self {
-        Self::new()
-    }
-}

@@ -391,12 +391,6 @@ impl Filter {
     }
 }
 
-impl Default for Filter {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 /// Every state finite, every sigma positive.
 fn check(state: &[f64], sigma: &[f64]) -> Result<(), NavigationError> {
     if !state.iter().chain(sigma).all(|value| value.is_finite()) {

@@ -216,7 +216,7 @@ fn an_undeclared_current_is_not_navigated_through_in_silence() {
     let mut flight = Flight::new(5, [0.0; 2], [0.12, 0.09]);
     flight.ranges(100);
     assert!(flight.dishonest_s <= 120, "{} s", flight.dishonest_s);
-    // it leads astray by 4.5 m between two ranges
+    // it displaces the estimate by 4.5 m between two ranges
     assert!(flight.error_m() < 40.0, "{} m", flight.error_m());
 }
 

@@ -1,6 +1,7 @@
 //! 4.3.2.1, the first NBLS study: its experiment, and which of Table 4.7's noises NBLS bears.
 
 use super::{Kind, Measured, Study};
+use crate::experiment::{Between, Experiment, Motion, Noise, References, declared, wrong_prior};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::EffectSet;
 use backseat_core::identification::theta::M11;
@@ -9,7 +10,6 @@ use backseat_identify::nullspace::ORDER;
 use backseat_identify::{IdentificationData, Method, Options, identify, nullspace, parameters};
 use backseat_logs::Truth;
 use backseat_logs::stats::median;
-use hil_sim::experiment::{Between, Experiment, Motion, Noise, References, declared, wrong_prior};
 use hil_sim::rng::{Source, Stream};
 use nalgebra::Vector6;
 

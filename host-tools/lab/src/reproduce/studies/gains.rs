@@ -43,7 +43,7 @@ fn run(seed: u64) -> anyhow::Result<Measured> {
     for (row, gains) in [("diagonal gains", diagonal), ("scalar gain", scalar)] {
         let theta = adapt(&case, &instants, &prior, &gains);
         case.keep_errors(&mut measured, row, &with_theta(&case.prior, &theta));
-        let truth = theta_of(&hil_sim::experiment::declared());
+        let truth = theta_of(&crate::experiment::declared());
         let moved = (0..PARAMETERS).filter(|j| truth[*j] != 0.0 && *j != M11);
         let closer = moved.clone().filter(|j| (theta[*j] - truth[*j]).abs() < 0.5 * (prior[*j] - truth[*j]).abs());
         measured.set(&format!("MAE, {row}"), "closer_percent", 100.0 * closer.count() as f64 / moved.count() as f64);

@@ -1,6 +1,7 @@
 //! Identification and cross-validation over a grid of sensor noise: Tables 4.10 to 4.19.
 
 use super::{Kind, Measured, Study};
+use crate::experiment::{Between, Experiment, Motion, Noise, OpenLoop, References, declared, wrong_prior};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::EffectSet;
 use backseat_core::identification::theta::M11;
@@ -8,7 +9,6 @@ use backseat_core::state::wrap_angle;
 use backseat_identify::validation::COLUMNS;
 use backseat_identify::{IdentificationData, Method, Options, identify, nullspace, parameters};
 use backseat_logs::{Truth, TruthRow};
-use hil_sim::experiment::{Between, Experiment, Motion, Noise, OpenLoop, References, declared, wrong_prior};
 
 /// NBLS on the references of Table 4.6, Tables 4.10 to 4.12.
 pub const NBLS: Study = Study {

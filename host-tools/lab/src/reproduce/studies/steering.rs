@@ -2,13 +2,13 @@
 
 use super::conditions::{self, Conditions};
 use super::{Kind, Measured, Study};
+use crate::experiment::declared;
 use crate::flights;
 use anyhow::{Context, bail};
 use backseat_analysis::flight_score;
 use backseat_core::navigation::{ProcessNoise, SurfaceNoise};
 use backseat_logs::Truth;
 use backseat_logs::stats::ErrorSummary;
-use hil_sim::experiment::declared;
 use hil_sim::flight::FlightLog;
 use hil_sim::scenario::{ControlLaw, Exchange, Mission, Scenario, Slot};
 

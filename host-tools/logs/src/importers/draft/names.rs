@@ -1,31 +1,81 @@
 //! Names that columns of tables have, and units in them.
 
-/// What stands in a cell without a sample, in lower case.
+/// What stands in a cell without a sample, in lower case. NaN is read as none by itself.
 pub(super) const MISSING: [&str; 7] = ["nan", "-nan", "n/a", "na", "null", "none", "-"];
 /// Parts of names that messages of ROS have, whose frames are east-north-up and forward-left-up.
 pub(super) const ROS: [&str; 3] = ["angular_velocity.", "orientation.", "linear."];
 
-/// Parts of names, and the column of the vehicle log that such a column is taken for. The first that fits counts.
+/// Parts of names of what is no reading of the vehicle: wishes, quality, other things.
+pub(super) const NONE: &[&str] = &[
+    "goal",
+    "desired",
+    "next",
+    "setpoint",
+    "target",
+    "err",
+    "std",
+    "sigma",
+    "cov",
+    "variance",
+    "status",
+    "quality",
+    "fixtype",
+    "state",
+    "water_depth",
+    "altitude",
+    "control",
+    "battery",
+    "temp",
+    "raw",
+    "xtrack",
+];
+/// A wish, but of an actuator: there the command is what is recorded.
+pub(super) const COMMAND: [&str; 2] = ["cmd", "command"];
+/// What stands beside a magnetic heading; its true one is preferred.
+pub(super) const MAGNETIC: [&str; 2] = ["magnetic", "mag"];
+
+/// Parts of names, and the column of the vehicle log that such a column is taken for. The first that fits, and whose unit
+/// fits, counts. `=` is the whole name, but for its unit and what says nothing; `~` a word of it.
 pub(super) const NAMES: &[(&[&str], &str)] = &[
-    (&["goal", "desired", "next", "setpoint", "target", "cmd_heading", "magnetic", "mag_"], ""),
-    (&["latitude", "=lat", "lat_deg", ".lat", "gps_lat"], "latitude_deg"),
-    (&["longitude", "=lon", "=long", "=lng", "lon_deg", ".lon", "gps_lon"], "longitude_deg"),
+    (&["latitude", "~lat"], "latitude_deg"),
+    (&["longitude", "~lon", "~long", "~lng"], "longitude_deg"),
     (&["rollrate", "roll_rate", "gyro_x", "gyrox", "angular_velocity.x", "=p", "=wx"], "p_radps"),
     (&["pitchrate", "pitch_rate", "gyro_y", "gyroy", "angular_velocity.y", "=q", "=wy"], "q_radps"),
     (&["yawrate", "yaw_rate", "gyro_z", "gyroz", "angular_velocity.z", "=r", "=wz"], "r_radps"),
-    (&["fin_top", "top_fin", "rudder_top", "upper_rudder"], "fin_top_rad"),
-    (&["fin_bottom", "bottom_fin", "rudder_bottom", "lower_rudder"], "fin_bottom_rad"),
-    (&["fin_port", "port_fin", "elevator_port", "port_elevator"], "fin_port_rad"),
-    (&["fin_starboard", "starboard_fin", "elevator_starboard", "starboard_elevator", "fin_stbd"], "fin_starboard_rad"),
+    (&["fin_top", "top_fin", "rudder_top", "upper_rudder", "rudder_upper", "fin_yaw_t"], "fin_top_rad"),
+    (&["fin_bottom", "bottom_fin", "rudder_bottom", "lower_rudder", "rudder_lower", "fin_yaw_b"], "fin_bottom_rad"),
+    (&["fin_port", "port_fin", "elevator_port", "port_elevator", "fin_pitch_l"], "fin_port_rad"),
+    (
+        &["fin_starboard", "starboard_fin", "elevator_starboard", "starboard_elevator", "fin_stbd", "fin_pitch_r"],
+        "fin_starboard_rad",
+    ),
     (&["rudder"], "rudder"),
     (&["elevator", "sternplane", "stern_plane", "diveplane"], "elevator"),
-    (&["rpm", "propeller", "thruster", "=prop", "motor"], "prop_rpm"),
+    (&["cmd_left", "left_cmd", "thruster_left", "left_thruster"], "thruster_left"),
+    (&["cmd_right", "right_cmd", "thruster_right", "right_thruster"], "thruster_right"),
+    (&["rpm", "propeller", "thruster", "~prop", "motor"], "prop_rpm"),
     (&["depth", "tiefe", "=z", "pos_z", "position.z", PRESSURE], "depth_m"),
-    (&["heading", "=yaw", "=hdg", "=psi", "compass", "kurs", "yaw"], "heading_rad"),
+    (&["heading", "~yaw", "=hdg", "=psi", "compass", "kurs", "yaw"], "heading_rad"),
     (&["pitch", "=theta"], "pitch_rad"),
     (&["roll", "=phi"], "roll_rad"),
+    (&["=vn", "v_north", "vel_north", "vel_n", "velocity_north", "north_velocity", "north"], "ref_north_mps"),
+    (&["=ve", "v_east", "vel_east", "vel_e", "velocity_east", "east_velocity", "east"], "ref_east_mps"),
+    (&["=vd", "v_down", "vel_down", "vel_d", "velocity_down"], "ref_down_mps"),
     (
-        &["dvl_u", "dvl_x", "dvl_vx", "surge", "=u", "=vx", "vel_x", "velocity.x", "velocity_x", "linear.x", "forward"],
+        &[
+            "=dvl_u",
+            "dvl_x",
+            "dvl_vx",
+            "surge",
+            "=u",
+            "=vx",
+            "vel_x",
+            "velocity.x",
+            "velocity_x",
+            "linear.x",
+            "forward",
+            "fwd",
+        ],
         "dvl_u_mps",
     ),
     (
@@ -41,10 +91,29 @@ pub(super) const NAMES: &[(&[&str], &str)] = &[
             "velocity_y",
             "linear.y",
             "starboard",
+            "~left",
+            "~right",
+            "~stbd",
         ],
         "dvl_v_mps",
     ),
-    (&["dvl_w", "dvl_z", "dvl_vz", "heave", "=w", "=vz", "vel_z", "velocity.z", "velocity_z", "linear.z"], "dvl_w_mps"),
+    (
+        &[
+            "=dvl_w",
+            "dvl_z",
+            "dvl_vz",
+            "heave",
+            "=w",
+            "=vz",
+            "vel_z",
+            "velocity.z",
+            "velocity_z",
+            "linear.z",
+            "~up",
+            "~down",
+        ],
+        "dvl_w_mps",
+    ),
     (&["sound"], "sound_speed_mps"),
     (&["speed", "=sog", "=stw"], "speed_log_mps"),
     (&["ship_x", "ship_north"], "ship_gps_x_m"),
@@ -56,29 +125,57 @@ pub(super) const NAMES: &[(&[&str], &str)] = &[
     (&["density"], "water_density_kg_per_m3"),
 ];
 
+/// Words of a name that say nothing of what it is.
+pub(super) const NOTHING: [&str; 12] =
+    ["mid", "meas", "measured", "body", "est", "ahrs", "imu", "gt", "true", "nav", "sensor", "value"];
+
 /// Part of the name of a pressure, which is a depth in sea water.
 pub(super) const PRESSURE: &str = "press";
 
 /// Units as names state them, and how the mapping calls them.
 pub(super) const UNITS: &[(&str, &str)] = &[
     ("deg/s", "deg/s"),
+    ("°/s", "deg/s"),
     ("dps", "deg/s"),
+    ("degps", "deg/s"),
+    ("deg_s", "deg/s"),
     ("rad/s", "rad/s"),
+    ("rad_s", "rad/s"),
     ("radps", "rad/s"),
+    ("rad/sec", "rad/s"),
     ("mm/s", "mm/s"),
     ("cm/s", "cm/s"),
     ("km/h", "km/h"),
+    ("kph", "km/h"),
     ("m/s", "m/s"),
+    ("m_s", "m/s"),
     ("mps", "m/s"),
+    ("mmps", "mm/s"),
+    ("cmps", "cm/s"),
     ("knots", "kn"),
+    ("knot", "kn"),
     ("kts", "kn"),
+    ("kt", "kn"),
     ("kn", "kn"),
     ("feet", "ft"),
     ("ft", "ft"),
+    ("degrees", "deg"),
+    ("degree", "deg"),
     ("deg", "deg"),
     ("°", "deg"),
+    ("radians", "rad"),
     ("rad", "rad"),
     ("rpm", "rpm"),
+    ("rps", "1/s"),
+    ("1/s", "1/s"),
+    ("rev/s", "1/s"),
+    ("hz", "1/s"),
+    ("counts", COUNTS),
+    ("count", COUNTS),
+    ("cnt", COUNTS),
+    ("pwm", COUNTS),
+    ("percent", COUNTS),
+    ("%", COUNTS),
     ("dbar", "dbar"),
     ("bar", "bar"),
     ("mbar", "mbar"),
@@ -96,5 +193,13 @@ pub(super) const UNITS: &[(&str, &str)] = &[
     ("ns", "ns"),
     ("sec", "s"),
     ("s", "s"),
+    ("min", "min"),
+    ("h", "h"),
+    ("kg/m3", "kg/m^3"),
+    ("kg/m^3", "kg/m^3"),
+    ("kgm3", "kg/m^3"),
     ("m", "m"),
 ];
+
+/// No unit of anything: what a servo or a motor takes.
+pub(super) const COUNTS: &str = "counts";

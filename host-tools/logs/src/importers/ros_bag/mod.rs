@@ -1,4 +1,5 @@
-//! ROS 2 bags in MCAP: the standard messages of attitude, velocity, pressure and position, CDR encoded.
+//! ROS 2 bags, as MCAP, SQLite (`.db3`) or a folder of such files: the standard messages of attitude, velocity,
+//! pressure and position, CDR encoded.
 //!
 //! Messages are in the conventions of REP 103 and REP 105: body forward-left-up, world east-north-up; here they are
 //! turned to forward-right-down and north-east-down. Times are those of the headers.
@@ -6,7 +7,9 @@
 //! Commands of propeller and fins come in types that say nothing of their meaning: a mapping names them (`mapped`).
 
 mod cdr;
+mod files;
 mod mapped;
+mod sqlite;
 
 use super::Imported;
 use super::engine::euler_rad;
@@ -14,8 +17,8 @@ use super::mapping::{ColumnMap, SEA_WATER_N_PER_M3};
 use super::messages::Gathering;
 use crate::DataError;
 use crate::log::Column;
-use crate::session::sound_part;
 use cdr::Cdr;
+use files::{Recorded, Take};
 use mapped::{Mapped, Sources};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -27,8 +30,6 @@ pub(super) const SURFACE_PA: f64 = 101_325.0;
 /// A gauge shows less than this in shallow water, an absolute sensor never, Pa.
 pub(super) const GAUGE_PA: f64 = 50_000.0;
 
-/// Largest chunk, unpacked, bytes: writers make them of some megabytes.
-const MAX_CHUNK: u64 = 1 << 28;
 /// Clocks that differ by less are one, µs.
 const SAME_CLOCK_US: i64 = 1_000_000;
 
@@ -60,16 +61,12 @@ pub fn is_bag(beginning: &[u8]) -> Option<bool> {
     Some(rest.first() == Some(&1) && profile == Some(b"ros2"))
 }
 
-/// Reads a bag.
-pub(super) fn read(path: &Path) -> Result<Imported, DataError> {
-    read_with(path, Sources::default())
-}
-
 /// Reads a bag, and the numbers that a mapping names, which take the place of the sensors' own.
-pub(super) fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
-    let mut imported = read_with(path, Sources::new(path, map)?)?;
+pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
+    let sources = map.map_or_else(|| Ok(Sources::default()), |map| Sources::new(path, map))?;
+    let mut imported = read_with(path, sources)?;
     for row in &mut imported.log.rows {
-        for &(column, value) in map.format().constants.iter() {
+        for &(column, value) in map.iter().flat_map(|map| map.format().constants.iter()) {
             if row.get(column).is_none() {
                 row.set(column, value);
             }
@@ -78,71 +75,118 @@ pub(super) fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, Data
     Ok(imported)
 }
 
-fn read_with(path: &Path, mut sources: Sources<'_>) -> Result<Imported, DataError> {
-    let fail = |message: String| DataError::file(path, message);
-    let bytes = std::fs::read(path).map_err(|e| DataError::io(path, &e))?;
-    let (sound, fault) = sound_part(&bytes, MAX_CHUNK);
-    let options = mcap::read::Options::IgnoreEndMagic;
-    let stream = mcap::MessageStream::new_with_options(sound, options.into())
-        .map_err(|e| fail(format!("not a readable MCAP file: {e}")))?;
-    let mut gathering = Gathering::default();
-    // the first topic of each type is used
-    let mut topics: BTreeMap<&'static str, String> = BTreeMap::new();
-    let (mut messages, mut commands) = (Vec::new(), Vec::new());
-    // what the clock of the headers is ahead of the recorder's, µs
-    let mut ahead_us = Vec::new();
-    let mut notes: Vec<String> = fault.iter().map(|fault| format!("the rest is left out: {fault}")).collect();
-    for message in stream {
-        let message = match message {
-            Ok(message) => message,
-            Err(error) if !(messages.is_empty() && commands.is_empty()) => {
-                notes.push(format!("cut off or broken: the rest is left out ({error})"));
-                break;
-            }
-            Err(error) => return Err(fail(format!("no message can be read: {error}"))),
-        };
-        let topic = &message.channel.topic;
-        let type_name = message.channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
-        let kind = KINDS.into_iter().find(|(name, _)| *name == type_name);
-        let (is_nameable, is_mapped) = (mapped::is_nameable(type_name), sources.has_topic(topic));
+/// Whether a path is a bag, of any kind of file.
+pub(super) fn is_any_bag(path: &Path, beginning: &[u8]) -> bool {
+    is_bag(beginning) == Some(true) || sqlite::is_sqlite(beginning) || !files::of_folder(path).is_empty()
+}
+
+/// What a bag's messages of no use could be.
+const COULD_BE: [(&str, &str); 9] = [
+    ("geometry_msgs/msg/Pose", "a position or attitude in a frame of any meaning: record it as nav_msgs/msg/Odometry"),
+    ("geometry_msgs/msg/Twist", "a velocity or a command: record it as geometry_msgs/msg/TwistWithCovarianceStamped"),
+    ("geometry_msgs/msg/Vector3", "a velocity or a command: record it as geometry_msgs/msg/TwistWithCovarianceStamped"),
+    ("geometry_msgs/msg/Wrench", "commanded forces, not speeds of a propeller"),
+    ("dvl", "a velocity over ground: let the DVL's driver write geometry_msgs/msg/TwistWithCovarianceStamped as well"),
+    (
+        "sensor_msgs/msg/MagneticField",
+        "part of a heading: let the driver write sensor_msgs/msg/Imu with its orientation",
+    ),
+    ("mavros_msgs", "what the autopilot logs itself: its .BIN is read"),
+    ("px4_msgs", "what the autopilot logs itself: its .ulg is read"),
+    ("sensor_msgs/msg/Range", "a height above the bottom"),
+];
+
+/// A bag as it is read.
+struct Bag<'a> {
+    path: &'a Path,
+    sources: Sources<'a>,
+    gathering: Gathering,
+    /// The first topic of each type is used.
+    topics: BTreeMap<&'static str, String>,
+    messages: Vec<(Kind, Stamped)>,
+    commands: Vec<(i64, Mapped)>,
+    /// What the clock of the headers is ahead of the recorder's, µs.
+    ahead_us: Vec<i64>,
+    /// Topics of no use, with their count and the reason.
+    unread: BTreeMap<String, (usize, String)>,
+}
+
+impl Bag<'_> {
+    fn fail(&self, message: String) -> DataError {
+        DataError::file(self.path, message)
+    }
+}
+
+impl Take for Bag<'_> {
+    fn wants(&mut self, topic: &str, type_name: &str) -> Result<bool, DataError> {
+        let (is_nameable, is_mapped) = (mapped::is_nameable(type_name), self.sources.has_topic(topic));
         if is_mapped && !is_nameable {
-            return Err(fail(format!("mapped {topic}: no mapping reads {type_name}")));
+            return Err(self.fail(format!("mapped {topic}: no mapping reads {type_name}")));
         }
-        if !is_mapped && kind.is_none() {
-            let reason = if is_nameable {
-                "numbers of any meaning: name them by --columns"
-            } else {
-                "a message type that is not read"
-            };
-            gathering.leave_out(topic, reason);
-            continue;
+        if is_mapped || KINDS.iter().any(|(name, _)| *name == type_name) {
+            return Ok(true);
         }
-        if message.channel.message_encoding != "cdr" {
-            return Err(fail(format!("{topic}: encoding {:?}; expected cdr", message.channel.message_encoding)));
+        if let Some((count, _)) = self.unread.get_mut(topic) {
+            *count += 1;
+            return Ok(false);
         }
-        let log_us = (message.log_time / 1000) as i64;
-        let Some((name, kind)) = kind else {
-            match sources.read(topic, type_name, &message.data) {
-                Some(mapped) => {
-                    ahead_us.extend(mapped.stamp_us.map(|stamp_us| stamp_us - log_us));
-                    commands.push((log_us, mapped));
-                }
-                None => gathering.leave_out(topic, "shorter than its type"),
-            }
-            continue;
+        let lower = type_name.to_lowercase();
+        let could_be = COULD_BE.iter().find(|(part, _)| lower.contains(&part.to_lowercase()));
+        let reason = match could_be {
+            _ if is_nameable => "numbers of any meaning: name them by --columns".to_owned(),
+            Some((_, could_be)) => format!("{type_name} is not read, {could_be}"),
+            None => format!("{type_name} is not read"),
         };
-        if topics.entry(name).or_insert_with(|| topic.clone()) != topic {
-            gathering.leave_out(topic, "another topic of the same type is used");
-            continue;
+        self.unread.insert(topic.to_owned(), (1, reason));
+        Ok(false)
+    }
+
+    fn take(&mut self, message: &Recorded<'_>) -> Result<(), DataError> {
+        let Recorded { topic, type_name, encoding, log_us, data } = *message;
+        if encoding != "cdr" {
+            return Err(self.fail(format!("{topic}: encoding {encoding:?}; expected cdr")));
         }
-        let values = Cdr::new(&message.data).and_then(|cdr| parse(kind, cdr));
-        match values {
-            Some(values) => {
-                ahead_us.push(values.time_us - log_us);
-                messages.push((kind, values));
+        let Some((name, kind)) = KINDS.into_iter().find(|(name, _)| *name == type_name) else {
+            match self.sources.read(topic, type_name, data) {
+                Some(mapped) => {
+                    self.ahead_us.extend(mapped.stamp_us.map(|stamp_us| stamp_us - log_us));
+                    self.commands.push((log_us, mapped));
+                }
+                None => self.gathering.leave_out(topic, "shorter than its type"),
             }
-            None => gathering.leave_out(topic, "shorter than its type"),
+            return Ok(());
+        };
+        if self.topics.entry(name).or_insert_with(|| topic.to_owned()) != topic {
+            self.gathering.leave_out(topic, "another topic of the same type is used");
+            return Ok(());
         }
+        match Cdr::new(data).and_then(|cdr| parse(kind, cdr)) {
+            Some(values) => {
+                self.ahead_us.push(values.time_us - log_us);
+                self.messages.push((kind, values));
+            }
+            None => self.gathering.leave_out(topic, "shorter than its type"),
+        }
+        Ok(())
+    }
+}
+
+fn read_with(path: &Path, sources: Sources<'_>) -> Result<Imported, DataError> {
+    let mut bag = Bag {
+        path,
+        sources,
+        gathering: Gathering::default(),
+        topics: BTreeMap::new(),
+        messages: Vec::new(),
+        commands: Vec::new(),
+        ahead_us: Vec::new(),
+        unread: BTreeMap::new(),
+    };
+    let mut notes = files::read(path, &mut bag)?;
+    let fail = |message: String| DataError::file(path, message);
+    let Bag { sources, mut gathering, topics, messages, commands, mut ahead_us, unread, .. } = bag;
+    for (topic, (count, reason)) in unread {
+        gathering.leave_out_so_many(&topic, count, reason);
     }
     if let Some(name) = sources.missing() {
         return Err(fail(format!("mapped {name}: no such topic, field or element in the bag")));
@@ -189,7 +233,10 @@ fn read_with(path: &Path, mut sources: Sources<'_>) -> Result<Imported, DataErro
     for (log_us, Mapped { stamp_us, samples }) in commands {
         gathering.add(stamp_us.unwrap_or(log_us + ahead_us), &samples);
     }
-    let used: Vec<String> = topics.iter().map(|(name, topic)| format!("{topic} ({name})")).collect();
+    let mut used: Vec<String> = topics.iter().map(|(name, topic)| format!("{topic} ({name})")).collect();
+    if used.is_empty() {
+        used.push("nothing by itself".to_owned());
+    }
     notes.insert(
         0,
         format!("{NAME}; recognised: {}; turned to north-east-down and forward-right-down", used.join(", ")),
@@ -410,8 +457,10 @@ mod tests {
         let samples = |column: Column| -> Vec<(u64, f64)> {
             log.rows.iter().filter_map(|row| Some((row.time_us, row.get(column)?))).collect()
         };
+        // the first; with the last of the five at 1 s all stand in the row
         let one = |column: Column| match samples(column)[..] {
             [sample] => sample,
+            [sample, (1_000_000, held)] if held == sample.1 => sample,
             ref other => panic!("{}: {other:?}", column.name()),
         };
         let column = |name: &str| Column::from_name(name).unwrap();

@@ -2,6 +2,7 @@
 
 use super::{ColumnSummary, Finding};
 use crate::log::{Column, Log};
+use std::f64::consts::TAU;
 
 /// Fewest samples that say something about how a sensor behaves.
 const ENOUGH: usize = 100;
@@ -29,7 +30,7 @@ pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
     findings.extend(frozen_depth(columns));
     findings.extend(RESTLESS.into_iter().filter_map(|column| frozen(log, columns, column)));
     findings.extend(fixes(log));
-    findings.extend(order(log));
+    findings.extend(order(log, columns));
     findings
 }
 
@@ -147,7 +148,7 @@ fn fixes(log: &Log) -> Option<Finding> {
 }
 
 /// Columns whose samples follow each other as if drawn by lot.
-fn order(log: &Log) -> Vec<Finding> {
+fn order(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
     /// Columns with the spread from which on motion, not noise, makes it.
     const SPREAD: [(Column, f64); 7] = [
         (Column::Heading, 0.3),
@@ -160,6 +161,12 @@ fn order(log: &Log) -> Vec<Finding> {
     ];
     let mut findings = Vec::new();
     for (column, spread) in SPREAD {
+        // degrees, or what else: steps of radians are not steps of it
+        let is_angle = column == Column::Heading || column == Column::Pitch;
+        let is_other = |summary: &ColumnSummary| summary.column == column && is_angle && summary.max > TAU;
+        if columns.iter().any(is_other) {
+            continue;
+        }
         let samples: Vec<(u64, f64)> = log.column(column).collect();
         let near: Vec<(f64, f64)> = samples
             .windows(2)

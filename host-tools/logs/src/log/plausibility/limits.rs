@@ -77,21 +77,31 @@ impl Limit {
     }
 
     /// The unit in which the values are most usual.
-    fn unit(&self, summary: &ColumnSummary) -> Option<Mend> {
+    fn unit(&self, log: &Log, summary: &ColumnSummary) -> Option<Mend> {
         let size = summary.percentile_1_99[0].abs().max(summary.percentile_1_99[1].abs());
         let unusual = |scale: f64| (size * scale / self.usual).ln().abs();
         let (unit, scale) = self.units.iter().copied().min_by(|a, b| unusual(a.1).total_cmp(&unusual(b.1)))?;
-        Some(Mend::unit(summary.column, unit, scale))
+        // fins are written by one program
+        let columns = if FINS.contains(&summary.column) { &FINS[..] } else { std::slice::from_ref(&summary.column) };
+        let columns: Vec<Column> = columns.iter().copied().filter(|column| log.has(*column)).collect();
+        Some(Mend::units(&columns, unit, scale))
     }
 }
 
 const DEG: f64 = PI / 180.0;
+const FINS: [Column; 4] = [Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
 
 pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for summary in columns {
         findings.extend(range(log, summary));
     }
+    // one line for all fins
+    let mut is_said = false;
+    findings.retain(|finding| {
+        let is_of_fins = finding.mend.is_some() && finding.column.is_some_and(|column| FINS.contains(&column));
+        !is_of_fins || !std::mem::replace(&mut is_said, true)
+    });
     findings.extend(heading(log));
     for column in [Column::Roll, Column::Pitch] {
         let is_told = findings.iter().any(|f: &Finding| f.column == Some(column) && f.severity == Severity::Suspicious);
@@ -118,7 +128,7 @@ fn range(log: &Log, summary: &ColumnSummary) -> Option<Finding> {
     let finding = Finding::suspicious(summary.column, message);
     let is_upside_down = summary.column == Column::Depth && summary.percentile_1_99[1] <= limit.low.abs();
     let sign = is_upside_down.then(|| Mend::sign(&[Column::Depth]));
-    Some(match sign.or_else(|| limit.unit(summary)) {
+    Some(match sign.or_else(|| limit.unit(log, summary)) {
         Some(mend) => finding.mended_by(mend.lines()),
         None => finding,
     })

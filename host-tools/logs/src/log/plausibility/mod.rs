@@ -49,6 +49,8 @@ pub struct Untested {
     pub test: &'static str,
     /// Columns of which it would have told.
     pub columns: Vec<Column>,
+    /// Whether the log lacks what would be compared.
+    pub lacks_columns: bool,
     /// Why it was not.
     pub why: String,
 }
@@ -64,6 +66,8 @@ pub struct Examination {
     pub findings: Vec<Finding>,
     /// What could not be tested.
     pub untested: Vec<Untested>,
+    /// Tests that hold, and the columns that they are of.
+    pub holding: Vec<(&'static str, Vec<Column>)>,
 }
 
 impl Examination {
@@ -74,7 +78,7 @@ impl Examination {
             Column::ALL.into_iter().filter_map(|column| ColumnSummary::of(log, column)).collect();
         let mut findings = names::check(log);
         findings.extend(limits::time(log, &columns));
-        let mut untested = Vec::new();
+        let (mut untested, mut holding) = (Vec::new(), Vec::new());
         // with times that are wrong nothing else can be compared
         if findings.iter().all(|finding| finding.column.is_some() || finding.severity == Severity::Remark) {
             let odd = held::check(log, &columns);
@@ -87,8 +91,9 @@ impl Examination {
                 .filter(|finding| finding.severity == Severity::Suspicious)
                 .filter_map(|finding| finding.column)
                 .collect();
-            let (contradictions, not_tested) = recording::check(log, &beyond, is_doubted);
-            untested = not_tested;
+            let tests = recording::check(log, &beyond, is_doubted);
+            let contradictions = tests.findings;
+            (untested, holding) = (tests.untested, tests.holding);
             // a value beyond all limits whose cause is found needs no second finding
             let is_explained = |finding: &Finding| {
                 let entry = finding.column.map_or_else(String::new, |column| format!("columns.{} =", column.name()));
@@ -101,7 +106,7 @@ impl Examination {
             findings.extend(contradictions);
         }
         findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-        Self { span_s: log.duration_s(), columns, findings, untested }
+        Self { span_s: log.duration_s(), columns, findings, untested, holding }
     }
 
     /// What makes the log suspicious.

@@ -5,6 +5,8 @@ use crate::log::{Column, Log};
 
 /// Letters by which a name may differ from that of a column, or be turned round, and still be meant for it.
 const LETTERS: usize = 2;
+/// What the name of a fin may hold.
+const FIN_WORDS: [&str; 7] = ["fin", "rudder", "elevator", "plane", "servo", "stern", "flap"];
 const FINS: [Column; 4] = [Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
 
 pub(super) fn check(log: &Log) -> Vec<Finding> {
@@ -18,10 +20,13 @@ fn misspelt(log: &Log, name: &str) -> Option<Finding> {
     let given = name.trim().to_lowercase();
     let near = Column::ALL
         .into_iter()
-        // a letter in four: p_radps and q_radps are two columns
-        .filter(|column| !log.has(*column) && column.name().len() > 4 * LETTERS)
+        .filter(|column| !log.has(*column))
         .map(|column| (strsim::damerau_levenshtein(column.name(), &given), column))
-        .filter(|(letters, _)| *letters <= LETTERS)
+        // a letter in four, and never the first of a short name: p_radps and q_radps are two columns
+        .filter(|(letters, column)| {
+            let is_short = column.name().len() <= 4 * LETTERS;
+            *letters <= if is_short { 1 } else { LETTERS } && (!is_short || given.starts_with(&column.name()[..1]))
+        })
         .min_by_key(|(letters, _)| *letters)?
         .1;
     let message = format!("column {name} is not read; is it {}?", near.name());
@@ -46,5 +51,14 @@ fn missing_fins(log: &Log) -> Option<Finding> {
         names(&present),
         names(&missing)
     );
-    Some(Finding::new(Severity::Suspicious, Some(missing[0]), message))
+    let finding = Finding::new(Severity::Suspicious, Some(missing[0]), message);
+    let near = |fin: &Column| {
+        let likeness = |name: &&String| strsim::jaro_winkler(fin.name(), &name.to_lowercase());
+        let words = |name: &&String| FIN_WORDS.iter().any(|word| name.to_lowercase().contains(word));
+        let nearest = log.unused_columns.iter().filter(words).max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
+        Some(format!("columns.{} = {{ column = {nearest:?} }}", fin.name()))
+    };
+    // one name for each, or none
+    let lines: Vec<String> = missing.iter().filter_map(near).collect();
+    Some(if missing.len() == 1 && lines.len() == 1 { finding.mended_by(lines[0].clone()) } else { finding })
 }

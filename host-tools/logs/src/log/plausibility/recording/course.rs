@@ -41,6 +41,8 @@ pub const RELATIONS: [Relation; 4] = [
 const CURRENT_WEIGHT: f64 = 0.25;
 /// Speed below which a vessel may drift, m/s.
 const DRIFT_MPS: f64 = 0.4;
+/// The same where a speed is logged, of which it is to make a share of its typical one.
+const STILL_MPS: f64 = 0.15;
 /// Fewest legs that tell two hypotheses apart, and the chance that is none where most of the misfit goes as well.
 const ENOUGH: usize = 5;
 const CHANCE: f64 = 2e-3;
@@ -73,7 +75,7 @@ fn moving(legs: &Legs) -> Vec<(Way, Way)> {
         median(&legs.legs.iter().map(|leg| leg.ahead.norm() / leg.seconds).collect::<Vec<_>>()).unwrap_or(0.0);
     let is_moving = |leg: &&Leg| {
         let (fixed, ahead) = (leg.fixed.norm() / leg.seconds, leg.ahead.norm() / leg.seconds);
-        fixed > DRIFT_MPS && (legs.speed.is_none() || ahead > 0.3 * typical)
+        if legs.speed.is_none() { fixed > DRIFT_MPS } else { fixed > STILL_MPS && ahead > 0.3 * typical }
     };
     let rate = |leg: &Leg| (leg.fixed / leg.seconds, (leg.ahead + leg.aside) / leg.seconds);
     legs.legs.iter().filter(is_moving).flat_map(|leg| std::iter::repeat_n(rate(leg), leg.counts)).collect()

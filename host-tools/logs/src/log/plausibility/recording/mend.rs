@@ -38,6 +38,14 @@ impl Edit {
         self.target
     }
 
+    /// What this does to what another edit of the same column gave.
+    fn after(self, first: Self) -> Self {
+        let offset = first.offset + self.offset / first.scale;
+        // a sign beside a unit stands for itself; another factor does not
+        let unit = first.unit.filter(|_| self.scale.abs() == 1.0);
+        Self { source: first.source, scale: first.scale * self.scale, offset, unit, ..self }
+    }
+
     /// As an entry of the mapping.
     fn line(&self) -> String {
         let mut line = format!("columns.{} = {{ column = \"{}\"", self.target.name(), self.source.name());
@@ -64,8 +72,19 @@ impl Mend {
 
     /// Another unit of one column.
     pub fn unit(column: Column, unit: &'static str, scale: f64) -> Self {
-        let what = format!("{} is in {unit}", column.name());
-        Self::one(what, Edit { scale, unit: Some(unit), ..Edit::plain(column) })
+        Self::units(&[column], unit, scale)
+    }
+
+    /// Another unit of several columns.
+    pub fn units(columns: &[Column], unit: &'static str, scale: f64) -> Self {
+        let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        Self {
+            what: format!("{} {verb} in {unit}", names.join(", ")),
+            edits: columns.iter().map(|c| Edit { scale, unit: Some(unit), ..Edit::plain(*c) }).collect(),
+            is_exchange: false,
+            time: None,
+        }
     }
 
     /// The wrong sign of some columns.
@@ -96,12 +115,28 @@ impl Mend {
         Self { what: format!("t_s is in {unit}"), edits: Vec::new(), is_exchange: false, time: Some((factor, unit)) }
     }
 
+    /// The same, of a log as it is before these mends.
+    pub fn after(mut self, done: &[Self]) -> Self {
+        for edit in &mut self.edits {
+            let first = done.iter().rev().flat_map(|mend| &mend.edits).find(|first| first.target == edit.source);
+            *edit = first.map_or(*edit, |first| edit.after(*first));
+        }
+        self
+    }
+
     /// The lines of the mapping, one for each column.
     pub fn lines(&self) -> String {
         match self.time {
             Some((_, unit)) => format!("time = {{ column = \"t_s\", unit = \"{unit}\" }}"),
             None => self.edits.iter().map(Edit::line).collect::<Vec<_>>().join("\n"),
         }
+    }
+
+    /// Whether each column of other lines has a line of its own here.
+    pub fn replaces(&self, lines: &str) -> bool {
+        let has =
+            |line: &str| self.edits.iter().any(|edit| line.starts_with(&format!("columns.{} =", edit.target.name())));
+        lines.lines().all(has)
     }
 
     /// Whether it changes any of these columns.
@@ -132,7 +167,7 @@ impl Mend {
     }
 }
 
-const DEG: f64 = PI / 180.0;
+pub const DEG: f64 = PI / 180.0;
 const FINS: [Column; 4] = [Column::FinTop, Column::FinBottom, Column::FinPort, Column::FinStarboard];
 
 /// Every mistake that is looked for, frequent ones first: of two that explain the same, the first is named first.
@@ -168,6 +203,10 @@ pub fn all() -> Vec<Mend> {
     mends.push(Mend::sign(&FINS));
     mends.push(Mend::sign(&[Column::P, Column::Q, Column::R]));
     mends.push(Mend::sign(&[Column::Q, Column::R]));
+    mends.push(Mend::sign(&[Column::Roll, Column::P]));
+    mends.push(Mend::sign(&[Column::Pitch, Column::Q]));
+    mends.push(Mend::sign(&[Column::Pitch, Column::Q, Column::R]));
+    mends.push(Mend::sign(&[Column::Pitch, Column::Q, Column::R, Column::DvlV, Column::DvlW]));
     mends.push(Mend::sign(&[Column::DvlV, Column::DvlW]));
     mends.push(Mend::sign(&[Column::DvlU, Column::DvlV, Column::DvlW]));
     mends.push(Mend::sign(&[Column::DvlU, Column::DvlV]));
@@ -186,7 +225,9 @@ pub fn all() -> Vec<Mend> {
 
 fn headings() -> Vec<Mend> {
     let heading = |what: &str, scale: f64, offset: f64| {
-        Mend::one(format!("heading_rad is {what}"), Edit { scale, offset, ..Edit::plain(Column::Heading) })
+        let mend = Mend::one(format!("heading_rad is {what}"), Edit { scale, offset, ..Edit::plain(Column::Heading) });
+        // by a quarter turn north and east change places
+        Mend { is_exchange: offset.abs() == FRAC_PI_2, ..mend }
     };
     vec![
         heading("counted counter-clockwise (negated)", -1.0, 0.0),
@@ -197,6 +238,8 @@ fn headings() -> Vec<Mend> {
         heading("counted from south, counter-clockwise", -1.0, -PI),
         heading("counted from west, counter-clockwise", -1.0, FRAC_PI_2),
         heading("converted from degrees twice", 180.0 / PI, 0.0),
+        heading("in half turns", PI, 0.0),
+        heading("in turns", 2.0 * PI, 0.0),
     ]
 }
 
@@ -238,19 +281,9 @@ fn exchanges() -> Vec<Mend> {
 
 fn units() -> Vec<Mend> {
     let mut mends = Vec::new();
-    let each = |columns: &[Column], unit: &'static str, scale: f64| {
-        let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
-        let verb = if names.len() == 1 { "is" } else { "are" };
-        Mend {
-            what: format!("{} {verb} in {unit}", names.join(", ")),
-            edits: columns.iter().map(|c| Edit { scale, unit: Some(unit), ..Edit::plain(*c) }).collect(),
-            is_exchange: false,
-            time: None,
-        }
-    };
     let scaled = |what: String, column: Column, scale: f64| Mend::one(what, Edit { scale, ..Edit::plain(column) });
     let rates = [Column::P, Column::Q, Column::R];
-    mends.push(each(&rates, "deg/s", DEG));
+    mends.push(Mend::units(&rates, "deg/s", DEG));
     for column in rates {
         mends.push(Mend::unit(column, "deg/s", DEG));
         mends.push(scaled(format!("{} is converted from degrees twice", column.name()), column, 1.0 / DEG));
@@ -272,7 +305,7 @@ fn units() -> Vec<Mend> {
     }
     let dvl = [Column::DvlU, Column::DvlV, Column::DvlW];
     for (unit, scale) in [("kn", MPS_PER_KNOT), ("mm/s", 1e-3), ("cm/s", 1e-2), ("km/h", 1.0 / 3.6)] {
-        mends.push(each(&dvl, unit, scale));
+        mends.push(Mend::units(&dvl, unit, scale));
         mends.push(Mend::unit(Column::DvlU, unit, scale));
         mends.push(Mend::unit(Column::SpeedLog, unit, scale));
     }
@@ -285,9 +318,10 @@ fn units() -> Vec<Mend> {
     for (unit, scale) in [("rad/s", 1.0 / RADPS_PER_RPM), ("1/s", 60.0)] {
         mends.push(Mend::unit(Column::PropRpm, unit, scale));
     }
+    mends.push(scaled("depth_m is in fathoms".to_owned(), Column::Depth, 6.0 * M_PER_FOOT));
     mends.push(scaled("prop_rpm is in degrees per second".to_owned(), Column::PropRpm, 1.0 / 6.0));
     for (unit, scale) in [("km", 1e3), ("mm", 1e-3), ("cm", 1e-2), ("ft", M_PER_FOOT)] {
-        mends.push(each(&[Column::GpsX, Column::GpsY], unit, scale));
+        mends.push(Mend::units(&[Column::GpsX, Column::GpsY], unit, scale));
         mends.push(Mend::unit(Column::Range, unit, scale));
     }
     mends.push(scaled("range_m is a two-way distance".to_owned(), Column::Range, 0.5));

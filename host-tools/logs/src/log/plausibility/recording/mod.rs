@@ -10,6 +10,7 @@ mod fins;
 mod grid;
 mod legs;
 mod mend;
+mod pace;
 mod propeller;
 mod ranges;
 mod rates;
@@ -34,6 +35,7 @@ fn relations() -> impl Iterator<Item = &'static Relation> {
         .chain(&course::RELATIONS)
         .chain(&propeller::RELATIONS)
         .chain(&ranges::RELATIONS)
+        .chain(&pace::RELATIONS)
 }
 
 /// A relation and what the log says of it now.
@@ -45,6 +47,11 @@ struct Tested {
 impl Tested {
     fn is(&self, state: State) -> bool {
         self.outcome.state == state
+    }
+
+    /// Its columns that the log has.
+    fn used(&self, grid: &Grid) -> Vec<Column> {
+        self.columns().into_iter().filter(|column| grid.has(*column)).collect()
     }
 
     fn columns(&self) -> Vec<Column> {
@@ -61,6 +68,9 @@ struct Candidate<'a> {
     mend: &'a Mend,
     outcomes: Vec<(usize, Outcome)>,
 }
+
+/// Correlation of sway and turn from which on the place of the DVL alone would have to be beyond the bow.
+const CLOSE: f64 = 0.7;
 
 /// What a mend is worth for each column whose values are odd.
 const OF_ODD: i32 = 3;
@@ -79,12 +89,23 @@ const fn value(before: State, after: State) -> i32 {
     }
 }
 
+/// What a log says of how its columns were recorded.
+#[derive(Default)]
+pub(super) struct Tests {
+    pub findings: Vec<Finding>,
+    pub untested: Vec<Untested>,
+    /// Relations that hold, and the columns of the log that they are of.
+    pub holding: Vec<(&'static str, Vec<Column>)>,
+}
+
 /// What contradicts signs, axes and units, and what this log cannot show. Columns whose values are `odd` are the first to
 /// be blamed; those that are doubted are left out.
-pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bool) -> (Vec<Finding>, Vec<Untested>) {
-    let Some(mut grid) = Grid::of(log, odd.contains(&Column::Heading), is_doubted) else {
-        return (Vec::new(), Vec::new());
-    };
+pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bool) -> Tests {
+    let mut tests = Tests::default();
+    let is_in_degrees = odd.contains(&Column::Heading);
+    let Some(mut grid) = Grid::of(log, is_in_degrees, is_doubted) else { return tests };
+    let mut done: Vec<Mend> = Vec::new();
+    done.extend(is_in_degrees.then(|| Mend::unit(Column::Heading, "deg", mend::DEG)));
     let test = |relation: &'static Relation, grid: &Grid| {
         let missing: Vec<&str> =
             relation.needs.iter().filter(|column| !grid.has(**column)).map(|column| column.name()).collect();
@@ -95,16 +116,20 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
     };
     let mut tested: Vec<Tested> =
         relations().map(|relation| Tested { relation, outcome: test(relation, &grid) }).collect();
-    let untested = tested
+    let of_state = |tested: &&Tested, state| tested.outcome.state == state;
+    let holding = tested.iter().filter(|tested| of_state(tested, State::Holds));
+    tests.holding = holding.map(|tested| (tested.relation.name, tested.used(&grid))).collect();
+    tests.untested = tested
         .iter()
         .filter(|tested| matches!(tested.outcome.state, State::Untested | State::Absent))
         .map(|tested| Untested {
             test: tested.relation.name,
             columns: tested.columns(),
+            lacks_columns: tested.relation.needs.iter().any(|column| !grid.has(*column)),
             why: tested.outcome.evidence.clone(),
         })
         .collect();
-    let mut findings = Vec::new();
+    let findings = &mut tests.findings;
     let mends: Vec<Mend> = mend::all().into_iter().filter(|mend| mend.fits(&grid)).collect();
     for _ in 0..MOST_MENDS {
         let mut found: Vec<Candidate<'_>> = Vec::new();
@@ -143,7 +168,7 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
         found.retain(|candidate| candidate.score == most);
         // the first of those that explain the same; the sort is stable
         found.sort_by_key(|candidate| candidate.mend.edits.len());
-        let names: Vec<Mend> = found.iter().map(|candidate| candidate.mend.clone()).collect();
+        let names: Vec<Mend> = found.iter().map(|candidate| candidate.mend.clone().after(&done)).collect();
         let Candidate { mend, outcomes, .. } = found.swap_remove(0);
         let evidence: Vec<String> = outcomes
             .iter()
@@ -155,6 +180,18 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
             tested[place].outcome = outcome;
         }
         grid = mend.apply(&grid);
+        done.push(names[0].clone());
+        // what is mended twice is said once, by the line that does both
+        let is_said = |finding: &Finding| finding.mend.as_ref().is_some_and(|lines| names[0].replaces(lines));
+        let last = findings.len() - 1;
+        let before: Vec<usize> = (0..last).filter(|&place| is_said(&findings[place])).collect();
+        for place in before.into_iter().rev() {
+            let earlier = findings.remove(place);
+            if let Some(latest) = findings.last_mut() {
+                latest.message = format!("{}, and {}", earlier.what, latest.message);
+                latest.what = format!("{}, and {}", earlier.what, latest.what);
+            }
+        }
     }
     findings.extend(tested.iter().filter(|tested| tested.is(State::Contradicted)).map(unexplained));
     let is_blamed = findings.iter().any(|finding| finding.column == Some(Column::DvlV));
@@ -162,7 +199,7 @@ pub(super) fn check(log: &Log, odd: &[Column], is_doubted: impl Fn(Column) -> bo
     if outcome.state == State::Contradicted && !is_blamed {
         findings.push(slips_inwards(&outcome));
     }
-    (findings, untested)
+    tests
 }
 
 /// A contradiction that one mistake explains.
@@ -199,11 +236,13 @@ fn unexplained(tested: &Tested) -> Finding {
     }
 }
 
-/// A remark, for a DVL far ahead sees the same.
+/// A DVL ahead of the point that a hull turns about sees the same: in a close relation that place is beyond the bow.
 fn slips_inwards(outcome: &Outcome) -> Finding {
+    let is_close = outcome.correlation.is_some_and(|correlation| correlation < -CLOSE);
     let what = "dvl_v_mps slips into turns, where a hull slips out of them: it has the wrong sign, or the DVL is far ahead \
-                of the centre of gravity";
+                of the point that the hull turns about";
     let lines = Mend::sign(&[Column::DvlV]).lines();
-    let finding = Finding::remark(Column::DvlV, format!("{what}: {}", outcome.evidence));
+    let severity = if is_close { Severity::Suspicious } else { Severity::Remark };
+    let finding = Finding::new(severity, Some(Column::DvlV), format!("{what}: {}", outcome.evidence));
     Finding { what: what.to_owned(), evidence: outcome.evidence.clone(), ..finding }.mended_by(lines)
 }

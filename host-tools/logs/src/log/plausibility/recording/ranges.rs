@@ -94,7 +94,8 @@ fn rate(grid: &Grid) -> Outcome {
         let (y, x) = ((range[pair[1]] - range[pair[0]]) / seconds, 0.5 * (rate[pair[0]] + rate[pair[1]]));
         (seconds <= BETWEEN_S).then_some(Equation { stretch: pair[0], y, x, others: [0.0; 4] })
     });
-    let demand = Demand { gain: [0.4, 2.5], correlation: 0.4, stretch_s: grid.cell_s };
+    // a knot is 0.51 m/s
+    let demand = Demand { gain: [0.65, 1.6], correlation: 0.4, stretch_s: grid.cell_s };
     Outcome::of([Slope::of(pairs.collect())], "range_rate_mps", "the change of range_m from ping to ping", &demand)
 }
 

@@ -1,14 +1,18 @@
 //! Angular rates against the attitude that they turn: Euler's kinematic equations, of no vehicle.
 
 use super::grid::Grid;
-use super::relation::{Demand, Outcome, Relation};
+use super::relation::{Demand, Outcome, Relation, State};
 use super::slope::{Equation, Slope};
 use crate::log::Column;
+use crate::stats::median;
 
 /// Changes are compared over so long, s: rolling and waves need short, slow turns and late sensors long.
 const OVER_S: [f64; 3] = [1.0, 4.0, 12.0];
 /// No gyro of a vehicle is biased by more than a degree a second.
 const LARGEST_BIAS_RADPS: f64 = 0.02;
+/// A turn within the longest of these times that no noise and no bias makes, rad, and the fewest of them.
+const LARGE_TURN_RAD: f64 = 0.5;
+const ENOUGH: usize = 5;
 /// Length of a stretch, s: errors of gyro and attitude forget each other within a second or two.
 const STRETCH_S: f64 = 5.0;
 /// A sensor that lags, or that smooths, halves a gain at most; degrees are a factor of 57.
@@ -54,5 +58,28 @@ fn angle_by_rate(grid: &Grid, angle: Column, rate: Column) -> Outcome {
     };
     let slopes = OVER_S.map(|over_s| slope(over_s, false));
     let slopes = slopes.into_iter().chain(OVER_S[1..].iter().map(|over_s| slope(*over_s, true)));
-    Outcome::of(slopes, rate.name(), &format!("the change of {}", angle.name()), &DEMAND)
+    let outcome = Outcome::of(slopes, rate.name(), &format!("the change of {}", angle.name()), &DEMAND);
+    if matches!(outcome.state, State::Absent | State::Untested) {
+        return large_turns(grid, angles, rates).unwrap_or(outcome);
+    }
+    outcome
+}
+
+/// Turns that no noise makes: an angle that does not follow them is something else.
+fn large_turns(grid: &Grid, angles: &[f64], rates: &[f64]) -> Option<Outcome> {
+    let over = grid.cells(OVER_S[2], 2);
+    let turns = (0..grid.len.saturating_sub(over)).step_by(over).filter_map(|at| {
+        let x = rates[at..at + over].iter().sum::<f64>() * grid.cell_s;
+        let ratio = (angles[at + over] - angles[at]) / x;
+        (x.abs() > LARGE_TURN_RAD && ratio.is_finite()).then_some(ratio)
+    });
+    let ratios: Vec<f64> = turns.collect();
+    let typical = median(&ratios).filter(|_| ratios.len() >= ENOUGH)?;
+    (!(DEMAND.gain[0]..=DEMAND.gain[1]).contains(&typical)).then(|| {
+        let evidence = format!(
+            "in {} turns of more than {LARGE_TURN_RAD} rad by the rate the angle changes by {typical:.2} of that (median)",
+            ratios.len()
+        );
+        Outcome::new(State::Contradicted, evidence)
+    })
 }

@@ -9,7 +9,7 @@ const STRETCH_S: f64 = 10.0;
 /// A DVL so far ahead of the centre of gravity, m, sees no slip outwards.
 const AHEAD_M: f64 = 0.3;
 
-/// For a remark only: the place of the DVL decides as well.
+/// The place of the DVL decides as well.
 pub const RELATION: Relation = Relation {
     name: "sway against slip in turns",
     needs: &[Column::DvlU, Column::DvlV, Column::Heading],
@@ -33,6 +33,7 @@ fn slip(grid: &Grid) -> Outcome {
     let demand = Demand { gain: [0.0, f64::INFINITY], correlation: 0.5, stretch_s: STRETCH_S };
     let slope = Slope::of(equations.collect());
     let is_small = slope.as_ref().is_none_or(|slope| slope.gain > -AHEAD_M);
-    let outcome = Outcome::of([slope], "the yaw rate", "-dvl_v_mps", &demand);
+    let correlation = slope.as_ref().map(|slope| slope.correlation);
+    let outcome = Outcome { correlation, ..Outcome::of([slope], "the yaw rate", "-dvl_v_mps", &demand) };
     if outcome.state == State::Contradicted && is_small { Outcome::untested(outcome.evidence) } else { outcome }
 }

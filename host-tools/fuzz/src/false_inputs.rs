@@ -13,7 +13,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// What a device or a PC may say in good form; numbers are shares of their ranges.
 #[derive(Arbitrary, Debug)]
-pub(crate) enum Lie {
+pub(crate) enum FalseInput {
     /// A fix anywhere, near the mission or not, at any time.
     Fix { near: bool, at: [i16; 2], utc_s: u32 },
     /// Attitude and depth of the frontseat's compass.
@@ -40,7 +40,7 @@ fn utc(seconds: u32) -> DateTime {
     DateTime::from_unix_us(u64::from(seconds) * 1_000_000).expect("a date before 2400")
 }
 
-impl Lie {
+impl FalseInput {
     /// On which port, and the bytes.
     pub(crate) fn on_port(&self) -> (Port, Vec<u8>) {
         let units = Units::remote_helm(5);

@@ -6,7 +6,7 @@
 #![no_std]
 #![no_main]
 
-#[path = "../bare.rs"]
+#[path = "bare.rs"]
 mod bare;
 
 use backseat_app::parameters::{PARAMETERS, Settings};

@@ -1,10 +1,10 @@
 //! The vehicle of the experiment, as it is and as it is declared.
 
-use crate::rng::{Source, Stream};
-use crate::truth::{Fin, Parameters};
 use backseat_core::dynamics::{FinGeometry, VehicleParameters};
 use backseat_core::identification::theta::{B1, M11, theta_of, with_theta};
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
+use hil_sim::rng::{Source, Stream};
+use hil_sim::truth::{Fin, Parameters};
 
 /// φ and lever of top, bottom, port, starboard.
 const FINS: [(f64, [f64; 3]); 4] = [

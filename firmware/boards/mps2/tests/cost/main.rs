@@ -3,22 +3,22 @@
 #![no_std]
 #![no_main]
 
-#[path = "../../bare.rs"]
+#[path = "../bare.rs"]
 mod bare;
 mod control;
 mod cycle;
 mod dense;
-#[path = "../../exercise/feed.rs"]
+#[path = "../exercise/feed.rs"]
 mod feed;
 mod identification;
 mod measure;
-#[path = "../../exercise/motion.rs"]
+#[path = "../exercise/motion.rs"]
 mod motion;
 mod navigation;
 mod parsers;
-#[path = "../../exercise/random.rs"]
+#[path = "../exercise/random.rs"]
 mod random;
-#[path = "../../slot.rs"]
+#[path = "../../src/slot.rs"]
 mod slot;
 
 use backseat_app::{App, Pump};

@@ -13,11 +13,11 @@ mod vehicle;
 pub use programme::{Motion, OpenLoop, Programme, References};
 pub use vehicle::{declared, wrong_prior};
 
-use crate::rng::{Source, Stream};
-use crate::truth::{Actuators, Parameters, Plant, State, Water, runge_kutta_4};
 use backseat_core::dynamics::{ActuatorInput, VehicleParameters};
 use backseat_core::state::VehicleState;
 use backseat_logs::{Column, Log, LogRow, Truth, TruthRow};
+use hil_sim::rng::{Source, Stream};
+use hil_sim::truth::{Actuators, Parameters, Plant, State, Water, runge_kutta_4};
 use std::path::PathBuf;
 
 /// Time between samples, s.
@@ -104,14 +104,14 @@ impl Experiment {
 
     /// Simulates it; the seed picks the noise.
     #[must_use]
-    pub fn run(&self, seed: u64) -> Run {
+    pub fn run(&self, seed: u64) -> SimulatedExperiment {
         self.simulate(seed, &vehicle::truth(self.cross_drag))
     }
 
     /// The same with another vehicle in place of the true one, such as an identified one. Its parameters need not be
     /// physical; the states may stop being finite.
     #[must_use]
-    pub fn run_of(&self, vehicle: &VehicleParameters, seed: u64) -> Run {
+    pub fn run_of(&self, vehicle: &VehicleParameters, seed: u64) -> SimulatedExperiment {
         self.simulate(seed, &vehicle::plant_of(vehicle))
     }
 
@@ -137,13 +137,13 @@ impl Experiment {
         })
     }
 
-    fn simulate(&self, seed: u64, parameters: &Parameters) -> Run {
+    fn simulate(&self, seed: u64, parameters: &Parameters) -> SimulatedExperiment {
         let plant = Plant::new(parameters);
         let mut state = State::new([0.0, 0.0, START_DEPTH_M], [0.0; 3], [0.5, 0.0, 0.0], [0.0; 3]);
         let (mut ahrs, mut dvl) = (Stream::new(seed, Source::Ahrs), Stream::new(seed, Source::Dvl));
         let samples = (self.duration_s / PERIOD_S).round() as u64 + 1;
         let log = Log { path: PathBuf::from("simulated experiment"), ..Log::default() };
-        let mut run = Run { log, ..Run::default() };
+        let mut run = SimulatedExperiment { log, ..SimulatedExperiment::default() };
         let mut before = None;
         for sample in 0..samples {
             let time_us = sample * 100_000;
@@ -163,7 +163,7 @@ impl Experiment {
 
 /// One simulated experiment.
 #[derive(Clone, Debug, Default)]
-pub struct Run {
+pub struct SimulatedExperiment {
     /// Measurements and commands, 10 Hz.
     pub log: Log,
     /// The true states at the same times.
@@ -173,7 +173,7 @@ pub struct Run {
     pub accelerations: Vec<[f64; 6]>,
 }
 
-impl Run {
+impl SimulatedExperiment {
     /// The log with the truth in place of the measurements.
     #[must_use]
     pub fn exact_log(&self) -> Log {

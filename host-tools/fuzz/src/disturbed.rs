@@ -1,8 +1,8 @@
-//! A flight whose lines somebody meddles with, on any board that is reached over its ports: the app in this process and
+//! A flight whose lines are disturbed, on any board that is reached over its ports: the app in this process and
 //! the ARM image in QEMU have to do the same, bit for bit.
 
+use crate::false_inputs::FalseInput;
 use crate::flight::{self, STEP_US, swim};
-use crate::lies::Lie;
 use arbitrary::{Arbitrary, Unstructured};
 use backseat_link::{Arrival, BackseatError, Client, Ports, StepOutput};
 use backseat_wire::hostlink::{MAX_CHUNKS, Port};
@@ -20,7 +20,7 @@ const MOST_BYTES: usize = 1500;
 
 /// What is done to the lines, for so many tenths of a second.
 #[derive(Arbitrary, Debug)]
-enum Meddling {
+enum Disturbance {
     /// Nothing.
     Honest,
     /// A byte of every frame of a port is changed.
@@ -34,11 +34,11 @@ enum Meddling {
     /// Bytes of the input are added to a port.
     Bytes { port: u8, length: u8 },
     /// Something right in form is added to its port.
-    Lie(Lie),
+    False(FalseInput),
 }
 
-impl Meddling {
-    fn meddle(&self, arrivals: &mut Vec<(Port, Arrival)>, now_us: u64, rest: &mut Unstructured<'_>) {
+impl Disturbance {
+    fn disturb(&self, arrivals: &mut Vec<(Port, Arrival)>, now_us: u64, rest: &mut Unstructured<'_>) {
         let device = |port: u8| Port::DEVICES[usize::from(port) % Port::DEVICES.len()];
         let frames = |arrivals: &mut Vec<(Port, Arrival)>, of: u8, change: &dyn Fn(&mut Vec<u8>)| {
             arrivals
@@ -59,8 +59,8 @@ impl Meddling {
                 let bytes = rest.bytes(rest.len().min(usize::from(length))).unwrap_or_default().to_vec();
                 arrivals.push((device(port), Arrival { time_us: now_us, bytes }));
             }
-            Self::Lie(ref lie) => {
-                let (port, bytes) = lie.on_port();
+            Self::False(ref input) => {
+                let (port, bytes) = input.on_port();
                 arrivals.push((port, Arrival { time_us: now_us, bytes }));
             }
         }
@@ -72,7 +72,7 @@ impl Meddling {
 ///
 /// # Errors
 /// When the board is gone, or silent.
-pub fn meddled<P: Ports>(client: &mut Client<P>, data: &[u8]) -> Result<Vec<StepOutput>, BackseatError> {
+pub fn fly_disturbed<P: Ports>(client: &mut Client<P>, data: &[u8]) -> Result<Vec<StepOutput>, BackseatError> {
     let scenario = flight::scenario();
     client.hello()?;
     client.set_parameters(&board_parameters(scenario))?;
@@ -80,23 +80,23 @@ pub fn meddled<P: Ports>(client: &mut Client<P>, data: &[u8]) -> Result<Vec<Step
     client.step(0, &[], &[])?;
     let (mut world, mut devices) = (World::new(scenario), Devices::new(scenario));
     let mut rest = Unstructured::new(data);
-    let (mut meddling, mut left) = (Meddling::Honest, READY_US / STEP_US);
+    let (mut disturbance, mut left) = (Disturbance::Honest, READY_US / STEP_US);
     let mut outputs = Vec::new();
     let mut now_us = 0;
     while outputs.len() < MOST_STEPS {
         if left == 0 {
-            let next = u8::arbitrary(&mut rest).and_then(|steps| Ok((steps, Meddling::arbitrary(&mut rest)?)));
+            let next = u8::arbitrary(&mut rest).and_then(|steps| Ok((steps, Disturbance::arbitrary(&mut rest)?)));
             let Ok((steps, next)) = next else { break };
             if rest.is_empty() {
                 break;
             }
-            (meddling, left) = (next, u64::from(steps % 64));
+            (disturbance, left) = (next, u64::from(steps % 64));
         }
         left = left.saturating_sub(1);
         now_us += STEP_US;
         swim(&mut world, &mut devices, now_us);
         let mut arrivals = devices.arrivals(now_us);
-        meddling.meddle(&mut arrivals, now_us, &mut rest);
+        disturbance.disturb(&mut arrivals, now_us, &mut rest);
         for (_, said) in arrivals.iter().filter(|(port, _)| *port == Port::Host) {
             client.ports().write(Port::Host, &said.bytes)?;
         }

@@ -2,11 +2,11 @@
 #![no_std]
 #![no_main]
 
-#[path = "../bare.rs"]
+#[path = "bare.rs"]
 mod bare;
-#[path = "../exercise/mod.rs"]
+#[path = "exercise/mod.rs"]
 mod exercise;
-#[path = "../slot.rs"]
+#[path = "../src/slot.rs"]
 mod slot;
 
 use cortex_m_rt::entry;

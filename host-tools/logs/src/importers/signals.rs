@@ -1,0 +1,359 @@
+//! Logs of named messages with named numbers: which of them a vehicle log holds, and what a mapping names.
+//!
+//! A format is a table of its messages and of what their numbers become ([`Message`]); its reader takes only the
+//! bytes apart. Where several messages of the table fill one column, the first that the log has is used; of several
+//! sensors that send one message, the one that sends most. An entry of a mapping takes the place of both. Its
+//! `column` is a message with its number, `RCOU.C1`, `vehicle_local_position.z`, `SetServoPosition[2].value`, or the
+//! name alone where a message has one number.
+
+use super::Imported;
+use super::engine::euler_rad;
+use super::format::Role;
+use super::mapping::ColumnMap;
+use super::messages::Gathering;
+use crate::DataError;
+use crate::log::{Column, MAX_SECONDS};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// What numbers of a message become.
+pub(super) enum Take {
+    /// A number, plus the offset, times the factor.
+    Number(&'static str, Column, f64, f64),
+    /// Latitude and longitude, times the factor degrees.
+    Fix([&'static str; 2], f64),
+    /// Parts w, x, y, z of a quaternion from forward-right-down to north-east-down.
+    Quaternion([&'static str; 4]),
+}
+
+/// A number times a factor.
+pub(super) const fn number(field: &'static str, column: Column, factor: f64) -> Take {
+    Take::Number(field, column, factor, 0.0)
+}
+
+/// When a message is of use.
+#[derive(Clone, Copy)]
+pub(super) enum Only {
+    Always,
+    /// The number is at least this.
+    From(&'static str, f64),
+    /// All of these bits of the number are set.
+    Bits(&'static str, u32),
+}
+
+/// A message that is read.
+pub(super) struct Message {
+    pub name: &'static str,
+    pub only: Only,
+    pub takes: &'static [Take],
+}
+
+/// A message and what to say where it is left out.
+pub(super) type Hint = (&'static str, &'static str);
+
+/// A message type as it comes.
+struct Seen {
+    count: usize,
+    /// Row of the table.
+    row: Option<usize>,
+    /// Number of the message in order of its first coming.
+    number: usize,
+    /// Entries of the mapping that take a number of it, and which.
+    wanted: Vec<(usize, String)>,
+    fields: Vec<String>,
+}
+
+/// An entry of the mapping.
+struct Source<'a> {
+    name: &'a str,
+    column: Column,
+    scale: f64,
+    offset: f64,
+    is_found: bool,
+}
+
+/// What was taken from a message.
+enum Taken {
+    Numbers(Vec<(Column, f64)>),
+    FixDeg([f64; 2]),
+}
+
+/// Row of the table and number of the message; `None`: the mapping.
+type Origin = Option<(usize, usize)>;
+
+/// Time in µs, and what was taken from where.
+type Kept = (i64, Origin, Taken);
+
+/// A log of messages as it is read.
+pub(super) struct Signals<'a> {
+    path: &'a Path,
+    map: Option<&'a ColumnMap>,
+    table: &'static [Message],
+    sources: Vec<Source<'a>>,
+    seen: BTreeMap<String, Seen>,
+    kept: Vec<Kept>,
+    /// Rows of the table that are not used, and why.
+    refused: BTreeMap<usize, &'static str>,
+    /// Added to every time, µs.
+    pub shift_us: i64,
+    /// What belongs together comes one number at a time.
+    pub is_one_by_one: bool,
+}
+
+impl<'a> Signals<'a> {
+    pub(super) fn new(
+        path: &'a Path,
+        map: Option<&'a ColumnMap>,
+        table: &'static [Message],
+    ) -> Result<Self, DataError> {
+        let mut sources = Vec::new();
+        for known in map.iter().flat_map(|map| map.format().columns.iter()) {
+            let name = &*known.name;
+            let Role::Sample { column, scale, offset } = known.role else {
+                let message = format!("mapped {name}: such a log has its own times and positions; map numbers alone");
+                return Err(DataError::file(path, message));
+            };
+            sources.push(Source { name, column, scale, offset, is_found: false });
+        }
+        Ok(Self {
+            path,
+            map,
+            table,
+            sources,
+            seen: BTreeMap::new(),
+            kept: Vec::new(),
+            refused: BTreeMap::new(),
+            shift_us: 0,
+            is_one_by_one: false,
+        })
+    }
+
+    /// Whether the mapping or the table takes anything from a message; counts it if not.
+    pub(super) fn wants(&mut self, base: &str) -> bool {
+        let is_named = |source: &Source| source.name.strip_prefix(base).is_some_and(|rest| !is_word(rest));
+        if self.table.iter().any(|row| row.name == base) || self.sources.iter().any(is_named) {
+            return true;
+        }
+        match self.seen.get_mut(base) {
+            Some(seen) => {
+                seen.count += 1;
+                false
+            }
+            // its numbers are shown where a mapping asks for others
+            None => true,
+        }
+    }
+
+    /// One message, its name and which of several of that name (empty, or `[1]`), and its numbers.
+    pub(super) fn message(&mut self, time_us: i64, base: &str, which: &str, fields: &[(&str, f64)]) {
+        let name = format!("{base}{which}");
+        if !self.seen.contains_key(&name) {
+            let seen = self.first_sight(base, &name, fields);
+            self.seen.insert(name.clone(), seen);
+        }
+        let Some(seen) = self.seen.get_mut(&name) else { return };
+        seen.count += 1;
+        // what no vehicle log can hold
+        if !(0.0..MAX_SECONDS).contains(&(time_us as f64 * 1e-6)) {
+            return;
+        }
+        let get = |field: &str| fields.iter().find(|(name, _)| *name == field).map(|(_, value)| *value);
+        let mut samples = Vec::new();
+        for (place, field) in &seen.wanted {
+            let Some(source) = self.sources.get_mut(*place) else { continue };
+            if let Some(value) = get(field) {
+                source.is_found = true;
+                samples.push((source.column, (value + source.offset) * source.scale));
+            }
+        }
+        if !samples.is_empty() {
+            self.kept.push((time_us, None, Taken::Numbers(samples)));
+        }
+        let Some((place, row)) = seen.row.and_then(|place| Some((place, self.table.get(place)?))) else { return };
+        let from = Some((place, seen.number));
+        let is_of_use = match row.only {
+            Only::Always => true,
+            Only::From(field, least) => get(field).is_some_and(|value| value >= least),
+            Only::Bits(field, bits) => get(field).is_some_and(|value| value as u32 & bits == bits),
+        };
+        if !is_of_use {
+            return;
+        }
+        let mut samples = Vec::new();
+        for take in row.takes {
+            match take {
+                Take::Number(field, column, scale, offset) => {
+                    samples.extend(get(field).map(|value| (*column, (value + offset) * scale)));
+                }
+                Take::Fix([latitude, longitude], degrees) => {
+                    if let (Some(latitude), Some(longitude)) = (get(latitude), get(longitude)) {
+                        let fix_deg = [latitude * degrees, longitude * degrees];
+                        self.kept.push((time_us, from, Taken::FixDeg(fix_deg)));
+                    }
+                }
+                Take::Quaternion(parts) => {
+                    if let [Some(w), Some(x), Some(y), Some(z)] = parts.map(get)
+                        && let Some(euler_rad) = euler_rad([w, x, y, z], false)
+                    {
+                        samples.extend([Column::Roll, Column::Pitch, Column::Heading].into_iter().zip(euler_rad));
+                    }
+                }
+            }
+        }
+        if !samples.is_empty() {
+            self.kept.push((time_us, from, Taken::Numbers(samples)));
+        }
+    }
+
+    /// Binds a message that comes for the first time.
+    fn first_sight(&self, base: &str, name: &str, fields: &[(&str, f64)]) -> Seen {
+        let wanted = |(place, source): (usize, &Source)| {
+            let rest = source.name.strip_prefix(name)?;
+            let field = if rest.is_empty() && fields.len() == 1 { fields[0].0 } else { rest.strip_prefix('.')? };
+            Some((place, field.to_owned()))
+        };
+        Seen {
+            count: 0,
+            row: self.table.iter().position(|row| row.name == base),
+            number: self.seen.len(),
+            wanted: self.sources.iter().enumerate().filter_map(wanted).collect(),
+            fields: fields.iter().map(|(field, _)| (*field).to_owned()).collect(),
+        }
+    }
+
+    /// Leaves out what a row of the table gave.
+    pub(super) fn refuse(&mut self, name: &str, reason: &'static str) {
+        if let Some(place) = self.table.iter().position(|row| row.name == name) {
+            self.refused.insert(place, reason);
+        }
+    }
+
+    /// Whether a message has come, from any sensor.
+    pub(super) fn has(&self, base: &str) -> bool {
+        self.seen
+            .keys()
+            .any(|name| name.strip_prefix(base).is_some_and(|rest| rest.is_empty() || rest.starts_with('[')))
+    }
+
+    /// The log.
+    pub(super) fn finish(self, format: &'static str, hints: &[Hint], more: Vec<String>) -> Result<Imported, DataError> {
+        if let Some(source) = self.sources.iter().find(|source| !source.is_found) {
+            return Err(DataError::file(self.path, self.not_found(source.name)));
+        }
+        // of several sensors with one message the one that sends most
+        let mut used: BTreeMap<usize, (&Seen, &str)> = BTreeMap::new();
+        for (name, seen) in &self.seen {
+            if let Some(row) = seen.row.filter(|row| !self.refused.contains_key(row)) {
+                let most = used.entry(row).or_insert((seen, name));
+                if seen.count > most.0.count {
+                    *most = (seen, name);
+                }
+            }
+        }
+        let is_used = |from: (usize, usize)| used.get(&from.0).is_some_and(|(seen, _)| seen.number == from.1);
+        let owners = owners(&self.kept, is_used);
+        let is_owned = |from: Origin, column: Column| {
+            from.is_none_or(is_used) && owners.get(&column) == Some(&from.map(|from| from.0))
+        };
+        let mut gathering = Gathering::default();
+        gathering.is_exact = !self.is_one_by_one;
+        for (time_us, from, taken) in self.kept {
+            let time_us = time_us + self.shift_us;
+            match taken {
+                Taken::Numbers(mut samples) => {
+                    samples.retain(|(column, _)| is_owned(from, *column));
+                    gathering.add(time_us, &samples);
+                }
+                Taken::FixDeg([latitude, longitude]) if is_owned(from, Column::GpsX) => {
+                    gathering.add_fix(time_us, latitude, longitude);
+                }
+                Taken::FixDeg(_) => {}
+            }
+        }
+        let mut read: BTreeMap<usize, Vec<&str>> = BTreeMap::new();
+        for (column, row) in &owners {
+            if let Some(row) = row {
+                read.entry(*row).or_default().push(column.name());
+            }
+        }
+        let read: Vec<String> = read
+            .into_iter()
+            .filter_map(|(row, columns)| Some(format!("{} ({})", used.get(&row)?.1, columns.join(", "))))
+            .collect();
+        let recognised = if read.is_empty() { "nothing by itself".to_owned() } else { read.join(", ") };
+        let mut notes = vec![format!("{format}; recognised: {recognised}")];
+        if !self.sources.is_empty() {
+            let texts = self.sources.iter().map(|source| format!("{} is {}", source.name, source.column.name()));
+            notes.push(format!("by the mapping: {}", texts.collect::<Vec<_>>().join(", ")));
+        }
+        notes.extend(more);
+        for (name, seen) in &self.seen {
+            let is_this = seen.row.is_some_and(|row| is_used((row, seen.number)));
+            let is_read = is_this && owners.values().any(|owner| *owner == seen.row && owner.is_some());
+            if is_read || !seen.wanted.is_empty() {
+                continue;
+            }
+            let base = name.split('[').next().unwrap_or(name);
+            let refused = seen.row.and_then(|row| self.refused.get(&row).copied());
+            let hint = hints.iter().find(|(hinted, _)| *hinted == base).map(|(_, reason)| *reason);
+            let reason = refused.or(hint).unwrap_or(match (seen.row, is_this) {
+                (Some(_), true) => "other messages have the same, or none of it is valid",
+                (Some(_), false) => "another sensor with the same message is used",
+                (None, _) => "not part of a vehicle log",
+            });
+            gathering.leave_out_so_many(name, seen.count, reason);
+        }
+        let mut log = gathering.finish(self.path, notes)?;
+        for row in &mut log.rows {
+            for &(column, value) in self.map.iter().flat_map(|map| map.format().constants.iter()) {
+                if row.get(column).is_none() {
+                    row.set(column, value);
+                }
+            }
+        }
+        Ok(Imported { format, log })
+    }
+
+    /// What the log has instead of a number that the mapping names.
+    fn not_found(&self, name: &str) -> String {
+        let beginning = |list: Vec<&str>| {
+            let text = list.join(", ");
+            if text.chars().count() <= 300 { text } else { text.chars().take(300).collect::<String>() + " ..." }
+        };
+        let message =
+            self.seen.iter().filter(|(seen, _)| name.strip_prefix(seen.as_str()).is_some_and(|r| !is_word(r)));
+        match message.max_by_key(|(seen, _)| seen.len()) {
+            Some((seen, Seen { fields, .. })) => {
+                let fields = beginning(fields.iter().map(String::as_str).collect());
+                format!("mapped {name}: no such number; {seen} has {fields}")
+            }
+            None => {
+                let seen = beginning(self.seen.keys().map(String::as_str).collect());
+                format!("mapped {name}: no such message; expected MESSAGE.number; the log has {seen}")
+            }
+        }
+    }
+}
+
+/// The row of the table, or the mapping, that each column is filled from.
+fn owners(kept: &[Kept], is_used: impl Fn((usize, usize)) -> bool) -> BTreeMap<Column, Option<usize>> {
+    let mut present: BTreeSet<(Column, Option<usize>)> = BTreeSet::new();
+    for (_, from, taken) in kept.iter().filter(|(_, from, _)| from.is_none_or(&is_used)) {
+        let row = from.map(|from| from.0);
+        match taken {
+            Taken::Numbers(samples) => present.extend(samples.iter().map(|(column, _)| (*column, row))),
+            Taken::FixDeg(_) => present.extend([(Column::GpsX, row), (Column::GpsY, row)]),
+        }
+    }
+    let mut owners = BTreeMap::new();
+    // the mapping is first, then the rows in their order
+    for (column, row) in present {
+        owners.entry(column).or_insert(row);
+    }
+    owners
+}
+
+/// Whether a text goes on with a letter, digit or underscore.
+fn is_word(rest: &str) -> bool {
+    rest.starts_with(|c: char| c.is_alphanumeric() || c == '_')
+}
