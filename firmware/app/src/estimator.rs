@@ -56,6 +56,7 @@ pub struct Estimator {
     integrity: Integrity,
     /// What bounds its error.
     protection: ProtectionLevel,
+    /// Each step declares it anew before it is used.
     declared: Declared,
     /// One sigma per axis of the slow errors of the vehicle's and of the ship's receiver, m.
     receivers_m: [f64; 2],
@@ -86,7 +87,7 @@ impl Estimator {
             navigator,
             integrity: Integrity::new(),
             protection: ProtectionLevel::new(),
-            declared: Declared::DEFAULT,
+            declared: Declared::NONE,
             receivers_m: [0.0; 2],
             depth_drift_m: 0.0,
             model: None,

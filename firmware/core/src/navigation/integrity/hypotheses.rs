@@ -47,6 +47,8 @@ pub struct Declared {
 impl Declared {
     /// Open coast, receivers without a slow error, once in a thousand hours.
     pub const DEFAULT: Self = Self { area: Area::Coast, receivers_m: [0.0; 2], probability_per_hour: 1.0e-3 };
+    /// Before anything is declared: all zero, and so are its bytes.
+    pub const NONE: Self = Self { area: Area::Lake, receivers_m: [0.0; 2], probability_per_hour: 0.0 };
 }
 
 /// A process that an account does not know: zero mean, this standard deviation, forgotten after this time.
