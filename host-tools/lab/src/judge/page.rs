@@ -77,6 +77,15 @@ pub fn page(judged: &[Judged], args: &Args) -> String {
         "- For comparison: beyond three of the board's own sigmas for longer than that in {sigmas} flights.\n- Deeper than the \
          mission's depth by more than 6 m (limit and 1 m) under way: {deep} flights.\n"
     );
+    let ratios: Vec<f64> = judged.iter().map(level_over_error).collect();
+    let _ = writeln!(
+        text,
+        "The level is conservative: in the median of these {} flights it is {:.0} times the 95 % error. It bounds the error and does \
+         not say how good a position is. Alert limits on it are off by default. The sizes of what may be wrong are taken from \
+         the sources that the lists name; these are still to be checked.\n",
+        judged.len(),
+        median(&ratios).unwrap_or(f64::NAN),
+    );
     if let Some(name) = args.picture.as_ref().and_then(|path| path.file_name()) {
         let _ = writeln!(text, "![Error against level, one point a minute]({})\n", name.display());
     }
@@ -135,6 +144,11 @@ pub fn page(judged: &[Judged], args: &Args) -> String {
 type Pick = fn(&Judged) -> &Bound;
 const DIRECTIONS: [(&str, Pick); 2] = [("horizontal", |flight| &flight.horizontal), ("depth", |flight| &flight.depth)];
 
+/// Median level over the error's 95 % quantile, horizontally.
+fn level_over_error(flight: &Judged) -> f64 {
+    flight.horizontal.level_m / flight.horizontal.error_p95_m.max(1.0e-3)
+}
+
 fn row(name: &str, flights: &[&Judged]) -> Vec<String> {
     let middle = |value: &dyn Fn(&Judged) -> f64| {
         median(&flights.iter().map(|flight| value(flight)).collect::<Vec<f64>>()).unwrap_or(f64::NAN)
@@ -150,7 +164,7 @@ fn row(name: &str, flights: &[&Judged]) -> Vec<String> {
         format!("{:.2}", largest(horizontal)),
         format!("{:.2}", largest(depth)),
         format!("{:.1}", middle(&|flight| flight.horizontal.level_m)),
-        format!("{:.1}", middle(&|flight| flight.horizontal.level_m / flight.horizontal.error_p95_m.max(1.0e-3))),
+        format!("{:.1}", middle(&level_over_error)),
         format!("{:.0} %", 100.0 * middle(&|flight| flight.tight)),
     ]
 }
