@@ -193,7 +193,7 @@ impl Backseat {
         if let Some((time_us, input)) = steering.hear_echo(links.frontseat.echo(), &settings.app) {
             inputs.command(time_us, &input);
         }
-        estimator.set_receivers(settings.app.receiver_bias_m, links.frontseat.hdop());
+        estimator.declare(&settings.app, links.frontseat.hdop());
         let failed = estimator.step(now_us, inputs, settings, &self.clock).is_err();
         // Before it is initialised the filter holds an old state, or none.
         if estimator.navigator().is_initialised() {
@@ -305,6 +305,7 @@ impl Backseat {
             frontseat_age_us: age(frontseat.last_us()),
             refused_us: age(frontseat.refused_since_us().or(self.steering.disobeyed_since_us())),
             position_sigma_m: if initialised { self.estimator.stated_sigma_m() } else { f64::INFINITY },
+            level_m: self.estimator.level().map_or([f64::INFINITY; 2], |level| [level.horizontal_m, level.vertical_m]),
             resumed: self.unconfigured || self.estimator.resumed().is_some(),
             suspect: self.estimator.is_suspect(),
             unsteerable_us: age(self.estimator.unsteerable_since_us()),

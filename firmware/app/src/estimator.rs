@@ -11,13 +11,13 @@ mod acoustics;
 
 use crate::inputs::installation::{self, body_to_ned, horizon_us, velocity_at_centre};
 use crate::inputs::{ActuatorHistory, Inputs, Packets, SensorSample, fresh};
-use crate::parameters::Settings;
+use crate::parameters::{AppSettings, Settings};
 use crate::store::{Coasted, Navigation, coast_m};
 use crate::time::{UtcClock, micros};
 use backseat_core::dynamics::{ActuatorInput, VehicleModel};
 use backseat_core::navigation::{
-    CloneId, ConfigError, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Integrity, Measurement,
-    NavigationError, Navigator, ProcessModel, Sensor, ShipReport,
+    CloneId, ConfigError, Declared, FusionOutcome, FusionRecord, Fusions, InitialSpeed, InitialState, Integrity, Level,
+    Measurement, NavigationError, Navigator, ProcessModel, ProtectionLevel, Sensor, ShipReport,
 };
 use backseat_core::state::{PHI, PSI, U, V, VehicleState, W, X, Y, Z, wrap_angle};
 use heapless::Vec;
@@ -54,6 +54,10 @@ pub struct Estimator {
     navigator: FilterPlace,
     /// What the filter's covariance leaves out.
     integrity: Integrity,
+    /// What bounds its error.
+    protection: ProtectionLevel,
+    /// Each step declares it anew before it is used.
+    declared: Declared,
     /// One sigma per axis of the slow errors of the vehicle's and of the ship's receiver, m.
     receivers_m: [f64; 2],
     /// One sigma by which pitch and speed say that the pressure sensor has drifted, m.
@@ -82,6 +86,8 @@ impl Estimator {
         Self {
             navigator,
             integrity: Integrity::new(),
+            protection: ProtectionLevel::new(),
+            declared: Declared::NONE,
             receivers_m: [0.0; 2],
             depth_drift_m: 0.0,
             model: None,
@@ -127,14 +133,25 @@ impl Estimator {
         libm::sqrt(self.stated_variance(X) + self.stated_variance(Y))
     }
 
-    /// How far the receivers may be off for a long time: as declared, the vehicle's by its dilution of precision.
-    pub fn set_receivers(&mut self, sigma_m: f64, hdop: Option<f64>) {
+    /// What is declared of receivers and water; the vehicle's receiver counts by its dilution of precision.
+    pub fn declare(&mut self, app: &AppSettings, hdop: Option<f64>) {
+        let sigma_m = app.receiver_bias_m;
         self.receivers_m = [sigma_m * hdop.unwrap_or(1.0).max(1.0), sigma_m];
+        self.declared = Declared {
+            area: app.water_area,
+            receivers_m: self.receivers_m,
+            probability_per_hour: app.level_probability_per_hour,
+        };
     }
 
     /// One sigma by which pitch and speed say that the pressure sensor has drifted, m. It holds until the next mission.
     pub fn set_depth_drift(&mut self, sigma_m: f64) {
         self.depth_drift_m = sigma_m;
+    }
+
+    /// What the error exceeds with the declared probability only; `None` while there is no position.
+    pub fn level(&self) -> Option<Level> {
+        self.protection.level().filter(|_| self.navigator.is_initialised())
     }
 
     /// The vehicle at the time of the last step.
@@ -210,6 +227,7 @@ impl Estimator {
         }
         if self.navigator.is_initialised() {
             self.predict(horizon_us, inputs.actuators())?;
+            self.protection.follow(&self.navigator.followed(), &self.declared);
             if self.packets.expire(horizon_us, &settings.app) {
                 self.drop_clones();
             }
@@ -316,8 +334,11 @@ impl Estimator {
     }
 
     fn fuse_measurement(&mut self, measurement: &Measurement) {
-        let Self { navigator, integrity, .. } = self;
+        let Self { navigator, integrity, protection, declared, .. } = self;
         let offset = navigator.mixture_offset(measurement);
+        if let Some(aiding) = navigator.aiding(measurement) {
+            protection.take(&navigator.followed(), &aiding, declared);
+        }
         let fusions: Fusions = navigator.fuse(measurement);
         integrity.take(&fusions, navigator.main().monitor(), &navigator.config().sensors, offset);
         for record in fusions.iter() {
@@ -373,6 +394,7 @@ impl Estimator {
         if self.navigator.initialise(now_us, &initial).is_ok() {
             self.navigator.start_from(&settings.learnt);
             self.integrity = Integrity::new();
+            self.protection.start(&self.navigator.followed(), sigma_m, &self.declared);
             self.resumed = resumed;
         }
     }

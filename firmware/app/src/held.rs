@@ -32,6 +32,11 @@ impl<T> Held<T> {
         let _ = self.0.push(value);
     }
 
+    /// The value, once.
+    pub fn take(&mut self) -> Option<T> {
+        self.0.pop()
+    }
+
     pub fn clear(&mut self) {
         self.0.clear();
     }

@@ -6,6 +6,7 @@
 //! at the latest. What a dive has learnt until the power fails under way is lost; what those before it have learnt is
 //! not.
 
+use crate::held::Held;
 use crate::time::STEP_US;
 use backseat_wire::hostlink::LearntStored;
 
@@ -13,7 +14,7 @@ use backseat_wire::hostlink::LearntStored;
 const SHORTEST_DIVE_US: u64 = 600_000_000;
 
 /// Where the present dive stands.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Learning {
     /// Time under water in the mission under way, µs.
     submerged_us: u64,
@@ -21,12 +22,12 @@ pub struct Learning {
     /// What was learnt is in use and not written yet.
     to_store: bool,
     /// It was written, or could not be, and the host has not been told.
-    stored: Option<LearntStored>,
+    stored: Held<LearntStored>,
 }
 
 impl Learning {
     pub const fn new() -> Self {
-        Self { submerged_us: 0, under_way: false, to_store: false, stored: None }
+        Self { submerged_us: 0, under_way: false, to_store: false, stored: Held::none() }
     }
 
     /// One step; true when a mission has just ended that was long enough to learn from.
@@ -53,7 +54,7 @@ impl Learning {
 
     /// What was learnt was written to the board's memory, or could not be.
     pub fn stored(&mut self, time_us: u64, kept: bool) {
-        self.stored = Some(LearntStored { time_us, kept });
+        self.stored.set(LearntStored { time_us, kept });
     }
 
     /// The same for the host, once.

@@ -30,6 +30,8 @@ pub struct ModeFacts {
     pub refused_us: Option<u64>,
     /// √(σx² + σy²), m.
     pub position_sigma_m: f64,
+    /// Protection level, horizontally and in depth, m.
+    pub level_m: [f64; 2],
     /// The position is the one from before a reset, and nothing has confirmed it since.
     pub resumed: bool,
     /// A sensor is suspect, or unconfirmed in a way that the sigma of the position does not cover.
@@ -85,6 +87,12 @@ fn judge(facts: &ModeFacts, settings: &AppSettings, now: Mode) -> (Mode, ModeRea
         return (Mode::Degraded, ModeReason::Rejections);
     }
     if above(settings.degraded_sigma_m, matches!(now, Mode::Degraded | Mode::Safe | Mode::Lost)) {
+        return (Mode::Degraded, ModeReason::PositionUncertain);
+    }
+    // Without an alert limit nothing is asked of the level.
+    let alerts_m = [settings.alert_horizontal_m, settings.alert_depth_m];
+    let share = if matches!(now, Mode::Degraded | Mode::Safe | Mode::Lost) { SIGMA_HYSTERESIS } else { 1.0 };
+    if facts.level_m.iter().zip(alerts_m).any(|(level_m, alert_m)| alert_m > 0.0 && *level_m > share * alert_m) {
         return (Mode::Degraded, ModeReason::PositionUncertain);
     }
     if facts.resumed {
@@ -235,6 +243,7 @@ mod tests {
         frontseat_age_us: Some(100_000),
         refused_us: None,
         position_sigma_m: 1.0,
+        level_m: [10.0, 2.0],
         resumed: false,
         suspect: false,
         unsteerable_us: None,
@@ -274,6 +283,26 @@ mod tests {
             } else {
                 assert_eq!(judge(&idle, &settings, Mode::Navigating).0, Mode::Navigating);
             }
+        }
+    }
+
+    /// A level acts where a limit is declared, on either of the two, and with a margin on the way back.
+    #[test]
+    fn a_level_beyond_its_alert_limit_degrades() {
+        let off = AppSettings::DEFAULT;
+        let settings = AppSettings { alert_horizontal_m: 25.0, alert_depth_m: 5.0, ..off };
+        let at = |level_m| ModeFacts { level_m, ..GOOD };
+        let degraded = (Mode::Degraded, ModeReason::PositionUncertain);
+        for (level_m, from, wanted) in [
+            ([24.0, 4.0], Mode::Navigating, (Mode::Navigating, ModeReason::Nominal)),
+            ([26.0, 4.0], Mode::Navigating, degraded),
+            ([24.0, 5.1], Mode::Navigating, degraded),
+            ([24.0, 3.0], Mode::Degraded, degraded),
+            ([19.0, 3.0], Mode::Degraded, (Mode::Navigating, ModeReason::Nominal)),
+            ([f64::INFINITY, 3.0], Mode::Navigating, degraded),
+        ] {
+            assert_eq!(judge(&at(level_m), &settings, from), wanted, "{level_m:?} from {from:?}");
+            assert_eq!(judge(&at(level_m), &off, from), (Mode::Navigating, ModeReason::Nominal));
         }
     }
 

@@ -17,6 +17,7 @@ pub fn record(
     rejected_frames: [u32; 4],
 ) -> Telemetry {
     let navigator = estimator.navigator();
+    let level = estimator.level();
     let mut state = [0.0; VEHICLE_STATES];
     let mut sigma = [0.0; VEHICLE_STATES];
     if navigator.is_initialised() {
@@ -38,6 +39,7 @@ pub fn record(
         fins_rad: input.fins_rad,
         leg,
         rejected_frames,
+        level_m: level.map_or([0.0; 2], |level| [level.horizontal_m as f32, level.vertical_m as f32]),
     }
 }
 

@@ -27,7 +27,7 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ControlLaw::LqrOnReference => 2.0,
     };
     let helm = backseat.control_mode == ControlMode::Oms;
-    let app: [(&str, f64); 15] = [
+    let app: [(&str, f64); 17] = [
         ("app.origin_lat_deg", environment.origin_latitude_deg),
         ("app.origin_lon_deg", environment.origin_longitude_deg),
         ("app.declination_rad", environment.magnetic_declination_rad),
@@ -39,6 +39,8 @@ pub fn board_parameters(scenario: &Scenario) -> Vec<(String, f64)> {
         ("app.use_dvl", f64::from(u8::from(backseat.dvl))),
         ("app.robust", f64::from(u8::from(backseat.robust))),
         ("app.receiver_bias_m", backseat.receiver_bias_m),
+        ("app.alert_horizontal_m", backseat.alert_horizontal_m),
+        ("app.alert_depth_m", backseat.alert_depth_m),
         ("app.current_state", f64::from(u8::from(backseat.current_state))),
         ("app.control_law", control_law),
         ("app.control_mode", f64::from(u8::from(helm))),

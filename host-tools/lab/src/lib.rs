@@ -12,6 +12,7 @@ mod flights;
 pub mod geometry;
 pub mod identification;
 mod intervals;
+mod judge;
 pub mod navigation;
 pub mod packet_navigation;
 pub mod reproduce;
@@ -108,6 +109,12 @@ enum LabCommand {
     Identification(identification::MethodArgs),
     /// How soon the fault monitor detects a fault under way, and what compensation gains
     FaultDetection(identification::FaultArgs),
+    /// Does the board's protection level bound its error: flights drawn over the whole scenario language
+    #[command(after_help = "Examples:
+  cargo lab judge --runs 20 --classes work --hours 3
+  cargo lab judge --runs 3000 --seed 100000 --store judged.jsonl --out docs/results/integrity.md \\
+      --picture docs/results/integrity.svg")]
+    Judge(judge::Args),
     /// A planned identification mission against a lawnmower and open-loop inputs
     Plan(identification::PlanArgs),
     /// Whether a log that is recorded wrongly is told, and one that is recorded rightly is not
@@ -143,6 +150,7 @@ impl Lab {
             LabCommand::DiagnosisAccuracy(arguments) => diagnosis_accuracy::run(arguments),
             LabCommand::Identification(arguments) => arguments.run(),
             LabCommand::FaultDetection(arguments) => arguments.run(),
+            LabCommand::Judge(arguments) => judge::run(arguments),
             LabCommand::Plan(arguments) => arguments.run(),
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),

@@ -50,7 +50,7 @@ fn navigation(record: &Telemetry) -> Value {
     json!({
         "state": named(&record.state),
         "sigma": named(&record.sigma),
-        "cov_xy_m2": record.cov_xy_m2,
+        "cov_xy_m2": record.cov_xy_m2, "level_horizontal_m": record.level_m[0], "level_depth_m": record.level_m[1],
         "current_n_mps": current_n,
         "current_e_mps": current_e,
     })

@@ -3,7 +3,7 @@
 use backseat_core::control::ControlConfig;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::identification::Scale;
-use backseat_core::navigation::{EffectStates, Learnt, NavigationConfig, ProcessModel, SurfaceNoise};
+use backseat_core::navigation::{Area, Declared, EffectStates, Learnt, NavigationConfig, ProcessModel, SurfaceNoise};
 use backseat_core::parameters::{Installation, SafetyLimits};
 use backseat_wire::iver::Units;
 use backseat_wire::iver::servo::ServoCalibration;
@@ -101,6 +101,10 @@ pub struct AppSettings {
     pub use_gnss: bool,
     /// One sigma per axis of a GNSS receiver's slowly varying error, the vehicle's and the ship's alike, m.
     pub receiver_bias_m: f64,
+    /// Where the mission is flown: how much the water changes.
+    pub water_area: Area,
+    /// Probability in an hour that the error exceeds the protection level.
+    pub level_probability_per_hour: f64,
     /// Deepest estimate at which a fix is believed, m.
     pub gnss_max_depth_m: f64,
     /// AHRS protocol.
@@ -163,6 +167,10 @@ pub struct AppSettings {
     pub degraded_sigma_m: f64,
     /// Position sigma from which the position counts as lost, m.
     pub lost_sigma_m: f64,
+    /// Protection level from which navigation counts as degraded, horizontally, m; 0: none.
+    pub alert_horizontal_m: f64,
+    /// The same in depth, m; 0: none.
+    pub alert_depth_m: f64,
     /// What ends a mission though navigation is valid.
     pub safety: SafetyLimits,
 }
@@ -192,6 +200,8 @@ impl AppSettings {
         use_water_track: false,
         use_gnss: true,
         receiver_bias_m: 1.5,
+        water_area: Declared::DEFAULT.area,
+        level_probability_per_hour: Declared::DEFAULT.probability_per_hour,
         gnss_max_depth_m: 1.0,
         ahrs_protocol: AhrsProtocol::Gx3,
         dvl_source: DvlSource::Pd0,
@@ -221,6 +231,8 @@ impl AppSettings {
         refusal_timeout_s: 3.0,
         degraded_sigma_m: 30.0,
         lost_sigma_m: 300.0,
+        alert_horizontal_m: 0.0,
+        alert_depth_m: 0.0,
         safety: SafetyLimits::DEFAULT,
     };
 }

@@ -2,6 +2,7 @@
 
 use super::settings::{AhrsProtocol, AppSettings, AttitudeSource, ControlMode, DvlSource};
 use backseat_core::identification::Scale;
+use backseat_core::navigation::Area;
 use backseat_core::parameters::Row;
 use backseat_core::row;
 use backseat_wire::iver::LengthUnit;
@@ -39,6 +40,8 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(flag "app.use_water_track", "Fuse DVL water track.", use_water_track),
     row!(flag "app.use_gnss", "Fuse GNSS fixes at the surface.", use_gnss),
     row!(real "app.receiver_bias_m", "sigma_b", "m", [0.0, 100.0], "Slowly varying error of a GNSS receiver per axis, the vehicle's and the ship's alike: part of the sigma of the position that the board states, never of the filter's. The vehicle's counts times the HDOP of $GPGGA, where that is more than 1.", receiver_bias_m),
+    row!(choice "app.water_area", "Where the mission is flown, which says how much the current may change: 0 lake, 1 open coast, 2 strait or estuary. Part of the protection level, never of the filter.", water_area, [Area::Lake, Area::Coast, Area::Strait]),
+    row!(real "app.level_probability_per_hour", "", "1/h", [1.0e-9, 0.1], "Probability in an hour that the error exceeds the protection level.", level_probability_per_hour),
     row!(live real "app.gnss_max_depth_m", "", "m", [0.0, 10.0], "A fix is fused only if the estimated depth is at most this.", gnss_max_depth_m),
     row!(choice "app.ahrs_protocol", "Protocol of the AHRS port: 0 MicroStrain 3DM-GX3, 1 MicroStrain MIP, 2 OceanServer OS5000.", ahrs_protocol, [AhrsProtocol::Gx3, AhrsProtocol::Mip, AhrsProtocol::Os5000]),
     row!(choice "app.dvl_source", "Source of DVL velocities: on the DVL port 0 PD0, 1 PD4 or PD5, 2 PD6; 3 the frontseat's $DVL.", dvl_source, [DvlSource::Pd0, DvlSource::Pd4, DvlSource::Pd6, DvlSource::Frontseat]),
@@ -83,4 +86,6 @@ pub(super) const APP: &[Row<AppSettings>] = &[
     row!(at_most real "app.refusal_timeout_s", "", "s", [0.5, 120.0], "Under way, a frontseat that refuses commands for longer ends the mission.", refusal_timeout_s),
     row!(at_most real "app.degraded_sigma_m", "", "m", [1.0, 10000.0], "Standard deviation of the position from which navigation counts as degraded.", degraded_sigma_m),
     row!(at_most real "app.lost_sigma_m", "", "m", [1.0, 100000.0], "Standard deviation of the position from which the position counts as lost.", lost_sigma_m),
+    row!(real "app.alert_horizontal_m", "", "m", [0.0, 100000.0], "Horizontal protection level from which navigation counts as degraded; 0: none.", alert_horizontal_m),
+    row!(real "app.alert_depth_m", "", "m", [0.0, 1000.0], "Protection level in depth from which navigation counts as degraded; with it the largest depth counts the level. 0: none.", alert_depth_m),
 ];

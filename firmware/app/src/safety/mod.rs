@@ -54,6 +54,8 @@ pub enum Action {
 pub struct SafetyFacts {
     /// The deeper of pressure sensor and estimate, m.
     pub depth_m: f64,
+    /// Protection level of depth, where an alert limit is declared; else 0, m.
+    pub depth_level_m: f64,
     /// Of the pressure sensor, m.
     pub pressure_m: f64,
     /// Downwards, by the filter or by pressure, whichever is more, m/s.
@@ -121,7 +123,7 @@ static LADDER: [Rung; RUNGS] = {
     }
     [
         rung(R::Leak,            StopAndRise, |_| 0.0,  |f, _| f.leak),
-        rung(R::TooDeep,         StopAndRise, |_| 0.5,  |f, l| f.soon(f.depth_m) > l.depth_max_m),
+        rung(R::TooDeep,         StopAndRise, |_| 0.5,  |f, l| f.soon(f.depth_m + f.depth_level_m) > l.depth_max_m),
         rung(R::TooDeep,         StopAndRise, |_| 3.0,  |f, l| f.depth_m - f.leg_depth_m > l.depth_below_leg_m && f.sink_mps > RISING_MPS),
         rung(R::TooDeep,         StopAndRise, |_| 10.0, |f, l| f.depth_m - f.leg_depth_m > l.depth_below_leg_m && f.sink_mps > -RISING_MPS),
         rung(R::TooLow,          StopAndRise, |_| 1.0,  |f, l| f.depth_m > ALTITUDE_FROM_M && f.altitude_m.is_some_and(|m| m - f.soon(0.0) < l.altitude_min_m)),
@@ -241,6 +243,7 @@ mod tests {
     const LIMITS: SafetyLimits = SafetyLimits::DEFAULT;
     const GOOD: SafetyFacts = SafetyFacts {
         depth_m: 3.0,
+        depth_level_m: 0.0,
         pressure_m: 3.0,
         sink_mps: 0.0,
         altitude_m: Some(20.0),
@@ -284,6 +287,7 @@ mod tests {
                 ModeReason::TooDeep,
                 StopAndRise,
             ),
+            (SafetyFacts { depth_level_m: 98.0, ..GOOD }, 5, ModeReason::TooDeep, StopAndRise),
             (SafetyFacts { depth_m: 8.1, sink_mps: 0.0, ..GOOD }, 100, ModeReason::TooDeep, StopAndRise),
             (SafetyFacts { depth_m: 8.1, sink_mps: 0.1, ..GOOD }, 30, ModeReason::TooDeep, StopAndRise),
             (SafetyFacts { altitude_m: Some(0.9), ..GOOD }, 10, ModeReason::TooLow, StopAndRise),
@@ -308,8 +312,8 @@ mod tests {
         for (facts, steps, reason, action) in cases {
             assert_eq!(verdict_on(&facts), Some((steps, reason, action)), "{facts:?}");
         }
-        // every rung was met, the bottom's and the fence's twice
-        assert_eq!(cases.len(), RUNGS + 2);
+        // every rung was met, the largest depth's, the bottom's and the fence's twice
+        assert_eq!(cases.len(), RUNGS + 3);
     }
 
     #[test]
@@ -319,6 +323,8 @@ mod tests {
             SafetyFacts { depth_m: 40.0, sink_mps: -0.2, ..GOOD },
             // launched in shallow water
             SafetyFacts { depth_m: 0.1, altitude_m: Some(0.6), leg_depth_m: 0.0, ..GOOD },
+            // a level that leaves the largest depth out of reach
+            SafetyFacts { depth_level_m: 50.0, ..GOOD },
             SafetyFacts { altitude_m: None, charge_percent: None, ..GOOD },
             // already on its way back
             SafetyFacts { charge_percent: Some(1.0), mission_s: 1e5, returning: true, ..GOOD },

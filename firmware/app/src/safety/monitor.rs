@@ -132,8 +132,10 @@ impl SafetyMonitor {
         let altitudes = [altitude(links.dvl_altitude_m()), altitude(links.frontseat.altitude_m())];
         let (leg_s, leg_expected_s) = self.progress.leg_times_s(now_us, target);
         let heard_us = estimator.range_us().unwrap_or(0).max(self.progress.begun_us());
+        let level = estimator.level().filter(|_| settings.alert_depth_m > 0.0);
         SafetyFacts {
             depth_m: pressure_m.max(x[Z]),
+            depth_level_m: level.map_or(0.0, |level| level.vertical_m),
             pressure_m,
             sink_mps: sink_mps.max(self.depth.sink_mps()),
             altitude_m: altitudes.into_iter().flatten().reduce(f64::min),

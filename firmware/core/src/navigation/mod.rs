@@ -30,6 +30,8 @@
 //!
 //! ```text
 //! bank        navigator: the bank and its mixture; evidence: the likelihood of ranges
+//! integrity   level: what the error exceeds with a declared probability only; hypotheses: the table of what may be wrong;
+//!             account: position by one entry of it; vertical: the same of depth
 //! filter      cekf: one filter; prediction: time update; fusion: measurement update; cloning: delayed states;
 //!             effects: the catalogue's effects in the filter; estimates: augmented states with sigma; learnt: the prior
 //!             that a dive leaves
@@ -45,6 +47,7 @@
 mod algebra;
 mod bank;
 mod filter;
+mod integrity;
 mod interface;
 mod sources;
 mod trust;
@@ -57,6 +60,7 @@ pub use bank::navigator::{BankMember, MEMBERS, Navigator};
 pub use filter::cekf::Filter;
 pub use filter::estimates::{ESTIMATE_NAMES, ESTIMATE_UNITS, StateEstimate};
 pub use filter::prediction::MAX_GAP_US;
+pub use integrity::{Aiding, Area, Declared, Followed, HYPOTHESES, Hypothesis, Level, Nuisance, ProtectionLevel};
 pub use interface::config::{NavigationConfig, ProcessModel, ShipNoise, SurfaceNoise};
 pub use interface::effect_states::{EffectState, EffectStates, StateParameter};
 pub use interface::error::{CloneError, ConfigError, NavigationError};

@@ -240,6 +240,9 @@ pub struct Telemetry {
     pub leg: Option<u16>,
     /// Frames rejected per device port since start.
     pub rejected_frames: [u32; 4],
+    /// Protection level, m: what the error exceeds horizontally and in depth with the declared probability only; 0 while
+    /// there is no position.
+    pub level_m: [f32; 2],
 }
 
 /// What came in since start, port by port ([`Port::DEVICES`] order), and the pulse per second.

@@ -29,6 +29,7 @@ fn telemetry() -> FromBoard<'static> {
         fins_rad: [0.1; 4],
         leg: Some(u16::MAX),
         rejected_frames: [u32::MAX; 4],
+        level_m: [12.5, f32::INFINITY],
     })
 }
 

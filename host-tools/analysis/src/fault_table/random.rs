@@ -153,7 +153,7 @@ fn draw(index: usize, seed: u64) -> anyhow::Result<(Row, String)> {
         sinks: Some("Drawn: it may be heavier than water.".to_owned()),
         unrevealable: None,
     };
-    Ok((Row::new(&name, scenario, limits), text))
+    Ok((Row { name, scenario, limits }, text))
 }
 
 #[cfg(test)]

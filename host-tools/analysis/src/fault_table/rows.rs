@@ -3,7 +3,6 @@
 use super::{Judge, JudgedFlight};
 use anyhow::Context;
 use backseat_app::Loss;
-use backseat_app::parameters::AppSettings;
 use backseat_link::Client;
 use hil_sim::backseat::InProcess;
 use hil_sim::flight;
@@ -149,15 +148,6 @@ pub struct Row {
     pub limits: Limits,
 }
 
-impl Row {
-    /// The board takes its receivers as any other board does; that those of the other rows have no slow error it does
-    /// not know.
-    pub(super) fn new(name: &str, mut scenario: Scenario, limits: Limits) -> Self {
-        scenario.settings.backseat.receiver_bias_m = AppSettings::DEFAULT.receiver_bias_m;
-        Self { name: name.to_owned(), scenario, limits }
-    }
-}
-
 /// All rows, in the order of the table.
 ///
 /// # Errors
@@ -166,7 +156,7 @@ pub fn rows() -> anyhow::Result<Vec<Row>> {
     let row = |(name, text): &(&str, &str)| {
         let scenario = Scenario::with_built_in_vehicle(text, &format!("faults/{name}.toml"))?;
         let limits = scenario.settings.limits.clone().with_context(|| format!("{name}: has no [limits]"))?;
-        Ok(Row::new(name, scenario, limits))
+        Ok(Row { name: (*name).to_owned(), scenario, limits })
     };
     BUILT_IN.iter().map(row).collect()
 }

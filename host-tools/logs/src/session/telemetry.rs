@@ -58,6 +58,9 @@ pub struct TelemetryRow {
     pub rejected_dvl: u32,
     pub rejected_ahrs: u32,
     pub rejected_modem: u32,
+    /// Protection level; 0 while there is no position.
+    pub level_horizontal_m: f32,
+    pub level_depth_m: f32,
 }
 
 impl From<&Telemetry> for TelemetryRow {
@@ -112,6 +115,8 @@ impl From<&Telemetry> for TelemetryRow {
             rejected_dvl,
             rejected_ahrs,
             rejected_modem,
+            level_horizontal_m: telemetry.level_m[0],
+            level_depth_m: telemetry.level_m[1],
         }
     }
 }

@@ -7,6 +7,7 @@ mod axis;
 mod decimate;
 mod frame;
 mod sheet;
+mod stanford;
 mod statistics;
 mod svg;
 mod time;
@@ -14,6 +15,7 @@ mod track;
 mod xy;
 
 pub use sheet::sheet;
+pub use stanford::stanford;
 pub use statistics::{bars, before_after, histogram};
 pub use time::{error_vs_time, innovations, time_series};
 pub use track::track;

@@ -48,6 +48,7 @@ pub fn record(step: u64) -> Telemetry {
         fins_rad: [0.02, 0.02, -0.05, 0.05],
         leg: (step >= 10).then_some(u16::from(step >= 600) + 1),
         rejected_frames: [0; 4],
+        level_m: [10.0, 1.0],
     }
 }
 

@@ -141,6 +141,7 @@ fn host_link() {
         fins_rad: [0.1; 4],
         leg: Some(1),
         rejected_frames: [0; 4],
+        level_m: [10.0, 1.0],
     };
     emit("host link, telemetry (written)", &FromBoard::Telemetry(telemetry));
 }

@@ -18,6 +18,7 @@ use super::evidence::Evidence;
 use crate::dynamics::{ActuatorInput, VehicleModel};
 use crate::navigation::algebra::digest::Digest;
 use crate::navigation::filter::cekf::Filter;
+use crate::navigation::integrity::{Aiding, Followed};
 use crate::navigation::interface::config::{NavigationConfig, ProcessModel};
 use crate::navigation::interface::effect_states::EffectStates;
 use crate::navigation::interface::error::{CloneError, ConfigError, NavigationError};
@@ -331,6 +332,42 @@ impl Navigator {
     pub fn weights(&self) -> [f64; 2] {
         let [nominal, steady] = [NOMINAL, STEADY].map(|k| self.others[k].weight);
         if self.main.config().bank { [nominal, 1.0 - nominal - steady] } else { [0.0; 2] }
+    }
+
+    /// What the protection level sees of it.
+    #[must_use]
+    pub fn followed(&self) -> Followed<'_> {
+        let config = self.config();
+        let (sensors, ship_transducer_depth_m) = (&config.sensors, config.ship_transducer_depth_m);
+        Followed { time_us: self.time_us(), state: &self.state, sensors, ship_transducer_depth_m }
+    }
+
+    /// What the protection level takes of a measurement that is about to be fused; `None`: nothing.
+    #[must_use]
+    pub fn aiding(&self, measurement: &Measurement) -> Option<Aiding> {
+        match *measurement {
+            Measurement::Depth { z_m } => Some(Aiding::Depth(z_m)),
+            Measurement::VehicleGnss { position_m } => Some(Aiding::Fix(position_m)),
+            Measurement::BottomTrack { velocity_mps } => Some(Aiding::BottomTrack(velocity_mps)),
+            Measurement::Range { path, range_m } => self.ranged(&[path], range_m),
+            // half of a round trip: the vehicle on the average of both ways
+            Measurement::TwoWayRange { outward, back, range_m } => self.ranged(&[outward, back], range_m),
+            _ => None,
+        }
+    }
+
+    fn ranged(&self, paths: &[AcousticPath], range_m: f64) -> Option<Aiding> {
+        let now = self.main.state();
+        let share = 1.0 / paths.len() as f64;
+        let mut since_m = [0.0; 2];
+        let mut reported = None;
+        for path in paths {
+            let [north_m, east_m] = self.main.vehicle_end_m(&path.vehicle)?;
+            let ShipEnd::Reported(ship) = path.ship else { return None };
+            since_m = [since_m[0] + share * (now[X] - north_m), since_m[1] + share * (now[Y] - east_m)];
+            reported = Some(ship);
+        }
+        reported.map(|ship| Aiding::Range { since_m, ship, range_m })
     }
 
     /// x_v.

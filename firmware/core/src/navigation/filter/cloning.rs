@@ -12,7 +12,7 @@ use crate::navigation::algebra::layout::{CLONE_STATES, CLONE_VELOCITY, CloneKind
 use crate::navigation::algebra::observer::{Appended, LinearStep, Observer};
 use crate::navigation::algebra::row::Row;
 use crate::navigation::interface::error::CloneError;
-use crate::navigation::interface::measurement::CloneId;
+use crate::navigation::interface::measurement::{CloneId, VehicleEnd};
 use crate::navigation::sources::acoustic::{ground_velocity, push_ground_velocity};
 use crate::state::{self, X};
 use nalgebra::Vector3;
@@ -77,6 +77,19 @@ impl Filter {
             self.w = [0.0; ROWS];
             self.x.remove(n, at, CLONE_STATES);
             observer.observe(&LinearStep::Remove { at, count: CLONE_STATES });
+        }
+    }
+
+    /// Where the vehicle's end of an acoustic path was, as far as the filter knows now, m; `None`: its clone was dropped.
+    #[must_use]
+    pub(crate) fn vehicle_end_m(&self, end: &VehicleEnd) -> Option<[f64; 2]> {
+        match *end {
+            VehicleEnd::Now => Some(self.x.block::<2>(X)),
+            VehicleEnd::Delayed { clone, bridge_s } => {
+                let at = self.x.clone_at(clone, CloneKind::Vehicle)?;
+                let ([x_m, y_m], [x_mps, y_mps]) = (self.x.block::<2>(at), self.x.block::<2>(at + CLONE_VELOCITY));
+                Some([x_m + x_mps * bridge_s, y_m + y_mps * bridge_s])
+            }
         }
     }
 

@@ -56,6 +56,7 @@ fn telemetry() -> impl Strategy<Value = Telemetry> {
                 fins_rad,
                 leg,
                 rejected_frames,
+                level_m: [sigma[0] as f32, sigma[2] as f32],
             }
         },
     )
