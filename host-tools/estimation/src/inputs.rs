@@ -73,6 +73,7 @@ pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> 
         origin_deg,
         runs,
         run_facts,
+        is_motor_rpm: log.is_motor_rpm,
         unused_columns,
     })
 }

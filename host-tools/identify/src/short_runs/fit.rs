@@ -114,6 +114,9 @@ impl Evaluated {
     }
 }
 
+/// The models at some values, and those at each value moved a little, with the size of the move.
+type Around = (Vec<RunModel>, Vec<(Vec<RunModel>, f64)>);
+
 impl Problem<'_> {
     /// Fits to the runs that `is_used`, from `start`, with windows that grow to each of `lengths_s`.
     #[must_use]
@@ -239,7 +242,7 @@ impl Problem<'_> {
     }
 
     /// The models at the values, and at each value moved a little, with the size of the move.
-    fn models_around(&self, values: &DVector<f64>) -> Option<(Vec<RunModel>, Vec<(Vec<RunModel>, f64)>)> {
+    fn models_around(&self, values: &DVector<f64>) -> Option<Around> {
         let here = self.models(values.as_slice())?;
         let moved: Option<Vec<_>> = (0..values.len())
             .map(|i| {
@@ -265,7 +268,7 @@ impl Problem<'_> {
             .collect()
     }
 
-    fn evaluate(&self, models: &(Vec<RunModel>, Vec<(Vec<RunModel>, f64)>), shot: &Shot) -> Evaluated {
+    fn evaluate(&self, models: &Around, shot: &Shot) -> Evaluated {
         let (here, moved) = models;
         let residual = self.residuals(here, shot, &shot.deviation);
         let rows = residual.len();

@@ -86,7 +86,7 @@ struct Omitted {
 }
 
 fn read_runs(path: &Path, files: &[PathBuf]) -> Result<Log, DataError> {
-    let mut log = Log { path: path.to_owned(), ..Log::default() };
+    let mut log = Log { path: path.to_owned(), is_motor_rpm: true, ..Log::default() };
     let mut omitted = Omitted::default();
     for file in files {
         let text = std::fs::read(file).map_err(|error| DataError::io(file, &error))?;

@@ -212,6 +212,8 @@ pub struct Log {
     pub runs: Vec<(String, u64)>,
     /// Settings of each run, name and value, where the recorder keeps them beside the log; in the order of `runs`.
     pub run_facts: Vec<Vec<(String, String)>>,
+    /// `prop_rpm` is that of the motor, before a gear that the log does not state.
+    pub is_motor_rpm: bool,
     /// Names of columns of its file that nothing was read from.
     pub unused_columns: Vec<String>,
 }
@@ -263,6 +265,7 @@ impl Log {
         // Stable: of two rows at one time the own one stays first.
         self.rows.sort_by_key(|row| row.time_us);
         self.notes.extend(other.notes);
+        self.is_motor_rpm |= other.is_motor_rpm;
     }
 
     /// Moves the runs of another log to those of this one.

@@ -113,6 +113,9 @@ pub(super) fn check(log: &Log, columns: &[ColumnSummary]) -> Vec<Finding> {
 
 /// Values outside what is plausible: some are outliers, one in a hundred is another unit.
 fn range(log: &Log, summary: &ColumnSummary) -> Option<Finding> {
+    if log.is_motor_rpm && summary.column == Column::PropRpm {
+        return None; // before its gear a motor turns faster than any propeller
+    }
     let limit = LIMITS.iter().find(|limit| limit.columns.contains(&summary.column))?;
     let is_outside = |value: f64| !(limit.low..=limit.high).contains(&value);
     if !is_outside(summary.min) && !is_outside(summary.max) {

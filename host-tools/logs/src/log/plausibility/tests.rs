@@ -174,3 +174,14 @@ fn held_readings_outliers_and_lone_columns() {
     }
     assert!(messages(&log).contains("roll_rad, pitch_rad, heading_rad: no row has all of them"));
 }
+
+#[test]
+fn the_speed_of_a_motor_says_nothing_of_the_propeller() {
+    let mut log = with(Column::PropRpm, |rpm| 10.0 * rpm);
+    assert!(messages(&log).contains("for each turn of prop_rpm"), "{}", messages(&log));
+    log.is_motor_rpm = true;
+    assert_eq!(messages(&log), "");
+    let untested = Examination::of(&log).untested;
+    let size = untested.iter().find(|test| test.test == "propeller against speed, size").unwrap();
+    assert!(size.why.contains("that of the motor"), "{}", size.why);
+}

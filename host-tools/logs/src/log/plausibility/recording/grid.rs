@@ -88,6 +88,8 @@ pub struct Grid {
     pace_s: f64,
     /// Number of cells.
     pub len: usize,
+    /// The propeller's speed is that of the motor, before a gear that is not known.
+    pub is_motor_rpm: bool,
     columns: Vec<Option<Vec<f64>>>,
 }
 
@@ -130,7 +132,7 @@ impl Grid {
             }
             columns[column as usize] = Some(values);
         }
-        Some(Self { cell_s, pace_s, len, columns })
+        Some(Self { cell_s, pace_s, len, is_motor_rpm: log.is_motor_rpm, columns })
     }
 
     /// A column; `None` where the log has none.

@@ -67,6 +67,9 @@ fn sign(grid: &Grid) -> Outcome {
 }
 
 fn size(grid: &Grid) -> Outcome {
+    if grid.is_motor_rpm {
+        return Outcome::untested("prop_rpm is that of the motor, before a gear that the log does not state");
+    }
     let (found, column) = match per_turn(grid) {
         Ok(found) => found,
         Err(why) => return Outcome::untested(why),
