@@ -54,6 +54,10 @@ pub enum Source {
     ShipGnssVelocity = 20,
     /// What a study draws beside the simulation: which world a seed means.
     Study = 21,
+    /// How the noise of a log's sensors is made up ([`crate::noise::NoiseKind::Mixed`]).
+    NoiseMixture = 22,
+    /// Which readings of a log are lost or repeated.
+    Readings = 23,
 }
 
 /// The random numbers of one source.

@@ -4,10 +4,11 @@ use crate::log_input::{LogInput, explain_failure, is_admitted};
 use crate::outcome::Outcome;
 use crate::output::{Output, make_folder_of};
 use anyhow::bail;
-use backseat_analysis::diagnose::{self, Files, TERMS_FILE};
+use backseat_analysis::diagnose::{self, Files, TERMS_FILE, torpedo};
 use backseat_analysis::effect::terms::Terms;
 use backseat_analysis::read_log::ReadLog;
 use backseat_logs::log::Column;
+use backseat_logs::output::{Existing, write as write_file};
 use backseat_logs::{Truth, VehicleFile};
 use std::path::PathBuf;
 
@@ -22,6 +23,9 @@ Examples:
                                                               runs of a vessel with rudder: the wind
   backseat diagnose runs.csv --run 3                          one run of a table that holds several
   backseat diagnose table.csv --columns map.toml              a table of any other maker
+  backseat diagnose runs/ --report out                        a folder of short runs of a torpedo without fixes
+  backseat diagnose runs/ --vehicle out/vehicle.toml --predict 20 --json
+                                                              how well that file predicts runs, nothing fitted
 
 The log is one that `backseat navigate` reads, or the log of a glider, of a pinger, or of a DVL with an AHRS. A log without
 fin angles and propeller speed is compared with the plainest model that it supports: a steady glide, the pseudo-ranges of
@@ -32,7 +36,7 @@ found; `navigate`, `params import` and the simulator read it.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log
+    /// Vehicle log, .csv or .csv.gz, or an Iver UVC mission log; or a folder of runs
     log: PathBuf,
     /// Vehicle file, TOML [default: the built-in reference vehicle]
     #[arg(long, value_name = "V.toml")]
@@ -53,6 +57,12 @@ pub struct Args {
     input: LogInput,
     #[command(flatten)]
     output: Output,
+    /// Fit nothing: score open-loop predictions of the vehicle file over so many seconds
+    #[arg(long, value_name = "S", conflicts_with_all = ["truth", "with", "no_dvl", "out"])]
+    predict: Option<f64>,
+    /// Draw a prediction of short runs as one picture as well; replaces an earlier one
+    #[arg(long, value_name = "PICTURE.svg")]
+    picture: Option<PathBuf>,
     /// Write the augmented vehicle file here [default: vehicle.toml beside the report]
     #[arg(long, value_name = "V2.toml")]
     out: Option<PathBuf>,
@@ -67,7 +77,40 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
     args.output.check(&[&vehicle_path, &args.output.in_report(TERMS_FILE)])?;
     let vehicle = args.vehicle.as_ref().map(|path| VehicleFile::read(path)).transpose()?;
     let Some(read) = read(args)? else { return Ok(Outcome::Doubtful) };
+    if let Some(horizon_s) = args.predict {
+        if !(1.0..=600.0).contains(&horizon_s) {
+            bail!("--predict {horizon_s}: expected 1 to 600 s");
+        }
+        args.output.show(torpedo::predict(&read, vehicle.as_ref(), horizon_s)?)?;
+        return Ok(Outcome::Done);
+    }
+    if torpedo::is_for(&read.log) {
+        return explain_failure(&read, || short_runs(args, &read, vehicle.as_ref(), vehicle_path));
+    }
     explain_failure(&read, || write(args, &read, vehicle.as_ref(), vehicle_path))
+}
+
+/// Runs of a torpedo without fixes: page and vehicle file.
+fn short_runs(
+    args: &Args,
+    read: &ReadLog,
+    vehicle: Option<&VehicleFile>,
+    vehicle_path: Option<PathBuf>,
+) -> anyhow::Result<Outcome> {
+    if args.truth.is_some() || args.no_dvl {
+        bail!("--truth and --no-dvl need a log with fixes; short runs are judged by their own attitude, depth and DVL");
+    }
+    let result = torpedo::compute(read, vehicle)?;
+    if let (Some(path), Some(picture)) = (&args.picture, torpedo::picture(&result)?) {
+        write_file(path, Existing::Replace, |file| file.write_all(picture.as_bytes()))?;
+    }
+    if let Some(path) = &vehicle_path {
+        make_folder_of(path)?;
+        let source = format!("found by `backseat diagnose` in {}", args.log.display());
+        result.diagnosis.vehicle.write(path, &source, args.output.existing())?;
+    }
+    args.output.show(torpedo::report(&result, &read.log, vehicle_path.as_deref())?)?;
+    Ok(Outcome::Done)
 }
 
 /// From the log that was read to what is written: the page, the vehicle file, the terms.
@@ -93,7 +136,7 @@ fn write(
     }
     let files = Files { vehicle: vehicle_path.as_deref(), terms: terms_path.as_deref() };
     args.output.show(diagnose::report(&result, files))?;
-    Ok(Outcome::doubtful_if(!result.doubts.is_empty()))
+    Ok(Outcome::doubtful_if(result.is_doubtful()))
 }
 
 /// The log, with those beside it; `None` if one is refused.

@@ -8,6 +8,7 @@
 mod autopilot;
 mod files;
 mod mission;
+mod readings;
 pub mod vessel;
 
 pub use files::{effects_json, write, write_effects};
@@ -99,6 +100,7 @@ pub fn simulate(spec: &Spec, seed: u64) -> Dataset {
     let mut world = World::new(&scenario);
     let mut autopilot = Autopilot::new(&spec.vehicle.parameters, &legs, spec.dvl);
     let mut recorder = Recorder::default();
+    let mut readings = readings::Readings::new(spec.noise, seed);
     let mut rows = Vec::new();
     let density = scenario.physics().vehicle.rho_kg_per_m3;
     let mut ctd = Stream::new(seed, Source::Ctd);
@@ -107,7 +109,10 @@ pub fn simulate(spec: &Spec, seed: u64) -> Dataset {
     for time_us in (0..=end_us).step_by(COMMAND_US as usize) {
         world.advance(time_us, &mut |observation| {
             autopilot.observe(observation);
-            recorder.observe(observation);
+            match &mut readings {
+                Some(readings) => readings.logged(observation).iter().for_each(|logged| recorder.observe(logged)),
+                None => recorder.observe(observation),
+            }
         });
         if time_us.is_multiple_of(TRUTH_US) {
             let now = world.truth();

@@ -2,7 +2,6 @@
 
 use super::effects::{AcousticChannel, Instruments};
 use super::{Physics, Scenario};
-use crate::noise::Colour;
 use crate::truth::{Fin, Parameters, State, Undeclared};
 
 impl Scenario {
@@ -14,7 +13,7 @@ impl Scenario {
             vehicle: self.vehicle_parameters(),
             undeclared: Undeclared {
                 no_surface: !settings.plant.surface,
-                disturbance_colour: settings.noise.colour(Colour::DISTURBANCE),
+                disturbance_colour: settings.noise.disturbance(),
                 ..Undeclared::default()
             },
             currents: vec![settings.environment.current],

@@ -1,7 +1,7 @@
 //! Attitude and heading reference with rate gyros.
 
 use super::Sampler;
-use crate::noise::{Colour, Colouring, NoiseKind};
+use crate::noise::{Colour, Colouring, NoiseKind, SensorClass};
 use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
 use crate::scenario;
@@ -32,15 +32,19 @@ impl Ahrs {
         noise: NoiseKind,
         seed: u64,
     ) -> Self {
-        let colouring = |source| noise.colour(Colour::AHRS).map(|colour| Colouring::new(colour, seed, source));
+        let [attitude, rates] =
+            [SensorClass::Attitude, SensorClass::Rates].map(|class| noise.mixture(class, Colour::AHRS, seed));
         let mut angles = settings.attitude_sigma_rad.map_or(declared.angles_rad(), |sigma| [sigma; 3]);
         angles[2] = settings.heading_sigma_rad.unwrap_or(angles[2]);
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Ahrs),
-            attitude_sigma_rad: angles.map(|sigma| noise.factor() * sigma),
-            rates_sigma_radps: noise.factor() * settings.rates_sigma_radps.unwrap_or(declared.rates_radps),
-            colouring: colouring(Source::AttitudeColour).zip(colouring(Source::RatesColour)).map(|(a, r)| [a, r]),
+            attitude_sigma_rad: angles.map(|sigma| attitude.size * sigma),
+            rates_sigma_radps: rates.size * settings.rates_sigma_radps.unwrap_or(declared.rates_radps),
+            colouring: attitude
+                .colouring(seed, Source::AttitudeColour)
+                .zip(rates.colouring(seed, Source::RatesColour))
+                .map(|(a, r)| [a, r]),
             instruments: *instruments,
             turn_rad,
             lagged: None,

@@ -1,7 +1,7 @@
 //! Pressure sensor.
 
 use super::Sampler;
-use crate::noise::{Colour, Colouring, NoiseKind};
+use crate::noise::{Colour, Colouring, NoiseKind, SensorClass};
 use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
 use crate::scenario;
@@ -29,11 +29,12 @@ impl Depth {
         noise: NoiseKind,
         seed: u64,
     ) -> Self {
+        let mixture = noise.mixture(SensorClass::Depth, Colour::DEPTH, seed);
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Depth),
-            sigma_m: noise.factor() * settings.sigma_m.unwrap_or(declared_sigma_m),
-            colouring: noise.colour(Colour::DEPTH).map(|colour| Colouring::new(colour, seed, Source::DepthColour)),
+            sigma_m: mixture.size * settings.sigma_m.unwrap_or(declared_sigma_m),
+            colouring: mixture.colouring(seed, Source::DepthColour),
             bias_m,
             ratio,
             arm_m,

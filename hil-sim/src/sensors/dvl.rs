@@ -1,7 +1,7 @@
 //! Doppler velocity log, bottom track.
 
 use super::Sampler;
-use crate::noise::{Colour, Colouring, NoiseKind};
+use crate::noise::{Colour, Colouring, NoiseKind, SensorClass};
 use crate::observation::ObservationKind;
 use crate::rng::{Source, Stream};
 use crate::scenario;
@@ -35,6 +35,7 @@ impl Dvl {
         noise: NoiseKind,
         seed: u64,
     ) -> Self {
+        let mixture = noise.mixture(SensorClass::Dvl, Colour::DVL, seed);
         let gain = 1.0 + instruments.dvl_ratio;
         let (sy, cy) = libm::sincos(instruments.dvl_mounting_rad[0]);
         let (sp, cp) = libm::sincos(instruments.dvl_mounting_rad[1]);
@@ -42,13 +43,13 @@ impl Dvl {
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::Dvl),
-            sigma_mps: noise.factor() * settings.sigma_mps.unwrap_or(declared_sigma_mps),
+            sigma_mps: mixture.size * settings.sigma_mps.unwrap_or(declared_sigma_mps),
             settings: *settings,
             bottom_depth_m,
             mounting: mounting.map(|row| row.map(|element| gain * element)),
             lever_m: std::array::from_fn(|i| installation.dvl_arm_m[i] + instruments.dvl_lever_m[i]),
             turn: (installation.dvl_turn_rad != [0.0; 3]).then(|| mounting::rotation(installation.dvl_turn_rad)),
-            colouring: noise.colour(Colour::DVL).map(|colour| Colouring::new(colour, seed, Source::DvlColour)),
+            colouring: mixture.colouring(seed, Source::DvlColour),
         }
     }
 

@@ -1,7 +1,7 @@
 //! GNSS receivers: the vehicle's, which is deaf under water, and the ship's.
 
 use super::Sampler;
-use crate::noise::{Colour, Colouring, NoiseKind};
+use crate::noise::{Colour, Colouring, NoiseKind, SensorClass};
 use crate::observation::{GnssFix, ObservationKind};
 use crate::rng::{Source, Stream};
 use crate::scenario;
@@ -27,13 +27,14 @@ impl VehicleGnss {
         noise: NoiseKind,
         seed: u64,
     ) -> Self {
+        let mixture = noise.mixture(SensorClass::Gnss, Colour::GNSS, seed);
         Self {
             sampler: Sampler::new(settings.fitted, settings.rate_hz, settings.offset_s),
             random: Stream::new(seed, Source::VehicleGnss),
-            sigma_m: noise.factor() * settings.sigma_m.unwrap_or(declared_sigma_m),
+            sigma_m: mixture.size * settings.sigma_m.unwrap_or(declared_sigma_m),
             max_depth_m: settings.max_depth_m,
             arm_m,
-            colouring: noise.colour(Colour::GNSS).map(|colour| Colouring::new(colour, seed, Source::VehicleGnssColour)),
+            colouring: mixture.colouring(seed, Source::VehicleGnssColour),
         }
     }
 

@@ -65,7 +65,7 @@ fn navigate(log: &Log) -> Result<&'static str, String> {
         None if is_beside(log) && [Column::Tol, Column::Range, Column::UplinkRange].iter().any(|c| log.has(*c)) => {
             Ok("only beside a vehicle's log, with --modem")
         }
-        _ if !start.is_empty() => Err(format!("lacks a fix to start from: {start}")),
+        _ if !start.is_empty() && log.runs.is_empty() => Err(format!("lacks a fix to start from: {start}")),
         Some(Navigation::Dynamic) if !log.rows.iter().any(|row| row.attitude_rad().is_some()) => {
             Err("lacks an attitude: roll_rad, pitch_rad, heading_rad".to_owned())
         }

@@ -62,12 +62,12 @@ pub fn find(log_data: &PreparedLog, accepted: &[Instance], place: usize, round: 
     if close.is_empty() {
         return Vec::new();
     }
-    let Some(own) = log_data.fit(accepted, DataPart::Whole) else { return Vec::new() };
+    let Some(own) = log_data.fit(accepted, DataPart::Seen) else { return Vec::new() };
     let mut alternatives: Vec<Alternative> = close
         .into_par_iter()
         .filter_map(|e| {
             let is_separable = e.p_beside_lower < UNDECIDED && round.is_significant(e);
-            let found = alternative(log_data, accepted_one, &others, &e.instance, own.whole_square)?;
+            let found = alternative(log_data, accepted_one, &others, &e.instance, own.seen_square)?;
             Some(Alternative { is_separable, ..found })
         })
         .collect();
@@ -89,8 +89,8 @@ fn alternative(
     };
     let mut instances = others.to_vec();
     instances.push(found);
-    let joint = log_data.fit(&instances, DataPart::Whole)?;
-    let deficit = joint.whole_square - own;
+    let joint = log_data.fit(&instances, DataPart::Seen)?;
+    let deficit = joint.seen_square - own;
     let instance = joint.instances.last()?.clone();
     // What the accepted entry adds to its alternative, the rest refitted.
     let (degrees, gain, inflation, blocks) = if instance.candidate.effect == accepted_one.candidate.effect {
@@ -99,7 +99,7 @@ fn alternative(
         let set = set_of(&log_data.scope.declared, &joint.instances);
         let (terms, hypotheses) = added(log_data, &joint.instances, &accepted_one.candidate);
         let pass = log_data.pass(&set, &terms)?;
-        let sum = pass.normal.sum(|_| true);
+        let sum = pass.normal.sum(log_data.seen());
         let nuisance: Vec<usize> = (0..joint.instances.iter().map(|i| i.sizes.len()).sum()).collect();
         let base = linear::fit(&sum, &nuisance, &[])?.gain;
         let hypothesis = hypotheses.first()?;
@@ -107,7 +107,7 @@ fn alternative(
         let fixed = hypothesis.fixed();
         match linear::fit(&sum, &free, &fixed) {
             Some(fit) => {
-                let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &free, &fit, &fixed);
+                let (inflation, blocks) = linear::inflation(&pass.normal, log_data.seen(), &free, &fit, &fixed);
                 (accepted_one.candidate.degrees(), (fit.gain - base).max(deficit), inflation, blocks)
             }
             // The two are one and the same to working precision.

@@ -2,8 +2,11 @@
 
 use crate::alternatives::{self, Alternative};
 use crate::candidates::{Candidate, Instance, set_of};
+use crate::coloured_noise;
 use crate::event_times::{self, Intervals};
+use crate::floor::Remaining;
 pub use crate::found::{FoundEffect, ParameterEstimate};
+use crate::judged;
 use crate::ladder::{self, Ladder};
 use crate::log_effects::Effects;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
@@ -27,6 +30,10 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The condition that decided it.
     pub reason: &'static str,
+    /// What it was decided from.
+    pub conditions: Conditions,
+    /// What is left on data that judges, beside what the sensors can make.
+    pub remaining: Vec<Remaining>,
     /// Effects found, strongest first.
     pub effects: Vec<FoundEffect>,
     /// The ladder of every round.
@@ -51,6 +58,17 @@ impl Diagnosis {
     pub fn set(&self, declared: &Effects) -> Effects {
         self.effects.iter().fold(*declared, |set, found| found.instance.apply(&set))
     }
+
+    /// Puts the floor under the verdict: what is left, and whether enough judges.
+    #[must_use]
+    pub fn held_to(mut self, remaining: Vec<Remaining>, is_undecided: bool) -> Self {
+        self.conditions.is_implausible |= remaining.iter().any(Remaining::is_beyond);
+        self.conditions.is_undecided |= is_undecided;
+        self.remaining = remaining;
+        let rule = verdict::decide(&self.conditions);
+        (self.verdict, self.reason) = (rule.verdict, rule.condition);
+        self
+    }
 }
 
 /// Diagnoses a log; `progress` receives the name of each step.
@@ -58,6 +76,61 @@ impl Diagnosis {
 /// `None` if the filter diverges.
 #[must_use]
 pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
+    let mut diagnosis = timed(log_data, &mut progress)?;
+    propose(log_data, &mut diagnosis);
+    diagnosis.notes.extend(coloured_noise::notes(&log_data.setup));
+    diagnosis.notes.extend(timing::note(&log_data.timing));
+    if diagnosis.effects.iter().any(|found| found.instance.candidate.is_pure_delay()) {
+        let note = "beside input_delay a log does not show whether inputs hold or move on between their samples: if they move \
+                    on, they are half a sample later than if they hold";
+        diagnosis.notes.push(note.to_owned());
+    }
+    Some(diagnosis)
+}
+
+/// Fits the terms of what remains unexplained.
+fn propose(log_data: &mut PreparedLog, diagnosis: &mut Diagnosis) {
+    if diagnosis.verdict == Verdict::Unexplained
+        && let Some((terms, after)) = proposal::fit(log_data, &diagnosis.structure)
+    {
+        (diagnosis.proposed, diagnosis.with_terms) = (terms, Some(after));
+    }
+}
+
+/// The ladder; where its innovations are not white, noise that lasts is estimated beside what it found, terms in no
+/// catalogue included, so that the noise does not take up what is none, and the ladder begins again against that noise.
+fn climb(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Ladder> {
+    let ladder = ladder::climb(log_data, &mut progress)?;
+    let joint = match &ladder.joint {
+        Some(joint) => joint.clone(),
+        None => search::refit(log_data, &ladder.accepted)?,
+    };
+    if log_data.is_noise_estimated || coloured_noise::suspected(log_data, &joint.pass).is_empty() {
+        return Some(ladder);
+    }
+    progress("noise that lasts");
+    log_data.is_noise_estimated = true;
+    // Waves are an effect: they are not taken for noise of what they move.
+    let waves = ladder.noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
+    let kept: &[ResidualChannel] = if waves { &MOVED_BY_WAVES } else { &[] };
+    let left = structure::find(log_data, &joint.instances, waves)?;
+    log_data.setup.proposed = left.hints.iter().map(|hint| (hint.generic, hint.value)).collect();
+    let set = set_of(&log_data.scope.declared, &joint.instances);
+    let is_new = coloured_noise::estimate(log_data, &set, kept);
+    log_data.setup.proposed.clear();
+    if !is_new? {
+        return Some(ladder);
+    }
+    log_data.declared = log_data.pass(&log_data.scope.declared, &[])?;
+    ladder::climb(log_data, &mut progress)
+}
+
+/// Channels that swing in waves.
+const MOVED_BY_WAVES: [ResidualChannel; 4] =
+    [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW, ResidualChannel::Depth];
+
+/// Once, and again where the inputs act at other times than was taken.
+fn timed(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<Diagnosis> {
     let (mut diagnosis, mut accepted) = once(log_data, &mut progress)?;
     // What effects leave shows the timing of the inputs better than what the declared model leaves; but a lag takes up the
     // half sample between held and moving inputs, so that beside one the two are fitted anew.
@@ -69,48 +142,51 @@ pub fn run(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option
     if log_data.retime_beside_lag(&accepted)? {
         (diagnosis, _) = once(log_data, &mut progress)?;
     }
-    diagnosis.notes.extend(timing::note(&log_data.timing));
-    if diagnosis.effects.iter().any(|found| found.instance.candidate.is_pure_delay()) {
-        let note = "beside input_delay a log does not show whether inputs hold or move on between their samples: if they move \
-                    on, they are half a sample later than if they hold";
-        diagnosis.notes.push(note.to_owned());
-    }
-    if diagnosis.verdict == Verdict::Unexplained
-        && let Some((terms, after)) = proposal::fit(log_data, &diagnosis.structure)
-    {
-        (diagnosis.proposed, diagnosis.with_terms) = (terms, Some(after));
-    }
     Some(diagnosis)
 }
 
 /// With the timing of the inputs as it is; beside the diagnosis the entries accepted, even where they do not explain all.
 fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(Diagnosis, Vec<Instance>)> {
-    let Ladder { accepted, rounds, joint, noise_effects } = ladder::climb(log_data, &mut progress)?;
+    let Ladder { accepted, rounds, joint, noise_effects } = climb(log_data, &mut progress)?;
     progress("alternatives");
-    let (accepted, alternatives, joint) = settle(log_data, accepted, joint, &rounds)?;
+    let (mut accepted, mut joint, mut unfounded) = (accepted, joint, Vec::new());
+    let (alternatives, joint, without, times) = loop {
+        let (settled, alternatives, fitted) = settle(log_data, accepted, joint.take(), &rounds)?;
+        accepted = settled;
+        let times = event_times(log_data, &accepted);
+        log_data.split.except(times.iter().flatten().flatten().copied().collect());
+        let without = judged::without_each(log_data, &accepted)?;
+        let Some((place, reason)) = judged::unfounded(log_data, &fitted, &without) else {
+            break (alternatives, fitted, without, times);
+        };
+        accepted.remove(place);
+        unfounded.push(reason);
+    };
     progress("structure");
     let swell = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
     let against_declared = || if accepted.is_empty() { None } else { structure::find(log_data, &[], swell) };
     let ((left, against_declared), found) = rayon::join(
         || rayon::join(|| structure::find(log_data, &accepted, swell), against_declared),
-        || describe(log_data, &accepted, alternatives, &joint, &rounds),
+        || describe(log_data, &accepted, alternatives, &joint, (&without, times, &rounds)),
     );
     let (left, found) = (left?, found?);
-    let explained: f64 = log_data.declared.normal.sum(|_| true).square - joint.whole_square;
+    let explained: f64 = log_data.seen_square(&log_data.declared) - joint.seen_square;
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
-    let whitenesses = whiteness(log_data, &joint.pass);
+    let whitenesses = whiteness(log_data, &joint.pass, DataPart::Judge);
     let errs_on_held_out = !accepted.is_empty() && noise_effects.is_empty() && errs_in_a_channel(&whitenesses);
     let exceeds_noise = exceeds_noise(&joint.pass) || errs_on_held_out;
     let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
-    let rule = verdict::decide(&Conditions {
+    let conditions = Conditions {
         structure_remains,
         exceeds_noise,
         generic_terms_fit_better: has_doubtful_effects
             && generic_is_better(log_data, against_declared.as_ref()?, accepted.len(), explained),
-        is_coloured: whiteness_p(&whitenesses) < LEAST_WHITENESS_P,
+        is_coloured: is_coloured(&whitenesses, !log_data.setup.colours.is_empty()),
         has_effects: !(found.is_empty() && noise_effects.is_empty()),
         has_alternatives: found.iter().any(|found| found.possible_alternatives().next().is_some()),
-    });
+        ..Conditions::default()
+    };
+    let rule = verdict::decide(&conditions);
     let (mut found, mut structure) = (found, left);
     if rule.verdict == Verdict::Unexplained {
         // The entries stood in for something else: the terms reported are those against the declared model.
@@ -125,12 +201,15 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         .into_iter()
         .map(|(effect, reason)| format!("{effect} was not tested: {reason}"))
         .chain(search::undetermined(&rounds))
+        .chain(unfounded)
         .chain(scale_notes(log_data))
         .chain(whitenesses.iter().filter_map(Whiteness::colour_note))
         .collect();
     let diagnosis = Diagnosis {
         verdict: rule.verdict,
         reason: rule.condition,
+        conditions,
+        remaining: Vec::new(),
         effects: found,
         rounds,
         structure,
@@ -141,6 +220,15 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         notes,
     };
     Some((diagnosis, accepted))
+}
+
+/// Whether innovations are not white on the data that judges. Beside noise that was estimated, what is left is that the
+/// noise has another spectrum than two processes: a correlation that is tolerated up to this size, however small its p.
+fn is_coloured(whitenesses: &[Whiteness], is_noise_estimated: bool) -> bool {
+    const TOLERATED: f64 = 0.15;
+    let small = |w: &&Whiteness| !(is_noise_estimated && w.correlation.iter().all(|r| r.abs() < TOLERATED));
+    let counted: Vec<Whiteness> = whitenesses.iter().filter(small).cloned().collect();
+    whiteness_p(&counted) < LEAST_WHITENESS_P
 }
 
 /// Structure beside the accepted effects is tolerated up to this share of their gain, and up to this much.
@@ -186,11 +274,11 @@ fn generic_is_better(log_data: &mut PreparedLog, alternative: &Structure, accept
     let explain_more = |gain: f64| gain > explained + BETTER.max(tolerated(explained));
     let explain_as_much = |gain: f64| gain > explained - WORSE.0 - WORSE.1 * explained;
     let promised = |terms: usize| alternative.hints.iter().take(terms).map(|hint| hint.gain).sum::<f64>();
-    let declared = log_data.declared.normal.sum(|_| true).square;
+    let declared = log_data.seen_square(&log_data.declared);
     let mut fitted = |terms: usize| {
         let hints = alternative.hints.iter().take(terms).cloned().collect();
         let fit = proposal::fit(log_data, &Structure { hints, ..Structure::default() });
-        fit.map_or(0.0, |(_, pass)| declared - pass.normal.sum(|_| true).square)
+        fit.map_or(0.0, |(_, pass)| declared - log_data.seen_square(&pass))
     };
     let fewer = accepted - 1;
     (fewer > 0 && explain_as_much(promised(fewer)) && explain_as_much(fitted(fewer)))
@@ -226,19 +314,24 @@ fn settle(
         });
         match swap {
             None => {
-                let joint = match joint.take() {
-                    Some(joint) => joint,
-                    None => search::refit(log_data, &accepted)?,
-                };
+                // The values that are reported are of all that does not judge.
+                let start = joint.as_ref().map_or(&accepted, |joint| &joint.instances);
+                let joint = log_data.fit(start, DataPart::Seen)?;
                 return Some((joint.instances.clone(), alternatives, joint));
             }
             Some((place, instance)) => accepted[place] = instance,
         }
         joint = None;
     }
-    let joint = search::refit(log_data, &accepted)?;
+    let joint = log_data.fit(&accepted, DataPart::Seen)?;
     let alternatives = vec![Vec::new(); accepted.len()];
     Some((joint.instances.clone(), alternatives, joint))
+}
+
+/// Intervals of onset and end of every effect that has them.
+fn event_times(log_data: &PreparedLog, accepted: &[Instance]) -> Vec<Intervals> {
+    let of = |place: usize| event_times::intervals(log_data, &without(accepted, place), &accepted[place]);
+    (0..accepted.len()).into_par_iter().map(of).collect()
 }
 
 /// The others.
@@ -251,26 +344,15 @@ fn describe(
     accepted: &[Instance],
     alternatives: Vec<Vec<Alternative>>,
     joint: &JointFit,
-    rounds: &[Round],
+    (without_each, times, rounds): (&[Pass], Vec<Intervals>, &[Round]),
 ) -> Option<Vec<FoundEffect>> {
-    let alone: Option<Vec<(Pass, Intervals)>> = (0..accepted.len())
-        .into_par_iter()
-        .map(|place| {
-            let others = without(accepted, place);
-            let times = event_times::intervals(log_data, &others, &accepted[place]);
-            let pass = if others.is_empty() {
-                log_data.declared.clone()
-            } else {
-                log_data.fit(&others, DataPart::Train)?.pass
-            };
-            Some((pass, times))
-        })
-        .collect();
     let mut at = 0;
     let mut found = Vec::new();
-    for ((instance, alternatives), (without, times)) in accepted.iter().zip(alternatives).zip(alone?) {
-        let gain = without.normal.sum(|_| true).square - joint.whole_square;
-        let blocks = log_data.held_gain(&without, &joint.pass);
+    for ((instance, alternatives), (without, times)) in
+        accepted.iter().zip(alternatives).zip(without_each.iter().zip(times))
+    {
+        let gain = log_data.seen_square(without) - joint.seen_square;
+        let blocks = log_data.gains(DataPart::Judge, without, &joint.pass);
         let held_gain =
             mean_ci95(&blocks).map(|(low, high)| (blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]));
         let sigmas = &joint.sigmas[at..at + instance.sizes.len()];

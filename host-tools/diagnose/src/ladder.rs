@@ -2,6 +2,7 @@
 
 use crate::candidates::{Instance, set_of};
 use crate::found::FoundEffect;
+use crate::judged;
 use crate::noise_effects::noise_effects;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
 use crate::scores::{whiteness, whiteness_p};
@@ -99,7 +100,7 @@ impl Ladder {
 
     /// The best lasting effect of the first round that was not accepted, if what is left is not white.
     fn another_start(&self, log_data: &PreparedLog) -> Option<Instance> {
-        if whiteness_p(&whiteness(log_data, &self.joint.as_ref()?.pass)) >= LEAST_WHITENESS_P {
+        if whiteness_p(&whiteness(log_data, &self.joint.as_ref()?.pass, DataPart::Seen)) >= LEAST_WHITENESS_P {
             return None;
         }
         let round = self.rounds.first()?;
@@ -111,7 +112,7 @@ impl Ladder {
 
     fn cost(&self) -> Option<f64> {
         let numbers: usize = self.accepted.iter().map(|instance| instance.candidate.degrees()).sum();
-        Some(self.joint.as_ref()?.whole_square + COST * numbers as f64)
+        Some(self.joint.as_ref()?.seen_square + COST * numbers as f64)
     }
 }
 
@@ -119,7 +120,11 @@ impl Ladder {
 /// drives).
 fn stands(log_data: &PreparedLog, accepted: &[Instance], round: &Round, e: &Evidence) -> bool {
     let set = || e.instance.apply(&set_of(&log_data.scope.declared, accepted));
-    round.is_significant(e) && e.instance.is_resolved() && log_data.setup.model(&set()).is_some()
+    let length_m = log_data.setup.parameters.length_m;
+    round.is_significant(e)
+        && e.instance.is_resolved()
+        && judged::is_possible(&e.instance, length_m)
+        && log_data.setup.model(&set()).is_some()
 }
 
 /// The best hypothesis of a round that stands, fitted in full where several come close.
@@ -142,8 +147,8 @@ fn choose(log_data: &PreparedLog, accepted: &[Instance], round: &Round) -> Optio
         .filter_map(|e| {
             let mut instances = accepted.to_vec();
             instances.push(e.instance.clone());
-            let joint = log_data.fit(&instances, DataPart::Whole)?;
-            Some((joint.whole_square + 2.0 * e.degrees as f64, joint.instances.last()?.clone()))
+            let joint = log_data.fit(&instances, DataPart::Seen)?;
+            Some((joint.seen_square + 2.0 * e.degrees as f64, joint.instances.last()?.clone()))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, instance)| instance)

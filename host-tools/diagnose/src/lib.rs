@@ -6,6 +6,7 @@
 //! normal_equations  information matrix and score, by    linear        least squares on a choice of columns
 //!                   blocks of time
 //! noise             scales, outliers                    waves         a peak in the DVL's spectrum
+//! coloured_noise    noise that lasts, channel by channel
 //! candidates        the catalogue as hypotheses         search        forward selection, times of events
 //! alternatives      which other entry it could be       structure     terms outside the catalogue that remain
 //! prepared_log      one log made ready, joint fits      diagnosis     the whole loop
@@ -15,6 +16,8 @@
 //! log_models        logs without fins and propeller     figures       what the report draws
 //! proposal          terms in no catalogue, as a formula event_times   intervals of onset and end
 //! statistics        whiteness of a sequence             timing        when fins and propeller act
+//! judged            what may be named
+//! split             what fits, chooses and judges       floor         what is left beside what the sensors can make
 //! ```
 //!
 //! The method: the filter itself is the whitener. Its normalised innovations are white if the model is right, so that
@@ -29,10 +32,13 @@
 
 pub mod alternatives;
 pub mod candidates;
+pub mod coloured_noise;
 pub mod diagnosis;
 pub mod event_times;
 pub mod figures;
+pub mod floor;
 pub mod found;
+pub mod judged;
 pub mod ladder;
 pub mod linear;
 pub mod log_effects;
@@ -47,9 +53,11 @@ pub mod regressors;
 pub mod samples;
 pub mod scores;
 pub mod search;
+pub mod split;
 pub mod statistics;
 pub mod structure;
 pub mod timing;
+pub mod torpedo;
 pub mod verdict;
 pub mod waves;
 pub mod whitener;

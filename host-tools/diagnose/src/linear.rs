@@ -72,16 +72,16 @@ pub fn inflation<C: Copy + Into<Column>>(
     fixed: &[(C, f64)],
 ) -> (f64, usize) {
     let d = free.len();
-    let scatter = scatter(normal, choose, free, fit, fixed);
+    let scatter = scatter(normal, &choose, free, fit, fixed);
     let trace: f64 = (0..d).map(|i| (0..d).map(|j| fit.covariance[i * d + j] * scatter[j * d + i]).sum::<f64>()).sum();
-    let blocks = normal.blocks.iter().filter(|block| block.count > 0).count();
+    let blocks = normal.blocks.iter().enumerate().filter(|(index, block)| choose(*index) && block.count > 0).count();
     ((trace / d.max(1) as f64).max(LEAST_INFLATION), blocks)
 }
 
 /// Σ r rᵀ of the blocks' scores at the fit, neighbours by half.
 fn scatter<C: Copy + Into<Column>>(
     normal: &BlockEquations,
-    choose: impl Fn(usize) -> bool,
+    choose: &impl Fn(usize) -> bool,
     free: &[C],
     fit: &Fit,
     fixed: &[(C, f64)],
@@ -123,7 +123,7 @@ pub fn sigmas<C: Copy + Into<Column>>(
     fixed: &[(C, f64)],
 ) -> Vec<f64> {
     let d = free.len();
-    let middle = scatter(normal, choose, free, fit, fixed);
+    let middle = scatter(normal, &choose, free, fit, fixed);
     let h = &fit.covariance;
     (0..d)
         .map(|i| {

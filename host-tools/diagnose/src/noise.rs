@@ -1,7 +1,9 @@
 //! What is known of the noise before any effect: scale of each channel, isolated outliers of the ranges.
 
+use crate::coloured_noise::most_scale;
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use crate::whitener::Residual;
+use backseat_core::navigation::SensorNoise;
 use backseat_logs::stats::{median, poisson_tail};
 
 /// Samples below which a channel's scale is not estimated.
@@ -18,9 +20,9 @@ const PASSES: usize = 3;
 
 /// Factor of each channel's noise on the declared one: from differences of successive normalised innovations,
 /// which whatever is slow (an effect) leaves alone; a median, which outliers leave alone. Never below 1: data are not
-/// trusted more than they were declared.
+/// trusted more than they were declared, nor less than a sensor of its kind deserves.
 #[must_use]
-pub fn scales(residuals: &[Residual]) -> [f64; ResidualChannel::COUNT] {
+pub fn scales(residuals: &[Residual], sensors: &SensorNoise) -> [f64; ResidualChannel::COUNT] {
     std::array::from_fn(|index| {
         // By what one reading is declared to scatter, whatever it is worth beside others.
         let single = |r: &Residual| r.normalised() * r.alike.sqrt();
@@ -33,7 +35,8 @@ pub fn scales(residuals: &[Residual]) -> [f64; ResidualChannel::COUNT] {
         let scale = median(&jumps).unwrap_or(1.0) * 1.482_602;
         // A median deviation has 1.17/√n relative error; differences overlap and count by half.
         let error = 1.17 * (2.0 / e.len() as f64).sqrt();
-        if scale > 1.0 + BELIEVED * error { scale } else { 1.0 }
+        let most = most_scale(ResidualChannel::ALL[index], sensors);
+        if scale > 1.0 + BELIEVED * error { scale.min(most) } else { 1.0 }
     })
 }
 

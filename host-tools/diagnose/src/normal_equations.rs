@@ -98,6 +98,12 @@ impl BlockEquations {
         Self { columns, blocks: blocks.into_iter().map(take).collect() }
     }
 
+    /// Σ e² of the blocks that `choose` wants.
+    #[must_use]
+    pub fn square(&self, choose: impl Fn(usize) -> bool) -> f64 {
+        self.blocks.iter().enumerate().filter(|(index, _)| choose(*index)).map(|(_, block)| block.square).sum()
+    }
+
     /// Sum of the blocks that `choose` wants.
     #[must_use]
     pub fn sum(&self, choose: impl Fn(usize) -> bool) -> NormalEquations {

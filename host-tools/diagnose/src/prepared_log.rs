@@ -1,4 +1,4 @@
-//! One log made ready: passes over it, which blocks train and which are held out, and refined fits.
+//! One log made ready: passes over it, and refined fits.
 
 use crate::candidates::{Instance, Scope, own_terms, set_of};
 use crate::linear;
@@ -6,8 +6,9 @@ use crate::log_effects::Effects;
 use crate::noise;
 use crate::regressors::Regressor;
 use crate::samples::{ResidualChannel, Samples};
+pub use crate::split::{DataPart, FORECAST_SHARE, Split};
 use crate::timing;
-use crate::whitener::{self, Pass, Setup};
+use crate::whitener::{self, Pass, Residual, Setup};
 use backseat_core::navigation::SurfaceNoise;
 use backseat_estimation::commands::InputTiming;
 use backseat_estimation::inputs;
@@ -18,23 +19,6 @@ use backseat_logs::{Log, VehicleFile};
 pub const BLOCK_S: f64 = 20.0;
 /// A longer log than three hours has longer blocks: each keeps the squares and products of some hundred columns.
 const MOST_BLOCKS: f64 = 600.0;
-/// Blocks in a row that train, and that are held out.
-const TRAIN_BLOCKS: usize = 18;
-const HELD_BLOCKS: usize = 9;
-/// The last part of the log is a forecast.
-pub const FORECAST_SHARE: f64 = 0.2;
-
-/// Which blocks count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DataPart {
-    /// Where parameters are fitted.
-    Train,
-    /// Where they are judged.
-    Held,
-    /// All.
-    Whole,
-}
-
 /// A log, its declared model, and what every pass has in common.
 pub struct PreparedLog {
     /// Noise, scales and outliers.
@@ -49,8 +33,10 @@ pub struct PreparedLog {
     pub own_scale: [f64; ResidualChannel::COUNT],
     /// Innovations of the declared model.
     pub declared: Pass,
-    /// Share at the end of the log that is held out as a forecast.
-    pub forecast_share: f64,
+    /// What each block is used for.
+    pub split: Split,
+    /// Whether noise that lasts was looked for.
+    pub is_noise_estimated: bool,
 }
 
 /// Effects fitted together.
@@ -58,10 +44,10 @@ pub struct PreparedLog {
 pub struct JointFit {
     /// With their values.
     pub instances: Vec<Instance>,
-    /// Σ e² of the blocks fitted and of all.
+    /// Σ e² of the blocks fitted.
     pub square: f64,
-    /// Σ e² of all blocks.
-    pub whole_square: f64,
+    /// Σ e² of all blocks but those that judge.
+    pub seen_square: f64,
     /// One sigma of every size, in order.
     pub sigmas: Vec<f64>,
     /// The last pass; its first columns are the sizes.
@@ -81,15 +67,19 @@ impl PreparedLog {
             sensors: vehicle.sensors,
             installation: vehicle.installation,
             scale: [1.0; ResidualChannel::COUNT],
+            colours: Vec::new(),
             outliers: Vec::new(),
             block_s: BLOCK_S.max(samples.duration_s / MOST_BLOCKS),
             proposed: Vec::new(),
         };
         let set = Effects::from(vehicle.effects.set);
-        let (timing, pass) = timing::choose(&setup, &samples, &set, &InputTiming::default())?;
+        let split = Split::of_one_run(samples.duration_s, setup.block_s, FORECAST_SHARE);
+        let (timing, pass) = timing::choose((&setup, &split), &samples, &set, &InputTiming::default())?;
         samples.act(&timing);
         let mut declared = pass.or_else(|| whitener::run(&setup, &samples, &set, &[]))?;
-        setup.scale = noise::scales(&declared.residuals);
+        let seen: Vec<Residual> =
+            declared.residuals.iter().filter(|r| split.is_at(DataPart::Seen, r.t_s)).copied().collect();
+        setup.scale = noise::scales(&seen, &setup.sensors);
         let is_scaled = setup.scale.iter().any(|scale| *scale > 1.0);
         // An outlier bends what follows it, so that its neighbours look wrong: look again without it.
         for attempt in 0..2 {
@@ -108,12 +98,12 @@ impl PreparedLog {
             declared: set,
         };
         let own_scale = setup.scale;
-        Some(Self { own_scale, setup, samples, timing, scope, declared, forecast_share: FORECAST_SHARE })
+        Some(Self { own_scale, setup, samples, timing, scope, declared, split, is_noise_estimated: false })
     }
 
     /// Looks again when the inputs act, with these effects; whether that is not as before.
     pub fn retime(&mut self, set: &Effects) -> Option<bool> {
-        let (timing, _) = timing::choose(&self.setup, &self.samples, set, &self.timing)?;
+        let (timing, _) = timing::choose((&self.setup, &self.split), &self.samples, set, &self.timing)?;
         if timing == self.timing {
             return Some(false);
         }
@@ -133,9 +123,9 @@ impl PreparedLog {
             return Some(false);
         }
         let before = self.timing;
-        let now = self.fit(instances, DataPart::Whole)?.whole_square;
+        let now = self.fit(instances, DataPart::Seen)?.seen_square;
         self.act(before.map(timing::turned))?;
-        if self.fit(instances, DataPart::Whole).is_some_and(|joint| joint.whole_square + LEAST < now) {
+        if self.fit(instances, DataPart::Seen).is_some_and(|joint| joint.seen_square + LEAST < now) {
             return Some(true);
         }
         self.act(before)?;
@@ -152,19 +142,24 @@ impl PreparedLog {
     /// Whether a block belongs to a part.
     #[must_use]
     pub fn is_in(&self, part: DataPart, block: usize) -> bool {
-        let forecast = block as f64 * self.setup.block_s >= (1.0 - self.forecast_share) * self.samples.duration_s;
-        let held = forecast || block % (TRAIN_BLOCKS + HELD_BLOCKS) >= TRAIN_BLOCKS;
-        match part {
-            DataPart::Train => !held,
-            DataPart::Held => held,
-            DataPart::Whole => true,
-        }
+        self.split.is_in(part, block)
     }
 
-    /// Whether a time is held out.
+    /// Whether a time judges.
     #[must_use]
-    pub fn is_held(&self, t_s: f64) -> bool {
-        self.is_in(DataPart::Held, (t_s / self.setup.block_s) as usize)
+    pub fn is_judged(&self, t_s: f64) -> bool {
+        self.split.is_at(DataPart::Judge, t_s)
+    }
+
+    /// Whether a block is one of those that choose effects.
+    pub fn seen(&self) -> impl Fn(usize) -> bool + '_ {
+        |block| self.is_in(DataPart::Seen, block)
+    }
+
+    /// Σ e² of the blocks that choose effects.
+    #[must_use]
+    pub fn seen_square(&self, pass: &Pass) -> f64 {
+        pass.normal.square(self.seen())
     }
 
     /// Runs the filter with a set of effects and columns.
@@ -237,16 +232,16 @@ impl PreparedLog {
         let covariance = fit.as_ref().map_or_else(|| vec![f64::INFINITY; sizes * sizes], |fit| fit.covariance.clone());
         let at = linear::Fit { gain: 0.0, theta: vec![0.0; sizes], covariance };
         let sigmas = linear::sigmas(&pass.normal, |block| self.is_in(part, block), &free, &at, &[]);
-        let whole_square = pass.normal.sum(|_| true).square;
-        Some((JointFit { instances: now.to_vec(), square: sum.square, whole_square, sigmas, pass }, fit))
+        let seen_square = self.seen_square(&pass);
+        Some((JointFit { instances: now.to_vec(), square: sum.square, seen_square, sigmas, pass }, fit))
     }
 
-    /// Held-out blocks: by how much Σ e² of each falls from one pass to another.
+    /// Blocks of a part: by how much Σ e² of each falls from one pass to another.
     #[must_use]
-    pub fn held_gain(&self, before: &Pass, after: &Pass) -> Vec<f64> {
+    pub fn gains(&self, part: DataPart, before: &Pass, after: &Pass) -> Vec<f64> {
         let pairs = before.normal.blocks.iter().zip(&after.normal.blocks).enumerate();
         pairs
-            .filter(|(index, (before, _))| self.is_in(DataPart::Held, *index) && before.count > 0)
+            .filter(|(index, (before, _))| self.is_in(part, *index) && before.count > 0)
             .map(|(_, (before, after))| before.square - after.square)
             .collect()
     }

@@ -186,6 +186,7 @@ impl Samples {
             log.rows.iter().filter(|row| row.gnss_m().is_some()).map(|row| seconds(row.time_us)).collect();
         let ship: Vec<(u64, [f64; 2])> =
             log.rows.iter().filter_map(|row| Some((row.time_us, row.ship_gnss_m()?))).collect();
+        let [mut attitudes, mut angular, mut velocities] = [Repeats::default(); 3];
         let mut samples = Self { start_us, duration_s: log.duration_s(), ..Self::default() };
         for row in &log.rows {
             let t_s = seconds(row.time_us);
@@ -193,13 +194,13 @@ impl Samples {
             if let Some(z) = row.get(Column::Depth) {
                 read(Reading::Depth(z));
             }
-            if let Some(euler) = row.attitude_rad() {
+            if let Some(euler) = row.attitude_rad().filter(|euler| attitudes.is_new(euler)) {
                 read(Reading::Attitude(euler));
             }
-            if let Some(rates) = row.rates_radps() {
+            if let Some(rates) = row.rates_radps().filter(|rates| angular.is_new(rates)) {
                 read(Reading::Rates(rates));
             }
-            if let Some(velocity) = row.dvl_mps().filter(|_| use_dvl) {
+            if let Some(velocity) = row.dvl_mps().filter(|velocity| use_dvl && velocities.is_new(velocity)) {
                 read(Reading::Dvl(velocity));
             }
             if let Some(position_m) = row.gnss_m() {
@@ -237,6 +238,25 @@ impl Samples {
         self.events.extend(lines.into_iter().map(|line| (line.from_s, LogEvent::Input(line))));
         // Arrivals may lie between rows; the sort is stable: what was read at the time of a command was read before it.
         self.events.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+}
+
+/// Readings that are written again say nothing new: a driver that is asked more often than its sensor measures, or a
+/// sensor that missed a measurement.
+#[derive(Clone, Copy, Default)]
+struct Repeats {
+    last: Option<[f64; 3]>,
+    in_a_row: usize,
+}
+
+impl Repeats {
+    /// Whether a reading is not the last one again. Three numbers that stay the same for longer are what was measured: a
+    /// vehicle at rest, or a log without noise.
+    fn is_new(&mut self, reading: &[f64; 3]) -> bool {
+        const MOST_IN_A_ROW: usize = 9;
+        self.in_a_row = if self.last == Some(*reading) { self.in_a_row + 1 } else { 0 };
+        self.last = Some(*reading);
+        !(1..=MOST_IN_A_ROW).contains(&self.in_a_row)
     }
 }
 
@@ -292,6 +312,15 @@ fn ship_at(fixes: &[(u64, [f64; 2])], launch_us: u64, told_m: Option<[f64; 2]>, 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reading_written_again_is_left_out_and_a_steady_one_is_not() {
+        let mut repeats = Repeats::default();
+        let new: Vec<bool> = [[1.0; 3], [1.0; 3], [2.0; 3], [1.0; 3]].iter().map(|r| repeats.is_new(r)).collect();
+        assert_eq!(new, [true, false, true, true]);
+        let steady = [[1.0; 3]; 20].map(|reading| repeats.is_new(&reading));
+        assert!(steady[19], "{steady:?}");
+    }
 
     /// A lone fix is worth one; among 38 others within 20 s, 1 + 38 ρ of them are, at the end of a run half as many.
     #[test]

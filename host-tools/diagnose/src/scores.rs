@@ -2,10 +2,11 @@
 
 use crate::log_effects::Effects;
 use crate::model::Model;
-use crate::prepared_log::PreparedLog;
+use crate::prepared_log::{DataPart, PreparedLog};
 use crate::proposal;
 use crate::regressors::{self, Proposed, Snapshot};
 use crate::samples::{LogEvent, Reading, ResidualChannel};
+use crate::split::Split;
 use crate::statistics::{self, NoiseColour};
 use crate::whitener::{Pass, Residual};
 use backseat_core::dynamics::Attitude;
@@ -114,7 +115,7 @@ pub fn of(
     truth: Option<&Truth>,
     use_dvl: bool,
 ) -> Result<Scores, DataError> {
-    let whiteness = whiteness(log_data, pass);
+    let whiteness = whiteness(log_data, pass, DataPart::Judge);
     let prediction = predictions(log_data, pass, set);
     let innovation_whiteness_p = whiteness_p(&whiteness);
     let largest = whiteness
@@ -130,12 +131,12 @@ pub fn of(
         None => ("withheld GNSS fixes", against_fixes(&run, &corrected)),
     };
     let position_errors: Vec<(f64, f64)> = errors.iter().map(|(time_us, e)| (seconds(*time_us), *e)).collect();
-    let held: Vec<f64> = position_errors.iter().filter(|(t_s, _)| log_data.is_held(*t_s)).map(|(_, e)| *e).collect();
+    let held: Vec<f64> = position_errors.iter().filter(|(t_s, _)| log_data.is_judged(*t_s)).map(|(_, e)| *e).collect();
     let velocities: Vec<f64> = (0..3).filter_map(|axis| prediction[axis][VELOCITY_HORIZON]).collect();
     let velocity_rmse_mps = if velocities.len() == 3 {
         rms(&velocities)
     } else {
-        truth.and_then(|truth| velocity_against(&run, truth, |time_us| log_data.is_held(seconds(time_us))))
+        truth.and_then(|truth| velocity_against(&run, truth, |time_us| log_data.is_judged(seconds(time_us))))
     };
     Ok(Scores {
         velocity_rmse_mps,
@@ -151,13 +152,23 @@ pub fn of(
     })
 }
 
-/// Whiteness of each channel on the held-out blocks; sequences stay in their order of time.
+/// Root mean square of the position's errors where data judge between those that were fitted, and in the forecast.
 #[must_use]
-pub fn whiteness(log_data: &PreparedLog, pass: &Pass) -> Vec<Whiteness> {
+pub fn position_by_part(split: &Split, scores: &Scores) -> [Option<f64>; 2] {
+    [false, true].map(|forecast| {
+        let wanted = |t_s: f64| split.is_at(DataPart::Judge, t_s) && split.is_at(DataPart::Forecast, t_s) == forecast;
+        rms(&scores.position_errors.iter().filter(|(t_s, _)| wanted(*t_s)).map(|(_, e)| *e).collect::<Vec<_>>())
+    })
+}
+
+/// Whiteness of each channel on a part of the log; sequences stay in their order of time.
+#[must_use]
+pub fn whiteness(log_data: &PreparedLog, pass: &Pass, part: DataPart) -> Vec<Whiteness> {
     ResidualChannel::ALL
         .into_iter()
         .filter_map(|channel| {
-            let held = pass.residuals.iter().filter(|r| r.channel == channel && r.used && log_data.is_held(r.t_s));
+            let held =
+                pass.residuals.iter().filter(|r| r.channel == channel && r.used && log_data.split.is_at(part, r.t_s));
             let e: Vec<f64> = independent(held).map(Residual::normalised).collect();
             let count = e.len();
             let nis = e.iter().map(|e| e * e).sum::<f64>() / count as f64;
@@ -197,7 +208,7 @@ pub fn predictions(log_data: &PreparedLog, pass: &Pass, set: &Effects) -> Vec<[O
     let mut next_s = 0.0;
     for trace in &pass.trace {
         let longest = HORIZONS_S[HORIZONS_S.len() - 1];
-        if trace.t_s < next_s || !log_data.is_held(trace.t_s) || trace.t_s + longest > log_data.samples.duration_s {
+        if trace.t_s < next_s || !log_data.is_judged(trace.t_s) || trace.t_s + longest > log_data.samples.duration_s {
             continue;
         }
         next_s = trace.t_s + EVERY_S;

@@ -26,13 +26,13 @@ const END_GAIN: f64 = 17.0;
 pub struct Evidence {
     /// What.
     pub instance: Instance,
-    /// By how much Σ e² falls over the whole log.
+    /// By how much Σ e² falls over the blocks that choose and those that train.
     pub gain: f64,
     /// Divisor of the gain for residuals that are still coloured.
     pub inflation: f64,
     /// Numbers fitted.
     pub degrees: usize,
-    /// Gain of the values fitted on the training blocks, on the held-out ones.
+    /// Gain of the values fitted on the training blocks, on the choosing ones.
     pub held_gain: f64,
     /// Probability under the null, before the number of hypotheses is considered.
     pub p: f64,
@@ -112,15 +112,18 @@ pub fn round(log_data: &PreparedLog, accepted: &[Instance]) -> Option<Round> {
 #[must_use]
 pub fn judge(log_data: &PreparedLog, pass: &Pass, hypotheses: &[Hypothesis], nuisance: &[usize]) -> Round {
     let sum = |part| pass.normal.sum(|block| log_data.is_in(part, block));
-    let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Held), sum(DataPart::Whole));
+    let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Choose), sum(DataPart::Seen));
     let base = |sum: &NormalEquations| linear::fit(sum, nuisance, &[]).map_or(0.0, |fit| fit.gain);
     let (base_whole, base_held) = (base(&whole), {
         let fit = linear::fit(&train, nuisance, &[]);
         fit.map_or(0.0, |fit| linear::gain_of(&held, nuisance, &fit.theta, &[]))
     });
+    let seen = log_data.seen();
     let judged: Vec<Option<Evidence>> = hypotheses
         .par_iter()
-        .map(|hypothesis| evidence(pass, hypothesis, nuisance, [&train, &held, &whole], [base_whole, base_held]))
+        .map(|hypothesis| {
+            evidence((pass, &seen), hypothesis, nuisance, [&train, &held, &whole], [base_whole, base_held])
+        })
         .collect();
     let mut best: Vec<Evidence> = Vec::new();
     for found in judged.into_iter().flatten() {
@@ -169,7 +172,7 @@ pub fn refined_events(log_data: &PreparedLog, accepted: &[Instance], round: &Rou
 }
 
 fn evidence(
-    pass: &Pass,
+    (pass, seen): (&Pass, &impl Fn(usize) -> bool),
     hypothesis: &Hypothesis,
     nuisance: &[usize],
     [train, held, whole]: [&NormalEquations; 3],
@@ -200,7 +203,7 @@ fn evidence(
     };
     let (fit, left, at) = bounded(whole)?;
     let (trained, trained_left, trained_at) = bounded(train)?;
-    let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &left, &fit, &at);
+    let (inflation, blocks) = linear::inflation(&pass.normal, seen, &left, &fit, &at);
     let gain = fit.gain - base_whole;
     let held_gain = linear::gain_of(held, &trained_left, &trained.theta, &trained_at) - base_held;
     let degrees = hypothesis.candidate.degrees().max(hypothesis.free.len());
@@ -213,12 +216,17 @@ fn evidence(
         .collect();
     let instance = Instance { candidate: hypothesis.candidate, sizes };
     let p = tail(gain, inflation, blocks, degrees);
-    let (p_beside_lower, is_determined) = beside_lower(pass, hypothesis, nuisance, whole);
+    let (p_beside_lower, is_determined) = beside_lower((pass, seen), hypothesis, nuisance, whole);
     Some(Evidence { instance, gain, inflation, degrees, held_gain, p, p_beside_lower, is_determined })
 }
 
 /// Probability under the null of what a higher order adds to the lower one, and whether the log determines it there.
-fn beside_lower(pass: &Pass, hypothesis: &Hypothesis, nuisance: &[usize], whole: &NormalEquations) -> (f64, bool) {
+fn beside_lower(
+    (pass, seen): (&Pass, &impl Fn(usize) -> bool),
+    hypothesis: &Hypothesis,
+    nuisance: &[usize],
+    whole: &NormalEquations,
+) -> (f64, bool) {
     if hypothesis.lower.is_empty() {
         return (0.0, true);
     }
@@ -226,7 +234,7 @@ fn beside_lower(pass: &Pass, hypothesis: &Hypothesis, nuisance: &[usize], whole:
     let all: Vec<usize> = lower.iter().chain(&hypothesis.free).copied().collect();
     let fits = (linear::fit(whole, &lower, &[]), linear::fit(whole, &all, &[]));
     let (Some(base), Some(fit)) = fits else { return (1.0, false) };
-    let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &all, &fit, &[]);
+    let (inflation, blocks) = linear::inflation(&pass.normal, seen, &all, &fit, &[]);
     let is_within =
         |(i, [low, high]): (usize, [f64; 2])| 2.0 * Z_95 * fit.sigma(lower.len() + i) * inflation.sqrt() < high - low;
     let is_determined = hypothesis.candidate.bounds().into_iter().enumerate().all(is_within);
@@ -273,7 +281,7 @@ pub fn refine_span(log_data: &PreparedLog, others: &[Instance], found: &Instance
 pub fn span_gains(log_data: &PreparedLog, others: &[Instance], event: &Candidate, spans: &[Span]) -> Option<Vec<f64>> {
     let (terms, hypotheses) = candidates::event(&log_data.scope, others, event, spans);
     let pass = log_data.pass(&set_of(&log_data.scope.declared, others), &terms)?;
-    let sum = pass.normal.sum(|_| true);
+    let sum = pass.normal.sum(log_data.seen());
     let nuisance: Vec<usize> = (0..others.iter().map(|other| other.sizes.len()).sum()).collect();
     let free = |hypothesis: &Hypothesis| -> Vec<Column> {
         nuisance.iter().copied().map(Column::from).chain(hypothesis.columns()).collect()
@@ -285,7 +293,7 @@ pub fn span_gains(log_data: &PreparedLog, others: &[Instance], event: &Candidate
         .zip(&fits)
         .filter_map(|(hypothesis, fit)| Some((hypothesis, fit.as_ref()?)))
         .max_by(|a, b| a.1.gain.total_cmp(&b.1.gain))?;
-    let (inflation, _) = linear::inflation(&pass.normal, |_| true, &free(best.0), best.1, &best.0.fixed());
+    let (inflation, _) = linear::inflation(&pass.normal, log_data.seen(), &free(best.0), best.1, &best.0.fixed());
     Some(fits.iter().map(|fit| fit.as_ref().map_or(f64::NEG_INFINITY, |fit| fit.gain / inflation.max(1.0))).collect())
 }
 

@@ -21,9 +21,9 @@ pub struct Hint {
     pub generic: GenericTerm,
     /// Its factor beside the others, in SI units of its target per unit of its factor.
     pub value: f64,
-    /// By how much Σ e² falls beside the terms before it, over the whole log.
+    /// By how much Σ e² falls beside the terms before it, where nothing judges.
     pub gain: f64,
-    /// The same on the held-out blocks, fitted on the others.
+    /// The same on the choosing blocks, fitted on the training ones.
     pub held_gain: f64,
     /// Probability under the null after the size of the dictionary.
     pub p: f64,
@@ -38,9 +38,9 @@ pub struct NamedTerm {
     pub values: Vec<f64>,
     /// Their 95 % intervals.
     pub ci95: Vec<[f64; 2]>,
-    /// By how much Σ e² falls beside the terms before it, over the whole log.
+    /// By how much Σ e² falls beside the terms before it, where nothing judges.
     pub gain: f64,
-    /// The same on the held-out blocks, fitted on the others.
+    /// The same on the choosing blocks, fitted on the training ones.
     pub held_gain: f64,
     /// Probability under the null after the number of terms tried.
     pub p: f64,
@@ -75,7 +75,7 @@ pub fn find(log_data: &PreparedLog, accepted: &[Instance], swell: bool) -> Optio
 
 fn pursue(log_data: &PreparedLog, pass: &Pass, nuisance: &[usize], dictionary: &[GenericTerm]) -> Structure {
     let sum = |part| pass.normal.sum(|block| log_data.is_in(part, block));
-    let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Held), sum(DataPart::Whole));
+    let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Choose), sum(DataPart::Seen));
     let fit = |sum: &NormalEquations, columns: &[usize]| linear::fit(sum, columns, &[]);
     let held_gain =
         |columns: &[usize]| fit(&train, columns).map_or(0.0, |fit| linear::gain_of(&held, columns, &fit.theta, &[]));
@@ -94,7 +94,7 @@ fn pursue(log_data: &PreparedLog, pass: &Pass, nuisance: &[usize], dictionary: &
             })
             .max_by(|a, b| a.2.gain.total_cmp(&b.2.gain));
         let Some((column, columns, best)) = best else { break };
-        let (inflation, blocks) = linear::inflation(&pass.normal, |_| true, &columns, &best, &[]);
+        let (inflation, blocks) = linear::inflation(&pass.normal, log_data.seen(), &columns, &best, &[]);
         let p = (tail(best.gain - gain, inflation, blocks, 1) * dictionary.len() as f64).min(1.0);
         let held = held_gain(&columns);
         if p > FAMILY_ERROR || held <= held_so_far {

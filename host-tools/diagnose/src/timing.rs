@@ -7,6 +7,7 @@
 
 use crate::log_effects::Effects;
 use crate::samples::Samples;
+use crate::split::{DataPart, Split};
 use crate::whitener::{self, Pass, Residual, Setup};
 use backseat_core::dynamics::INPUTS;
 use backseat_estimation::commands::{ACTUATORS, Hold, HoldKind, InputTiming};
@@ -24,7 +25,7 @@ const MOST: f64 = 2.0;
 /// filter does not run.
 #[must_use]
 pub fn choose(
-    setup: &Setup,
+    (setup, split): (&Setup, &Split),
     samples: &Samples,
     set: &Effects,
     now: &InputTiming,
@@ -39,7 +40,7 @@ pub fn choose(
     };
     let (base, other) = rayon::join(|| pass(now), || pass(&now.map(turned)));
     let (base, other) = (base?, other?);
-    let [together] = shares(&base.residuals, &[other.residuals], setup.block_s).try_into().ok()?;
+    let [together] = shares(&base.residuals, &[other.residuals], split).try_into().ok()?;
     let mut timing = *now;
     if is_turned(together) {
         timing = now.map(turned);
@@ -55,7 +56,7 @@ pub fn choose(
             Some(pass(&one)?.residuals)
         })
         .collect();
-    for (hold, share) in timing.iter_mut().zip(shares(&base.residuals, &single?, setup.block_s)) {
+    for (hold, share) in timing.iter_mut().zip(shares(&base.residuals, &single?, split)) {
         if is_turned(share) {
             *hold = turned(*hold);
         }
@@ -91,13 +92,14 @@ fn is_turned((share, sigma): (f64, f64)) -> bool {
 }
 
 /// λ of each alternative, fitted together, with its standard error by blocks.
-fn shares(base: &[Residual], others: &[Vec<Residual>], block_s: f64) -> Vec<(f64, f64)> {
+fn shares(base: &[Residual], others: &[Vec<Residual>], split: &Split) -> Vec<(f64, f64)> {
     let n = others.len();
+    let block_s = split.block_s;
     let blocks = base.last().map_or(0, |last| (last.t_s / block_s) as usize + 1);
     let mut information = DMatrix::zeros(n, n);
     let mut scores = vec![DVector::zeros(n); blocks];
     let mut parts = vec![DMatrix::zeros(n, n); blocks];
-    for (k, residual) in base.iter().enumerate() {
+    for (k, residual) in base.iter().enumerate().filter(|(_, r)| split.is_at(DataPart::Seen, r.t_s)) {
         let e = residual.normalised();
         let difference = DVector::from_fn(n, |i, _| others[i].get(k).map_or(0.0, |other| other.normalised() - e));
         let block = (residual.t_s / block_s) as usize;

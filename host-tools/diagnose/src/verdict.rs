@@ -11,6 +11,10 @@ pub enum Verdict {
     Ambiguous,
     /// Structure remains that no entry of the catalogue accounts for.
     Unexplained,
+    /// What is left on data that judges is more than the sensors can make.
+    Implausible,
+    /// Too little judges, or the model says less than the mean of what was measured.
+    Undecided,
 }
 
 impl Verdict {
@@ -22,13 +26,25 @@ impl Verdict {
             Self::Explained => "explained",
             Self::Ambiguous => "ambiguous",
             Self::Unexplained => "unexplained",
+            Self::Implausible => "implausible",
+            Self::Undecided => "undecided",
         }
+    }
+
+    /// Whether a result with this word is not to be trusted: exit code 3.
+    #[must_use]
+    pub const fn is_doubtful(self) -> bool {
+        matches!(self, Self::Implausible | Self::Undecided)
     }
 }
 
 /// What the verdict depends on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Conditions {
+    /// What is left on data that judges, effects and proposed terms included, is more than the sensors can make.
+    pub is_implausible: bool,
+    /// Too little data judges, or a share of variance above one is unexplained.
+    pub is_undecided: bool,
     /// Significant terms outside the catalogue remain beside the effects.
     pub structure_remains: bool,
     /// Σ e² is larger than the declared noise makes it.
@@ -57,7 +73,12 @@ pub struct VerdictRule {
 }
 
 /// The table; its last row always holds.
-pub const RULES: [VerdictRule; 7] = [
+pub const RULES: [VerdictRule; 9] = [
+    VerdictRule {
+        condition: "what is left is more than the sensors can make",
+        holds: |c| c.is_implausible,
+        verdict: Verdict::Implausible,
+    },
     VerdictRule {
         condition: "significant terms outside the catalogue remain",
         holds: |c| c.structure_remains,
@@ -77,6 +98,11 @@ pub const RULES: [VerdictRule; 7] = [
         condition: "no effect was found and the innovations are not white",
         holds: |c| !c.has_effects && c.is_coloured,
         verdict: Verdict::Unexplained,
+    },
+    VerdictRule {
+        condition: "too little of the log judges, or the model says less than the mean of what was measured",
+        holds: |c| c.is_undecided,
+        verdict: Verdict::Undecided,
     },
     VerdictRule { condition: "no effect was found", holds: |c| !c.has_effects, verdict: Verdict::None },
     VerdictRule {
@@ -98,6 +124,8 @@ mod tests {
     use super::*;
 
     const NOTHING: Conditions = Conditions {
+        is_implausible: false,
+        is_undecided: false,
         structure_remains: false,
         exceeds_noise: false,
         generic_terms_fit_better: false,
@@ -108,10 +136,12 @@ mod tests {
 
     /// The least that makes each row decide.
     const ROWS: [Conditions; RULES.len()] = [
+        Conditions { is_implausible: true, ..NOTHING },
         Conditions { structure_remains: true, ..NOTHING },
         Conditions { exceeds_noise: true, ..NOTHING },
         Conditions { generic_terms_fit_better: true, has_effects: true, ..NOTHING },
         Conditions { is_coloured: true, ..NOTHING },
+        Conditions { is_undecided: true, ..NOTHING },
         NOTHING,
         Conditions { has_effects: true, has_alternatives: true, ..NOTHING },
         Conditions { has_effects: true, ..NOTHING },
@@ -127,6 +157,8 @@ mod tests {
     #[test]
     fn a_row_above_outranks_every_row_below() {
         let both = |a: &Conditions, b: &Conditions| Conditions {
+            is_implausible: a.is_implausible || b.is_implausible,
+            is_undecided: a.is_undecided || b.is_undecided,
             structure_remains: a.structure_remains || b.structure_remains,
             exceeds_noise: a.exceeds_noise || b.exceeds_noise,
             generic_terms_fit_better: a.generic_terms_fit_better || b.generic_terms_fit_better,
@@ -146,8 +178,8 @@ mod tests {
     }
 
     #[test]
-    fn none_is_never_said_of_coloured_innovations() {
-        for bits in 0..64_u8 {
+    fn nothing_good_is_said_of_coloured_innovations_or_beyond_the_floor() {
+        for bits in 0..=u8::MAX {
             let bit = |place: u8| bits & (1 << place) != 0;
             let conditions = Conditions {
                 structure_remains: bit(0),
@@ -156,9 +188,13 @@ mod tests {
                 is_coloured: bit(3),
                 has_effects: bit(4),
                 has_alternatives: bit(5),
+                is_implausible: bit(6),
+                is_undecided: bit(7),
             };
             let verdict = decide(&conditions).verdict;
             assert!(verdict != Verdict::None || !(conditions.is_coloured || conditions.has_effects), "{conditions:?}");
+            let is_good = matches!(verdict, Verdict::None | Verdict::Explained | Verdict::Ambiguous);
+            assert!(!(is_good && (conditions.is_implausible || conditions.is_undecided)), "{conditions:?}");
         }
     }
 }

@@ -63,7 +63,7 @@ pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> 
         ));
     }
     let (start_unix_us, origin_deg, runs) = (log.start_unix_us, log.origin_deg, log.runs.clone());
-    let unused_columns = log.unused_columns.clone();
+    let (run_facts, unused_columns) = (log.run_facts.clone(), log.unused_columns.clone());
     Cow::Owned(Log {
         path: log.path.clone(),
         rows,
@@ -72,6 +72,7 @@ pub fn at_centre<'a>(log: &'a Log, installation: &Installation) -> Cow<'a, Log> 
         start_unix_us,
         origin_deg,
         runs,
+        run_facts,
         unused_columns,
     })
 }

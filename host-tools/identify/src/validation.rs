@@ -20,6 +20,32 @@ pub struct Validation {
     pub duration_s: f64,
 }
 
+/// What is predicted by saying that nothing changes: every output stays as it was first read. A model that does worse says
+/// nothing of the vehicle.
+#[must_use]
+pub fn nothing_changes(data: &IdentificationData) -> Option<Validation> {
+    let (mut sum, mut count) = (Output::zeros(), 0);
+    for samples in data.stretches() {
+        let first = simulation::measured(samples.first()?);
+        for sample in samples {
+            sum += (simulation::measured(sample) - first).abs();
+            count += 1;
+        }
+    }
+    Some(mean(&sum, count, data))
+}
+
+impl Validation {
+    /// Whether another predicts better, all outputs together: the mean logarithm of the errors' ratios, so that no unit
+    /// outweighs another.
+    #[must_use]
+    pub fn is_worse_than(&self, other: &Self) -> bool {
+        let ratios =
+            self.mean_absolute.iter().zip(&other.mean_absolute).filter(|(own, other)| **own > 0.0 && **other > 0.0);
+        ratios.map(|(own, other)| (own / other).ln()).sum::<f64>() > 0.0
+    }
+}
+
 /// Lets the vehicle run free from the first sample of each stretch and compares. Noise of the log counts as error.
 /// `None` where the vehicle is unusable.
 #[must_use]
@@ -33,9 +59,14 @@ pub fn validate(vehicle: &VehicleParameters, data: &IdentificationData) -> Optio
             count += 1;
         }
     }
-    let mean = ORDER.map(|output| {
+    Some(mean(&sum, count, data))
+}
+
+/// In the order and units of [`COLUMNS`].
+fn mean(sum: &Output, count: u32, data: &IdentificationData) -> Validation {
+    let mean_absolute = ORDER.map(|output| {
         let mean = sum[output] / f64::from(count.max(1));
         if (2..5).contains(&output) { mean } else { mean.to_degrees() }
     });
-    Some(Validation { mean_absolute: mean, duration_s: data.duration_s() })
+    Validation { mean_absolute, duration_s: data.duration_s() }
 }

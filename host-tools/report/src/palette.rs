@@ -33,9 +33,12 @@ pub(super) const GREEN: Ink = ink(0x009E73, 0x1DB98B);
 pub(super) const PURPLE: Ink = ink(0xCC79A7, 0xD98FB8);
 pub(super) const ORANGE: Ink = ink(0xE69F00, 0xF0B429);
 pub(super) const SKY: Ink = ink(0x56B4E9, 0x7CC8F2);
+const BROWN: Ink = ink(0x7A4B22, 0xB98358);
+const OLIVE: Ink = ink(0x6B6B00, 0xB5B53A);
+const PLUM: Ink = ink(0x5A2A83, 0xA783CC);
 
-/// Lines take these in turn.
-pub(super) const SERIES: [Ink; 6] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY];
+/// Lines take these in turn; the last three are for plots of more lines than the set has.
+pub(super) const SERIES: [Ink; 9] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BROWN, OLIVE, PLUM];
 
 /// The rules that turn plots to the dark theme.
 pub(super) fn dark_rules() -> String {

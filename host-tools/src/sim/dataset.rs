@@ -47,7 +47,7 @@ pub struct Args {
     #[arg(long)]
     ctd: bool,
     /// Spectra of the noise.
-    #[arg(long, value_name = "white|coloured|off", default_value = "white", value_parser = noise)]
+    #[arg(long, value_name = "white|coloured|mixed|off", default_value = "white", value_parser = noise)]
     noise: NoiseKind,
     /// List the effects with their parameters and end.
     #[arg(long)]
@@ -61,8 +61,9 @@ pub(super) fn noise(text: &str) -> Result<NoiseKind, String> {
     match text {
         "white" => Ok(NoiseKind::White),
         "coloured" => Ok(NoiseKind::Coloured),
+        "mixed" => Ok(NoiseKind::Mixed),
         "off" => Ok(NoiseKind::Off),
-        _ => Err("white, coloured or off".to_owned()),
+        _ => Err("white, coloured, mixed or off".to_owned()),
     }
 }
 

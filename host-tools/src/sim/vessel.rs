@@ -58,7 +58,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     let noise = match noise {
         NoiseKind::White => true,
         NoiseKind::Off => false,
-        NoiseKind::Coloured => bail!("--noise: white or off"),
+        NoiseKind::Coloured | NoiseKind::Mixed => bail!("--noise: white or off"),
     };
     if out.join("log.csv").exists() {
         bail!("{}: holds a log already", out.display());

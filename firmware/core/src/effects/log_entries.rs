@@ -110,6 +110,25 @@ pub(super) const ENTRIES: &[EffectInfo] = &[
         &[with("dvl_lever_arm", "Turns without a beginning or an end in the log", "Begin and end turns sharply")],
     ),
     entry(
+        "gnss_delay",
+        &[ParameterInfo::symmetric("s", "s", 10.0)],
+        Enters::Measurement,
+        "fix(t) = p(t - s)",
+        "The fixes are behind along the track by s times the speed over ground. It shows where speed or course change",
+        &[
+            with(
+                "gnss_lever_arm",
+                "One speed: a fix that is late by s is behind as an antenna is that stands s times the speed astern",
+                "Turn or stop at two speeds: the lever arm does not depend on speed",
+            ),
+            with(
+                "heading_lag",
+                "Turns at one speed: fixes that are late and a heading that is early displace the track alike",
+                "Change the speed on a straight line: only late fixes show it",
+            ),
+        ],
+    ),
+    entry(
         "input_delay",
         &[ParameterInfo::size("s", "s", 0.0, 10.0)],
         Enters::Process,

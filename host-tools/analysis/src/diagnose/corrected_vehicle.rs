@@ -15,11 +15,12 @@ pub fn of(vehicle: &VehicleFile, diagnosis: &Diagnosis, is_dynamic: bool) -> (Ve
 }
 
 /// Where `[installation]` of the vehicle file declares what an effect corrects: key, and number of values.
-const INSTALLED: [(&str, &str, usize); 5] = [
+const INSTALLED: [(&str, &str, usize); 6] = [
     ("gnss_lever_arm", "installation.gnss_arm_m", 2),
     ("dvl_lever_arm", "installation.dvl_arm_m", 3),
     ("transducer_lever_arm", "installation.transducer_arm_m", 3),
     ("dvl_delay", "installation.dvl_delay_s", 1),
+    ("gnss_delay", "installation.gnss_delay_s", 1),
     ("heading_lag", "installation.ahrs_delay_s", 1),
 ];
 

@@ -4,6 +4,7 @@ use super::sentence::sentence;
 use super::{DiagnosisResult, HELD_OUT};
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
+use backseat_diagnose::floor::Remaining;
 use backseat_diagnose::proposal::ProposedTerm;
 use backseat_diagnose::scores::{HORIZONS_S, PREDICTED, Scores};
 use backseat_diagnose::structure::NamedTerm;
@@ -24,10 +25,12 @@ pub fn values(report: Report, result: &DiagnosisResult<'_>) -> Report {
         .value("verdict", d.verdict.name())
         .value("sentence", sentence(result))
         .value("reason", d.reason)
-        .value("trust", if result.doubts.is_empty() { "ok" } else { "suspicious" })
+        .value("remaining", d.remaining.iter().map(remaining).collect::<Vec<_>>())
+        .value("trust", if result.is_doubtful() { "suspicious" } else { "ok" })
         .value("doubts", result.doubts.clone())
         .value("effects", d.effects.iter().map(effect).collect::<Vec<_>>())
         .value("before", scores(&result.before))
+        .value("position_by_part_m", by_part(&result.position_by_part))
         .value("after", scores(&result.after))
         .value("unexplained_structure", hints.chain(named_hints).collect::<Vec<_>>())
         .value("proposed_terms", terms.collect::<Vec<_>>())
@@ -35,6 +38,15 @@ pub fn values(report: Report, result: &DiagnosisResult<'_>) -> Report {
         .value("held_out", HELD_OUT)
         .value("simulated_s", result.log.duration_s())
         .value("wall_s", result.wall_s)
+}
+
+fn by_part([before, after]: &[[Option<f64>; 2]; 2]) -> Value {
+    let parts = |[between, forecast]: &[Option<f64>; 2]| json!({"between": between, "forecast": forecast});
+    json!({"before": parts(before), "after": parts(after)})
+}
+
+fn remaining(of: &Remaining) -> Value {
+    json!({"what": of.what, "unit": of.unit, "left": of.left, "most_of_sensors": of.most})
 }
 
 fn proposed(term: &ProposedTerm) -> Value {

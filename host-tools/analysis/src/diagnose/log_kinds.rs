@@ -5,11 +5,15 @@ use anyhow::bail;
 use backseat_diagnose::log_models::{
     LogModelDiagnosis, dead_reckoning, glider, pinger, planar_manoeuvring, reference_velocity, thruster, transponders,
 };
+use backseat_diagnose::torpedo;
 use backseat_logs::log::Column;
 use backseat_logs::{Log, Truth, VehicleFile};
 
 /// What `diagnose` does with a log, or what the log lacks.
 pub fn use_of(log: &Log) -> Result<&'static str, String> {
+    if torpedo::is_for(log) {
+        return Ok("runs of a torpedo without fixes, in six degrees of freedom");
+    }
     if has_actuators(log) {
         let missing = lacking(log, &[Column::GpsX, Column::GpsY, Column::Roll, Column::Pitch, Column::Heading]);
         return if missing.is_empty() { Ok("against the vehicle's dynamics") } else { Err(format!("lacks {missing}")) };

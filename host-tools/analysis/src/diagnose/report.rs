@@ -129,6 +129,17 @@ fn before_after(result: &DiagnosisResult<'_>) -> Table {
         "innovation whiteness, p".to_owned(),
         "largest autocorrelation".to_owned(),
     ];
+    for (part, name) in
+        ["position between fitted stretches [m]", "position in the forecast [m]"].into_iter().enumerate()
+    {
+        let [before, after] = result.position_by_part.map(|parts| parts[part]);
+        if before.is_some() {
+            names.insert(2 + part, name.to_owned());
+            columns[0].insert(2 + part, optional(before, 2));
+            columns[1].insert(2 + part, optional(after, 2));
+            columns.iter_mut().skip(2).for_each(|cells| cells.insert(2 + part, "-".to_owned()));
+        }
+    }
     names.extend(result.before.unexplained_variance.iter().map(|(name, _)| format!("{name}, variance unexplained")));
     let table = Table::new(format!("Before and after on held-out data: {HELD_OUT}"), &header);
     names.into_iter().enumerate().fold(table, |table, (row, name)| {

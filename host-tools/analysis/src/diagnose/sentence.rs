@@ -3,13 +3,14 @@
 use super::DiagnosisResult;
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
+use backseat_diagnose::floor::Remaining;
 use backseat_diagnose::scores::Scores;
 use backseat_diagnose::verdict::Verdict;
 use std::path::Path;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
-const WORDS: [(&str, &str); 28] = [
+const WORDS: [(&str, &str); 29] = [
     ("linear_drag", "the hull drags {surge_ns_per_m} more in surge"),
     ("drag_change", "the hull drags {surge_ns_per_m} more in surge"),
     ("thrust_loss", "the propeller loses thrust with speed, {k_n_s2_per_rad_m}"),
@@ -30,6 +31,7 @@ const WORDS: [(&str, &str); 28] = [
     ("waves", "waves move the vehicle by {amplitude_mps} every {period_s}"),
     ("heading_lag", "the heading is {s} late"),
     ("dvl_delay", "the DVL is {s} late"),
+    ("gnss_delay", "the fixes are {s} late"),
     ("dvl_lever_arm", "the DVL stands {x_m} ahead and {y_m} to starboard of where it is declared"),
     ("soft_iron", "soft iron turns the compass by {sin2_rad} sin 2ψ and {cos2_rad} cos 2ψ"),
     ("depth_scale", "the depth reads a factor {ratio} too deep"),
@@ -50,6 +52,17 @@ pub fn sentence(result: &DiagnosisResult<'_>) -> String {
     let found = phrases.join("; ");
     let mut parts = match d.verdict {
         Verdict::None => vec!["Nothing found: the declared model leaves no significant residual".to_owned()],
+        Verdict::Implausible => {
+            let beyond = d.remaining.iter().filter(|remaining| remaining.is_beyond()).map(Remaining::describe);
+            let left = beyond.collect::<Vec<_>>().join(", ");
+            let what =
+                format!("not to be believed: there is left a {left}; a column's sign, unit or time may be wrong");
+            std::iter::once(what).chain((!found.is_empty()).then_some(found)).collect()
+        }
+        Verdict::Undecided => {
+            let what = format!("not decided: {}", d.reason);
+            std::iter::once(what).chain((!found.is_empty()).then_some(found)).collect()
+        }
         Verdict::Unexplained if phrases.is_empty() => {
             vec![format!("Not explained: {}, and no entry of the catalogue describes what remains", d.reason)]
         }
@@ -180,7 +193,7 @@ fn lower(text: &str) -> String {
 pub fn next(result: &DiagnosisResult<'_>, vehicle_file: Option<&Path>) -> (String, String) {
     let log = result.log.path.display();
     let d = &result.diagnosis;
-    if d.effects.is_empty() {
+    if d.effects.is_empty() || d.verdict.is_doubtful() {
         let why = match d.verdict {
             Verdict::None => "the track with the declared vehicle, which fits this log",
             _ => "what the numbers of this log look like: a wrong unit or sign is no entry of the catalogue",

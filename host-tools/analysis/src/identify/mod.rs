@@ -16,7 +16,7 @@ use backseat_core::identification::Scale;
 use backseat_estimation::inputs;
 use backseat_identify::{
     Estimate, IdentificationData, LoggedInputs, Method, Options, TimingEstimate, Validation, fold_into_plant, identify,
-    learnt, timing, validate,
+    learnt, nothing_changes, timing, validate,
 };
 use backseat_logs::VehicleFile;
 use backseat_report::Report;
@@ -86,6 +86,8 @@ pub struct IdentificationResult {
     pub timing: Option<TimingEstimate>,
     /// Any parameter differs from the declared one.
     pub is_changed: bool,
+    /// On held-out data it predicts worse than saying that nothing changes.
+    pub is_useless: bool,
     /// Why the result should not be trusted.
     pub doubts: Vec<String>,
     /// Time taken with reading, s.
@@ -139,7 +141,7 @@ impl Identified {
     /// The vehicle with what was found, and the first lines of its file; `None` if it is as it was declared.
     pub fn vehicle(&self) -> Option<(&VehicleFile, String)> {
         match self {
-            Self::Whole(found) => found.is_changed.then(|| (&found.identified, found.source())),
+            Self::Whole(found) => (found.is_changed && !found.is_useless).then(|| (&found.identified, found.source())),
             Self::Part(found) => found.vehicle.as_ref().map(|vehicle| (vehicle, found.source(vehicle))),
         }
     }
@@ -147,7 +149,7 @@ impl Identified {
     /// Whether the result is not to be trusted.
     pub fn is_doubtful(&self) -> bool {
         match self {
-            Self::Whole(found) => !found.is_changed || !found.doubts.is_empty(),
+            Self::Whole(found) => !found.is_changed || found.is_useless || !found.doubts.is_empty(),
             Self::Part(found) => !found.doubts.is_empty(),
         }
     }
@@ -211,6 +213,7 @@ fn compute(
     // the way through the identifier's own coordinates rounds
     let moves = |p: &backseat_identify::EstimatedParameter| (p.value - p.prior).abs() > 1e-9 * p.prior.abs().max(1e-3);
     let is_changed = estimate.parameters.iter().any(moves);
+    let is_useless = after.zip(nothing_changes(&judge)).is_some_and(|(after, still)| after.is_worse_than(&still));
     let mut identified = declared.clone();
     identified.parameters = estimate.vehicle;
     identified.learnt = learnt(&estimate, &options, &declared.priors);
@@ -227,6 +230,7 @@ fn compute(
         identified,
         timing,
         is_changed,
+        is_useless,
         doubts: doubts(read),
         wall_s: read.read_s + began.elapsed().as_secs_f64(),
     })

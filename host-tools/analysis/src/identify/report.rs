@@ -31,6 +31,10 @@ pub fn report(result: &IdentificationResult) -> Report {
                                    no vehicle file is written."
                 .to_owned()
         }
+        _ if result.is_useless => format!(
+            "The identified vehicle predicts worse, on {}, than saying that nothing changes; no vehicle file is written.",
+            result.held_out.text()
+        ),
         (Some(before), Some(after)) => format!(
             "Surge predicted open loop to {:.4} m/s instead of {:.4}, pitch to {:.3}° instead of {:.3}°, on {}.",
             after.mean_absolute[5],
@@ -43,7 +47,7 @@ pub fn report(result: &IdentificationResult) -> Report {
     };
     let mut report =
         Report::new(format!("Identification from {}", file_name(&result.log)), verdict).warnings(&result.doubts);
-    if !result.is_changed {
+    if !result.is_changed || result.is_useless {
         report = report.alarm("Nothing identified");
     }
     report = report.fact("log", format!("{}, {}", result.log.display(), result.format));
@@ -110,7 +114,10 @@ fn values(report: Report, result: &IdentificationResult) -> Report {
     report
         .value("method", result.estimate.method.name())
         .value("changed", result.is_changed)
-        .value("trust", if result.is_changed && result.doubts.is_empty() { "ok" } else { "suspicious" })
+        .value(
+            "trust",
+            if result.is_changed && !result.is_useless && result.doubts.is_empty() { "ok" } else { "suspicious" },
+        )
         .value("doubts", result.doubts.clone())
         .value("parameters", parameters)
         .value("validation", columns(&result.after))

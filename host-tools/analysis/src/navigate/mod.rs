@@ -15,6 +15,8 @@ use backseat_diagnose::regressors::{Proposed, Target};
 use backseat_estimation::dead_reckoning::{self, Method};
 use backseat_estimation::filter::{self, FilterOptions, Health, ShipSource};
 use backseat_estimation::inputs;
+use backseat_logs::plausible_noise::{Carrier, most_position_error_m};
+use backseat_logs::stats::rms;
 use backseat_logs::{Log, ManoeuvringModel, Truth, VehicleFile};
 use backseat_report::console::Progress;
 pub use report::report;
@@ -112,6 +114,9 @@ pub fn compute<'a>(
         notes.extend(run.notes.iter().cloned());
         health = Health::of(run, errors.as_ref().map(|(_, errors)| &errors[..]));
     }
+    if let (Estimate::DeadReckoning(_), Some((Against::Gnss, errors))) = (&estimate, &errors) {
+        health.doubts.extend(beyond_drift(&estimate, errors, vehicle));
+    }
     health.doubts.splice(..0, read.examination.suspicions().map(|finding| finding.message.clone()));
     Ok(NavigationResult {
         description: describe(declared.is_some(), &plan, vehicle),
@@ -199,6 +204,29 @@ fn compare(estimate: &Estimate, log: &Log, truth: Option<&Truth>) -> anyhow::Res
         (None, Estimate::Filter(_)) => return Ok(None),
     };
     Ok((!errors.is_empty()).then_some((against, errors)))
+}
+
+/// Says so where dead reckoning is off by more than heading and speed of their class make over the distance run.
+fn beyond_drift(estimate: &Estimate, errors: &[(u64, f64)], vehicle: &VehicleFile) -> Option<String> {
+    let positions = estimate.positions();
+    let mut run_m = vec![(0, 0.0)];
+    for pair in positions.windows(2) {
+        let step_m =
+            f64::hypot(pair[1].position_m[0] - pair[0].position_m[0], pair[1].position_m[1] - pair[0].position_m[1]);
+        run_m.push((pair[1].time_us, run_m[run_m.len() - 1].1 + step_m));
+    }
+    let most_m = |time_us: u64| {
+        let at = run_m.partition_point(|(run_us, _)| *run_us <= time_us).saturating_sub(1);
+        most_position_error_m(Carrier::WaterSpeed, run_m[at].1, &vehicle.sensors)
+    };
+    let error_m = rms(&errors.iter().map(|(_, error_m)| *error_m).collect::<Vec<_>>())?;
+    let most_m = rms(&errors.iter().map(|(time_us, _)| most_m(*time_us)).collect::<Vec<_>>())?;
+    (error_m > most_m).then(|| {
+        format!(
+            "dead reckoning is off by {error_m:.0} m (RMS), where heading and speed of their class drift by at most \
+             {most_m:.0} m over this distance: a current, a sign or a unit?"
+        )
+    })
 }
 
 fn describe(is_declared: bool, plan: &Plan, vehicle: &VehicleFile) -> String {

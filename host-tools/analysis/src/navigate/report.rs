@@ -46,10 +46,25 @@ fn answer(result: &NavigationResult<'_>) -> String {
             "Horizontal error: median {median_m:.2} m, 95 % {p95_m:.2} m, max {max_m:.2} m against {}",
             against.words()
         ),
-        (None, Some(_)) => format!("Final position: {}; no truth to compare with", last(result)),
+        (None, Some(_)) => format!("{}, and ends at {}", against_fixes(result), last(result)),
         (None, None) => "No position".to_owned(),
     };
-    format!("{found}. By {}.", result.description)
+    // The word first: whether the track may be used.
+    let word = if result.health.doubts.is_empty() { "" } else { "Not to be trusted. " };
+    format!("{word}{found}. By {}.", result.description)
+}
+
+/// What a log without truth says of the track: how far fixes were from it before they were used.
+fn against_fixes(result: &NavigationResult<'_>) -> String {
+    let Estimate::Filter(run) = &result.estimate else { return "The track has nothing to compare with".to_owned() };
+    let distances: Vec<f64> = figures::gnss_distances(run).iter().map(|(_, distance)| *distance).collect();
+    match median(&distances) {
+        Some(median_m) => format!(
+            "The track was {median_m:.2} m (median) from {} GNSS fixes before their use, without a truth to compare with",
+            distances.len()
+        ),
+        None => "The track has neither truth nor fixes to compare with".to_owned(),
+    }
 }
 
 /// Where it ends, and how sure the filter is of it.

@@ -1,13 +1,14 @@
 //! What was found, with intervals and alternatives, and what remains.
 
-use super::fit::{self, Noise, free};
-use super::model::LogModel;
+use super::evidence::{Linearised, columns};
+use super::fit::Fitting;
+use super::model::{LogModel, Row, catalogue_range};
+use super::selection::{Chosen, free};
 use crate::alternatives::{Alternative, manoeuvre};
 use crate::candidates::{Hypothesis, Instance, continued_by};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};
-use crate::linear::{self, Fit};
-use crate::prepared_log::{DataPart, PreparedLog};
-use crate::search;
+use crate::normal_equations::{BlockEquations, Column};
+use crate::split::DataPart;
 use crate::structure::NamedTerm;
 use crate::whitener::Pass;
 use backseat_core::effects::ParameterKind;
@@ -19,75 +20,59 @@ const OUTSIDE: f64 = 2e-3;
 const MOST_OUTSIDE: usize = 3;
 
 pub(super) struct Described<'a, M> {
-    pub model: &'a M,
-    pub log_data: &'a PreparedLog,
-    pub noise: &'a [Noise],
-    /// Fitted on the training blocks.
-    pub theta: &'a [f64],
-    /// At `theta`.
-    pub after: &'a Pass,
+    pub fitting: &'a Fitting<'a, M>,
+    pub chosen: &'a Chosen,
+    pub all: &'a [Hypothesis],
+    pub tried: f64,
 }
 
 impl<M: LogModel> Described<'_, M> {
-    /// Effects with their values on the training blocks and alternatives on all of them; one sigma of every column.
-    pub(super) fn effects(
-        &self,
-        calibrated: &[usize],
-        chosen: &[Hypothesis],
-        all: &[Hypothesis],
-        tried: f64,
-    ) -> Option<(Vec<FoundEffect>, Vec<f64>)> {
-        let free = free(calibrated, chosen);
-        let mut sigmas = vec![0.0; self.theta.len()];
-        for (column, sigma) in free.iter().zip(self.sigmas(&free)?) {
+    fn linearised(&self, after: &Pass) -> Linearised<'_, M> {
+        Linearised::new(self.fitting, &self.chosen.theta, after.clone())
+    }
+
+    fn calibrated(&self) -> Vec<Column> {
+        columns(&self.fitting.model.calibrated())
+    }
+
+    fn places(&self) -> Vec<usize> {
+        let chosen = self.chosen.hypotheses.iter().flat_map(|h| h.free.clone());
+        self.fitting.model.calibrated().into_iter().chain(chosen).collect()
+    }
+
+    /// Effects with values of the data that fit and choose, alternatives, and gains on the data that judge; one sigma of
+    /// every column.
+    pub fn effects(&self, after: &Pass) -> Option<(Vec<FoundEffect>, Vec<f64>)> {
+        let (theta, model) = (&self.chosen.theta, self.fitting.model);
+        let linear = self.linearised(after);
+        let places = self.places();
+        let mut sigmas = vec![0.0; theta.len()];
+        for (column, sigma) in places.iter().zip(self.fitting.sigmas(after, &linear.seen, &places)?) {
             sigmas[*column] = sigma;
         }
-        let whole = self.after.normal.sum(|_| true);
         let mut effects = Vec::new();
-        for hypothesis in chosen {
-            let candidate = hypothesis.candidate;
-            let others: Vec<usize> = free.iter().copied().filter(|column| !hypothesis.free.contains(column)).collect();
-            // Taken away again: its columns at minus what was fitted.
-            let away: Vec<(usize, f64)> =
-                hypothesis.free.iter().map(|column| (*column, -self.theta[*column])).collect();
-            let base = linear::fit(&whole, &others, &away).map_or(0.0, |fit| fit.gain);
-            let gain = linear::fit(&whole, &free, &[])?.gain - base;
-            let mut alternatives = Vec::new();
-            // What continues an entry is none that could stand in its place.
-            let is_other = |h: &&Hypothesis| continued_by(h.candidate.effect) != Some(candidate.effect);
-            for alternative in all.iter().filter(|h| !chosen.contains(h)).filter(is_other) {
-                let columns: Vec<usize> = others.iter().chain(&alternative.free).copied().collect();
-                let Some(alone) = linear::fit(&whole, &columns, &away) else { continue };
-                let both: Vec<usize> = columns.iter().chain(&hypothesis.free).copied().collect();
-                let deficit = gain + base - alone.gain;
-                let p = match linear::fit(&whole, &both, &[]) {
-                    Some(together) => {
-                        let (inflation, count) = linear::inflation(&self.after.normal, |_| true, &both, &together, &[]);
-                        search::tail(together.gain - alone.gain, inflation, count, candidate.degrees())
-                    }
-                    // The two are one and the same to the log.
-                    None => chi_square_tail(deficit, candidate.degrees()),
-                };
-                alternatives.push(Alternative {
-                    instance: Instance {
-                        candidate: alternative.candidate,
-                        sizes: alone.theta[others.len()..].to_vec(),
-                    },
-                    deficit,
-                    p,
-                    is_separable: alternative.lower.is_empty(),
-                    separating_manoeuvre: manoeuvre(&candidate, &alternative.candidate),
-                });
-            }
+        for (place, hypothesis) in self.chosen.hypotheses.iter().enumerate() {
+            let others = free(&self.calibrated(), &self.chosen.hypotheses, Some(place));
+            let own = columns(&hypothesis.free);
+            let added = linear.added(&own, &others, hypothesis.free.len())?;
+            let mut alternatives: Vec<Alternative> = self
+                .all
+                .iter()
+                .filter(|h| !self.chosen.hypotheses.contains(h))
+                // What continues an entry is none that could stand in its place.
+                .filter(|h| continued_by(h.candidate.effect) != Some(hypothesis.candidate.effect))
+                .filter_map(|h| self.alternative(&linear, hypothesis, h, &others))
+                .collect();
             alternatives.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
-            let values = self.values(hypothesis, &sigmas);
-            let p_value = (chi_square_tail(gain, candidate.degrees()) * tried).min(1.0);
-            let held_gain = self.held_gain(&others, hypothesis);
+            let without = self.chosen.hypotheses.iter().filter(|h| *h != hypothesis).cloned().collect::<Vec<_>>();
+            let without = super::selection::refit(self.fitting, &without, theta)?;
+            let rows = model.rows(&without);
+            let held_gain = self.judged_gain(&self.fitting.pass(&rows, &[]), after);
             effects.push(FoundEffect {
                 instance: self.instance(hypothesis),
-                values,
-                p_value,
-                gain,
+                values: self.values(hypothesis, &sigmas),
+                p_value: (added.p * self.tried).min(1.0),
+                gain: added.gain,
                 held_gain,
                 alternatives,
             });
@@ -95,22 +80,57 @@ impl<M: LogModel> Described<'_, M> {
         Some((effects, sigmas))
     }
 
-    /// One sigma of the free columns on the training blocks.
-    pub(super) fn sigmas(&self, free: &[usize]) -> Option<Vec<f64>> {
-        if free.is_empty() {
-            return Some(Vec::new());
+    /// Another entry in the place of one that was chosen; `None` if it is impossible there for this vehicle.
+    fn alternative(
+        &self,
+        linear: &Linearised<'_, M>,
+        chosen: &Hypothesis,
+        other: &Hypothesis,
+        others: &[Column],
+    ) -> Option<Alternative> {
+        let own = columns(&chosen.free);
+        let alone: Vec<Column> = others.iter().copied().chain(columns(&other.free)).collect();
+        let fit = linear.fit(&alone)?;
+        let sizes: Vec<f64> = other
+            .free
+            .iter()
+            .zip(&fit.theta[others.len()..])
+            .map(|(column, step)| self.chosen.theta[*column] + step)
+            .collect();
+        let effect = other.candidate.effect;
+        let is_possible = sizes.iter().enumerate().all(|(size, value)| {
+            let [low, high] = self.fitting.model.limits(effect, size);
+            (low..=high).contains(value)
+        });
+        if !is_possible {
+            return None;
         }
-        let train = self.after.normal.sum(|block| self.log_data.is_in(DataPart::Train, block));
-        let covariance = linear::fit(&train, free, &[])?.covariance;
-        let at = Fit { gain: 0.0, theta: vec![0.0; free.len()], covariance };
-        Some(linear::sigmas(&self.after.normal, |block| self.log_data.is_in(DataPart::Train, block), free, &at, &[]))
+        let now: Vec<Column> = others.iter().chain(&own).copied().collect();
+        let deficit = linear.fit(&now)?.gain - fit.gain;
+        let p = match linear.added(&own, &alone, chosen.free.len()) {
+            Some(added) => added.p,
+            // The two are one and the same to the log.
+            None => chi_square_tail(deficit, chosen.free.len()),
+        };
+        Some(Alternative {
+            instance: Instance { candidate: other.candidate, sizes },
+            deficit,
+            p,
+            is_separable: other.lower.is_empty(),
+            separating_manoeuvre: manoeuvre(&chosen.candidate, &other.candidate),
+        })
+    }
+
+    /// By how much Σ e² of a block that judges falls: mean and interval.
+    fn judged_gain(&self, before: &Pass, after: &Pass) -> Option<(f64, [f64; 2])> {
+        judged_gain(self.fitting, before, after)
     }
 
     fn values(&self, hypothesis: &Hypothesis, sigmas: &[f64]) -> Vec<ParameterEstimate> {
         let parameters = hypothesis.candidate.info().parameters.iter().zip(&hypothesis.free);
         parameters
             .map(|(parameter, column)| {
-                let (value, half) = (self.theta[*column], Z_95 * sigmas[*column]);
+                let (value, half) = (self.chosen.theta[*column], Z_95 * sigmas[*column]);
                 let ci95 = [value - half, value + half];
                 ParameterEstimate { name: parameter.name, unit: parameter.unit, kind: ParameterKind::Size, value, ci95 }
             })
@@ -120,7 +140,7 @@ impl<M: LogModel> Described<'_, M> {
     /// As the vehicle file takes it: what was found, within what is plausible.
     fn instance(&self, hypothesis: &Hypothesis) -> Instance {
         let bounds = hypothesis.candidate.bounds();
-        let mut sizes: Vec<f64> = hypothesis.free.iter().map(|column| self.theta[*column]).collect();
+        let mut sizes: Vec<f64> = hypothesis.free.iter().map(|column| self.chosen.theta[*column]).collect();
         // A DVL's pitch is not seen from above.
         sizes.resize(bounds.len(), 0.0);
         for (size, [low, high]) in sizes.iter_mut().zip(bounds) {
@@ -129,75 +149,131 @@ impl<M: LogModel> Described<'_, M> {
         Instance { candidate: hypothesis.candidate, sizes }
     }
 
-    /// By how much Σ e² of a held-out block falls by it: mean and interval.
-    fn held_gain(&self, others: &[usize], hypothesis: &Hypothesis) -> Option<(f64, [f64; 2])> {
-        let mut start = self.theta.to_vec();
-        for column in &hypothesis.free {
-            start[*column] = 0.0;
+    /// Entries that were refused, and those that were not accepted with how large they may be.
+    pub fn notes(&self, after: &Pass) -> Vec<String> {
+        let linear = self.linearised(after);
+        let places = self.places();
+        let mut notes: Vec<String> = self.chosen.refused.iter().map(|(_, reason)| reason.clone()).collect();
+        for h in self.all.iter().filter(|h| !self.chosen.hypotheses.contains(h)) {
+            let effect = h.candidate.effect;
+            if self.chosen.refused.iter().any(|(refused, _)| *refused == effect) {
+                continue;
+            }
+            let mut with = places.clone();
+            with.extend(h.lower.iter().filter(|column| !places.contains(column)));
+            let from = with.len();
+            with.extend(&h.free);
+            let fit = linear.fit(&columns(&with));
+            let sigmas = self.fitting.sigmas(after, &linear.seen, &with);
+            let (Some(fit), Some(sigmas)) = (fit, sigmas) else { continue };
+            let says_little = h.free.iter().enumerate().any(|(size, _)| {
+                let [low, high] = catalogue_range(effect, size);
+                2.0 * Z_95 * fit.sigma(from + size) > high - low
+            });
+            if says_little {
+                notes.push(self.undetermined(h));
+                continue;
+            }
+            let parameters = h.candidate.info().parameters.iter().enumerate().take(h.free.len());
+            let sizes = parameters.map(|(i, parameter)| {
+                let value = self.chosen.theta[h.free[i]] + fit.theta[from + i];
+                let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
+                format!("{} {value:.3} (±{:.3}){unit}", parameter.name, Z_95 * sigmas[from + i])
+            });
+            notes.push(format!("{effect} not significant: {}", sizes.collect::<Vec<_>>().join(", ")));
         }
-        let without = fit::solve(self.model, self.log_data, self.noise, others, &start, DataPart::Train)?;
-        let blocks = self.log_data.held_gain(&fit::pass(self.model, self.noise, &without), self.after);
-        let (low, high) = mean_ci95(&blocks)?;
-        Some((blocks.iter().sum::<f64>() / blocks.len() as f64, [low, high]))
+        notes
     }
 
-    /// Entries that were not accepted, fitted beside those that were: an interval for how large they may be.
-    pub(super) fn open<'h>(&self, free: &[usize], left: impl Iterator<Item = &'h Hypothesis>) -> Vec<String> {
-        let whole = self.after.normal.sum(|_| true);
-        let tell = |h: &Hypothesis| {
-            let columns: Vec<usize> = free.iter().chain(&h.free).copied().collect();
-            let name = h.candidate.effect;
-            let Some(fit) = linear::fit(&whole, &columns, &[]) else {
-                return format!(
-                    "{name} cannot be separated from the effects found: both change this log in the same way"
-                );
-            };
-            let at = Fit { gain: 0.0, ..fit.clone() };
-            let sigmas = linear::sigmas(&self.after.normal, |_| true, &columns, &at, &[]);
-            let parameters =
-                h.candidate.info().parameters.iter().enumerate().take(h.free.len()).map(|(i, parameter)| {
-                    let (value, half) = (fit.theta[free.len() + i], Z_95 * sigmas[free.len() + i]);
-                    let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
-                    format!("{} {value:.3} (±{half:.3}){unit}", parameter.name)
-                });
-            format!("{name} not significant: {}", parameters.collect::<Vec<_>>().join(", "))
-        };
-        left.map(tell).collect()
+    fn undetermined(&self, h: &Hypothesis) -> String {
+        let info = h.candidate.info();
+        let effect = info.name;
+        let lower = continued_by(effect);
+        match info.confused_with.iter().find(|confusion| Some(confusion.effect) == lower) {
+            Some(confusion) => format!(
+                "{effect} cannot be separated from {} by this log. {}. To separate them: {}",
+                confusion.effect, confusion.condition, confusion.separating_manoeuvre
+            ),
+            None => format!("{effect} cannot be separated from other entries: they change this log in the same way"),
+        }
     }
 
     /// Columns without a name beside everything found, one after the other, best first.
-    pub(super) fn nameless(&self, free: &[usize]) -> Vec<NamedTerm> {
-        let sum = |part| self.after.normal.sum(|block| self.log_data.is_in(part, block));
-        let (train, held, whole) = (sum(DataPart::Train), sum(DataPart::Held), sum(DataPart::Whole));
-        let gain = |columns: &[usize]| linear::fit(&whole, columns, &[]).map_or(0.0, |fit| fit.gain);
-        let held_gain = |columns: &[usize]| {
-            linear::fit(&train, columns, &[]).map_or(0.0, |fit| linear::gain_of(&held, columns, &fit.theta, &[]))
-        };
-        let all = self.model.nameless();
-        let mut columns = free.to_vec();
+    pub fn nameless(&self, after: &Pass) -> Vec<NamedTerm> {
+        let linear = self.linearised(after);
+        let all = self.fitting.model.nameless();
+        let mut others = columns(&self.places());
         let mut found: Vec<NamedTerm> = Vec::new();
         while found.len() < MOST_OUTSIDE {
-            let (base, held_base) = (gain(&columns), held_gain(&columns));
             let left = all.iter().filter(|(name, _)| found.iter().all(|term| term.name != *name));
             let best = left
                 .filter_map(|(name, own)| {
-                    let with: Vec<usize> = columns.iter().chain(own).copied().collect();
-                    let fit = linear::fit(&whole, &with, &[])?;
-                    let (inflation, blocks) = linear::inflation(&self.after.normal, |_| true, &with, &fit, &[]);
-                    let p = search::tail(fit.gain - base, inflation, blocks, own.len()) * all.len() as f64;
-                    let held_gain = held_gain(&with) - held_base;
-                    let values = fit.theta[columns.len()..].to_vec();
-                    Some((
-                        with,
-                        NamedTerm { name, values, ci95: Vec::new(), gain: fit.gain - base, held_gain, p: p.min(1.0) },
-                    ))
+                    let own = columns(own);
+                    let added = linear.added(&own, &others, own.len())?;
+                    let with: Vec<Column> = others.iter().chain(&own).copied().collect();
+                    let values = linear.fit(&with)?.theta[others.len()..].to_vec();
+                    let held_gain = linear.chosen_gain(&own, &others);
+                    let p = (added.p * all.len() as f64).min(1.0);
+                    Some((own, NamedTerm { name, values, ci95: Vec::new(), gain: added.gain, held_gain, p }))
                 })
                 .filter(|(_, term)| term.p < OUTSIDE && term.held_gain > 0.0)
                 .min_by(|a, b| a.1.p.total_cmp(&b.1.p).then(b.1.gain.total_cmp(&a.1.gain)));
-            let Some((with, term)) = best else { break };
-            columns = with;
+            let Some((own, term)) = best else { break };
+            others.extend(own);
             found.push(term);
         }
         found
     }
+
+    /// The terms outside the catalogue fitted with everything found: rows and their pass.
+    pub fn with_terms(&self, named: &mut [NamedTerm]) -> Option<(Vec<Row>, Pass)> {
+        if named.is_empty() {
+            return None;
+        }
+        let (fitting, model) = (self.fitting, self.fitting.model);
+        let all = model.nameless();
+        let own: Vec<Vec<usize>> = named
+            .iter()
+            .map(|term| all.iter().find(|(name, _)| *name == term.name).map_or_else(Vec::new, |(_, own)| own.clone()))
+            .collect();
+        let places: Vec<usize> = self.places().into_iter().chain(own.iter().flatten().copied()).collect();
+        let theta = fitting.solve(&places, &self.chosen.theta, DataPart::Seen)?;
+        if own.iter().flatten().all(|column| theta[*column] == 0.0) {
+            // Significant to first order, and no step from the values found makes the data better.
+            return None;
+        }
+        let rows = model.rows(&theta);
+        let pass = fitting.pass(&rows, &[]);
+        let sigmas = fitting.sigmas(&pass, &fitting.equations(&pass, &theta, DataPart::Seen), &places)?;
+        for (term, own) in named.iter_mut().zip(&own) {
+            term.values = own.iter().map(|column| theta[*column]).collect();
+            let half = |column: &usize| {
+                places.iter().position(|place| place == column).map_or(f64::INFINITY, |at| Z_95 * sigmas[at])
+            };
+            term.ci95 =
+                own.iter().map(|column| [theta[*column] - half(column), theta[*column] + half(column)]).collect();
+        }
+        Some((rows, pass))
+    }
+}
+
+/// By how much Σ e² of a block that judges falls from one pass to another: mean and interval.
+pub(super) fn judged_gain<M: LogModel>(
+    fitting: &Fitting<'_, M>,
+    before: &Pass,
+    after: &Pass,
+) -> Option<(f64, [f64; 2])> {
+    let is_judged = fitting.is_in(DataPart::Judge);
+    let of =
+        |normal: &BlockEquations| normal.blocks.iter().map(|block| (block.count, block.square)).collect::<Vec<_>>();
+    let (from, to) = (of(&before.normal), of(&after.normal));
+    let gains: Vec<f64> = from
+        .iter()
+        .zip(&to)
+        .enumerate()
+        .filter(|(place, ((count, _), _))| *count > 0 && is_judged(*place))
+        .map(|(_, ((_, before), (_, after)))| before - after)
+        .collect();
+    let (low, high) = mean_ci95(&gains)?;
+    Some((gains.iter().sum::<f64>() / gains.len() as f64, [low, high]))
 }

@@ -8,6 +8,7 @@
 //! of depth and, where there is one, a measured speed through the water are compared over windows of steady flight; the
 //! ways between surfacings with GNSS.
 
+use super::layout::Layout;
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};
 use crate::samples::ResidualChannel;
@@ -188,7 +189,7 @@ impl LogModel for Glider {
             .collect();
         let row = |(i, (t_s, channel, measured)): (usize, (f64, ResidualChannel, f64))| {
             let slopes = (0..COLUMNS).map(|column| (moved[column][i] - base[i]) / STEPS[column]).collect();
-            Row { t_s, channel, residual: measured - base[i], slopes }
+            Row { t_s, channel, sequence: 0, residual: measured - base[i], slopes }
         };
         self.measured().into_iter().enumerate().map(row).collect()
     }
@@ -225,18 +226,15 @@ impl LogModel for Glider {
         crate::prepared_log::BLOCK_S
     }
 
-    fn measures(&self, theta: &[f64]) -> Measures {
-        let errors = self.measured().into_iter().zip(self.predicted(theta));
+    fn measures(&self, rows: &[Row], _layout: &Layout) -> Measures {
         let mut measures = Measures { against: Some("GNSS at surfacing"), ..Measures::default() };
-        for ((t_s, channel, measured), predicted) in errors {
-            if matches!(channel, ResidualChannel::DepthRate | ResidualChannel::WaterSpeed) {
-                measures.velocity.push((t_s, measured - predicted));
-            }
-        }
-        for way in &self.ways {
-            let velocity = self.way(way, theta);
-            let missing = [0, 1].map(|axis| way.moved_m[axis] - velocity[axis] * way.under_water_s);
-            measures.position.push((way.t_s, missing[0].hypot(missing[1])));
+        let (flown, surfaced): (Vec<&Row>, Vec<&Row>) = rows
+            .iter()
+            .partition(|row| matches!(row.channel, ResidualChannel::DepthRate | ResidualChannel::WaterSpeed));
+        measures.velocity.extend(flown.iter().map(|row| (row.t_s, row.residual)));
+        for (way, missing) in self.ways.iter().zip(surfaced.chunks_exact(2)) {
+            let missing_m = missing[0].residual.hypot(missing[1].residual) * way.under_water_s;
+            measures.position.push((way.t_s, missing_m));
         }
         measures
     }

@@ -8,18 +8,24 @@
 
 pub mod dead_reckoning;
 mod describe;
+mod events;
+mod evidence;
 mod fit;
 pub mod glider;
 mod held_readings;
+mod layout;
 mod model;
+mod noise;
 pub mod pinger;
 pub mod planar_manoeuvring;
 pub mod reference_velocity;
 mod runs;
+mod scoring;
 mod selection;
 pub mod thruster;
 pub mod transponders;
 
-pub use fit::Noise;
+pub use layout::Layout;
 pub use model::{Entry, LogModel, Measures, Nameless, Row, Unexplained};
+pub use noise::Noise;
 pub use selection::LogModelDiagnosis;

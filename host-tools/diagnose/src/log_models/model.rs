@@ -1,7 +1,12 @@
 //! What a log model is: predicted scalars (rows) from what was logged and a vector θ of the effects' sizes.
 
-use crate::prepared_log::FORECAST_SHARE;
+use super::layout::Layout;
+use crate::floor::Remaining;
 use crate::samples::ResidualChannel;
+use crate::split::FORECAST_SHARE;
+use backseat_core::effects;
+use backseat_core::navigation::SensorNoise;
+use backseat_logs::stats::rms;
 
 /// One scalar: measured minus predicted, and the derivative of the prediction by θ.
 #[derive(Clone, Debug)]
@@ -10,6 +15,8 @@ pub struct Row {
     pub t_s: f64,
     /// Which scalar.
     pub channel: ResidualChannel,
+    /// Rows of one sequence follow each other without a gap; noise begins anew with each. A run has its own.
+    pub sequence: u32,
     /// Measured minus predicted, in the channel's unit.
     pub residual: f64,
     /// ∂predicted/∂θ.
@@ -33,23 +40,55 @@ pub trait LogModel: Sync {
     fn entries(&self) -> Vec<Entry>;
     /// Terms outside the catalogue that may explain the remaining residual.
     fn nameless(&self) -> Vec<Nameless>;
-    /// Whether effects hide each other, so that none stands out alone: they are then fitted together first, and those
-    /// that are not needed are dropped.
-    fn is_coupled(&self) -> bool {
-        false
+    /// Beginning and end of each run, s since the log's start; none: the log is one run.
+    fn runs(&self) -> Vec<[f64; 2]> {
+        Vec::new()
     }
-    /// Where a joint fit begins: values that a vehicle may have, at which every column shows.
+    /// Where the joint fit begins: values that a vehicle may have, at which every column shows.
     fn guess(&self) -> Vec<f64> {
         vec![0.0; self.columns()]
     }
-    /// Share at the end of the log that is held out as a forecast.
+    /// What is known of a column before the log: mean and one sigma; `None`: of entries half of what the catalogue takes
+    /// as plausible, of other columns nothing.
+    fn prior(&self, _column: usize) -> Option<[f64; 2]> {
+        None
+    }
+    /// Least and largest value that an entry's column may have on this vehicle; beyond, something else is the cause.
+    fn limits(&self, entry: &'static str, place: usize) -> [f64; 2] {
+        catalogue_range(entry, place)
+    }
+    /// Whether the rows of a channel are sums since the beginning of their sequence, as positions are of velocities.
+    fn is_summed(&self, _channel: ResidualChannel) -> bool {
+        false
+    }
+    /// Entries that may begin or end within a log.
+    fn events(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+    /// Share at the end of each run that judges as a forecast.
     fn forecast_share(&self) -> f64 {
         FORECAST_SHARE
     }
     /// Length of a block, s.
     fn block_s(&self) -> f64;
-    /// Errors of velocity and position at θ.
-    fn measures(&self, theta: &[f64]) -> Measures;
+    /// Errors of velocity and position where the rows leave these residuals.
+    fn measures(&self, rows: &[Row], layout: &Layout) -> Measures;
+    /// What is left on the data that judges, beside what the sensors can make: of each channel its root mean square.
+    fn remaining(&self, rows: &[Row], layout: &Layout, sensors: &SensorNoise) -> Vec<Remaining> {
+        let of = |channel: ResidualChannel| {
+            let judged = rows.iter().filter(|row| row.channel == channel && layout.is_judged(row.t_s));
+            let left = rms(&judged.map(|row| row.residual).collect::<Vec<_>>())?;
+            let what = format!("{} error", channel.name());
+            Some(Remaining { what, unit: channel.unit(), left, most: channel.sensor().most(sensors) })
+        };
+        ResidualChannel::ALL.into_iter().filter(|channel| !self.is_summed(*channel)).filter_map(of).collect()
+    }
+}
+
+/// What the catalogue takes as plausible of a size of an entry.
+pub(super) fn catalogue_range(entry: &str, place: usize) -> [f64; 2] {
+    let sizes = effects::find_of_log(entry).map_or(&[][..], |info| info.parameters);
+    sizes.get(place).map_or([f64::NEG_INFINITY, f64::INFINITY], |parameter| [parameter.min, parameter.max])
 }
 
 /// What is scored beside whiteness.

@@ -4,7 +4,8 @@
 //! takes the offset as unknown (it is always fitted), the period as the median of the intervals, and the declared speed
 //! of sound. As a range: c (t_k − k T) = (1 + ratio) r_k + c (offset + drift t), by the catalogue's definitions.
 
-use super::model::{Entry, LogModel, Measures, Nameless, Row};
+use super::layout::Layout;
+use super::model::{Entry, LogModel, Measures, Nameless, Row, catalogue_range};
 use super::selection::{self, LogModelDiagnosis};
 use crate::samples::ResidualChannel;
 use backseat_logs::log::Column;
@@ -15,6 +16,8 @@ use backseat_logs::{Log, VehicleFile};
 const FEWEST: usize = 30;
 /// Blocks are longer than with other logs: a ping comes every several seconds.
 const BLOCK_S: f64 = 40.0;
+/// By how much a median interval may miss the period, ppm.
+const MOST_DRIFT_PPM: f64 = 5e3;
 /// Nearer than this, the direction to the pinger is not known, m.
 const NEAR_M: f64 = 5.0;
 
@@ -46,7 +49,13 @@ impl LogModel for Pinger {
             .map(|ping| {
                 let known: f64 = ping.slopes.iter().zip(theta).map(|(slope, value)| slope * value).sum();
                 let residual = ping.pseudo_range_m - ping.range_m - known;
-                Row { t_s: ping.t_s, channel: ResidualChannel::Range, residual, slopes: ping.slopes.to_vec() }
+                Row {
+                    t_s: ping.t_s,
+                    channel: ResidualChannel::Range,
+                    sequence: 0,
+                    residual,
+                    slopes: ping.slopes.to_vec(),
+                }
             })
             .collect()
     }
@@ -72,12 +81,17 @@ impl LogModel for Pinger {
         ]
     }
 
+    /// The period is the median interval, which motion and a reading to the millisecond make wrong by more than any clock.
+    fn limits(&self, entry: &'static str, place: usize) -> [f64; 2] {
+        if entry == "clock_drift" { [-MOST_DRIFT_PPM, MOST_DRIFT_PPM] } else { catalogue_range(entry, place) }
+    }
+
     fn block_s(&self) -> f64 {
         BLOCK_S
     }
 
-    fn measures(&self, theta: &[f64]) -> Measures {
-        let position = self.rows(theta).into_iter().map(|row| (row.t_s, row.residual)).collect();
+    fn measures(&self, rows: &[Row], _layout: &Layout) -> Measures {
+        let position = rows.iter().map(|row| (row.t_s, row.residual)).collect();
         Measures { position, against: Some("range to the pinger by GNSS"), ..Measures::default() }
     }
 }
@@ -238,7 +252,7 @@ mod tests {
         let found = run(&log, &VehicleFile::reference()).unwrap();
         let effects = &found.diagnosis.effects;
         let value = |name: &str| effects.iter().find(|f| f.instance.candidate.effect == name).map(|f| f.values[0]);
-        let ratio = value("sound_speed").unwrap();
+        let ratio = value("sound_speed").unwrap_or_else(|| panic!("{effects:?} {:?}", found.diagnosis.notes));
         let truth = 1500.0 / 1515.0 - 1.0;
         assert!((ratio.ci95[0]..=ratio.ci95[1]).contains(&truth), "{ratio:?}");
         assert!(ratio.ci95[1] - ratio.ci95[0] < 0.01, "{ratio:?}");

@@ -6,6 +6,7 @@
 //! Each run has a delay of its own, because clocks are set at the start of a run; arm, scale and turn belong to the
 //! vehicle.
 
+use super::layout::Layout;
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::runs::{DELAYS, MOST_RUNS, estimate};
 use super::selection::{self, LogModelDiagnosis};
@@ -170,6 +171,7 @@ impl LogModel for ReferenceVelocity {
             let row = |(axis, slopes): (usize, Vec<f64>)| Row {
                 t_s: sample.t_s,
                 channel: channels[axis],
+                sequence: sample.run as u32,
                 residual: residual[axis],
                 slopes,
             };
@@ -201,16 +203,12 @@ impl LogModel for ReferenceVelocity {
         if self.runs.len() > 1 { 0.0 } else { FORECAST_SHARE }
     }
 
-    fn is_coupled(&self) -> bool {
-        true
-    }
-
     fn block_s(&self) -> f64 {
         BLOCK_S
     }
 
-    fn measures(&self, theta: &[f64]) -> Measures {
-        let velocity = self.rows(theta).into_iter().map(|row| (row.t_s, row.residual)).collect();
+    fn measures(&self, rows: &[Row], _layout: &Layout) -> Measures {
+        let velocity = rows.iter().map(|row| (row.t_s, row.residual)).collect();
         Measures { velocity, ..Measures::default() }
     }
 }

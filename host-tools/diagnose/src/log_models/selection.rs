@@ -1,34 +1,40 @@
-//! Diagnosis by a log model: noise, hypotheses one by one, what remains, scores.
+//! Diagnosis by a log model: everything enters jointly, and what is not needed is pruned.
+//!
+//! All entries are fitted together on the data that fit and choose, so that none hides another; the weakest is dropped
+//! until each that is left is significant beside the others. An entry must gain on the data that choose with the sizes
+//! of the data that fit, and lie within what this vehicle may have. The data that judge take part in none of this.
 
 use super::describe;
-use super::fit::{self, Noise, free};
-use super::model::{LogModel, Measures, Unexplained};
-use crate::alternatives::Alternative;
-use crate::candidates::{self, Candidate, Hypothesis, Scope};
-use crate::diagnosis::{Diagnosis, FoundEffect};
-use crate::linear;
-use crate::log_effects::Effects;
-use crate::prepared_log::{DataPart, PreparedLog};
-use crate::samples::{ResidualChannel, Samples};
-use crate::scores::{HORIZONS_S, PREDICTED, Scores, whiteness};
-use crate::search::{self, FAMILY_ERROR, MOST_EFFECTS, Round};
-use crate::structure::{NamedTerm, Structure};
+use super::events;
+use super::evidence::{Linearised, columns};
+use super::fit::Fitting;
+use super::layout::Layout;
+use super::model::{LogModel, catalogue_range};
+use super::noise::Noise;
+use super::scoring;
+use crate::candidates::{self, Candidate, Hypothesis, Instance};
+use crate::diagnosis::Diagnosis;
+use crate::floor::FEWEST_JUDGED;
+use crate::normal_equations::Column;
+use crate::scores::Scores;
+use crate::search::{Evidence, FAMILY_ERROR, Round};
+use crate::split::DataPart;
+use crate::structure::Structure;
 use crate::verdict::{self, Conditions};
-use crate::whitener::{Pass, Setup};
-use backseat_core::navigation::SurfaceNoise;
-use backseat_estimation::commands::InputTiming;
-use backseat_logs::stats::{Z_95, rms};
 use backseat_logs::{Log, VehicleFile};
 
-/// Probability of the remaining residuals under whiteness below which they have structure.
-const STRUCTURE: f64 = 1e-4;
+/// Probability of the remaining residuals under whiteness below which they have structure. Whitened fixes of every second
+/// show a receiver's own filter, which no position depends on.
+const STRUCTURE: f64 = 1e-6;
 /// Blocks that a log must have for each number of an effect: with fewer, anything fits.
-const BLOCKS_A_NUMBER: usize = 8;
+const BLOCKS_A_NUMBER: usize = 4;
+/// Cost of a fitted number where gains are compared.
+const COST: f64 = 2.0;
+/// Rounds of adding and pruning.
+const ROUNDS: usize = 6;
 
 /// A diagnosis by a log model.
 pub struct LogModelDiagnosis {
-    /// The log made ready.
-    pub log_data: PreparedLog,
     /// What was found.
     pub diagnosis: Diagnosis,
     /// θ of the plain model and with the effects.
@@ -37,191 +43,287 @@ pub struct LogModelDiagnosis {
     pub sigmas: Vec<f64>,
     /// Noise taken, by channel.
     pub noise: Vec<Noise>,
-    /// Before and after, on the held-out blocks.
+    /// Before and after, on the data that judge.
     pub scores: [Scores; 2],
     /// With the terms outside the catalogue as well, where any stands.
     pub with_terms: Option<Scores>,
 }
 
+/// Entries that were significant and yet are no explanation, with the reason.
+pub(super) type Refused = (&'static str, String);
+
+/// What the search for effects has come to.
+pub(super) struct Chosen {
+    pub hypotheses: Vec<Hypothesis>,
+    pub theta: Vec<f64>,
+    pub refused: Vec<Refused>,
+}
+
 /// Diagnoses a log by a log model; `None` where θ cannot be fitted at all.
 #[must_use]
 pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
-    let mut log_data = empty(log, vehicle, model);
+    let mut runs = model.runs();
+    if runs.is_empty() {
+        runs.push([0.0, log.duration_s()]);
+    }
+    let layout = Layout::new(&runs, model.block_s(), model.forecast_share());
+    let (fitting, joint) = Fitting::new(model, layout)?;
     let calibrated = model.calibrated();
-    let zero = vec![0.0; model.columns()];
-    let (noise, all_fitted) = fit::noise(model, &log_data, &calibrated)?;
-    let plain = fit::solve(model, &log_data, &noise, &calibrated, &zero, DataPart::Train)?;
-    log_data.declared = fit::pass(model, &noise, &plain);
-    for residual in &log_data.declared.residuals {
-        log_data.scope.present[residual.channel as usize] = true;
+    let mut start = vec![0.0; model.columns()];
+    for column in &calibrated {
+        start[*column] = joint[*column];
     }
-    let mut hypotheses: Vec<Hypothesis> =
-        model.entries().into_iter().map(|(effect, free)| hypothesis(effect, free)).collect();
-    candidates::set_lower(&mut hypotheses);
-    let mut rounds: Vec<Round> = Vec::new();
-    let (mut chosen, mut theta) =
-        if model.is_coupled() { together(model, &log_data, &noise, all_fitted)? } else { (Vec::new(), plain.clone()) };
-    let blocks = log_data.declared.normal.blocks.iter().filter(|block| block.count > 0).count();
-    while chosen.len() < MOST_EFFECTS {
-        let left: Vec<Hypothesis> = hypotheses.iter().filter(|h| !chosen.contains(h)).cloned().collect();
-        let round = search::judge(&log_data, &fit::pass(model, &noise, &theta), &left, &free(&calibrated, &chosen));
-        let fitted: usize = chosen.iter().map(|h| h.free.len()).sum();
-        let most = (blocks / BLOCKS_A_NUMBER).saturating_sub(fitted);
-        let stands = |e: &&search::Evidence| round.is_significant(e) && e.degrees <= most;
-        let best = round.ladder.iter().find(stands).map(|e| e.instance.candidate);
-        rounds.push(round);
-        let Some(hypothesis) = best.and_then(|best| left.into_iter().find(|h| h.candidate == best)) else { break };
-        chosen.push(hypothesis);
-        match fit::solve(model, &log_data, &noise, &free(&calibrated, &chosen), &theta, DataPart::Train) {
-            Some(fitted) => theta = fitted,
-            None => {
-                chosen.pop();
-                break;
-            }
-        }
-    }
-    let mut after = fit::pass(model, &noise, &theta);
-    let tried = rounds.first().map_or(1, |round| round.tried) as f64;
-    let (effects, sigmas) = loop {
-        let described = describe::Described { model, log_data: &log_data, noise: &noise, theta: &theta, after: &after };
-        let (effects, sigmas) = described.effects(&calibrated, &chosen, &hypotheses, tried)?;
-        // Those fitted together were not asked yet whether they are worth anything on data that they were not fitted
-        // to.
-        let held = |effect: &FoundEffect| effect.held_gain.map_or(0.0, |(mean, _)| mean);
-        let worst = effects.iter().enumerate().min_by(|a, b| held(a.1).total_cmp(&held(b.1)));
-        match worst {
-            Some((place, effect)) if model.is_coupled() && held(effect) <= 0.0 => {
-                for column in chosen.remove(place).free {
-                    theta[column] = 0.0;
-                }
-                theta = fit::solve(model, &log_data, &noise, &free(&calibrated, &chosen), &theta, DataPart::Train)?;
-                after = fit::pass(model, &noise, &theta);
-            }
-            _ => break (effects, sigmas),
-        }
-    };
-    let described = describe::Described { model, log_data: &log_data, noise: &noise, theta: &theta, after: &after };
-    let mut named = described.nameless(&free(&calibrated, &chosen));
-    let with_terms = with_terms(&described, &free(&calibrated, &chosen), &mut named);
-    let is_ambiguous = effects.iter().any(|found| found.alternatives.iter().any(Alternative::is_possible));
-    let tests = whiteness(&log_data, &after);
+    let plain = fitting.solve(&calibrated, &start, DataPart::Seen)?;
+    let before_rows = model.rows(&plain);
+    let before = fitting.pass(&before_rows, &[]);
+    let mut all: Vec<Hypothesis> = model.entries().into_iter().map(|(effect, free)| hypothesis(effect, free)).collect();
+    candidates::set_lower(&mut all);
+    let blocks = before.normal.blocks.iter().enumerate();
+    let [seen, judged] = [DataPart::Seen, DataPart::Judge].map(|part| {
+        blocks.clone().filter(|(place, block)| block.count > 0 && fitting.layout.is_in(part, *place)).count()
+    });
+    let (chosen, round) = choose(&fitting, &joint, &all, seen)?;
+    let mut chosen = chosen;
+    let events =
+        if runs.len() == 1 { events::find(&fitting, &mut chosen, &all, log.duration_s())? } else { Vec::new() };
+    let theta = &chosen.theta;
+    let mut after_rows = model.rows(theta);
+    events::apply(&mut after_rows, model, &events);
+    let after = fitting.pass(&after_rows, &[]);
+    let described = describe::Described { fitting: &fitting, chosen: &chosen, all: &all, tried: round.tried as f64 };
+    let (mut effects, sigmas) = described.effects(&after)?;
+    let mut notes = described.notes(&after);
+    let vain = effects.iter().filter(|found| found.held_gain.is_none_or(|(mean, _)| mean <= 0.0)).count() > 0;
+    effects.extend(events.iter().map(|event| event.described(&fitting, theta, &after)));
+    effects.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let mut named = described.nameless(&after);
+    let with_terms = described.with_terms(&mut named);
+    let is_ambiguous = effects.iter().any(|found| found.possible_alternatives().next().is_some());
+    let scores = [(&before, &before_rows), (&after, &after_rows)]
+        .map(|(pass, rows)| scoring::scores(model, &fitting.layout, pass, rows));
+    let with_terms = with_terms.map(|(rows, pass)| scoring::scores(model, &fitting.layout, &pass, &rows));
+    let tests = &scores[1].whiteness;
     let is_coloured = tests.iter().any(|w| w.p * (tests.len() as f64) < STRUCTURE);
-    let rule = verdict::decide(&Conditions {
-        structure_remains: is_coloured || !named.is_empty(),
+    let has_more_than_all = scores[1].unexplained_variance.iter().any(|(_, share)| *share > 1.0);
+    let conditions = Conditions {
+        structure_remains: is_coloured || !named.is_empty() || !chosen.refused.is_empty(),
         has_effects: !effects.is_empty(),
         has_alternatives: is_ambiguous,
         ..Conditions::default()
-    });
-    let open = described.open(&free(&calibrated, &chosen), hypotheses.iter().filter(|h| !chosen.contains(h)));
-    let forecast = if model.forecast_share() > 0.0 { ", and the last fifth of the log" } else { "" };
-    let held = format!("held out: nine of every 27 blocks of {:.0} s{forecast}", model.block_s());
-    let notes = open.into_iter().chain(search::undetermined(&rounds)).chain(noise.iter().map(Noise::describe));
-    let notes = notes.chain([held]).collect();
-    let structure = Structure { named, ..Structure::default() };
-    let before = log_data.declared.clone();
+    };
+    let rule = verdict::decide(&conditions);
+    let forecast = if model.forecast_share() > 0.0 { ", and the end of each run as a forecast" } else { "" };
+    notes.extend(fitting.noise.iter().map(Noise::describe));
+    notes.push(format!(
+        "of every 27 blocks of {:.0} s in each run 15 fit, 6 choose and 6 judge{forecast}: the figures before and after are of \
+         those that judge",
+        fitting.layout.block_s()
+    ));
+    notes.extend(scoring::forecast_note(model, &fitting.layout, [&before_rows, &after_rows]));
+    let remaining = model.remaining(&after_rows, &fitting.layout, &vehicle.sensors);
     let diagnosis = Diagnosis {
         verdict: rule.verdict,
         reason: rule.condition,
+        conditions,
+        remaining: Vec::new(),
         effects,
-        rounds,
-        structure,
+        rounds: vec![round],
+        structure: Structure { named, ..Structure::default() },
         proposed: Vec::new(),
         with_terms: None,
         before,
         after,
         notes,
     };
-    let scores = [(&diagnosis.before, &plain), (&diagnosis.after, &theta)]
-        .map(|(pass, theta)| scores(&log_data, pass, model.measures(theta)));
-    let with_terms = with_terms.map(|(theta, pass)| self::scores(&log_data, &pass, model.measures(&theta)));
-    Some(LogModelDiagnosis { log_data, diagnosis, theta: [plain, theta], sigmas, noise, scores, with_terms })
+    let diagnosis = diagnosis.held_to(remaining, judged < FEWEST_JUDGED || vain || has_more_than_all);
+    let theta = [plain, chosen.theta];
+    Some(LogModelDiagnosis { diagnosis, theta, sigmas, noise: fitting.noise, scores, with_terms })
 }
 
-/// The terms outside the catalogue fitted on the training blocks with everything found: θ and its pass.
-fn with_terms<M: LogModel>(
-    described: &describe::Described<'_, M>,
-    free: &[usize],
-    named: &mut [NamedTerm],
-) -> Option<(Vec<f64>, Pass)> {
-    if named.is_empty() {
-        return None;
-    }
-    let all = described.model.nameless();
-    let own: Vec<Vec<usize>> = named
-        .iter()
-        .map(|term| all.iter().find(|(name, _)| *name == term.name).map_or_else(Vec::new, |(_, own)| own.clone()))
-        .collect();
-    let columns: Vec<usize> = free.iter().copied().chain(own.iter().flatten().copied()).collect();
-    let (model, log_data, noise) = (described.model, described.log_data, described.noise);
-    let theta = fit::solve(model, log_data, noise, &columns, described.theta, DataPart::Train)?;
-    if own.iter().flatten().all(|column| theta[*column] == 0.0) {
-        // Significant to first order, and no step from the values found makes the training blocks better.
-        return None;
-    }
-    let after = fit::pass(model, noise, &theta);
-    let sigmas = describe::Described { theta: &theta, after: &after, ..*described }.sigmas(&columns)?;
-    let mut at = free.len();
-    for (term, own) in named.iter_mut().zip(&own) {
-        term.values = own.iter().map(|column| theta[*column]).collect();
-        term.ci95 = term
-            .values
+/// Enters everything, prunes, adds what is missed, and asks what chooses.
+fn choose<M: LogModel>(
+    fitting: &Fitting<'_, M>,
+    joint: &[f64],
+    all: &[Hypothesis],
+    seen_blocks: usize,
+) -> Option<(Chosen, Round)> {
+    let model = fitting.model;
+    let calibrated = columns(&model.calibrated());
+    let tried = all.len().max(1) as f64;
+    let rows = model.rows(joint);
+    let linear = Linearised::new(fitting, joint, fitting.pass(&rows, &[]));
+    let most = seen_blocks / BLOCKS_A_NUMBER;
+    let mut chosen: Vec<Hypothesis> = all.to_vec();
+    let round = Round { ladder: ladder(&linear, all, &calibrated), events: Vec::new(), tried: all.len() };
+    prune(&linear, &mut chosen, &calibrated, tried);
+    let (mut refused, mut barred): (Vec<Refused>, Vec<&'static str>) = (Vec::new(), Vec::new());
+    let mut theta = refit(fitting, &chosen, joint)?;
+    for _ in 0..ROUNDS {
+        let rows = model.rows(&theta);
+        let linear = Linearised::new(fitting, &theta, fitting.pass(&rows, &[]));
+        let before = chosen.clone();
+        // What is missed: a joint fit of much that is alike leaves none of it standing alone.
+        let fitted: usize = chosen.iter().map(|h| h.free.len()).sum();
+        let others = free(&calibrated, &chosen, None);
+        let best = all
             .iter()
-            .zip(&sigmas[at..])
-            .map(|(value, sigma)| [value - Z_95 * sigma, value + Z_95 * sigma])
-            .collect();
-        at += own.len();
-    }
-    Some((theta, after))
-}
-
-/// All separable entries fitted together on the training blocks, less those that are not significant beside the others.
-fn together(
-    model: &impl LogModel,
-    log_data: &PreparedLog,
-    noise: &[Noise],
-    mut start: Vec<f64>,
-) -> Option<(Vec<Hypothesis>, Vec<f64>)> {
-    let calibrated = model.calibrated();
-    let mut chosen: Vec<Hypothesis> =
-        fit::separable(model, noise, &calibrated).into_iter().map(|(effect, free)| hypothesis(effect, free)).collect();
-    let tried = model.entries().len() as f64;
-    loop {
-        // Twice, because an early step far from the answer may end the first.
-        let free = free(&calibrated, &chosen);
-        let first = fit::solve(model, log_data, noise, &free, &start, DataPart::Train)?;
-        let theta = fit::solve(model, log_data, noise, &free, &first, DataPart::Train)?;
-        if chosen.is_empty() {
-            return Some((chosen, theta));
+            .filter(|h| !chosen.contains(h) && !barred.contains(&h.candidate.effect) && fitted + h.free.len() <= most)
+            .filter_map(|h| Some((p_of(&linear, h, &others)?, h)))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, hypothesis)) = best.filter(|(p, _)| p * tried < FAMILY_ERROR) {
+            chosen.push(hypothesis.clone());
         }
-        let is_outside = |h: &Hypothesis| {
-            let bounds = h.candidate.bounds();
-            h.free.iter().zip(bounds).any(|(column, [low, high])| !(low..=high).contains(&theta[*column]))
-        };
-        if let Some(place) = chosen.iter().position(is_outside) {
-            // A delay into the future stands for something else.
-            for column in chosen.remove(place).free {
-                start[column] = 0.0;
-            }
+        prune(&linear, &mut chosen, &calibrated, tried);
+        while chosen.iter().map(|h| h.free.len()).sum::<usize>() > most {
+            chosen.pop();
+        }
+        // What chooses: sizes of the data that fit must gain there.
+        while let Some(place) = in_vain(&linear, &chosen, &calibrated) {
+            barred.push(chosen.remove(place).candidate.effect);
+        }
+        let moved = refit(fitting, &chosen, &theta)?;
+        if let Some((place, reason)) = outside(model, &chosen, &moved) {
+            let effect = chosen.remove(place).candidate.effect;
+            refused.push((effect, reason));
+            barred.push(effect);
+            theta = refit(fitting, &chosen, &theta)?;
             continue;
         }
-        let pass = fit::pass(model, noise, &theta);
-        let whole = pass.normal.sum(|_| true);
-        let all = linear::fit(&whole, &free, &[])?;
-        let (inflation, count) = linear::inflation(&pass.normal, |_| true, &free, &all, &[]);
-        let p = |h: &Hypothesis| {
-            let others: Vec<usize> = free.iter().copied().filter(|column| !h.free.contains(column)).collect();
-            let away: Vec<(usize, f64)> = h.free.iter().map(|column| (*column, -theta[*column])).collect();
-            let without = linear::fit(&whole, &others, &away).map_or(0.0, |fit| fit.gain);
-            search::tail(all.gain - without, inflation, count, h.free.len()) * tried
-        };
-        let weakest = chosen.iter().map(p).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        if weakest.1 < FAMILY_ERROR {
-            return Some((chosen, theta));
-        }
-        for column in chosen.remove(weakest.0).free {
-            start[column] = 0.0;
+        theta = moved;
+        if chosen == before {
+            break;
         }
     }
+    // What was refused is no matter if nothing of it is left beside what was chosen instead.
+    let rows = model.rows(&theta);
+    let linear = Linearised::new(fitting, &theta, fitting.pass(&rows, &[]));
+    let others = free(&calibrated, &chosen, None);
+    let remains = |effect: &str| {
+        let refused = all.iter().find(|h| h.candidate.effect == effect);
+        refused.and_then(|h| p_of(&linear, h, &others)).is_some_and(|p| p * tried < FAMILY_ERROR)
+    };
+    refused.retain(|(effect, _)| remains(effect));
+    Some((Chosen { hypotheses: chosen, theta, refused }, round))
+}
+
+/// Fits what is chosen; the rest is zero.
+pub(super) fn refit<M: LogModel>(fitting: &Fitting<'_, M>, chosen: &[Hypothesis], from: &[f64]) -> Option<Vec<f64>> {
+    let free: Vec<usize> =
+        fitting.model.calibrated().into_iter().chain(chosen.iter().flat_map(|h| h.free.clone())).collect();
+    let guess = fitting.model.guess();
+    let start: Vec<f64> = (0..from.len())
+        .map(|column| match (free.contains(&column), from[column] != 0.0) {
+            (true, true) => from[column],
+            (true, false) => guess[column],
+            (false, _) => 0.0,
+        })
+        .collect();
+    fitting.solve(&free, &start, DataPart::Seen)
+}
+
+/// Columns free with all chosen but one.
+pub(super) fn free(calibrated: &[Column], chosen: &[Hypothesis], but: Option<usize>) -> Vec<Column> {
+    let rest = chosen.iter().enumerate().filter(|(place, _)| Some(*place) != but).flat_map(|(_, h)| columns(&h.free));
+    calibrated.iter().copied().chain(rest).collect()
+}
+
+/// Probability by chance of what a hypothesis adds to `others`, and to the entry whose higher order it is; `None` where
+/// the log does not determine it.
+fn p_of<M: LogModel>(linear: &Linearised<'_, M>, hypothesis: &Hypothesis, others: &[Column]) -> Option<f64> {
+    let mut others = others.to_vec();
+    others.extend(columns(&hypothesis.lower).into_iter().filter(|column| !others.contains(column)).collect::<Vec<_>>());
+    let effect = hypothesis.candidate.effect;
+    let ranges: Vec<[f64; 2]> = (0..hypothesis.free.len()).map(|place| catalogue_range(effect, place)).collect();
+    if !linear.is_determined(hypothesis, &others, &ranges) {
+        return None;
+    }
+    Some(linear.added(&columns(&hypothesis.free), &others, hypothesis.free.len())?.p)
+}
+
+/// Drops the weakest until each that is left is significant beside the others.
+fn prune<M: LogModel>(linear: &Linearised<'_, M>, chosen: &mut Vec<Hypothesis>, calibrated: &[Column], tried: f64) {
+    loop {
+        let p = |place: usize| p_of(linear, &chosen[place], &free(calibrated, chosen, Some(place))).unwrap_or(1.0);
+        let weakest = (0..chosen.len()).map(|place| (p(place), place)).max_by(|a, b| a.0.total_cmp(&b.0));
+        match weakest {
+            Some((p, place)) if p * tried >= FAMILY_ERROR => {
+                // Of several that say nothing the one with the least gain goes first.
+                let least = (0..chosen.len())
+                    .filter(|place| p_of(linear, &chosen[*place], &free(calibrated, chosen, Some(*place))).is_none())
+                    .map(|place| {
+                        let cost = COST * chosen[place].free.len() as f64;
+                        (gain_of(linear, chosen, calibrated, place) - cost, place)
+                    })
+                    .min_by(|a, b| a.0.total_cmp(&b.0));
+                chosen.remove(least.map_or(place, |(_, place)| place));
+            }
+            _ => return,
+        }
+    }
+}
+
+fn gain_of<M: LogModel>(linear: &Linearised<'_, M>, chosen: &[Hypothesis], calibrated: &[Column], place: usize) -> f64 {
+    let others = free(calibrated, chosen, Some(place));
+    linear.added(&columns(&chosen[place].free), &others, 1).map_or(0.0, |added| added.gain)
+}
+
+/// The chosen entry that loses most on the data that choose, if one does.
+fn in_vain<M: LogModel>(linear: &Linearised<'_, M>, chosen: &[Hypothesis], calibrated: &[Column]) -> Option<usize> {
+    (0..chosen.len())
+        .map(|place| (linear.chosen_gain(&columns(&chosen[place].free), &free(calibrated, chosen, Some(place))), place))
+        .filter(|(gain, _)| *gain <= 0.0)
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, place)| place)
+}
+
+/// A chosen entry with a size that this vehicle cannot have, and why.
+fn outside<M: LogModel>(model: &M, chosen: &[Hypothesis], theta: &[f64]) -> Option<(usize, String)> {
+    chosen.iter().enumerate().find_map(|(place, h)| {
+        let effect = h.candidate.effect;
+        h.free.iter().enumerate().find_map(|(size, column)| {
+            let [low, high] = model.limits(effect, size);
+            let value = theta[*column];
+            let parameter = h.candidate.info().parameters.get(size).or(h.candidate.info().parameters.last())?;
+            (!(low..=high).contains(&value)).then(|| {
+                let unit = parameter.unit;
+                let reason = format!(
+                    "{effect} would have to be {} = {value:.2} {unit}, where {low:.2} to {high:.2} {unit} is possible: something \
+                     else is the cause",
+                    parameter.name
+                );
+                (place, reason)
+            })
+        })
+    })
+}
+
+/// Every entry by itself beside what is always fitted, best first: for the page.
+fn ladder<M: LogModel>(linear: &Linearised<'_, M>, all: &[Hypothesis], calibrated: &[Column]) -> Vec<Evidence> {
+    let evidence = |h: &Hypothesis| {
+        let own = columns(&h.free);
+        let added = linear.added(&own, calibrated, h.free.len())?;
+        let with: Vec<Column> = calibrated.iter().chain(&own).copied().collect();
+        let fit = linear.fit(&with)?;
+        let sizes: Vec<f64> = h
+            .free
+            .iter()
+            .zip(&fit.theta[calibrated.len()..])
+            .map(|(column, step)| linear.theta[*column] + step)
+            .collect();
+        Some(Evidence {
+            instance: Instance { candidate: h.candidate, sizes },
+            gain: added.gain,
+            inflation: added.inflation,
+            degrees: h.free.len(),
+            held_gain: linear.chosen_gain(&own, calibrated),
+            p: added.p,
+            p_beside_lower: 0.0,
+            is_determined: true,
+        })
+    };
+    let mut ladder: Vec<Evidence> = all.iter().filter_map(evidence).collect();
+    ladder.sort_by(|a, b| b.score().total_cmp(&a.score()));
+    ladder
 }
 
 fn hypothesis(effect: &'static str, free: Vec<usize>) -> Hypothesis {
@@ -231,65 +333,5 @@ fn hypothesis(effect: &'static str, free: Vec<usize>) -> Hypothesis {
         ends: Vec::new(),
         fixed: Vec::new(),
         lower: Vec::new(),
-    }
-}
-
-/// A prepared log without samples of a vehicle's dynamics.
-fn empty(log: &Log, vehicle: &VehicleFile, model: &impl LogModel) -> PreparedLog {
-    let samples = Samples { duration_s: log.duration_s(), ..Samples::default() };
-    let present = [false; ResidualChannel::COUNT];
-    let scope = Scope { present, has_density: false, duration_s: samples.duration_s, declared: Effects::default() };
-    let setup = Setup {
-        parameters: vehicle.parameters,
-        noise: vehicle.noise,
-        surface: SurfaceNoise::DYNAMIC,
-        sensors: vehicle.sensors,
-        installation: vehicle.installation,
-        scale: [1.0; ResidualChannel::COUNT],
-        outliers: Vec::new(),
-        block_s: model.block_s(),
-        proposed: Vec::new(),
-    };
-    PreparedLog {
-        timing: InputTiming::default(),
-        setup,
-        samples,
-        scope,
-        own_scale: [1.0; ResidualChannel::COUNT],
-        declared: crate::whitener::Pass::default(),
-        forecast_share: model.forecast_share(),
-    }
-}
-
-/// Scores of one pass with its errors, on the held-out blocks.
-#[must_use]
-pub fn scores(log_data: &PreparedLog, pass: &crate::whitener::Pass, measures: Measures) -> Scores {
-    let held = |errors: &[(f64, f64)]| {
-        let of: Vec<f64> = errors.iter().filter(|(t_s, _)| log_data.is_held(*t_s)).map(|(_, error)| *error).collect();
-        rms(&of)
-    };
-    // Share of the variance about the mean.
-    let share = |of: &Unexplained| {
-        let held: Vec<_> = of.values.iter().filter(|(t_s, ..)| log_data.is_held(*t_s)).collect();
-        let mean = held.iter().map(|(.., measured)| measured).sum::<f64>() / held.len().max(1) as f64;
-        let all: f64 = held.iter().map(|(.., measured)| (measured - mean).powi(2)).sum();
-        let left: f64 = held.iter().map(|(_, residual, _)| residual.powi(2)).sum();
-        (all > 0.0).then_some((of.name, left / all))
-    };
-    let unexplained_variance = measures.unexplained.iter().filter_map(share).collect();
-    let whiteness = whiteness(log_data, pass);
-    let tested = whiteness.len().max(1) as f64;
-    let position_rmse_m = held(&measures.position);
-    Scores {
-        velocity_rmse_mps: held(&measures.velocity),
-        position_rmse_m,
-        position_against: measures.against.filter(|_| position_rmse_m.is_some()),
-        innovation_whiteness_p: (whiteness.iter().map(|w| w.p).fold(1.0, f64::min) * tested).min(1.0),
-        max_autocorrelation: whiteness.iter().flat_map(|w| &w.correlation).fold(0.0, |largest, r| r.abs().max(largest)),
-        whiteness,
-        prediction: vec![[None; HORIZONS_S.len()]; PREDICTED.len()],
-        position_errors: measures.position,
-        track: Vec::new(),
-        unexplained_variance,
     }
 }

@@ -10,6 +10,7 @@
 //! per mass are seen: the slope is that of the mass stated, and grows with the added mass that the statement leaves
 //! out.
 
+use super::layout::Layout;
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::runs::estimate;
 use super::selection::{self, LogModelDiagnosis};
@@ -104,8 +105,8 @@ impl Stretch {
 }
 
 impl Thruster {
-    /// Time, residual and slopes of one stretch.
-    fn rows_of(&self, stretch: &Stretch, theta: &[f64]) -> Vec<Row> {
+    /// Rows of one stretch, the sequence of this number.
+    fn rows_of(&self, sequence: u32, stretch: &Stretch, theta: &[f64]) -> Vec<Row> {
         let simulated = stretch.simulate(theta, self.mass_kg);
         let moved: Vec<Vec<f64>> = (0..COLUMNS)
             .map(|column| {
@@ -125,7 +126,7 @@ impl Thruster {
                 next_s = t_s + APART_S;
                 let slopes = moved.iter().map(|by| by[i]).collect();
                 let residual = stretch.speed_mps[i] - simulated[i];
-                rows.push(Row { t_s: *t_s, channel: ResidualChannel::WaterSpeed, residual, slopes });
+                rows.push(Row { t_s: *t_s, channel: ResidualChannel::WaterSpeed, sequence, residual, slopes });
             }
         }
         rows
@@ -137,7 +138,7 @@ impl Thruster {
             .stretches
             .iter()
             .map(|stretch| {
-                let residuals: Vec<f64> = self.rows_of(stretch, theta).iter().map(|row| row.residual).collect();
+                let residuals: Vec<f64> = self.rows_of(0, stretch, theta).iter().map(|row| row.residual).collect();
                 rms(&residuals).unwrap_or(0.0)
             })
             .collect();
@@ -155,7 +156,7 @@ impl LogModel for Thruster {
     }
 
     fn rows(&self, theta: &[f64]) -> Vec<Row> {
-        self.stretches.iter().flat_map(|stretch| self.rows_of(stretch, theta)).collect()
+        (0..).zip(&self.stretches).flat_map(|(sequence, stretch)| self.rows_of(sequence, stretch, theta)).collect()
     }
 
     fn calibrated(&self) -> Vec<usize> {
@@ -181,16 +182,12 @@ impl LogModel for Thruster {
         0.0
     }
 
-    fn is_coupled(&self) -> bool {
-        true
-    }
-
     fn block_s(&self) -> f64 {
         BLOCK_S
     }
 
-    fn measures(&self, theta: &[f64]) -> Measures {
-        let velocity = self.rows(theta).into_iter().map(|row| (row.t_s, row.residual)).collect();
+    fn measures(&self, rows: &[Row], _layout: &Layout) -> Measures {
+        let velocity = rows.iter().map(|row| (row.t_s, row.residual)).collect();
         Measures { velocity, ..Measures::default() }
     }
 }

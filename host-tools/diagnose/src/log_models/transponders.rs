@@ -10,6 +10,7 @@
 //! Legendre polynomials P_k over the log. Places and slow change are fitted in any case, because nobody declares them.
 //! The ratio is the mean over all paths, by the harmonic mean that a travel time sees; the bending of rays is in it.
 
+use super::layout::Layout;
 use super::model::{Entry, LogModel, Measures, Nameless, Row};
 use super::selection::{self, LogModelDiagnosis};
 use crate::samples::ResidualChannel;
@@ -102,7 +103,7 @@ impl Transponders {
         }
         let late = slopes[others] * theta[others] + slopes[others + 1] * theta[others + 1];
         let residual = ping.range_m - scale * way_m - late;
-        Row { t_s: ping.t_s, channel: ResidualChannel::Range, residual, slopes }
+        Row { t_s: ping.t_s, channel: ResidualChannel::Range, sequence: 0, residual, slopes }
     }
 }
 
@@ -137,16 +138,12 @@ impl LogModel for Transponders {
         0.0
     }
 
-    fn is_coupled(&self) -> bool {
-        true
-    }
-
     fn block_s(&self) -> f64 {
         BLOCK_S
     }
 
-    fn measures(&self, theta: &[f64]) -> Measures {
-        let position = self.rows(theta).into_iter().map(|row| (row.t_s, row.residual)).collect();
+    fn measures(&self, rows: &[Row], _layout: &Layout) -> Measures {
+        let position = rows.iter().map(|row| (row.t_s, row.residual)).collect();
         Measures { position, against: Some("range to the transponders"), ..Measures::default() }
     }
 }

@@ -213,12 +213,19 @@ impl Filter<'_> {
             let h: [f64; 12] = std::array::from_fn(|i| jacobian[(axis, i)]);
             let mut moved = self.x - x0;
             moved[PSI] = wrap_angle(moved[PSI]);
-            let mut innovation = prediction.measured[axis] - read[axis] - proposed[axis] - dot(&h, &moved.into());
+            let lasting = self.colours.reading(channel);
+            let mut innovation =
+                prediction.measured[axis] - read[axis] - proposed[axis] - lasting - dot(&h, &moved.into());
             if prediction.sensor == SensorChannel::Attitude {
                 innovation = wrap_angle(innovation);
             }
-            let ph = matrix::apply(&self.p, &h);
-            let variance = dot(&h, &ph) + (prediction.variance + added) * scale * scale * prediction.alike;
+            let mut ph = matrix::apply(&self.p, &h);
+            for (ph, cross) in ph.iter_mut().zip(self.colours.cross_of(channel)) {
+                *ph += cross;
+            }
+            let pn = self.colours.with_scalar(channel, &h);
+            let lasting: f64 = self.colours.of(channel).map(|j| pn[j]).sum();
+            let variance = dot(&h, &ph) + lasting + (prediction.variance + added) * scale * scale * prediction.alike;
             let sigma = variance.sqrt();
             residuals.push(Residual { t_s, channel, innovation, sigma, alike: prediction.alike, used });
             if !used {
@@ -231,15 +238,13 @@ impl Filter<'_> {
             }
             rows.row(t_s, innovation / sigma, &self.ordered, -1.0 / sigma);
             let m = self.columns;
-            for i in 0..12 {
-                if m == 0 {
-                    break;
-                }
-                let k = gain[i];
+            let noise_gain = pn.iter().map(|value| value / variance);
+            for (i, k) in gain.iter().copied().chain(noise_gain).enumerate().filter(|_| m > 0) {
                 for (slope, by) in self.slopes[i * m..][..self.live].iter_mut().zip(&self.row) {
                     *slope -= k * by;
                 }
             }
+            self.colours.update(&ph, &pn, variance, innovation);
             for (i, k) in gain.iter().enumerate() {
                 let row = &mut self.p[i];
                 for j in 0..12 {
@@ -308,6 +313,12 @@ impl Filter<'_> {
                 *value += factor * slope;
             }
         }
+        let channel = ResidualChannel::ALL[prediction.first as usize + axis];
+        for j in self.colours.of(channel) {
+            for (value, slope) in self.row.iter_mut().zip(&self.slopes[(12 + j) * m..][..live]) {
+                *value += slope;
+            }
+        }
         let t_s = self.t_s;
         let snapshot = Snapshot {
             share: t_s / self.duration_s.max(1.0),
@@ -316,7 +327,6 @@ impl Filter<'_> {
             input: &self.input.at(t_s),
             distance_m: prediction.distance_m(),
         };
-        let channel = ResidualChannel::ALL[prediction.first as usize + axis];
         for (term, direct) in self.terms.iter().zip(&self.direct) {
             let direct = match &term.kind {
                 Kind::GenericTerm { target: Target::Reading(target), factor } if *target == channel => {

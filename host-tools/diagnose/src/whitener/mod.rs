@@ -9,9 +9,12 @@
 //! Nothing is gated: with a wrong model a gate locks out good ranges. Isolated outliers are
 //! flagged beforehand and skipped in every pass alike.
 
+mod colour;
 mod matrix;
 mod measure;
 mod step;
+
+pub use colour::Colour;
 
 use crate::log_effects::Effects;
 use crate::model::Model;
@@ -23,6 +26,7 @@ use backseat_core::navigation::{ProcessNoise, SensorNoise, SurfaceNoise};
 use backseat_core::parameters::Installation;
 use backseat_core::state::{PSI, VehicleState};
 use backseat_estimation::commands::InputLine;
+use colour::ColourStates;
 
 /// Longest step of the filter, s.
 pub const STEP_S: f64 = 0.1;
@@ -42,6 +46,8 @@ pub struct Setup {
     pub installation: Installation,
     /// Factor of each channel's noise on the declared one.
     pub scale: [f64; ResidualChannel::COUNT],
+    /// Noise that lasts, beside the white noise.
+    pub colours: Vec<Colour>,
     /// Acoustic readings (by their place among all) whose range is passed over.
     pub outliers: Vec<bool>,
     /// Length of a block, s.
@@ -190,7 +196,9 @@ struct Filter<'a> {
     /// Symmetric.
     p: matrix::Square,
     input: InputLine,
-    /// ∂x/∂θ: state-major, 12 rows of `columns`, in the order of `place`.
+    /// Noise that lasts.
+    colours: ColourStates,
+    /// ∂x/∂θ and ∂n/∂θ: state-major, 12 rows of `columns` and one for each colour, in the order of `place`.
     slopes: Vec<f64>,
     scratch: Vec<f64>,
     /// ∂ν/∂θ of the scalar under way.
@@ -244,6 +252,7 @@ impl<'a> Filter<'a> {
         }
         let has_monomials = prepared.iter().any(|term| matches!(term.kind, Kind::GenericTerm { .. }));
         let has_dvl = samples.events.iter().any(|(_, event)| matches!(event, LogEvent::Reading(Reading::Dvl(_))));
+        let rows = 12 + setup.colours.len();
         Some(Self {
             setup,
             model,
@@ -257,8 +266,9 @@ impl<'a> Filter<'a> {
             x: VehicleState::zeros(),
             p: matrix::ZERO,
             input: InputLine::default(),
-            slopes: vec![0.0; 12 * columns],
-            scratch: vec![0.0; 12 * columns],
+            colours: ColourStates::new(&setup.colours),
+            slopes: vec![0.0; rows * columns],
+            scratch: vec![0.0; rows * columns],
             row: vec![0.0; columns],
             ordered: vec![0.0; columns],
             direct: Vec::with_capacity(terms.len()),

@@ -44,6 +44,7 @@ impl Filter<'_> {
         let (once, twice) = (matrix::apply(&ah, &f), matrix::apply(&ah2, &f));
         let increment: [f64; 12] = std::array::from_fn(|i| (f[i] + 0.5 * once[i] + twice[i] / 6.0) * h);
 
+        self.colours.step(h, &d);
         self.step_slopes((&step, &commanded), &linearisation.f, &ah, &d);
 
         for (x, increment) in self.x.iter_mut().zip(increment) {
@@ -97,6 +98,12 @@ impl Filter<'_> {
                         row[j] += factor * from[j];
                     }
                 }
+            }
+        }
+        for (j, kept) in self.colours.kept().iter().enumerate() {
+            let rows = (12 + j) * m..(12 + j) * m + live;
+            for (to, from) in self.scratch[rows.clone()].iter_mut().zip(&self.slopes[rows]) {
+                *to = kept * from;
             }
         }
         std::mem::swap(&mut self.slopes, &mut self.scratch);

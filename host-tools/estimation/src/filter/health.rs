@@ -14,6 +14,8 @@ use backseat_core::navigation::{FusionOutcome, Sensor};
 
 /// Fewest scalars of a sensor that are judged.
 const ENOUGH: u64 = 30;
+/// Of fewer, a sensor of which most is refused is doubted as well: from so many scalars on, and so large a share.
+const FEW_REFUSED: (u64, f64) = (4, 0.5);
 /// A filter refuses outliers, a few percent; a quarter of a sensor's measurements are no outliers.
 const MOST_REFUSED: f64 = 0.25;
 /// Mean NIS from which on a sensor contradicts the filter. Fused scalars lie inside the gate, so that it stays small.
@@ -55,11 +57,12 @@ impl Health {
             let refused = summary.rejected as f64 / total.max(1) as f64;
             let lag_one = lag_one(run, summary.sensor);
             health.sensors.push(SensorHealth { sensor: summary.sensor, refused, lag_one });
-            if total < ENOUGH {
+            let is_refused = refused > if total < ENOUGH { FEW_REFUSED.1 } else { MOST_REFUSED };
+            if total < if is_refused { FEW_REFUSED.0 } else { ENOUGH } {
                 continue;
             }
             let (name, nis) = (summary.sensor.name(), summary.nis.unwrap_or(0.0));
-            if refused > MOST_REFUSED {
+            if is_refused {
                 let percent = 100.0 * refused;
                 health.doubts.push(format!(
                     "{percent:.0} % of the measurements of {name} were refused: units, signs or the installation?"

@@ -21,9 +21,11 @@ pub(super) fn first_fix(log: &Log, vehicle: &VehicleFile, options: &FilterOption
     let wants_depth = log.has(Column::Depth);
     let wants_dvl = options.use_dvl && log.rows.iter().any(|row| row.dvl_mps().is_some());
     let wants_propeller = log.has(Column::PropRpm);
+    // a run that never had a fix counts from where it starts
+    let is_own_origin = !log.runs.is_empty() && !log.has(Column::GpsX);
     let (mut fix, mut depth_m, mut euler, mut rates, mut dvl, mut propeller) = (None, None, None, None, None, None);
     for (index, row) in log.rows.iter().enumerate() {
-        fix = row.gnss_m().map(|fix_m| (row.time_us, fix_m)).or(fix);
+        fix = row.gnss_m().or(is_own_origin.then_some([0.0; 2])).map(|fix_m| (row.time_us, fix_m)).or(fix);
         depth_m = row.get(Column::Depth).or(depth_m);
         euler = row.attitude_rad().or(euler);
         rates = row.rates_radps().or(rates);

@@ -56,7 +56,7 @@ impl DiagnosedLog {
         let is_listed = self.found.iter().flat_map(|found| &found.ambiguous_with).any(|label| effect_of(label) == own);
         let answer = match self.verdict.as_str() {
             "none" => Answer::Nothing,
-            "unexplained" => Answer::Unexplained,
+            "unexplained" | "implausible" | "undecided" => Answer::Unexplained,
             "ambiguous" if place.is_some() || is_listed => Answer::Listed,
             "explained" if place.is_some() => Answer::Named,
             _ => Answer::Other,

@@ -28,8 +28,9 @@ impl Page<'_> {
             "{} of {} runs, seeds {} to {}. Each is a simulated log of half an hour of the reference vehicle with one undeclared \
              effect, or two, or three, or none, or one that is in no catalogue; `diagnose` is given the log and the declared vehicle \
              alone. Half of the logs have manoeuvres that excite (dives, steps of speed, legs across), half \
-             are lines to and fro; half have coloured noise, half have a DVL, on half the inputs move on between their \
-             samples. Half of the events end. Seeds below {} were used while `diagnose` was \
+             are lines to and fro; three of four have noise as sensors have it (of another size than declared, one or two \
+             parts that last 0.5 to 60 s, steps of the readings, gaps, readings twice), half have a DVL, on half the \
+             inputs move on between their samples. Half of the events end. Seeds below {} were used while `diagnose` was \
              developed; these were not.",
             self.runs.len(),
             self.asked,

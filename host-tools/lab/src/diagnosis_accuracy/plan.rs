@@ -78,7 +78,7 @@ pub fn of(seed: u64) -> (Class, Spec) {
     };
     let has = |wanted: &[&str]| names.iter().any(|name| wanted.contains(name));
     spec.shape = if round.is_multiple_of(2) { Shape::Excite } else { Shape::Lawnmower };
-    spec.noise = if (round / 2).is_multiple_of(2) { NoiseKind::Coloured } else { NoiseKind::White };
+    spec.noise = if (round / 2) % 4 == 3 { NoiseKind::White } else { NoiseKind::Mixed };
     // Effects that only a DVL or a CTD shows are injected where there is one.
     spec.dvl =
         has(&["dvl_scale", "dvl_misalignment", "dvl_delay", "dvl_lever_arm", "waves"]) || (round / 4).is_multiple_of(2);

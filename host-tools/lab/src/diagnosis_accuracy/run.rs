@@ -6,6 +6,7 @@ use anyhow::{Context, anyhow};
 use backseat_core::effects::{FIN_NAMES, ParameterKind};
 use backseat_diagnose::candidates::{Candidate, Instance, beyond};
 use backseat_diagnose::diagnosis::{self, Diagnosis, FoundEffect};
+use backseat_diagnose::floor;
 use backseat_diagnose::log_effects::Effects;
 use backseat_diagnose::prepared_log::PreparedLog;
 use backseat_diagnose::scores::{self, Scores};
@@ -26,8 +27,8 @@ pub struct DiagnosedLog {
     pub class: Class,
     /// Manoeuvres that excite; else lines to and fro.
     pub excite: bool,
-    /// Noise partly correlated in time; else white as it is declared.
-    pub coloured: bool,
+    /// Noise as sensors have it, drawn from the seed; else white as it is declared.
+    pub mixed: bool,
     pub dvl: bool,
     /// Inputs move on between their samples; else they are held.
     #[serde(default)]
@@ -96,13 +97,21 @@ pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<DiagnosedLog>
     let declared_set = Effects::from(spec.vehicle.effects.set);
     let d = diagnosis::run(&mut log_data, |_| {})
         .context("a state of the filter is not finite: check the units and signs of the log")?;
-    let score = |log_data: &PreparedLog, data: &Dataset, pass: &Pass, set: &Effects| -> anyhow::Result<HeldOutErrors> {
+    let all_scores = |log_data: &PreparedLog, data: &Dataset, pass: &Pass, set: &Effects| {
         let scores = scores::of(log_data, pass, set, &data.log, &spec.vehicle, Some(&data.truth), spec.dvl);
-        Ok(HeldOutErrors::of(&scores.map_err(|error| anyhow!("{error}"))?))
+        scores.map_err(|error| anyhow!("{error}"))
+    };
+    let score = |log_data: &PreparedLog, data: &Dataset, pass: &Pass, set: &Effects| -> anyhow::Result<HeldOutErrors> {
+        Ok(HeldOutErrors::of(&all_scores(log_data, data, pass, set)?))
     };
     let declared = score(&log_data, &data, &d.before, &declared_set)?;
     let set = d.set(&declared_set);
+    let proposed = match &d.with_terms {
+        Some(pass) => all_scores(&log_data, &data, pass, &declared_set)?,
+        None => all_scores(&log_data, &data, &d.after, &set)?,
+    };
     let after = if set == declared_set { declared.clone() } else { score(&log_data, &data, &d.after, &set)? };
+    let d = floor::under(d, &log_data, &proposed);
     let declaring_truth = match class {
         Class::None => declared.clone(),
         Class::Single | Class::Pair | Class::Triple => {
@@ -123,7 +132,7 @@ pub fn run(class: Class, spec: &Spec, seed: u64) -> anyhow::Result<DiagnosedLog>
         seed,
         class,
         excite: spec.shape == Shape::Excite,
-        coloured: spec.noise == NoiseKind::Coloured,
+        mixed: spec.noise == NoiseKind::Mixed,
         dvl: spec.dvl,
         ramps: spec.ramps,
         injected: data.effects.iter().map(Injected::of).collect(),

@@ -68,15 +68,16 @@ pub fn of_outside(spec: &Spec, seed: u64, named: &[Instance]) -> Option<Separabi
     let (log_data, effects) = ready(&spec)?;
     spec.effects.clear();
     // What the model leaves of the same flight without the cause.
-    let floor = ready(&spec)?.0.declared.normal.sum(|_| true).square;
-    let without = log_data.declared.normal.sum(|_| true).square;
+    let clean = ready(&spec)?.0;
+    let floor = clean.seen_square(&clean.declared);
+    let without = log_data.seen_square(&log_data.declared);
     let round = search::round(&log_data, &[])?;
     let mut best = closest(&log_data, &[], "", &round, without);
     let fits_model = |one: &&Instance| one.candidate.info().enters != Enters::Noise;
     let named: Vec<Instance> = named.iter().filter(fits_model).cloned().collect();
-    if let Some(fitted) = log_data.fit(&named, DataPart::Whole).filter(|_| !named.is_empty()) {
+    if let Some(fitted) = log_data.fit(&named, DataPart::Seen).filter(|_| !named.is_empty()) {
         let names: Vec<&str> = named.iter().map(|one| one.candidate.effect).collect();
-        best = best.or(fitted.whole_square, names.join(" and "));
+        best = best.or(fitted.seen_square, names.join(" and "));
     }
     Some(best.apart(effects.first()?.name(), floor))
 }
@@ -113,8 +114,8 @@ fn closest(log_data: &PreparedLog, others: &[Instance], own: &str, round: &Round
     close.fold(none, |best, e| {
         let mut joint = others.to_vec();
         joint.push(e.instance.clone());
-        match log_data.fit(&joint, DataPart::Whole) {
-            Some(fitted) => best.or(fitted.whole_square, e.instance.candidate.effect),
+        match log_data.fit(&joint, DataPart::Seen) {
+            Some(fitted) => best.or(fitted.seen_square, e.instance.candidate.effect),
             None => best,
         }
     })
@@ -122,7 +123,7 @@ fn closest(log_data: &PreparedLog, others: &[Instance], own: &str, round: &Round
 
 /// Σ e² with a set of effects.
 fn square(log_data: &PreparedLog, set: &Effects) -> Option<f64> {
-    Some(log_data.pass(set, &[])?.normal.sum(|_| true).square)
+    Some(log_data.seen_square(&log_data.pass(set, &[])?))
 }
 
 /// A true effect as a hypothesis with its values; `None` for an entry of noise.

@@ -30,8 +30,8 @@ impl Findings<'_> {
         let groups: [(&str, Choose); 8] = [
             ("manoeuvres that excite", |run| run.excite),
             ("lines to and fro", |run| !run.excite),
-            ("white noise", |run| !run.coloured),
-            ("coloured noise", |run| run.coloured),
+            ("white noise", |run| !run.mixed),
+            ("mixed noise", |run| run.mixed),
             ("with a DVL", |run| run.dvl),
             ("without", |run| !run.dvl),
             ("inputs held between samples", |run| !run.ramps),
@@ -56,7 +56,7 @@ impl Findings<'_> {
             text: format!(
                 "Of the pairs, both effects are named in {both}; both and nothing else in {only_both}. Of the triples, all three \
                  in {three}; all three and nothing else in {only_three}. The vehicle's motion and the sensors come from the \
-                 simulator's own equations in every run; the coloured noise has other spectra than the filter assumes.",
+                 simulator's own equations in every run; mixed noise is drawn from equations of the simulator's own.",
             ),
             header: answer_header("single effects"),
             rows,
@@ -275,17 +275,11 @@ impl Findings<'_> {
             vec![run.seed.to_string(), flown(run), run.verdict.clone(), what]
         };
         let alarms: Vec<&DiagnosedLog> = runs.iter().copied().filter(|run| run.verdict != "none").collect();
-        let white =
-            Share::of(&runs.iter().filter(|run| !run.coloured).collect::<Vec<_>>(), |run| run.verdict != "none");
-        let coloured =
-            Share::of(&runs.iter().filter(|run| run.coloured).collect::<Vec<_>>(), |run| run.verdict != "none");
+        let white = Share::of(&runs.iter().filter(|run| !run.mixed).collect::<Vec<_>>(), |run| run.verdict != "none");
+        let mixed = Share::of(&runs.iter().filter(|run| run.mixed).collect::<Vec<_>>(), |run| run.verdict != "none");
         Section {
             title: "False alarms",
-            text: format!(
-                "Where nothing was injected: white noise {}, coloured noise {}.",
-                white.text(),
-                coloured.text()
-            ),
+            text: format!("Where nothing was injected: white noise {}, mixed noise {}.", white.text(), mixed.text()),
             header: vec!["seed", "log", "verdict", "what was found"],
             rows: alarms.iter().map(row).collect(),
         }
@@ -319,7 +313,7 @@ fn competitor<'a>(case: &'a JudgedEffect<'_>) -> &'a str {
 
 fn flown(run: &DiagnosedLog) -> String {
     let manoeuvre = if run.excite { "excites" } else { "lines" };
-    let noise = if run.coloured { "coloured" } else { "white" };
+    let noise = if run.mixed { "mixed" } else { "white" };
     format!("{manoeuvre}, {noise}, {}", if run.dvl { "DVL" } else { "no DVL" })
 }
 

@@ -10,6 +10,7 @@ mod draft;
 mod engine;
 mod format;
 mod glider;
+mod iver_control;
 mod iver_uvc;
 mod lake;
 mod layout;
@@ -117,6 +118,9 @@ const MAX_BYTES: u64 = 2 << 30;
 
 /// Name and reader of a format that is no table of columns; `None`: a table, or nothing that is known.
 fn other_than_table(path: &Path) -> Result<Option<(&'static str, Reader)>, DataError> {
+    if iver_control::is_one(path) {
+        return Ok(Some((iver_control::NAME, |path, map| unmapped(path, map, iver_control::read))));
+    }
     if path.is_dir() && !ros_bag::is_any_bag(path, &[]) {
         let message = "a folder without a ROS 2 bag (.mcap or .db3) in it; name the file of a log";
         return Err(DataError::file(path, message));

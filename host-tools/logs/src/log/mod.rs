@@ -210,6 +210,8 @@ pub struct Log {
     pub origin_deg: Option<[f64; 2]>,
     /// Label and start, µs, of each run of a table that holds several; their numbers count from 1.
     pub runs: Vec<(String, u64)>,
+    /// Settings of each run, name and value, where the recorder keeps them beside the log; in the order of `runs`.
+    pub run_facts: Vec<Vec<(String, String)>>,
     /// Names of columns of its file that nothing was read from.
     pub unused_columns: Vec<String>,
 }

@@ -5,7 +5,8 @@
 //! `[learnt]` as a whole; the values of that file then hold. Every other key must be there, and no other may.
 //! `[effects.NAME]` tables hold effects of the catalogue ([`VehicleEffects`]). A section `[app]` is the board's
 //! ([`BoardFile`]); it is checked all the same. `[manoeuvring]` is a model of its own, of a vessel with propellers and
-//! rudders ([`ManoeuvringModel`]).
+//! rudders ([`ManoeuvringModel`]). `[short_runs]` holds what runs of a torpedo showed beyond the board's model
+//! ([`ShortRuns`]).
 
 mod board;
 mod effects;
@@ -13,6 +14,7 @@ mod manoeuvring;
 mod page;
 mod read;
 mod schema;
+mod short_runs;
 mod source;
 
 pub use board::{BoardFile, BoardParameter};
@@ -22,6 +24,7 @@ pub use page::parameters_page;
 use crate::DataError;
 use crate::manoeuvring::ManoeuvringModel;
 use crate::output::{self, Existing};
+use crate::short_runs::ShortRuns;
 use backseat_app::parameters::{self, Parameter, Settings};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::FIN_NAMES;
@@ -57,6 +60,8 @@ pub struct VehicleFile {
     /// Surge, sway and yaw as identified of a vessel with propellers and rudders, which the other sections do not
     /// describe.
     pub manoeuvring: Option<ManoeuvringModel>,
+    /// What short runs showed beyond the other sections.
+    pub short_runs: Option<ShortRuns>,
 }
 
 impl VehicleFile {
@@ -111,6 +116,7 @@ impl VehicleFile {
         }
         text.push_str(&self.effects.to_toml());
         text.push_str(&self.manoeuvring.as_ref().map_or_else(String::new, manoeuvring::to_toml));
+        text.push_str(&self.short_runs.as_ref().map_or_else(String::new, short_runs::to_toml));
         text
     }
 

@@ -3,6 +3,7 @@
 use super::effects::{self, VehicleEffects};
 use super::manoeuvring;
 use super::schema::{self, BOARD_SECTION, OPTIONAL, keys, short_key};
+use super::short_runs;
 use super::source::{Source, Value, kind};
 use super::{VehicleFile, in_words};
 use crate::DataError;
@@ -74,7 +75,8 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
     let root = root.get_ref();
     let sections = || SECTIONS.map(|section| format!("[{}]", section.name)).join(", ");
     for (key, value) in root {
-        let known = [effects::SECTION, manoeuvring::SECTION, BOARD_SECTION].contains(&key.get_ref().as_ref())
+        let known = [effects::SECTION, manoeuvring::SECTION, short_runs::SECTION, BOARD_SECTION]
+            .contains(&key.get_ref().as_ref())
             || SECTIONS.iter().any(|section| section.name == key.get_ref());
         if !known {
             return Err(source.error(key.span(), format!("unknown key {}; expected {}", key.get_ref(), sections())));
@@ -121,6 +123,8 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
         }
         let manoeuvring =
             table_of(manoeuvring::SECTION).map(|(_, table)| manoeuvring::parse(&source, table)).transpose()?;
+        let short_runs =
+            table_of(short_runs::SECTION).map(|(_, table)| short_runs::parse(&source, table)).transpose()?;
         let settings = &numbers.settings;
         vehicle = Some(VehicleFile {
             name,
@@ -133,6 +137,7 @@ pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, Da
             safety: settings.app.safety,
             effects,
             manoeuvring,
+            short_runs,
         });
     }
     // A file with [app] alone leaves the vehicle to the board.

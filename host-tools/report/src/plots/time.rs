@@ -115,7 +115,8 @@ fn lines_over_band(y: &Axis, lines: &[(&str, Vec<Point>)], band_name: Option<&st
         draw_band(canvas, &scaled, SERIES[0]);
         // The first line belongs on top, over the band of its own colour.
         for (i, (_, line)) in lines.iter().enumerate().rev() {
-            for run in runs(line) {
+            let gap = longest_step(line.iter().map(|p| p.0));
+            for run in runs(line).flat_map(|run| run.chunk_by(|a, b| b.0 - a.0 <= gap)) {
                 let run: Vec<Point> = run.iter().map(|(t, v)| (t * per_hour, *v)).collect();
                 canvas.line(min_max(&run, canvas.pixel.0 * COLUMN), SERIES[i % SERIES.len()], 1.7, 1.0);
             }
@@ -125,7 +126,9 @@ fn lines_over_band(y: &Axis, lines: &[(&str, Vec<Point>)], band_name: Option<&st
 
 /// Fills between low and high, and draws the upper edge.
 fn draw_band(canvas: &Canvas<'_, '_>, band: &[Slice], ink: Ink) {
-    for run in band.split(|(t, low, high)| ![t, low, high].iter().all(|v| is_drawable(**v))) {
+    let runs = band.split(|(t, low, high)| ![t, low, high].iter().all(|v| is_drawable(**v)));
+    let gap = longest_step(band.iter().map(|slice| slice.0));
+    for run in runs.flat_map(|run| run.chunk_by(|a, b| b.0 - a.0 <= gap)) {
         let column = |slice: &Slice| (slice.0 / (canvas.pixel.0 * COLUMN)).floor();
         // Mean of a column: of a bound that rises and falls between two fixes, an envelope would flatter the filter.
         let means: Vec<Slice> = run
@@ -141,6 +144,16 @@ fn draw_band(canvas: &Canvas<'_, '_>, band: &[Slice], ink: Ink) {
         canvas.area(low.chain(high.clone().rev()).collect(), ink, BAND);
         canvas.line(high.collect(), ink, 1.0, 0.5);
     }
+}
+
+/// The longest step between two points that is drawn: across hours without data there is neither line nor band.
+fn longest_step(times: impl Iterator<Item = f64>) -> f64 {
+    /// Steps of usual length, and share of the whole.
+    const MOST: (f64, f64) = (20.0, 0.02);
+    let times: Vec<f64> = times.filter(|t| is_drawable(*t)).collect();
+    let (Some(first), Some(last)) = (times.first(), times.last()) else { return f64::INFINITY };
+    let usual = quantile(times.windows(2).map(|pair| pair[1] - pair[0]).collect(), 0.5);
+    (MOST.0 * usual).max(MOST.1 * (last - first))
 }
 
 fn time_axis(times: impl Iterator<Item = f64>) -> (Axis, f64) {

@@ -1,58 +1,121 @@
 //! Logs without fins and propeller: dead reckoning on logged heading and speed against GNSS.
 //!
-//! The model: between two fixes the vehicle moves along its heading with its logged speed (with a DVL: with its
-//! velocity over ground). The difference to the fixes is explained by a current, a compass error, a speed scale and
-//! (with a DVL) a misalignment. Fixes some time apart are compared, so that their noise is small against the distance
-//! between them. Readings that the log repeats while the sensor is away are left out.
+//! The model: the vehicle moves along its heading with its logged speed (with a DVL: with its velocity over ground). The
+//! difference to the fixes is explained by a current, a compass error, a speed scale, places and delays of the sensors.
+//! A row is a position of the reckoning against a fix; where a sequence begins is free, so that only what is missing
+//! since then counts, and it begins anew wherever the data are used for something else. Readings that the log repeats
+//! while the sensor is away are left out.
 
-use super::held_readings;
-use super::model::{Entry, LogModel, Measures, Nameless, Row};
+mod track;
+
+use self::track::{Leg, Track};
+use super::layout::Layout;
+use super::model::{Entry, LogModel, Measures, Nameless, Row, catalogue_range};
 use super::selection::{self, LogModelDiagnosis};
+use crate::floor::Remaining;
 use crate::prepared_log::BLOCK_S;
 use crate::samples::ResidualChannel;
+use backseat_core::navigation::SensorNoise;
 use backseat_logs::log::Column;
-use backseat_logs::stats::{Z_95, median};
+use backseat_logs::plausible_noise::{Carrier, most_position_error_m};
+use backseat_logs::stats::{Z_95, rms};
 use backseat_logs::{Log, Truth, VehicleFile};
 
-/// A gap in heading or speed longer than this ends a stretch, s.
-const LONGEST_GAP_S: f64 = 5.0;
-/// Fewest stretches between two fixes that are worth a fit.
+/// Fewest fixes under way, [`SHORTEST_S`] apart, that are worth a fit.
 pub const FEWEST: usize = 12;
-/// Stretches wanted of a short log, and the shortest.
-const STRETCHES: f64 = 60.0;
 const SHORTEST_S: f64 = 5.0;
+/// Time over which a velocity is taken from two fixes, s.
+const VELOCITY_S: f64 = 10.0;
 /// Time over which dead reckoning runs on when its position is scored, s.
 const RECKONED_S: f64 = 600.0;
 
 /// Columns: current north, east; heading constant, sine, cosine; speed scale; DVL yaw; second harmonic of the heading,
 /// sine, cosine; current growing with time, north, east (without a name); delay of the heading; arm of the antenna,
-/// ahead, to starboard; arm of the DVL, the same; delay of the DVL.
-const COLUMNS: usize = 17;
-/// Sway in turns, which is the yaw rate times a length: an antenna ahead of the centre, or a vehicle that slips
-/// outwards.
-const SIDESLIP: usize = 12;
-/// Turns of the log from which on the sideslip is seen, rad.
-const LEAST_TURNED_RAD: f64 = 1.5;
+/// ahead, to starboard; arm of the DVL, the same; delay of the DVL; delay of the fixes; sideslip.
+const COLUMNS: usize = 19;
+const CURRENT: usize = 0;
+const HEADING: usize = 2;
+const SCALE: usize = 5;
+const YAW: usize = 6;
+const IRON: usize = 7;
+const GROWTH: usize = 9;
+const LAG: usize = 11;
+const ARM: usize = 12;
+const DVL_ARM: usize = 14;
+const DVL_DELAY: usize = 16;
+const FIX_DELAY: usize = 17;
+/// Sway in turns, which is the yaw rate times a length: a vehicle slips outwards.
+const SIDESLIP: usize = 18;
+/// What a torpedo's sideslip may be, as a length over its own: mean and one sigma. The simulated Iver3 has −0.40; two
+/// logs of an Iver2 allow −0.1 to −0.9.
+const SLIP: [f64; 2] = [-0.35, 0.35];
 
-/// One stretch between two fixes.
-#[derive(Clone)]
-struct Stretch {
-    t_s: f64,
-    dt_s: f64,
-    /// What dead reckoning lacks, m.
-    missing_m: [f64; 2],
-    /// The same against the truth, where it is given.
-    missing_of_truth_m: Option<[f64; 2]>,
-    /// ∂ way/∂θ, m.
-    slopes: [[f64; COLUMNS]; 2],
-}
+type Slopes = [[f64; COLUMNS]; 2];
 
 struct DeadReckoning {
-    stretches: Vec<Stretch>,
+    track: Track,
     has_dvl: bool,
-    /// Whether the sideslip is fitted in any case.
-    fits_sideslip: bool,
-    apart_s: f64,
+    duration_s: f64,
+    length_m: f64,
+}
+
+impl DeadReckoning {
+    /// The true heading, by what the compass read.
+    fn heading_rad(&self, read: f64, theta: &[f64]) -> f64 {
+        let mut heading = read;
+        for _ in 0..4 {
+            let ((s1, c1), (s2, c2)) = (heading.sin_cos(), (2.0 * heading).sin_cos());
+            let error = theta[HEADING] + theta[HEADING + 1] * s1 + theta[HEADING + 2] * c1;
+            heading = read - error - theta[IRON] * s2 - theta[IRON + 1] * c2;
+        }
+        heading
+    }
+
+    /// The way of a leg over ground, m; adds its derivatives.
+    fn way(&self, leg: &Leg, theta: &[f64], by: &mut Slopes) -> [f64; 2] {
+        let psi = self.heading_rad(leg.heading_rad, theta) + theta[LAG] * leg.turned_rad / leg.dt_s;
+        let (sin, cos) = psi.sin_cos();
+        let (ahead, starboard) = ([cos, sin], [-sin, cos]);
+        let scale = 1.0 + theta[SCALE];
+        let (yaw_sin, yaw_cos) = theta[YAW].sin_cos();
+        let [mu, mv] = leg.mean_mps.map(|v| v / scale);
+        let [u, v] = [mu * yaw_cos - mv * yaw_sin, mu * yaw_sin + mv * yaw_cos];
+        let way = [0, 1].map(|axis| (u * ahead[axis] + v * starboard[axis]) * leg.dt_s);
+        let across = [-way[1], way[0]];
+        let since_middle = leg.t_s / self.duration_s - 0.5;
+        let mut moved = way;
+        for axis in 0..2 {
+            let turn = [leg.turned_rad * starboard[axis], -leg.turned_rad * ahead[axis]];
+            let late = leg.change_mps[0] * ahead[axis] + leg.change_mps[1] * starboard[axis];
+            let slopes = &mut by[axis];
+            slopes[CURRENT + axis] += leg.dt_s;
+            slopes[GROWTH + axis] += since_middle * leg.dt_s;
+            // True heading is measured less bias: the way turns back by it.
+            let harmonics = [
+                (HEADING, 1.0),
+                (HEADING + 1, sin),
+                (HEADING + 2, cos),
+                (IRON, (2.0 * psi).sin()),
+                (IRON + 1, (2.0 * psi).cos()),
+            ];
+            for (column, factor) in harmonics {
+                slopes[column] -= factor * across[axis];
+            }
+            slopes[SCALE] -= way[axis] / scale;
+            slopes[YAW] += across[axis];
+            slopes[LAG] += leg.turned_rad / leg.dt_s * across[axis];
+            // Of a DVL's arm the reckoning has too much.
+            slopes[DVL_ARM] -= turn[0];
+            slopes[DVL_ARM + 1] -= turn[1];
+            slopes[SIDESLIP] += turn[0];
+            // The velocity of now is read a delay later: what it changes by in that time is missing.
+            slopes[DVL_DELAY] += late;
+            let more = theta[CURRENT + axis] + since_middle * theta[GROWTH + axis];
+            moved[axis] += more * leg.dt_s + theta[DVL_DELAY] * late + (theta[SIDESLIP] - theta[DVL_ARM]) * turn[0]
+                - theta[DVL_ARM + 1] * turn[1];
+        }
+        moved
+    }
 }
 
 impl LogModel for DeadReckoning {
@@ -60,93 +123,202 @@ impl LogModel for DeadReckoning {
         COLUMNS
     }
 
-    /// What is missing over a stretch, m.
+    /// Position of each fix less that of the reckoning, m.
     fn rows(&self, theta: &[f64]) -> Vec<Row> {
-        let of = |stretch: &Stretch| {
-            [ResidualChannel::GnssX, ResidualChannel::GnssY]
-                .into_iter()
-                .enumerate()
-                .map(|(axis, channel)| {
-                    let slopes = &stretch.slopes[axis];
-                    let residual = stretch.missing_m[axis] - dot(slopes, theta);
-                    Row { t_s: stretch.t_s, channel, residual, slopes: slopes.to_vec() }
-                })
-                .collect::<Vec<_>>()
-        };
-        self.stretches.iter().flat_map(of).collect()
+        let (mut moved, mut slopes): ([f64; 2], Slopes) = ([0.0; 2], [[0.0; COLUMNS]; 2]);
+        let mut legs = 0;
+        let mut rows = Vec::with_capacity(2 * self.track.fixes.len());
+        for fix in &self.track.fixes {
+            for leg in &self.track.legs[legs..fix.legs] {
+                let way = self.way(leg, theta, &mut slopes);
+                (0..2).for_each(|axis| moved[axis] += way[axis]);
+            }
+            legs = fix.legs;
+            let (sin, cos) = self.heading_rad(fix.heading_rad, theta).sin_cos();
+            let [u, v] = fix.velocity_mps;
+            let [x, y] = [theta[ARM], theta[ARM + 1]];
+            let by_arm = [[cos, -sin], [sin, cos]];
+            let speed = [u * cos - v * sin + theta[CURRENT], u * sin + v * cos + theta[CURRENT + 1]];
+            for (axis, channel) in [ResidualChannel::GnssX, ResidualChannel::GnssY].into_iter().enumerate() {
+                let mut slopes = slopes[axis].to_vec();
+                (slopes[ARM], slopes[ARM + 1]) = (by_arm[axis][0], by_arm[axis][1]);
+                slopes[FIX_DELAY] = -speed[axis];
+                let off = by_arm[axis][0] * x + by_arm[axis][1] * y - theta[FIX_DELAY] * speed[axis];
+                let residual = fix.at_m[axis] - moved[axis] - off;
+                rows.push(Row { t_s: fix.t_s, channel, sequence: fix.sequence, residual, slopes });
+            }
+        }
+        rows
     }
 
     /// Without a measured sway the vehicle's own sideslip in turns is a number that nobody declares.
     fn calibrated(&self) -> Vec<usize> {
-        if self.fits_sideslip { vec![SIDESLIP] } else { Vec::new() }
+        if self.has_dvl { Vec::new() } else { vec![SIDESLIP] }
     }
 
     fn entries(&self) -> Vec<Entry> {
-        let mut entries = vec![("water_current", vec![0, 1]), ("heading_bias", vec![2, 3, 4]), ("dvl_scale", vec![5])];
-        entries.extend([("soft_iron", vec![7, 8]), ("heading_lag", vec![11])]);
-        if !self.fits_sideslip {
-            entries.push(("gnss_lever_arm", vec![SIDESLIP, 13]));
+        let mut entries = vec![
+            ("water_current", vec![CURRENT, CURRENT + 1]),
+            ("heading_bias", vec![HEADING, HEADING + 1, HEADING + 2]),
+            ("dvl_scale", vec![SCALE]),
+            ("heading_lag", vec![LAG]),
+            ("gnss_lever_arm", vec![ARM, ARM + 1]),
+            ("gnss_delay", vec![FIX_DELAY]),
+        ];
+        // heading bias and soft iron are five numbers
+        if self.track.directions() >= 5 {
+            entries.push(("soft_iron", vec![IRON, IRON + 1]));
         }
         if self.has_dvl {
-            entries.extend([("dvl_misalignment", vec![6]), ("dvl_lever_arm", vec![14, 15]), ("dvl_delay", vec![16])]);
+            entries.push(("dvl_misalignment", vec![YAW]));
+            entries.push(("dvl_lever_arm", vec![DVL_ARM, DVL_ARM + 1]));
+            entries.push(("dvl_delay", vec![DVL_DELAY]));
         }
         entries
     }
 
     fn nameless(&self) -> Vec<Nameless> {
-        vec![("a current that grows with time", vec![9, 10])]
+        vec![("a current that grows with time", vec![GROWTH, GROWTH + 1])]
+    }
+
+    fn runs(&self) -> Vec<[f64; 2]> {
+        self.track.runs.clone()
+    }
+
+    fn prior(&self, column: usize) -> Option<[f64; 2]> {
+        let arms = [ARM, ARM + 1, DVL_ARM, DVL_ARM + 1];
+        match column {
+            SIDESLIP => Some(SLIP.map(|share| share * self.length_m)),
+            _ if arms.contains(&column) => Some([0.0, self.length_m]),
+            _ => None,
+        }
+    }
+
+    /// No arm is longer than the vehicle, and no sensor is early.
+    fn limits(&self, entry: &'static str, place: usize) -> [f64; 2] {
+        let [low, high] = catalogue_range(entry, place);
+        match entry {
+            "gnss_lever_arm" | "dvl_lever_arm" => [-self.length_m, self.length_m],
+            "heading_lag" | "dvl_delay" | "gnss_delay" => [0.0, high],
+            _ => [low, high],
+        }
+    }
+
+    fn is_summed(&self, _channel: ResidualChannel) -> bool {
+        true
+    }
+
+    fn events(&self) -> Vec<&'static str> {
+        vec!["water_current", "heading_bias", "dvl_scale"]
     }
 
     fn block_s(&self) -> f64 {
-        self.apart_s
+        BLOCK_S
     }
 
-    /// Velocity missing over each stretch, and the position lost by dead reckoning of ten minutes.
-    fn measures(&self, theta: &[f64]) -> Measures {
+    /// Velocity missing between fixes some seconds apart, and the position lost since the reckoning last began.
+    fn measures(&self, rows: &[Row], layout: &Layout) -> Measures {
+        let has_truth = self.track.fixes.iter().any(|fix| fix.truth_m.is_some());
         let mut measures = Measures::default();
-        let has_truth = self.stretches.iter().any(|stretch| stretch.missing_of_truth_m.is_some());
-        let (mut lost_m, mut reckoned_s) = ([0.0; 2], 0.0);
-        for stretch in &self.stretches {
-            let missing = if has_truth { stretch.missing_of_truth_m } else { Some(stretch.missing_m) };
-            let Some(missing) = missing else { continue };
-            if reckoned_s > RECKONED_S {
-                (lost_m, reckoned_s) = ([0.0; 2], 0.0);
+        for reckoned in self.reckoned(rows, layout, has_truth) {
+            let mut last: Option<(f64, [f64; 2])> = None;
+            for (t_s, lost_m, _) in reckoned {
+                if t_s.is_finite() && lost_m != [0.0; 2] {
+                    measures.position.push((t_s, lost_m[0].hypot(lost_m[1])));
+                }
+                match last {
+                    Some((before_s, before)) if t_s - before_s >= VELOCITY_S => {
+                        let rate = |axis: usize| (lost_m[axis] - before[axis]) / (t_s - before_s);
+                        measures.velocity.extend([(t_s, rate(0)), (t_s, rate(1))]);
+                        last = Some((t_s, lost_m));
+                    }
+                    None => last = Some((t_s, lost_m)),
+                    Some(_) => {}
+                }
             }
-            reckoned_s += stretch.dt_s;
-            for axis in 0..2 {
-                let error = missing[axis] - dot(&stretch.slopes[axis], theta);
-                lost_m[axis] += error;
-                measures.velocity.push((stretch.t_s, error / stretch.dt_s));
-            }
-            measures.position.push((stretch.t_s, lost_m[0].hypot(lost_m[1])));
         }
         measures.against = Some(if has_truth {
-            "truth, dead reckoning of ten minutes"
+            "truth, dead reckoning of each stretch by itself"
         } else {
-            "GNSS fixes, dead reckoning of ten minutes"
+            "GNSS fixes, dead reckoning of each stretch by itself"
         });
         measures
     }
+
+    /// The position lost, beside what fixes and drift may make of the way run.
+    fn remaining(&self, rows: &[Row], layout: &Layout, sensors: &SensorNoise) -> Vec<Remaining> {
+        let carrier = if self.has_dvl { Carrier::BottomTrack } else { Carrier::WaterSpeed };
+        let judged: Vec<(f64, f64)> = self
+            .reckoned(rows, layout, false)
+            .into_iter()
+            .flatten()
+            .filter(|(t_s, ..)| layout.is_judged(*t_s))
+            .map(|(_, lost_m, run_m)| (lost_m[0].hypot(lost_m[1]), most_position_error_m(carrier, run_m, sensors)))
+            .collect();
+        let (left, most): (Vec<f64>, Vec<f64>) = judged.into_iter().unzip();
+        let what = "position error of dead reckoning".to_owned();
+        let both = rms(&left).zip(rms(&most));
+        both.map(|(left, most)| Remaining { what, unit: "m", left, most }).into_iter().collect()
+    }
 }
 
-fn dot(slopes: &[f64; COLUMNS], theta: &[f64]) -> f64 {
-    slopes.iter().zip(theta).map(|(slope, value)| slope * value).sum()
-}
+/// Of each stretch that is reckoned by itself: time, position lost and way run since it began.
+type Reckoned = Vec<Vec<(f64, [f64; 2], f64)>>;
 
-/// Whether a log holds heading, speed and fixes under way, enough of them for [`run`].
-#[must_use]
-pub fn is_for(log: &Log) -> bool {
-    let has_dvl = has_dvl(log);
-    stretches(log, has_dvl, apart_s(log), &held(log, has_dvl), None).len() >= FEWEST
+impl DeadReckoning {
+    fn reckoned(&self, rows: &[Row], layout: &Layout, against_truth: bool) -> Reckoned {
+        let mut all: Reckoned = Vec::new();
+        let mut began: Option<(u32, u8, f64, [f64; 2], f64)> = None;
+        for (pair, fix) in rows.chunks_exact(2).zip(&self.track.fixes) {
+            let off = match (against_truth, fix.truth_m) {
+                (true, Some(truth)) => [0, 1].map(|axis| truth[axis] - fix.at_m[axis]),
+                (true, None) => continue,
+                (false, _) => [0.0; 2],
+            };
+            let error = [0, 1].map(|axis| pair[axis].residual + off[axis]);
+            let part = layout.use_of(fix.t_s);
+            match began {
+                Some((sequence, of, from_s, first, from_m))
+                    if sequence == fix.sequence && of == part && fix.t_s - from_s <= RECKONED_S =>
+                {
+                    let lost_m = [0, 1].map(|axis| error[axis] - first[axis]);
+                    if let Some(stretch) = all.last_mut() {
+                        stretch.push((fix.t_s, lost_m, fix.distance_m - from_m));
+                    }
+                }
+                _ => {
+                    began = Some((fix.sequence, part, fix.t_s, error, fix.distance_m));
+                    all.push(Vec::new());
+                }
+            }
+        }
+        all
+    }
 }
 
 fn has_dvl(log: &Log) -> bool {
     log.has(Column::DvlU) && log.has(Column::DvlV)
 }
 
-/// Time between the fixes that are compared, s.
-fn apart_s(log: &Log) -> f64 {
-    (log.duration_s() / STRETCHES).clamp(SHORTEST_S, BLOCK_S)
+/// Fixes under way, some seconds apart.
+fn count(track: &Track) -> usize {
+    let mut last: Option<(u32, f64)> = None;
+    let mut count = 0;
+    for fix in &track.fixes {
+        match last {
+            Some((sequence, t_s)) if sequence == fix.sequence && fix.t_s - t_s < SHORTEST_S => continue,
+            Some((sequence, _)) if sequence == fix.sequence => count += 1,
+            _ => {}
+        }
+        last = Some((fix.sequence, fix.t_s));
+    }
+    count
+}
+
+/// Whether a log holds heading, speed and fixes under way, enough of them for [`run`].
+#[must_use]
+pub fn is_for(log: &Log) -> bool {
+    count(&track::of(log, has_dvl(log), None)) >= FEWEST
 }
 
 /// Diagnoses a log on heading and speed alone; `None` if it has too few fixes, headings or speeds.
@@ -154,26 +326,24 @@ fn apart_s(log: &Log) -> f64 {
 /// `use_dvl` false leaves the DVL's velocity out: its surge then serves as nothing, the logged speed is used.
 #[must_use]
 pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth>) -> Option<LogModelDiagnosis> {
-    let (has_dvl, apart_s) = (use_dvl && has_dvl(log), apart_s(log));
-    let held = held(log, has_dvl);
-    let stretches = stretches(log, has_dvl, apart_s, &held, truth);
-    if stretches.len() < FEWEST {
+    let has_dvl = use_dvl && has_dvl(log);
+    let track = track::of(log, has_dvl, truth);
+    if count(&track) < FEWEST {
         return None;
     }
-    // ∂ way/∂ arm is what the heading turns by.
-    let turned_rad: f64 = stretches.iter().map(|s| s.slopes[0][SIDESLIP].hypot(s.slopes[1][SIDESLIP])).sum();
-    let fits_sideslip = !has_dvl && turned_rad > LEAST_TURNED_RAD;
-    let model = DeadReckoning { stretches, has_dvl, fits_sideslip, apart_s };
+    let held = track.held.clone();
+    let duration_s = log.duration_s().max(1.0);
+    let model = DeadReckoning { track, has_dvl, duration_s, length_m: vehicle.parameters.length_m };
     let mut found = selection::run(&model, log, vehicle)?;
     let name = if has_dvl { "the DVL's velocity" } else { "the logged speed" };
     let mut notes = vec![format!(
-        "the log has no fin angles and propeller speed: the declared model is dead reckoning on the logged heading and {name}. \
-         Only effects on the horizontal position can be tested (current, compass, speed)"
+        "the log has no fin angles and propeller speed: the declared model is dead reckoning on the logged heading and {name}, \
+         which begins anew wherever the log is used for something else. Only effects on the horizontal position can be tested"
     )];
-    if fits_sideslip {
+    if !has_dvl {
         notes.push(format!(
-            "sway in turns of {:.2} (±{:.2}) m times the yaw rate is always fitted: the vehicle's sideslip (negative: outwards) \
-             and an antenna ahead of the centre look alike, so that a gnss_lever_arm is not tested",
+            "sway in turns of {:.2} (±{:.2}) m times the yaw rate is always fitted, about what a torpedo's sideslip is \
+             (negative: outwards): an antenna ahead of the centre looks like it",
             found.theta[1][SIDESLIP],
             Z_95 * found.sigmas[SIDESLIP]
         ));
@@ -199,137 +369,6 @@ pub fn run(log: &Log, vehicle: &VehicleFile, use_dvl: bool, truth: Option<&Truth
     notes.append(&mut found.diagnosis.notes);
     found.diagnosis.notes = notes;
     Some(found)
-}
-
-/// Horizontal velocity of a row in body axes.
-fn body(row: &backseat_logs::LogRow, has_dvl: bool) -> Option<[f64; 2]> {
-    if has_dvl {
-        row.get(Column::DvlU).zip(row.get(Column::DvlV)).map(|(u, v)| [u, v])
-    } else {
-        row.get(Column::SpeedLog).map(|speed| [speed, 0.0])
-    }
-}
-
-/// Times between which the velocity repeats itself though it elsewhere always changes, s.
-fn held(log: &Log, has_dvl: bool) -> Vec<[f64; 2]> {
-    let start_us = log.rows.first().map_or(0, |row| row.time_us);
-    let series: Vec<(f64, Vec<f64>)> = log
-        .rows
-        .iter()
-        .filter_map(|row| {
-            let [u, v] = body(row, has_dvl)?;
-            let heave = row.get(Column::DvlW).filter(|_| has_dvl).unwrap_or(0.0);
-            Some(((row.time_us - start_us) as f64 * 1e-6, vec![u, v, heave]))
-        })
-        .collect();
-    held_readings::held_readings(&series)
-}
-
-/// Walks over the log and closes a stretch at the first fix that is far enough in time.
-fn stretches(log: &Log, has_dvl: bool, apart_s: f64, held: &[[f64; 2]], truth: Option<&Truth>) -> Vec<Stretch> {
-    let start_us = log.rows.first().map_or(0, |row| row.time_us);
-    let middle_s = 0.5 * log.duration_s();
-    let mut heading: Option<(f64, f64)> = None;
-    let mut turn_radps = 0.0;
-    let mut fix: Option<(f64, u64, [f64; 2])> = None;
-    // Time, velocity and heading of the reading before.
-    let mut last: Option<(f64, [f64; 2], f64)> = None;
-    let (mut moved, mut slopes) = ([0.0; 2], [[0.0; COLUMNS]; 2]);
-    let mut found = Vec::new();
-    for row in &log.rows {
-        let t_s = (row.time_us - start_us) as f64 * 1e-6;
-        if let Some(psi) = row.get(Column::Heading) {
-            if let Some((before_s, before)) = heading.filter(|(before_s, _)| t_s > *before_s) {
-                turn_radps = backseat_core::state::wrap_angle(psi - before) / (t_s - before_s);
-            }
-            heading = Some((t_s, psi));
-        }
-        let is_held = held.iter().any(|[from_s, to_s]| (*from_s..=*to_s).contains(&t_s));
-        if let (Some(body), Some((_, psi)), false) = (body(row, has_dvl), heading, is_held) {
-            if let Some((before_s, before, psi_before)) = last {
-                let dt = t_s - before_s;
-                if dt > LONGEST_GAP_S {
-                    fix = None;
-                } else {
-                    let mean = [0, 1].map(|axis| 0.5 * (before[axis] + body[axis]));
-                    let change = [0, 1].map(|axis| body[axis] - before[axis]);
-                    let psi = psi_before + 0.5 * backseat_core::state::wrap_angle(psi - psi_before);
-                    let along =
-                        add(&mut slopes, [mean, change], psi, turn_radps, dt, (t_s - middle_s) / (2.0 * middle_s));
-                    for axis in 0..2 {
-                        moved[axis] += along[axis] * dt;
-                    }
-                }
-            }
-            last = Some((t_s, body, psi));
-        }
-        let Some(now) = row.gnss_m().filter(|_| last.is_some_and(|(at_s, ..)| t_s - at_s < LONGEST_GAP_S)) else {
-            continue;
-        };
-        match fix {
-            Some((fix_s, ..)) if t_s - fix_s < apart_s => continue,
-            Some((fix_s, fix_us, before)) => {
-                let missing_m = [0, 1].map(|axis| now[axis] - before[axis] - moved[axis]);
-                let at = |time_us| truth.and_then(|truth| truth.at(time_us)).map(|row| [row.state[0], row.state[1]]);
-                let missing_of_truth_m = at(row.time_us)
-                    .zip(at(fix_us))
-                    .map(|(now, before)| [0, 1].map(|axis| now[axis] - before[axis] - moved[axis]));
-                found.push(Stretch { t_s, dt_s: t_s - fix_s, missing_m, missing_of_truth_m, slopes });
-            }
-            None => {}
-        }
-        fix = Some((t_s, row.time_us, now));
-        (moved, slopes) = ([0.0; 2], [[0.0; COLUMNS]; 2]);
-    }
-    without_jumps(found)
-}
-
-/// Adds ∂ way/∂θ of a step with this velocity in body axes, which changes by that much; returns the velocity over ground, north and east.
-fn add(
-    slopes: &mut [[f64; COLUMNS]; 2],
-    [[u, v], [du, dv]]: [[f64; 2]; 2],
-    psi: f64,
-    turn_radps: f64,
-    dt: f64,
-    since_middle: f64,
-) -> [f64; 2] {
-    let (sin, cos) = psi.sin_cos();
-    let along = [u * cos - v * sin, u * sin + v * cos];
-    let across = [-along[1], along[0]];
-    let (ahead, starboard) = ([cos, sin], [-sin, cos]);
-    for axis in 0..2 {
-        let by = &mut slopes[axis];
-        by[axis] += dt;
-        by[9 + axis] += since_middle * dt;
-        // True heading is measured less bias: the way turns back by it.
-        let harmonics = [(2, 1.0), (3, sin), (4, cos), (7, (2.0 * psi).sin()), (8, (2.0 * psi).cos())];
-        for (column, factor) in harmonics {
-            by[column] -= factor * across[axis] * dt;
-        }
-        by[5] -= along[axis] * dt;
-        // v_measured = Rz(yaw)ᵀ v: the true velocity is turned by yaw.
-        by[6] += across[axis] * dt;
-        // Late by τ, the reading is behind by τ times the turn.
-        by[11] += turn_radps * across[axis] * dt;
-        // An antenna off the point that is reckoned moves around it: ω × arm. Of a DVL's arm the reckoning has too
-        // much.
-        let around = [turn_radps * starboard[axis] * dt, -turn_radps * ahead[axis] * dt];
-        for (place, way) in around.into_iter().enumerate() {
-            by[12 + place] += way;
-            by[14 + place] -= way;
-        }
-        // The velocity of now is read a delay later: what it changes by in that time is missing.
-        by[16] += du * ahead[axis] + dv * starboard[axis];
-    }
-    along
-}
-
-/// Leaves out stretches whose fixes jump: more than anything that is missing elsewhere by far.
-fn without_jumps(stretches: Vec<Stretch>) -> Vec<Stretch> {
-    const FAR: f64 = 20.0;
-    let size = |stretch: &Stretch| stretch.missing_m[0].hypot(stretch.missing_m[1]);
-    let typical = median(&stretches.iter().map(size).collect::<Vec<_>>()).unwrap_or(0.0).max(0.1);
-    stretches.into_iter().filter(|stretch| size(stretch) < FAR * typical).collect()
 }
 
 #[cfg(test)]

@@ -11,12 +11,15 @@ mod windows;
 
 use self::terms::Windage;
 use self::windows::Window;
-use super::fit::{self, Noise};
-use super::model::{Entry, LogModel, Measures, Nameless, Row, Unexplained};
+use super::layout::Layout;
+use super::model::{Entry, LogModel, Measures, Nameless, Row, Unexplained, catalogue_range};
 use super::runs::{MOST_RUNS, WINDS, estimate};
 use super::selection::{self, LogModelDiagnosis};
+use crate::floor::Remaining;
 use crate::linear;
+use crate::normal_equations::NormalEquations;
 use crate::samples::ResidualChannel;
+use backseat_core::navigation::SensorNoise;
 use backseat_core::state::wrap_angle;
 use backseat_logs::log::Column;
 use backseat_logs::manoeuvring::{self, AXES};
@@ -36,6 +39,10 @@ const ROUNDS: usize = 4;
 /// Step of a derivative by the wind, m/s.
 const STEP_MPS: f64 = 1e-3;
 const FASTEST_WIND_MPS: f64 = 20.0;
+/// Wind over a pond or a bay on a day of trials, one sigma of each component, m/s.
+const USUAL_WIND_MPS: f64 = 3.0;
+/// What is known of the anemometer's four coefficients, as a share of what is usual, one sigma.
+const USUAL_COEFFICIENT: f64 = 2.0;
 const CHANNELS: [ResidualChannel; 3] = [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::R];
 
 struct Planar {
@@ -46,11 +53,12 @@ struct Planar {
     terms: [Vec<(usize, f64)>; 3],
     windage: Option<Windage>,
     has_anemometer: bool,
+    length_m: f64,
     guess: Vec<f64>,
 }
 
 impl Planar {
-    fn new(windows: Vec<Window>, windage: Option<Windage>, has_anemometer: bool) -> Option<Self> {
+    fn new(windows: Vec<Window>, windage: Option<Windage>, has_anemometer: bool, length_m: f64) -> Option<Self> {
         let mut numbers: Vec<u32> = windows.iter().map(|window| window.run).collect();
         numbers.dedup();
         let count = |run: u32| windows.iter().filter(|window| window.run == run).count();
@@ -60,7 +68,7 @@ impl Planar {
             return None;
         }
         let terms = [0, 1, 2].map(|axis| separable(&windows, axis));
-        let mut model = Self { windows, runs, terms, windage, has_anemometer, guess: Vec::new() };
+        let mut model = Self { windows, runs, terms, windage, has_anemometer, length_m, guess: Vec::new() };
         model.guess = model.first_guess();
         Some(model)
     }
@@ -158,6 +166,7 @@ impl Planar {
             .map(|(axis, slopes)| Row {
                 t_s: window.t_s,
                 channel: CHANNELS[axis],
+                sequence: window.run,
                 residual: window.change[axis] - predicted[axis],
                 slopes,
             })
@@ -167,7 +176,8 @@ impl Planar {
                 let mut slopes = vec![0.0; self.columns()];
                 slopes[self.arm()..self.arm() + 2].copy_from_slice(&by_arm[axis]);
                 let around: f64 = (0..2).map(|place| by_arm[axis][place] * theta[self.arm() + place]).sum();
-                rows.push(Row { t_s: window.t_s, channel, residual: missing[axis] - around, slopes });
+                let residual = missing[axis] - around;
+                rows.push(Row { t_s: window.t_s, channel, sequence: window.run, residual, slopes });
             }
         }
         rows
@@ -180,11 +190,19 @@ impl Planar {
             guess[self.wind()].fill(1.0);
             return guess;
         }
-        let noise = [CHANNELS[0], CHANNELS[1]].map(|channel| Noise { channel, sigma: 0.01, memory_s: 0.0 });
-        let sum = fit::pass(self, &noise, &guess).normal.sum(|_| true);
         let hull: Vec<usize> = self.hull(0).chain(self.hull(1)).collect();
         let free: Vec<usize> = hull.iter().copied().chain(self.squares()).collect();
-        let squares = linear::fit(&sum, &free, &[]).map(|fit| fit.theta[hull.len()..].to_vec());
+        let rows: Vec<Row> =
+            self.windows.iter().flat_map(|window| self.rows_of(window, &guess).into_iter().take(2)).collect();
+        let sum = |of: &dyn Fn(&Row) -> f64| rows.iter().map(of).sum::<f64>();
+        let information = (0..free.len())
+            .flat_map(|i| (0..=i).map(move |j| (i, j)))
+            .map(|(i, j)| sum(&|row| row.slopes[free[i]] * row.slopes[free[j]]))
+            .collect();
+        let score = free.iter().map(|column| sum(&|row| row.slopes[*column] * row.residual)).collect();
+        let all: Vec<usize> = (0..free.len()).collect();
+        let squares = linear::fit(&NormalEquations::new(information, score), &all, &[])
+            .map(|fit| fit.theta[hull.len()..].to_vec());
         let winds = squares.unwrap_or_else(|| vec![1.0; self.squares().len()]);
         for (pair, from) in winds.chunks_exact(2).zip(self.wind().step_by(2)) {
             let root = pair[0].hypot(pair[1]).sqrt().clamp(0.3, FASTEST_WIND_MPS);
@@ -259,19 +277,48 @@ impl LogModel for Planar {
         0.0
     }
 
-    fn is_coupled(&self) -> bool {
-        true
+    fn runs(&self) -> Vec<[f64; 2]> {
+        let span = |run: &u32| {
+            let own = self.windows.iter().filter(|window| window.run == *run);
+            own.fold([f64::INFINITY, f64::NEG_INFINITY], |[from, to], window| {
+                [from.min(window.t_s), to.max(window.t_s + window.length_s)]
+            })
+        };
+        self.runs.iter().map(span).collect()
+    }
+
+    /// The wind, weakly; coefficients about what is usual.
+    fn prior(&self, column: usize) -> Option<[f64; 2]> {
+        match (self.wind().contains(&column), self.has_anemometer) {
+            (true, false) => Some([0.0, USUAL_WIND_MPS]),
+            (true, true) => Some([0.0, USUAL_COEFFICIENT]),
+            _ => None,
+        }
+    }
+
+    fn limits(&self, entry: &'static str, place: usize) -> [f64; 2] {
+        match entry {
+            "gnss_lever_arm" => [-self.length_m, self.length_m],
+            // of each run's wind, or of a coefficient in shares of what is usual
+            _ => catalogue_range(entry, place % 2),
+        }
     }
 
     fn block_s(&self) -> f64 {
         BLOCK_S
     }
 
-    fn measures(&self, theta: &[f64]) -> Measures {
+    /// What the model says of an acceleration, against its mean: a share above one says less than nothing.
+    fn remaining(&self, _: &[Row], _: &Layout, _: &SensorNoise) -> Vec<Remaining> {
+        Vec::new()
+    }
+
+    fn measures(&self, rows: &[Row], _layout: &Layout) -> Measures {
         let mut measures = Measures::default();
         let mut unexplained = AXES.map(|name| Unexplained { name, values: Vec::new() });
+        let mut own = rows.iter().filter(|row| CHANNELS.contains(&row.channel));
         for window in &self.windows {
-            for (axis, row) in self.rows_of(window, theta).iter().take(3).enumerate() {
+            for (axis, row) in own.by_ref().take(3).enumerate() {
                 let rate = |change: f64| change / window.length_s;
                 unexplained[axis].values.push((row.t_s, rate(row.residual), rate(window.change[axis])));
                 if axis < 2 {
@@ -338,7 +385,8 @@ fn without_missed(
     log: &Log,
     vehicle: &VehicleFile,
 ) -> Option<(Planar, LogModelDiagnosis, usize)> {
-    let mut model = Planar::new(windows.to_vec(), windage, has_anemometer)?;
+    let length_m = terms::length_m(log, vehicle);
+    let mut model = Planar::new(windows.to_vec(), windage, has_anemometer, length_m)?;
     let mut found = selection::run(&model, log, vehicle)?;
     let mut missed = 0;
     for _ in 0..ROUNDS {
@@ -347,7 +395,7 @@ fn without_missed(
             break;
         }
         missed += more;
-        model = Planar::new(model.windows, windage, has_anemometer)?;
+        model = Planar::new(model.windows, windage, has_anemometer, length_m)?;
         found = selection::run(&model, log, vehicle)?;
     }
     Some((model, found, missed))

@@ -106,3 +106,38 @@ fn val_coefficients_with_an_anemometer() {
         assert!((value.value / truth - 1.0).abs() < 0.25, "{:?}", wind.values);
     }
 }
+
+#[test]
+fn val_the_order_of_runs_changes_nothing() {
+    let log = log(&WINDS);
+    let winds = |order: &[usize]| {
+        let mut ordered = Log::default();
+        for (place, run) in order.iter().enumerate() {
+            let own = log.rows.iter().filter(|row| row.get(Column::Run) == Some((run + 1) as f64));
+            for row in own {
+                let mut row = row.clone();
+                row.time_us = row.time_us - *run as u64 * 400_000_000 + place as u64 * 477_700_000;
+                row.set(Column::Run, (place + 1) as f64);
+                ordered.rows.push(row);
+            }
+        }
+        let found = run(&ordered, &VehicleFile::reference()).unwrap();
+        let effects = found.diagnosis.effects;
+        let wind = effects.iter().find(|effect| effect.instance.candidate.effect == "wind").unwrap();
+        let mut by_run = vec![[0.0; 2]; order.len()];
+        for (place, run) in order.iter().enumerate() {
+            by_run[*run] = [wind.values[2 * place].value, wind.values[2 * place + 1].value];
+        }
+        (by_run, found.diagnosis.verdict, found.scores[1].position_rmse_m, found.scores[1].velocity_rmse_mps)
+    };
+    let first = winds(&[0, 1, 2, 3, 4]);
+    for order in [[4, 3, 2, 1, 0], [2, 0, 4, 1, 3]] {
+        let other = winds(&order);
+        assert_eq!(first.1, other.1);
+        // Sums in another order round otherwise, and the steps of the search for noise with them.
+        for (a, b) in first.0.iter().flatten().zip(other.0.iter().flatten()) {
+            assert!((a - b).abs() < 1e-3, "{order:?}: {a} {b}");
+        }
+        assert!((first.3.unwrap() / other.3.unwrap() - 1.0).abs() < 1e-3);
+    }
+}

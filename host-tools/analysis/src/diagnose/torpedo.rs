@@ -1,0 +1,470 @@
+//! `diagnose FOLDER` of a torpedo's short runs, and `diagnose --predict`: as reports.
+
+use super::format::probability;
+use crate::provenance;
+use crate::read_log::{ReadLog, file_name};
+use crate::vehicle::Sizes;
+use anyhow::anyhow;
+use backseat_core::dynamics::ParameterError;
+use backseat_diagnose::torpedo::carry::{self, Drift};
+use backseat_diagnose::torpedo::{self, Found, HORIZONS_S, Parameter, TorpedoDiagnosis};
+use backseat_identify::short_runs::predict::{CHANNELS, Squares, start_of};
+use backseat_identify::short_runs::recording::{Wanted, Window, windows};
+use backseat_identify::short_runs::{Draft, Run, RunModel};
+use backseat_logs::{Log, VehicleFile};
+use backseat_report::console::Spinner;
+use backseat_report::plots::{self, Point, Scale, XyPlot};
+use backseat_report::{Report, Table};
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// Horizon of the figures that are compared, place in [`HORIZONS_S`].
+const COMPARED: usize = 2;
+/// Seconds shown before and after a start or stop of the motor.
+const AROUND_S: [f64; 2] = [2.0, 8.0];
+/// Events drawn.
+const MOST_EVENTS: usize = 4;
+
+/// Whether `diagnose` treats a log as short runs.
+pub fn is_for(log: &Log) -> bool {
+    torpedo::is_for(log)
+}
+
+/// The textbook's torpedo of this class: the reference vehicle in the sizes of an Iver2, fresh water.
+fn textbook() -> VehicleFile {
+    let sizes = Sizes { length_m: Some(1.4), diameter_m: Some(0.147), mass_kg: Some(21.0) };
+    let mut file = sizes.scale(&VehicleFile::reference());
+    file.name = "iver2-textbook".to_owned();
+    file.parameters.rho_kg_per_m3 = 998.0;
+    file.parameters.displaced_mass_kg = 21.05;
+    file
+}
+
+/// What the runs say, and how well each run is navigated by it.
+pub struct RunsResult {
+    /// The diagnosis.
+    pub diagnosis: TorpedoDiagnosis,
+    /// Drift of each run without its DVL, where it is long enough.
+    pub drifts: Vec<(String, Drift)>,
+    notes: Vec<String>,
+}
+
+/// Diagnoses the runs of a log.
+///
+/// # Errors
+/// Too few runs, or no convergence.
+pub fn compute(read: &ReadLog, declared: Option<&VehicleFile>) -> anyhow::Result<RunsResult> {
+    let spinner = Spinner::new("diagnose");
+    let vehicle = declared.cloned().unwrap_or_else(textbook);
+    let mut notes = read.log.notes.clone();
+    if declared.is_none() {
+        notes.push(format!(
+            "no --vehicle given: the textbook is the reference vehicle in the sizes of an Iver2 ({}: 1.4 m, 0.147 m, 21 kg)",
+            vehicle.name
+        ));
+    }
+    let diagnosis = torpedo::diagnose(&read.log, &vehicle, &mut |what| spinner.set(what))
+        .map_err(|message| anyhow!("{}: {message}", read.log.path.display()))?;
+    notes.extend(diagnosis.notes.iter().cloned());
+    let drifts = drifts(&diagnosis)?;
+    Ok(RunsResult { diagnosis, drifts, notes })
+}
+
+/// The textbook, and what the other runs give, for one run.
+fn models(d: &TorpedoDiagnosis, run: usize) -> anyhow::Result<[RunModel; 2]> {
+    let configuration = d.runs[run].configuration;
+    let one = |draft: &Draft| Ok::<_, ParameterError>(draft.models()?.swap_remove(configuration));
+    Ok([one(&d.textbook)?, one(&d.without[run])?])
+}
+
+/// Of each run, the speed per propeller speed being that of the other runs.
+fn drifts(d: &TorpedoDiagnosis) -> anyhow::Result<Vec<(String, Drift)>> {
+    let mut drifts = Vec::new();
+    for (place, run) in d.runs.iter().enumerate() {
+        let others = d.runs.iter().enumerate().filter(|(other, _)| *other != place).map(|(_, run)| run);
+        let [textbook, found] = &models(d, place)?;
+        let drift = carry::drift(run, [textbook, found], carry::speed_per_radps(others));
+        drifts.extend(drift.map(|drift| (run.label.clone(), drift)));
+    }
+    Ok(drifts)
+}
+
+/// The report; `vehicle_file` was written.
+pub fn report(result: &RunsResult, log: &Log, vehicle_file: Option<&Path>) -> anyhow::Result<Report> {
+    let d = &result.diagnosis;
+    let names: Vec<&str> = d.found.iter().map(|found| found.entry.name).collect();
+    let verdict = verdict(d);
+    let answer = match names.as_slice() {
+        [] => "None. The textbook's model with its coefficients fitted is all that these runs show.".to_owned(),
+        _ => format!("{verdict}: these runs need {}, strongest first.", names.join(", ")),
+    };
+    let mut report = Report::new(format!("Diagnosis of {}", file_name(&log.path)), answer);
+    report = report.table(effects(d));
+    for found in &d.found {
+        report = report.text(&format!("{}: {}. {}.", found.entry.name, found.entry.equation, found.entry.signature));
+        for (other, manoeuvre) in &found.alike {
+            report = report.text(&format!("These runs do not tell it from {other}; to separate them: {manoeuvre}."));
+        }
+    }
+    report = report.text(&format!("Not shown by these runs: {}.", d.not_shown.join(", ")));
+    for place in 0..d.configurations.len() {
+        report = report.table(predictions(d, place, COMPARED));
+    }
+    report = report.table(drift_table(&result.drifts));
+    report = report.on_page();
+    report = events(report, d)?;
+    report = examples(report, d)?;
+    report = report.table(coefficients(d));
+    for place in 0..d.configurations.len() {
+        for horizon in 0..COMPARED {
+            report = report.table(predictions(d, place, horizon));
+        }
+    }
+    report = report.everywhere().section("Notes").notes(&result.notes);
+    report = report.file("vehicle_file", vehicle_file);
+    if let Some(path) = vehicle_file {
+        let command = format!("backseat diagnose FOLDER --vehicle {} --predict 20", path.display());
+        report = report.section("Next").text("Judge the vehicle file on runs that it has not seen:").command(&command);
+    }
+    Ok(provenance::of(values(report, result), None))
+}
+
+fn verdict(d: &TorpedoDiagnosis) -> &'static str {
+    match d.found.first() {
+        None => "none",
+        Some(first) if first.alike.is_empty() => "explained",
+        Some(_) => "ambiguous",
+    }
+}
+
+fn interval(parameter: &Parameter) -> String {
+    let [low, high] = parameter.ci95;
+    format!("{:.4} {} ({low:.4} to {high:.4})", parameter.value, parameter.unit)
+}
+
+/// The configuration that a name such as `k_uu[1]` belongs to, in words.
+fn named(d: &TorpedoDiagnosis, name: &str) -> String {
+    let found = name.split_once('[').and_then(|(term, rest)| {
+        let place: usize = rest.trim_end_matches(']').parse().ok()?;
+        Some(format!("{term}, {}", d.configurations.get(place)?.name))
+    });
+    found.unwrap_or_else(|| name.to_owned())
+}
+
+fn effects(d: &TorpedoDiagnosis) -> Table {
+    let header = ["effect", "parameter", "value (95 % interval)", "p"];
+    let mut table = Table::new("Effects found; of their numbers those whose interval excludes no effect", &header);
+    for found in &d.found {
+        let shown = found.parameters.iter().filter(|parameter| parameter.is_shown());
+        for (place, parameter) in shown.enumerate() {
+            let [name, p] = match place {
+                0 => [found.entry.name.to_owned(), probability(found.p_value)],
+                _ => [String::new(), String::new()],
+            };
+            table = table.row([name, named(d, &parameter.name), interval(parameter), p]);
+        }
+    }
+    table
+}
+
+fn coefficients(d: &TorpedoDiagnosis) -> Table {
+    let header = ["coefficient", "ln of its factor (95 % interval)", "share of the prior"];
+    d.coefficients.iter().fold(Table::new("Coefficients of the textbook, as fitted", &header), |table, one| {
+        table.row([one.name.clone(), interval(one), format!("{:.0} %", 100.0 * one.prior_share)])
+    })
+}
+
+/// Root mean squares of one configuration at one horizon, a row a model.
+fn predictions(d: &TorpedoDiagnosis, configuration: usize, horizon: usize) -> Table {
+    let header: Vec<&str> = std::iter::once("model").chain(CHANNELS.iter().map(|(name, _)| *name)).collect();
+    let count: usize = d
+        .runs
+        .iter()
+        .zip(&d.steps[0].held_out)
+        .filter(|(run, _)| run.configuration == configuration)
+        .map(|(_, squares)| squares[horizon].windows)
+        .sum();
+    let caption = format!(
+        "{}: open-loop predictions of {:.0} s, root mean square over {count} windows of runs that the fit had not",
+        d.configurations[configuration].name, HORIZONS_S[horizon]
+    );
+    d.steps.iter().fold(Table::new(caption, &header), |table, step| {
+        let cell = |channel: usize| {
+            let rms = step.rms(&d.runs, Some(configuration), horizon, channel);
+            rms.map_or_else(|| "-".to_owned(), |rms| format!("{rms:.3}"))
+        };
+        table.row(std::iter::once(step.name.clone()).chain((0..CHANNELS.len()).map(cell)))
+    })
+}
+
+fn drift_table(drifts: &[(String, Drift)]) -> Table {
+    let header = ["run", "way [m]", "textbook", "found", "speed per rpm"];
+    let caption = "Navigation without the DVL, which judges: drift in percent of the way";
+    let percent = |drift: &Drift, place: usize| format!("{:.1}", 100.0 * drift.drift_m[place] / drift.distance_m);
+    let row = |table: Table, label: &str, drift: &Drift| {
+        table.row([
+            label.to_owned(),
+            format!("{:.0}", drift.distance_m),
+            percent(drift, 0),
+            percent(drift, 1),
+            percent(drift, 2),
+        ])
+    };
+    let table = drifts.iter().fold(Table::new(caption, &header), |table, (label, drift)| row(table, label, drift));
+    row(table, "all", &total(drifts))
+}
+
+fn total(drifts: &[(String, Drift)]) -> Drift {
+    drifts.iter().fold(Drift::default(), |mut sum, (_, drift)| {
+        sum.distance_m += drift.distance_m;
+        for place in 0..sum.drift_m.len() {
+            sum.drift_m[place] += drift.drift_m[place];
+        }
+        sum
+    })
+}
+
+/// Measured, textbook and found of one channel over a window, from one start.
+fn lines(run: &Run, models: [&RunModel; 2], window: Window, of: fn([f64; 3], f64) -> f64) -> [Vec<Point>; 3] {
+    let samples = &run.samples[window.first..=window.last];
+    let at_s = |index: usize| samples[index].t_s - samples[0].t_s;
+    let measured = (0..samples.len()).map(|i| (at_s(i), of(samples[i].attitude_rad, samples[i].depth_m))).collect();
+    let [before, after] = models.map(|model| {
+        let readings = model.predict(run, window, &start_of(model, run, window));
+        let value = |reading: &Option<backseat_identify::short_runs::model::Reading>| {
+            reading.map_or(f64::NAN, |reading| of(reading.attitude_rad, reading.depth_m))
+        };
+        readings.iter().enumerate().map(|(i, reading)| (at_s(i), value(reading))).collect::<Vec<Point>>()
+    });
+    [measured, before, after]
+}
+
+fn xy(y_label: &str, [measured, before, after]: &[Vec<Point>; 3]) -> String {
+    plots::xy(&XyPlot {
+        x_label: "time from the start of the prediction [s]",
+        y_label,
+        series: &[("measured", measured), ("textbook", before), ("found", after)],
+        reference: None,
+        x_scale: Scale::Linear,
+        y_scale: Scale::Linear,
+    })
+}
+
+/// Roll where the motor stops under water.
+fn events(mut report: Report, d: &TorpedoDiagnosis) -> anyhow::Result<Report> {
+    report = report.section("Roll at motor stops");
+    let mut drawn = 0;
+    for (place, run) in d.runs.iter().enumerate() {
+        for (index, pair) in run.samples.windows(2).enumerate() {
+            let is_stop = pair[0].is_powered() && !pair[1].is_powered() && pair[0].depth_m > 0.5;
+            if !is_stop || drawn == MOST_EVENTS {
+                continue;
+            }
+            let stop_s = pair[1].t_s;
+            let within = |sample: &&backseat_identify::short_runs::recording::RunSample| {
+                sample.t_s >= stop_s - AROUND_S[0] && sample.t_s <= stop_s + AROUND_S[1]
+            };
+            let first = run.samples.iter().position(|sample| within(&sample)).unwrap_or(index);
+            let last = first + run.samples[first..].iter().take_while(within).count().saturating_sub(1);
+            let window = Window { run: 0, first, last };
+            let [textbook, found] = &models(d, place)?;
+            let roll = lines(run, [textbook, found], window, |attitude, _| attitude[0].to_degrees());
+            let caption =
+                format!("{}: the motor stops {:.0} s after the start of the prediction.", run.label, AROUND_S[0]);
+            report = report.figure(&caption, xy("roll [deg]", &roll));
+            drawn += 1;
+        }
+    }
+    Ok(if drawn == 0 { report.text("No motor stops under water in these runs.") } else { report })
+}
+
+type Of = fn([f64; 3], f64) -> f64;
+const SHOWN: [(&str, Of); 4] = [
+    ("roll [deg]", |attitude, _| attitude[0].to_degrees()),
+    ("pitch [deg]", |attitude, _| attitude[1].to_degrees()),
+    ("heading [deg]", |attitude, _| attitude[2].to_degrees()),
+    ("depth [m]", |_, depth_m| depth_m),
+];
+
+/// The first whole window of each run, with its label and a plot for each of [`SHOWN`].
+fn windows_of(d: &TorpedoDiagnosis) -> anyhow::Result<Vec<(String, [String; SHOWN.len()])>> {
+    let wanted = Wanted { depth_m: 0.5, powered: true, speed_mps: 0.0 };
+    let length_s = HORIZONS_S[COMPARED];
+    let mut drawn = Vec::new();
+    let mut previous = None;
+    for window in windows(&d.runs, wanted, length_s, length_s) {
+        if previous.replace(window.run) == Some(window.run) {
+            continue;
+        }
+        let run = &d.runs[window.run];
+        let [textbook, found] = &models(d, window.run)?;
+        let plots = SHOWN.map(|(label, of)| xy(label, &lines(run, [textbook, found], window, of)));
+        drawn.push((run.label.clone(), plots));
+    }
+    Ok(drawn)
+}
+
+/// One prediction of each run with a whole window: roll, pitch, heading, depth.
+fn examples(report: Report, d: &TorpedoDiagnosis) -> anyhow::Result<Report> {
+    let report = report.section("Predictions from one start, by what the other runs give");
+    Ok(windows_of(d)?.into_iter().fold(report, |report, (label, plots)| {
+        plots.into_iter().fold(report, |report, plot| report.figure(&format!("Run {label}."), plot))
+    }))
+}
+
+/// Roll, pitch, heading and depth of the last run with a whole window as one picture, SVG; `None`: there is none.
+///
+/// # Errors
+/// A parameter outside its range.
+pub fn picture(result: &RunsResult) -> anyhow::Result<Option<String>> {
+    let drawn = windows_of(&result.diagnosis)?;
+    Ok(drawn
+        .into_iter()
+        .last()
+        .map(|(_, [roll, pitch, heading, depth])| plots::sheet(&[&[roll, heading], &[pitch, depth]])))
+}
+
+/// The keys of the contract.
+fn values(report: Report, result: &RunsResult) -> Report {
+    let d = &result.diagnosis;
+    let last = d.steps.len() - 1;
+    let drift = total(&result.drifts);
+    let share = |place: usize| (drift.distance_m > 0.0).then(|| drift.drift_m[place] / drift.distance_m);
+    let steps: Vec<Value> = d
+        .steps
+        .iter()
+        .map(|step| {
+            let groups = d.configurations.iter().enumerate().map(|(place, configuration)| {
+                let horizons = (0..HORIZONS_S.len()).map(|horizon| {
+                    (format!("{:.0}_s", HORIZONS_S[horizon]), channels(|c| step.rms(&d.runs, Some(place), horizon, c)))
+                });
+                (configuration.name.clone(), Value::Object(horizons.collect()))
+            });
+            json!({"model": step.name, "cost": step.cost, "held_out": groups.collect::<Map<_, _>>()})
+        })
+        .collect();
+    report
+        .value("verdict", verdict(d))
+        .value("effects", d.found.iter().map(|found| effect(d, found)).collect::<Vec<_>>())
+        .value("before", scores(d, 0))
+        .value("after", scores(d, last))
+        .value("proposed_terms", Vec::<Value>::new())
+        .value("not_shown", json!(d.not_shown))
+        .value("coefficients", d.coefficients.iter().map(|one| (one.name.clone(), number(one))).collect::<Map<_, _>>())
+        .value("held_out", "each run by a fit to the other runs")
+        .value("models", steps)
+        .value(
+            "drift_share",
+            json!({"distance_m": drift.distance_m, "textbook": share(0), "found": share(1), "speed_per_rpm": share(2)}),
+        )
+        .value("notes", result.notes.clone())
+}
+
+fn number(parameter: &Parameter) -> Value {
+    json!({"value": parameter.value, "ci95": parameter.ci95, "unit": parameter.unit, "prior_share": parameter.prior_share})
+}
+
+fn effect(d: &TorpedoDiagnosis, found: &Found) -> Value {
+    let of = |is_shown: bool| -> Map<String, Value> {
+        let parameters = found.parameters.iter().filter(|parameter| parameter.is_shown() == is_shown);
+        parameters.map(|parameter| (named(d, &parameter.name), number(parameter))).collect()
+    };
+    json!({
+        "name": found.entry.name,
+        "parameters": of(true),
+        "parameters_not_shown": of(false),
+        "p_value": found.p_value,
+        "ambiguous_with": found.alike.iter().map(|(other, _)| *other).collect::<Vec<_>>(),
+        "separating_manoeuvre": found.alike.first().map(|(_, manoeuvre)| *manoeuvre),
+        "equation": found.entry.equation,
+    })
+}
+
+fn channels(rms: impl Fn(usize) -> Option<f64>) -> Value {
+    Value::Object(CHANNELS.iter().enumerate().map(|(c, (name, _))| ((*name).to_owned(), json!(rms(c)))).collect())
+}
+
+/// The keys that every diagnosis has; there are no fixes and no innovations here.
+fn scores(d: &TorpedoDiagnosis, step: usize) -> Value {
+    let step = &d.steps[step];
+    let horizons = (0..HORIZONS_S.len())
+        .map(|horizon| (format!("{:.0}_s", HORIZONS_S[horizon]), channels(|c| step.rms(&d.runs, None, horizon, c))));
+    json!({
+        "velocity_rmse_mps": step.rms(&d.runs, None, 1, 4),
+        "position_rmse_m": null,
+        "innovation_whiteness_p": null,
+        "max_autocorrelation": null,
+        "prediction_rmse": Value::Object(horizons.collect()),
+    })
+}
+
+/// `diagnose --predict S`: no fitting.
+///
+/// # Errors
+/// The log lacks a column, or the vehicle file has a parameter outside its range.
+pub fn predict(read: &ReadLog, declared: Option<&VehicleFile>, horizon_s: f64) -> anyhow::Result<Report> {
+    let vehicle = declared.cloned().unwrap_or_else(textbook);
+    let predicted = torpedo::predict(&read.log, &vehicle, horizon_s)
+        .map_err(|message| anyhow!("{}: {message}", read.log.path.display()))?;
+    let pooled = predicted.runs.iter().fold(Squares::default(), |sum, (_, _, squares)| sum.plus(squares));
+    let header: Vec<&str> =
+        ["run", "configuration", "windows"].into_iter().chain(CHANNELS.iter().map(|(name, _)| *name)).collect();
+    let caption = format!(
+        "Open-loop predictions over {horizon_s} s from the measured state: root mean square; windows that overlap by half, \
+         powered and deeper than 0.5 m"
+    );
+    let row = |table: Table, label: &str, name: &str, squares: &Squares| {
+        let cell = |channel| squares.rms(channel).map_or_else(|| "-".to_owned(), |rms: f64| format!("{rms:.3}"));
+        let start = [label.to_owned(), name.to_owned(), squares.windows.to_string()];
+        table.row(start.into_iter().chain((0..CHANNELS.len()).map(cell)))
+    };
+    let with_windows = predicted.runs.iter().filter(|(_, _, squares)| squares.windows > 0);
+    let mut table = with_windows.fold(Table::new(caption, &header), |table, (label, name, squares)| {
+        row(table, label, name.as_deref().unwrap_or("-"), squares)
+    });
+    table = row(table, "all", "", &pooled);
+    let value = |squares: &Squares| {
+        let mut value = channels(|channel| squares.rms(channel));
+        value["windows"] = json!(squares.windows);
+        value
+    };
+    let runs: Map<String, Value> = predicted
+        .runs
+        .iter()
+        .map(|(label, name, squares)| {
+            let mut of_run = value(squares);
+            of_run["configuration"] = json!(name);
+            (label.clone(), of_run)
+        })
+        .collect();
+    let mut groups: Vec<(String, Squares)> = Vec::new();
+    for (_, name, squares) in &predicted.runs {
+        let name = name.clone().unwrap_or_else(|| "all runs".to_owned());
+        match groups.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, sum)) => *sum = sum.plus(squares),
+            None => groups.push((name, *squares)),
+        }
+    }
+    let by_configuration: Map<String, Value> =
+        groups.iter().map(|(name, squares)| (name.clone(), value(squares))).collect();
+    let answer = match pooled.windows {
+        0 => format!("No stretch of {horizon_s} s is powered and deeper than 0.5 m: nothing to predict."),
+        count => format!("{count} windows of {horizon_s} s predicted by {}.", vehicle.name),
+    };
+    let mut notes = read.log.notes.clone();
+    notes.extend(predicted.notes);
+    notes.push(
+        "the measured state: attitude of the row, rates by central differences over the rows beside it, depth of the rows \
+         within 1.05 s, DVL readings of the last 1.3 s and its delay; nothing later than 1.05 s after the start"
+            .to_owned(),
+    );
+    let report = Report::new(format!("Predictions of {}", file_name(&read.log.path)), answer)
+        .table(table)
+        .notes(&notes)
+        .value(
+            "prediction",
+            json!({"horizon_s": horizon_s, "runs": runs, "configurations": by_configuration, "pooled": value(&pooled)}),
+        )
+        .value("notes", notes.clone());
+    Ok(provenance::of(report, None))
+}

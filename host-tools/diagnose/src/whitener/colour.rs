@@ -1,0 +1,125 @@
+//! Noise that lasts: a first-order Gauss-Markov process beside the white noise of a channel, as a state of the filter.
+//!
+//! With n_j the noise states, c_j their covariances with the vehicle's state and V theirs with each other:
+//! n ← a n, c_j ← a_j Φ c_j, V_ij ← a_i a_j V_ij + σ_j² (1 − a_j²) δ_ij, where a_j = exp(−h/τ_j).
+
+use super::matrix::{self, Square};
+use crate::samples::ResidualChannel;
+
+/// A part of a channel's noise that lasts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Colour {
+    /// Whose noise.
+    pub channel: ResidualChannel,
+    /// One sigma, in the channel's unit.
+    pub sigma: f64,
+    /// Time constant, s.
+    pub tau_s: f64,
+}
+
+/// The states of all colours.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ColourStates {
+    colours: Vec<Colour>,
+    /// n.
+    pub(super) value: Vec<f64>,
+    /// c_j, a column each.
+    cross: Vec<[f64; 12]>,
+    /// V, row by row.
+    own: Vec<f64>,
+    /// Length of the last step, s, and a_j over it.
+    kept: (f64, Vec<f64>),
+}
+
+impl ColourStates {
+    pub(super) fn new(colours: &[Colour]) -> Self {
+        let count = colours.len();
+        let mut own = vec![0.0; count * count];
+        for (j, colour) in colours.iter().enumerate() {
+            own[j * count + j] = colour.sigma * colour.sigma;
+        }
+        Self {
+            colours: colours.to_vec(),
+            value: vec![0.0; count],
+            cross: vec![[0.0; 12]; count],
+            own,
+            kept: (f64::NAN, vec![1.0; count]),
+        }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.colours.len()
+    }
+
+    /// Places of the colours of a channel.
+    pub(super) fn of(&self, channel: ResidualChannel) -> impl Iterator<Item = usize> + '_ {
+        self.colours.iter().enumerate().filter(move |(_, colour)| colour.channel == channel).map(|(j, _)| j)
+    }
+
+    /// What the noise states add to the prediction of a channel.
+    pub(super) fn reading(&self, channel: ResidualChannel) -> f64 {
+        self.of(channel).map(|j| self.value[j]).sum()
+    }
+
+    /// What each state kept in the last step.
+    pub(super) fn kept(&self) -> &[f64] {
+        &self.kept.1
+    }
+
+    /// Time update over `h_s` with Φ = I + d.
+    pub(super) fn step(&mut self, h_s: f64, d: &Square) {
+        let count = self.count();
+        if self.kept.0 != h_s {
+            self.kept = (h_s, self.colours.iter().map(|colour| (-h_s / colour.tau_s).exp()).collect());
+        }
+        let kept = &self.kept.1;
+        for (j, a) in kept.iter().enumerate() {
+            self.value[j] *= a;
+            let moved = matrix::apply(d, &self.cross[j]);
+            for (c, moved) in self.cross[j].iter_mut().zip(moved) {
+                *c = a * (*c + moved);
+            }
+            for (i, other) in kept.iter().enumerate() {
+                self.own[i * count + j] *= a * other;
+            }
+            self.own[j * count + j] += self.colours[j].sigma.powi(2) * (1.0 - a * a);
+        }
+    }
+
+    /// Σ of c_j over the colours of a channel: what they add to P hᵀ.
+    pub(super) fn cross_of(&self, channel: ResidualChannel) -> [f64; 12] {
+        let mut sum = [0.0; 12];
+        for j in self.of(channel) {
+            for (sum, c) in sum.iter_mut().zip(&self.cross[j]) {
+                *sum += c;
+            }
+        }
+        sum
+    }
+
+    /// Covariance of every noise state with the scalar of a channel that is read with `h`.
+    pub(super) fn with_scalar(&self, channel: ResidualChannel, h: &[f64; 12]) -> Vec<f64> {
+        let count = self.count();
+        (0..count)
+            .map(|i| {
+                let by_state: f64 = self.cross[i].iter().zip(h).map(|(c, h)| c * h).sum();
+                by_state + self.of(channel).map(|j| self.own[i * count + j]).sum::<f64>()
+            })
+            .collect()
+    }
+
+    /// Measurement update: `ph` and `pn` are the covariances of the vehicle's and of the noise states with the scalar.
+    pub(super) fn update(&mut self, ph: &[f64; 12], pn: &[f64], variance: f64, innovation: f64) {
+        let count = self.count();
+        for (i, own) in pn.iter().enumerate() {
+            let gain = own / variance;
+            for (c, ph) in self.cross[i].iter_mut().zip(ph) {
+                *c -= gain * ph;
+            }
+            for (j, other) in pn.iter().enumerate() {
+                self.own[i * count + j] -= gain * other;
+            }
+            self.value[i] += gain * innovation;
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! A torpedo's dynamics from many short runs without rates, fixes or a fast DVL: output error with multiple shooting.
+//!
+//! ```text
+//! recording   a log as runs, stretches and windows      unknowns   what is fitted, with its prior
+//! model       the board's dynamics with further terms   fit        Gauss-Newton over all windows and their starts
+//! start       the state at the start of a window        predict    open-loop predictions against what was measured
+//! ```
+
+pub mod fit;
+pub mod model;
+pub mod predict;
+pub mod recording;
+pub mod start;
+#[cfg(test)]
+mod tests;
+pub mod unknowns;
+
+pub use fit::{Fit, Problem};
+pub use model::RunModel;
+pub use recording::{Run, runs};
+pub use unknowns::{Draft, Unknown};

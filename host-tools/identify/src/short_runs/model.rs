@@ -1,0 +1,229 @@
+//! The board's dynamics with the terms of short runs, and what the sensors of such a run read.
+
+use super::recording::{Run, Window};
+use backseat_core::dynamics::{ActuatorInput, FINS, ParameterError, VehicleModel, VehicleParameters};
+use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, V, VehicleState, W, Z};
+use backseat_logs::short_runs::{COMMON, OF_CONFIGURATION};
+use nalgebra::Vector3;
+
+/// Longest step of the integration, s: the roll damping of fins at 2 m/s has a time constant of 0.1 s.
+const STEP_S: f64 = 0.125;
+/// Beyond these a run has diverged: pitch in rad, rates in rad/s, speed in m/s.
+const MOST: [f64; 3] = [1.5, 12.0, 12.0];
+
+/// Places in [`COMMON`].
+pub(crate) mod common {
+    pub(crate) const FIN_DELAY: usize = 0;
+    pub(crate) const PROPELLER_DELAY: usize = 1;
+    pub(crate) const ATTITUDE_DELAY: usize = 2;
+    pub(crate) const GAIN: usize = 3;
+    pub(crate) const TORQUE_ARM: usize = 7;
+    pub(crate) const AHRS_TILT: usize = 8;
+    pub(crate) const DVL_SCALE: usize = 9;
+}
+
+/// What predicts one configuration's runs.
+#[derive(Clone, Debug)]
+pub struct RunModel {
+    vehicle: VehicleModel,
+    terms: [f64; COMMON.len()],
+    of_configuration: [f64; OF_CONFIGURATION.len()],
+    dvl_delay_s: f64,
+    dvl_yaw_rad: f64,
+}
+
+/// What the sensors of a sample read by the model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Roll, pitch, heading, rad.
+    pub attitude_rad: [f64; 3],
+    /// m.
+    pub depth_m: f64,
+    /// Surge, sway, heave, m/s; `None` before the first that the prediction reaches.
+    pub dvl_mps: Option<[f64; 3]>,
+}
+
+impl RunModel {
+    /// From parameters and terms; trim and buoyancy of the configuration go into the parameters.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn new(
+        parameters: &VehicleParameters,
+        terms: [f64; COMMON.len()],
+        of_configuration: [f64; OF_CONFIGURATION.len()],
+        [dvl_delay_s, dvl_yaw_rad]: [f64; 2],
+    ) -> Result<Self, ParameterError> {
+        let mut parameters = *parameters;
+        let [_, _, _, b_x_m, b_y_m, buoyancy_kg, rudder_gain] = of_configuration;
+        parameters.b_cb_to_cg_m[0] += b_x_m;
+        parameters.b_cb_to_cg_m[1] += b_y_m;
+        parameters.displaced_mass_kg += buoyancy_kg;
+        let vehicle = VehicleModel::new(&parameters)?;
+        let mut terms = terms;
+        terms[common::GAIN] += rudder_gain;
+        terms[common::GAIN + 1] += rudder_gain;
+        Ok(Self { vehicle, terms, of_configuration, dvl_delay_s, dvl_yaw_rad })
+    }
+
+    /// How late a DVL reading is, s, and by which share it is too large.
+    #[must_use]
+    pub const fn dvl(&self) -> [f64; 2] {
+        [self.dvl_delay_s, self.terms[common::DVL_SCALE]]
+    }
+
+    /// ẋ with the terms.
+    fn derivative(&self, x: &VehicleState, input: &ActuatorInput) -> VehicleState {
+        let mut rate = self.vehicle.derivative(x, input);
+        let mass = &self.vehicle.parameters().m_diag;
+        let [k_uu, m_uu, n_uu, ..] = self.of_configuration;
+        let square = x[U] * x[U].abs();
+        let thrust = self.vehicle.propeller().thrust(input.propeller_radps, x[U]);
+        rate[P] += (k_uu * square - self.terms[common::TORQUE_ARM] * thrust) / mass[3];
+        rate[Q] += m_uu * square / mass[4];
+        rate[R] += n_uu * square / mass[5];
+        rate
+    }
+
+    fn step(&self, x: &VehicleState, h_s: f64, input: &ActuatorInput) -> VehicleState {
+        let a = self.derivative(x, input);
+        let b = self.derivative(&(x + a * (0.5 * h_s)), input);
+        let c = self.derivative(&(x + b * (0.5 * h_s)), input);
+        let d = self.derivative(&(x + c * h_s), input);
+        x + (a + (b + c) * 2.0 + d) * (h_s / 6.0)
+    }
+
+    /// The readings of every sample of a window from the state at its first; `None` where it diverged.
+    #[must_use]
+    pub fn predict(&self, run: &Run, window: Window, start: &VehicleState) -> Vec<Option<Reading>> {
+        let samples = &run.samples[window.first..=window.last];
+        let mut readings = Vec::with_capacity(samples.len());
+        let mut trail: Vec<(f64, VehicleState)> = vec![(samples[0].t_s, *start)];
+        let mut x = *start;
+        let mut has_diverged = false;
+        for (place, sample) in samples.iter().enumerate() {
+            if place > 0 && !has_diverged {
+                let from_s = samples[place - 1].t_s;
+                let steps = ((sample.t_s - from_s) / STEP_S).ceil().max(1.0);
+                let h_s = (sample.t_s - from_s) / steps;
+                for step in 0..steps as usize {
+                    let t_s = from_s + h_s * step as f64;
+                    let input = self.input(run, t_s, t_s + h_s);
+                    x = self.step(&x, h_s, &input);
+                    trail.push((t_s + h_s, x));
+                }
+                let speed = x.fixed_rows::<3>(U).norm();
+                let rates = x.fixed_rows::<3>(P).norm();
+                has_diverged = !(x[THETA].abs() < MOST[0] && rates < MOST[1] && speed < MOST[2]);
+            }
+            readings.push((!has_diverged).then(|| self.reading(run, &trail, sample.t_s)));
+        }
+        readings
+    }
+
+    /// Motion over a step with the attitude and rates that were measured at its start, not the model's own: what a
+    /// navigator does without a DVL.
+    #[must_use]
+    pub fn carried(&self, run: &Run, x: &VehicleState, [from_s, to_s]: [f64; 2]) -> VehicleState {
+        let steps = ((to_s - from_s) / STEP_S).ceil().max(1.0);
+        let h_s = (to_s - from_s) / steps;
+        (0..steps as usize).fold(*x, |x, step| {
+            let t_s = from_s + h_s * step as f64;
+            self.step(&x, h_s, &self.input(run, t_s, t_s + h_s))
+        })
+    }
+
+    /// What the sensors read at a time.
+    fn reading(&self, run: &Run, trail: &[(f64, VehicleState)], t_s: f64) -> Reading {
+        let at = |t_s: f64| interpolated(trail, t_s);
+        let attitude_s = t_s - self.terms[common::ATTITUDE_DELAY];
+        let x = at(attitude_s);
+        let mut attitude_rad = [x[PHI], x[THETA], x[PSI]];
+        let tilt = self.terms[common::AHRS_TILT];
+        if tilt != 0.0 {
+            let [roll, pitch] = self.apparent(&x, &self.input(run, attitude_s - 0.05, attitude_s + 0.05));
+            attitude_rad[0] += tilt * (roll - x[PHI]);
+            attitude_rad[1] += tilt * (pitch - x[THETA]);
+        }
+        let depth_m = at(t_s)[Z];
+        let dvl_s = t_s - self.dvl_delay_s;
+        let dvl_mps = (dvl_s >= trail[0].0 - 1e-9).then(|| {
+            let x = at(dvl_s);
+            let (sin, cos) = self.dvl_yaw_rad.sin_cos();
+            [cos * x[U] + sin * x[V], cos * x[V] - sin * x[U], x[W]].map(|v| v * (1.0 + self.terms[common::DVL_SCALE]))
+        });
+        Reading { attitude_rad, depth_m, dvl_mps }
+    }
+
+    /// Roll and pitch of the specific force, as accelerometers have them.
+    fn apparent(&self, x: &VehicleState, input: &ActuatorInput) -> [f64; 2] {
+        let rate = self.derivative(x, input);
+        let g = self.vehicle.parameters().g_mps2;
+        let velocity = Vector3::new(x[U], x[V], x[W]);
+        let rates = Vector3::new(x[P], x[Q], x[R]);
+        let acceleration = Vector3::new(rate[U], rate[V], rate[W]) + rates.cross(&velocity);
+        let (sin_roll, cos_roll) = x[PHI].sin_cos();
+        let (sin_pitch, cos_pitch) = x[THETA].sin_cos();
+        let gravity = Vector3::new(-sin_pitch, sin_roll * cos_pitch, cos_roll * cos_pitch) * g;
+        let felt = gravity - acceleration;
+        [felt.y.atan2(felt.z), (-felt.x).atan2(felt.y.hypot(felt.z))]
+    }
+
+    /// Mean input over a step: fins hold, the propeller's speed moves on between rows.
+    fn input(&self, run: &Run, from_s: f64, to_s: f64) -> ActuatorInput {
+        let fin_s = self.terms[common::FIN_DELAY];
+        let commanded_rad = held_mean(run, from_s - fin_s, to_s - fin_s);
+        let fins_rad = core::array::from_fn(|fin| self.terms[common::GAIN + fin] * commanded_rad[fin]);
+        let propeller_s = self.terms[common::PROPELLER_DELAY];
+        let propeller_radps = interpolated_speed(run, 0.5 * (from_s + to_s) - propeller_s);
+        ActuatorInput { propeller_radps, fins_rad }
+    }
+}
+
+/// Index of the last sample at or before a time; the first before all.
+fn sample_at(run: &Run, t_s: f64) -> usize {
+    run.samples.partition_point(|sample| sample.t_s <= t_s).saturating_sub(1)
+}
+
+/// Mean over a step of fin angles that hold from row to row.
+fn held_mean(run: &Run, from_s: f64, to_s: f64) -> [f64; FINS] {
+    let mut sum = [0.0; FINS];
+    let mut index = sample_at(run, from_s);
+    let mut at_s = from_s;
+    while at_s < to_s {
+        let until_s = run.samples.get(index + 1).map_or(to_s, |next| next.t_s.min(to_s)).max(at_s);
+        for (sum, fin) in sum.iter_mut().zip(run.samples[index].input.fins_rad) {
+            *sum += fin * (until_s - at_s);
+        }
+        if index + 1 >= run.samples.len() || until_s >= to_s {
+            break;
+        }
+        at_s = until_s;
+        index += 1;
+    }
+    sum.map(|sum| sum / (to_s - from_s))
+}
+
+/// Propeller speed between rows.
+fn interpolated_speed(run: &Run, t_s: f64) -> f64 {
+    let index = sample_at(run, t_s);
+    let here = &run.samples[index];
+    let Some(next) = run.samples.get(index + 1).filter(|next| next.t_s > here.t_s) else {
+        return here.input.propeller_radps;
+    };
+    let share = ((t_s - here.t_s) / (next.t_s - here.t_s)).clamp(0.0, 1.0);
+    here.input.propeller_radps + share * (next.input.propeller_radps - here.input.propeller_radps)
+}
+
+/// The state at a time of a trail; its ends beyond.
+fn interpolated(trail: &[(f64, VehicleState)], t_s: f64) -> VehicleState {
+    let after = trail.partition_point(|(time_s, _)| *time_s <= t_s);
+    if after == 0 {
+        // before the start: back along its own motion is not known, the rates are those of the first step
+        return trail[0].1;
+    }
+    let (before_s, before) = &trail[after - 1];
+    let Some((next_s, next)) = trail.get(after) else { return *before };
+    let share = (t_s - before_s) / (next_s - before_s);
+    before + (next - before) * share
+}

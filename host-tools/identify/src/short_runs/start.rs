@@ -1,0 +1,79 @@
+//! The state at the start of a window, from what was measured around it.
+//!
+//! Attitude is that of the row, rates are central differences over the rows beside it; depth is a line through the rows
+//! within 1 s; surge is the mean of the DVL readings of the last seconds. A torpedo turns about a point ahead of its centre
+//! of gravity, which gives sway and heave from the rates: a DVL at 1 Hz knows them worse. What comes later than 1 s after
+//! the start is not used.
+
+use super::recording::{Run, RunSample};
+use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, V, VehicleState, W, Z};
+
+/// Rows within so much of the start make its depth, s.
+const HALF_S: f64 = 1.05;
+/// DVL readings of so many seconds before the start count.
+const DVL_HELD_S: f64 = 1.3;
+/// The point that a torpedo turns about lies so far ahead of the centre of gravity, m.
+const PIVOT_M: f64 = 0.3;
+/// Rows further apart give no rate, s.
+const WIDEST_S: f64 = 2.5;
+
+/// The state at a sample, by a DVL that is so late and reads (1 + scale) times the velocity.
+#[must_use]
+pub fn measured_state(run: &Run, index: usize, [dvl_delay_s, dvl_scale]: [f64; 2]) -> VehicleState {
+    let here = &run.samples[index];
+    let at_s = here.t_s;
+    let beside = |other: usize| run.samples.get(other).filter(|sample| (sample.t_s - at_s).abs() < WIDEST_S / 2.0);
+    let before = index.checked_sub(1).and_then(beside).unwrap_or(here);
+    let after = beside(index + 1).unwrap_or(here);
+    let span_s = after.t_s - before.t_s;
+    let rate = |axis: usize| {
+        if span_s > 0.0 { (after.attitude_rad[axis] - before.attitude_rad[axis]) / span_s } else { 0.0 }
+    };
+    let [roll, pitch, heading] = here.attitude_rad;
+    let [roll_rate, pitch_rate, heading_rate] = [rate(0), rate(1), rate(2)];
+    let near = |sample: &&RunSample| (sample.t_s - at_s).abs() <= HALF_S;
+    let depths: Vec<f64> = run.samples.iter().filter(near).map(|sample| sample.depth_m).collect();
+    let is_past = |sample: &&RunSample| {
+        let age_s = at_s - sample.t_s;
+        age_s <= DVL_HELD_S + dvl_delay_s.max(0.0) && age_s >= -1e-9
+    };
+    let readings: Vec<f64> = run.samples.iter().filter(is_past).filter_map(|sample| Some(sample.dvl_mps?[0])).collect();
+    let mean = |values: &[f64]| {
+        if values.is_empty() { None } else { Some(values.iter().sum::<f64>() / values.len() as f64) }
+    };
+    let (sin_roll, cos_roll) = roll.sin_cos();
+    let (sin_pitch, cos_pitch) = pitch.sin_cos();
+    let mut x = VehicleState::zeros();
+    x[Z] = mean(&depths).unwrap_or(here.depth_m);
+    (x[PHI], x[THETA], x[PSI]) = (roll, pitch, heading);
+    x[P] = roll_rate - heading_rate * sin_pitch;
+    x[Q] = pitch_rate * cos_roll + heading_rate * sin_roll * cos_pitch;
+    x[R] = -pitch_rate * sin_roll + heading_rate * cos_roll * cos_pitch;
+    x[U] = mean(&readings).unwrap_or(0.0) / (1.0 + dvl_scale);
+    (x[V], x[W]) = (-PIVOT_M * x[R], PIVOT_M * x[Q]);
+    x
+}
+
+/// States that a start leaves open, and one sigma of each: loose ones would take up what the model does wrong.
+pub const OPEN: [(usize, f64); 10] = [
+    (PHI, 0.004),
+    (THETA, 0.003),
+    (PSI, 0.004),
+    (Z, 0.05),
+    (U, 0.05),
+    (V, 0.03),
+    (W, 0.04),
+    (P, 0.05),
+    (Q, 0.006),
+    (R, 0.006),
+];
+
+/// A start moved by what is open.
+#[must_use]
+pub fn moved(start: &VehicleState, by: &[f64]) -> VehicleState {
+    let mut moved = *start;
+    for ((state, _), value) in OPEN.iter().zip(by) {
+        moved[*state] += value;
+    }
+    moved
+}

@@ -1,0 +1,213 @@
+//! The numbers that are fitted: which they are, their prior, and how they make a model.
+
+use super::model::{RunModel, common};
+use backseat_core::dynamics::{ParameterError, VehicleParameters};
+use backseat_logs::VehicleFile;
+use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION, ShortRuns, Value};
+
+/// Where a number stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// Factor e^x of these entries of the mass matrix.
+    Mass(&'static [usize]),
+    /// Factor e^x of these quadratic drags.
+    Drag(&'static [usize]),
+    /// Factor e^x of the fins' lift.
+    FinLift,
+    /// Added to the cubic of the fins' lift.
+    LiftCurve,
+    /// Factor e^x of the thrust.
+    Thrust,
+    /// Thrust lost with speed, as a share of the thrust at 1.5 m/s and the log's usual propeller speed.
+    Advance,
+    /// Factor e^x of the height of the metacentre, b_z.
+    Metacentre,
+    /// A common term.
+    Common(usize),
+    /// A term of one configuration: term, configuration.
+    Of(usize, usize),
+    /// Delay of the DVL, s.
+    DvlDelay,
+    /// Turn of the DVL, rad.
+    DvlYaw,
+}
+
+/// One number that is fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unknown {
+    /// Name in reports.
+    pub name: String,
+    /// Effect of the catalogue that it belongs to; empty for the textbook's coefficients.
+    pub effect: &'static str,
+    /// Where it stands.
+    pub place: Place,
+    /// Mean of the prior, in its own coordinate.
+    pub prior: f64,
+    /// One sigma of the prior.
+    pub sigma: f64,
+}
+
+/// The model that all values make.
+#[derive(Clone, Debug)]
+pub struct Draft {
+    /// Plant.
+    pub parameters: VehicleParameters,
+    /// In the order of [`COMMON`].
+    pub common: [f64; COMMON.len()],
+    /// Of each configuration.
+    pub configurations: Vec<[f64; OF_CONFIGURATION.len()]>,
+    /// s.
+    pub dvl_delay_s: f64,
+    /// rad.
+    pub dvl_yaw_rad: f64,
+}
+
+impl Draft {
+    /// What a vehicle file declares.
+    #[must_use]
+    pub fn of(vehicle: &VehicleFile, configurations: usize) -> Self {
+        let declared = vehicle.short_runs.clone().unwrap_or_default();
+        let of = |place: usize| {
+            declared.configurations.get(place).map_or_else(
+                || OF_CONFIGURATION.map(|term| term.default),
+                |configuration| configuration.values.map(|value| value.value),
+            )
+        };
+        Self {
+            parameters: vehicle.parameters,
+            common: declared.common.map(|value| value.value),
+            configurations: (0..configurations.max(1)).map(of).collect(),
+            dvl_delay_s: vehicle.installation.dvl_delay_s,
+            dvl_yaw_rad: vehicle.installation.dvl_turn_rad[2],
+        }
+    }
+
+    /// Adds the values of unknowns.
+    #[must_use]
+    pub fn with(&self, unknowns: &[Unknown], values: &[f64]) -> Self {
+        let mut draft = self.clone();
+        for (unknown, &value) in unknowns.iter().zip(values) {
+            draft.add(unknown.place, value);
+        }
+        draft
+    }
+
+    fn add(&mut self, place: Place, value: f64) {
+        let plant = &mut self.parameters;
+        match place {
+            Place::Mass(places) => places.iter().for_each(|&i| plant.m_diag[i] *= value.exp()),
+            Place::Drag(places) => places.iter().for_each(|&i| plant.quadratic_diag[i] *= value.exp()),
+            Place::FinLift => plant.cl = plant.cl.map(|cl| cl * value.exp()),
+            Place::Thrust => plant.beta5_n_s2_per_rad2 *= value.exp(),
+            Place::Advance => {
+                // at 8100 rpm and 1.5 m/s thrust is β5 ω² − k ω u
+                let usual_radps = 850.0 / 1.5;
+                plant.advance_n_s2_per_rad_m += value.max(0.0) * plant.beta5_n_s2_per_rad2 * usual_radps;
+            }
+            Place::LiftCurve => plant.cl[1] += value,
+            Place::Metacentre => plant.b_cb_to_cg_m[2] *= value.exp(),
+            Place::Common(term) => self.common[term] += value,
+            Place::Of(term, configuration) => {
+                if let Some(terms) = self.configurations.get_mut(configuration) {
+                    terms[term] += value;
+                }
+            }
+            Place::DvlDelay => self.dvl_delay_s += value,
+            Place::DvlYaw => self.dvl_yaw_rad += value,
+        }
+    }
+
+    /// One model for each configuration.
+    ///
+    /// # Errors
+    /// A parameter outside its range.
+    pub fn models(&self) -> Result<Vec<RunModel>, ParameterError> {
+        let sensors = [self.dvl_delay_s, self.dvl_yaw_rad];
+        self.configurations.iter().map(|terms| RunModel::new(&self.parameters, self.common, *terms, sensors)).collect()
+    }
+
+    /// Whether every number is inside its range; otherwise the name of one that is not.
+    #[must_use]
+    pub fn outside(&self) -> Option<&'static str> {
+        let common = COMMON.iter().zip(self.common);
+        let of = self.configurations.iter().flat_map(|terms| OF_CONFIGURATION.iter().zip(*terms));
+        common.chain(of).find(|(term, value)| !(term.min..=term.max).contains(value)).map(|(term, _)| term.name)
+    }
+}
+
+const fn mass(places: &'static [usize]) -> Place {
+    Place::Mass(places)
+}
+
+/// The textbook's coefficients, with the sigma of what a data sheet leaves open.
+#[must_use]
+pub fn coefficients() -> Vec<Unknown> {
+    let of = |name: &str, place, sigma| Unknown { name: name.to_owned(), effect: "", place, prior: 0.0, sigma };
+    vec![
+        of("ln m11", mass(&[0]), 0.08),
+        of("ln m22 = m33", mass(&[1, 2]), 0.10),
+        of("ln m44", mass(&[3]), 0.4),
+        of("ln m55 = m66", mass(&[4, 5]), 0.15),
+        of("ln d11", Place::Drag(&[0]), 0.4),
+        of("ln d22 = d33", Place::Drag(&[1, 2]), 0.5),
+        of("ln d33/d22", Place::Drag(&[2]), 0.5),
+        of("ln d44", Place::Drag(&[3]), 1.5),
+        of("ln d55 = d66", Place::Drag(&[4, 5]), 0.7),
+        of("ln fin lift", Place::FinLift, 1.0),
+        of("ln beta5", Place::Thrust, 0.7),
+        of("ln m66/m55", mass(&[5]), 0.10),
+        of("ln d66/d55", Place::Drag(&[5]), 0.3),
+        of("ln b_z", Place::Metacentre, 1.2),
+    ]
+}
+
+/// What an entry of the catalogue adds, for so many configurations.
+#[must_use]
+pub fn of_effect(effect: &'static str, configurations: usize) -> Vec<Unknown> {
+    let one = |name: &str, place, sigma| Unknown { name: name.to_owned(), effect, place, prior: 0.0, sigma };
+    let common = |term: usize, sigma: f64| one(COMMON[term].name, Place::Common(term), sigma);
+    let each = |term: usize, sigma: f64| {
+        (0..configurations.max(1)).map(move |configuration| Unknown {
+            name: format!("{}[{configuration}]", OF_CONFIGURATION[term].name),
+            effect,
+            place: Place::Of(term, configuration),
+            prior: 0.0,
+            sigma,
+        })
+    };
+    match effect {
+        "input_delay" => vec![common(common::FIN_DELAY, 0.4), common(common::PROPELLER_DELAY, 0.4)],
+        "attitude_delay" => vec![common(common::ATTITUDE_DELAY, 0.3)],
+        "fin_gain" => (0..4).map(|fin| common(common::GAIN + fin, 0.5)).collect(),
+        "propeller_torque" => vec![common(common::TORQUE_ARM, 0.05)],
+        "ahrs_tilt" => vec![common(common::AHRS_TILT, 0.7)],
+        "rudder_gain" => each(6, 0.3).skip(1).collect(),
+        "dvl_scale" => vec![common(common::DVL_SCALE, 0.03)],
+        "lift_curve" => vec![one("cl4", Place::LiftCurve, 3.0)],
+        "speed_moment" => each(0, 0.3).chain(each(1, 0.5)).chain(each(2, 0.5)).collect(),
+        "pitch_trim" => each(3, 0.005).collect(),
+        "roll_trim" => each(4, 0.001).collect(),
+        "buoyancy_offset" => each(5, 0.3).collect(),
+        "thrust_loss" => vec![Unknown { prior: 0.3, ..one("thrust loss, share", Place::Advance, 0.3) }],
+        "dvl_delay" => vec![Unknown { prior: 0.5, ..one("dvl_delay_s", Place::DvlDelay, 0.5) }],
+        "dvl_misalignment" => vec![one("dvl yaw_rad", Place::DvlYaw, 0.1)],
+        _ => Vec::new(),
+    }
+}
+
+/// Takes over what a fit found into a vehicle file.
+#[must_use]
+pub fn into_vehicle(declared: &VehicleFile, draft: &Draft, configurations: &[Configuration]) -> VehicleFile {
+    let mut vehicle = declared.clone();
+    vehicle.parameters = draft.parameters;
+    vehicle.installation.dvl_delay_s = draft.dvl_delay_s;
+    vehicle.installation.dvl_turn_rad[2] = draft.dvl_yaw_rad;
+    let configurations = configurations.iter().zip(&draft.configurations);
+    vehicle.short_runs = Some(ShortRuns {
+        common: draft.common.map(Value::from),
+        configurations: configurations
+            .map(|(configuration, values)| Configuration { values: values.map(Value::from), ..configuration.clone() })
+            .collect(),
+    });
+    vehicle
+}
