@@ -7,7 +7,6 @@
 //! A measurement far beyond its variance counts as one of three sigmas (Huber), so that a reflected path moves nothing
 //! and a lasting contradiction moves the account in the end.
 
-use super::hypotheses::{CURRENT_DEPTH_M, Nuisance};
 use core::ops::Range;
 
 /// Position, m.
@@ -41,6 +40,21 @@ const HUBER: f64 = 9.0;
 const REOPENS: f64 = 12.0;
 /// ... with the way that it has taken the vehicle since the range before: 0.3 m/s for 30 s, m.
 const OPENED_M: f64 = 10.0;
+
+/// Change of depth after which the water is another, m: thermoclines and shear layers of shelf seas are thinner than
+/// ten metres.
+const CURRENT_DEPTH_M: f64 = 5.0;
+
+/// A process that an account does not know: zero mean, this standard deviation, forgotten after this time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nuisance {
+    /// Which states of an account.
+    pub states: (usize, usize),
+    /// One sigma, in the state's unit.
+    pub sigma: f64,
+    /// Time constant, s.
+    pub memory_s: f64,
+}
 
 /// Sigma and memory of each state; 0 of those that are known.
 #[derive(Clone, Copy)]

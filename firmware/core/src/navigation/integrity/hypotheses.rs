@@ -4,7 +4,7 @@
 //! share of the hours under way in which an entry holds; no fleet has published such rates, so they are judgements, and
 //! the level depends on their logarithm only.
 
-use super::account::{BIAS, COURSE, CURRENT, DVL_SCALE, DVL_YAW, FIX, SCALE, SHIP, SPEED};
+use super::account::{BIAS, COURSE, CURRENT, DVL_SCALE, DVL_YAW, FIX, Nuisance, Priors, SCALE, SHIP, SPEED};
 use core::ops::Range;
 
 /// Where the vehicle dives: how much the water changes within an hour, or within five metres of depth.
@@ -51,27 +51,12 @@ impl Declared {
     pub const NONE: Self = Self { area: Area::Lake, receivers_m: [0.0; 2], probability_per_hour: 0.0 };
 }
 
-/// A process that an account does not know: zero mean, this standard deviation, forgotten after this time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nuisance {
-    /// Which states of an account.
-    pub states: (usize, usize),
-    /// One sigma, in the state's unit.
-    pub sigma: f64,
-    /// Time constant, s.
-    pub memory_s: f64,
-}
-
 const fn nuisance(states: Range<usize>, sigma: f64, memory_s: f64) -> Nuisance {
     Nuisance { states: (states.start, states.end), sigma, memory_s }
 }
 
 /// An hour, s.
 const HOUR: f64 = 3600.0;
-/// Change of depth after which the water is another, m: thermoclines and shear layers of shelf seas are thinner than
-/// ten metres.
-pub(super) const CURRENT_DEPTH_M: f64 = 5.0;
-
 /// What is declared of a healthy vehicle; the current's and the receivers' sigmas are those of [`Declared`].
 pub(super) const HEALTHY: [Nuisance; 9] = [
     // the water, as long as nothing happens: it turns with the tides, over days in the mean
@@ -145,8 +130,8 @@ pub(super) fn sigmas(rate: f64, declared: &Declared) -> f64 {
 
 impl Hypothesis {
     /// Sigma and memory of each state of its account but the position's.
-    pub(super) fn nuisances(&self, declared: &Declared) -> super::account::Priors {
-        let mut priors = super::account::Priors::NONE;
+    pub(super) fn nuisances(&self, declared: &Declared) -> Priors {
+        let mut priors = Priors::NONE;
         for nuisance in &HEALTHY {
             let [vehicle_m, ship_m] = declared.receivers_m;
             let sigma = match nuisance.states.0 {

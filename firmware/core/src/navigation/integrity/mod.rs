@@ -26,5 +26,6 @@ mod hypotheses;
 mod level;
 mod vertical;
 
-pub use hypotheses::{Area, Declared, HYPOTHESES, Hypothesis, Nuisance};
+pub use account::Nuisance;
+pub use hypotheses::{Area, Declared, HYPOTHESES, Hypothesis};
 pub use level::{Aiding, Followed, Level, ProtectionLevel};
