@@ -28,6 +28,9 @@ fn telling(runs: &[Run]) -> Vec<String> {
     keys.iter().filter(is_whole).filter(differs).map(|key| (*key).clone()).collect()
 }
 
+/// Names and values of what a run was configured with.
+type Settings = Vec<(String, String)>;
+
 /// Groups the runs, the largest group first, and sets the configuration of each run.
 pub fn group(runs: &mut [Run]) -> Vec<Configuration> {
     let keys = telling(runs);
@@ -44,7 +47,7 @@ pub fn group(runs: &mut [Run]) -> Vec<Configuration> {
         };
         if run.facts.is_empty() { Vec::new() } else { keys.iter().map(of).collect() }
     };
-    let mut groups: Vec<(Vec<(String, String)>, Vec<usize>)> = Vec::new();
+    let mut groups: Vec<(Settings, Vec<usize>)> = Vec::new();
     for (place, run) in runs.iter().enumerate() {
         let own = settings(run);
         match groups.iter_mut().find(|(known, _)| *known == own) {
