@@ -3,6 +3,7 @@
 pub mod bench;
 mod columns;
 pub mod diagnose;
+mod duration;
 pub mod effect;
 pub mod ensemble;
 pub mod fault_table;
@@ -16,6 +17,7 @@ pub mod provenance;
 pub mod read_log;
 pub mod refusal;
 pub mod replay;
+mod settings_file;
 pub mod sim;
 pub mod topside_config;
 pub mod track_score;

@@ -1,6 +1,6 @@
 //! How every command reads a log: by its own format or by a column mapping, examined for units, signs and times.
 
-use crate::info;
+use crate::settings_file;
 use backseat_logs::importers::{self, ColumnMap, Imported};
 use backseat_logs::log::plausibility::{Examination, Finding, Severity};
 use backseat_logs::{DataError, Log};
@@ -31,7 +31,7 @@ impl ReadLog {
         let began = Instant::now();
         let imported = match map {
             Some(map) => importers::read_mapped(path, &ColumnMap::read(map)?)?,
-            None => importers::read(path).map_err(|error| match info::instead_of_log(path) {
+            None => importers::read(path).map_err(|error| match settings_file::instead_of_log(path) {
                 Some(what) => DataError::file(path, what),
                 None => error,
             })?,

@@ -8,10 +8,10 @@
 //! [`SensorKind::most`]: backseat_logs::plausible_noise::SensorKind::most
 
 use crate::log_effects::Effects;
+use crate::noise::{declared, most_scale};
 use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::{ResidualChannel, Samples};
 use crate::whitener::{self, Colour, Pass, Setup};
-use backseat_core::navigation::SensorNoise;
 use backseat_logs::stats::{autocorrelation, ljung_box};
 use rayon::prelude::*;
 
@@ -67,26 +67,6 @@ impl Mixture {
 }
 
 type Mixtures = [Mixture; ResidualChannel::COUNT];
-
-/// What a sensor is declared to scatter by in the whitener, in the channel's unit.
-fn declared(channel: ResidualChannel, sensors: &SensorNoise) -> f64 {
-    use ResidualChannel as C;
-    match channel {
-        C::Depth | C::DepthRate => sensors.depth_m,
-        C::Roll | C::Pitch | C::Heading => sensors.attitude_rad,
-        C::P | C::Q | C::R => sensors.rates_radps,
-        C::DvlU | C::DvlV | C::DvlW | C::WaterSpeed => sensors.dvl_mps,
-        C::GnssX | C::GnssY => sensors.gnss_m,
-        C::Range => sensors.range_m,
-        C::RangeRate => sensors.range_rate_mps,
-    }
-}
-
-/// The largest factor on the declared noise of a channel that its kind of sensor makes.
-#[must_use]
-pub fn most_scale(channel: ResidualChannel, sensors: &SensorNoise) -> f64 {
-    (channel.sensor().most(sensors) / declared(channel, sensors)).max(1.0)
-}
 
 /// Estimates the noise beside a set of effects; whether any channel's is not as it was taken. Channels of `kept` stay.
 pub fn estimate(log_data: &mut PreparedLog, set: &Effects, kept: &[ResidualChannel]) -> Option<bool> {

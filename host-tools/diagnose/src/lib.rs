@@ -50,6 +50,7 @@ pub mod normal_equations;
 pub mod prepared_log;
 pub mod proposal;
 pub mod regressors;
+pub mod remaining;
 pub mod samples;
 pub mod scores;
 pub mod search;

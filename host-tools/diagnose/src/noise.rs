@@ -1,6 +1,5 @@
 //! What is known of the noise before any effect: scale of each channel, isolated outliers of the ranges.
 
-use crate::coloured_noise::most_scale;
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
 use crate::whitener::Residual;
 use backseat_core::navigation::SensorNoise;
@@ -17,6 +16,27 @@ const NEIGHBOURS: usize = 3;
 const OUTLIER: f64 = 4.5;
 /// Times that the neighbours are chosen again.
 const PASSES: usize = 3;
+
+/// What a sensor is declared to scatter by in the whitener, in the channel's unit.
+#[must_use]
+pub fn declared(channel: ResidualChannel, sensors: &SensorNoise) -> f64 {
+    use ResidualChannel as C;
+    match channel {
+        C::Depth | C::DepthRate => sensors.depth_m,
+        C::Roll | C::Pitch | C::Heading => sensors.attitude_rad,
+        C::P | C::Q | C::R => sensors.rates_radps,
+        C::DvlU | C::DvlV | C::DvlW | C::WaterSpeed => sensors.dvl_mps,
+        C::GnssX | C::GnssY => sensors.gnss_m,
+        C::Range => sensors.range_m,
+        C::RangeRate => sensors.range_rate_mps,
+    }
+}
+
+/// The largest factor on the declared noise of a channel that its kind of sensor makes.
+#[must_use]
+pub fn most_scale(channel: ResidualChannel, sensors: &SensorNoise) -> f64 {
+    (channel.sensor().most(sensors) / declared(channel, sensors)).max(1.0)
+}
 
 /// Factor of each channel's noise on the declared one: from differences of successive normalised innovations,
 /// which whatever is slow (an effect) leaves alone; a median, which outliers leave alone. Never below 1: data are not

@@ -3,7 +3,7 @@
 use super::DiagnosisResult;
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
-use backseat_diagnose::floor::Remaining;
+use backseat_diagnose::remaining::Remaining;
 use backseat_diagnose::scores::Scores;
 use backseat_diagnose::verdict::Verdict;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! What was found in a log.
 
-use super::span;
+use crate::duration::span;
 use crate::read_log::{ReadLog, finding};
 use crate::uses::{self, Use};
 use backseat_logs::log::plausibility::{ColumnSummary, Severity, Untested};

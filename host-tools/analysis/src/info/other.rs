@@ -1,7 +1,7 @@
 //! Files that are no logs of columns: sessions, board logs, truth; settings are in `settings`.
 
-use super::settings::{self, Described};
-use super::span;
+use crate::duration::span;
+use crate::settings_file::{self as settings, Described};
 use backseat_logs::importers;
 use backseat_logs::session::{Event, Reader};
 use backseat_logs::{DataError, Log, Truth, kinds};

@@ -1,9 +1,9 @@
 //! What was found, with intervals and alternatives, and what remains.
 
+use super::chosen::{self, Chosen, free};
 use super::evidence::{Linearised, columns};
 use super::fit::Fitting;
 use super::model::{LogModel, Row, catalogue_range};
-use super::selection::{Chosen, free};
 use crate::alternatives::{Alternative, manoeuvre};
 use crate::candidates::{Hypothesis, Instance, continued_by};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};
@@ -65,7 +65,7 @@ impl<M: LogModel> Described<'_, M> {
                 .collect();
             alternatives.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
             let without = self.chosen.hypotheses.iter().filter(|h| *h != hypothesis).cloned().collect::<Vec<_>>();
-            let without = super::selection::refit(self.fitting, &without, theta)?;
+            let without = chosen::refit(self.fitting, &without, theta)?;
             let rows = model.rows(&without);
             let held_gain = self.judged_gain(&self.fitting.pass(&rows, &[]), after);
             effects.push(FoundEffect {

@@ -1,9 +1,9 @@
 //! Entries that begin or end within a log: a current that sets in, a compass that something was laid beside.
 
+use super::chosen::{Chosen, free};
 use super::evidence::{Linearised, columns};
 use super::fit::{Fitting, Step};
 use super::model::{LogModel, Row};
-use super::selection::{Chosen, free};
 use crate::candidates::{Candidate, Hypothesis, Instance, Span};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};
 use crate::normal_equations::Column;

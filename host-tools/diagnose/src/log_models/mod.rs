@@ -6,6 +6,7 @@
 //! From there on all is as with the vehicle's dynamics: hypotheses of the catalogue one by one on training blocks,
 //! judged on held-out ones, forward selection, alternatives; then the terms outside the catalogue that remain.
 
+mod chosen;
 pub mod dead_reckoning;
 mod describe;
 mod events;

@@ -1,7 +1,7 @@
 //! What a log model is: predicted scalars (rows) from what was logged and a vector θ of the effects' sizes.
 
 use super::layout::Layout;
-use crate::floor::Remaining;
+use crate::remaining::Remaining;
 use crate::samples::ResidualChannel;
 use crate::split::FORECAST_SHARE;
 use backseat_core::effects;

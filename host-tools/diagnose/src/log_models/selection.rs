@@ -4,6 +4,7 @@
 //! until each that is left is significant beside the others. An entry must gain on the data that choose with the sizes
 //! of the data that fit, and lie within what this vehicle may have. The data that judge take part in none of this.
 
+use super::chosen::{Chosen, Refused, free, refit};
 use super::describe;
 use super::events;
 use super::evidence::{Linearised, columns};
@@ -47,16 +48,6 @@ pub struct LogModelDiagnosis {
     pub scores: [Scores; 2],
     /// With the terms outside the catalogue as well, where any stands.
     pub with_terms: Option<Scores>,
-}
-
-/// Entries that were significant and yet are no explanation, with the reason.
-pub(super) type Refused = (&'static str, String);
-
-/// What the search for effects has come to.
-pub(super) struct Chosen {
-    pub hypotheses: Vec<Hypothesis>,
-    pub theta: Vec<f64>,
-    pub refused: Vec<Refused>,
 }
 
 /// Diagnoses a log by a log model; `None` where θ cannot be fitted at all.
@@ -204,27 +195,6 @@ fn choose<M: LogModel>(
     };
     refused.retain(|(effect, _)| remains(effect));
     Some((Chosen { hypotheses: chosen, theta, refused }, round))
-}
-
-/// Fits what is chosen; the rest is zero.
-pub(super) fn refit<M: LogModel>(fitting: &Fitting<'_, M>, chosen: &[Hypothesis], from: &[f64]) -> Option<Vec<f64>> {
-    let free: Vec<usize> =
-        fitting.model.calibrated().into_iter().chain(chosen.iter().flat_map(|h| h.free.clone())).collect();
-    let guess = fitting.model.guess();
-    let start: Vec<f64> = (0..from.len())
-        .map(|column| match (free.contains(&column), from[column] != 0.0) {
-            (true, true) => from[column],
-            (true, false) => guess[column],
-            (false, _) => 0.0,
-        })
-        .collect();
-    fitting.solve(&free, &start, DataPart::Seen)
-}
-
-/// Columns free with all chosen but one.
-pub(super) fn free(calibrated: &[Column], chosen: &[Hypothesis], but: Option<usize>) -> Vec<Column> {
-    let rest = chosen.iter().enumerate().filter(|(place, _)| Some(*place) != but).flat_map(|(_, h)| columns(&h.free));
-    calibrated.iter().copied().chain(rest).collect()
 }
 
 /// Probability by chance of what a hypothesis adds to `others`, and to the entry whose higher order it is; `None` where

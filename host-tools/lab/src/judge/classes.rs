@@ -2,7 +2,7 @@
 //!
 //! Sizes are log-uniform between what nobody notices and what literature and data sheets still know.
 
-use super::draw::Draw;
+use super::numbers::Draw;
 
 /// One kind of trouble.
 pub struct Class {

@@ -10,6 +10,7 @@
 
 mod classes;
 mod draw;
+mod numbers;
 mod page;
 mod watch;
 

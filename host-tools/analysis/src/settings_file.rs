@@ -1,7 +1,7 @@
 //! Files of settings, all of them TOML: which of them a file is shows in the names at its top; its own reader then
 //! says what is in it, or what is wrong with it.
 
-use super::span;
+use crate::duration::span;
 use crate::mission_file as mission;
 use crate::topside_config as topside;
 use backseat_core::parameters::SECTIONS;
