@@ -112,8 +112,7 @@ enum LabCommand {
     /// Does the board's protection level bound its error: flights drawn over the whole scenario language
     #[command(after_help = "Examples:
   cargo lab judge --runs 20 --classes work --hours 3
-  cargo lab judge --runs 3000 --seed 100000 --store judged.jsonl --out docs/results/integrity.md \\
-      --picture docs/results/integrity.svg")]
+  cargo lab judge --runs 3000 --seed 100000 --store judged.jsonl --out page.md --picture page.svg")]
     Judge(judge::Args),
     /// A planned identification mission against a lawnmower and open-loop inputs
     Plan(identification::PlanArgs),

@@ -89,7 +89,7 @@ fn json_is_one_object() {
         (format!("vehicle check {vehicle}"), 0),
         (format!("navigate {log} --smooth"), 0),
         (format!("navigate {}", at("moment.csv")), 0),
-        (format!("navigate {}", at("absurd.csv")), 1),
+        (format!("navigate {}", at("absurd.csv")), 3),
         (format!("identify {samples}/iver_survey.csv.gz"), 0),
         (format!("diagnose {samples}/iver_survey.csv.gz"), 0),
         (format!("diagnose {}", at("useless.csv")), 1),

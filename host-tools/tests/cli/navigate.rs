@@ -233,7 +233,7 @@ fn broken_input_ends_in_one_line() {
         (&["text.csv"], "text.csv:2:2: depth_m"),
         (&["back.csv"], "back.csv:3:1: t_s"),
         (&["twice.csv"], "twice.csv:1:3"),
-        (&["empty.csv"], "empty.csv: the file is empty"),
+        (&["empty.csv"], "empty.csv: an empty file"),
         (&["nofix.csv"], "no fix of the vehicle"),
         (&["cut.csv.gz"], "cut.csv.gz"),
         (&["log.csv", "--vehicle", "none.toml"], "none.toml: No such file"),

@@ -79,13 +79,14 @@ pub struct Imported {
 /// # Errors
 /// As the reader of the format; a file of no known format is read as a vehicle log. Of what is no log: what it is.
 pub fn read(path: &Path) -> Result<Imported, DataError> {
-    read_known(path).map_err(|error| crate::kinds::instead(path, error))
+    let instead = |error| crate::kinds::instead(path, error);
+    match other_than_table(path).map_err(instead)? {
+        Some((_, read)) => read(path, None),
+        None => read_table(path).map_err(instead),
+    }
 }
 
-fn read_known(path: &Path) -> Result<Imported, DataError> {
-    if let Some((_, read)) = other_than_table(path)? {
-        return read(path, None);
-    }
+fn read_table(path: &Path) -> Result<Imported, DataError> {
     let header = header(path)?;
     check_text(path, &header)?;
     let has =
@@ -223,15 +224,13 @@ fn check_text(path: &Path, header: &str) -> Result<(), DataError> {
 /// # Errors
 /// Where the file does not fit the mapping.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
-    read_by(path, map).map_err(|error| crate::kinds::instead(path, error))
-}
-
-fn read_by(path: &Path, map: &ColumnMap) -> Result<Imported, DataError> {
-    if let Some((_, read)) = other_than_table(path)? {
+    let instead = |error| crate::kinds::instead(path, error);
+    if let Some((_, read)) = other_than_table(path).map_err(instead)? {
         return read(path, Some(map));
     }
     map.check_time()?;
-    noted(path, Imported { format: mapping::NAME, log: engine::read(path, map.format(), map.cells())? })
+    let log = engine::read(path, map.format(), map.cells()).map_err(instead)?;
+    noted(path, Imported { format: mapping::NAME, log })
 }
 
 #[cfg(test)]
