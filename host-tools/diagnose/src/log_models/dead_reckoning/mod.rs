@@ -21,7 +21,7 @@ use backseat_logs::plausible_noise::{Carrier, most_position_error_m};
 use backseat_logs::stats::{Z_95, rms};
 use backseat_logs::{Log, Truth, VehicleFile};
 
-/// Fewest fixes under way, [`SHORTEST_S`] apart, that are worth a fit.
+/// Fewest fixes under way, `SHORTEST_S` apart, that are worth a fit.
 pub const FEWEST: usize = 12;
 const SHORTEST_S: f64 = 5.0;
 /// Time over which a velocity is taken from two fixes, s.
