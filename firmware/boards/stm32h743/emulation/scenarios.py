@@ -10,7 +10,7 @@ import tty
 
 from card import Card
 from hostlink import DONE, HEALTH_GET, PARAMETER_STORE, STEP_DONE, Host, messages, request, step
-from machine import DTCM, Machine
+from machine import AXI, DTCM, DTCM_SIZE, Machine
 
 NEUTRAL = b"$OMP,8080808080,00"
 NOON_S = 1_795_176_000  # 2026-11-20 12:00:00 UTC
@@ -34,10 +34,10 @@ def clock_tree(image, _):
     assert watchdog.first_feed - watchdog.started < 0.5 * watchdog.period(), "the first feed is late"
     close(watchdog.period(), 0.601e9, 1e6)
     filter_at, filter_bytes = machine.symbol("6memory6FILTER")
-    assert DTCM <= filter_at and filter_at + filter_bytes <= machine.stack[0], f"the filter is at {filter_at:#x}"
-    end, start = machine.stack
-    assert start - end >= machine.stack_limit, f"DTCM leaves {start - end} bytes for the stack"
-    machine.measured |= {"filter in DTCM, bytes": filter_bytes, "left for the stack, bytes": start - end}
+    (end, start), (thread_end, _) = machine.stacks.values()
+    assert start <= filter_at and filter_at + filter_bytes <= DTCM + DTCM_SIZE, f"the filter is at {filter_at:#x}"
+    assert (end, thread_end) == (DTCM, AXI), "below a stack is memory: what overflows would overwrite it"
+    machine.measured["filter in DTCM, bytes"] = filter_bytes
     return [machine]
 
 
@@ -97,6 +97,23 @@ def stuck_step(image, _):
         assert took < 0.63, f"reset after {took} s"
         machines.append(machine)
     return machines
+
+
+def stack_overflow(image, _):
+    """A full stack faults before anything is overwritten; neutral fins within a second of it."""
+    machine = Machine(image)
+    machine.run_for(WAIT_S)
+    machine.overflow("3App4step", "interrupts")
+    sent = len(machine.frontseat.sent)
+    machine.run_for(1.2)
+    assert machine.faults and [cause for _, cause in machine.resets] == ["watchdog"], (machine.faults, machine.resets)
+    at = [time for time, _ in machine.frontseat.sent[sent:]]
+    line = bytes(byte for _, byte in machine.frontseat.sent[sent:])
+    assert NEUTRAL in line, f"no neutral fins: {line}"
+    machine.measured["neutral fins after an overflow, s"] = took = (at[line.index(NEUTRAL)] - machine.faults[0][0]) * 1e-9
+    assert took < 1, f"{took} s"
+    machine.paint("interrupts")
+    return [machine]
 
 
 def parameter_store(image, _):
@@ -215,4 +232,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, stuck_step, parameter_store, pulse_per_second, log_card, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, stuck_step, stack_overflow, parameter_store, pulse_per_second, log_card, babbling_lines]

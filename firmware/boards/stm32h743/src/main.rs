@@ -38,9 +38,10 @@ use backseat_wire::hostlink::Oscillator;
 use backup::BackupMemory;
 use card::Card;
 use clocks::ClockSource;
-use cortex_m_rt::{ExceptionFrame, exception};
+use core::arch::asm;
+use cortex_m_rt::{ExceptionFrame, entry, exception};
 use defmt_rtt as _;
-use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -76,8 +77,39 @@ unsafe fn CEC() {
     unsafe { EXECUTOR.on_interrupt() }
 }
 
-#[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+unsafe extern "C" {
+    // of memory.x
+    static _thread_stack_start: u32;
+}
+
+/// Gives thread mode its own stack; the one that the core starts on is the interrupts', the app's among them.
+#[entry]
+fn main() -> ! {
+    // SAFETY: nothing on the stack that is left behind is used again, and `thread` does not return.
+    unsafe {
+        asm!(
+            "msr PSP, {stack}",
+            "msr CONTROL, {own}",
+            "isb",
+            "b {thread}",
+            stack = in(reg) &raw const _thread_stack_start,
+            own = in(reg) 2,
+            thread = sym thread,
+            options(noreturn)
+        )
+    }
+}
+
+extern "C" fn thread() -> ! {
+    let mut executor = Executor::new();
+    // SAFETY: this frame is never left.
+    let executor: &'static mut Executor = unsafe { &mut *(&raw mut executor) };
+    executor.run(|spawner| spawner.spawn(defmt::unwrap!(start_and_store())))
+}
+
+/// Starts the board, then does what may take seconds.
+#[embassy_executor::task]
+async fn start_and_store() {
     let mut watchdog = Watchdog::start();
     let cause = supply::reset_cause();
     let oscillator = clocks::external();
