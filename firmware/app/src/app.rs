@@ -54,6 +54,17 @@ impl App {
         }
     }
 
+    /// This image has a build ID that begins so.
+    pub fn set_build(&mut self, build: u32) {
+        self.backseat.host.build = build;
+    }
+
+    /// See [`Self::set_build`]; 0 without.
+    #[must_use]
+    pub fn build(&self) -> u32 {
+        self.backseat.host.build
+    }
+
     /// Forgets everything but parameters and mission, as a power-up would.
     pub fn restart(&mut self) {
         self.backseat.restart();
