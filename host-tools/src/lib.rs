@@ -3,10 +3,12 @@
 
 mod bench;
 mod board;
+mod bridge;
 mod check;
 mod diagnose;
 mod effect;
 mod export;
+mod foxglove;
 mod identify;
 mod info;
 mod log_input;
@@ -72,6 +74,7 @@ enum Command {
     Mission(mission::Args),
     Params(params::Args),
     Monitor(monitor::Args),
+    Bridge(bridge::Args),
     Check(check::Args),
     Topside(topside::Args),
     /// Print the completion script of a shell
@@ -154,6 +157,7 @@ pub fn command_line(given: impl Iterator<Item = OsString>) -> ExitCode {
         Command::Mission(args) => mission::run(&args).map(Outcome::from),
         Command::Params(args) => params::run(&args).map(Outcome::from),
         Command::Monitor(args) => monitor::run(&args).map(Outcome::from),
+        Command::Bridge(args) => bridge::run(&args).map(Outcome::from),
         Command::Topside(args) => topside::run(&args).map(Outcome::from),
         Command::Check(args) => check::run(&args).map(Outcome::from),
         Command::Completions { shell } => {

@@ -366,6 +366,7 @@ fn measured(row: &LogRow, out: &mut dyn FnMut(Found<'_>)) {
     }
 }
 
-fn frame(settings: &AppSettings) -> LocalFrame {
+/// The local frame of these parameters.
+pub fn frame(settings: &AppSettings) -> LocalFrame {
     LocalFrame::new(settings.origin_lat_deg, settings.origin_lon_deg)
 }

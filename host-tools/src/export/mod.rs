@@ -1,6 +1,6 @@
 //! `backseat export`: a log as tables for anybody, and for Foxglove.
 
-mod decode;
+pub mod decode;
 mod foxglove;
 mod tables;
 
@@ -10,7 +10,7 @@ use backseat_report::console::{self, Progress};
 use backseat_wire::hostlink::Port;
 use clap::ArgGroup;
 use decode::Decoding;
-use foxglove::{Foxglove, Written};
+use foxglove::Written;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use tables::Tables;
@@ -71,14 +71,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Reader::open(&args.log)?;
     let utc_offset_us = args.foxglove.as_ref().map(|_| utc_offset_us(&args.log)).transpose()?.flatten();
     let mut tables = args.csv.as_ref().map(|folder| Tables::create(folder, args.force)).transpose()?;
-    let mut foxglove = args
+    let mut topics = args
         .foxglove
         .as_ref()
         .map(|path| {
             if is_same(path, &args.log) {
                 bail!("{}: is the log itself", path.display());
             }
-            Foxglove::create(path, args.force, utc_offset_us.map_or(0, |us| i64::try_from(us).unwrap_or(0)))
+            foxglove::create(path, args.force, utc_offset_us.map_or(0, |us| i64::try_from(us).unwrap_or(0)))
         })
         .transpose()?;
     let mut board_heard = false;
@@ -90,15 +90,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             if let (Ok(()), Some(tables)) = (&outcome, &mut tables) {
                 outcome = tables.take(&found);
             }
-            if let (Ok(()), Some(foxglove)) = (&outcome, &mut foxglove) {
-                outcome = foxglove.take(&found, frame);
+            if let (Ok(()), Some(topics)) = (&outcome, &mut topics) {
+                outcome = topics.take(&found, frame);
             }
         });
         outcome
     })?;
     let outcome = ExportSummary {
         tables: tables.map(Tables::finish).transpose()?,
-        foxglove: foxglove.map(Foxglove::finish).transpose()?,
+        foxglove: topics.map(foxglove::finish).transpose()?,
         damage,
         parameters_known: decoding.parameters_known,
         board_heard,

@@ -1,72 +1,67 @@
-//! `--foxglove`: an MCAP file of well-known schemas, and a layout beside it.
+//! What Foxglove is told: topics of its well-known schemas and of ours, in a file (`export --foxglove`) or live (`bridge`).
 
 mod messages;
 
-use super::decode::{EventKind, Found, What};
-use anyhow::Context;
+use crate::export::decode::{EventKind, Found, What};
 use backseat_app::LocalFrame;
-use backseat_logs::output::{Existing, check, write};
 use backseat_logs::session::{EstimatesRow, FusionRow, TelemetryRow};
 use backseat_logs::{Column, LogRow};
 use backseat_wire::hostlink::{Mode, Telemetry};
-use mcap::records::MessageHeader;
-use mcap::{Compression, WriteOptions};
 use messages::Message;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, HashMap};
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
 
-const LAYOUT: &str = include_str!("../../../foxglove/layout.json");
+/// The layout that shows these topics.
+pub const LAYOUT: &str = include_str!("../../foxglove/layout.json");
 /// On the map and in the track a position a second is enough.
 const TRACK_NS: u64 = 1_000_000_000;
 
-/// The file under way.
-pub struct Foxglove {
-    path: PathBuf,
-    layout: PathBuf,
-    mcap: mcap::Writer<BufWriter<File>>,
+/// Where messages go.
+pub trait Sink {
+    /// A topic that is new, with the JSON schema of its messages; the number that they come with.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    fn channel(&mut self, topic: &str, schema: &str, json_schema: &[u8]) -> anyhow::Result<u16>;
+
+    /// One message, JSON; nanoseconds since 1970.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    fn message(&mut self, channel: u16, time_ns: u64, json: &[u8]) -> anyhow::Result<()>;
+}
+
+/// The topics of one sink.
+pub struct Topics<S> {
+    pub sink: S,
     channels: HashMap<String, u16>,
     /// Nanoseconds since 1970 of the log's time zero.
-    zero_ns: i64,
+    pub zero_ns: i64,
     tracked_ns: Option<u64>,
     track: Vec<Value>,
     track_began_ns: u64,
-    messages: u64,
-}
-
-/// What was written.
-pub struct Written {
-    pub path: PathBuf,
-    pub layout: PathBuf,
+    /// Handed to the sink so far.
     pub messages: u64,
 }
 
-impl Foxglove {
-    /// Begins the file; `utc_offset_us` is UTC at the log's time zero, 0 where it is not known.
-    pub fn create(path: &Path, force: bool, utc_offset_us: i64) -> anyhow::Result<Self> {
-        let layout = path.with_extension("layout.json");
-        let existing = if force { Existing::Replace } else { Existing::Keep };
-        check(path, existing)?;
-        write(&layout, existing, |file| file.write_all(LAYOUT.as_bytes()))?;
-        let file = File::create(path).with_context(|| path.display().to_string())?;
-        let options = WriteOptions::new()
-            .library(concat!("backseat ", env!("CARGO_PKG_VERSION")))
-            .compression(Some(Compression::Lz4));
-        Ok(Self {
-            mcap: options.create(BufWriter::new(file)).with_context(|| path.display().to_string())?,
-            path: path.to_owned(),
-            layout,
+impl<S: Sink> Topics<S> {
+    /// `utc_offset_us` is UTC at the log's time zero, 0 where it is not known.
+    pub fn new(sink: S, utc_offset_us: i64) -> Self {
+        Self {
+            sink,
             channels: HashMap::new(),
             zero_ns: utc_offset_us.saturating_mul(1000),
             tracked_ns: None,
             track: Vec::new(),
             track_began_ns: 0,
             messages: 0,
-        })
+        }
     }
 
+    /// What was decoded.
+    ///
+    /// # Errors
+    /// It cannot be written.
     pub fn take(&mut self, found: &Found<'_>, frame: LocalFrame) -> anyhow::Result<()> {
         let time_ns = found.time_us.saturating_mul(1000).saturating_add_signed(self.zero_ns);
         match &found.what {
@@ -142,38 +137,33 @@ impl Foxglove {
     }
 
     fn put(&mut self, topic: &str, time_ns: u64, mut message: Message) -> anyhow::Result<()> {
-        let channel_id = match self.channels.get(topic) {
-            Some(id) => *id,
+        let channel = match self.channels.get(topic) {
+            Some(channel) => *channel,
             None => {
                 let schema = serde_json::to_vec(&messages::schema_of(message.schema, &message.json))?;
-                let schema_id = self.mcap.add_schema(message.schema, "jsonschema", &schema)?;
-                let id = self.mcap.add_channel(schema_id, topic, "json", &BTreeMap::new())?;
-                self.channels.insert(topic.to_owned(), id);
-                id
+                let channel = self.sink.channel(topic, message.schema, &schema)?;
+                self.channels.insert(topic.to_owned(), channel);
+                channel
             }
         };
-        let header = MessageHeader { channel_id, sequence: 0, log_time: time_ns, publish_time: time_ns };
         // What is missing is left out: a schema has one type for each field.
         if let Value::Object(fields) = &mut message.json {
             fields.retain(|_, value| !value.is_null());
         }
-        let text = serde_json::to_vec(&message.json)?;
         self.messages += 1;
-        let written = self.mcap.write_to_known_channel(&header, &text);
-        written.with_context(|| self.path.display().to_string())
+        self.sink.message(channel, time_ns, &serde_json::to_vec(&message.json)?)
     }
 
-    /// Ends the file.
-    pub fn finish(mut self) -> anyhow::Result<Written> {
+    /// The whole track, and the sink.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn finish(mut self) -> anyhow::Result<(S, u64)> {
         if !self.track.is_empty() {
             let track = messages::poses_in_frame(self.track_began_ns, std::mem::take(&mut self.track));
             self.put("/vehicle/track", self.track_began_ns, track)?;
         }
-        let Self { path, layout, mut mcap, messages, .. } = self;
-        let place = || path.display().to_string();
-        mcap.finish().with_context(place)?;
-        mcap.into_inner().flush().with_context(place)?;
-        Ok(Written { path, layout, messages })
+        Ok((self.sink, self.messages))
     }
 }
 

@@ -5,12 +5,11 @@ mod link;
 mod model;
 mod view;
 
-pub use model::words;
+pub use link::{Link, News};
+pub use model::{Model, words};
 
 use anyhow::{Context, bail};
 use backseat_link::board::PortName;
-use link::{Link, News};
-use model::Model;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -56,7 +55,8 @@ pub struct Args {
     time: Option<Duration>,
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+/// A time span of an option.
+pub fn seconds(text: &str) -> Result<Duration, String> {
     let seconds: f64 = text.parse().map_err(|_| format!("{text}: expected a number of seconds"))?;
     Duration::try_from_secs_f64(seconds).map_err(|_| format!("{text}: expected a positive number of seconds"))
 }
