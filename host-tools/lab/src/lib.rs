@@ -8,6 +8,7 @@ pub mod consistency;
 mod diagnosis_accuracy;
 mod ensemble;
 pub mod experiment;
+pub mod fault_table;
 mod flights;
 pub mod geometry;
 pub mod identification;
@@ -114,6 +115,8 @@ enum LabCommand {
   cargo lab judge --runs 20 --classes work --hours 3
   cargo lab judge --runs 3000 --seed 100000 --store judged.jsonl --out page.md --picture page.svg")]
     Judge(judge::Args),
+    /// Fly every fault of the table and judge how the backseat copes
+    Faults(fault_table::Args),
     /// A planned identification mission against a lawnmower and open-loop inputs
     Plan(identification::PlanArgs),
     /// Whether a log that is recorded wrongly is told, and one that is recorded rightly is not
@@ -150,6 +153,7 @@ impl Lab {
             LabCommand::Identification(arguments) => arguments.run(),
             LabCommand::FaultDetection(arguments) => arguments.run(),
             LabCommand::Judge(arguments) => judge::run(arguments),
+            LabCommand::Faults(arguments) => fault_table::run(arguments),
             LabCommand::Plan(arguments) => arguments.run(),
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),
