@@ -18,6 +18,7 @@ pub mod navigation;
 pub mod packet_navigation;
 pub mod reproduce;
 mod sampled_lqr;
+mod single_logs;
 mod store;
 mod wrong_recordings;
 
@@ -119,6 +120,8 @@ enum LabCommand {
     Faults(fault_table::Args),
     /// A planned identification mission against a lawnmower and open-loop inputs
     Plan(identification::PlanArgs),
+    /// Diagnose the log of a glider, a pinger, transponders or a pair of thrusters: models of one public log each
+    SingleLog(single_logs::Args),
     /// Whether a log that is recorded wrongly is told, and one that is recorded rightly is not
     WrongRecordings(wrong_recordings::Args),
     /// Join the stores of the parts of an ensemble
@@ -155,6 +158,7 @@ impl Lab {
             LabCommand::Judge(arguments) => judge::run(arguments),
             LabCommand::Faults(arguments) => fault_table::run(arguments),
             LabCommand::Plan(arguments) => arguments.run(),
+            LabCommand::SingleLog(arguments) => single_logs::run(arguments),
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),
         }
