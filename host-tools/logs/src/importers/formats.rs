@@ -34,23 +34,24 @@ struct Written {
     columns: Vec<WrittenColumn>,
 }
 
+/// A column, or a number of a message: (value + offset) * scale * unit is what it becomes.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenColumn {
-    column: String,
+pub(super) struct WrittenColumn {
+    pub column: String,
     to: String,
     unit: Option<String>,
     #[serde(default = "one")]
     scale: f64,
     #[serde(default)]
-    offset: f64,
+    pub offset: f64,
 }
 
 fn comma() -> String {
     ",".to_owned()
 }
 
-fn one() -> f64 {
+pub(super) fn one() -> f64 {
     1.0
 }
 
@@ -60,10 +61,13 @@ pub(super) static FORMATS: LazyLock<Vec<(Vec<String>, Format)>> = LazyLock::new(
     file.format.into_iter().map(|written| (written.header.clone(), format(written))).collect()
 });
 
+fn column_of(name: &str) -> Column {
+    Column::from_name(name).expect("our own files name columns of the vehicle log")
+}
+
 fn format(written: Written) -> Format {
-    let column_of = |name: &String| Column::from_name(name).expect("formats.toml names columns of the vehicle log");
     Format {
-        columns: written.columns.iter().map(|w| Known { name: w.column.clone(), role: w.role(column_of) }).collect(),
+        columns: written.columns.iter().map(|w| Known { name: w.column.clone(), role: w.role() }).collect(),
         constants: written.constants.iter().map(|(name, value)| (column_of(name), *value)).collect(),
         name: written.name,
         separators: written.separators.into_bytes(),
@@ -75,7 +79,13 @@ fn format(written: Written) -> Format {
 }
 
 impl WrittenColumn {
-    fn role(&self, column_of: impl Fn(&String) -> Column) -> Role {
+    /// The column of the vehicle log, and the factor to its unit.
+    pub(super) fn sample(&self) -> (Column, f64) {
+        let unit = self.unit.as_ref().map_or(1.0, |unit| unit_factor(&self.to, unit).expect("a unit of mappings"));
+        (column_of(&self.to), self.scale * unit)
+    }
+
+    fn role(&self) -> Role {
         match self.to.as_str() {
             "seconds" => Role::Seconds(self.scale),
             "epoch" => Role::Epoch(self.scale),
@@ -88,9 +98,9 @@ impl WrittenColumn {
             "fix_status" => Role::FixStatus,
             "run" => Role::Run,
             "label_of_station" => Role::Label(Column::Station),
-            name => {
-                let unit = self.unit.as_ref().map_or(1.0, |unit| unit_factor(name, unit).expect("a unit of mappings"));
-                Role::Sample { column: column_of(&self.to), scale: self.scale * unit, offset: self.offset }
+            _ => {
+                let (column, scale) = self.sample();
+                Role::Sample { column, scale, offset: self.offset }
             }
         }
     }

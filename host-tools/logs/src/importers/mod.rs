@@ -18,6 +18,7 @@ mod line_time;
 mod lsf;
 mod mapping;
 mod mavlink;
+mod message_tables;
 mod messages;
 mod origin;
 mod pd0_file;
