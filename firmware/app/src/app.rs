@@ -1,6 +1,8 @@
 //! The app from outside: ports in, steps, ports out.
 
 use crate::backseat::Backseat;
+#[cfg(feature = "static-filter")]
+use crate::estimator::Estimator;
 use crate::estimator::FilterPlace;
 use crate::health::Health;
 use crate::host::{HOST_RING, send};
@@ -9,6 +11,8 @@ use crate::requests;
 use crate::ring::Ring;
 use backseat_wire::Counts;
 use backseat_wire::hostlink::{self, FromBoard, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard};
+#[cfg(feature = "static-filter")]
+use core::mem::offset_of;
 
 /// The backseat: lives in a static, never moves, never blocks, never reads a clock.
 pub struct App {
@@ -34,6 +38,12 @@ impl App {
         Self::with(filter)
     }
 
+    /// Offset of the reference to the filter, bytes; all others of a new app are zero. So a board makes its app in place:
+    /// by value it would pass over the stack, and a copy to start from takes 100 kB of flash.
+    #[cfg(feature = "static-filter")]
+    pub const FILTER_PLACE: usize =
+        offset_of!(Self, backseat) + offset_of!(Backseat, estimator) + Estimator::FILTER_PLACE;
+
     const fn with(filter: FilterPlace) -> Self {
         Self {
             decoder: hostlink::Decoder::new(),
@@ -42,6 +52,17 @@ impl App {
             announced: None,
             backseat: Backseat::new(filter),
         }
+    }
+
+    /// This image has a build ID that begins so.
+    pub fn set_build(&mut self, build: u32) {
+        self.backseat.host.build = build;
+    }
+
+    /// See [`Self::set_build`]; 0 without.
+    #[must_use]
+    pub fn build(&self) -> u32 {
+        self.backseat.host.build
     }
 
     /// Forgets everything but parameters and mission, as a power-up would.

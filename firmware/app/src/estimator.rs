@@ -82,6 +82,10 @@ pub struct Estimator {
 }
 
 impl Estimator {
+    /// Offset of the filter's place in it, bytes.
+    #[cfg(feature = "static-filter")]
+    pub const FILTER_PLACE: usize = core::mem::offset_of!(Self, navigator);
+
     pub const fn new(navigator: FilterPlace) -> Self {
         Self {
             navigator,

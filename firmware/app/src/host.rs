@@ -29,6 +29,8 @@ pub struct Host {
     pub key_us: u64,
     /// Why the board started.
     pub last_restart: Held<Restart>,
+    /// Which image this is, for `Hello`.
+    pub build: u32,
 }
 
 impl Host {
@@ -39,6 +41,7 @@ impl Host {
             unlocked_us: 0,
             key_us: 0,
             last_restart: Held::none(),
+            build: 0,
         }
     }
 

@@ -84,6 +84,7 @@ impl App {
         };
         let navigation = navigation.or_else(waiting);
         let utc_us = clock.utc_us(now_us).filter(|_| clock.is_fine());
-        RestartRecord { sequence: last.sequence.wrapping_add(1), powered_us, resets: last.resets, navigation, utc_us }
+        let (sequence, resets, under_way) = (last.sequence.wrapping_add(1), last.resets, self.is_under_way());
+        RestartRecord { sequence, powered_us, under_way, resets, navigation, utc_us }
     }
 }

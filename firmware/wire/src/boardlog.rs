@@ -16,7 +16,6 @@ pub const VALUES: usize = 32;
 
 /// One record; times are board time, µs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(clippy::large_enum_variant, reason = "there is no allocator to box the large one")]
 pub enum LogRecord<'a> {
     /// The board started; its time begins at 0.
     Start {
@@ -24,6 +23,8 @@ pub enum LogRecord<'a> {
         firmware: &'a str,
         /// Version of the parameter list.
         parameter_schema: u16,
+        /// First four bytes of the image's build ID; 0: it has none.
+        build: u32,
         /// Why it started.
         restart: Restart,
         /// The restart record that was found, as it was stored; empty when there was none.
@@ -90,9 +91,9 @@ mod tests {
     #[test]
     fn records_come_back_and_a_cut_costs_the_last_one() {
         let bytes: StdVec<u8> = (0..=255).collect();
-        let restart = Restart { cause: ResetCause::Watchdog, resets: 2, safe: false };
+        let restart = Restart { cause: ResetCause::Watchdog, resets: 2, safe: false, crash: None };
         let records = [
-            LogRecord::Start { firmware: "backseat 0.1.0", parameter_schema: 1, restart, record: &[0; 112] },
+            LogRecord::Start { firmware: "backseat 0.1.0", parameter_schema: 1, build: 7, restart, record: &[0; 112] },
             LogRecord::Parameters { first: 32, values: (0..VALUES).map(|i| i as f64 - 0.5).collect() },
             LogRecord::Received { port: Port::Dvl, time_us: 7, bytes: &bytes },
             LogRecord::Sent { port: Port::Host, time_us: u64::MAX, bytes: &[] },

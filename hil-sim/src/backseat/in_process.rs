@@ -110,7 +110,8 @@ impl InProcess {
         let mut started = vec![Event::Start {
             firmware: env!("CARGO_PKG_VERSION").to_owned(),
             parameter_schema: PARAMETER_SCHEMA,
-            restart: record.report(cause),
+            build: 0,
+            restart: record.report(cause, None),
             record: last.encode().to_vec(),
         }];
         self.record = record;
@@ -118,7 +119,7 @@ impl InProcess {
         let found = self.with_flash(|flash| flash.load(&mut stored).is_ok()) == Some(true);
         *self = Self { flash: std::mem::take(&mut self.flash), record, ..Self::new() };
         self.app.restore(found.then_some(&stored));
-        self.app.resume(record.report(cause), &response);
+        self.app.resume(record.report(cause, None), &response);
         if found {
             let value = |parameter: &Parameter| (parameter.name.to_owned(), parameter.get(&stored));
             started.push(Event::Parameters(PARAMETERS.iter().map(value).collect()));

@@ -101,6 +101,6 @@ pub fn examine(name: &'static str, image: &Path) -> anyhow::Result<Image> {
         flash: share(&[".vector_table", ".text", ".rodata", ".data"], "_limit_flash")?,
         dtcm: share(&[".data", ".bss", ".uninit"], "_limit_dtcm")?,
         axi: share(&[".axisram", ".axizero"], "_limit_axi")?,
-        stack_limit: limit("_limit_stack")?,
+        stack_limit: limit("_stack_start")? - limit("_stack_end")?,
     })
 }

@@ -104,7 +104,7 @@ pub fn restart_record(data: &[u8]) {
     let (response, next) = RestartRecord::respond(cause, found.as_ref());
     assert_eq!(RestartRecord::decode(&next.encode()), Some(next));
     let mut app = Box::new(App::new());
-    app.resume(next.report(cause), &response);
+    app.resume(next.report(cause, None), &response);
     for step in 1..4 {
         app.step(step * 100_000);
     }

@@ -97,19 +97,21 @@ pub fn lines(look: &Look) -> Vec<CheckLine> {
 }
 
 fn firmware(identity: &Identity) -> CheckLine {
-    let Identity { firmware, schema, .. } = identity;
+    let Identity { firmware, schema, build, .. } = identity;
     let same = *schema == PARAMETER_SCHEMA;
     let other = if same { String::new() } else { format!("; this program knows version {PARAMETER_SCHEMA}") };
     let verdict = if same { Verdict::Pass } else { Verdict::Note };
-    CheckLine::new(verdict, "firmware", format!("{firmware}, parameter list version {schema}{other}"))
+    let image = if *build == 0 { String::new() } else { format!(", image {build:08x}") };
+    CheckLine::new(verdict, "firmware", format!("{firmware}{image}, parameter list version {schema}{other}"))
 }
 
 fn restart(restart: Option<&Restart>) -> CheckLine {
-    let Some(Restart { cause, resets, safe }) = restart else {
+    let Some(Restart { cause, resets, safe, crash }) = restart else {
         return CheckLine::new(Verdict::Note, "last start", "cause unknown to the board");
     };
     let barred = if *safe { "; too many in ten minutes: safe mode" } else { "" };
-    let found = format!("{cause:?}; {resets} resets by a fault since power-on{barred}");
+    let before = crash.map_or(String::new(), |crash| format!("; before it: {crash}"));
+    let found = format!("{cause:?}; {resets} resets by a fault since power-on{barred}{before}");
     CheckLine::new(Verdict::of(*resets == 0 && !safe), "last start", found)
 }
 
@@ -298,7 +300,7 @@ mod tests {
             oscillator: Oscillator::Crystal,
         };
         Look {
-            identity: Identity { firmware: String::new(), schema: PARAMETER_SCHEMA, restart: None },
+            identity: Identity { firmware: String::new(), schema: PARAMETER_SCHEMA, build: 0, restart: None },
             parameters: Vec::new(),
             waypoints: 0,
             counters: (health(before), health(after)),

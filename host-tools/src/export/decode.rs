@@ -147,8 +147,13 @@ impl Decoding {
             Event::Oscillator(oscillator) => {
                 say(EventKind::Recorder, format!("the board's clock counts: {oscillator:?}"))
             }
-            Event::Start { firmware, restart, .. } => {
-                say(EventKind::Start, format!("board started, firmware {firmware}, {:?}", restart.cause));
+            Event::Start { firmware, build, restart, .. } => {
+                let crash = restart.crash.map_or(String::new(), |crash| format!("; before: {crash}"));
+                let cause = restart.cause;
+                say(
+                    EventKind::Start,
+                    format!("board started, firmware {firmware} (image {build:08x}), {cause:?}{crash}"),
+                );
             }
             Event::Restart => say(EventKind::Start, "clock at zero".to_owned()),
             Event::Note(note) => say(EventKind::Recorder, note.clone()),

@@ -45,7 +45,9 @@ impl Host {
                     continue;
                 }
                 ToBoard::Step(_) => FromBoard::Refused(Refusal::OwnClock),
-                ToBoard::Hello => FromBoard::Hello { firmware: env!("CARGO_PKG_VERSION"), parameter_schema: 0 },
+                ToBoard::Hello => {
+                    FromBoard::Hello { firmware: env!("CARGO_PKG_VERSION"), parameter_schema: 0, build: 0 }
+                }
                 ToBoard::KeyBegin => FromBoard::Key { set: topside.config().key.is_set() },
                 ToBoard::KeySet(key) => {
                     topside.set_key(key);

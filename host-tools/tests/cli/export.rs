@@ -233,7 +233,7 @@ impl Recorder for Card {
 fn a_boards_log_gives_the_same_tables() {
     let folder = tempfile::tempdir().unwrap();
     let mut card = Card::default();
-    let restart = Restart { cause: ResetCause::PowerOn, resets: 0, safe: false };
+    let restart = Restart { cause: ResetCause::PowerOn, resets: 0, safe: false, crash: None };
     record_start(&mut card, &App::new(), restart, &[]);
     for Entry { time_us, event } in FLIGHT.entries() {
         match event {

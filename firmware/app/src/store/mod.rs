@@ -1,17 +1,20 @@
-//! State that survives a reset: parameters in flash, the restart record.
+//! State that survives a reset: parameters in flash, the records of a restart and of a crash.
 //!
 //! | module | concept |
 //! |---|---|
 //! | `record` | layout of one copy of the parameter set |
 //! | `flash` | two copies in flash, of which a power cut can hurt only one |
+//! | `crash` | what a fault or panic leaves behind |
 //! | `restart` | the record of each step, and how to start after a reset |
 //!
 //! All of it is plain data behind byte slices and `embedded-storage`; the board owns the memory.
 
+mod crash;
 mod flash;
 mod record;
 mod restart;
 
+pub use crash::{CRASH_BYTES, decode_crash, encode_crash};
 pub use flash::{Geometry, ParameterFlash, SaveError};
 pub use record::{Refused, WORD};
 pub use restart::{

@@ -4,7 +4,7 @@
 //! Times are *powered* time: board time, carried on across resets.
 
 use backseat_core::dynamics::VehicleParameters;
-use backseat_wire::hostlink::{CRC, ResetCause, Restart};
+use backseat_wire::hostlink::{CRC, Crash, ResetCause, Restart};
 use serde::{Deserialize, Serialize};
 
 /// Bytes of a record, a multiple of the word of any backup memory.
@@ -15,7 +15,7 @@ pub const SAFE_AFTER: usize = 3;
 pub const SAFE_WITHIN_US: u64 = 600_000_000;
 
 /// Layout of the record; a record of another firmware is not read.
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 
 /// Resets by a fault since the supply was switched on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,6 +59,8 @@ pub struct RestartRecord {
     pub sequence: u32,
     /// Powered time of the record, µs.
     pub powered_us: u64,
+    /// A mission is under way.
+    pub under_way: bool,
     /// Resets so far.
     pub resets: ResetHistory,
     /// `None` while the position is not known.
@@ -86,6 +88,8 @@ pub enum Response {
 /// From a record's step to the board's new time 0, µs: in the middle for a watchdog of 0.6 s that is fed up to 0.3 s
 /// after a step, 0.57 to 0.93 s, its clock's tolerance included.
 const WATCHDOG_DOWN_US: u64 = 750_000;
+/// The same for a fault, which resets the board at once, µs: half a step and the start.
+const FAULT_DOWN_US: u64 = 100_000;
 /// The same where nobody knows how long the board was off, µs: drag halves the speed of a torpedo in some ten seconds.
 const UNKNOWN_DOWN_US: u64 = 10_000_000;
 
@@ -154,34 +158,39 @@ impl RestartRecord {
     /// reaches its first step counts its resets too.
     #[must_use]
     pub fn respond(cause: ResetCause, last: Option<&Self>) -> (Response, Self) {
-        let (true, Some(last)) = (is_fault(cause), last) else {
+        // nobody presses the button or programs under way: the pin has caught a disturbance
+        let is_fault = is_fault(cause) || last.is_some_and(|last| last.under_way);
+        let (true, Some(last)) = (is_fault, last) else {
             // Whoever switches the supply, presses the button or programs begins anew; the sequence goes on,
             // so that an old record does not win later.
             let sequence = last.map_or(0, |last| last.sequence.wrapping_add(1));
             let mut new = Self { sequence, ..Self::default() };
-            if is_fault(cause) {
+            if is_fault {
                 new.resets.note(0);
                 return (Response::Resume { navigation: None, utc_us: None }, new);
             }
             return (Response::Fresh, new);
         };
-        let mut new = Self { sequence: last.sequence.wrapping_add(1), ..*last };
+        let mut new = Self { sequence: last.sequence.wrapping_add(1), under_way: false, ..*last };
         new.resets.note(last.powered_us);
         if new.resets.too_many() {
             return (Response::Safe, new);
         }
-        // the duration of a brown-out is unknown
-        let watchdog = cause == ResetCause::Watchdog;
-        let utc_us = last.utc_us.filter(|_| watchdog).map(|us| us.saturating_add(WATCHDOG_DOWN_US));
-        let down_us = if watchdog { WATCHDOG_DOWN_US } else { UNKNOWN_DOWN_US };
+        let down_us = match cause {
+            ResetCause::Watchdog => Some(WATCHDOG_DOWN_US),
+            ResetCause::Fault => Some(FAULT_DOWN_US),
+            _ => None,
+        };
+        let utc_us = last.utc_us.zip(down_us).map(|(us, down_us)| us.saturating_add(down_us));
+        let down_us = down_us.unwrap_or(UNKNOWN_DOWN_US);
         let navigation = last.navigation.map(|before| Navigation { down_us, ..before });
         (Response::Resume { navigation, utc_us }, new)
     }
 
     /// As the host link reports it.
     #[must_use]
-    pub fn report(&self, cause: ResetCause) -> Restart {
-        Restart { cause, resets: self.resets.count, safe: self.resets.too_many() && is_fault(cause) }
+    pub fn report(&self, cause: ResetCause, crash: Option<Crash>) -> Restart {
+        Restart { cause, resets: self.resets.count, safe: self.resets.too_many(), crash }
     }
 }
 
@@ -232,6 +241,7 @@ mod tests {
         let longest = RestartRecord {
             sequence: u32::MAX,
             powered_us: u64::MAX,
+            under_way: true,
             resets: ResetHistory { count: u32::MAX, times_us: [Some(u64::MAX); SAFE_AFTER] },
             navigation: record(0, 0).navigation,
             utc_us: Some(u64::MAX),
@@ -319,9 +329,14 @@ mod tests {
     }
 
     #[test]
-    fn utc_outlasts_the_watchdog_alone() {
+    fn utc_outlasts_a_reset_of_known_length() {
         let last = RestartRecord { utc_us: Some(5_000_000), ..record(0, 0) };
-        for (cause, expected_us) in [(ResetCause::Watchdog, Some(5_750_000)), (ResetCause::BrownOut, None)] {
+        let causes = [
+            (ResetCause::Watchdog, Some(5_750_000)),
+            (ResetCause::Fault, Some(5_100_000)),
+            (ResetCause::BrownOut, None),
+        ];
+        for (cause, expected_us) in causes {
             let (response, _) = RestartRecord::respond(cause, Some(&last));
             let Response::Resume { navigation, utc_us } = response else { panic!("{response:?}") };
             assert_eq!((utc_us, navigation.map(|n| n.sigma_m)), (expected_us, Some(4.0)));
@@ -347,7 +362,9 @@ mod tests {
         assert_eq!(resets_at(&[1, 5, 12]).0, [resume; 3]);
         let (responses, last) = resets_at(&[1, 5, 12, 14]);
         assert_eq!(responses, [resume, resume, resume, Response::Safe]);
-        assert_eq!(last.report(ResetCause::Watchdog), Restart { cause: ResetCause::Watchdog, resets: 4, safe: true });
+        let crash = Some(Crash::at("src/board/main.rs", 7));
+        let reported = last.report(ResetCause::Watchdog, crash);
+        assert_eq!(reported, Restart { cause: ResetCause::Watchdog, resets: 4, safe: true, crash });
     }
 
     /// A programmer resets by software, over and over.
@@ -360,6 +377,18 @@ mod tests {
                 (Response::Fresh, ResetHistory::default(), 8),
                 "{cause:?}"
             );
+        }
+    }
+
+    /// Under way neither the pin nor a programmer begins anew.
+    #[test]
+    fn any_reset_under_way_stops_and_carries_on() {
+        let last = RestartRecord { under_way: true, ..record(7, MINUTE_US) };
+        for cause in [ResetCause::PowerOn, ResetCause::Pin, ResetCause::Software] {
+            let (response, new) = RestartRecord::respond(cause, Some(&last));
+            let navigation = last.navigation.map(|n| Navigation { down_us: UNKNOWN_DOWN_US, ..n });
+            assert_eq!(response, Response::Resume { navigation, utc_us: None }, "{cause:?}");
+            assert_eq!((new.resets.count, new.under_way), (1, false));
         }
     }
 

@@ -10,7 +10,7 @@ use backseat_wire::boardlog::LogRecord;
 use backseat_wire::hostlink::{Decoder, MAX_FRAME, Port, ResetCause, Restart, ToBoard, encode};
 use backseat_wire::ship_state::Key;
 
-const RESTART: Restart = Restart { cause: ResetCause::PowerOn, resets: 0, safe: false };
+const RESTART: Restart = Restart { cause: ResetCause::PowerOn, resets: 0, safe: false, crash: None };
 
 /// A log in memory.
 #[derive(Default)]

@@ -83,7 +83,7 @@ fn reset(board: &Direct, record: RestartRecord) -> (Direct, Response) {
     assert_eq!(found, record);
     let (response, next) = RestartRecord::respond(ResetCause::Watchdog, Some(&found));
     let mut board = Direct::new(None);
-    board.app_mut().resume(next.report(ResetCause::Watchdog), &response);
+    board.app_mut().resume(next.report(ResetCause::Watchdog, None), &response);
     (board, response)
 }
 
@@ -95,6 +95,9 @@ fn after_a_watchdog_reset_it_stops_and_navigates_on_as_degraded() {
     world.run(&mut board, 30);
     let before = last(&mut board);
     assert!(before.leg.is_some());
+    let record = board.app().restart_record(&RestartRecord::default(), 20_000_000);
+    let (response, _) = RestartRecord::respond(ResetCause::Pin, Some(&record));
+    assert!(matches!(response, Response::Resume { .. }), "under way nobody presses the button: {response:?}");
 
     let (_, response) = reset(&board, RestartRecord::default());
     let Response::Resume { navigation: Some(navigation), utc_us: Some(utc_us) } = response else {
@@ -105,7 +108,7 @@ fn after_a_watchdog_reset_it_stops_and_navigates_on_as_degraded() {
     // the board's time begins anew; the world's UTC would begin anew as well
     let response = Response::Resume { navigation: Some(navigation), utc_us: Some(START_S * 1_000_000 + 200_000) };
     let mut board = Direct::new(None);
-    board.app_mut().resume(Restart { cause: ResetCause::Watchdog, resets: 1, safe: false }, &response);
+    board.app_mut().resume(Restart { cause: ResetCause::Watchdog, resets: 1, safe: false, crash: None }, &response);
     let x = world.x;
     let mut world = World::new();
     world.x = x;
@@ -119,7 +122,7 @@ fn after_a_watchdog_reset_it_stops_and_navigates_on_as_degraded() {
     let error_m = world.error_m(&after);
     let sigma_m = libm::hypot(after.sigma[X], after.sigma[Y]);
     assert!(sigma_m > before.sigma[X] && error_m < 3.0 * sigma_m, "{error_m} m of {sigma_m} m");
-    assert_eq!(board.heard().restarts, [Restart { cause: ResetCause::Watchdog, resets: 1, safe: false }]);
+    assert_eq!(board.heard().restarts, [Restart { cause: ResetCause::Watchdog, resets: 1, safe: false, crash: None }]);
     board.request(&ToBoard::Hello);
     assert_eq!(board.heard().restarts.len(), 2);
     // a range confirms the position
@@ -149,7 +152,7 @@ fn a_second_reset_before_the_sensors_speak_keeps_the_position() {
 #[test]
 fn too_many_resets_end_in_safe_mode_until_the_operator_starts_again() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
-    let restart = Restart { cause: ResetCause::Watchdog, resets: 3, safe: true };
+    let restart = Restart { cause: ResetCause::Watchdog, resets: 3, safe: true, crash: None };
     board.app_mut().resume(restart, &Response::Safe);
     world.run(&mut board, 8);
     let record = last(&mut board);

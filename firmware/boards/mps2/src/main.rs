@@ -5,7 +5,6 @@
 //! | `uart` | the five ports, as `embedded-io` |
 //! | `clock` | board time and the alarm for the next step |
 //! | `interrupts` | vector table and what wakes the loop |
-//! | `slot` | a place in the larger RAM |
 //! | `store` | parameters, in RAM that a reset leaves alone |
 //! | `failure` | what a panic or a fault leaves behind |
 #![no_std]
@@ -17,7 +16,6 @@ compile_error!("an ARM image: cargo build -p backseat-mps2 --profile dist --targ
 mod clock;
 mod failure;
 mod interrupts;
-mod slot;
 mod store;
 mod uart;
 
@@ -25,23 +23,30 @@ use backseat_app::{App, Progress, Pump};
 use clock::Clock;
 use cortex_m_rt::entry;
 use defmt_semihosting as _;
-use slot::Slot;
 use static_cell::ConstStaticCell;
 use store::Store;
 use uart::{Uart, Uarts};
 
-/// In flash: by value the first app would pass over the stack.
-static NEW: App = App::new();
-/// In the larger RAM, as on the real board.
-// SAFETY: a slot needs no initial value.
-#[unsafe(link_section = ".axisram.app")]
-static APP: Slot<App> = Slot::new();
+/// In the larger RAM, as on the real board. A new app is zero bytes alone, and of another one this section refuses to be
+/// assembled.
+#[unsafe(link_section = ".bss.axisram.app")]
+static APP: ConstStaticCell<App> = ConstStaticCell::new(App::new());
 static PUMP: ConstStaticCell<Pump> = ConstStaticCell::new(Pump::new());
+
+unsafe extern "C" {
+    // of memory.x, around the sections `.bss.axisram`
+    static mut _axi_zero_start: u64;
+    static mut _axi_zero_end: u64;
+}
 
 #[entry]
 fn main() -> ! {
-    // SAFETY: `main` is entered once, and an app holds no reference to itself.
-    let (app, pump) = (unsafe { APP.fill(&NEW) }, PUMP.take());
+    // SAFETY: before anything there is used.
+    unsafe {
+        let zero = &raw mut _axi_zero_start;
+        zero.write_bytes(0, (&raw mut _axi_zero_end).offset_from_unsigned(zero));
+    }
+    let (app, pump) = (APP.take(), PUMP.take());
     let mut clock = Clock::start();
     let Uarts { mut ports, overruns } = uart::start();
     interrupts::enable();

@@ -10,7 +10,7 @@
 mod bare;
 
 use backseat_app::parameters::{PARAMETERS, Settings};
-use backseat_app::store::{ParameterFlash, RestartRecord, newest};
+use backseat_app::store::{ParameterFlash, RestartRecord, decode_crash, encode_crash, newest};
 use backseat_app::{App, LocalFrame, Loss, Pump};
 use backseat_core::control::allocation::{AllocationMethod, Datum, Moments, allocate};
 use backseat_core::control::mission::{Lawnmower, Mission, Waypoint};
@@ -28,7 +28,7 @@ use backseat_wire::ahrs::{gx3, mip, os5000::Os5000};
 use backseat_wire::calendar::{Date, DateTime, TimeOfDay};
 use backseat_wire::dvl::{DvlSample, pd0, pd4, pd6};
 use backseat_wire::gps::{Gga, Rmc};
-use backseat_wire::hostlink::{self, FromBoard, Port, ResetCause, ToBoard};
+use backseat_wire::hostlink::{self, Crash, FromBoard, Port, ResetCause, ToBoard};
 use backseat_wire::iver::servo::ServoCalibration;
 use backseat_wire::iver::{FromFrontseat, ToFrontseat, Units};
 use backseat_wire::modem::{ClockEncoding, ClockMode, DopplerSign, FromModem, ToModem};
@@ -201,7 +201,8 @@ fn app(objects: &mut Objects) {
     let slots = opaque([[0_u8; 128]; 2]);
     let last = newest([&slots[0], &slots[1]]);
     let (response, record) = RestartRecord::respond(opaque(ResetCause::Watchdog), last.as_ref());
-    app.resume(record.report(opaque(ResetCause::Watchdog)), &response);
+    let crash = decode_crash(&opaque(encode_crash(&opaque(Crash::at(opaque("main.rs"), 1)))));
+    app.resume(record.report(opaque(ResetCause::Watchdog), crash), &response);
     opaque(app.restart_record(&record, opaque(0)).encode());
     app.restart();
     for parameter in PARAMETERS {

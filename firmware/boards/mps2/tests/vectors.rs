@@ -6,7 +6,7 @@
 mod bare;
 #[path = "exercise/mod.rs"]
 mod exercise;
-#[path = "../src/slot.rs"]
+#[path = "slot.rs"]
 mod slot;
 
 use cortex_m_rt::entry;

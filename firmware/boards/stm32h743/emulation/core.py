@@ -12,7 +12,7 @@ import subprocess
 import tempfile
 
 from bus import Device
-from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn import UC_ARCH_ARM, UC_ERR_EXCEPTION, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn import arm_const as arm
 from unicorn.unicorn_py3.unicorn import uclib
 
@@ -241,16 +241,19 @@ class Core:
         doubles = self.saved.values[len(STACKED[0]):-3]
         frame, xpsr = (sp - FRAME.size) & ~7, xpsr | 1 << 24 | (1 << 9 if sp & 4 else 0)
         self.uc.mem_write(frame, FRAME.pack(*core[:len(STACKED[0])], self.pc, xpsr, *doubles, core[-1], 0))
-        self.entered.write((frame, 0xFFFFFFE1 if self.active else 0xFFFFFFE9, 1 << 24 | number, number))
+        thread = 0xFFFFFFED if self.uc.reg_read(arm.UC_ARM_REG_CONTROL) & 2 else 0xFFFFFFE9
+        # in this order: from handler mode on SP is the main stack's
+        self.entered.write((frame, 0xFFFFFFE1 if self.active else thread, 1 << 24 | number, number))
         self.active.append((number, priority))
         vector = self.scs.word(Scs.VTOR) + 4 * number
         self.pc = struct.unpack("<I", self.uc.mem_read(vector, 4))[0] & ~1
         self.event = True
 
     def leave(self):
+        number, _ = self.active.pop()
+        self.uc.reg_write(arm.UC_ARM_REG_IPSR, self.exception())  # in thread mode SP is that mode's
         sp = self.uc.reg_read(arm.UC_ARM_REG_SP)
         values = FRAME.unpack(self.uc.mem_read(sp, FRAME.size))
-        number, _ = self.active.pop()
         above = sp + FRAME.size + (4 if values[7] >> 9 & 1 else 0)
         self.restored.write((*values[:6], *values[8:17], above, values[7] & ~(1 << 9), self.exception()))
         self.pc, self.event = values[6] & ~1, True
@@ -258,10 +261,12 @@ class Core:
 
     def hard_fault(self, why):
         self.faults.append((self.now, why))
-        if self.exception() in (2, HARD_FAULT):
-            self.now = self.watchdog.expiry  # locked up
-        else:
+        try:
+            if self.exception() in (2, HARD_FAULT):
+                raise UcError(UC_ERR_EXCEPTION)
             self.enter(HARD_FAULT, -1)
+        except UcError:  # in a fault, or no stack to enter one
+            self.now = self.watchdog.expiry  # locked up
 
     # Time.
     def run(self, until):

@@ -146,8 +146,9 @@ class Host:
             answer, _, _ = self.ask(kind, body)
             assert answer == DONE, f"{name} was refused"
 
-    def restarts(self):
-        """Resets by a fault since power-on, as the answer to `Hello` tells them."""
+    def last_start(self):
+        """As the answer to `Hello` tells it: resets by a fault since power-on, address of a crash (none: nothing)."""
         _, message, _ = self.ask(HELLO, answers=(RESTART,))
-        _cause, resets = message.integers(2)
-        return resets
+        _cause, resets, _safe, crashed = message.integers(4)
+        _build, _time_us, pc = message.integers(3) if crashed else (0, 0, None)
+        return resets, pc

@@ -16,6 +16,8 @@ from elftools.elf.elffile import ELFFile
 from serial_ports import Dma, Gpio, Usart
 from storage import BackupRam, FlashRegisters, Store
 from timers import Timer, Watchdog
+from unicorn import UC_HOOK_CODE
+from unicorn import arm_const as arm
 
 DTCM, DTCM_SIZE, AXI, AXI_SIZE = 0x20000000, 0x20000, 0x24000000, 0x80000
 PAINT = 0xA5
@@ -38,8 +40,8 @@ class Machine(Core):
             self.build_core((text["sh_addr"], text.data()))
             self.map_memory(elf)
             self.symbols = {symbol.name: symbol.entry for symbol in elf.get_section_by_name(".symtab").iter_symbols()}
-            names = ("_stack_end", "_stack_start", "_limit_stack")
-            *self.stack, self.stack_limit = (self.symbols[name]["st_value"] for name in names)
+            self.stacks = {name: [self.symbols[f"{prefix}_{edge}"]["st_value"] for edge in ("end", "start")]
+                           for name, prefix in (("interrupts", "_stack"), ("thread", "_thread_stack"))}
         self.build_devices()
         self.reset("power")
 
@@ -139,6 +141,17 @@ class Machine(Core):
         address, _ = self.symbol(path)
         self.hook_entry(address & ~1, self.stuck)
 
+    def overflow(self, path, stack):
+        """From now on until a reset the function finds its stack full."""
+        (address, _), (end, _), resets = self.symbol(path), self.stacks[stack], len(self.resets)
+
+        def fill(uc, *_):
+            if len(self.resets) == resets:
+                uc.reg_write(arm.UC_ARM_REG_SP, end + 64)
+
+        self.uc.hook_add(UC_HOOK_CODE, fill, None, address & ~1, address & ~1)
+        self.uc.ctl_flush_tb()
+
     # Time.
     def at(self, time, action):
         heapq.heappush(self.events, (time, next(self.sequence), action))
@@ -156,9 +169,14 @@ class Machine(Core):
         self.run(self.now + seconds * 1e9)
 
     # What it looks like from outside.
-    def stack_used(self):
-        """Bytes of stack that were ever written."""
-        end, start = self.stack
+    def paint(self, name):
+        """Whatever was written to the stack until now does not count."""
+        end, start = self.stacks[name]
+        self.uc.mem_write(end, bytes([PAINT]) * (start - end))
+
+    def stack_used(self, name):
+        """Bytes of a stack that were ever written."""
+        end, start = self.stacks[name]
         memory = bytes(self.uc.mem_read(end, start - end))
         untouched = len(memory) - len(memory.lstrip(bytes([PAINT])))
         return len(memory) - untouched

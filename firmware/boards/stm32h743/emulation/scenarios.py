@@ -10,7 +10,7 @@ import tty
 
 from card import Card
 from hostlink import DONE, HEALTH_GET, PARAMETER_STORE, STEP_DONE, Host, messages, request, step
-from machine import DTCM, Machine
+from machine import AXI, DTCM, DTCM_SIZE, Machine
 
 NEUTRAL = b"$OMP,8080808080,00"
 NOON_S = 1_795_176_000  # 2026-11-20 12:00:00 UTC
@@ -34,10 +34,10 @@ def clock_tree(image, _):
     assert watchdog.first_feed - watchdog.started < 0.5 * watchdog.period(), "the first feed is late"
     close(watchdog.period(), 0.601e9, 1e6)
     filter_at, filter_bytes = machine.symbol("6memory6FILTER")
-    assert DTCM <= filter_at and filter_at + filter_bytes <= machine.stack[0], f"the filter is at {filter_at:#x}"
-    end, start = machine.stack
-    assert start - end >= machine.stack_limit, f"DTCM leaves {start - end} bytes for the stack"
-    machine.measured |= {"filter in DTCM, bytes": filter_bytes, "left for the stack, bytes": start - end}
+    (end, start), (thread_end, _) = machine.stacks.values()
+    assert start <= filter_at and filter_at + filter_bytes <= DTCM + DTCM_SIZE, f"the filter is at {filter_at:#x}"
+    assert (end, thread_end) == (DTCM, AXI), "below a stack is memory: what overflows would overwrite it"
+    machine.measured["filter in DTCM, bytes"] = filter_bytes
     return [machine]
 
 
@@ -53,24 +53,29 @@ def external_clock(image, _):
     return machines
 
 
+def neutral_after(machine, since_ns, sent):
+    """Whether the frontseat has got neutral fins among the bytes from the one numbered `sent` on, and how late, s."""
+    line = bytes(byte for _, byte in machine.frontseat.sent[sent:])
+    assert NEUTRAL in line, f"no neutral fins: {line}"
+    last = machine.frontseat.sent[sent + line.index(NEUTRAL) + len(NEUTRAL)]
+    return (last[0] - since_ns) * 1e-9
+
+
 def hard_fault(image, _):
-    """The reset that follows sends neutral fins within a second; one by a programmer is no fault."""
+    """The board starts again at once, sends neutral fins and tells where it was; a programmer's reset is no fault."""
     machine = Machine(image)
     machine.run_for(WAIT_S)
-    faulted, sent = machine.now, len(machine.frontseat.sent)
+    faulted, sent, at = machine.now, len(machine.frontseat.sent), machine.pc
     machine.hard_fault("injected")
     machine.run_for(1)
-    bytes_sent = machine.frontseat.sent[sent:]
-    line = bytes(byte for _, byte in bytes_sent)
-    assert NEUTRAL in line, f"no neutral fins within 1 s: {line}"
-    end = line.index(NEUTRAL) + len(NEUTRAL)
-    machine.measured["neutral fins after a fault, s"] = (bytes_sent[end][0] - faulted) * 1e-9
-    assert [cause for _, cause in machine.resets] == ["watchdog"], machine.resets
-    assert Host(machine).restarts() == 1
+    machine.measured["neutral fins after a fault, s"] = took = neutral_after(machine, faulted, sent)
+    assert took < 0.3, f"{took} s"
+    assert [cause for _, cause in machine.resets] == ["software"], machine.resets
+    assert Host(machine).last_start() == (1, at), "the address of the fault is lost"
     for _ in range(3):
         machine.reset("software")
         machine.run_for(START_S)
-        assert Host(machine).restarts() == 0, "a programmer's reset counts as a fault"
+        assert Host(machine).last_start() == (0, None), "a programmer's reset counts as a fault"
     return [machine]
 
 
@@ -97,6 +102,20 @@ def stuck_step(image, _):
         assert took < 0.63, f"reset after {took} s"
         machines.append(machine)
     return machines
+
+
+def stack_overflow(image, _):
+    """A full stack faults before anything is overwritten; neutral fins within a second of it."""
+    machine = Machine(image)
+    machine.run_for(WAIT_S)
+    machine.overflow("3App4step", "interrupts")
+    sent = len(machine.frontseat.sent)
+    machine.run_for(1.2)
+    assert machine.faults and [cause for _, cause in machine.resets] == ["watchdog"], (machine.faults, machine.resets)
+    machine.measured["neutral fins after an overflow, s"] = took = neutral_after(machine, machine.faults[0][0], sent)
+    assert took < 1, f"{took} s"
+    machine.paint("interrupts")
+    return [machine]
 
 
 def parameter_store(image, _):
@@ -215,4 +234,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, stuck_step, parameter_store, pulse_per_second, log_card, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, stuck_step, stack_overflow, parameter_store, pulse_per_second, log_card, babbling_lines]

@@ -5,7 +5,8 @@
 //! | `clocks`, `time` | clock tree; board time and the pulse per second |
 //! | `uart`, `memory` | the five ports, as `embedded-io`; memory that DMA reaches |
 //! | `flash`, `supply` | the parameter store's sectors; reset cause and supply |
-//! | `backup`, `watchdog` | restart record; watchdog |
+//! | `backup`, `watchdog` | records of restart and crash; watchdog |
+//! | `fault` | what a fault or panic leaves behind |
 //! | `log`, `card` | the board log: into a queue, and from there to a memory card |
 //! | `leds` | what the board shows |
 //!
@@ -20,6 +21,7 @@ compile_error!("an ARM image: cargo build -p backseat-stm32h743 --profile dist -
 mod backup;
 mod card;
 mod clocks;
+mod fault;
 mod flash;
 mod leds;
 mod log;
@@ -34,13 +36,14 @@ use backseat_app::store::{ParameterFlash, Response, RestartRecord};
 use backseat_app::{App, Progress, Pump, StepWatch};
 use backseat_app::{Recorder, poll_recorded, record_start};
 use backseat_wire::boardlog::LogRecord;
-use backseat_wire::hostlink::Oscillator;
+use backseat_wire::hostlink::{Oscillator, ResetCause};
 use backup::BackupMemory;
 use card::Card;
 use clocks::ClockSource;
-use cortex_m_rt::{ExceptionFrame, exception};
+use core::arch::asm;
+use cortex_m_rt::entry;
 use defmt_rtt as _;
-use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -51,7 +54,6 @@ use flash::StoreFlash;
 use leds::Leds;
 use log::Log;
 use memory::Memory;
-use panic_probe as _;
 use time::Clock;
 use uart::{SerialPort, Transmitter, Wiring};
 use watchdog::Watchdog;
@@ -76,8 +78,39 @@ unsafe fn CEC() {
     unsafe { EXECUTOR.on_interrupt() }
 }
 
-#[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+unsafe extern "C" {
+    // of memory.x
+    static _thread_stack_start: u32;
+}
+
+/// Gives thread mode its own stack; the one that the core starts on is the interrupts', the app's among them.
+#[entry]
+fn main() -> ! {
+    // SAFETY: nothing on the stack that is left behind is used again, and `thread` does not return.
+    unsafe {
+        asm!(
+            "msr PSP, {stack}",
+            "msr CONTROL, {own}",
+            "isb",
+            "b {thread}",
+            stack = in(reg) &raw const _thread_stack_start,
+            own = in(reg) 2,
+            thread = sym thread,
+            options(noreturn)
+        )
+    }
+}
+
+extern "C" fn thread() -> ! {
+    let mut executor = Executor::new();
+    // SAFETY: this frame is never left.
+    let executor: &'static mut Executor = unsafe { core::mem::transmute(&mut executor) };
+    executor.run(|spawner| spawner.spawn(defmt::unwrap!(start_and_store())))
+}
+
+/// Starts the board, then does what may take seconds.
+#[embassy_executor::task]
+async fn start_and_store() {
     let mut watchdog = Watchdog::start();
     let cause = supply::reset_cause();
     let oscillator = clocks::external();
@@ -91,11 +124,17 @@ async fn main(_spawner: Spawner) {
     supply::start();
 
     let mut backup = BackupMemory::take();
+    let crash = backup.take_crash();
+    // a fault resets the board by software
+    let cause = crash.map_or(cause, |_| if cause == ResetCause::Software { ResetCause::Fault } else { cause });
     let last = backup.read();
     let (response, record) = RestartRecord::respond(cause, last.as_ref());
     backup.write(&record);
-    let restart = record.report(cause);
+    let restart = record.report(cause, crash);
     defmt::info!("{=u32} resets by a fault since power-on", restart.resets);
+    if let Some(crash) = &crash {
+        defmt::error!("before: {}", crash);
+    }
     watchdog.feed();
 
     let Memory { dma, log, app, pump, settings, to_store, card } = defmt::unwrap!(memory::take());
@@ -109,6 +148,7 @@ async fn main(_spawner: Spawner) {
     if !app.restore(found.is_ok().then_some(&*stored)) {
         defmt::error!("the stored parameters do not fit together: defaults");
     }
+    app.set_build(fault::build());
     app.set_oscillator(oscillator);
     app.resume(restart, &response);
     if response != Response::Fresh {
@@ -271,15 +311,5 @@ impl Board {
         self.leds.show(self.app, now_us, self.warning);
         self.ports.iter().for_each(|port| port.report(self.app));
         self.clock.report();
-    }
-}
-
-/// A fault, or the end of a panic: the watchdog resets the board.
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    leds::show_fault();
-    defmt::error!("hard fault at {=u32:#010x}", frame.pc());
-    loop {
-        cortex_m::asm::nop();
     }
 }

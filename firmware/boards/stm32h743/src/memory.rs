@@ -60,10 +60,6 @@ static mut DMA: MaybeUninit<DmaMemory> = MaybeUninit::uninit();
 static mut QUEUE: MaybeUninit<LogQueue> = MaybeUninit::uninit();
 #[unsafe(link_section = ".axisram.app")]
 static mut APP: MaybeUninit<App> = MaybeUninit::uninit();
-/// In flash: by value a new app would pass over the stack. Never used but to be copied.
-// SAFETY: the copy alone is used, and it alone uses the filter.
-#[expect(clippy::deref_addrof, reason = "a reference to a static that changes goes by its address")]
-static NEW: App = App::new(unsafe { &mut *(&raw mut FILTER) });
 /// In DTCM. A new filter is zero bytes alone: of another one this section refuses to be assembled. So it neither takes
 /// flash nor passes over the stack.
 #[unsafe(link_section = ".bss.filter")]
@@ -89,10 +85,12 @@ pub fn take() -> Option<Memory> {
     if TAKEN.swap(true, Ordering::AcqRel) {
         return None;
     }
-    // SAFETY: nobody else gets here again, and bytes of 0 are a DmaMemory.
+    // SAFETY: nobody else gets here again. Bytes of 0 are a DmaMemory, and with the filter's place an app: the QEMU
+    // image, whose app is a variable of zero bytes, refuses to be assembled otherwise.
     unsafe {
         let (dma, log, app, pump) = (&raw mut DMA, &raw mut QUEUE, (&raw mut APP).cast::<App>(), &raw mut PUMP);
-        app.copy_from_nonoverlapping(&raw const NEW, 1);
+        app.write_bytes(0, 1);
+        app.byte_add(App::FILTER_PLACE).cast::<*mut Navigator>().write(&raw mut FILTER);
         let (settings, to_store, card) = (&raw mut SETTINGS, &raw mut TO_STORE, &raw mut CARD);
         dma.write(MaybeUninit::zeroed());
         let zero = &raw mut _axi_zero_start;

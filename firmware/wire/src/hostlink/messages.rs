@@ -1,5 +1,6 @@
 //! The messages of the host link.
 
+use super::crash::Crash;
 use super::identification::{Estimates, FaultReport, Identification, LearntStored};
 use crate::packet::Key;
 use heapless::Vec;
@@ -184,10 +185,12 @@ pub enum ResetCause {
     BrownOut,
     /// The independent watchdog: the navigation step did not run in time.
     Watchdog,
-    /// A debug probe or programmer. The firmware never resets itself so: its panics and faults end in the watchdog.
+    /// A debug probe or programmer.
     Software,
     /// Anything else.
     Other,
+    /// A fault or a panic of the firmware, which left a [`Crash`].
+    Fault,
 }
 
 /// The board's last start.
@@ -200,6 +203,9 @@ pub struct Restart {
     pub resets: u32,
     /// Too many of them in too short a time: safe mode.
     pub safe: bool,
+    /// What ended the run before, where it was the firmware itself.
+    #[serde(default)]
+    pub crash: Option<Crash>,
 }
 
 /// What the board's clock counts.
@@ -437,6 +443,8 @@ pub enum FromBoard<'a> {
         firmware: &'a str,
         /// Version of the parameter list.
         parameter_schema: u16,
+        /// First four bytes of the image's build ID (`readelf -n IMAGE`); 0: it has none.
+        build: u32,
     },
     /// Answer to `Step`, after all bytes of the step were handed to the ports.
     StepDone(StepDone),

@@ -4,10 +4,12 @@
 //! ([`Step`]); its answer carries what the board sent and its digest ([`StepDone`]).
 
 mod codec;
+mod crash;
 mod identification;
 mod messages;
 
 pub use codec::{CRC, Decoder, Frame, MAX_FRAME, MAX_MESSAGE, encode};
+pub use crash::Crash;
 pub use identification::{
     Activity, Estimate, Estimates, FaultCause, FaultDiagnosis, FaultReport, FaultState, Identification, LearntStored,
     MAX_ESTIMATES, Visibility,

@@ -63,7 +63,7 @@ fn every_message_survives() {
         default: 3.0e-4,
     };
     let from_board = [
-        FromBoard::Hello { firmware: "0.1.0", parameter_schema: 1 },
+        FromBoard::Hello { firmware: "0.1.0", parameter_schema: 1, build: 0xAB },
         FromBoard::StepDone(StepDone { time_us: 100_000, sent: [0, 1, 2, 65_535], digest: u64::MAX }),
         telemetry(),
         FromBoard::Fusion(FusionTelemetry {

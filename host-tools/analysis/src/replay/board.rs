@@ -76,7 +76,7 @@ impl Replay {
     pub fn take(&mut self, entry: Entry) -> anyhow::Result<()> {
         let Entry { time_us, event } = entry;
         match event {
-            Event::Start { firmware, parameter_schema, restart, record } => {
+            Event::Start { firmware, parameter_schema, restart, record, .. } => {
                 self.start(&firmware, parameter_schema, restart, &record)?;
             }
             Event::Parameters(values) => self.parameters(&values)?,

@@ -30,6 +30,8 @@ pub struct Identity {
     pub firmware: String,
     /// Version of its parameter list.
     pub schema: u16,
+    /// First four bytes of its image's build ID (`readelf -n IMAGE`); 0: it has none.
+    pub build: u32,
     /// Its last start, if it knows.
     pub restart: Option<Restart>,
 }
@@ -62,8 +64,8 @@ impl Board {
             client.send(&ToBoard::Hello)?;
             client.send(&ToBoard::MissionGet { index: nonce })?;
             client.receive(|message| match message {
-                FromBoard::Hello { firmware, parameter_schema } => {
-                    hello = Some((printable(firmware), parameter_schema));
+                FromBoard::Hello { firmware, parameter_schema, build } => {
+                    hello = Some((printable(firmware), parameter_schema, build));
                     None
                 }
                 FromBoard::Restart(last) => {
@@ -79,9 +81,9 @@ impl Board {
             BackseatError::Unanswered { .. } => anyhow!("{port}: data received, but not from a backseat's host port"),
             error => anyhow!("{port}: {error}"),
         })?;
-        let (firmware, schema) =
+        let (firmware, schema, build) =
             hello.with_context(|| format!("{port}: the board answers, but does not identify itself"))?;
-        Ok(Self { client, port: port.clone(), identity: Identity { firmware, schema, restart } })
+        Ok(Self { client, port: port.clone(), identity: Identity { firmware, schema, build, restart } })
     }
 
     fn failed(&self, error: &BackseatError) -> anyhow::Error {

@@ -1,7 +1,7 @@
 //! Topics and messages as they stand in the file.
 
 use super::{Clock, Meta, port_named};
-use backseat_wire::hostlink::{Oscillator, Port, ResetCause, Restart};
+use backseat_wire::hostlink::{Oscillator, Port, Restart};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -69,16 +69,11 @@ pub struct Start {
     pub time_us: u64,
     pub firmware: String,
     pub parameter_schema: u16,
-    pub cause: ResetCause,
-    pub resets: u32,
-    pub safe: bool,
+    #[serde(default)]
+    pub build: u32,
+    #[serde(flatten)]
+    pub restart: Restart,
     pub record: Vec<u8>,
-}
-
-impl Start {
-    pub fn restart(&self) -> Restart {
-        Restart { cause: self.cause, resets: self.resets, safe: self.safe }
-    }
 }
 
 /// A message of [`PARAMETERS`]: pairs, because their order is the board's.

@@ -105,6 +105,8 @@ pub enum Event {
         firmware: String,
         /// Version of its parameter list.
         parameter_schema: u16,
+        /// First four bytes of its image's build ID; 0: it has none.
+        build: u32,
         /// Why it started.
         restart: Restart,
         /// The restart record that it found, as it was stored; empty when there was none.

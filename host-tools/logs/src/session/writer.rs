@@ -99,14 +99,13 @@ impl Writer {
                 let note = Note { time_us, note: format!("{records} records are missing"), lost: Some(*records) };
                 self.json(format::NOTE, time_us, &note)
             }
-            Event::Start { firmware, parameter_schema, restart, record } => {
+            Event::Start { firmware, parameter_schema, build, restart, record } => {
                 let start = Start {
                     time_us,
                     firmware: firmware.clone(),
                     parameter_schema: *parameter_schema,
-                    cause: restart.cause,
-                    resets: restart.resets,
-                    safe: restart.safe,
+                    build: *build,
+                    restart: *restart,
                     record: record.clone(),
                 };
                 self.json(format::START, time_us, &start)

@@ -9,7 +9,7 @@ use backseat_wire::boardlog::LogRecord;
 use backseat_wire::hostlink::{MAX_FRAME, Port, ResetCause, Restart, encode};
 use std::path::Path;
 
-const RESTART: Restart = Restart { cause: ResetCause::Watchdog, resets: 3, safe: false };
+const RESTART: Restart = Restart { cause: ResetCause::Watchdog, resets: 3, safe: false, crash: None };
 
 fn meta() -> Meta {
     Meta::new("test 1.0", Clock::Board).with("seed", 7)
@@ -19,7 +19,13 @@ fn meta() -> Meta {
 fn every_event() -> Vec<Entry> {
     let values = vec![("a".to_owned(), 0.1 + 0.2), ("b[1]".to_owned(), -5e-324), ("c".to_owned(), 1.797e308)];
     let events = [
-        Event::Start { firmware: "0.1.0".to_owned(), parameter_schema: 9, restart: RESTART, record: vec![0, 255, 7] },
+        Event::Start {
+            firmware: "0.1.0".to_owned(),
+            parameter_schema: 9,
+            build: 0xAB,
+            restart: RESTART,
+            record: vec![0, 255, 7],
+        },
         Event::Parameters(values),
         Event::Received { port: Port::Dvl, bytes: (0..=255).collect() },
         Event::Received { port: Port::Host, bytes: vec![0] },
@@ -209,6 +215,7 @@ fn a_boards_log_is_read_to_its_cut() {
         Event::Start {
             firmware: env!("CARGO_PKG_VERSION").to_owned(),
             parameter_schema: backseat_app::parameters::PARAMETER_SCHEMA,
+            build: 0,
             restart: RESTART,
             record: vec![1, 2, 3],
         },
@@ -258,6 +265,7 @@ fn a_boards_log_of_an_older_list_is_refused_with_both_versions() {
                     self.0.record(&LogRecord::Start {
                         firmware,
                         parameter_schema: PARAMETER_SCHEMA - 1,
+                        build: 0,
                         restart,
                         record,
                     });

@@ -231,7 +231,7 @@ impl Model {
                 }
             }
             FromBoard::Health(health) => self.health(now_us, health),
-            FromBoard::Hello { firmware, parameter_schema } => {
+            FromBoard::Hello { firmware, parameter_schema, .. } => {
                 let firmware = backseat_link::printable(firmware);
                 self.enquiry.hello();
                 self.same_schema = parameter_schema == PARAMETER_SCHEMA;
@@ -370,7 +370,7 @@ impl Model {
             return;
         }
         self.restart = Some(restart);
-        let Restart { cause, resets, safe } = restart;
+        let Restart { cause, resets, safe, crash } = restart;
         let (severity, barred) = match (resets, safe) {
             (_, true) => (Severity::Critical, "; too many in too short a time: safe mode"),
             (0, false) => (Severity::Info, ""),
@@ -378,6 +378,9 @@ impl Model {
         };
         let text = format!("last start: {cause:?}, {resets} resets by a fault since power-on{barred}");
         self.note(severity, text);
+        if let Some(crash) = crash {
+            self.note(Severity::Critical, format!("before it: {crash}"));
+        }
     }
 
     fn health(&mut self, now_us: u64, health: Health) {

@@ -81,7 +81,7 @@ fn identification(time_us: u64) -> FromBoard<'static> {
 /// A model that has heard a flight of ninety seconds, and the time now.
 pub fn flying() -> (Model, u64) {
     let mut model = Model::new();
-    feed(&mut model, 0, &FromBoard::Hello { firmware: "backseat 0.1.0", parameter_schema: PARAMETER_SCHEMA });
+    feed(&mut model, 0, &FromBoard::Hello { firmware: "backseat 0.1.0", parameter_schema: PARAMETER_SCHEMA, build: 0 });
     let mut store = ParameterStore::new();
     store.begin();
     for (name, value) in
@@ -244,7 +244,7 @@ fn alarms_tell_what_is_wrong_and_stop_when_it_is_not() {
     assert!(alarms(&model, time_us).is_empty());
     assert!(texts(&model).contains(&"mission ended before its time"));
     model.restart = None;
-    let restart = Restart { cause: backseat_wire::hostlink::ResetCause::Watchdog, resets: 3, safe: true };
+    let restart = Restart { cause: backseat_wire::hostlink::ResetCause::Watchdog, resets: 3, safe: true, crash: None };
     feed(&mut model, time_us, &FromBoard::Restart(restart));
     assert_eq!(alarms(&model, time_us), ["reset too often by faults"]);
 }

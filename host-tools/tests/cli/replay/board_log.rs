@@ -83,7 +83,7 @@ impl Board {
         let (mut app, mut log) = (Box::new(App::new()), Log::default());
         let (response, record) = RestartRecord::respond(cause, last);
         assert_eq!(response == Response::Fresh, last.is_none());
-        let restart = record.report(cause);
+        let restart = record.report(cause, None);
         app.restore(None);
         app.resume(restart, &response);
         record_start(&mut log, &app, restart, last.map(RestartRecord::encode).as_ref().map_or(&[], |bytes| bytes));

@@ -18,7 +18,7 @@ mod navigation;
 mod parsers;
 #[path = "../exercise/random.rs"]
 mod random;
-#[path = "../../src/slot.rs"]
+#[path = "../slot.rs"]
 mod slot;
 
 use backseat_app::{App, Pump};

@@ -86,7 +86,7 @@ fn from_board<'a>(
 ) -> FromBoard<'a> {
     let [value, min, max, default] = numbers;
     match kind {
-        0 => FromBoard::Hello { firmware: name, parameter_schema: index },
+        0 => FromBoard::Hello { firmware: name, parameter_schema: index, build: u32::from(index) },
         1 => FromBoard::StepDone(StepDone { time_us: digest, sent: [index, count, 0, u16::MAX], digest }),
         2 => FromBoard::Telemetry(telemetry),
         3 => FromBoard::Fusion(FusionTelemetry {
