@@ -30,7 +30,7 @@ struct Seen {
 }
 
 /// An entry of the mapping.
-struct Source<'a> {
+struct Mapped<'a> {
     name: &'a str,
     column: Column,
     scale: f64,
@@ -55,7 +55,7 @@ pub(super) struct Signals<'a> {
     path: &'a Path,
     map: Option<&'a ColumnMap>,
     table: &'static MessageTable,
-    sources: Vec<Source<'a>>,
+    sources: Vec<Mapped<'a>>,
     seen: BTreeMap<String, Seen>,
     kept: Vec<Kept>,
     /// Rows of the table that are not used, and why.
@@ -75,7 +75,7 @@ impl<'a> Signals<'a> {
                 let message = format!("mapped {name}: such a log has its own times and positions; map numbers alone");
                 return Err(DataError::file(path, message));
             };
-            sources.push(Source { name, column, scale, offset, is_found: false });
+            sources.push(Mapped { name, column, scale, offset, is_found: false });
         }
         Ok(Self {
             path,
@@ -92,7 +92,7 @@ impl<'a> Signals<'a> {
 
     /// Whether the mapping or the table takes anything from a message; counts it if not.
     pub(super) fn wants(&mut self, base: &str) -> bool {
-        let is_named = |source: &Source| source.name.strip_prefix(base).is_some_and(|rest| !is_word(rest));
+        let is_named = |source: &Mapped| source.name.strip_prefix(base).is_some_and(|rest| !is_word(rest));
         if self.table.messages.iter().any(|row| row.name == base) || self.sources.iter().any(is_named) {
             return true;
         }
@@ -166,7 +166,7 @@ impl<'a> Signals<'a> {
 
     /// Binds a message that comes for the first time.
     fn first_sight(&self, base: &str, name: &str, fields: &[(&str, f64)]) -> Seen {
-        let wanted = |(place, source): (usize, &Source)| {
+        let wanted = |(place, source): (usize, &Mapped)| {
             let rest = source.name.strip_prefix(name)?;
             let field = if rest.is_empty() && fields.len() == 1 { fields[0].0 } else { rest.strip_prefix('.')? };
             Some((place, field.to_owned()))
