@@ -161,6 +161,13 @@ impl Column {
     /// but the optional ones.
     pub const STANDARD: &'static [Self] = Self::ALL.split_at(Self::SpeedLog as usize).0;
 
+    /// The columns from one to another, in their order.
+    #[must_use]
+    pub const fn group(first: Self, last: Self) -> &'static [Self] {
+        const ALL: &[Column] = &Column::ALL;
+        ALL.split_at(last as usize + 1).0.split_at(first as usize).1
+    }
+
     /// The column of a header name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
