@@ -17,8 +17,6 @@ Examples:
   backseat diagnose log.csv.gz                                the built-in vehicle, one page of text
   backseat diagnose log.csv --vehicle iver3.toml --report out  out/report.html and out/vehicle.toml
   backseat diagnose log.csv --no-dvl --truth truth.csv --json  one JSON object, for scripts
-  backseat diagnose glider_flight.csv --with glider_ctd.csv   two logs of one time base
-  backseat diagnose ranges.csv --with transponders.csv        two-way ranges: lever arm and speed of sound
   backseat diagnose turns.csv --with zigzags.csv --with wind.csv
                                                               runs of a vessel with rudder: the wind
   backseat diagnose runs.csv --run 3                          one run of a table that holds several
@@ -27,9 +25,9 @@ Examples:
   backseat diagnose runs/ --vehicle out/vehicle.toml --predict 20 --json
                                                               how well that file predicts runs, nothing fitted
 
-The log is one that `backseat navigate` reads, or the log of a glider, of a pinger, or of a DVL with an AHRS. A log without
-fin angles and propeller speed is compared with the plainest model that it supports: a steady glide, the pseudo-ranges of
-a pinger with its own clock, or dead reckoning. The vehicle file written holds the declared vehicle and the effects
+The log is one that `backseat navigate` reads, or that of a DVL with an AHRS. A log without fin angles and propeller speed
+is compared with the plainest model that it supports: a vessel's rudder and propeller, a DVL beside a reference velocity,
+or dead reckoning. The vehicle file written holds the declared vehicle and the effects
 found; `navigate`, `params import` and the simulator read it.";
 
 /// Find out which physical effect the declared model lacks

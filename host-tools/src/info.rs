@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
-  backseat info log.csv.gz                         a vehicle log, or the log of an Iver, a glider, a pinger
+  backseat info log.csv.gz                         a vehicle log, or the log of an Iver, an autopilot, a ROS 2 bag
   backseat info table.csv --columns map.toml       a table of any other maker
   backseat info session.mcap                       what a session holds; board logs (.BSL) as well
   backseat info vehicle.toml --json                one JSON object

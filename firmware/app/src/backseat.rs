@@ -17,6 +17,7 @@ use crate::learning::Learning;
 use crate::links::Links;
 use crate::modes::{ModeFacts, Modes};
 use crate::parameters::{ParameterStore, Settings};
+use crate::receive_losses::ReceiveLosses;
 use crate::ring::Ring;
 use crate::safety::{self, Action, Decision, Fence, Observed, SafetyMonitor};
 use crate::steering::{Orders, Situation, Steering};
@@ -76,27 +77,6 @@ impl StepState {
     const NONE: Self = Self { configured: false, last_step_us: None, digest: 0 };
 }
 
-/// Losses of received bytes, as the board's drivers count them.
-#[derive(Clone, Copy, Debug)]
-pub struct ReceiveLosses {
-    /// In the order of [`Port::ALL`].
-    since_start: [u32; 5],
-    /// Not yet reported to the host.
-    news: bool,
-}
-
-impl ReceiveLosses {
-    /// A port's driver has lost bytes so often since start.
-    pub fn note(&mut self, port: Port, since_start: u32) {
-        if let Some(losses) = self.since_start.get_mut(port as usize)
-            && *losses != since_start
-        {
-            *losses = since_start;
-            self.news = true;
-        }
-    }
-}
-
 impl Backseat {
     pub const fn new(filter: FilterPlace) -> Self {
         Self {
@@ -114,7 +94,7 @@ impl Backseat {
             fence: Fence::new(),
             uplink: Uplink::new(),
             host: Host::new(),
-            losses: ReceiveLosses { since_start: [0; 5], news: false },
+            losses: ReceiveLosses::NONE,
             out: [const { Ring::new() }; 4],
             state: StepState::NONE,
             unconfigured: false,

@@ -47,6 +47,7 @@ mod modes;
 pub mod parameters;
 mod persistence;
 mod pump;
+mod receive_losses;
 mod recorded;
 mod requests;
 mod ring;

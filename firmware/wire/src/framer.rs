@@ -3,7 +3,7 @@
 use crate::{Counts, Error};
 
 /// Collects one line of printable ASCII from a start character to CR or LF.
-pub(crate) struct Line<const N: usize> {
+pub(crate) struct LineBuffer<const N: usize> {
     buffer: [u8; N],
     length: usize,
     state: LineState,
@@ -19,7 +19,7 @@ enum LineState {
     Done,
 }
 
-impl<const N: usize> Line<N> {
+impl<const N: usize> LineBuffer<N> {
     pub(crate) const fn new() -> Self {
         Self { buffer: [0; N], length: 0, state: LineState::Idle }
     }

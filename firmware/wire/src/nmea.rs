@@ -3,7 +3,7 @@
 //! Not the sentences of NMEA 0183 alone: identifiers are of any length and `$C82.8P-3.89` has no comma at all.
 
 use crate::calendar::{DateTime, TimeOfDay};
-use crate::framer::Line;
+use crate::framer::LineBuffer;
 use crate::write::Writer;
 use crate::{Counts, Decimal, Error, hex};
 
@@ -100,7 +100,7 @@ fn xor(body: &[u8]) -> u8 {
 /// assert_eq!((seen, framer.counts().rejected()), (1, 1));
 /// ```
 pub struct Framer {
-    line: Line<MAX_BODY>,
+    line: LineBuffer<MAX_BODY>,
     checksum: Checksum,
     counts: Counts,
 }
@@ -108,7 +108,7 @@ pub struct Framer {
 impl Framer {
     /// An empty framer.
     pub const fn new(checksum: Checksum) -> Self {
-        Self { line: Line::new(), checksum, counts: Counts::new() }
+        Self { line: LineBuffer::new(), checksum, counts: Counts::new() }
     }
 
     /// From now on `checksum` holds.

@@ -4,7 +4,7 @@ use backseat_logs::Log;
 use backseat_logs::log::Column;
 
 /// The five columns of propeller and fins.
-pub const ACTUATORS: &[Column] = Column::ALL.split_at(Column::FinStarboard as usize + 1).0;
+pub const ACTUATORS: &[Column] = Column::group(Column::PropRpm, Column::FinStarboard);
 
 /// Whether propeller and all fins have samples.
 pub fn has_actuators(log: &Log) -> bool {

@@ -5,8 +5,6 @@ mod columns;
 pub mod diagnose;
 mod duration;
 pub mod effect;
-pub mod ensemble;
-pub mod fault_table;
 pub mod flight_score;
 pub mod identify;
 pub mod info;

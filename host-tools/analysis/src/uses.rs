@@ -79,17 +79,7 @@ fn navigate(log: &Log) -> Result<&'static str, String> {
 }
 
 fn identify(log: &Log) -> Result<&'static str, String> {
-    const WHOLE: &[Column] = &[
-        Column::Roll,
-        Column::Pitch,
-        Column::Heading,
-        Column::P,
-        Column::Q,
-        Column::R,
-        Column::DvlU,
-        Column::DvlV,
-        Column::DvlW,
-    ];
+    const WHOLE: &[Column] = Column::group(Column::Roll, Column::DvlW);
     let missing = lacking(log, &[ACTUATORS, WHOLE].concat());
     match missing.as_str() {
         "" => Ok("all parameters of the vehicle"),

@@ -6,10 +6,10 @@
 //! ```text
 //! sample, data      the log at 10 Hz, in stretches without gaps      identifier    the board's adaptive identifier over a log
 //! parameters        θ (21), d26 and d35 as one vector                aid           the same laws offline, without its delay
-//! simulation        free run with sensitivities to θ and start       nullspace     NBLS of the thesis
+//! simulation        free run with sensitivities to θ and start       output_error  prediction error, Gauss-Newton
 //! smoothing         zero-phase filter; the model's own trajectory    instrumental  weak form, instruments from the model
-//! validation        open-loop prediction, held-out comparison        output_error  prediction error, Gauss-Newton
-//! declared_effects  effects of the vehicle file, removed first       automatic     tries them, each step on held-out data
+//! validation        open-loop prediction, held-out comparison        automatic     tries them, each step on held-out data
+//! declared_effects  effects of the vehicle file, removed first
 //! estimate          the result of a method                           excitation    what the motion shows of each parameter
 //! learnt            the covariance as a robust filter's prior         surge_yaw     logs in servo counts: surge and yaw only
 //! options, method   settings, and one entrance to all methods        plan          the mission with most information
@@ -27,7 +27,6 @@ pub mod instrumental;
 mod learnt;
 pub mod manoeuvring;
 mod method;
-pub mod nullspace;
 mod options;
 pub mod output_error;
 pub mod parameters;
@@ -46,6 +45,6 @@ pub use estimate::{Estimate, EstimatedParameter, Step, Unseen};
 pub use learnt::learnt;
 pub use method::identify;
 pub use options::{IdentifyError, Method, Options};
-pub use sample::{PERIOD_S, PeriodInput, Sample};
+pub use sample::{PERIOD_S, PeriodInput, Sample, mean};
 pub use timing::TimingEstimate;
 pub use validation::{Validation, nothing_changes, validate};

@@ -3,7 +3,7 @@
 use crate::data::IdentificationData;
 use crate::estimate::Estimate;
 use crate::options::{IdentifyError, Method, Options};
-use crate::{aid, automatic, instrumental, nullspace, output_error};
+use crate::{aid, automatic, instrumental, output_error};
 use backseat_core::dynamics::VehicleParameters;
 
 /// Identifies a vehicle from its log; `progress` receives the share done, 0 to 1.
@@ -21,7 +21,6 @@ pub fn identify(
     match method {
         Method::AidOnline => aid::online(data, prior, options),
         Method::Aid => aid::offline(data, prior, options, progress),
-        Method::Nbls => nullspace::nbls(data, prior, options),
         Method::Iv => instrumental::identify(data, prior, options, progress),
         Method::OutputError => output_error::identify(data, prior, options, progress),
         Method::Auto => automatic::identify(data, prior, options, progress),

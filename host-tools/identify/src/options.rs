@@ -12,8 +12,6 @@ pub enum Method {
     AidOnline,
     /// Adaptive identification, zero-phase and in several passes.
     Aid,
-    /// Nullspace least squares of the thesis.
-    Nbls,
     /// Weak form with instrumental variables.
     Iv,
     /// Prediction error over long runs, Gauss-Newton.
@@ -24,7 +22,7 @@ pub enum Method {
 
 impl Method {
     /// All of them.
-    pub const ALL: [Self; 6] = [Self::AidOnline, Self::Aid, Self::Nbls, Self::Iv, Self::OutputError, Self::Auto];
+    pub const ALL: [Self; 5] = [Self::AidOnline, Self::Aid, Self::Iv, Self::OutputError, Self::Auto];
 
     /// Name on the command line and in JSON.
     #[must_use]
@@ -32,7 +30,6 @@ impl Method {
         match self {
             Self::AidOnline => "aid-online",
             Self::Aid => "aid",
-            Self::Nbls => "nbls",
             Self::Iv => "iv",
             Self::OutputError => "output-error",
             Self::Auto => "auto",

@@ -81,7 +81,8 @@ impl PeriodInput {
 }
 
 /// Between two inputs.
-pub(crate) fn mean(a: &ActuatorInput, b: &ActuatorInput) -> ActuatorInput {
+#[must_use]
+pub fn mean(a: &ActuatorInput, b: &ActuatorInput) -> ActuatorInput {
     ActuatorInput {
         propeller_radps: 0.5 * (a.propeller_radps + b.propeller_radps),
         fins_rad: core::array::from_fn(|i| 0.5 * (a.fins_rad[i] + b.fins_rad[i])),

@@ -8,6 +8,7 @@ pub mod consistency;
 mod diagnosis_accuracy;
 mod ensemble;
 pub mod experiment;
+pub mod fault_table;
 mod flights;
 pub mod geometry;
 pub mod identification;
@@ -17,6 +18,7 @@ pub mod navigation;
 pub mod packet_navigation;
 pub mod reproduce;
 mod sampled_lqr;
+mod single_logs;
 mod store;
 mod wrong_recordings;
 
@@ -114,8 +116,12 @@ enum LabCommand {
   cargo lab judge --runs 20 --classes work --hours 3
   cargo lab judge --runs 3000 --seed 100000 --store judged.jsonl --out page.md --picture page.svg")]
     Judge(judge::Args),
+    /// Fly every fault of the table and judge how the backseat copes
+    Faults(fault_table::Args),
     /// A planned identification mission against a lawnmower and open-loop inputs
     Plan(identification::PlanArgs),
+    /// Diagnose the log of a glider, a pinger, transponders or a pair of thrusters: models of one public log each
+    SingleLog(single_logs::Args),
     /// Whether a log that is recorded wrongly is told, and one that is recorded rightly is not
     WrongRecordings(wrong_recordings::Args),
     /// Join the stores of the parts of an ensemble
@@ -150,7 +156,9 @@ impl Lab {
             LabCommand::Identification(arguments) => arguments.run(),
             LabCommand::FaultDetection(arguments) => arguments.run(),
             LabCommand::Judge(arguments) => judge::run(arguments),
+            LabCommand::Faults(arguments) => fault_table::run(arguments),
             LabCommand::Plan(arguments) => arguments.run(),
+            LabCommand::SingleLog(arguments) => single_logs::run(arguments),
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),
         }

@@ -1,9 +1,9 @@
 //! Faults by scenario file, and the fault table.
 //!
-//! The quick rows fly as they stand in `docs/results/fault_table.md`, one seed each; `backseat sim faults` flies all of
+//! The quick rows fly as they stand in `docs/results/fault_table.md`, one seed each; `cargo lab faults` flies all of
 //! them.
 
-use backseat_analysis::fault_table::{Judge, JudgedFlight, Row, Summary, fly, markdown, rows};
+use backseat_lab::fault_table::{Judge, JudgedFlight, Row, Summary, fly, markdown, rows};
 use backseat_link::Client;
 use hil_sim::backseat::InProcess;
 use hil_sim::flight;

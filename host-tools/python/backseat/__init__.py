@@ -287,8 +287,8 @@ def identify(
     """Identifies the vehicle's parameters from a log with fins, propeller, attitude, rates and DVL velocity, as
     ``backseat identify``.
 
-    ``vehicle``: the prior; the built-in reference if left out. ``method``: "auto", "aid", "aid-online", "nbls",
-    "iv" or "output-error". ``validate``: another log to be judged on; the last fifth of the same if left out. ``scale``:
+    ``vehicle``: the prior; the built-in reference if left out. ``method``: "auto", "aid", "aid-online", "iv"
+    or "output-error". ``validate``: another log to be judged on; the last fifth of the same if left out. ``scale``:
     the parameter taken as known, "m11" or "beta5". ``current_mps``: water current north and east; the vehicle file's if
     left out. ``report``: a folder for report.html and vehicle.toml.
     """

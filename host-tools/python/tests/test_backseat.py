@@ -68,8 +68,8 @@ class SameNumbers(unittest.TestCase):
                 backseat.diagnose(IVER, report=folder)
 
     def test_identify(self):
-        ours = backseat.identify(DIVE, method="nbls")
-        self.same(ours.summary, command("identify", DIVE, "--method", "nbls", "--json"))
+        ours = backseat.identify(DIVE, method="aid")
+        self.same(ours.summary, command("identify", DIVE, "--method", "aid", "--json"))
 
     def test_simulate(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -71,7 +71,6 @@ fn method() -> impl TypedValueParser<Value = Method> {
         PossibleValue::new(method.name()).help(match method {
             Method::AidOnline => "The board's adaptive identifier as it runs under way",
             Method::Aid => "Adaptive identification without delay, in several passes",
-            Method::Nbls => "Nullspace least squares of the thesis",
             Method::Iv => "Weak form with instrumental variables",
             Method::OutputError => "Prediction error, Gauss-Newton",
             Method::Auto => "AID, instrumental variables, output error: each only where it predicts better",

@@ -1,7 +1,6 @@
 //! `backseat sim`: fly missions in the simulator, and make data sets with it.
 
 mod dataset;
-mod faults;
 mod run;
 mod vessel;
 
@@ -19,8 +18,6 @@ pub enum Simulation {
     Dataset(dataset::Args),
     /// Make the log of a ship's model with propeller and rudder on the surface
     Vessel(vessel::Args),
-    /// Fly every fault of the table and judge how the backseat copes
-    Faults(faults::Args),
 }
 
 impl Simulation {
@@ -29,7 +26,6 @@ impl Simulation {
             Self::Run(arguments) => run::run(arguments),
             Self::Dataset(arguments) => dataset::run(arguments).map(Outcome::from),
             Self::Vessel(arguments) => vessel::run(arguments).map(Outcome::from),
-            Self::Faults(arguments) => faults::run(arguments).map(Outcome::from),
         }
     }
 }

@@ -79,8 +79,6 @@ fn json_is_one_object() {
         (format!("sim dataset --effect random --seed 1 --hours 0.1 --out {data}"), 0),
         (format!("sim dataset --effect random --seed 1 --hours 0.1 --out {data}"), 1),
         ("sim dataset --list".to_owned(), 0),
-        ("sim faults --only dvl_scale --runs 1 --minutes 2".to_owned(), 0),
-        ("sim faults --random 1 --minutes 2".to_owned(), 0),
         (format!("info {session}"), 0),
         (format!("info {log}"), 0),
         (format!("info {vehicle}"), 0),

@@ -178,7 +178,9 @@ fn uses_are_those_of_the_commands() {
         ["identify", "diagnose"].map(|command| json["uses"][command]["how"].as_str().unwrap_or_default().to_owned())
     };
     let [_, diagnose] = uses("t_s,vx_mps,vy_mps,cmd_left,cmd_right\n0,0,0,1,1\n1,0.5,0,1,1\n");
-    assert!(diagnose.contains("two thrusters"), "{diagnose}");
+    assert!(diagnose.contains("cargo lab single-log"), "{diagnose}");
+    let found = backseat(folder.path(), &["diagnose", "log.csv", "--force"]);
+    assert!(text(&found.stderr).contains("cargo lab single-log"), "{}", text(&found.stderr));
     // a whole vehicle that lacks its DVL is no vessel on the surface
     let [identify, _] = uses(
         "t_s,prop_rpm,fin_top_rad,fin_bottom_rad,fin_port_rad,fin_starboard_rad,roll_rad,pitch_rad,heading_rad,\

@@ -4,7 +4,6 @@ use crate::modem::MAX_RATE;
 use crate::slots::{Exchange, SlotError, SlotTable};
 use backseat_wire::modem::ClockEncoding;
 use backseat_wire::ship_state::Key;
-use core::fmt;
 use heapless::Vec;
 
 /// Most vehicles that one ship follows.
@@ -149,17 +148,22 @@ impl Config {
 }
 
 /// Why a configuration cannot be used.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ConfigError {
     /// No modem address.
+    #[error("modem address {0}: expected 0 to {MAX_ADDRESS}")]
     Address(u8),
     /// A vehicle has the ship's address.
+    #[error("modem address {0} is both the ship's and a vehicle's")]
     OwnAddress(u8),
     /// A vehicle is named twice.
+    #[error("two vehicles have the modem address {0}")]
     Twice(u8),
     /// No data rate that is sent.
+    #[error("data rate {0}: expected 0 (FSK) to {MAX_RATE} (PSK)")]
     Rate(u8),
     /// A slot of a vehicle that is not in the list.
+    #[error("the slot at {offset_s} s is for vehicle {vehicle}, which is not in the list of vehicles")]
     UnknownVehicle {
         /// The slot, s.
         offset_s: u32,
@@ -167,6 +171,7 @@ pub enum ConfigError {
         vehicle: u8,
     },
     /// A number outside its range.
+    #[error("{name}: {value} is outside {min} to {max}")]
     Range {
         /// Which.
         name: &'static str,
@@ -178,31 +183,8 @@ pub enum ConfigError {
         max: f64,
     },
     /// The slots.
-    Slots(SlotError),
-}
-
-impl fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Address(address) => write!(f, "modem address {address}: expected 0 to {MAX_ADDRESS}"),
-            Self::OwnAddress(address) => write!(f, "modem address {address} is both the ship's and a vehicle's"),
-            Self::Twice(address) => write!(f, "two vehicles have the modem address {address}"),
-            Self::Rate(rate) => write!(f, "data rate {rate}: expected 0 (FSK) to {MAX_RATE} (PSK)"),
-            Self::UnknownVehicle { offset_s, vehicle } => {
-                write!(f, "the slot at {offset_s} s is for vehicle {vehicle}, which is not in the list of vehicles")
-            }
-            Self::Range { name, value, min, max } => write!(f, "{name}: {value} is outside {min} to {max}"),
-            Self::Slots(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for ConfigError {}
-
-impl From<SlotError> for ConfigError {
-    fn from(error: SlotError) -> Self {
-        Self::Slots(error)
-    }
+    #[error(transparent)]
+    Slots(#[from] SlotError),
 }
 
 #[cfg(test)]

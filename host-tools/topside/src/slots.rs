@@ -4,7 +4,6 @@
 //! agreement. A slot is named by the whole second of its cycle at which the packet that carries the range leaves; a
 //! data packet is preceded by its cycle-initialisation packet.
 
-use core::fmt;
 use heapless::Vec;
 
 /// Most slots of a cycle.
@@ -219,15 +218,19 @@ fn check(first: &Slot, second: &Slot, gap_s: f64, period_s: f64, airtime: &Airti
 }
 
 /// Why slots do not make a cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SlotError {
     /// Length of the cycle.
+    #[error("a cycle of {0} s: expected 1 to {MAX_PERIOD_S} s")]
     Period(u32),
     /// Number of slots.
+    #[error("{0} slots: expected 1 to {MAX_SLOTS}")]
     Count(usize),
     /// A duration is negative, not a number or absurd.
+    #[error("durations of packets and flights: expected 0 to 60 s each")]
     Airtime,
     /// A slot outside its cycle.
+    #[error("the slot at {offset_s} s is outside the cycle of {period_s} s")]
     Outside {
         /// The slot, s.
         offset_s: u32,
@@ -235,6 +238,15 @@ pub enum SlotError {
         period_s: u32,
     },
     /// Two slots, or a slot and itself in the next cycle.
+    #[error(
+        "the slots at {} s ({}) and {} s ({}) overlap by {overlap_s:.1} s at the {} when sound travels for {flight_s:.2} s: \
+         move them apart, or declare shorter packets or a shorter longest range",
+        .first.offset_s,
+        .first.exchange.name(),
+        .second.offset_s,
+        .second.exchange.name(),
+        if *.at_ship { "ship" } else { "vehicle" }
+    )]
     Overlap {
         /// One.
         first: Slot,
@@ -248,33 +260,6 @@ pub enum SlotError {
         flight_s: f64,
     },
 }
-
-impl fmt::Display for SlotError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Period(period_s) => write!(f, "a cycle of {period_s} s: expected 1 to {MAX_PERIOD_S} s"),
-            Self::Count(count) => write!(f, "{count} slots: expected 1 to {MAX_SLOTS}"),
-            Self::Airtime => f.write_str("durations of packets and flights: expected 0 to 60 s each"),
-            Self::Outside { offset_s, period_s } => {
-                write!(f, "the slot at {offset_s} s is outside the cycle of {period_s} s")
-            }
-            Self::Overlap { first, second, overlap_s, at_ship, flight_s } => {
-                let place = if at_ship { "ship" } else { "vehicle" };
-                write!(
-                    f,
-                    "the slots at {} s ({}) and {} s ({}) overlap by {overlap_s:.1} s at the {place} when sound travels for \
-                     {flight_s:.2} s: move them apart, or declare shorter packets or a shorter longest range",
-                    first.offset_s,
-                    first.exchange.name(),
-                    second.offset_s,
-                    second.exchange.name(),
-                )
-            }
-        }
-    }
-}
-
-impl core::error::Error for SlotError {}
 
 #[cfg(test)]
 mod tests {

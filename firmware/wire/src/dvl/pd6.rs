@@ -3,7 +3,7 @@
 
 use super::{Coordinates, DvlSample, INVALID, error_mps, to_mmps, velocity_mps};
 use crate::calendar::{DAY_US, TimeOfDay};
-use crate::framer::Line;
+use crate::framer::LineBuffer;
 use crate::nmea::{parse_integer, within};
 use crate::units::{degrees, radians};
 use crate::write::Writer;
@@ -21,7 +21,7 @@ const MAX_RANGE_M: f64 = 12_000.0;
 
 /// Finds lines in a byte stream and gathers them into samples.
 pub struct Decoder {
-    line: Line<MAX_LINE>,
+    line: LineBuffer<MAX_LINE>,
     set: Set,
     counts: Counts,
 }
@@ -40,7 +40,7 @@ impl Decoder {
     /// An empty decoder; `mounting_rad` as in [`Coordinates::to_body`], applied to `:BI` and `:WI`. Without those,
     /// `:BS` and `:WS` are taken as they are.
     pub const fn new(mounting_rad: f64) -> Self {
-        Self { line: Line::new(), set: Set::new(mounting_rad), counts: Counts::new() }
+        Self { line: LineBuffer::new(), set: Set::new(mounting_rad), counts: Counts::new() }
     }
 
     /// Consumes bytes up to the end of the next set or a line refused; `None` when all were consumed.

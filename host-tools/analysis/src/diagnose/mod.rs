@@ -24,6 +24,7 @@ use backseat_diagnose::scores::{self, Scores};
 use backseat_estimation::inputs;
 use backseat_logs::{Log, Truth, VehicleFile};
 use backseat_report::console::Spinner;
+use log_kinds::Kind;
 use std::borrow::Cow;
 use std::time::Instant;
 
@@ -87,6 +88,20 @@ pub fn compute<'a>(
     truth: Option<&Truth>,
     no_dvl: bool,
 ) -> anyhow::Result<DiagnosisResult<'a>> {
+    compute_with(&[], read, declared, truth, no_dvl)
+}
+
+/// The same, with `more` kinds of logs than every user has.
+///
+/// # Errors
+/// As [`compute`].
+pub fn compute_with<'a>(
+    more: &[Kind],
+    read: &'a ReadLog,
+    declared: Option<&VehicleFile>,
+    truth: Option<&Truth>,
+    no_dvl: bool,
+) -> anyhow::Result<DiagnosisResult<'a>> {
     let began = Instant::now();
     let vehicle = &declared.cloned().unwrap_or_else(VehicleFile::reference);
     let log = inputs::at_centre(&read.log, &vehicle.installation);
@@ -99,7 +114,7 @@ pub fn compute<'a>(
         }
         dynamic(&log, vehicle, truth, !no_dvl, &spinner)?
     } else {
-        log_kinds::run([&read.log, &log], vehicle, truth, !no_dvl, &|what| spinner.set(what))?.into()
+        log_kinds::run(more, [&read.log, &log], vehicle, truth, !no_dvl, &|what| spinner.set(what))?.into()
     };
     drop(spinner);
     notes.extend(diagnosis.notes.iter().cloned());

@@ -18,25 +18,8 @@ use std::path::{Path, PathBuf};
 pub const FOLDER: &str = "trial";
 
 /// What a vehicle logs without a modem.
-const OF_VEHICLE: [Column; 17] = [
-    Column::PropRpm,
-    Column::FinTop,
-    Column::FinBottom,
-    Column::FinPort,
-    Column::FinStarboard,
-    Column::Depth,
-    Column::Roll,
-    Column::Pitch,
-    Column::Heading,
-    Column::P,
-    Column::Q,
-    Column::R,
-    Column::DvlU,
-    Column::DvlV,
-    Column::DvlW,
-    Column::GpsX,
-    Column::GpsY,
-];
+const OF_VEHICLE: [&[Column]; 2] =
+    [Column::group(Column::PropRpm, Column::DvlW), Column::group(Column::GpsX, Column::GpsY)];
 
 /// A log of sentences, one a line, with seconds since 1970 in front.
 struct Sentences {
@@ -118,9 +101,10 @@ impl Program for Kept {
 pub fn add_vehicle(flight: &FlightLog, start_unix_s: u32, session: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
     let folder = folder.join(FOLDER);
     let start_us = u64::from(start_unix_s) * 1_000_000;
-    let mut log = LogWriter::with_columns(&folder.join("vehicle.csv"), &OF_VEHICLE)?;
+    let columns = OF_VEHICLE.concat();
+    let mut log = LogWriter::with_columns(&folder.join("vehicle.csv"), &columns)?;
     for row in &flight.log.rows {
-        if OF_VEHICLE.iter().any(|column| row.get(*column).is_some()) {
+        if columns.iter().any(|column| row.get(*column).is_some()) {
             let mut row = row.clone();
             row.time_us += start_us;
             log.write(&row)?;

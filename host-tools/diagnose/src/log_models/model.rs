@@ -86,7 +86,8 @@ pub trait LogModel: Sync {
 }
 
 /// What the catalogue takes as plausible of a size of an entry.
-pub(super) fn catalogue_range(entry: &str, place: usize) -> [f64; 2] {
+#[must_use]
+pub fn catalogue_range(entry: &str, place: usize) -> [f64; 2] {
     let sizes = effects::find_of_log(entry).map_or(&[][..], |info| info.parameters);
     sizes.get(place).map_or([f64::NEG_INFINITY, f64::INFINITY], |parameter| [parameter.min, parameter.max])
 }

@@ -22,7 +22,8 @@ pub(super) const DELAYS: [&str; MOST_RUNS] = names!("s");
 pub(super) const WINDS: [[&str; MOST_RUNS]; 2] = [names!("north_mps"), names!("east_mps")];
 
 /// A fitted size with its interval.
-pub(super) fn estimate(name: &'static str, unit: &'static str, value: f64, sigma: f64) -> ParameterEstimate {
+#[must_use]
+pub fn estimate(name: &'static str, unit: &'static str, value: f64, sigma: f64) -> ParameterEstimate {
     let ci95 = [value - Z_95 * sigma, value + Z_95 * sigma];
     ParameterEstimate { name, unit, kind: ParameterKind::Size, value, ci95 }
 }

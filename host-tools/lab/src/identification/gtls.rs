@@ -6,12 +6,12 @@
 //! NBLS's central differences the rest that rolling leaves is larger than the noise, and weights and λ are those of a
 //! noise that is not there. Linear drag and advance of the declared vehicle are left out.
 
+use super::nullspace::{Filtered, filtered};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
 use backseat_core::identification::Theta;
 use backseat_core::identification::aid::interval;
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::{M11, theta_of};
-use backseat_identify::nullspace::{Filtered, filtered};
 use backseat_identify::parameters::{self, D26, EXTENDED, Extended, ExtendedRegressor};
 use backseat_identify::simulation::{self, Output};
 use backseat_identify::{IdentificationData, IdentifyError, Options, PERIOD_S, smoothing};

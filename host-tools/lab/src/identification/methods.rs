@@ -2,6 +2,7 @@
 
 use super::accelerations::{self, AccelerationErrors};
 use super::gtls;
+use super::nullspace::nbls;
 use crate::ensemble::{PartArgs, all_runs};
 use crate::experiment::{Experiment, wrong_prior};
 use crate::store::{Key, version};
@@ -23,10 +24,11 @@ const FIRST_TUNING_SEED: u64 = 1000;
 #[derive(Clone, Copy)]
 enum Compared {
     Product(Method),
+    Nbls,
     Gtls,
 }
 
-use Compared::{Gtls, Product};
+use Compared::{Gtls, Nbls, Product};
 
 /// One row of the table.
 #[derive(Clone, Copy)]
@@ -57,8 +59,8 @@ static CONDITIONS: [Condition; 17] = [
     condition(Product(Method::AidOnline), 0.014),
     condition(Product(Method::Aid), 0.012),
     condition(Product(Method::Aid), 0.014),
-    condition(Product(Method::Nbls), 0.0),
-    condition(Product(Method::Nbls), 0.014),
+    condition(Nbls, 0.0),
+    condition(Nbls, 0.014),
     condition(Gtls, 0.003),
     condition(Gtls, 0.014),
     condition(Product(Method::Iv), 0.014),
@@ -83,6 +85,7 @@ impl Compared {
     fn name(self) -> &'static str {
         match self {
             Product(method) => method.name(),
+            Nbls => "nbls",
             Gtls => "gtls",
         }
     }
@@ -105,6 +108,7 @@ impl Condition {
         let prior = wrong_prior(self.wrong, seed);
         let vehicle = match self.method {
             Product(method) => identify(method, &data, &prior, &options, &|_| {})?.vehicle,
+            Nbls => nbls(&data, &prior, &options)?,
             Gtls => gtls(&data, &prior, &options)?,
         };
         let unseen = Experiment { cross_drag: self.cross_drag, ..Experiment::cross_validation() }.run(seed);

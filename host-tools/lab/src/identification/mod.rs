@@ -9,6 +9,7 @@ mod faults;
 mod gtls;
 mod identified_vehicle;
 mod methods;
+pub mod nullspace;
 mod plan_flight;
 
 pub use command::{FaultArgs, MethodArgs, PlanArgs};

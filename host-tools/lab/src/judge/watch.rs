@@ -1,8 +1,8 @@
 //! A flight against truth: nothing is read but the true vehicle and the board's telemetry.
 
 use super::draw::Drawn;
+use crate::fault_table::ship_of;
 use anyhow::Context;
-use backseat_analysis::fault_table::ship_of;
 use backseat_link::Client;
 use backseat_logs::stats::{median, percentile};
 use backseat_wire::hostlink::Mode;

@@ -3,3 +3,4 @@
 mod convergence;
 mod sensitivities;
 mod timing;
+mod vectors;

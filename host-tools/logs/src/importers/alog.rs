@@ -4,40 +4,17 @@
 //! from true north, speed in m/s, depth in metres; yaw, pitch and roll in radians. A mapping names any other, such as
 //! the helm's commands: `DESIRED_RUDDER` is in degrees or per cent by vehicle.
 
+use super::Imported;
 use super::mapping::ColumnMap;
-use super::signals::{Hint, Message, Only, Signals, number};
-use super::{Imported, RAD_PER_DEG};
+use super::message_tables::TABLES;
+use super::signals::Signals;
 use crate::DataError;
-use crate::log::{Column, table};
+use crate::log::table;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 /// Name of the format.
 pub(super) const NAME: &str = "MOOS alog";
-
-/// Variables, the sensors' own before the vehicle's estimate.
-static VARIABLES: [Message; 10] = [
-    Message { name: "NAV_HEADING", only: Only::Always, takes: &[number("", Column::Heading, RAD_PER_DEG)] },
-    Message { name: "NAV_PITCH", only: Only::Always, takes: &[number("", Column::Pitch, 1.0)] },
-    Message { name: "NAV_ROLL", only: Only::Always, takes: &[number("", Column::Roll, 1.0)] },
-    Message { name: "NAV_DEPTH", only: Only::Always, takes: &[number("", Column::Depth, 1.0)] },
-    Message { name: "NAV_SPEED", only: Only::Always, takes: &[number("", Column::SpeedLog, 1.0)] },
-    Message { name: "SOUND_SPEED", only: Only::Always, takes: &[number("", Column::SoundSpeed, 1.0)] },
-    Message { name: "GPS_X", only: Only::Always, takes: &[number("", Column::GpsY, 1.0)] },
-    Message { name: "GPS_Y", only: Only::Always, takes: &[number("", Column::GpsX, 1.0)] },
-    Message { name: "NAV_X", only: Only::Always, takes: &[number("", Column::GpsY, 1.0)] },
-    Message { name: "NAV_Y", only: Only::Always, takes: &[number("", Column::GpsX, 1.0)] },
-];
-
-const COMMAND: &str = "per cent or degrees, by vehicle: name propeller and fins by --columns";
-const ESTIMATE: &str = "the vehicle's own estimate; GPS_X and GPS_Y are used";
-const HINTS: &[Hint] = &[
-    ("DESIRED_RUDDER", COMMAND),
-    ("DESIRED_ELEVATOR", COMMAND),
-    ("DESIRED_THRUST", COMMAND),
-    ("NAV_X", ESTIMATE),
-    ("NAV_Y", ESTIMATE),
-];
 
 /// Whether the beginning of a file is that of an alog.
 pub(super) fn is_alog(beginning: &str) -> bool {
@@ -46,7 +23,7 @@ pub(super) fn is_alog(beginning: &str) -> bool {
 
 /// Reads an alog.
 pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
-    let mut signals = Signals::new(path, map, &VARIABLES)?;
+    let mut signals = Signals::new(path, map, "moos")?;
     signals.is_one_by_one = true;
     let mut lines = BufReader::new(table::open(path)?);
     let mut bytes = Vec::new();
@@ -77,7 +54,7 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
         let value = cells.next().unwrap_or_default();
         match value.parse::<f64>() {
             Ok(value) => signals.message(time_us, variable, "", &[("", value)]),
-            Err(_) if VARIABLES.iter().any(|row| row.name == variable) => {
+            Err(_) if TABLES["moos"].messages.iter().any(|row| row.name == variable) => {
                 return Err(DataError::at(path, number, 4, format!("{variable}: {value:?} is not a number")));
             }
             Err(_) => signals.message(time_us, variable, "", &[]),
@@ -85,13 +62,14 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
     }
     let is_reckoned = signals.has("NAV_X") && !(signals.has("GPS_X") && signals.has("GPS_Y"));
     let note = "NAV_X and NAV_Y are taken for fixes: where the vehicle reckons them itself they are none";
-    signals.finish(NAME, HINTS, if is_reckoned { vec![note.to_owned()] } else { Vec::new() })
+    signals.finish(NAME, if is_reckoned { vec![note.to_owned()] } else { Vec::new() })
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::tests::import;
     use super::*;
+    use crate::log::Column;
 
     const ALOG: &str = "%%%%%%%%\n%% LOG FILE: x.alog\n%% LOGSTART 1475765467.06\n%%%%%%%%\n\
         0.500    NAV_X         uSimMarine   3.0\n\

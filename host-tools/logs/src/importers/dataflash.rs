@@ -4,10 +4,9 @@
 //! No crate reads them well enough: the one there is stops at damage and knows no half-precision numbers.
 
 use super::mapping::ColumnMap;
-use super::signals::{Hint, Message, Only, Signals, Take, number};
-use super::{Imported, RAD_PER_DEG, layout, whole};
+use super::signals::Signals;
+use super::{Imported, layout, whole};
 use crate::DataError;
-use crate::log::Column;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -18,45 +17,6 @@ const MAGIC: [u8; 2] = [0xa3, 0x95];
 /// Number and length of the message that describes messages.
 const FMT: u8 = 0x80;
 const FMT_LENGTH: usize = 89;
-
-static MESSAGES: [Message; 5] = [
-    Message {
-        name: "ATT",
-        only: Only::Always,
-        takes: &[
-            number("Roll", Column::Roll, RAD_PER_DEG),
-            number("Pitch", Column::Pitch, RAD_PER_DEG),
-            number("Yaw", Column::Heading, RAD_PER_DEG),
-        ],
-    },
-    Message {
-        name: "IMU",
-        only: Only::Always,
-        takes: &[number("GyrX", Column::P, 1.0), number("GyrY", Column::Q, 1.0), number("GyrZ", Column::R, 1.0)],
-    },
-    // 3: a fix in three dimensions
-    Message { name: "GPS", only: Only::From("Status", 3.0), takes: &[Take::Fix(["Lat", "Lng"], 1e-7)] },
-    Message { name: "CTUN", only: Only::Always, takes: &[number("BAlt", Column::Depth, -1.0)] },
-    // position deltas of a DVL: what they are per second is added where they are read
-    Message {
-        name: "VISO",
-        only: Only::From("dt", 1e-3),
-        takes: &[number("u", Column::DvlU, 1.0), number("v", Column::DvlV, 1.0), number("w", Column::DvlW, 1.0)],
-    },
-];
-
-const ESTIMATE: &str = "the vehicle's own estimate";
-const HINTS: &[Hint] = &[
-    ("RCOU", "pulse widths of the outputs: name propeller and fins by --columns, as RCOU.C1"),
-    ("SRV", "pulse widths of the outputs: name propeller and fins by --columns"),
-    ("RPM", "measured speeds: name the propeller by --columns"),
-    ("ESC", "measured speeds: name the propeller by --columns, as ESC.RPM"),
-    ("POS", ESTIMATE),
-    ("AHR2", ESTIMATE),
-    ("XKF1", ESTIMATE),
-    ("NKF1", ESTIMATE),
-    ("BARO", "pressure of the air in the hull, or what CTUN has as well"),
-];
 
 /// A message as its FMT describes it.
 struct Described {
@@ -74,7 +34,7 @@ pub(super) fn is_dataflash(beginning: &[u8]) -> bool {
 /// Reads a log.
 pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
     let bytes = whole(path)?;
-    let mut signals = Signals::new(path, map, &MESSAGES)?;
+    let mut signals = Signals::new(path, map, "dataflash")?;
     let mut described: BTreeMap<u8, Described> = BTreeMap::new();
     let (mut at, mut skipped, mut time_us) = (0, 0, 0);
     let (mut firmware, mut is_utc) = (None, false);
@@ -135,7 +95,7 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
         signals.refuse("CTUN", "an altitude in the air, or none: the vehicle is no submarine");
         notes.push(firmware);
     }
-    signals.finish(NAME, HINTS, notes)
+    signals.finish(NAME, notes)
 }
 
 /// What an FMT message describes; `None` for what cannot be.

@@ -80,7 +80,7 @@ impl<'a> Importer<'a> {
         let names: Vec<String> = header.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect();
         let fail = |cell: usize, message: String| Err(DataError::at(path, 1, cell as u64, message));
         table::check_columns(path, header)?;
-        let needed = format.needed.iter().copied();
+        let needed = format.needed.iter().map(String::as_str);
         let every = format.columns.iter().filter(|_| format.every_column_needed).map(|known| &*known.name);
         if let Some(missing) = needed.chain(every).find(|name| !names.iter().any(|found| found == name)) {
             let found: String = names.join(", ").chars().take(120).collect();
@@ -110,7 +110,7 @@ impl<'a> Importer<'a> {
         let spare = format.columns.iter().map(|known| &*known.name);
         let mentioned: Vec<&str> = if has_local { spare.collect() } else { used };
         notes.extend(dropped(format, &names, &mentioned));
-        notes.extend(format.remarks.iter().map(|&remark| remark.to_owned()));
+        notes.extend(format.remarks.iter().cloned());
         Ok(Self {
             path,
             format,
@@ -352,8 +352,8 @@ fn dropped(format: &Format, names: &[String], mentioned: &[&str]) -> Vec<String>
     let mut lines: Vec<(&str, Vec<&str>)> = Vec::new();
     for name in names.iter().filter(|name| !name.is_empty() && !mentioned.contains(&name.as_str())) {
         let lower = name.to_ascii_lowercase();
-        let reason = format.dropped.iter().find(|(part, _)| lower.contains(part));
-        let reason = reason.map_or("not part of a vehicle log", |(_, reason)| *reason);
+        let reason = format.dropped.iter().find(|(part, _)| lower.contains(part.as_str()));
+        let reason = reason.map_or("not part of a vehicle log", |(_, reason)| reason.as_str());
         match lines.iter_mut().find(|(other, _)| *other == reason) {
             Some((_, names)) => names.push(name),
             None => lines.push((reason, vec![name])),

@@ -1,7 +1,6 @@
 //! A format of a table as data: which columns it has, what they mean and what is left out.
 
 use crate::log::Column;
-use std::borrow::Cow;
 
 /// What a column of a table is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,16 +50,6 @@ pub(super) enum Role {
 }
 
 impl Role {
-    /// A sample in the log's own unit.
-    pub(super) const fn plain(column: Column) -> Self {
-        Self::scaled(column, 1.0)
-    }
-
-    /// A sample times a factor.
-    pub(super) const fn scaled(column: Column, scale: f64) -> Self {
-        Self::Sample { column, scale, offset: 0.0 }
-    }
-
     /// What it becomes.
     pub(super) const fn name(self) -> &'static str {
         match self {
@@ -88,33 +77,28 @@ impl Role {
 #[derive(Clone, Debug)]
 pub(super) struct Known {
     /// Name in the header.
-    pub name: Cow<'static, str>,
+    pub name: String,
     /// What it is for.
     pub role: Role,
-}
-
-/// Short form for the tables of formats.
-pub(super) const fn known(name: &'static str, role: Role) -> Known {
-    Known { name: Cow::Borrowed(name), role }
 }
 
 /// A table's format.
 #[derive(Clone, Debug)]
 pub(super) struct Format {
     /// Name in messages.
-    pub name: &'static str,
+    pub name: String,
     /// What may stand between two cells.
-    pub separators: &'static [u8],
+    pub separators: Vec<u8>,
     /// Columns that are read, the preferred ones first where several fill the same place.
-    pub columns: Cow<'static, [Known]>,
+    pub columns: Vec<Known>,
     /// Names that must be there.
-    pub needed: &'static [&'static str],
+    pub needed: Vec<String>,
     /// Every column must be there.
     pub every_column_needed: bool,
     /// Samples that every row has.
-    pub constants: Cow<'static, [(Column, f64)]>,
+    pub constants: Vec<(Column, f64)>,
     /// Part of a name (lower case), and why such columns are left out.
-    pub dropped: &'static [(&'static str, &'static str)],
+    pub dropped: Vec<(String, String)>,
     /// What a reader of the log must know.
-    pub remarks: &'static [&'static str],
+    pub remarks: Vec<String>,
 }

@@ -37,15 +37,16 @@ pub(super) fn number(code: u8, bytes: &[u8], is_big_endian: bool) -> Option<f64>
 
 /// Numbers one behind the other, each with its name: `q` that repeats as `q[0]`, `q[1]` stands so in the table. What is
 /// behind the end is zero, as MAVLink leaves zeros at the end out.
-pub(super) fn numbers<'a>(fields: &[(&'a str, u8)], payload: &[u8], is_big_endian: bool) -> Vec<(&'a str, f64)> {
+pub(super) fn numbers<'a>(fields: &'a [(String, u8)], payload: &[u8], is_big_endian: bool) -> Vec<(&'a str, f64)> {
     let mut at = 0;
     let mut values = Vec::with_capacity(fields.len());
-    for &(name, code) in fields {
+    for (name, code) in fields {
+        let code = *code;
         let mut bytes = [0; 8];
         let rest = payload.get(at..).unwrap_or_default();
         let count = rest.len().min(size(code)).min(8);
         bytes[..count].copy_from_slice(&rest[..count]);
-        values.extend(number(code, &bytes, is_big_endian).map(|value| (name, value)));
+        values.extend(number(code, &bytes, is_big_endian).map(|value| (name.as_str(), value)));
         at += size(code);
     }
     values
@@ -63,6 +64,9 @@ mod tests {
         assert_eq!(number(b'f', &[0, 0, 0xc0, 0x3f], false), Some(1.5)); // struct.pack("<f", 1.5)
         assert_eq!(number(b'd', &[0x3f, 0xf8, 0, 0, 0, 0, 0, 0], true), Some(1.5));
         assert_eq!(number(b'i', &[1, 2, 3], false), None);
-        assert_eq!(numbers(&[("a", b'B'), ("b", b'H')], &[7, 1], false), [("a", 7.0), ("b", 1.0)]);
+        assert_eq!(
+            numbers(&[("a".to_owned(), b'B'), ("b".to_owned(), b'H')], &[7, 1], false),
+            [("a", 7.0), ("b", 1.0)]
+        );
     }
 }

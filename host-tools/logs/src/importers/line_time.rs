@@ -11,7 +11,7 @@ const LEAST_DELAY: f64 = 0.05;
 
 /// The time in front of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Line {
+pub(super) enum LineTime {
     /// µs since 1970 by the clock of the computer that wrote the line.
     Epoch(i64),
     /// µs since some start.
@@ -30,25 +30,25 @@ pub(super) enum Utc {
 
 /// Reads `2026-11-20 12:00:06,120` (or with `T` and a point), seconds, ms, µs or ns since 1970, `12:00:06.120`, or
 /// seconds since a start, wherever it stands in the text.
-pub(super) fn parse(text: &str) -> Line {
+pub(super) fn parse(text: &str) -> LineTime {
     if let Some((days, rest)) = iso_date(text)
         && let Some(us) = clock_us(rest)
     {
-        return Line::Epoch(days * DAY_US as i64 + us);
+        return LineTime::Epoch(days * DAY_US as i64 + us);
     }
     for word in text.split([' ', '\t', '[', ']', '(', ')', ';']).filter(|word| !word.is_empty()) {
         if let Some(us) = clock_us(word) {
-            return Line::Running(us);
+            return LineTime::Running(us);
         }
         let Ok(number) = word.trim_end_matches(',').parse::<f64>() else { continue };
         let seconds = [1.0, 1e3, 1e6, 1e9].iter().map(|unit| number / unit).find(|seconds| *seconds < 1e10);
         match seconds.filter(|seconds| *seconds >= 0.0) {
-            Some(seconds) if seconds >= LEAST_UNIX_S => return Line::Epoch((seconds * 1e6).round() as i64),
-            Some(seconds) => return Line::Running((seconds * 1e6).round() as i64),
+            Some(seconds) if seconds >= LEAST_UNIX_S => return LineTime::Epoch((seconds * 1e6).round() as i64),
+            Some(seconds) => return LineTime::Running((seconds * 1e6).round() as i64),
             None => {}
         }
     }
-    Line::None
+    LineTime::None
 }
 
 /// Days since 1970 of the first `yyyy-mm-dd`, and what follows it.
@@ -79,12 +79,12 @@ pub(super) struct Clock {
 
 impl Clock {
     /// From the lines of sentences that come promptly after the time that they name.
-    pub(super) fn of(pairs: impl Iterator<Item = (Line, Utc)>) -> Self {
+    pub(super) fn of(pairs: impl Iterator<Item = (LineTime, Utc)>) -> Self {
         let (mut differences, mut first_full_us, mut last_us, mut is_epoch) = (Vec::new(), None, None, true);
         for (line, utc) in pairs {
             let utc_us = match (utc, line) {
                 (Utc::Full(us), _) => us,
-                (Utc::OfDay(time), Line::Epoch(line_us)) => nearest(time, line_us),
+                (Utc::OfDay(time), LineTime::Epoch(line_us)) => nearest(time, line_us),
                 (Utc::OfDay(time), _) => match last_us {
                     Some(last_us) => nearest(time, last_us),
                     None => continue,
@@ -96,12 +96,12 @@ impl Clock {
             }
             last_us = Some(utc_us);
             match line {
-                Line::Epoch(us) => differences.push(us - utc_us),
-                Line::Running(us) => {
+                LineTime::Epoch(us) => differences.push(us - utc_us),
+                LineTime::Running(us) => {
                     is_epoch = false;
                     differences.push(us - utc_us);
                 }
-                Line::None => {}
+                LineTime::None => {}
             }
         }
         differences.sort_unstable();
@@ -110,17 +110,17 @@ impl Clock {
     }
 
     /// The time of a line in UTC, as near as the clock is known; by its own clock if no sentence dates it.
-    pub(super) fn utc_us(&self, line: Line) -> Option<i64> {
+    pub(super) fn utc_us(&self, line: LineTime) -> Option<i64> {
         match line {
-            Line::Epoch(us) | Line::Running(us) => Some(us - self.offset.map_or(0, |(offset_us, _)| offset_us)),
-            Line::None => None,
+            LineTime::Epoch(us) | LineTime::Running(us) => Some(us - self.offset.map_or(0, |(offset_us, _)| offset_us)),
+            LineTime::None => None,
         }
     }
 
     /// The instant of a time of day, on the day of its line, or else of the sentence before.
-    pub(super) fn nearest(&self, time: TimeOfDay, line: Line, last_us: Option<i64>) -> i64 {
+    pub(super) fn nearest(&self, time: TimeOfDay, line: LineTime, last_us: Option<i64>) -> i64 {
         let reference_us = match line {
-            Line::Epoch(_) => self.utc_us(line),
+            LineTime::Epoch(_) => self.utc_us(line),
             _ => last_us.or(self.first_full_us),
         };
         nearest(time, reference_us.unwrap_or(time.us() as i64))
@@ -150,15 +150,15 @@ mod tests {
     fn times_in_front_of_lines() {
         const NOON: i64 = 1_795_176_000_000_000; // date -u -d '2026-11-20 12:00' +%s
         for (text, expected) in [
-            ("2026-11-20 12:00:00,250 - INFO - ", Line::Epoch(NOON + 250_000)),
-            ("[2026-11-20T12:00:00.5Z] RX ", Line::Epoch(NOON + 500_000)),
-            ("1795176000.25 ", Line::Epoch(NOON + 250_000)),
-            ("1795176000250, ", Line::Epoch(NOON + 250_000)),
-            ("12:00:00.5 < ", Line::Running(43_200_500_000)),
-            ("3.5\t", Line::Running(3_500_000)),
-            ("RX: ", Line::None),
-            ("", Line::None),
-            ("2026-13-20 é ", Line::None),
+            ("2026-11-20 12:00:00,250 - INFO - ", LineTime::Epoch(NOON + 250_000)),
+            ("[2026-11-20T12:00:00.5Z] RX ", LineTime::Epoch(NOON + 500_000)),
+            ("1795176000.25 ", LineTime::Epoch(NOON + 250_000)),
+            ("1795176000250, ", LineTime::Epoch(NOON + 250_000)),
+            ("12:00:00.5 < ", LineTime::Running(43_200_500_000)),
+            ("3.5\t", LineTime::Running(3_500_000)),
+            ("RX: ", LineTime::None),
+            ("", LineTime::None),
+            ("2026-13-20 é ", LineTime::None),
         ] {
             assert_eq!(parse(text), expected, "{text}");
         }

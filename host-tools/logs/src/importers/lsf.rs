@@ -1,16 +1,13 @@
 //! Logs of DUNE (`.lsf`, `.lsf.gz`): messages of IMC, the protocol of the LSTS toolchain, one behind the other. North,
 //! east, down and forward, starboard, down, in SI units and radians. Times are those of the messages' headers.
-//!
-//! Definitions are those of IMC 5.4 (`IMC.xml`), of the few messages that are read: the first numbers of each.
 
 use super::mapping::ColumnMap;
-use super::signals::{Hint, Message, Only, Signals, Take, number};
+use super::message_tables::{Layout, TABLES};
+use super::signals::Signals;
 use super::{Imported, layout, whole};
 use crate::DataError;
-use crate::log::Column;
 use crc::{CRC_16_ARC, Crc};
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
 use std::path::Path;
 
 /// Name of the format.
@@ -20,111 +17,6 @@ const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_ARC);
 const HEADER: usize = 20;
 const FOOTER: usize = 2;
 const ENTITY_INFO: u16 = 3;
-const DEG: f64 = 180.0 / PI;
-/// `VALID_POS` of a fix.
-const VALID_POSITION: u32 = 4;
-
-/// Number and name of a message, and its numbers.
-type Definition = (u16, &'static str, &'static [(&'static str, u8)]);
-
-const VALUE_F32: &[(&str, u8)] = &[("value", b'f')];
-const VALUE_F64: &[(&str, u8)] = &[("value", b'd')];
-const ACTUATOR: &[(&str, u8)] = &[("id", b'B'), ("value", b'f')];
-const VELOCITY: &[(&str, u8)] = &[("validity", b'B'), ("x", b'd'), ("y", b'd'), ("z", b'd')];
-
-#[rustfmt::skip]
-const DEFINITIONS: [Definition; 18] = [
-    (200, "LblRange", &[("id", b'B'), ("range", b'f')]),
-    (250, "Rpm", &[("value", b'h')]),
-    (253, "GpsFix", &[
-        ("validity", b'H'), ("type", b'B'), ("utc_year", b'H'), ("utc_month", b'B'), ("utc_day", b'B'),
-        ("utc_time", b'f'), ("lat", b'd'), ("lon", b'd'), ("height", b'f'), ("satellites", b'B'), ("cog", b'f'),
-        ("sog", b'f'), ("hdop", b'f'), ("vdop", b'f'), ("hacc", b'f'), ("vacc", b'f'),
-    ]),
-    (254, "EulerAngles", &[("time", b'd'), ("phi", b'd'), ("theta", b'd'), ("psi", b'd'), ("psi_magnetic", b'd')]),
-    (256, "AngularVelocity", &[("time", b'd'), ("x", b'd'), ("y", b'd'), ("z", b'd')]),
-    (259, "GroundVelocity", VELOCITY),
-    (260, "WaterVelocity", VELOCITY),
-    (264, "Pressure", VALUE_F64),
-    (265, "Depth", VALUE_F32),
-    (267, "SoundSpeed", VALUE_F32),
-    (268, "WaterDensity", VALUE_F32),
-    (281, "ServoPosition", ACTUATOR),
-    (301, "SetThrusterActuation", ACTUATOR),
-    (302, "SetServoPosition", ACTUATOR),
-    (350, "EstimatedState", &[
-        ("lat", b'd'), ("lon", b'd'), ("height", b'f'), ("x", b'f'), ("y", b'f'), ("z", b'f'), ("phi", b'f'),
-        ("theta", b'f'), ("psi", b'f'), ("u", b'f'), ("v", b'f'), ("w", b'f'), ("vx", b'f'), ("vy", b'f'), ("vz", b'f'),
-        ("p", b'f'), ("q", b'f'), ("r", b'f'), ("depth", b'f'), ("alt", b'f'),
-    ]),
-    (351, "EstimatedStreamVelocity", &[("x", b'd'), ("y", b'd'), ("z", b'd')]),
-    (400, "DesiredHeading", VALUE_F64),
-    (402, "DesiredSpeed", VALUE_F64),
-];
-
-static MESSAGES: [Message; 9] = [
-    Message {
-        name: "EulerAngles",
-        only: Only::Always,
-        takes: &[
-            number("phi", Column::Roll, 1.0),
-            number("theta", Column::Pitch, 1.0),
-            number("psi", Column::Heading, 1.0),
-        ],
-    },
-    Message {
-        name: "AngularVelocity",
-        only: Only::Always,
-        takes: &[number("x", Column::P, 1.0), number("y", Column::Q, 1.0), number("z", Column::R, 1.0)],
-    },
-    Message { name: "Depth", only: Only::Always, takes: &[number("value", Column::Depth, 1.0)] },
-    // all three axes
-    Message {
-        name: "GroundVelocity",
-        only: Only::Bits("validity", 0b111),
-        takes: &[number("x", Column::DvlU, 1.0), number("y", Column::DvlV, 1.0), number("z", Column::DvlW, 1.0)],
-    },
-    Message { name: "GpsFix", only: Only::Bits("validity", VALID_POSITION), takes: &[Take::Fix(["lat", "lon"], DEG)] },
-    Message { name: "Rpm", only: Only::Always, takes: &[number("value", Column::PropRpm, 1.0)] },
-    Message {
-        name: "SoundSpeed",
-        only: Only::From("value", 1000.0),
-        takes: &[number("value", Column::SoundSpeed, 1.0)],
-    },
-    Message {
-        name: "WaterDensity",
-        only: Only::From("value", 900.0),
-        takes: &[number("value", Column::WaterDensity, 1.0)],
-    },
-    // where no sensor's own message is logged
-    Message {
-        name: "EstimatedState",
-        only: Only::Always,
-        takes: &[
-            number("phi", Column::Roll, 1.0),
-            number("theta", Column::Pitch, 1.0),
-            number("psi", Column::Heading, 1.0),
-            number("p", Column::P, 1.0),
-            number("q", Column::Q, 1.0),
-            number("r", Column::R, 1.0),
-            number("depth", Column::Depth, 1.0),
-        ],
-    },
-];
-
-const HINTS: &[Hint] = &[
-    (
-        "SetServoPosition",
-        "commands of fins, whose numbers differ by vehicle: name them by --columns, as SetServoPosition[0].value",
-    ),
-    ("SetThrusterActuation", "a share of full thrust: Rpm has the propeller's speed"),
-    ("ServoPosition", "measured angles: the commands can be named by --columns"),
-    ("LblRange", "ranges to transponders whose places are not part of the message"),
-    ("WaterVelocity", "velocity through the water, not over ground"),
-    ("EstimatedState", "the vehicle's own estimate"),
-    ("EstimatedStreamVelocity", "the vehicle's own estimate"),
-];
-
 /// The head of a message.
 struct Head {
     is_big_endian: bool,
@@ -162,7 +54,7 @@ pub(super) fn is_lsf(beginning: &[u8]) -> bool {
 /// Reads a log.
 pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
     let bytes = whole(path)?;
-    let mut signals = Signals::new(path, map, &MESSAGES)?;
+    let mut signals = Signals::new(path, map, "imc")?;
     // labels of the entities of each system
     let mut entities: BTreeMap<(u16, u8), String> = BTreeMap::new();
     let mut vehicle = None;
@@ -181,7 +73,8 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
         {
             entities.insert((head.source, entity), label);
         }
-        let Some((_, name, fields)) = DEFINITIONS.iter().find(|(number, ..)| *number == head.number) else {
+        let is_this = |layout: &&Layout| layout.number == u32::from(head.number);
+        let Some(Layout { name, fields, .. }) = TABLES["imc"].layouts.iter().find(is_this) else {
             continue;
         };
         // messages of other systems, heard by a modem or over the air, are logged as well
@@ -205,7 +98,7 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
     if signals.has("Rpm") {
         notes.push("prop_rpm is the measured speed of the propeller (Rpm)".to_owned());
     }
-    signals.finish(NAME, HINTS, notes)
+    signals.finish(NAME, notes)
 }
 
 fn is_sound(message: &[u8], head: &Head) -> bool {

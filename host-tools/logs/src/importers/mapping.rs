@@ -6,7 +6,6 @@ use super::format::{Format, Known, Role};
 use crate::DataError;
 use crate::log::{Column, M_PER_FOOT, MPS_PER_KNOT, RADPS_PER_RPM};
 use serde::Deserialize;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -160,11 +159,11 @@ impl ColumnMap {
         let mut columns = Vec::new();
         if let Some(time) = &file.time {
             let role = time_role(time).map_err(|(span, message)| at(span, message))?;
-            columns.push(Known { name: Cow::Owned(time.column.get_ref().clone()), role });
+            columns.push(Known { name: time.column.get_ref().clone(), role });
         }
         for (target, entry) in &file.columns {
             let role = entry_role(target, entry).map_err(|(span, message)| at(span, message))?;
-            columns.push(Known { name: Cow::Owned(entry.get_ref().column.get_ref().clone()), role });
+            columns.push(Known { name: entry.get_ref().column.get_ref().clone(), role });
         }
         if let Some(quaternion) = &file.quaternion {
             let is_enu_flu = match quaternion.frames.get_ref().as_str() {
@@ -176,7 +175,7 @@ impl ColumnMap {
                 }
             };
             for (part, name) in quaternion.columns.iter().enumerate() {
-                columns.push(Known { name: Cow::Owned(name.clone()), role: Role::Quaternion { part, is_enu_flu } });
+                columns.push(Known { name: name.clone(), role: Role::Quaternion { part, is_enu_flu } });
             }
         }
         let mut constants = Vec::new();
@@ -195,14 +194,14 @@ impl ColumnMap {
         }
         Ok(Self {
             format: Format {
-                name: NAME,
-                separators: &[],
-                columns: Cow::Owned(columns),
+                name: NAME.to_owned(),
+                separators: Vec::new(),
+                columns,
                 every_column_needed: true,
-                needed: &[],
-                constants: Cow::Owned(constants),
-                dropped: &[],
-                remarks: &[],
+                needed: Vec::new(),
+                constants,
+                dropped: Vec::new(),
+                remarks: Vec::new(),
             },
             separator,
             missing: file.missing,

@@ -1,7 +1,7 @@
 //! Logs of other makers, read into a vehicle log.
 //!
-//! A format is a table of names and roles (`format`), read by one engine; the header line identifies the format. What
-//! is not known here is read by a column mapping that the user writes ([`ColumnMap`]).
+//! A format is a table of names and roles (`format`, `formats.toml`), read by one engine; the header line identifies it.
+//! What is not known here is read by a column mapping that the user writes ([`ColumnMap`]).
 
 mod alog;
 mod calendar;
@@ -9,24 +9,22 @@ mod dataflash;
 mod draft;
 mod engine;
 mod format;
-mod glider;
+mod formats;
+#[cfg(test)]
+mod formats_tests;
 mod iver_control;
-mod iver_uvc;
-mod lake;
 mod layout;
 mod line_time;
 mod lsf;
 mod mapping;
 mod mavlink;
+mod message_tables;
 mod messages;
 mod origin;
 mod pd0_file;
-mod pinger;
 mod ros_bag;
-mod runs;
 mod sentences;
 mod signals;
-mod transponders;
 mod ulog;
 
 pub use draft::{Draft, draft};
@@ -36,28 +34,13 @@ pub use ros_bag::is_bag;
 use crate::log::{mat, table};
 use crate::{DataError, Log};
 use format::Format;
+use formats::FORMATS;
 use std::f64::consts::PI;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 const RAD_PER_DEG: f64 = PI / 180.0;
-
-/// Formats by names of their headers that no other has.
-static FORMATS: [(&[&str], &Format); 12] = [
-    (&["Latitude", "Longitude"], &iver_uvc::NATIVE),
-    (&["heading_true_deg", "speed_log_mps"], &iver_uvc::RENAMED),
-    (&["t_rx_s"], &pinger::FORMAT),
-    (&["yaw_enu_rad"], &lake::FORMAT),
-    (&["ballast_cc", "battpos_in"], &glider::FLIGHT),
-    (&["density_kgm3"], &glider::SCIENCE),
-    (&["twtt_s", "transponder"], &transponders::RANGES),
-    (&["name", "up_m"], &transponders::PLACES),
-    (&["gt_yaw_rad", "dvl_x_mps"], &runs::DVL_INS),
-    (&["v_mid_mps", "rudder_rad"], &runs::SHIP),
-    (&["wind_true_from_rad"], &runs::SHIP_WIND),
-    (&["cmd_left", "cmd_right"], &runs::THRUSTERS),
-];
 
 /// North and east of a place about an origin, both as latitude and longitude in degrees, m.
 #[must_use]
@@ -90,15 +73,15 @@ fn read_table(path: &Path) -> Result<Imported, DataError> {
     let header = header(path)?;
     check_text(path, &header)?;
     let has =
-        |name: &&str, separator: u8| header.trim().split(char::from(separator)).any(|cell| unquoted(cell) == *name);
-    let separator_of = |(names, format): &(&[&str], &'static Format)| {
+        |name: &String, separator: u8| header.trim().split(char::from(separator)).any(|cell| unquoted(cell) == *name);
+    let separator_of = |(names, format): &'static (Vec<String>, Format)| {
         let fits = |separator: &u8| names.iter().all(|name| has(name, *separator));
-        format.separators.iter().copied().find(fits).map(|separator| (*format, separator))
+        format.separators.iter().copied().find(fits).map(|separator| (format, separator))
     };
     match FORMATS.iter().find_map(separator_of) {
         Some((format, separator)) => {
             let cells = engine::Cells { separator, missing: &[] };
-            noted(path, Imported { format: format.name, log: engine::read(path, format, cells)? })
+            noted(path, Imported { format: &format.name, log: engine::read(path, format, cells)? })
         }
         None => noted(path, Imported { format: "vehicle log", log: Log::read(path)? }),
     }
@@ -259,8 +242,8 @@ mod tests {
 
     #[test]
     fn formats_are_told_by_their_own_names() {
-        for (names, format) in &FORMATS {
-            for name in *names {
+        for (names, format) in FORMATS.iter() {
+            for name in names {
                 let is_bound = format.columns.iter().any(|known| known.name == *name);
                 assert!(is_bound, "{}: {name}", format.name);
             }

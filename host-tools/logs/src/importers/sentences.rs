@@ -5,7 +5,7 @@
 //! all others the time in front of their line, moved by how far the clock of the lines is from UTC.
 
 use super::Imported;
-use super::line_time::{self, Clock, Line};
+use super::line_time::{self, Clock, LineTime};
 use super::messages::Gathering;
 use crate::DataError;
 use crate::log::{Column, table};
@@ -74,7 +74,7 @@ fn launch_us(transmit_s: u32) -> i64 {
 }
 
 struct Item {
-    line: Line,
+    line: LineTime,
     own: Own,
     /// The sentence comes within a second of the time that it names: good enough to compare clocks by.
     is_prompt: bool,
@@ -153,7 +153,7 @@ struct Reader {
 }
 
 impl Reader {
-    fn take(&mut self, line: Line, text: &str) {
+    fn take(&mut self, line: LineTime, text: &str) {
         if text.starts_with(':') {
             self.take_pd6(line, text);
             return;
@@ -175,7 +175,7 @@ impl Reader {
         }
     }
 
-    fn take_pd6(&mut self, line: Line, text: &str) {
+    fn take_pd6(&mut self, line: LineTime, text: &str) {
         let with_end = format!("{text}\r\n");
         let mut bytes = with_end.as_bytes();
         while let Some(outcome) = self.pd6.feed(&mut bytes) {

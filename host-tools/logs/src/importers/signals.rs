@@ -1,6 +1,6 @@
 //! Logs of named messages with named numbers: which of them a vehicle log holds, and what a mapping names.
 //!
-//! A format is a table of its messages and of what their numbers become ([`Message`]); its reader takes only the
+//! A format is a table of its messages and of what their numbers become (`messages.toml`); its reader takes only the
 //! bytes apart. Where several messages of the table fill one column, the first that the log has is used; of several
 //! sensors that send one message, the one that sends most. An entry of a mapping takes the place of both. Its
 //! `column` is a message with its number, `RCOU.C1`, `vehicle_local_position.z`, `SetServoPosition[2].value`, or the
@@ -10,46 +10,12 @@ use super::Imported;
 use super::engine::euler_rad;
 use super::format::Role;
 use super::mapping::ColumnMap;
+use super::message_tables::{MessageTable, Number, TABLES, Take};
 use super::messages::Gathering;
 use crate::DataError;
 use crate::log::{Column, MAX_SECONDS};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-
-/// What numbers of a message become.
-pub(super) enum Take {
-    /// A number, plus the offset, times the factor.
-    Number(&'static str, Column, f64, f64),
-    /// Latitude and longitude, times the factor degrees.
-    Fix([&'static str; 2], f64),
-    /// Parts w, x, y, z of a quaternion from forward-right-down to north-east-down.
-    Quaternion([&'static str; 4]),
-}
-
-/// A number times a factor.
-pub(super) const fn number(field: &'static str, column: Column, factor: f64) -> Take {
-    Take::Number(field, column, factor, 0.0)
-}
-
-/// When a message is of use.
-#[derive(Clone, Copy)]
-pub(super) enum Only {
-    Always,
-    /// The number is at least this.
-    From(&'static str, f64),
-    /// All of these bits of the number are set.
-    Bits(&'static str, u32),
-}
-
-/// A message that is read.
-pub(super) struct Message {
-    pub name: &'static str,
-    pub only: Only,
-    pub takes: &'static [Take],
-}
-
-/// A message and what to say where it is left out.
-pub(super) type Hint = (&'static str, &'static str);
 
 /// A message type as it comes.
 struct Seen {
@@ -64,7 +30,7 @@ struct Seen {
 }
 
 /// An entry of the mapping.
-struct Source<'a> {
+struct Mapped<'a> {
     name: &'a str,
     column: Column,
     scale: f64,
@@ -88,8 +54,8 @@ type Kept = (i64, Origin, Taken);
 pub(super) struct Signals<'a> {
     path: &'a Path,
     map: Option<&'a ColumnMap>,
-    table: &'static [Message],
-    sources: Vec<Source<'a>>,
+    table: &'static MessageTable,
+    sources: Vec<Mapped<'a>>,
     seen: BTreeMap<String, Seen>,
     kept: Vec<Kept>,
     /// Rows of the table that are not used, and why.
@@ -101,11 +67,7 @@ pub(super) struct Signals<'a> {
 }
 
 impl<'a> Signals<'a> {
-    pub(super) fn new(
-        path: &'a Path,
-        map: Option<&'a ColumnMap>,
-        table: &'static [Message],
-    ) -> Result<Self, DataError> {
+    pub(super) fn new(path: &'a Path, map: Option<&'a ColumnMap>, table: &'static str) -> Result<Self, DataError> {
         let mut sources = Vec::new();
         for known in map.iter().flat_map(|map| map.format().columns.iter()) {
             let name = &*known.name;
@@ -113,12 +75,12 @@ impl<'a> Signals<'a> {
                 let message = format!("mapped {name}: such a log has its own times and positions; map numbers alone");
                 return Err(DataError::file(path, message));
             };
-            sources.push(Source { name, column, scale, offset, is_found: false });
+            sources.push(Mapped { name, column, scale, offset, is_found: false });
         }
         Ok(Self {
             path,
             map,
-            table,
+            table: &TABLES[table],
             sources,
             seen: BTreeMap::new(),
             kept: Vec::new(),
@@ -130,8 +92,8 @@ impl<'a> Signals<'a> {
 
     /// Whether the mapping or the table takes anything from a message; counts it if not.
     pub(super) fn wants(&mut self, base: &str) -> bool {
-        let is_named = |source: &Source| source.name.strip_prefix(base).is_some_and(|rest| !is_word(rest));
-        if self.table.iter().any(|row| row.name == base) || self.sources.iter().any(is_named) {
+        let is_named = |source: &Mapped| source.name.strip_prefix(base).is_some_and(|rest| !is_word(rest));
+        if self.table.messages.iter().any(|row| row.name == base) || self.sources.iter().any(is_named) {
             return true;
         }
         match self.seen.get_mut(base) {
@@ -169,30 +131,27 @@ impl<'a> Signals<'a> {
         if !samples.is_empty() {
             self.kept.push((time_us, None, Taken::Numbers(samples)));
         }
-        let Some((place, row)) = seen.row.and_then(|place| Some((place, self.table.get(place)?))) else { return };
-        let from = Some((place, seen.number));
-        let is_of_use = match row.only {
-            Only::Always => true,
-            Only::From(field, least) => get(field).is_some_and(|value| value >= least),
-            Only::Bits(field, bits) => get(field).is_some_and(|value| value as u32 & bits == bits),
+        let Some((place, row)) = seen.row.and_then(|place| Some((place, self.table.messages.get(place)?))) else {
+            return;
         };
-        if !is_of_use {
+        let from = Some((place, seen.number));
+        if !row.is_of_use(get) {
             return;
         }
         let mut samples = Vec::new();
-        for take in row.takes {
+        for take in &row.takes {
             match take {
-                Take::Number(field, column, scale, offset) => {
+                Take::Number(Number { field, column, scale, offset }) => {
                     samples.extend(get(field).map(|value| (*column, (value + offset) * scale)));
                 }
-                Take::Fix([latitude, longitude], degrees) => {
+                Take::Fix { fix: [latitude, longitude], degrees } => {
                     if let (Some(latitude), Some(longitude)) = (get(latitude), get(longitude)) {
                         let fix_deg = [latitude * degrees, longitude * degrees];
                         self.kept.push((time_us, from, Taken::FixDeg(fix_deg)));
                     }
                 }
-                Take::Quaternion(parts) => {
-                    if let [Some(w), Some(x), Some(y), Some(z)] = parts.map(get)
+                Take::Quaternion { quaternion } => {
+                    if let [Some(w), Some(x), Some(y), Some(z)] = quaternion.each_ref().map(|part| get(part))
                         && let Some(euler_rad) = euler_rad([w, x, y, z], false)
                     {
                         samples.extend([Column::Roll, Column::Pitch, Column::Heading].into_iter().zip(euler_rad));
@@ -207,14 +166,14 @@ impl<'a> Signals<'a> {
 
     /// Binds a message that comes for the first time.
     fn first_sight(&self, base: &str, name: &str, fields: &[(&str, f64)]) -> Seen {
-        let wanted = |(place, source): (usize, &Source)| {
+        let wanted = |(place, source): (usize, &Mapped)| {
             let rest = source.name.strip_prefix(name)?;
             let field = if rest.is_empty() && fields.len() == 1 { fields[0].0 } else { rest.strip_prefix('.')? };
             Some((place, field.to_owned()))
         };
         Seen {
             count: 0,
-            row: self.table.iter().position(|row| row.name == base),
+            row: self.table.messages.iter().position(|row| row.name == base),
             number: self.seen.len(),
             wanted: self.sources.iter().enumerate().filter_map(wanted).collect(),
             fields: fields.iter().map(|(field, _)| (*field).to_owned()).collect(),
@@ -223,7 +182,7 @@ impl<'a> Signals<'a> {
 
     /// Leaves out what a row of the table gave.
     pub(super) fn refuse(&mut self, name: &str, reason: &'static str) {
-        if let Some(place) = self.table.iter().position(|row| row.name == name) {
+        if let Some(place) = self.table.messages.iter().position(|row| row.name == name) {
             self.refused.insert(place, reason);
         }
     }
@@ -236,7 +195,7 @@ impl<'a> Signals<'a> {
     }
 
     /// The log.
-    pub(super) fn finish(self, format: &'static str, hints: &[Hint], more: Vec<String>) -> Result<Imported, DataError> {
+    pub(super) fn finish(self, format: &'static str, more: Vec<String>) -> Result<Imported, DataError> {
         if let Some(source) = self.sources.iter().find(|source| !source.is_found) {
             return Err(DataError::file(self.path, self.not_found(source.name)));
         }
@@ -295,7 +254,7 @@ impl<'a> Signals<'a> {
             }
             let base = name.split('[').next().unwrap_or(name);
             let refused = seen.row.and_then(|row| self.refused.get(&row).copied());
-            let hint = hints.iter().find(|(hinted, _)| *hinted == base).map(|(_, reason)| *reason);
+            let hint = self.table.hints.iter().find(|(hinted, _)| *hinted == base).map(|(_, reason)| reason.as_str());
             let reason = refused.or(hint).unwrap_or(match (seen.row, is_this) {
                 (Some(_), true) => "other messages have the same, or none of it is valid",
                 (Some(_), false) => "another sensor with the same message is used",

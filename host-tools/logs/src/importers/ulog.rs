@@ -4,53 +4,14 @@
 //! PX4's own crate (px4-ulog 0.6) panics where a message is shorter than its kind, so it cannot be given any file.
 
 use super::mapping::ColumnMap;
-use super::signals::{Hint, Message, Only, Signals, Take, number};
+use super::signals::Signals;
 use super::{Imported, layout, whole};
 use crate::DataError;
-use crate::log::Column;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Name of the format.
 pub(super) const NAME: &str = "PX4 ULog";
-
-const FIX_3D: Only = Only::From("fix_type", 3.0);
-/// The second before firmware 1.14.
-const FIX: &[Take] = &[Take::Fix(["latitude_deg", "longitude_deg"], 1.0), Take::Fix(["lat", "lon"], 1e-7)];
-
-static MESSAGES: [Message; 5] = [
-    Message {
-        name: "vehicle_attitude",
-        only: Only::Always,
-        takes: &[Take::Quaternion(["q[0]", "q[1]", "q[2]", "q[3]"])],
-    },
-    Message {
-        name: "vehicle_angular_velocity",
-        only: Only::Always,
-        takes: &[number("xyz[0]", Column::P, 1.0), number("xyz[1]", Column::Q, 1.0), number("xyz[2]", Column::R, 1.0)],
-    },
-    Message {
-        name: "sensor_combined",
-        only: Only::Always,
-        takes: &[
-            number("gyro_rad[0]", Column::P, 1.0),
-            number("gyro_rad[1]", Column::Q, 1.0),
-            number("gyro_rad[2]", Column::R, 1.0),
-        ],
-    },
-    Message { name: "sensor_gps", only: FIX_3D, takes: FIX },
-    Message { name: "vehicle_gps_position", only: FIX_3D, takes: FIX },
-];
-
-const OUTPUT: &str = "outputs of any meaning: name propeller and fins by --columns, as actuator_motors.control[0]";
-const HINTS: &[Hint] = &[
-    ("actuator_outputs", OUTPUT),
-    ("actuator_motors", OUTPUT),
-    ("actuator_servos", OUTPUT),
-    ("actuator_controls_0", OUTPUT),
-    ("vehicle_local_position", "the vehicle's own estimate; its z is a depth to name by --columns"),
-    ("vehicle_global_position", "the vehicle's own estimate"),
-];
 
 /// Most numbers of a topic; what has more is a picture or broken.
 const MAX_FIELDS: usize = 1024;
@@ -78,7 +39,7 @@ pub(super) fn is_ulog(beginning: &[u8]) -> bool {
 /// Reads a log.
 pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, DataError> {
     let bytes = whole(path)?;
-    let mut signals = Signals::new(path, map, &MESSAGES)?;
+    let mut signals = Signals::new(path, map, "ulog")?;
     let (mut types, mut topics) = (Types::new(), BTreeMap::new());
     let mut notes = Vec::new();
     // what is appended after the log was closed begins at places of its own
@@ -121,7 +82,7 @@ pub(super) fn read(path: &Path, map: Option<&ColumnMap>) -> Result<Imported, Dat
             _ => {}
         }
     }
-    signals.finish(NAME, HINTS, notes)
+    signals.finish(NAME, notes)
 }
 
 /// Number and topic of a message that says what is logged.

@@ -1,278 +1,171 @@
 //! The columns of the vehicle log: names, order in a row, decimals written.
 
-/// A column of the vehicle log. Members of a group (attitude, rates, DVL…) are consecutive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(usize)]
-pub enum Column {
+macro_rules! columns {
+    ($($(#[$doc:meta])* $column:ident = $name:literal,)*) => {
+        /// A column of the vehicle log. Members of a group (attitude, rates, DVL…) are consecutive.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(usize)]
+        pub enum Column {
+            $($(#[$doc])* $column,)*
+        }
+
+        impl Column {
+            /// Number of columns beside the time.
+            pub const COUNT: usize = [$($name),*].len();
+
+            /// All columns in the order of a written log.
+            pub const ALL: [Self; Self::COUNT] = [$(Self::$column),*];
+
+            /// Name in the header.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$column => $name,)*
+                }
+            }
+        }
+    };
+}
+
+columns! {
     /// Propeller speed commanded, rpm.
-    PropRpm,
+    PropRpm = "prop_rpm",
     /// Top fin commanded, rad.
-    FinTop,
+    FinTop = "fin_top_rad",
     /// Bottom fin commanded, rad.
-    FinBottom,
+    FinBottom = "fin_bottom_rad",
     /// Port fin commanded, rad.
-    FinPort,
+    FinPort = "fin_port_rad",
     /// Starboard fin commanded, rad.
-    FinStarboard,
+    FinStarboard = "fin_starboard_rad",
     /// Depth, m.
-    Depth,
+    Depth = "depth_m",
     /// Roll φ, rad.
-    Roll,
+    Roll = "roll_rad",
     /// Pitch θ, rad.
-    Pitch,
+    Pitch = "pitch_rad",
     /// True heading ψ, rad.
-    Heading,
+    Heading = "heading_rad",
     /// Roll rate, rad/s.
-    P,
+    P = "p_radps",
     /// Pitch rate, rad/s.
-    Q,
+    Q = "q_radps",
     /// Yaw rate, rad/s.
-    R,
+    R = "r_radps",
     /// DVL surge over ground, m/s.
-    DvlU,
+    DvlU = "dvl_u_mps",
     /// DVL sway over ground, m/s.
-    DvlV,
+    DvlV = "dvl_v_mps",
     /// DVL heave over ground, m/s.
-    DvlW,
+    DvlW = "dvl_w_mps",
     /// One-way range, m.
-    Range,
+    Range = "range_m",
     /// Range rate, positive opening, m/s.
-    RangeRate,
+    RangeRate = "range_rate_mps",
     /// Time of launch of the packet, s.
-    Tol,
+    Tol = "tol_s",
     /// Time of arrival of the packet, s.
-    Toa,
+    Toa = "toa_s",
     /// North of the ship at time of launch, m.
-    ShipX,
+    ShipX = "ship_x_m",
     /// East of the ship at time of launch, m.
-    ShipY,
+    ShipY = "ship_y_m",
     /// Vehicle GNSS north, m.
-    GpsX,
+    GpsX = "gps_x_m",
     /// Vehicle GNSS east, m.
-    GpsY,
+    GpsY = "gps_y_m",
     /// Ship GNSS north, m.
-    ShipGpsX,
+    ShipGpsX = "ship_gps_x_m",
     /// Ship GNSS east, m.
-    ShipGpsY,
+    ShipGpsY = "ship_gps_y_m",
     /// Speed of a log that has no DVL in body axes (importers), along the heading, m/s.
-    SpeedLog,
+    SpeedLog = "speed_log_mps",
     /// Water density, kg/m³.
-    WaterDensity,
+    WaterDensity = "water_density_kg_per_m3",
     /// Sound speed, m/s.
-    SoundSpeed,
+    SoundSpeed = "sound_speed_mps",
     /// Propeller command of a log that states it in servo counts (importers), from stop, positive ahead.
-    PropCount,
+    PropCount = "prop_count",
     /// Yaw fin command of such a log, servo counts from the middle of their range.
-    YawFinCount,
+    YawFinCount = "fin_yaw_count",
     /// Ballast of a glider beyond its middle, positive floats, m³.
-    Ballast,
+    Ballast = "ballast_m3",
     /// Position of a glider's moving mass along its axis, m, as logged.
-    MovingMass,
+    MovingMass = "moving_mass_m",
     /// Measured speed through the water along the path, m/s.
-    WaterSpeed,
+    WaterSpeed = "water_speed_mps",
     /// Current north that the vehicle itself estimated, m/s.
-    OwnCurrentN,
+    OwnCurrentN = "own_current_north_mps",
     /// Current east that the vehicle itself estimated, m/s.
-    OwnCurrentE,
+    OwnCurrentE = "own_current_east_mps",
     /// Height of the antenna of GpsX and GpsY as a depth below the origin, m.
-    GpsZ,
+    GpsZ = "gps_z_m",
     /// Two-way travel time of a ping sent at the time of the row, without turn-around, s.
-    TwoWayTime,
+    TwoWayTime = "two_way_time_s",
     /// Number of the fixed transponder that the ping or the place belongs to.
-    Station,
+    Station = "station",
     /// Declared place of that transponder, north, m.
-    StationX,
+    StationX = "station_x_m",
     /// Declared place of that transponder, east, m.
-    StationY,
+    StationY = "station_y_m",
     /// Declared place of that transponder, depth below the origin, m.
-    StationZ,
+    StationZ = "station_z_m",
     /// North of the antenna when the reply arrived, m.
-    ReplyGpsX,
+    ReplyGpsX = "reply_gps_x_m",
     /// East of the antenna when the reply arrived, m.
-    ReplyGpsY,
+    ReplyGpsY = "reply_gps_y_m",
     /// Height of the antenna when the reply arrived, as a depth, m.
-    ReplyGpsZ,
+    ReplyGpsZ = "reply_gps_z_m",
     /// Roll when the reply arrived, rad.
-    ReplyRoll,
+    ReplyRoll = "reply_roll_rad",
     /// Pitch when the reply arrived, rad.
-    ReplyPitch,
+    ReplyPitch = "reply_pitch_rad",
     /// Heading when the reply arrived, rad.
-    ReplyHeading,
+    ReplyHeading = "reply_heading_rad",
     /// Reference velocity over ground north (GNSS, or an inertial solution made afterwards), m/s.
-    RefNorth,
+    RefNorth = "ref_north_mps",
     /// Reference velocity over ground east, m/s.
-    RefEast,
+    RefEast = "ref_east_mps",
     /// Reference velocity down, m/s.
-    RefDown,
+    RefDown = "ref_down_mps",
     /// Command of the left thruster, from -1 to 1.
-    ThrusterLeft,
+    ThrusterLeft = "thruster_left",
     /// Command of the right thruster, from -1 to 1.
-    ThrusterRight,
+    ThrusterRight = "thruster_right",
     /// Rudder angle of a vessel with one rudder, positive turns to starboard, rad.
-    Rudder,
+    Rudder = "rudder_rad",
     /// Measured true wind, speed over ground, m/s.
-    WindSpeed,
+    WindSpeed = "wind_speed_mps",
     /// Direction that this wind comes from, clockwise from north, rad.
-    WindFrom,
+    WindFrom = "wind_from_rad",
     /// Mass of the vessel as the maker of the log states it, kg.
-    Mass,
+    Mass = "mass_kg",
     /// Length of the vessel as the maker of the log states it, m.
-    Length,
+    Length = "length_m",
     /// Area above the water seen from ahead, as stated, m².
-    WindageFront,
+    WindageFront = "windage_front_m2",
     /// Area above the water seen from the side, as stated, m².
-    WindageSide,
+    WindageSide = "windage_side_m2",
     /// Number of the run in a table that holds several, from 1.
-    Run,
+    Run = "run",
     /// Half of the round trip of the vehicle's ping less the ship's turn-around, as a distance, m; `tol_s` is when the
     /// ping left, `toa_s` when the answer arrived, the ship's place that at its answer.
-    TwoWayRange,
+    TwoWayRange = "two_way_range_m",
     /// Distance by the travel time of the vehicle's own packet, measured at the ship, m; `tol_s` is when it left the
     /// vehicle, `toa_s` when it arrived at the ship, the ship's place that at the arrival.
-    UplinkRange,
+    UplinkRange = "uplink_range_m",
 }
 
 impl Column {
-    /// Number of columns beside the time.
-    pub const COUNT: usize = Self::UplinkRange as usize + 1;
-
-    /// All columns in the order of a written log.
-    pub const ALL: [Self; Self::COUNT] = [
-        Self::PropRpm,
-        Self::FinTop,
-        Self::FinBottom,
-        Self::FinPort,
-        Self::FinStarboard,
-        Self::Depth,
-        Self::Roll,
-        Self::Pitch,
-        Self::Heading,
-        Self::P,
-        Self::Q,
-        Self::R,
-        Self::DvlU,
-        Self::DvlV,
-        Self::DvlW,
-        Self::Range,
-        Self::RangeRate,
-        Self::Tol,
-        Self::Toa,
-        Self::ShipX,
-        Self::ShipY,
-        Self::GpsX,
-        Self::GpsY,
-        Self::ShipGpsX,
-        Self::ShipGpsY,
-        Self::SpeedLog,
-        Self::WaterDensity,
-        Self::SoundSpeed,
-        Self::PropCount,
-        Self::YawFinCount,
-        Self::Ballast,
-        Self::MovingMass,
-        Self::WaterSpeed,
-        Self::OwnCurrentN,
-        Self::OwnCurrentE,
-        Self::GpsZ,
-        Self::TwoWayTime,
-        Self::Station,
-        Self::StationX,
-        Self::StationY,
-        Self::StationZ,
-        Self::ReplyGpsX,
-        Self::ReplyGpsY,
-        Self::ReplyGpsZ,
-        Self::ReplyRoll,
-        Self::ReplyPitch,
-        Self::ReplyHeading,
-        Self::RefNorth,
-        Self::RefEast,
-        Self::RefDown,
-        Self::ThrusterLeft,
-        Self::ThrusterRight,
-        Self::Rudder,
-        Self::WindSpeed,
-        Self::WindFrom,
-        Self::Mass,
-        Self::Length,
-        Self::WindageFront,
-        Self::WindageSide,
-        Self::Run,
-        Self::TwoWayRange,
-        Self::UplinkRange,
-    ];
-
     /// Columns written by [`LogWriter`](super::LogWriter) when nothing else is asked for: all
     /// but the optional ones.
     pub const STANDARD: &'static [Self] = Self::ALL.split_at(Self::SpeedLog as usize).0;
 
-    /// Name in the header.
+    /// The columns from one to another, in their order.
     #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::PropRpm => "prop_rpm",
-            Self::FinTop => "fin_top_rad",
-            Self::FinBottom => "fin_bottom_rad",
-            Self::FinPort => "fin_port_rad",
-            Self::FinStarboard => "fin_starboard_rad",
-            Self::Depth => "depth_m",
-            Self::Roll => "roll_rad",
-            Self::Pitch => "pitch_rad",
-            Self::Heading => "heading_rad",
-            Self::P => "p_radps",
-            Self::Q => "q_radps",
-            Self::R => "r_radps",
-            Self::DvlU => "dvl_u_mps",
-            Self::DvlV => "dvl_v_mps",
-            Self::DvlW => "dvl_w_mps",
-            Self::Range => "range_m",
-            Self::RangeRate => "range_rate_mps",
-            Self::Tol => "tol_s",
-            Self::Toa => "toa_s",
-            Self::ShipX => "ship_x_m",
-            Self::ShipY => "ship_y_m",
-            Self::GpsX => "gps_x_m",
-            Self::GpsY => "gps_y_m",
-            Self::ShipGpsX => "ship_gps_x_m",
-            Self::ShipGpsY => "ship_gps_y_m",
-            Self::SpeedLog => "speed_log_mps",
-            Self::WaterDensity => "water_density_kg_per_m3",
-            Self::SoundSpeed => "sound_speed_mps",
-            Self::PropCount => "prop_count",
-            Self::YawFinCount => "fin_yaw_count",
-            Self::Ballast => "ballast_m3",
-            Self::MovingMass => "moving_mass_m",
-            Self::WaterSpeed => "water_speed_mps",
-            Self::OwnCurrentN => "own_current_north_mps",
-            Self::OwnCurrentE => "own_current_east_mps",
-            Self::GpsZ => "gps_z_m",
-            Self::TwoWayTime => "two_way_time_s",
-            Self::Station => "station",
-            Self::StationX => "station_x_m",
-            Self::StationY => "station_y_m",
-            Self::StationZ => "station_z_m",
-            Self::ReplyGpsX => "reply_gps_x_m",
-            Self::ReplyGpsY => "reply_gps_y_m",
-            Self::ReplyGpsZ => "reply_gps_z_m",
-            Self::ReplyRoll => "reply_roll_rad",
-            Self::ReplyPitch => "reply_pitch_rad",
-            Self::ReplyHeading => "reply_heading_rad",
-            Self::RefNorth => "ref_north_mps",
-            Self::RefEast => "ref_east_mps",
-            Self::RefDown => "ref_down_mps",
-            Self::ThrusterLeft => "thruster_left",
-            Self::ThrusterRight => "thruster_right",
-            Self::Rudder => "rudder_rad",
-            Self::WindSpeed => "wind_speed_mps",
-            Self::WindFrom => "wind_from_rad",
-            Self::Mass => "mass_kg",
-            Self::Length => "length_m",
-            Self::WindageFront => "windage_front_m2",
-            Self::WindageSide => "windage_side_m2",
-            Self::Run => "run",
-            Self::TwoWayRange => "two_way_range_m",
-            Self::UplinkRange => "uplink_range_m",
-        }
+    pub const fn group(first: Self, last: Self) -> &'static [Self] {
+        const ALL: &[Column] = &Column::ALL;
+        ALL.split_at(last as usize + 1).0.split_at(first as usize).1
     }
 
     /// The column of a header name.

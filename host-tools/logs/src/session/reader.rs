@@ -19,10 +19,10 @@ const MAX_CHUNK: usize = 1 << 26;
 /// Reads a file's events in the order in which they were written.
 pub struct Reader {
     meta: Meta,
-    source: Source,
+    source: Recorded,
 }
 
-enum Source {
+enum Recorded {
     Session(Box<Session>),
     BoardLog(Box<BoardLog>),
 }
@@ -44,10 +44,10 @@ impl Reader {
         if !MAGIC.starts_with(&magic) {
             let log = BoardLog::open(path, file)?;
             let meta = Meta::new(log.program(), Clock::Board);
-            return Ok(Self { meta, source: Source::BoardLog(Box::new(log)) });
+            return Ok(Self { meta, source: Recorded::BoardLog(Box::new(log)) });
         }
         let (session, meta) = Session::open(path, file)?;
-        Ok(Self { meta, source: Source::Session(Box::new(session)) })
+        Ok(Self { meta, source: Recorded::Session(Box::new(session)) })
     }
 
     /// The session's description.
@@ -60,8 +60,8 @@ impl Reader {
     #[must_use]
     pub fn attachments(&self) -> &[Attachment] {
         match &self.source {
-            Source::Session(session) => &session.attachments,
-            Source::BoardLog(_) => &[],
+            Recorded::Session(session) => &session.attachments,
+            Recorded::BoardLog(_) => &[],
         }
     }
 
@@ -69,8 +69,8 @@ impl Reader {
     #[must_use]
     pub fn position(&self) -> (u64, u64) {
         match &self.source {
-            Source::Session(session) => (session.read, session.length),
-            Source::BoardLog(log) => log.position(),
+            Recorded::Session(session) => (session.read, session.length),
+            Recorded::BoardLog(log) => log.position(),
         }
     }
 
@@ -78,8 +78,8 @@ impl Reader {
     #[must_use]
     pub fn damage(&self) -> Damage {
         match &self.source {
-            Source::Session(session) => session.damage,
-            Source::BoardLog(log) => log.damage(),
+            Recorded::Session(session) => session.damage,
+            Recorded::BoardLog(log) => log.damage(),
         }
     }
 }
@@ -89,8 +89,8 @@ impl Iterator for Reader {
 
     fn next(&mut self) -> Option<Self::Item> {
         match &mut self.source {
-            Source::Session(session) => session.next(),
-            Source::BoardLog(log) => log.next(),
+            Recorded::Session(session) => session.next(),
+            Recorded::BoardLog(log) => log.next(),
         }
     }
 }

@@ -3,7 +3,7 @@
 //! One table an effect of the catalogue, its parameters as keys: a number, or `{ value = …, ci95 = [low, high] }` where
 //! an interval is known; a fin by its name.
 
-use super::source::{Source, Value, kind};
+use super::source::{FileText, Value, kind};
 use crate::DataError;
 use backseat_core::effects::{
     CATALOGUE, EffectSet, FIN_NAMES, ParameterId, ParameterInfo, ParameterKind, fin_index, fin_value, find, parameters,
@@ -24,7 +24,7 @@ pub struct VehicleEffects {
 }
 
 impl VehicleEffects {
-    pub(super) fn parse(source: &Source<'_>, table: &DeTable<'_>) -> Result<Self, DataError> {
+    pub(super) fn parse(source: &FileText<'_>, table: &DeTable<'_>) -> Result<Self, DataError> {
         let mut effects = Self::default();
         for (name, value) in table {
             let Some(info) = find(name.get_ref()) else {
@@ -64,7 +64,7 @@ impl VehicleEffects {
         Ok(effects)
     }
 
-    fn read(&mut self, source: &Source<'_>, id: ParameterId, value: &Value<'_>) -> Result<(), DataError> {
+    fn read(&mut self, source: &FileText<'_>, id: ParameterId, value: &Value<'_>) -> Result<(), DataError> {
         let name = dotted(id);
         let ParameterInfo { min, max, unit, kind: meaning, .. } = *id.info();
         let (value, interval) = source.value_and_interval(value, &name)?;

@@ -1,6 +1,6 @@
 //! `[manoeuvring]` of a vehicle file: columns of propellers and rudders, and a table of coefficients for each axis.
 
-use super::source::{Source, kind};
+use super::source::{FileText, kind};
 use crate::DataError;
 use crate::log::Column;
 use crate::manoeuvring::{AXES, Coefficient, ManoeuvringModel};
@@ -16,7 +16,7 @@ const LARGEST: f64 = 1e6;
 const MOST_ACTUATORS: usize = 8;
 
 /// The model of the section.
-pub(super) fn parse(source: &Source<'_>, table: &DeTable<'_>) -> Result<ManoeuvringModel, DataError> {
+pub(super) fn parse(source: &FileText<'_>, table: &DeTable<'_>) -> Result<ManoeuvringModel, DataError> {
     let mut model = ManoeuvringModel::default();
     for (key, value) in table {
         let name = key.get_ref().as_ref();
@@ -54,7 +54,7 @@ pub(super) fn parse(source: &Source<'_>, table: &DeTable<'_>) -> Result<Manoeuvr
 
 fn parse_axis(
     model: &mut ManoeuvringModel,
-    source: &Source<'_>,
+    source: &FileText<'_>,
     axis: usize,
     table: &DeTable<'_>,
 ) -> Result<(), DataError> {

@@ -4,7 +4,7 @@ use super::effects::{self, VehicleEffects};
 use super::manoeuvring;
 use super::schema::{self, BOARD_SECTION, OPTIONAL, keys, short_key};
 use super::short_runs;
-use super::source::{Source, Value, kind};
+use super::source::{FileText, Value, kind};
 use super::{VehicleFile, in_words};
 use crate::DataError;
 use backseat_app::parameters::{Parameter, Settings};
@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::path::Path;
 use toml::de::DeTable;
 
-impl Source<'_> {
+impl FileText<'_> {
     /// The numbers of a key with their places in the text.
     fn numbers<'v, 'i>(&self, key: &Parameter, value: &'v Value<'i>) -> Result<Vec<&'v Value<'i>>, DataError> {
         match key.shape {
@@ -70,7 +70,7 @@ pub(super) struct Contents {
 
 /// Parses a file; `whole`: it has to have a vehicle.
 pub(super) fn parse(text: &str, path: &Path, whole: bool) -> Result<Contents, DataError> {
-    let source = Source { text, path };
+    let source = FileText { text, path };
     let root = source.root()?;
     let root = root.get_ref();
     let sections = || SECTIONS.map(|section| format!("[{}]", section.name)).join(", ");
@@ -174,7 +174,7 @@ impl Numbers {
     /// Reads a section; `required`: only keys that are [`OPTIONAL`] may be left out.
     fn read(
         &mut self,
-        source: &Source<'_>,
+        source: &FileText<'_>,
         section: &str,
         header: &Range<usize>,
         table: &DeTable<'_>,

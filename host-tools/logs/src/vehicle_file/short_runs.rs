@@ -1,6 +1,6 @@
 //! `[short_runs]` of a vehicle file: terms of all runs, and a table `[[short_runs.configuration]]` for each configuration.
 
-use super::source::{Source, Value as TomlValue, kind};
+use super::source::{FileText, Value as TomlValue, kind};
 use crate::DataError;
 use crate::short_runs::{COMMON, Configuration, OF_CONFIGURATION, ShortRuns, Term, Value};
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ pub(super) const SECTION: &str = "short_runs";
 const CONFIGURATION: &str = "configuration";
 
 /// The terms of the section.
-pub(super) fn parse(source: &Source<'_>, table: &DeTable<'_>) -> Result<ShortRuns, DataError> {
+pub(super) fn parse(source: &FileText<'_>, table: &DeTable<'_>) -> Result<ShortRuns, DataError> {
     let mut runs = ShortRuns::default();
     for (key, value) in table {
         if key.get_ref() == CONFIGURATION {
@@ -32,7 +32,7 @@ pub(super) fn parse(source: &Source<'_>, table: &DeTable<'_>) -> Result<ShortRun
 }
 
 fn place(
-    source: &Source<'_>,
+    source: &FileText<'_>,
     name: &str,
     span: std::ops::Range<usize>,
     terms: &[Term],
@@ -44,7 +44,7 @@ fn place(
     })
 }
 
-fn number(source: &Source<'_>, value: &TomlValue<'_>, term: &Term) -> Result<Value, DataError> {
+fn number(source: &FileText<'_>, value: &TomlValue<'_>, term: &Term) -> Result<Value, DataError> {
     let Term { name, unit, min, max, .. } = term;
     let (number, ci95) = source.with_interval(value, &format!("{SECTION}.{name}"))?;
     if !(*min..=*max).contains(&number) {
@@ -54,7 +54,7 @@ fn number(source: &Source<'_>, value: &TomlValue<'_>, term: &Term) -> Result<Val
     Ok(Value { value: number, ci95 })
 }
 
-fn configuration(source: &Source<'_>, value: &TomlValue<'_>) -> Result<Configuration, DataError> {
+fn configuration(source: &FileText<'_>, value: &TomlValue<'_>) -> Result<Configuration, DataError> {
     let whole = format!("{SECTION}.{CONFIGURATION}");
     let Some(table) = value.get_ref().as_table() else {
         return Err(source.error(value.span(), format!("{whole}: expected a table, found {}", kind(value.get_ref()))));

@@ -9,12 +9,12 @@ use toml::de::{DeTable, DeValue};
 pub(super) type Value<'i> = Spanned<DeValue<'i>>;
 
 /// A text with its origin, to say where in it something is wrong.
-pub(super) struct Source<'a> {
+pub(super) struct FileText<'a> {
     pub(super) text: &'a str,
     pub(super) path: &'a Path,
 }
 
-impl Source<'_> {
+impl FileText<'_> {
     pub(super) fn error(&self, span: Range<usize>, message: impl Into<String>) -> DataError {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;

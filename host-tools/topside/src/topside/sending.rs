@@ -8,7 +8,6 @@ use backseat_wire::abort::Abort;
 use backseat_wire::calendar::DateTime;
 use backseat_wire::modem::{Addresses, Cycle, Data, DataRequest, Payload, ToModem};
 use backseat_wire::ship_state::{AUTHENTIC_LENGTH, ShipState};
-use core::fmt;
 use heapless::Vec;
 
 /// A sentence to the modem: a cycle, or a frame of 32 bytes.
@@ -23,27 +22,18 @@ const OFF_PULSE_HOLD_US: u64 = 60_000_000;
 pub const ABORT_PACKETS: u8 = 3;
 
 /// Why no abort is sent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AbortRefused {
     /// Without a key no vehicle believes it.
+    #[error("no abort without a key: set modem.key to the vehicle's app.acoustic_key")]
     NoKey,
     /// The cycle has no slot in which the ship sends.
+    #[error("the cycle has no downlink slot, in which an abort could leave")]
     NoDownlink,
     /// No vehicle of this modem address is in the configuration.
+    #[error("no vehicle has the modem address {0}")]
     Stranger(u8),
 }
-
-impl fmt::Display for AbortRefused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoKey => f.write_str("no abort without a key: set modem.key to the vehicle's app.acoustic_key"),
-            Self::NoDownlink => f.write_str("the cycle has no downlink slot, in which an abort could leave"),
-            Self::Stranger(address) => write!(f, "no vehicle has the modem address {address}"),
-        }
-    }
-}
-
-impl core::error::Error for AbortRefused {}
 
 /// What an abort still has to say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,12 +2,12 @@
 
 use super::{Kind, Measured, Study};
 use crate::experiment::{Between, Experiment, Motion, Noise, References, declared, wrong_prior};
+use crate::identification::nullspace::{self, ORDER};
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::EffectSet;
 use backseat_core::identification::theta::M11;
 use backseat_core::state::{P, U};
-use backseat_identify::nullspace::ORDER;
-use backseat_identify::{IdentificationData, Method, Options, identify, nullspace, parameters};
+use backseat_identify::{IdentificationData, Method, Options, identify, parameters};
 use backseat_logs::Truth;
 use backseat_logs::stats::median;
 use hil_sim::rng::{Source, Stream};

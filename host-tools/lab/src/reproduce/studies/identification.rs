@@ -2,19 +2,20 @@
 
 use super::{Kind, Measured, Study};
 use crate::experiment::{Between, Experiment, Motion, Noise, OpenLoop, References, declared, wrong_prior};
+use crate::identification::nullspace;
 use backseat_core::dynamics::VehicleParameters;
 use backseat_core::effects::EffectSet;
 use backseat_core::identification::theta::M11;
 use backseat_core::state::wrap_angle;
 use backseat_identify::validation::COLUMNS;
-use backseat_identify::{IdentificationData, Method, Options, identify, nullspace, parameters};
+use backseat_identify::{IdentificationData, Method, Options, identify, parameters};
 use backseat_logs::{Truth, TruthRow};
 
 /// NBLS on the references of Table 4.6, Tables 4.10 to 4.12.
 pub const NBLS: Study = Study {
     name: "nbls",
     kind: Kind::Identification(NoiseGrid {
-        method: Method::Nbls,
+        method: By::Nbls,
         motion: NBLS_MOTION,
         duration_s: NBLS_S,
         rates_degps: 0.01,
@@ -50,7 +51,7 @@ pub const AID_COARSE_RATES: Study = Study {
 };
 
 const AID: NoiseGrid = NoiseGrid {
-    method: Method::Aid,
+    method: By::Aid,
     motion: Motion::OpenLoop(OpenLoop::IDENTIFICATION),
     duration_s: 5000.0,
     rates_degps: 0.01,
@@ -68,10 +69,17 @@ const WRONG: f64 = 0.3;
 /// Samples between two points of Figure 4.11's curves.
 const CURVE: usize = 20;
 
+/// The method of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum By {
+    Nbls,
+    Aid,
+}
+
 /// A grid.
 #[derive(Clone, Copy, Debug)]
 pub struct NoiseGrid {
-    method: Method,
+    method: By,
     motion: Motion,
     duration_s: f64,
     /// Noise of angular rates, deg/s.
@@ -92,11 +100,11 @@ impl NoiseGrid {
             };
             let case = ExperimentLog::new(seed, self.motion, self.duration_s, noise)?;
             let vehicle = match self.method {
-                Method::Nbls => case.nbls(NBLS_CUTOFF_HZ)?,
-                method => identify(method, &case.data, &case.prior, &case.options, &|_| {})?.vehicle,
+                By::Nbls => case.nbls(NBLS_CUTOFF_HZ)?,
+                By::Aid => identify(Method::Aid, &case.data, &case.prior, &case.options, &|_| {})?.vehicle,
             };
             case.keep_errors(&mut measured, &format!("{cmps} cm/s"), &vehicle);
-            if self.method == Method::Aid && cmps == TABLE_4_13_CMPS {
+            if self.method == By::Aid && cmps == TABLE_4_13_CMPS {
                 case.keep_curves(&mut measured, &vehicle);
             }
         }

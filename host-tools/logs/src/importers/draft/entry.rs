@@ -210,7 +210,7 @@ pub(super) fn mend(entries: &mut [Entry], found: &Examination) -> Vec<String> {
             let factor = of_unit * number(line, "sign", 1.0) * number(line, "scale", 1.0);
             // the unit itself, where the draft had none of its own
             let is_plain = unit_factor(target, source.unit) == Some(1.0) && source.scale == 1.0;
-            let known = super::names::UNITS.iter().map(|(_, known)| *known).find(|known| unit == Some(*known));
+            let known = super::names::units().map(|(_, known)| known).find(|known| unit == Some(*known));
             entry.change(source, factor, number(line, "offset", 0.0), known.filter(|_| is_plain));
             entry.sure = None;
             entry.checks.push(format!("changed: {}{}", finding.what, evidence(finding)));

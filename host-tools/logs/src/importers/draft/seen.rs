@@ -1,6 +1,6 @@
 //! A column of a table: its name in words, its unit, its values.
 
-use super::names::{COMMAND, COUNTS, MAGNETIC, MISSING, NAMES, NONE, NOTHING, PRESSURE, UNITS};
+use super::names::{COMMAND, COUNTS, MAGNETIC, MISSING, NAMES, NONE, NOTHING, PRESSURE, units};
 use crate::importers::mapping::unit_factor;
 use crate::log::{Column, table};
 
@@ -35,7 +35,7 @@ impl Seen {
             None => (lower.as_str(), ""),
         };
         let plain = outside.replace([' ', '-', '/'], "_");
-        let unit = |text: &str| UNITS.iter().find(|(name, _)| *name == text).map(|(_, unit)| *unit);
+        let unit = |text: &str| units().find(|(name, _)| *name == text).map(|(_, unit)| unit);
         // of one word, or of two, as in deg_s
         let tail = |words: usize| {
             let start = plain.rmatch_indices(['_', '.']).nth(words - 1).map(|(at, _)| at + 1);
@@ -143,8 +143,8 @@ impl Seen {
         if !self.is_number() {
             return None;
         }
-        let is_none = |part: &&str| if part.contains('_') { self.plain.contains(*part) } else { self.says(&[part]) };
-        if NONE.iter().any(is_none) {
+        let is_none = |part: &str| if part.contains('_') { self.plain.contains(part) } else { self.says(&[part]) };
+        if NONE.split(' ').any(is_none) {
             return None;
         }
         let stem = self.words.join("_");
@@ -155,11 +155,11 @@ impl Seen {
         };
         let is_command = self.says(&COMMAND);
         let is_of_fin = self.says(&["fin", "servo", "plane"]);
-        let fits = |(parts, target): &&(&[&str], &'static str)| {
+        let fits = |(parts, target): &&(&str, &'static str)| {
             // a place and a velocity have the same words
             let is_velocity = !target.starts_with("ref_") || self.unit.is_some() || self.plain.starts_with('v');
             let is_allowed = (is_actuator(target) || !(is_command || is_of_fin)) && is_velocity;
-            parts.iter().any(|part| is(part)) && is_allowed && self.takes_unit(target)
+            parts.split(' ').any(is) && is_allowed && self.takes_unit(target)
         };
         NAMES.iter().find(fits).map(|(_, target)| *target)
     }

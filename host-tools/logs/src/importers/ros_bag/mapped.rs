@@ -127,7 +127,7 @@ impl Numbers {
 }
 
 /// What an entry of the mapping takes from where.
-struct Source<'a> {
+struct TopicNumber<'a> {
     topic: &'a str,
     field: Option<&'a str>,
     element: Option<&'a str>,
@@ -148,7 +148,7 @@ pub(super) struct Mapped {
 /// The entries of a mapping, as the bag is read.
 #[derive(Default)]
 pub(super) struct Sources<'a> {
-    sources: Vec<Source<'a>>,
+    sources: Vec<TopicNumber<'a>>,
 }
 
 impl<'a> Sources<'a> {
@@ -169,7 +169,7 @@ impl<'a> Sources<'a> {
                 },
             };
             let (topic, field) = path.split_once('.').map_or((path, None), |(topic, field)| (topic, Some(field)));
-            sources.push(Source { topic, field, element, name, column, scale, offset, is_found: false });
+            sources.push(TopicNumber { topic, field, element, name, column, scale, offset, is_found: false });
         }
         Ok(Self { sources })
     }

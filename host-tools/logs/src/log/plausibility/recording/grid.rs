@@ -16,40 +16,10 @@ const BRIDGED: usize = 6;
 const BRIDGED_SHIP: usize = 60;
 
 /// Columns that are looked at.
-const USED: [Column; 33] = [
-    Column::PropRpm,
-    Column::FinTop,
-    Column::FinBottom,
-    Column::FinPort,
-    Column::FinStarboard,
-    Column::Rudder,
-    Column::Depth,
-    Column::Roll,
-    Column::Pitch,
-    Column::Heading,
-    Column::P,
-    Column::Q,
-    Column::R,
-    Column::DvlU,
-    Column::DvlV,
-    Column::DvlW,
-    Column::Range,
-    Column::RangeRate,
-    Column::Tol,
-    Column::Toa,
-    Column::ShipX,
-    Column::ShipY,
-    Column::GpsX,
-    Column::GpsY,
-    Column::ShipGpsX,
-    Column::ShipGpsY,
-    Column::SpeedLog,
-    Column::WaterSpeed,
-    Column::RefNorth,
-    Column::RefEast,
-    Column::RefDown,
-    Column::Ballast,
-    Column::Run,
+const USED: [&[Column]; 3] = [
+    Column::group(Column::PropRpm, Column::SpeedLog),
+    Column::group(Column::RefNorth, Column::RefDown),
+    &[Column::Rudder, Column::WaterSpeed, Column::Ballast, Column::Run],
 ];
 
 /// How a column is carried from sample to sample.
@@ -102,7 +72,7 @@ impl Grid {
         let len = ((log.rows.last()?.time_us - first_us) as f64 / cell_us) as usize + 1;
         let len = len.min(MOST_CELLS);
         let mut columns = vec![None; Column::COUNT];
-        for column in USED.into_iter().filter(|column| !is_doubted(*column)) {
+        for &column in USED.into_iter().flatten().filter(|column| !is_doubted(**column)) {
             let (mut values, mut counts) = (vec![0.0; len], vec![0_u32; len]);
             let mut before: Option<f64> = None;
             for (time_us, value) in log.column(column) {

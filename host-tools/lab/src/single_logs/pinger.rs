@@ -4,10 +4,10 @@
 //! takes the offset as unknown (it is always fitted), the period as the median of the intervals, and the declared speed
 //! of sound. As a range: c (t_k − k T) = (1 + ratio) r_k + c (offset + drift t), by the catalogue's definitions.
 
-use super::layout::Layout;
-use super::model::{Entry, LogModel, Measures, Nameless, Row, catalogue_range};
-use super::selection::{self, LogModelDiagnosis};
-use crate::samples::ResidualChannel;
+use backseat_diagnose::log_models::{
+    self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, Nameless, Row, catalogue_range,
+};
+use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
 use backseat_logs::stats::median;
 use backseat_logs::{Log, VehicleFile};
@@ -107,7 +107,7 @@ pub fn is_for(log: &Log) -> bool {
 pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let c = vehicle.installation.sound_speed_mps;
     let (model, period_s, missed) = pings(log, c)?;
-    let mut found = selection::run(&model, log, vehicle)?;
+    let mut found = log_models::run(&model, log, vehicle)?;
     let fitted = &found.theta[1];
     let (drift, sigma) = (fitted[1] * 1e-6, found.sigmas[1] * 1e-6);
     let mut notes = vec![

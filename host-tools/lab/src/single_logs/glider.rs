@@ -8,10 +8,8 @@
 //! of depth and, where there is one, a measured speed through the water are compared over windows of steady flight; the
 //! ways between surfacings with GNSS.
 
-use super::layout::Layout;
-use super::model::{Entry, LogModel, Measures, Nameless, Row};
-use super::selection::{self, LogModelDiagnosis};
-use crate::samples::ResidualChannel;
+use backseat_diagnose::log_models::{self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, Nameless, Row};
+use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
 use backseat_logs::stats::{mean, median};
 use backseat_logs::{Log, VehicleFile};
@@ -223,7 +221,7 @@ impl LogModel for Glider {
     }
 
     fn block_s(&self) -> f64 {
-        crate::prepared_log::BLOCK_S
+        backseat_diagnose::prepared_log::BLOCK_S
     }
 
     fn measures(&self, rows: &[Row], _layout: &Layout) -> Measures {
@@ -244,7 +242,7 @@ impl LogModel for Glider {
 #[must_use]
 pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let model = model(log)?;
-    let mut found = selection::run(&model, log, vehicle)?;
+    let mut found = log_models::run(&model, log, vehicle)?;
     let mut notes = vec![format!(
         "glider log: steady glide from ballast, pitch and density (Merckelbach et al. 2010), neutral at zero ballast in the \
          mean density of {:.2} kg/m^3. {} windows of {WINDOW_S:.0} s, {} of them with a measured speed through the water; {} \

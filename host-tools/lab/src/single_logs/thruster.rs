@@ -10,11 +10,10 @@
 //! per mass are seen: the slope is that of the mass stated, and grows with the added mass that the statement leaves
 //! out.
 
-use super::layout::Layout;
-use super::model::{Entry, LogModel, Measures, Nameless, Row};
-use super::runs::estimate;
-use super::selection::{self, LogModelDiagnosis};
-use crate::samples::ResidualChannel;
+use backseat_diagnose::log_models::{
+    self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, Nameless, Row, estimate,
+};
+use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
 use backseat_logs::stats::{Z_95, median, rms};
 use backseat_logs::{Log, VehicleFile};
@@ -208,9 +207,9 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     if model.stretches.len() < FEWEST {
         return None;
     }
-    let first = selection::run(&model, log, vehicle)?;
+    let first = log_models::run(&model, log, vehicle)?;
     let missed = model.without_missed(&first.theta[1]);
-    let mut found = if missed == 0 { first } else { selection::run(&model, log, vehicle)? };
+    let mut found = if missed == 0 { first } else { log_models::run(&model, log, vehicle)? };
     restate(&mut found);
     let (theta, sigmas) = (&found.theta[1], &found.sigmas);
     let of = |name: &str, column: usize, unit: &str| {

@@ -10,11 +10,9 @@
 //! Legendre polynomials P_k over the log. Places and slow change are fitted in any case, because nobody declares them.
 //! The ratio is the mean over all paths, by the harmonic mean that a travel time sees; the bending of rays is in it.
 
-use super::layout::Layout;
-use super::model::{Entry, LogModel, Measures, Nameless, Row};
-use super::selection::{self, LogModelDiagnosis};
-use crate::samples::ResidualChannel;
 use backseat_core::dynamics::Attitude;
+use backseat_diagnose::log_models::{self, Entry, Layout, LogModel, LogModelDiagnosis, Measures, Nameless, Row};
+use backseat_diagnose::samples::ResidualChannel;
 use backseat_logs::log::Column;
 use backseat_logs::stats::{Z_95, median};
 use backseat_logs::{Log, LogRow, VehicleFile};
@@ -160,14 +158,14 @@ pub fn run(log: &Log, vehicle: &VehicleFile) -> Option<LogModelDiagnosis> {
     let c = vehicle.installation.sound_speed_mps;
     let mut model = model(log, vehicle)?;
     let all = model.pings.len();
-    let mut found = selection::run(&model, log, vehicle)?;
+    let mut found = log_models::run(&model, log, vehicle)?;
     // An echo of another path would bend every fit: what is far off is left out, and the rest fitted again.
     let residuals: Vec<f64> = model.rows(&found.theta[1]).iter().map(|row| row.residual.abs()).collect();
     let limit = OUTLIER * median(&residuals)?;
     if residuals.iter().any(|residual| *residual > limit) {
         let mut far = residuals.iter().map(|residual| *residual > limit);
         model.pings.retain(|_| !far.next().unwrap_or(false));
-        found = selection::run(&model, log, vehicle)?;
+        found = log_models::run(&model, log, vehicle)?;
     }
     let (theta, sigmas) = (&found.theta[1], &found.sigmas);
     let mut notes = vec![

@@ -6,13 +6,16 @@
 //! | `random` | rows drawn by a seed: two or three faults at a time |
 //! | `judge`, `commands` | a flight watched step by step; its sentences to the frontseat |
 //! | `table` | the table of all rows |
+//! | `command` | `cargo lab faults` |
 
+mod command;
 mod commands;
 mod judge;
 mod random;
 mod rows;
 mod table;
 
+pub use command::{Args, run};
 pub use commands::CommandWatch;
 pub use judge::{Judge, JudgedFlight, Spell};
 pub use random::drawn;

@@ -4,17 +4,13 @@
 //! As the thesis has it (NBLS, 4.3), every column of W is as noisy as it is and all noise counts alike: total least
 //! squares whose bias grows with the noise until drags change sign.
 
-use crate::data::IdentificationData;
-use crate::estimate::Estimate;
-use crate::excitation::described;
-use crate::options::{IdentifyError, Method, Options};
-use crate::parameters::{self, D26, D35, EXTENDED, Extended, ExtendedRegressor};
-use crate::sample::{PERIOD_S, Sample, mean};
-use crate::simulation::{self, Output};
-use crate::smoothing::{self, CutOffs};
 use backseat_core::dynamics::{ActuatorInput, Attitude, VehicleModel, VehicleParameters};
 use backseat_core::identification::regressor::{Regressor, regressor};
 use backseat_core::identification::theta::{B1, BETA1, M11, W};
+use backseat_identify::parameters::{self, D26, D35, EXTENDED, Extended, ExtendedRegressor};
+use backseat_identify::simulation::{self, Output};
+use backseat_identify::smoothing::{self, CutOffs};
+use backseat_identify::{IdentificationData, IdentifyError, Options, PERIOD_S, Sample, mean};
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 
 /// Cut-off of all signals: NBLS's, Hz.
@@ -167,30 +163,16 @@ pub fn unbounded(
     Ok(values)
 }
 
-/// NBLS of the thesis, kept inside the box.
-pub(crate) fn nbls(
+/// NBLS of the thesis, kept inside the box of the options.
+///
+/// # Errors
+/// If the prior is unusable.
+pub fn nbls(
     data: &IdentificationData,
     prior: &VehicleParameters,
     options: &Options,
-) -> Result<Estimate, IdentifyError> {
-    let values = unbounded(data, None, prior, options.scale.parameter(), CUTOFF_HZ)?;
-    Ok(boxed(Method::Nbls, data, prior, options, values))
-}
-
-/// The estimate inside the box, with a note of what left it.
-fn boxed(
-    method: Method,
-    data: &IdentificationData,
-    prior: &VehicleParameters,
-    options: &Options,
-    values: Extended,
-) -> Estimate {
-    let mut inside = values;
-    parameters::project(prior, options.box_ratio, &mut inside);
-    let moved: Vec<&str> = (0..EXTENDED).filter(|&j| inside[j] != values[j]).map(parameters::name).collect();
-    let mut estimate = described(method, data, prior, options, &inside, None);
-    if !moved.is_empty() {
-        estimate.notes.push(format!("left their box and were put back to its edge: {}", moved.join(", ")));
-    }
-    estimate
+) -> Result<VehicleParameters, IdentifyError> {
+    let mut values = unbounded(data, None, prior, options.scale.parameter(), CUTOFF_HZ)?;
+    parameters::project(prior, options.box_ratio, &mut values);
+    Ok(parameters::with(prior, &values))
 }

@@ -1,7 +1,7 @@
 //! NBLS against the independent implementation's small problem (`firmware/core/tests/data/README.md`).
 
 use backseat_core::identification::theta::M11;
-use backseat_identify::nullspace::{COLUMNS, nullspace, unit_length};
+use backseat_lab::identification::nullspace::{COLUMNS, nullspace, unit_length};
 use nalgebra::{SMatrix, SVector};
 use serde_json::Value;
 

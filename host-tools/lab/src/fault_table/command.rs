@@ -1,28 +1,26 @@
-//! `backseat sim faults`: the fault table.
+//! `cargo lab faults`: the fault table.
 
+use super::{JudgedFlight, Row, Summary, drawn, drawn_markdown, fly, markdown, rows, share, ship_of, to_json};
 use anyhow::{Context, bail};
-use backseat_analysis::ensemble::run_all;
-use backseat_analysis::fault_table::{
-    JudgedFlight, Row, Summary, drawn, drawn_markdown, fly, markdown, rows, share, ship_of, to_json,
-};
 use backseat_link::{Client, Ports};
+use backseat_report::console::Progress;
 use backseat_report::markdown::wrapped;
 use hil_sim::backseat::{InProcess, Qemu, build_image};
 use hil_sim::faults::Board;
 use hil_sim::flight;
-use rayon::ThreadPoolBuilder;
+use rayon::prelude::*;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 /// Command line.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "Examples:
-  backseat sim faults
-  backseat sim faults --only dvl_false_lock --runs 1 --json
-  backseat sim faults --random 60 --seed 1
-  backseat sim faults --random 60 --only heading_trim_flooding --scenarios drawn
-  backseat sim faults --backseat qemu --only lost_ --only packet_ --minutes 8
-  backseat sim faults --out docs/results/fault_table.md --random 60")]
+  cargo lab faults
+  cargo lab faults --only dvl_false_lock --runs 1 --json
+  cargo lab faults --random 60 --seed 1
+  cargo lab faults --random 60 --only heading_trim_flooding --scenarios drawn
+  cargo lab faults --backseat qemu --only lost_ --only packet_ --minutes 8
+  cargo lab faults --out docs/results/fault_table.md --random 60")]
 pub struct Args {
     /// Seeded flights per row [default: 5; 1 with --random].
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
@@ -56,9 +54,6 @@ pub struct Args {
     /// Print one JSON object on stdout.
     #[arg(long)]
     json: bool,
-    /// Flights at a time [default: one a processor].
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    jobs: usize,
 }
 
 /// Where the app runs.
@@ -91,14 +86,14 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
     }
     let runs = arguments.runs.unwrap_or(5);
     let summaries = flown(&chosen(&arguments.only)?, runs, arguments)?;
-    let mut made_by = format!("backseat sim faults --runs {runs} --first-seed {}", arguments.first_seed);
+    let mut made_by = format!("cargo lab faults --runs {runs} --first-seed {}", arguments.first_seed);
     for name in &arguments.only {
         made_by += &format!(" --only {name}");
     }
     let mut text = markdown(&summaries, &made_by);
     if let Some(rows) = &drawn_rows {
         let made_by = format!(
-            "backseat sim faults --random {} --seed {} --runs {}",
+            "cargo lab faults --random {} --seed {} --runs {}",
             rows.len(),
             arguments.seed,
             arguments.runs.unwrap_or(1)
@@ -134,7 +129,7 @@ fn drawn_rows(count: usize, arguments: &Args) -> anyhow::Result<Vec<Row>> {
             std::fs::write(&path, text).with_context(|| path.display().to_string())?;
         }
         let path = folder.join("iver3.toml");
-        std::fs::write(&path, include_str!("../../../hil-sim/scenarios/iver3.toml"))
+        std::fs::write(&path, include_str!("../../../../hil-sim/scenarios/iver3.toml"))
             .with_context(|| path.display().to_string())?;
     }
     Ok(drawn.into_iter().map(|(row, _)| row).collect())
@@ -146,8 +141,9 @@ fn flown(rows: &[Row], runs: u64, arguments: &Args) -> anyhow::Result<Vec<Summar
     let again = std::iter::once(arguments.first_seed);
     let plan: Vec<(&Row, u64)> =
         rows.iter().flat_map(|row| seeds.clone().chain(again.clone()).map(move |seed| (row, seed))).collect();
-    let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs).build().context("threads")?;
-    let outcomes: Vec<JudgedFlight> = pool.install(|| run_all("flights", &plan, |(row, seed)| Ok(fly(row, *seed))))?;
+    let progress = Progress::new("flights", plan.len());
+    let finished = plan.par_iter().map(|(row, seed)| fly(row, *seed)).inspect(|_| progress.advance());
+    let outcomes: Vec<JudgedFlight> = finished.collect();
     let summary = |(row, flights): (&Row, &[JudgedFlight])| {
         let (again, first) = flights.split_last().expect("one flight at least");
         let mut outcomes = first.to_vec();

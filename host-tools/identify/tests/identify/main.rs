@@ -1,3 +1,0 @@
-//! The methods against reference numbers.
-
-mod vectors;
