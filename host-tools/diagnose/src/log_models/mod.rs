@@ -26,6 +26,7 @@ mod selection;
 pub mod thruster;
 pub mod transponders;
 
+pub use describe::NotNamed;
 pub use layout::Layout;
 pub use model::{Entry, LogModel, Measures, Nameless, Row, Unexplained};
 pub use noise::Noise;
