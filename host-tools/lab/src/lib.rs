@@ -11,6 +11,7 @@ pub mod experiment;
 mod flights;
 pub mod geometry;
 pub mod identification;
+mod injections;
 mod intervals;
 mod judge;
 pub mod navigation;
@@ -118,6 +119,8 @@ enum LabCommand {
     Plan(identification::PlanArgs),
     /// Whether a log that is recorded wrongly is told, and one that is recorded rightly is not
     WrongRecordings(wrong_recordings::Args),
+    /// Whether `diagnose` names and sizes effects of known size that are put into recorded logs
+    Injections(injections::Args),
     /// Join the stores of the parts of an ensemble
     #[command(after_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
@@ -152,6 +155,7 @@ impl Lab {
             LabCommand::Judge(arguments) => judge::run(arguments),
             LabCommand::Plan(arguments) => arguments.run(),
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
+            LabCommand::Injections(arguments) => injections::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),
         }
     }

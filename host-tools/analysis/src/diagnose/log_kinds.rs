@@ -9,6 +9,9 @@ use backseat_diagnose::torpedo;
 use backseat_logs::log::Column;
 use backseat_logs::{Log, Truth, VehicleFile};
 
+/// What `diagnose` does with heading, speed and fixes under way.
+pub const DEAD_RECKONING: &str = "against dead reckoning from fix to fix";
+
 /// What `diagnose` does with a log, or what the log lacks.
 pub fn use_of(log: &Log) -> Result<&'static str, String> {
     if torpedo::is_for(log) {
@@ -31,7 +34,7 @@ pub fn use_of(log: &Log) -> Result<&'static str, String> {
     } else if glider::is_for(log) {
         Ok("against a steady glide")
     } else if dead_reckoning::is_for(log) {
-        Ok("against dead reckoning from fix to fix")
+        Ok(DEAD_RECKONING)
     } else if is_beside(log) && [Column::StationX, Column::WindSpeed, Column::WaterDensity].iter().any(|c| log.has(*c))
     {
         Ok("only beside another log, with --with")

@@ -9,7 +9,7 @@ mod report;
 mod sentence;
 pub mod torpedo;
 
-pub use report::{Files, report};
+pub use report::{Files, Options, report};
 pub use sentence::sentence;
 
 use crate::columns::has_actuators;

@@ -10,17 +10,34 @@ use backseat_diagnose::scores::Scores;
 use backseat_report::{Report, Table};
 use std::path::Path;
 
-/// Files that were written of a diagnosis.
-#[derive(Clone, Copy, Debug, Default)]
+/// The options by which a log was diagnosed, each with a space before it, for the next command.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// By which any command reads the log.
+    pub read: String,
+    /// What is joined to it, and which run is taken.
+    pub beside: String,
+    /// What the result is judged by.
+    pub judge: String,
+    /// The declared vehicle.
+    pub vehicle: String,
+    /// Whether `navigate` can use the log by itself.
+    pub is_navigable: bool,
+}
+
+/// Files that were written of a diagnosis, and how it was asked for.
+#[derive(Clone, Debug, Default)]
 pub struct Files<'a> {
     /// The vehicle with the effects.
     pub vehicle: Option<&'a Path>,
     /// The proposed terms, and the effects that no vehicle file holds.
     pub terms: Option<&'a Path>,
+    /// How it was asked for.
+    pub options: Options,
 }
 
 /// The report, with the files that were written.
-pub fn report(result: &DiagnosisResult<'_>, files: Files<'_>) -> Report {
+pub fn report(result: &DiagnosisResult<'_>, files: &Files<'_>) -> Report {
     let answer = format!("{}. {}", capital(result.diagnosis.verdict.name()), sentence(result));
     let mut report =
         Report::new(format!("Diagnosis of {}", file_name(&result.log.path)), answer).warnings(&result.doubts);
@@ -39,7 +56,7 @@ pub fn report(result: &DiagnosisResult<'_>, files: Files<'_>) -> Report {
     report = report.everywhere().notes(&notes);
     report = report.file("vehicle_file", files.vehicle).file("terms_file", files.terms);
     let time = format!("{:.0} s of log diagnosed in {:.1} s", result.log.duration_s(), result.wall_s);
-    let (command, why) = next(result, files.vehicle);
+    let (command, why) = next(result, files);
     report = report.on_terminal().fact("time", time).everywhere();
     report = report.section("Next").text(&format!("{}:", capital(&why))).command(&command);
     provenance::of(json::values(report, result).value("notes", notes), None)

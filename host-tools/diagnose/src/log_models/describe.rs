@@ -29,6 +29,9 @@ pub struct NotNamed {
     pub values: Vec<ParameterEstimate>,
 }
 
+/// An effect that was found, and what the data that judge say of it.
+pub(super) type JudgedEffect = (FoundEffect, BorneOut);
+
 pub(super) struct Described<'a, M> {
     pub fitting: &'a Fitting<'a, M>,
     pub chosen: &'a Chosen,
@@ -52,7 +55,7 @@ impl<M: LogModel> Described<'_, M> {
 
     /// Effects with values of the data that fit and choose and alternatives, and beside each what the data that judge say of
     /// it; one sigma of every column.
-    pub fn effects(&self, after: &Pass) -> Option<(Vec<(FoundEffect, BorneOut)>, Vec<f64>)> {
+    pub fn effects(&self, after: &Pass) -> Option<(Vec<JudgedEffect>, Vec<f64>)> {
         let (theta, model) = (&self.chosen.theta, self.fitting.model);
         let linear = self.linearised(after);
         let places = self.places();

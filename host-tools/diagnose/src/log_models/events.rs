@@ -1,11 +1,10 @@
 //! Entries that begin or end within a log: a current that sets in, a compass that something was laid beside.
 
 use super::chosen::{Chosen, free};
-use super::describe::{borne_out, judged_gain};
+use super::describe::{JudgedEffect, borne_out, judged_gain};
 use super::evidence::{Linearised, columns};
 use super::fit::{Fitting, Step};
 use super::model::{LogModel, Row};
-use crate::borne_out::BorneOut;
 use crate::candidates::{Candidate, Hypothesis, Instance, Span};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};
 use crate::normal_equations::Column;
@@ -223,12 +222,7 @@ impl Event {
     }
 
     /// In the catalogue's form, and what the data that judge say of it. No vehicle file holds it: its sizes there are zero.
-    pub fn described<M: LogModel>(
-        &self,
-        fitting: &Fitting<'_, M>,
-        theta: &[f64],
-        after: &Pass,
-    ) -> (FoundEffect, BorneOut) {
+    pub fn described<M: LogModel>(&self, fitting: &Fitting<'_, M>, theta: &[f64], after: &Pass) -> JudgedEffect {
         let candidate = Candidate { span: Some(self.span), ..self.hypothesis.candidate };
         let info = candidate.info();
         let mut values: Vec<ParameterEstimate> = info

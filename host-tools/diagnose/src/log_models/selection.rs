@@ -5,7 +5,7 @@
 //! of the data that fit, and lie within what this vehicle may have. The data that judge take part in none of this.
 
 use super::chosen::{Chosen, Refused, free, refit};
-use super::describe::{self, NotNamed};
+use super::describe::{self, JudgedEffect, NotNamed};
 use super::events;
 use super::evidence::{Linearised, columns};
 use super::fit::Fitting;
@@ -13,7 +13,6 @@ use super::layout::Layout;
 use super::model::{LogModel, catalogue_range};
 use super::noise::Noise;
 use super::scoring;
-use crate::borne_out::BorneOut;
 use crate::candidates::{self, Candidate, Hypothesis, Instance};
 use crate::diagnosis::{Diagnosis, FoundEffect};
 use crate::floor::FEWEST_JUDGED;
@@ -91,7 +90,7 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let mut notes = described.notes(&not_named);
     found.extend(events.iter().map(|event| event.described(&fitting, theta, &after)));
     let refuted = found.iter().filter(|(_, of)| of.is_refuted());
-    let of_refuted = |(found, of): &(FoundEffect, BorneOut)| {
+    let of_refuted = |(found, of): &JudgedEffect| {
         let name = found.instance.candidate.label();
         format!("{name} is significant where it was fitted, and the data that judge do not bear it out ({of})")
     };
