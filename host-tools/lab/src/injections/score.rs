@@ -28,7 +28,8 @@ pub struct Scored {
     pub from_middle: bool,
     pub verdict: String,
     pub named: Vec<String>,
-    /// Size over the sigma that the log has for it, the largest of its parameters; none: the log does not tell it from others.
+    /// Size, with that of the log itself, over the sigma that the log has for it, the largest of its parameters; none: the log
+    /// does not tell it from others.
     pub sigmas: Option<f64>,
     pub is_named: bool,
     /// Whether it stands among what could take the place of what is named.
@@ -36,6 +37,8 @@ pub struct Scored {
     /// Intervals of its parameters, and how many hold the truth: what was put in and what the log itself was found to hold.
     pub intervals: usize,
     pub hold: usize,
+    /// The same, if what the log itself may hold without its being significant is part of the truth.
+    pub hold_with_own: usize,
     /// Of each: its name, its 95 % interval and the truth.
     pub sizes: Vec<(String, [f64; 2], f64)>,
     /// Called explained, by a name that is neither what was put in nor what the log itself was found to hold.
@@ -61,21 +64,23 @@ pub fn of(injection: &Injection, base: &LogModelDiagnosis, found: &LogModelDiagn
     let tested = found.not_named.iter().find(|entry| entry.effect == effect && !entry.values.is_empty());
     let values = named.map(|named| &named.values).or(tested.map(|entry| &entry.values));
     let is_size =
-        |value: &&ParameterEstimate| value.kind == ParameterKind::Size && value.ci95.iter().all(|e| e.is_finite());
+        |value: &&ParameterEstimate| value.kind == ParameterKind::Size && value.ci95.iter().all(|end| end.is_finite());
+    let of_log = |own: Option<&Vec<ParameterEstimate>>, name: &str| {
+        own.and_then(|own| own.iter().find(|other| other.name == name)).map_or(0.0, |of_log| of_log.value)
+    };
+    let truth = |value: &ParameterEstimate| injection.size(value.name) + of_log(own.map(|own| &own.values), value.name);
+    let allowed = base.not_named.iter().find(|entry| entry.effect == effect).map(|entry| &entry.values);
+    let with_own = |value: &ParameterEstimate| truth(value) + of_log(allowed, value.name);
     let sigmas = values.map(|values| {
         let of = |value: &ParameterEstimate| {
-            injection.size(value.name).abs() * 2.0 * Z_95 / (value.ci95[1] - value.ci95[0]).max(f64::MIN_POSITIVE)
+            truth(value).abs() * 2.0 * Z_95 / (value.ci95[1] - value.ci95[0]).max(f64::MIN_POSITIVE)
         };
         values.iter().filter(is_size).map(of).fold(0.0, f64::max)
     });
     // A log that holds the entry all along has no other size of it from the middle on.
     let sized = named.filter(|_| !(injection.from_middle && own.is_some()));
-    let truth = |value: &ParameterEstimate| {
-        let of_log = own.and_then(|own| own.values.iter().find(|other| other.name == value.name));
-        injection.size(value.name) + of_log.map_or(0.0, |of_log| of_log.value)
-    };
     let sizes: Vec<&ParameterEstimate> = sized.iter().flat_map(|named| named.values.iter().filter(is_size)).collect();
-    let holds = |value: &&&ParameterEstimate| (value.ci95[0]..=value.ci95[1]).contains(&truth(value));
+    let holds = |value: &ParameterEstimate, truth: f64| (value.ci95[0]..=value.ci95[1]).contains(&truth);
     let base_names = names(base);
     let is_foreign = |found: &FoundEffect| {
         let name = found.instance.candidate.effect;
@@ -94,7 +99,8 @@ pub fn of(injection: &Injection, base: &LogModelDiagnosis, found: &LogModelDiagn
         is_named: named.is_some(),
         is_listed: found.diagnosis.effects.iter().any(could_be),
         intervals: sizes.len(),
-        hold: sizes.iter().filter(holds).count(),
+        hold: sizes.iter().filter(|value| holds(value, truth(value))).count(),
+        hold_with_own: sizes.iter().filter(|value| holds(value, with_own(value))).count(),
         sizes: sizes.iter().map(|value| (value.name.to_owned(), value.ci95, truth(value))).collect(),
         is_wrong: found.diagnosis.verdict == Verdict::Explained && found.diagnosis.effects.iter().any(is_foreign),
     }
