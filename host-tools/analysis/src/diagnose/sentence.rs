@@ -1,7 +1,7 @@
 //! The answer first: the diagnosis in one sentence, in degrees and minutes, and what to do next.
 
 use super::DiagnosisResult;
-use super::report::{Files, Options};
+use super::files::{Files, Options};
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::remaining::Remaining;
