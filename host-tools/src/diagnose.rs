@@ -4,9 +4,10 @@ use crate::log_input::{LogInput, explain_failure, is_admitted};
 use crate::outcome::Outcome;
 use crate::output::{Output, make_folder_of};
 use anyhow::bail;
-use backseat_analysis::diagnose::{self, Files, TERMS_FILE, torpedo};
+use backseat_analysis::diagnose::{self, Files, Options, TERMS_FILE, torpedo};
 use backseat_analysis::effect::terms::Terms;
 use backseat_analysis::read_log::ReadLog;
+use backseat_analysis::uses;
 use backseat_logs::log::Column;
 use backseat_logs::output::{Existing, write as write_file};
 use backseat_logs::{Truth, VehicleFile};
@@ -132,9 +133,27 @@ fn write(
         make_folder_of(path)?;
         terms.write(path, &args.log.display().to_string(), existing)?;
     }
-    let files = Files { vehicle: vehicle_path.as_deref(), terms: terms_path.as_deref() };
-    args.output.show(diagnose::report(&result, files))?;
+    let options = options(args, read);
+    let files = Files { vehicle: vehicle_path.as_deref(), terms: terms_path.as_deref(), options };
+    args.output.show(diagnose::report(&result, &files))?;
     Ok(Outcome::doubtful_if(result.is_doubtful()))
+}
+
+/// How it was asked for, for the next command.
+fn options(args: &Args, read: &ReadLog) -> Options {
+    let path = |name: &str, path: &PathBuf| format!(" --{name} {}", path.display());
+    let with = args.with.iter().map(|with| path("with", with));
+    let run = args.run.map(|run| format!(" --run {run}"));
+    let truth = args.truth.as_ref().map(|truth| path("truth", truth));
+    let no_dvl = args.no_dvl.then(|| " --no-dvl".to_owned());
+    let force = if args.output.is_forced() { " --force" } else { "" };
+    Options {
+        read: args.input.option(),
+        beside: with.chain(run).collect(),
+        judge: truth.into_iter().chain(no_dvl).collect::<String>() + force,
+        vehicle: args.vehicle.as_ref().map(|vehicle| path("vehicle", vehicle)).unwrap_or_default(),
+        is_navigable: uses::of(&read.log).iter().any(|of| of.command == "navigate" && of.possible),
+    }
 }
 
 /// The log, with those beside it; `None` if one is refused.

@@ -16,6 +16,8 @@ pub enum Shape {
     Lawnmower,
     /// Dives, steps of speed and legs across, between two surfaced runs.
     Excite,
+    /// The same with every third leg at the surface, for fixes on several headings.
+    Surfacing,
 }
 
 /// One leg: a heading, a depth and a speed for a time.
@@ -61,7 +63,8 @@ impl Shape {
                     legs.push(Leg { heading_rad: heading_rad + back, depth_m, speed_mps, until_s });
                 }
             }
-            Self::Excite => {
+            Self::Excite | Self::Surfacing => {
+                let mut leg = 0;
                 const DEPTHS_M: [f64; 4] = [3.0, 6.0, 10.0, 15.0];
                 const SPEEDS_MPS: [f64; 4] = [0.7, 0.9, 1.15, 1.45];
                 let mut until_s = run_s;
@@ -71,9 +74,13 @@ impl Shape {
                     // Never the same depth or speed twice; mostly quarter turns, so that every heading is flown.
                     depth = (depth + 1 + between(0.0, 3.0) as usize) % DEPTHS_M.len();
                     speed = (speed + 1 + between(0.0, 3.0) as usize) % SPEEDS_MPS.len();
+                    leg += 1;
+                    let is_surfaced = self == Self::Surfacing && leg % 3 == 0;
+                    // From deeper, the climb would take most of a surfaced leg.
+                    let deepest_m = if self == Self::Surfacing { 6.0 } else { f64::INFINITY };
                     legs.push(Leg {
                         heading_rad: heading_rad + turn,
-                        depth_m: DEPTHS_M[depth],
+                        depth_m: if is_surfaced { SURFACE_M } else { f64::min(DEPTHS_M[depth], deepest_m) },
                         speed_mps: SPEEDS_MPS[speed],
                         until_s,
                     });

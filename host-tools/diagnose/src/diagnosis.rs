@@ -93,6 +93,10 @@ fn propose(log_data: &mut PreparedLog, diagnosis: &mut Diagnosis) {
     if diagnosis.verdict == Verdict::Unexplained
         && let Some((terms, after)) = proposal::fit(log_data, &diagnosis.structure)
     {
+        let of = judged::of_terms(log_data, &diagnosis.before, &after);
+        if of.is_refuted() {
+            diagnosis.notes.push(format!("the data that judge do not bear out the proposed terms ({of})"));
+        }
         (diagnosis.proposed, diagnosis.with_terms) = (terms, Some(after));
     }
 }
@@ -150,17 +154,22 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let Ladder { accepted, rounds, joint, noise_effects } = climb(log_data, &mut progress)?;
     progress("alternatives");
     let (mut accepted, mut joint, mut unfounded) = (accepted, joint, Vec::new());
+    let (mut is_refuted, mut is_impossible) = (false, false);
     let (alternatives, joint, without, times) = loop {
         let (settled, alternatives, fitted) = settle(log_data, accepted, joint.take(), &rounds)?;
         accepted = settled;
         let times = event_times(log_data, &accepted);
         log_data.split.except(times.iter().flatten().flatten().copied().collect());
-        let without = judged::without_each(log_data, &accepted)?;
-        let Some((place, reason)) = judged::unfounded(log_data, &fitted, &without) else {
-            break (alternatives, fitted, without, times);
+        let without = judged::without_each(log_data, &accepted, DataPart::Seen)?;
+        // The data that judge choose no other model: their word is the verdict's.
+        let refusal = match judged::unfounded(log_data, &fitted) {
+            None => judged::refuted(log_data, &fitted, &without).inspect(|_| is_refuted = true),
+            unfounded => unfounded,
         };
-        accepted.remove(place);
-        unfounded.push(reason);
+        let Some(refusal) = refusal else { break (alternatives, fitted, without, times) };
+        accepted.remove(refusal.place);
+        is_impossible |= refusal.is_impossible;
+        unfounded.push(refusal.note);
     };
     progress("structure");
     let swell = noise_effects.iter().any(|found| found.instance.candidate.effect == "waves");
@@ -174,9 +183,12 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
     let structure_remains = !left.hints.is_empty() && left.gain > tolerated(explained);
     let whitenesses = whiteness(log_data, &joint.pass, DataPart::Judge);
     let errs_on_held_out = !accepted.is_empty() && noise_effects.is_empty() && errs_in_a_channel(&whitenesses);
-    let exceeds_noise = exceeds_noise(&joint.pass) || errs_on_held_out;
+    let exceeds_noise = exceeds_noise(log_data, &joint.pass) || errs_on_held_out;
     let has_doubtful_effects = !accepted.is_empty() && !structure_remains && !exceeds_noise;
+    let impossible = rounds.last().map_or_else(Vec::new, |last| judged::impossible(log_data, last));
     let conditions = Conditions {
+        is_refuted,
+        is_impossible: is_impossible || !impossible.is_empty(),
         structure_remains,
         exceeds_noise,
         generic_terms_fit_better: has_doubtful_effects
@@ -202,6 +214,7 @@ fn once(log_data: &mut PreparedLog, mut progress: impl FnMut(&str)) -> Option<(D
         .map(|(effect, reason)| format!("{effect} was not tested: {reason}"))
         .chain(search::undetermined(&rounds))
         .chain(unfounded)
+        .chain(impossible)
         .chain(scale_notes(log_data))
         .chain(whitenesses.iter().filter_map(Whiteness::colour_note))
         .collect();
@@ -240,11 +253,12 @@ fn tolerated(explained: f64) -> f64 {
 
 /// Whether Σ e² is larger than noise of the declared size makes it: what is left may be too slow or too irregular for
 /// any term to stand out against its own scatter.
-fn exceeds_noise(pass: &Pass) -> bool {
+fn exceeds_noise(log_data: &PreparedLog, pass: &Pass) -> bool {
     /// What an inexact step of integration or declared noise a percent too small may add.
     const SLACK: f64 = 0.02;
     const SIGMAS: f64 = 6.0;
-    let sum = pass.normal.sum(|_| true);
+    let counts = |block: usize| [DataPart::Seen, DataPart::Judge].iter().any(|part| log_data.is_in(*part, block));
+    let sum = pass.normal.sum(counts);
     let count = sum.count as f64;
     sum.square > count * (1.0 + SLACK) + SIGMAS * (2.0 * count).sqrt()
 }

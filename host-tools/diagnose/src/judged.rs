@@ -1,7 +1,9 @@
 //! What an effect must be to be named: possible for the vehicle, not zero, and of use on the data that judges.
 
+use crate::borne_out::BorneOut;
 use crate::candidates::Instance;
 use crate::prepared_log::{DataPart, JointFit, PreparedLog};
+use crate::search::{Evidence, Round};
 use crate::whitener::Pass;
 use backseat_logs::stats::Z_95;
 use rayon::prelude::*;
@@ -10,22 +12,38 @@ use rayon::prelude::*;
 const ARMS: [&str; 3] = ["gnss_lever_arm", "dvl_lever_arm", "transducer_lever_arm"];
 /// Entries that say how late a sensor is.
 const DELAYS: [&str; 2] = ["heading_lag", "dvl_delay"];
-/// An effect that by its size would gain less than this where nothing was fitted is not judged there.
-const LEAST_EXPECTED: f64 = 6.0;
-
-/// Whether a vehicle of this length can have it: no arm is longer than the hull, and no sensor reads what has not
-/// happened yet.
+/// Whether a vehicle of this length can have it, of sizes known to these sigmas: no arm is longer than the hull, and no
+/// sensor reads what has not happened yet.
 #[must_use]
-pub fn is_possible(instance: &Instance, length_m: f64) -> bool {
+pub fn is_possible(instance: &Instance, sigmas: &[f64], length_m: f64) -> bool {
     let effect = instance.candidate.effect;
-    let fits = |arm_m: &f64| arm_m.abs() <= length_m;
-    (!ARMS.contains(&effect) || instance.sizes.iter().all(fits))
-        && (!DELAYS.contains(&effect) || instance.sizes.iter().all(|delay_s| *delay_s >= 0.0))
+    let all = |holds: &dyn Fn(f64, f64) -> bool| {
+        instance.sizes.iter().zip(sigmas).all(|(size, sigma)| holds(*size, Z_95 * sigma))
+    };
+    (!ARMS.contains(&effect) || all(&|arm_m, half| arm_m.abs() - half <= length_m))
+        && (!DELAYS.contains(&effect) || all(&|delay_s, half| delay_s + half >= 0.0))
 }
 
-/// The passes with all effects but one each, fitted as the joint fit is.
+/// Why not.
+const IMPOSSIBLE: &str = "no vehicle of this length has it of that size, and no sensor is early";
+
+/// Entries that are significant beside what was accepted and that this vehicle cannot have: something else is the cause.
 #[must_use]
-pub fn without_each(log_data: &PreparedLog, accepted: &[Instance]) -> Option<Vec<Pass>> {
+pub fn impossible(log_data: &PreparedLog, last: &Round) -> Vec<String> {
+    let length_m = log_data.setup.parameters.length_m;
+    let stands = |e: &&Evidence| {
+        last.is_significant(e) && e.instance.is_resolved() && !is_possible(&e.instance, &e.sigmas(), length_m)
+    };
+    let note = |e: &Evidence| {
+        let (name, size) = (e.instance.candidate.label(), e.instance.sizes[0]);
+        format!("{name} of {size:.2} would explain what is left, but {IMPOSSIBLE}: something else is the cause")
+    };
+    last.ladder.iter().filter(stands).map(note).collect()
+}
+
+/// The passes with all effects but one each, fitted on a part.
+#[must_use]
+pub fn without_each(log_data: &PreparedLog, accepted: &[Instance], part: DataPart) -> Option<Vec<Pass>> {
     (0..accepted.len())
         .into_par_iter()
         .map(|place| {
@@ -34,45 +52,81 @@ pub fn without_each(log_data: &PreparedLog, accepted: &[Instance]) -> Option<Vec
             if others.is_empty() {
                 return Some(log_data.declared.clone());
             }
-            Some(log_data.fit(&others, DataPart::Seen)?.pass)
+            Some(log_data.fit(&others, part)?.pass)
         })
         .collect()
 }
 
-/// The effect that should not be named, if there is one: impossible, of a size whose interval holds zero, or of no use
-/// where nothing was fitted though by its size it should be.
+/// An effect that is not named.
+pub struct Refusal {
+    /// Its place among those accepted.
+    pub place: usize,
+    /// In a sentence.
+    pub note: String,
+    /// Whether it is significant, and of a size that this vehicle cannot have.
+    pub is_impossible: bool,
+}
+
+/// The effect that should not be accepted, if there is one: impossible, of a size whose interval holds zero, or, with the
+/// values of the training blocks, not borne out by the choosing ones.
 #[must_use]
-pub fn unfounded(log_data: &PreparedLog, joint: &JointFit, without: &[Pass]) -> Option<(usize, String)> {
-    let judge = joint.pass.normal.sum(|block| log_data.is_in(DataPart::Judge, block));
-    let mut worst: Option<(f64, usize, String)> = None;
+pub fn unfounded(log_data: &PreparedLog, joint: &JointFit) -> Option<Refusal> {
+    let refusal = |place, note, is_impossible| Some(Refusal { place, note, is_impossible });
     let mut at = 0;
-    for (place, (instance, without)) in joint.instances.iter().zip(without).enumerate() {
-        let name = instance.candidate.label();
-        let sizes = &instance.sizes;
+    for (place, instance) in joint.instances.iter().enumerate() {
+        let (name, sizes) = (instance.candidate.label(), &instance.sizes);
         let sigmas = &joint.sigmas[at..at + sizes.len()];
-        let expected: f64 = (0..sizes.len())
-            .flat_map(|i| (0..sizes.len()).map(move |j| (i, j)))
-            .map(|(i, j)| sizes[i] * sizes[j] * judge.information(at + i, at + j))
-            .sum();
         at += sizes.len();
-        let gain: f64 = log_data.gains(DataPart::Judge, without, &joint.pass).iter().sum();
-        // A fin that is stuck at zero is an effect already.
-        let is_stuck = instance.candidate.fin.is_some() && instance.candidate.span.is_some();
-        let holds_zero = !is_stuck && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
-        let reason = if !is_possible(instance, log_data.setup.parameters.length_m) {
-            format!("{name} is not named: no vehicle of this length has it of that size, and no sensor is early")
-        } else if holds_zero {
-            format!("{name} is not named: the interval of its size holds zero")
-        } else if gain <= 0.0 && (is_stuck || expected > LEAST_EXPECTED) {
-            format!("{name} is not named: it takes nothing away where nothing was fitted")
-        } else {
-            continue;
-        };
-        if worst.as_ref().is_none_or(|(least, ..)| gain < *least) {
-            worst = Some((gain, place, reason));
+        let holds_zero = !is_stuck(instance) && sizes.iter().zip(sigmas).all(|(size, sigma)| size.abs() < Z_95 * sigma);
+        if !is_possible(instance, sigmas, log_data.setup.parameters.length_m) {
+            return refusal(place, format!("{name} is not named: {IMPOSSIBLE}"), true);
+        }
+        if holds_zero {
+            return refusal(place, format!("{name} is not named: the interval of its size holds zero"), false);
         }
     }
-    worst.map(|(_, place, reason)| (place, reason))
+    let trained = log_data.fit(&joint.instances, DataPart::Train)?;
+    let without = without_each(log_data, &joint.instances, DataPart::Train)?;
+    let of = borne_out(log_data, &trained.pass, &without, DataPart::Choose);
+    let is_vain = |(instance, of): (&Instance, &BorneOut)| of.is_refuted() || is_stuck(instance) && of.gain <= 0.0;
+    let vain: Vec<bool> = joint.instances.iter().zip(&of).map(is_vain).collect();
+    let place = worst(&of, |place| vain[place])?;
+    let name = joint.instances[place].candidate.label();
+    let reason = "what is kept to choose by does not bear it out";
+    refusal(place, format!("{name} is not named: {reason} ({})", of[place]), false)
+}
+
+/// The effect that the data that judge speak against, if there is one: it is not named, and the verdict says so.
+#[must_use]
+pub fn refuted(log_data: &PreparedLog, joint: &JointFit, without: &[Pass]) -> Option<Refusal> {
+    let of = borne_out(log_data, &joint.pass, without, DataPart::Judge);
+    let place = worst(&of, |place| of[place].is_refuted())?;
+    let name = joint.instances[place].candidate.label();
+    let reason = "it is significant where it was fitted, and the data that judge do not bear it out";
+    Some(Refusal { place, note: format!("{name} is not named: {reason} ({})", of[place]), is_impossible: false })
+}
+
+/// What the data that judge say of proposed terms, by the passes before and with them.
+#[must_use]
+pub fn of_terms(log_data: &PreparedLog, before: &Pass, with: &Pass) -> BorneOut {
+    borne_out(log_data, with, std::slice::from_ref(before), DataPart::Judge).pop().unwrap_or_default()
+}
+
+/// A fin that is stuck at zero is an effect already.
+fn is_stuck(instance: &Instance) -> bool {
+    instance.candidate.fin.is_some() && instance.candidate.span.is_some()
+}
+
+/// Of each effect, by the passes with all and without each.
+fn borne_out(log_data: &PreparedLog, with: &Pass, without: &[Pass], part: DataPart) -> Vec<BorneOut> {
+    let block = |t_s: f64| log_data.split.is_at(part, t_s).then(|| (t_s / log_data.split.block_s) as usize);
+    without.iter().map(|without| BorneOut::of(without, with, block)).collect()
+}
+
+/// The one that falls short most.
+fn worst(of: &[BorneOut], choose: impl Fn(usize) -> bool) -> Option<usize> {
+    let short = |place: &usize| of[*place].expected - of[*place].gain;
+    (0..of.len()).filter(|place| choose(*place)).max_by(|a, b| short(a).total_cmp(&short(b)))
 }
 
 #[cfg(test)]
@@ -86,10 +140,11 @@ mod tests {
 
     #[test]
     fn no_arm_is_longer_than_the_hull_and_no_sensor_is_early() {
-        assert!(is_possible(&instance("dvl_lever_arm", &[0.6, 0.0, -0.1]), 2.0));
-        assert!(!is_possible(&instance("gnss_lever_arm", &[3.7, 0.0]), 2.0));
-        assert!(is_possible(&instance("heading_lag", &[1.2]), 2.0));
-        assert!(!is_possible(&instance("dvl_delay", &[-1.2]), 2.0));
-        assert!(is_possible(&instance("water_current", &[-3.0, 0.0]), 2.0));
+        let of = |effect, sizes: &[f64]| is_possible(&instance(effect, sizes), &vec![0.1; sizes.len()], 2.0);
+        assert!(of("dvl_lever_arm", &[0.6, 0.0, -0.1]));
+        assert!(of("gnss_lever_arm", &[2.1, 0.0]) && !of("gnss_lever_arm", &[3.7, 0.0]));
+        assert!(of("heading_lag", &[1.2]));
+        assert!(of("dvl_delay", &[-0.1]) && !of("dvl_delay", &[-1.2]));
+        assert!(of("water_current", &[-3.0, 0.0]));
     }
 }

@@ -123,7 +123,7 @@ fn stands(log_data: &PreparedLog, accepted: &[Instance], round: &Round, e: &Evid
     let length_m = log_data.setup.parameters.length_m;
     round.is_significant(e)
         && e.instance.is_resolved()
-        && judged::is_possible(&e.instance, length_m)
+        && judged::is_possible(&e.instance, &e.sigmas(), length_m)
         && log_data.setup.model(&set()).is_some()
 }
 

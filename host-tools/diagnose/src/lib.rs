@@ -16,7 +16,7 @@
 //! log_models        logs without fins and propeller     figures       what the report draws
 //! proposal          terms in no catalogue, as a formula event_times   intervals of onset and end
 //! statistics        whiteness of a sequence             timing        when fins and propeller act
-//! judged            what may be named
+//! judged            what may be named                 borne_out     what data that had no say in an effect say of it
 //! split             what fits, chooses and judges       floor         what is left beside what the sensors can make
 //! ```
 //!
@@ -26,11 +26,12 @@
 //! once. Effects are fixed parameters, never states: a state would absorb other effects as well (a current would absorb
 //! hard iron). Nothing is gated, because a gate rejects good ranges while the model is wrong.
 //!
-//! Parameters are fitted on training blocks (six of every nine minutes of the first four fifths) and judged on the
-//! others. The evidence is corrected for the number of hypotheses tried, and divided by the factor by which the blocks'
+//! Parameters are fitted on training blocks (five of every nine minutes of the first nine tenths), chosen on others and
+//! judged on the rest. The evidence is corrected for the number of hypotheses tried, and divided by the factor by which the blocks'
 //! scores scatter more than the noise explains (residuals that are still coloured).
 
 pub mod alternatives;
+pub mod borne_out;
 pub mod candidates;
 pub mod coloured_noise;
 pub mod diagnosis;

@@ -1,6 +1,7 @@
 //! What is known of the noise before any effect: scale of each channel, isolated outliers of the ranges.
 
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
+use crate::split::{DataPart, Split};
 use crate::whitener::Residual;
 use backseat_core::navigation::SensorNoise;
 use backseat_logs::stats::{median, poisson_tail};
@@ -60,9 +61,10 @@ pub fn scales(residuals: &[Residual], sensors: &SensorNoise) -> [f64; ResidualCh
     })
 }
 
-/// Acoustic readings, in order, whose range is far from what its neighbours say: (sigmas away, is an outlier).
+/// Ranges, in order, that are far from what their neighbours say: (time in s, is an outlier). How far is too far is taken
+/// from the ranges that do not judge.
 #[must_use]
-pub fn outliers(residuals: &[Residual]) -> Vec<(f64, bool)> {
+pub fn outliers(residuals: &[Residual], split: &Split) -> Vec<(f64, bool)> {
     let ranges: Vec<&Residual> = residuals.iter().filter(|r| r.channel == ResidualChannel::Range).collect();
     let mut is_out = vec![false; ranges.len()];
     let mut distances = vec![0.0; ranges.len()];
@@ -76,20 +78,20 @@ pub fn outliers(residuals: &[Residual]) -> Vec<(f64, bool)> {
             *distance = (ranges[i].innovation - median(&near).unwrap_or(0.0)) / ranges[i].sigma;
         }
         // Where an effect moves the ranges about, neighbours differ by more than their noise.
-        let spread = median(&distances.iter().map(|d| d.abs()).collect::<Vec<_>>()).unwrap_or(0.0) * 1.482_602;
+        let seen = ranges.iter().zip(&distances).filter(|(r, _)| split.is_at(DataPart::Seen, r.t_s));
+        let spread = median(&seen.map(|(_, d)| d.abs()).collect::<Vec<_>>()).unwrap_or(0.0) * 1.482_602;
         let limit = OUTLIER * spread.max(1.0);
         for (is_out, distance) in is_out.iter_mut().zip(&distances) {
             *is_out = distance.abs() > limit;
         }
     }
-    distances.into_iter().zip(is_out).collect()
+    ranges.iter().map(|r| r.t_s).zip(is_out).collect()
 }
 
 /// For every acoustic reading, in order, whether its range is an outlier.
 #[must_use]
-pub fn flags(samples: &Samples, residuals: &[Residual]) -> Vec<bool> {
-    let times = residuals.iter().filter(|r| r.channel == ResidualChannel::Range).map(|r| r.t_s);
-    let found: Vec<f64> = times.zip(outliers(residuals)).filter(|(_, (_, is))| *is).map(|(t_s, _)| t_s).collect();
+pub fn flags(samples: &Samples, outliers: &[(f64, bool)]) -> Vec<bool> {
+    let found: Vec<f64> = outliers.iter().filter(|(_, is)| *is).map(|(t_s, _)| *t_s).collect();
     let acoustic =
         samples.events.iter().filter(|(_, event)| matches!(event, LogEvent::Reading(Reading::Acoustic { .. })));
     acoustic.map(|(t_s, _)| found.contains(t_s)).collect()

@@ -3,31 +3,33 @@
 use crate::candidates::{Candidate, Instance};
 use crate::found::{FoundEffect, ParameterEstimate};
 use crate::noise;
-use crate::prepared_log::PreparedLog;
+use crate::prepared_log::{DataPart, PreparedLog};
 use crate::samples::ResidualChannel;
 use crate::search;
 use crate::waves;
 use crate::whitener::Residual;
 use backseat_logs::stats::{Z_95, wilson_ci95};
 
-/// Outliers and waves in the innovations of a pass; what is found changes the log's noise.
+/// Outliers and waves in the innovations of a pass, where nothing judges; what is found changes the log's noise.
 pub fn noise_effects(log_data: &mut PreparedLog, residuals: &[Residual]) -> Option<Vec<FoundEffect>> {
     let mut found = Vec::new();
     let before = (log_data.setup.outliers.clone(), log_data.setup.scale);
     log_data.setup.scale = log_data.own_scale;
-    let flags = noise::flags(&log_data.samples, residuals);
+    let outliers = noise::outliers(residuals, &log_data.split);
+    let flags = noise::flags(&log_data.samples, &outliers);
     if flags.contains(&true) || log_data.setup.outliers.contains(&true) {
         log_data.setup.outliers = flags;
     }
-    let judged = noise::outliers(residuals);
-    let hits = judged.iter().filter(|(_, is_out)| *is_out).count();
-    let p_value = noise::outlier_tail(hits, judged.len());
+    let is_seen = |t_s: f64| log_data.split.is_at(DataPart::Seen, t_s);
+    let seen: Vec<bool> = outliers.iter().filter(|(t_s, _)| is_seen(*t_s)).map(|(_, is_out)| *is_out).collect();
+    let hits = seen.iter().filter(|is_out| **is_out).count();
+    let p_value = noise::outlier_tail(hits, seen.len());
     if p_value < search::FAMILY_ERROR / 10.0 {
-        let share = hits as f64 / judged.len() as f64;
-        let (low, high) = wilson_ci95(hits as u64, judged.len() as u64).unwrap_or((0.0, 1.0));
+        let share = hits as f64 / seen.len() as f64;
+        let (low, high) = wilson_ci95(hits as u64, seen.len() as u64).unwrap_or((0.0, 1.0));
         found.push(noise_found("range_outliers", &[(share, [low, high])], p_value));
     }
-    if let Some(waves) = waves::find(&log_data.samples, residuals).filter(is_swell) {
+    if let Some(waves) = waves::find(&log_data.samples, residuals, &log_data.split).filter(is_swell) {
         let interval = |value: f64, sigma: f64| (value, [value - Z_95 * sigma, value + Z_95 * sigma]);
         let sizes =
             [interval(waves.amplitude_mps, waves.amplitude_sigma_mps), interval(waves.period_s, waves.period_sigma_s)];

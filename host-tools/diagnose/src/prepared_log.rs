@@ -83,7 +83,7 @@ impl PreparedLog {
         let is_scaled = setup.scale.iter().any(|scale| *scale > 1.0);
         // An outlier bends what follows it, so that its neighbours look wrong: look again without it.
         for attempt in 0..2 {
-            let flags = noise::flags(&samples, &declared.residuals);
+            let flags = noise::flags(&samples, &noise::outliers(&declared.residuals, &split));
             let is_same = flags == setup.outliers || (setup.outliers.is_empty() && !flags.contains(&true));
             if is_same && (attempt > 0 || !is_scaled) {
                 break;

@@ -48,6 +48,13 @@ impl Evidence {
     pub fn score(&self) -> f64 {
         self.gain - COST * self.degrees as f64
     }
+
+    /// About one sigma of each size: the whole is √gain of its own from zero.
+    #[must_use]
+    pub fn sigmas(&self) -> Vec<f64> {
+        let whole = self.instance.sizes.iter().map(|size| size * size).sum::<f64>().sqrt();
+        vec![whole / (self.gain / self.inflation.max(1.0)).max(1.0).sqrt(); self.instance.sizes.len()]
+    }
 }
 
 /// One round of the ladder.

@@ -13,7 +13,7 @@ pub enum Verdict {
     Unexplained,
     /// What is left on data that judges is more than the sensors can make.
     Implausible,
-    /// Too little judges, or the model says less than the mean of what was measured.
+    /// Too little judges, the model says less than the mean of what was measured, or what judges refutes what was found.
     Undecided,
 }
 
@@ -45,6 +45,10 @@ pub struct Conditions {
     pub is_implausible: bool,
     /// Too little data judges, or a share of variance above one is unexplained.
     pub is_undecided: bool,
+    /// An effect is significant where it was fitted, and the data that judge do not bear it out.
+    pub is_refuted: bool,
+    /// An entry of a size that this vehicle cannot have is significant.
+    pub is_impossible: bool,
     /// Significant terms outside the catalogue remain beside the effects.
     pub structure_remains: bool,
     /// Σ e² is larger than the declared noise makes it.
@@ -73,7 +77,7 @@ pub struct VerdictRule {
 }
 
 /// The table; its last row always holds.
-pub const RULES: [VerdictRule; 9] = [
+pub const RULES: [VerdictRule; 11] = [
     VerdictRule {
         condition: "what is left is more than the sensors can make",
         holds: |c| c.is_implausible,
@@ -82,6 +86,11 @@ pub const RULES: [VerdictRule; 9] = [
     VerdictRule {
         condition: "significant terms outside the catalogue remain",
         holds: |c| c.structure_remains,
+        verdict: Verdict::Unexplained,
+    },
+    VerdictRule {
+        condition: "an entry is significant with a size that this vehicle cannot have",
+        holds: |c| c.is_impossible,
         verdict: Verdict::Unexplained,
     },
     VerdictRule {
@@ -102,6 +111,11 @@ pub const RULES: [VerdictRule; 9] = [
     VerdictRule {
         condition: "too little of the log judges, or the model says less than the mean of what was measured",
         holds: |c| c.is_undecided,
+        verdict: Verdict::Undecided,
+    },
+    VerdictRule {
+        condition: "an effect is significant where it was fitted, and the data that judge do not bear it out",
+        holds: |c| c.is_refuted,
         verdict: Verdict::Undecided,
     },
     VerdictRule { condition: "no effect was found", holds: |c| !c.has_effects, verdict: Verdict::None },
@@ -126,6 +140,8 @@ mod tests {
     const NOTHING: Conditions = Conditions {
         is_implausible: false,
         is_undecided: false,
+        is_refuted: false,
+        is_impossible: false,
         structure_remains: false,
         exceeds_noise: false,
         generic_terms_fit_better: false,
@@ -138,10 +154,12 @@ mod tests {
     const ROWS: [Conditions; RULES.len()] = [
         Conditions { is_implausible: true, ..NOTHING },
         Conditions { structure_remains: true, ..NOTHING },
+        Conditions { is_impossible: true, ..NOTHING },
         Conditions { exceeds_noise: true, ..NOTHING },
         Conditions { generic_terms_fit_better: true, has_effects: true, ..NOTHING },
         Conditions { is_coloured: true, ..NOTHING },
         Conditions { is_undecided: true, ..NOTHING },
+        Conditions { is_refuted: true, ..NOTHING },
         NOTHING,
         Conditions { has_effects: true, has_alternatives: true, ..NOTHING },
         Conditions { has_effects: true, ..NOTHING },
@@ -159,6 +177,8 @@ mod tests {
         let both = |a: &Conditions, b: &Conditions| Conditions {
             is_implausible: a.is_implausible || b.is_implausible,
             is_undecided: a.is_undecided || b.is_undecided,
+            is_refuted: a.is_refuted || b.is_refuted,
+            is_impossible: a.is_impossible || b.is_impossible,
             structure_remains: a.structure_remains || b.structure_remains,
             exceeds_noise: a.exceeds_noise || b.exceeds_noise,
             generic_terms_fit_better: a.generic_terms_fit_better || b.generic_terms_fit_better,
@@ -179,8 +199,8 @@ mod tests {
 
     #[test]
     fn nothing_good_is_said_of_coloured_innovations_or_beyond_the_floor() {
-        for bits in 0..=u8::MAX {
-            let bit = |place: u8| bits & (1 << place) != 0;
+        for bits in 0..1024_u16 {
+            let bit = |place: u16| bits & (1 << place) != 0;
             let conditions = Conditions {
                 structure_remains: bit(0),
                 exceeds_noise: bit(1),
@@ -190,11 +210,15 @@ mod tests {
                 has_alternatives: bit(5),
                 is_implausible: bit(6),
                 is_undecided: bit(7),
+                is_refuted: bit(8),
+                is_impossible: bit(9),
             };
             let verdict = decide(&conditions).verdict;
-            assert!(verdict != Verdict::None || !(conditions.is_coloured || conditions.has_effects), "{conditions:?}");
+            let is_left = conditions.is_coloured || conditions.is_impossible;
+            assert!(verdict != Verdict::None || !(is_left || conditions.has_effects), "{conditions:?}");
             let is_good = matches!(verdict, Verdict::None | Verdict::Explained | Verdict::Ambiguous);
-            assert!(!(is_good && (conditions.is_implausible || conditions.is_undecided)), "{conditions:?}");
+            let is_doubtful = conditions.is_implausible || conditions.is_undecided || conditions.is_refuted;
+            assert!(!(is_good && is_doubtful), "{conditions:?}");
         }
     }
 }

@@ -5,6 +5,7 @@
 //! variance that the measured velocities have in that band beyond their neighbourhood.
 
 use crate::samples::{LogEvent, Reading, ResidualChannel, Samples};
+use crate::split::{DataPart, Split};
 use crate::whitener::Residual;
 use backseat_logs::stats::f_tail;
 use std::f64::consts::TAU;
@@ -40,8 +41,8 @@ struct Spectrum {
 }
 
 impl Spectrum {
-    /// Hann-windowed periodograms of half-overlapping segments.
-    fn of(axes: &[Vec<(f64, f64)>; 3]) -> Option<Self> {
+    /// Hann-windowed periodograms of half-overlapping segments in which nothing judges.
+    fn of(axes: &[Vec<(f64, f64)>; 3], split: &Split) -> Option<Self> {
         let bin_hz = 1.0 / SEGMENT_S;
         let bins = (1.0 / PERIODS_S[0] * NEIGHBOURHOOD[1] / bin_hz) as usize + 1;
         let last_s = axes[0].last()?.0;
@@ -49,6 +50,11 @@ impl Spectrum {
         let mut segments = Vec::new();
         for segment in 0..count.saturating_sub(1) {
             let from_s = 0.5 * SEGMENT_S * segment as f64;
+            let blocks = (SEGMENT_S / split.block_s).ceil() as usize;
+            let within = |block: usize| from_s + (SEGMENT_S - 1e-3) * block as f64 / blocks as f64;
+            if (0..=blocks).any(|block| !split.is_at(DataPart::Seen, within(block))) {
+                continue;
+            }
             let mut power = vec![0.0; bins];
             for axis in axes {
                 let first = axis.partition_point(|(t_s, _)| *t_s < from_s);
@@ -105,12 +111,12 @@ impl Spectrum {
 
 /// Looks for waves in the innovations of a pass.
 #[must_use]
-pub fn find(samples: &Samples, residuals: &[Residual]) -> Option<Waves> {
+pub fn find(samples: &Samples, residuals: &[Residual], split: &Split) -> Option<Waves> {
     let axis = |channel: ResidualChannel| -> Vec<(f64, f64)> {
         residuals.iter().filter(|r| r.channel == channel).map(|r| (r.t_s, r.normalised())).collect()
     };
-    let spectrum =
-        Spectrum::of(&[axis(ResidualChannel::DvlU), axis(ResidualChannel::DvlV), axis(ResidualChannel::DvlW)])?;
+    let axes = [ResidualChannel::DvlU, ResidualChannel::DvlV, ResidualChannel::DvlW].map(axis);
+    let spectrum = Spectrum::of(&axes, split)?;
     let bins = spectrum.segments[0].len();
     let mean: Vec<f64> = (0..bins).map(|bin| spectrum.mean(bin)).collect();
     let range =
@@ -127,12 +133,12 @@ pub fn find(samples: &Samples, residuals: &[Residual]) -> Option<Waves> {
     // quadratures each.
     let freedom = |bins: f64| 6.0 * bins / 1.5 * spectrum.segments.len() as f64 * 0.95 / 1.0;
     let p = (f_tail(peak / around, freedom(counts[0]), freedom(counts[1])) * tried).min(1.0);
-    let (amplitude_mps, amplitude_sigma_mps, period_s, period_sigma_s) = size(samples, hz)?;
+    let (amplitude_mps, amplitude_sigma_mps, period_s, period_sigma_s) = size(samples, hz, split)?;
     Some(Waves { amplitude_mps, amplitude_sigma_mps, period_s, period_sigma_s, p })
 }
 
 /// Amplitude and period from the measured velocities about `hz`.
-fn size(samples: &Samples, hz: f64) -> Option<(f64, f64, f64, f64)> {
+fn size(samples: &Samples, hz: f64, split: &Split) -> Option<(f64, f64, f64, f64)> {
     let mut axes: [Vec<(f64, f64)>; 3] = Default::default();
     for (t_s, event) in &samples.events {
         if let LogEvent::Reading(Reading::Dvl(velocity)) = event {
@@ -141,7 +147,7 @@ fn size(samples: &Samples, hz: f64) -> Option<(f64, f64, f64, f64)> {
             }
         }
     }
-    let spectrum = Spectrum::of(&axes)?;
+    let spectrum = Spectrum::of(&axes, split)?;
     let step_s = samples_step(&axes[0])?;
     let bins = spectrum.segments[0].len();
     // Excess over the neighbourhood, by segment: its scatter is the interval.

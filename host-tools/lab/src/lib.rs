@@ -12,6 +12,7 @@ pub mod fault_table;
 mod flights;
 pub mod geometry;
 pub mod identification;
+mod injections;
 mod intervals;
 mod judge;
 pub mod navigation;
@@ -124,6 +125,8 @@ enum LabCommand {
     SingleLog(single_logs::Args),
     /// Whether a log that is recorded wrongly is told, and one that is recorded rightly is not
     WrongRecordings(wrong_recordings::Args),
+    /// Whether `diagnose` names and sizes effects of known size that are put into recorded logs
+    Injections(injections::Args),
     /// Join the stores of the parts of an ensemble
     #[command(after_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
@@ -160,6 +163,7 @@ impl Lab {
             LabCommand::Plan(arguments) => arguments.run(),
             LabCommand::SingleLog(arguments) => single_logs::run(arguments),
             LabCommand::WrongRecordings(arguments) => wrong_recordings::run(arguments),
+            LabCommand::Injections(arguments) => injections::run(arguments),
             LabCommand::Merge(arguments) => arguments.run(),
         }
     }

@@ -28,7 +28,7 @@ pub fn diagnose<'py>(
     let work = || -> anyhow::Result<_> {
         let truth = truth.map(|path| Truth::read(&path)).transpose()?;
         let result = compute(&log.read, vehicle.map(|vehicle| &vehicle.file), truth.as_ref(), no_dvl)?;
-        let report = report(&result, Files::default()).file("report", None);
+        let report = report(&result, &Files::default()).file("report", None);
         Ok((result, report.to_json(), wants_page.then(|| report.html())))
     };
     let (result, json, page) = py.detach(work).map_err(error)?;

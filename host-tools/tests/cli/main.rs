@@ -12,6 +12,7 @@ mod identify;
 mod info;
 mod installation;
 mod navigate;
+mod next;
 mod qemu;
 mod record;
 mod replay;

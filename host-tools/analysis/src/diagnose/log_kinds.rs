@@ -7,6 +7,9 @@ use backseat_diagnose::torpedo;
 use backseat_logs::log::Column;
 use backseat_logs::{Log, Truth, VehicleFile};
 
+/// What `diagnose` does with heading, speed and fixes under way.
+pub const DEAD_RECKONING: &str = "against dead reckoning from fix to fix";
+
 /// A kind of log with a model of its own.
 pub struct Kind {
     /// Whether a log is of this kind.
@@ -65,7 +68,7 @@ pub fn use_of(log: &Log) -> Result<&'static str, String> {
     } else if is_of_laboratory(log) {
         Err("has its model in the laboratory: cargo lab single-log LOG".to_owned())
     } else if dead_reckoning::is_for(log) {
-        Ok("against dead reckoning from fix to fix")
+        Ok(DEAD_RECKONING)
     } else if is_beside(log) && [Column::StationX, Column::WindSpeed, Column::WaterDensity].iter().any(|c| log.has(*c))
     {
         Ok("only beside another log, with --with")

@@ -1,6 +1,7 @@
 //! Which physical effect the declared model lacks: `backseat diagnose`.
 
 mod corrected_vehicle;
+mod files;
 mod format;
 mod json;
 pub mod log_kinds;
@@ -9,7 +10,8 @@ mod report;
 mod sentence;
 pub mod torpedo;
 
-pub use report::{Files, report};
+pub use files::{Files, Options};
+pub use report::report;
 pub use sentence::sentence;
 
 use crate::columns::has_actuators;

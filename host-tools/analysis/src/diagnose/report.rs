@@ -1,5 +1,6 @@
 //! The diagnosis as a report: verdict, map, effects, before and after; the residual and all hypotheses on the page.
 
+use super::files::Files;
 use super::format::{number, optional, probability};
 use super::sentence::{capital, next, sentence};
 use super::{DiagnosisResult, HELD_OUT, json, page};
@@ -8,19 +9,9 @@ use crate::read_log::file_name;
 use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::scores::Scores;
 use backseat_report::{Report, Table};
-use std::path::Path;
-
-/// Files that were written of a diagnosis.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Files<'a> {
-    /// The vehicle with the effects.
-    pub vehicle: Option<&'a Path>,
-    /// The proposed terms, and the effects that no vehicle file holds.
-    pub terms: Option<&'a Path>,
-}
 
 /// The report, with the files that were written.
-pub fn report(result: &DiagnosisResult<'_>, files: Files<'_>) -> Report {
+pub fn report(result: &DiagnosisResult<'_>, files: &Files<'_>) -> Report {
     let answer = format!("{}. {}", capital(result.diagnosis.verdict.name()), sentence(result));
     let mut report =
         Report::new(format!("Diagnosis of {}", file_name(&result.log.path)), answer).warnings(&result.doubts);
@@ -39,7 +30,7 @@ pub fn report(result: &DiagnosisResult<'_>, files: Files<'_>) -> Report {
     report = report.everywhere().notes(&notes);
     report = report.file("vehicle_file", files.vehicle).file("terms_file", files.terms);
     let time = format!("{:.0} s of log diagnosed in {:.1} s", result.log.duration_s(), result.wall_s);
-    let (command, why) = next(result, files.vehicle);
+    let (command, why) = next(result, files);
     report = report.on_terminal().fact("time", time).everywhere();
     report = report.section("Next").text(&format!("{}:", capital(&why))).command(&command);
     provenance::of(json::values(report, result).value("notes", notes), None)

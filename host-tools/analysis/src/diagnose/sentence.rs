@@ -1,12 +1,12 @@
 //! The answer first: the diagnosis in one sentence, in degrees and minutes, and what to do next.
 
 use super::DiagnosisResult;
+use super::files::{Files, Options};
 use backseat_core::effects::{FIN_NAMES, ParameterKind, fin_index};
 use backseat_diagnose::diagnosis::FoundEffect;
 use backseat_diagnose::remaining::Remaining;
 use backseat_diagnose::scores::Scores;
 use backseat_diagnose::verdict::Verdict;
-use std::path::Path;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
@@ -189,26 +189,33 @@ fn lower(text: &str) -> String {
     }
 }
 
-/// The next command, and what it brings.
-pub fn next(result: &DiagnosisResult<'_>, vehicle_file: Option<&Path>) -> (String, String) {
+/// The next command, and what it brings. A figure is promised of no other command: each judges by another measure.
+pub fn next(result: &DiagnosisResult<'_>, files: &Files<'_>) -> (String, String) {
     let log = result.log.path.display();
     let d = &result.diagnosis;
-    if d.effects.is_empty() || d.verdict.is_doubtful() {
-        let why = match d.verdict {
-            Verdict::None => "the track with the declared vehicle, which fits this log",
-            _ => "what the numbers of this log look like: a wrong unit or sign is no entry of the catalogue",
-        };
-        let command = if d.verdict == Verdict::None { "navigate" } else { "info" };
-        return (format!("backseat {command} {log}"), why.to_owned());
-    }
-    match vehicle_file {
-        Some(file) => {
-            let gain = gain(&result.before, &result.after).unwrap_or_else(|| "the corrected vehicle".to_owned());
-            (format!("backseat navigate {log} --vehicle {}", file.display()), gain)
+    let Options { read, beside, judge, vehicle, is_navigable } = &files.options;
+    let is_navigable = *is_navigable && beside.is_empty();
+    match (files.vehicle, d.verdict) {
+        (_, Verdict::None) if is_navigable => (
+            format!("backseat navigate {log}{read}{vehicle}{judge}"),
+            "the track with the declared vehicle, which fits this log".to_owned(),
+        ),
+        _ if d.effects.is_empty() || d.verdict.is_doubtful() => {
+            let why = "what the numbers of this log look like: a wrong unit or sign is no entry of the catalogue";
+            (format!("backseat info {log}{read}"), why.to_owned())
         }
-        None => {
-            (format!("backseat diagnose {log} --report why"), "writes the report and the corrected vehicle".to_owned())
-        }
+        (Some(file), _) if is_navigable => (
+            format!("backseat navigate {log}{read} --vehicle {}{judge}", file.display()),
+            "the track with the vehicle as it was found".to_owned(),
+        ),
+        (Some(file), _) => (
+            format!("backseat vehicle check {}", file.display()),
+            "the vehicle file with what was found in it".to_owned(),
+        ),
+        (None, _) => (
+            format!("backseat diagnose {log}{read}{beside}{vehicle}{judge} --report why"),
+            "writes the report and the corrected vehicle".to_owned(),
+        ),
     }
 }
 

@@ -5,19 +5,32 @@ use super::evidence::{Linearised, columns};
 use super::fit::Fitting;
 use super::model::{LogModel, Row, catalogue_range};
 use crate::alternatives::{Alternative, manoeuvre};
+use crate::borne_out::BorneOut;
 use crate::candidates::{Hypothesis, Instance, continued_by};
 use crate::diagnosis::{FoundEffect, ParameterEstimate};
 use crate::normal_equations::{BlockEquations, Column};
 use crate::split::DataPart;
 use crate::structure::NamedTerm;
 use crate::whitener::Pass;
-use backseat_core::effects::ParameterKind;
+use backseat_core::effects::{self, ParameterKind};
 use backseat_logs::stats::{Z_95, chi_square_tail, mean_ci95};
 
 /// Probability by chance, all terms counted, below which a term outside the catalogue is reported.
 const OUTSIDE: f64 = 2e-3;
 /// Most terms outside the catalogue that are reported.
 const MOST_OUTSIDE: usize = 3;
+
+/// An entry that was tested and is not named.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NotNamed {
+    /// Which.
+    pub effect: &'static str,
+    /// What the log allows of its sizes; empty where it says too little of them.
+    pub values: Vec<ParameterEstimate>,
+}
+
+/// An effect that was found, and what the data that judge say of it.
+pub(super) type JudgedEffect = (FoundEffect, BorneOut);
 
 pub(super) struct Described<'a, M> {
     pub fitting: &'a Fitting<'a, M>,
@@ -40,9 +53,9 @@ impl<M: LogModel> Described<'_, M> {
         self.fitting.model.calibrated().into_iter().chain(chosen).collect()
     }
 
-    /// Effects with values of the data that fit and choose, alternatives, and gains on the data that judge; one sigma of
-    /// every column.
-    pub fn effects(&self, after: &Pass) -> Option<(Vec<FoundEffect>, Vec<f64>)> {
+    /// Effects with values of the data that fit and choose and alternatives, and beside each what the data that judge say of
+    /// it; one sigma of every column.
+    pub fn effects(&self, after: &Pass) -> Option<(Vec<JudgedEffect>, Vec<f64>)> {
         let (theta, model) = (&self.chosen.theta, self.fitting.model);
         let linear = self.linearised(after);
         let places = self.places();
@@ -66,16 +79,16 @@ impl<M: LogModel> Described<'_, M> {
             alternatives.sort_by(|a, b| a.deficit.total_cmp(&b.deficit));
             let without = self.chosen.hypotheses.iter().filter(|h| *h != hypothesis).cloned().collect::<Vec<_>>();
             let without = chosen::refit(self.fitting, &without, theta)?;
-            let rows = model.rows(&without);
-            let held_gain = self.judged_gain(&self.fitting.pass(&rows, &[]), after);
-            effects.push(FoundEffect {
+            let without = self.fitting.pass(&model.rows(&without), &[]);
+            let found = FoundEffect {
                 instance: self.instance(hypothesis),
                 values: self.values(hypothesis, &sigmas),
                 p_value: (added.p * self.tried).min(1.0),
                 gain: added.gain,
-                held_gain,
+                held_gain: judged_gain(self.fitting, &without, after),
                 alternatives,
-            });
+            };
+            effects.push((found, borne_out(self.fitting, &without, after)));
         }
         Some((effects, sigmas))
     }
@@ -121,11 +134,6 @@ impl<M: LogModel> Described<'_, M> {
         })
     }
 
-    /// By how much Σ e² of a block that judges falls: mean and interval.
-    fn judged_gain(&self, before: &Pass, after: &Pass) -> Option<(f64, [f64; 2])> {
-        judged_gain(self.fitting, before, after)
-    }
-
     fn values(&self, hypothesis: &Hypothesis, sigmas: &[f64]) -> Vec<ParameterEstimate> {
         let parameters = hypothesis.candidate.info().parameters.iter().zip(&hypothesis.free);
         parameters
@@ -149,11 +157,11 @@ impl<M: LogModel> Described<'_, M> {
         Instance { candidate: hypothesis.candidate, sizes }
     }
 
-    /// Entries that were refused, and those that were not accepted with how large they may be.
-    pub fn notes(&self, after: &Pass) -> Vec<String> {
+    /// Entries that were tested and not accepted, with how large they may be.
+    pub fn not_named(&self, after: &Pass) -> Vec<NotNamed> {
         let linear = self.linearised(after);
         let places = self.places();
-        let mut notes: Vec<String> = self.chosen.refused.iter().map(|(_, reason)| reason.clone()).collect();
+        let mut found = Vec::new();
         for h in self.all.iter().filter(|h| !self.chosen.hypotheses.contains(h)) {
             let effect = h.candidate.effect;
             if self.chosen.refused.iter().any(|(refused, _)| *refused == effect) {
@@ -170,32 +178,38 @@ impl<M: LogModel> Described<'_, M> {
                 let [low, high] = catalogue_range(effect, size);
                 2.0 * Z_95 * fit.sigma(from + size) > high - low
             });
-            if says_little {
-                notes.push(self.undetermined(h));
-                continue;
-            }
-            let parameters = h.candidate.info().parameters.iter().enumerate().take(h.free.len());
-            let sizes = parameters.map(|(i, parameter)| {
-                let value = self.chosen.theta[h.free[i]] + fit.theta[from + i];
-                let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
-                format!("{} {value:.3} (±{:.3}){unit}", parameter.name, Z_95 * sigmas[from + i])
-            });
-            notes.push(format!("{effect} not significant: {}", sizes.collect::<Vec<_>>().join(", ")));
+            let values =
+                h.candidate.info().parameters.iter().zip(&h.free).enumerate().map(|(i, (parameter, column))| {
+                    let (value, half) = (self.chosen.theta[*column] + fit.theta[from + i], Z_95 * sigmas[from + i]);
+                    let ci95 = [value - half, value + half];
+                    ParameterEstimate {
+                        name: parameter.name,
+                        unit: parameter.unit,
+                        kind: ParameterKind::Size,
+                        value,
+                        ci95,
+                    }
+                });
+            found.push(NotNamed { effect, values: if says_little { Vec::new() } else { values.collect() } });
         }
-        notes
+        found
     }
 
-    fn undetermined(&self, h: &Hypothesis) -> String {
-        let info = h.candidate.info();
-        let effect = info.name;
-        let lower = continued_by(effect);
-        match info.confused_with.iter().find(|confusion| Some(confusion.effect) == lower) {
-            Some(confusion) => format!(
-                "{effect} cannot be separated from {} by this log. {}. To separate them: {}",
-                confusion.effect, confusion.condition, confusion.separating_manoeuvre
-            ),
-            None => format!("{effect} cannot be separated from other entries: they change this log in the same way"),
-        }
+    /// Entries that were refused, and those that were not accepted with how large they may be.
+    pub fn notes(&self, not_named: &[NotNamed]) -> Vec<String> {
+        let of = |entry: &NotNamed| {
+            let effect = entry.effect;
+            let sizes = entry.values.iter().map(|p| {
+                let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+                format!("{} {:.3} (±{:.3}){unit}", p.name, p.value, 0.5 * (p.ci95[1] - p.ci95[0]))
+            });
+            if entry.values.is_empty() {
+                undetermined(effect)
+            } else {
+                format!("{effect} not significant: {}", sizes.collect::<Vec<_>>().join(", "))
+            }
+        };
+        self.chosen.refused.iter().map(|(_, reason)| reason.clone()).chain(not_named.iter().map(of)).collect()
     }
 
     /// Columns without a name beside everything found, one after the other, best first.
@@ -257,6 +271,18 @@ impl<M: LogModel> Described<'_, M> {
     }
 }
 
+fn undetermined(effect: &str) -> String {
+    let lower = continued_by(effect);
+    let confusions = effects::find_of_log(effect).map_or(&[][..], |info| info.confused_with);
+    match confusions.iter().find(|confusion| Some(confusion.effect) == lower) {
+        Some(confusion) => format!(
+            "{effect} cannot be separated from {} by this log. {}. To separate them: {}",
+            confusion.effect, confusion.condition, confusion.separating_manoeuvre
+        ),
+        None => format!("{effect} cannot be separated from other entries: they change this log in the same way"),
+    }
+}
+
 /// By how much Σ e² of a block that judges falls from one pass to another: mean and interval.
 pub(super) fn judged_gain<M: LogModel>(
     fitting: &Fitting<'_, M>,
@@ -276,4 +302,10 @@ pub(super) fn judged_gain<M: LogModel>(
         .collect();
     let (low, high) = mean_ci95(&gains)?;
     Some((gains.iter().sum::<f64>() / gains.len() as f64, [low, high]))
+}
+
+/// What the data that judge say of the difference between two passes.
+pub(super) fn borne_out<M: LogModel>(fitting: &Fitting<'_, M>, before: &Pass, after: &Pass) -> BorneOut {
+    let layout = &fitting.layout;
+    BorneOut::of(before, after, |t_s| layout.is_judged(t_s).then(|| layout.block(t_s)))
 }

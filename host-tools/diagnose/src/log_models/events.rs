@@ -1,6 +1,7 @@
 //! Entries that begin or end within a log: a current that sets in, a compass that something was laid beside.
 
 use super::chosen::{Chosen, free};
+use super::describe::{JudgedEffect, borne_out, judged_gain};
 use super::evidence::{Linearised, columns};
 use super::fit::{Fitting, Step};
 use super::model::{LogModel, Row};
@@ -215,8 +216,13 @@ fn search<M: LogModel>(
 }
 
 impl Event {
-    /// In the catalogue's form. No vehicle file holds it: its sizes there are zero.
-    pub fn described<M: LogModel>(&self, fitting: &Fitting<'_, M>, theta: &[f64], after: &Pass) -> FoundEffect {
+    /// Times between which it begins or ends, as far as the log says, s.
+    pub fn intervals(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.intervals.iter().copied().filter(|interval| interval.iter().all(|time_s| time_s.is_finite()))
+    }
+
+    /// In the catalogue's form, and what the data that judge say of it. No vehicle file holds it: its sizes there are zero.
+    pub fn described<M: LogModel>(&self, fitting: &Fitting<'_, M>, theta: &[f64], after: &Pass) -> JudgedEffect {
         let candidate = Candidate { span: Some(self.span), ..self.hypothesis.candidate };
         let info = candidate.info();
         let mut values: Vec<ParameterEstimate> = info
@@ -238,15 +244,15 @@ impl Event {
         if let Some(end_s) = self.span.end_s {
             values.push(time("end_s", ParameterKind::End, end_s, self.intervals[1]));
         }
-        let rows = fitting.model.rows(theta);
-        let held_gain = super::describe::judged_gain(fitting, &fitting.pass(&rows, &[]), after);
-        FoundEffect {
+        let without = fitting.pass(&fitting.model.rows(theta), &[]);
+        let found = FoundEffect {
             instance: Instance { candidate, sizes: vec![0.0; candidate.bounds().len()] },
             values,
             p_value: self.p,
             gain: self.gain.max(self.chosen_gain),
-            held_gain,
+            held_gain: judged_gain(fitting, &without, after),
             alternatives: Vec::new(),
-        }
+        };
+        (found, borne_out(fitting, &without, after))
     }
 }

@@ -36,6 +36,13 @@ impl Layout {
         Self { runs: placed, split: Split::of_runs(spans, block_s, forecast_share) }
     }
 
+    /// Judges nothing between these times of the log: what begins or ends there is not known any better.
+    pub fn except(&mut self, unjudged: Vec<[f64; 2]>) {
+        let placed = |t_s: f64| self.runs.get(self.run(t_s)).map_or(t_s, |([from_s, _], at_s)| t_s - from_s + at_s);
+        let placed = unjudged.into_iter().map(|interval| interval.map(placed)).collect();
+        self.split.except(placed);
+    }
+
     /// Length of a block, s.
     #[must_use]
     pub fn block_s(&self) -> f64 {

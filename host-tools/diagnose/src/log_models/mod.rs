@@ -22,6 +22,7 @@ mod runs;
 mod scoring;
 mod selection;
 
+pub use describe::NotNamed;
 pub use layout::Layout;
 pub use model::{Entry, LogModel, Measures, Nameless, Row, Unexplained, catalogue_range};
 pub use noise::Noise;

@@ -5,7 +5,7 @@
 //! of the data that fit, and lie within what this vehicle may have. The data that judge take part in none of this.
 
 use super::chosen::{Chosen, Refused, free, refit};
-use super::describe;
+use super::describe::{self, JudgedEffect, NotNamed};
 use super::events;
 use super::evidence::{Linearised, columns};
 use super::fit::Fitting;
@@ -14,7 +14,7 @@ use super::model::{LogModel, catalogue_range};
 use super::noise::Noise;
 use super::scoring;
 use crate::candidates::{self, Candidate, Hypothesis, Instance};
-use crate::diagnosis::Diagnosis;
+use crate::diagnosis::{Diagnosis, FoundEffect};
 use crate::floor::FEWEST_JUDGED;
 use crate::normal_equations::Column;
 use crate::scores::Scores;
@@ -42,6 +42,8 @@ pub struct LogModelDiagnosis {
     pub theta: [Vec<f64>; 2],
     /// One sigma of every column of θ with the effects; 0 where it was not fitted.
     pub sigmas: Vec<f64>,
+    /// Entries that were tested and are not among them.
+    pub not_named: Vec<NotNamed>,
     /// Noise taken, by channel.
     pub noise: Vec<Noise>,
     /// Before and after, on the data that judge.
@@ -58,7 +60,7 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
         runs.push([0.0, log.duration_s()]);
     }
     let layout = Layout::new(&runs, model.block_s(), model.forecast_share());
-    let (fitting, joint) = Fitting::new(model, layout)?;
+    let (mut fitting, joint) = Fitting::new(model, layout)?;
     let calibrated = model.calibrated();
     let mut start = vec![0.0; model.columns()];
     for column in &calibrated {
@@ -77,15 +79,25 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let mut chosen = chosen;
     let events =
         if runs.len() == 1 { events::find(&fitting, &mut chosen, &all, log.duration_s())? } else { Vec::new() };
+    fitting.layout.except(events.iter().flat_map(events::Event::intervals).collect());
     let theta = &chosen.theta;
     let mut after_rows = model.rows(theta);
     events::apply(&mut after_rows, model, &events);
     let after = fitting.pass(&after_rows, &[]);
     let described = describe::Described { fitting: &fitting, chosen: &chosen, all: &all, tried: round.tried as f64 };
-    let (mut effects, sigmas) = described.effects(&after)?;
-    let mut notes = described.notes(&after);
-    let vain = effects.iter().filter(|found| found.held_gain.is_none_or(|(mean, _)| mean <= 0.0)).count() > 0;
-    effects.extend(events.iter().map(|event| event.described(&fitting, theta, &after)));
+    let (mut found, sigmas) = described.effects(&after)?;
+    let not_named = described.not_named(&after);
+    let mut notes = described.notes(&not_named);
+    found.extend(events.iter().map(|event| event.described(&fitting, theta, &after)));
+    let refuted = found.iter().filter(|(_, of)| of.is_refuted());
+    let of_refuted = |(found, of): &JudgedEffect| {
+        let name = found.instance.candidate.label();
+        format!("{name} is significant where it was fitted, and the data that judge do not bear it out ({of})")
+    };
+    let refuted: Vec<String> = refuted.map(of_refuted).collect();
+    let is_refuted = !refuted.is_empty();
+    notes.extend(refuted);
+    let mut effects: Vec<FoundEffect> = found.into_iter().map(|(found, _)| found).collect();
     effects.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let mut named = described.nameless(&after);
     let with_terms = described.with_terms(&mut named);
@@ -97,6 +109,7 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
     let is_coloured = tests.iter().any(|w| w.p * (tests.len() as f64) < STRUCTURE);
     let has_more_than_all = scores[1].unexplained_variance.iter().any(|(_, share)| *share > 1.0);
     let conditions = Conditions {
+        is_refuted,
         structure_remains: is_coloured || !named.is_empty() || !chosen.refused.is_empty(),
         has_effects: !effects.is_empty(),
         has_alternatives: is_ambiguous,
@@ -126,9 +139,9 @@ pub fn run(model: &impl LogModel, log: &Log, vehicle: &VehicleFile) -> Option<Lo
         after,
         notes,
     };
-    let diagnosis = diagnosis.held_to(remaining, judged < FEWEST_JUDGED || vain || has_more_than_all);
+    let diagnosis = diagnosis.held_to(remaining, judged < FEWEST_JUDGED || has_more_than_all);
     let theta = [plain, chosen.theta];
-    Some(LogModelDiagnosis { diagnosis, theta, sigmas, noise: fitting.noise, scores, with_terms })
+    Some(LogModelDiagnosis { diagnosis, theta, sigmas, not_named, noise: fitting.noise, scores, with_terms })
 }
 
 /// Enters everything, prunes, adds what is missed, and asks what chooses.

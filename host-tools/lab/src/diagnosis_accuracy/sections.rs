@@ -1,9 +1,9 @@
 //! Common parts of the page's sections: runs, cases, targets.
 
-use super::estimate::Share;
 use super::outcome::{Answer, JudgedEffect};
 use super::plan::Class;
 use super::run::DiagnosedLog;
+use crate::intervals::Share;
 use backseat_logs::stats::median;
 
 /// A heading, a paragraph and a table.

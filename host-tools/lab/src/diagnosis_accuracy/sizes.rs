@@ -1,10 +1,11 @@
 //! Tables of sizes: parameters and intervals, the smallest size found, remaining errors.
 
-use super::estimate::{Share, smallest};
+use super::estimate::smallest;
 use super::outcome::Answer;
 use super::plan::{Class, entries};
 use super::run::{DiagnosedLog, HeldOutErrors};
 use super::sections::{Choose, Findings, Section, is_single, short};
+use crate::intervals::Share;
 use backseat_core::effects::FIN_NAMES;
 use backseat_logs::stats::{mean, median, percentile};
 use std::collections::BTreeSet;

@@ -1,10 +1,10 @@
 //! Tables of verdicts against what was injected.
 
-use super::estimate::Share;
 use super::outcome::{Answer, JudgedEffect};
 use super::plan::{Class, entries};
 use super::run::DiagnosedLog;
 use super::sections::{BANDS, Choose, Findings, Section, in_band, is_apart, is_blamed, is_invisible, is_single, short};
+use crate::intervals::Share;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Findings<'_> {
