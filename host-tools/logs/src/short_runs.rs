@@ -25,7 +25,7 @@ const fn term(name: &'static str, unit: &'static str, [default, min, max]: [f64;
 }
 
 /// Terms that all runs have in common.
-pub const COMMON: [Term; 10] = [
+pub const COMMON: [Term; 11] = [
     term("fin_delay_s", "s", [0.0, -3.0, 5.0], "The fins do at t what the row of t - fin_delay_s holds"),
     term("propeller_delay_s", "s", [0.0, -3.0, 5.0], "The same of the propeller"),
     term("attitude_delay_s", "s", [0.0, -1.0, 3.0], "Roll, pitch, heading are this much older than their row"),
@@ -36,6 +36,7 @@ pub const COMMON: [Term; 10] = [
     term("propeller_torque_arm_m", "m", [0.0, -0.5, 0.5], "K = -arm T"),
     term("ahrs_tilt", "1", [0.0, -1.0, 3.0], "Roll and pitch are those of the specific force, in this share"),
     term("dvl_scale", "1", [0.0, -0.1, 0.1], "The DVL reads (1 + c) times the velocity"),
+    term("z_uw", "kg/m", [0.0, -200.0, 50.0], "Z += z_uw |u| w: lift of the hull"),
 ];
 
 /// Terms that differ between configurations.

@@ -9,6 +9,9 @@ const MAX_STEPS: usize = 20;
 /// Steepest pitch of a trim, rad: beyond it the vehicle is not in level flight but falls or climbs.
 const MAX_PITCH_RAD: f64 = 0.5;
 
+/// Longest step, rad: drag across the hull goes with w |w|, and from level its slope is nothing.
+const MAX_STEP_RAD: f64 = 0.1;
+
 /// Straight level flight at one speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Trim {
@@ -63,8 +66,12 @@ impl Trim {
             let by_fin = |row: usize| by_input[(row, 3)] - by_input[(row, 4)];
             let (a, b, c, d) = (by_pitch(2), by_fin(state::W), by_pitch(4), by_fin(state::Q));
             let determinant = a * d - b * c;
-            pitch -= (d * heave_acceleration - b * pitch_acceleration) / determinant;
-            fin -= (a * pitch_acceleration - c * heave_acceleration) / determinant;
+            let pitch_step = (d * heave_acceleration - b * pitch_acceleration) / determinant;
+            let fin_step = (a * pitch_acceleration - c * heave_acceleration) / determinant;
+            let longest = if pitch_step.abs() > fin_step.abs() { pitch_step.abs() } else { fin_step.abs() };
+            let share = if longest > MAX_STEP_RAD { MAX_STEP_RAD / longest } else { 1.0 };
+            pitch -= share * pitch_step;
+            fin -= share * fin_step;
             // NaN fails the comparison too.
             let inside = pitch.abs() < MAX_PITCH_RAD && fin.abs() <= model.parameters().delta_max_rad;
             if !inside {

@@ -7,7 +7,7 @@ use crate::vehicle::Sizes;
 use anyhow::anyhow;
 use backseat_core::dynamics::ParameterError;
 use backseat_diagnose::torpedo::carry::{self, Drift};
-use backseat_diagnose::torpedo::{self, Found, HORIZONS_S, Parameter, TorpedoDiagnosis};
+use backseat_diagnose::torpedo::{self, Found, HORIZONS_S, Parameter, TorpedoDiagnosis, Torque};
 use backseat_identify::short_runs::predict::{CHANNELS, Squares, start_of};
 use backseat_identify::short_runs::recording::{Wanted, Window, windows};
 use backseat_identify::short_runs::{Draft, Run, RunModel};
@@ -106,6 +106,9 @@ pub fn report(result: &RunsResult, log: &Log, vehicle_file: Option<&Path>) -> an
             report = report.text(&format!("These runs do not tell it from {other}; to separate them: {manoeuvre}."));
         }
     }
+    if let Some(torque) = &d.torque {
+        report = report.table(stops(d, torque));
+    }
     report = report.text(&format!("Not shown by these runs: {}.", d.not_shown.join(", ")));
     for place in 0..d.configurations.len() {
         report = report.table(predictions(d, place, COMPARED));
@@ -165,6 +168,21 @@ fn effects(d: &TorpedoDiagnosis) -> Table {
         }
     }
     table
+}
+
+/// What each stop of the motor says of the propeller's torque.
+fn stops(d: &TorpedoDiagnosis, torque: &Torque) -> Table {
+    let [mean, sigma] = torque.arm_m;
+    let [with, without] = torque.stops.errors;
+    let caption = format!(
+        "Propeller's torque at stops of the motor, each with a moment and a list of its own: {mean:.4} +- {sigma:.4} m; squared \
+         errors of roll in {} rows {without:.0} without, {with:.0} with it; delay of the propeller {:.1} s",
+        torque.stops.rows, torque.stops.delay_s
+    );
+    torque.stops.each.iter().fold(Table::new(caption, &["run", "stop [s]", "arm [m]", "sigma [m]"]), |table, stop| {
+        let label = d.runs[stop.run].label.clone();
+        table.row([label, format!("{:.1}", stop.time_s), format!("{:.4}", stop.arm_m), format!("{:.4}", stop.sigma_m)])
+    })
 }
 
 fn coefficients(d: &TorpedoDiagnosis) -> Table {
@@ -353,11 +371,18 @@ fn values(report: Report, result: &RunsResult) -> Report {
         .value("coefficients", d.coefficients.iter().map(|one| (one.name.clone(), number(one))).collect::<Map<_, _>>())
         .value("held_out", "each run by a fit to the other runs")
         .value("models", steps)
+        .value("stops", d.torque.as_ref().map(stops_value))
         .value(
             "drift_share",
             json!({"distance_m": drift.distance_m, "textbook": share(0), "found": share(1), "speed_per_rpm": share(2)}),
         )
         .value("notes", result.notes.clone())
+}
+
+fn stops_value(torque: &Torque) -> Value {
+    let [mean_m, sigma_m] = torque.arm_m;
+    let each: Vec<[f64; 2]> = torque.stops.each.iter().map(|stop| [stop.arm_m, stop.sigma_m]).collect();
+    json!({"arm_m": mean_m, "sigma_m": sigma_m, "each_m": each, "p_value": torque.p_value})
 }
 
 fn number(parameter: &Parameter) -> Value {

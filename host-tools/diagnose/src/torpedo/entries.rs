@@ -22,12 +22,14 @@ const fn entry(
     Entry { name, equation, signature, confused_with }
 }
 
-const MOTOR_STOP: &str = "stop the motor at speed: the torque ends at once, what goes with u^2 fades with the speed";
+/// What separates a torque from other moments.
+pub(super) const MOTOR_STOP: &str =
+    "stop the motor at speed: the torque ends at once, what goes with u^2 fades with the speed";
 const DOUBLET: &str = "a doublet of one fin at a time, both ways";
 const TWO_SPEEDS: &str = "hold two propeller speeds for a minute each";
 
 /// In the order in which they are listed.
-pub const ENTRIES: [Entry; 15] = [
+pub const ENTRIES: [Entry; 16] = [
     entry(
         "propeller_torque",
         "K = -arm T",
@@ -63,6 +65,12 @@ pub const ENTRIES: [Entry; 15] = [
         "C_L = beta3 alpha + (beta4 + cl4) alpha^3",
         "Large fin angles turn the vehicle more, or less, than small ones promise",
         &[("ln d55 = d66", TWO_SPEEDS)],
+    ),
+    entry(
+        "hull_lift",
+        "Z += z_uw |u| w",
+        "The vehicle sinks less beside its own axis when it is fast than the drag across the hull promises",
+        &[("ln d33/d22", "rise or sink with the motor stopped, then dive at speed")],
     ),
     entry(
         "rudder_gain",

@@ -3,7 +3,7 @@
 //! ```text
 //! entries          what such runs can show             selection   which of it they show, run by run
 //! configurations   which runs were flown alike         carry       navigation without the DVL, judged by it
-//! textbook         the model before anything is fitted
+//! textbook         the model before anything is fitted      torque     the propeller's, by stops of the motor
 //! ```
 
 pub mod carry;
@@ -11,8 +11,10 @@ pub mod configurations;
 pub mod entries;
 mod selection;
 mod textbook;
+mod torque;
 
 pub use selection::{Found, HORIZONS_S, Parameter, Step, TorpedoDiagnosis, diagnose};
+pub use torque::Torque;
 
 use backseat_identify::short_runs::{self, Draft, Run, predict::Squares};
 use backseat_logs::log::Column;

@@ -2,7 +2,8 @@
 //! added again in the order of what each gains, with predictions of each run by a fit to the
 //! others.
 
-use super::entries::{ENTRIES, Entry};
+use super::entries::{ENTRIES, Entry, MOTOR_STOP};
+use super::torque::{DELAY, EFFECT as TORQUE, Torque};
 use super::{configurations, textbook};
 use backseat_identify::short_runs::predict::{CHANNELS, Squares, open_loop};
 use backseat_identify::short_runs::recording::{Wanted, windows};
@@ -87,6 +88,8 @@ pub struct TorpedoDiagnosis {
     pub found: Vec<Found>,
     /// The textbook's coefficients as fitted.
     pub coefficients: Vec<Parameter>,
+    /// The propeller's torque by stops of the motor, if there are some.
+    pub torque: Option<Torque>,
     /// Entries that these runs do not show.
     pub not_shown: Vec<&'static str>,
     /// From the textbook to the whole model.
@@ -116,16 +119,17 @@ pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str
     let (vehicle, mut notes) = textbook::calibrated(declared, &runs);
     let base = Draft::of(&vehicle, configurations.len());
     let textbook_models = base.models().map_err(|error| error.to_string())?;
-    let problem = |effects: &[&'static str]| {
+    let problem = |effects: &[&'static str], torque: Option<&Torque>| {
         let mut unknowns = coefficients();
         effects.iter().for_each(|effect| unknowns.extend(of_effect(effect, configurations.len())));
+        torque.iter().for_each(|torque| unknowns.iter_mut().for_each(|unknown| torque.inform(unknown, &base)));
         Problem { runs: &runs, base: base.clone(), unknowns }
     };
     let all = |_: usize| true;
 
     let mut kept: Vec<&'static str> = ENTRIES.iter().map(|entry| entry.name).collect();
     progress("all effects");
-    let mut selected = fitted(problem(&kept), None, &all)?;
+    let mut selected = fitted(problem(&kept, None), None, &all)?;
     let used = selected.fit.runs();
     if used.len() < FEWEST_RUNS {
         return Err(format!(
@@ -136,24 +140,50 @@ pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str
         ));
     }
     let needed = t_quantile(used.len() - 1);
-    // first those that the information does not ask for, then those that differ from run to run by as much as they are
-    for is_by_runs in [false, true] {
-        loop {
-            let excess = |effect: &&'static str| {
-                if is_by_runs {
-                    evidence(&selected, effect) - needed
-                } else {
-                    let count = of_effect(effect, configurations.len()).len() as f64;
-                    gain(&selected, effect) - LEAST_GAIN - 2.0 * count
-                }
-            };
-            let scored = kept.iter().map(excess).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((weakest, _)) = scored.filter(|(_, excess)| *excess < 0.0) else { break };
-            let effect = kept.remove(weakest);
-            progress(&format!("without {effect}"));
+    let torque_by =
+        |selected: &Selected<'_>| Torque::of(&runs, &base.with(&selected.problem.unknowns, &selected.fit.values));
+    // what the stops say is judged by a model that the runs need; it then stays, with the delay that it shows if that is needed
+    let mut torque: Option<Torque> = None;
+    for has_asked_stops in [false, true] {
+        let shown = torque.as_ref().filter(|torque| torque.is_shown());
+        if has_asked_stops {
+            if shown.is_none() {
+                break;
+            }
+            kept.retain(|effect| *effect != TORQUE && *effect != DELAY);
+            kept.extend([TORQUE, DELAY]);
+            progress("the propeller's torque by stops of the motor");
             let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-            selected = fitted(problem(&kept), start, &all)?;
+            selected = fitted(problem(&kept, shown), start, &all)?;
         }
+        // first those that the information does not ask for, then those that differ from run to run by as much as they are
+        for is_by_runs in [false, true] {
+            loop {
+                let excess = |effect: &&'static str| {
+                    if has_asked_stops && *effect != DELAY {
+                        f64::INFINITY // the runs have been asked
+                    } else if is_by_runs {
+                        evidence(&selected, effect) - needed
+                    } else {
+                        let count = of_effect(effect, configurations.len()).len() as f64;
+                        gain(&selected, effect) - LEAST_GAIN - 2.0 * count
+                    }
+                };
+                let scored = kept.iter().map(excess).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+                let Some((weakest, _)) = scored.filter(|(_, excess)| *excess < 0.0) else { break };
+                let effect = kept.remove(weakest);
+                progress(&format!("without {effect}"));
+                let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
+                selected = fitted(problem(&kept, shown), start, &all)?;
+            }
+        }
+        torque = torque_by(&selected).or(torque);
+    }
+    let shown = torque.as_ref().filter(|torque| torque.is_shown() && kept.contains(&TORQUE));
+    if shown.is_some() {
+        // the stops by the model that was chosen
+        let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
+        selected = fitted(problem(&kept, shown), start, &all)?;
     }
 
     // what each of those kept gains beside all others
@@ -173,7 +203,7 @@ pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str
             None
         } else {
             let start = Some((&selected.problem.unknowns[..], &selected.fit.values[..]));
-            Some(fitted(problem(&order[..count]), start, &all)?)
+            Some(fitted(problem(&order[..count], shown), start, &all)?)
         };
         steps.push(held_out(name, &runs, of_step.as_ref().unwrap_or(&selected)));
     }
@@ -191,9 +221,17 @@ pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str
             let entry = super::entries::of(effect)?;
             let of_effect = places(effect);
             let largest = evidence(&selected, effect);
-            let p = f_tail(largest * largest, 1.0, (used.len() - 1) as f64) * of_effect.len() as f64;
-            let parameters: Vec<Parameter> = of_effect.iter().map(|&place| parameter(place)).collect();
-            Some(Found { entry, parameters, p_value: p.min(1.0), alike: alike(&selected, entry) })
+            let mut p = f_tail(largest * largest, 1.0, (used.len() - 1) as f64) * of_effect.len() as f64;
+            let mut parameters: Vec<Parameter> = of_effect.iter().map(|&place| parameter(place)).collect();
+            if let (Some(torque), TORQUE, [arm]) = (shown, *effect, &mut parameters[..]) {
+                arm.ci95 = torque.interval(arm.value, &selected.fit, &selected.problem.unknowns, quantile);
+                p = torque.p_value;
+            }
+            parameters.extend(differences(&selected, &of_effect, &configurations, quantile));
+            // one that improves the predictions and is not certain stays in the model without being named
+            let is_certain = parameters.iter().any(Parameter::is_shown);
+            let alike = alike(&selected, entry, shown.is_some());
+            is_certain.then_some(Found { entry, parameters, p_value: p.min(1.0), alike })
         })
         .collect();
     let draft = base.with(&selected.problem.unknowns, &selected.fit.values);
@@ -202,7 +240,7 @@ pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str
     }
     let of_others = |run: usize| base.with(&selected.problem.unknowns, &selected.fit.without(run));
     let without = (0..runs.len()).map(of_others).collect();
-    let mut vehicle = into_vehicle(&vehicle, &draft, &configurations);
+    let mut vehicle = into_vehicle(&vehicle, &draft, &configurations, textbook::usual_mps(&runs));
     vehicle.name = format!("{}-runs", declared.name);
     set_intervals(&mut vehicle, &found);
     let coefficients: Vec<Parameter> = places("").into_iter().map(parameter).collect();
@@ -214,13 +252,19 @@ pub fn diagnose(log: &Log, declared: &VehicleFile, progress: &mut dyn FnMut(&str
             weak.join(", ")
         ));
     }
-    let not_shown = ENTRIES.iter().map(|entry| entry.name).filter(|name| !order.contains(name)).collect();
+    let is_found = |name: &&str| found.iter().any(|found| found.entry.name == *name);
+    let not_shown: Vec<&'static str> = ENTRIES.iter().map(|entry| entry.name).filter(|name| !is_found(name)).collect();
+    let uncertain: Vec<&str> = order.iter().copied().filter(|name| !is_found(name)).collect();
+    if !uncertain.is_empty() {
+        notes.push(format!("in the model, though no interval excludes none: {}", uncertain.join(", ")));
+    }
     let configurations = vehicle.short_runs.clone().map(|runs| runs.configurations).unwrap_or_default();
     Ok(TorpedoDiagnosis {
         runs,
         configurations,
         found,
         coefficients,
+        torque,
         not_shown,
         steps,
         textbook: base,
@@ -302,9 +346,40 @@ fn parameter(selected: &Selected<'_>, place: usize, sigma: f64, quantile: f64) -
     }
 }
 
+/// What a term of an effect differs by between the first configuration and each other one.
+fn differences(
+    selected: &Selected<'_>,
+    of_effect: &[usize],
+    configurations: &[Configuration],
+    quantile: f64,
+) -> Vec<Parameter> {
+    let unknowns = &selected.problem.unknowns;
+    let place_of = |term: usize, configuration: usize| {
+        of_effect.iter().copied().find(|&place| unknowns[place].place == Place::Of(term, configuration))
+    };
+    let mut differences = Vec::new();
+    for (term, of_term) in OF_CONFIGURATION.iter().enumerate() {
+        for configuration in 1..configurations.len() {
+            let (Some(first), Some(other)) = (place_of(term, 0), place_of(term, configuration)) else { continue };
+            let value = selected.fit.values[other] - selected.fit.values[first];
+            let half = quantile * selected.fit.sigma_of(&[(other, 1.0), (first, -1.0)]);
+            let [name, first_name] = [configuration, 0].map(|place| &configurations[place].name);
+            differences.push(Parameter {
+                name: format!("{}, {name} less {first_name}", of_term.name),
+                unit: of_term.unit,
+                value,
+                ci95: [value - half, value + half],
+                none: 0.0,
+                prior_share: selected.fit.prior_share[other],
+            });
+        }
+    }
+    differences
+}
+
 /// Entries named as alike that are in the model too and whose values go together with the effect's, or that no fit of runs
-/// can hold beside it.
-fn alike(selected: &Selected<'_>, entry: &'static Entry) -> Vec<(&'static str, &'static str)> {
+/// can hold beside it; what stops of the motor separate is not alike in a log that has them.
+fn alike(selected: &Selected<'_>, entry: &'static Entry, has_stops: bool) -> Vec<(&'static str, &'static str)> {
     let covariance = &selected.fit.covariance;
     let of = |name: &str| -> Vec<usize> {
         let unknowns = selected.problem.unknowns.iter().enumerate();
@@ -319,7 +394,9 @@ fn alike(selected: &Selected<'_>, entry: &'static Entry) -> Vec<(&'static str, &
     };
     let is_never_fitted =
         |other: &str| super::entries::of(other).is_none() && !selected.problem.unknowns.iter().any(|u| u.name == other);
-    let is_alike = |(other, _): &&(&str, &str)| is_never_fitted(other) || go_together(other);
+    let is_alike = |(other, manoeuvre): &&(&str, &str)| {
+        !(has_stops && *manoeuvre == MOTOR_STOP) && (is_never_fitted(other) || go_together(other))
+    };
     entry.confused_with.iter().filter(is_alike).copied().collect()
 }
 
@@ -327,7 +404,11 @@ fn alike(selected: &Selected<'_>, entry: &'static Entry) -> Vec<(&'static str, &
 fn set_intervals(vehicle: &mut VehicleFile, found: &[Found]) {
     let Some(runs) = &mut vehicle.short_runs else { return };
     for parameter in found.iter().flat_map(|found| &found.parameters) {
-        let set = |value: &mut Value| value.ci95 = Some(parameter.ci95);
+        // the file has trims and buoyancy as differences from the first configuration
+        let set = |value: &mut Value| {
+            let shift = value.value - parameter.value;
+            value.ci95 = Some(parameter.ci95.map(|bound| bound + shift));
+        };
         if let Some(term) = backseat_logs::short_runs::common(&parameter.name) {
             set(&mut runs.common[term]);
         } else if let Some((name, rest)) = parameter.name.split_once('[')

@@ -38,3 +38,10 @@ pub fn calibrated(declared: &VehicleFile, runs: &[Run]) -> (VehicleFile, Vec<Str
     );
     (vehicle, vec![note])
 }
+
+/// Median speed with the motor on under water, m/s.
+pub fn usual_mps(runs: &[Run]) -> f64 {
+    let samples = runs.iter().flat_map(|run| &run.samples).filter(|sample| sample.is_powered() && sample.depth_m > 0.5);
+    let speeds: Vec<f64> = samples.filter_map(|sample| Some(sample.dvl_mps?[0])).filter(|u| *u > 0.5).collect();
+    median(&speeds).unwrap_or(0.0)
+}

@@ -20,8 +20,13 @@ const HUBER: f64 = 2.5;
 /// Rows that make one independent error: windows overlap, and errors persist for a second or two.
 const CORRELATED: f64 = 6.0;
 const STARTS: usize = OPEN.len();
+/// Share of what is open of a start that the fit may use: with more of it a model that is unstable in yaw fits well, its
+/// starts being what holds it, and predicts badly from a start that is measured.
+const FREE: f64 = 0.3;
 /// Steps of the iteration at each length.
-const STEPS: usize = 30;
+const STEPS: usize = 60;
+/// Attempts at a step, each shorter than the last.
+const ATTEMPTS: usize = 10;
 /// A step that gains less than this share ends it.
 const SETTLED: f64 = 3e-5;
 
@@ -78,16 +83,30 @@ impl Fit {
     /// One sigma of each value: the larger of the information's, and of the spread of the values without each run.
     #[must_use]
     pub fn sigmas(&self) -> Vec<f64> {
-        let without: Vec<Vec<f64>> = self.parts.iter().map(|part| self.without(part.run)).collect();
+        let without = self.without_each();
+        (0..self.values.len()).map(|i| self.sigma_among(&without, &[(i, 1.0)])).collect()
+    }
+
+    /// The same of a sum of values, each times its factor.
+    #[must_use]
+    pub fn sigma_of(&self, sum: &[(usize, f64)]) -> f64 {
+        self.sigma_among(&self.without_each(), sum)
+    }
+
+    fn without_each(&self) -> Vec<Vec<f64>> {
+        self.parts.iter().map(|part| self.without(part.run)).collect()
+    }
+
+    fn sigma_among(&self, without: &[Vec<f64>], sum: &[(usize, f64)]) -> f64 {
         let count = without.len() as f64;
-        (0..self.values.len())
-            .map(|i| {
-                let mean = without.iter().map(|values| values[i]).sum::<f64>() / count;
-                let spread: f64 = without.iter().map(|values| (values[i] - mean).powi(2)).sum();
-                let jackknife = if count > 1.0 { ((count - 1.0) / count * spread).sqrt() } else { 0.0 };
-                jackknife.max(self.covariance[(i, i)].sqrt())
-            })
-            .collect()
+        let sums: Vec<f64> =
+            without.iter().map(|values| sum.iter().map(|(place, factor)| factor * values[*place]).sum()).collect();
+        let mean = sums.iter().sum::<f64>() / count;
+        let spread: f64 = sums.iter().map(|value| (value - mean).powi(2)).sum();
+        let jackknife = if count > 1.0 { ((count - 1.0) / count * spread).sqrt() } else { 0.0 };
+        let variance: f64 =
+            sum.iter().flat_map(|(i, a)| sum.iter().map(move |(j, b)| a * b * self.covariance[(*i, *j)])).sum();
+        jackknife.max(variance.sqrt())
     }
 }
 
@@ -202,7 +221,7 @@ impl Problem<'_> {
             }
             let before = cost;
             let mut has_improved = false;
-            for _ in 0..6 {
+            for _ in 0..ATTEMPTS {
                 let mut damped = normal.clone();
                 for i in 0..count {
                     damped[(i, i)] *= 1.0 + damping;
@@ -283,7 +302,7 @@ impl Problem<'_> {
             .iter()
             .enumerate()
             .map(|(place, (_, sigma))| {
-                let size = 1e-2 * sigma;
+                let size = 1e-2 * FREE * sigma;
                 let mut deviation = shot.deviation;
                 deviation[place] += size;
                 column(&self.residuals(here, shot, &deviation), size)
@@ -303,8 +322,9 @@ impl Problem<'_> {
         let mut own = SMatrix::<f64, STARTS, STARTS>::from_fn(|i, j| product(&starts[i], &starts[j]));
         let mut start_gradient = SVector::<f64, STARTS>::from_fn(|i, _| product(&starts[i], &residual));
         for (i, (_, sigma)) in OPEN.iter().enumerate() {
-            own[(i, i)] += sigma.powi(-2);
-            start_gradient[i] -= shot.deviation[i] / (sigma * sigma);
+            let weight = (FREE * sigma).powi(-2);
+            own[(i, i)] += weight;
+            start_gradient[i] -= weight * shot.deviation[i];
         }
         let inverse = own.cholesky().map_or_else(SMatrix::zeros, |factor| factor.inverse());
         Evaluated { normal, gradient, inverse, start_gradient, border }
@@ -323,7 +343,7 @@ impl Problem<'_> {
                     .iter()
                     .map(|r| if r.abs() <= HUBER { r * r } else { HUBER * (2.0 * r.abs() - HUBER) })
                     .sum();
-                let prior: f64 = OPEN.iter().zip(deviation.iter()).map(|((_, s), d)| (d / s).powi(2)).sum();
+                let prior: f64 = OPEN.iter().zip(deviation.iter()).map(|((_, s), d)| (d / (FREE * s)).powi(2)).sum();
                 data / CORRELATED + prior
             })
             .collect();

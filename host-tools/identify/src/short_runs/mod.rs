@@ -4,6 +4,7 @@
 //! recording   a log as runs, stretches and windows      unknowns   what is fitted, with its prior
 //! model       the board's dynamics with further terms   fit        Gauss-Newton over all windows and their starts
 //! start       the state at the start of a window        predict    open-loop predictions against what was measured
+//! stops       the propeller's torque, where the motor stops
 //! ```
 
 pub mod fit;
@@ -11,6 +12,7 @@ pub mod model;
 pub mod predict;
 pub mod recording;
 pub mod start;
+pub mod stops;
 #[cfg(test)]
 mod tests;
 pub mod unknowns;

@@ -20,6 +20,7 @@ pub(crate) mod common {
     pub(crate) const TORQUE_ARM: usize = 7;
     pub(crate) const AHRS_TILT: usize = 8;
     pub(crate) const DVL_SCALE: usize = 9;
+    pub(crate) const Z_UW: usize = 10;
 }
 
 /// What predicts one configuration's runs.
@@ -43,6 +44,20 @@ pub struct Reading {
     pub dvl_mps: Option<[f64; 3]>,
 }
 
+/// Places in [`OF_CONFIGURATION`] of what the plant has parameters for: trims and buoyancy.
+pub(crate) const IN_THE_PLANT: core::ops::Range<usize> = B_X..BUOYANCY + 1;
+pub(crate) const B_X: usize = 3;
+pub(crate) const B_Y: usize = 4;
+pub(crate) const BUOYANCY: usize = 5;
+
+/// Trims and buoyancy of a configuration into the plant.
+pub(crate) fn add_to_plant(plant: &mut VehicleParameters, of_configuration: &[f64; OF_CONFIGURATION.len()]) {
+    let [_, _, _, b_x_m, b_y_m, buoyancy_kg, _] = of_configuration;
+    plant.b_cb_to_cg_m[0] += b_x_m;
+    plant.b_cb_to_cg_m[1] += b_y_m;
+    plant.displaced_mass_kg += buoyancy_kg;
+}
+
 impl RunModel {
     /// From parameters and terms; trim and buoyancy of the configuration go into the parameters.
     ///
@@ -55,10 +70,8 @@ impl RunModel {
         [dvl_delay_s, dvl_yaw_rad]: [f64; 2],
     ) -> Result<Self, ParameterError> {
         let mut parameters = *parameters;
-        let [_, _, _, b_x_m, b_y_m, buoyancy_kg, rudder_gain] = of_configuration;
-        parameters.b_cb_to_cg_m[0] += b_x_m;
-        parameters.b_cb_to_cg_m[1] += b_y_m;
-        parameters.displaced_mass_kg += buoyancy_kg;
+        let [.., rudder_gain] = of_configuration;
+        add_to_plant(&mut parameters, &of_configuration);
         let vehicle = VehicleModel::new(&parameters)?;
         let mut terms = terms;
         terms[common::GAIN] += rudder_gain;
@@ -79,6 +92,7 @@ impl RunModel {
         let [k_uu, m_uu, n_uu, ..] = self.of_configuration;
         let square = x[U] * x[U].abs();
         let thrust = self.vehicle.propeller().thrust(input.propeller_radps, x[U]);
+        rate[W] += self.terms[common::Z_UW] * x[U].abs() * x[W] / mass[2];
         rate[P] += (k_uu * square - self.terms[common::TORQUE_ARM] * thrust) / mass[3];
         rate[Q] += m_uu * square / mass[4];
         rate[R] += n_uu * square / mass[5];

@@ -2,8 +2,9 @@
 //!
 //! Attitude is that of the row, rates are central differences over the rows beside it; depth is a line through the rows
 //! within 1 s; surge is the mean of the DVL readings of the last seconds. A torpedo turns about a point ahead of its centre
-//! of gravity, which gives sway and heave from the rates: a DVL at 1 Hz knows them worse. What comes later than 1 s after
-//! the start is not used.
+//! of gravity, which gives sway and heave from the rates: a DVL at 1 Hz knows them worse. With the motor stopped the
+//! vehicle rises or sinks by its weight, and heave follows from the depth. What comes later than 1 s after the start is
+//! not used.
 
 use super::recording::{Run, RunSample};
 use backseat_core::state::{P, PHI, PSI, Q, R, THETA, U, V, VehicleState, W, Z};
@@ -51,7 +52,22 @@ pub fn measured_state(run: &Run, index: usize, [dvl_delay_s, dvl_scale]: [f64; 2
     x[R] = -pitch_rate * sin_roll + heading_rate * cos_roll * cos_pitch;
     x[U] = mean(&readings).unwrap_or(0.0) / (1.0 + dvl_scale);
     (x[V], x[W]) = (-PIVOT_M * x[R], PIVOT_M * x[Q]);
+    if !here.is_powered()
+        && let Some(sinks_mps) = depth_rate(run.samples.iter().filter(near))
+    {
+        x[W] = (sinks_mps + x[U] * sin_pitch) / cos_pitch.max(0.5) / cos_roll.max(0.5);
+    }
     x
+}
+
+/// Slope of the depth over samples, m/s.
+fn depth_rate<'a>(samples: impl Iterator<Item = &'a RunSample>) -> Option<f64> {
+    let points: Vec<[f64; 2]> = samples.map(|sample| [sample.t_s, sample.depth_m]).collect();
+    let count = points.len() as f64;
+    let [t_s, depth_m] = [0_usize, 1].map(|i| points.iter().map(|point| point[i]).sum::<f64>() / count);
+    let above: f64 = points.iter().map(|point| (point[0] - t_s) * (point[1] - depth_m)).sum();
+    let below: f64 = points.iter().map(|point| (point[0] - t_s).powi(2)).sum();
+    (below > 0.0).then(|| above / below)
 }
 
 /// States that a start leaves open, and one sigma of each: loose ones would take up what the model does wrong.

@@ -1,6 +1,7 @@
 //! Runs made by the model itself: what was put in is found again, and windows are where they should be.
 
 use super::recording::{Run, RunSample, Wanted, Window, stretches, windows};
+use super::stops::stops;
 use super::unknowns::{coefficients, into_vehicle, of_effect};
 use super::{Draft, Problem, predict};
 use backseat_core::dynamics::ActuatorInput;
@@ -85,15 +86,40 @@ fn what_was_put_in_is_found_again_and_survives_the_vehicle_file() {
         assert!(value.abs() > 2.0 * sigma, "{name} {value} +- {sigma} is not shown");
     }
     // better than the textbook on every channel that the terms change, and the same from the file
-    let found = base.with(&problem.unknowns, &fit.values);
+    let mut found = base.with(&problem.unknowns, &fit.values);
     let roll = |draft: &Draft| {
         let models = draft.models().unwrap();
         predict::open_loop(&runs, &models, 10.0).iter().map(|squares| squares.rms(0).unwrap()).fold(0.0, f64::max)
     };
     assert!(roll(&found) < 0.3 * roll(&base), "{} {}", roll(&found), roll(&base));
+    // trims go into the sections that every command reads
+    (found.configurations[0][3], found.configurations[0][5]) = (0.002, 0.1);
     let values = OF_CONFIGURATION.map(|term| Value::from(term.default));
     let configuration = Configuration { name: "all".to_owned(), settings: Vec::new(), values };
-    let file = into_vehicle(&vehicle, &found, &[configuration]);
+    let file = into_vehicle(&vehicle, &found, &[configuration], 1.5);
+    let added_kg = file.parameters.displaced_mass_kg - vehicle.parameters.displaced_mass_kg;
+    assert!((added_kg - 0.1).abs() < 1e-9, "{added_kg}");
     let read = VehicleFile::parse(&file.to_toml("a test"), std::path::Path::new("v.toml")).unwrap();
     assert!((roll(&Draft::of(&read, 1)) - roll(&found)).abs() < 1e-9); // the same numbers
+}
+
+#[test]
+fn each_stop_of_the_motor_shows_the_torque_by_itself() {
+    let base = Draft::of(&VehicleFile::reference(), 1);
+    let arm = |torque_m: f64| {
+        let mut truth = base.clone();
+        truth.common[7] = torque_m;
+        truth.common[0] = 0.2;
+        // a moment with u^2 of the other sign, which the model that is given lacks
+        truth.configurations[0][0] = -0.4;
+        stops(&flown(&truth, 4), &base)
+    };
+    // the reference vehicle rights itself: a smaller torque moves its roll by less than the model is good for
+    let with = arm(-0.15);
+    let [mean, sigma] = with.mean().unwrap();
+    assert_eq!(with.each.len(), 4);
+    assert!((mean + 0.15).abs() < 0.04 && sigma < 0.02, "{mean} +- {sigma}");
+    assert!(with.errors[0] < 0.2 * with.errors[1], "{:?}", with.errors);
+    let [mean, _] = arm(0.0).mean().unwrap();
+    assert!(mean.abs() < 0.02, "{mean} where there is none");
 }

@@ -1,6 +1,6 @@
 //! The numbers that are fitted: which they are, their prior, and how they make a model.
 
-use super::model::{RunModel, common};
+use super::model::{B_X, B_Y, BUOYANCY, IN_THE_PLANT, RunModel, add_to_plant, common};
 use backseat_core::dynamics::{ParameterError, VehicleParameters};
 use backseat_logs::VehicleFile;
 use backseat_logs::short_runs::{COMMON, Configuration, OF_CONFIGURATION, ShortRuns, Value};
@@ -182,6 +182,7 @@ pub fn of_effect(effect: &'static str, configurations: usize) -> Vec<Unknown> {
         "propeller_torque" => vec![common(common::TORQUE_ARM, 0.05)],
         "ahrs_tilt" => vec![common(common::AHRS_TILT, 0.7)],
         "rudder_gain" => each(6, 0.3).skip(1).collect(),
+        "hull_lift" => vec![common(common::Z_UW, 25.0)],
         "dvl_scale" => vec![common(common::DVL_SCALE, 0.03)],
         "lift_curve" => vec![one("cl4", Place::LiftCurve, 3.0)],
         "speed_moment" => each(0, 0.3).chain(each(1, 0.5)).chain(each(2, 0.5)).collect(),
@@ -195,18 +196,41 @@ pub fn of_effect(effect: &'static str, configurations: usize) -> Vec<Unknown> {
     }
 }
 
-/// Takes over what a fit found into a vehicle file.
+/// Takes over what a fit found into a vehicle file. Trim and buoyancy of the first configuration go into the sections that
+/// every command reads, and so do its moments with u² and the propeller's torque, as the trims that they are at the usual
+/// speed; what the configurations have of trims is then the difference.
 #[must_use]
-pub fn into_vehicle(declared: &VehicleFile, draft: &Draft, configurations: &[Configuration]) -> VehicleFile {
+pub fn into_vehicle(
+    declared: &VehicleFile,
+    draft: &Draft,
+    configurations: &[Configuration],
+    usual_mps: f64,
+) -> VehicleFile {
     let mut vehicle = declared.clone();
     vehicle.parameters = draft.parameters;
     vehicle.installation.dvl_delay_s = draft.dvl_delay_s;
     vehicle.installation.dvl_turn_rad[2] = draft.dvl_yaw_rad;
+    let mut of_first = [0.0; OF_CONFIGURATION.len()];
+    if let Some(first) = draft.configurations.first() {
+        IN_THE_PLANT.for_each(|term| of_first[term] = first[term]);
+        let plant = &draft.parameters;
+        let [k_uu, m_uu, ..] = first;
+        let square = usual_mps * usual_mps;
+        let fins = 2.0 * plant.rho_kg_per_m3 * plant.fin_area_m2 * plant.cd[0];
+        let thrust_n = (plant.quadratic_diag[0] + fins) * square;
+        let buoyancy_n = (plant.displaced_mass_kg + first[BUOYANCY]) * plant.g_mps2;
+        of_first[B_X] -= m_uu * square / buoyancy_n;
+        of_first[B_Y] += (k_uu * square - draft.common[common::TORQUE_ARM] * thrust_n) / buoyancy_n;
+        add_to_plant(&mut vehicle.parameters, &of_first);
+    }
     let configurations = configurations.iter().zip(&draft.configurations);
+    let values = |values: &[f64; OF_CONFIGURATION.len()]| {
+        core::array::from_fn(|term| Value::from(values[term] - of_first[term]))
+    };
     vehicle.short_runs = Some(ShortRuns {
         common: draft.common.map(Value::from),
         configurations: configurations
-            .map(|(configuration, values)| Configuration { values: values.map(Value::from), ..configuration.clone() })
+            .map(|(configuration, of)| Configuration { values: values(of), ..configuration.clone() })
             .collect(),
     });
     vehicle

@@ -162,6 +162,17 @@ fn val_trim_is_an_equilibrium() {
 }
 
 #[test]
+fn val_trim_is_found_where_drag_across_the_hull_carries_the_vehicle() {
+    // fins so weak that they alone would need half a radian: with w |w| a few degrees are enough
+    let declared = VehicleParameters::IVER3;
+    let displaced_mass_kg = declared.mass_kg + 0.3;
+    let b_cb_to_cg_m = [0.0, 0.0, 0.003];
+    let weak = VehicleParameters { cl: [0.44, 0.0], displaced_mass_kg, b_cb_to_cg_m, ..declared };
+    let trim = Trim::solve(&VehicleModel::new(&weak).unwrap(), 1.0).unwrap();
+    assert!((trim.pitch_rad + 0.059).abs() < 0.001, "{trim:?}");
+}
+
+#[test]
 fn val_pd_kappa() {
     let vectors = vectors();
     let case = &vectors["pd_kappa"];

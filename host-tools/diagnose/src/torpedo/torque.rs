@@ -1,0 +1,69 @@
+//! The propeller's torque, judged where it acts: at stops of the motor. Over windows of many seconds a stop is a row of
+//! forty, and a moment with u² explains the rest as well.
+
+use backseat_identify::short_runs::stops::{Stops, stops};
+use backseat_identify::short_runs::{Draft, Fit, Run, Unknown};
+use backseat_logs::short_runs::COMMON;
+use backseat_logs::stats::f_tail;
+
+/// The effect of the catalogue.
+pub const EFFECT: &str = "propeller_torque";
+/// What tells how late the propeller's speed is recorded, which the stops show as well.
+pub(super) const DELAY: &str = "input_delay";
+/// Probability by chance up to which stops show a torque.
+const LEVEL: f64 = 0.01;
+/// One sigma of the delay of the recorded propeller speed that fits the stops best, s.
+const DELAY_S: f64 = 0.15;
+/// What all moments about the roll axis are measured by.
+const SCALE: &str = "ln fin lift";
+
+/// What the stops say of it.
+#[derive(Clone, Debug)]
+pub struct Torque {
+    /// What each stop says.
+    pub stops: Stops,
+    /// Arm, K = −arm T, and its standard error over the stops, m.
+    pub arm_m: [f64; 2],
+    /// Probability by chance, by Student's t over the stops.
+    pub p_value: f64,
+}
+
+impl Torque {
+    /// By a model of the runs; `None`: too few stops.
+    #[must_use]
+    pub fn of(runs: &[Run], draft: &Draft) -> Option<Self> {
+        let stops = stops(runs, draft);
+        let [mean, sigma] = stops.mean()?;
+        let p_value = f_tail((mean / sigma).powi(2), 1.0, (stops.each.len() - 1) as f64);
+        Some(Self { stops, arm_m: [mean, sigma], p_value })
+    }
+
+    /// Whether they show a torque.
+    #[must_use]
+    pub fn is_shown(&self) -> bool {
+        self.p_value < LEVEL
+    }
+
+    /// What the stops say of an unknown, in its own coordinate: prior and sigma.
+    pub(super) fn inform(&self, unknown: &mut Unknown, base: &Draft) {
+        let place = |name: &str| COMMON.iter().position(|term| term.name == name);
+        for (name, [value, sigma]) in
+            [("propeller_torque_arm_m", self.arm_m), ("propeller_delay_s", [self.stops.delay_s, DELAY_S])]
+        {
+            if let Some(term) = place(name).filter(|_| unknown.name == name) {
+                (unknown.prior, unknown.sigma) = (value - base.common[term], sigma);
+            }
+        }
+    }
+
+    /// 95 % interval around a fitted arm: of its logarithm, for the stops tell its sign, and runs tell moments about the roll axis
+    /// no better than the lift of the fins, which damps the roll.
+    pub(super) fn interval(&self, arm_m: f64, fit: &Fit, unknowns: &[Unknown], quantile: f64) -> [f64; 2] {
+        let [mean, sigma] = self.arm_m;
+        let scale = unknowns.iter().position(|unknown| unknown.name == SCALE);
+        let scale = scale.map_or(0.0, |place| fit.sigmas()[place]);
+        let factor = (quantile * (sigma / mean).hypot(scale)).exp();
+        let [a, b] = [arm_m / factor, arm_m * factor];
+        [a.min(b), a.max(b)]
+    }
+}
