@@ -200,7 +200,7 @@ impl Backseat {
         }
         self.apply_abort(now_us, orders);
         if self.modes.ready() && self.steering.is_armed() {
-            match safety::may_start(&self.observed()) {
+            match self.safety.may_start(&self.observed()) {
                 Ok(()) => self.steering.begin(self.estimator.output()),
                 Err(reason) => {
                     self.steering.disarm();

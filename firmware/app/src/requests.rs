@@ -178,7 +178,7 @@ fn start(backseat: &mut Backseat) -> Result<(), Refusal> {
     if backseat.steering.mission().waypoints().is_empty() {
         return Err(backseat.host.mission_refused.get().copied().unwrap_or(Refusal::Sequence));
     }
-    safety::may_start(&backseat.observed()).map_err(Refusal::Unsafe)?;
+    backseat.safety.may_start(&backseat.observed()).map_err(Refusal::Unsafe)?;
     if !backseat.modes.may_arm() || backseat.storage.is_busy() || backseat.steering.is_wiggling() {
         return Err(Refusal::NotReady);
     }

@@ -160,6 +160,39 @@ impl DepthCrossCheck {
     }
 }
 
+/// The mean holds so many seconds: three waves or more.
+const WAVES_S: f64 = 20.0;
+
+/// What the pressure sensor says at the surface, where a fix is received: zero but for its error. Waves are averaged.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceDepth {
+    mean_m: f64,
+    /// How long fixes have come without a break, s.
+    since_s: f64,
+}
+
+impl SurfaceDepth {
+    pub const fn new() -> Self {
+        Self { mean_m: 0.0, since_s: 0.0 }
+    }
+
+    /// Another step.
+    pub fn step(&mut self, dt_s: f64, has_fix: bool, pressure_m: f64) {
+        if !has_fix {
+            *self = Self::new();
+            return;
+        }
+        self.since_s += dt_s;
+        let share = if self.since_s > 0.0 { dt_s / self.since_s.min(WAVES_S) } else { 1.0 };
+        self.mean_m += share * (pressure_m - self.mean_m);
+    }
+
+    /// m; `None` until waves are averaged.
+    pub fn mean_m(&self) -> Option<f64> {
+        (self.since_s >= WAVES_S).then_some(self.mean_m)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -234,5 +267,19 @@ mod tests {
             DepthStep { leg_speed_mps, surge_mps: leg_speed_mps, pitch_rad, ..STEADY }
         };
         assert!(drift_after(1800, faster).abs() < 0.1);
+    }
+
+    /// An offset shows through waves of half a metre, after twenty seconds of fixes and not before; the next dive
+    /// forgets it.
+    #[test]
+    fn waves_are_averaged_at_the_surface() {
+        let mut surface = SurfaceDepth::new();
+        for step in 0..400 {
+            assert_eq!(surface.mean_m().is_some(), step >= 200, "step {step}");
+            surface.step(0.1, true, 0.4 + 0.5 * libm::sin(f64::from(step)));
+        }
+        assert!((surface.mean_m().unwrap() - 0.4).abs() < 0.02, "{surface:?}");
+        surface.step(0.1, false, 3.0);
+        assert_eq!(surface.mean_m(), None);
     }
 }

@@ -9,9 +9,9 @@ mod fence;
 mod monitor;
 mod progress;
 
-pub use depth::{DepthCrossCheck, DepthStep};
+pub use depth::{DepthCrossCheck, DepthStep, SurfaceDepth};
 pub use fence::Fence;
-pub use monitor::{Decision, Observed, SafetyMonitor, aborts, may_start};
+pub use monitor::{Decision, Observed, SafetyMonitor, aborts};
 pub use progress::{MissionProgress, seconds};
 
 use crate::time::micros;
@@ -31,6 +31,10 @@ const SURFACED_M: f64 = 0.25;
 const DIVE_M: f64 = 1.0;
 /// Nothing is received by GNSS at this depth, m.
 const FIX_DEPTH_M: f64 = 2.0;
+/// At the surface a pressure sensor says at most this, m: weather is 0.1 m, the hull's draught as much.
+const TARE_M: f64 = 0.3;
+/// At the surface a fix comes within this time, s: a receiver starts within half a minute.
+const SURFACE_FIX_S: f64 = 60.0;
 /// The altimeter is not watched above this depth, m: a vehicle is launched in shallow water.
 const ALTITUDE_FROM_M: f64 = 0.5;
 /// What a leg may take beyond its share, s.
@@ -77,6 +81,10 @@ pub struct SafetyFacts {
     pub depth_recent_m: f64,
     /// There is a fix of the antenna.
     pub has_fix: bool,
+    /// The surface is to bear witness: an alert limit in depth is declared, and fixes are used.
+    pub asks_surface: bool,
+    /// What the pressure sensor says at the surface, waves averaged; `None` while it is not known, m.
+    pub surface_m: Option<f64>,
     pub leak: bool,
     /// Of the battery; `None` while the frontseat has not said.
     pub charge_percent: Option<f64>,
@@ -106,7 +114,7 @@ struct Rung {
     broken: fn(&SafetyFacts, &SafetyLimits) -> bool,
 }
 
-const RUNGS: usize = 19;
+const RUNGS: usize = 21;
 
 /// Of the largest drift of pressure, what may come in two minutes.
 const RECENT_SHARE: f64 = 0.5;
@@ -131,6 +139,8 @@ static LADDER: [Rung; RUNGS] = {
         rung(R::DepthDoubtful,   StopAndRise, |_| 1.0,  |f, l| f.depth_drift_m.abs() > l.depth_drift_m),
         rung(R::DepthDoubtful,   StopAndRise, |_| 1.0,  |f, l| f.depth_recent_m.abs() > RECENT_SHARE * l.depth_drift_m),
         rung(R::DepthDoubtful,   StopAndRise, |_| 10.0, |f, _| f.has_fix && f.pressure_m > FIX_DEPTH_M),
+        rung(R::DepthDoubtful,   StopAndRise, |_| SURFACE_FIX_S, |f, _| f.asks_surface && f.pressure_m < SURFACED_M && !f.has_fix),
+        rung(R::DepthDoubtful,   StopAndRise, |_| 0.0,  |f, _| f.asks_surface && is_untared(f.surface_m)),
         rung(R::PitchExceeded,   StopAndRise, |_| 3.0,  |f, l| f.pitch_rad.abs() > l.pitch_max_rad),
         rung(R::SpeedExceeded,   StopAndRise, |_| 5.0,  |f, l| f.speed_mps.abs() > l.speed_max_mps),
         rung(R::NoWater,         StopAndRise, |l| l.dive_time_max_s, |f, _| f.leg_depth_m >= DIVE_M && f.pressure_m < SURFACED_M),
@@ -143,6 +153,11 @@ static LADDER: [Rung; RUNGS] = {
         rung(R::ClockLost,       HandBack,    |l| l.clock_time_max_s, |f, _| f.clock_lost),
     ]
 };
+
+/// The pressure sensor is further off at the surface than weather and draught make it.
+fn is_untared(surface_m: Option<f64>) -> bool {
+    surface_m.is_some_and(|depth_m| depth_m.abs() > TARE_M)
+}
 
 impl SafetyFacts {
     /// What something that grows with depth will be soon, m.
@@ -210,10 +225,14 @@ pub fn check_start(
     place_m: Option<[f64; 2]>,
     leak: bool,
     charge_percent: Option<f64>,
+    surface_m: Option<f64>,
     limits: &SafetyLimits,
 ) -> Result<(), ModeReason> {
     if leak {
         return Err(ModeReason::Leak);
+    }
+    if is_untared(surface_m) {
+        return Err(ModeReason::DepthDoubtful);
     }
     if charge_percent.is_some_and(|percent| percent < limits.battery_min_percent) {
         return Err(ModeReason::BatteryLow);
@@ -255,6 +274,8 @@ mod tests {
         depth_drift_m: 0.5,
         depth_recent_m: 0.5,
         has_fix: false,
+        asks_surface: true,
+        surface_m: None,
         leak: false,
         charge_percent: Some(80.0),
         degraded: false,
@@ -296,9 +317,11 @@ mod tests {
             (SafetyFacts { depth_drift_m: -3.1, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
             (SafetyFacts { depth_recent_m: -1.6, ..GOOD }, 10, ModeReason::DepthDoubtful, StopAndRise),
             (SafetyFacts { has_fix: true, ..GOOD }, 100, ModeReason::DepthDoubtful, StopAndRise),
+            (SafetyFacts { pressure_m: 0.1, ..GOOD }, 600, ModeReason::DepthDoubtful, StopAndRise),
+            (SafetyFacts { surface_m: Some(-0.4), ..GOOD }, 0, ModeReason::DepthDoubtful, StopAndRise),
             (SafetyFacts { pitch_rad: -1.1, ..GOOD }, 30, ModeReason::PitchExceeded, StopAndRise),
             (SafetyFacts { speed_mps: 4.1, ..GOOD }, 50, ModeReason::SpeedExceeded, StopAndRise),
-            (SafetyFacts { pressure_m: 0.1, ..GOOD }, 1200, ModeReason::NoWater, StopAndRise),
+            (SafetyFacts { pressure_m: 0.1, asks_surface: false, ..GOOD }, 1200, ModeReason::NoWater, StopAndRise),
             (SafetyFacts { position_m: [9_000.0, 9_000.0], ..GOOD }, 30, ModeReason::OutsideFence, StopAndRise),
             (SafetyFacts { outside_polygon: true, ..GOOD }, 30, ModeReason::OutsideFence, StopAndRise),
             (SafetyFacts { leg_s: 3_061.0, ..GOOD }, 0, ModeReason::LegTooLong, StopAndRise),
@@ -326,6 +349,9 @@ mod tests {
             // a level that leaves the largest depth out of reach
             SafetyFacts { depth_level_m: 50.0, ..GOOD },
             SafetyFacts { altitude_m: None, charge_percent: None, ..GOOD },
+            // at the surface with a fix, the sensor as the weather leaves it; and where nobody asks
+            SafetyFacts { pressure_m: 0.1, has_fix: true, surface_m: Some(0.25), leg_depth_m: 0.0, ..GOOD },
+            SafetyFacts { surface_m: Some(1.0), asks_surface: false, ..GOOD },
             // already on its way back
             SafetyFacts { charge_percent: Some(1.0), mission_s: 1e5, returning: true, ..GOOD },
         ] {
@@ -366,12 +392,14 @@ mod tests {
         assert_eq!(check(&[first, far, first, far, first, far]), Err(ModeReason::MissionTooLong));
 
         let ready = mission(&[first]);
-        let start = |place_m, leak, charge| check_start(&ready, &Fence::new(), place_m, leak, charge, &LIMITS);
+        let start = |place_m, leak, charge| check_start(&ready, &Fence::new(), place_m, leak, charge, None, &LIMITS);
         assert_eq!(start(None, false, None), Ok(()));
         assert_eq!(start(Some([1_999.0, 0.0]), false, Some(10.0)), Ok(()));
         assert_eq!(start(Some([2_001.0, 0.0]), false, Some(10.0)), Err(ModeReason::FirstLegTooLong));
         assert_eq!(start(None, true, None), Err(ModeReason::Leak));
         assert_eq!(start(None, false, Some(9.9)), Err(ModeReason::BatteryLow));
+        let tared = |surface_m| check_start(&ready, &Fence::new(), None, false, None, Some(surface_m), &LIMITS);
+        assert_eq!([tared(0.25), tared(-0.35)], [Ok(()), Err(ModeReason::DepthDoubtful)]);
 
         // a triangle around the first waypoint, open to the south of it
         let mut fence = Fence::new();
@@ -382,7 +410,7 @@ mod tests {
         assert_eq!(check(&[first, Waypoint { x_m: 40.0, ..first }]), Ok(()));
         assert_eq!(check(&[first, Waypoint { x_m: 60.0, ..first }]), Err(ModeReason::OutsideFence));
         assert_eq!(check(&[Waypoint { x_m: -30.0, ..first }]), Err(ModeReason::OutsideFence));
-        let start = |place_m| check_start(&ready, &fence, Some(place_m), false, None, &LIMITS);
+        let start = |place_m| check_start(&ready, &fence, Some(place_m), false, None, None, &LIMITS);
         assert_eq!(start([40.0, 20.0]), Ok(()));
         assert_eq!(start([-30.0, 0.0]), Err(ModeReason::OutsideFence));
     }

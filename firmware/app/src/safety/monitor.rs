@@ -1,7 +1,8 @@
 //! The limits of safety in a step: facts from the components, and the decision that follows. The app applies it.
 
 use super::{
-    Action, DepthCrossCheck, DepthStep, Fence, MissionProgress, SafetyFacts, SafetyLadder, check_start, seconds,
+    Action, DepthCrossCheck, DepthStep, Fence, MissionProgress, SafetyFacts, SafetyLadder, SurfaceDepth, check_start,
+    seconds,
 };
 use crate::estimator::Estimator;
 use crate::inputs::installation::body_to_ned;
@@ -62,16 +63,38 @@ pub struct SafetyMonitor {
     ladder: SafetyLadder,
     progress: MissionProgress,
     depth: DepthCrossCheck,
+    surface: SurfaceDepth,
+    /// Time of the last step, µs.
+    surface_us: u64,
 }
 
 impl SafetyMonitor {
     pub const fn new() -> Self {
-        Self { ladder: SafetyLadder::new(), progress: MissionProgress::new(), depth: DepthCrossCheck::new() }
+        Self {
+            ladder: SafetyLadder::new(),
+            progress: MissionProgress::new(),
+            depth: DepthCrossCheck::new(),
+            surface: SurfaceDepth::new(),
+            surface_us: 0,
+        }
     }
 
     /// A mission begins, or none is under way.
     pub fn restart(&mut self) {
-        *self = Self::new();
+        *self = Self { surface: self.surface, surface_us: self.surface_us, ..Self::new() };
+    }
+
+    /// Whether the stored mission may begin, as far as it is known now.
+    ///
+    /// # Errors
+    /// The limit that speaks against it.
+    pub fn may_start(&self, observed: &Observed<'_>) -> Result<(), ModeReason> {
+        let Observed { settings, links, estimator, steering, fence, .. } = *observed;
+        let x = estimator.output();
+        let place_m = estimator.navigator().is_initialised().then(|| [x[X], x[Y]]);
+        let surface_m = self.surface.mean_m().filter(|_| asks_surface(settings));
+        let (leak, charge_percent) = (links.frontseat.leaks(), links.frontseat.charge_percent());
+        check_start(steering.mission(), fence, place_m, leak, charge_percent, surface_m, &settings.safety)
     }
 
     /// The way home begins.
@@ -87,7 +110,10 @@ impl SafetyMonitor {
     /// Judges a step.
     #[inline(never)]
     pub fn step(&mut self, now_us: u64, observed: &Observed<'_>) -> Decision {
-        let Observed { settings, estimator, steering, fence, .. } = *observed;
+        let Observed { settings, inputs, estimator, steering, fence, .. } = *observed;
+        let dt_s = seconds(self.surface_us, now_us).min(LONGEST_STEP_S);
+        self.surface_us = now_us;
+        self.surface.step(dt_s, has_fix(now_us, inputs), pressure_m(observed));
         let Some((leg, target)) = steering.leg().zip(steering.leg_target()) else {
             self.restart();
             return Decision::Idle;
@@ -109,10 +135,7 @@ impl SafetyMonitor {
         let Observed { settings, links, inputs, estimator, steering, fence, degraded, .. } = *observed;
         let (navigator, x) = (estimator.navigator(), estimator.output());
         let sink_mps = body_to_ned(x, &[x[U], x[V], x[W]])[2];
-        let pressure_m = inputs
-            .latest()
-            .depth_m
-            .map_or(x[Z], |(_, depth_m)| depth_m - body_to_ned(x, &settings.installation.depth_arm_m)[2]);
+        let pressure_m = pressure_m(observed);
         // as measured: a filter bends its pitch towards a depth that drifts, and the bank's jumps where it takes another
         // filter
         let measured = fresh(inputs.latest().euler_rad, now_us, ATTITUDE_AGE_US);
@@ -146,7 +169,9 @@ impl SafetyMonitor {
             depth_jump_m: navigator.main().unconfirmed_sigma(Sensor::Depth) / JUMP_SHARE,
             depth_drift_m: self.depth.drift_m(),
             depth_recent_m: self.depth.recent_m(),
-            has_fix: fresh(inputs.latest().fix_m, now_us, FIX_AGE_US).is_some(),
+            has_fix: has_fix(now_us, inputs),
+            asks_surface: asks_surface(settings),
+            surface_m: self.surface.mean_m(),
             leak: links.frontseat.leaks(),
             charge_percent: links.frontseat.charge_percent(),
             degraded,
@@ -161,22 +186,21 @@ impl SafetyMonitor {
     }
 }
 
-/// Whether the stored mission may begin, as far as it is known now.
-///
-/// # Errors
-/// The limit that speaks against it.
-pub fn may_start(observed: &Observed<'_>) -> Result<(), ModeReason> {
-    let x = observed.estimator.output();
-    let place_m = observed.estimator.navigator().is_initialised().then(|| [x[X], x[Y]]);
-    let frontseat = &observed.links.frontseat;
-    check_start(
-        observed.steering.mission(),
-        observed.fence,
-        place_m,
-        frontseat.leaks(),
-        frontseat.charge_percent(),
-        &observed.settings.safety,
-    )
+/// The surface is to bear witness of depth.
+fn asks_surface(settings: &AppSettings) -> bool {
+    settings.alert_depth_m > 0.0 && settings.use_gnss
+}
+
+fn has_fix(now_us: u64, inputs: &Inputs) -> bool {
+    fresh(inputs.latest().fix_m, now_us, FIX_AGE_US).is_some()
+}
+
+/// Of the pressure sensor, at the centre of gravity, m.
+fn pressure_m(observed: &Observed<'_>) -> f64 {
+    let Observed { settings, inputs, estimator, .. } = *observed;
+    let x = estimator.output();
+    let arm_m = &settings.installation.depth_arm_m;
+    inputs.latest().depth_m.map_or(x[Z], |(_, depth_m)| depth_m - body_to_ned(x, arm_m)[2])
 }
 
 /// Whether an abort from the ship ends the mission that is under way or armed: it is for this vehicle, was sent since

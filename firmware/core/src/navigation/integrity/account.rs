@@ -7,6 +7,7 @@
 //! A measurement far beyond its variance counts as one of three sigmas (Huber), so that a reflected path moves nothing
 //! and a lasting contradiction moves the account in the end.
 
+use super::risk::EVIDENCE_S;
 use core::ops::Range;
 
 /// Position, m.
@@ -32,14 +33,16 @@ pub(super) const DVL_YAW: Range<usize> = 13..14;
 /// All of them.
 pub(super) const STATES: usize = 14;
 
-/// √PSD of the position's noise, m/√s: what a dynamic model misses within a turn and a wave, 5 cm/s for 4 s.
-const POSITION_NOISE: f64 = 0.1;
+/// √PSD of the position's noise, m/√s: what a dynamic model misses within a turn and a wave, 2 cm/s for 2 s.
+const POSITION_NOISE: f64 = 0.03;
 /// Squared: a measurement counts with so many sigmas at most ...
 const HUBER: f64 = 9.0;
 /// ... and beyond so many, squared, what an entry allows is open again ...
 const REOPENS: f64 = 12.0;
-/// ... with the way that it has taken the vehicle since the range before: 0.3 m/s for 30 s, m.
-const OPENED_M: f64 = 10.0;
+/// ... with what position and current have taken for theirs before it was noticed: 0.1 m/s ...
+const OPENED_MPS: f64 = 0.1;
+/// ... for 200 s, m.
+const OPENED_M: f64 = 20.0;
 
 /// Change of depth after which the water is another, m: thermoclines and shear layers of shelf seas are thinner than
 /// ten metres.
@@ -103,10 +106,12 @@ pub(super) struct Scalar {
 pub(super) struct Account {
     pub(super) x: [f64; STATES],
     p: [[f64; STATES]; STATES],
+    /// ln of the likelihood of what it has predicted of late.
+    pub(super) evidence: f64,
 }
 
 impl Account {
-    pub(super) const NEW: Self = Self { x: [0.0; STATES], p: [[0.0; STATES]; STATES] };
+    pub(super) const NEW: Self = Self { x: [0.0; STATES], p: [[0.0; STATES]; STATES], evidence: 0.0 };
 
     /// Starts at a place that is known but for a fix's error.
     pub(super) fn start(&mut self, position_m: [f64; 2], sigma_m: f64, priors: &Priors) {
@@ -153,26 +158,27 @@ impl Account {
         for i in POSITION {
             p[i][i] += POSITION_NOISE * POSITION_NOISE * t;
         }
+        self.evidence *= libm::exp(-t / EVIDENCE_S);
     }
 
-    /// Corrects it; `priors` of an entry that a contradiction opens again.
-    pub(super) fn correct(&mut self, scalar: &Scalar, priors: &Priors) {
+    /// Corrects it; `priors` of an entry that a contradiction opens again. Returns ln of the likelihood, a measurement
+    /// beyond three sigmas as one of three.
+    pub(super) fn correct(&mut self, scalar: &Scalar, priors: &Priors) -> f64 {
         let &Scalar { row, innovation, variance } = scalar;
         let squared = innovation * innovation;
         let (mut by_state, mut predicted) = self.spread(&row);
-        if squared > REOPENS * (predicted + variance) {
-            let mut moves = false;
+        let total = predicted + variance;
+        let likelihood = -0.5 * ((squared / total).min(HUBER) + libm::log(total));
+        if squared > REOPENS * total {
             for i in 0..STATES {
                 // what moves the vehicle has done so since the last measurement
                 let moved = (CURRENT.start..COURSE.end).contains(&i);
-                if priors.open[i] && (moved || row[i] != 0.0) && self.p[i][i] < priors.variance[i] {
-                    self.p[i][i] = priors.variance[i];
-                    moves |= moved;
+                if priors.open[i] && (moved || row[i] != 0.0) {
+                    self.p[i][i] = self.p[i][i].max(priors.variance[i]);
                 }
             }
-            for i in POSITION.filter(|_| moves) {
-                self.p[i][i] += OPENED_M * OPENED_M;
-            }
+            POSITION.for_each(|i| self.p[i][i] += OPENED_M * OPENED_M);
+            CURRENT.for_each(|i| self.p[i][i] += OPENED_MPS * OPENED_MPS);
             (by_state, predicted) = self.spread(&row);
         }
         // one of three sigmas at most
@@ -184,6 +190,7 @@ impl Account {
                 self.p[i][j] -= gain * by_state[j];
             }
         }
+        likelihood
     }
 
     /// P hᵀ and h P hᵀ.
@@ -200,12 +207,13 @@ impl Account {
         n * n * self.p[0][0] + 2.0 * n * e * self.p[0][1] + e * e * self.p[1][1]
     }
 
-    /// Distance of a position from the account's, and the largest sigma of the account's in any direction, m.
-    pub(super) fn apart(&self, position_m: [f64; 2]) -> (f64, f64) {
+    /// Distance of a position from the account's, and its largest and smallest sigma in any direction, m.
+    pub(super) fn apart(&self, position_m: [f64; 2]) -> (f64, [f64; 2]) {
         let [[xx, xy, ..], [_, yy, ..], ..] = &self.p;
         let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-        let largest = mean + libm::sqrt(half * half + xy * xy);
+        let half = libm::sqrt(half * half + xy * xy);
         let [north_m, east_m] = position_m;
-        (libm::hypot(north_m - self.x[0], east_m - self.x[1]), libm::sqrt(largest))
+        let apart_m = libm::hypot(north_m - self.x[0], east_m - self.x[1]);
+        (apart_m, [mean + half, (mean - half).max(0.0)].map(libm::sqrt))
     }
 }

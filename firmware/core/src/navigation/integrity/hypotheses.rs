@@ -1,8 +1,8 @@
 //! The declared table: what may be wrong, how often, by how much, and where the number comes from.
 //!
 //! A nuisance is a Gauss-Markov process: a standard deviation and the time after which it is forgotten. `rate` is the
-//! share of the hours under way in which an entry holds; no fleet has published such rates, so they are judgements, and
-//! the level depends on their logarithm only.
+//! share of the hours under way in which an entry holds, and the rate an hour at which it begins; no fleet has published
+//! such rates, so they are judgements.
 
 use super::account::{BIAS, COURSE, CURRENT, DVL_SCALE, DVL_YAW, FIX, Nuisance, Priors, SCALE, SHIP, SPEED};
 use core::ops::Range;
@@ -59,8 +59,8 @@ const fn nuisance(states: Range<usize>, sigma: f64, memory_s: f64) -> Nuisance {
 const HOUR: f64 = 3600.0;
 /// What is declared of a healthy vehicle; the current's and the receivers' sigmas are those of [`Declared`].
 pub(super) const HEALTHY: [Nuisance; 9] = [
-    // the water, as long as nothing happens: it turns with the tides, over days in the mean
-    nuisance(CURRENT, 1.0, 48.0 * HOUR),
+    // the water, as long as nothing happens: another within weeks, by 1 cm/s in an hour at an open coast
+    nuisance(CURRENT, 1.0, 480.0 * HOUR),
     // speed through the water at given turns of the propeller: 3 % by drag of fouling and load
     nuisance(SPEED, 0.03, 24.0 * HOUR),
     // compass after swinging: 1 degree (data sheets of OS5000 and 3DM-GX3: 0.5 to 2 degrees)
@@ -72,9 +72,9 @@ pub(super) const HEALTHY: [Nuisance; 9] = [
     nuisance(BIAS, 1.0, HOUR),
     // sound speed from a cast or a formula: 0.3 %, 4 to 5 m/s
     nuisance(SCALE, 0.003, 3.0 * HOUR),
-    // DVL: 0.2 to 0.5 % and half a degree (data sheets; yaw as mounted)
+    // DVL: 0.2 to 0.5 % and a degree (data sheets; yaw as mounted: J. C. Kinsey and L. L. Whitcomb, 2007)
     nuisance(DVL_SCALE, 0.005, 3.0 * HOUR),
-    nuisance(DVL_YAW, 0.01, 3.0 * HOUR),
+    nuisance(DVL_YAW, 0.02, 3.0 * HOUR),
 ];
 
 /// An entry of the table.
@@ -82,7 +82,7 @@ pub(super) const HEALTHY: [Nuisance; 9] = [
 pub struct Hypothesis {
     /// What is wrong.
     pub name: &'static str,
-    /// Share of the hours in which it is.
+    /// Share of the hours in which it is, before anything is measured.
     pub rate: f64,
     /// What is larger than of a healthy vehicle.
     pub larger: &'static [Nuisance],
@@ -91,11 +91,13 @@ pub struct Hypothesis {
 }
 
 /// How many there are.
-pub const HYPOTHESES: usize = 7;
+pub const HYPOTHESES: usize = 8;
 
 /// The table. The first is the healthy vehicle.
 pub(super) const TABLE: [Hypothesis; HYPOTHESES] = [
     Hypothesis { name: "healthy", rate: 1.0, larger: &[], without_dvl: false },
+    // a current that turns with the tides, over days in the mean: by 4 cm/s in an hour at an open coast
+    Hypothesis { name: "tide", rate: 0.1, larger: &[nuisance(CURRENT, 1.0, 48.0 * HOUR)], without_dvl: false },
     // antenna or lever arm 1 to 10 m, datum up to 100 m (NAD27 to WGS 84), a receiver that is spoofed
     Hypothesis { name: "ship", rate: 0.01, larger: &[nuisance(SHIP, 40.0, 100.0 * HOUR)], without_dvl: false },
     // reflected paths of tens of metres, a step or a drift of a clock of ppm, a profile that bends rays
@@ -105,8 +107,8 @@ pub(super) const TABLE: [Hypothesis; HYPOTHESES] = [
         larger: &[nuisance(BIAS, 20.0, 20.0 * HOUR), nuisance(SCALE, 0.015, 100.0 * HOUR)],
         without_dvl: false,
     },
-    // fixes by reflections or a spoofer, repeated fixes
-    Hypothesis { name: "fix", rate: 0.01, larger: &[nuisance(FIX, 10.0, 100.0 * HOUR)], without_dvl: false },
+    // fixes by reflections, a spoofer who draws off by 0.3 m/s for 100 s, repeated fixes
+    Hypothesis { name: "fix", rate: 0.01, larger: &[nuisance(FIX, 30.0, 300.0)], without_dvl: false },
     // a front, a current that sets in or turns: the area's current is another within an hour; fouling, a lost blade, a
     // battery that sags
     Hypothesis {
@@ -118,15 +120,8 @@ pub(super) const TABLE: [Hypothesis; HYPOTHESES] = [
     // a compass beside iron or a motor's leads: 5 degrees
     Hypothesis { name: "compass", rate: 0.01, larger: &[nuisance(COURSE, 0.09, 12.0 * HOUR)], without_dvl: false },
     // lock on something that moves, a wrong sound speed at the transducer
-    Hypothesis { name: "dvl", rate: 0.01, larger: &[], without_dvl: true },
+    Hypothesis { name: "dvl", rate: 0.01, larger: &[nuisance(COURSE, 0.1, HOUR)], without_dvl: true },
 ];
-
-/// By how many sigmas an entry's account is left out: exp(−K²/2) of a plane normal error, of the entry's share of the
-/// probability.
-pub(super) fn sigmas(rate: f64, declared: &Declared) -> f64 {
-    let allowed = declared.probability_per_hour / (HYPOTHESES as f64 * rate);
-    if allowed < 1.0 { libm::sqrt(-2.0 * libm::log(allowed.max(1.0e-30))) } else { 0.0 }
-}
 
 impl Hypothesis {
     /// Sigma and memory of each state of its account but the position's.

@@ -3,7 +3,8 @@
 use super::account::{
     Account, BIAS, COURSE, CURRENT, DVL_SCALE, DVL_YAW, FIX, Motion, SCALE, SHIP, SPEED, STATES, Scalar,
 };
-use super::hypotheses::{Declared, HYPOTHESES, TABLE, sigmas};
+use super::hypotheses::{Declared, HYPOTHESES, TABLE};
+use super::risk::{self, Part};
 use super::vertical::{CELLS, Vertical};
 use crate::dynamics::Attitude;
 use crate::navigation::interface::measurement::ShipReport;
@@ -77,6 +78,8 @@ pub struct ProtectionLevel {
     since_s: f64,
     through_water_m: [f64; 2],
     nose_m: f64,
+    /// Since the last range or fix, s.
+    silent_s: f64,
     /// Depth that the current is known at, m.
     depth_m: f64,
     /// A DVL may be taken.
@@ -96,6 +99,7 @@ impl ProtectionLevel {
             since_s: 0.0,
             through_water_m: [0.0; 2],
             nose_m: 0.0,
+            silent_s: 0.0,
             depth_m: 0.0,
             dvl_due: false,
             cell_due: false,
@@ -112,7 +116,7 @@ impl ProtectionLevel {
         for (depth, slow) in self.depths.iter_mut().zip(&CELLS) {
             depth.start(x[Z], followed.sensors.depth_m, slow);
         }
-        (self.since_s, self.through_water_m, self.nose_m) = (0.0, [0.0; 2], 0.0);
+        (self.since_s, self.through_water_m, self.nose_m, self.silent_s) = (0.0, [0.0; 2], 0.0, 0.0);
         (self.time_us, self.depth_m) = (followed.time_us, x[Z]);
         self.state_level(x, declared);
     }
@@ -177,6 +181,7 @@ impl ProtectionLevel {
             let x = followed.state;
             let [north_mps, east_mps] = through_water(x);
             self.since_s += step_s;
+            self.silent_s += step_s;
             self.through_water_m[0] += step_s * north_mps;
             self.through_water_m[1] += step_s * east_mps;
             self.nose_m -= step_s * x[U] * libm::sin(x[THETA]);
@@ -209,9 +214,10 @@ impl ProtectionLevel {
                 row[i & 1] = 1.0;
                 row[FIX.start + (i & 1)] = 1.0;
                 let innovation = position_m - account.x[i & 1] - account.x[FIX.start + (i & 1)];
-                account.correct(&Scalar { row, innovation, variance: sigma_m * sigma_m }, &priors);
+                account.evidence += account.correct(&Scalar { row, innovation, variance: sigma_m * sigma_m }, &priors);
             }
         }
+        self.silent_s = 0.0;
         self.depths.iter_mut().for_each(Vertical::surfaced);
     }
 
@@ -238,7 +244,7 @@ impl ProtectionLevel {
                 };
                 [row[SPEED.start], row[COURSE.start], row[DVL_SCALE.start], row[DVL_YAW.start]] = by;
                 let measured = if axis == 0 { over_ground.x } else { over_ground.y };
-                account.correct(&Scalar { row, innovation: measured - predicted, variance }, &priors);
+                let _ = account.correct(&Scalar { row, innovation: measured - predicted, variance }, &priors);
             }
         }
     }
@@ -273,21 +279,27 @@ impl ProtectionLevel {
             let curvature_m = (across / distance_m).min(distance_m);
             let predicted_m = (1.0 + x[SCALE.start]) * distance_m + x[BIAS.start] + 0.5 * curvature_m;
             let variance = noise + 0.5 * curvature_m * curvature_m;
-            account.correct(&Scalar { row, innovation: range_m - predicted_m, variance }, &entry.nuisances(declared));
+            let scalar = Scalar { row, innovation: range_m - predicted_m, variance };
+            account.evidence += account.correct(&scalar, &entry.nuisances(declared));
         }
+        self.silent_s = 0.0;
     }
 
     fn state_level(&mut self, x: &VehicleState, declared: &Declared) {
-        let level = |(apart_m, sigma_m): (f64, f64), rate: f64| {
-            let level_m = apart_m + sigmas(rate, declared) * sigma_m;
-            // a number that is none bounds nothing
-            if level_m.is_finite() { level_m } else { f64::INFINITY }
-        };
-        let horizontal =
-            self.accounts.iter().zip(&TABLE).map(|(account, entry)| level(account.apart([x[X], x[Y]]), entry.rate));
-        let vertical = self.depths.iter().zip(&CELLS).map(|(depth, slow)| level(depth.apart(x[Z]), slow.rate));
-        self.level =
-            Some(Level { horizontal_m: horizontal.fold(0.0, f64::max), vertical_m: vertical.fold(0.0, f64::max) });
+        let mut horizontal = [Part::NONE; HYPOTHESES];
+        let probabilities =
+            risk::probabilities(self.accounts.each_ref().map(|account| account.evidence), self.silent_s);
+        for ((part, account), probability) in horizontal.iter_mut().zip(&self.accounts).zip(probabilities) {
+            let (apart_m, sigmas_m) = account.apart([x[X], x[Y]]);
+            *part = Part { apart_m, sigmas_m, probability };
+        }
+        let mut vertical = [Part::NONE; CELLS.len()];
+        for ((part, depth), slow) in vertical.iter_mut().zip(&self.depths).zip(&CELLS) {
+            let (apart_m, sigma_m) = depth.apart(x[Z]);
+            *part = Part { apart_m, sigmas_m: [sigma_m, 0.0], probability: slow.rate };
+        }
+        let level_m = |parts: &[Part]| risk::level_m(parts, declared.probability_per_hour);
+        self.level = Some(Level { horizontal_m: level_m(&horizontal), vertical_m: level_m(&vertical) });
     }
 }
 

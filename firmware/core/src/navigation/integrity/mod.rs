@@ -9,12 +9,8 @@
 //! 2. For each entry an [`account`] of its own is kept beside the filter: position, current, and what cannot be learnt
 //!    for good (speed, course, the offsets of ship and receivers, range scale and delay, DVL scale and yaw), each with
 //!    a sigma and a memory. Where the entry holds, its account is honest: its prior allows what the entry says.
-//! 3. Truth is within K_k σ_k of the honest account, and the estimate x₀ that is flown by is |x₀ − x_k| from it. So the
-//!    error is at most
-//!
-//!    level = max over k of |x₀ − x_k| + K_k σ_k,
-//!
-//!    with K_k from the declared probability and the entry's rate: a rare fault needs fewer sigmas.
+//! 3. Truth is around the honest account, and the estimate x₀ that is flown by is |x₀ − x_k| from it. [`risk`] weighs the
+//!    accounts by what they predicted and finds the distance that the error exceeds with the declared probability.
 //!
 //! Nothing is decided and nothing is timed: where two accounts contradict each other, the level is as large as their
 //! distance, for as long as they do. The accounts never touch the filter, so estimates and digest are the same with or
@@ -24,6 +20,7 @@
 mod account;
 mod hypotheses;
 mod level;
+mod risk;
 mod vertical;
 
 pub use account::Nuisance;

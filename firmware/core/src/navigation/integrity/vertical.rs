@@ -19,7 +19,7 @@ pub(super) struct Slow {
 /// wet or was not tared.
 pub(super) const CELLS: [Slow; 2] = [
     Slow { start_m: 0.3, bias_m: 0.3, memory_s: 3600.0, rate: 1.0 },
-    Slow { start_m: 1.0, bias_m: 10.0, memory_s: 7200.0, rate: 0.01 },
+    Slow { start_m: 1.0, bias_m: 15.0, memory_s: 7200.0, rate: 0.01 },
 ];
 
 /// One sigma of the rate that pitch and speed leave out, m/s, and its memory, s: half a degree of pitch and an angle of
