@@ -10,7 +10,7 @@ use backseat_diagnose::verdict::Verdict;
 
 /// Effects in words; `{name}` is the value of that parameter, a fin by its name. What is not here is listed by its
 /// names.
-const WORDS: [(&str, &str); 29] = [
+const WORDS: [(&str, &str); 30] = [
     ("linear_drag", "the hull drags {surge_ns_per_m} more in surge"),
     ("drag_change", "the hull drags {surge_ns_per_m} more in surge"),
     ("thrust_loss", "the propeller loses thrust with speed, {k_n_s2_per_rad_m}"),
@@ -25,6 +25,7 @@ const WORDS: [(&str, &str); 29] = [
     ("gyro_bias", "the gyros are off by {p_radps}, {q_radps} and {r_radps}"),
     ("depth_bias", "the depth reads {m} too deep"),
     ("dvl_misalignment", "the DVL is turned by {yaw_rad} in yaw and {pitch_rad} in pitch"),
+    ("dvl_misalignment", "the DVL is turned by {yaw_rad} in yaw"),
     ("clock_offset", "the clocks are {s} apart"),
     ("clock_drift", "the clocks drift by {ppm}"),
     ("range_outliers", "a share of {share} of the ranges is wrong"),
@@ -106,11 +107,14 @@ fn phrase(found: &FoundEffect) -> String {
     if effect == "water_current" {
         return format!("{when}{}", current(value("north_mps"), value("east_mps")));
     }
-    match WORDS.iter().find(|(name, _)| *name == effect) {
-        Some((_, words)) => {
-            let filled = |text: String, (name, value): &(&str, String)| text.replace(&format!("{{{name}}}"), value);
-            when + &texts.iter().fold((*words).to_owned(), filled)
-        }
+    let filled = |words: &&str| {
+        let fill = |text: String, (name, value): &(&str, String)| text.replace(&format!("{{{name}}}"), value);
+        texts.iter().fold((*words).to_owned(), fill)
+    };
+    // a log may show fewer of an entry's sizes than the board has
+    let mut told = WORDS.iter().filter(|(name, _)| *name == effect).map(|(_, words)| filled(words));
+    match told.find(|text| !text.contains('{')) {
+        Some(text) => when + &text,
         None => {
             let listed: Vec<String> = texts.iter().map(|(name, text)| format!("{} {text}", plain(name))).collect();
             format!("{when}the model lacks {} ({})", plain(effect), listed.join(", "))

@@ -48,6 +48,10 @@ pub trait LogModel: Sync {
     fn guess(&self) -> Vec<f64> {
         vec![0.0; self.columns()]
     }
+    /// Columns in which the rows are so far from linear that the joint fit is to begin at other values as well.
+    fn starts(&self) -> Vec<(usize, &'static [f64])> {
+        Vec::new()
+    }
     /// What is known of a column before the log: mean and one sigma; `None`: of entries half of what the catalogue takes
     /// as plausible, of other columns nothing.
     fn prior(&self, _column: usize) -> Option<[f64; 2]> {

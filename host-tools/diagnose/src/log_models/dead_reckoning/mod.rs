@@ -78,15 +78,17 @@ impl DeadReckoning {
         let (ahead, starboard) = ([cos, sin], [-sin, cos]);
         let scale = 1.0 + theta[SCALE];
         let (yaw_sin, yaw_cos) = theta[YAW].sin_cos();
-        let [mu, mv] = leg.mean_mps.map(|v| v / scale);
-        let [u, v] = [mu * yaw_cos - mv * yaw_sin, mu * yaw_sin + mv * yaw_cos];
+        // The velocity of now is read a delay later.
+        let read_s = [leg.t_s - leg.dt_s, leg.t_s].map(|t_s| t_s + theta[DVL_DELAY]);
+        let in_body = |[mu, mv]: [f64; 2]| [mu * yaw_cos - mv * yaw_sin, mu * yaw_sin + mv * yaw_cos].map(|v| v / scale);
+        let [[u, v], change] = self.track.velocities[leg.velocities].between(read_s).map(in_body);
         let way = [0, 1].map(|axis| (u * ahead[axis] + v * starboard[axis]) * leg.dt_s);
         let across = [-way[1], way[0]];
         let since_middle = leg.t_s / self.duration_s - 0.5;
         let mut moved = way;
         for axis in 0..2 {
             let turn = [leg.turned_rad * starboard[axis], -leg.turned_rad * ahead[axis]];
-            let late = leg.change_mps[0] * ahead[axis] + leg.change_mps[1] * starboard[axis];
+            let late = change[0] * ahead[axis] + change[1] * starboard[axis];
             let slopes = &mut by[axis];
             slopes[CURRENT + axis] += leg.dt_s;
             slopes[GROWTH + axis] += since_middle * leg.dt_s;
@@ -108,11 +110,9 @@ impl DeadReckoning {
             slopes[DVL_ARM] -= turn[0];
             slopes[DVL_ARM + 1] -= turn[1];
             slopes[SIDESLIP] += turn[0];
-            // The velocity of now is read a delay later: what it changes by in that time is missing.
             slopes[DVL_DELAY] += late;
             let more = theta[CURRENT + axis] + since_middle * theta[GROWTH + axis];
-            moved[axis] += more * leg.dt_s + theta[DVL_DELAY] * late + (theta[SIDESLIP] - theta[DVL_ARM]) * turn[0]
-                - theta[DVL_ARM + 1] * turn[1];
+            moved[axis] += more * leg.dt_s + (theta[SIDESLIP] - theta[DVL_ARM]) * turn[0] - theta[DVL_ARM + 1] * turn[1];
         }
         moved
     }
@@ -179,6 +179,12 @@ impl LogModel for DeadReckoning {
 
     fn nameless(&self) -> Vec<Nameless> {
         vec![("a current that grows with time", vec![GROWTH, GROWTH + 1])]
+    }
+
+    /// Of a delay longer than the velocity keeps its value the slope at none says nothing.
+    fn starts(&self) -> Vec<(usize, &'static [f64])> {
+        const DELAYS_S: [f64; 5] = [0.5, 1.0, 1.5, 2.5, 4.0];
+        self.has_dvl.then_some((DVL_DELAY, &DELAYS_S[..])).into_iter().collect()
     }
 
     fn runs(&self) -> Vec<[f64; 2]> {

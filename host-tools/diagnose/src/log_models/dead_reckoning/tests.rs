@@ -82,10 +82,18 @@ fn a_dvl_turned_and_a_compass_off_are_one_to_dead_reckoning() {
     assert_eq!(without.effects[0].instance.candidate.effect, "water_current", "{:?}", without.effects);
 }
 
+/// Two seconds late where the speed keeps for minutes, and where it swings back in six: there the slope at no delay says
+/// nothing of a delay.
 #[test]
 fn val_a_late_dvl_shows_where_the_speed_changes() {
+    for by_s in [40.0, 2.0] {
+        assert_late_by_two_seconds(by_s);
+    }
+}
+
+fn assert_late_by_two_seconds(by_s: f64) {
     let (mut log, _) = log(0.0, true);
-    let speed = |t_s: f64| 1.5 + (t_s / 40.0).sin();
+    let speed = |t_s: f64| 1.5 + (t_s / by_s).sin();
     let (mut north, mut east) = (0.0, 0.0);
     let headings: Vec<f64> = log.rows.iter().map(|row| row.get(Column::Heading).unwrap()).collect();
     for (second, row) in log.rows.iter_mut().enumerate() {

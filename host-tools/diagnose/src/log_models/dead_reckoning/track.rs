@@ -11,14 +11,59 @@ const LONGEST_GAP_S: f64 = 5.0;
 /// Fixes are used at most so often, s.
 const APART_S: f64 = 0.95;
 
+/// Readings of the velocity without a gap, and the way in body axes that they add up to.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Velocities {
+    t_s: Vec<f64>,
+    mps: Vec<[f64; 2]>,
+    sum_m: Vec<[f64; 2]>,
+}
+
+impl Velocities {
+    fn push(&mut self, t_s: f64, mps: [f64; 2]) {
+        let sum_m = match (self.t_s.last(), self.mps.last(), self.sum_m.last()) {
+            (Some(before_s), Some(before), Some(sum)) => {
+                [0, 1].map(|axis| sum[axis] + 0.5 * (before[axis] + mps[axis]) * (t_s - before_s))
+            }
+            _ => [0.0; 2],
+        };
+        self.t_s.push(t_s);
+        self.mps.push(mps);
+        self.sum_m.push(sum_m);
+    }
+
+    /// Velocity, m/s, and sum, m, between readings; beyond the first and the last these stay.
+    fn at(&self, t_s: f64) -> ([f64; 2], [f64; 2]) {
+        let next = self.t_s.partition_point(|reading_s| *reading_s <= t_s);
+        let before = next.saturating_sub(1).min(self.t_s.len().saturating_sub(1));
+        let (Some(from_s), Some(mps), Some(sum)) = (self.t_s.get(before), self.mps.get(before), self.sum_m.get(before))
+        else {
+            return ([0.0; 2], [0.0; 2]);
+        };
+        let since_s = t_s - from_s;
+        let slope = |axis: usize| match (self.t_s.get(next), self.mps.get(next)) {
+            (Some(to_s), Some(to)) if next > before => (to[axis] - mps[axis]) / (to_s - from_s),
+            _ => 0.0,
+        };
+        let velocity = [0, 1].map(|axis| mps[axis] + slope(axis) * since_s);
+        let way = [0, 1].map(|axis| sum[axis] + 0.5 * (mps[axis] + velocity[axis]) * since_s);
+        (velocity, way)
+    }
+
+    /// Mean between two times, m/s, and by how much it changes.
+    pub fn between(&self, [from_s, to_s]: [f64; 2]) -> [[f64; 2]; 2] {
+        let [(before, sum), (after, next)] = [from_s, to_s].map(|t_s| self.at(t_s));
+        [[0, 1].map(|axis| (next[axis] - sum[axis]) / (to_s - from_s)), [0, 1].map(|axis| after[axis] - before[axis])]
+    }
+}
+
 /// From one reading of the velocity to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leg {
     pub t_s: f64,
     pub dt_s: f64,
-    /// Mean velocity in body axes, m/s, and by how much it changes.
-    pub mean_mps: [f64; 2],
-    pub change_mps: [f64; 2],
+    /// Among which readings of the velocity it lies.
+    pub velocities: usize,
     /// Mean heading, and by how much it changes, rad.
     pub heading_rad: f64,
     pub turned_rad: f64,
@@ -42,6 +87,7 @@ pub(super) struct Fix {
 /// A log as legs and fixes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Track {
+    pub velocities: Vec<Velocities>,
     pub legs: Vec<Leg>,
     pub fixes: Vec<Fix>,
     /// Beginning and end of each run, s.
@@ -133,11 +179,19 @@ pub(super) fn of(log: &Log, has_dvl: bool, truth: Option<&Truth>) -> Track {
                     sequence += 1;
                 } else if dt_s > 0.0 {
                     let mean_mps = [0, 1].map(|axis| 0.5 * (before[axis] + body[axis]));
-                    let change_mps = [0, 1].map(|axis| body[axis] - before[axis]);
                     let heading_rad = psi_before + 0.5 * turned_rad;
                     distance_m += mean_mps[0].hypot(mean_mps[1]) * dt_s;
-                    track.legs.push(Leg { t_s, dt_s, mean_mps, change_mps, heading_rad, turned_rad });
+                    let velocities = track.velocities.len().saturating_sub(1);
+                    track.legs.push(Leg { t_s, dt_s, velocities, heading_rad, turned_rad });
                 }
+            }
+            if last.is_none_or(|(before_s, ..)| t_s - before_s > LONGEST_GAP_S) {
+                track.velocities.push(Velocities::default());
+            }
+            if let Some(velocities) = track.velocities.last_mut()
+                && last.is_none_or(|(before_s, ..)| t_s > before_s)
+            {
+                velocities.push(t_s, body);
             }
             last = Some((t_s, body, psi));
         }
