@@ -9,7 +9,8 @@ const MAX_STEPS: usize = 20;
 /// Steepest pitch of a trim, rad: beyond it the vehicle is not in level flight but falls or climbs.
 const MAX_PITCH_RAD: f64 = 0.5;
 
-/// Longest step, rad: drag across the hull goes with w |w|, and from level its slope is nothing.
+/// Longest step where whole ones lead nowhere, rad: drag across the hull goes with w |w|, and from level its slope is
+/// nothing.
 const MAX_STEP_RAD: f64 = 0.1;
 
 /// Straight level flight at one speed.
@@ -47,6 +48,10 @@ impl Trim {
     /// `None` when there is no such flight within the fins' range and 0.5 rad of pitch, or not within 20 steps.
     #[must_use]
     pub fn solve(model: &VehicleModel, surge_mps: f64) -> Option<Self> {
+        Self::newton(model, surge_mps, f64::INFINITY).or_else(|| Self::newton(model, surge_mps, MAX_STEP_RAD))
+    }
+
+    fn newton(model: &VehicleModel, surge_mps: f64, max_step_rad: f64) -> Option<Self> {
         let (mut pitch, mut fin) = (0.0, 0.0);
         for _ in 0..MAX_STEPS {
             let x = state_at(surge_mps, pitch);
@@ -69,7 +74,7 @@ impl Trim {
             let pitch_step = (d * heave_acceleration - b * pitch_acceleration) / determinant;
             let fin_step = (a * pitch_acceleration - c * heave_acceleration) / determinant;
             let longest = if pitch_step.abs() > fin_step.abs() { pitch_step.abs() } else { fin_step.abs() };
-            let share = if longest > MAX_STEP_RAD { MAX_STEP_RAD / longest } else { 1.0 };
+            let share = if longest > max_step_rad { max_step_rad / longest } else { 1.0 };
             pitch -= share * pitch_step;
             fin -= share * fin_step;
             // NaN fails the comparison too.
