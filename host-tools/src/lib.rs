@@ -5,6 +5,7 @@ mod bench;
 mod board;
 mod bridge;
 mod check;
+mod decode;
 mod diagnose;
 mod effect;
 mod export;

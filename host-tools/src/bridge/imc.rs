@@ -11,8 +11,8 @@ const HEARTBEAT: u16 = 150;
 const ESTIMATED_STATE: u16 = 350;
 /// Announce, `sys_type`: UUV.
 const UUV: u8 = 2;
-/// Neptus takes a system for lost after some seconds.
-const HEARTBEAT_S: f64 = 1.0;
+/// Neptus takes a system for lost after some seconds. Records come every 0.1 s, or nearly so.
+const HEARTBEAT_S: f64 = 0.95;
 const ANNOUNCE_S: f64 = 10.0;
 
 /// Sends to one address.

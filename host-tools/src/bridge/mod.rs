@@ -4,7 +4,7 @@ mod foxglove;
 mod imc;
 mod moos;
 
-use crate::export::decode::{Decoding, Found, What};
+use crate::decode::{Decoding, Found, What};
 use crate::foxglove::Topics;
 use crate::monitor::{Link, Model, News};
 use anyhow::{Context, ensure};
@@ -193,8 +193,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 }
             }
         }
-        let frame =
-            model.settings().map_or_else(|| decoding.frame(), |settings| crate::export::decode::frame(&settings.app));
+        let frame = model.settings().map_or_else(|| decoding.frame(), |settings| crate::decode::frame(&settings.app));
         let mut outcome = Ok(());
         let entry = Entry { time_us: model.board_us(now_us), event: Event::Sent { port: Port::Host, bytes } };
         decoding.take(&entry, &mut |found| {

@@ -1,15 +1,14 @@
 //! `backseat export`: a log as tables for anybody, and for Foxglove.
 
-pub mod decode;
 mod foxglove;
 mod tables;
 
+use crate::decode::Decoding;
 use anyhow::bail;
 use backseat_logs::session::{Clock, Damage, Entry, Event, Reader};
 use backseat_report::console::{self, Progress};
 use backseat_wire::hostlink::Port;
 use clap::ArgGroup;
-use decode::Decoding;
 use foxglove::Written;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! `--csv`: a vehicle log and the board's own records, one file each.
 
-use super::decode::{Found, What};
+use crate::decode::{Found, What};
 use anyhow::Context;
 use backseat_logs::session::{FusionRow, TelemetryRow};
 use backseat_logs::{Column, LogRow, LogWriter};

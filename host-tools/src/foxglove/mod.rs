@@ -2,7 +2,7 @@
 
 mod messages;
 
-use crate::export::decode::{EventKind, Found, What};
+use crate::decode::{EventKind, Found, What};
 use backseat_app::LocalFrame;
 use backseat_logs::session::{EstimatesRow, FusionRow, TelemetryRow};
 use backseat_logs::{Column, LogRow};

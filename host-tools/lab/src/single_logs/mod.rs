@@ -99,7 +99,7 @@ pub fn run(arguments: &Args) -> anyhow::Result<()> {
         return console::print(refused.to_text().as_bytes());
     }
     let result = compute_with(&KINDS, &read, vehicle.as_ref(), None, false)?;
-    let report = report(&result, Files::default()).file("report", arguments.report.as_deref());
+    let report = report(&result, &Files::default()).file("report", arguments.report.as_deref());
     if let Some(path) = &arguments.report {
         write(path, Existing::Keep, |file| file.write_all(report.html().as_bytes()))?;
     }

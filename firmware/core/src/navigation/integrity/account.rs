@@ -7,9 +7,10 @@
 //! A measurement far beyond its variance counts as one of three sigmas (Huber), so that a reflected path moves nothing
 //! and a lasting contradiction moves the account in the end.
 
-use super::risk::EVIDENCE_S;
 use core::ops::Range;
 
+/// Evidence is forgotten with this time constant, s: an entry may begin at any time, and this is half of a ship's circle.
+pub(super) const EVIDENCE_S: f64 = 1800.0;
 /// Position, m.
 pub(super) const POSITION: Range<usize> = 0..2;
 /// Current, m/s.

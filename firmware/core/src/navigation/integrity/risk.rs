@@ -7,8 +7,6 @@
 
 use super::hypotheses::{HYPOTHESES, TABLE};
 
-/// Evidence is forgotten with this time constant, s: an entry may begin at any time, and this is half of a ship's circle.
-pub(super) const EVIDENCE_S: f64 = 1800.0;
 /// How long something new goes unseen while ranges come, s: until the line of sight to the ship has turned.
 const UNSEEN_S: f64 = 900.0;
 const HOUR_S: f64 = 3600.0;

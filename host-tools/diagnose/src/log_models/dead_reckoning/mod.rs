@@ -80,7 +80,8 @@ impl DeadReckoning {
         let (yaw_sin, yaw_cos) = theta[YAW].sin_cos();
         // The velocity of now is read a delay later.
         let read_s = [leg.t_s - leg.dt_s, leg.t_s].map(|t_s| t_s + theta[DVL_DELAY]);
-        let in_body = |[mu, mv]: [f64; 2]| [mu * yaw_cos - mv * yaw_sin, mu * yaw_sin + mv * yaw_cos].map(|v| v / scale);
+        let in_body =
+            |[mu, mv]: [f64; 2]| [mu * yaw_cos - mv * yaw_sin, mu * yaw_sin + mv * yaw_cos].map(|v| v / scale);
         let [[u, v], change] = self.track.velocities[leg.velocities].between(read_s).map(in_body);
         let way = [0, 1].map(|axis| (u * ahead[axis] + v * starboard[axis]) * leg.dt_s);
         let across = [-way[1], way[0]];
@@ -112,7 +113,8 @@ impl DeadReckoning {
             slopes[SIDESLIP] += turn[0];
             slopes[DVL_DELAY] += late;
             let more = theta[CURRENT + axis] + since_middle * theta[GROWTH + axis];
-            moved[axis] += more * leg.dt_s + (theta[SIDESLIP] - theta[DVL_ARM]) * turn[0] - theta[DVL_ARM + 1] * turn[1];
+            moved[axis] +=
+                more * leg.dt_s + (theta[SIDESLIP] - theta[DVL_ARM]) * turn[0] - theta[DVL_ARM + 1] * turn[1];
         }
         moved
     }
