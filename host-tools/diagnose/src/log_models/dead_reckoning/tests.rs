@@ -82,18 +82,18 @@ fn a_dvl_turned_and_a_compass_off_are_one_to_dead_reckoning() {
     assert_eq!(without.effects[0].instance.candidate.effect, "water_current", "{:?}", without.effects);
 }
 
-/// Two seconds late where the speed keeps for minutes, and where it swings back in six: there the slope at no delay says
-/// nothing of a delay.
+/// Two seconds late where the speed keeps for minutes, and four where it swings back in six and eight: there the slope at
+/// no delay leads away from it.
 #[test]
 fn val_a_late_dvl_shows_where_the_speed_changes() {
-    for by_s in [40.0, 2.0] {
-        assert_late_by_two_seconds(by_s);
+    for (by_s, late_s) in [(40.0, 2.0), (1.0, 4.0)] {
+        assert_late(by_s, late_s);
     }
 }
 
-fn assert_late_by_two_seconds(by_s: f64) {
+fn assert_late(by_s: f64, late_s: f64) {
     let (mut log, _) = log(0.0, true);
-    let speed = |t_s: f64| 1.5 + (t_s / by_s).sin();
+    let speed = |t_s: f64| 1.5 + 0.5 * (t_s / by_s).sin() + 0.5 * (t_s / (1.3 * by_s)).sin();
     let (mut north, mut east) = (0.0, 0.0);
     let headings: Vec<f64> = log.rows.iter().map(|row| row.get(Column::Heading).unwrap()).collect();
     for (second, row) in log.rows.iter_mut().enumerate() {
@@ -101,14 +101,14 @@ fn assert_late_by_two_seconds(by_s: f64) {
         let (heading, fix) = (0.5 * (headings[second] + next), row.gnss_m().unwrap());
         // A fix's noise is what it is off the track that was flown.
         let noise = [0, 1].map(|axis| (fix[axis] * 7.3).fract() - 0.5);
-        row.set_all(Column::DvlU, &[speed(second as f64 - 2.0), 0.0, 0.0]);
+        row.set_all(Column::DvlU, &[speed(second as f64 - late_s), 0.0, 0.0]);
         row.set_all(Column::GpsX, &[north + noise[0], east + noise[1]]);
         north += speed(second as f64 + 0.5) * heading.cos();
         east += speed(second as f64 + 0.5) * heading.sin();
     }
     let found = run(&log, &VehicleFile::reference(), true, None).unwrap().diagnosis;
     let delay = found.effects.iter().find(|f| f.instance.candidate.effect == "dvl_delay").expect("a delay");
-    assert!((delay.values[0].value - 2.0).abs() < 0.3, "{:?}", delay.values);
+    assert!((delay.values[0].value - late_s).abs() < 0.3, "{:?}", delay.values);
 }
 
 #[test]
