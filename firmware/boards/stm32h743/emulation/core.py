@@ -19,7 +19,7 @@ from unicorn.unicorn_py3.unicorn import uclib
 BYTES_PER_INSTRUCTION = 2.7
 LONGEST_SLICE_NS, SHORTEST_SLICE_NS, MASKED_SLICE_NS = 200e3, 50, 400
 HARD_FAULT, RETURN_TRAP = 3, 8
-ENDLESS = 0xF0000000  # a loop, asleep
+ENDLESS = 0x1F000000  # a loop, where instructions may lie
 STACKED = "R0 R1 R2 R3 R12 LR".split(), "D0 D1 D2 D3 D4 D5 D6 D7 FPSCR".split()
 FRAME = struct.Struct("<8I8QII")
 HINTS = {0x20: "wfe", 0x30: "wfi", 0x40: "sev"}
@@ -154,8 +154,7 @@ class Core:
                 at = code[0] + match.start()
                 self.uc.hook_add(UC_HOOK_CODE, self.on_hint, HINTS[match[0][0]], at, at)
         self.uc.mem_map(ENDLESS, 0x1000)
-        self.uc.mem_write(ENDLESS, b"\x30\xbf\xfd\xe7")
-        self.uc.hook_add(UC_HOOK_CODE, self.on_hint, "wfi", ENDLESS, ENDLESS)
+        self.uc.mem_write(ENDLESS, b"\xfe\xe7")
         self.uc.emu_start(ENDLESS | 1, 0, count=1)  # builds the CPU
         make_double_precision()
         self.masks = Registers(self.uc, ("FAULTMASK", "PRIMASK", "BASEPRI"))
@@ -280,8 +279,8 @@ class Core:
             span = MASKED_SLICE_NS if masked else max(min(span, LONGEST_SLICE_NS), SHORTEST_SLICE_NS)
             before = self.pc
             self.slice_of(span)
-            if self.pc == before and self.exception() == HARD_FAULT:
-                self.now = min(self.next_event(), until)  # in the loop that ends its handler
+            if self.pc == before == ENDLESS:
+                self.now = min(self.next_event(), until)
             if self.fault:
                 self.hard_fault(self.fault)
                 self.fault = None
