@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tungstenite::handshake::server::{ErrorResponse, Request, Response};
@@ -151,7 +151,7 @@ fn serve(stream: TcpStream, hub: &Mutex<Hub>, counts: &Counts) {
         socket.get_mut().set_read_timeout(Some(LOOK))?;
         let info = json!({
             "op": "serverInfo", "name": concat!("backseat ", env!("CARGO_PKG_VERSION")),
-            "capabilities": ["time"], "supportedEncodings": ["json"], "metadata": {},
+            "capabilities": [], "supportedEncodings": ["json"], "metadata": {},
         });
         socket.send(Message::text(info.to_string()))?;
         let (sender, news) = sync_channel(QUEUE);
@@ -218,10 +218,13 @@ fn attend(socket: &mut WebSocket<TcpStream>, news: &Receiver<News>, counts: &Cou
                 if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
             Err(error) => return Err(error),
         }
-        for one in news.try_iter() {
-            match one {
-                News::Channel(channel) => advertise(socket, &[channel])?,
-                News::Data { channel, time_ns, json } => {
+        loop {
+            match news.try_recv() {
+                Err(TryRecvError::Empty) => break,
+                // let go, for it did not keep up
+                Err(TryRecvError::Disconnected) => return Ok(()),
+                Ok(News::Channel(channel)) => advertise(socket, &[channel])?,
+                Ok(News::Data { channel, time_ns, json }) => {
                     let Some(id) = subscribed.get(&channel) else { continue };
                     let mut data = Vec::with_capacity(13 + json.len());
                     data.push(1);

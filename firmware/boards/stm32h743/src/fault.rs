@@ -1,6 +1,6 @@
 //! How a run ends that the firmware itself spoils: what happened goes to backup SRAM, and the board starts again at once.
 
-use crate::{backup, leds};
+use crate::backup;
 use backseat_app::store::encode_crash;
 use backseat_wire::hostlink::Crash;
 use core::panic::PanicInfo;
@@ -25,7 +25,6 @@ fn number(register: u32) -> u16 {
 }
 
 fn end(crash: &Crash) -> ! {
-    leds::show_fault();
     let crash = Crash { build: build(), time_us: pac::TIM5.cnt().read(), ..*crash };
     backup::write_crash(&encode_crash(&crash));
     SCB::sys_reset()

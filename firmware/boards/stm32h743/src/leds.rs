@@ -4,7 +4,6 @@ use backseat_app::{App, STEP_US};
 use backseat_wire::hostlink::{Mode, Port};
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::pac;
 use embassy_stm32::peripherals::{PB0, PB14, PE1};
 
 /// A frontseat that was not heard for this long is silent, steps.
@@ -45,9 +44,4 @@ impl Leds {
         self.link.set_level((self.silent_steps < SILENT_STEPS).into());
         self.fault.set_level(fault.into());
     }
-}
-
-/// Lights the fault LED without the driver, from a fault handler.
-pub fn show_fault() {
-    pac::GPIOB.bsrr().write(|w| w.set_bs(14, true));
 }

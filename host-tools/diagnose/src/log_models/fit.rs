@@ -69,7 +69,8 @@ impl<'a, M: LogModel> Fitting<'a, M> {
             fitting.noise = noise::estimate(&rows, &fitting.layout, is_summed, columns.len());
         }
         theta = fitting.solve(&columns, &theta, DataPart::Seen)?;
-        while let Some(better) = fitting.other_start(&columns, &theta) {
+        for _ in 0..ROUNDS {
+            let Some(better) = fitting.other_start(&columns, &theta) else { break };
             theta = better;
             fitting.noise = noise::estimate(&model.rows(&theta), &fitting.layout, is_summed, columns.len());
             theta = fitting.solve(&columns, &theta, DataPart::Seen)?;
