@@ -68,18 +68,12 @@ mod tests {
     use super::*;
     use crate::samples::ResidualChannel;
     use crate::whitener::Residual;
+    use hil_sim::rng::{Source, Stream};
 
     /// A constant of `size` sigmas in half of the residuals that a model takes away, or wrongly adds.
     fn passes(size: f64, is_there: bool) -> [Pass; 2] {
-        let mut state = 9_u64;
-        // Sum of twelve uniform numbers less six: near enough to normal.
-        let mut normal = || {
-            (0..12).fold(-6.0, |sum, _| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                sum + (state >> 11) as f64 / (1_u64 << 53) as f64
-            })
-        };
-        let noise: Vec<f64> = (0..400).map(|_| normal()).collect();
+        let mut stream = Stream::new(9, Source::Depth);
+        let noise: Vec<f64> = (0..400).map(|_| stream.normal()).collect();
         let pass = |more: f64| Pass {
             residuals: (0..400)
                 .map(|k| Residual {

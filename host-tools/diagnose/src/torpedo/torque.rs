@@ -56,8 +56,8 @@ impl Torque {
         }
     }
 
-    /// 95 % interval around a fitted arm: of its logarithm, for the stops tell its sign, and runs tell moments about the roll axis
-    /// no better than the lift of the fins, which damps the roll.
+    /// 95 % interval around a fitted arm: of its logarithm, for the stops tell its sign, and runs tell moments about the
+    /// roll axis no better than the lift of the fins, which damps the roll.
     pub(super) fn interval(&self, arm_m: f64, fit: &Fit, unknowns: &[Unknown], quantile: f64) -> [f64; 2] {
         let [mean, sigma] = self.arm_m;
         let scale = unknowns.iter().position(|unknown| unknown.name == SCALE);
