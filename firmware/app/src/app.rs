@@ -10,7 +10,9 @@ use crate::parameters::Settings;
 use crate::requests;
 use crate::ring::Ring;
 use backseat_wire::Counts;
-use backseat_wire::hostlink::{self, FromBoard, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard};
+use backseat_wire::hostlink::{
+    self, BoardLog, FromBoard, Mode, ModeReason, Oscillator, Port, Refusal, Step, StepDone, ToBoard,
+};
 #[cfg(feature = "static-filter")]
 use core::mem::offset_of;
 
@@ -191,7 +193,12 @@ impl App {
     /// How often `port`'s driver has lost received bytes since power-up: overruns, full rings, what the UART calls an
     /// error. Boards report it whenever it grows; the host hears of it after the next step.
     pub fn receive_losses(&mut self, port: Port, since_start: u32) {
-        self.backseat.losses.note(port, since_start);
+        self.backseat.drivers.receive_losses(port, since_start);
+    }
+
+    /// What becomes of the log that the board keeps, as its driver knows it after each step.
+    pub fn board_log(&mut self, log: BoardLog) {
+        self.backseat.drivers.log(log);
     }
 
     /// The host may be sending the key: bytes of the host port must not be logged now.

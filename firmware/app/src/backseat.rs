@@ -9,6 +9,7 @@
 //! Components know the components to their left at most, own their state and return decisions.
 
 use crate::adaptation::Adaptation;
+use crate::drivers::Drivers;
 use crate::estimator::{Estimator, FilterPlace};
 use crate::host::{HOST_RING, Host, send};
 use crate::inputs::Inputs;
@@ -17,7 +18,6 @@ use crate::learning::Learning;
 use crate::links::Links;
 use crate::modes::{ModeFacts, Modes};
 use crate::parameters::{ParameterStore, Settings};
-use crate::receive_losses::ReceiveLosses;
 use crate::ring::Ring;
 use crate::safety::{self, Action, Decision, Fence, Observed, SafetyMonitor};
 use crate::steering::{Orders, Situation, Steering};
@@ -56,7 +56,7 @@ pub struct Backseat {
     pub fence: Fence,
     pub uplink: Uplink,
     pub host: Host,
-    pub losses: ReceiveLosses,
+    pub drivers: Drivers,
     /// Bytes to the device ports, in the order of [`Port::DEVICES`].
     out: [Ring<DEVICE_RING>; 4],
     state: StepState,
@@ -94,7 +94,7 @@ impl Backseat {
             fence: Fence::new(),
             uplink: Uplink::new(),
             host: Host::new(),
-            losses: ReceiveLosses::NONE,
+            drivers: Drivers::NONE,
             out: [const { Ring::new() }; 4],
             state: StepState::NONE,
             unconfigured: false,
@@ -384,7 +384,7 @@ impl Backseat {
 
     /// Telemetry of the step: each fusion, then the step itself.
     pub fn report(&mut self, now_us: u64, out: &mut Ring<HOST_RING>) {
-        if core::mem::take(&mut self.losses.news) {
+        if core::mem::take(&mut self.drivers.news) {
             send(out, &FromBoard::Health(self.link_health()));
         }
         for record in self.estimator.records() {
@@ -433,8 +433,9 @@ impl Backseat {
             rejected_frames: self.links.rejected(&self.parameters.active().app),
             pps_edges: self.clock.edges(),
             synchronised: self.clock.is_fine(),
-            receive_losses: self.losses.since_start,
+            receive_losses: self.drivers.receive_losses,
             oscillator: self.clock.oscillator(),
+            log: self.drivers.log,
         }
     }
 

@@ -3,7 +3,7 @@
 use backseat_app::parameters::PARAMETER_SCHEMA;
 use backseat_link::board::{Declared, Identity};
 use backseat_wire::calendar::DateTime;
-use backseat_wire::hostlink::{Health, Mode, ModeReason, Oscillator, Port, Restart, Telemetry};
+use backseat_wire::hostlink::{BoardLog, Health, LogState, Mode, ModeReason, Oscillator, Port, Restart, Telemetry};
 use serde_json::{Value, json};
 use std::fmt;
 use std::time::Duration;
@@ -88,6 +88,7 @@ pub fn lines(look: &Look) -> Vec<CheckLine> {
         losses(look),
         clock(look),
         oscillator(look),
+        log(look),
         pps(look),
         mode(look),
         parameters(&look.parameters),
@@ -230,6 +231,21 @@ fn oscillator(look: &Look) -> CheckLine {
     CheckLine::new(verdict, WHAT, found)
 }
 
+/// Without the board's own log nobody learns afterwards what it did.
+fn log(look: &Look) -> CheckLine {
+    let BoardLog { state, lost_records } = look.counters.1.log;
+    let (found, verdict) = match state {
+        LogState::NotFitted => ("this board keeps none".to_owned(), Verdict::Note),
+        LogState::Writing if lost_records == 0 => ("being written".to_owned(), Verdict::Pass),
+        LogState::Writing => (format!("being written; {lost_records} records lost since start"), Verdict::Note),
+        LogState::Searching => ("the card has not answered yet".to_owned(), Verdict::Fail),
+        LogState::Failed => {
+            ("no card, or it failed or is full; it is tried again every 10 s".to_owned(), Verdict::Fail)
+        }
+    };
+    CheckLine::new(verdict, "board log", found)
+}
+
 fn pps(look: &Look) -> CheckLine {
     let (before, after) = &look.counters;
     let edges = after.pps_edges.saturating_sub(before.pps_edges);
@@ -298,6 +314,7 @@ mod tests {
             synchronised: false,
             receive_losses,
             oscillator: Oscillator::Crystal,
+            log: BoardLog::NONE,
         };
         Look {
             identity: Identity { firmware: String::new(), schema: PARAMETER_SCHEMA, build: 0, restart: None },

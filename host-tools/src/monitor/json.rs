@@ -138,6 +138,8 @@ fn ports(model: &Model) -> Value {
     ports.insert("pps_edges".into(), json!(health.pps_edges));
     ports.insert("synchronised".into(), json!(health.synchronised));
     ports.insert("oscillator".into(), json!(words::oscillator(health.oscillator)));
+    let log = json!({"state": words::log_state(health.log.state), "lost_records": health.log.lost_records});
+    ports.insert("board_log".into(), log);
     Value::Object(ports)
 }
 

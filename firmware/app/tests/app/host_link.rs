@@ -5,7 +5,7 @@ use crate::flight::{WAYPOINTS, start};
 use crate::world::World;
 use backseat_app::parameters::PARAMETERS;
 use backseat_core::parameters::Inconsistent;
-use backseat_wire::hostlink::{ModeReason, Port, Refusal, ToBoard, Waypoint};
+use backseat_wire::hostlink::{BoardLog, LogState, ModeReason, Port, Refusal, ToBoard, Waypoint};
 
 fn ask(board: &mut Direct, message: &ToBoard<'_>) -> Result<(), Refusal> {
     board.request(message);
@@ -124,7 +124,7 @@ fn the_counters_tell_what_came_in() {
 }
 
 #[test]
-fn lost_bytes_are_reported_once_and_unasked() {
+fn what_drivers_lose_is_reported_once_and_unasked() {
     let (mut world, mut board) = (World::new(), Direct::new(None));
     world.run(&mut board, 1);
     assert_eq!(board.heard().health, None);
@@ -135,6 +135,13 @@ fn lost_bytes_are_reported_once_and_unasked() {
     assert_eq!(health.receive_losses, [0, 0, 3, 0, u32::MAX]);
     // a driver says what it counted whenever it is asked
     board.app_mut().receive_losses(Port::Ahrs, 3);
+    world.run(&mut board, 1);
+    assert_eq!(board.heard().health, None);
+    let log = BoardLog { state: LogState::Failed, lost_records: 7 };
+    board.app_mut().board_log(log);
+    world.advance(&mut board);
+    assert_eq!(board.heard().health.take().expect("counters").log, log);
+    board.app_mut().board_log(log);
     world.run(&mut board, 1);
     assert_eq!(board.heard().health, None);
     // they are the board's since power-up, not the app's since a restart

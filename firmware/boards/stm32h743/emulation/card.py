@@ -104,11 +104,23 @@ class Card:
         self.clocks, self.polls, self.block, self.busy_until = 0, 0, None, 0.0
         self.command, self.answer, self.data = bytearray(), deque(), None
         self.fastest_unidentified_hz = 0.0
+        self.pulled = False
+
+    def pull(self):
+        """Out of its socket; what it holds stays."""
+        volume = self.volume
+        self.__init__()
+        self.volume, self.pulled = volume, True
+
+    def put_back(self):
+        self.pulled = False
 
     def select(self, on):
         self.selected = on
 
     def exchange(self, machine, byte, hz):
+        if self.pulled:
+            return 0xFF
         if self.idle:
             self.fastest_unidentified_hz = max(self.fastest_unidentified_hz, hz)
             if hz > 400e3:

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 HELLO, STEP, PARAMETER_BEGIN, PARAMETER_SET, PARAMETER_COMMIT, PARAMETER_GET, PARAMETER_STORE, HEALTH_GET = 0, 1, 2, 3, 4, 5, 12, 13
 STEP_DONE, TELEMETRY, PARAMETER, DONE, REFUSED, RESTART, HEALTH = 1, 2, 4, 6, 7, 8, 9
 OSCILLATORS = ("crystal", "internal")
+LOG_STATES = ("not fitted", "searching", "writing", "failed")
 
 
 def varint(value):
@@ -122,7 +123,8 @@ class Host:
         accepted, rejected = message.integers(4), message.integers(4)
         edges, synchronised, losses = message.integer(), bool(message.integer()), message.integers(5)
         return SimpleNamespace(accepted=accepted, rejected=rejected, edges=edges, synchronised=synchronised, losses=losses,
-                               oscillator=OSCILLATORS[message.integer()])
+                               oscillator=OSCILLATORS[message.integer()], log=LOG_STATES[message.integer()],
+                               lost_records=message.integer())
 
     def telemetry(self, seconds):
         """Board time and UTC, µs, of each record."""

@@ -188,6 +188,36 @@ def log_card(image, _):
     return [with_card, without]
 
 
+def card_pulled(image, _):
+    """A card that is pulled and put back: the host is told, and the log goes on in its file; not on another card."""
+    machine = Machine(image, card=Card())
+    machine.run_for(4)
+    host, card = Host(machine), machine.card
+    assert host.health().log == "writing"
+    card.pull()
+    machine.run_for(2)
+    assert host.health().log == "failed"
+    card.put_back()
+    machine.run_for(10)
+    health = host.health()
+    assert health.log == "writing", health
+    machine.run_for(1.2)
+    files = card.volume.files()
+    assert list(files) == ["LOG00000.BSL"], files.keys()
+    steps = [message.integer() for kind, message in messages(files["LOG00000.BSL"]) if kind == 5]
+    gap = max(after - before for before, after in zip(steps, steps[1:])) * 1e-6
+    assert steps[-1] > 15e6, f"the log ends at {steps[-1]} us"
+    machine.measured["longest gap of a log whose card was out for 2 s, s"] = gap
+    machine.measured["records lost meanwhile"] = health.lost_records
+    card.pull()
+    machine.run_for(2)
+    machine.card = Card()
+    machine.run_for(10)
+    assert host.health().log == "failed" and not machine.card.volume.files(), "it writes to another card"
+    assert not machine.resets
+    return [machine]
+
+
 def babbling_lines(image, _):
     """One device sends noise without a pause, another one bytes with framing errors."""
     machine = Machine(image)
@@ -234,4 +264,4 @@ def lock_step(image, options):
     return [machine]
 
 
-ALL = [lock_step, clock_tree, external_clock, hard_fault, stuck_step, stack_overflow, parameter_store, pulse_per_second, log_card, babbling_lines]
+ALL = [lock_step, clock_tree, external_clock, hard_fault, stuck_step, stack_overflow, parameter_store, pulse_per_second, log_card, card_pulled, babbling_lines]

@@ -1,8 +1,10 @@
 //! The board log on a microSD card: FAT, a new file `LOGnnnnn.BSL` at every start.
 //!
 //! Works in thread mode, where waiting for the card delays nothing. Once a second the directory
-//! learns the file's length, so that a power cut costs a second of it.
+//! learns the file's length, so that a power cut costs a second of it. A card that fails is asked
+//! again; if it holds the file as it was left, the log goes on there.
 
+use backseat_wire::hostlink::LogState;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::mode::Blocking;
@@ -21,8 +23,10 @@ use heapless::spsc::Consumer;
 const SLOW: Hertz = Hertz(375_000);
 /// ... and after: short wires carry it.
 const FAST: Hertz = Hertz(12_000_000);
-/// How often a card that does not answer is asked again.
+/// How often a card that does not answer is asked again at once ...
 const TRIES: u32 = 4;
+/// ... and after that every so often.
+const RETRY: Duration = Duration::from_secs(10);
 const BLOCK: usize = 512;
 /// Blocks written before the store is looked at again.
 const BLOCKS_AT_ONCE: usize = 8;
@@ -55,100 +59,143 @@ type Error = embedded_sdmmc::Error<SdCardError>;
 /// What is known of the card.
 #[expect(clippy::large_enum_variant, reason = "there is one, in a static")]
 pub enum Card {
-    /// There is none, or it failed.
+    /// Left alone until the next start.
     Absent,
-    /// It has not answered yet; how often it is still asked.
-    Unknown(SdCard<Bus, Delay>, u32),
+    /// It does not answer, or failed.
+    Silent(SilentCard),
     /// It has an open file.
     Open(LogFile),
+}
+
+/// A card that is asked again.
+pub struct SilentCard {
+    device: SdCard<Bus, Delay>,
+    /// How often at once.
+    tries: u32,
+    /// Else not before.
+    next: Instant,
+    /// The file that it held when it failed.
+    left: Option<LeftFile>,
+}
+
+/// A file as the directory of the card knows it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct LeftFile {
+    number: u32,
+    bytes: u32,
 }
 
 impl Card {
     /// Sets up the bus; the card has to be in its socket by now.
     pub fn new(resources: Resources) -> Self {
         let Resources { spi, clock, miso, mosi, select } = resources;
-        let mut config = Config::default();
-        config.frequency = SLOW;
-        let mut spi = Spi::new_blocking(spi, clock, mosi, miso, config);
+        let spi = Spi::new_blocking(spi, clock, mosi, miso, Config::default());
         let select = Output::new(select, Level::High, Speed::High);
-        // 74 clocks at least before the first command, the card not selected (SD physical layer 6.4.1)
-        if let Err(error) = spi.blocking_write(&[0xFF_u8; 10]) {
-            defmt::warn!("no log: {}", error);
-            return Self::Absent;
-        }
-        let Ok(device) = ExclusiveDevice::new(spi, select, Delay);
+        let Ok(bus) = ExclusiveDevice::new(spi, select, Delay);
         // One try blocks thread mode for 0.3 s where there is no card.
         let options = AcquireOpts { acquire_retries: 0, ..AcquireOpts::default() };
-        Self::Unknown(SdCard::new_with_options(device, Delay, options), TRIES)
+        let device = SdCard::new_with_options(bus, Delay, options);
+        Self::Silent(SilentCard { device, tries: TRIES, next: Instant::MIN, left: None })
     }
 
     /// Asks the card, opens its next file, or writes to it: a part of the work, so that others come in between.
     pub fn serve(&mut self, queue: &mut Consumer<'static, u8>) {
         match self {
-            Self::Absent => {}
-            Self::Unknown(..) => self.look(),
+            Self::Silent(SilentCard { tries, next, .. }) if *tries > 0 || Instant::now() >= *next => self.look(),
+            Self::Absent | Self::Silent(_) => {}
             Self::Open(file) => {
                 if let Err(error) = file.write(queue) {
-                    *self = absent(&error);
+                    self.close(&error);
                 }
             }
         }
     }
 
-    /// Its file passes over the stack here and nowhere else.
+    /// What becomes of the log.
+    pub const fn state(&self) -> LogState {
+        match self {
+            Self::Silent(SilentCard { tries: 1.., .. }) => LogState::Searching,
+            Self::Absent | Self::Silent(_) => LogState::Failed,
+            Self::Open(_) => LogState::Writing,
+        }
+    }
+
+    /// Its file passes over the stack here and in `close`, nowhere else.
     #[inline(never)]
     fn look(&mut self) {
-        let Self::Unknown(card, tries) = core::mem::replace(self, Self::Absent) else { return };
-        match (card.num_bytes(), tries) {
-            (Ok(bytes), _) => *self = LogFile::open(card, bytes).map_or_else(|error| absent(&error), Self::Open),
-            (Err(error), 0) => *self = absent(&error),
-            (Err(_), 1..) => *self = Self::Unknown(card, tries - 1),
-        }
+        let Self::Silent(card) = core::mem::replace(self, Self::Absent) else { return };
+        let SilentCard { device, tries, left, .. } = card;
+        let silent = |device, tries| Self::Silent(SilentCard { device, tries, next: Instant::now() + RETRY, left });
+        *self = match identify(&device) {
+            Err(_) => silent(device, tries.saturating_sub(1)),
+            Ok(bytes) => match LogFile::open(device, left) {
+                Ok(file) => {
+                    defmt::info!("card of {=u64} MB, LOG{=u32:05}.BSL", bytes / 1_000_000, file.number);
+                    Self::Open(file)
+                }
+                Err((device, error)) => {
+                    defmt::warn!("card: {}", defmt::Debug2Format(&error));
+                    silent(device, 0)
+                }
+            },
+        };
+    }
+
+    #[inline(never)]
+    fn close(&mut self, error: &Error) {
+        let Self::Open(file) = core::mem::replace(self, Self::Absent) else { return };
+        defmt::warn!("card: {}, no log for now", defmt::Debug2Format(error));
+        let left = Some(LeftFile { number: file.number, bytes: file.flushed_bytes });
+        let (device, NoClock) = file.volumes.free();
+        *self = Self::Silent(SilentCard { device, tries: 0, next: Instant::now() + RETRY, left });
     }
 }
 
-fn absent(error: &impl core::fmt::Debug) -> Card {
-    defmt::warn!("card: {}, no log from here on", defmt::Debug2Format(error));
-    Card::Absent
+/// Sets the bus to a frequency.
+fn clock(device: &SdCard<Bus, Delay>, hz: Hertz) -> Result<(), SdCardError> {
+    let mut config = Config::default();
+    config.frequency = hz;
+    device.spi(|bus| bus.bus_mut().set_config(&config)).map_err(|()| SdCardError::Transport)
+}
+
+/// Identifies a card that may be new: slowly, and then lets it be fast. Its size, bytes.
+fn identify(device: &SdCard<Bus, Delay>) -> Result<u64, SdCardError> {
+    device.mark_card_uninit();
+    clock(device, SLOW)?;
+    // 74 clocks at least before the first command, the card not selected (SD physical layer 6.4.1)
+    device.spi(|bus| bus.bus_mut().blocking_write(&[0xFF_u8; 10])).map_err(|_| SdCardError::Transport)?;
+    let bytes = device.num_bytes()?;
+    clock(device, FAST)?;
+    Ok(bytes)
 }
 
 /// An open file.
 pub struct LogFile {
     volumes: Volumes,
     file: RawFile,
+    /// Of its name.
+    number: u32,
     block: [u8; BLOCK],
     /// Bytes in `block`.
     length: usize,
     flushed: Instant,
+    /// Length that the directory knows, bytes.
+    flushed_bytes: u32,
 }
 
 impl LogFile {
-    /// The next file of a card of so many bytes.
+    /// The next file of a card, or the one that was left, if it is as it was: the card may have been changed.
     ///
     /// # Errors
-    /// No FAT volume, or a full directory.
-    fn open(card: SdCard<Bus, Delay>, bytes: u64) -> Result<Self, Error> {
-        let mut config = Config::default();
-        config.frequency = FAST;
-        // a frequency that the HAL made once it makes again
-        let _ = card.spi(|device| device.bus_mut().set_config(&config));
-
-        let volumes = VolumeManager::new(card, NoClock);
-        let volume = volumes.open_raw_volume(VolumeIdx(0))?;
-        let root = volumes.open_root_dir(volume)?;
-        let mut next = 0;
-        volumes.iterate_dir(root, |entry| {
-            if entry.name.extension() == b"BSL"
-                && let Some(number) = entry.name.base_name().strip_prefix(b"LOG").and_then(number)
-            {
-                next = next.max(number + 1);
+    /// The card with the reason: no FAT volume, a full directory, another card.
+    fn open(device: SdCard<Bus, Delay>, left: Option<LeftFile>) -> Result<Self, (SdCard<Bus, Delay>, Error)> {
+        let volumes = VolumeManager::new(device, NoClock);
+        match open_file(&volumes, left) {
+            Ok((file, LeftFile { number, bytes: flushed_bytes })) => {
+                Ok(Self { volumes, file, number, block: [0; BLOCK], length: 0, flushed: Instant::now(), flushed_bytes })
             }
-        })?;
-        let mut name: String<12> = String::new();
-        let _ = core::fmt::write(&mut name, format_args!("LOG{:05}.BSL", next % MAX_FILES));
-        let file = volumes.open_file_in_dir(root, name.as_str(), Mode::ReadWriteCreate)?;
-        defmt::info!("card of {=u64} MB, {=str}", bytes / 1_000_000, name.as_str());
-        Ok(Self { volumes, file, block: [0; BLOCK], length: 0, flushed: Instant::now() })
+            Err(error) => Err((volumes.free().0, error)),
+        }
     }
 
     /// Writes what waits, whole blocks but once a second.
@@ -172,6 +219,7 @@ impl LogFile {
             self.flushed = Instant::now();
             self.put()?;
             self.volumes.flush_file(self.file)?;
+            self.flushed_bytes = self.volumes.file_length(self.file)?;
         }
         Ok(())
     }
@@ -180,6 +228,28 @@ impl LogFile {
         let length = core::mem::take(&mut self.length);
         self.volumes.write(self.file, &self.block[..length])
     }
+}
+
+fn open_file(volumes: &Volumes, left: Option<LeftFile>) -> Result<(RawFile, LeftFile), Error> {
+    let volume = volumes.open_raw_volume(VolumeIdx(0))?;
+    let root = volumes.open_root_dir(volume)?;
+    let (mut next, mut as_left) = (0, false);
+    volumes.iterate_dir(root, |entry| {
+        if entry.name.extension() == b"BSL"
+            && let Some(number) = entry.name.base_name().strip_prefix(b"LOG").and_then(number)
+        {
+            next = next.max(number + 1);
+            as_left |= left == Some(LeftFile { number, bytes: entry.size });
+        }
+    })?;
+    let (file, mode) = match left {
+        Some(_) if !as_left => return Err(Error::NotFound),
+        Some(left) => (left, Mode::ReadWriteAppend),
+        None => (LeftFile { number: next % MAX_FILES, bytes: 0 }, Mode::ReadWriteCreate),
+    };
+    let mut name: String<12> = String::new();
+    let _ = core::fmt::write(&mut name, format_args!("LOG{:05}.BSL", file.number));
+    Ok((volumes.open_file_in_dir(root, name.as_str(), mode)?, file))
 }
 
 /// A number of digits alone.

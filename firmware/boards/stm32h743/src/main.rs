@@ -210,9 +210,7 @@ async fn start_and_store() {
             KEPT.signal(kept.is_ok());
         }
         card.serve(&mut records);
-        if matches!(card, Card::Absent) {
-            log::stop();
-        }
+        log::tell(card.state());
     }
 }
 
@@ -310,6 +308,7 @@ impl Board {
         }
         self.leds.show(self.app, now_us, self.warning);
         self.ports.iter().for_each(|port| port.report(self.app));
+        self.app.board_log(self.log.report());
         self.clock.report();
     }
 }

@@ -219,6 +219,34 @@ pub enum Oscillator {
     Internal,
 }
 
+/// What becomes of the log that the board itself keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LogState {
+    /// This board has no memory for one.
+    #[default]
+    NotFitted,
+    /// The card has not answered yet.
+    Searching,
+    /// It is written.
+    Writing,
+    /// No card, or one that failed or is full; it is tried again.
+    Failed,
+}
+
+/// The log that the board itself keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BoardLog {
+    /// What becomes of it.
+    pub state: LogState,
+    /// Records that found no room since start.
+    pub lost_records: u32,
+}
+
+impl BoardLog {
+    /// That of a board without memory for one.
+    pub const NONE: Self = Self { state: LogState::NotFitted, lost_records: 0 };
+}
+
 /// The app's record of one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Telemetry {
@@ -251,7 +279,7 @@ pub struct Telemetry {
     pub level_m: [f32; 2],
 }
 
-/// What came in since start, port by port ([`Port::DEVICES`] order), and the pulse per second.
+/// What came in since start, port by port ([`Port::DEVICES`] order), the pulse per second, and the board's own log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
     /// Good frames, of those the app makes use of.
@@ -267,6 +295,8 @@ pub struct Health {
     pub receive_losses: [u32; 5],
     /// What the board's clock counts.
     pub oscillator: Oscillator,
+    /// The board's own log.
+    pub log: BoardLog,
 }
 
 /// One scalar fusion, as `backseat_core::navigation::FusionRecord`.

@@ -15,6 +15,7 @@ pub use identification::{
     MAX_ESTIMATES, Visibility,
 };
 pub use messages::{
-    Chunk, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode, ModeReason, Oscillator,
-    ParameterInfo, Port, Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry, ToBoard, Waypoint,
+    BoardLog, Chunk, FromBoard, FusionTelemetry, Health, LogState, MAX_CHUNKS, MAX_FENCE_CORNERS, MAX_PPS, Mode,
+    ModeReason, Oscillator, ParameterInfo, Port, Refusal, ResetCause, Restart, Ship, Step, StepDone, Telemetry,
+    ToBoard, Waypoint,
 };

@@ -1,7 +1,7 @@
 use backseat_wire::Error;
 use backseat_wire::hostlink::{
-    Chunk, Decoder, FromBoard, FusionTelemetry, Health, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode, ModeReason, Oscillator,
-    ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
+    BoardLog, Chunk, Decoder, FromBoard, FusionTelemetry, Health, LogState, MAX_CHUNKS, MAX_FRAME, MAX_PPS, Mode,
+    ModeReason, Oscillator, ParameterInfo, Port, Refusal, Step, StepDone, Telemetry, ToBoard, Waypoint, encode,
 };
 
 fn largest_step() -> ToBoard<'static> {
@@ -86,6 +86,7 @@ fn every_message_survives() {
             synchronised: true,
             oscillator: Oscillator::Internal,
             receive_losses: [0, 1, 300, 70_000, u32::MAX],
+            log: BoardLog { state: LogState::Failed, lost_records: 300 },
         }),
     ];
     let mut stream = Vec::new();

@@ -18,8 +18,8 @@ pub use sources::{SourceHistory, Turn};
 use backseat_app::parameters::{self, PARAMETER_SCHEMA, Settings};
 use backseat_core::identification::theta::{self, theta_of};
 use backseat_wire::hostlink::{
-    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, Mode, ModeReason, Port, Restart, Ship,
-    Telemetry, ToBoard, Waypoint,
+    Decoder, Estimates, FaultReport, FromBoard, Health, Identification, LogState, Mode, ModeReason, Port, Restart,
+    Ship, Telemetry, ToBoard, Waypoint,
 };
 use enquiry::Enquiry;
 use learned::Learned;
@@ -396,6 +396,14 @@ impl Model {
                     let text = format!("{} port lost bytes, {} times", words::port(*port), after - before);
                     self.journal.note(self.when(), Severity::Warning, text);
                 }
+            }
+            if last.log.state != health.log.state {
+                let severity = match health.log.state {
+                    LogState::Failed => Severity::Warning,
+                    LogState::NotFitted | LogState::Searching | LogState::Writing => Severity::Info,
+                };
+                let text = format!("board log: {}", words::log_state(health.log.state));
+                self.journal.note(self.when(), severity, text);
             }
         }
         self.health = Some(health);

@@ -3,7 +3,7 @@
 use super::*;
 use backseat_app::parameters::{PARAMETERS, ParameterStore};
 use backseat_core::navigation::Sensor;
-use backseat_wire::hostlink::{Activity, FusionTelemetry, MAX_FRAME, Oscillator, Visibility, encode};
+use backseat_wire::hostlink::{Activity, BoardLog, FusionTelemetry, MAX_FRAME, Oscillator, Visibility, encode};
 
 /// The frame of a message, as it comes over the line.
 pub fn frame(message: &FromBoard<'_>) -> Vec<u8> {
@@ -132,6 +132,7 @@ pub fn flying() -> (Model, u64) {
                     synchronised: true,
                     receive_losses: [0; 5],
                     oscillator: Oscillator::Crystal,
+                    log: BoardLog::NONE,
                 }),
             );
         }

@@ -2,7 +2,8 @@
 
 use super::Severity;
 use backseat_wire::hostlink::{
-    Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, LearntStored, Mode, ModeReason, Oscillator, Port,
+    Activity, FaultCause, FaultDiagnosis, FaultReport, FaultState, LearntStored, LogState, Mode, ModeReason,
+    Oscillator, Port,
 };
 
 /// Hours, minutes, seconds of UTC; without it the board's own time.
@@ -50,6 +51,15 @@ pub const fn oscillator(oscillator: Oscillator) -> &'static str {
     match oscillator {
         Oscillator::Crystal => "crystal",
         Oscillator::Internal => "internal",
+    }
+}
+
+pub const fn log_state(state: LogState) -> &'static str {
+    match state {
+        LogState::NotFitted => "not fitted",
+        LogState::Searching => "looks for the card",
+        LogState::Writing => "written",
+        LogState::Failed => "no card",
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{colour, dash, faint};
 use crate::monitor::model::{Model, words};
-use backseat_wire::hostlink::{Mode, Oscillator, Port};
+use backseat_wire::hostlink::{LogState, Mode, Oscillator, Port};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
@@ -99,6 +99,9 @@ fn ports(model: &Model) -> Line<'static> {
     let pps = if health.synchronised { " PPS" } else { " no PPS" };
     if health.oscillator == Oscillator::Internal {
         spans.push(Span::styled(" internal oscillator", Style::new().fg(Color::Yellow)));
+    }
+    if health.log.state == LogState::Failed {
+        spans.push(Span::styled(" no board log", Style::new().fg(Color::Yellow)));
     }
     spans.push(Span::styled(pps, if health.synchronised { Style::new() } else { Style::new().fg(Color::Yellow) }));
     Line::from(spans)

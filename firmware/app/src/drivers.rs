@@ -1,0 +1,34 @@
+//! What the board's drivers say of themselves: received bytes that they lost, and the board's own log.
+
+use backseat_wire::hostlink::{BoardLog, Port};
+
+/// As last reported.
+#[derive(Clone, Copy, Debug)]
+pub struct Drivers {
+    /// So often each port's driver has lost bytes since start, in the order of [`Port::ALL`].
+    pub receive_losses: [u32; 5],
+    /// The board's own log.
+    pub log: BoardLog,
+    /// Not yet reported to the host.
+    pub news: bool,
+}
+
+impl Drivers {
+    pub const NONE: Self = Self { receive_losses: [0; 5], log: BoardLog::NONE, news: false };
+
+    /// A port's driver has lost bytes so often since start.
+    pub fn receive_losses(&mut self, port: Port, since_start: u32) {
+        if let Some(losses) = self.receive_losses.get_mut(port as usize)
+            && *losses != since_start
+        {
+            *losses = since_start;
+            self.news = true;
+        }
+    }
+
+    /// The board's own log is like this.
+    pub fn log(&mut self, log: BoardLog) {
+        self.news |= log != self.log;
+        self.log = log;
+    }
+}
