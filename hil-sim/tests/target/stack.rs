@@ -1,10 +1,13 @@
-//! The deepest stack of an image by its machine code: what each function takes of it, and who calls whom.
+//! The deepest stacks of an image by its machine code: what each function takes of them, and who calls whom.
 //!
 //! A function's frame is the sum of all instructions in it that move the stack pointer down. Calls are branches to
 //! other functions. A call through a register may reach every function whose address the caller, one of its own callers
 //! or the image's constants hold. Formatting and panics are left out: they end the run, and
 //! [`super::no_panic_can_be_reached`] shows that core, wire and app never get there. What cannot be bounded (recursion,
 //! a frame of variable size) is an error.
+//!
+//! An image with executors has two stacks: the app's level and the interrupts above it run on one, thread mode on the
+//! other. Only an executor calls tasks, and those that step the app belong to the app's.
 
 use crate::thumb::{Instruction, decode};
 use anyhow::{Context, bail, ensure};
@@ -18,7 +21,14 @@ const HANDLERS: usize = 2;
 /// Vectors of faults, which end the run.
 const FAULTS: std::ops::Range<usize> = 2..7;
 /// Functions that a run does not come back from, by parts of their mangled names.
-const ENDS: [&str; 4] = ["4core9panicking", "4core3fmt", "rust_begin_unwind", "7failure3end"];
+const ENDS: [&str; 5] = ["4core9panicking", "4core3fmt", "core..fmt..", "rust_begin_unwind", "7failure3end"];
+/// The executor of the app's level, an interrupt, and that of thread mode.
+const APP_EXECUTOR: &str = "CEC";
+const THREAD_EXECUTOR: &str = "16embassy_executor8platform6thread8Executor3run";
+/// What an executor calls.
+const TASK: &str = "16embassy_executor3raw20TaskStorage$LT$F$GT$4poll";
+/// What the app's level does.
+const STEP: &str = "12backseat_app3app3App4step";
 
 /// One function.
 #[derive(Default)]
@@ -33,20 +43,26 @@ struct Function {
     holds: BTreeSet<u64>,
 }
 
-/// The deepest the stack can get.
+/// The deepest a stack can get.
 pub struct Stack {
-    /// From the reset on, with the deepest interrupt on top.
+    /// Package of its image.
+    pub image: &'static str,
+    /// Which it is.
+    pub what: &'static str,
+    /// With the deepest interrupt on top.
     pub bytes: u32,
-    /// Functions from the reset down, with their frames.
+    /// 80 % of its room.
+    pub limit: u32,
+    /// Functions from its first one down, with their frames.
     pub path: Vec<(String, u32)>,
-    /// The deepest interrupt, its exception frame included.
+    /// The deepest interrupt on top of it, its exception frame included.
     pub interrupt: u32,
-    /// Functions on the way from the reset that call through a register.
+    /// Functions of the image on a way that call through a register.
     pub indirect: usize,
 }
 
-/// Bounds the stack of an image.
-pub fn bound(elf: &[u8]) -> anyhow::Result<Stack> {
+/// Bounds the stacks of an image.
+pub fn bounds(image: &'static str, elf: &[u8]) -> anyhow::Result<Vec<Stack>> {
     let file = object::File::parse(elf)?;
     let mut functions = functions(&file)?;
     let starts: BTreeSet<u64> = functions.keys().copied().collect();
@@ -55,26 +71,46 @@ pub fn bound(elf: &[u8]) -> anyhow::Result<Stack> {
     }
     let constants = constants(&file, &starts)?;
     resolve(&mut functions, &constants);
+    let has_executors = give_tasks(&mut functions)?;
 
     let vectors = section(&file, ".vector_table")?;
     let vectors: Vec<u64> = words(&vectors).map(|word| u64::from(word & !1)).collect();
     let reset = *vectors.get(1).context("no reset vector")?;
     let mut depths = Depths { functions: &functions, known: BTreeMap::new(), under_way: Vec::new() };
-    let thread = depths.of(reset)?;
-    let mut interrupt = 0;
+    let (mut interrupt, mut app) = (0, None);
     for (_, handler) in
         vectors.iter().enumerate().skip(HANDLERS).filter(|(i, start)| !FAULTS.contains(i) && **start != 0)
     {
-        interrupt = interrupt.max(depths.of(*handler)? + EXCEPTION);
+        let depth = depths.of(*handler)?;
+        if functions[handler].name == APP_EXECUTOR {
+            app = Some(*handler);
+        } else {
+            interrupt = interrupt.max(depth + EXCEPTION);
+        }
     }
-    let (mut path, mut indirect) = (Vec::new(), 0);
-    let mut next = Some(reset);
-    while let Some(function) = next.and_then(|start| functions.get(&start)) {
-        path.push((format!("{:#}", rustc_demangle::demangle(&function.name)), function.frame));
-        next = function.calls.iter().copied().max_by_key(|callee| depths.known.get(callee));
+    depths.of(reset)?;
+    let limit = |stack: &str| -> anyhow::Result<u32> {
+        let symbol = |end: &str| {
+            let name = format!("_{stack}_{end}");
+            let symbol = file.symbols().find(|symbol| symbol.name() == Ok(&name));
+            symbol.map(|symbol| symbol.address()).with_context(|| format!("no {name}: memory.x"))
+        };
+        Ok(u32::try_from((symbol("start")? - symbol("end")?) * 4 / 5)?)
+    };
+    let stack = |what, first, interrupt, room| -> anyhow::Result<Stack> {
+        let (bytes, path) = (depths.known[&first] + interrupt, depths.path(first));
+        let indirect = functions.iter().filter(|(start, f)| f.indirect && depths.known.contains_key(start)).count();
+        Ok(Stack { image, what, bytes, limit: limit(room)?, path, interrupt, indirect })
+    };
+    if !has_executors {
+        return Ok(vec![stack("its stack", reset, interrupt, "stack")?]);
     }
-    indirect += functions.iter().filter(|(start, f)| f.indirect && depths.known.contains_key(start)).count();
-    Ok(Stack { bytes: thread + interrupt, path, interrupt, indirect })
+    let app = app.context("no interrupt is the app's executor")?;
+    // of thread mode's an interrupt takes what the processor pushes, and goes on on the other
+    Ok(vec![
+        stack("stack of interrupts", app, interrupt, "stack")?,
+        stack("stack of thread mode", reset, EXCEPTION, "thread_stack")?,
+    ])
 }
 
 /// Depths found so far.
@@ -85,6 +121,17 @@ struct Depths<'a> {
 }
 
 impl Depths<'_> {
+    /// The deepest way from a function whose depth is known.
+    fn path(&self, first: u64) -> Vec<(String, u32)> {
+        let mut path = Vec::new();
+        let mut next = Some(first);
+        while let Some(function) = next.and_then(|start| self.functions.get(&start)) {
+            path.push((format!("{:#}", rustc_demangle::demangle(&function.name)), function.frame));
+            next = function.calls.iter().copied().max_by_key(|callee| self.known.get(callee));
+        }
+        path
+    }
+
     fn of(&mut self, start: u64) -> anyhow::Result<u32> {
         if let Some(depth) = self.known.get(&start) {
             return Ok(*depth);
@@ -230,13 +277,49 @@ fn resolve(functions: &mut BTreeMap<u64, Function>, constants: &BTreeSet<u64>) {
             callers.entry(*callee).or_default().insert(*start);
         }
     }
+    let tasks: BTreeSet<u64> = named(functions, TASK).collect();
     let held: BTreeMap<u64, BTreeSet<u64>> = functions.iter().map(|(start, f)| (*start, f.holds.clone())).collect();
     for (start, function) in functions.iter_mut() {
         if function.indirect {
             let around = callers.get(start).into_iter().flatten().chain([start]);
             let held = around.flat_map(|around| held.get(around)).flatten();
-            function.calls.extend(held.chain(constants).copied());
+            function.calls.extend(held.chain(constants).filter(|start| !tasks.contains(start)));
         }
         function.calls.retain(|callee| !ends.contains(callee));
     }
+}
+
+fn named<'a>(functions: &'a BTreeMap<u64, Function>, part: &'a str) -> impl Iterator<Item = u64> + 'a {
+    functions.iter().filter(move |(_, function)| function.name.contains(part)).map(|(start, _)| *start)
+}
+
+/// Gives each executor its tasks; false when the image has none.
+fn give_tasks(functions: &mut BTreeMap<u64, Function>) -> anyhow::Result<bool> {
+    let tasks: Vec<u64> = named(functions, TASK).collect();
+    if tasks.is_empty() {
+        return Ok(false);
+    }
+    let step = named(functions, STEP).next().context("no function steps the app")?;
+    let steps = |task: &u64| {
+        let (mut seen, mut ahead) = (BTreeSet::new(), vec![*task]);
+        while let Some(start) = ahead.pop() {
+            if seen.insert(start) {
+                ahead.extend(functions.get(&start).into_iter().flat_map(|function| &function.calls));
+            }
+        }
+        seen.contains(&step)
+    };
+    let (app, others): (Vec<u64>, Vec<u64>) = tasks.iter().partition(|task| steps(task));
+    ensure!(app.len() == 1, "{} tasks step the app", app.len());
+    // a task that does not step may be of either
+    for (executor, tasks) in [(APP_EXECUTOR, &tasks), (THREAD_EXECUTOR, &others)] {
+        let start = named(functions, executor).next().with_context(|| format!("no function {executor}"))?;
+        functions
+            .get_mut(&start)
+            .filter(|function| function.indirect)
+            .context("an executor that calls nothing")?
+            .calls
+            .extend(tasks);
+    }
+    Ok(true)
 }

@@ -134,7 +134,7 @@ impl Card {
                     Self::Open(file)
                 }
                 Err((device, error)) => {
-                    defmt::warn!("card: {}", defmt::Debug2Format(&error));
+                    defmt::warn!("card: {}", error);
                     silent(device, 0)
                 }
             },
@@ -144,7 +144,7 @@ impl Card {
     #[inline(never)]
     fn close(&mut self, error: &Error) {
         let Self::Open(file) = core::mem::replace(self, Self::Absent) else { return };
-        defmt::warn!("card: {}, no log for now", defmt::Debug2Format(error));
+        defmt::warn!("card: {}, no log for now", error);
         let left = Some(LeftFile { number: file.number, bytes: file.flushed_bytes });
         let (device, NoClock) = file.volumes.free();
         *self = Self::Silent(SilentCard { device, tries: 0, next: Instant::now() + RETRY, left });
