@@ -2,12 +2,16 @@
 
 use super::svg::attribute;
 use crate::lettering::SUB;
+use crate::palette;
 use std::fmt::Write as _;
 
 /// Room around every plot, pixels.
 const MARGIN: i32 = 12 * SUB;
 
-/// A picture of its own, SVG on white: `columns` of plots side by side, each centred in height.
+/// That of the dark theme's page (`style.css`).
+const DARK_SHEET: &str = "#14181D";
+
+/// A picture of its own, SVG, light or dark as the reader's screen: `columns` of plots side by side, each centred in height.
 pub fn sheet(columns: &[&[String]]) -> String {
     let column_height = |column: &[String]| column.iter().map(|plot| size(plot).1 + 2 * MARGIN).sum::<i32>();
     let height = columns.iter().map(|column| column_height(column)).max().unwrap_or_default();
@@ -27,9 +31,11 @@ pub fn sheet(columns: &[&[String]]) -> String {
     let _ = writeln!(
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {x} {height}\" width=\"{}\" height=\"{}\" stroke-linejoin=\"round\">\n\
-         <rect width=\"{x}\" height=\"{height}\" fill=\"#FFFFFF\"/>\n{body}</svg>",
+         <style>@media (prefers-color-scheme: dark) {{\n  .sheet {{ fill: {DARK_SHEET} }}\n{}}}</style>\n\
+         <rect class=\"sheet\" width=\"{x}\" height=\"{height}\" fill=\"#FFFFFF\"/>\n{body}</svg>",
         x / SUB,
         height / SUB,
+        palette::dark_rules(),
     );
     out
 }
