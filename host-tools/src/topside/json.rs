@@ -117,6 +117,13 @@ pub fn words(event: &Event) -> (bool, String) {
             true,
             format!("the ship's GNSS jumped by {by_m:.1} m: packets state that much more uncertainty, less with time"),
         ),
+        Event::ShipWalked { by_m } => (
+            true,
+            format!(
+                "the ship's GNSS fixes moved by {by_m:.1} m that its speed over ground does not have: packets state that \
+                 much more uncertainty, less with time"
+            ),
+        ),
         Event::ModemRestarted => (true, "the modem started again: its settings are sent again".to_owned()),
     }
 }
