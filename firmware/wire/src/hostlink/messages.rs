@@ -267,6 +267,10 @@ pub struct Health {
     pub receive_losses: [u32; 5],
     /// What the board's clock counts.
     pub oscillator: Oscillator,
+    /// Steps that came a whole step late or more, since start.
+    pub late_steps: u32,
+    /// By how much the latest of them was, µs.
+    pub latest_step_us: u32,
 }
 
 /// One scalar fusion, as `backseat_core::navigation::FusionRecord`.

@@ -86,6 +86,8 @@ fn every_message_survives() {
             synchronised: true,
             oscillator: Oscillator::Internal,
             receive_losses: [0, 1, 300, 70_000, u32::MAX],
+            late_steps: 2,
+            latest_step_us: 479_000,
         }),
     ];
     let mut stream = Vec::new();

@@ -132,6 +132,8 @@ pub fn flying() -> (Model, u64) {
                     synchronised: true,
                     receive_losses: [0; 5],
                     oscillator: Oscillator::Crystal,
+                    late_steps: 0,
+                    latest_step_us: 0,
                 }),
             );
         }
